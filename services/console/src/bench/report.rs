@@ -1,0 +1,111 @@
+//! Statistics of a campaign, as one JSON object and as a table beside the published figures.
+
+use serde::Serialize;
+use std::fmt::Write;
+
+/// All methods on one problem.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    pub problem: &'static str,
+    pub trials: usize,
+    pub seed: u64,
+    pub methods: Vec<MethodReport>,
+}
+
+/// One method; what it cannot say (a covariance, an answer) is null.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MethodReport {
+    pub name: &'static str,
+    pub parameters: Vec<ParameterReport>,
+    pub geomean_rmse_over_crlb: Option<f64>,
+    /// Mean over the records; equals `dof` when the covariance is honest.
+    pub nees: Option<f64>,
+    pub dof: usize,
+    /// Records without any answer.
+    pub failed: usize,
+    /// Parameters not found, over all records.
+    pub missed: usize,
+    /// Things found that are not there, over all records.
+    pub spurious: usize,
+    pub us_per_sample: Option<f64>,
+    pub ms_per_solve: Option<f64>,
+}
+
+/// One parameter over all records in which it was found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterReport {
+    pub name: &'static str,
+    pub truth: f64,
+    pub median_percent: Option<f64>,
+    pub p95_percent: Option<f64>,
+    pub rmse_percent: Option<f64>,
+    pub crlb_percent: f64,
+    pub rmse_over_crlb: Option<f64>,
+    /// Share of 95 % intervals that hold the truth.
+    pub coverage95: Option<f64>,
+    /// Published relative error, one record.
+    pub paper_percent: Option<f64>,
+}
+
+impl Report {
+    /// One line.
+    pub fn json(&self) -> String {
+        serde_json::to_string(self).expect("names and numbers always serialise") + "\n"
+    }
+
+    pub fn table(&self) -> String {
+        let mut text = format!("{}, {} records, seed {}\n", self.problem, self.trials, self.seed);
+        for method in &self.methods {
+            text.push('\n');
+            method.append_to(&mut text);
+        }
+        text.push_str("\nErrors are relative; CRLB is the bound of this experiment, paper the published error on one record of theirs.\n");
+        text
+    }
+}
+
+impl MethodReport {
+    fn append_to(&self, text: &mut String) {
+        let _ = writeln!(
+            text,
+            "{:<22} {:>12} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9} {:>9}",
+            self.name, "truth", "median %", "p95 %", "RMSE %", "CRLB %", "RMSE/CRLB", "cover 95", "paper %"
+        );
+        for row in &self.parameters {
+            let _ = writeln!(
+                text,
+                "  {:<20} {:>12.6} {:>10} {:>10} {:>10} {:>10} {:>10} {:>9} {:>9}",
+                row.name,
+                row.truth,
+                number(row.median_percent, 4),
+                number(row.p95_percent, 4),
+                number(row.rmse_percent, 4),
+                number(Some(row.crlb_percent), 4),
+                number(row.rmse_over_crlb, 3),
+                number(row.coverage95, 3),
+                number(row.paper_percent, 2)
+            );
+        }
+        let _ = writeln!(
+            text,
+            "  geometric mean RMSE/CRLB {}   NEES {} for {}   failed {}   missed {}   spurious {}   {} us/sample   {} ms/solve",
+            number(self.geomean_rmse_over_crlb, 3),
+            number(self.nees, 2),
+            self.dof,
+            self.failed,
+            self.missed,
+            self.spurious,
+            number(self.us_per_sample, 2),
+            number(self.ms_per_solve, 3)
+        );
+    }
+}
+
+/// Fixed point with at least `decimals` digits after it, three figures where that shows nothing.
+fn number(value: Option<f64>, decimals: usize) -> String {
+    match value {
+        None => "-".into(),
+        Some(value) if value != 0.0 && value.abs() < 5.0 * 0.1_f64.powi(decimals as i32) => format!("{value:.2e}"),
+        Some(value) => format!("{value:.decimals$}"),
+    }
+}

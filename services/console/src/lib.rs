@@ -1,0 +1,97 @@
+//! The operator's desk: one file per verb, each with its arguments and what it does.
+//!
+//! May import: everything. Starts a run's warden, shows, stops; dies without consequence. Exit codes: 0 done, 1 the
+//! run failed, 2 usage, 3 bad input.
+#![forbid(unsafe_code)]
+
+mod digest;
+mod icd;
+mod launch;
+mod outcome;
+mod paper;
+mod partition;
+mod progress;
+mod replay;
+mod run;
+mod scenario_file;
+mod table;
+mod truth;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Why a verb ends without success.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The run failed.
+    #[error("{0}")]
+    Run(String),
+    /// What the user gave cannot be used; the report says where and what to do.
+    #[error("bad input")]
+    Input(miette::Report),
+}
+
+impl Failure {
+    fn input(error: impl miette::Diagnostic + Send + Sync + 'static) -> Self {
+        Failure::Input(miette::Report::new(error))
+    }
+}
+
+#[derive(Parser)]
+#[command(name = "obsid", version, about = "On-board system identification for servicing spacecraft", after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+const EXAMPLES: &str = "Examples:
+  obsid run                                        the default scenario, as processes over shared memory
+  obsid run deploy/scenarios/default.toml --json   another scenario, result as one JSON object
+  obsid replay flight.mcap                         a recording through the partitions
+  obsid digest flight.mcap                         identity of the recorded results
+  obsid icd --md                                   the interface control document";
+
+#[derive(Subcommand)]
+enum Verb {
+    Run(run::Arguments),
+    Replay(replay::Arguments),
+    Digest(digest::Arguments),
+    Icd(icd::Arguments),
+    Partition(partition::Arguments),
+}
+
+/// Parses the command line, carries the verb out, turns the outcome into an exit code.
+#[must_use]
+pub fn main() -> ExitCode {
+    tracing_subscriber::fmt()
+        .with_env_filter(tracing_subscriber::EnvFilter::from_env("OBSID_LOG"))
+        .with_writer(std::io::stderr)
+        .init();
+    let result = match Arguments::parse().verb {
+        Verb::Run(arguments) => run::run(&arguments),
+        Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Digest(arguments) => digest::run(&arguments),
+        Verb::Icd(arguments) => icd::run(&arguments),
+        Verb::Partition(arguments) => return partition::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Run(reason)) => {
+            eprintln!("obsid: {reason}");
+            ExitCode::from(1)
+        }
+        Err(Failure::Input(report)) => {
+            eprintln!("{report:?}");
+            ExitCode::from(3)
+        }
+    }
+}
+
+/// Prints to standard output; a reader that has gone away (`| head -1`) ends the program quietly.
+fn print(text: &str) {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    if out.write_all(text.as_bytes()).and_then(|()| out.flush()).is_err() {
+        std::process::exit(0);
+    }
+}

@@ -1,0 +1,6 @@
+//! The program `obsid`.
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    console::main()
+}

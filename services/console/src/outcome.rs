@@ -1,0 +1,178 @@
+//! What a run came to, read from its recording: modes, estimates with verdicts, partitions, digest.
+
+use crate::Failure;
+use crate::launch::Finished;
+use crate::{paper, truth};
+use runtime::RunConfig;
+use runtime::statistics::PartitionRow;
+use serde_json::{Value, json};
+use supervisor::mode::Event;
+use supervisor::validation;
+use telemetry::{
+    Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, Estimate, MODE, Mode, ModeState, Phase, VERDICT, Verdict,
+};
+
+/// One change of mode.
+pub struct ModeRow {
+    pub frame: u64,
+    pub t_s: f64,
+    pub from: &'static str,
+    pub to: &'static str,
+    pub cause: &'static str,
+}
+
+/// One parameter: what was simulated, what was found, what the paper found, what the supervisor says.
+pub struct ParameterRow {
+    pub domain: Domain,
+    pub phase: Phase,
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub truth: Option<f64>,
+    pub value: Option<f64>,
+    pub sigma: Option<f64>,
+    pub paper_error_percent: Option<f64>,
+    pub complete: Option<bool>,
+    pub adequate: Option<bool>,
+    pub accepted: Option<bool>,
+    pub reason: String,
+    /// Modal: the channel on which the mode shows most, numbered from 1.
+    pub dominant_channel: Option<u32>,
+}
+
+impl ParameterRow {
+    #[must_use]
+    pub fn error_percent(&self) -> Option<f64> {
+        let (truth, value) = (self.truth?, self.value?);
+        Some(100.0 * (value - truth).abs() / truth.abs())
+    }
+}
+
+/// The result of a run.
+pub struct Outcome {
+    pub modes: Vec<ModeRow>,
+    pub parameters: Vec<ParameterRow>,
+    pub partitions: Vec<PartitionRow>,
+    pub digest: String,
+    pub wall_s: f64,
+    pub lockstep: bool,
+}
+
+impl Outcome {
+    /// Reads the recorded results of `run`.
+    ///
+    /// # Errors
+    /// When the recording is not complete.
+    pub fn read(run: &RunConfig, finished: Finished) -> Result<Self, Failure> {
+        let recorded = recording::read_mcap_topics(&run.record, telemetry::is_result).map_err(|error| Failure::Run(error.explain()))?;
+        let digest = recording::digest(&recorded).map_err(|error| Failure::Run(error.explain()))?;
+        let period_s = run.scenario.period_ns() as f64 * 1e-9;
+        let modes = recorded.of(MODE).map(|(_, mode)| mode_row(mode, period_s)).collect();
+        let verdicts: Vec<&Verdict> = recorded.of(VERDICT).map(|(_, verdict)| verdict).collect();
+        let mut parameters = Vec::new();
+        for (domain, topic) in [(Domain::Inertial, ESTIMATE_INERTIAL), (Domain::Slosh, ESTIMATE_SLOSH), (Domain::Modal, ESTIMATE_MODAL)] {
+            for &phase in Phase::ALL {
+                let of_phase = |code: u16| code == phase.code();
+                let estimate = recorded.of(topic).map(|(_, estimate)| estimate).filter(|e| e.closing == 1 && of_phase(e.phase)).last();
+                let verdict = verdicts.iter().rfind(|v| v.domain == domain.code() && of_phase(v.phase)).copied();
+                parameters.extend(parameter_rows(run, domain, phase, estimate, verdict));
+            }
+        }
+        let lockstep = finished.rows.iter().all(|row| row.cpu_s == 0.0);
+        Ok(Outcome { modes, parameters, partitions: finished.rows, digest: digest.hex, wall_s: finished.wall_s, lockstep })
+    }
+
+    /// The object that `--json` prints.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        let of = |domain: Domain| self.parameters.iter().filter(|row| row.domain == domain).map(parameter_json).collect::<Vec<_>>();
+        json!({
+            "modes": self.modes.iter().map(|row| json!({
+                "frame": row.frame, "t_s": row.t_s, "from": row.from, "to": row.to, "cause": row.cause,
+            })).collect::<Vec<_>>(),
+            "estimates": { "inertial": of(Domain::Inertial), "slosh": of(Domain::Slosh), "modal": of(Domain::Modal) },
+            "partitions": self.partitions.iter().map(|row| self.partition_json(row)).collect::<Vec<_>>(),
+            "digest": self.digest,
+            "wall_s": self.wall_s,
+        })
+    }
+
+    fn partition_json(&self, row: &PartitionRow) -> Value {
+        // In lockstep there is neither a wire nor a process: unknown, not zero.
+        let wire = |value: f64| if self.lockstep { Value::Null } else { json!(value) };
+        json!({
+            "name": row.name, "received": row.received, "lost": row.lost, "restarts": row.restarts,
+            "latency_us_p50": wire(row.latency_us_p50), "latency_us_p99": wire(row.latency_us_p99),
+            "cpu_percent": wire(row.cpu_percent), "duplicates": row.duplicates, "bad": row.bad,
+            "frames": row.frames, "frame_us_max": wire(row.frame_us_max), "cpu_s": wire(row.cpu_s),
+        })
+    }
+}
+
+/// Frames that a run will have, about.
+#[must_use]
+pub fn frames_expected(run: &RunConfig) -> u64 {
+    let scenario = &run.scenario;
+    let between = 3 * run.window_frames;
+    if let Some(replay) = &run.replay {
+        return replay.frames + 2 * between;
+    }
+    let durations = [
+        scenario.modal.as_ref().map(|modal| modal.duration_s),
+        scenario.slosh.as_ref().map(|slosh| slosh.duration_s),
+        scenario.inertial.as_ref().map(|arm| arm.duration_s),
+        scenario.mated.as_ref().filter(|_| scenario.capture.enabled).map(|arm| arm.duration_s + scenario.capture.settle_s),
+    ];
+    durations.iter().flatten().map(|&duration_s| scenario.frames(duration_s) + between).sum::<u64>() + 2 * between
+}
+
+fn mode_row(mode: &Mode, period_s: f64) -> ModeRow {
+    let text = |code: u16| ModeState::from_code(code).map_or("?", ModeState::text);
+    ModeRow {
+        frame: mode.effective_frame,
+        t_s: mode.effective_frame as f64 * period_s,
+        from: text(mode.previous),
+        to: text(mode.state),
+        cause: Event::from_code(mode.event).map_or("?", Event::text),
+    }
+}
+
+fn parameter_rows(run: &RunConfig, domain: Domain, phase: Phase, estimate: Option<&Estimate>, verdict: Option<&Verdict>) -> Vec<ParameterRow> {
+    if estimate.is_none() && verdict.is_none() {
+        return Vec::new();
+    }
+    let truth = truth::parameters(run, domain, phase);
+    let found = estimate.filter(|estimate| estimate.status == 0).map_or(0, |estimate| usize::from(estimate.count));
+    let names = telemetry::parameters(domain);
+    let row = |i: usize| {
+        let found = estimate.filter(|_| i < found);
+        ParameterRow {
+            domain,
+            phase,
+            name: names[i].name,
+            unit: names[i].unit,
+            truth: truth.get(i).copied(),
+            value: found.map(|estimate| estimate.values[i]),
+            sigma: found.map(|estimate| estimate.covariance[i][i].sqrt()),
+            paper_error_percent: paper::error_percent(domain, phase, i),
+            complete: verdict.map(|verdict| verdict.complete == 1),
+            adequate: verdict.and_then(|verdict| (verdict.adequate < 2).then_some(verdict.adequate == 1)),
+            accepted: verdict.map(|verdict| verdict.accepted == 1),
+            reason: verdict.map_or("no verdict".into(), validation::explain),
+            dominant_channel: found.filter(|_| domain == Domain::Modal).map(|estimate| estimate.auxiliary[i / 2] as u32),
+        }
+    };
+    let expected = if truth.is_empty() { found.max(usize::from(found == 0)) } else { truth.len().max(found) };
+    (0..expected.min(names.len())).map(row).collect()
+}
+
+fn parameter_json(row: &ParameterRow) -> Value {
+    let mut object = json!({
+        "phase": row.phase.text(), "name": row.name, "unit": row.unit, "truth": row.truth, "value": row.value, "sigma": row.sigma,
+        "error_percent": row.error_percent(), "paper_error_percent": row.paper_error_percent,
+        "complete": row.complete, "adequate": row.adequate, "accepted": row.accepted, "reason": row.reason,
+    });
+    if let Some(channel) = row.dominant_channel {
+        object["dominant_channel"] = json!(channel);
+    }
+    object
+}

@@ -1,0 +1,86 @@
+//! `obsid partition NAME`: one process of a run, started by the warden; `warden` is the parent of all.
+
+use runtime::process;
+use runtime::warden::{self, Launcher, Report};
+use runtime::{Connect, RunConfig};
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use telemetry::PartitionId;
+
+/// The one list of partitions.
+pub const PARTITIONS: &[(PartitionId, Connect)] = &[
+    (PartitionId::SensorSim, sensor_sim::connect),
+    (PartitionId::InertialId, inertial_id::connect),
+    (PartitionId::SloshId, slosh_id::connect),
+    (PartitionId::ModalId, modal_id::connect),
+    (PartitionId::Supervisor, supervisor::connect),
+    (PartitionId::Recorder, recorder::connect),
+];
+
+/// One process of a run (started by the warden)
+#[derive(clap::Args)]
+pub struct Arguments {
+    /// sensor-sim, inertial-id, slosh-id, modal-id, supervisor, recorder, or warden
+    name: String,
+    /// Folder of the run
+    #[arg(long)]
+    run: Option<PathBuf>,
+    /// How often the partition was started before
+    #[arg(long, default_value_t = 0)]
+    epoch: u32,
+    /// Warden only: the run's configuration (JSON)
+    #[arg(long)]
+    config: Option<PathBuf>,
+    /// Warden only: where the run's folder is made
+    #[arg(long)]
+    root: Option<PathBuf>,
+}
+
+pub fn run(arguments: &Arguments) -> ExitCode {
+    if arguments.name == "warden" {
+        return warden(arguments);
+    }
+    let Some((id, connect)) = PARTITIONS.iter().find(|(id, _)| id.text() == arguments.name) else {
+        let names: Vec<&str> = PARTITIONS.iter().map(|(id, _)| id.text()).collect();
+        eprintln!("obsid: no partition is called '{}'; there are {} and warden", arguments.name, names.join(", "));
+        return ExitCode::from(2);
+    };
+    let Some(folder) = &arguments.run else {
+        eprintln!("obsid: partition {id} needs --run FOLDER, the folder of a run that its warden has made");
+        return ExitCode::from(2);
+    };
+    process::exit_code(*id, process::run(*id, *connect, folder, arguments.epoch))
+}
+
+fn warden(arguments: &Arguments) -> ExitCode {
+    let Some(config) = &arguments.config else {
+        eprintln!("obsid: partition warden needs --config FILE");
+        return ExitCode::from(2);
+    };
+    let root = arguments.root.clone().unwrap_or_else(|| PathBuf::from("/dev/shm"));
+    match load(config).and_then(|run| supervise(&run, &root)) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("warden: {error}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+fn load(path: &PathBuf) -> std::io::Result<RunConfig> {
+    let text = std::fs::read_to_string(path)?;
+    serde_json::from_str(&text).map_err(|error| std::io::Error::other(format!("{}: {error}", path.display())))
+}
+
+fn supervise(run: &RunConfig, root: &std::path::Path) -> std::io::Result<bool> {
+    let launcher = Launcher { program: std::env::current_exe()? };
+    let mut report = |report: &Report| {
+        // Whoever started the warden may be gone: the run goes on.
+        if let Ok(line) = serde_json::to_string(report) {
+            let _ = writeln!(std::io::stdout(), "{line}");
+        }
+    };
+    warden::run(run, root, &launcher, &mut report)
+}

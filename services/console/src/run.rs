@@ -1,0 +1,154 @@
+//! `obsid run`: a scenario through the partitions.
+
+use crate::launch::{self, LinkKind, ResultsFile};
+use crate::outcome::Outcome;
+use crate::partition::PARTITIONS;
+use crate::{Failure, scenario_file, table};
+use runtime::config::{Fault, KillPoint, Limits, ReplayConfig, Sabotage};
+use runtime::{RunConfig, Scenario};
+use std::path::PathBuf;
+use telemetry::PartitionId;
+
+/// Simulate a scenario and identify it on the way
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  obsid run                                    the default scenario
+  obsid run --record flight.mcap               and keep every sample
+  obsid run --link lockstep --seed 7 --json    in one thread, another seed, result as JSON
+  obsid run --speed 1                          in real time")]
+pub struct Arguments {
+    /// Scenario file; without one the benchmark's (deploy/scenarios/default.toml, built in)
+    scenario: Option<PathBuf>,
+    #[command(flatten)]
+    pub common: Common,
+    /// Simulated over real time at most; without it as fast as the slowest partition
+    #[arg(long, value_name = "N", value_parser = positive)]
+    speed: Option<f64>,
+    /// Seed of every noise stream; without it the scenario's
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+}
+
+/// What `run` and `replay` have in common.
+#[derive(clap::Args)]
+pub struct Common {
+    /// What carries the samples
+    #[arg(long, value_enum, default_value = "shm")]
+    pub link: LinkKind,
+    /// Write every sample to this MCAP file
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// One JSON object on standard output, all else on standard error
+    #[arg(long)]
+    pub json: bool,
+    /// Drill: switch a safeguard off
+    #[arg(long, hide = true, value_parser = sabotage)]
+    sabotage: Option<Sabotage>,
+    /// Drill: kill a partition once, NAME@FRAME[:connect|frame|publish|checkpoint]
+    #[arg(long, hide = true, value_parser = kill)]
+    kill: Vec<Fault>,
+    /// Drill: kill a partition in every life from this frame on, NAME@FRAME
+    #[arg(long, hide = true, value_parser = kill_always)]
+    kill_always: Vec<Fault>,
+    /// Drill: a partition hangs, NAME@FRAME
+    #[arg(long, hide = true, value_parser = hang)]
+    hang: Vec<Fault>,
+    /// Drill: a damaged sample goes out in this frame
+    #[arg(long, hide = true, value_parser = corrupt)]
+    corrupt: Vec<Fault>,
+    /// Drill: shorter limits, milliseconds until a hang is called one
+    #[arg(long, hide = true)]
+    hang_ms: Option<u64>,
+    /// Drill: seconds without a frame until a run has failed
+    #[arg(long, hide = true)]
+    stall_s: Option<u64>,
+}
+
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let scenario = match &arguments.scenario {
+        Some(path) => scenario_file::read(path)?,
+        None => scenario_file::default_scenario()?,
+    };
+    let results = ResultsFile::new(arguments.common.record.as_deref());
+    let mut run = config(scenario, &arguments.common, &results, None);
+    run.seed = arguments.seed.unwrap_or(run.scenario.seed);
+    run.speed = arguments.speed;
+    carry_out(&run, &arguments.common)
+}
+
+/// Runs, reads the results, shows them.
+pub fn carry_out(run: &RunConfig, common: &Common) -> Result<(), Failure> {
+    let finished = launch::launch(run, common.link)?;
+    let outcome = Outcome::read(run, finished)?;
+    if common.json {
+        crate::print(&format!("{}\n", outcome.json()));
+    } else {
+        crate::print(&table::outcome(&outcome));
+    }
+    Ok(())
+}
+
+pub fn config(scenario: Scenario, common: &Common, results: &ResultsFile, replay: Option<ReplayConfig>) -> RunConfig {
+    let defaults = Limits::default();
+    let limits = Limits {
+        hang_ms: common.hang_ms.unwrap_or(defaults.hang_ms),
+        stall_s: common.stall_s.unwrap_or(defaults.stall_s),
+        ..defaults
+    };
+    RunConfig {
+        seed: scenario.seed,
+        window_frames: scenario.window_frames,
+        checkpoint_frames: (scenario.window_frames / 4).max(1),
+        scenario,
+        replay,
+        record: results.path().to_path_buf(),
+        record_all: common.record.is_some(),
+        speed: None,
+        partitions: PARTITIONS.iter().map(|(id, _)| *id).collect(),
+        limits,
+        sabotage: common.sabotage.unwrap_or_default(),
+        faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt].into_iter().flatten().copied().collect(),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("must be a number above 0".into()),
+    }
+}
+
+fn sabotage(text: &str) -> Result<Sabotage, String> {
+    let found = Sabotage::NAMES.iter().find(|(name, _)| *name == text);
+    found.map(|(_, sabotage)| *sabotage).ok_or_else(|| format!("one of {}", names(Sabotage::NAMES)))
+}
+
+fn names<T>(list: &[(&'static str, T)]) -> String {
+    list.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
+
+fn place(text: &str) -> Result<(PartitionId, u64), String> {
+    let (name, frame) = text.split_once('@').ok_or("NAME@FRAME")?;
+    let partition = PartitionId::named(name).ok_or_else(|| format!("no partition is called '{name}'"))?;
+    Ok((partition, frame.parse().map_err(|_| format!("'{frame}' is not a frame number"))?))
+}
+
+fn kill(text: &str) -> Result<Fault, String> {
+    let (text, point) = text.split_once(':').unwrap_or((text, "frame"));
+    let (partition, frame) = place(text)?;
+    let found = KillPoint::NAMES.iter().find(|(name, _)| *name == point);
+    let (_, point) = *found.ok_or_else(|| format!("one of {}", names(KillPoint::NAMES)))?;
+    Ok(Fault::Kill { partition, frame, point })
+}
+
+fn kill_always(text: &str) -> Result<Fault, String> {
+    place(text).map(|(partition, frame)| Fault::KillAlways { partition, frame })
+}
+
+fn hang(text: &str) -> Result<Fault, String> {
+    place(text).map(|(partition, frame)| Fault::Hang { partition, frame })
+}
+
+fn corrupt(text: &str) -> Result<Fault, String> {
+    text.parse().map(|frame| Fault::Corrupt { frame }).map_err(|_| format!("'{text}' is not a frame number"))
+}

@@ -1,0 +1,108 @@
+//! Tables for a terminal: aligned on the decimal point, with sigmas.
+
+use crate::outcome::{Outcome, ParameterRow};
+use std::fmt::Write;
+
+/// The table a run ends with.
+#[must_use]
+pub fn outcome(outcome: &Outcome) -> String {
+    let mut text = String::new();
+    modes(outcome, &mut text);
+    parameters(outcome, &mut text);
+    partitions(outcome, &mut text);
+    let _ = writeln!(text, "\ndigest {}\nwall time {:.1} s", outcome.digest, outcome.wall_s);
+    text
+}
+
+fn modes(outcome: &Outcome, text: &mut String) {
+    let _ = writeln!(text, "{:>9} {:>9}  {:<22} {:<22} cause", "frame", "t [s]", "from", "to");
+    for row in &outcome.modes {
+        let _ = writeln!(text, "{:>9} {:>9.2}  {:<22} {:<22} {}", row.frame, row.t_s, row.from, row.to, row.cause);
+    }
+}
+
+fn parameters(outcome: &Outcome, text: &mut String) {
+    let _ = writeln!(
+        text,
+        "\n{:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}",
+        "domain", "phase", "name", "unit", "truth", "estimate +- sigma", "error %", "paper %"
+    );
+    let mut last_reason = None;
+    for row in &outcome.parameters {
+        let key = (row.domain, row.phase);
+        let _ = writeln!(
+            text,
+            "{:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}",
+            row.domain,
+            row.phase,
+            row.name,
+            row.unit,
+            optional(row.truth, 6),
+            with_sigma(row),
+            optional(row.error_percent(), 4),
+            optional(row.paper_error_percent, 2),
+        );
+        if last_reason.as_ref() != Some(&key) {
+            last_reason = Some(key);
+        }
+    }
+    for row in one_per_model(&outcome.parameters) {
+        let _ = writeln!(
+            text,
+            "{:<9} {:<12} complete {:<3} adequate {:<3} accepted {:<3}  {}",
+            row.domain,
+            row.phase,
+            yes(row.complete),
+            yes(row.adequate),
+            yes(row.accepted),
+            row.reason
+        );
+    }
+}
+
+fn one_per_model(rows: &[ParameterRow]) -> impl Iterator<Item = &ParameterRow> {
+    rows.iter().enumerate().filter(|(i, row)| *i == 0 || (rows[i - 1].domain, rows[i - 1].phase) != (row.domain, row.phase)).map(|(_, row)| row)
+}
+
+fn partitions(outcome: &Outcome, text: &mut String) {
+    let _ = writeln!(
+        text,
+        "\n{:<12} {:>10} {:>6} {:>9} {:>5} {:>8} {:>12} {:>12} {:>7}",
+        "partition", "received", "lost", "restarts", "bad", "frames", "p50 [us]", "p99 [us]", "CPU %"
+    );
+    for row in &outcome.partitions {
+        let wire = |value: f64| if outcome.lockstep { "-".to_string() } else { format!("{value:.1}") };
+        let _ = writeln!(
+            text,
+            "{:<12} {:>10} {:>6} {:>9} {:>5} {:>8} {:>12} {:>12} {:>7}",
+            row.name,
+            row.received,
+            row.lost,
+            row.restarts,
+            row.bad,
+            row.frames,
+            wire(row.latency_us_p50),
+            wire(row.latency_us_p99),
+            wire(row.cpu_percent)
+        );
+    }
+}
+
+fn optional(value: Option<f64>, decimals: usize) -> String {
+    value.map_or("-".into(), |value| format!("{value:.decimals$}"))
+}
+
+fn yes(value: Option<bool>) -> &'static str {
+    match value {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "?",
+    }
+}
+
+/// Value and sigma with the decimals that the sigma gives meaning to.
+fn with_sigma(row: &ParameterRow) -> String {
+    let (Some(value), Some(sigma)) = (row.value, row.sigma) else { return "-".into() };
+    let decimals = if sigma > 0.0 && sigma.is_finite() { (1.0 - sigma.log10().floor()).clamp(0.0, 12.0) as usize } else { 6 };
+    format!("{value:.decimals$} +- {sigma:.decimals$}")
+}

@@ -1,0 +1,120 @@
+//! Every sample to one MCAP file, in a process of its own: a stalled disk may not hold up an estimator.
+//!
+//! The file is the partition's memory: a checkpoint completes a chunk, and a restart goes on behind the samples that
+//! the checkpoint counts. May import: recording, runtime, telemetry. Must never know: equations.
+#![forbid(unsafe_code)]
+
+use recording::McapRecorder;
+use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use telemetry::{Delivery, PartitionId, TOPICS, TopicId};
+
+const INPUTS: [TopicId; 14] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13];
+const _: () = assert!(INPUTS.len() <= telemetry::TOPICS_MAX);
+
+/// The partition.
+pub struct Recorder {
+    path: PathBuf,
+    file: Option<McapRecorder>,
+    metadata: BTreeMap<String, String>,
+    scenario: String,
+    record_all: bool,
+    written: u64,
+    failure: Option<String>,
+}
+
+/// Builds the partition of `run`; the file is made with its first frame or taken up after a restart.
+///
+/// # Errors
+/// When a topic is missing from the recorder's list.
+pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
+    let fail = |reason: String| ConnectError { partition: PartitionId::Recorder, reason };
+    if INPUTS.len() != TOPICS.len() {
+        return Err(fail(format!("records {} topics of {}", INPUTS.len(), TOPICS.len())));
+    }
+    let scenario = serde_json::to_string_pretty(&run.scenario).map_err(|error| fail(error.to_string()))?;
+    let metadata = BTreeMap::from([
+        ("scenario".into(), run.scenario.name.clone()),
+        ("seed".into(), run.seed.to_string()),
+        ("window_frames".into(), run.window_frames.to_string()),
+        ("period_ns".into(), run.scenario.period_ns().to_string()),
+        ("version".into(), env!("CARGO_PKG_VERSION").into()),
+    ]);
+    Ok(Box::new(Recorder {
+        path: run.record.clone(),
+        file: None,
+        metadata,
+        scenario,
+        record_all: run.record_all,
+        written: 0,
+        failure: None,
+    }))
+}
+
+impl Partition for Recorder {
+    fn id(&self) -> PartitionId {
+        PartitionId::Recorder
+    }
+
+    fn inputs(&self) -> &'static [TopicId] {
+        &INPUTS
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>, _out: &mut Outputs) {
+        if let Err(error) = self.record(frame) {
+            // Reported with the checkpoint, which must not claim what the file does not hold.
+            self.failure.get_or_insert(error);
+        }
+    }
+
+    fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
+        if let Some(failure) = &self.failure {
+            return Err(StateError::Other(failure.clone()));
+        }
+        if let Some(file) = &mut self.file {
+            file.flush().map_err(|error| StateError::Other(error.to_string()))?;
+        }
+        runtime::save_state(&self.written, state)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
+        self.written = runtime::restore_state(state)?;
+        let mut kept = 0;
+        let written = self.written;
+        let recovered = McapRecorder::recover(&self.path, |_, _, _| {
+            kept += 1;
+            kept <= written
+        });
+        let (file, _found) = recovered.map_err(|error| StateError::Other(error.to_string()))?;
+        self.file = Some(file);
+        Ok(())
+    }
+
+    fn finish(&mut self) -> Result<(), StateError> {
+        let Some(file) = self.file.take() else { return Ok(()) };
+        file.finish().map_err(|error| StateError::Other(error.to_string()))
+    }
+}
+
+impl Recorder {
+    fn record(&mut self, frame: &Frame<'_>) -> Result<(), String> {
+        if self.file.is_none() {
+            let mut file = McapRecorder::create(&self.path).map_err(|error| error.to_string())?;
+            file.metadata("run", &self.metadata).map_err(|error| error.to_string())?;
+            file.attach("scenario.json", "application/json", self.scenario.as_bytes()).map_err(|error| error.to_string())?;
+            self.file = Some(file);
+        }
+        let file = self.file.as_mut().ok_or("no file")?;
+        for topic in INPUTS {
+            if TOPICS[topic].delivery == Delivery::Source && !self.record_all {
+                continue;
+            }
+            for (stamps, payload) in frame.raw(topic) {
+                file.write(topic, stamps, payload).map_err(|error| error.to_string())?;
+                self.written += 1;
+            }
+        }
+        Ok(())
+    }
+}

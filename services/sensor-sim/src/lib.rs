@@ -1,0 +1,120 @@
+//! The source: simulates sensors of the experiment in effect, or replays a recording, frame by frame.
+//!
+//! May import: plant, recording, runtime, telemetry. Must never know: estimators and the closed forms they fly with.
+#![forbid(unsafe_code)]
+
+mod simulation;
+mod systems;
+
+use recording::{ChannelMap, ReplayFrames, ReplaySample};
+use runtime::experiment::ExperimentWindow;
+use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
+use serde::{Deserialize, Serialize};
+use simulation::{Simulation, SimulationState};
+use telemetry::{ACCELEROMETERS, ACTUATORS, Experiment, Header, IMU, JOINTS, PartitionId, TopicId};
+
+/// What a restart needs.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct State {
+    window: ExperimentWindow,
+    /// First frame behind the run: the plan has ended and every sample has been consumed.
+    last_frame: Option<u64>,
+    simulation: SimulationState,
+}
+
+/// The source partition.
+pub struct SensorSim {
+    state: State,
+    simulation: Simulation,
+    replay: Option<ReplayFrames>,
+    window_frames: u64,
+}
+
+/// Builds the source of `run`.
+///
+/// # Errors
+/// When the recording cannot be read.
+pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
+    let replay = run.replay.as_ref().map(|_| read_recording(run)).transpose()?;
+    let simulation = Simulation::new(run);
+    Ok(Box::new(SensorSim { state: State::default(), simulation, replay, window_frames: run.window_frames }))
+}
+
+fn read_recording(run: &RunConfig) -> Result<ReplayFrames, ConnectError> {
+    let fail = |reason: String| ConnectError { partition: PartitionId::SensorSim, reason };
+    let config = run.replay.as_ref().ok_or_else(|| fail("no recording".into()))?;
+    let imported = recording::read(&config.path).map_err(|error| fail(error.to_string()))?;
+    let map = config.channel_map.as_deref().map(|text| ChannelMap::parse("map", text)).transpose();
+    let map = map.map_err(|error| fail(error.to_string()))?;
+    ReplayFrames::new(&imported, map.as_ref(), run.scenario.period_ns()).map_err(|error| fail(error.to_string()))
+}
+
+impl Partition for SensorSim {
+    fn id(&self) -> PartitionId {
+        PartitionId::SensorSim
+    }
+
+    fn inputs(&self) -> &'static [TopicId] {
+        &[]
+    }
+
+    fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
+        if !frame.urgent.is_empty() {
+            // A partition was given up: nothing is excited until the next mode.
+            self.state.simulation.inhibit();
+        }
+        if let Some(mode) = frame.new_mode() {
+            self.state.window.step(frame, &[]);
+            self.simulation.enter(&mut self.state.simulation, mode);
+            if mode.ended == 1 {
+                // Results of the last frames are on their way for one more window.
+                self.state.last_frame = Some(frame.number + self.window_frames);
+            }
+        }
+        let window = self.state.window;
+        match &self.replay {
+            Some(replay) if window.experiment == Experiment::Replay && frame.number < window.end_frame => {
+                let begin_ns = window.begin_frame * frame.period_ns;
+                replay.frame(frame.number - window.begin_frame, &mut |sample| publish_replayed(sample, begin_ns, out));
+            }
+            Some(_) => {}
+            None => self.simulation.frame(&mut self.state.simulation, &window, frame, out),
+        }
+        if self.state.last_frame.is_some_and(|last| frame.number >= last) {
+            out.end();
+        }
+    }
+
+    fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
+        self.state.simulation.keep(&self.simulation);
+        runtime::save_state(&self.state, state)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
+        self.state = runtime::restore_state(state)?;
+        self.simulation.restore(&self.state.simulation);
+        Ok(())
+    }
+}
+
+fn publish_replayed(sample: ReplaySample, begin_ns: u64, out: &mut Outputs) {
+    let later = |header: Header| Header::at(begin_ns + header.t_meas_ns);
+    match sample {
+        ReplaySample::Imu(mut sample) => {
+            sample.header = later(sample.header);
+            out.publish(IMU, &sample);
+        }
+        ReplaySample::Joints(mut sample) => {
+            sample.header = later(sample.header);
+            out.publish(JOINTS, &sample);
+        }
+        ReplaySample::Actuators(mut sample) => {
+            sample.header = later(sample.header);
+            out.publish(ACTUATORS, &sample);
+        }
+        ReplaySample::Accelerometers(mut sample) => {
+            sample.header = later(sample.header);
+            out.publish(ACCELEROMETERS, &sample);
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! What goes into the machine and what comes out of it: stimuli, decisions, the state in a checkpoint.
+
+use telemetry::{Domain, Experiment, Header, Mode, ModeState};
+
+use super::table::Event;
+
+/// Something the partition reports to the machine. Derived events (see [`Event`]) are formed by the machine itself from
+/// the situation and the frame; reported ones are ignored.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stimulus {
+    Start,
+    SafeCommand,
+    OperatorResume,
+    OperatorOverride,
+    /// Verdict on the model of the experiment that bore this counter.
+    Verdict {
+        domain: Domain,
+        generation: u32,
+        accepted: bool,
+    },
+}
+
+impl Stimulus {
+    pub(super) const fn event(&self) -> Event {
+        match self {
+            Stimulus::Start => Event::Start,
+            Stimulus::SafeCommand => Event::SafeCommand,
+            Stimulus::OperatorResume => Event::OperatorResume,
+            Stimulus::OperatorOverride => Event::OperatorOverride,
+            Stimulus::Verdict { accepted: true, .. } => Event::ModelAccepted,
+            Stimulus::Verdict { accepted: false, .. } => Event::ModelRefused,
+        }
+    }
+}
+
+/// A change of mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decision {
+    pub frame: u64,
+    pub effective_frame: u64,
+    pub from: ModeState,
+    pub to: ModeState,
+    pub event: Event,
+    pub experiment: Experiment,
+    /// Length of the experiment, 0 for none.
+    pub duration_frames: u64,
+    /// Experiment counter, from 1.
+    pub generation: u32,
+    /// Nothing follows.
+    pub ended: bool,
+    /// What the guard (or, without one, the event) looked at, and its limit; both 0 when nothing was measured.
+    pub measured: f64,
+    pub limit: f64,
+}
+
+impl Decision {
+    /// The sample that says so; `t_ns` is the time of the deciding frame.
+    pub fn sample(&self, t_ns: u64) -> Mode {
+        Mode {
+            header: Header::at(t_ns),
+            frame: self.frame,
+            effective_frame: self.effective_frame,
+            duration_frames: self.duration_frames,
+            state: self.to.code(),
+            previous: self.from.code(),
+            experiment: self.experiment.code(),
+            event: self.event.code(),
+            generation: self.generation,
+            ended: u32::from(self.ended),
+            measured: self.measured,
+            limit: self.limit,
+        }
+    }
+}
+
+/// A mode state in a checkpoint: its telemetry code.
+pub(super) mod state_code {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+    use telemetry::ModeState;
+
+    pub fn serialize<S: Serializer>(state: &ModeState, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_u16(state.code())
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ModeState, D::Error> {
+        let code = u16::deserialize(deserializer)?;
+        ModeState::from_code(code).ok_or_else(|| D::Error::custom(format!("unknown mode state {code}")))
+    }
+}

@@ -1,0 +1,337 @@
+//! The mode table: per state its timeout, its abort path and one block of rows (event, guard, action, next state).
+//!
+//! Rows are tried from top to bottom; the first whose event and guard match is taken. Every block covers every event
+//! and ends it with [`Guard::Always`], so that each (state, event) pair is defined. Events of one frame are offered in
+//! the order of their codes, and a frame changes the state at most once.
+
+use Action::{Abandon, Arm, Captured, End, Excite, Ignore, Override};
+use Event::{
+    Check, ContactSeen, Elapsed, InputsLost, ModelAccepted, ModelRefused, OperatorOverride, OperatorResume,
+    PartitionLost, SafeCommand, Start, Timeout,
+};
+use Guard::{
+    Always, CaptureAllowed, Enter, Judged, NothingLeft, OwnInputs, OwnPartition, Resumable, Running, SourceLost,
+};
+use telemetry::ModeState::{
+    self, ApproachHold, Capture, MatedInertial, MatedSettle, PreCaptureInertial, PreCaptureModal, PreCaptureSlosh,
+    Safe, Standby,
+};
+
+/// What can happen, most urgent first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(u16)]
+pub enum Event {
+    /// Operator or warden: make safe.
+    SafeCommand = 1,
+    /// A partition was given up (derived from the situation in every frame, so it cannot be missed).
+    PartitionLost = 2,
+    /// A sensor that the running experiment needs is silent (derived).
+    InputsLost = 3,
+    /// Operator: capture without accepted models.
+    OperatorOverride = 4,
+    /// Operator: leave SAFE, go on with the plan.
+    OperatorResume = 5,
+    /// The plan begins.
+    Start = 6,
+    /// The validation accepted the model of an experiment.
+    ModelAccepted = 7,
+    /// The validation refused it, or had none to judge.
+    ModelRefused = 8,
+    /// Contact recognised from the data (derived).
+    ContactSeen = 9,
+    /// The intended duration of the state is over (derived).
+    Elapsed = 10,
+    /// The longest duration of the state is over (derived).
+    Timeout = 11,
+    /// The frame itself: guards are looked at (derived).
+    Check = 12,
+}
+
+impl Event {
+    pub const ALL: [Event; 12] = [
+        SafeCommand,
+        PartitionLost,
+        InputsLost,
+        OperatorOverride,
+        OperatorResume,
+        Start,
+        ModelAccepted,
+        ModelRefused,
+        ContactSeen,
+        Elapsed,
+        Timeout,
+        Check,
+    ];
+
+    pub const fn code(self) -> u16 {
+        self as u16
+    }
+
+    /// `None` for a code that this build does not know.
+    pub fn from_code(code: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|event| event.code() == code)
+    }
+
+    pub const fn text(self) -> &'static str {
+        match self {
+            SafeCommand => "safe command",
+            PartitionLost => "partition lost",
+            InputsLost => "inputs lost",
+            OperatorOverride => "operator override",
+            OperatorResume => "operator resume",
+            Start => "start",
+            ModelAccepted => "model accepted",
+            ModelRefused => "model refused",
+            ContactSeen => "contact seen",
+            Elapsed => "duration elapsed",
+            Timeout => "timeout",
+            Check => "guard held",
+        }
+    }
+
+    /// Acts even while an earlier decision has not taken effect yet: it does not rest on measurements of the old mode.
+    pub const fn is_urgent(self) -> bool {
+        matches!(self, SafeCommand | PartitionLost)
+    }
+}
+
+/// Condition of a row, on measured quantities.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guard {
+    Always,
+    /// The plan's next step leads to this state, every awaited model is judged, and what the state demands is measured:
+    /// base rate below its limit, inputs alive.
+    Enter(ModeState),
+    /// Every model the running experiment is to give has been judged (or the timeout spares the wait).
+    Judged,
+    /// Every awaited model is judged and the plan holds nothing more.
+    NothingLeft,
+    /// Accepted inertial and slosh models younger than the limit, or an override; base rate low, inputs alive.
+    CaptureAllowed,
+    /// A sample source was given up: nothing can be flown.
+    SourceLost,
+    /// The partition that the running experiment feeds was given up.
+    OwnPartition,
+    /// An input of the running experiment is silent.
+    OwnInputs,
+    /// The run has begun and not ended.
+    Running,
+    /// The run has not ended and the source lives.
+    Resumable,
+}
+
+/// What a row does beside changing the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    Ignore,
+    /// The plan may begin.
+    Arm,
+    /// Remember the operator's override.
+    Override,
+    /// New experiment counter, excitation on, models awaited.
+    Excite,
+    /// Strike the step that waited too long off the plan.
+    Abandon,
+    /// From now on the plan is the mated one.
+    Captured,
+    /// Nothing follows.
+    End,
+}
+
+/// Which limits of the plan run from the entry into a state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Timer {
+    /// Timeout after the dwell in SAFE.
+    SafeDwell,
+    /// Timeout after the longest wait for a guard.
+    Hold,
+    /// Elapsed after the experiment's duration, timeout after its limit.
+    Experiment,
+    /// Timeout when no contact is seen.
+    Capture,
+    /// Elapsed after the settling time, timeout one hold later.
+    Settle,
+}
+
+/// Where a row leads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Next {
+    Stay,
+    To(ModeState),
+    /// The block's abort path.
+    Abort,
+}
+
+/// One line of the table; several events that are answered alike share it.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    pub events: &'static [Event],
+    pub guard: Guard,
+    pub action: Action,
+    pub next: Next,
+}
+
+/// One state of the table.
+#[derive(Clone, Copy, Debug)]
+pub struct Block {
+    pub state: ModeState,
+    pub timer: Timer,
+    pub abort: ModeState,
+    pub rows: &'static [Row],
+}
+
+const fn row(events: &'static [Event], guard: Guard, action: Action, next: Next) -> Row {
+    Row { events, guard, action, next }
+}
+
+const fn to(state: ModeState) -> Next {
+    Next::To(state)
+}
+
+const STAY: Next = Next::Stay;
+const ABORT: Next = Next::Abort;
+/// An experiment is over for the plan: its model is judged, or the wait for it is.
+const OVER: &[Event] = &[ModelAccepted, ModelRefused, Timeout];
+
+/// The three experiments before capture differ in nothing but what they excite.
+const PRE_CAPTURE: &[Row] = &[
+    row(&[SafeCommand], Always, Ignore, to(Safe)),
+    row(&[PartitionLost], SourceLost, Ignore, to(Safe)),
+    row(&[PartitionLost], OwnPartition, Ignore, ABORT),
+    row(&[PartitionLost], Always, Ignore, STAY),
+    row(&[InputsLost], OwnInputs, Ignore, ABORT),
+    row(&[InputsLost], Always, Ignore, STAY),
+    row(&[OperatorOverride], Always, Override, STAY),
+    row(OVER, Enter(PreCaptureModal), Excite, to(PreCaptureModal)),
+    row(OVER, Enter(PreCaptureSlosh), Excite, to(PreCaptureSlosh)),
+    row(OVER, Enter(PreCaptureInertial), Excite, to(PreCaptureInertial)),
+    row(OVER, Enter(ApproachHold), Ignore, to(ApproachHold)),
+    row(OVER, NothingLeft, End, to(Standby)),
+    row(OVER, Judged, Ignore, to(Standby)),
+    row(OVER, Always, Ignore, STAY),
+    row(&[OperatorResume, Start, ContactSeen, Elapsed, Check], Always, Ignore, STAY),
+];
+
+/// The table.
+pub const TABLE: &[Block] = &[
+    Block {
+        state: Safe,
+        timer: Timer::SafeDwell,
+        abort: Safe,
+        rows: &[
+            row(&[OperatorResume], Resumable, Ignore, to(Standby)),
+            row(&[OperatorResume], Always, Ignore, STAY),
+            row(&[OperatorOverride], Always, Override, STAY),
+            row(&[Start], Always, Arm, STAY),
+            row(&[Timeout], Always, End, STAY),
+            row(&[SafeCommand, PartitionLost, InputsLost, ModelAccepted, ModelRefused], Always, Ignore, STAY),
+            row(&[ContactSeen, Elapsed, Check], Always, Ignore, STAY),
+        ],
+    },
+    Block {
+        state: Standby,
+        timer: Timer::Hold,
+        abort: Safe,
+        rows: &[
+            row(&[SafeCommand], Always, Ignore, to(Safe)),
+            row(&[PartitionLost], SourceLost, Ignore, ABORT),
+            row(&[PartitionLost], Always, Ignore, STAY),
+            row(&[OperatorOverride], Always, Override, STAY),
+            row(&[Start], Always, Arm, STAY),
+            row(&[Check], Enter(PreCaptureModal), Excite, to(PreCaptureModal)),
+            row(&[Check], Enter(PreCaptureSlosh), Excite, to(PreCaptureSlosh)),
+            row(&[Check], Enter(PreCaptureInertial), Excite, to(PreCaptureInertial)),
+            row(&[Check], Enter(ApproachHold), Ignore, to(ApproachHold)),
+            row(&[Check], Enter(MatedSettle), Ignore, to(MatedSettle)),
+            row(&[Check], NothingLeft, End, STAY),
+            row(&[Check], Always, Ignore, STAY),
+            row(&[Timeout], Running, Abandon, STAY),
+            row(&[Timeout], Always, Ignore, STAY),
+            row(&[InputsLost, OperatorResume, ModelAccepted, ModelRefused], Always, Ignore, STAY),
+            row(&[ContactSeen, Elapsed], Always, Ignore, STAY),
+        ],
+    },
+    Block { state: PreCaptureModal, timer: Timer::Experiment, abort: Standby, rows: PRE_CAPTURE },
+    Block { state: PreCaptureSlosh, timer: Timer::Experiment, abort: Standby, rows: PRE_CAPTURE },
+    Block { state: PreCaptureInertial, timer: Timer::Experiment, abort: Standby, rows: PRE_CAPTURE },
+    Block {
+        state: ApproachHold,
+        timer: Timer::Hold,
+        abort: Standby,
+        rows: &[
+            row(&[SafeCommand], Always, Ignore, to(Safe)),
+            row(&[PartitionLost], SourceLost, Ignore, to(Safe)),
+            row(&[PartitionLost], Always, Ignore, STAY),
+            row(&[OperatorOverride], Always, Override, STAY),
+            // Contact before it is commanded is a collision.
+            row(&[ContactSeen], Always, Ignore, to(Safe)),
+            row(&[Timeout], Always, End, ABORT),
+            row(&[Check], CaptureAllowed, Ignore, to(Capture)),
+            row(&[Check], Always, Ignore, STAY),
+            row(&[InputsLost, OperatorResume, Start, ModelAccepted, ModelRefused, Elapsed], Always, Ignore, STAY),
+        ],
+    },
+    Block {
+        state: Capture,
+        timer: Timer::Capture,
+        abort: Safe,
+        rows: &[
+            row(&[SafeCommand], Always, Ignore, to(Safe)),
+            row(&[PartitionLost], SourceLost, Ignore, ABORT),
+            row(&[PartitionLost], OwnPartition, Ignore, ABORT),
+            row(&[PartitionLost], Always, Ignore, STAY),
+            row(&[InputsLost], OwnInputs, Ignore, ABORT),
+            row(&[InputsLost], Always, Ignore, STAY),
+            row(&[ContactSeen], Always, Captured, to(MatedSettle)),
+            row(&[Timeout], Always, Ignore, ABORT),
+            row(&[OperatorOverride, OperatorResume, Start], Always, Ignore, STAY),
+            row(&[ModelAccepted, ModelRefused, Elapsed, Check], Always, Ignore, STAY),
+        ],
+    },
+    Block {
+        state: MatedSettle,
+        timer: Timer::Settle,
+        abort: Safe,
+        rows: &[
+            row(&[SafeCommand], Always, Ignore, to(Safe)),
+            row(&[PartitionLost], SourceLost, Ignore, ABORT),
+            row(&[PartitionLost], OwnPartition, Ignore, ABORT),
+            row(&[PartitionLost], Always, Ignore, STAY),
+            row(&[Elapsed], Enter(MatedInertial), Excite, to(MatedInertial)),
+            row(&[Elapsed], NothingLeft, End, to(Standby)),
+            row(&[Elapsed], Always, Ignore, STAY),
+            row(&[Timeout], Always, End, to(Standby)),
+            row(&[InputsLost, OperatorOverride, OperatorResume, Start], Always, Ignore, STAY),
+            row(&[ModelAccepted, ModelRefused, ContactSeen, Check], Always, Ignore, STAY),
+        ],
+    },
+    Block {
+        state: MatedInertial,
+        timer: Timer::Experiment,
+        abort: Safe,
+        rows: &[
+            row(&[SafeCommand], Always, Ignore, to(Safe)),
+            row(&[PartitionLost], SourceLost, Ignore, ABORT),
+            row(&[PartitionLost], OwnPartition, Ignore, ABORT),
+            row(&[PartitionLost], Always, Ignore, STAY),
+            row(&[InputsLost], OwnInputs, Ignore, ABORT),
+            row(&[InputsLost], Always, Ignore, STAY),
+            row(OVER, Enter(MatedInertial), Excite, to(MatedInertial)),
+            row(OVER, NothingLeft, End, to(Standby)),
+            row(OVER, Judged, Ignore, to(Standby)),
+            row(OVER, Always, Ignore, STAY),
+            row(&[OperatorOverride, OperatorResume, Start, ContactSeen], Always, Ignore, STAY),
+            row(&[Elapsed, Check], Always, Ignore, STAY),
+        ],
+    },
+];
+
+/// The block of a state.
+pub fn block(state: ModeState) -> &'static Block {
+    TABLE.iter().find(|block| block.state == state).expect("the table has a block for every state, which a test shows")
+}
+
+/// Whether the vehicle may be excited in `state`: the four experiments, nothing else.
+pub const fn excitation_allowed(state: ModeState) -> bool {
+    matches!(state, PreCaptureModal | PreCaptureSlosh | PreCaptureInertial | MatedInertial)
+}

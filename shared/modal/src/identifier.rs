@@ -1,0 +1,235 @@
+//! The whole identifier as a partition uses it: samples in, modes out, fixed memory between.
+//!
+//! The stream is halved in rate several times and each rate has its own accumulator, because i block rows look i samples ahead
+//! and a mode far below the sample rate needs a longer look. A mode seen at several rates is reported from the rate at which it
+//! persists over most orders, among those at which its predicted variance is within a factor of two of the smallest.
+
+use serde::{Deserialize, Serialize};
+
+use crate::decimation::{HalfBand, PASS_BAND};
+use crate::mac::modal_assurance_criterion;
+use crate::selection::{Mode, Selection, SelectionSettings, select_modes};
+use crate::ssi_cov::SsiError;
+use crate::stabilisation::{RejectedPole, Rejection};
+use crate::streaming::StreamingCovariance;
+use crate::uncertainty::relative_variance;
+
+/// Part of the undecimated rate up to which poles are taken: the last 2 % before the Nyquist frequency fold easily.
+const USABLE_BAND: f64 = 0.48;
+
+/// Variances of one mode at two rates this close count as equal; then persistence over the orders decides, which sees bias.
+const RATE_VARIANCE_SLACK: f64 = 2.0;
+
+/// Settings of the identifier.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Config {
+    pub channels: usize,
+    pub sample_rate_hz: f64,
+    /// Block rows i: the covariances reach over 2i samples of each rate.
+    pub block_rows: usize,
+    /// Frequencies sought; the whole usable band when none.
+    pub band_hz: Option<(f64, f64)>,
+    /// Number of times the rate is halved; each costs half the accumulation of the one before.
+    pub halvings: usize,
+    pub selection: SelectionSettings,
+}
+
+impl Config {
+    /// Settings without knowledge of the record: i = 40, three halvings, whole band.
+    #[must_use]
+    pub fn new(channels: usize, sample_rate_hz: f64) -> Self {
+        Self {
+            channels,
+            sample_rate_hz,
+            block_rows: 40,
+            band_hz: None,
+            halvings: 3,
+            selection: SelectionSettings::default(),
+        }
+    }
+}
+
+/// Why no answer can be given; an answer without modes is not an error.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ModalError {
+    /// At no rate the record fills enough columns.
+    RecordTooShort { samples: u64, need: u64 },
+    /// Flat channels.
+    NoSignal { samples: u64 },
+    /// Numerical failure of the factorisation at every rate.
+    DecompositionFailed { rows: usize },
+}
+
+impl std::fmt::Display for ModalError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::RecordTooShort { samples, need } => write!(f, "{samples} samples in the record, {need} needed"),
+            Self::NoSignal { samples } => write!(f, "the channels are flat over {samples} samples"),
+            Self::DecompositionFailed { rows } => write!(f, "decomposition of a {rows}-row matrix did not converge"),
+        }
+    }
+}
+
+impl std::error::Error for ModalError {}
+
+/// Streaming modal identifier.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ModalIdentifier {
+    config: Config,
+    stages: Vec<HalfBand>,
+    /// One per rate: undecimated first.
+    covariances: Vec<StreamingCovariance>,
+}
+
+impl ModalIdentifier {
+    /// Takes all memory of the accumulation. A segment is open from the start.
+    #[must_use]
+    pub fn new(config: Config) -> Self {
+        assert!(config.sample_rate_hz > 0.0);
+        assert!(config.selection.order_max > 0);
+        let stages = (0..config.halvings).map(|_| HalfBand::new(config.channels)).collect();
+        let covariances =
+            (0..=config.halvings).map(|_| StreamingCovariance::new(config.channels, config.block_rows)).collect();
+        Self { config, stages, covariances }
+    }
+
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// Samples taken into the sums at the full rate.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.covariances[0].samples()
+    }
+
+    /// Adds one sample of all channels; no allocation. A number that is not finite ends the segment and begins another.
+    pub fn push(&mut self, sample: &[f64]) {
+        assert_eq!(sample.len(), self.config.channels);
+        if sample.iter().any(|y| !y.is_finite()) {
+            self.open_segment();
+            return;
+        }
+        let (full, decimated) = self.covariances.split_first_mut().expect("there is the full rate");
+        full.push(sample);
+        let mut current: &[f64] = sample;
+        for (stage, covariance) in self.stages.iter_mut().zip(decimated) {
+            match stage.push(current) {
+                Some(output) => {
+                    covariance.push(output);
+                    current = output;
+                }
+                None => return,
+            }
+        }
+    }
+
+    /// Begins a segment: nothing before this is related to anything after it.
+    pub fn open_segment(&mut self) {
+        self.stages.iter_mut().for_each(HalfBand::clear);
+        self.covariances.iter_mut().for_each(StreamingCovariance::open_segment);
+    }
+
+    /// Ends the segment; samples are ignored until the next [`Self::open_segment`].
+    pub fn close_segment(&mut self) {
+        self.covariances.iter_mut().for_each(StreamingCovariance::close_segment);
+    }
+
+    /// Modes of all that has been pushed, in order of frequency.
+    ///
+    /// # Errors
+    /// [`ModalError`] when no rate can be solved at all.
+    pub fn identify(&mut self) -> Result<Vec<Mode>, ModalError> {
+        self.identify_with_reasons().map(|selection| selection.modes)
+    }
+
+    /// As [`Self::identify`], with every pole left out and the reason.
+    ///
+    /// # Errors
+    /// [`ModalError`] when no rate can be solved at all.
+    pub fn identify_with_reasons(&mut self) -> Result<Selection, ModalError> {
+        let mut all = Selection::default();
+        let mut first_error = None;
+        for halving in 0..self.covariances.len() {
+            match self.select_at(halving) {
+                Ok(selection) => {
+                    all.modes.extend(selection.modes);
+                    all.rejected.extend(selection.rejected);
+                }
+                Err(error) if halving == 0 => first_error = Some(error),
+                Err(_) => {} // a decimated record may be too short while the full rate is not
+            }
+        }
+        match first_error {
+            Some(SsiError::RecordTooShort { need, .. }) => {
+                let need = need + 2 * self.config.block_rows as u64 - 1;
+                Err(ModalError::RecordTooShort { samples: self.samples(), need })
+            }
+            Some(SsiError::NoSignal { .. }) => Err(ModalError::NoSignal { samples: self.samples() }),
+            Some(SsiError::DecompositionFailed { rows }) => Err(ModalError::DecompositionFailed { rows }),
+            None => Ok(keep_best_rate(all)),
+        }
+    }
+
+    fn select_at(&self, halving: usize) -> Result<Selection, SsiError> {
+        let decimation = 1usize << halving;
+        let rate_hz = self.config.sample_rate_hz / decimation as f64;
+        let usable_hz = rate_hz * if halving == 0 { USABLE_BAND } else { PASS_BAND };
+        let (low, high) = self.config.band_hz.unwrap_or((0.0, usable_hz));
+        let covariance = &self.covariances[halving];
+        select_modes(
+            &covariance.gram(),
+            &covariance.block_grams(),
+            rate_hz,
+            (low, high.min(usable_hz)),
+            decimation,
+            &self.config.selection,
+        )
+    }
+}
+
+/// Of modes that are the same at several rates, the one that persists over most orders among those of small variance.
+fn keep_best_rate(mut all: Selection) -> Selection {
+    let variance = |mode: &Mode| {
+        relative_variance(mode.sigma_frequency_hz / mode.frequency_hz, mode.sigma_damping, mode.damping_ratio)
+    };
+    all.modes.sort_by(|a, b| variance(a).total_cmp(&variance(b)));
+    let mut groups: Vec<Vec<Mode>> = Vec::new();
+    for mode in all.modes {
+        match groups.iter_mut().find(|group| same_mode(&group[0], &mode)) {
+            Some(group) => group.push(mode),
+            None => groups.push(vec![mode]),
+        }
+    }
+    let mut modes = Vec::new();
+    for mut group in groups {
+        let slack = RATE_VARIANCE_SLACK * variance(&group[0]);
+        let mut best = 0;
+        for (index, mode) in group.iter().enumerate().skip(1) {
+            if variance(mode) <= slack && mode.orders_found > group[best].orders_found {
+                best = index;
+            }
+        }
+        let kept = group.swap_remove(best);
+        all.rejected.extend(group.iter().map(|mode| RejectedPole {
+            decimation: mode.decimation,
+            order: mode.order,
+            frequency_hz: mode.frequency_hz,
+            damping_ratio: mode.damping_ratio,
+            reason: Rejection::BetterElsewhere { decimation: kept.decimation },
+        }));
+        modes.push(kept);
+    }
+    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    Selection { modes, rejected: all.rejected }
+}
+
+/// Frequencies within their bandwidth or three deviations, and shapes alike; or nearly one frequency.
+fn same_mode(a: &Mode, b: &Mode) -> bool {
+    let apart = (a.frequency_hz - b.frequency_hz).abs();
+    let together = (a.sigma_frequency_hz * a.sigma_frequency_hz + b.sigma_frequency_hz * b.sigma_frequency_hz).sqrt();
+    let bandwidth = a.damping_ratio.max(b.damping_ratio) * a.frequency_hz;
+    let mac = modal_assurance_criterion(&a.mode_shape, &b.mode_shape);
+    (apart <= bandwidth.max(3.0 * together) && mac > 0.8) || (a.decimation != b.decimation && apart <= 3.0 * together)
+}

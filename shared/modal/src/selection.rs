@@ -1,0 +1,245 @@
+//! Automatic selection of physical modes from the order sweep of one record.
+//!
+//! A track of stable poles is a mode when it spans enough orders and the pole chosen from it is resolved: damping at least three
+//! standard deviations above zero and frequency known to a fraction of the bandwidth. No model order has to be given:
+//!
+//! - when some order leaves a white residual (a free decay with sensor noise), the lowest such order is the model: poles that appear
+//!   only above it model noise, and modes are reported from it;
+//! - otherwise (ambient excitation) modes are reported from an order at which all resolved modes have appeared, the lowest whose predicted
+//!   variance is within [`DEVIATION_SLACK`] of the smallest: at lower orders the modes left out bend those in the model.
+
+use faer::c64;
+
+use crate::ssi_cov::{Pole, Realisation, SsiError, realise};
+use crate::stabilisation::{RejectedPole, Rejection, StabilityCriteria, Track, tracks};
+use crate::streaming::Gram;
+use crate::uncertainty::{PoleDeviation, pole_deviations, residual};
+use crate::weighting::homogeneous;
+
+/// Variances this close to the smallest count as equal; the lowest order wins.
+const DEVIATION_SLACK: f64 = 1.2;
+/// Poles of a track whose deviation is computed to see whether it is resolved.
+const CANDIDATES_FIRST: usize = 2;
+/// Poles of a resolved track whose deviation is computed to choose the one reported.
+const CANDIDATES_LAST: usize = 4;
+/// States beyond the order at which the last mode appeared: one more pair takes up what is left, so that no mode has to.
+const ORDER_MARGIN: usize = 2;
+/// Standard deviations a damping ratio has to stand above zero: some hundred tracks are judged per record, 0.1 % of noise passes 3.
+const DAMPING_SIGNIFICANCE: f64 = 3.0;
+
+/// An identified mode.
+#[derive(Clone, Debug)]
+pub struct Mode {
+    pub frequency_hz: f64,
+    pub damping_ratio: f64,
+    pub sigma_frequency_hz: f64,
+    pub sigma_damping: f64,
+    /// Complex shape per channel, largest component 1.
+    pub mode_shape: Vec<c64>,
+    pub phase_collinearity: f64,
+    pub channel_share: Vec<f64>,
+    pub dominant_channel: usize,
+    pub orders_found: usize,
+    /// Order of the pole reported.
+    pub order: usize,
+    pub decimation: usize,
+}
+
+/// What the selection demands.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct SelectionSettings {
+    pub stability: StabilityCriteria,
+    /// Largest model order of the sweep.
+    pub order_max: usize,
+    /// Orders in which a mode has to repeat; all of them when the record has a lower rank.
+    pub orders_needed: usize,
+    pub phase_collinearity_min: f64,
+}
+
+impl Default for SelectionSettings {
+    fn default() -> Self {
+        Self { stability: StabilityCriteria::default(), order_max: 30, orders_needed: 6, phase_collinearity_min: 0.5 }
+    }
+}
+
+/// Modes and left-out poles of one record at one sample rate.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    pub modes: Vec<Mode>,
+    pub rejected: Vec<RejectedPole>,
+}
+
+/// Sweeps all orders and selects the modes within `band_hz`.
+///
+/// # Errors
+/// [`SsiError`] of the factorisation; an absence of modes is not an error.
+pub fn select_modes(
+    gram: &Gram,
+    block_grams: &[Gram],
+    sample_rate_hz: f64,
+    band_hz: (f64, f64),
+    decimation: usize,
+    settings: &SelectionSettings,
+) -> Result<Selection, SsiError> {
+    let mut realisation = realise(gram, settings.order_max)?;
+    let homogeneous = homogeneous(block_grams, &realisation);
+    let (gram, block_grams) = match &homogeneous {
+        Some((gram, blocks)) => {
+            realisation = realise(gram, settings.order_max)?;
+            (gram, &blocks[..])
+        }
+        None => (gram, block_grams),
+    };
+    let complete_order = complete_order(gram, &realisation);
+    let mut selection = Selection::default();
+    let mut poles = Vec::new();
+    for order in 1..=realisation.order_max() {
+        for pole in realisation.poles(order, sample_rate_hz) {
+            match settings.stability.hard_rejection(&pole, band_hz) {
+                Some(reason) => selection.rejected.push(rejected(&pole, decimation, reason)),
+                None => poles.push(pole),
+            }
+        }
+    }
+    let orders_needed = if realisation.order_max() < settings.order_max { 1 } else { settings.orders_needed };
+    let mut stable = Vec::new();
+    for track in tracks(poles, &settings.stability) {
+        let reason = if track.poles.len() < orders_needed {
+            Rejection::NotStable { orders_found: track.poles.len(), orders_needed }
+        } else if let Some(complete_order) = complete_order.filter(|&complete| track.poles[0].order > complete) {
+            Rejection::ModelsNoise { complete_order }
+        } else {
+            stable.push(track);
+            continue;
+        };
+        selection.rejected.extend(track.poles.iter().map(|pole| rejected(pole, decimation, reason)));
+    }
+    let appraisal = Appraisal { gram, block_grams, realisation: &realisation, sample_rate_hz };
+    let mut resolved = Vec::new();
+    let first = |track: &Track| positions(track, complete_order.unwrap_or(0), CANDIDATES_FIRST);
+    for (track, best) in stable.iter().zip(appraisal.best(&stable, first)) {
+        match best.map(|(pole, deviation)| refusal(pole, deviation, settings)) {
+            Some(None) => resolved.push(track.clone()),
+            Some(Some(reason)) => {
+                selection.rejected.extend(track.poles.iter().map(|pole| rejected(pole, decimation, reason)));
+            }
+            None => {}
+        }
+    }
+    // Every mode found has to be part of the model a mode is reported from.
+    let order_of_all = resolved.iter().map(|track| track.poles[0].order).max().unwrap_or(0) + ORDER_MARGIN;
+    let order_min = complete_order.unwrap_or(order_of_all);
+    let count = if complete_order.is_some() { 1 } else { CANDIDATES_LAST };
+    let best = appraisal.best(&resolved, |track| positions(track, order_min, count));
+    for (track, (pole, deviation)) in resolved.iter().zip(best.into_iter().flatten()) {
+        match refusal(pole, deviation, settings) {
+            None => selection.modes.push(mode(pole, deviation, track.poles.len(), decimation)),
+            Some(reason) => selection.rejected.push(rejected(pole, decimation, reason)),
+        }
+    }
+    selection.modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    Ok(selection)
+}
+
+/// Lowest order that leaves a white residual; `None` when not even the largest does.
+fn complete_order(gram: &Gram, realisation: &Realisation) -> Option<usize> {
+    let is_white = |order: usize| residual(gram, realisation, order).is_white();
+    let (mut low, mut high) = (0, realisation.order_max());
+    if !is_white(high) {
+        return None;
+    }
+    while high - low > 1 {
+        let middle = low.midpoint(high);
+        if is_white(middle) { high = middle } else { low = middle }
+    }
+    Some(high)
+}
+
+fn rejected(pole: &Pole, decimation: usize, reason: Rejection) -> RejectedPole {
+    RejectedPole {
+        decimation,
+        order: pole.order,
+        frequency_hz: pole.frequency_hz,
+        damping_ratio: pole.damping_ratio,
+        reason,
+    }
+}
+
+fn refusal(pole: &Pole, deviation: PoleDeviation, settings: &SelectionSettings) -> Option<Rejection> {
+    let bandwidth_hz = 2.0 * pole.damping_ratio * pole.frequency_hz;
+    // Written so that a deviation that is not a number counts as unresolved.
+    let resolved = deviation.sigma_damping * DAMPING_SIGNIFICANCE < pole.damping_ratio
+        && deviation.sigma_frequency_hz < 0.5 * bandwidth_hz;
+    if !resolved {
+        return Some(Rejection::NotResolved {
+            damping_ratio: pole.damping_ratio,
+            sigma_damping: deviation.sigma_damping,
+            sigma_frequency_hz: deviation.sigma_frequency_hz,
+        });
+    }
+    (pole.phase_collinearity < settings.phase_collinearity_min).then_some(Rejection::PhaseNotCollinear {
+        phase_collinearity: pole.phase_collinearity,
+        needed: settings.phase_collinearity_min,
+    })
+}
+
+/// What deviations are computed from.
+struct Appraisal<'a> {
+    gram: &'a Gram,
+    block_grams: &'a [Gram],
+    realisation: &'a Realisation,
+    sample_rate_hz: f64,
+}
+
+impl Appraisal<'_> {
+    /// Of each track the pole of lowest order among `candidates` (positions) whose variance is close to the smallest.
+    fn best<'t>(
+        &self,
+        tracks: &'t [Track],
+        candidates: impl Fn(&Track) -> Vec<usize>,
+    ) -> Vec<Option<(&'t Pole, PoleDeviation)>> {
+        let counts: Vec<Vec<usize>> = tracks.iter().map(candidates).collect();
+        let poles: Vec<&Pole> =
+            tracks.iter().zip(&counts).flat_map(|(track, at)| at.iter().map(|&at| &track.poles[at])).collect();
+        let deviations = pole_deviations(self.gram, self.block_grams, self.realisation, &poles, self.sample_rate_hz);
+        let mut appraised: Vec<(&Pole, PoleDeviation)> = poles.into_iter().zip(deviations).collect();
+        let mut best = Vec::new();
+        for at in counts {
+            let of_track: Vec<_> = appraised.drain(..at.len()).collect();
+            let variance = |(pole, deviation): &(&Pole, PoleDeviation)| deviation.relative_to_ideal(pole);
+            let smallest = of_track.iter().map(variance).fold(f64::INFINITY, f64::min);
+            best.push(of_track.into_iter().find(|candidate| variance(candidate) <= DEVIATION_SLACK * smallest));
+        }
+        best
+    }
+}
+
+/// Up to `count` positions of a track from `order_min` on, evenly spread; the last pole if the track ends earlier.
+fn positions(track: &Track, order_min: usize, count: usize) -> Vec<usize> {
+    let length = track.poles.len();
+    let first = track.poles.iter().position(|pole| pole.order >= order_min).unwrap_or(length - 1);
+    let step = (length - first).div_ceil(count);
+    (first..length).step_by(step).collect()
+}
+
+fn mode(pole: &Pole, deviation: PoleDeviation, orders_found: usize, decimation: usize) -> Mode {
+    let mut dominant_channel = 0;
+    for (channel, share) in pole.channel_share.iter().enumerate() {
+        if *share > pole.channel_share[dominant_channel] {
+            dominant_channel = channel;
+        }
+    }
+    Mode {
+        frequency_hz: pole.frequency_hz,
+        damping_ratio: pole.damping_ratio,
+        sigma_frequency_hz: deviation.sigma_frequency_hz,
+        sigma_damping: deviation.sigma_damping,
+        mode_shape: pole.mode_shape.clone(),
+        phase_collinearity: pole.phase_collinearity,
+        channel_share: pole.channel_share.clone(),
+        dominant_channel,
+        orders_found,
+        order: pole.order,
+        decimation,
+    }
+}

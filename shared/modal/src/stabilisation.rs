@@ -1,0 +1,157 @@
+//! Stabilisation over the order sweep: which poles repeat from one model order to the next.
+//!
+//! A physical mode appears at the same frequency, damping and shape in many successive orders; a pole that models noise wanders.
+//! Poles are linked to the track whose last member (at most [`GAP_MAX`] orders back) they agree with; every pole left out carries its reason.
+
+use crate::mac::modal_assurance_criterion;
+use crate::ssi_cov::Pole;
+
+/// Orders a track may miss: a new singular vector can disturb an old mode for one complex pair.
+const GAP_MAX: usize = 3;
+
+/// Agreement demanded between successive orders.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct StabilityCriteria {
+    /// Relative change of frequency.
+    pub frequency_change_max: f64,
+    /// Relative change of damping.
+    pub damping_change_max: f64,
+    /// Absolute change of damping that is always allowed: the relative one means nothing near zero.
+    pub damping_change_floor: f64,
+    pub mac_min: f64,
+    /// Poles above this damping ratio are not sought.
+    pub damping_max: f64,
+}
+
+impl Default for StabilityCriteria {
+    /// Customary criteria of the stabilisation diagram: 1 % in frequency, MAC 0.95; damping loose (30 %) because its scatter is.
+    fn default() -> Self {
+        Self {
+            frequency_change_max: 0.01,
+            damping_change_max: 0.3,
+            damping_change_floor: 0.002,
+            mac_min: 0.95,
+            damping_max: 0.25,
+        }
+    }
+}
+
+/// Why a pole is not part of a reported mode.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Rejection {
+    /// A real pole: bias, drift or a filter, not an oscillation.
+    NotOscillating,
+    /// Outside the band asked for or the pass band of its decimation.
+    OutOfBand {
+        frequency_min_hz: f64,
+        frequency_max_hz: f64,
+    },
+    /// Growing, or not decaying.
+    DampingNotPositive {
+        damping_ratio: f64,
+    },
+    DampingAboveLimit {
+        damping_ratio: f64,
+        damping_max: f64,
+    },
+    /// Repeats over too few orders.
+    NotStable {
+        orders_found: usize,
+        orders_needed: usize,
+    },
+    /// Appears only in orders above one that already leaves white noise.
+    ModelsNoise {
+        complete_order: usize,
+    },
+    /// Damping within three of its standard deviations of zero, or frequency not known to half the bandwidth.
+    NotResolved {
+        damping_ratio: f64,
+        sigma_damping: f64,
+        sigma_frequency_hz: f64,
+    },
+    /// Shape scattered over the complex plane.
+    PhaseNotCollinear {
+        phase_collinearity: f64,
+        needed: f64,
+    },
+    /// The same mode is better known at another sample rate.
+    BetterElsewhere {
+        decimation: usize,
+    },
+}
+
+/// A pole left out and why.
+#[derive(Clone, Debug)]
+pub struct RejectedPole {
+    pub decimation: usize,
+    pub order: usize,
+    pub frequency_hz: f64,
+    pub damping_ratio: f64,
+    pub reason: Rejection,
+}
+
+/// Poles of successive orders that agree, at most one per order, in rising order.
+#[derive(Clone, Debug)]
+pub struct Track {
+    pub poles: Vec<Pole>,
+}
+
+impl StabilityCriteria {
+    /// Reason to leave a pole out whatever the other orders say.
+    #[must_use]
+    pub fn hard_rejection(&self, pole: &Pole, band_hz: (f64, f64)) -> Option<Rejection> {
+        if pole.eigenvalue.im <= 0.0 {
+            Some(Rejection::NotOscillating)
+        } else if pole.frequency_hz < band_hz.0 || pole.frequency_hz > band_hz.1 {
+            Some(Rejection::OutOfBand { frequency_min_hz: band_hz.0, frequency_max_hz: band_hz.1 })
+        } else if pole.damping_ratio <= 0.0 {
+            Some(Rejection::DampingNotPositive { damping_ratio: pole.damping_ratio })
+        } else if pole.damping_ratio > self.damping_max {
+            Some(Rejection::DampingAboveLimit { damping_ratio: pole.damping_ratio, damping_max: self.damping_max })
+        } else {
+            None
+        }
+    }
+
+    /// Distance in units of the criteria; above 1 the poles do not agree.
+    fn distance(&self, a: &Pole, b: &Pole) -> f64 {
+        let frequency = (a.frequency_hz - b.frequency_hz).abs() / (self.frequency_change_max * b.frequency_hz);
+        let allowed = (self.damping_change_max * b.damping_ratio).max(self.damping_change_floor);
+        let damping = (a.damping_ratio - b.damping_ratio).abs() / allowed;
+        let shape = (1.0 - modal_assurance_criterion(&a.mode_shape, &b.mode_shape)) / (1.0 - self.mac_min);
+        frequency.max(damping).max(shape)
+    }
+}
+
+/// Links poles (given in rising order) to tracks; every pole ends in exactly one track.
+#[must_use]
+pub fn tracks(poles: Vec<Pole>, criteria: &StabilityCriteria) -> Vec<Track> {
+    let mut tracks: Vec<Track> = Vec::new();
+    let mut remaining = poles.into_iter().peekable();
+    while let Some(order) = remaining.peek().map(|pole| pole.order) {
+        let mut waiting: Vec<Option<Pole>> = Vec::new();
+        while remaining.peek().is_some_and(|pole| pole.order == order) {
+            waiting.push(remaining.next());
+        }
+        // Closest pairs first, so that two close modes do not exchange tracks.
+        let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+        for (p, pole) in waiting.iter().flatten().enumerate() {
+            for (t, track) in tracks.iter().enumerate() {
+                let last = track.poles.last().expect("a track is made with a pole");
+                let distance = criteria.distance(pole, last);
+                if order - last.order <= GAP_MAX && distance <= 1.0 {
+                    pairs.push((distance, t, p));
+                }
+            }
+        }
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)).then(a.2.cmp(&b.2)));
+        for (_, t, p) in pairs {
+            let track_is_free = tracks[t].poles.last().is_some_and(|last| last.order < order);
+            if track_is_free && let Some(pole) = waiting[p].take() {
+                tracks[t].poles.push(pole);
+            }
+        }
+        tracks.extend(waiting.into_iter().flatten().map(|pole| Track { poles: vec![pole] }));
+    }
+    tracks
+}

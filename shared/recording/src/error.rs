@@ -1,0 +1,277 @@
+//! What can be wrong with a recording: file, place, offending value, and the cure.
+//!
+//! The message says what was found and where; the cure is the diagnostic's `help`.
+
+use miette::{Diagnostic, NamedSource, SourceSpan};
+use std::sync::Arc;
+use thiserror::Error;
+
+/// A cell of a text recording, lines and columns counted from 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    pub file: String,
+    pub line: u64,
+    pub column: usize,
+    /// The column's header text.
+    pub name: String,
+}
+
+impl core::fmt::Display for Place {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}: line {}, column {} `{}`", self.file, self.line, self.column, self.name)
+    }
+}
+
+/// Where in a map file something is wrong, lines and columns counted from 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MapPlace {
+    pub file: String,
+    pub line: usize,
+    pub column: usize,
+}
+
+impl core::fmt::Display for MapPlace {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}: line {}, column {}", self.file, self.line, self.column)
+    }
+}
+
+/// Every way in which a recording, or the map beside it, can be refused.
+#[derive(Debug, Error, Diagnostic)]
+pub enum RecordingError {
+    #[error("{file}: cannot {action}: {source}")]
+    #[diagnostic(help("check the path, the permissions and the space on the device"))]
+    Io { file: String, action: &'static str, source: std::io::Error },
+
+    #[error("{file}: line 1: the file is empty")]
+    #[diagnostic(help("export the recording again; a header row and at least two rows are needed"))]
+    Empty { file: String },
+
+    #[error("{file}: {found}")]
+    #[diagnostic(help("{cure}"))]
+    UnknownFormat { file: String, found: String, cure: String },
+
+    #[error("{file}: the format `{format}` cannot hold {what}")]
+    #[diagnostic(help("tables are written as .csv or .csv.gz, runs as .mcap"))]
+    NotWritable { file: String, format: &'static str, what: &'static str },
+
+    #[error("{place}: the first column is not `time [s]`")]
+    #[diagnostic(help("{cure}"))]
+    NoTimeColumn { place: Box<Place>, cure: String },
+
+    #[error("{place}: the header names no unit")]
+    #[diagnostic(help("write it as `name [unit]`, `[-]` for a number without unit"))]
+    NoUnit { place: Box<Place> },
+
+    #[error("{place}: unit `{found}` is not known; accepted: {accepted}")]
+    #[diagnostic(help("{cure}"))]
+    UnknownUnit { place: Box<Place>, found: String, accepted: String, cure: String },
+
+    #[error("{place}: unit `{found}` does not measure `{channel}`; accepted: {accepted}")]
+    #[diagnostic(help("correct the header, or map the channel to another column"))]
+    ChannelUnit { place: Box<Place>, found: String, channel: &'static str, accepted: String },
+
+    #[error("{place}: the name stands in column {first} already")]
+    #[diagnostic(help("give every column its own name"))]
+    DuplicateColumn { place: Box<Place>, first: usize },
+
+    #[error("{file}: line {line}: {found} columns, the header has {expected}; the row is `{row}`")]
+    #[diagnostic(help("complete or delete the row; a cut last row is what a stopped writer leaves"))]
+    Ragged { file: String, line: u64, found: usize, expected: usize, row: String },
+
+    #[error("{place}: `{value}` is not a number")]
+    #[diagnostic(help(
+        "write a decimal number with a point, or delete the row: a gap in time is reported, not filled"
+    ))]
+    NotANumber { place: Box<Place>, value: String },
+
+    #[error("{place}: `{value}` is not finite")]
+    #[diagnostic(help("delete the row: a gap in time is reported, not filled"))]
+    NotFinite { place: Box<Place>, value: String },
+
+    #[error("{place}: time runs backwards, {before} s is followed by {value} s")]
+    #[diagnostic(help("{cure}"))]
+    TimeBackwards { place: Box<Place>, before: f64, value: f64, cure: String },
+
+    #[error("{place}: time {value} s stands twice, and `{differs}` differs: {first} and {second}")]
+    #[diagnostic(help("delete the wrong row, or export the time with more digits"))]
+    TimeConflict { place: Box<Place>, value: f64, differs: String, first: f64, second: f64 },
+
+    #[error("{file}: line {line}: {rows} row(s) of data, at least two are needed to know the rate")]
+    #[diagnostic(help("export the whole recording"))]
+    TooFewRows { file: String, line: u64, rows: usize },
+
+    #[error("{place}: at {value} s the sample interval changes from {before_s} s to {after_s} s for good")]
+    #[diagnostic(help("split the file at this line, or resample it to one rate"))]
+    RateChanged { place: Box<Place>, value: f64, before_s: f64, after_s: f64 },
+
+    #[error(
+        "{place}: at {value} s an interval of {interval_s} s stands against a median of {median_s} s; \
+         95 % of the intervals lie within {jitter_percent:.0} % of it, {limit_percent:.0} % are accepted"
+    )]
+    #[diagnostic(help("the sampling is too uneven to identify from: resample the recording to one rate"))]
+    UnsteadyRate {
+        place: Box<Place>,
+        value: f64,
+        interval_s: f64,
+        median_s: f64,
+        jitter_percent: f64,
+        limit_percent: f64,
+    },
+
+    #[error("{place}: the recording lasts {value} s, more than {limit} s")]
+    #[diagnostic(help("check the unit of the time column"))]
+    TooLong { place: Box<Place>, value: f64, limit: f64 },
+
+    #[error("{file}: the gzip stream ends after line {line} ({rows} complete rows): the file is truncated")]
+    #[diagnostic(help("copy the file again; what is left can be had with `gzip -dc` and the last row deleted"))]
+    TruncatedGzip { file: String, line: u64, rows: usize },
+
+    #[error("{file}: the gzip stream is corrupt behind line {line}: {reason}")]
+    #[diagnostic(help("copy the file again from its source"))]
+    CorruptGzip { file: String, line: u64, reason: String },
+
+    #[error("{place}: {reason}")]
+    #[diagnostic(help("a map reads: [channels], then lines such as imu.accel_x = \"acceleration_x [m/s^2]\""))]
+    MapSyntax {
+        reason: String,
+        place: Box<MapPlace>,
+        #[source_code]
+        source_code: Arc<NamedSource<String>>,
+        #[label("here")]
+        span: SourceSpan,
+    },
+
+    #[error("{place}: `{found}` is not a channel")]
+    #[diagnostic(help("{cure}"))]
+    UnknownChannel {
+        found: String,
+        cure: String,
+        place: Box<MapPlace>,
+        #[source_code]
+        source_code: Arc<NamedSource<String>>,
+        #[label("not a channel")]
+        span: SourceSpan,
+    },
+
+    #[error("{place}: {table} has no column `{found}`")]
+    #[diagnostic(help("{cure}"))]
+    NoSuchColumn {
+        table: String,
+        found: String,
+        cure: String,
+        place: Box<MapPlace>,
+        #[source_code]
+        source_code: Arc<NamedSource<String>>,
+        #[label("no such column")]
+        span: SourceSpan,
+    },
+
+    #[error("{file}: {group} is given in part, `{missing}` is missing")]
+    #[diagnostic(help("map `{missing}` too, or leave the whole {group} out; a missing value is never taken as zero"))]
+    MissingChannel { file: String, group: String, missing: &'static str },
+
+    #[error("{file}: none of the columns is a channel that can be replayed; columns: {columns}")]
+    #[diagnostic(help("name the columns in a map file: [channels], then imu.rate_z = \"{example}\""))]
+    NothingToReplay { file: String, columns: String, example: String },
+
+    #[error("{file}: a channel map does not apply to a recorded run")]
+    #[diagnostic(help("leave the map out: the samples of a run are typed already"))]
+    MapOnRun { file: String },
+
+    #[error(
+        "{file}: frame {frame} of {period_ms} ms has {found} rows of {stream} ({rate_hz:.1} Hz), a frame carries {limit}"
+    )]
+    #[diagnostic(help(
+        "take a control period of {period_ms_max} ms or less, decimate the recording, or leave the {stream} channels out of the map"
+    ))]
+    RateTooHigh {
+        file: String,
+        stream: &'static str,
+        frame: u64,
+        found: usize,
+        limit: usize,
+        rate_hz: f64,
+        period_ms: f64,
+        period_ms_max: f64,
+    },
+
+    #[error("{file}: a control period of {period_ns} ns was asked for, {reason}")]
+    #[diagnostic(help("{cure}"))]
+    Period { file: String, period_ns: u64, reason: String, cure: String },
+
+    #[error(
+        "{file}: byte {offset}: the MCAP file is truncated ({reason}); {readable} samples before that are readable"
+    )]
+    #[diagnostic(help(
+        "recover it (`McapRecorder::recover`): the readable samples are kept and the file is completed"
+    ))]
+    McapTruncated { file: String, offset: u64, readable: u64, reason: String },
+
+    #[error("{file}: byte {offset}: the MCAP file is corrupt ({reason}); {readable} samples before that are readable")]
+    #[diagnostic(help("copy the file again, or recover the readable samples (`McapRecorder::recover`)"))]
+    McapCorrupt { file: String, offset: u64, readable: u64, reason: String },
+
+    #[error("{file}: topic `{topic}` (encoding `{encoding}`, schema `{schema}`) was not recorded by obsid")]
+    #[diagnostic(help(
+        "supported: MCAP files written by obsid (topics as in `obsid icd`, ros1 messages obsid/Recorded*) and CSV; \
+         export this topic as CSV with a `time [s]` column"
+    ))]
+    ForeignMcap { file: String, topic: String, encoding: String, schema: String },
+
+    #[error("{file}: topic `{topic}` was recorded with layout hash {recorded:#010x}, this build has {build:#010x}")]
+    #[diagnostic(help(
+        "read the file with the build that wrote it (metadata record `build`), or export it there as CSV"
+    ))]
+    LayoutMismatch { file: String, topic: String, recorded: u32, build: u32 },
+
+    #[error(
+        "{file}: topic `{topic}`, seq {seq}: CRC-32 of the sample is {computed:#010x}, its stamp says {stamped:#010x}"
+    )]
+    #[diagnostic(help(
+        "the sample was damaged before it was recorded; recovering the file (`McapRecorder::recover`) leaves it out"
+    ))]
+    SampleCrc { file: String, topic: &'static str, seq: u64, computed: u32, stamped: u32 },
+
+    #[error("topic `{topic}`: a sample of {found} bytes, its type has {expected}")]
+    #[diagnostic(help("build recorder and sender from the same sources"))]
+    SampleSize { topic: String, found: usize, expected: usize },
+
+    #[error("topic `{topic}`, seq {seq}: two samples with this number differ in byte {byte}")]
+    #[diagnostic(help(
+        "a restarted partition did not re-send what it had sent: its outputs are not a function of its inputs"
+    ))]
+    DigestConflict { topic: &'static str, seq: u64, byte: usize },
+}
+
+impl RecordingError {
+    /// Message and cure as plain text.
+    #[must_use]
+    pub fn explain(&self) -> String {
+        match self.help() {
+            Some(cure) => format!("{self}\ncure: {cure}"),
+            None => self.to_string(),
+        }
+    }
+}
+
+/// The name of `candidates` nearest to `found` (Levenshtein), when it is near enough to be meant.
+pub(crate) fn nearest<'a>(found: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let best = candidates.into_iter().map(|name| (edit_distance(found, name), name)).min_by_key(|(cost, _)| *cost)?;
+    (best.0 <= found.chars().count().max(3) / 2).then_some(best.1)
+}
+
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}

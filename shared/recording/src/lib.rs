@@ -1,0 +1,108 @@
+//! Recordings: what comes from files and goes to files. One file per format, one list: [`FORMATS`].
+//!
+//! [`read`] finds the format by content and gives a [`Table`] (columns over time, SI) or a [`RecordedRun`] (samples of
+//! an obsid run); [`ReplayFrames`] cuts either into the frames a source sends. What is wrong with a file is an error
+//! that names file, place, value and cure; what was repaired is counted and reported; nothing is filled or guessed.
+//!
+//! May import: telemetry, file and format crates. Must never know: links, clocks, partitions, equations.
+//!
+//! Why not JSON schemas in the MCAP? A sample is its own ROS 1 serialisation byte for byte, so the recorder copies
+//! memory and every viewer that reads ROS 1 decodes it.
+#![forbid(unsafe_code)]
+
+pub mod channels;
+pub mod csv;
+mod digest;
+mod error;
+mod map;
+mod mcap_format;
+mod mcap_read;
+mod replay;
+mod replay_run;
+mod run;
+mod schema;
+mod table;
+pub mod timing;
+pub mod units;
+
+pub use channels::{CHANNELS, ChannelInfo, Channels, Domains};
+pub use digest::{Digest, DigestBuilder, digest};
+pub use error::{MapPlace, Place, RecordingError};
+pub use map::ChannelMap;
+pub use mcap_format::{McapRecorder, Recovered, write_mcap};
+pub use replay::{ReplayFrames, ReplaySample};
+pub use run::{Attachment, RecordedRun, RecordedSample, read_mcap, read_mcap_topics};
+pub use table::{Column, Table};
+pub use timing::{Gap, Timing};
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+/// A recording in memory.
+#[derive(Debug)]
+pub enum Imported {
+    Table(Table),
+    Run(RecordedRun),
+}
+
+/// A file format.
+pub trait Format: Sync {
+    /// Also its extension.
+    fn name(&self) -> &'static str;
+    /// Whether a file that begins with `head` is of this format.
+    fn sniff(&self, head: &[u8]) -> bool;
+    /// # Errors
+    /// Whatever makes a number of the file uncertain.
+    fn read(&self, path: &Path) -> Result<Imported, RecordingError>;
+    /// # Errors
+    /// The device's, and [`RecordingError::NotWritable`] for what the format cannot hold.
+    fn write(&self, imported: &Imported, path: &Path) -> Result<(), RecordingError>;
+}
+
+/// All formats, the more certain sniffers first.
+pub static FORMATS: &[&dyn Format] = &[&mcap_format::Mcap, &csv::Csv];
+
+/// Formats that are recognised and not read: first bytes, name, cure.
+const FOREIGN: &[(&[u8], &str, &str)] = &[
+    (b"ULog", "a PX4 ULog", "convert it: `ulog2csv FILE`, then name the columns `name [unit]`"),
+    (b"#ROSBAG", "a ROS 1 bag", "export the topics as CSV with a `time [s]` column"),
+    (b"\x89HDF", "HDF5 (or MATLAB v7.3)", "export it as CSV, e.g. with h5py or `writematrix`"),
+    (b"MATLAB", "a MATLAB file", "export it as CSV, e.g. with `writetable`"),
+    (b"PAR1", "Parquet", "export it as CSV, e.g. with `pandas.read_parquet(...).to_csv(...)`"),
+    (b"SQLite format 3", "SQLite (a rosbag2 database?)", "export the topics as CSV with a `time [s]` column"),
+    (b"PK\x03\x04", "a zip archive (or a spreadsheet)", "unpack it, or save the sheet as CSV"),
+];
+
+/// Reads a recording of any format in [`FORMATS`]; the content decides, not the extension.
+///
+/// # Errors
+/// The format's, or [`RecordingError::UnknownFormat`].
+pub fn read(path: &Path) -> Result<Imported, RecordingError> {
+    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, source };
+    let mut head = Vec::new();
+    File::open(path).map_err(io("open"))?.take(512).read_to_end(&mut head).map_err(io("read"))?;
+    if head.is_empty() {
+        return Err(RecordingError::Empty { file: file_name(path) });
+    }
+    let unknown =
+        |found: String, cure: &str| RecordingError::UnknownFormat { file: file_name(path), found, cure: cure.into() };
+    if let Some((_, name, cure)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
+        return Err(unknown(format!("this is {name}, which is not read"), cure));
+    }
+    match FORMATS.iter().find(|format| format.sniff(&head)) {
+        Some(format) => format.read(path),
+        None => {
+            let first = &head[..head.len().min(8)];
+            Err(unknown(
+                format!("not a known format, the first bytes are {first:02x?}"),
+                "give CSV (`time [s],name [unit],...`), CSV.gz or an MCAP file of obsid",
+            ))
+        }
+    }
+}
+
+/// A file's name for messages: the path as it was given.
+pub(crate) fn file_name(path: &Path) -> String {
+    path.display().to_string()
+}

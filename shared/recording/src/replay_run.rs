@@ -1,0 +1,194 @@
+//! Frames of a recorded run: what the source sent, in the frames in which it was flown.
+//!
+//! The recorded ticks say which sequence numbers belong to a frame (architecture D10). Samples that a restarted source
+//! sent again are taken once; samples behind the last tick belong to a frame that never closed and are left out.
+
+use crate::channels::Domains;
+use crate::error::RecordingError;
+use crate::replay::ReplaySample;
+use crate::run::RecordedRun;
+use core::ops::Range;
+use std::collections::BTreeMap;
+use telemetry::{
+    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, Header, IMU, Imu, JOINTS,
+    Joints, Sample, TICK, TOPICS, Tick, Topic,
+};
+
+/// The source's samples of a run, each topic in the order of frames.
+#[derive(Debug, Default)]
+pub(crate) struct RunFrames {
+    frames: u64,
+    imu: Vec<(u64, Imu)>,
+    joints: Vec<(u64, Joints)>,
+    actuators: Vec<(u64, Actuators)>,
+    batches: Vec<(u64, Batch)>,
+    offsets: Vec<u32>,
+    values: Vec<f64>,
+}
+
+/// A batch without its unused rows: a full one is 6 KiB, mostly empty.
+#[derive(Clone, Debug)]
+struct Batch {
+    t_meas_ns: u64,
+    channels: u32,
+    interval_ns: u64,
+    offsets: Range<usize>,
+    values: Range<usize>,
+}
+
+impl RunFrames {
+    pub fn new(run: &RecordedRun, period_ns: u64) -> Result<(Self, Vec<String>), RecordingError> {
+        let ticks: BTreeMap<u64, Tick> = run.of(TICK).map(|(_, tick)| (tick.frame, *tick)).collect();
+        let ticks: Vec<Tick> = ticks.into_values().collect();
+        check_recorded_period(run, &ticks, period_ns)?;
+        let mut notes = Vec::new();
+        let mut frames = RunFrames {
+            imu: owned(by_frame(run, IMU, &ticks, period_ns, &mut notes)),
+            joints: owned(by_frame(run, JOINTS, &ticks, period_ns, &mut notes)),
+            actuators: owned(by_frame(run, ACTUATORS, &ticks, period_ns, &mut notes)),
+            ..RunFrames::default()
+        };
+        for (frame, batch) in by_frame(run, ACCELEROMETERS, &ticks, period_ns, &mut notes) {
+            let batch = frames.compact(batch);
+            frames.batches.push((frame, batch));
+        }
+        frames.frames = [
+            ticks.last().map(|tick| tick.frame),
+            frames.imu.last().map(|(frame, _)| *frame),
+            frames.joints.last().map(|(frame, _)| *frame),
+            frames.actuators.last().map(|(frame, _)| *frame),
+            frames.batches.last().map(|(frame, _)| *frame),
+        ]
+        .into_iter()
+        .flatten()
+        .max()
+        .map_or(0, |last| last.saturating_add(1));
+        if frames.imu.is_empty() && frames.joints.is_empty() && frames.actuators.is_empty() && frames.batches.is_empty()
+        {
+            return Err(RecordingError::NothingToReplay {
+                file: run.file().into(),
+                columns: "no sample of imu, joints, actuators, accelerometers".into(),
+                example: "rate [rad/s]".into(),
+            });
+        }
+        Ok((frames, notes))
+    }
+
+    fn compact(&mut self, batch: &Accelerometers) -> Batch {
+        let (rows, channels) =
+            ((batch.count as usize).min(BATCH_MAX), (batch.channels as usize).min(ACCELEROMETERS_MAX));
+        let (offset_start, value_start) = (self.offsets.len(), self.values.len());
+        self.offsets.extend_from_slice(&batch.offset_ns[..rows]);
+        batch.acceleration_m_s2[..rows].iter().for_each(|row| self.values.extend_from_slice(&row[..channels]));
+        Batch {
+            t_meas_ns: batch.header.t_meas_ns,
+            channels: channels as u32,
+            interval_ns: batch.interval_ns,
+            offsets: offset_start..self.offsets.len(),
+            values: value_start..self.values.len(),
+        }
+    }
+
+    fn expand(&self, batch: &Batch) -> Accelerometers {
+        let mut sample = Accelerometers {
+            header: Header::at(batch.t_meas_ns),
+            count: batch.offsets.len() as u32,
+            channels: batch.channels,
+            interval_ns: batch.interval_ns,
+            offset_ns: [0; BATCH_MAX],
+            acceleration_m_s2: [[0.0; ACCELEROMETERS_MAX]; BATCH_MAX],
+        };
+        sample.offset_ns[..batch.offsets.len()].copy_from_slice(&self.offsets[batch.offsets.clone()]);
+        let channels = batch.channels as usize;
+        let rows = self.values[batch.values.clone()].chunks_exact(channels.max(1));
+        for (row, values) in sample.acceleration_m_s2.iter_mut().zip(rows) {
+            row[..channels].copy_from_slice(values);
+        }
+        sample
+    }
+
+    pub fn frame_count(&self) -> u64 {
+        self.frames
+    }
+
+    pub fn frame(&self, k: u64, emit: &mut dyn FnMut(ReplaySample)) {
+        for (_, imu) in &self.imu[range(&self.imu, k)] {
+            emit(ReplaySample::Imu(Imu { header: Header::at(imu.header.t_meas_ns), ..*imu }));
+        }
+        for (_, joints) in &self.joints[range(&self.joints, k)] {
+            emit(ReplaySample::Joints(Joints { header: Header::at(joints.header.t_meas_ns), ..*joints }));
+        }
+        for (_, actuators) in &self.actuators[range(&self.actuators, k)] {
+            emit(ReplaySample::Actuators(Actuators { header: Header::at(actuators.header.t_meas_ns), ..*actuators }));
+        }
+        for (_, batch) in &self.batches[range(&self.batches, k)] {
+            emit(ReplaySample::Accelerometers(self.expand(batch)));
+        }
+    }
+
+    pub fn identifiable(&self) -> Domains {
+        const RATE_Z: u64 = 1 << 2;
+        let valid = self.imu.iter().fold(0, |bits, (_, imu)| bits | imu.valid);
+        Domains {
+            inertial: valid & RATE_Z != 0 && self.joints.iter().any(|(_, joints)| joints.count >= 2),
+            slosh: valid >> 3 != 0 && self.actuators.iter().any(|(_, actuators)| actuators.force_b_n != [0.0; 3]),
+            modal: !self.batches.is_empty(),
+        }
+    }
+}
+
+fn range<T>(samples: &[(u64, T)], k: u64) -> Range<usize> {
+    samples.partition_point(|(frame, _)| *frame < k)..samples.partition_point(|(frame, _)| *frame <= k)
+}
+
+fn owned<T: Copy>(samples: Vec<(u64, &T)>) -> Vec<(u64, T)> {
+    samples.into_iter().map(|(frame, sample)| (frame, *sample)).collect()
+}
+
+/// Samples of a topic with their frames, in the order of their sequence numbers, each once.
+fn by_frame<'r, T: Sample>(
+    run: &'r RecordedRun,
+    topic: Topic<T>,
+    ticks: &[Tick],
+    period_ns: u64,
+    notes: &mut Vec<String>,
+) -> Vec<(u64, &'r T)> {
+    let mut samples: BTreeMap<u64, &T> = BTreeMap::new();
+    for (_, sample) in run.of(topic) {
+        samples.entry(sample.header().seq).or_insert(sample);
+    }
+    if let (Some(first), Some(last)) = (samples.keys().next(), samples.keys().next_back()) {
+        let missing = (last - first).saturating_sub(samples.len() as u64 - 1);
+        if missing > 0 {
+            notes.push(format!("{missing} sample(s) of `{}` are missing in the recording", TOPICS[topic.id].name));
+        }
+    }
+    let taken = samples.into_iter().filter_map(|(seq, sample)| {
+        let frame = if ticks.is_empty() {
+            sample.header().t_meas_ns / period_ns
+        } else {
+            ticks.get(ticks.partition_point(|tick| tick.last_seq[topic.id] < seq))?.frame
+        };
+        Some((frame, sample))
+    });
+    let mut taken: Vec<_> = taken.collect();
+    // Sequence order is frame order in a recorded run; a foreign time order is brought into it.
+    taken.sort_by_key(|(frame, _)| *frame);
+    taken
+}
+
+/// A run is replayed with the period it was flown with.
+fn check_recorded_period(run: &RecordedRun, ticks: &[Tick], period_ns: u64) -> Result<(), RecordingError> {
+    let (Some(first), Some(last)) = (ticks.first(), ticks.last()) else { return Ok(()) };
+    let frames = last.frame - first.frame;
+    let recorded_ns = last.t_ns.saturating_sub(first.t_ns).checked_div(frames).unwrap_or(period_ns);
+    if recorded_ns == period_ns {
+        return Ok(());
+    }
+    Err(RecordingError::Period {
+        file: run.file().into(),
+        period_ns,
+        reason: format!("the run was flown with {recorded_ns} ns"),
+        cure: format!("replay it with a control period of {} ms", recorded_ns as f64 * 1e-6),
+    })
+}

@@ -1,0 +1,127 @@
+//! Units accepted in files, and what they are in SI: the one table.
+//!
+//! Values are converted once, at this border: `SI = value * multiply / divide + offset`. Powers of ten divide or
+//! multiply by an exact number, so that 5 ms is the f64 nearest to 0.005.
+
+use core::f64::consts::PI;
+
+/// One spelling of a unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    pub symbol: &'static str,
+    /// The SI unit it is converted to.
+    pub si: &'static str,
+    multiply: f64,
+    divide: f64,
+    offset: f64,
+}
+
+impl Unit {
+    /// `value` in this unit, expressed in [`Unit::si`].
+    #[must_use]
+    pub fn to_si(&self, value: f64) -> f64 {
+        value * self.multiply / self.divide + self.offset
+    }
+}
+
+const fn u(symbol: &'static str, si: &'static str, multiply: f64, divide: f64) -> Unit {
+    Unit { symbol, si, multiply, divide, offset: 0.0 }
+}
+
+/// Standard gravity [m/s^2], exact by definition (CGPM 1901).
+const G0_M_S2: f64 = 9.806_65;
+
+/// Every accepted unit.
+pub static UNITS: &[Unit] = &[
+    u("-", "-", 1.0, 1.0),
+    u("%", "-", 1.0, 100.0),
+    u("s", "s", 1.0, 1.0),
+    u("ms", "s", 1.0, 1e3),
+    u("us", "s", 1.0, 1e6),
+    u("ns", "s", 1.0, 1e9),
+    u("min", "s", 60.0, 1.0),
+    u("h", "s", 3600.0, 1.0),
+    u("Hz", "Hz", 1.0, 1.0),
+    u("kHz", "Hz", 1e3, 1.0),
+    u("m", "m", 1.0, 1.0),
+    u("cm", "m", 1.0, 1e2),
+    u("mm", "m", 1.0, 1e3),
+    u("um", "m", 1.0, 1e6),
+    u("km", "m", 1e3, 1.0),
+    u("in", "m", 0.0254, 1.0),
+    u("ft", "m", 0.3048, 1.0),
+    u("m/s", "m/s", 1.0, 1.0),
+    u("mm/s", "m/s", 1.0, 1e3),
+    u("m/s^2", "m/s^2", 1.0, 1.0),
+    u("mm/s^2", "m/s^2", 1.0, 1e3),
+    u("g", "m/s^2", G0_M_S2, 1.0),
+    u("mg", "m/s^2", G0_M_S2, 1e3),
+    u("ug", "m/s^2", G0_M_S2, 1e6),
+    u("m/s^2/N", "m/s^2/N", 1.0, 1.0),
+    u("rad", "rad", 1.0, 1.0),
+    u("mrad", "rad", 1.0, 1e3),
+    u("deg", "rad", PI, 180.0),
+    u("rev", "rad", 2.0 * PI, 1.0),
+    u("rad/s", "rad/s", 1.0, 1.0),
+    u("mrad/s", "rad/s", 1.0, 1e3),
+    u("deg/s", "rad/s", PI, 180.0),
+    u("deg/h", "rad/s", PI, 180.0 * 3600.0),
+    u("rpm", "rad/s", 2.0 * PI, 60.0),
+    u("rad/s^2", "rad/s^2", 1.0, 1.0),
+    u("deg/s^2", "rad/s^2", PI, 180.0),
+    u("kg", "kg", 1.0, 1.0),
+    u("kg*m^2", "kg*m^2", 1.0, 1.0),
+    u("N", "N", 1.0, 1.0),
+    u("mN", "N", 1.0, 1e3),
+    u("kN", "N", 1e3, 1.0),
+    u("lbf", "N", 4.448_221_615_260_5, 1.0),
+    u("N*m", "N*m", 1.0, 1.0),
+    u("mN*m", "N*m", 1.0, 1e3),
+    u("N*m*s", "N*m*s", 1.0, 1.0),
+    u("mN*m*s", "N*m*s", 1.0, 1e3),
+    u("Pa", "Pa", 1.0, 1.0),
+    u("hPa", "Pa", 1e2, 1.0),
+    u("kPa", "Pa", 1e3, 1.0),
+    u("bar", "Pa", 1e5, 1.0),
+    u("T", "T", 1.0, 1.0),
+    u("uT", "T", 1.0, 1e6),
+    u("nT", "T", 1.0, 1e9),
+    u("K", "K", 1.0, 1.0),
+    Unit { symbol: "degC", si: "K", multiply: 1.0, divide: 1.0, offset: 273.15 },
+    u("V", "V", 1.0, 1.0),
+    u("mV", "V", 1.0, 1e3),
+    u("A", "A", 1.0, 1.0),
+    u("mA", "A", 1.0, 1e3),
+    u("W", "W", 1.0, 1.0),
+    u("J", "J", 1.0, 1.0),
+];
+
+/// The unit spelled `text`; `°`, `µ`, `²`, a middle dot, `Nm` and blanks are read as what they mean.
+#[must_use]
+pub fn unit_named(text: &str) -> Option<&'static Unit> {
+    let mut plain = String::new();
+    for c in text.trim().chars() {
+        match c {
+            '°' => plain.push_str("deg"),
+            'µ' | 'μ' => plain.push('u'),
+            '²' => plain.push_str("^2"),
+            '·' | '⋅' | ' ' => plain.push('*'),
+            other => plain.push(other),
+        }
+    }
+    let plain = match plain.as_str() {
+        "" | "1" => "-",
+        "Nm" => "N*m",
+        "mNm" => "mN*m",
+        "Nms" => "N*m*s",
+        "m/s/s" => "m/s^2",
+        other => other,
+    };
+    UNITS.iter().find(|unit| unit.symbol == plain)
+}
+
+/// The spellings that are converted to `si`, as a list for a reader.
+#[must_use]
+pub fn accepted_for(si: &str) -> String {
+    UNITS.iter().filter(|unit| unit.si == si).map(|unit| unit.symbol).collect::<Vec<_>>().join(", ")
+}

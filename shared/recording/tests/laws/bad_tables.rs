@@ -1,0 +1,224 @@
+//! Every bad table is refused with line, column, value and cure.
+
+use crate::{file, scratch};
+use flate2::write::GzEncoder;
+use std::io::Write;
+
+/// The explanation of the error that reading `text` gives.
+fn refused(name: &str, text: &str) -> String {
+    let path = file(name, text);
+    let error = recording::read(&path).expect_err("must be refused");
+    let explanation = error.explain();
+    assert!(explanation.starts_with(&path.display().to_string()), "names the file: {explanation}");
+    assert!(explanation.contains("\ncure: "), "names a cure: {explanation}");
+    explanation
+}
+
+fn contains_all(explanation: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(explanation.contains(part), "`{part}` is missing in: {explanation}");
+    }
+}
+
+#[test]
+fn missing_time_column() {
+    contains_all(
+        &refused("spectrum.csv", "frequency [Hz],a [m/s^2]\n0,1\n1,2\n"),
+        &["line 1, column 1 `frequency [Hz]`", "not `time [s]`", "spectrum"],
+    );
+    contains_all(
+        &refused("late.csv", "rate [rad/s],time [s]\n0,1\n"),
+        &["line 1, column 1 `rate [rad/s]`", "put column 2 first"],
+    );
+    contains_all(&refused("bare.csv", "0,1\n1,2\n"), &["line 1, column 1 `0`", "put a header row"]);
+    contains_all(
+        &refused("semi.csv", "time [s];rate [rad/s]\n0;1\n"),
+        &["line 1, column 1", "separate the columns by commas"],
+    );
+    contains_all(&refused("none.csv", "rate [rad/s]\n0\n"), &["put a first column `time [s]` in"]);
+}
+
+#[test]
+fn missing_unknown_and_wrong_units() {
+    contains_all(
+        &refused("nounit.csv", "time [s],rate\n0,1\n"),
+        &["line 1, column 2 `rate`", "names no unit", "`name [unit]`"],
+    );
+    contains_all(
+        &refused("unknown.csv", "time [s],rate [degs/s]\n0,1\n"),
+        &[
+            "line 1, column 2 `rate [degs/s]`",
+            "unit `degs/s`",
+            "accepted: rad/s, mrad/s, deg/s, deg/h, rpm",
+            "write `[deg/s]`",
+        ],
+    );
+    contains_all(
+        &refused("odd.csv", "time [s],x [furlong]\n0,1\n"),
+        &["line 1, column 2 `x [furlong]`", "accepted: -, %, s, ms"],
+    );
+    contains_all(
+        &refused("timeunit.csv", "time [m],x [m]\n0,1\n"),
+        &["line 1, column 1 `time [m]`", "accepted: s, ms, us, ns, min, h"],
+    );
+    let table = recording::csv::read_csv(&file("dimension.csv", "time [s],x [m],rate [m/s]\n0,1,2\n1,2,3\n")).unwrap();
+    let error = recording::Channels::find(&table, None).unwrap_err().explain();
+    contains_all(
+        &error,
+        &["dimension.csv: line 1, column 3 `rate [m/s]`", "`imu.rate_z`", "accepted: rad/s", "cure: "],
+    );
+}
+
+#[test]
+fn a_column_name_that_stands_twice() {
+    contains_all(
+        &refused("double.csv", "time [s],x [m],x [mm]\n0,1,2\n"),
+        &["line 1, column 3 `x [mm]`", "column 2 already"],
+    );
+}
+
+#[test]
+fn ragged_rows() {
+    contains_all(
+        &refused("ragged.csv", "time [s],x [m],y [m]\n0,1,2\n\n1,2\n2,1,2\n"),
+        &["line 4", "2 columns, the header has 3", "`1,2`", "complete or delete"],
+    );
+    contains_all(&refused("long.csv", "time [s],x [m]\n0,1\n1,2,7\n"), &["line 3", "3 columns, the header has 2"]);
+}
+
+#[test]
+fn cells_that_are_no_number() {
+    for (cell, shown) in [("abc", "`abc`"), ("", "``"), ("1.2.3", "`1.2.3`"), ("0x10", "`0x10`"), ("1 2", "`1 2`")] {
+        contains_all(
+            &refused("number.csv", &format!("time [s],x [m],y [m]\n0,1,2\n1,1,{cell}\n")),
+            &["line 3, column 3 `y [m]`", shown, "is not a number", "decimal"],
+        );
+    }
+    contains_all(&refused("quotecomma.csv", "time [s],x [m]\n0,\"1,5\"\n"), &["line 2, column 2 `x [m]`", "`1,5`"]);
+}
+
+#[test]
+fn values_that_are_not_finite() {
+    for cell in ["NaN", "inf", "-Infinity", "1e999"] {
+        contains_all(
+            &refused("finite.csv", &format!("time [s],x [m]\n0,1\n1,{cell}\n2,3\n")),
+            &["line 3, column 2 `x [m]`", &format!("`{cell}`"), "is not finite", "delete the row"],
+        );
+    }
+    // Finite in the file, not in SI.
+    contains_all(
+        &refused("overflow.csv", "time [s],x [g]\n0,1\n1,1.7e308\n"),
+        &["line 3, column 2 `x [g]`", "not finite"],
+    );
+}
+
+#[test]
+fn empty_files_and_files_with_too_few_rows() {
+    contains_all(&refused("empty.csv", ""), &["line 1", "the file is empty", "export"]);
+    contains_all(&refused("blank.csv", "\n\n"), &["the file is empty"]);
+    contains_all(&refused("header.csv", "time [s],x [m]\n"), &["0 row(s)", "at least two"]);
+    contains_all(&refused("one.csv", "time [s],x [m]\n0,1\n"), &["line 2", "1 row(s)", "at least two"]);
+}
+
+#[test]
+fn time_that_runs_backwards() {
+    contains_all(
+        &refused("back.csv", "time [s],x [m]\n0,1\n0.5,1\n0.4,1\n0.6,1\n"),
+        &["line 4, column 1 `time [s]`", "0.5 s is followed by 0.4 s", "sort the rows"],
+    );
+    contains_all(
+        &refused("restart.csv", "time [s],x [m]\n0,1\n0.5,1\n0,1\n0.5,1\n"),
+        &["line 4", "0.5 s is followed by 0 s", "several recordings one after another: split it before line 4"],
+    );
+}
+
+#[test]
+fn one_time_with_two_values() {
+    contains_all(
+        &refused("conflict.csv", "time [s],x [m],y [mm]\n0,1,1\n0.5,1,1\n0.5,1,2\n"),
+        &["line 4, column 3 `y [mm]`", "time 0.5 s stands twice", "0.001 and 0.002", "more digits"],
+    );
+}
+
+#[test]
+fn a_rate_that_changes_for_good_is_found_at_its_line() {
+    let mut text = String::from("time [s],x [m]\n");
+    let mut t = 0.0;
+    for row in 0..400 {
+        text.push_str(&format!("{t:.3},0\n"));
+        t += if row < 230 { 0.01 } else { 0.02 };
+    }
+    // Row 231 (line 233) is the first that comes 0.02 s after its predecessor.
+    contains_all(
+        &refused("rate.csv", &text),
+        &["line 233, column 1", "at 2.32 s", "from 0.01", "to 0.02", "split the file at this line"],
+    );
+}
+
+#[test]
+fn a_rate_that_drifts_away_slowly_is_found_too() {
+    let mut text = String::from("time [s],x [m]\n");
+    let mut t = 0.0;
+    for row in 0..2000 {
+        text.push_str(&format!("{t:.6},0\n"));
+        t += 0.01 * (1.0 + 0.4 * f64::from(row) / 2000.0);
+    }
+    contains_all(&refused("drift.csv", &text), &["the sample interval changes", "split the file"]);
+}
+
+#[test]
+fn a_time_unit_that_cannot_be_right() {
+    contains_all(
+        &refused("years.csv", "time [h],x [m]\n0,0\n1e6,0\n"),
+        &["line 3, column 1", "3600000000 s", "check the unit"],
+    );
+}
+
+fn gzipped(text: &str) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), flate2::Compression::default());
+    encoder.write_all(text.as_bytes()).unwrap();
+    encoder.finish().unwrap()
+}
+
+#[test]
+fn truncated_and_corrupt_gzip() {
+    let rows: String = (0..20_000).map(|i| format!("{},{}\n", f64::from(i) * 0.01, (i * 7919) % 10007)).collect();
+    let bytes = gzipped(&format!("time [s],x [m]\n{rows}"));
+    let path = scratch("cut.csv.gz");
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let error = recording::read(&path).unwrap_err().explain();
+    contains_all(&error, &["cut.csv.gz", "ends after line ", "complete rows", "truncated", "copy the file again"]);
+    // Even the trailer alone: the numbers are there, their checksum is not.
+    std::fs::write(&path, &bytes[..bytes.len() - 4]).unwrap();
+    contains_all(
+        &recording::read(&path).unwrap_err().explain(),
+        &["after line 20001", "20000 complete rows", "truncated"],
+    );
+    let mut corrupt = bytes.clone();
+    let trailer = bytes.len() - 6;
+    corrupt[trailer] ^= 1;
+    std::fs::write(&path, &corrupt).unwrap();
+    contains_all(
+        &recording::read(&path).unwrap_err().explain(),
+        &["cut.csv.gz", "corrupt behind line", "copy the file again"],
+    );
+}
+
+#[test]
+fn files_of_other_programs_are_named() {
+    for (bytes, named) in
+        [(&b"ULog\x01\x12\x35\x01"[..], "PX4 ULog"), (b"#ROSBAG V2.0\n", "ROS 1 bag"), (b"\x89HDF\r\n\x1a\n", "HDF5")]
+    {
+        let path = scratch("foreign.bin");
+        std::fs::write(&path, bytes).unwrap();
+        contains_all(&recording::read(&path).unwrap_err().explain(), &["foreign.bin", named, "cure: "]);
+    }
+    let path = scratch("noise.bin");
+    std::fs::write(&path, [0u8, 1, 2, 3]).unwrap();
+    contains_all(
+        &recording::read(&path).unwrap_err().explain(),
+        &["not a known format", "[00, 01, 02, 03]", "give CSV"],
+    );
+    let absent = recording::read(&scratch("absent.csv")).unwrap_err().explain();
+    contains_all(&absent, &["absent.csv", "cannot open", "check the path"]);
+}

@@ -1,0 +1,191 @@
+//! Checkpoints: two slots, written in turn, so that a write cut off at any byte leaves the one before.
+//!
+//! Slot = magic, format, layout of the telemetry, generation, length, CRC-32, postcard body. A slot that does not
+//! check is as if it were not there.
+
+use crate::inbox::Cursors;
+use crate::outbox::Entry;
+use serde::{Deserialize, Serialize};
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use telemetry::TOPICS_MAX;
+
+const MAGIC: &[u8; 8] = b"obsidck1";
+const HEAD_BYTES: usize = 8 + 4 + 8 + 8 + 4;
+
+/// Everything that a restarted partition goes on from.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Checkpoint {
+    /// Frames done.
+    pub frames: u64,
+    /// The last frame of the run is among them.
+    pub ended: bool,
+    pub seq: [u64; TOPICS_MAX],
+    pub cursors: Cursors,
+    pub outbox: Vec<Entry>,
+    /// The partition's own state.
+    pub state: Vec<u8>,
+}
+
+/// Why a checkpoint could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{path}: {reason}")]
+pub struct CheckpointError {
+    path: PathBuf,
+    reason: String,
+}
+
+/// The two slots of one partition.
+#[derive(Debug)]
+pub struct Store {
+    slots: [PathBuf; 2],
+    generation: u64,
+    buffer: Vec<u8>,
+}
+
+impl Store {
+    /// Slots `<folder>/<partition>.{0,1}`.
+    #[must_use]
+    pub fn new(folder: &Path, partition: &str) -> Self {
+        Store {
+            slots: [0, 1].map(|slot| folder.join(format!("{partition}.{slot}"))),
+            generation: 0,
+            buffer: Vec::new(),
+        }
+    }
+
+    /// The newest checkpoint that is whole; later writes go on after its generation.
+    ///
+    /// # Errors
+    /// Never for a damaged slot; only when a whole slot holds a body of another build.
+    pub fn load(&self) -> Result<Option<Checkpoint>, CheckpointError> {
+        let newest = self
+            .slots
+            .iter()
+            .filter_map(|path| Some((read_slot(path)?, path)))
+            .max_by_key(|((generation, _), _)| *generation);
+        let Some(((_, body), path)) = newest else { return Ok(None) };
+        let checkpoint = postcard::from_bytes(&body)
+            .map_err(|error| CheckpointError { path: path.clone(), reason: error.to_string() })?;
+        Ok(Some(checkpoint))
+    }
+
+    /// Writes the older slot; the newer one stays until this one is whole.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn save(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        let path = self.encode(checkpoint)?;
+        self.write(&path, self.buffer.len())
+    }
+
+    /// Drill: writes the first half only.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn save_torn(&mut self, checkpoint: &Checkpoint) -> Result<(), CheckpointError> {
+        let path = self.encode(checkpoint)?;
+        self.write(&path, self.buffer.len() / 2)
+    }
+
+    fn encode(&mut self, checkpoint: &Checkpoint) -> Result<PathBuf, CheckpointError> {
+        if self.generation == 0 {
+            self.generation = self
+                .slots
+                .iter()
+                .filter_map(|path| read_slot(path))
+                .map(|(generation, _)| generation)
+                .max()
+                .unwrap_or(0);
+        }
+        self.generation += 1;
+        let path = self.slots[(self.generation % 2) as usize].clone();
+        let fail = |error: postcard::Error| CheckpointError { path: path.clone(), reason: error.to_string() };
+        let mut buffer = core::mem::take(&mut self.buffer);
+        buffer.clear();
+        buffer.resize(HEAD_BYTES, 0);
+        buffer = postcard::to_extend(checkpoint, buffer).map_err(fail)?;
+        let (head, body) = buffer.split_at_mut(HEAD_BYTES);
+        head[..8].copy_from_slice(MAGIC);
+        head[8..12].copy_from_slice(&telemetry_layout().to_le_bytes());
+        head[12..20].copy_from_slice(&self.generation.to_le_bytes());
+        head[20..28].copy_from_slice(&(body.len() as u64).to_le_bytes());
+        head[28..32].copy_from_slice(&telemetry::crc32(body).to_le_bytes());
+        self.buffer = buffer;
+        Ok(path)
+    }
+
+    fn write(&self, path: &Path, bytes: usize) -> Result<(), CheckpointError> {
+        let fail = |error: std::io::Error| CheckpointError { path: path.to_path_buf(), reason: error.to_string() };
+        let mut file = fs::File::create(path).map_err(fail)?;
+        file.write_all(&self.buffer[..bytes]).map_err(fail)
+    }
+}
+
+/// Generation and body of a slot that is whole and of this build.
+fn read_slot(path: &Path) -> Option<(u64, Vec<u8>)> {
+    let bytes = fs::read(path).ok()?;
+    let (head, body) = bytes.split_at_checked(HEAD_BYTES)?;
+    let word = |at: usize| Some(u64::from_le_bytes(head.get(at..at + 8)?.try_into().ok()?));
+    let half = |at: usize| Some(u32::from_le_bytes(head.get(at..at + 4)?.try_into().ok()?));
+    let whole = &head[..8] == MAGIC
+        && half(8)? == telemetry_layout()
+        && word(20)? == body.len() as u64
+        && half(28)? == telemetry::crc32(body);
+    whole.then_some((word(12)?, body.to_vec()))
+}
+
+/// One number for all layouts.
+#[must_use]
+pub fn telemetry_layout() -> u32 {
+    telemetry::TOPICS.iter().fold(0, |hash, topic| telemetry::layout_hash(hash, &topic.layout.to_le_bytes()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Checkpoint, Store};
+
+    fn folder(name: &str) -> std::path::PathBuf {
+        let folder = std::env::temp_dir().join(format!("obsid-checkpoint-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        folder
+    }
+
+    #[test]
+    fn a_write_cut_at_any_byte_leaves_the_checkpoint_before() {
+        let folder = folder("cut");
+        let older = Checkpoint { frames: 25, state: vec![7; 40], ..Checkpoint::default() };
+        let newer = Checkpoint { frames: 50, state: vec![9; 40], ..Checkpoint::default() };
+        let mut store = Store::new(&folder, "any");
+        store.save(&older).unwrap();
+        store.save(&newer).unwrap();
+        let path = folder.join("any.0");
+        let whole = std::fs::read(&path).unwrap();
+        for cut in 0..whole.len() {
+            std::fs::write(&path, &whole[..cut]).unwrap();
+            assert_eq!(Store::new(&folder, "any").load().unwrap().as_ref(), Some(&older), "cut at byte {cut}");
+        }
+        std::fs::write(&path, &whole).unwrap();
+        assert_eq!(Store::new(&folder, "any").load().unwrap().as_ref(), Some(&newer));
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_flipped_bit_is_not_taken_up() {
+        let folder = folder("flip");
+        let older = Checkpoint { frames: 25, ..Checkpoint::default() };
+        let mut store = Store::new(&folder, "any");
+        store.save(&older).unwrap();
+        store.save(&Checkpoint { frames: 50, ..Checkpoint::default() }).unwrap();
+        let path = folder.join("any.0");
+        let whole = std::fs::read(&path).unwrap();
+        for byte in (0..12).chain(20..whole.len()) {
+            let mut damaged = whole.clone();
+            damaged[byte] ^= 4;
+            std::fs::write(&path, damaged).unwrap();
+            assert_eq!(Store::new(&folder, "any").load().unwrap().as_ref(), Some(&older), "byte {byte}");
+        }
+        std::fs::remove_dir_all(folder).unwrap();
+    }
+}

@@ -1,0 +1,268 @@
+//! What a run is made of: written once by who starts it, read by every partition.
+
+use crate::scenario::Scenario;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use telemetry::PartitionId;
+
+/// Switches a safeguard off, so that a test can be seen red.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sabotage {
+    #[default]
+    None,
+    /// A frame takes whatever has arrived instead of what its tick covers.
+    DrainByTopic,
+    /// A consumer takes sequence numbers it has seen before.
+    NoDedupe,
+    /// A restarted partition does not send its last outputs again.
+    NoOutbox,
+    /// A consumer does not check the CRC.
+    SkipCrc,
+}
+
+impl Sabotage {
+    pub const NAMES: &'static [(&'static str, Sabotage)] = &[
+        ("drain-by-topic", Sabotage::DrainByTopic),
+        ("no-dedupe", Sabotage::NoDedupe),
+        ("no-outbox", Sabotage::NoOutbox),
+        ("skip-crc", Sabotage::SkipCrc),
+    ];
+}
+
+/// Where in its life a partition is killed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum KillPoint {
+    /// Before it has opened a service.
+    Connect,
+    /// Inside `frame`, before its outputs are sent.
+    Frame,
+    /// After its outputs were sent, before a checkpoint.
+    Publish,
+    /// With half a checkpoint written.
+    Checkpoint,
+}
+
+impl KillPoint {
+    pub const NAMES: &'static [(&'static str, KillPoint)] = &[
+        ("connect", KillPoint::Connect),
+        ("frame", KillPoint::Frame),
+        ("publish", KillPoint::Publish),
+        ("checkpoint", KillPoint::Checkpoint),
+    ];
+}
+
+/// Faults of a drill.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fault {
+    /// The partition ends itself with SIGKILL in its first life.
+    Kill { partition: PartitionId, frame: u64, point: KillPoint },
+    /// The partition stops itself with SIGSTOP in its first life: a hang.
+    Hang { partition: PartitionId, frame: u64 },
+    /// The partition ends itself with SIGKILL in every life, until it is given up.
+    KillAlways { partition: PartitionId, frame: u64 },
+    /// The source sends a damaged copy of its first inertial sample of that frame before the good one.
+    Corrupt { frame: u64 },
+}
+
+/// A recording, and what can be identified from it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct ReplayConfig {
+    pub path: PathBuf,
+    /// Channel map, as TOML text.
+    pub channel_map: Option<String>,
+    /// Length of the recording in frames.
+    pub frames: u64,
+    pub inertial: bool,
+    pub slosh: bool,
+    pub modal: bool,
+}
+
+/// One run: a scenario, a seed, and how it is carried out.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RunConfig {
+    pub scenario: Scenario,
+    pub seed: u64,
+    /// A recording to replay instead of a simulation.
+    pub replay: Option<ReplayConfig>,
+    /// Where the recorder writes.
+    pub record: PathBuf,
+    /// Everything is recorded, not only results.
+    pub record_all: bool,
+    /// Bound on simulated over real time; `None`: as fast as the slowest partition.
+    pub speed: Option<f64>,
+    /// Pacing window W [frames].
+    pub window_frames: u64,
+    /// A checkpoint every so many frames.
+    pub checkpoint_frames: u64,
+    pub partitions: Vec<PartitionId>,
+    pub limits: Limits,
+    pub sabotage: Sabotage,
+    pub faults: Vec<Fault>,
+}
+
+/// The warden's table of limits; its actions are restart and give up.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// A partition whose execution counter stands still this long is killed and restarted [ms].
+    pub hang_ms: u64,
+    /// Deaths after which a partition is given up ...
+    pub restarts_max: u32,
+    /// ... when they fall into this time [s].
+    pub restarts_within_s: u64,
+    /// Waits before the first, second, ... restart [ms]; the last one repeats.
+    pub back_off_ms: Vec<u64>,
+    /// A run that makes no progress this long is ended as failed [s].
+    pub stall_s: u64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits {
+            hang_ms: 5000,
+            restarts_max: 5,
+            restarts_within_s: 60,
+            back_off_ms: vec![0, 50, 200, 1000],
+            stall_s: 60,
+        }
+    }
+}
+
+impl RunConfig {
+    /// Whether the source waits for `partition`.
+    #[must_use]
+    pub fn is_required(&self, partition: PartitionId) -> bool {
+        partition != PartitionId::SensorSim && self.partitions.contains(&partition)
+    }
+
+    /// Checks that no consumer can lose samples that pacing allows (architecture D5).
+    ///
+    /// # Errors
+    /// Names the topic whose buffer is too small and the greatest window it allows.
+    pub fn check_depths(&self) -> Result<(), String> {
+        for topic in telemetry::TOPICS.iter().filter(|topic| topic.per_frame > 0) {
+            let window_max = topic.depth as u64 / 2 / topic.per_frame as u64;
+            if self.window_frames > window_max {
+                return Err(format!(
+                    "pacing window of {} frames: topic {} holds {} samples and carries up to {} a frame, so at most {window_max} frames",
+                    self.window_frames, topic.name, topic.depth, topic.per_frame
+                ));
+            }
+        }
+        if self.checkpoint_frames == 0 || self.checkpoint_frames > self.window_frames {
+            return Err(format!(
+                "a checkpoint every {} frames: must be 1 to {} (the pacing window), else the source waits for ever",
+                self.checkpoint_frames, self.window_frames
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::{Fault, KillPoint, Limits, ReplayConfig, RunConfig, Sabotage};
+    use crate::scenario::Scenario;
+    use telemetry::PartitionId::{InertialId, ModalId, SensorSim, SloshId};
+
+    /// A run of two partitions over an empty scenario.
+    pub(crate) fn toy_run() -> RunConfig {
+        RunConfig {
+            scenario: serde_json::from_str(r#"{"format":1,"name":"toy"}"#).unwrap(),
+            seed: 1,
+            replay: None,
+            record: "nowhere.mcap".into(),
+            record_all: false,
+            speed: None,
+            window_frames: 100,
+            checkpoint_frames: 25,
+            partitions: vec![SensorSim, InertialId],
+            limits: Limits::default(),
+            sabotage: Sabotage::None,
+            faults: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_window_that_a_buffer_cannot_hold_is_refused_with_the_topic_and_the_largest_window() {
+        // 2048 samples, 10 a frame: half the buffer is 102 frames (architecture D5).
+        assert_eq!(RunConfig { window_frames: 102, ..toy_run() }.check_depths(), Ok(()));
+        let refusal = RunConfig { window_frames: 103, ..toy_run() }.check_depths().unwrap_err();
+        assert!(refusal.contains("imu") && refusal.contains("at most 102 frames"), "{refusal}");
+    }
+
+    #[test]
+    fn a_checkpoint_rarer_than_the_window_is_refused() {
+        for (checkpoint_frames, good) in [(0, false), (1, true), (100, true), (101, false)] {
+            let verdict = RunConfig { checkpoint_frames, ..toy_run() }.check_depths();
+            assert_eq!(verdict.is_ok(), good, "{checkpoint_frames}: {verdict:?}");
+        }
+    }
+
+    #[test]
+    fn the_source_waits_for_everybody_who_takes_part_but_not_for_itself() {
+        let run = toy_run();
+        assert!(run.is_required(InertialId) && !run.is_required(SensorSim) && !run.is_required(SloshId));
+    }
+
+    #[test]
+    fn what_one_process_writes_another_reads_equal() {
+        let run = RunConfig {
+            seed: u64::MAX,
+            replay: Some(ReplayConfig {
+                path: "in.csv".into(),
+                channel_map: Some("a = \"b\"".into()),
+                frames: 7,
+                inertial: true,
+                slosh: false,
+                modal: true,
+            }),
+            speed: Some(0.1),
+            sabotage: Sabotage::NoOutbox,
+            faults: vec![
+                Fault::Kill { partition: ModalId, frame: 3, point: KillPoint::Checkpoint },
+                Fault::Hang { partition: SloshId, frame: 4 },
+                Fault::KillAlways { partition: SloshId, frame: 5 },
+                Fault::Corrupt { frame: 6 },
+            ],
+            ..toy_run()
+        };
+        let text = serde_json::to_string(&run).unwrap();
+        let back: RunConfig = serde_json::from_str(&text).unwrap();
+        assert_eq!(format!("{back:?}"), format!("{run:?}"));
+    }
+
+    #[test]
+    fn every_number_of_a_scenario_survives_the_file_to_the_last_bit() {
+        // A partition's process reads its priors from this file, lockstep from memory: one unit in the last place
+        // between them and their digests differ.
+        let mut state = 1_u64;
+        for _ in 0..20_000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            // Exponents of what is measured in SI: 2^-40 to 2^23.
+            let bits = (state >> 12) | ((1023 - 40 + (state & 63)) << 52);
+            let mut run = toy_run();
+            run.scenario.capture.settle_s = f64::from_bits(bits);
+            let back: RunConfig = serde_json::from_str(&serde_json::to_string(&run).unwrap()).unwrap();
+            assert_eq!(back.scenario.capture.settle_s.to_bits(), bits, "{:e}", f64::from_bits(bits));
+        }
+    }
+
+    #[test]
+    fn names_of_sabotage_and_kill_points_are_those_of_the_file() {
+        for (name, sabotage) in Sabotage::NAMES {
+            assert_eq!(serde_json::to_string(sabotage).unwrap(), format!("\"{name}\""));
+        }
+        for (name, point) in KillPoint::NAMES {
+            assert_eq!(serde_json::to_string(point).unwrap(), format!("\"{name}\""));
+        }
+    }
+
+    #[test]
+    fn a_key_that_does_not_exist_is_refused() {
+        assert!(serde_json::from_str::<Scenario>(r#"{"format":1,"name":"toy","widow_frames":3}"#).is_err());
+        assert!(serde_json::from_str::<Limits>(r#"{"hang_s":3}"#).is_err());
+    }
+}

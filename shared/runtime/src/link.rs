@@ -1,0 +1,44 @@
+//! A link carries samples between partitions. Two exist: shared memory and lockstep; one conformance suite holds both.
+
+use telemetry::{PartitionId, Stamps, TopicId};
+
+/// What went wrong between partitions.
+#[derive(Debug, thiserror::Error)]
+pub enum LinkError {
+    #[error("topic {topic}: {operation} failed: {reason}")]
+    Transport { topic: &'static str, operation: &'static str, reason: String },
+    #[error(
+        "topic {topic}: this process was built with layout {ours:08x}, the running system with {theirs}: \
+         build every partition from one revision"
+    )]
+    Layout { topic: &'static str, ours: u32, theirs: String },
+    #[error("shared memory node: {0}")]
+    Node(String),
+}
+
+/// Carries samples. Never blocks on a peer: a full buffer drops its oldest sample, and the gap shows in `seq`.
+pub trait Link {
+    /// Sends one sample to whoever listens now or joins within the topic's history.
+    ///
+    /// # Errors
+    /// When the transport refuses.
+    fn publish(&mut self, topic: TopicId, stamps: &Stamps, payload: &[u8]) -> Result<(), LinkError>;
+
+    /// Hands every sample that has arrived on `topic` to `sink`, oldest first.
+    ///
+    /// # Errors
+    /// When the transport refuses.
+    fn drain(&mut self, topic: TopicId, sink: &mut dyn FnMut(&Stamps, &[u8])) -> Result<(), LinkError>;
+
+    /// Delivers history to partitions that joined since.
+    ///
+    /// # Errors
+    /// When the transport refuses.
+    fn refresh(&mut self) -> Result<(), LinkError>;
+
+    /// Tells `partition` that something was sent.
+    fn wake(&mut self, partition: PartitionId);
+
+    /// Time of send for stamps [ns]; 0 where no clock exists.
+    fn now_ns(&self) -> u64;
+}

@@ -1,0 +1,146 @@
+//! What a partition is: a function of frames.
+//!
+//! A partition never sees a wake-up, a queue or a clock. The same body runs as a process over shared memory, in
+//! lockstep in one thread, and offline over a recording.
+
+use crate::config::RunConfig;
+use crate::inbox::Inbox;
+use telemetry::{Command, Mode, PartitionId, Sample, Stamps, Topic, TopicId};
+use zerocopy::IntoBytes;
+
+/// One control period: what had arrived for it, in an order that no schedule can change (architecture D1).
+pub struct Frame<'a> {
+    pub number: u64,
+    pub t_ns: u64,
+    pub period_ns: u64,
+    /// The source has ended with this frame.
+    pub ended: bool,
+    /// Commands that are exempt from the pacing window (a partition was given up).
+    pub urgent: &'a [Command],
+    pub(crate) inbox: &'a Inbox,
+}
+
+impl Frame<'_> {
+    /// The samples of `topic` that belong to this frame, oldest first.
+    #[must_use]
+    pub fn samples<T: Sample>(&self, topic: Topic<T>) -> &[T] {
+        self.inbox.due(topic)
+    }
+
+    /// Stamps and payloads of any topic's samples of this frame, for a consumer that stores and does not read.
+    pub fn raw(&self, topic: TopicId) -> impl Iterator<Item = (&Stamps, &[u8])> {
+        self.inbox.due_raw(topic)
+    }
+
+    /// The newest mode that takes effect with this frame.
+    #[must_use]
+    pub fn new_mode(&self) -> Option<&Mode> {
+        self.samples(telemetry::MODE).last()
+    }
+}
+
+/// What a partition answers to a frame. The runtime adds layout, source, sequence number, CRC and time of send.
+pub struct Outputs {
+    words: Vec<u64>,
+    items: Vec<(TopicId, usize)>,
+    pub(crate) ended: bool,
+}
+
+impl Default for Outputs {
+    fn default() -> Self {
+        Outputs { words: Vec::with_capacity(16 * 1024), items: Vec::with_capacity(64), ended: false }
+    }
+}
+
+impl Outputs {
+    /// Sends `sample` on `topic` with this frame.
+    pub fn publish<T: Sample>(&mut self, topic: Topic<T>, sample: &T) {
+        let start = self.words.len();
+        let words = size_of::<T>() / 8;
+        self.words.resize(start + words, 0);
+        self.words[start..].as_mut_bytes().copy_from_slice(sample.as_bytes());
+        self.items.push((topic.id, start));
+    }
+
+    /// Source only: this is the last frame.
+    pub fn end(&mut self) {
+        self.ended = true;
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.words.clear();
+        self.items.clear();
+        self.ended = false;
+    }
+
+    pub(crate) fn for_each(&mut self, mut sink: impl FnMut(TopicId, &mut [u8])) {
+        for &(topic, start) in &self.items {
+            let words = telemetry::TOPICS[topic].size / 8;
+            sink(topic, self.words[start..start + words].as_mut_bytes());
+        }
+    }
+}
+
+/// Why a partition cannot start.
+#[derive(Debug, thiserror::Error)]
+#[error("{partition} cannot start: {reason}")]
+pub struct ConnectError {
+    pub partition: PartitionId,
+    pub reason: String,
+}
+
+/// Why a checkpoint could not be written or taken up.
+#[derive(Debug, thiserror::Error)]
+pub enum StateError {
+    #[error("state does not decode: {0}")]
+    Codec(#[from] postcard::Error),
+    #[error("{0}")]
+    Other(String),
+}
+
+/// A partition: takes its memory in its constructor, acts only in `frame`.
+pub trait Partition {
+    fn id(&self) -> PartitionId;
+    /// Topics it consumes; `TICK` and `MODE` need not be named.
+    fn inputs(&self) -> &'static [TopicId];
+    /// The one place where estimator state changes.
+    fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs);
+    /// Appends everything that a restart needs to `state`.
+    ///
+    /// # Errors
+    /// When the state cannot be encoded or a file cannot be flushed.
+    fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError>;
+    /// Takes up what `save` wrote.
+    ///
+    /// # Errors
+    /// When the bytes are not such a state.
+    fn restore(&mut self, state: &[u8]) -> Result<(), StateError>;
+    /// Called once when the run ends or is stopped.
+    ///
+    /// # Errors
+    /// When what it owns (a file) cannot be completed.
+    fn finish(&mut self) -> Result<(), StateError> {
+        Ok(())
+    }
+}
+
+/// Builds a partition for a run.
+pub type Connect = fn(&RunConfig) -> Result<Box<dyn Partition>, ConnectError>;
+
+/// Appends `value` to a checkpoint.
+///
+/// # Errors
+/// When `value` cannot be encoded.
+pub fn save_state<T: serde::Serialize>(value: &T, state: &mut Vec<u8>) -> Result<(), StateError> {
+    let buffer = core::mem::take(state);
+    *state = postcard::to_extend(value, buffer)?;
+    Ok(())
+}
+
+/// Reads a value that [`save_state`] wrote.
+///
+/// # Errors
+/// When the bytes are not such a value.
+pub fn restore_state<T: serde::de::DeserializeOwned>(state: &[u8]) -> Result<T, StateError> {
+    Ok(postcard::from_bytes(state)?)
+}

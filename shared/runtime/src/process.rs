@@ -1,0 +1,250 @@
+//! A partition as a process: joins shared memory, turns until the run ends, reports how it does.
+
+use crate::config::{Fault, KillPoint};
+use crate::link::{Link, LinkError};
+use crate::pacing::GIVEN_UP;
+use crate::partition::{Connect, ConnectError};
+use crate::rundir::RunDir;
+use crate::runner::{RunError, Runner, Turn};
+use crate::shm::{Role, ShmLink};
+use crate::statistics::Statistics;
+use crate::watch::HangWatch;
+use crate::{RunConfig, sys};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+use telemetry::{COMMAND, Command, HOUSEKEEPING, Header, PROGRESS, PartitionId, Progress, TICK};
+
+/// Frames per turn: bounds the time between looks at signals and links.
+const FRAMES_PER_TURN: u64 = 25;
+const BEAT: Duration = Duration::from_millis(50);
+const HOUSEKEEPING_EVERY: Duration = Duration::from_secs(1);
+
+/// Why a partition's process ends before its run.
+#[derive(Debug, thiserror::Error)]
+pub enum ProcessError {
+    #[error(transparent)]
+    Connect(#[from] ConnectError),
+    #[error(transparent)]
+    Run(#[from] RunError),
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    #[error("run folder: {0}")]
+    Folder(#[from] std::io::Error),
+}
+
+impl ProcessError {
+    /// Whether another start could succeed.
+    #[must_use]
+    pub fn is_final(&self) -> bool {
+        matches!(self, ProcessError::Connect(_) | ProcessError::Link(LinkError::Layout { .. }))
+    }
+}
+
+/// Runs partition `id` of the run in `folder` until the run ends or SIGTERM comes.
+///
+/// # Errors
+/// See [`ProcessError`]; the warden restarts after all but final ones.
+pub fn run(id: PartitionId, connect: Connect, folder: &Path, epoch: u32) -> Result<(), ProcessError> {
+    sys::die_with_parent();
+    let stop = Arc::new(AtomicBool::new(false));
+    // The terminal's Ctrl-C reaches every process; order is the warden's business.
+    let ignored = Arc::new(AtomicBool::new(false));
+    signal_hook::flag::register(SIGTERM, Arc::clone(&stop))?;
+    signal_hook::flag::register(SIGINT, ignored)?;
+    let dir = RunDir::at(folder);
+    let run = dir.load()?;
+    if run.faults.iter().any(|f| matches!(f, Fault::Kill { partition, point: KillPoint::Connect, .. } if *partition == id)) && epoch == 0 {
+        sys::kill_self();
+    }
+    let mut process = Process::start(id, connect, &run, &dir, epoch)?;
+    while !stop.load(Ordering::Relaxed) && !process.is_over() {
+        process.cycle()?;
+    }
+    process.end()
+}
+
+struct Process<'a> {
+    runner: Runner<ShmLink>,
+    run: &'a RunConfig,
+    statistics: Statistics,
+    watch: Option<HangWatch>,
+    finished: bool,
+    others_done: Vec<PartitionId>,
+    started: Instant,
+    first_frame: u64,
+    last_beat: Instant,
+    last_housekeeping: Instant,
+}
+
+impl<'a> Process<'a> {
+    fn start(id: PartitionId, connect: Connect, run: &'a RunConfig, dir: &RunDir, epoch: u32) -> Result<Self, ProcessError> {
+        let is_supervisor = id == PartitionId::Supervisor;
+        let role = if is_supervisor && !dir.ready().exists() { Role::Creates } else { Role::Opens };
+        let partition = connect(run)?;
+        let mut inputs = partition.inputs().to_vec();
+        inputs.extend([TICK.id, telemetry::MODE.id, PROGRESS.id, COMMAND.id]);
+        let link = ShmLink::join(&dir.prefix(), &dir.iceoryx_root(), id, &inputs, role)?;
+        let store = crate::checkpoint::Store::new(&dir.checkpoints(), id.text());
+        let runner = Runner::start(partition, link, run, epoch, Some(store))?.with_fault_hook(strike);
+        if role == Role::Creates {
+            std::fs::write(dir.ready(), "")?;
+        }
+        let mut process = Process {
+            first_frame: runner.frames_done(),
+            runner,
+            run,
+            statistics: Statistics::new(dir.statistics(id), id, epoch),
+            watch: is_supervisor.then(|| HangWatch::new(run)),
+            finished: false,
+            others_done: Vec::new(),
+            started: Instant::now(),
+            last_beat: Instant::now(),
+            last_housekeeping: Instant::now(),
+        };
+        if let Some(watch) = &mut process.watch {
+            watch.say_ready();
+        }
+        process.wake_everybody();
+        process.runner.beat()?;
+        Ok(process)
+    }
+
+    fn cycle(&mut self) -> Result<(), ProcessError> {
+        let turn = self.runner.turn(self.frames_allowed())?;
+        self.finished = turn == Turn::Finished;
+        let heard = self.runner.take_heard();
+        self.note_finished(&heard);
+        if let Some(watch) = &mut self.watch {
+            for lost in watch.turn(&heard, self.runner.frames_done(), self.runner.mode_text()) {
+                self.runner.publish_status(COMMAND, &give_up(lost))?;
+                self.wake_everybody();
+            }
+        }
+        if matches!(turn, Turn::Worked(_)) && self.runner.id() == PartitionId::SensorSim {
+            self.wake_everybody();
+        }
+        if self.last_beat.elapsed() >= BEAT {
+            self.last_beat = Instant::now();
+            self.runner.beat()?;
+        }
+        if self.last_housekeeping.elapsed() >= HOUSEKEEPING_EVERY {
+            self.last_housekeeping = Instant::now();
+            self.housekeeping()?;
+        }
+        if !matches!(turn, Turn::Worked(_)) {
+            let timeout = self.time_to_next_frame();
+            self.runner.link_mut().wait(timeout)?;
+        }
+        Ok(())
+    }
+
+    /// Over: this partition has finished, and nobody can need its samples any more.
+    fn is_over(&self) -> bool {
+        let needs_us = |id: &&PartitionId| {
+            **id != self.runner.id() && !self.others_done.contains(id) && !self.runner.given_up().contains(id)
+        };
+        self.finished && self.run.partitions.iter().find(needs_us).is_none()
+    }
+
+    fn end(&mut self) -> Result<(), ProcessError> {
+        self.runner.finish()?;
+        self.housekeeping()?;
+        self.runner.beat()?;
+        self.wake_everybody();
+        Ok(())
+    }
+
+    fn note_finished(&mut self, heard: &[Progress]) {
+        if !self.finished {
+            // Frame counts of others can only be compared once our own last frame is known.
+            self.others_done.clear();
+        }
+        for progress in heard {
+            let id = u16::try_from(progress.partition).ok().and_then(PartitionId::from_code);
+            if let Some(id) = id.filter(|_| self.finished && progress.frames_checkpointed >= self.runner.frames_done()) {
+                self.others_done.push(id);
+            }
+        }
+    }
+
+    /// `--speed`: a simulated source does not run ahead of N times real time.
+    fn frames_allowed(&self) -> u64 {
+        let Some(speed) = self.run.speed.filter(|_| self.runner.id() == PartitionId::SensorSim) else { return FRAMES_PER_TURN };
+        let period_s = self.run.scenario.period_ns() as f64 * 1e-9;
+        let due = (self.started.elapsed().as_secs_f64() * speed / period_s) as u64;
+        (self.first_frame + due).saturating_sub(self.runner.frames_done()).min(FRAMES_PER_TURN)
+    }
+
+    fn time_to_next_frame(&self) -> Duration {
+        match self.run.speed.filter(|_| self.runner.id() == PartitionId::SensorSim) {
+            Some(speed) => BEAT.min(Duration::from_nanos((self.run.scenario.period_ns() as f64 / speed) as u64)),
+            None => BEAT,
+        }
+    }
+
+    fn wake_everybody(&mut self) {
+        for &id in &self.run.partitions {
+            if id != self.runner.id() {
+                self.runner.link_mut().wake(id);
+            }
+        }
+    }
+
+    fn housekeeping(&mut self) -> Result<(), ProcessError> {
+        let sample = self.statistics.sample(&self.runner);
+        self.runner.publish_status(HOUSEKEEPING, &sample)?;
+        Ok(self.statistics.write()?)
+    }
+}
+
+fn give_up(lost: PartitionId) -> Command {
+    Command { header: Header::at(0), id: u64::from(lost.code()), opcode: GIVEN_UP, argument: lost.code().into() }
+}
+
+fn strike(fault: &Fault) {
+    match fault {
+        Fault::Kill { .. } | Fault::KillAlways { .. } => sys::kill_self(),
+        Fault::Hang { .. } => sys::stop_self(),
+        Fault::Corrupt { .. } => {}
+    }
+}
+
+/// `main` of a partition's own binary: `--run FOLDER [--epoch N]`, `--version`, `--help`.
+#[must_use]
+pub fn main(id: PartitionId, connect: Connect, version: &str) -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let (folder, epoch) = match words[..] {
+        ["--version"] => {
+            println!("obsid-{id} {version}, telemetry layout {:08x}", crate::checkpoint::telemetry_layout());
+            return ExitCode::SUCCESS;
+        }
+        ["--run", folder] => (folder, Ok(0)),
+        ["--run", folder, "--epoch", epoch] => (folder, epoch.parse()),
+        _ => {
+            eprintln!("usage: obsid-{id} --run FOLDER [--epoch N] | --version\nStarted by the warden of a run (`obsid partition warden`).");
+            return ExitCode::from(2);
+        }
+    };
+    let Ok(epoch) = epoch else {
+        eprintln!("obsid-{id}: --epoch {}: not a whole number", words[3]);
+        return ExitCode::from(2);
+    };
+    exit_code(id, run(id, connect, Path::new(folder), epoch))
+}
+
+/// Says what went wrong and whether a restart could help.
+#[must_use]
+pub fn exit_code(id: PartitionId, result: Result<(), ProcessError>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{id}: {error}");
+            ExitCode::from(if error.is_final() { crate::warden::EXIT_FINAL as u8 } else { 1 })
+        }
+    }
+}

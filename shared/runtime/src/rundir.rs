@@ -1,0 +1,249 @@
+//! The folder of a run: on tmpfs, private, gone when the run is over.
+//!
+//! `<parent>/obsid-<pid>-<n>/` holds the run's configuration, iceoryx2's root, checkpoints and statistics; the folder's
+//! name is also the iceoryx2 prefix of its files in `/dev/shm`. A lock tells a living run from debris.
+
+use crate::config::RunConfig;
+use rustix::fs::{FlockOperation, flock};
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use telemetry::PartitionId;
+
+const NAME: &str = "obsid-";
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// Paths inside a run's folder.
+#[derive(Clone, Debug)]
+pub struct RunDir(PathBuf);
+
+impl RunDir {
+    #[must_use]
+    pub fn at(path: &Path) -> Self {
+        RunDir(path.to_path_buf())
+    }
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+    /// iceoryx2 prefix of this run.
+    #[must_use]
+    pub fn prefix(&self) -> String {
+        let name = self.0.file_name().unwrap_or_default().to_string_lossy();
+        format!("{name}_")
+    }
+    #[must_use]
+    pub fn iceoryx_root(&self) -> PathBuf {
+        self.0.join("iox")
+    }
+    #[must_use]
+    pub fn checkpoints(&self) -> PathBuf {
+        self.0.join("checkpoints")
+    }
+    #[must_use]
+    pub fn config(&self) -> PathBuf {
+        self.0.join("run.json")
+    }
+    /// Exists once all services exist.
+    #[must_use]
+    pub fn ready(&self) -> PathBuf {
+        self.0.join("ready")
+    }
+    #[must_use]
+    pub fn statistics(&self, partition: PartitionId) -> PathBuf {
+        self.0.join(format!("{partition}.stats.json"))
+    }
+
+    /// Reads the run's configuration.
+    ///
+    /// # Errors
+    /// When the file is missing or of another build.
+    pub fn load(&self) -> io::Result<RunConfig> {
+        let text = fs::read_to_string(self.config())?;
+        serde_json::from_str(&text).map_err(|error| io::Error::other(format!("{}: {error}", self.config().display())))
+    }
+}
+
+/// A run's folder as its warden holds it: locked, and removed with everything in shared memory on drop.
+#[derive(Debug)]
+pub struct OwnedRunDir {
+    dir: RunDir,
+    _lock: File,
+}
+
+impl OwnedRunDir {
+    /// Makes the folder under `parent` and writes `run` into it.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn create(parent: &Path, run: &RunConfig) -> io::Result<Self> {
+        let pid = std::process::id();
+        let path = (0..1000).map(|n| parent.join(format!("{NAME}{pid}-{n}"))).find(|path| fs::create_dir(path).is_ok());
+        let path =
+            path.ok_or_else(|| io::Error::other(format!("{}: cannot make a folder for the run", parent.display())))?;
+        let lock = File::create(path.join("lock"))?;
+        flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
+        let dir = RunDir(path);
+        let owned = OwnedRunDir { dir, _lock: lock };
+        fs::create_dir(owned.dir.iceoryx_root())?;
+        fs::create_dir(owned.dir.checkpoints())?;
+        let text = serde_json::to_string(run).map_err(io::Error::other)?;
+        fs::write(owned.dir.config(), text)?;
+        Ok(owned)
+    }
+
+    #[must_use]
+    pub fn dir(&self) -> &RunDir {
+        &self.dir
+    }
+}
+
+impl Drop for OwnedRunDir {
+    fn drop(&mut self) {
+        remove_all(&self.dir);
+    }
+}
+
+fn remove_all(dir: &RunDir) {
+    let prefix = dir.prefix();
+    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+    let _ = fs::remove_dir_all(dir.path());
+}
+
+/// Removes what killed wardens left under `parent`: folders whose maker is dead and whose lock is free.
+pub fn purge_debris(parent: &Path) -> usize {
+    let mut purged = 0;
+    for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let Some(pid) = name.strip_prefix(NAME).and_then(|rest| rest.split('-').next()) else { continue };
+        if !entry.path().is_dir() || Path::new("/proc").join(pid).exists() {
+            continue;
+        }
+        let unlocked = File::open(entry.path().join("lock"))
+            .map_or(true, |lock| flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok());
+        if unlocked {
+            remove_all(&RunDir(entry.path()));
+            purged += 1;
+        }
+    }
+    purged
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{OwnedRunDir, RunDir, SHARED_MEMORY, purge_debris};
+    use crate::config::tests::toy_run;
+    use rustix::fs::{FlockOperation, flock};
+    use std::fs::{self, File};
+    use std::path::{Path, PathBuf};
+
+    /// A folder for runs that is gone when the test is.
+    struct Parent(PathBuf);
+
+    impl Parent {
+        fn new(test: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("rundir-{test}-{}", std::process::id()));
+            fs::create_dir_all(&path).unwrap();
+            Parent(path)
+        }
+    }
+
+    impl Drop for Parent {
+        fn drop(&mut self) {
+            let _ = fs::remove_dir_all(&self.0);
+        }
+    }
+
+    /// The number of a process that is dead and buried.
+    fn dead_pid() -> u32 {
+        let mut child = std::process::Command::new("true").spawn().unwrap();
+        child.wait().unwrap();
+        child.id()
+    }
+
+    /// A run's folder as a killed warden leaves it, and a file of it in shared memory.
+    fn debris(parent: &Path, pid: u32, number: u32) -> (RunDir, PathBuf) {
+        let dir = RunDir::at(&parent.join(format!("obsid-{pid}-{number}")));
+        fs::create_dir_all(dir.iceoryx_root()).unwrap();
+        File::create(dir.path().join("lock")).unwrap();
+        let shared = Path::new(SHARED_MEMORY).join(format!("{}leftover", dir.prefix()));
+        fs::write(&shared, "16 bytes of junk").unwrap();
+        (dir, shared)
+    }
+
+    #[test]
+    fn a_dead_run_is_purged_with_its_shared_memory_and_a_living_one_is_not() {
+        let parent = Parent::new("purge");
+        let (dead, dead_shared) = debris(&parent.0, dead_pid(), 0);
+        let living = OwnedRunDir::create(&parent.0, &toy_run()).unwrap();
+        let living_shared = Path::new(SHARED_MEMORY).join(format!("{}in_use", living.dir().prefix()));
+        fs::write(&living_shared, "").unwrap();
+        assert_eq!(purge_debris(&parent.0), 1);
+        assert!(!dead.path().exists() && !dead_shared.exists());
+        assert!(living.dir().config().exists() && living_shared.exists());
+        let folder = living.dir().path().to_path_buf();
+        drop(living);
+        assert!(!folder.exists() && !living_shared.exists(), "a run that ends leaves nothing");
+    }
+
+    #[test]
+    fn a_folder_whose_lock_is_held_is_not_purged_although_its_maker_is_gone() {
+        let parent = Parent::new("locked");
+        let (dir, shared) = debris(&parent.0, dead_pid(), 0);
+        let lock = File::open(dir.path().join("lock")).unwrap();
+        flock(&lock, FlockOperation::NonBlockingLockExclusive).unwrap();
+        assert_eq!(purge_debris(&parent.0), 0);
+        drop(lock);
+        assert_eq!(purge_debris(&parent.0), 1);
+        assert!(!shared.exists());
+    }
+
+    #[test]
+    fn the_end_of_a_run_does_not_touch_a_run_whose_number_begins_alike() {
+        let parent = Parent::new("alike");
+        let pid = dead_pid();
+        let (one, one_shared) = debris(&parent.0, pid, 1);
+        let (_eleven, eleven_shared) = debris(&parent.0, pid, 11);
+        super::remove_all(&one);
+        assert!(!one_shared.exists() && eleven_shared.exists());
+        assert_eq!(purge_debris(&parent.0), 1);
+        assert!(!eleven_shared.exists());
+    }
+
+    #[test]
+    fn what_is_no_folder_of_a_run_is_left_alone() {
+        let parent = Parent::new("foreign");
+        let pid = dead_pid();
+        for folder in ["other".to_string(), "obsid-".into(), format!("myobsid-{pid}-0")] {
+            fs::create_dir(parent.0.join(folder)).unwrap();
+        }
+        fs::write(parent.0.join(format!("obsid-{pid}-7")), "a file").unwrap();
+        purge_debris(&parent.0);
+        assert_eq!(fs::read_dir(&parent.0).unwrap().count(), 4);
+    }
+
+    #[test]
+    fn two_runs_of_one_process_have_their_own_folders_and_their_configuration_is_read_back() {
+        let parent = Parent::new("two");
+        let [one, two] = [1, 2].map(|seed| {
+            let mut run = toy_run();
+            run.seed = seed;
+            OwnedRunDir::create(&parent.0, &run).unwrap()
+        });
+        assert_ne!(one.dir().prefix(), two.dir().prefix());
+        assert_eq!([one.dir(), two.dir()].map(|dir| dir.load().unwrap().seed), [1, 2]);
+    }
+
+    #[test]
+    fn a_configuration_of_another_build_is_an_error_that_names_the_file() {
+        let parent = Parent::new("other-build");
+        let owned = OwnedRunDir::create(&parent.0, &toy_run()).unwrap();
+        fs::write(owned.dir().config(), "{}").unwrap();
+        let text = owned.dir().load().unwrap_err().to_string();
+        assert!(text.contains("run.json") && text.contains("missing field"), "{text}");
+    }
+}

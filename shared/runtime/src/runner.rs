@@ -1,0 +1,448 @@
+//! Drives one partition over one link: the same code in a process and in lockstep.
+//!
+//! A turn drains the link, runs every frame that is complete, sends outputs, checkpoints and reports progress. It
+//! never waits: who calls it decides whether to sleep.
+
+use crate::checkpoint::{Checkpoint, CheckpointError, Store};
+use crate::config::{Fault, KillPoint, RunConfig, Sabotage};
+use crate::inbox::{Counters, Inbox};
+use crate::latency::LatencyHistogram;
+use crate::link::{Link, LinkError};
+use crate::outbox::Outbox;
+use crate::pacing::Pacing;
+use crate::partition::{Frame, Outputs, Partition, StateError};
+use telemetry::{
+    COMMAND, Command, Header, IMU, MODE, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, TOPICS_MAX, Tick, TopicId,
+};
+use zerocopy::{FromBytes, IntoBytes};
+
+/// Why a partition cannot go on.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    #[error("checkpoint: {0}")]
+    Checkpoint(#[from] CheckpointError),
+    #[error("state: {0}")]
+    State(#[from] StateError),
+    #[error("no partition can go on: {0}")]
+    Stalled(String),
+}
+
+/// What a turn did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// Frames were processed.
+    Worked(u64),
+    Idle,
+    /// The last frame is done and checkpointed.
+    Finished,
+}
+
+/// Where a partition kills itself in a drill.
+pub type FaultHook = fn(&Fault);
+
+/// One partition, its link, its queues, its checkpoints.
+pub struct Runner<L: Link> {
+    partition: Box<dyn Partition>,
+    link: L,
+    inbox: Inbox,
+    outputs: Outputs,
+    outbox: Outbox,
+    /// Some for the source.
+    pacing: Option<Pacing>,
+    store: Option<Store>,
+    seq: [u64; TOPICS_MAX],
+    epoch: u32,
+    frames_done: u64,
+    frames_checkpointed: u64,
+    cycles: u64,
+    progress_due: bool,
+    finished: bool,
+    urgent: Vec<Command>,
+    latency: LatencyHistogram,
+    frame_ns_max: u64,
+    period_ns: u64,
+    checkpoint_frames: u64,
+    faults: Vec<Fault>,
+    fault_hook: Option<FaultHook>,
+    /// Progress of the others, for the caller (hang watch, end of run).
+    heard: Vec<Progress>,
+    mode: telemetry::ModeState,
+    given_up: Vec<PartitionId>,
+}
+
+impl<L: Link> Runner<L> {
+    /// Takes the partition up at its last checkpoint, if `store` has one, and sends its last outputs again.
+    ///
+    /// # Errors
+    /// When the checkpoint does not decode or the link refuses.
+    pub fn start(mut partition: Box<dyn Partition>, link: L, run: &RunConfig, epoch: u32, store: Option<Store>) -> Result<Self, RunError> {
+        let id = partition.id();
+        let checkpoint = match store.as_ref().map(Store::load).transpose()?.flatten() {
+            Some(checkpoint) => {
+                partition.restore(&checkpoint.state)?;
+                checkpoint
+            }
+            None => Checkpoint::default(),
+        };
+        let is_source = id == PartitionId::SensorSim;
+        let mut inputs = vec![MODE.id, PROGRESS.id, COMMAND.id];
+        if !is_source {
+            inputs.push(TICK.id);
+        }
+        inputs.extend_from_slice(partition.inputs());
+        inputs.sort_unstable();
+        inputs.dedup();
+        let mut runner = Runner {
+            inbox: Inbox::new(&inputs, checkpoint.cursors, run.window_frames, run.sabotage),
+            outputs: Outputs::default(),
+            outbox: Outbox::from_entries(checkpoint.outbox, run.window_frames),
+            pacing: is_source.then(|| Pacing::new(run)),
+            store,
+            seq: checkpoint.seq,
+            epoch,
+            frames_done: checkpoint.frames,
+            frames_checkpointed: checkpoint.frames,
+            cycles: 0,
+            progress_due: true,
+            finished: checkpoint.ended,
+            urgent: Vec::with_capacity(8),
+            latency: LatencyHistogram::default(),
+            frame_ns_max: 0,
+            period_ns: run.scenario.period_ns(),
+            checkpoint_frames: run.checkpoint_frames,
+            faults: run.faults.clone(),
+            fault_hook: None,
+            heard: Vec::with_capacity(64),
+            mode: telemetry::ModeState::Standby,
+            given_up: Vec::new(),
+            partition,
+            link,
+        };
+        if run.sabotage != Sabotage::NoOutbox {
+            runner.resend()?;
+        }
+        Ok(runner)
+    }
+
+    /// Lets drills act: called at every point where a fault of this run may strike.
+    pub fn with_fault_hook(mut self, hook: FaultHook) -> Self {
+        self.fault_hook = Some(hook);
+        self
+    }
+
+    #[must_use]
+    pub fn id(&self) -> PartitionId {
+        self.partition.id()
+    }
+    #[must_use]
+    pub fn epoch(&self) -> u32 {
+        self.epoch
+    }
+    #[must_use]
+    pub fn frames_done(&self) -> u64 {
+        self.frames_done
+    }
+    #[must_use]
+    pub fn cycles(&self) -> u64 {
+        self.cycles
+    }
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        self.inbox.counters()
+    }
+    #[must_use]
+    pub fn latency(&self) -> &LatencyHistogram {
+        &self.latency
+    }
+    #[must_use]
+    pub fn frame_us_max(&self) -> f64 {
+        self.frame_ns_max as f64 * 1e-3
+    }
+    /// State of the mode in effect.
+    #[must_use]
+    pub fn mode_text(&self) -> &'static str {
+        self.mode.text()
+    }
+    /// Partitions that were given up in this run.
+    #[must_use]
+    pub fn given_up(&self) -> &[PartitionId] {
+        &self.given_up
+    }
+    pub fn link_mut(&mut self) -> &mut L {
+        &mut self.link
+    }
+    /// Progress reports that came since the last call.
+    pub fn take_heard(&mut self) -> Vec<Progress> {
+        core::mem::take(&mut self.heard)
+    }
+
+    /// Drains, then runs at most `frames_max` frames.
+    ///
+    /// # Errors
+    /// When the link, a checkpoint or the partition's own file fails.
+    pub fn turn(&mut self, frames_max: u64) -> Result<Turn, RunError> {
+        self.cycles += 1;
+        self.drain()?;
+        let mut frames = 0;
+        while !self.finished && frames < frames_max {
+            let frame = if self.pacing.is_some() { self.open_frame() } else { self.next_frame() };
+            let Some(tick) = frame else { break };
+            self.run_frame(&tick)?;
+            frames += 1;
+        }
+        if self.progress_due {
+            self.report_progress()?;
+        }
+        match frames {
+            _ if self.finished => Ok(Turn::Finished),
+            0 => Ok(Turn::Idle),
+            frames => Ok(Turn::Worked(frames)),
+        }
+    }
+
+    /// Ends the partition's own business (files) in order.
+    ///
+    /// # Errors
+    /// When the partition's own file cannot be completed.
+    pub fn finish(&mut self) -> Result<(), RunError> {
+        Ok(self.partition.finish()?)
+    }
+
+    /// Heart-beat: reports progress although nothing happened.
+    ///
+    /// # Errors
+    /// When the link refuses.
+    pub fn beat(&mut self) -> Result<(), RunError> {
+        self.link.refresh()?;
+        self.report_progress()
+    }
+
+    /// Sends a status sample of this partition (command, housekeeping, event).
+    ///
+    /// # Errors
+    /// When the link refuses.
+    pub fn publish_status<T: telemetry::Sample>(&mut self, topic: telemetry::Topic<T>, sample: &T) -> Result<(), RunError> {
+        let mut sample = *sample;
+        self.send(topic.id, sample.as_mut_bytes(), None)?;
+        Ok(())
+    }
+
+    fn drain(&mut self) -> Result<(), RunError> {
+        // The tick first: whatever it covers was sent before it, so it is there when its topic is drained after it.
+        for topic in core::iter::once(TICK.id).chain((0..TOPICS.len()).filter(|&topic| topic != TICK.id)) {
+            let (inbox, heard, urgent) = (&mut self.inbox, &mut self.heard, &mut self.urgent);
+            let (pacing, given_up) = (&mut self.pacing, &mut self.given_up);
+            self.link.drain(topic, &mut |stamps, payload| {
+                if !inbox.arrive(topic, stamps, payload) {
+                    return;
+                }
+                if topic == PROGRESS.id {
+                    if let Ok(progress) = Progress::read_from_bytes(payload) {
+                        if let Some(pacing) = pacing {
+                            pacing.hear(&progress);
+                        }
+                        heard.push(progress);
+                    }
+                } else if topic == COMMAND.id {
+                    if let Ok(command) = Command::read_from_bytes(payload) {
+                        if let Some(pacing) = pacing {
+                            pacing.obey(&command);
+                        }
+                        given_up.extend(crate::pacing::given_up(&command).filter(|id| !given_up.contains(id)));
+                        urgent.push(command);
+                    }
+                }
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Source: the next frame, if pacing and arrivals allow it.
+    fn open_frame(&mut self) -> Option<Tick> {
+        let pacing = self.pacing.as_ref()?;
+        let number = self.frames_done;
+        let last_seq = pacing.permit(number)?;
+        let mut wanted = last_seq;
+        wanted[TICK.id] = 0;
+        if !self.inbox.has_all(&wanted) {
+            return None;
+        }
+        Some(Tick { header: Header::at(number * self.period_ns), frame: number, t_ns: number * self.period_ns, flags: 0, last_seq })
+    }
+
+    /// Consumer: the next frame, if its tick and all that it covers have arrived.
+    fn next_frame(&mut self) -> Option<Tick> {
+        let tick = self.inbox.next_tick()?;
+        self.inbox.has_all(&tick.last_seq).then_some(tick)
+    }
+
+    fn run_frame(&mut self, tick: &Tick) -> Result<(), RunError> {
+        self.strike(KillPoint::Frame, tick.frame);
+        let started_ns = self.link.now_ns();
+        self.inbox.collect(tick.frame, &tick.last_seq);
+        for sent_ns in self.inbox.sent_ns() {
+            self.latency.record(started_ns.saturating_sub(sent_ns));
+        }
+        self.outputs.clear();
+        let frame = Frame {
+            number: tick.frame,
+            t_ns: tick.t_ns,
+            period_ns: self.period_ns,
+            ended: tick.flags & 1 == 1,
+            urgent: &self.urgent,
+            inbox: &self.inbox,
+        };
+        if let Some(state) = frame.new_mode().and_then(|mode| telemetry::ModeState::from_code(mode.state)) {
+            self.mode = state;
+        }
+        self.partition.frame(&frame, &mut self.outputs);
+        self.urgent.clear();
+        self.frame_ns_max = self.frame_ns_max.max(self.link.now_ns().saturating_sub(started_ns));
+        let ended = if self.pacing.is_some() { self.outputs.ended } else { tick.flags & 1 == 1 };
+        self.send_outputs(tick, ended)?;
+        self.strike(KillPoint::Publish, tick.frame);
+        self.frames_done = tick.frame + 1;
+        self.outbox.forget_before(self.frames_done);
+        self.finished = ended;
+        if ended || self.frames_done.is_multiple_of(self.checkpoint_frames) {
+            self.checkpoint()?;
+        }
+        Ok(())
+    }
+
+    fn send_outputs(&mut self, tick: &Tick, ended: bool) -> Result<(), RunError> {
+        let mut outputs = core::mem::take(&mut self.outputs);
+        let mut result = Ok(());
+        outputs.for_each(|topic, payload| {
+            if result.is_ok() {
+                result = self.corrupt_first(topic, tick.frame, payload).and_then(|()| self.send(topic, payload, Some(tick.frame)));
+            }
+        });
+        self.outputs = outputs;
+        result?;
+        if self.pacing.is_some() {
+            let mut tick = *tick;
+            tick.flags = u64::from(ended);
+            for topic in 0..TOPICS.len() {
+                if TOPICS[topic].delivery == telemetry::Delivery::Source {
+                    tick.last_seq[topic] = self.seq[topic];
+                }
+            }
+            tick.last_seq[TICK.id] = 0;
+            let frame = tick.frame;
+            self.send(TICK.id, tick.as_mut_bytes(), Some(frame))?;
+        }
+        Ok(())
+    }
+
+    /// Completes the header and sends; outputs of a frame (not status samples) are kept for a restart.
+    fn send(&mut self, topic: TopicId, payload: &mut [u8], frame: Option<u64>) -> Result<(), RunError> {
+        self.seq[topic] += 1;
+        let (header, _) = Header::mut_from_prefix(payload).expect("every sample begins with a header");
+        header.layout = TOPICS[topic].layout;
+        header.source = self.partition.id().code();
+        header.seq = self.seq[topic];
+        if let Some(frame) = frame {
+            self.outbox.keep(frame, topic, payload);
+        }
+        let stamps = self.stamps(payload);
+        self.link.publish(topic, &stamps, payload)?;
+        Ok(())
+    }
+
+    fn stamps(&self, payload: &[u8]) -> Stamps {
+        Stamps { epoch: self.epoch, crc32: telemetry::crc32(payload), sent_ns: self.link.now_ns() }
+    }
+
+    fn resend(&mut self) -> Result<(), RunError> {
+        let outbox = core::mem::take(&mut self.outbox);
+        for entry in outbox.entries() {
+            let payload = entry.payload();
+            let stamps = self.stamps(&payload);
+            self.link.publish(entry.topic, &stamps, &payload)?;
+        }
+        self.outbox = outbox;
+        Ok(())
+    }
+
+    fn checkpoint(&mut self) -> Result<(), RunError> {
+        if self.store.is_some() {
+            let mut state = Vec::new();
+            self.partition.save(&mut state)?;
+            let checkpoint = Checkpoint {
+                frames: self.frames_done,
+                ended: self.finished,
+                seq: self.seq,
+                cursors: self.inbox.cursors(),
+                outbox: self.outbox.entries().cloned().collect(),
+                state,
+            };
+            let torn = self.fault_at(KillPoint::Checkpoint, self.frames_done.saturating_sub(1), self.checkpoint_frames);
+            let store = self.store.as_mut().expect("checked above");
+            if let (Some(fault), Some(hook)) = (torn, self.fault_hook) {
+                store.save_torn(&checkpoint)?;
+                hook(&fault);
+            }
+            store.save(&checkpoint)?;
+        }
+        self.frames_checkpointed = self.frames_done;
+        self.progress_due = true;
+        Ok(())
+    }
+
+    fn report_progress(&mut self) -> Result<(), RunError> {
+        self.progress_due = false;
+        let mut progress = Progress {
+            header: Header::at(self.frames_done * self.period_ns),
+            partition: self.partition.id().code().into(),
+            epoch: self.epoch,
+            cycles: self.cycles,
+            frames_processed: self.frames_done,
+            frames_checkpointed: self.frames_checkpointed,
+            out_seq: self.seq,
+        };
+        self.send(PROGRESS.id, progress.as_mut_bytes(), None)?;
+        if self.pacing.is_none() {
+            self.link.wake(PartitionId::SensorSim);
+        }
+        Ok(())
+    }
+
+    /// The fault of this run that strikes this partition here, in its first life.
+    fn fault_at(&self, point: KillPoint, frame: u64, within: u64) -> Option<Fault> {
+        let id = self.partition.id();
+        self.faults.iter().copied().find(|fault| match *fault {
+            Fault::Kill { partition, frame: at, point: p } => {
+                self.epoch == 0 && partition == id && p == point && at <= frame && frame < at + within
+            }
+            Fault::Hang { partition, frame: at } => self.epoch == 0 && partition == id && at == frame && point == KillPoint::Frame,
+            Fault::KillAlways { partition, frame: at } => partition == id && frame >= at && point == KillPoint::Frame,
+            Fault::Corrupt { .. } => false,
+        })
+    }
+
+    fn strike(&self, point: KillPoint, frame: u64) {
+        if let (Some(hook), Some(fault)) = (self.fault_hook, self.fault_at(point, frame, 1)) {
+            hook(&fault);
+        }
+    }
+
+    /// Drill: a damaged copy of the sample goes out before the good one, with the CRC of the good one.
+    fn corrupt_first(&mut self, topic: TopicId, frame: u64, payload: &mut [u8]) -> Result<(), RunError> {
+        let asked = self.faults.iter().any(|fault| matches!(fault, Fault::Corrupt { frame: at } if *at == frame));
+        if !asked || topic != IMU.id {
+            return Ok(());
+        }
+        let mut damaged = payload.to_vec();
+        let (header, _) = Header::mut_from_prefix(&mut damaged[..]).expect("every sample begins with a header");
+        header.layout = TOPICS[topic].layout;
+        header.source = self.partition.id().code();
+        header.seq = self.seq[topic] + 1;
+        let stamps = self.stamps(&damaged);
+        let last = damaged.len() - 10;
+        damaged[last] ^= 0x10;
+        Ok(self.link.publish(topic, &stamps, &damaged)?)
+    }
+}

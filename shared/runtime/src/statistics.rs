@@ -1,0 +1,99 @@
+//! Housekeeping figures of a process: what it received, how late, at what cost.
+
+use crate::link::Link;
+use crate::runner::Runner;
+use crate::sys;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use telemetry::{Header, Housekeeping, PartitionId};
+
+/// One row of the table that a run ends with.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct PartitionRow {
+    pub name: String,
+    pub received: u64,
+    pub lost: u64,
+    pub restarts: u32,
+    pub latency_us_p50: f64,
+    pub latency_us_p99: f64,
+    pub cpu_percent: f64,
+    pub duplicates: u64,
+    pub bad: u64,
+    pub cpu_s: f64,
+    pub frame_us_max: f64,
+    pub frames: u64,
+}
+
+impl PartitionRow {
+    /// Counters of a partition that has no process of its own: no latency, no processor share.
+    pub fn of<L: Link>(runner: &Runner<L>) -> Self {
+        let counters = runner.counters();
+        PartitionRow {
+            name: runner.id().text().into(),
+            received: counters.received,
+            lost: counters.lost,
+            restarts: runner.epoch(),
+            duplicates: counters.duplicates,
+            bad: counters.bad,
+            frames: runner.frames_done(),
+            ..PartitionRow::default()
+        }
+    }
+}
+
+/// Collects the figures of one process.
+pub struct Statistics {
+    path: PathBuf,
+    started_ns: u64,
+    row: PartitionRow,
+}
+
+impl Statistics {
+    #[must_use]
+    pub fn new(path: PathBuf, id: PartitionId, epoch: u32) -> Self {
+        let row = PartitionRow { name: id.text().into(), restarts: epoch, ..PartitionRow::default() };
+        Statistics { path, started_ns: sys::monotonic_ns(), row }
+    }
+
+    /// The figures now, also as a telemetry sample.
+    pub fn sample<L: Link>(&mut self, runner: &Runner<L>) -> Housekeeping {
+        let wall_s = sys::monotonic_ns().saturating_sub(self.started_ns) as f64 * 1e-9;
+        let (counters, row) = (runner.counters(), &mut self.row);
+        row.received = counters.received;
+        row.lost = counters.lost;
+        row.duplicates = counters.duplicates;
+        row.bad = counters.bad;
+        row.latency_us_p50 = runner.latency().percentile_us(0.50);
+        row.latency_us_p99 = runner.latency().percentile_us(0.99);
+        row.cpu_s = sys::cpu_ns() as f64 * 1e-9;
+        row.cpu_percent = 100.0 * row.cpu_s / wall_s.max(1e-3);
+        row.frame_us_max = runner.frame_us_max();
+        row.frames = runner.frames_done();
+        Housekeeping {
+            header: Header::at(0),
+            partition: runner.id().code().into(),
+            restarts: row.restarts,
+            received: row.received,
+            lost: row.lost,
+            duplicates: row.duplicates,
+            bad: row.bad,
+            latency_us_p50: row.latency_us_p50,
+            latency_us_p99: row.latency_us_p99,
+            frame_us_max: row.frame_us_max,
+            cpu_percent: row.cpu_percent,
+            cpu_s: row.cpu_s,
+            wall_s,
+        }
+    }
+
+    /// Leaves the figures where the warden collects them.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn write(&self) -> std::io::Result<()> {
+        let text = serde_json::to_string(&self.row).map_err(std::io::Error::other)?;
+        let fresh = self.path.with_extension("new");
+        std::fs::write(&fresh, text)?;
+        std::fs::rename(fresh, &self.path)
+    }
+}

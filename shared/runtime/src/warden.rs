@@ -1,0 +1,356 @@
+//! The warden: parent of every partition. Starts, buries, restarts, gives up; maps no shared memory.
+//!
+//! One thread around one `poll`: pidfds of the children, the supervisor's pipe, a signal pipe. Its death ends its
+//! children; the next start removes what it left.
+
+use crate::config::{Limits, RunConfig};
+use crate::rundir::OwnedRunDir;
+use crate::statistics::PartitionRow;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fd::OwnedFd;
+use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
+use serde::Serialize;
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+use telemetry::PartitionId;
+
+/// Exit code of a partition that no restart can help.
+pub const EXIT_FINAL: i32 = 4;
+const TICK: Duration = Duration::from_millis(50);
+/// Time the others get to end once the first partition has ended.
+const END_GRACE: Duration = Duration::from_secs(5);
+const TERM_GRACE: Duration = Duration::from_secs(2);
+
+/// What the warden tells who started it, one line each.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "event", rename_all = "snake_case")]
+pub enum Report {
+    Started { folder: PathBuf, purged: usize },
+    Status { frame: u64, mode: String },
+    Death { partition: String, pid: u32, cause: String },
+    Restart { partition: String, restarts: u32 },
+    Hang { partition: String },
+    GivenUp { partition: String },
+    End { ok: bool, reason: String, partitions: Vec<PartitionRow> },
+}
+
+/// How partitions are started: `program arguments… partition NAME --run FOLDER --epoch N`.
+#[derive(Clone, Debug)]
+pub struct Launcher {
+    pub program: PathBuf,
+}
+
+impl Launcher {
+    fn command(&self, id: PartitionId, folder: &std::path::Path, epoch: u32) -> Command {
+        let mut command = Command::new(&self.program);
+        command.args(["partition", id.text(), "--run"]).arg(folder).args(["--epoch", &epoch.to_string()]);
+        command.process_group(0);
+        match id {
+            PartitionId::Supervisor => command.stdin(Stdio::piped()).stdout(Stdio::piped()),
+            _ => command.stdin(Stdio::null()).stdout(Stdio::null()),
+        };
+        command
+    }
+}
+
+enum State {
+    Waiting { until: Instant },
+    Running { child: Child, pidfd: OwnedFd },
+    Done,
+    GivenUp,
+}
+
+struct Ward {
+    id: PartitionId,
+    state: State,
+    deaths: Vec<Instant>,
+    epoch: u32,
+}
+
+impl Ward {
+    fn is_over(&self) -> bool {
+        matches!(self.state, State::Done | State::GivenUp)
+    }
+}
+
+/// Runs `run` to its end, reporting on the way.
+///
+/// # Errors
+/// When the run's folder cannot be made or a process cannot be started.
+pub fn run(run: &RunConfig, parent: &std::path::Path, launcher: &Launcher, report: &mut dyn FnMut(&Report)) -> std::io::Result<bool> {
+    let purged = crate::rundir::purge_debris(parent);
+    let owned = OwnedRunDir::create(parent, run)?;
+    report(&Report::Started { folder: owned.dir().path().to_path_buf(), purged });
+    let (mut signals, write_end) = UnixStream::pair()?;
+    signals.set_nonblocking(true)?;
+    for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
+        signal_hook::low_level::pipe::register(signal, write_end.try_clone()?)?;
+    }
+    let mut warden = Warden::new(run, owned, launcher.clone(), report);
+    let verdict = warden.watch(&mut signals);
+    warden.end_all();
+    let (ok, reason) = match verdict {
+        Ok(()) => (true, String::new()),
+        Err(reason) => (false, reason),
+    };
+    let partitions = warden.rows();
+    (warden.report)(&Report::End { ok, reason, partitions });
+    Ok(ok)
+}
+
+struct Warden<'a> {
+    limits: &'a Limits,
+    owned: OwnedRunDir,
+    launcher: Launcher,
+    wards: Vec<Ward>,
+    services_exist: bool,
+    pipe: LineBuffer,
+    last_frame: u64,
+    last_advance: Instant,
+    first_end: Option<Instant>,
+    report: &'a mut dyn FnMut(&Report),
+}
+
+impl<'a> Warden<'a> {
+    fn new(run: &'a RunConfig, owned: OwnedRunDir, launcher: Launcher, report: &'a mut dyn FnMut(&Report)) -> Self {
+        let ward = |&id: &PartitionId| Ward { id, state: State::Waiting { until: Instant::now() }, deaths: Vec::new(), epoch: 0 };
+        Warden {
+            limits: &run.limits,
+            owned,
+            launcher,
+            wards: run.partitions.iter().map(ward).collect(),
+            services_exist: false,
+            pipe: LineBuffer::default(),
+            last_frame: 0,
+            last_advance: Instant::now(),
+            first_end: None,
+            report,
+        }
+    }
+
+    /// Until every partition is over; `Err` says why the run failed.
+    fn watch(&mut self, signals: &mut UnixStream) -> Result<(), String> {
+        loop {
+            self.start_due()?;
+            self.sleep(signals)?;
+            if signals.read(&mut [0; 16]).is_ok_and(|count| count > 0) {
+                return Err("stopped by a signal".into());
+            }
+            self.bury()?;
+            self.listen_to_supervisor();
+            if self.wards.iter().all(Ward::is_over) {
+                return Ok(());
+            }
+            if self.first_end.is_some_and(|first| first.elapsed() > END_GRACE) {
+                // The run is over; who has not heard of it is told.
+                self.signal_running(Signal::TERM);
+                self.first_end = Some(Instant::now());
+            }
+            if self.last_advance.elapsed() > Duration::from_secs(self.limits.stall_s) {
+                return Err(format!("no frame was processed for {} s (last: {})", self.limits.stall_s, self.last_frame));
+            }
+        }
+    }
+
+    /// The supervisor first and alone, until it has made the services; then whoever is due.
+    fn start_due(&mut self) -> Result<(), String> {
+        let folder = self.owned.dir().path().to_path_buf();
+        for index in 0..self.wards.len() {
+            let ward = &mut self.wards[index];
+            let due = matches!(ward.state, State::Waiting { until } if until <= Instant::now());
+            if !due || (ward.id != PartitionId::Supervisor && !self.services_exist) {
+                continue;
+            }
+            let fail = |error: std::io::Error| format!("{}: cannot start: {error}", ward.id);
+            let child = self.launcher.command(ward.id, &folder, ward.epoch).spawn().map_err(fail)?;
+            let pid = Pid::from_child(&child);
+            let pidfd = pidfd_open(pid, PidfdFlags::empty()).map_err(|error| fail(error.into()))?;
+            if let Some(stdout) = &child.stdout {
+                rustix::fs::fcntl_setfl(stdout, rustix::fs::OFlags::NONBLOCK).map_err(|error| fail(error.into()))?;
+            }
+            ward.state = State::Running { child, pidfd };
+            if ward.epoch > 0 {
+                (self.report)(&Report::Restart { partition: ward.id.to_string(), restarts: ward.epoch });
+            }
+        }
+        Ok(())
+    }
+
+    fn sleep(&self, signals: &UnixStream) -> Result<(), String> {
+        let mut fds = vec![PollFd::new(signals, PollFlags::IN)];
+        for ward in &self.wards {
+            if let State::Running { child, pidfd } = &ward.state {
+                fds.push(PollFd::new(pidfd, PollFlags::IN));
+                fds.extend(child.stdout.as_ref().map(|pipe| PollFd::new(pipe, PollFlags::IN)));
+            }
+        }
+        let timeout = Timespec { tv_sec: 0, tv_nsec: TICK.as_nanos() as i64 };
+        match poll(&mut fds, Some(&timeout)) {
+            Ok(_) | Err(rustix::io::Errno::INTR) => Ok(()),
+            Err(error) => Err(format!("poll: {error}")),
+        }
+    }
+
+    fn bury(&mut self) -> Result<(), String> {
+        for index in 0..self.wards.len() {
+            let State::Running { child, .. } = &mut self.wards[index].state else { continue };
+            let pid = child.id();
+            let Some(status) = child.try_wait().map_err(|error| format!("waiting for {}: {error}", self.wards[index].id))? else { continue };
+            if self.wards[index].id == PartitionId::Supervisor {
+                self.listen_to_supervisor();
+                self.pipe = LineBuffer::default();
+            }
+            self.after_death(index, pid, status)?;
+        }
+        Ok(())
+    }
+
+    fn after_death(&mut self, index: usize, pid: u32, status: ExitStatus) -> Result<(), String> {
+        let ward = &mut self.wards[index];
+        if status.success() {
+            ward.state = State::Done;
+            self.first_end.get_or_insert_with(Instant::now);
+            return Ok(());
+        }
+        let cause = match (status.code(), status.signal()) {
+            (Some(code), _) => format!("exit code {code}"),
+            (None, Some(signal)) => format!("signal {signal}"),
+            (None, None) => "unknown".into(),
+        };
+        (self.report)(&Report::Death { partition: ward.id.to_string(), pid, cause: cause.clone() });
+        if status.code() == Some(EXIT_FINAL) {
+            return Err(format!("{} cannot run: see its message", ward.id));
+        }
+        let window = Duration::from_secs(self.limits.restarts_within_s);
+        ward.deaths.retain(|death| death.elapsed() < window);
+        ward.deaths.push(Instant::now());
+        if ward.deaths.len() as u32 > self.limits.restarts_max {
+            return self.give_up(index);
+        }
+        let back_off = &self.limits.back_off_ms;
+        let wait_ms = back_off.get(ward.deaths.len() - 1).or(back_off.last()).copied().unwrap_or(0);
+        ward.epoch += 1;
+        ward.state = State::Waiting { until: Instant::now() + Duration::from_millis(wait_ms) };
+        self.last_advance = Instant::now();
+        Ok(())
+    }
+
+    fn give_up(&mut self, index: usize) -> Result<(), String> {
+        let id = self.wards[index].id;
+        self.wards[index].state = State::GivenUp;
+        (self.report)(&Report::GivenUp { partition: id.to_string() });
+        if matches!(id, PartitionId::SensorSim | PartitionId::Supervisor | PartitionId::Recorder) {
+            return Err(format!("{id} was given up after {} deaths", self.limits.restarts_max + 1));
+        }
+        self.tell_supervisor(&format!("LOST {id}"));
+        Ok(())
+    }
+
+    fn tell_supervisor(&mut self, line: &str) {
+        for ward in &mut self.wards {
+            if let (PartitionId::Supervisor, State::Running { child, .. }) = (ward.id, &mut ward.state)
+                && let Some(stdin) = &mut child.stdin
+            {
+                // A supervisor that is dying is told again when it is back.
+                let _ = writeln!(stdin, "{line}");
+            }
+        }
+    }
+
+    fn listen_to_supervisor(&mut self) {
+        let running = self.wards.iter_mut().find(|ward| ward.id == PartitionId::Supervisor);
+        let Some(State::Running { child, .. }) = running.map(|ward| &mut ward.state) else { return };
+        let Some(stdout) = &mut child.stdout else { return };
+        for line in self.pipe.read(stdout) {
+            self.obey(&line);
+        }
+    }
+
+    fn obey(&mut self, line: &str) {
+        let words: Vec<&str> = line.split(' ').collect();
+        match words[..] {
+            ["READY"] => {
+                self.services_exist = true;
+                let lost: Vec<_> = self.wards.iter().filter(|w| matches!(w.state, State::GivenUp)).map(|w| w.id).collect();
+                for id in lost {
+                    self.tell_supervisor(&format!("LOST {id}"));
+                }
+            }
+            ["STATUS", frame, mode] => {
+                let frame = frame.parse().unwrap_or(self.last_frame);
+                if frame > self.last_frame {
+                    self.last_frame = frame;
+                    self.last_advance = Instant::now();
+                }
+                (self.report)(&Report::Status { frame, mode: mode.into() });
+            }
+            ["HANG", name, epoch] => self.end_hang(name, epoch),
+            _ => tracing::warn!(line, "the supervisor said something unknown"),
+        }
+    }
+
+    fn end_hang(&mut self, name: &str, epoch: &str) {
+        let hung = self.wards.iter().find(|ward| ward.id.text() == name && ward.epoch.to_string() == epoch);
+        if let Some(State::Running { child, .. }) = hung.map(|ward| &ward.state) {
+            (self.report)(&Report::Hang { partition: name.into() });
+            let _ = kill_process(Pid::from_child(child), Signal::KILL);
+        }
+    }
+
+    fn signal_running(&self, signal: Signal) {
+        for ward in &self.wards {
+            if let State::Running { child, .. } = &ward.state {
+                let _ = kill_process(Pid::from_child(child), signal);
+            }
+        }
+    }
+
+    /// Ends what still runs, in order: the source first, the recorder last, so that its file is complete.
+    fn end_all(&mut self) {
+        for ward in &mut self.wards {
+            let State::Running { child, pidfd } = &mut ward.state else { continue };
+            let _ = kill_process(Pid::from_child(child), Signal::TERM);
+            let grace = Timespec { tv_sec: TERM_GRACE.as_secs() as i64, tv_nsec: 0 };
+            let _ = poll(&mut [PollFd::new(&*pidfd, PollFlags::IN)], Some(&grace));
+            let _ = child.kill();
+            let _ = child.wait();
+            ward.state = State::Done;
+        }
+    }
+
+    fn rows(&self) -> Vec<PartitionRow> {
+        let read = |ward: &Ward| {
+            let text = std::fs::read_to_string(self.owned.dir().statistics(ward.id)).ok()?;
+            let mut row: PartitionRow = serde_json::from_str(&text).ok()?;
+            row.restarts = ward.epoch;
+            Some(row)
+        };
+        self.wards.iter().filter_map(read).collect()
+    }
+}
+
+/// Whole lines from a pipe that does not block.
+#[derive(Default)]
+struct LineBuffer(Vec<u8>);
+
+impl LineBuffer {
+    fn read(&mut self, pipe: &mut impl Read) -> Vec<String> {
+        let mut chunk = [0; 4096];
+        while let Ok(count) = pipe.read(&mut chunk) {
+            if count == 0 {
+                break;
+            }
+            self.0.extend_from_slice(&chunk[..count]);
+        }
+        let mut lines = Vec::new();
+        while let Some(end) = self.0.iter().position(|&byte| byte == b'\n') {
+            let line: Vec<u8> = self.0.drain(..=end).collect();
+            lines.push(String::from_utf8_lossy(&line[..end]).into_owned());
+        }
+        lines
+    }
+}

@@ -1,0 +1,167 @@
+//! The supervisor's process as health monitor: hangs by execution counter, and its pipe to the warden.
+//!
+//! Lines to the warden (standard output): `READY`, `STATUS frame mode`, `HANG partition`. Lines from it (standard
+//! input): `LOST partition`. Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
+
+use crate::RunConfig;
+use crossbeam::channel::{Receiver, unbounded};
+use std::io::{BufRead, Write};
+use std::time::{Duration, Instant};
+use telemetry::{PartitionId, Progress};
+
+const STATUS_EVERY: Duration = Duration::from_millis(100);
+
+struct Pulse {
+    id: PartitionId,
+    cycles: u64,
+    epoch: u32,
+    changed: Instant,
+    reported: bool,
+    heard: bool,
+    lost: bool,
+}
+
+/// Watches the execution counters of all partitions.
+pub struct HangWatch {
+    pulses: Vec<Pulse>,
+    limit: Duration,
+    last_status: Instant,
+    orders: Receiver<String>,
+}
+
+impl HangWatch {
+    #[must_use]
+    pub fn new(run: &RunConfig) -> Self {
+        let (sender, orders) = unbounded();
+        // A thread, because standard input blocks; it owns nothing but the channel.
+        std::thread::spawn(move || {
+            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+                if sender.send(line).is_err() {
+                    break;
+                }
+            }
+        });
+        let now = Instant::now();
+        let pulse = |&id: &PartitionId| Pulse {
+            id,
+            cycles: 0,
+            epoch: 0,
+            changed: now,
+            reported: false,
+            heard: false,
+            lost: false,
+        };
+        let others = run.partitions.iter().filter(|id| **id != PartitionId::Supervisor);
+        HangWatch {
+            pulses: others.map(pulse).collect(),
+            limit: Duration::from_millis(run.limits.hang_ms),
+            last_status: now,
+            orders,
+        }
+    }
+
+    pub fn say_ready(&mut self) {
+        say("READY");
+    }
+
+    /// Takes what was heard; reports hangs and status; returns the partitions that were given up since.
+    pub fn turn(&mut self, heard: &[Progress], frame: u64, mode: &str) -> Vec<PartitionId> {
+        for progress in heard {
+            self.hear(progress);
+        }
+        for pulse in &mut self.pulses {
+            // One that was never heard is starting: its death shows by pidfd, its hang at the warden's stall limit.
+            if pulse.heard && !pulse.reported && !pulse.lost && pulse.changed.elapsed() > self.limit {
+                pulse.reported = true;
+                say(&format!("HANG {} {}", pulse.id, pulse.epoch));
+            }
+        }
+        if self.last_status.elapsed() >= STATUS_EVERY {
+            self.last_status = Instant::now();
+            say(&format!("STATUS {frame} {mode}"));
+        }
+        let lost: Vec<PartitionId> =
+            self.orders.try_iter().filter_map(|line| PartitionId::named(line.strip_prefix("LOST ")?)).collect();
+        for pulse in &mut self.pulses {
+            pulse.lost |= lost.contains(&pulse.id);
+        }
+        lost
+    }
+
+    fn hear(&mut self, progress: &Progress) {
+        let Some(pulse) = self.pulses.iter_mut().find(|pulse| u32::from(pulse.id.code()) == progress.partition) else {
+            return;
+        };
+        if (progress.epoch, progress.cycles) > (pulse.epoch, pulse.cycles) || !pulse.heard {
+            pulse.reported &= progress.epoch == pulse.epoch;
+            (pulse.epoch, pulse.cycles, pulse.heard, pulse.changed) =
+                (progress.epoch, progress.cycles, true, Instant::now());
+        }
+    }
+}
+
+/// A warden that is gone takes this process with it; a full pipe may not stop the supervisor either.
+fn say(line: &str) {
+    let mut out = std::io::stdout().lock();
+    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
+}
+
+#[cfg(test)]
+mod tests {
+    use super::HangWatch;
+    use crate::config::tests::toy_run;
+    use std::time::Duration;
+    use telemetry::PartitionId::{InertialId, SensorSim};
+    use telemetry::{PartitionId, Progress, Sample};
+
+    /// A watch with no patience: whoever does not advance between two turns hangs.
+    fn watch() -> HangWatch {
+        let mut run = toy_run();
+        run.limits.hang_ms = 0;
+        HangWatch::new(&run)
+    }
+
+    fn beat(partition: PartitionId, epoch: u32, cycles: u64) -> Progress {
+        Progress { partition: partition.code().into(), epoch, cycles, ..Progress::zeroed_at(0) }
+    }
+
+    /// Who has been reported, after a turn in which `heard` came.
+    fn reported(watch: &mut HangWatch, heard: &[Progress]) -> Vec<PartitionId> {
+        std::thread::sleep(Duration::from_micros(1)); // so that a limit of 0 has passed
+        assert!(watch.turn(heard, 0, "").is_empty());
+        watch.pulses.iter().filter(|pulse| pulse.reported).map(|pulse| pulse.id).collect()
+    }
+
+    #[test]
+    fn who_was_never_heard_is_starting_and_does_not_hang() {
+        assert_eq!(reported(&mut watch(), &[]), []);
+    }
+
+    #[test]
+    fn an_execution_counter_that_stands_still_is_a_hang_and_its_repetition_is_no_sign_of_life() {
+        let mut watch = watch();
+        watch.hear(&beat(InertialId, 0, 5));
+        watch.limit = Duration::from_secs(3600);
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 5)]), []);
+        watch.limit = Duration::ZERO;
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 5), beat(InertialId, 0, 4)]), [InertialId]);
+    }
+
+    #[test]
+    fn a_restarted_partition_is_watched_anew_although_its_counter_is_small() {
+        let mut watch = watch();
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 500)]), [InertialId]);
+        watch.limit = Duration::from_secs(3600);
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 1, 1)]), []);
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 501)]), [], "an old life says nothing");
+        watch.limit = Duration::ZERO;
+        assert_eq!(reported(&mut watch, &[]), [InertialId]);
+    }
+
+    #[test]
+    fn who_is_given_up_is_watched_no_more() {
+        let mut watch = watch();
+        watch.pulses.iter_mut().find(|pulse| pulse.id == InertialId).unwrap().lost = true;
+        assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 1), beat(SensorSim, 0, 1)]), [SensorSim]);
+    }
+}

@@ -1,0 +1,24 @@
+//! A run of toys: the smallest configuration the runtime accepts.
+
+use runtime::RunConfig;
+use runtime::config::{Limits, Sabotage};
+use std::path::PathBuf;
+use telemetry::PartitionId;
+
+/// A run of `partitions` with a small pacing window, so that its edges are met often.
+pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
+    RunConfig {
+        scenario: serde_json::from_str(r#"{"format":1,"name":"toy"}"#).unwrap(),
+        seed: 1,
+        replay: None,
+        record: PathBuf::from("nowhere.mcap"),
+        record_all: false,
+        speed: None,
+        window_frames: 20,
+        checkpoint_frames: 5,
+        partitions: partitions.to_vec(),
+        limits: Limits::default(),
+        sabotage: Sabotage::None,
+        faults: Vec::new(),
+    }
+}

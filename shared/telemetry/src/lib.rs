@@ -1,0 +1,25 @@
+//! Every sample that exists: the interface control document of obsid, as code.
+//!
+//! A sample is a padding-free `#[repr(C)]` struct that begins with a [`Header`] (data: the same bytes for the same
+//! seed and command) and travels beside [`Stamps`] (epoch, CRC, wall time of send: never part of an identity).
+//! `samples!` in [`topics`] is the one list: topic, type, depth, producer, consumers. From it follow the layout
+//! hashes, the size checks, the services of the transport, the recording's schemas and `obsid icd`.
+//!
+//! May import: nothing but `zerocopy` (layout checks), `serde` (names in files), a CRC and, behind the feature `iceoryx2`, that crate's
+//! marker trait. Must never know: links, clocks, files, equations.
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod header;
+mod icd;
+mod layout;
+mod names;
+mod records;
+mod topics;
+
+pub use header::{Header, Stamps, crc32};
+pub use icd::{FieldInfo, field_infos};
+pub use layout::{Layout, Record, layout_hash};
+pub use names::{Domain, Experiment, ModeState, Parameter, PartitionId, Phase, Reason, parameters};
+pub use records::*;
+pub use topics::*;

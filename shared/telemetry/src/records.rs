@@ -1,0 +1,200 @@
+//! The samples. Units are SI; a vector's row says of what, relative to what, expressed in what.
+
+use crate::header::Header;
+#[cfg(feature = "iceoryx2")]
+use iceoryx2::prelude::ZeroCopySend;
+use crate::layout::record;
+use crate::{PARAMETERS_MAX, TOPICS_MAX};
+
+/// Most accelerometer channels a batch can carry.
+pub const ACCELEROMETERS_MAX: usize = 12;
+/// Most samples per accelerometer batch (one batch a frame).
+pub const BATCH_MAX: usize = 64;
+
+record! {
+    /// Inertial measurement unit: increments over `interval_s`, stated as means.
+    Imu {
+        header: Header, "-", "-", "header";
+        interval_s: f64, "s", "-", "integration interval that begins at t_meas";
+        omega_bi_b_rad_s: [f64; 3], "rad/s", "body", "mean angular rate of the base relative to inertial space";
+        acceleration_b_m_s2: [f64; 3], "m/s^2", "body", "mean inertial acceleration of the sensor point";
+        valid: u64, "-", "-", "bit 0..2: rate x, y, z; bit 3..5: acceleration x, y, z";
+    }
+}
+
+record! {
+    /// Manipulator joints, at t_meas.
+    Joints {
+        header: Header, "-", "-", "header";
+        count: u64, "-", "-", "joints in use";
+        angle_rad: [f64; 4], "rad", "joint", "joint angles";
+        rate_rad_s: [f64; 4], "rad/s", "joint", "joint rates";
+        torque_nm: [f64; 4], "N m", "joint", "joint torques held from t_meas for one frame";
+    }
+}
+
+record! {
+    /// Thrusters and reaction wheel: the wrench held over `interval_s`.
+    Actuators {
+        header: Header, "-", "-", "header";
+        interval_s: f64, "s", "-", "holding interval that begins at t_meas";
+        force_b_n: [f64; 3], "N", "body", "thruster force on the hub";
+        torque_b_nm: [f64; 3], "N m", "body", "torque on the hub";
+        wheel_momentum_nms: f64, "N m s", "body z", "momentum of the reaction wheel";
+        excited: u64, "-", "-", "1 while an experiment's excitation is on";
+    }
+}
+
+record! {
+    /// Accelerometer array: one batch a frame, `count` rows of `channels` values.
+    Accelerometers {
+        header: Header, "-", "-", "header";
+        count: u32, "-", "-", "rows in use, 1 to 64";
+        channels: u32, "-", "-", "columns in use, 1 to 12";
+        interval_ns: u64, "ns", "-", "nominal sample interval";
+        offset_ns: [u32; BATCH_MAX], "ns", "-", "time of each row after t_meas";
+        acceleration_m_s2: [[f64; ACCELEROMETERS_MAX]; BATCH_MAX], "m/s^2", "sensor axis", "rows of accelerations";
+    }
+}
+
+record! {
+    /// Closes a frame: everything the source sent for it carries a sequence number up to `last_seq`.
+    Tick {
+        header: Header, "-", "-", "header";
+        frame: u64, "-", "-", "frame number";
+        t_ns: u64, "ns", "-", "time at which the frame begins";
+        flags: u64, "-", "-", "bit 0: the source has ended with this frame";
+        last_seq: [u64; TOPICS_MAX], "-", "-", "per topic: newest sequence number a consumer must have seen";
+    }
+}
+
+record! {
+    /// A partition's execution counter and how far it is: the pacing of a simulated clock.
+    Progress {
+        header: Header, "-", "-", "header";
+        partition: u32, "-", "-", "partition";
+        epoch: u32, "-", "-", "how often it was started before";
+        cycles: u64, "-", "-", "execution counter, one per turn of its loop";
+        frames_processed: u64, "-", "-", "frames done";
+        frames_checkpointed: u64, "-", "-", "frames whose effect a restart would keep";
+        out_seq: [u64; TOPICS_MAX], "-", "-", "per topic: last sequence number sent at that checkpoint";
+    }
+}
+
+record! {
+    /// The latest test of data against model, as every estimator publishes it.
+    Innovation {
+        t_ns: u64, "ns", "-", "time of the row";
+        innovation: f64, "1 sigma units of the row", "-", "measurement minus prediction";
+        variance: f64, "-", "-", "its predicted variance";
+        test_ratio: f64, "-", "-", "innovation^2 / (gate^2 variance)";
+        gate: f64, "sigma", "-", "gate";
+        accepted: u32, "-", "-", "1 when the row was used";
+        rows: u32, "-", "-", "rows offered so far in this experiment";
+        generation: u64, "-", "-", "experiment counter: a new one starts with a fresh estimator";
+    }
+}
+
+record! {
+    /// Values, covariance, innovation record and quality of one domain.
+    Estimate {
+        header: Header, "-", "-", "header";
+        frame: u64, "-", "-", "frame after which the estimate was made";
+        domain: u16, "-", "-", "domain";
+        phase: u16, "-", "-", "phase";
+        count: u16, "-", "-", "parameters in use";
+        closing: u16, "-", "-", "1 for the last estimate of an experiment";
+        status: u32, "-", "-", "0 estimate valid; else the estimator's reason for having none";
+        consistent: u32, "-", "-", "1 when the parameters are physically possible";
+        values: [f64; PARAMETERS_MAX], "see parameter list", "-", "parameters";
+        covariance: [[f64; PARAMETERS_MAX]; PARAMETERS_MAX], "products of the units", "-", "covariance of the parameters";
+        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "slosh: displacement [m], rate [m/s] and time [s] at the end of the arc; modal: dominant channel of each mode";
+        innovation: Innovation, "-", "-", "latest innovation record";
+        nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
+        nis_count: f64, "-", "-", "rows in that mean";
+        block_length: [f64; 3], "rows", "-", "block lengths of the whiteness test";
+        block_z: [f64; 3], "sigma", "-", "z-score of the mean squared block mean, per block length";
+    }
+}
+
+record! {
+    /// What the supervisor says of an estimate, and which test failed.
+    Verdict {
+        header: Header, "-", "-", "header";
+        frame: u64, "-", "-", "frame of the decision";
+        estimate_frame: u64, "-", "-", "frame of the estimate";
+        domain: u16, "-", "-", "domain";
+        phase: u16, "-", "-", "phase";
+        complete: u16, "-", "-", "1: innovations white on block means and NIS in its band";
+        adequate: u16, "-", "-", "1: held-out simulation error below the need; 2: not decidable";
+        accepted: u16, "-", "-", "1: adequate with honest sigmas and physically consistent";
+        reason: u16, "-", "-", "reason code";
+        parameter: u16, "-", "-", "parameter the reason speaks of, 65535 for none";
+        reserved: u16, "-", "-", "0";
+        measured: f64, "of the failed test", "-", "measured figure of that test";
+        limit: f64, "of the failed test", "-", "its limit";
+        nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
+        block_z_worst: f64, "sigma", "-", "largest z-score of the block means";
+        held_out_rms: f64, "rad/s or m/s^2", "-", "rms error of a simulation over data not used for the fit; NaN: none";
+        held_out_noise: f64, "rad/s or m/s^2", "-", "rms that sensor noise alone would give";
+        held_out_count: f64, "-", "-", "rows held out";
+    }
+}
+
+record! {
+    /// Mode decision, effective one pacing window after it was taken.
+    Mode {
+        header: Header, "-", "-", "header";
+        frame: u64, "-", "-", "frame of the decision";
+        effective_frame: u64, "-", "-", "first frame that belongs to the new mode";
+        duration_frames: u64, "-", "-", "length of the experiment, 0 for none";
+        state: u16, "-", "-", "state of the mode table";
+        previous: u16, "-", "-", "state left";
+        experiment: u16, "-", "-", "experiment";
+        event: u16, "-", "-", "event of the mode table that caused it";
+        generation: u32, "-", "-", "experiment counter";
+        ended: u32, "-", "-", "1: nothing follows, the run may end";
+        measured: f64, "of the guard", "-", "quantity the guard looked at";
+        limit: f64, "of the guard", "-", "its limit";
+    }
+}
+
+record! {
+    /// A command. Exempt from the pacing window only where its opcode says so.
+    Command {
+        header: Header, "-", "-", "header";
+        id: u64, "-", "-", "idempotence key";
+        opcode: u32, "-", "-", "1: partition given up (urgent)";
+        argument: u32, "-", "-", "opcode 1: partition";
+    }
+}
+
+record! {
+    /// Housekeeping of a partition, about once a second of wall time.
+    Housekeeping {
+        header: Header, "-", "-", "header";
+        partition: u32, "-", "-", "partition";
+        restarts: u32, "-", "-", "how often it was restarted";
+        received: u64, "-", "-", "samples delivered to frames";
+        lost: u64, "-", "-", "sequence numbers never seen";
+        duplicates: u64, "-", "-", "samples dropped because they had been seen";
+        bad: u64, "-", "-", "samples dropped: CRC, layout, value not finite";
+        latency_us_p50: f64, "us", "-", "send to frame, median";
+        latency_us_p99: f64, "us", "-", "send to frame, 99th percentile";
+        frame_us_max: f64, "us", "-", "longest frame";
+        cpu_percent: f64, "%", "-", "processor time over wall time since start";
+        cpu_s: f64, "s", "-", "processor time since start";
+        wall_s: f64, "s", "-", "wall time since start";
+    }
+}
+
+record! {
+    /// Something happened that an operator would want to read.
+    Event {
+        header: Header, "-", "-", "header";
+        partition: u16, "-", "-", "reporting partition";
+        severity: u16, "-", "-", "0 information, 1 warning, 2 alarm";
+        code: u32, "-", "-", "event code";
+        arguments: [f64; 4], "of the event", "-", "numbers of the event";
+    }
+}

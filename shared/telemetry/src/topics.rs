@@ -1,0 +1,260 @@
+//! The one list of topics: name, sample, depth, who produces, who consumes.
+//!
+//! Depth is buffer and history at once, so that a restarted consumer finds what it missed. Pacing keeps
+//! `window x samples per frame <= depth / 2` (architecture D5), which the runtime checks at start.
+
+use crate::records::*;
+use crate::{FieldInfo, Header, Layout, Record};
+use core::marker::PhantomData;
+use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
+
+/// Room for topics in per-topic tables of samples.
+pub const TOPICS_MAX: usize = 16;
+/// Most parameters an estimate carries.
+pub const PARAMETERS_MAX: usize = 12;
+
+/// What every sample type can do.
+#[cfg(not(feature = "iceoryx2"))]
+pub trait Sample: Record + FromBytes + IntoBytes + Immutable + KnownLayout + Copy + core::fmt::Debug + 'static {
+    fn header(&self) -> &Header;
+    fn header_mut(&mut self) -> &mut Header;
+    /// A sample of time `t_meas_ns` with every field 0.
+    #[must_use]
+    fn zeroed_at(t_meas_ns: u64) -> Self {
+        let mut sample = Self::new_zeroed();
+        *sample.header_mut() = Header::at(t_meas_ns);
+        sample
+    }
+}
+/// What every sample type can do.
+#[cfg(feature = "iceoryx2")]
+pub trait Sample:
+    Record
+    + FromBytes
+    + IntoBytes
+    + Immutable
+    + KnownLayout
+    + Copy
+    + core::fmt::Debug
+    + iceoryx2::prelude::ZeroCopySend
+    + 'static
+{
+    fn header(&self) -> &Header;
+    fn header_mut(&mut self) -> &mut Header;
+    /// A sample of time `t_meas_ns` with every field 0.
+    #[must_use]
+    fn zeroed_at(t_meas_ns: u64) -> Self {
+        let mut sample = Self::new_zeroed();
+        *sample.header_mut() = Header::at(t_meas_ns);
+        sample
+    }
+}
+
+/// How a topic reaches a partition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delivery {
+    /// From the source, with the frame whose tick covers its sequence number.
+    Source,
+    /// From a partition, one pacing window after the frame in which it was made.
+    Feedback,
+    /// As it comes: wall-clock matters, never part of an estimate.
+    Status,
+}
+
+/// Number of a topic, its index in [`TOPICS`].
+pub type TopicId = usize;
+
+/// A topic whose sample type is known.
+pub struct Topic<T> {
+    pub id: TopicId,
+    sample: PhantomData<fn() -> T>,
+}
+impl<T> Clone for Topic<T> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+impl<T> Copy for Topic<T> {}
+
+/// A row of the topic table.
+#[derive(Clone, Copy, Debug)]
+pub struct TopicInfo {
+    pub name: &'static str,
+    pub record: &'static str,
+    pub fields: &'static [FieldInfo],
+    pub layout: u32,
+    pub size: usize,
+    pub depth: usize,
+    /// Most samples the producer sends in one frame.
+    pub per_frame: usize,
+    pub delivery: Delivery,
+    pub rate: &'static str,
+    pub producers: &'static str,
+    pub consumers: &'static str,
+}
+
+/// Calls a generic function for every topic with its sample type: the one place where types meet numbers.
+pub trait TopicVisitor {
+    fn visit<T: Sample>(&mut self, topic: Topic<T>, info: &'static TopicInfo);
+}
+
+macro_rules! samples {
+    ($($constant:ident $name:literal : $ty:ident x $depth:literal, $per_frame:literal a frame, $delivery:ident, $rate:literal, $from:literal => $to:literal;)*) => {
+        samples!(@id 0usize; $($constant : $ty,)*);
+        /// All topics, in the order of their numbers.
+        pub static TOPICS: &[TopicInfo] = &[$(TopicInfo {
+            name: $name,
+            record: <$ty as Record>::NAME,
+            fields: <$ty as Record>::FIELDS,
+            layout: <$ty as Layout>::HASH,
+            size: core::mem::size_of::<$ty>(),
+            depth: $depth,
+            per_frame: $per_frame,
+            delivery: Delivery::$delivery,
+            rate: $rate,
+            producers: $from,
+            consumers: $to,
+        },)*];
+        /// Visits every topic in the order of its number.
+        pub fn for_each_topic(visitor: &mut impl TopicVisitor) {
+            $(visitor.visit($constant, &TOPICS[$constant.id]);)*
+        }
+    };
+    (@id $id:expr; $constant:ident : $ty:ident, $($rest:tt)*) => {
+        #[doc = concat!("Topic of [`", stringify!($ty), "`] samples.")]
+        pub const $constant: Topic<$ty> = Topic { id: $id, sample: PhantomData };
+        samples!(@id $id + 1; $($rest)*);
+    };
+    (@id $id:expr;) => {
+        const _: () = assert!($id <= TOPICS_MAX);
+    };
+}
+
+macro_rules! impl_sample {
+    ($($ty:ident),*) => { $(impl Sample for $ty {
+        fn header(&self) -> &Header { &self.header }
+        fn header_mut(&mut self) -> &mut Header { &mut self.header }
+    })* };
+}
+impl_sample!(
+    Imu,
+    Joints,
+    Actuators,
+    Accelerometers,
+    Tick,
+    Progress,
+    Estimate,
+    Verdict,
+    Mode,
+    Command,
+    Housekeeping,
+    Event
+);
+
+samples! {
+    IMU "imu": Imu x 2048, 10 a frame, Source, "1 kHz or less", "sensor-sim" => "inertial-id slosh-id supervisor recorder";
+    JOINTS "joints": Joints x 2048, 10 a frame, Source, "1 kHz or less", "sensor-sim" => "inertial-id supervisor recorder";
+    ACTUATORS "actuators": Actuators x 2048, 10 a frame, Source, "1 kHz or less", "sensor-sim" => "slosh-id modal-id supervisor recorder";
+    ACCELEROMETERS "accelerometers": Accelerometers x 256, 1 a frame, Source, "one batch a frame", "sensor-sim" => "modal-id supervisor recorder";
+    TICK "tick": Tick x 256, 1 a frame, Source, "100 Hz", "sensor-sim" => "all";
+    ESTIMATE_INERTIAL "estimate/inertial": Estimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "inertial-id" => "supervisor recorder";
+    ESTIMATE_SLOSH "estimate/slosh": Estimate x 32, 0 a frame, Feedback, "0.1 Hz and at the end of an experiment", "slosh-id" => "supervisor recorder";
+    ESTIMATE_MODAL "estimate/modal": Estimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "modal-id" => "supervisor recorder";
+    VERDICT "verdict": Verdict x 32, 0 a frame, Feedback, "at the end of an experiment", "supervisor" => "recorder";
+    MODE "mode": Mode x 16, 0 a frame, Feedback, "on change", "supervisor" => "all";
+    PROGRESS "progress": Progress x 16, 0 a frame, Status, "every checkpoint, 20 Hz when idle", "all" => "all";
+    HOUSEKEEPING "housekeeping": Housekeeping x 16, 0 a frame, Status, "1 Hz of wall time", "all" => "recorder";
+    COMMAND "command": Command x 16, 0 a frame, Status, "on demand", "supervisor" => "all";
+    EVENT "event": Event x 64, 0 a frame, Status, "on demand", "all" => "supervisor recorder";
+}
+
+/// The topic called `name`.
+#[must_use]
+pub fn topic_named(name: &str) -> Option<TopicId> {
+    TOPICS.iter().position(|topic| topic.name == name)
+}
+
+/// The estimates, verdicts and modes: what a digest covers (architecture D7).
+#[must_use]
+pub fn is_result(topic: TopicId) -> bool {
+    TOPICS[topic].delivery == Delivery::Feedback
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{
+        Delivery, MODE, Sample, TICK, TOPICS, Topic, TopicInfo, TopicVisitor, for_each_topic, is_result, topic_named,
+    };
+    use crate::PartitionId;
+
+    #[test]
+    fn every_sample_begins_with_a_header_and_has_no_gap_between_fields() {
+        for info in TOPICS {
+            assert_eq!(
+                (info.fields[0].ros, info.fields[0].offset, info.fields[0].size),
+                ("Header", 0, 24),
+                "{}",
+                info.name
+            );
+            let end = info.fields.iter().fold(0, |end, field| {
+                assert_eq!(field.offset, end, "{}.{}", info.name, field.name);
+                end + field.size
+            });
+            assert_eq!(end, info.size, "{}", info.name);
+        }
+    }
+
+    #[test]
+    fn every_result_says_after_its_header_in_which_frame_it_was_made() {
+        // The runtime reads it there to know in which frame the result takes effect (architecture D4).
+        for info in TOPICS.iter().filter(|info| info.delivery == Delivery::Feedback) {
+            assert_eq!(
+                (info.fields[1].name, info.fields[1].ros, info.fields[1].offset),
+                ("frame", "uint64", 24),
+                "{}",
+                info.name
+            );
+        }
+    }
+
+    #[test]
+    fn names_are_unique_and_producers_and_consumers_exist() {
+        for (id, info) in TOPICS.iter().enumerate() {
+            assert_eq!(topic_named(info.name), Some(id));
+            for partition in info.producers.split(' ').chain(info.consumers.split(' ')) {
+                assert!(partition == "all" || PartitionId::named(partition).is_some(), "{}: {partition}", info.name);
+            }
+        }
+        assert_eq!(topic_named("nothing"), None);
+    }
+
+    #[test]
+    fn buffers_hold_twice_what_the_default_pacing_window_of_100_frames_can_bring() {
+        for info in TOPICS {
+            assert!(100 * info.per_frame <= info.depth / 2, "{}", info.name);
+        }
+    }
+
+    #[test]
+    fn estimates_verdicts_and_modes_are_results_and_nothing_else_is() {
+        let results = TOPICS.iter().enumerate().filter(|(id, _)| is_result(*id)).map(|(_, info)| info.record);
+        assert!(results.eq(["Estimate", "Estimate", "Estimate", "Verdict", "Mode"]));
+        assert!(is_result(MODE.id) && !is_result(TICK.id));
+    }
+
+    #[test]
+    fn a_visitor_meets_every_topic_once_in_order_with_its_own_type() {
+        struct Count(usize);
+        impl TopicVisitor for Count {
+            fn visit<T: Sample>(&mut self, topic: Topic<T>, info: &'static TopicInfo) {
+                assert_eq!(topic.id, self.0);
+                assert_eq!((size_of::<T>(), T::HASH, T::NAME), (info.size, info.layout, info.record));
+                assert_eq!(T::zeroed_at(7).header().t_meas_ns, 7);
+                self.0 += 1;
+            }
+        }
+        let mut count = Count(0);
+        for_each_topic(&mut count);
+        assert_eq!(count.0, TOPICS.len());
+    }
+}
