@@ -55,7 +55,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 fn measure(arguments: &Arguments, benchmark: &impl Benchmark) -> Result<(), Failure> {
     let parameters = benchmark.parameters().ok_or_else(|| {
-        Failure::Run(format!("{}: the experiment leaves a parameter without trace, so there is no bound", benchmark.name()))
+        Failure::Run(format!(
+            "{}: the experiment leaves a parameter without trace, so there is no bound",
+            benchmark.name()
+        ))
     })?;
     let campaign = Campaign::new(arguments.trials as usize, arguments.seed);
     let bar = progress_bar(u64::from(arguments.trials));
@@ -67,7 +70,8 @@ fn measure(arguments: &Arguments, benchmark: &impl Benchmark) -> Result<(), Fail
 }
 
 fn progress_bar(trials: u64) -> ProgressBar {
-    let target = if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
     let bar = ProgressBar::with_draw_target(Some(trials), target);
     let style = ProgressStyle::with_template("{elapsed_precise} [{bar:30}] record {pos}/{len}, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));

@@ -5,11 +5,14 @@
 //! May import: modal, physics, runtime, telemetry. Must never know: the plant, recordings.
 #![forbid(unsafe_code)]
 
+use estimation::consistency::Whiteness;
 use modal::{Config, Mode, ModalIdentifier};
+use physics::appendage;
 use runtime::experiment::{ExperimentWindow, Step};
 use runtime::scenario::ModalKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 use telemetry::{
     ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Domain, ESTIMATE_MODAL, Estimate, Experiment,
     PARAMETERS_MAX, PartitionId, Sample, TopicId,
@@ -19,6 +22,8 @@ use telemetry::{
 const ESTIMATE_EVERY_FRAMES: u64 = 100;
 const ESTIMATE_LATER_EVERY_FRAMES: u64 = 1000;
 const MODES_MAX: usize = PARAMETERS_MAX / 2;
+/// Rows of a free decay on which the model is tested.
+const TESTED_ROWS: usize = 512;
 
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct State {
@@ -28,6 +33,10 @@ struct State {
     rows: u32,
     /// Time of the last row.
     last_t_ns: u64,
+    /// The open segment follows a commanded excitation: it is a free decay.
+    decays: bool,
+    /// Newest rows of the open segment.
+    recent: VecDeque<f64>,
 }
 
 /// The partition.
@@ -75,7 +84,11 @@ impl Partition for ModalId {
                     self.publish(frame, false, out);
                 }
             }
-            Step::Close => self.publish(frame, true, out),
+            Step::Close => {
+                self.publish(frame, true, out);
+                // What is closed need not be carried from checkpoint to checkpoint.
+                self.state.identifier = None;
+            }
         }
     }
 
@@ -104,6 +117,8 @@ impl ModalId {
     }
 
     fn turn_segment(&mut self) {
+        self.state.recent.clear();
+        self.state.decays |= self.state.forced;
         let Some(identifier) = &mut self.state.identifier else { return };
         if self.state.forced {
             identifier.close_segment();
@@ -136,6 +151,7 @@ impl ModalId {
             if self.state.rows > 0 && !self.state.forced && t_ns > self.state.last_t_ns + batch.interval_ns * 3 / 2 {
                 // No column of a Hankel matrix may reach over a gap.
                 identifier.open_segment();
+                self.state.recent.clear();
             }
             self.state.last_t_ns = t_ns;
             for (used, &channel) in row.iter_mut().zip(&channels) {
@@ -143,6 +159,12 @@ impl ModalId {
             }
             identifier.push(&row[..channels.len()]);
             self.state.rows += 1;
+            if self.state.decays && !self.state.forced {
+                if self.state.recent.len() == TESTED_ROWS * channels.len() {
+                    self.state.recent.drain(..channels.len());
+                }
+                self.state.recent.extend(&row[..channels.len()]);
+            }
         }
     }
 
@@ -163,11 +185,45 @@ impl ModalId {
         sample.innovation.rows = self.state.rows;
         sample.innovation.generation = self.state.window.generation.into();
         match self.state.identifier.as_mut().map(ModalIdentifier::identify) {
-            Some(Ok(modes)) => fill(&mut sample, modes),
+            Some(Ok(modes)) => {
+                fill(&mut sample, modes);
+                self.test_decay(&mut sample);
+            }
             Some(Err(_)) => sample.status = 2,
             None => sample.status = 1,
         }
         out.publish(ESTIMATE_MODAL, &sample);
+    }
+}
+
+impl ModalId {
+    /// Innovations of a free decay: what its modes leave unexplained in the newest rows, against the sensor noise. An
+    /// operational record has none: its excitation is not known.
+    fn test_decay(&mut self, sample: &mut Estimate) {
+        let Some(config) = self.state.identifier.as_ref().map(ModalIdentifier::config) else { return };
+        let (channels, rate_hz) = (config.channels, config.sample_rate_hz);
+        if usize::from(sample.count) != 2 * appendage::MODES || self.state.recent.len() < 2 * appendage::REFIT_UNKNOWNS * channels {
+            return;
+        }
+        let modes = core::array::from_fn(|k| appendage::Mode {
+            frequency_hz: sample.values[2 * k],
+            damping_ratio: sample.values[2 * k + 1],
+        });
+        let sigma = self.known.accelerometer_sigma_m_s2;
+        let (mut squares, mut whiteness) = (0.0, Whiteness::default());
+        let rows = self.state.recent.make_contiguous();
+        let tested = appendage::for_each_residual(&modes, rows, channels, rate_hz, |residual, _| {
+            squares += residual * residual / (sigma * sigma);
+            whiteness.push(residual / sigma);
+        });
+        if tested.is_ok() {
+            sample.nis_count = (rows.len() - appendage::REFIT_UNKNOWNS * channels) as f64;
+            sample.nis_mean = squares / sample.nis_count;
+            for (scale, verdict) in whiteness.verdicts().iter().enumerate() {
+                sample.block_length[scale] = verdict.block_samples.into();
+                sample.block_z[scale] = verdict.z_score;
+            }
+        }
     }
 }
 

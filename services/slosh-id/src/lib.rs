@@ -68,7 +68,11 @@ impl Partition for SloshId {
                     self.publish(frame, false, out);
                 }
             }
-            Step::Close => self.publish(frame, true, out),
+            Step::Close => {
+                self.publish(frame, true, out);
+                // What is closed need not be carried from checkpoint to checkpoint.
+                self.state.estimator = None;
+            }
         }
     }
 

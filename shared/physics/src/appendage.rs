@@ -210,21 +210,40 @@ pub fn refit_free_decay_residual(
         return Err(FreeDecayError::SegmentTooShort { got, need });
     }
     let (mut residual, mut signal) = (0.0, 0.0);
-    for channel in 0..channels {
-        let fit = fit_channel(modes, accelerations_m_s2, channels, channel, rate_hz)?;
-        for (n, sample) in accelerations_m_s2.chunks_exact(channels).enumerate() {
-            let error = sample[channel] - fit.dot(&linear_columns(modes, n as f64 / rate_hz));
-            let moving = sample[channel] - fit[LINEAR - 1];
-            residual += error * error;
-            signal += moving * moving;
-        }
-    }
+    for_each_residual(modes, accelerations_m_s2, channels, rate_hz, |error, moving| {
+        residual += error * error;
+        signal += moving * moving;
+    })?;
     let (count, degrees) = ((got * channels) as f64, ((got - LINEAR) * channels) as f64);
     Ok(FreeDecayResidual {
         residual_rms_m_s2: libm::sqrt(residual / degrees),
         signal_rms_m_s2: libm::sqrt(signal / count),
     })
 }
+
+/// Hands residual and signal (constant removed) of every sample to `sink`, channel after channel, each in order of time.
+///
+/// # Errors
+/// As [`refit_free_decay_residual`].
+pub fn for_each_residual(
+    modes: &[Mode; MODES],
+    accelerations_m_s2: &[f64],
+    channels: usize,
+    rate_hz: f64,
+    mut sink: impl FnMut(f64, f64),
+) -> Result<(), FreeDecayError> {
+    for channel in 0..channels {
+        let fit = fit_channel(modes, accelerations_m_s2, channels, channel, rate_hz)?;
+        for (n, sample) in accelerations_m_s2.chunks_exact(channels).enumerate() {
+            let error = sample[channel] - fit.dot(&linear_columns(modes, n as f64 / rate_hz));
+            sink(error, sample[channel] - fit[LINEAR - 1]);
+        }
+    }
+    Ok(())
+}
+
+/// Linear unknowns per channel of a refit: cosine and sine of each mode, constant.
+pub const REFIT_UNKNOWNS: usize = LINEAR;
 
 /// Amplitudes (cosine, sine per mode) and constant of one channel.
 fn fit_channel(

@@ -49,7 +49,8 @@ pub struct InertialEstimate<const P: usize> {
     /// Includes `(σ_h/h)² α α'`.
     pub covariance: SMatrix<f64, P, P>,
     pub rows: u64,
-    /// Innovation squared over its variance; one per degree of freedom when model and sigmas hold.
+    /// Innovation squared over its variance, over the newer half of the record (between 1/2 and 3/4 of the rows); one per
+    /// degree of freedom when model and sigmas hold.
     pub nis: ChiSquareMean,
     pub whiteness: Whiteness,
     /// Positive definite in every posture, see [`is_physically_consistent`]. Do not fly an estimate that is not.
@@ -63,6 +64,13 @@ pub struct InertialEstimator<const P: usize> {
     sigma_h_nms: f64,
     sigma: [f64; CHANNELS],
     least_squares: BiasCompensatedLeastSquares<P>,
+    /// Of the newer half of the record, and of what will be the newer half when it has doubled.
+    statistics: [InnovationStatistics; 2],
+}
+
+/// Mean NIS and whiteness from some row on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct InnovationStatistics {
     nis: ChiSquareMean,
     whiteness: Whiteness,
 }
@@ -87,8 +95,7 @@ impl<const P: usize> InertialEstimator<P> {
             1.0 / (sd * sd)
         });
         let least_squares = BiasCompensatedLeastSquares::new(settings.prior_alpha, information, ROWS_PER_REFRESH);
-        let (nis, whiteness) = (ChiSquareMean::default(), Whiteness::default());
-        Ok(Self { h_nms, sigma_h_nms, sigma, least_squares, nis, whiteness })
+        Ok(Self { h_nms, sigma_h_nms, sigma, least_squares, statistics: Default::default() })
     }
 
     /// Takes one sample; the innovation is momentum known minus momentum predicted [N m s].
@@ -101,10 +108,16 @@ impl<const P: usize> InertialEstimator<P> {
         }
         let row = noisy_momentum_row::<P>(sample, self.h_nms, &self.sigma);
         let innovation = self.least_squares.update(&row);
+        if self.least_squares.rows().is_power_of_two() {
+            // A one-pass estimate that still moves says nothing of the model: the first half of a record is forgotten.
+            self.statistics = [self.statistics[1], InnovationStatistics::default()];
+        }
         if innovation.uncertainty_over_noise() < SETTLED_SHARE {
             let normalised = innovation.normalised();
-            self.nis.push(normalised * normalised, 1);
-            self.whiteness.push(normalised);
+            for statistics in &mut self.statistics {
+                statistics.nis.push(normalised * normalised, 1);
+                statistics.whiteness.push(normalised);
+            }
         }
         Ok(innovation)
     }
@@ -120,8 +133,8 @@ impl<const P: usize> InertialEstimator<P> {
             alpha,
             covariance,
             rows: self.least_squares.rows(),
-            nis: self.nis,
-            whiteness: self.whiteness,
+            nis: self.statistics[0].nis,
+            whiteness: self.statistics[0].whiteness,
             consistent: is_physically_consistent(&alpha),
         })
     }

@@ -11,6 +11,7 @@ mod toy_run;
 
 use runtime::checkpoint::Store;
 use runtime::config::{Fault, KillPoint, Sabotage};
+use runtime::link::Link;
 use runtime::lockstep::{LockstepBus, LockstepLink};
 use runtime::runner::{RunError, Runner, Turn};
 use runtime::{Frame, Outputs, Partition, RunConfig, StateError, restore_state, save_state};
@@ -20,15 +21,17 @@ use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::path::PathBuf;
 use std::rc::Rc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use telemetry::PartitionId::{InertialId, Recorder, SensorSim, SloshId, Supervisor};
 use telemetry::{
     ACCELEROMETERS, Accelerometers, ESTIMATE_INERTIAL, ESTIMATE_SLOSH, Estimate, Header, IMU, Imu, JOINTS, Joints,
-    MODE, Mode, PartitionId, Sample, Topic, TopicId, VERDICT, Verdict,
+    MODE, Mode, PROGRESS, PartitionId, Progress, Sample, Stamps, TOPICS, Topic, TopicId, VERDICT, Verdict,
 };
 use toy_run::toy_run;
 use zerocopy::IntoBytes;
 
 const FRAMES: u64 = 300;
+static WORLDS: AtomicU64 = AtomicU64::new(0);
 const MEMBERS: [PartitionId; 5] = [Supervisor, SensorSim, InertialId, SloshId, Recorder];
 
 /// Order and value of everything seen.
@@ -210,8 +213,11 @@ impl Drop for World {
 }
 
 impl World {
-    fn new(name: &str, seed: u64, run: RunConfig, hold_back_seed: Option<u64>) -> Self {
-        let folder = std::env::temp_dir().join(format!("obsid-toys-{}-{name}-{seed}", std::process::id()));
+    fn new(run: RunConfig, hold_back_seed: Option<u64>) -> Self {
+        // Tests run side by side, and several make a reference: every world has its own number.
+        let number = WORLDS.fetch_add(1, Ordering::Relaxed);
+        // On tmpfs, as in flight: a disk would be most of the time of this test.
+        let folder = PathBuf::from(format!("/dev/shm/toys-{}-{number}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
         let stream = Rc::new(RefCell::new(Stream::new()));
         let bus = LockstepBus::default();
@@ -315,15 +321,15 @@ impl World {
 struct Killed;
 
 fn reference() -> Stream {
-    let mut world = World::new("reference", 0, toy_run(&MEMBERS), None);
+    let mut world = World::new(toy_run(&MEMBERS), None);
     world.run(|| 1, |_| {}).unwrap();
     world.results()
 }
 
 /// One run with random grouping and random delays.
-fn grouped(name: &str, seed: u64, sabotage: Sabotage) -> Stream {
+fn grouped(seed: u64, sabotage: Sabotage) -> Stream {
     let run = RunConfig { sabotage, ..toy_run(&MEMBERS) };
-    let mut world = World::new(name, seed, run, Some(seed.wrapping_mul(77)));
+    let mut world = World::new(run, Some(seed.wrapping_mul(77)));
     let mut state = seed;
     world.run(|| 1 + splitmix64(&mut state) % 40, |_| {}).unwrap();
     world.results()
@@ -362,25 +368,24 @@ fn the_toys_say_something_and_listen_to_each_other() {
 fn any_grouping_of_frames_and_any_delay_of_topics_gives_the_same_bytes() {
     let expected = reference();
     for seed in 0..40 {
-        assert_same(&grouped("chunk", seed, Sabotage::None), &expected, &format!("seed {seed}"));
+        assert_same(&grouped(seed, Sabotage::None), &expected, &format!("seed {seed}"));
     }
 }
 
 #[test]
 fn the_chunk_law_is_red_when_a_frame_takes_whatever_has_arrived() {
-    let streams: BTreeSet<Stream> =
-        (0..10).map(|seed| grouped("drain-by-topic", seed, Sabotage::DrainByTopic)).collect();
+    let streams: BTreeSet<Stream> = (0..10).map(|seed| grouped(seed, Sabotage::DrainByTopic)).collect();
     assert!(streams.len() > 1, "ten groupings gave one stream: this toy world cannot see the sabotage");
 }
 
 /// One run in which a random partition dies at a random point of a random frame.
-fn killed_at_a_point(name: &str, seed: u64, sabotage: Sabotage) -> (Result<(), RunError>, Stream, u32) {
+fn killed_at_a_point(seed: u64, sabotage: Sabotage) -> (Result<(), RunError>, Stream, u32) {
     let mut state = seed.wrapping_mul(31) + 5;
     let partition = MEMBERS[seed as usize % MEMBERS.len()];
     let point = [KillPoint::Frame, KillPoint::Publish, KillPoint::Checkpoint][splitmix64(&mut state) as usize % 3];
     let frame = splitmix64(&mut state) % FRAMES;
     let faults = vec![Fault::Kill { partition, frame, point }];
-    let mut world = World::new(name, seed, RunConfig { sabotage, faults, ..toy_run(&MEMBERS) }, None);
+    let mut world = World::new(RunConfig { sabotage, faults, ..toy_run(&MEMBERS) }, None);
     let end = world.run(|| 1 + splitmix64(&mut state) % 40, |_| {});
     (end, world.results(), world.restarts)
 }
@@ -389,7 +394,7 @@ fn killed_at_a_point(name: &str, seed: u64, sabotage: Sabotage) -> (Result<(), R
 fn a_partition_killed_at_any_point_of_a_frame_changes_nothing() {
     let expected = reference();
     for seed in 0..60 {
-        let (end, stream, restarts) = killed_at_a_point("kill-point", seed, Sabotage::None);
+        let (end, stream, restarts) = killed_at_a_point(seed, Sabotage::None);
         end.unwrap();
         assert_eq!(restarts, 1, "seed {seed}: the drill killed nobody");
         assert_same(&stream, &expected, &format!("seed {seed}"));
@@ -400,7 +405,7 @@ fn a_partition_killed_at_any_point_of_a_frame_changes_nothing() {
 fn the_restart_law_is_red_when_seen_samples_are_taken_again() {
     let expected = reference();
     let differs = |seed: &u64| {
-        let (end, stream, _) = killed_at_a_point("no-dedupe", *seed, Sabotage::NoDedupe);
+        let (end, stream, _) = killed_at_a_point(*seed, Sabotage::NoDedupe);
         end.is_err() || stream != expected
     };
     assert!((0..10).filter(differs).count() > 0);
@@ -410,9 +415,9 @@ fn the_restart_law_is_red_when_seen_samples_are_taken_again() {
 const RESTARTS: u32 = 25;
 
 /// One run in which, several times, a random set of partitions dies between two turns, all at once.
-fn killed_together(name: &str, seed: u64, sabotage: Sabotage) -> (Result<(), RunError>, Stream, u32) {
+fn killed_together(seed: u64, sabotage: Sabotage) -> (Result<(), RunError>, Stream, u32) {
     let run = RunConfig { sabotage, ..toy_run(&MEMBERS) };
-    let mut world = World::new(name, seed, run, None);
+    let mut world = World::new(run, None);
     let (mut state, mut chunks) = (seed.wrapping_mul(131) + 7, seed);
     let end = world.run(
         || 1 + splitmix64(&mut chunks) % 40,
@@ -432,7 +437,7 @@ fn killed_together(name: &str, seed: u64, sabotage: Sabotage) -> (Result<(), Run
 fn partitions_killed_together_again_and_again_change_nothing() {
     let expected = reference();
     for seed in 0..40 {
-        let (end, stream, restarts) = killed_together("together", seed, Sabotage::None);
+        let (end, stream, restarts) = killed_together(seed, Sabotage::None);
         end.unwrap_or_else(|error| panic!("seed {seed}, {restarts} restarts: {error}"));
         assert!(restarts > 0, "seed {seed}");
         assert_same(&stream, &expected, &format!("seed {seed}, {restarts} restarts"));
@@ -443,7 +448,7 @@ fn partitions_killed_together_again_and_again_change_nothing() {
 fn the_restart_law_is_red_when_the_last_outputs_are_not_sent_again() {
     let expected = reference();
     let differs = |seed: &u64| {
-        let (end, stream, _) = killed_together("no-outbox", *seed, Sabotage::NoOutbox);
+        let (end, stream, _) = killed_together(*seed, Sabotage::NoOutbox);
         end.is_err() || stream != expected
     };
     assert!((0..10).filter(differs).count() > 0);
@@ -452,7 +457,7 @@ fn the_restart_law_is_red_when_the_last_outputs_are_not_sent_again() {
 #[test]
 fn a_partition_killed_after_its_last_checkpoint_ends_at_once_when_it_is_back() {
     for index in 0..MEMBERS.len() {
-        let mut world = World::new("after-the-end", index as u64, toy_run(&MEMBERS), None);
+        let mut world = World::new(toy_run(&MEMBERS), None);
         world.run(|| 10, |_| {}).unwrap();
         let expected = world.results();
         world.kill(&[index]);
@@ -467,8 +472,8 @@ fn the_source_waits_for_the_checkpoint_of_a_partition_that_sleeps_and_not_longer
     for sleeper in 0..MEMBERS.len() {
         let run = toy_run(&MEMBERS);
         let (window, every) = (run.window_frames, run.checkpoint_frames);
-        let mut world = World::new("sleeper", sleeper as u64, run, None);
-        // Five rounds of everybody, then the sleeper turns no more.
+        let mut world = World::new(run, None);
+        // Ten rounds of everybody, then the sleeper turns no more.
         for round in 0..60 {
             for index in (0..MEMBERS.len()).filter(|&index| index != sleeper || round < 10) {
                 world.runners[index].turn(3).unwrap();
@@ -480,4 +485,26 @@ fn the_source_waits_for_the_checkpoint_of_a_partition_that_sleeps_and_not_longer
             assert!(checkpointed > 0 && source == checkpointed + window, "{source} for {checkpointed} + {window}");
         }
     }
+}
+
+#[test]
+fn a_damaged_progress_report_opens_no_frame() {
+    let run = toy_run(&MEMBERS);
+    let window = run.window_frames;
+    let mut world = World::new(run, None);
+    for runner in &mut world.runners {
+        runner.turn(0).unwrap();
+    }
+    let mut rogue = world.bus.join();
+    for partition in MEMBERS {
+        let mut report = Progress::zeroed_at(0);
+        (report.partition, report.frames_checkpointed) = (partition.code().into(), 1000);
+        (report.header.layout, report.header.source) = (TOPICS[PROGRESS.id].layout, partition.code());
+        report.header.seq = 1000;
+        let stamps = Stamps { crc32: telemetry::crc32(report.as_bytes()) ^ 1, ..Stamps::default() };
+        rogue.publish(PROGRESS.id, &stamps, report.as_bytes()).unwrap();
+    }
+    let source = world.runners.iter_mut().find(|runner| runner.id() == SensorSim).unwrap();
+    source.turn(1000).unwrap();
+    assert_eq!(source.frames_done(), window, "nobody has checkpointed a frame");
 }

@@ -25,6 +25,7 @@ impl Header {
 
 record! {
     /// User header of the transport: changes from run to run, never enters an estimate or a digest.
+    #[derive(Default)]
     Stamps {
         epoch: u32, "-", "-", "how often the source was started before";
         crc32: u32, "-", "-", "CRC-32 (IEEE) over the payload";
@@ -36,10 +37,4 @@ record! {
 #[must_use]
 pub fn crc32(payload: &[u8]) -> u32 {
     crc32fast::hash(payload)
-}
-
-impl Default for Stamps {
-    fn default() -> Self {
-        Stamps { epoch: 0, crc32: 0, sent_ns: 0 }
-    }
 }

@@ -16,11 +16,11 @@ pub struct Parameter {
     pub bound: f64,
 }
 
-/// A way to find it, and what the benchmark's authors report for theirs, one figure per parameter.
+/// A way to find it, and what the paper reports, one figure per parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Method {
     pub name: &'static str,
-    /// Relative error [%] of the published method next to this one, one record.
+    /// Relative error [%] of the published method nearest to this one, one record.
     pub paper_percent: &'static [f64],
 }
 
@@ -121,7 +121,8 @@ impl Campaign {
         };
         let mut all = std::thread::scope(|scope| {
             let workers: Vec<_> = (0..self.threads.clamp(1, self.trials)).map(|_| scope.spawn(work)).collect();
-            let join = |worker: std::thread::ScopedJoinHandle<'_, Vec<_>>| worker.join().expect("a worker only computes");
+            let join =
+                |worker: std::thread::ScopedJoinHandle<'_, Vec<_>>| worker.join().expect("a worker only computes");
             workers.into_iter().flat_map(join).collect::<Vec<_>>()
         });
         all.sort_by_key(|(record, _)| *record);
@@ -253,7 +254,8 @@ mod tests {
         let parameter = Parameter { name: "a", truth: -2.0, bound: 0.1 };
         let method = Method { name: "m", paper_percent: &[7.0] };
         // Errors −0.1, 0.1, 0.3: 5, 5, 15 % of 2; intervals of 0.1 hold two of three.
-        let found = |value| Answer { found: vec![Some(Found { value, sigma: Some(0.1) })], nees: Some(1.0), spurious: 1 };
+        let found =
+            |value| Answer { found: vec![Some(Found { value, sigma: Some(0.1) })], nees: Some(1.0), spurious: 1 };
         let answers: Vec<Vec<Answer>> = [-2.1, -1.9, -1.7].map(|value| vec![found(value)]).into();
         let report = &statistics(&[method], &[parameter], &answers)[0];
         let row = &report.parameters[0];
@@ -278,6 +280,9 @@ mod tests {
         let answers = vec![vec![Answer::none(1)], vec![Answer::none(1)]];
         let report = &statistics(&[Method { name: "m", paper_percent: &[] }], &[parameter], &answers)[0];
         assert_eq!((report.failed, report.missed), (2, 2));
-        assert_eq!((report.nees, report.geomean_rmse_over_crlb, report.parameters[0].median_percent), (None, None, None));
+        assert_eq!(
+            (report.nees, report.geomean_rmse_over_crlb, report.parameters[0].median_percent),
+            (None, None, None)
+        );
     }
 }

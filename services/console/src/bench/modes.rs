@@ -4,12 +4,10 @@
 //! amplitude, phase and bias of every channel unknown.
 
 use super::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
-use modal::{Config, Mode, ModalIdentifier};
+use modal::{Config, ModalIdentifier, Mode};
 use nalgebra::{SMatrix, SVector};
 use physics::appendage::{ChannelAmplitude, FreeDecay, MODES, predicted_sigma};
-use plant::appendage::{
-    ACCELEROMETER_SIGMA_M_S2, AppendageParameters, AppendageTruth, SENSORS, rectangular_pulse_nm,
-};
+use plant::appendage::{ACCELEROMETER_SIGMA_M_S2, AppendageParameters, AppendageTruth, SENSORS, rectangular_pulse_nm};
 
 const RATE_HZ: f64 = 200.0;
 const SAMPLES: u32 = 1000;
@@ -147,11 +145,7 @@ impl Benchmark for Modes {
     fn costs(&self) -> Vec<Cost> {
         let record = self.record(ACCELEROMETER_SIGMA_M_S2, 0, 0);
         let first = (self.segment_start_s * RATE_HZ).round() as usize;
-        vec![cost(
-            record.len() - first,
-            || self.flight(&record),
-            ModalIdentifier::identify,
-        )]
+        vec![cost(record.len() - first, || self.flight(&record), ModalIdentifier::identify)]
     }
 }
 
@@ -160,8 +154,7 @@ fn decay_columns(modes: &[physics::appendage::Mode; MODES], time_s: f64) -> SVec
     let mut columns = SVector::zeros();
     for (k, mode) in modes.iter().enumerate() {
         let omega = core::f64::consts::TAU * mode.frequency_hz;
-        let (sine, cosine) =
-            libm::sincos(omega * libm::sqrt(1.0 - mode.damping_ratio * mode.damping_ratio) * time_s);
+        let (sine, cosine) = libm::sincos(omega * libm::sqrt(1.0 - mode.damping_ratio * mode.damping_ratio) * time_s);
         let envelope = libm::exp(-mode.damping_ratio * omega * time_s);
         columns[2 * k] = envelope * cosine;
         columns[2 * k + 1] = envelope * sine;
@@ -173,9 +166,6 @@ fn decay_columns(modes: &[physics::appendage::Mode; MODES], time_s: f64) -> SVec
 fn match_modes<'a>(truth: &[physics::appendage::Mode; MODES], found: &'a [Mode]) -> [Option<&'a Mode>; MODES] {
     truth.map(|mode| {
         let apart = |candidate: &Mode| (candidate.frequency_hz / mode.frequency_hz - 1.0).abs();
-        found
-            .iter()
-            .filter(|candidate| apart(candidate) < SAME_MODE_SHARE)
-            .min_by(|a, b| apart(a).total_cmp(&apart(b)))
+        found.iter().filter(|candidate| apart(candidate) < SAME_MODE_SHARE).min_by(|a, b| apart(a).total_cmp(&apart(b)))
     })
 }

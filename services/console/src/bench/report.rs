@@ -59,7 +59,7 @@ impl Report {
             text.push('\n');
             method.append_to(&mut text);
         }
-        text.push_str("\nErrors are relative; CRLB is the bound of this experiment, paper the published error on one record of theirs.\n");
+        text.push_str("\nErrors are relative; CRLB is the bound of this experiment, paper the published error (Table III TLS = IV, Table VI TLS,\nTable IX SSI-COV) on one record of its own.\n");
         text
     }
 }
@@ -95,17 +95,17 @@ impl MethodReport {
             self.failed,
             self.missed,
             self.spurious,
-            number(self.us_per_sample, 2),
+            number(self.us_per_sample, 3),
             number(self.ms_per_solve, 3)
         );
     }
 }
 
-/// Fixed point with at least `decimals` digits after it, three figures where that shows nothing.
+/// Fixed point with `decimals` digits after it, three figures where those are all zero.
 fn number(value: Option<f64>, decimals: usize) -> String {
     match value {
         None => "-".into(),
-        Some(value) if value != 0.0 && value.abs() < 5.0 * 0.1_f64.powi(decimals as i32) => format!("{value:.2e}"),
+        Some(value) if value != 0.0 && value.abs() < 0.5 * 0.1_f64.powi(decimals as i32) => format!("{value:.2e}"),
         Some(value) => format!("{value:.decimals$}"),
     }
 }

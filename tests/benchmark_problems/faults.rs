@@ -1,0 +1,133 @@
+//! One symbol wrong at a time: the law that guards it must turn red. A check never seen to fail does not count.
+
+use crate::campaigns::{inertial_claims, mated_claims, modal_claims, slosh_claims};
+use crate::claims::broken;
+use crate::models::{
+    SKEWED, TARGET, acceleration_discrepancy, closed_form_appendage, decay_residual, mode_discrepancy,
+    momentum_discrepancy, slosh_discrepancy,
+};
+use console::bench::inertial::{Inertial, momentum_sample, truth};
+use console::bench::modes::Modes;
+use console::bench::slosh::Slosh;
+use physics::appendage::Appendage;
+use plant::appendage::AppendageParameters;
+use plant::arm_parameters::ArmParameters;
+
+#[test]
+fn a_wrong_symbol_in_the_arm_breaks_momentum_or_acceleration() {
+    let right = truth::<8>(&SKEWED);
+    let swap = |i: usize, j: usize| {
+        let mut alpha = right;
+        alpha.swap_rows(i, j);
+        alpha
+    };
+    let mut mirrored = right;
+    mirrored[7] = -mirrored[7];
+    for (fault, alpha) in [("a4 with a5", swap(3, 4)), ("a6 with a7", swap(5, 6)), ("sign of a8", mirrored)] {
+        assert!(momentum_discrepancy(&SKEWED, &alpha) > 1e-2, "momentum, {fault}"); // law: 1e-10
+        assert!(acceleration_discrepancy(&SKEWED, &alpha) > 1e-2, "acceleration, {fault}"); // law: 1e-11
+    }
+    let mated = SKEWED.with_target(TARGET);
+    let mut mirrored = truth::<9>(&mated);
+    mirrored[8] = -mirrored[8];
+    assert!(momentum_discrepancy(&mated, &mirrored) > 1e-2);
+}
+
+#[test]
+fn the_arm_of_the_table_alone_would_hide_a_swap() {
+    let table = ArmParameters::paper_table_ii();
+    let mut swapped = truth::<8>(&table);
+    swapped.swap_rows(5, 6);
+    assert!(momentum_discrepancy(&table, &swapped) < 1e-10); // green, although wrong: hence SKEWED
+}
+
+#[test]
+fn a_wrong_mass_or_inertia_breaks_the_model_of_slosh_and_appendage() {
+    assert!(slosh_discrepancy(1014.5) > 1e-5); // law: 1e-12
+    let right = closed_form_appendage();
+    let hub_alone = Appendage { inertia_kg_m2: 0.99 * right.inertia_kg_m2, ..right };
+    let modes = hub_alone.hub_free_modes().expect("still heavy");
+    assert!(mode_discrepancy(&modes) > 1e-4 && decay_residual(&modes) > 1e-4); // laws: 1e-11, 1e-9
+    assert!(mode_discrepancy(&right.locked) > 0.1 && decay_residual(&right.locked) > 0.1);
+}
+
+#[test]
+fn a_wrong_symbol_before_the_momentum_estimator_breaks_its_campaign() {
+    type Break = fn(&mut Inertial<8, 9>);
+    let faults: [(&str, Break); 6] = [
+        ("sigmas of gyro and joint rates exchanged", |b| {
+            let sigma = &mut b.settings.sigma;
+            (sigma.omega0_rad_s, sigma.joint_rate_rad_s) = (sigma.joint_rate_rad_s[0], [sigma.omega0_rad_s; 2]);
+        }),
+        ("gyro sigma in degrees", |b| b.settings.sigma.omega0_rad_s *= 180.0 / core::f64::consts::PI),
+        ("joint rates exchanged", |b| {
+            b.wiring = |measured| {
+                let mut sample = momentum_sample(measured);
+                sample.joint_rate_rad_s.swap(0, 1);
+                sample
+            }
+        }),
+        ("sign of joint 2", |b| {
+            b.wiring = |measured| {
+                let mut sample = momentum_sample(measured);
+                sample.joint_angle_rad[1] = -sample.joint_angle_rad[1];
+                sample
+            }
+        }),
+        ("momentum wrong by 0.1 %", |b| b.settings.h_nms *= 1.001),
+        ("link 2 of the simulator lighter by 0.1 %", |b| b.arm.link_mass_kg[1] *= 0.999),
+    ];
+    for (fault, wound) in faults {
+        let mut wounded = Inertial::bp1a();
+        wound(&mut wounded);
+        expect_red(fault, &broken(&inertial_claims(&wounded, 10)));
+    }
+}
+
+#[test]
+fn a_target_on_the_axis_where_it_is_not_breaks_the_mated_campaign() {
+    let mut wounded = Inertial::mated();
+    wounded.arm.target = wounded.arm.target.map(|target| plant::arm_parameters::Target {
+        com_from_grasp_m: [target.com_from_grasp_m[0], -target.com_from_grasp_m[1]],
+        ..target
+    });
+    expect_red("sign of the target's offset (a9)", &broken(&mated_claims(&wounded, 4)));
+}
+
+#[test]
+fn a_wrong_symbol_before_the_slosh_estimator_breaks_its_campaign() {
+    type Break = fn(&mut Slosh);
+    let faults: [(&str, Break); 4] = [
+        ("base mass 10 kg off", |b| b.settings.base_mass_kg += 10.0),
+        ("base mass is the total mass", |b| b.settings.base_mass_kg += b.tank.m_s_kg),
+        ("density taken for the sigma of a sample", |b| b.sigma_m_s2 *= 0.1_f64.sqrt()),
+        ("thrust one sample late", |b| b.thrust_lag_samples = 1),
+    ];
+    for (fault, wound) in faults {
+        let mut wounded = Slosh::bp2();
+        wound(&mut wounded);
+        expect_red(fault, &broken(&slosh_claims(&wounded, 10)));
+    }
+}
+
+#[test]
+fn a_wrong_symbol_before_the_modal_identifier_breaks_its_campaign() {
+    type Break = fn(&mut Modes);
+    let faults: [(&str, Break); 3] = [
+        ("sample rate 0.1 % off", |b| b.config.sample_rate_hz *= 1.001),
+        ("segment opened under torque", |b| b.segment_start_s = 0.5),
+        ("damping of mode 1 is 0.6 %", |b| {
+            b.appendage = AppendageParameters { damping_ratio: vec![0.006, 0.008], ..b.appendage.clone() };
+        }),
+    ];
+    for (fault, wound) in faults {
+        let mut wounded = Modes::bp3a();
+        wound(&mut wounded);
+        expect_red(fault, &broken(&modal_claims(&wounded, 5)));
+    }
+}
+
+fn expect_red(fault: &str, broken: &[String]) {
+    println!("{fault}:\n  {}", broken.join("\n  "));
+    assert!(!broken.is_empty(), "not noticed: {fault}");
+}
