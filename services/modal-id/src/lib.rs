@@ -18,9 +18,6 @@ use telemetry::{
     PARAMETERS_MAX, PartitionId, Sample, TopicId,
 };
 
-/// An estimate goes out every second at first, then every ten: a factorisation costs, and estimates change ever more slowly.
-const ESTIMATE_EVERY_FRAMES: u64 = 100;
-const ESTIMATE_LATER_EVERY_FRAMES: u64 = 1000;
 const MODES_MAX: usize = PARAMETERS_MAX / 2;
 /// Rows of a free decay on which the model is tested.
 const TESTED_ROWS: usize = 512;
@@ -78,9 +75,7 @@ impl Partition for ModalId {
             }
             Step::Go => {
                 self.take(frame);
-                let done = self.state.window.elapsed(frame) + 1;
-                let every = if done < ESTIMATE_LATER_EVERY_FRAMES { ESTIMATE_EVERY_FRAMES } else { ESTIMATE_LATER_EVERY_FRAMES };
-                if done.is_multiple_of(every) {
+                if self.state.window.estimate_is_due(frame) {
                     self.publish(frame, false, out);
                 }
             }

@@ -12,8 +12,6 @@ use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{ACTUATORS, Domain, ESTIMATE_SLOSH, Estimate, Experiment, IMU, Innovation, PartitionId, Sample, TopicId};
 
-/// An estimate goes out every so many frames of an experiment.
-const ESTIMATE_EVERY_FRAMES: u64 = 1000;
 const PARAMETERS: usize = 3;
 
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -64,7 +62,7 @@ impl Partition for SloshId {
             }
             Step::Go => {
                 self.take(frame);
-                if (self.state.window.elapsed(frame) + 1).is_multiple_of(ESTIMATE_EVERY_FRAMES) {
+                if self.state.window.estimate_is_due(frame) {
                     self.publish(frame, false, out);
                 }
             }

@@ -4,7 +4,7 @@ use crate::held_out::{HeldOut, InertialHeldOut, ModalHeldOut, SloshHeldOut, Wind
 use crate::mission::Mission;
 use physics::momentum::MomentumSample;
 use runtime::Frame;
-use runtime::experiment::ExperimentWindow;
+use runtime::experiment::{ESTIMATES_SPARSE_EVERY, ExperimentWindow};
 use serde::{Deserialize, Serialize};
 use telemetry::{ACCELEROMETERS, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase};
 
@@ -15,8 +15,6 @@ const HELD_OUT_ROWS: usize = 1024;
 /// Samples per frame the held-out records are laid out for.
 const ROWS_PER_FRAME: u64 = 1;
 const ARRAY_ROWS_PER_FRAME: u64 = 2;
-/// Longest time between two slosh estimates [frames].
-const SLOSH_ESTIMATES_APART_FRAMES: u64 = 1000;
 /// Channels of the array that the held-out test uses at most.
 const ARRAY_CHANNELS: usize = 10;
 const RATE_VALID_Z: u64 = 1 << 2;
@@ -120,7 +118,7 @@ impl Measured {
             start_frame: window.begin_frame,
             duration_frames: window.end_frame - window.begin_frame,
             generation: window.generation,
-            lead_frames: SLOSH_ESTIMATES_APART_FRAMES,
+            lead_frames: ESTIMATES_SPARSE_EVERY,
         };
         self.inertial.begin(held_out);
         self.modal.begin(held_out);

@@ -4,6 +4,11 @@ use crate::partition::Frame;
 use serde::{Deserialize, Serialize};
 use telemetry::{Experiment, Mode, ModeState, Phase};
 
+const ESTIMATES_DENSE_EVERY: u64 = 100;
+/// Longest time between two estimates of an experiment [frames].
+pub const ESTIMATES_SPARSE_EVERY: u64 = 1000;
+const ESTIMATES_SPARSE_AFTER: u64 = 1000;
+
 /// What a frame means for a partition's experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
@@ -76,6 +81,14 @@ impl ExperimentWindow {
         } else {
             Step::Idle
         }
+    }
+
+    /// Whether an estimate that costs a factorisation goes out after this frame: every second at first (100 frames), then
+    /// every ten, because estimates change ever more slowly.
+    #[must_use]
+    pub fn estimate_is_due(&self, frame: &Frame<'_>) -> bool {
+        let done = self.elapsed(frame) + 1;
+        done.is_multiple_of(if done < ESTIMATES_SPARSE_AFTER { ESTIMATES_DENSE_EVERY } else { ESTIMATES_SPARSE_EVERY })
     }
 
     /// Frames since the experiment began.
