@@ -3,14 +3,15 @@
 use crate::campaigns::{inertial_claims, mated_claims, modal_claims, slosh_claims};
 use crate::claims::broken;
 use crate::models::{
-    SKEWED, TARGET, acceleration_discrepancy, closed_form_appendage, decay_residual, mode_discrepancy,
-    momentum_discrepancy, slosh_discrepancy,
+    OFF_AXIS, SKEWED, TARGET, acceleration_discrepancy, closed_form_appendage, decay_residual, mode_discrepancy,
+    momentum_discrepancy, residual_over_claim, slosh_discrepancy,
 };
-use console::bench::inertial::{Inertial, momentum_sample, truth};
+use console::bench::inertial::{Inertial, momentum_sample, sigma, truth};
 use console::bench::modes::Modes;
 use console::bench::slosh::Slosh;
 use physics::appendage::Appendage;
 use plant::appendage::AppendageParameters;
+use plant::arm::ArmNoise;
 use plant::arm_parameters::ArmParameters;
 
 #[test]
@@ -39,6 +40,14 @@ fn the_arm_of_the_table_alone_would_hide_a_swap() {
     let mut swapped = truth::<8>(&table);
     swapped.swap_rows(5, 6);
     assert!(momentum_discrepancy(&table, &swapped) < 1e-10); // green, although wrong: hence SKEWED
+}
+
+#[test]
+fn a_sigma_of_one_sensor_off_by_ten_percent_breaks_the_claim_of_its_residual() {
+    let noise = ArmNoise { joint_angle_sigma_rad: 1e-3, ..ArmNoise::none() };
+    let mut claimed = sigma(&noise);
+    claimed.joint_angle_rad = [1.1e-3; 2];
+    assert!(residual_over_claim(&OFF_AXIS, noise, &claimed) < 0.9); // law: 0.948
 }
 
 #[test]

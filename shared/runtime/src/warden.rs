@@ -111,6 +111,8 @@ struct Warden<'a> {
     pipe: LineBuffer,
     last_frame: u64,
     last_advance: Instant,
+    /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its own.
+    supervisor_heard: Instant,
     first_end: Option<Instant>,
     report: &'a mut dyn FnMut(&Report),
 }
@@ -127,6 +129,7 @@ impl<'a> Warden<'a> {
             pipe: LineBuffer::default(),
             last_frame: 0,
             last_advance: Instant::now(),
+            supervisor_heard: Instant::now(),
             first_end: None,
             report,
         }
@@ -142,6 +145,7 @@ impl<'a> Warden<'a> {
             }
             self.bury()?;
             self.listen_to_supervisor();
+            self.end_supervisor_hang();
             if self.wards.iter().all(Ward::is_over) {
                 return Ok(());
             }
@@ -234,6 +238,7 @@ impl<'a> Warden<'a> {
         let back_off = &self.limits.back_off_ms;
         let wait_ms = back_off.get(ward.deaths.len() - 1).or(back_off.last()).copied().unwrap_or(0);
         ward.epoch += 1;
+        self.supervisor_heard = Instant::now();
         ward.state = State::Waiting { until: Instant::now() + Duration::from_millis(wait_ms) };
         self.last_advance = Instant::now();
         Ok(())
@@ -266,8 +271,18 @@ impl<'a> Warden<'a> {
         let Some(State::Running { child, .. }) = running.map(|ward| &mut ward.state) else { return };
         let Some(stdout) = &mut child.stdout else { return };
         for line in self.pipe.read(stdout) {
+            self.supervisor_heard = Instant::now();
             self.obey(&line);
         }
+    }
+
+    fn end_supervisor_hang(&mut self) {
+        if !self.services_exist || self.supervisor_heard.elapsed() < Duration::from_millis(self.limits.hang_ms) {
+            return;
+        }
+        self.supervisor_heard = Instant::now();
+        let epoch = self.wards.iter().find(|ward| ward.id == PartitionId::Supervisor).map_or(0, |ward| ward.epoch);
+        self.end_hang(PartitionId::Supervisor.text(), &epoch.to_string());
     }
 
     fn obey(&mut self, line: &str) {
@@ -324,12 +339,11 @@ impl<'a> Warden<'a> {
 
     fn rows(&self) -> Vec<PartitionRow> {
         let read = |ward: &Ward| {
-            let text = std::fs::read_to_string(self.owned.dir().statistics(ward.id)).ok()?;
-            let mut row: PartitionRow = serde_json::from_str(&text).ok()?;
-            row.restarts = ward.epoch;
-            Some(row)
+            let text = std::fs::read_to_string(self.owned.dir().statistics(ward.id)).ok();
+            let row: Option<PartitionRow> = text.and_then(|text| serde_json::from_str(&text).ok());
+            PartitionRow { name: ward.id.to_string(), restarts: ward.epoch, ..row.unwrap_or_default() }
         };
-        self.wards.iter().filter_map(read).collect()
+        self.wards.iter().map(read).collect()
     }
 }
 
