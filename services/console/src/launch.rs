@@ -42,12 +42,12 @@ pub fn root() -> PathBuf {
 ///
 /// # Errors
 /// [`Failure::Run`] when it does not get there.
-pub fn launch(run: &RunConfig, link: LinkKind) -> Result<Finished, Failure> {
+pub fn launch(run: &RunConfig, link: LinkKind, images: Option<&Path>) -> Result<Finished, Failure> {
     run.check_depths().map_err(Failure::Run)?;
     let started = Instant::now();
     let progress = Progress::new(outcome::frames_expected(run));
     let rows = match link {
-        LinkKind::Shm => as_processes(run, &progress),
+        LinkKind::Shm => as_processes(run, images, &progress),
         LinkKind::Lockstep => in_lockstep(run, &progress),
     };
     progress.end();
@@ -74,12 +74,15 @@ fn in_lockstep(run: &RunConfig, progress: &Progress) -> Result<Vec<PartitionRow>
     Ok(runners.iter().map(PartitionRow::of).collect())
 }
 
-fn as_processes(run: &RunConfig, progress: &Progress) -> Result<Vec<PartitionRow>, Failure> {
+fn as_processes(run: &RunConfig, images: Option<&Path>, progress: &Progress) -> Result<Vec<PartitionRow>, Failure> {
     let io = |error: std::io::Error| Failure::Run(format!("warden: {error}"));
     let config = ConfigFile::write(run).map_err(io)?;
     let program = std::env::current_exe().map_err(io)?;
     let mut command = Command::new(program);
     command.args(["partition", "warden", "--config"]).arg(&config.0).arg("--root").arg(root());
+    if let Some(images) = images {
+        command.arg("--images").arg(images);
+    }
     // A group of its own: the terminal's Ctrl-C reaches the console, which asks the warden to end in order.
     command.process_group(0).stdin(Stdio::null()).stdout(Stdio::piped());
     let mut warden = command.spawn().map_err(io)?;

@@ -4,9 +4,11 @@
 //! run failed, 2 usage, 3 bad input.
 #![forbid(unsafe_code)]
 
+pub mod bench;
 mod digest;
 mod icd;
 mod launch;
+mod limits_file;
 mod outcome;
 mod paper;
 mod partition;
@@ -54,6 +56,7 @@ const EXAMPLES: &str = "Examples:
 #[derive(Subcommand)]
 enum Verb {
     Run(run::Arguments),
+    Bench(bench::Arguments),
     Replay(replay::Arguments),
     Digest(digest::Arguments),
     Icd(icd::Arguments),
@@ -70,6 +73,7 @@ pub fn main() -> ExitCode {
     let result = match Arguments::parse().verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
+        Verb::Bench(arguments) => bench::run(&arguments),
         Verb::Digest(arguments) => digest::run(&arguments),
         Verb::Icd(arguments) => icd::run(&arguments),
         Verb::Partition(arguments) => return partition::run(&arguments),

@@ -35,6 +35,9 @@ pub struct Arguments {
     /// Warden only: where the run's folder is made
     #[arg(long)]
     root: Option<PathBuf>,
+    /// Warden only: folder with the partitions' own binaries
+    #[arg(long)]
+    images: Option<PathBuf>,
 }
 
 pub fn run(arguments: &Arguments) -> ExitCode {
@@ -59,7 +62,7 @@ fn warden(arguments: &Arguments) -> ExitCode {
         return ExitCode::from(2);
     };
     let root = arguments.root.clone().unwrap_or_else(|| PathBuf::from("/dev/shm"));
-    match load(config).and_then(|run| supervise(&run, &root)) {
+    match load(config).and_then(|run| supervise(&run, &root, arguments.images.clone())) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(error) => {
@@ -74,8 +77,8 @@ fn load(path: &PathBuf) -> std::io::Result<RunConfig> {
     serde_json::from_str(&text).map_err(|error| std::io::Error::other(format!("{}: {error}", path.display())))
 }
 
-fn supervise(run: &RunConfig, root: &std::path::Path) -> std::io::Result<bool> {
-    let launcher = Launcher { program: std::env::current_exe()? };
+fn supervise(run: &RunConfig, root: &std::path::Path, images: Option<PathBuf>) -> std::io::Result<bool> {
+    let launcher = Launcher { program: std::env::current_exe()?, images };
     let mut report = |report: &Report| {
         // Whoever started the warden may be gone: the run goes on.
         if let Ok(line) = serde_json::to_string(report) {

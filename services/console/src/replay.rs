@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     let replay = inspect(&arguments.recording, arguments.map.as_deref(), &scenario)?;
     let results = ResultsFile::new(arguments.common.record.as_deref());
-    let run = run::config(scenario, &arguments.common, &results, Some(replay));
+    let run = run::config(scenario, &arguments.common, &results, Some(replay))?;
     run::carry_out(&run, &arguments.common)
 }
 

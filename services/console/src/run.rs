@@ -3,8 +3,8 @@
 use crate::launch::{self, LinkKind, ResultsFile};
 use crate::outcome::Outcome;
 use crate::partition::PARTITIONS;
-use crate::{Failure, scenario_file, table};
-use runtime::config::{Fault, KillPoint, Limits, ReplayConfig, Sabotage};
+use crate::{Failure, limits_file, scenario_file, table};
+use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
 use runtime::{RunConfig, Scenario};
 use std::path::PathBuf;
 use telemetry::PartitionId;
@@ -41,6 +41,12 @@ pub struct Common {
     /// One JSON object on standard output, all else on standard error
     #[arg(long)]
     pub json: bool,
+    /// Table of limits and actions per partition; without it deploy/partitions.toml, built in
+    #[arg(long, value_name = "FILE")]
+    pub partitions: Option<PathBuf>,
+    /// Start each partition from its own binary in this folder, as in an on-board computer's image
+    #[arg(long, value_name = "DIR")]
+    pub images: Option<PathBuf>,
     /// Drill: switch a safeguard off
     #[arg(long, hide = true, value_parser = sabotage)]
     sabotage: Option<Sabotage>,
@@ -70,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => scenario_file::default_scenario()?,
     };
     let results = ResultsFile::new(arguments.common.record.as_deref());
-    let mut run = config(scenario, &arguments.common, &results, None);
+    let mut run = config(scenario, &arguments.common, &results, None)?;
     run.seed = arguments.seed.unwrap_or(run.scenario.seed);
     run.speed = arguments.speed;
     carry_out(&run, &arguments.common)
@@ -78,7 +84,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// Runs, reads the results, shows them.
 pub fn carry_out(run: &RunConfig, common: &Common) -> Result<(), Failure> {
-    let finished = launch::launch(run, common.link)?;
+    let finished = launch::launch(run, common.link, common.images.as_deref())?;
     let outcome = Outcome::read(run, finished)?;
     if common.json {
         crate::print(&format!("{}\n", outcome.json()));
@@ -88,14 +94,22 @@ pub fn carry_out(run: &RunConfig, common: &Common) -> Result<(), Failure> {
     Ok(())
 }
 
-pub fn config(scenario: Scenario, common: &Common, results: &ResultsFile, replay: Option<ReplayConfig>) -> RunConfig {
-    let defaults = Limits::default();
-    let limits = Limits {
-        hang_ms: common.hang_ms.unwrap_or(defaults.hang_ms),
-        stall_s: common.stall_s.unwrap_or(defaults.stall_s),
-        ..defaults
-    };
-    RunConfig {
+/// # Errors
+/// When the table of limits cannot be used.
+pub fn config(
+    scenario: Scenario,
+    common: &Common,
+    results: &ResultsFile,
+    replay: Option<ReplayConfig>,
+) -> Result<RunConfig, Failure> {
+    let partitions: Vec<PartitionId> = PARTITIONS.iter().map(|(id, _)| *id).collect();
+    let table = limits_file::read(common.partitions.as_deref(), &partitions)?;
+    let mut limits = table;
+    limits.stall_s = common.stall_s.unwrap_or(limits.stall_s);
+    if let Some(hang_ms) = common.hang_ms {
+        limits.partitions.iter_mut().for_each(|row| row.hang_ms = hang_ms);
+    }
+    Ok(RunConfig {
         seed: scenario.seed,
         window_frames: scenario.window_frames,
         checkpoint_frames: (scenario.window_frames / 4).max(1),
@@ -104,11 +118,11 @@ pub fn config(scenario: Scenario, common: &Common, results: &ResultsFile, replay
         record: results.path().to_path_buf(),
         record_all: common.record.is_some(),
         speed: None,
-        partitions: PARTITIONS.iter().map(|(id, _)| *id).collect(),
+        partitions,
         limits,
         sabotage: common.sabotage.unwrap_or_default(),
         faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt].into_iter().flatten().copied().collect(),
-    }
+    })
 }
 
 fn positive(text: &str) -> Result<f64, String> {

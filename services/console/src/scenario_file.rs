@@ -76,22 +76,31 @@ pub fn no_scenario() -> Scenario {
 /// # Errors
 /// [`Failure::Input`].
 pub fn parse(file: &str, text: &str) -> Result<Scenario, Failure> {
-    let at = |span: std::ops::Range<usize>, message: String, cure: String| {
-        let (line, column) = place(text, span.start);
-        let document = NamedSource::new(file, text.to_string());
-        Failure::input(ScenarioError { file: file.into(), line, column, message, cure, document, span: span.into() })
-    };
-    let scenario: Scenario = toml::from_str(text).map_err(|error| {
-        let span = error.span().unwrap_or(0..0);
-        let offending = text.get(span.clone()).unwrap_or("").lines().next().unwrap_or("").to_string();
-        at(span, format!("{} (at '{offending}')", error.message()), "see deploy/scenarios/default.toml for every key".into())
-    })?;
+    let scenario: Scenario = toml_file(file, text, "see deploy/scenarios/default.toml for every key")?;
     let impossible = scenario.impossible_numbers();
     let Some(first) = impossible.first() else { return Ok(scenario) };
     let others: Vec<String> = impossible.iter().skip(1).map(|i| format!("{} = {}: {}", i.key, i.value, i.why)).collect();
     let cure = if others.is_empty() { String::new() } else { format!("also: {}", others.join("; ")) };
     let span = span_of(text, &first.key).unwrap_or(0..0);
-    Err(at(span, format!("{} = {}: {}", first.key, first.value, first.why), cure))
+    Err(error_at(file, text, span, format!("{} = {}: {}", first.key, first.value, first.why), cure))
+}
+
+/// Parses a TOML file of ours: an unknown key or a wrong type is an error with its place.
+///
+/// # Errors
+/// [`Failure::Input`].
+pub fn toml_file<T: serde::de::DeserializeOwned>(file: &str, text: &str, cure: &str) -> Result<T, Failure> {
+    toml::from_str(text).map_err(|error| {
+        let span = error.span().unwrap_or(0..0);
+        let offending = text.get(span.clone()).unwrap_or("").lines().next().unwrap_or("").to_string();
+        error_at(file, text, span, format!("{} (at '{offending}')", error.message()), cure.into())
+    })
+}
+
+fn error_at(file: &str, text: &str, span: std::ops::Range<usize>, message: String, cure: String) -> Failure {
+    let (line, column) = place(text, span.start);
+    let document = NamedSource::new(file, text.to_string());
+    Failure::input(ScenarioError { file: file.into(), line, column, message, cure, document, span: span.into() })
 }
 
 /// Where the value of a dotted key stands.

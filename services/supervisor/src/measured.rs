@@ -6,7 +6,7 @@ use physics::momentum::MomentumSample;
 use runtime::Frame;
 use runtime::experiment::{ESTIMATES_SPARSE_EVERY, ExperimentWindow};
 use serde::{Deserialize, Serialize};
-use telemetry::{ACCELEROMETERS, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase};
+use telemetry::{ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase};
 
 /// A sensor that has not spoken for so many frames is not alive.
 const SILENT_FRAMES: u64 = 50;
@@ -15,10 +15,15 @@ const HELD_OUT_ROWS: usize = 1024;
 /// Samples per frame the held-out records are laid out for.
 const ROWS_PER_FRAME: u64 = 1;
 const ARRAY_ROWS_PER_FRAME: u64 = 2;
-/// Channels of the array that the held-out test uses at most.
-const ARRAY_CHANNELS: usize = 10;
 const RATE_VALID_Z: u64 = 1 << 2;
 const ACCELERATION_VALID: u64 = 0b111 << 3;
+
+/// Whether the array shows a free decay: only behind a commanded excitation are amplitudes initial conditions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Decay {
+    forced: bool,
+    behind_excitation: bool,
+}
 
 /// When each kind of input last spoke.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -38,7 +43,9 @@ pub struct Measured {
     generation: u32,
     inertial: InertialHeldOut,
     slosh: Option<SloshHeldOut>,
-    modal: ModalHeldOut,
+    /// Made with the first rows, which say how many channels there are.
+    modal: Option<ModalHeldOut>,
+    decay: Decay,
     /// Momentum samples of the present frame.
     momentum: Vec<(u64, MomentumSample)>,
 }
@@ -56,7 +63,8 @@ impl Measured {
             generation: 0,
             inertial: InertialHeldOut::new(HELD_OUT_ROWS, ROWS_PER_FRAME, gyro),
             slosh,
-            modal: ModalHeldOut::new(HELD_OUT_ROWS, ARRAY_ROWS_PER_FRAME, ARRAY_CHANNELS, mission.modal_noise_m_s2),
+            modal: None,
+            decay: Decay::default(),
             momentum: Vec::with_capacity(16),
         }
     }
@@ -88,7 +96,7 @@ impl Measured {
         self.note_seen(frame);
         self.take_momentum(frame);
         self.take_slosh(frame, mission);
-        self.take_array(frame);
+        self.take_array(frame, window, mission);
     }
 
     /// An estimate of a running experiment.
@@ -96,7 +104,7 @@ impl Measured {
         match domain {
             Domain::Inertial => self.inertial.offer(estimate),
             Domain::Slosh => self.slosh.iter_mut().for_each(|slosh| slosh.offer(estimate)),
-            Domain::Modal => self.modal.offer(estimate),
+            Domain::Modal => self.modal.iter_mut().for_each(|modal| modal.offer(estimate)),
         }
     }
 
@@ -105,7 +113,7 @@ impl Measured {
         match domain {
             Domain::Inertial => self.inertial.close(mission.arm(phase)?.h_nms),
             Domain::Slosh => self.slosh.as_ref()?.close(),
-            Domain::Modal => self.modal.close(),
+            Domain::Modal => self.modal.as_ref()?.close(),
         }
     }
 
@@ -114,14 +122,9 @@ impl Measured {
             return;
         }
         self.generation = window.generation;
-        let held_out = Window {
-            start_frame: window.begin_frame,
-            duration_frames: window.end_frame - window.begin_frame,
-            generation: window.generation,
-            lead_frames: ESTIMATES_SPARSE_EVERY,
-        };
+        let held_out = held_out_window(window);
         self.inertial.begin(held_out);
-        self.modal.begin(held_out);
+        (self.modal, self.decay) = (None, Decay::default());
         if let Some(slosh) = &mut self.slosh {
             slosh.begin(held_out);
         }
@@ -170,12 +173,35 @@ impl Measured {
         }
     }
 
-    fn take_array(&mut self, frame: &Frame<'_>) {
-        for batch in frame.samples(ACCELEROMETERS) {
+    fn take_array(&mut self, frame: &Frame<'_>, window: &ExperimentWindow, mission: &Mission) {
+        for command in frame.samples(ACTUATORS) {
+            self.decay.forced = command.torque_b_nm.iter().chain(&command.force_b_n).any(|&value| value != 0.0);
+            self.decay.behind_excitation |= self.decay.forced;
+        }
+        let decays = self.decay.behind_excitation && !self.decay.forced;
+        for batch in frame.samples(ACCELEROMETERS).iter().filter(|_| decays) {
+            let channels = (batch.channels as usize).min(ACCELEROMETERS_MAX);
+            if channels == 0 {
+                continue;
+            }
+            let modal = self.modal.get_or_insert_with(|| {
+                let mut modal = ModalHeldOut::new(HELD_OUT_ROWS, ARRAY_ROWS_PER_FRAME, channels, mission.modal_noise_m_s2);
+                modal.begin(held_out_window(window));
+                modal
+            });
             for (row, offset_ns) in batch.acceleration_m_s2.iter().zip(batch.offset_ns).take(batch.count as usize) {
                 let t_s = (batch.header.t_meas_ns + u64::from(offset_ns)) as f64 * 1e-9;
-                self.modal.push(frame.number, t_s, row);
+                modal.push(frame.number, t_s, row);
             }
         }
+    }
+}
+
+fn held_out_window(window: &ExperimentWindow) -> Window {
+    Window {
+        start_frame: window.begin_frame,
+        duration_frames: window.end_frame - window.begin_frame,
+        generation: window.generation,
+        lead_frames: ESTIMATES_SPARSE_EVERY,
     }
 }

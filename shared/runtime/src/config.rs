@@ -102,31 +102,71 @@ pub struct RunConfig {
     pub faults: Vec<Fault>,
 }
 
-/// The warden's table of limits; its actions are restart and give up.
+/// The warden's table of limits and actions (`deploy/partitions.toml`).
 #[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[serde(deny_unknown_fields)]
 pub struct Limits {
-    /// A partition whose execution counter stands still this long is killed and restarted [ms].
+    /// Version of the file's format.
+    pub format: u32,
+    /// A run that makes no progress this long is ended as failed [s].
+    pub stall_s: u64,
+    #[serde(rename = "partition")]
+    pub partitions: Vec<PartitionLimits>,
+}
+
+/// One partition's row.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PartitionLimits {
+    pub name: PartitionId,
+    /// Its execution counter stands still this long: it is killed and restarted [ms].
     pub hang_ms: u64,
-    /// Deaths after which a partition is given up ...
+    /// More deaths than this: it is given up ...
     pub restarts_max: u32,
     /// ... when they fall into this time [s].
     pub restarts_within_s: u64,
     /// Waits before the first, second, ... restart [ms]; the last one repeats.
     pub back_off_ms: Vec<u64>,
-    /// A run that makes no progress this long is ended as failed [s].
-    pub stall_s: u64,
+    pub given_up: GivenUp,
 }
 
-impl Default for Limits {
-    fn default() -> Self {
-        Limits {
-            hang_ms: 5000,
+/// What becomes of a run that has lost a partition.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GivenUp {
+    /// Its domain is abandoned, the mode table decides.
+    GoOn,
+    EndRun,
+}
+
+impl Limits {
+    /// A table whose partitions are all treated alike: five deaths in a minute, then the run goes on without.
+    #[must_use]
+    pub fn alike(hang_ms: u64) -> Self {
+        let row = |&name: &PartitionId| PartitionLimits {
+            name,
+            hang_ms,
             restarts_max: 5,
             restarts_within_s: 60,
-            back_off_ms: vec![0, 50, 200, 1000],
-            stall_s: 60,
-        }
+            back_off_ms: vec![0],
+            given_up: GivenUp::GoOn,
+        };
+        Limits { format: 1, stall_s: 60, partitions: PartitionId::ALL.iter().map(row).collect() }
+    }
+
+    /// The row of `partition`.
+    ///
+    /// # Panics
+    /// When the table has no row for it: [`Limits::missing`] is asked before a run.
+    #[must_use]
+    pub fn of(&self, partition: PartitionId) -> &PartitionLimits {
+        self.partitions.iter().find(|row| row.name == partition).expect("checked before the run")
+    }
+
+    /// A partition of the run without a row.
+    #[must_use]
+    pub fn missing(&self, partitions: &[PartitionId]) -> Option<PartitionId> {
+        partitions.iter().copied().find(|id| !self.partitions.iter().any(|row| row.name == *id))
     }
 }
 
@@ -179,7 +219,7 @@ pub(crate) mod tests {
             window_frames: 100,
             checkpoint_frames: 25,
             partitions: vec![SensorSim, InertialId],
-            limits: Limits::default(),
+            limits: Limits::alike(5000),
             sabotage: Sabotage::None,
             faults: Vec::new(),
         }

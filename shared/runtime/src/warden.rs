@@ -3,7 +3,7 @@
 //! One thread around one `poll`: pidfds of the children, the supervisor's pipe, a signal pipe. Its death ends its
 //! children; the next start removes what it left.
 
-use crate::config::{Limits, RunConfig};
+use crate::config::{GivenUp, Limits, RunConfig};
 use crate::rundir::OwnedRunDir;
 use crate::statistics::PartitionRow;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -38,16 +38,25 @@ pub enum Report {
     End { ok: bool, reason: String, partitions: Vec<PartitionRow> },
 }
 
-/// How partitions are started: `program arguments… partition NAME --run FOLDER --epoch N`.
+/// How partitions are started.
 #[derive(Clone, Debug)]
 pub struct Launcher {
+    /// `program partition NAME --run FOLDER --epoch N` ...
     pub program: PathBuf,
+    /// ... or, as in an on-board computer's image, `images/obsid-NAME --run FOLDER --epoch N`.
+    pub images: Option<PathBuf>,
 }
 
 impl Launcher {
     fn command(&self, id: PartitionId, folder: &std::path::Path, epoch: u32) -> Command {
-        let mut command = Command::new(&self.program);
-        command.args(["partition", id.text(), "--run"]).arg(folder).args(["--epoch", &epoch.to_string()]);
+        let mut command = match &self.images {
+            Some(images) => Command::new(images.join(format!("obsid-{id}"))),
+            None => Command::new(&self.program),
+        };
+        if self.images.is_none() {
+            command.args(["partition", id.text()]);
+        }
+        command.arg("--run").arg(folder).args(["--epoch", &epoch.to_string()]);
         command.process_group(0);
         match id {
             PartitionId::Supervisor => command.stdin(Stdio::piped()).stdout(Stdio::piped()),
@@ -229,13 +238,14 @@ impl<'a> Warden<'a> {
         if status.code() == Some(EXIT_FINAL) {
             return Err(format!("{} cannot run: see its message", ward.id));
         }
-        let window = Duration::from_secs(self.limits.restarts_within_s);
+        let limits = self.limits.of(ward.id);
+        let window = Duration::from_secs(limits.restarts_within_s);
         ward.deaths.retain(|death| death.elapsed() < window);
         ward.deaths.push(Instant::now());
-        if ward.deaths.len() as u32 > self.limits.restarts_max {
+        if ward.deaths.len() as u32 > limits.restarts_max {
             return self.give_up(index);
         }
-        let back_off = &self.limits.back_off_ms;
+        let back_off = &limits.back_off_ms;
         let wait_ms = back_off.get(ward.deaths.len() - 1).or(back_off.last()).copied().unwrap_or(0);
         ward.epoch += 1;
         self.supervisor_heard = Instant::now();
@@ -248,8 +258,9 @@ impl<'a> Warden<'a> {
         let id = self.wards[index].id;
         self.wards[index].state = State::GivenUp;
         (self.report)(&Report::GivenUp { partition: id.to_string() });
-        if matches!(id, PartitionId::SensorSim | PartitionId::Supervisor | PartitionId::Recorder) {
-            return Err(format!("{id} was given up after {} deaths", self.limits.restarts_max + 1));
+        let limits = self.limits.of(id);
+        if limits.given_up == GivenUp::EndRun {
+            return Err(format!("{id} was given up after {} deaths", limits.restarts_max + 1));
         }
         self.tell_supervisor(&format!("LOST {id}"));
         Ok(())
@@ -277,7 +288,7 @@ impl<'a> Warden<'a> {
     }
 
     fn end_supervisor_hang(&mut self) {
-        if !self.services_exist || self.supervisor_heard.elapsed() < Duration::from_millis(self.limits.hang_ms) {
+        if !self.services_exist || self.supervisor_heard.elapsed() < Duration::from_millis(self.limits.of(PartitionId::Supervisor).hang_ms) {
             return;
         }
         self.supervisor_heard = Instant::now();

@@ -19,12 +19,12 @@ struct Pulse {
     reported: bool,
     heard: bool,
     lost: bool,
+    limit: Duration,
 }
 
 /// Watches the execution counters of all partitions.
 pub struct HangWatch {
     pulses: Vec<Pulse>,
-    limit: Duration,
     last_status: Instant,
     orders: Receiver<String>,
 }
@@ -50,11 +50,11 @@ impl HangWatch {
             reported: false,
             heard: false,
             lost: false,
+            limit: Duration::from_millis(run.limits.of(id).hang_ms),
         };
         let others = run.partitions.iter().filter(|id| **id != PartitionId::Supervisor);
         HangWatch {
             pulses: others.map(pulse).collect(),
-            limit: Duration::from_millis(run.limits.hang_ms),
             last_status: now,
             orders,
         }
@@ -71,7 +71,7 @@ impl HangWatch {
         }
         for pulse in &mut self.pulses {
             // One that was never heard is starting: its death shows by pidfd, its hang at the warden's stall limit.
-            if pulse.heard && !pulse.reported && !pulse.lost && pulse.changed.elapsed() > self.limit {
+            if pulse.heard && !pulse.reported && !pulse.lost && pulse.changed.elapsed() >= pulse.limit {
                 pulse.reported = true;
                 say(&format!("HANG {} {}", pulse.id, pulse.epoch));
             }
@@ -117,8 +117,12 @@ mod tests {
     /// A watch with no patience: whoever does not advance between two turns hangs.
     fn watch() -> HangWatch {
         let mut run = toy_run();
-        run.limits.hang_ms = 0;
+        run.limits.partitions.iter_mut().for_each(|row| row.hang_ms = 0);
         HangWatch::new(&run)
+    }
+
+    fn be_patient(watch: &mut HangWatch, limit: Duration) {
+        watch.pulses.iter_mut().for_each(|pulse| pulse.limit = limit);
     }
 
     fn beat(partition: PartitionId, epoch: u32, cycles: u64) -> Progress {
@@ -127,7 +131,6 @@ mod tests {
 
     /// Who has been reported, after a turn in which `heard` came.
     fn reported(watch: &mut HangWatch, heard: &[Progress]) -> Vec<PartitionId> {
-        std::thread::sleep(Duration::from_micros(1)); // so that a limit of 0 has passed
         assert!(watch.turn(heard, 0, "").is_empty());
         watch.pulses.iter().filter(|pulse| pulse.reported).map(|pulse| pulse.id).collect()
     }
@@ -141,9 +144,9 @@ mod tests {
     fn an_execution_counter_that_stands_still_is_a_hang_and_its_repetition_is_no_sign_of_life() {
         let mut watch = watch();
         watch.hear(&beat(InertialId, 0, 5));
-        watch.limit = Duration::from_secs(3600);
+        be_patient(&mut watch, Duration::from_secs(3600));
         assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 5)]), []);
-        watch.limit = Duration::ZERO;
+        be_patient(&mut watch, Duration::ZERO);
         assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 5), beat(InertialId, 0, 4)]), [InertialId]);
     }
 
@@ -151,10 +154,10 @@ mod tests {
     fn a_restarted_partition_is_watched_anew_although_its_counter_is_small() {
         let mut watch = watch();
         assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 500)]), [InertialId]);
-        watch.limit = Duration::from_secs(3600);
+        be_patient(&mut watch, Duration::from_secs(3600));
         assert_eq!(reported(&mut watch, &[beat(InertialId, 1, 1)]), []);
         assert_eq!(reported(&mut watch, &[beat(InertialId, 0, 501)]), [], "an old life says nothing");
-        watch.limit = Duration::ZERO;
+        be_patient(&mut watch, Duration::ZERO);
         assert_eq!(reported(&mut watch, &[]), [InertialId]);
     }
 

@@ -106,7 +106,7 @@ coded! {
         HeldOutTooLarge = 5 "inadequate: held-out simulation error above the need",
         SigmaTooLarge = 6 "inadequate: standard deviation above the need",
         NoNeedStated = 7 "no need is stated in the scenario: adequacy cannot be judged",
-        NoHeldOutData = 8 "no data were held out: adequacy cannot be judged",
+        NoHeldOutData = 8 "no data were held out (a free decay, or the rows behind 80 % of an experiment): adequacy cannot be judged",
         PartitionLost = 9 "the partition was given up",
     }
 }

@@ -17,7 +17,7 @@ pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
         window_frames: 20,
         checkpoint_frames: 5,
         partitions: partitions.to_vec(),
-        limits: Limits::default(),
+        limits: Limits::alike(5000),
         sabotage: Sabotage::None,
         faults: Vec::new(),
     }

@@ -1,0 +1,47 @@
+//! The warden's table of limits and actions: `deploy/partitions.toml`, or a file of the user's.
+
+use crate::{Failure, scenario_file};
+use runtime::config::Limits;
+use std::path::Path;
+use telemetry::PartitionId;
+
+const DEFAULT: &str = include_str!("../../../deploy/partitions.toml");
+
+/// Reads the table and checks that every partition of the run has a row.
+///
+/// # Errors
+/// [`Failure::Input`] with file, place and cure.
+pub fn read(path: Option<&Path>, partitions: &[PartitionId]) -> Result<Limits, Failure> {
+    let file = path.map_or("deploy/partitions.toml".to_string(), |path| path.display().to_string());
+    let unreadable = |error| Failure::Input(miette::miette!("{file}: cannot be read: {error}"));
+    let text = path.map_or(Ok(DEFAULT.to_string()), |path| std::fs::read_to_string(path).map_err(unreadable))?;
+    let limits: Limits = scenario_file::toml_file(&file, &text, "see deploy/partitions.toml for every key")?;
+    if limits.format != 1 {
+        return Err(Failure::Input(miette::miette!("{file}: format = {}: this build reads format 1", limits.format)));
+    }
+    match limits.missing(partitions) {
+        Some(id) => Err(Failure::Input(miette::miette!(help = "add a [[partition]] for it", "{file}: no row for {id}"))),
+        None => Ok(limits),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_built_in_table_has_a_row_for_every_partition() {
+        let limits = read(None, PartitionId::ALL).unwrap();
+        assert_eq!(limits.missing(PartitionId::ALL), None);
+    }
+
+    #[test]
+    fn a_table_without_a_row_for_a_partition_is_refused_by_name() {
+        let path = std::env::temp_dir().join(format!("obsid-limits-{}.toml", std::process::id()));
+        std::fs::write(&path, "format = 1\nstall_s = 9\npartition = []\n").unwrap();
+        let refused = read(Some(&path), &[PartitionId::SloshId]);
+        std::fs::remove_file(&path).unwrap();
+        let Err(Failure::Input(report)) = refused else { panic!("accepted") };
+        assert!(report.to_string().contains("slosh-id"), "{report}");
+    }
+}
