@@ -1,12 +1,16 @@
 //! `obsid digest FILE.mcap`: identity of the recorded estimates, modes and verdicts.
 
 use crate::{Failure, print};
-use std::path::PathBuf;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
 /// Identity (BLAKE3) of the estimates, modes and verdicts in a recording
 #[derive(clap::Args)]
+#[command(after_help = "Examples:
+  obsid digest flight.mcap           equal digests: the same results, sample for sample
+  obsid digest flight.mcap --json    and how many samples of each topic")]
 pub struct Arguments {
-    /// A recording made by obsid
+    /// A recording made by obsid (MCAP)
     file: PathBuf,
     /// One JSON object on standard output
     #[arg(long)]
@@ -14,6 +18,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    check_is_mcap(&arguments.file)?;
     let recorded = recording::read_mcap_topics(&arguments.file, telemetry::is_result).map_err(Failure::input)?;
     let digest = recording::digest(&recorded).map_err(Failure::input)?;
     let topics: serde_json::Map<String, serde_json::Value> =
@@ -27,4 +32,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
     }
     Ok(())
+}
+
+/// A table holds no results: said before its bytes are called a corrupt MCAP.
+fn check_is_mcap(path: &Path) -> Result<(), Failure> {
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(512).read_to_end(&mut head));
+    let format = recording::FORMATS.iter().find(|format| format.sniff(&head)).map(|format| format.name());
+    if read.is_err() || head.is_empty() || format == Some("mcap") {
+        return Ok(());
+    }
+    Err(Failure::Input(miette::miette!(
+        help = "only a run has a digest: `obsid run --record FILE.mcap`, or `obsid replay RECORDING --record FILE.mcap`",
+        "{}: not an MCAP file ({})",
+        path.display(),
+        format.unwrap_or("unknown format")
+    )))
 }

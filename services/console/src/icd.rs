@@ -7,6 +7,10 @@ use telemetry::{FieldInfo, Header, Innovation, Record, Stamps, TOPICS, TopicInfo
 
 /// The interface control document: every topic, field, unit and frame
 #[derive(clap::Args)]
+#[command(after_help = "Examples:
+  obsid icd                             the table of topics
+  obsid icd --json > deploy/icd.json    the committed document
+  obsid icd --md                        every field of every topic")]
 pub struct Arguments {
     /// As JSON (what deploy/icd.json holds)
     #[arg(long, conflicts_with = "md")]
@@ -76,7 +80,9 @@ fn type_text(field: &FieldInfo) -> String {
 /// The README's topic table.
 #[must_use]
 pub fn topic_table() -> String {
-    let mut text = String::from("| topic | sample | bytes | depth | rate | producer | consumers |\n|---|---|---|---|---|---|---|\n");
+    let mut text = String::from(
+        "| topic | sample | bytes | depth | rate | producer | consumers |\n|---|---|---|---|---|---|---|\n",
+    );
     for info in TOPICS {
         let _ = writeln!(
             text,
@@ -90,7 +96,8 @@ pub fn topic_table() -> String {
 fn markdown() -> String {
     let mut text = format!("# Interface control document\n\n{}", topic_table());
     for info in TOPICS {
-        let _ = writeln!(text, "\n## `{}`: {} ({} bytes, layout {:08x})\n", info.name, info.record, info.size, info.layout);
+        let _ =
+            writeln!(text, "\n## `{}`: {} ({} bytes, layout {:08x})\n", info.name, info.record, info.size, info.layout);
         text.push_str("| offset | field | type | unit | frame | what |\n|---|---|---|---|---|---|\n");
         for field in info.fields {
             let _ = writeln!(

@@ -117,7 +117,9 @@ fn show(line: &str, progress: &Progress) -> Option<Report> {
         Report::Started {} | Report::End { .. } => {}
         Report::Status { frame, mode } => progress.show(*frame, mode),
         Report::Death { partition, pid, cause } => progress.note(&format!("{partition} (pid {pid}) died: {cause}")),
-        Report::Restart { partition, restarts } => progress.note(&format!("{partition} restarted (restart {restarts})")),
+        Report::Restart { partition, restarts } => {
+            progress.note(&format!("{partition} restarted (restart {restarts})"))
+        }
         Report::Hang { partition } => progress.note(&format!("{partition} hangs: its execution counter stands still")),
         Report::GivenUp { partition } => progress.note(&format!("{partition} was given up")),
     }
@@ -160,12 +162,23 @@ pub struct ResultsFile {
 }
 
 impl ResultsFile {
-    /// The file the user asked for, or one of our own.
-    pub fn new(asked: Option<&Path>) -> Self {
-        match asked {
-            Some(path) => ResultsFile { path: std::path::absolute(path).unwrap_or_else(|_| path.into()), keep: true },
-            None => ResultsFile { path: scratch(&format!("obsid-results-{}.mcap", std::process::id())), keep: false },
-        }
+    /// The file the user asked for, or one of our own; whether it can be written is found out before the run.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] when it cannot.
+    pub fn new(asked: Option<&Path>) -> Result<Self, Failure> {
+        let Some(path) = asked else {
+            return Ok(ResultsFile { path: scratch(&format!("obsid-results-{}.mcap", std::process::id())), keep: false });
+        };
+        // Nothing is cut here: a file of an earlier run stands until the new run begins.
+        std::fs::OpenOptions::new().append(true).create(true).open(path).map_err(|error| {
+            Failure::Input(miette::miette!(
+                help = "--record takes the path of a file, in a folder that exists and may be written to",
+                "{}: cannot be written: {error}",
+                path.display()
+            ))
+        })?;
+        Ok(ResultsFile { path: std::path::absolute(path).unwrap_or_else(|_| path.into()), keep: true })
     }
     pub fn path(&self) -> &Path {
         &self.path

@@ -16,6 +16,7 @@ mod progress;
 mod replay;
 mod run;
 mod scenario_file;
+mod scenario_limits;
 mod table;
 mod truth;
 
@@ -70,6 +71,7 @@ pub fn main() -> ExitCode {
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("OBSID_LOG"))
         .with_writer(std::io::stderr)
         .init();
+    keep_messages_on_one_line();
     let result = match Arguments::parse().verb {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
@@ -88,6 +90,18 @@ pub fn main() -> ExitCode {
             eprintln!("{report:?}");
             ExitCode::from(3)
         }
+    }
+}
+
+/// In a log or a pipe a message stays on its line, so that it can be searched for; a terminal wraps it.
+fn keep_messages_on_one_line() {
+    use std::io::IsTerminal;
+    if !std::io::stderr().is_terminal() {
+        let handler = |_: &dyn miette::Diagnostic| -> Box<dyn miette::ReportHandler> {
+            Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
+        };
+        // An error says that somebody set one before, which only a second call could have done.
+        let _ = miette::set_hook(Box::new(handler));
     }
 }
 

@@ -20,7 +20,9 @@ pub fn read(path: Option<&Path>, partitions: &[PartitionId]) -> Result<Limits, F
         return Err(Failure::Input(miette::miette!("{file}: format = {}: this build reads format 1", limits.format)));
     }
     match limits.missing(partitions) {
-        Some(id) => Err(Failure::Input(miette::miette!(help = "add a [[partition]] for it", "{file}: no row for {id}"))),
+        Some(id) => {
+            Err(Failure::Input(miette::miette!(help = "add a [[partition]] for it", "{file}: no row for {id}")))
+        }
         None => Ok(limits),
     }
 }

@@ -63,28 +63,44 @@ impl Outcome {
     /// # Errors
     /// When the recording is not complete.
     pub fn read(run: &RunConfig, finished: Finished) -> Result<Self, Failure> {
-        let recorded = recording::read_mcap_topics(&run.record, telemetry::is_result).map_err(|error| Failure::Run(error.explain()))?;
+        let recorded = recording::read_mcap_topics(&run.record, telemetry::is_result)
+            .map_err(|error| Failure::Run(error.explain()))?;
         let digest = recording::digest(&recorded).map_err(|error| Failure::Run(error.explain()))?;
         let period_s = run.scenario.period_ns() as f64 * 1e-9;
         let modes = recorded.of(MODE).map(|(_, mode)| mode_row(mode, period_s)).collect();
         let verdicts: Vec<&Verdict> = recorded.of(VERDICT).map(|(_, verdict)| verdict).collect();
         let mut parameters = Vec::new();
-        for (domain, topic) in [(Domain::Inertial, ESTIMATE_INERTIAL), (Domain::Slosh, ESTIMATE_SLOSH), (Domain::Modal, ESTIMATE_MODAL)] {
+        for (domain, topic) in
+            [(Domain::Inertial, ESTIMATE_INERTIAL), (Domain::Slosh, ESTIMATE_SLOSH), (Domain::Modal, ESTIMATE_MODAL)]
+        {
             for &phase in Phase::ALL {
                 let of_phase = |code: u16| code == phase.code();
-                let estimate = recorded.of(topic).map(|(_, estimate)| estimate).filter(|e| e.closing == 1 && of_phase(e.phase)).last();
+                let estimate = recorded
+                    .of(topic)
+                    .map(|(_, estimate)| estimate)
+                    .filter(|e| e.closing == 1 && of_phase(e.phase))
+                    .last();
                 let verdict = verdicts.iter().rfind(|v| v.domain == domain.code() && of_phase(v.phase)).copied();
                 parameters.extend(parameter_rows(run, domain, phase, estimate, verdict));
             }
         }
         let lockstep = finished.rows.iter().all(|row| row.cpu_s == 0.0);
-        Ok(Outcome { modes, parameters, partitions: finished.rows, digest: digest.hex, wall_s: finished.wall_s, lockstep })
+        Ok(Outcome {
+            modes,
+            parameters,
+            partitions: finished.rows,
+            digest: digest.hex,
+            wall_s: finished.wall_s,
+            lockstep,
+        })
     }
 
     /// The object that `--json` prints.
     #[must_use]
     pub fn json(&self) -> Value {
-        let of = |domain: Domain| self.parameters.iter().filter(|row| row.domain == domain).map(parameter_json).collect::<Vec<_>>();
+        let of = |domain: Domain| {
+            self.parameters.iter().filter(|row| row.domain == domain).map(parameter_json).collect::<Vec<_>>()
+        };
         json!({
             "modes": self.modes.iter().map(|row| json!({
                 "frame": row.frame, "t_s": row.t_s, "from": row.from, "to": row.to, "cause": row.cause,
@@ -120,7 +136,11 @@ pub fn frames_expected(run: &RunConfig) -> u64 {
         scenario.modal.as_ref().map(|modal| modal.duration_s),
         scenario.slosh.as_ref().map(|slosh| slosh.duration_s),
         scenario.inertial.as_ref().map(|arm| arm.duration_s),
-        scenario.mated.as_ref().filter(|_| scenario.capture.enabled).map(|arm| arm.duration_s + scenario.capture.settle_s),
+        scenario
+            .mated
+            .as_ref()
+            .filter(|_| scenario.capture.enabled)
+            .map(|arm| arm.duration_s + scenario.capture.settle_s),
     ];
     durations.iter().flatten().map(|&duration_s| scenario.frames(duration_s) + between).sum::<u64>() + 2 * between
 }
@@ -136,7 +156,13 @@ fn mode_row(mode: &Mode, period_s: f64) -> ModeRow {
     }
 }
 
-fn parameter_rows(run: &RunConfig, domain: Domain, phase: Phase, estimate: Option<&Estimate>, verdict: Option<&Verdict>) -> Vec<ParameterRow> {
+fn parameter_rows(
+    run: &RunConfig,
+    domain: Domain,
+    phase: Phase,
+    estimate: Option<&Estimate>,
+    verdict: Option<&Verdict>,
+) -> Vec<ParameterRow> {
     if estimate.is_none() && verdict.is_none() {
         return Vec::new();
     }
@@ -158,7 +184,9 @@ fn parameter_rows(run: &RunConfig, domain: Domain, phase: Phase, estimate: Optio
             adequate: verdict.and_then(|verdict| (verdict.adequate < 2).then_some(verdict.adequate == 1)),
             accepted: verdict.map(|verdict| verdict.accepted == 1),
             reason: verdict.map_or("no verdict".into(), validation::explain),
-            dominant_channel: found.filter(|_| domain == Domain::Modal).map(|estimate| estimate.auxiliary[i / 2] as u32),
+            dominant_channel: found
+                .filter(|_| domain == Domain::Modal)
+                .map(|estimate| estimate.auxiliary[i / 2] as u32),
         }
     };
     let expected = if truth.is_empty() { found.max(usize::from(found == 0)) } else { truth.len().max(found) };

@@ -20,6 +20,9 @@ pub const PARTITIONS: &[(PartitionId, Connect)] = &[
 
 /// One process of a run (started by the warden)
 #[derive(clap::Args)]
+#[command(after_help = "Examples:
+  obsid partition warden --config run.json --root /dev/shm       the parent of all partitions (`obsid run` starts it)
+  obsid partition inertial-id --run /dev/shm/obsid-run --epoch 1 one partition (the warden starts it)")]
 pub struct Arguments {
     /// sensor-sim, inertial-id, slosh-id, modal-id, supervisor, recorder, or warden
     name: String,

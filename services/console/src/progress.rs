@@ -8,7 +8,8 @@ pub struct Progress(ProgressBar);
 
 impl Progress {
     pub fn new(frames: u64) -> Self {
-        let target = if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let target =
+            if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(frames), target);
         let style = ProgressStyle::with_template("{elapsed_precise} [{bar:30}] frame {pos}/{len} {msg}");
         bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));

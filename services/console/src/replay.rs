@@ -3,7 +3,7 @@
 use crate::launch::ResultsFile;
 use crate::run::{self, Common};
 use crate::{Failure, scenario_file};
-use recording::{ChannelMap, ReplayFrames};
+use recording::{ChannelMap, Channels, Imported, ReplayFrames};
 use runtime::Scenario;
 use runtime::config::ReplayConfig;
 use std::path::{Path, PathBuf};
@@ -33,16 +33,28 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => scenario_file::no_scenario(),
     };
     let replay = inspect(&arguments.recording, arguments.map.as_deref(), &scenario)?;
-    let results = ResultsFile::new(arguments.common.record.as_deref());
+    if arguments.common.record.as_deref().is_some_and(|record| is_same_file(record, &arguments.recording)) {
+        return Err(Failure::Input(miette::miette!(
+            help = "give --record another file",
+            "{}: --record would write over the recording that is replayed",
+            arguments.recording.display()
+        )));
+    }
+    let results = ResultsFile::new(arguments.common.record.as_deref())?;
     let run = run::config(scenario, &arguments.common, &results, Some(replay))?;
     run::carry_out(&run, &arguments.common)
+}
+
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 /// Reads the recording before anything is started: what is wrong with it is said here.
 fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<ReplayConfig, Failure> {
     let imported = recording::read(path).map_err(Failure::input)?;
     let channel_map = map.map(std::fs::read_to_string).transpose().map_err(|error| {
-        Failure::Input(miette::miette!("{}: cannot be read: {error}", map.unwrap_or(Path::new("")).display()))
+        let file = map.unwrap_or(Path::new("")).display();
+        Failure::Input(miette::miette!(help = "give --map the path of a map file, see `obsid replay --help`", "{file}: cannot be read: {error}"))
     })?;
     let parsed = match (map, &channel_map) {
         (Some(file), Some(text)) => Some(ChannelMap::parse(&file.display().to_string(), text).map_err(Failure::input)?),
@@ -53,7 +65,8 @@ fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<Repla
         eprintln!("{}: {note}", path.display());
     }
     let carries = frames.identifiable();
-    let named = scenario.modal.is_some() || scenario.slosh.is_some() || scenario.inertial.is_some() || scenario.mated.is_some();
+    let named =
+        scenario.modal.is_some() || scenario.slosh.is_some() || scenario.inertial.is_some() || scenario.mated.is_some();
     let replay = ReplayConfig {
         path: std::path::absolute(path).unwrap_or_else(|_| path.into()),
         channel_map,
@@ -65,23 +78,37 @@ fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<Repla
     if replay.inertial || replay.slosh || replay.modal {
         return Ok(replay);
     }
-    Err(nothing_to_identify(path, &carries, named))
+    Err(nothing_to_identify(path, &carries, named, &found(&imported, parsed.as_ref())))
 }
 
-fn nothing_to_identify(path: &Path, carries: &recording::Domains, named: bool) -> Failure {
+/// Channels found in a table, for a message.
+fn found(imported: &Imported, map: Option<&ChannelMap>) -> String {
+    let Imported::Table(table) = imported else { return "a recorded run".into() };
+    let Ok(channels) = Channels::find(table, map) else { return String::new() };
+    channels.found().map(|(channel, _)| channel.name).collect::<Vec<_>>().join(", ")
+}
+
+fn nothing_to_identify(path: &Path, carries: &recording::Domains, named: bool, found: &str) -> Failure {
     let mut missing = Vec::new();
     if carries.slosh && !named {
-        missing.push("slosh needs the hub's mass: --scenario with [slosh.known] m_0_kg");
+        missing.push("slosh needs the hub's mass: --scenario with [slosh.known] m_0_kg (see deploy/scenarios/replay-r1.toml)");
     }
     if carries.inertial && !named {
         missing.push("inertial parameters need the momentum and a prior: --scenario with [inertial.known]");
     }
     if missing.is_empty() {
-        missing.push("its channels serve none of the scenario's experiments; name them with --map");
+        missing.push(
+            "slosh needs a force and an acceleration along one axis, modes need accelerometers (accel.1, ...), inertial \
+             parameters need imu.rate_z with two joints' angles and rates; columns of other names are mapped with --map",
+        );
+    }
+    if named {
+        missing.push("the scenario must have the section of what is to be identified: [slosh], [modal], [inertial]");
     }
     Failure::Input(miette::miette!(
         help = missing.join("; "),
-        "{}: nothing can be identified from this recording and scenario",
-        path.display()
+        "{}: nothing can be identified from this recording{} (channels found: {found})",
+        path.display(),
+        if named { " and scenario" } else { "" }
     ))
 }

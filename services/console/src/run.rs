@@ -6,7 +6,7 @@ use crate::partition::PARTITIONS;
 use crate::{Failure, limits_file, scenario_file, table};
 use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
 use runtime::{RunConfig, Scenario};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use telemetry::PartitionId;
 
 /// Simulate a scenario and identify it on the way
@@ -75,11 +75,37 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(path) => scenario_file::read(path)?,
         None => scenario_file::default_scenario()?,
     };
-    let results = ResultsFile::new(arguments.common.record.as_deref());
+    can_be_simulated(&scenario, arguments.scenario.as_deref())?;
+    let results = ResultsFile::new(arguments.common.record.as_deref())?;
     let mut run = config(scenario, &arguments.common, &results, None)?;
     run.seed = arguments.seed.unwrap_or(run.scenario.seed);
     run.speed = arguments.speed;
     carry_out(&run, &arguments.common)
+}
+
+/// A scenario for a recording states no truth: there is nothing to simulate.
+fn can_be_simulated(scenario: &Scenario, file: Option<&Path>) -> Result<(), Failure> {
+    let file = file.unwrap_or(Path::new("the default scenario")).display();
+    let without_truth = [
+        ("modal", scenario.modal.as_ref().is_some_and(|modal| modal.truth.is_none())),
+        ("slosh", scenario.slosh.as_ref().is_some_and(|slosh| slosh.truth.is_none())),
+        ("inertial", scenario.inertial.as_ref().is_some_and(|arm| arm.truth.is_none())),
+        ("mated", scenario.mated.as_ref().is_some_and(|arm| arm.truth.is_none())),
+    ];
+    if let Some((name, _)) = without_truth.iter().find(|(_, missing)| *missing) {
+        return Err(Failure::Input(miette::miette!(
+            help = "state the truth as in deploy/scenarios/default.toml, or give this scenario to \
+                    `obsid replay RECORDING --scenario FILE`",
+            "{file}: {name}.truth is missing: there is nothing to simulate"
+        )));
+    }
+    if scenario.modal.is_none() && scenario.slosh.is_none() && scenario.inertial.is_none() && scenario.mated.is_none() {
+        return Err(Failure::Input(miette::miette!(
+            help = "plan one of [modal], [slosh], [inertial], [mated] at least, as in deploy/scenarios/default.toml",
+            "{file}: the scenario plans no experiment"
+        )));
+    }
+    Ok(())
 }
 
 /// Runs, reads the results, shows them.
@@ -121,7 +147,11 @@ pub fn config(
         partitions,
         limits,
         sabotage: common.sabotage.unwrap_or_default(),
-        faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt].into_iter().flatten().copied().collect(),
+        faults: [&common.kill, &common.kill_always, &common.hang, &common.corrupt]
+            .into_iter()
+            .flatten()
+            .copied()
+            .collect(),
     })
 }
 

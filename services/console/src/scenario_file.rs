@@ -1,6 +1,6 @@
 //! Scenario files: TOML with spans, so that an error points at its place.
 
-use crate::Failure;
+use crate::{Failure, scenario_limits};
 use miette::{Diagnostic, LabeledSpan, NamedSource, SourceSpan};
 use runtime::Scenario;
 use std::path::Path;
@@ -41,7 +41,10 @@ impl Diagnostic for ScenarioError {
 pub fn read(path: &Path) -> Result<Scenario, Failure> {
     let file = path.display().to_string();
     let text = std::fs::read_to_string(path).map_err(|error| {
-        Failure::Input(miette::miette!(help = "give the path of a scenario file, see deploy/scenarios", "{file}: cannot be read: {error}"))
+        Failure::Input(miette::miette!(
+            help = "give the path of a scenario file, see deploy/scenarios",
+            "{file}: cannot be read: {error}"
+        ))
     })?;
     parse(&file, &text)
 }
@@ -77,9 +80,11 @@ pub fn no_scenario() -> Scenario {
 /// [`Failure::Input`].
 pub fn parse(file: &str, text: &str) -> Result<Scenario, Failure> {
     let scenario: Scenario = toml_file(file, text, "see deploy/scenarios/default.toml for every key")?;
-    let impossible = scenario.impossible_numbers();
+    let mut impossible = scenario.impossible_numbers();
+    impossible.extend(scenario_limits::beyond(&scenario));
     let Some(first) = impossible.first() else { return Ok(scenario) };
-    let others: Vec<String> = impossible.iter().skip(1).map(|i| format!("{} = {}: {}", i.key, i.value, i.why)).collect();
+    let others: Vec<String> =
+        impossible.iter().skip(1).map(|i| format!("{} = {}: {}", i.key, i.value, i.why)).collect();
     let cure = if others.is_empty() { String::new() } else { format!("also: {}", others.join("; ")) };
     let span = span_of(text, &first.key).unwrap_or(0..0);
     Err(error_at(file, text, span, format!("{} = {}: {}", first.key, first.value, first.why), cure))

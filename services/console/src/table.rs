@@ -61,7 +61,10 @@ fn parameters(outcome: &Outcome, text: &mut String) {
 }
 
 fn one_per_model(rows: &[ParameterRow]) -> impl Iterator<Item = &ParameterRow> {
-    rows.iter().enumerate().filter(|(i, row)| *i == 0 || (rows[i - 1].domain, rows[i - 1].phase) != (row.domain, row.phase)).map(|(_, row)| row)
+    rows.iter()
+        .enumerate()
+        .filter(|(i, row)| *i == 0 || (rows[i - 1].domain, rows[i - 1].phase) != (row.domain, row.phase))
+        .map(|(_, row)| row)
 }
 
 fn partitions(outcome: &Outcome, text: &mut String) {
@@ -103,6 +106,7 @@ fn yes(value: Option<bool>) -> &'static str {
 /// Value and sigma with the decimals that the sigma gives meaning to.
 fn with_sigma(row: &ParameterRow) -> String {
     let (Some(value), Some(sigma)) = (row.value, row.sigma) else { return "-".into() };
-    let decimals = if sigma > 0.0 && sigma.is_finite() { (1.0 - sigma.log10().floor()).clamp(0.0, 12.0) as usize } else { 6 };
+    let decimals =
+        if sigma > 0.0 && sigma.is_finite() { (1.0 - sigma.log10().floor()).clamp(0.0, 12.0) as usize } else { 6 };
     format!("{value:.decimals$} +- {sigma:.decimals$}")
 }

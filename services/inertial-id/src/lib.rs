@@ -10,7 +10,9 @@ use runtime::experiment::{ExperimentWindow, Step};
 use runtime::scenario::{ArmExperiment, ArmKnown};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
-use telemetry::{Domain, ESTIMATE_INERTIAL, Estimate, Experiment, IMU, Innovation, JOINTS, PartitionId, Sample, TopicId};
+use telemetry::{
+    Domain, ESTIMATE_INERTIAL, Estimate, Experiment, IMU, Innovation, JOINTS, PartitionId, Sample, TopicId,
+};
 
 /// An estimate goes out every so many frames of an experiment.
 const ESTIMATE_EVERY_FRAMES: u64 = 100;
@@ -108,8 +110,12 @@ impl InertialId {
         let mated = self.state.window.experiment == Experiment::MatedInertial;
         let free = self.free_floating.as_ref().filter(|_| !mated);
         self.state.estimator = match (free, self.mated.as_ref()) {
-            (Some(known), _) => InertialEstimator::new(&settings::<8>(known)).ok().map(|e| Estimator::FreeFloating(Box::new(e))),
-            (None, Some(known)) => InertialEstimator::new(&settings::<9>(known)).ok().map(|e| Estimator::Mated(Box::new(e))),
+            (Some(known), _) => {
+                InertialEstimator::new(&settings::<8>(known)).ok().map(|e| Estimator::FreeFloating(Box::new(e)))
+            }
+            (None, Some(known)) => {
+                InertialEstimator::new(&settings::<9>(known)).ok().map(|e| Estimator::Mated(Box::new(e)))
+            }
             (None, None) => None,
         };
         self.state.rows = 0;
@@ -120,7 +126,10 @@ impl InertialId {
     fn take(&mut self, frame: &Frame<'_>) {
         let joints = frame.samples(JOINTS);
         for imu in frame.samples(IMU).iter().filter(|imu| imu.valid & RATE_VALID_Z != 0) {
-            let Some(joints) = joints.iter().find(|j| j.header.t_meas_ns == imu.header.t_meas_ns && j.count >= 2) else { continue };
+            let Some(joints) = joints.iter().find(|j| j.header.t_meas_ns == imu.header.t_meas_ns && j.count >= 2)
+            else {
+                continue;
+            };
             let sample = MomentumSample {
                 omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
                 joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],

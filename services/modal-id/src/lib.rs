@@ -6,7 +6,7 @@
 #![forbid(unsafe_code)]
 
 use estimation::consistency::Whiteness;
-use modal::{Config, Mode, ModalIdentifier};
+use modal::{Config, ModalIdentifier, Mode};
 use physics::appendage;
 use runtime::experiment::{ExperimentWindow, Step};
 use runtime::scenario::ModalKnown;
@@ -65,7 +65,8 @@ impl Partition for ModalId {
     }
 
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
-        let mine: &[Experiment] = if self.replays { &[Experiment::Modal, Experiment::Replay] } else { &[Experiment::Modal] };
+        let mine: &[Experiment] =
+            if self.replays { &[Experiment::Modal, Experiment::Replay] } else { &[Experiment::Modal] };
         match self.state.window.step(frame, mine) {
             Step::Idle => {}
             Step::Abort => self.state.identifier = None,
@@ -167,7 +168,9 @@ impl ModalId {
     fn channels(&self, available: usize) -> Vec<usize> {
         match self.known.channels.is_empty() {
             true => (0..available).collect(),
-            false => self.known.channels.iter().map(|&channel| channel - 1).filter(|&channel| channel < available).collect(),
+            false => {
+                self.known.channels.iter().map(|&channel| channel - 1).filter(|&channel| channel < available).collect()
+            }
         }
     }
 
@@ -197,7 +200,9 @@ impl ModalId {
     fn test_decay(&mut self, sample: &mut Estimate) {
         let Some(config) = self.state.identifier.as_ref().map(ModalIdentifier::config) else { return };
         let (channels, rate_hz) = (config.channels, config.sample_rate_hz);
-        if usize::from(sample.count) != 2 * appendage::MODES || self.state.recent.len() < 2 * appendage::REFIT_UNKNOWNS * channels {
+        if usize::from(sample.count) != 2 * appendage::MODES
+            || self.state.recent.len() < 2 * appendage::REFIT_UNKNOWNS * channels
+        {
             return;
         }
         let modes = core::array::from_fn(|k| appendage::Mode {

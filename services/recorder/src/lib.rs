@@ -102,7 +102,8 @@ impl Recorder {
         if self.file.is_none() {
             let mut file = McapRecorder::create(&self.path).map_err(|error| error.to_string())?;
             file.metadata("run", &self.metadata).map_err(|error| error.to_string())?;
-            file.attach("scenario.json", "application/json", self.scenario.as_bytes()).map_err(|error| error.to_string())?;
+            file.attach("scenario.json", "application/json", self.scenario.as_bytes())
+                .map_err(|error| error.to_string())?;
             self.file = Some(file);
         }
         let file = self.file.as_mut().ok_or("no file")?;

@@ -59,7 +59,7 @@ impl Partition for SensorSim {
     }
 
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
-        if !frame.urgent.is_empty() {
+        if frame.urgent.iter().any(|command| runtime::pacing::given_up(command).is_some()) {
             // A partition was given up: nothing is excited until the next mode.
             self.state.simulation.inhibit();
         }

@@ -93,7 +93,8 @@ impl Simulation {
             (Some(ModeState::MatedSettle | ModeState::MatedInertial), _) => Which::MatedArm,
             _ => Which::Idle,
         };
-        let continues = matches!((state.which, next), (Which::Grasp | Which::MatedArm, Which::MatedArm)) && self.arm.is_some();
+        let continues =
+            matches!((state.which, next), (Which::Grasp | Which::MatedArm, Which::MatedArm)) && self.arm.is_some();
         state.which = next;
         state.entered_frame = mode.effective_frame;
         state.inhibited = false;
@@ -123,12 +124,19 @@ impl Simulation {
     fn build(&mut self, state: &SimulationState) {
         let stream = |name: &str| format!("{name}.{}", state.generation);
         let (scenario, seed, period_s) = (&self.scenario, self.seed, self.period_s);
-        let arm = |which: &Option<_>, grasped, name| which.as_ref().map(|arm| systems::arm(arm, grasped, period_s, seed, &stream(name)));
+        let arm = |which: &Option<_>, grasped, name| {
+            which.as_ref().map(|arm| systems::arm(arm, grasped, period_s, seed, &stream(name)))
+        };
         (self.arm, self.slosh, self.appendage) = (None, None, None);
         match state.which {
             Which::Idle => {}
-            Which::Appendage => self.appendage = scenario.modal.as_ref().and_then(|modal| systems::appendage(modal, seed, &stream("modal"))),
-            Which::Slosh => self.slosh = scenario.slosh.as_ref().and_then(|slosh| systems::slosh(slosh, seed, &stream("slosh"))),
+            Which::Appendage => {
+                self.appendage =
+                    scenario.modal.as_ref().and_then(|modal| systems::appendage(modal, seed, &stream("modal")))
+            }
+            Which::Slosh => {
+                self.slosh = scenario.slosh.as_ref().and_then(|slosh| systems::slosh(slosh, seed, &stream("slosh")))
+            }
             Which::Arm => self.arm = arm(&scenario.inertial, false, "inertial"),
             Which::Grasp | Which::MatedArm if state.grasped => self.arm = arm(&scenario.mated, true, "mated"),
             Which::Grasp | Which::MatedArm => self.arm = arm(&scenario.mated, false, "grasp"),
@@ -136,7 +144,13 @@ impl Simulation {
     }
 
     /// The samples of one frame.
-    pub fn frame(&mut self, state: &mut SimulationState, window: &ExperimentWindow, frame: &Frame<'_>, out: &mut Outputs) {
+    pub fn frame(
+        &mut self,
+        state: &mut SimulationState,
+        window: &ExperimentWindow,
+        frame: &Frame<'_>,
+        out: &mut Outputs,
+    ) {
         let open = window.experiment != Experiment::None && frame.number < window.end_frame;
         let excited = open && !state.inhibited;
         match state.which {
@@ -180,11 +194,12 @@ impl Simulation {
         let (Some(truth), Some(experiment)) = (&mut self.slosh, &self.scenario.slosh) else { return };
         let interval_s = experiment.known.interval_s;
         let every = self.scenario.frames(interval_s).max(1);
-        if (elapsed + 1) % every != 0 {
+        if !(elapsed + 1).is_multiple_of(every) {
             return;
         }
         let begin_s = (elapsed + 1 - every) as f64 * self.period_s;
-        let commanded = sine_force_n(begin_s + 0.5 * interval_s, experiment.force_amplitude_n, experiment.force_frequency_hz);
+        let commanded =
+            sine_force_n(begin_s + 0.5 * interval_s, experiment.force_amplitude_n, experiment.force_frequency_hz);
         let measured = truth.step(if excited { commanded } else { 0.0 });
         let begin_ns = t_ns - (every - 1) * self.scenario.period_ns();
         let axis = experiment.known.axis.index();
@@ -229,7 +244,8 @@ impl Simulation {
         if !frame.number.is_multiple_of(IDLE_EVERY_FRAMES) {
             return;
         }
-        let known = self.scenario.inertial.as_ref().or(self.scenario.mated.as_ref()).map(|arm| arm.known.gyro_arw_deg_sqrt_h);
+        let known =
+            self.scenario.inertial.as_ref().or(self.scenario.mated.as_ref()).map(|arm| arm.known.gyro_arw_deg_sqrt_h);
         let sigma = known.unwrap_or(0.0).to_radians() / 60.0 / self.period_s.sqrt();
         let mut imu = Imu::zeroed_at(frame.t_ns);
         imu.interval_s = self.period_s;

@@ -52,7 +52,13 @@ pub fn slosh(experiment: &SloshExperiment, seed: u64, stream: &str) -> Option<Sl
 pub fn appendage(experiment: &ModalExperiment, seed: u64, stream: &str) -> Option<AppendageTruth> {
     experiment.truth.as_ref()?;
     let rate_hz = array_rate_hz(experiment);
-    Some(AppendageTruth::new(&AppendageParameters::design(), rate_hz, experiment.known.accelerometer_sigma_m_s2, seed, stream))
+    Some(AppendageTruth::new(
+        &AppendageParameters::design(),
+        rate_hz,
+        experiment.known.accelerometer_sigma_m_s2,
+        seed,
+        stream,
+    ))
 }
 
 pub fn array_rate_hz(experiment: &ModalExperiment) -> f64 {

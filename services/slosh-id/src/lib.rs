@@ -10,7 +10,9 @@ use runtime::experiment::{ExperimentWindow, Step};
 use runtime::scenario::SloshKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
-use telemetry::{ACTUATORS, Domain, ESTIMATE_SLOSH, Estimate, Experiment, IMU, Innovation, PartitionId, Sample, TopicId};
+use telemetry::{
+    ACTUATORS, Domain, ESTIMATE_SLOSH, Estimate, Experiment, IMU, Innovation, PartitionId, Sample, TopicId,
+};
 
 const PARAMETERS: usize = 3;
 
@@ -52,7 +54,8 @@ impl Partition for SloshId {
     }
 
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
-        let mine: &[Experiment] = if self.replays { &[Experiment::Slosh, Experiment::Replay] } else { &[Experiment::Slosh] };
+        let mine: &[Experiment] =
+            if self.replays { &[Experiment::Slosh, Experiment::Replay] } else { &[Experiment::Slosh] };
         match self.state.window.step(frame, mine) {
             Step::Idle => {}
             Step::Abort => self.state.estimator = None,
@@ -87,7 +90,8 @@ impl Partition for SloshId {
 impl SloshId {
     fn begin(&mut self) {
         let estimator = self.known.as_ref().map(|known| {
-            let unknowns = if known.starts_at_rest { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
+            let unknowns =
+                if known.starts_at_rest { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
             Box::new(SloshEstimator::new(SloshSettings { base_mass_kg: known.m_0_kg, unknowns }))
         });
         self.state = State { window: self.state.window, estimator, rows: 0, t_end_ns: 0 };
@@ -99,7 +103,9 @@ impl SloshId {
         let axis = known.axis.index();
         let forces = frame.samples(ACTUATORS);
         for imu in frame.samples(IMU).iter().filter(|imu| imu.valid >> (3 + axis) & 1 == 1) {
-            let Some(force) = forces.iter().find(|force| force.header.t_meas_ns == imu.header.t_meas_ns) else { continue };
+            let Some(force) = forces.iter().find(|force| force.header.t_meas_ns == imu.header.t_meas_ns) else {
+                continue;
+            };
             let sample = SloshSample {
                 interval_s: imu.interval_s,
                 force_n: force.force_b_n[axis],

@@ -32,8 +32,8 @@ use runtime::experiment::ExperimentWindow;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    ACCELEROMETERS, ACTUATORS, Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, Estimate, IMU, JOINTS, MODE, ModeState,
-    PartitionId, Phase, Reason, TopicId, VERDICT,
+    ACCELEROMETERS, ACTUATORS, Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, Estimate, IMU, JOINTS, MODE,
+    ModeState, PartitionId, Phase, Reason, TopicId, VERDICT,
 };
 
 /// False alarms of the momentum test: one in a thousand captures of up to 1e5 samples.
@@ -94,7 +94,15 @@ impl Partition for Supervisor {
     }
 
     fn inputs(&self) -> &'static [TopicId] {
-        &[IMU.id, JOINTS.id, ACTUATORS.id, ACCELEROMETERS.id, ESTIMATE_INERTIAL.id, ESTIMATE_SLOSH.id, ESTIMATE_MODAL.id]
+        &[
+            IMU.id,
+            JOINTS.id,
+            ACTUATORS.id,
+            ACCELEROMETERS.id,
+            ESTIMATE_INERTIAL.id,
+            ESTIMATE_SLOSH.id,
+            ESTIMATE_MODAL.id,
+        ]
     }
 
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
@@ -107,7 +115,9 @@ impl Partition for Supervisor {
             self.state.started = true;
             stimuli.push(Stimulus::Start);
         }
-        for estimate in [ESTIMATE_MODAL, ESTIMATE_SLOSH, ESTIMATE_INERTIAL].into_iter().flat_map(|topic| frame.samples(topic)) {
+        for estimate in
+            [ESTIMATE_MODAL, ESTIMATE_SLOSH, ESTIMATE_INERTIAL].into_iter().flat_map(|topic| frame.samples(topic))
+        {
             stimuli.extend(self.judge(estimate, frame, out));
         }
         let situation = self.situation(frame);
@@ -143,7 +153,10 @@ impl Supervisor {
             let index = usize::from(domain.code());
             if !core::mem::replace(&mut self.state.lost[index], true) {
                 let phase = self.state.window.phase();
-                out.publish(VERDICT, &validation::no_model(domain, phase, Reason::PartitionLost, frame.number, frame.t_ns));
+                out.publish(
+                    VERDICT,
+                    &validation::no_model(domain, phase, Reason::PartitionLost, frame.number, frame.t_ns),
+                );
             }
         }
     }
@@ -171,7 +184,10 @@ impl Supervisor {
 
     /// The model against which contact shows.
     fn keep_free_arm(&mut self, domain: Domain, estimate: &Estimate) {
-        let Some(known) = self.mission.inertial.as_ref().filter(|_| domain == Domain::Inertial && estimate.count == 8) else { return };
+        let Some(known) = self.mission.inertial.as_ref().filter(|_| domain == Domain::Inertial && estimate.count == 8)
+        else {
+            return;
+        };
         self.state.free_arm = Some(FreeArm {
             alpha: SVector::from_fn(|i, _| estimate.values[i]),
             covariance: SMatrix::from_fn(|i, j| estimate.covariance[i][j]),
@@ -197,7 +213,10 @@ impl Supervisor {
         let state = &self.state;
         let mut situation = Situation {
             base_rate_rad_s: state.measured.base_rate_rad_s(),
-            contact: state.contact.contact().map(|contact| ContactMeasure { statistic: contact.statistic, limit: contact.limit }),
+            contact: state
+                .contact
+                .contact()
+                .map(|contact| ContactMeasure { statistic: contact.statistic, limit: contact.limit }),
             source_lost: state.source_lost,
             ..Situation::default()
         };

@@ -151,7 +151,10 @@ impl Measured {
         self.momentum.clear();
         let joints = frame.samples(JOINTS);
         for imu in frame.samples(IMU).iter().filter(|imu| imu.valid & RATE_VALID_Z != 0) {
-            let Some(joints) = joints.iter().find(|j| j.header.t_meas_ns == imu.header.t_meas_ns && j.count >= 2) else { continue };
+            let Some(joints) = joints.iter().find(|j| j.header.t_meas_ns == imu.header.t_meas_ns && j.count >= 2)
+            else {
+                continue;
+            };
             let sample = MomentumSample {
                 omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
                 joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],
@@ -167,7 +170,9 @@ impl Measured {
         let axis = known.axis.index();
         let forces = frame.samples(ACTUATORS);
         for imu in frame.samples(IMU).iter().filter(|imu| imu.valid >> (3 + axis) & 1 == 1) {
-            let Some(force) = forces.iter().find(|force| force.header.t_meas_ns == imu.header.t_meas_ns) else { continue };
+            let Some(force) = forces.iter().find(|force| force.header.t_meas_ns == imu.header.t_meas_ns) else {
+                continue;
+            };
             let begin_s = imu.header.t_meas_ns as f64 * 1e-9;
             slosh.push(frame.number, begin_s, imu.interval_s, force.force_b_n[axis], imu.acceleration_b_m_s2[axis]);
         }
@@ -185,7 +190,8 @@ impl Measured {
                 continue;
             }
             let modal = self.modal.get_or_insert_with(|| {
-                let mut modal = ModalHeldOut::new(HELD_OUT_ROWS, ARRAY_ROWS_PER_FRAME, channels, mission.modal_noise_m_s2);
+                let mut modal =
+                    ModalHeldOut::new(HELD_OUT_ROWS, ARRAY_ROWS_PER_FRAME, channels, mission.modal_noise_m_s2);
                 modal.begin(held_out_window(window));
                 modal
             });

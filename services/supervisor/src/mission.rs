@@ -45,14 +45,21 @@ impl Mission {
     /// A need for a parameter that the domain does not have.
     pub fn new(run: &RunConfig) -> Result<Self, String> {
         let scenario = &run.scenario;
-        let stated = |domain, need: Option<&scenario::Need>| need.map_or(Ok(Need::default()), |need| need_of(domain, need));
+        let stated =
+            |domain, need: Option<&scenario::Need>| need.map_or(Ok(Need::default()), |need| need_of(domain, need));
         let needs = [
             stated(Domain::Inertial, scenario.inertial.as_ref().map(|arm| &arm.need))?,
             stated(Domain::Slosh, scenario.slosh.as_ref().map(|slosh| &slosh.need))?,
             stated(Domain::Modal, scenario.modal.as_ref().map(|modal| &modal.need))?,
         ];
-        let modal_noise_m_s2 = scenario.modal.clone().map_or(scenario::ModalKnown::default(), |modal| modal.known).accelerometer_sigma_m_s2;
-        let predict = |domain: Domain, sigma: Option<Vec<(f64, f64)>>| sigma.and_then(|sigma| over_need(&sigma, &needs[usize::from(domain.code())]));
+        let modal_noise_m_s2 = scenario
+            .modal
+            .clone()
+            .map_or(scenario::ModalKnown::default(), |modal| modal.known)
+            .accelerometer_sigma_m_s2;
+        let predict = |domain: Domain, sigma: Option<Vec<(f64, f64)>>| {
+            sigma.and_then(|sigma| over_need(&sigma, &needs[usize::from(domain.code())]))
+        };
         Ok(Mission {
             plan: plan(run),
             inertial: scenario.inertial.as_ref().map(|arm| known_arm(&arm.known)),
@@ -86,7 +93,8 @@ fn need_of(domain: Domain, stated: &scenario::Need) -> Result<Need, String> {
     let mut need = Need { held_out_rms: stated.held_out_rms, ..Need::default() };
     for (name, &percent) in &stated.sigma_percent {
         let index = parameters(domain).iter().position(|parameter| parameter.name == name);
-        let index = index.ok_or_else(|| format!("need.sigma_percent.{name}: {domain} has no parameter of that name"))?;
+        let index =
+            index.ok_or_else(|| format!("need.sigma_percent.{name}: {domain} has no parameter of that name"))?;
         need.sigma_percent[index] = Some(percent);
     }
     Ok(need)
@@ -95,7 +103,11 @@ fn need_of(domain: Domain, stated: &scenario::Need) -> Result<Need, String> {
 fn plan(run: &RunConfig) -> Plan {
     let scenario = &run.scenario;
     let capture = &scenario.capture;
-    let experiment = |frames: u64| ExperimentPlan { duration_frames: frames, timeout_frames: frames + VERDICT_WINDOWS * run.window_frames, retries: 0 };
+    let experiment = |frames: u64| ExperimentPlan {
+        duration_frames: frames,
+        timeout_frames: frames + VERDICT_WINDOWS * run.window_frames,
+        retries: 0,
+    };
     let planned = |duration_s: Option<f64>| duration_s.map(|duration_s| experiment(scenario.frames(duration_s).max(1)));
     let replay = run.replay.as_ref().map(|replay| ReplayPlan {
         experiment: experiment(replay.frames.max(1)),
@@ -131,7 +143,8 @@ fn known_arm(known: &ArmKnown) -> KnownArm {
 
 /// Largest predicted sigma over its need; `None` when no need is stated for what is predicted.
 fn over_need(predicted: &[(f64, f64)], need: &Need) -> Option<f64> {
-    let ratio = |(index, &(value, sigma)): (usize, &(f64, f64))| Some(100.0 * sigma / value.abs() / need.sigma_percent[index]?);
+    let ratio =
+        |(index, &(value, sigma)): (usize, &(f64, f64))| Some(100.0 * sigma / value.abs() / need.sigma_percent[index]?);
     predicted.iter().enumerate().filter_map(ratio).max_by(f64::total_cmp)
 }
 
@@ -160,7 +173,8 @@ fn promised_by_slosh(slosh: &SloshExperiment) -> Option<Vec<(f64, f64)>> {
         state: SloshState::default(),
         bias_m_s2: 0.0,
     };
-    let unknowns = if slosh.known.starts_at_rest { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
+    let unknowns =
+        if slosh.known.starts_at_rest { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
     let plan = SloshPlan {
         amplitude_n: slosh.force_amplitude_n,
         frequency_hz: slosh.force_frequency_hz,
@@ -185,7 +199,11 @@ mod tests {
 
     #[test]
     fn an_experiment_that_cannot_meet_its_need_promises_more_than_one() {
-        let need = need_of(Domain::Slosh, &scenario::Need { sigma_percent: [("c_s".to_string(), 1.0)].into(), held_out_rms: None }).unwrap();
+        let need = need_of(
+            Domain::Slosh,
+            &scenario::Need { sigma_percent: [("c_s".to_string(), 1.0)].into(), held_out_rms: None },
+        )
+        .unwrap();
         let ratio = over_need(&[(28.7, 0.1), (0.16, 1e-3), (0.03, 6e-4)], &need).unwrap();
         assert!((ratio - 2.0).abs() < 1e-12); // 2 % of 0.03 against a need of 1 %
         assert!(ratio > 1.0);

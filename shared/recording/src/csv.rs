@@ -48,7 +48,7 @@ impl Format for Csv {
 /// Everything that would make a number uncertain, with line, column, value and cure.
 pub fn read_csv(path: &Path) -> Result<Table, RecordingError> {
     let name = file_name(path);
-    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, source };
+    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
     let mut file = File::open(path).map_err(io("open"))?;
     let mut head = Vec::new();
     (&mut file).take(2).read_to_end(&mut head).map_err(io("read"))?;
@@ -89,8 +89,10 @@ fn parse(file: &str, source: impl Read, gzipped: bool) -> Result<Table, Recordin
     let mut builder = TableBuilder::new(file, columns.collect());
     let mut row = Vec::with_capacity(headers.len());
     while rows.next(file, builder.rows())? {
-        parse_row(file, &headers, &rows.cells, rows.line, &mut row)?;
-        builder.push(rows.line, &row)?;
+        let taken = parse_row(file, &headers, &rows.cells, rows.line, &mut row);
+        if let Err(error) = taken.and_then(|()| builder.push(rows.line, &row)) {
+            return Err(rows.corruption(file).unwrap_or(error));
+        }
     }
     builder.finish()
 }
@@ -140,10 +142,18 @@ impl<R: BufRead> Rows<R> {
         }
     }
 
+    /// The rest of a gzip stream is read for its CRC: behind a damaged byte the rows are nonsense before it is noticed.
+    fn corruption(&mut self, file: &str) -> Option<RecordingError> {
+        let line = self.line.saturating_sub(1);
+        let end = if self.gzipped { std::io::copy(&mut self.source, &mut std::io::sink()) } else { Ok(0) };
+        let reason = end.err()?.to_string();
+        Some(RecordingError::CorruptGzip { file: file.into(), line, reason })
+    }
+
     fn read_error(&self, file: &str, rows: usize, error: std::io::Error) -> RecordingError {
         let (file, line) = (file.into(), self.line);
         match error.kind() {
-            _ if !self.gzipped => RecordingError::Io { file, action: "read", source: error },
+            _ if !self.gzipped => RecordingError::Io { file, action: "read", reason: error },
             ErrorKind::UnexpectedEof => RecordingError::TruncatedGzip { file, line, rows },
             _ => RecordingError::CorruptGzip { file, line, reason: error.to_string() },
         }
@@ -255,7 +265,7 @@ fn abbreviated(text: &str) -> String {
 /// # Errors
 /// The device's.
 pub fn write_csv(table: &Table, path: &Path) -> Result<(), RecordingError> {
-    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, source };
+    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
     let file = BufWriter::new(File::create(path).map_err(io("create"))?);
     if path.extension().is_some_and(|extension| extension == "gz") {
         let mut encoder = GzEncoder::new(file, flate2::Compression::default());

@@ -39,9 +39,10 @@ impl core::fmt::Display for MapPlace {
 /// Every way in which a recording, or the map beside it, can be refused.
 #[derive(Debug, Error, Diagnostic)]
 pub enum RecordingError {
-    #[error("{file}: cannot {action}: {source}")]
+    #[error("{file}: cannot {action}: {reason}")]
     #[diagnostic(help("check the path, the permissions and the space on the device"))]
-    Io { file: String, action: &'static str, source: std::io::Error },
+    // Not called `source`: a report would print it a second time as the cause of this line.
+    Io { file: String, action: &'static str, reason: std::io::Error },
 
     #[error("{file}: line 1: the file is empty")]
     #[diagnostic(help("export the recording again; a header row and at least two rows are needed"))]
@@ -101,13 +102,15 @@ pub enum RecordingError {
     #[diagnostic(help("export the whole recording"))]
     TooFewRows { file: String, line: u64, rows: usize },
 
-    #[error("{place}: at {value} s the sample interval changes from {before_s} s to {after_s} s for good")]
+    #[error("{place}: at {value} s the sample interval changes from {} s to {} s for good", rounded(*before_s), rounded(*after_s))]
     #[diagnostic(help("split the file at this line, or resample it to one rate"))]
     RateChanged { place: Box<Place>, value: f64, before_s: f64, after_s: f64 },
 
     #[error(
-        "{place}: at {value} s an interval of {interval_s} s stands against a median of {median_s} s; \
-         95 % of the intervals lie within {jitter_percent:.0} % of it, {limit_percent:.0} % are accepted"
+        "{place}: at {value} s an interval of {} s stands against a median of {} s; \
+         95 % of the intervals lie within {jitter_percent:.0} % of it, {limit_percent:.0} % are accepted",
+        rounded(*interval_s),
+        rounded(*median_s)
     )]
     #[diagnostic(help("the sampling is too uneven to identify from: resample the recording to one rate"))]
     UnsteadyRate {
@@ -172,8 +175,15 @@ pub enum RecordingError {
     MissingChannel { file: String, group: String, missing: &'static str },
 
     #[error("{file}: none of the columns is a channel that can be replayed; columns: {columns}")]
-    #[diagnostic(help("name the columns in a map file: [channels], then imu.rate_z = \"{example}\""))]
-    NothingToReplay { file: String, columns: String, example: String },
+    #[diagnostic(help("{cure}"))]
+    NothingToReplay { file: String, columns: String, cure: String },
+
+    #[error("{file}: the recording holds {} experiments, each on a system of its own: {experiments}", count)]
+    #[diagnostic(help(
+        "record one experiment per file: a scenario with one of [modal], [slosh], [inertial] and --record; \
+         the whole mission is repeated, bit for bit, by `obsid run` with the same scenario and seed"
+    ))]
+    SeveralExperiments { file: String, count: usize, experiments: String },
 
     #[error("{file}: a channel map does not apply to a recorded run")]
     #[diagnostic(help("leave the map out: the samples of a run are typed already"))]
@@ -204,12 +214,14 @@ pub enum RecordingError {
         "{file}: byte {offset}: the MCAP file is truncated ({reason}); {readable} samples before that are readable"
     )]
     #[diagnostic(help(
-        "recover it (`McapRecorder::recover`): the readable samples are kept and the file is completed"
+        "copy the file again, or complete it with the MCAP tool: `mcap recover FILE -o NEW` keeps the readable samples"
     ))]
     McapTruncated { file: String, offset: u64, readable: u64, reason: String },
 
     #[error("{file}: byte {offset}: the MCAP file is corrupt ({reason}); {readable} samples before that are readable")]
-    #[diagnostic(help("copy the file again, or recover the readable samples (`McapRecorder::recover`)"))]
+    #[diagnostic(help(
+        "copy the file again, or keep the readable samples with the MCAP tool: `mcap recover FILE -o NEW`"
+    ))]
     McapCorrupt { file: String, offset: u64, readable: u64, reason: String },
 
     #[error("{file}: topic `{topic}` (encoding `{encoding}`, schema `{schema}`) was not recorded by obsid")]
@@ -228,9 +240,7 @@ pub enum RecordingError {
     #[error(
         "{file}: topic `{topic}`, seq {seq}: CRC-32 of the sample is {computed:#010x}, its stamp says {stamped:#010x}"
     )]
-    #[diagnostic(help(
-        "the sample was damaged before it was recorded; recovering the file (`McapRecorder::recover`) leaves it out"
-    ))]
+    #[diagnostic(help("the sample was damaged before it was recorded: record the run again"))]
     SampleCrc { file: String, topic: &'static str, seq: u64, computed: u32, stamped: u32 },
 
     #[error("topic `{topic}`: a sample of {found} bytes, its type has {expected}")]
@@ -253,6 +263,11 @@ impl RecordingError {
             None => self.to_string(),
         }
     }
+}
+
+/// A measured number without the digits of rounding: seven significant ones.
+pub(crate) fn rounded(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 /// The name of `candidates` nearest to `found` (Levenshtein), when it is near enough to be meant.

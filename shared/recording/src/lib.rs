@@ -79,7 +79,7 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
 /// # Errors
 /// The format's, or [`RecordingError::UnknownFormat`].
 pub fn read(path: &Path) -> Result<Imported, RecordingError> {
-    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, source };
+    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
     let mut head = Vec::new();
     File::open(path).map_err(io("open"))?.take(512).read_to_end(&mut head).map_err(io("read"))?;
     if head.is_empty() {

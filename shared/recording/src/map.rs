@@ -39,7 +39,7 @@ impl ChannelMap {
         let text = std::fs::read_to_string(path).map_err(|source| RecordingError::Io {
             file: file_name(path),
             action: "read",
-            source,
+            reason: source,
         })?;
         Self::parse(&file_name(path), &text)
     }

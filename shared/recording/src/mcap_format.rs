@@ -92,7 +92,7 @@ impl McapRecorder {
     /// # Errors
     /// The device's.
     pub fn create(path: &Path) -> Result<Self, RecordingError> {
-        let io = |source| RecordingError::Io { file: file_name(path), action: "create", source };
+        let io = |source| RecordingError::Io { file: file_name(path), action: "create", reason: source };
         let file = File::create(path).map_err(io)?;
         let handle = file.try_clone().map_err(io)?;
         let writer = mcap::WriteOptions::new()
@@ -150,7 +150,7 @@ impl McapRecorder {
         })?;
         found.damaged_at = damage.map(|damage| damage.offset);
         recorder.flush()?;
-        let io = |action| move |source| RecordingError::Io { file: file_name(path), action, source };
+        let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
         recorder.file.sync_all().map_err(io("write"))?;
         std::fs::rename(&temporary, path).map_err(io("replace"))?;
         recorder.path = path.into();
@@ -231,7 +231,7 @@ impl McapRecorder {
     /// The device's.
     pub fn finish(mut self) -> Result<(), RecordingError> {
         self.writer.finish().map_err(|error| write_error(&self.path, error))?;
-        let io = |source| RecordingError::Io { file: file_name(&self.path), action: "write", source };
+        let io = |source| RecordingError::Io { file: file_name(&self.path), action: "write", reason: source };
         self.writer.into_inner().flush().map_err(io)?;
         self.file.sync_all().map_err(io)
     }
@@ -242,5 +242,5 @@ fn write_error(path: &Path, error: mcap::McapError) -> RecordingError {
         mcap::McapError::Io(source) => source,
         other => std::io::Error::other(other.to_string()),
     };
-    RecordingError::Io { file: file_name(path), action: "write", source }
+    RecordingError::Io { file: file_name(path), action: "write", reason: source }
 }

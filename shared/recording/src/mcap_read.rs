@@ -102,7 +102,7 @@ type Visitor<'v> = &'v mut dyn FnMut(Entry<'_>) -> Result<(), RecordingError>;
 
 /// Walks a file; `Ok(Some(damage))` when it ends early or is corrupt behind the entries that were visited.
 pub(crate) fn read_entries(path: &Path, visit: Visitor<'_>) -> Result<Option<Damage>, RecordingError> {
-    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, source };
+    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
     let file = File::open(path).map_err(io("open"))?;
     let size = file.metadata().map_err(io("read"))?.len();
     let mut walk = Walk {
@@ -152,7 +152,7 @@ impl Walk<'_> {
         self.input.read_exact(&mut bytes).map_err(|source| RecordingError::Io {
             file: file_name(self.path),
             action: "read",
-            source,
+            reason: source,
         })?;
         self.offset += length;
         Ok(bytes)

@@ -8,7 +8,9 @@
 //! a gap's first row and at the last row always the mean.
 
 use crate::Imported;
-use crate::channels::{ACCELERATION, ANGLE, Channels, Domains, FORCE, JOINT_RATE, JOINT_TORQUE, RATE, TORQUE, WHEEL};
+use crate::channels::{
+    ACCELERATION, ANGLE, CHANNELS, Channels, Domains, FORCE, JOINT_RATE, JOINT_TORQUE, RATE, TORQUE, WHEEL,
+};
 use crate::error::RecordingError;
 use crate::map::ChannelMap;
 use crate::replay_run::RunFrames;
@@ -314,9 +316,16 @@ fn intervals(table: &Table, t_ns: &[u64]) -> Vec<u64> {
 
 fn nothing_to_replay(table: &Table) -> RecordingError {
     let headers: Vec<String> = table.columns.iter().map(crate::table::Column::header).collect();
-    RecordingError::NothingToReplay {
-        file: table.file.clone(),
-        columns: headers.join(", "),
-        example: headers.first().cloned().unwrap_or_else(|| "rate [rad/s]".into()),
-    }
+    // An example that would be accepted: the first column whose unit some channel has.
+    let fits = table.columns.iter().find_map(|column| {
+        let channel = CHANNELS.iter().find(|channel| channel.unit == column.unit)?;
+        Some(format!(
+            "name the columns in a map file (--map): [channels], then {} = \"{}\"",
+            channel.name,
+            column.header()
+        ))
+    });
+    let names: Vec<&str> = CHANNELS.iter().map(|channel| channel.name).collect();
+    let cure = fits.unwrap_or_else(|| format!("no column has the unit of a channel; channels: {}", names.join(", ")));
+    RecordingError::NothingToReplay { file: table.file.clone(), columns: headers.join(", "), cure }
 }

@@ -10,14 +10,16 @@ use crate::run::RecordedRun;
 use core::ops::Range;
 use std::collections::BTreeMap;
 use telemetry::{
-    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, Header, IMU, Imu, JOINTS,
-    Joints, Sample, TICK, TOPICS, Tick, Topic,
+    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, Experiment, Header, IMU, Imu,
+    JOINTS, Joints, MODE, Mode, Sample, TICK, TOPICS, Tick, Topic,
 };
 
 /// The source's samples of a run, each topic in the order of frames.
 #[derive(Debug, Default)]
 pub(crate) struct RunFrames {
     frames: u64,
+    /// Time of the first frame in the recording: what is replayed begins at 0.
+    begin_ns: u64,
     imu: Vec<(u64, Imu)>,
     joints: Vec<(u64, Joints)>,
     actuators: Vec<(u64, Actuators)>,
@@ -42,18 +44,21 @@ impl RunFrames {
         let ticks: Vec<Tick> = ticks.into_values().collect();
         check_recorded_period(run, &ticks, period_ns)?;
         let mut notes = Vec::new();
+        let within = experiment_frames(run)?;
         let mut frames = RunFrames {
-            imu: owned(by_frame(run, IMU, &ticks, period_ns, &mut notes)),
-            joints: owned(by_frame(run, JOINTS, &ticks, period_ns, &mut notes)),
-            actuators: owned(by_frame(run, ACTUATORS, &ticks, period_ns, &mut notes)),
+            begin_ns: within.start.saturating_mul(period_ns),
+            imu: owned(by_frame(run, IMU, &ticks, period_ns, &mut notes), &within),
+            joints: owned(by_frame(run, JOINTS, &ticks, period_ns, &mut notes), &within),
+            actuators: owned(by_frame(run, ACTUATORS, &ticks, period_ns, &mut notes), &within),
             ..RunFrames::default()
         };
-        for (frame, batch) in by_frame(run, ACCELEROMETERS, &ticks, period_ns, &mut notes) {
+        let batches = by_frame(run, ACCELEROMETERS, &ticks, period_ns, &mut notes);
+        for (frame, batch) in batches.into_iter().filter_map(|(frame, batch)| Some((placed(frame, &within)?, batch))) {
             let batch = frames.compact(batch);
             frames.batches.push((frame, batch));
         }
         frames.frames = [
-            ticks.last().map(|tick| tick.frame),
+            ticks.last().map(|tick| tick.frame.min(within.end - 1).saturating_sub(within.start)),
             frames.imu.last().map(|(frame, _)| *frame),
             frames.joints.last().map(|(frame, _)| *frame),
             frames.actuators.last().map(|(frame, _)| *frame),
@@ -68,7 +73,7 @@ impl RunFrames {
             return Err(RecordingError::NothingToReplay {
                 file: run.file().into(),
                 columns: "no sample of imu, joints, actuators, accelerometers".into(),
-                example: "rate [rad/s]".into(),
+                cure: "record the run with `obsid run --record FILE`: a digest needs the results alone, a replay the sensors".into(),
             });
         }
         Ok((frames, notes))
@@ -91,7 +96,7 @@ impl RunFrames {
 
     fn expand(&self, batch: &Batch) -> Accelerometers {
         let mut sample = Accelerometers {
-            header: Header::at(batch.t_meas_ns),
+            header: Header::at(batch.t_meas_ns.saturating_sub(self.begin_ns)),
             count: batch.offsets.len() as u32,
             channels: batch.channels,
             interval_ns: batch.interval_ns,
@@ -107,19 +112,23 @@ impl RunFrames {
         sample
     }
 
+    fn at(&self, recorded: &Header) -> Header {
+        Header::at(recorded.t_meas_ns.saturating_sub(self.begin_ns))
+    }
+
     pub fn frame_count(&self) -> u64 {
         self.frames
     }
 
     pub fn frame(&self, k: u64, emit: &mut dyn FnMut(ReplaySample)) {
         for (_, imu) in &self.imu[range(&self.imu, k)] {
-            emit(ReplaySample::Imu(Imu { header: Header::at(imu.header.t_meas_ns), ..*imu }));
+            emit(ReplaySample::Imu(Imu { header: self.at(&imu.header), ..*imu }));
         }
         for (_, joints) in &self.joints[range(&self.joints, k)] {
-            emit(ReplaySample::Joints(Joints { header: Header::at(joints.header.t_meas_ns), ..*joints }));
+            emit(ReplaySample::Joints(Joints { header: self.at(&joints.header), ..*joints }));
         }
         for (_, actuators) in &self.actuators[range(&self.actuators, k)] {
-            emit(ReplaySample::Actuators(Actuators { header: Header::at(actuators.header.t_meas_ns), ..*actuators }));
+            emit(ReplaySample::Actuators(Actuators { header: self.at(&actuators.header), ..*actuators }));
         }
         for (_, batch) in &self.batches[range(&self.batches, k)] {
             emit(ReplaySample::Accelerometers(self.expand(batch)));
@@ -141,8 +150,37 @@ fn range<T>(samples: &[(u64, T)], k: u64) -> Range<usize> {
     samples.partition_point(|(frame, _)| *frame < k)..samples.partition_point(|(frame, _)| *frame <= k)
 }
 
-fn owned<T: Copy>(samples: Vec<(u64, &T)>) -> Vec<(u64, T)> {
-    samples.into_iter().map(|(frame, sample)| (frame, *sample)).collect()
+/// The number of `frame` among those that are replayed.
+fn placed(frame: u64, within: &Range<u64>) -> Option<u64> {
+    within.contains(&frame).then(|| frame - within.start)
+}
+
+fn owned<T: Copy>(samples: Vec<(u64, &T)>, within: &Range<u64>) -> Vec<(u64, T)> {
+    samples.into_iter().filter_map(|(frame, sample)| Some((placed(frame, within)?, *sample))).collect()
+}
+
+/// The frames that are replayed: those of the run's experiment, or all where the recording tells of none.
+///
+/// An idle vehicle before and behind it would be taken as part of the experiment, and several experiments, each on a
+/// system of its own, as one on a system that never was.
+fn experiment_frames(run: &RecordedRun) -> Result<Range<u64>, RecordingError> {
+    let experiments: BTreeMap<u32, &Mode> =
+        run.of(MODE).filter(|(_, mode)| mode.duration_frames > 0).map(|(_, mode)| (mode.generation, mode)).collect();
+    let frames = |mode: &Mode| {
+        let end = mode.effective_frame.saturating_add(mode.duration_frames);
+        mode.effective_frame..end.max(mode.effective_frame.saturating_add(1))
+    };
+    match experiments.len() {
+        0 => Ok(0..u64::MAX),
+        1 => Ok(experiments.values().map(|mode| frames(mode)).next().unwrap_or(0..u64::MAX)),
+        count => {
+            let name = |mode: &&Mode| Experiment::from_code(mode.experiment).map_or("unknown", Experiment::text);
+            let of =
+                |mode: &&Mode| format!("{} (frames {} to {})", name(mode), frames(mode).start, frames(mode).end - 1);
+            let experiments = experiments.values().map(of).collect::<Vec<_>>().join(", ");
+            Err(RecordingError::SeveralExperiments { file: run.file().into(), count, experiments })
+        }
+    }
 }
 
 /// Samples of a topic with their frames, in the order of their sequence numbers, each once.

@@ -3,7 +3,7 @@
 //! A gap (interval above 1.5 medians) is reported and never filled. A lasting change of the interval and an uneven
 //! sampling are errors: every method behind this crate assumes one rate.
 
-use crate::error::{Place, RecordingError};
+use crate::error::{Place, RecordingError, rounded};
 
 /// An interval above this many medians is a gap: one sample at least is missing.
 pub const GAP_MEDIANS: f64 = 1.5;
@@ -51,7 +51,9 @@ impl Timing {
         for gap in &self.gaps {
             lines.push(format!(
                 "gap of {} s from {} s (line {}): reported, not filled",
-                gap.length_s, gap.start_s, gap.line
+                rounded(gap.length_s),
+                rounded(gap.start_s),
+                gap.line
             ));
         }
         lines

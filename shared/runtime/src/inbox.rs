@@ -176,6 +176,14 @@ impl Inbox {
         true
     }
 
+    /// The newest arrival of a topic that no frame has taken.
+    #[must_use]
+    pub fn newest<T: Sample>(&self, topic: Topic<T>) -> Option<T> {
+        let queue = self.queues[topic.id].as_ref()?;
+        let words = &queue.slots[queue.waiting.back()?.slot * queue.stride..][..queue.stride];
+        T::read_from_bytes(words.as_bytes()).ok()
+    }
+
     /// The oldest tick that no frame has taken.
     #[must_use]
     pub fn next_tick(&self) -> Option<Tick> {

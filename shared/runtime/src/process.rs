@@ -57,7 +57,12 @@ pub fn run(id: PartitionId, connect: Connect, folder: &Path, epoch: u32) -> Resu
     signal_hook::flag::register(SIGINT, ignored)?;
     let dir = RunDir::at(folder);
     let run = dir.load()?;
-    if run.faults.iter().any(|f| matches!(f, Fault::Kill { partition, point: KillPoint::Connect, .. } if *partition == id)) && epoch == 0 {
+    if run
+        .faults
+        .iter()
+        .any(|f| matches!(f, Fault::Kill { partition, point: KillPoint::Connect, .. } if *partition == id))
+        && epoch == 0
+    {
         sys::kill_self();
     }
     let mut process = Process::start(id, connect, &run, &dir, epoch)?;
@@ -81,7 +86,13 @@ struct Process<'a> {
 }
 
 impl<'a> Process<'a> {
-    fn start(id: PartitionId, connect: Connect, run: &'a RunConfig, dir: &RunDir, epoch: u32) -> Result<Self, ProcessError> {
+    fn start(
+        id: PartitionId,
+        connect: Connect,
+        run: &'a RunConfig,
+        dir: &RunDir,
+        epoch: u32,
+    ) -> Result<Self, ProcessError> {
         let is_supervisor = id == PartitionId::Supervisor;
         let role = if is_supervisor && !dir.ready().exists() { Role::Creates } else { Role::Opens };
         let partition = connect(run)?;
@@ -165,7 +176,8 @@ impl<'a> Process<'a> {
         }
         for progress in heard {
             let id = u16::try_from(progress.partition).ok().and_then(PartitionId::from_code);
-            if let Some(id) = id.filter(|_| self.finished && progress.frames_checkpointed >= self.runner.frames_done()) {
+            if let Some(id) = id.filter(|_| self.finished && progress.frames_checkpointed >= self.runner.frames_done())
+            {
                 self.others_done.push(id);
             }
         }
@@ -173,7 +185,9 @@ impl<'a> Process<'a> {
 
     /// `--speed`: a simulated source does not run ahead of N times real time.
     fn frames_allowed(&self) -> u64 {
-        let Some(speed) = self.run.speed.filter(|_| self.runner.id() == PartitionId::SensorSim) else { return FRAMES_PER_TURN };
+        let Some(speed) = self.run.speed.filter(|_| self.runner.id() == PartitionId::SensorSim) else {
+            return FRAMES_PER_TURN;
+        };
         let period_s = self.run.scenario.period_ns() as f64 * 1e-9;
         let due = (self.started.elapsed().as_secs_f64() * speed / period_s) as u64;
         (self.first_frame + due).saturating_sub(self.runner.frames_done()).min(FRAMES_PER_TURN)
@@ -226,7 +240,9 @@ pub fn main(id: PartitionId, connect: Connect, version: &str) -> ExitCode {
         ["--run", folder] => (folder, Ok(0)),
         ["--run", folder, "--epoch", epoch] => (folder, epoch.parse()),
         _ => {
-            eprintln!("usage: obsid-{id} --run FOLDER [--epoch N] | --version\nStarted by the warden of a run (`obsid partition warden`).");
+            eprintln!(
+                "usage: obsid-{id} --run FOLDER [--epoch N] | --version\nStarted by the warden of a run (`obsid partition warden`)."
+            );
             return ExitCode::from(2);
         }
     };

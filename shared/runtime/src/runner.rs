@@ -12,7 +12,8 @@ use crate::outbox::Outbox;
 use crate::pacing::Pacing;
 use crate::partition::{Frame, Outputs, Partition, StateError};
 use telemetry::{
-    COMMAND, Command, Header, IMU, MODE, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, TOPICS_MAX, Tick, TopicId,
+    COMMAND, Command, Header, IMU, MODE, PROGRESS, PartitionId, Progress, Stamps, TICK, TOPICS, TOPICS_MAX, Tick,
+    TopicId,
 };
 use zerocopy::{FromBytes, IntoBytes};
 
@@ -59,6 +60,7 @@ pub struct Runner<L: Link> {
     cycles: u64,
     progress_due: bool,
     finished: bool,
+    commands: Vec<Command>,
     urgent: Vec<Command>,
     latency: LatencyHistogram,
     frame_ns_max: u64,
@@ -68,6 +70,7 @@ pub struct Runner<L: Link> {
     fault_hook: Option<FaultHook>,
     /// Progress of the others, for the caller (hang watch, end of run).
     heard: Vec<Progress>,
+    heard_by_pacing: usize,
     mode: telemetry::ModeState,
     given_up: Vec<PartitionId>,
 }
@@ -77,7 +80,13 @@ impl<L: Link> Runner<L> {
     ///
     /// # Errors
     /// When the checkpoint does not decode or the link refuses.
-    pub fn start(mut partition: Box<dyn Partition>, link: L, run: &RunConfig, epoch: u32, store: Option<Store>) -> Result<Self, RunError> {
+    pub fn start(
+        mut partition: Box<dyn Partition>,
+        link: L,
+        run: &RunConfig,
+        epoch: u32,
+        store: Option<Store>,
+    ) -> Result<Self, RunError> {
         let id = partition.id();
         let checkpoint = match store.as_ref().map(Store::load).transpose()?.flatten() {
             Some(checkpoint) => {
@@ -107,6 +116,7 @@ impl<L: Link> Runner<L> {
             cycles: 0,
             progress_due: true,
             finished: checkpoint.ended,
+            commands: Vec::with_capacity(8),
             urgent: Vec::with_capacity(8),
             latency: LatencyHistogram::default(),
             frame_ns_max: 0,
@@ -115,6 +125,7 @@ impl<L: Link> Runner<L> {
             faults: run.faults.clone(),
             fault_hook: None,
             heard: Vec::with_capacity(64),
+            heard_by_pacing: 0,
             mode: telemetry::ModeState::Standby,
             given_up: Vec::new(),
             partition,
@@ -175,6 +186,7 @@ impl<L: Link> Runner<L> {
     }
     /// Progress reports that came since the last call.
     pub fn take_heard(&mut self) -> Vec<Progress> {
+        self.heard_by_pacing = 0;
         core::mem::take(&mut self.heard)
     }
 
@@ -223,7 +235,11 @@ impl<L: Link> Runner<L> {
     ///
     /// # Errors
     /// When the link refuses.
-    pub fn publish_status<T: telemetry::Sample>(&mut self, topic: telemetry::Topic<T>, sample: &T) -> Result<(), RunError> {
+    pub fn publish_status<T: telemetry::Sample>(
+        &mut self,
+        topic: telemetry::Topic<T>,
+        sample: &T,
+    ) -> Result<(), RunError> {
         let mut sample = *sample;
         self.send(topic.id, sample.as_mut_bytes(), None)?;
         Ok(())
@@ -232,31 +248,30 @@ impl<L: Link> Runner<L> {
     fn drain(&mut self) -> Result<(), RunError> {
         // The tick first: whatever it covers was sent before it, so it is there when its topic is drained after it.
         for topic in core::iter::once(TICK.id).chain((0..TOPICS.len()).filter(|&topic| topic != TICK.id)) {
-            let (inbox, heard, urgent) = (&mut self.inbox, &mut self.heard, &mut self.urgent);
-            let (pacing, given_up) = (&mut self.pacing, &mut self.given_up);
+            let (inbox, heard, commands) = (&mut self.inbox, &mut self.heard, &mut self.commands);
             self.link.drain(topic, &mut |stamps, payload| {
-                if !inbox.arrive(topic, stamps, payload) {
-                    return;
-                }
-                if topic == PROGRESS.id {
-                    if let Ok(progress) = Progress::read_from_bytes(payload) {
-                        if let Some(pacing) = pacing {
-                            pacing.hear(&progress);
-                        }
-                        heard.push(progress);
-                    }
-                } else if topic == COMMAND.id {
-                    if let Ok(command) = Command::read_from_bytes(payload) {
-                        if let Some(pacing) = pacing {
-                            pacing.obey(&command);
-                        }
-                        given_up.extend(crate::pacing::given_up(&command).filter(|id| !given_up.contains(id)));
-                        urgent.push(command);
-                    }
+                if inbox.arrive(topic, stamps, payload) {
+                    // Read from the inbox's copy, never again from shared memory: a peer may write in between.
+                    heard.extend(inbox.newest(PROGRESS).filter(|_| topic == PROGRESS.id));
+                    commands.extend(inbox.newest(COMMAND).filter(|_| topic == COMMAND.id));
                 }
             })?;
         }
+        self.obey();
         Ok(())
+    }
+
+    /// What reaches a partition outside its frames: progress of the others for the source, and who was given up.
+    fn obey(&mut self) {
+        if let Some(pacing) = &mut self.pacing {
+            self.heard[self.heard_by_pacing..].iter().for_each(|progress| pacing.hear(progress));
+            self.heard_by_pacing = self.heard.len();
+            self.commands.iter().for_each(|command| pacing.obey(command));
+        }
+        for command in self.commands.drain(..) {
+            self.given_up.extend(crate::pacing::given_up(&command).filter(|id| !self.given_up.contains(id)));
+            self.urgent.push(command);
+        }
     }
 
     /// Source: the next frame, if pacing and arrivals allow it.
@@ -269,7 +284,13 @@ impl<L: Link> Runner<L> {
         if !self.inbox.has_all(&wanted) {
             return None;
         }
-        Some(Tick { header: Header::at(number * self.period_ns), frame: number, t_ns: number * self.period_ns, flags: 0, last_seq })
+        Some(Tick {
+            header: Header::at(number * self.period_ns),
+            frame: number,
+            t_ns: number * self.period_ns,
+            flags: 0,
+            last_seq,
+        })
     }
 
     /// Consumer: the next frame, if its tick and all that it covers have arrived.
@@ -317,7 +338,9 @@ impl<L: Link> Runner<L> {
         let mut result = Ok(());
         outputs.for_each(|topic, payload| {
             if result.is_ok() {
-                result = self.corrupt_first(topic, tick.frame, payload).and_then(|()| self.send(topic, payload, Some(tick.frame)));
+                result = self
+                    .corrupt_first(topic, tick.frame, payload)
+                    .and_then(|()| self.send(topic, payload, Some(tick.frame)));
             }
         });
         self.outputs = outputs;
@@ -325,8 +348,8 @@ impl<L: Link> Runner<L> {
         if self.pacing.is_some() {
             let mut tick = *tick;
             tick.flags = u64::from(ended);
-            for topic in 0..TOPICS.len() {
-                if TOPICS[topic].delivery == telemetry::Delivery::Source {
+            for (topic, info) in TOPICS.iter().enumerate() {
+                if info.delivery == telemetry::Delivery::Source {
                     tick.last_seq[topic] = self.seq[topic];
                 }
             }
@@ -368,7 +391,8 @@ impl<L: Link> Runner<L> {
     }
 
     fn checkpoint(&mut self) -> Result<(), RunError> {
-        if self.store.is_some() {
+        let torn = self.fault_at(KillPoint::Checkpoint, self.frames_done.saturating_sub(1), self.checkpoint_frames);
+        if let Some(store) = &mut self.store {
             let mut state = Vec::new();
             self.partition.save(&mut state)?;
             let checkpoint = Checkpoint {
@@ -379,8 +403,6 @@ impl<L: Link> Runner<L> {
                 outbox: self.outbox.entries().cloned().collect(),
                 state,
             };
-            let torn = self.fault_at(KillPoint::Checkpoint, self.frames_done.saturating_sub(1), self.checkpoint_frames);
-            let store = self.store.as_mut().expect("checked above");
             if let (Some(fault), Some(hook)) = (torn, self.fault_hook) {
                 store.save_torn(&checkpoint)?;
                 hook(&fault);
@@ -417,7 +439,9 @@ impl<L: Link> Runner<L> {
             Fault::Kill { partition, frame: at, point: p } => {
                 self.epoch == 0 && partition == id && p == point && at <= frame && frame < at + within
             }
-            Fault::Hang { partition, frame: at } => self.epoch == 0 && partition == id && at == frame && point == KillPoint::Frame,
+            Fault::Hang { partition, frame: at } => {
+                self.epoch == 0 && partition == id && at == frame && point == KillPoint::Frame
+            }
             Fault::KillAlways { partition, frame: at } => partition == id && frame >= at && point == KillPoint::Frame,
             Fault::Corrupt { .. } => false,
         })

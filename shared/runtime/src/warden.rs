@@ -90,7 +90,12 @@ impl Ward {
 ///
 /// # Errors
 /// When the run's folder cannot be made or a process cannot be started.
-pub fn run(run: &RunConfig, parent: &std::path::Path, launcher: &Launcher, report: &mut dyn FnMut(&Report)) -> std::io::Result<bool> {
+pub fn run(
+    run: &RunConfig,
+    parent: &std::path::Path,
+    launcher: &Launcher,
+    report: &mut dyn FnMut(&Report),
+) -> std::io::Result<bool> {
     let purged = crate::rundir::purge_debris(parent);
     let owned = OwnedRunDir::create(parent, run)?;
     report(&Report::Started { folder: owned.dir().path().to_path_buf(), purged });
@@ -128,7 +133,12 @@ struct Warden<'a> {
 
 impl<'a> Warden<'a> {
     fn new(run: &'a RunConfig, owned: OwnedRunDir, launcher: Launcher, report: &'a mut dyn FnMut(&Report)) -> Self {
-        let ward = |&id: &PartitionId| Ward { id, state: State::Waiting { until: Instant::now() }, deaths: Vec::new(), epoch: 0 };
+        let ward = |&id: &PartitionId| Ward {
+            id,
+            state: State::Waiting { until: Instant::now() },
+            deaths: Vec::new(),
+            epoch: 0,
+        };
         Warden {
             limits: &run.limits,
             owned,
@@ -164,7 +174,10 @@ impl<'a> Warden<'a> {
                 self.first_end = Some(Instant::now());
             }
             if self.last_advance.elapsed() > Duration::from_secs(self.limits.stall_s) {
-                return Err(format!("no frame was processed for {} s (last: {})", self.limits.stall_s, self.last_frame));
+                return Err(format!(
+                    "no frame was processed for {} s (last: {})",
+                    self.limits.stall_s, self.last_frame
+                ));
             }
         }
     }
@@ -212,7 +225,11 @@ impl<'a> Warden<'a> {
         for index in 0..self.wards.len() {
             let State::Running { child, .. } = &mut self.wards[index].state else { continue };
             let pid = child.id();
-            let Some(status) = child.try_wait().map_err(|error| format!("waiting for {}: {error}", self.wards[index].id))? else { continue };
+            let Some(status) =
+                child.try_wait().map_err(|error| format!("waiting for {}: {error}", self.wards[index].id))?
+            else {
+                continue;
+            };
             if self.wards[index].id == PartitionId::Supervisor {
                 self.listen_to_supervisor();
                 self.pipe = LineBuffer::default();
@@ -288,7 +305,9 @@ impl<'a> Warden<'a> {
     }
 
     fn end_supervisor_hang(&mut self) {
-        if !self.services_exist || self.supervisor_heard.elapsed() < Duration::from_millis(self.limits.of(PartitionId::Supervisor).hang_ms) {
+        if !self.services_exist
+            || self.supervisor_heard.elapsed() < Duration::from_millis(self.limits.of(PartitionId::Supervisor).hang_ms)
+        {
             return;
         }
         self.supervisor_heard = Instant::now();
@@ -301,7 +320,8 @@ impl<'a> Warden<'a> {
         match words[..] {
             ["READY"] => {
                 self.services_exist = true;
-                let lost: Vec<_> = self.wards.iter().filter(|w| matches!(w.state, State::GivenUp)).map(|w| w.id).collect();
+                let lost: Vec<_> =
+                    self.wards.iter().filter(|w| matches!(w.state, State::GivenUp)).map(|w| w.id).collect();
                 for id in lost {
                     self.tell_supervisor(&format!("LOST {id}"));
                 }

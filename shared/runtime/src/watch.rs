@@ -53,11 +53,7 @@ impl HangWatch {
             limit: Duration::from_millis(run.limits.of(id).hang_ms),
         };
         let others = run.partitions.iter().filter(|id| **id != PartitionId::Supervisor);
-        HangWatch {
-            pulses: others.map(pulse).collect(),
-            last_status: now,
-            orders,
-        }
+        HangWatch { pulses: others.map(pulse).collect(), last_status: now, orders }
     }
 
     pub fn say_ready(&mut self) {

@@ -456,20 +456,20 @@ fn the_restart_law_is_red_when_the_last_outputs_are_not_sent_again() {
 
 #[test]
 fn a_partition_killed_after_its_last_checkpoint_ends_at_once_when_it_is_back() {
-    for index in 0..MEMBERS.len() {
+    for (index, member) in MEMBERS.into_iter().enumerate() {
         let mut world = World::new(toy_run(&MEMBERS), None);
         world.run(|| 10, |_| {}).unwrap();
         let expected = world.results();
         world.kill(&[index]);
-        world.run(|| 10, |_| {}).unwrap_or_else(|error| panic!("{}: {error}", MEMBERS[index]));
-        assert_same(&world.results(), &expected, MEMBERS[index].text());
-        assert_eq!(world.runners[index].frames_done(), FRAMES, "{}", MEMBERS[index]);
+        world.run(|| 10, |_| {}).unwrap_or_else(|error| panic!("{member}: {error}"));
+        assert_same(&world.results(), &expected, member.text());
+        assert_eq!(world.runners[index].frames_done(), FRAMES, "{member}");
     }
 }
 
 #[test]
 fn the_source_waits_for_the_checkpoint_of_a_partition_that_sleeps_and_not_longer() {
-    for sleeper in 0..MEMBERS.len() {
+    for (sleeper, member) in MEMBERS.into_iter().enumerate() {
         let run = toy_run(&MEMBERS);
         let (window, every) = (run.window_frames, run.checkpoint_frames);
         let mut world = World::new(run, None);
@@ -479,7 +479,7 @@ fn the_source_waits_for_the_checkpoint_of_a_partition_that_sleeps_and_not_longer
                 world.runners[index].turn(3).unwrap();
             }
         }
-        if MEMBERS[sleeper] != SensorSim {
+        if member != SensorSim {
             let source = world.runners.iter().find(|runner| runner.id() == SensorSim).unwrap().frames_done();
             let checkpointed = world.runners[sleeper].frames_done() / every * every;
             assert!(checkpointed > 0 && source == checkpointed + window, "{source} for {checkpointed} + {window}");

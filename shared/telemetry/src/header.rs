@@ -1,8 +1,8 @@
 //! Header (data) and stamps (transport): what every sample carries.
 
+use crate::layout::record;
 #[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
-use crate::layout::record;
 
 record! {
     /// First field of every sample. The same for the same seed and command, whatever was killed on the way.

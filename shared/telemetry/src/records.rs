@@ -1,10 +1,10 @@
 //! The samples. Units are SI; a vector's row says of what, relative to what, expressed in what.
 
 use crate::header::Header;
-#[cfg(feature = "iceoryx2")]
-use iceoryx2::prelude::ZeroCopySend;
 use crate::layout::record;
 use crate::{PARAMETERS_MAX, TOPICS_MAX};
+#[cfg(feature = "iceoryx2")]
+use iceoryx2::prelude::ZeroCopySend;
 
 /// Most accelerometer channels a batch can carry.
 pub const ACCELEROMETERS_MAX: usize = 12;

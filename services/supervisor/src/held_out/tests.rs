@@ -144,7 +144,12 @@ fn burst(
         held_out.push(frame, frame as f64 * 0.01, 0.01, force_n, acceleration);
         if frame == candidate_frame {
             let state = truth.state();
-            held_out.offer(&estimate(Domain::Slosh, frame, &values, &[state.displacement_m, state.velocity_m_s, (frame + 1) as f64 * 0.01]));
+            held_out.offer(&estimate(
+                Domain::Slosh,
+                frame,
+                &values,
+                &[state.displacement_m, state.velocity_m_s, (frame + 1) as f64 * 0.01],
+            ));
         }
     }
     held_out
