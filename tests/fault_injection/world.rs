@@ -130,7 +130,8 @@ impl World {
         );
         let console = Process::of_world(child.id(), &self.root()).expect("not waited for yet");
         let known = lock(&self.runs).len();
-        let mut run = Run { world: self, child, console, readers: Some(readers), log, started: Instant::now(), _permit: permit };
+        let mut run =
+            Run { world: self, child, console, readers: Some(readers), log, started: Instant::now(), _permit: permit };
         let folder = run.wait_until("a run's folder", |run| run.world.folders().into_iter().nth(known));
         lock(&self.runs).push(folder);
         run
@@ -247,8 +248,12 @@ impl Run<'_> {
 
     /// What is known of a run that does not do what it should: processes, last figures, log.
     fn autopsy(&self) -> String {
-        let processes: Vec<String> =
-            self.world.processes().iter().map(|p| format!("{} (pid {}) in state {}", p.name, p.pid, p.state())).collect();
+        let processes: Vec<String> = self
+            .world
+            .processes()
+            .iter()
+            .map(|p| format!("{} (pid {}) in state {}", p.name, p.pid, p.state()))
+            .collect();
         let log = lock(&self.log).join("\n  ");
         format!("\nalive: {processes:?}\nfigures:\n  {}\nlog:\n  {log}", self.statistics().join("\n  "))
     }

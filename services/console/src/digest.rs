@@ -43,7 +43,8 @@ fn check_is_mcap(path: &Path) -> Result<(), Failure> {
         return Ok(());
     }
     Err(Failure::Input(miette::miette!(
-        help = "only a run has a digest: `obsid run --record FILE.mcap`, or `obsid replay RECORDING --record FILE.mcap`",
+        help =
+            "only a run has a digest: `obsid run --record FILE.mcap`, or `obsid replay RECORDING --record FILE.mcap`",
         "{}: not an MCAP file ({})",
         path.display(),
         format.unwrap_or("unknown format")

@@ -168,7 +168,10 @@ impl ResultsFile {
     /// [`Failure::Input`] when it cannot.
     pub fn new(asked: Option<&Path>) -> Result<Self, Failure> {
         let Some(path) = asked else {
-            return Ok(ResultsFile { path: scratch(&format!("obsid-results-{}.mcap", std::process::id())), keep: false });
+            return Ok(ResultsFile {
+                path: scratch(&format!("obsid-results-{}.mcap", std::process::id())),
+                keep: false,
+            });
         };
         // Nothing is cut here: a file of an earlier run stands until the new run begins.
         std::fs::OpenOptions::new().append(true).create(true).open(path).map_err(|error| {

@@ -97,11 +97,8 @@ pub fn main() -> ExitCode {
 fn keep_messages_on_one_line() {
     use std::io::IsTerminal;
     if !std::io::stderr().is_terminal() {
-        let handler = |_: &dyn miette::Diagnostic| -> Box<dyn miette::ReportHandler> {
-            Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())
-        };
         // An error says that somebody set one before, which only a second call could have done.
-        let _ = miette::set_hook(Box::new(handler));
+        let _ = miette::set_hook(Box::new(|_| Box::new(miette::MietteHandlerOpts::new().wrap_lines(false).build())));
     }
 }
 

@@ -32,6 +32,9 @@ pub struct Arguments {
     /// How often the partition was started before
     #[arg(long, default_value_t = 0)]
     epoch: u32,
+    /// What ended the life before: 0 none, 1 to 255 signal, 256 + exit code
+    #[arg(long, default_value_t = 0)]
+    cause: u32,
     /// Warden only: the run's configuration (JSON)
     #[arg(long)]
     config: Option<PathBuf>,
@@ -56,7 +59,8 @@ pub fn run(arguments: &Arguments) -> ExitCode {
         eprintln!("obsid: partition {id} needs --run FOLDER, the folder of a run that its warden has made");
         return ExitCode::from(2);
     };
-    process::exit_code(*id, process::run(*id, *connect, folder, arguments.epoch))
+    let life = process::Life { epoch: arguments.epoch, cause: arguments.cause };
+    process::exit_code(*id, process::run(*id, *connect, folder, life))
 }
 
 fn warden(arguments: &Arguments) -> ExitCode {

@@ -54,7 +54,10 @@ fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<Repla
     let imported = recording::read(path).map_err(Failure::input)?;
     let channel_map = map.map(std::fs::read_to_string).transpose().map_err(|error| {
         let file = map.unwrap_or(Path::new("")).display();
-        Failure::Input(miette::miette!(help = "give --map the path of a map file, see `obsid replay --help`", "{file}: cannot be read: {error}"))
+        Failure::Input(miette::miette!(
+            help = "give --map the path of a map file, see `obsid replay --help`",
+            "{file}: cannot be read: {error}"
+        ))
     })?;
     let parsed = match (map, &channel_map) {
         (Some(file), Some(text)) => Some(ChannelMap::parse(&file.display().to_string(), text).map_err(Failure::input)?),
@@ -91,7 +94,9 @@ fn found(imported: &Imported, map: Option<&ChannelMap>) -> String {
 fn nothing_to_identify(path: &Path, carries: &recording::Domains, named: bool, found: &str) -> Failure {
     let mut missing = Vec::new();
     if carries.slosh && !named {
-        missing.push("slosh needs the hub's mass: --scenario with [slosh.known] m_0_kg (see deploy/scenarios/replay-r1.toml)");
+        missing.push(
+            "slosh needs the hub's mass: --scenario with [slosh.known] m_0_kg (see deploy/scenarios/replay-r1.toml)",
+        );
     }
     if carries.inertial && !named {
         missing.push("inertial parameters need the momentum and a prior: --scenario with [inertial.known]");

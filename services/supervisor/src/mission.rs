@@ -3,13 +3,14 @@
 use crate::mode::{ExperimentPlan, Plan, ReplayPlan};
 use crate::validation::Need;
 use nalgebra::SVector;
+use physics::appendage::{ChannelAmplitude, FreeDecay, Mode};
 use physics::excitation::{FourierTrajectory, MomentumPlan};
 use physics::momentum::ChannelSigma;
 use physics::slosh::{SloshParameters, SloshState};
 use physics::slosh_estimator::{SloshPlan, SloshSettings};
 use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
 use runtime::RunConfig;
-use runtime::scenario::{self, ArmExperiment, ArmKnown, SloshExperiment, SloshKnown, Trajectory};
+use runtime::scenario::{self, ArmExperiment, ArmKnown, ModalExperiment, SloshExperiment, SloshKnown, Trajectory};
 use telemetry::{Domain, Phase, parameters};
 
 /// Pacing windows that a verdict may take after the end of its experiment.
@@ -70,7 +71,7 @@ impl Mission {
             predicted_sigma_over_need: [
                 predict(Domain::Inertial, scenario.inertial.as_ref().and_then(promised_by_arm)),
                 predict(Domain::Slosh, scenario.slosh.as_ref().and_then(promised_by_slosh)),
-                None,
+                predict(Domain::Modal, scenario.modal.as_ref().and_then(promised_by_decay)),
             ],
             needs,
             mated_need: stated(Domain::Inertial, scenario.mated.as_ref().map(|arm| &arm.need))?,
@@ -185,6 +186,24 @@ fn promised_by_slosh(slosh: &SloshExperiment) -> Option<Vec<(f64, f64)>> {
     let settings = SloshSettings { base_mass_kg: slosh.known.m_0_kg, unknowns };
     let promised = physics::slosh_estimator::predicted_sigma(&hypothesis, &settings, &plan)?;
     Some([m_s, k_s, c_s].into_iter().zip(promised.iter().copied()).collect())
+}
+
+/// The same for the free decay behind the pulse, as if one channel showed the expected amplitude: the others only help.
+fn promised_by_decay(modal: &ModalExperiment) -> Option<Vec<(f64, f64)>> {
+    let known = &modal.known;
+    let [first, second] = known.expected[..] else { return None };
+    let modes = [first, second].map(|[frequency_hz, damping_ratio]| Mode { frequency_hz, damping_ratio });
+    let amplitude = ChannelAmplitude { cosine_m_s2: [known.expected_amplitude_m_s2; 2], sine_m_s2: [0.0; 2] };
+    let decay = FreeDecay {
+        samples: ((modal.duration_s - modal.pulse_s) * known.rate_hz) as u32,
+        rate_hz: known.rate_hz,
+        sigma_m_s2: known.accelerometer_sigma_m_s2,
+    };
+    let promised = physics::appendage::predicted_sigma(&modes, &[amplitude], &decay)?;
+    let pairs = |(mode, sigma): (&Mode, &Mode)| {
+        [(mode.frequency_hz, sigma.frequency_hz), (mode.damping_ratio, sigma.damping_ratio)]
+    };
+    Some(modes.iter().zip(&promised).flat_map(pairs).collect())
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! A partition as a process: joins shared memory, turns until the run ends, reports how it does.
 
 use crate::config::{Fault, KillPoint};
+use crate::inbox::Counters;
 use crate::link::{Link, LinkError};
 use crate::pacing::GIVEN_UP;
 use crate::partition::{Connect, ConnectError};
@@ -11,17 +12,43 @@ use crate::statistics::Statistics;
 use crate::watch::HangWatch;
 use crate::{RunConfig, sys};
 use signal_hook::consts::{SIGINT, SIGTERM};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
-use telemetry::{COMMAND, Command, HOUSEKEEPING, Header, PROGRESS, PartitionId, Progress, TICK};
+use telemetry::{
+    COMMAND, Command, EVENT, Event, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Progress, TICK,
+};
 
 /// Frames per turn: bounds the time between looks at signals and links.
 const FRAMES_PER_TURN: u64 = 25;
 const BEAT: Duration = Duration::from_millis(50);
 const HOUSEKEEPING_EVERY: Duration = Duration::from_secs(1);
+
+/// Which life of a partition a process is, and what ended the one before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Life {
+    /// How often it was started before.
+    pub epoch: u32,
+    /// 0 none, 1 to 255 signal, 256 + exit code.
+    pub cause: u32,
+}
+
+/// Of an event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u16)]
+enum Severity {
+    Information = 0,
+    Warning = 1,
+    Alarm = 2,
+}
+
+impl Severity {
+    fn of_start(life: Life) -> Self {
+        if life.epoch == 0 { Severity::Information } else { Severity::Warning }
+    }
+}
 
 /// Why a partition's process ends before its run.
 #[derive(Debug, thiserror::Error)]
@@ -48,7 +75,7 @@ impl ProcessError {
 ///
 /// # Errors
 /// See [`ProcessError`]; the warden restarts after all but final ones.
-pub fn run(id: PartitionId, connect: Connect, folder: &Path, epoch: u32) -> Result<(), ProcessError> {
+pub fn run(id: PartitionId, connect: Connect, folder: &Path, life: Life) -> Result<(), ProcessError> {
     sys::die_with_parent();
     let stop = Arc::new(AtomicBool::new(false));
     // The terminal's Ctrl-C reaches every process; order is the warden's business.
@@ -61,11 +88,11 @@ pub fn run(id: PartitionId, connect: Connect, folder: &Path, epoch: u32) -> Resu
         .faults
         .iter()
         .any(|f| matches!(f, Fault::Kill { partition, point: KillPoint::Connect, .. } if *partition == id))
-        && epoch == 0
+        && life.epoch == 0
     {
         sys::kill_self();
     }
-    let mut process = Process::start(id, connect, &run, &dir, epoch)?;
+    let mut process = Process::start(id, connect, &run, &dir, life)?;
     while !stop.load(Ordering::Relaxed) && !process.is_over() {
         process.cycle()?;
     }
@@ -76,6 +103,8 @@ struct Process<'a> {
     runner: Runner<ShmLink>,
     run: &'a RunConfig,
     statistics: Statistics,
+    /// Counters as last told in an event.
+    told: Counters,
     watch: Option<HangWatch>,
     finished: bool,
     others_done: Vec<PartitionId>,
@@ -91,7 +120,7 @@ impl<'a> Process<'a> {
         connect: Connect,
         run: &'a RunConfig,
         dir: &RunDir,
-        epoch: u32,
+        life: Life,
     ) -> Result<Self, ProcessError> {
         let is_supervisor = id == PartitionId::Supervisor;
         let role = if is_supervisor && !dir.ready().exists() { Role::Creates } else { Role::Opens };
@@ -100,15 +129,16 @@ impl<'a> Process<'a> {
         inputs.extend([TICK.id, telemetry::MODE.id, PROGRESS.id, COMMAND.id]);
         let link = ShmLink::join(&dir.prefix(), &dir.iceoryx_root(), id, &inputs, role)?;
         let store = crate::checkpoint::Store::new(&dir.checkpoints(), id.text());
-        let runner = Runner::start(partition, link, run, epoch, Some(store))?.with_fault_hook(strike);
+        let runner = Runner::start(partition, link, run, life.epoch, Some(store))?.with_fault_hook(strike);
         if role == Role::Creates {
             std::fs::write(dir.ready(), "")?;
         }
         let mut process = Process {
             first_frame: runner.frames_done(),
+            told: runner.counters(),
             runner,
             run,
-            statistics: Statistics::new(dir.statistics(id), id, epoch),
+            statistics: Statistics::new(dir.statistics(id), id, life),
             watch: is_supervisor.then(|| HangWatch::new(run)),
             finished: false,
             others_done: Vec::new(),
@@ -119,6 +149,7 @@ impl<'a> Process<'a> {
         if let Some(watch) = &mut process.watch {
             watch.say_ready();
         }
+        process.event(EventCode::Started, Severity::of_start(life), [life.epoch.into(), life.cause.into()])?;
         process.wake_everybody();
         process.runner.beat()?;
         Ok(process)
@@ -129,11 +160,16 @@ impl<'a> Process<'a> {
         self.finished = turn == Turn::Finished;
         let heard = self.runner.take_heard();
         self.note_finished(&heard);
+        let mut given_up = Vec::new();
         if let Some(watch) = &mut self.watch {
             for lost in watch.turn(&heard, self.runner.frames_done(), self.runner.mode_text()) {
                 self.runner.publish_status(COMMAND, &give_up(lost))?;
-                self.wake_everybody();
+                given_up.push(lost);
             }
+        }
+        for lost in given_up {
+            self.event(EventCode::GivenUp, Severity::Alarm, [lost.code().into(), 0.0])?;
+            self.wake_everybody();
         }
         if matches!(turn, Turn::Worked(_)) && self.runner.id() == PartitionId::SensorSim {
             self.wake_everybody();
@@ -163,6 +199,7 @@ impl<'a> Process<'a> {
 
     fn end(&mut self) -> Result<(), ProcessError> {
         self.runner.finish()?;
+        self.event(EventCode::Ended, Severity::Information, [self.runner.frames_done() as f64, 0.0])?;
         self.housekeeping()?;
         self.runner.beat()?;
         self.wake_everybody();
@@ -208,7 +245,33 @@ impl<'a> Process<'a> {
         }
     }
 
+    fn event(&mut self, code: EventCode, severity: Severity, numbers: [f64; 2]) -> Result<(), ProcessError> {
+        let [first, second] = numbers;
+        let event = Event {
+            header: Header::at(0),
+            partition: self.runner.id().code(),
+            severity: severity as u16,
+            code: code.code().into(),
+            arguments: [first, second, 0.0, 0.0],
+        };
+        Ok(self.runner.publish_status(EVENT, &event)?)
+    }
+
+    /// Drops and losses are told once a housekeeping period, however many they are.
+    fn tell_losses(&mut self) -> Result<(), ProcessError> {
+        let (now, told) = (self.runner.counters(), self.told);
+        self.told = now;
+        if now.bad > told.bad {
+            self.event(EventCode::BadSamples, Severity::Warning, [(now.bad - told.bad) as f64, now.bad as f64])?;
+        }
+        if now.lost > told.lost {
+            self.event(EventCode::SamplesLost, Severity::Warning, [(now.lost - told.lost) as f64, now.lost as f64])?;
+        }
+        Ok(())
+    }
+
     fn housekeeping(&mut self) -> Result<(), ProcessError> {
+        self.tell_losses()?;
         let sample = self.statistics.sample(&self.runner);
         self.runner.publish_status(HOUSEKEEPING, &sample)?;
         Ok(self.statistics.write()?)
@@ -227,30 +290,37 @@ fn strike(fault: &Fault) {
     }
 }
 
-/// `main` of a partition's own binary: `--run FOLDER [--epoch N]`, `--version`, `--help`.
+/// `main` of a partition's own binary: `--run FOLDER [--epoch N] [--cause C]`, `--version`, `--help`.
 #[must_use]
 pub fn main(id: PartitionId, connect: Connect, version: &str) -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let (folder, epoch) = match words[..] {
-        ["--version"] => {
-            println!("obsid-{id} {version}, telemetry layout {:08x}", crate::checkpoint::telemetry_layout());
-            return ExitCode::SUCCESS;
+    if arguments.first().is_some_and(|first| first == "--version") {
+        println!("obsid-{id} {version}, telemetry layout {:08x}", crate::checkpoint::telemetry_layout());
+        return ExitCode::SUCCESS;
+    }
+    match parse(&arguments) {
+        Ok((folder, life)) => exit_code(id, run(id, connect, &folder, life)),
+        Err(wrong) => {
+            eprintln!("obsid-{id}: {wrong}\nusage: obsid-{id} --run FOLDER [--epoch N] [--cause C] | --version");
+            eprintln!("Started by the warden of a run (`obsid run --images DIR`).");
+            ExitCode::from(2)
         }
-        ["--run", folder] => (folder, Ok(0)),
-        ["--run", folder, "--epoch", epoch] => (folder, epoch.parse()),
-        _ => {
-            eprintln!(
-                "usage: obsid-{id} --run FOLDER [--epoch N] | --version\nStarted by the warden of a run (`obsid partition warden`)."
-            );
-            return ExitCode::from(2);
+    }
+}
+
+fn parse(arguments: &[String]) -> Result<(PathBuf, Life), String> {
+    let (mut folder, mut life) = (None, Life::default());
+    for pair in arguments.chunks(2) {
+        let [name, value] = pair else { return Err(format!("{}: a value is missing", pair[0])) };
+        let number = || value.parse().map_err(|_| format!("{name} {value}: not a whole number"));
+        match name.as_str() {
+            "--run" => folder = Some(PathBuf::from(value)),
+            "--epoch" => life.epoch = number()?,
+            "--cause" => life.cause = number()?,
+            _ => return Err(format!("{name}: unknown")),
         }
-    };
-    let Ok(epoch) = epoch else {
-        eprintln!("obsid-{id}: --epoch {}: not a whole number", words[3]);
-        return ExitCode::from(2);
-    };
-    exit_code(id, run(id, connect, Path::new(folder), epoch))
+    }
+    Ok((folder.ok_or("--run FOLDER is missing")?, life))
 }
 
 /// Says what went wrong and whether a restart could help.

@@ -1,6 +1,7 @@
 //! Housekeeping figures of a process: what it received, how late, at what cost.
 
 use crate::link::Link;
+use crate::process::Life;
 use crate::runner::Runner;
 use crate::sys;
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,8 @@ pub struct PartitionRow {
     pub received: u64,
     pub lost: u64,
     pub restarts: u32,
+    /// Of the last restart: 0 none, 1 to 255 signal, 256 + exit code.
+    pub restart_cause: u32,
     pub latency_us_p50: f64,
     pub latency_us_p99: f64,
     pub cpu_percent: f64,
@@ -50,8 +53,13 @@ pub struct Statistics {
 
 impl Statistics {
     #[must_use]
-    pub fn new(path: PathBuf, id: PartitionId, epoch: u32) -> Self {
-        let row = PartitionRow { name: id.text().into(), restarts: epoch, ..PartitionRow::default() };
+    pub fn new(path: PathBuf, id: PartitionId, life: Life) -> Self {
+        let row = PartitionRow {
+            name: id.text().into(),
+            restarts: life.epoch,
+            restart_cause: life.cause,
+            ..PartitionRow::default()
+        };
         Statistics { path, started_ns: sys::monotonic_ns(), row }
     }
 
@@ -73,6 +81,8 @@ impl Statistics {
             header: Header::at(0),
             partition: runner.id().code().into(),
             restarts: row.restarts,
+            restart_cause: row.restart_cause,
+            reserved: 0,
             received: row.received,
             lost: row.lost,
             duplicates: row.duplicates,

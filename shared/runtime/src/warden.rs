@@ -4,6 +4,7 @@
 //! children; the next start removes what it left.
 
 use crate::config::{GivenUp, Limits, RunConfig};
+use crate::process::Life;
 use crate::rundir::OwnedRunDir;
 use crate::statistics::PartitionRow;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -41,14 +42,14 @@ pub enum Report {
 /// How partitions are started.
 #[derive(Clone, Debug)]
 pub struct Launcher {
-    /// `program partition NAME --run FOLDER --epoch N` ...
+    /// `program partition NAME --run FOLDER --epoch N --cause C` ...
     pub program: PathBuf,
-    /// ... or, as in an on-board computer's image, `images/obsid-NAME --run FOLDER --epoch N`.
+    /// ... or, as in an on-board computer's image, `images/obsid-NAME --run FOLDER --epoch N --cause C`.
     pub images: Option<PathBuf>,
 }
 
 impl Launcher {
-    fn command(&self, id: PartitionId, folder: &std::path::Path, epoch: u32) -> Command {
+    fn command(&self, id: PartitionId, folder: &std::path::Path, life: Life) -> Command {
         let mut command = match &self.images {
             Some(images) => Command::new(images.join(format!("obsid-{id}"))),
             None => Command::new(&self.program),
@@ -56,7 +57,7 @@ impl Launcher {
         if self.images.is_none() {
             command.args(["partition", id.text()]);
         }
-        command.arg("--run").arg(folder).args(["--epoch", &epoch.to_string()]);
+        command.arg("--run").arg(folder).args(["--epoch", &life.epoch.to_string(), "--cause", &life.cause.to_string()]);
         command.process_group(0);
         match id {
             PartitionId::Supervisor => command.stdin(Stdio::piped()).stdout(Stdio::piped()),
@@ -78,6 +79,8 @@ struct Ward {
     state: State,
     deaths: Vec<Instant>,
     epoch: u32,
+    /// Of the last death, as in [`Life`].
+    cause: u32,
 }
 
 impl Ward {
@@ -138,6 +141,7 @@ impl<'a> Warden<'a> {
             state: State::Waiting { until: Instant::now() },
             deaths: Vec::new(),
             epoch: 0,
+            cause: 0,
         };
         Warden {
             limits: &run.limits,
@@ -192,7 +196,11 @@ impl<'a> Warden<'a> {
                 continue;
             }
             let fail = |error: std::io::Error| format!("{}: cannot start: {error}", ward.id);
-            let child = self.launcher.command(ward.id, &folder, ward.epoch).spawn().map_err(fail)?;
+            let child = self
+                .launcher
+                .command(ward.id, &folder, Life { epoch: ward.epoch, cause: ward.cause })
+                .spawn()
+                .map_err(fail)?;
             let pid = Pid::from_child(&child);
             let pidfd = pidfd_open(pid, PidfdFlags::empty()).map_err(|error| fail(error.into()))?;
             if let Some(stdout) = &child.stdout {
@@ -246,6 +254,7 @@ impl<'a> Warden<'a> {
             self.first_end.get_or_insert_with(Instant::now);
             return Ok(());
         }
+        ward.cause = status.signal().or(status.code().map(|code| 256 + code)).unwrap_or(0) as u32;
         let cause = match (status.code(), status.signal()) {
             (Some(code), _) => format!("exit code {code}"),
             (None, Some(signal)) => format!("signal {signal}"),

@@ -20,6 +20,6 @@ mod topics;
 pub use header::{Header, Stamps, crc32};
 pub use icd::{FieldInfo, field_infos};
 pub use layout::{Layout, Record, layout_hash};
-pub use names::{Domain, Experiment, ModeState, Parameter, PartitionId, Phase, Reason, parameters};
+pub use names::{Domain, EventCode, Experiment, ModeState, Parameter, PartitionId, Phase, Reason, parameters};
 pub use records::*;
 pub use topics::*;

@@ -111,6 +111,22 @@ coded! {
     }
 }
 
+coded! {
+    /// What an event speaks of; its numbers stand in `Event::arguments`.
+    EventCode {
+        /// Restarts before, cause of the last one.
+        Started = 1 "started",
+        /// Samples dropped since the last such event, in all.
+        BadSamples = 2 "bad samples dropped",
+        /// Sequence numbers missed since the last such event, in all.
+        SamplesLost = 3 "samples lost",
+        /// Partition that was given up.
+        GivenUp = 4 "partition given up",
+        /// Frames done.
+        Ended = 5 "ended",
+    }
+}
+
 /// Name and unit of one element of an estimate's value vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {

@@ -175,6 +175,8 @@ record! {
         header: Header, "-", "-", "header";
         partition: u32, "-", "-", "partition";
         restarts: u32, "-", "-", "how often it was restarted";
+        restart_cause: u32, "-", "-", "of the last restart: 0 none, 1 to 255 signal, 256 + exit code";
+        reserved: u32, "-", "-", "0";
         received: u64, "-", "-", "samples delivered to frames";
         lost: u64, "-", "-", "sequence numbers never seen";
         duplicates: u64, "-", "-", "samples dropped because they had been seen";
@@ -194,7 +196,7 @@ record! {
         header: Header, "-", "-", "header";
         partition: u16, "-", "-", "reporting partition";
         severity: u16, "-", "-", "0 information, 1 warning, 2 alarm";
-        code: u32, "-", "-", "event code";
+        code: u32, "-", "-", "event code, see EventCode";
         arguments: [f64; 4], "of the event", "-", "numbers of the event";
     }
 }

@@ -1,0 +1,150 @@
+//! What a scenario may ask of this build: signs, orders, names and sizes, beyond numbers that no system can have.
+//!
+//! Each limit stands for something that would end in a panic, a run without end or a number without meaning; a
+//! scenario is refused before anything is started.
+
+use core::f64::consts::PI;
+use runtime::Scenario;
+use runtime::scenario::{ArmExperiment, Impossible, ModalExperiment, Need, SloshExperiment};
+use std::ops::RangeInclusive;
+use telemetry::{ACCELEROMETERS_MAX, BATCH_MAX, Domain, TOPICS};
+
+/// Longest experiment [s]: 116 days are 1e9 frames.
+const DURATION_MAX_S: f64 = 1e7;
+/// Largest number of any kind: its fourth power is far from the end of f64.
+const NUMBER_MAX: f64 = 1e12;
+
+/// Everything in `scenario` that lies beyond a limit.
+#[must_use]
+pub fn beyond(scenario: &Scenario) -> Vec<Impossible> {
+    let mut limits = Limits(Vec::new());
+    let period_s = scenario.frame_period_ms as f64 * 1e-3;
+    limits.window(scenario.window_frames);
+    if let Some(modal) = &scenario.modal {
+        limits.modal(modal, period_s);
+    }
+    if let Some(slosh) = &scenario.slosh {
+        limits.slosh(slosh, period_s);
+    }
+    for (name, arm) in [("inertial", &scenario.inertial), ("mated", &scenario.mated)] {
+        if let Some(arm) = arm {
+            limits.arm(name, arm);
+        }
+    }
+    let capture = &scenario.capture;
+    limits.within("capture.settle_s", capture.settle_s, 0.0..=DURATION_MAX_S);
+    limits.within("capture.contact_timeout_s", capture.contact_timeout_s, 0.0..=DURATION_MAX_S);
+    limits.within("capture.model_age_limit_s", capture.model_age_limit_s, 0.0..=DURATION_MAX_S);
+    let rate = capture.base_rate_limit_rad_s;
+    limits.unless(rate > 0.0 || !rate.is_finite(), "capture.base_rate_limit_rad_s", &rate, "must be above 0");
+    limits.0
+}
+
+struct Limits(Vec<Impossible>);
+
+impl Limits {
+    fn unless(&mut self, good: bool, key: &str, value: &dyn std::fmt::Display, why: &str) {
+        if !good {
+            self.0.push(Impossible { key: key.into(), value: value.to_string(), why: why.into() });
+        }
+    }
+
+    /// Values that are not finite are named elsewhere.
+    fn within(&mut self, key: &str, value: f64, range: RangeInclusive<f64>) {
+        let why = format!("must be {} to {}", range.start(), range.end());
+        self.unless(!value.is_finite() || range.contains(&value), key, &format!("{value:?}"), &why);
+    }
+
+    fn window(&mut self, frames: u64) {
+        let carried = TOPICS.iter().filter(|topic| topic.per_frame > 0);
+        let most = carried.map(|topic| topic.depth as u64 / 2 / topic.per_frame as u64).min().unwrap_or(1);
+        let why = format!("the topics' buffers hold at most {most} frames");
+        self.unless(frames <= most, "window_frames", &frames, &why);
+    }
+
+    fn modal(&mut self, modal: &ModalExperiment, period_s: f64) {
+        self.within("modal.duration_s", modal.duration_s, 0.0..=DURATION_MAX_S);
+        self.within("modal.torque_nm", modal.torque_nm, -NUMBER_MAX..=NUMBER_MAX);
+        self.within("modal.pulse_s", modal.pulse_s, 0.0..=DURATION_MAX_S);
+        let known = &modal.known;
+        self.within("modal.known.rate_hz", known.rate_hz, 0.0..=NUMBER_MAX);
+        if modal.truth.is_some() && known.rate_hz > 0.0 {
+            let rows = known.rate_hz * period_s;
+            let whole = (rows - rows.round()).abs() < 1e-9 && (1.0..=BATCH_MAX as f64).contains(&rows);
+            let why = format!("a frame of {period_s} s must bring a whole number of rows, 1 to {BATCH_MAX}");
+            self.unless(whole, "modal.known.rate_hz", &known.rate_hz, &why);
+        }
+        if let Some([low, high]) = known.band_hz {
+            let text = format!("[{low}, {high}]");
+            self.unless(0.0 <= low && low < high, "modal.known.band_hz", &text, "must rise, from 0 or above");
+        }
+        for channel in &known.channels {
+            let why = format!("channels are numbered from 1 to {ACCELEROMETERS_MAX}");
+            self.unless((1..=ACCELEROMETERS_MAX).contains(channel), "modal.known.channels", channel, &why);
+        }
+        for [frequency_hz, damping] in &known.expected {
+            let text = format!("[{frequency_hz}, {damping}]");
+            let good = *frequency_hz > 0.0 && (0.0..1.0).contains(damping);
+            self.unless(good, "modal.known.expected", &text, "needs a frequency above 0 and a damping ratio of 0 to 1");
+        }
+        self.within("modal.known.expected_amplitude_m_s2", known.expected_amplitude_m_s2, 0.0..=NUMBER_MAX);
+        self.need("modal", Domain::Modal, &modal.need);
+    }
+
+    fn slosh(&mut self, slosh: &SloshExperiment, period_s: f64) {
+        self.within("slosh.duration_s", slosh.duration_s, 0.0..=DURATION_MAX_S);
+        self.within("slosh.force_amplitude_n", slosh.force_amplitude_n, -NUMBER_MAX..=NUMBER_MAX);
+        self.within("slosh.force_frequency_hz", slosh.force_frequency_hz, 0.0..=NUMBER_MAX);
+        let known = &slosh.known;
+        self.within("slosh.known.m_0_kg", known.m_0_kg, 0.0..=NUMBER_MAX);
+        for number in known.expected.iter().flatten() {
+            let good = *number > 0.0 && *number <= NUMBER_MAX;
+            self.unless(good, "slosh.known.expected", number, "mass, stiffness and damping must be above 0");
+        }
+        if let Some(truth) = &slosh.truth {
+            let frames = known.interval_s / period_s;
+            let whole = frames >= 0.999_999 && (frames - frames.round()).abs() < 1e-6;
+            let why = format!("must be a whole number of frames of {period_s} s");
+            self.unless(whole, "slosh.known.interval_s", &known.interval_s, &why);
+            let inverse_kg = 1.0 / known.m_0_kg + 1.0 / truth.m_s_kg;
+            let swing = (truth.k_s_n_m * inverse_kg).sqrt() * known.interval_s;
+            let why = "the tank would swing faster than slosh.known.interval_s shows";
+            self.unless(swing.is_nan() || swing < PI, "slosh.truth.k_s_n_m", &truth.k_s_n_m, why);
+            let decay = truth.c_s_n_s_m * inverse_kg * known.interval_s;
+            let why = "the tank would come to rest within slosh.known.interval_s";
+            self.unless(decay.is_nan() || decay < PI, "slosh.truth.c_s_n_s_m", &truth.c_s_n_s_m, why);
+        }
+        self.need("slosh", Domain::Slosh, &slosh.need);
+    }
+
+    fn arm(&mut self, name: &str, arm: &ArmExperiment) {
+        let key = |key: &str| format!("{name}.{key}");
+        self.within(&key("duration_s"), arm.duration_s, 0.0..=DURATION_MAX_S);
+        let known = &arm.known;
+        self.within(&key("known.h_cm_nms"), known.h_cm_nms, -NUMBER_MAX..=NUMBER_MAX);
+        self.within(&key("known.h_cm_sigma_nms"), known.h_cm_sigma_nms, 0.0..=NUMBER_MAX);
+        self.within(&key("known.joint_rate_sigma_rad_s"), known.joint_rate_sigma_rad_s, 0.0..=NUMBER_MAX);
+        self.within(&key("known.joint_angle_sigma_rad"), known.joint_angle_sigma_rad, 0.0..=NUMBER_MAX);
+        self.within(&key("known.gyro_arw_deg_sqrt_h"), known.gyro_arw_deg_sqrt_h, 0.0..=NUMBER_MAX);
+        for number in &known.prior {
+            self.within(&key("known.prior"), *number, -NUMBER_MAX..=NUMBER_MAX);
+        }
+        if let Some(target) = &arm.target {
+            self.within(&key("target.mass_kg"), target.mass_kg, 0.0..=NUMBER_MAX);
+            self.within(&key("target.inertia_com_kg_m2"), target.inertia_com_kg_m2, 0.0..=NUMBER_MAX);
+            for number in target.com_from_grasp_m {
+                self.within(&key("target.com_from_grasp_m"), number, -NUMBER_MAX..=NUMBER_MAX);
+            }
+        }
+        self.need(name, Domain::Inertial, &arm.need);
+    }
+
+    fn need(&mut self, name: &str, domain: Domain, need: &Need) {
+        let names: Vec<&str> = telemetry::parameters(domain).iter().map(|parameter| parameter.name).collect();
+        for (parameter, percent) in &need.sigma_percent {
+            let why = format!("{domain} has the parameters {}", names.join(", "));
+            let key = format!("{name}.need.sigma_percent.{parameter}");
+            self.unless(names.contains(&parameter.as_str()), &key, percent, &why);
+        }
+    }
+}

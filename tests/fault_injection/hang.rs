@@ -1,0 +1,61 @@
+//! Hangs: a process that lives and does nothing (SIGSTOP) is found by its execution counter, killed and restarted.
+
+use crate::PARTITIONS;
+use crate::world::{World, undisturbed};
+
+/// Table of limits in which `hanging` partitions have one second and the others so long that load is no hang.
+fn limits(world: &World, hanging: &[&str]) -> String {
+    let row = |name: &&str| {
+        let hang_ms = if hanging.contains(name) { 1000 } else { 60_000 };
+        let given_up = if name.ends_with("-id") { "go-on" } else { "end-run" };
+        format!(
+            "[[partition]]\nname = \"{name}\"\nhang_ms = {hang_ms}\nrestarts_max = 5\nrestarts_within_s = 60\n\
+             back_off_ms = [0]\ngiven_up = \"{given_up}\"\n"
+        )
+    };
+    let table = format!("format = 1\nstall_s = 60\n{}", PARTITIONS.iter().map(row).collect::<String>());
+    let file = world.file("partitions.toml");
+    std::fs::write(&file, table).unwrap();
+    file.to_str().unwrap().into()
+}
+
+fn is_found(test: &str, hanging: &[&str], frame: u64) {
+    let world = World::new(test);
+    let table = limits(&world, hanging);
+    let hangs: Vec<String> = hanging.iter().map(|name| format!("{name}@{frame}")).collect();
+    let mut arguments = vec!["--partitions", &table];
+    arguments.extend(hangs.iter().flat_map(|hang| ["--hang", hang]));
+    let ended = world.run(&arguments);
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
+    for &name in hanging {
+        assert!(ended.hangs().contains(&name), "the reason of the restart: {ended}");
+        assert!(ended.count(name, "restarts") >= 1, "{ended}");
+    }
+    // A death without a hang before it would be another fault than the one of this drill.
+    let mut died: Vec<String> = ended.deaths().into_iter().map(|death| death.name).collect();
+    let mut hung = ended.hangs();
+    (died.sort_unstable(), hung.sort_unstable());
+    assert_eq!(died, hung, "{ended}");
+    assert!(hung.iter().all(|name| hanging.contains(name)), "{ended}");
+}
+
+#[test]
+fn an_estimator_that_hangs_is_restarted_and_the_digest_is_unchanged() {
+    is_found("hang-estimator", &["slosh-id"], 700);
+}
+
+#[test]
+fn a_source_that_hangs_is_restarted_and_the_digest_is_unchanged() {
+    is_found("hang-source", &["sensor-sim"], 1500);
+}
+
+#[test]
+fn a_supervisor_that_hangs_is_restarted_by_the_warden_and_the_digest_is_unchanged() {
+    is_found("hang-supervisor", &["supervisor"], 2500);
+}
+
+#[test]
+fn an_estimator_that_hangs_while_nobody_watches_is_found_by_the_supervisor_that_comes_back() {
+    is_found("hang-both", &["slosh-id", "supervisor"], 700);
+}

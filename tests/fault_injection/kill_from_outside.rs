@@ -1,0 +1,68 @@
+//! SIGKILL from outside, at moments nobody planned: young processes, and wherever the others happen to be.
+
+use crate::PARTITIONS;
+use crate::ended::{Death, Ended};
+use crate::process::Process;
+use crate::world::{Run, World, undisturbed};
+use rustix::process::Signal;
+use std::time::Duration;
+
+/// What was killed, as the warden's log should have it.
+fn kill(process: &Process) -> Death {
+    process.signal(Signal::KILL);
+    Death { name: process.name.clone(), pid: process.pid, cause: "signal 9".into() }
+}
+
+/// Kills `name` when it has lived for `age`.
+fn kill_young(run: &mut Run, name: &str, age: Duration) -> Death {
+    let process = run.process(name);
+    process.ends_within(age);
+    kill(&process)
+}
+
+fn is_undisturbed(ended: &Ended, mut killed: Vec<Death>) {
+    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
+    let mut died = ended.deaths();
+    (died.sort(), killed.sort());
+    assert_eq!(died, killed, "{ended}");
+}
+
+#[test]
+fn a_supervisor_killed_while_it_creates_the_services_wedges_nothing() {
+    let world = World::new("young-supervisor");
+    for round in 0..8 {
+        let mut run = world.start(&[]);
+        let killed = kill_young(&mut run, "supervisor", Duration::from_micros(1700 * round));
+        let ended = run.end();
+        world.assert_nothing_left();
+        is_undisturbed(&ended, vec![killed]);
+    }
+}
+
+/// A young process, then three others a few frames apart; what dies is chosen by the round.
+fn kills_at_any_moment(test: &str, rounds: impl Iterator<Item = usize>) {
+    let world = World::new(test);
+    for round in rounds {
+        let mut run = world.start(&[]);
+        let mut killed = vec![kill_young(&mut run, PARTITIONS[round % 6], Duration::from_micros(1300 * round as u64))];
+        for k in 1..4 {
+            let victim = run.process(PARTITIONS[(round + k * (1 + round / 6)) % 6]);
+            victim.ends_within(Duration::from_millis((17 * round as u64 + 31 * k as u64) % 60));
+            killed.push(kill(&victim));
+        }
+        let ended = run.end();
+        world.assert_nothing_left();
+        is_undisturbed(&ended, killed);
+    }
+}
+
+#[test]
+fn kills_at_any_moment_leave_the_digest_unchanged() {
+    kills_at_any_moment("any-moment-even", (0..10).step_by(2));
+}
+
+#[test]
+fn other_kills_at_any_moment_leave_the_digest_unchanged() {
+    kills_at_any_moment("any-moment-odd", (1..10).step_by(2));
+}

@@ -1,0 +1,113 @@
+//! Arguments, help, pipes and exit codes.
+
+use crate::desk::{Folder, ask, command, scenario};
+use std::io::{BufRead, BufReader, Read};
+use std::process::Stdio;
+
+/// Verbs as the program lists them.
+fn verbs() -> Vec<String> {
+    let help = ask(&["--help"]).ends_with(0).stdout;
+    let listed = help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let names = listed.filter(|line| line.starts_with("  ") && !line.starts_with("   "));
+    names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").map(String::from).collect()
+}
+
+#[test]
+fn the_help_of_every_verb_shows_an_example() {
+    let verbs = verbs();
+    for name in ["run", "replay", "digest", "icd", "partition", "bench"] {
+        assert!(verbs.iter().any(|verb| verb == name), "{name} is not among {verbs:?}");
+    }
+    for verb in &verbs {
+        let help = ask(&[verb, "--help"]).ends_with(0);
+        assert!(help.stdout.contains("Examples:\n") && help.stdout.contains(&format!("  obsid {verb} ")), "{help}");
+        assert!(help.stderr.is_empty(), "{help}");
+    }
+    let help = ask(&["--help"]).ends_with(0).stdout;
+    assert!(help.contains("Examples:\n") && help.contains("obsid run"), "{help}");
+}
+
+#[test]
+fn wrong_arguments_end_with_two_and_name_what_was_wrong() {
+    let wrong: &[(&[&str], &str)] = &[
+        (&[], "Usage"),
+        (&["frobnicate"], "frobnicate"),
+        (&["run", "--speed", "0"], "above 0"),
+        (&["run", "--speed", "nan"], "above 0"),
+        (&["run", "--seed", "x"], "'x'"),
+        (&["run", "--seed", "-1"], "-1"),
+        (&["run", "--link", "tcp"], "shm, lockstep"),
+        (&["run", "a.toml", "b.toml"], "b.toml"),
+        (&["replay"], "<RECORDING>"),
+        (&["digest"], "<FILE>"),
+        (&["bench", "bp9"], "bp1a, bp2, bp3a"),
+        (&["bench", "bp2", "--trials", "0"], "0"),
+        (&["icd", "--json", "--md"], "--md"),
+        (&["partition", "nobody"], "inertial-id"),
+        (&["partition", "inertial-id"], "--run"),
+        (&["partition", "warden"], "--config"),
+    ];
+    for (arguments, says) in wrong {
+        let answer = ask(arguments).ends_with(2).says(&[says]);
+        assert!(answer.stdout.is_empty(), "{answer}");
+    }
+}
+
+#[test]
+fn a_partition_without_its_run_folder_fails_and_says_so() {
+    let folder = Folder::new("partition");
+    let answer = folder.ask(&["partition", "inertial-id", "--run", "nowhere"]).ends_with(1);
+    answer.says(&["inertial-id", "run folder", "No such file"]);
+}
+
+#[test]
+fn a_record_file_that_cannot_be_written_is_found_out_before_the_run() {
+    let folder = Folder::new("record");
+    for link in ["shm", "lockstep"] {
+        for file in ["nowhere/flight.mcap", "."] {
+            let answer = folder.ask(&["run", &scenario("short.toml"), "--link", link, "--record", file, "--json"]);
+            answer.refuses(&[file, "cannot be written", "--record"]);
+        }
+    }
+}
+
+#[test]
+fn json_is_one_object_on_standard_output_and_nothing_else() {
+    let folder = Folder::new("json");
+    let run = folder.ask(&["run", &scenario("short.toml"), "--link", "lockstep", "--record", "r.mcap", "--json"]);
+    let digest = folder.ask(&["digest", "r.mcap", "--json"]);
+    let icd = folder.ask(&["icd", "--json"]);
+    let bench = folder.ask(&["bench", "bp2", "--trials", "1", "--json"]);
+    for answer in [run, digest, icd, bench] {
+        let answer = answer.ends_with(0);
+        answer.object();
+        assert!(answer.stdout.ends_with("}\n") && answer.stdout.starts_with('{'), "{answer}");
+        assert!(answer.stderr.is_empty(), "{answer}");
+    }
+}
+
+#[test]
+fn a_reader_that_goes_away_ends_the_program_quietly() {
+    let mut child = command(&["icd", "--json"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::with_capacity(1, child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    assert_eq!(line, "{\n");
+    ends_quietly(child);
+}
+
+#[test]
+fn a_closed_standard_output_ends_the_program_quietly() {
+    let short = scenario("short.toml");
+    for arguments in [&["icd"][..], &["icd", "--md"], &["--help"], &["run", &short, "--link", "lockstep", "--json"]] {
+        let mut child = command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        ends_quietly(child);
+    }
+}
+
+fn ends_quietly(mut child: std::process::Child) {
+    let mut stderr = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut stderr).unwrap();
+    let status = child.wait().unwrap();
+    assert!(status.success() && stderr.is_empty(), "{status}: {stderr}");
+}

@@ -1,0 +1,15 @@
+//! The front door: what a user sees of `obsid`, through the binary itself.
+//!
+//! Every claim about a message, an exit code or a key of `--json` is tested on the program, with files as a user has
+//! them. Processes over shared memory appear only where they are the point.
+#![forbid(unsafe_code)]
+
+mod bad_recordings;
+mod bad_scenarios;
+mod command_line;
+mod desk;
+mod documents;
+mod imports;
+mod own_recordings;
+mod real_recordings;
+mod runs;
