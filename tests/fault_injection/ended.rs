@@ -1,6 +1,15 @@
 //! What a run left behind: exit code, result, the warden's log.
 
+use crate::PARTITIONS;
 use serde_json::Value;
+
+/// Killed, by us or for a hang.
+pub const KILLED: &str = "signal 9";
+/// Ended itself, because it found no services.
+pub const FOUND_NOTHING: &str = "exit code 5";
+/// Ended by the warden, because the services had to be made anew.
+pub const TAKEN_DOWN: &str = "taken down, services have vanished";
+const CAUSES: [&str; 3] = [KILLED, FOUND_NOTHING, TAKEN_DOWN];
 
 /// A run that is over.
 pub struct Ended {
@@ -38,6 +47,9 @@ impl Ended {
         let parse = |line: &String| {
             let (who, cause) = line.split_once(" died: ")?;
             let (name, pid) = who.strip_suffix(')')?.split_once(" (pid ")?;
+            // What partitions say themselves can share a line with the warden's log.
+            let name = PARTITIONS.into_iter().find(|partition| name.ends_with(partition))?;
+            let cause = CAUSES.into_iter().find(|known| cause.starts_with(known)).unwrap_or(cause);
             Some(Death { name: name.into(), pid: pid.parse().ok()?, cause: cause.into() })
         };
         self.log.iter().filter_map(parse).collect()

@@ -1,6 +1,6 @@
 //! A partition that dies in every life is given up: its domain is abandoned, or, without it, the run.
 
-use crate::ended::Ended;
+use crate::ended::{Ended, KILLED};
 use crate::world::{World, undisturbed};
 use telemetry::ACTUATORS;
 
@@ -9,7 +9,7 @@ const DEATHS: usize = 6;
 
 fn was_given_up(ended: &Ended, name: &str) {
     assert_eq!(ended.given_up(), [name], "{ended}");
-    let died = ended.deaths().into_iter().filter(|death| death.name == name && death.cause == "signal 9").count();
+    let died = ended.deaths().into_iter().filter(|death| death.name == name && death.cause == KILLED).count();
     assert_eq!(died, DEATHS, "{ended}");
 }
 
@@ -31,7 +31,7 @@ fn is_abandoned(ended: &Ended, domain: &str) {
 
 #[test]
 fn an_estimator_given_up_in_its_experiment_ends_the_excitation_and_costs_only_its_own_domain() {
-    let world = World::new("give-up-slosh");
+    let world = World::new();
     let file = world.file("flight.mcap");
     let ended = world.run(&["--kill-always", "slosh-id@700", "--record", file.to_str().unwrap()]);
     assert_eq!(ended.code, Some(0), "{ended}");
@@ -58,7 +58,7 @@ fn an_estimator_given_up_in_its_experiment_ends_the_excitation_and_costs_only_it
 
 #[test]
 fn the_other_estimators_given_up_cost_only_their_own_domain() {
-    let world = World::new("give-up-others");
+    let world = World::new();
     let ended = world.run(&["--kill-always", "modal-id@200"]);
     assert_eq!(ended.code, Some(0), "{ended}");
     was_given_up(&ended, "modal-id");
@@ -83,7 +83,7 @@ fn the_other_estimators_given_up_cost_only_their_own_domain() {
 
 #[test]
 fn who_was_given_up_stays_so_over_restarts_of_the_source_and_the_supervisor() {
-    let world = World::new("give-up-and-kill");
+    let world = World::new();
     let ended = world.run(&["--kill-always", "slosh-id@700", "--kill", "supervisor@790", "--kill", "sensor-sim@790"]);
     assert_eq!(ended.code, Some(0), "{ended}");
     was_given_up(&ended, "slosh-id");
@@ -93,7 +93,7 @@ fn who_was_given_up_stays_so_over_restarts_of_the_source_and_the_supervisor() {
 
 #[test]
 fn a_run_that_loses_its_source_its_supervisor_or_its_recorder_fails_and_says_so() {
-    let world = World::new("give-up-run");
+    let world = World::new();
     for name in ["sensor-sim", "supervisor", "recorder"] {
         let ended = world.run(&["--kill-always", &format!("{name}@700")]);
         assert_eq!(ended.code, Some(1), "{ended}");

@@ -19,8 +19,8 @@ fn limits(world: &World, hanging: &[&str]) -> String {
     file.to_str().unwrap().into()
 }
 
-fn is_found(test: &str, hanging: &[&str], frame: u64) {
-    let world = World::new(test);
+fn is_found(hanging: &[&str], frame: u64) {
+    let world = World::new();
     let table = limits(&world, hanging);
     let hangs: Vec<String> = hanging.iter().map(|name| format!("{name}@{frame}")).collect();
     let mut arguments = vec!["--partitions", &table];
@@ -42,20 +42,20 @@ fn is_found(test: &str, hanging: &[&str], frame: u64) {
 
 #[test]
 fn an_estimator_that_hangs_is_restarted_and_the_digest_is_unchanged() {
-    is_found("hang-estimator", &["slosh-id"], 700);
+    is_found(&["slosh-id"], 700);
 }
 
 #[test]
 fn a_source_that_hangs_is_restarted_and_the_digest_is_unchanged() {
-    is_found("hang-source", &["sensor-sim"], 1500);
+    is_found(&["sensor-sim"], 1500);
 }
 
 #[test]
 fn a_supervisor_that_hangs_is_restarted_by_the_warden_and_the_digest_is_unchanged() {
-    is_found("hang-supervisor", &["supervisor"], 2500);
+    is_found(&["supervisor"], 2500);
 }
 
 #[test]
 fn an_estimator_that_hangs_while_nobody_watches_is_found_by_the_supervisor_that_comes_back() {
-    is_found("hang-both", &["slosh-id", "supervisor"], 700);
+    is_found(&["slosh-id", "supervisor"], 700);
 }

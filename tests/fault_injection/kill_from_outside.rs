@@ -1,7 +1,7 @@
 //! SIGKILL from outside, at moments nobody planned: young processes, and wherever the others happen to be.
 
 use crate::PARTITIONS;
-use crate::ended::{Death, Ended};
+use crate::ended::{Death, Ended, FOUND_NOTHING, KILLED, TAKEN_DOWN};
 use crate::process::Process;
 use crate::world::{Run, World, undisturbed};
 use rustix::process::Signal;
@@ -10,7 +10,7 @@ use std::time::Duration;
 /// What was killed, as the warden's log should have it.
 fn kill(process: &Process) -> Death {
     process.signal(Signal::KILL);
-    Death { name: process.name.clone(), pid: process.pid, cause: "signal 9".into() }
+    Death { name: process.name.clone(), pid: process.pid, cause: KILLED.into() }
 }
 
 /// Kills `name` when it has lived for `age`.
@@ -23,14 +23,16 @@ fn kill_young(run: &mut Run, name: &str, age: Duration) -> Death {
 fn is_undisturbed(ended: &Ended, mut killed: Vec<Death>) {
     assert_eq!(ended.code, Some(0), "{ended}");
     assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
-    let mut died = ended.deaths();
+    // The services vanish with the last process that has opened them: then, and only then, others die too.
+    let of_this = |death: &Death| death.cause == FOUND_NOTHING || death.cause == TAKEN_DOWN;
+    let (_, mut died): (Vec<_>, Vec<_>) = ended.deaths().into_iter().partition(of_this);
     (died.sort(), killed.sort());
     assert_eq!(died, killed, "{ended}");
 }
 
 #[test]
 fn a_supervisor_killed_while_it_creates_the_services_wedges_nothing() {
-    let world = World::new("young-supervisor");
+    let world = World::new();
     for round in 0..8 {
         let mut run = world.start(&[]);
         let killed = kill_young(&mut run, "supervisor", Duration::from_micros(1700 * round));
@@ -41,8 +43,8 @@ fn a_supervisor_killed_while_it_creates_the_services_wedges_nothing() {
 }
 
 /// A young process, then three others a few frames apart; what dies is chosen by the round.
-fn kills_at_any_moment(test: &str, rounds: impl Iterator<Item = usize>) {
-    let world = World::new(test);
+fn kills_at_any_moment(rounds: impl Iterator<Item = usize>) {
+    let world = World::new();
     for round in rounds {
         let mut run = world.start(&[]);
         let mut killed = vec![kill_young(&mut run, PARTITIONS[round % 6], Duration::from_micros(1300 * round as u64))];
@@ -59,10 +61,26 @@ fn kills_at_any_moment(test: &str, rounds: impl Iterator<Item = usize>) {
 
 #[test]
 fn kills_at_any_moment_leave_the_digest_unchanged() {
-    kills_at_any_moment("any-moment-even", (0..10).step_by(2));
+    kills_at_any_moment((0..10).step_by(2));
 }
 
 #[test]
 fn other_kills_at_any_moment_leave_the_digest_unchanged() {
-    kills_at_any_moment("any-moment-odd", (1..10).step_by(2));
+    kills_at_any_moment((1..10).step_by(2));
+}
+
+#[test]
+fn who_is_killed_while_the_others_end_ends_too_and_the_result_is_complete() {
+    let world = World::new();
+    for name in PARTITIONS {
+        let mut run = world.start(&[]);
+        let first = if name == "sensor-sim" { "inertial-id" } else { "sensor-sim" };
+        let (first, victim) = (run.process(first), run.process(name));
+        run.wait_until("the end of the first", |_| first.ends_within(Duration::ZERO).then_some(()));
+        victim.signal(Signal::KILL);
+        let ended = run.end();
+        world.assert_nothing_left();
+        assert_eq!(ended.code, Some(0), "{ended}");
+        assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
+    }
 }

@@ -23,7 +23,7 @@ const PARTITIONS: [&str; 6] = ["sensor-sim", "inertial-id", "slosh-id", "modal-i
 
 #[test]
 fn processes_over_shared_memory_give_the_digest_of_one_thread_in_lockstep_every_time() {
-    let world = World::new("same-digest");
+    let world = World::new();
     for _ in 0..3 {
         let ended = world.run(&[]);
         assert_eq!(ended.code, Some(0), "{ended}");
@@ -38,7 +38,7 @@ fn processes_over_shared_memory_give_the_digest_of_one_thread_in_lockstep_every_
 
 #[test]
 fn another_seed_gives_another_digest_and_the_same_one_on_both_links() {
-    let world = World::new("other-seed");
+    let world = World::new();
     let (shm, lockstep) = (world.run(&["--seed", "7"]), world.lockstep(&["--seed", "7"]));
     assert_eq!(shm.digest(), lockstep.digest());
     assert_ne!(shm.digest(), undisturbed().digest, "noise does not enter the digest");

@@ -8,8 +8,8 @@ use telemetry::is_result;
 /// A run slow enough (about 10 s) to be ended long before its end.
 const SLOW: [&str; 2] = ["--speed", "5"];
 
-fn is_ended_in_order(test: &str, signal: Signal) {
-    let world = World::new(test);
+fn is_ended_in_order(signal: Signal) {
+    let world = World::new();
     let file = world.file("flight.mcap");
     let mut run = world.start(&[&SLOW[..], &["--record", file.to_str().unwrap()]].concat());
     run.wait_for_housekeeping();
@@ -34,17 +34,17 @@ fn is_ended_in_order(test: &str, signal: Signal) {
 
 #[test]
 fn ctrl_c_ends_a_run_in_order_and_leaves_a_readable_recording() {
-    is_ended_in_order("sigint", Signal::INT);
+    is_ended_in_order(Signal::INT);
 }
 
 #[test]
 fn sigterm_ends_a_run_in_order_and_leaves_a_readable_recording() {
-    is_ended_in_order("sigterm", Signal::TERM);
+    is_ended_in_order(Signal::TERM);
 }
 
 #[test]
 fn the_wardens_death_ends_its_children_and_the_next_start_removes_what_it_left() {
-    let world = World::new("warden-dies");
+    let world = World::new();
     let mut run = world.start(&SLOW);
     run.wait_for_housekeeping();
     run.process("warden").signal(Signal::KILL);
@@ -59,7 +59,7 @@ fn the_wardens_death_ends_its_children_and_the_next_start_removes_what_it_left()
 
 #[test]
 fn the_consoles_death_does_not_disturb_the_run() {
-    let world = World::new("console-dies");
+    let world = World::new();
     let file = world.file("flight.mcap");
     let mut run = world.start(&["--speed", "30", "--record", file.to_str().unwrap()]);
     run.process("recorder");

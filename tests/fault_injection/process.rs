@@ -15,9 +15,14 @@ pub struct Process {
 }
 
 impl Process {
+    /// A child that was not waited for yet.
+    pub fn child(pid: u32, name: &str) -> Self {
+        Process { pid, name: name.into(), pidfd: open(pid).expect("its number is taken until it is waited for") }
+    }
+
     /// Process `pid`, when it lives and belongs to the world whose folder of runs is `root`.
     pub fn of_world(pid: u32, root: &Path) -> Option<Self> {
-        let pidfd = pidfd_open(Pid::from_raw(pid.try_into().ok()?)?, PidfdFlags::empty()).ok()?;
+        let pidfd = open(pid)?;
         // Read after the pidfd was opened: what is read is what is held, or the process is gone and nothing is read.
         let environment = std::fs::read(format!("/proc/{pid}/environ")).ok()?;
         let mark = format!("OBSID_ROOT={}", root.display());
@@ -56,4 +61,8 @@ impl Process {
         let stat = std::fs::read_to_string(format!("/proc/{}/stat", self.pid)).unwrap_or_default();
         stat.rsplit(") ").next().and_then(|rest| rest.split(' ').next()).unwrap_or("gone").into()
     }
+}
+
+fn open(pid: u32) -> Option<OwnedFd> {
+    pidfd_open(Pid::from_raw(pid.try_into().ok()?)?, PidfdFlags::empty()).ok()
 }

@@ -3,8 +3,8 @@
 use crate::world::{World, undisturbed};
 
 /// The drill is green as it is and gives another digest with the safeguard off.
-fn breaks(test: &str, drill: &[&str], safeguard_off: &str) {
-    let world = World::new(test);
+fn breaks(drill: &[&str], safeguard_off: &str) {
+    let world = World::new();
     let ended = world.run(drill);
     assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
     let ended = world.run(&[drill, &["--sabotage", safeguard_off]].concat());
@@ -14,22 +14,22 @@ fn breaks(test: &str, drill: &[&str], safeguard_off: &str) {
 
 #[test]
 fn taking_whatever_has_arrived_instead_of_what_the_tick_covers_changes_the_digest() {
-    breaks("drain-by-topic", &[], "drain-by-topic");
+    breaks(&[], "drain-by-topic");
 }
 
 #[test]
 fn taking_repeated_samples_again_after_a_kill_changes_the_digest() {
-    breaks("no-dedupe", &["--kill", "supervisor@1337:publish"], "no-dedupe");
+    breaks(&["--kill", "supervisor@1337:publish"], "no-dedupe");
 }
 
 #[test]
 fn taking_a_damaged_sample_for_good_changes_the_digest() {
-    breaks("skip-crc", &["--corrupt", "1500"], "skip-crc");
+    breaks(&["--corrupt", "1500"], "skip-crc");
 }
 
 #[test]
 fn without_the_outbox_two_dead_wait_for_each_other_and_the_run_fails_by_its_stall_limit() {
-    let world = World::new("no-outbox");
+    let world = World::new();
     let drill = ["--kill", "supervisor@1090", "--kill", "slosh-id@1090"];
     let ended = world.run(&drill);
     assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
@@ -44,7 +44,7 @@ fn without_the_outbox_two_dead_wait_for_each_other_and_the_run_fails_by_its_stal
 
 #[test]
 fn a_damaged_sample_is_counted_by_everybody_who_gets_it_and_changes_nothing() {
-    let world = World::new("damaged");
+    let world = World::new();
     let ended = world.run(&["--corrupt", "700", "--corrupt", "1500", "--corrupt", "3500"]);
     assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
     let bad = crate::PARTITIONS.map(|name| ended.count(name, "bad"));

@@ -1,6 +1,6 @@
 //! A world: one test's own place for runs, in which nothing of another test can be seen, killed or left behind.
 //!
-//! Its folder lies on tmpfs; runs make their folders in `runs` (`OBSID_ROOT`), their scratch files in `tmp` (`TMPDIR`).
+//! Its folder lies on tmpfs; runs make their folders in `r` (`OBSID_ROOT`), their scratch files in `tmp` (`TMPDIR`).
 //! The console gets its own process group and ends in order when the test dies (PDEATHSIG). A test waits for a file, a
 //! process or a line, never for a time; a run that outlives [`DEADLINE`] is ended and examined. At most
 //! [`RUNS_AT_ONCE`] runs exist at a time: each has seven processes beside the console.
@@ -12,6 +12,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -55,13 +56,15 @@ pub struct World {
 }
 
 impl World {
-    pub fn new(test: &str) -> Self {
-        // Must not begin like a run's folder: that is what wardens purge.
-        let folder = Path::new(SHARED_MEMORY).join(format!("fault-injection-{}-{test}", std::process::id()));
-        let world = World { folder, runs: Mutex::default() };
-        std::fs::create_dir(&world.folder).expect("a test's name is its own");
-        std::fs::create_dir(world.root()).unwrap();
-        std::fs::create_dir(world.scratch()).unwrap();
+    pub fn new() -> Self {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        // Short, because sockets lie in it (107 bytes at most); must not begin like a run's folder: wardens purge those.
+        let name = format!("faults-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        let world = World { folder: Path::new(SHARED_MEMORY).join(name), runs: Mutex::default() };
+        for folder in [world.folder.clone(), world.root(), world.scratch()] {
+            std::fs::create_dir(folder).expect("the name is new");
+        }
+        std::fs::write(world.file("test"), std::thread::current().name().unwrap_or("?")).unwrap();
         world
     }
 
@@ -71,7 +74,7 @@ impl World {
     }
 
     fn root(&self) -> PathBuf {
-        self.folder.join("runs")
+        self.folder.join("r")
     }
 
     fn scratch(&self) -> PathBuf {
@@ -128,7 +131,7 @@ impl World {
                 BufReader::new(stderr).lines().map_while(Result::ok).for_each(|line| lock(&lines).push(line));
             }),
         );
-        let console = Process::of_world(child.id(), &self.root()).expect("not waited for yet");
+        let console = Process::child(child.id(), "console");
         let known = lock(&self.runs).len();
         let mut run =
             Run { world: self, child, console, readers: Some(readers), log, started: Instant::now(), _permit: permit };
@@ -285,7 +288,7 @@ pub struct Undisturbed {
 pub fn undisturbed() -> &'static Undisturbed {
     static ONCE: OnceLock<Undisturbed> = OnceLock::new();
     ONCE.get_or_init(|| {
-        let world = World::new("undisturbed");
+        let world = World::new();
         let file = world.file("flight.mcap");
         let ended = world.lockstep(&["--record", file.to_str().unwrap()]);
         assert_eq!(ended.code, Some(0), "{ended}");

@@ -4,7 +4,8 @@ use crate::desk::{Folder, scenario};
 
 const MODAL: &str = "[modal]\nduration_s = 3.0\ntruth = \"design-bp3\"\n";
 const SLOSH: &str = "[slosh]\nduration_s = 6.0\ntruth = { m_s_kg = 100.0, k_s_n_m = 1000.0, c_s_n_s_m = 10.0 }\n";
-const ARM: &str = "[inertial]\nduration_s = 3.0\ntrajectory = \"b\"\ntruth = \"paper-table-ii\"\n[inertial.known]\nh_cm_nms = 68.0\n";
+const ARM: &str =
+    "[inertial]\nduration_s = 3.0\ntrajectory = \"b\"\ntruth = \"paper-table-ii\"\n[inertial.known]\nh_cm_nms = 68.0\n";
 const PRIOR: &str = "prior = [60.9, 58.2, 26.5, 24.2, 24.2, 10.4, 10.4, 21.8]\n";
 
 /// Runs a scenario that begins with `format` and `name`, so that `text` starts on line 3.
@@ -35,7 +36,10 @@ fn a_number_that_no_system_has_is_shown_with_its_limit() {
     refused(&format!("{MODAL}[modal.known]\nchannels = [0]\n"), &["wrong.toml:7:12", "numbered from 1"]);
     refused(&format!("{MODAL}[modal.need]\nsigma_percent = {{ f7 = 1.0 }}\n"), &["wrong.toml:7:", "f7", "zeta1"]);
     refused(&format!("{SLOSH}[slosh.known]\nm_0_kg = 0.0\n"), &["wrong.toml:7:10", "slosh.known.m_0_kg = 0"]);
-    refused(&format!("{SLOSH}[slosh.known]\nm_0_kg = 1.0\ninterval_s = 0.013\n"), &["wrong.toml:8:14", "0.013", "whole number of frames"]);
+    refused(
+        &format!("{SLOSH}[slosh.known]\nm_0_kg = 1.0\ninterval_s = 0.013\n"),
+        &["wrong.toml:8:14", "0.013", "whole number of frames"],
+    );
     refused(&format!("{SLOSH}[slosh.known]\nm_0_kg = 1.0\nexpected = [-1.0, 2.0, 3.0]\n"), &["wrong.toml:8:12", "-1"]);
     refused(&format!("{ARM}prior = [1.0]\n"), &["wrong.toml:9:9", "needs 8 numbers"]);
     refused(&format!("{ARM}{PRIOR}joint_rate_sigma_rad_s = -1.0\n"), &["wrong.toml:10:26", "-1"]);
@@ -47,7 +51,10 @@ fn a_number_that_no_system_has_is_shown_with_its_limit() {
 
 #[test]
 fn every_fault_is_named_at_once() {
-    refused(&format!("{MODAL}pulse_s = -1.0\n[capture]\nsettle_s = -5.0\n"), &["modal.pulse_s", "also: capture.settle_s"]);
+    refused(
+        &format!("{MODAL}pulse_s = -1.0\n[capture]\nsettle_s = -5.0\n"),
+        &["modal.pulse_s", "also: capture.settle_s"],
+    );
 }
 
 #[test]

@@ -72,7 +72,7 @@ impl Answer {
     pub fn refuses(self, texts: &[&str]) {
         let answer = self.ends_with(3).says(texts);
         assert!(answer.stdout.is_empty(), "{answer}");
-        assert!(answer.stderr.contains("help: ") || answer.stderr.contains("must be"), "no cure: {answer}");
+        assert!(answer.stderr.contains("help: "), "no cure: {answer}");
     }
 
     /// Standard output is one JSON object and nothing else.
@@ -86,6 +86,12 @@ impl Answer {
     pub fn result(self) -> Value {
         self.ends_with(0).object()
     }
+}
+
+/// Says that a test was skipped, past the test harness, which keeps what a passing test prints.
+pub fn skipped(why: &str) {
+    use std::io::Write;
+    std::io::stderr().write_all(format!("front_door: skipped: {why}\n").as_bytes()).unwrap();
 }
 
 /// Rows of one domain.

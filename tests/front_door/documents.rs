@@ -15,7 +15,10 @@ fn the_readme_shows_the_topic_table_of_this_build() {
     let readme = std::fs::read_to_string(workspace().join("README.md")).unwrap();
     let behind = readme.split_once("<!-- topics -->").expect("README.md has no <!-- topics -->").1;
     let table = behind.split_once("<!-- /topics -->").expect("README.md has no <!-- /topics -->").0;
-    assert!(table.trim() == generated.trim(), "put the output of `obsid icd` between the markers of README.md:\n{generated}");
+    assert!(
+        table.trim() == generated.trim(),
+        "put the output of `obsid icd` between the markers of README.md:\n{generated}"
+    );
 }
 
 #[test]

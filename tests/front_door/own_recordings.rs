@@ -9,7 +9,9 @@ use telemetry::{IMU, Stamps, crc32};
 fn experiment_alone(section: &str) -> String {
     let text = std::fs::read_to_string(scenario("short.toml")).unwrap();
     let (head, experiments) = text.split_at(text.find("\n[").unwrap());
-    let tables = experiments.split("\n[").filter(|table| table.starts_with(&format!("{section}]")) || table.starts_with(&format!("{section}.")));
+    let tables = experiments
+        .split("\n[")
+        .filter(|table| table.starts_with(&format!("{section}]")) || table.starts_with(&format!("{section}.")));
     tables.fold(head.to_string(), |all, table| format!("{all}\n[{table}\n"))
 }
 
@@ -44,9 +46,13 @@ fn a_mission_of_several_experiments_is_not_replayed_as_one() {
     let folder = Folder::new("own-mission");
     let short = scenario("short.toml");
     folder.ask(&["run", &short, "--link", "lockstep", "--record", "own.mcap", "--json"]).ends_with(0);
-    folder
-        .ask(&["replay", "own.mcap", "--scenario", &short, "--link", "lockstep", "--json"])
-        .refuses(&["own.mcap", "4 experiments", "modal (frames 40 to 339)", "mated inertial", "one experiment per file"]);
+    folder.ask(&["replay", "own.mcap", "--scenario", &short, "--link", "lockstep", "--json"]).refuses(&[
+        "own.mcap",
+        "4 experiments",
+        "modal (frames 40 to 339)",
+        "mated inertial",
+        "one experiment per file",
+    ]);
 }
 
 #[test]
@@ -65,7 +71,9 @@ fn a_recording_is_not_written_over_by_its_own_replay() {
     let folder = Folder::new("own-over");
     record(&folder, "modal");
     let before = folder.bytes("own.mcap");
-    folder.ask(&["replay", "own.mcap", "--record", "./own.mcap", "--link", "lockstep"]).refuses(&["own.mcap", "--record"]);
+    folder
+        .ask(&["replay", "own.mcap", "--record", "./own.mcap", "--link", "lockstep"])
+        .refuses(&["own.mcap", "--record"]);
     assert!(folder.bytes("own.mcap") == before);
 }
 
@@ -81,7 +89,12 @@ fn a_truncated_or_corrupt_recording_names_the_byte_and_what_is_readable() {
     folder.file("head.mcap", &whole[..5]);
     for verb in ["replay", "digest"] {
         folder.ask(&[verb, "cut.mcap"]).refuses(&["cut.mcap: byte ", "truncated", "readable", "mcap recover"]);
-        folder.ask(&[verb, "flipped.mcap"]).refuses(&["flipped.mcap: byte ", "corrupt", "readable", "copy the file again"]);
+        folder.ask(&[verb, "flipped.mcap"]).refuses(&[
+            "flipped.mcap: byte ",
+            "corrupt",
+            "readable",
+            "copy the file again",
+        ]);
         folder.ask(&[verb, "head.mcap"]).refuses(&["head.mcap: byte 0", "truncated"]);
     }
 }
@@ -92,7 +105,8 @@ fn a_sample_that_is_no_number_is_counted_dropped_and_the_estimate_goes_on() {
     let flown = record(&folder, "inertial");
     let poisoned = with_one_nan(&folder.path().join("own.mcap"));
     write_mcap(&poisoned, &folder.path().join("nan.mcap")).unwrap();
-    let result = folder.ask(&["replay", "nan.mcap", "--scenario", "alone.toml", "--link", "lockstep", "--json"]).result();
+    let result =
+        folder.ask(&["replay", "nan.mcap", "--scenario", "alone.toml", "--link", "lockstep", "--json"]).result();
     let partitions = result["partitions"].as_array().unwrap();
     let bad = partitions.iter().find(|row| row["name"] == "inertial-id").unwrap()["bad"].as_u64();
     assert_eq!(bad, Some(1), "{result}");

@@ -3,7 +3,7 @@
 //! The folder is `OBSID_RECORDINGS`, or `../shared/recordings` beside the workspace; without it the tests say that they
 //! were skipped, and fail when `OBSID_REQUIRE` contains `recordings`.
 
-use crate::desk::{ask, estimates, number, scenario, workspace};
+use crate::desk::{ask, estimates, number, scenario, skipped, workspace};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ fn folder() -> Option<PathBuf> {
     if found.is_none() {
         let required = std::env::var("OBSID_REQUIRE").unwrap_or_default();
         assert!(!required.contains("recordings"), "no recordings found, and OBSID_REQUIRE asks for them");
-        eprintln!("skipped: no recordings (set OBSID_RECORDINGS)");
+        skipped("no recordings (set OBSID_RECORDINGS)");
     }
     found
 }

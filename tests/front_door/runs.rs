@@ -31,7 +31,10 @@ fn the_result_has_every_key_with_its_type() {
     let verdicts = ["complete", "adequate", "accepted"];
     for row in ["inertial", "slosh", "modal"].iter().flat_map(|domain| estimates(result, domain)) {
         assert!(texts.iter().all(|key| row[key].is_string()), "{row}");
-        assert!(numbers.iter().all(|key| row.get(key).is_some_and(|value| value.is_number() || value.is_null())), "{row}");
+        assert!(
+            numbers.iter().all(|key| row.get(key).is_some_and(|value| value.is_number() || value.is_null())),
+            "{row}"
+        );
         assert!(verdicts.iter().all(|key| row[key].is_boolean()), "{row}");
     }
     let partitions = result["partitions"].as_array().unwrap();
@@ -72,7 +75,11 @@ fn every_model_is_complete_adequate_and_accepted_and_the_mission_ends_mated_in_s
         }
     }
     let modes = DEFAULT["modes"].as_array().unwrap();
-    assert!(modes.windows(2).all(|pair| pair[0]["to"] == pair[1]["from"] && pair[0]["frame"].as_u64() < pair[1]["frame"].as_u64()));
+    assert!(
+        modes
+            .windows(2)
+            .all(|pair| pair[0]["to"] == pair[1]["from"] && pair[0]["frame"].as_u64() < pair[1]["frame"].as_u64())
+    );
     let states: Vec<&str> = modes.iter().map(|mode| mode["to"].as_str().unwrap()).collect();
     let flown = [
         "PRE_CAPTURE.MODAL",
@@ -104,7 +111,9 @@ fn processes_over_shared_memory_and_one_thread_give_the_same_digest_and_another_
 #[test]
 fn without_json_the_table_shows_every_parameter_and_the_digest() {
     let answer = ask(&["run", &scenario("short.toml"), "--link", "lockstep"]).ends_with(0);
-    for text in ["a1", "a9", "m_s", "k_s", "c_s", "f1", "zeta2", "MATED.INERTIAL", "accepted yes", "digest ", "recorder"] {
+    for text in
+        ["a1", "a9", "m_s", "k_s", "c_s", "f1", "zeta2", "MATED.INERTIAL", "accepted yes", "digest ", "recorder"]
+    {
         assert!(answer.stdout.contains(text), "{text}: {answer}");
     }
 }

@@ -50,13 +50,18 @@ struct Arguments {
 const EXAMPLES: &str = "Examples:
   obsid run                                        the default scenario, as processes over shared memory
   obsid run deploy/scenarios/default.toml --json   another scenario, result as one JSON object
-  obsid replay flight.mcap                         a recording through the partitions
+  obsid replay slab.csv.gz                         a recording through the partitions
   obsid digest flight.mcap                         identity of the recorded results
   obsid icd --md                                   the interface control document";
+
+const BENCH_EXAMPLES: &str = "Examples:
+  obsid bench bp1a                               100 records of the arm, beside the Cramer-Rao bound
+  obsid bench bp2 --trials 1000 --seed 7 --json  slosh, more records, another seed, result as JSON";
 
 #[derive(Subcommand)]
 enum Verb {
     Run(run::Arguments),
+    #[command(after_help = BENCH_EXAMPLES)]
     Bench(bench::Arguments),
     Replay(replay::Arguments),
     Digest(digest::Arguments),

@@ -85,7 +85,8 @@ pub fn parse(file: &str, text: &str) -> Result<Scenario, Failure> {
     let Some(first) = impossible.first() else { return Ok(scenario) };
     let others: Vec<String> =
         impossible.iter().skip(1).map(|i| format!("{} = {}: {}", i.key, i.value, i.why)).collect();
-    let cure = if others.is_empty() { String::new() } else { format!("also: {}", others.join("; ")) };
+    let example = "see deploy/scenarios/default.toml for numbers that fly";
+    let cure = if others.is_empty() { example.into() } else { format!("{example}; also: {}", others.join("; ")) };
     let span = span_of(text, &first.key).unwrap_or(0..0);
     Err(error_at(file, text, span, format!("{} = {}: {}", first.key, first.value, first.why), cure))
 }

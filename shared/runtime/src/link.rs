@@ -7,6 +7,9 @@ use telemetry::{PartitionId, Stamps, TopicId};
 pub enum LinkError {
     #[error("topic {topic}: {operation} failed: {reason}")]
     Transport { topic: &'static str, operation: &'static str, reason: String },
+    /// No living process holds the service any more (or none has made it).
+    #[error("topic {topic}: its service does not exist")]
+    Vanished { topic: &'static str },
     #[error(
         "topic {topic}: this process was built with layout {ours:08x}, the running system with {theirs}: \
          build every partition from one revision"

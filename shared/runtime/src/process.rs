@@ -69,6 +69,15 @@ impl ProcessError {
     pub fn is_final(&self) -> bool {
         matches!(self, ProcessError::Connect(_) | ProcessError::Link(LinkError::Layout { .. }))
     }
+
+    /// What the warden does about it.
+    fn exit_code(&self) -> i32 {
+        match self {
+            ProcessError::Link(LinkError::Vanished { .. }) => crate::warden::EXIT_VANISHED,
+            error if error.is_final() => crate::warden::EXIT_FINAL,
+            _ => 1,
+        }
+    }
 }
 
 /// Runs partition `id` of the run in `folder` until the run ends or SIGTERM comes.
@@ -329,8 +338,10 @@ pub fn exit_code(id: PartitionId, result: Result<(), ProcessError>) -> ExitCode 
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("{id}: {error}");
-            ExitCode::from(if error.is_final() { crate::warden::EXIT_FINAL as u8 } else { 1 })
+            // One write: six processes share the console's standard error.
+            let line = format!("{id}: {error}\n");
+            eprint!("{line}");
+            ExitCode::from(error.exit_code() as u8)
         }
     }
 }

@@ -12,6 +12,8 @@ use telemetry::PartitionId;
 
 const NAME: &str = "obsid-";
 const SHARED_MEMORY: &str = "/dev/shm";
+/// `sun_path` of `sockaddr_un` without its final zero [bytes].
+const SOCKET_PATH_MAX: usize = 107;
 
 /// Paths inside a run's folder.
 #[derive(Clone, Debug)]
@@ -54,6 +56,16 @@ impl RunDir {
         self.0.join(format!("{partition}.stats.json"))
     }
 
+    /// Sockets lie in iceoryx2's root: `<prefix><up to 31 digits>.event`.
+    fn check_length(&self) -> io::Result<()> {
+        let bytes = self.iceoryx_root().as_os_str().len() + 1 + self.prefix().len() + 31 + ".event".len();
+        if bytes <= SOCKET_PATH_MAX {
+            return Ok(());
+        }
+        let (path, excess) = (self.0.display(), bytes - SOCKET_PATH_MAX);
+        Err(io::Error::other(format!("{path}: {excess} bytes too long for the sockets in it; choose a shorter root")))
+    }
+
     /// Reads the run's configuration.
     ///
     /// # Errors
@@ -81,9 +93,13 @@ impl OwnedRunDir {
         let path = (0..1000).map(|n| parent.join(format!("{NAME}{pid}-{n}"))).find(|path| fs::create_dir(path).is_ok());
         let path =
             path.ok_or_else(|| io::Error::other(format!("{}: cannot make a folder for the run", parent.display())))?;
-        let lock = File::create(path.join("lock"))?;
-        flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
         let dir = RunDir(path);
+        if let Err(error) = dir.check_length() {
+            let _ = fs::remove_dir(&dir.0);
+            return Err(error);
+        }
+        let lock = File::create(dir.path().join("lock"))?;
+        flock(&lock, FlockOperation::NonBlockingLockExclusive)?;
         let owned = OwnedRunDir { dir, _lock: lock };
         fs::create_dir(owned.dir.iceoryx_root())?;
         fs::create_dir(owned.dir.checkpoints())?;
@@ -96,6 +112,19 @@ impl OwnedRunDir {
     pub fn dir(&self) -> &RunDir {
         &self.dir
     }
+
+    /// Removes every service of the run, whole or half-made; configuration and checkpoints stay.
+    ///
+    /// # Errors
+    /// When the file system refuses.
+    pub fn clear_services(&self) -> io::Result<()> {
+        remove_shared_memory(&self.dir);
+        if self.dir.ready().exists() {
+            fs::remove_file(self.dir.ready())?;
+        }
+        fs::remove_dir_all(self.dir.iceoryx_root())?;
+        fs::create_dir(self.dir.iceoryx_root())
+    }
 }
 
 impl Drop for OwnedRunDir {
@@ -105,13 +134,17 @@ impl Drop for OwnedRunDir {
 }
 
 fn remove_all(dir: &RunDir) {
+    remove_shared_memory(dir);
+    let _ = fs::remove_dir_all(dir.path());
+}
+
+fn remove_shared_memory(dir: &RunDir) {
     let prefix = dir.prefix();
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
             let _ = fs::remove_file(entry.path());
         }
     }
-    let _ = fs::remove_dir_all(dir.path());
 }
 
 /// Removes what killed wardens left under `parent`: folders whose maker is dead and whose lock is free.

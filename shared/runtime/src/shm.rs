@@ -18,6 +18,8 @@ use iceoryx2::prelude::{
     SignalHandlingMode, WaitSet, WaitSetBuilder, ipc, set_log_level,
 };
 use iceoryx2::service::Service as _;
+use iceoryx2::service::builder::event::EventOpenError;
+use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError;
 use iceoryx2::service::port_factory::event::PortFactory as EventFactory;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as SampleFactory;
 use std::fmt::Debug;
@@ -257,9 +259,8 @@ fn sample_service<T: Sample>(
     }
     // Read before opening: a sample of another size cannot be opened, and its hash is what the operator needs.
     let details = Service::details(&name, node.config(), MessagingPattern::PublishSubscribe);
-    let details = details
-        .map_err(|error| fail("details", text(error)))?
-        .ok_or_else(|| fail("open", "it does not exist".into()))?;
+    let details =
+        details.map_err(|error| fail("details", text(error)))?.ok_or(LinkError::Vanished { topic: info.name })?;
     let value = details.static_details.attributes().key_value(&key, 0);
     let theirs =
         value.map_or("no layout".to_string(), |value| format!("layout {}", String::from_utf8_lossy(value.as_bytes())));
@@ -267,7 +268,12 @@ fn sample_service<T: Sample>(
         return Err(LinkError::Layout { topic: info.name, ours: info.layout, theirs });
     }
     let builder = node.service_builder(&name).publish_subscribe::<T>().user_header::<Stamps>();
-    builder.open().map_err(|error| fail("open", text(error)))
+    builder.open().map_err(|error| match error {
+        PublishSubscribeOpenError::DoesNotExist | PublishSubscribeOpenError::IsMarkedForDestruction => {
+            LinkError::Vanished { topic: info.name }
+        }
+        error => fail("open", text(error)),
+    })
 }
 
 fn wake_service(node: &Node<Service>, of: PartitionId, role: Role) -> Result<EventFactory<Service>, LinkError> {
@@ -277,7 +283,12 @@ fn wake_service(node: &Node<Service>, of: PartitionId, role: Role) -> Result<Eve
         node.service_builder(&name).event().max_listeners(4).max_notifiers(PartitionId::COUNT + 4).max_nodes(NODES_MAX);
     match role {
         Role::Creates => builder.create().map_err(|error| fail("create", text(error))),
-        Role::Opens => node.service_builder(&name).event().open().map_err(|error| fail("open", text(error))),
+        Role::Opens => node.service_builder(&name).event().open().map_err(|error| match error {
+            EventOpenError::DoesNotExist | EventOpenError::IsMarkedForDestruction => {
+                LinkError::Vanished { topic: "wake" }
+            }
+            error => fail("open", text(error)),
+        }),
     }
 }
 

@@ -21,6 +21,8 @@ use telemetry::PartitionId;
 
 /// Exit code of a partition that no restart can help.
 pub const EXIT_FINAL: i32 = 4;
+/// Exit code of a partition that found no services to open.
+pub const EXIT_VANISHED: i32 = 5;
 const TICK: Duration = Duration::from_millis(50);
 /// Time the others get to end once the first partition has ended.
 const END_GRACE: Duration = Duration::from_secs(5);
@@ -69,7 +71,7 @@ impl Launcher {
 
 enum State {
     Waiting { until: Instant },
-    Running { child: Child, pidfd: OwnedFd },
+    Running { child: Child, pidfd: OwnedFd, since: Instant },
     Done,
     GivenUp,
 }
@@ -206,7 +208,7 @@ impl<'a> Warden<'a> {
             if let Some(stdout) = &child.stdout {
                 rustix::fs::fcntl_setfl(stdout, rustix::fs::OFlags::NONBLOCK).map_err(|error| fail(error.into()))?;
             }
-            ward.state = State::Running { child, pidfd };
+            ward.state = State::Running { child, pidfd, since: Instant::now() };
             if ward.epoch > 0 {
                 (self.report)(&Report::Restart { partition: ward.id.to_string(), restarts: ward.epoch });
             }
@@ -217,7 +219,7 @@ impl<'a> Warden<'a> {
     fn sleep(&self, signals: &UnixStream) -> Result<(), String> {
         let mut fds = vec![PollFd::new(signals, PollFlags::IN)];
         for ward in &self.wards {
-            if let State::Running { child, pidfd } = &ward.state {
+            if let State::Running { child, pidfd, .. } = &ward.state {
                 fds.push(PollFd::new(pidfd, PollFlags::IN));
                 fds.extend(child.stdout.as_ref().map(|pipe| PollFd::new(pipe, PollFlags::IN)));
             }
@@ -238,13 +240,44 @@ impl<'a> Warden<'a> {
             else {
                 continue;
             };
+            let mut services_lost = status.code() == Some(EXIT_VANISHED);
             if self.wards[index].id == PartitionId::Supervisor {
                 self.listen_to_supervisor();
                 self.pipe = LineBuffer::default();
+                services_lost |= !self.services_exist;
             }
             self.after_death(index, pid, status)?;
+            if services_lost {
+                self.renew_services()?;
+            }
         }
         Ok(())
+    }
+
+    /// Takes everybody down and has the supervisor make the services anew; checkpoints and outboxes carry the run over.
+    ///
+    /// Services vanish with the last process that holds them (who starts holds none yet), and one whose maker dies
+    /// half-way bricks its name. Whoever had ended in order starts again too: its samples went with the services.
+    fn renew_services(&mut self) -> Result<(), String> {
+        for ward in &mut self.wards {
+            match &mut ward.state {
+                State::Waiting { .. } | State::GivenUp => continue,
+                State::Done => {}
+                State::Running { child, .. } => {
+                    let _ = child.kill();
+                    let _ = child.wait();
+                    ward.cause = Signal::KILL.as_raw() as u32;
+                    let cause = "taken down, services have vanished".into();
+                    (self.report)(&Report::Death { partition: ward.id.to_string(), pid: child.id(), cause });
+                }
+            }
+            // No death of its own: it does not count towards giving it up.
+            ward.epoch += 1;
+            ward.state = State::Waiting { until: Instant::now() };
+        }
+        (self.services_exist, self.first_end) = (false, None);
+        self.pipe = LineBuffer::default();
+        self.owned.clear_services().map_err(|error| format!("services cannot be removed: {error}"))
     }
 
     fn after_death(&mut self, index: usize, pid: u32, status: ExitStatus) -> Result<(), String> {
@@ -344,7 +377,18 @@ impl<'a> Warden<'a> {
                 (self.report)(&Report::Status { frame, mode: mode.into() });
             }
             ["HANG", name, epoch] => self.end_hang(name, epoch),
+            ["SILENT", name] => self.end_silence(name),
             _ => tracing::warn!(line, "the supervisor said something unknown"),
+        }
+    }
+
+    /// A supervisor that has come back never hears who hung before: a hang, unless that one has just been started.
+    fn end_silence(&mut self, name: &str) {
+        let Some(ward) = self.wards.iter().find(|ward| ward.id.text() == name) else { return };
+        let limit = Duration::from_millis(self.limits.of(ward.id).hang_ms);
+        let epoch = ward.epoch.to_string();
+        if matches!(ward.state, State::Running { since, .. } if since.elapsed() >= limit) {
+            self.end_hang(name, &epoch);
         }
     }
 
@@ -367,7 +411,7 @@ impl<'a> Warden<'a> {
     /// Ends what still runs, in order: the source first, the recorder last, so that its file is complete.
     fn end_all(&mut self) {
         for ward in &mut self.wards {
-            let State::Running { child, pidfd } = &mut ward.state else { continue };
+            let State::Running { child, pidfd, .. } = &mut ward.state else { continue };
             let _ = kill_process(Pid::from_child(child), Signal::TERM);
             let grace = Timespec { tv_sec: TERM_GRACE.as_secs() as i64, tv_nsec: 0 };
             let _ = poll(&mut [PollFd::new(&*pidfd, PollFlags::IN)], Some(&grace));

@@ -1,7 +1,7 @@
 //! The supervisor's process as health monitor: hangs by execution counter, and its pipe to the warden.
 //!
-//! Lines to the warden (standard output): `READY`, `STATUS frame mode`, `HANG partition`. Lines from it (standard
-//! input): `LOST partition`. Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
+//! Lines to the warden (standard output): `READY`, `STATUS frame mode`, `HANG partition epoch`, `SILENT partition`
+//! (never heard). Lines from it (standard input): `LOST partition`. Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
 
 use crate::RunConfig;
 use crossbeam::channel::{Receiver, unbounded};
@@ -66,10 +66,16 @@ impl HangWatch {
             self.hear(progress);
         }
         for pulse in &mut self.pulses {
-            // One that was never heard is starting: its death shows by pidfd, its hang at the warden's stall limit.
-            if pulse.heard && !pulse.reported && !pulse.lost && pulse.changed.elapsed() >= pulse.limit {
+            if pulse.reported || pulse.lost || pulse.changed.elapsed() < pulse.limit {
+                continue;
+            }
+            if pulse.heard {
                 pulse.reported = true;
                 say(&format!("HANG {} {}", pulse.id, pulse.epoch));
+            } else {
+                // Starting, or hanging since before this supervisor came: the warden knows how long it has lived.
+                pulse.changed = Instant::now();
+                say(&format!("SILENT {}", pulse.id));
             }
         }
         if self.last_status.elapsed() >= STATUS_EVERY {
