@@ -1,10 +1,11 @@
 //! A partition that dies in every life is given up: its domain is abandoned, or, without it, the run.
 
 use crate::ended::{Ended, KILLED};
+use crate::limits;
 use crate::world::{World, undisturbed};
 use telemetry::ACTUATORS;
 
-/// Deaths that the built-in table allows (`deploy/partitions.toml`: five restarts), and one more.
+/// Five restarts are allowed, in the built-in table (`deploy/partitions.toml`) and in that of [`limits`].
 const DEATHS: usize = 6;
 
 fn was_given_up(ended: &Ended, name: &str) {
@@ -59,7 +60,8 @@ fn an_estimator_given_up_in_its_experiment_ends_the_excitation_and_costs_only_it
 #[test]
 fn the_other_estimators_given_up_cost_only_their_own_domain() {
     let world = World::new();
-    let ended = world.run(&["--kill-always", "modal-id@200"]);
+    let table = limits::table(&world, &[]);
+    let ended = world.run(&["--partitions", &table, "--kill-always", "modal-id@200"]);
     assert_eq!(ended.code, Some(0), "{ended}");
     was_given_up(&ended, "modal-id");
     is_abandoned(&ended, "modal");
@@ -69,7 +71,7 @@ fn the_other_estimators_given_up_cost_only_their_own_domain() {
         assert!(rows.len() == count && rows.iter().all(|row| row["accepted"] == true), "{domain}: {ended}");
     }
 
-    let ended = world.run(&["--kill-always", "inertial-id@1700"]);
+    let ended = world.run(&["--partitions", &table, "--kill-always", "inertial-id@1700"]);
     assert_eq!(ended.code, Some(0), "{ended}");
     was_given_up(&ended, "inertial-id");
     is_abandoned(&ended, "inertial");
@@ -84,7 +86,9 @@ fn the_other_estimators_given_up_cost_only_their_own_domain() {
 #[test]
 fn who_was_given_up_stays_so_over_restarts_of_the_source_and_the_supervisor() {
     let world = World::new();
-    let ended = world.run(&["--kill-always", "slosh-id@700", "--kill", "supervisor@790", "--kill", "sensor-sim@790"]);
+    let table = limits::table(&world, &[]);
+    let kills = ["--kill-always", "slosh-id@700", "--kill", "supervisor@790", "--kill", "sensor-sim@790"];
+    let ended = world.run(&[&["--partitions", table.as_str()][..], &kills].concat());
     assert_eq!(ended.code, Some(0), "{ended}");
     was_given_up(&ended, "slosh-id");
     is_abandoned(&ended, "slosh");
@@ -94,8 +98,9 @@ fn who_was_given_up_stays_so_over_restarts_of_the_source_and_the_supervisor() {
 #[test]
 fn a_run_that_loses_its_source_its_supervisor_or_its_recorder_fails_and_says_so() {
     let world = World::new();
+    let table = limits::table(&world, &[]);
     for name in ["sensor-sim", "supervisor", "recorder"] {
-        let ended = world.run(&["--kill-always", &format!("{name}@700")]);
+        let ended = world.run(&["--partitions", &table, "--kill-always", &format!("{name}@700")]);
         assert_eq!(ended.code, Some(1), "{ended}");
         was_given_up(&ended, name);
         assert_eq!(ended.failure(), format!("{name} was given up after {DEATHS} deaths"));

@@ -1,27 +1,11 @@
 //! Hangs: a process that lives and does nothing (SIGSTOP) is found by its execution counter, killed and restarted.
 
-use crate::PARTITIONS;
+use crate::limits;
 use crate::world::{World, undisturbed};
-
-/// Table of limits in which `hanging` partitions have one second and the others so long that load is no hang.
-fn limits(world: &World, hanging: &[&str]) -> String {
-    let row = |name: &&str| {
-        let hang_ms = if hanging.contains(name) { 1000 } else { 60_000 };
-        let given_up = if name.ends_with("-id") { "go-on" } else { "end-run" };
-        format!(
-            "[[partition]]\nname = \"{name}\"\nhang_ms = {hang_ms}\nrestarts_max = 5\nrestarts_within_s = 60\n\
-             back_off_ms = [0]\ngiven_up = \"{given_up}\"\n"
-        )
-    };
-    let table = format!("format = 1\nstall_s = 60\n{}", PARTITIONS.iter().map(row).collect::<String>());
-    let file = world.file("partitions.toml");
-    std::fs::write(&file, table).unwrap();
-    file.to_str().unwrap().into()
-}
 
 fn is_found(hanging: &[&str], frame: u64) {
     let world = World::new();
-    let table = limits(&world, hanging);
+    let table = limits::table(&world, hanging);
     let hangs: Vec<String> = hanging.iter().map(|name| format!("{name}@{frame}")).collect();
     let mut arguments = vec!["--partitions", &table];
     arguments.extend(hangs.iter().flat_map(|hang| ["--hang", hang]));

@@ -11,6 +11,7 @@ mod give_up;
 mod hang;
 mod kill;
 mod kill_from_outside;
+mod limits;
 mod orderly_end;
 mod process;
 mod sabotage;

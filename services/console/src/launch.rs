@@ -1,19 +1,22 @@
 //! Carries a run out: as processes under a warden, or in lockstep in this one.
 
+use crate::outcome;
 use crate::partition::PARTITIONS;
 use crate::progress::Progress;
-use crate::{Failure, outcome};
+use crate::scratch::Scratch;
 use runtime::RunConfig;
-use runtime::lockstep::{self, LockstepBus};
+use runtime::lockstep::{self, Ending, LockstepBus};
+use runtime::rundir::purge_debris;
 use runtime::runner::Runner;
 use runtime::statistics::PartitionRow;
+use runtime::warden::Report;
 use rustix::process::{Pid, Signal, kill_process};
-use serde::Deserialize;
+use signal_hook::iterator::Signals;
 use std::io::{BufRead, BufReader};
 use std::os::unix::process::CommandExt;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
-use std::time::Instant;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// What carries the samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -26,41 +29,52 @@ pub enum LinkKind {
 
 /// The frames of a turn in lockstep.
 const LOCKSTEP_CHUNK: u64 = 25;
+/// What the warden says too.
+const STOPPED: &str = "stopped by a signal";
+/// Time for a dead warden's children, which the kernel kills with it, to be gone.
+const ORPHANS_GRACE: Duration = Duration::from_millis(200);
 
 /// How a run went.
 pub struct Finished {
     pub rows: Vec<PartitionRow>,
     pub wall_s: f64,
+    pub link: LinkKind,
+    /// Why it did not get to its end.
+    pub failure: Option<String>,
 }
 
-/// Where runs make their folder.
-pub fn root() -> PathBuf {
-    std::env::var_os("OBSID_ROOT").map_or_else(|| PathBuf::from("/dev/shm"), PathBuf::from)
-}
+/// Rows as far as they are known, and why the run did not get to its end.
+type Ended = (Vec<PartitionRow>, Option<String>);
 
-/// Carries `run` out to its end.
+/// What `signals` tells from here on until the end of the process is this module's business.
 ///
 /// # Errors
-/// [`Failure::Run`] when it does not get there.
-pub fn launch(run: &RunConfig, link: LinkKind, images: Option<&Path>) -> Result<Finished, Failure> {
-    run.check_depths().map_err(Failure::Run)?;
-    let started = Instant::now();
-    let progress = Progress::new(outcome::frames_expected(run));
-    let rows = match link {
-        LinkKind::Shm => as_processes(run, images, &progress),
-        LinkKind::Lockstep => in_lockstep(run, &progress),
-    };
-    progress.end();
-    Ok(Finished { rows: rows?, wall_s: started.elapsed().as_secs_f64() })
+/// When the handlers cannot be set.
+pub fn take_signals() -> std::io::Result<Signals> {
+    Signals::new([signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM])
 }
 
-fn in_lockstep(run: &RunConfig, progress: &Progress) -> Result<Vec<PartitionRow>, Failure> {
-    let fail = |error: &dyn std::error::Error| Failure::Run(error.to_string());
+/// Carries `run` out, to its end or as far as it gets.
+pub fn launch(run: &RunConfig, link: LinkKind, images: Option<&Path>, scratch: &Scratch, signals: Signals) -> Finished {
+    let started = Instant::now();
+    let progress = Progress::new(outcome::frames_expected(run));
+    let ended = match link {
+        LinkKind::Shm => as_processes(run, images, &progress, scratch, signals),
+        LinkKind::Lockstep => in_lockstep(run, &progress, scratch, signals),
+    };
+    progress.end();
+    let (rows, failure) = ended.unwrap_or_else(|failure| (Vec::new(), Some(failure)));
+    Finished { rows, wall_s: started.elapsed().as_secs_f64(), link, failure }
+}
+
+fn in_lockstep(run: &RunConfig, progress: &Progress, scratch: &Scratch, mut signals: Signals) -> Result<Ended, String> {
+    // No warden will.
+    purge_debris(scratch.root());
     let bus = LockstepBus::default();
     let mut runners = Vec::new();
     for (_, connect) in PARTITIONS.iter().filter(|(id, _)| run.partitions.contains(id)) {
-        let partition = connect(run).map_err(|error| fail(&error))?;
-        runners.push(Runner::start(partition, bus.join(), run, 0, None).map_err(|error| fail(&error))?);
+        let partition = connect(run).map_err(|error| error.to_string())?;
+        runners.push(Runner::start(partition, bus.join(), run, 0, None).map_err(|error| error.to_string())?);
     }
     let mut turns = 0_u64;
     let chunk = |_| {
@@ -70,51 +84,54 @@ fn in_lockstep(run: &RunConfig, progress: &Progress) -> Result<Vec<PartitionRow>
         }
         LOCKSTEP_CHUNK
     };
-    lockstep::run_to_end(&mut runners, chunk).map_err(|error| fail(&error))?;
-    Ok(runners.iter().map(PartitionRow::of).collect())
+    let failure = match lockstep::run_to_end(&mut runners, chunk, || signals.pending().next().is_some()) {
+        Ok(Ending::Complete) => None,
+        Ok(Ending::Stopped) => Some(STOPPED.to_string()),
+        Err(error) => Some(error.to_string()),
+    };
+    Ok((runners.iter().map(PartitionRow::of).collect(), failure))
 }
 
-fn as_processes(run: &RunConfig, images: Option<&Path>, progress: &Progress) -> Result<Vec<PartitionRow>, Failure> {
-    let io = |error: std::io::Error| Failure::Run(format!("warden: {error}"));
-    let config = ConfigFile::write(run).map_err(io)?;
+fn as_processes(
+    run: &RunConfig,
+    images: Option<&Path>,
+    progress: &Progress,
+    scratch: &Scratch,
+    signals: Signals,
+) -> Result<Ended, String> {
+    let io = |error: std::io::Error| format!("warden: {error}");
+    let config = scratch.leave_config(run).map_err(io)?;
     let program = std::env::current_exe().map_err(io)?;
     let mut command = Command::new(program);
-    command.args(["partition", "warden", "--config"]).arg(&config.0).arg("--root").arg(root());
+    command.args(["partition", "warden", "--config"]).arg(config).arg("--root").arg(scratch.root());
     if let Some(images) = images {
         command.arg("--images").arg(images);
     }
     // A group of its own: the terminal's Ctrl-C reaches the console, which asks the warden to end in order.
     command.process_group(0).stdin(Stdio::null()).stdout(Stdio::piped());
     let mut warden = command.spawn().map_err(io)?;
-    forward_signals(&warden).map_err(io)?;
-    let reports = warden.stdout.take().ok_or_else(|| Failure::Run("warden: no pipe".into()))?;
+    // A signal that came before waits in `signals`.
+    forward(signals, Pid::from_child(&warden));
+    let reports = warden.stdout.take().ok_or("warden: no pipe")?;
     let mut end = None;
     for line in BufReader::new(reports).lines().map_while(Result::ok) {
         if let Some(Report::End { ok, reason, partitions }) = show(&line, progress) {
-            end = Some(if ok { Ok(partitions) } else { Err(Failure::Run(reason)) });
+            end = Some((partitions, (!ok).then_some(reason)));
         }
     }
     let status = warden.wait().map_err(io)?;
-    end.unwrap_or_else(|| Err(Failure::Run(format!("the warden ended without a result ({status})"))))
-}
-
-/// The warden's lines, as far as the console reads them.
-#[derive(Deserialize)]
-#[serde(tag = "event", rename_all = "snake_case")]
-enum Report {
-    Started {},
-    Status { frame: u64, mode: String },
-    Death { partition: String, pid: u32, cause: String },
-    Restart { partition: String, restarts: u32 },
-    Hang { partition: String },
-    GivenUp { partition: String },
-    End { ok: bool, reason: String, partitions: Vec<PartitionRow> },
+    if let Some(end) = end {
+        return Ok(end);
+    }
+    std::thread::sleep(ORPHANS_GRACE);
+    purge_debris(scratch.root());
+    Err(format!("the warden ended without a result ({status})"))
 }
 
 fn show(line: &str, progress: &Progress) -> Option<Report> {
     let report = serde_json::from_str(line).ok()?;
     match &report {
-        Report::Started {} | Report::End { .. } => {}
+        Report::Started { .. } | Report::End { .. } => {}
         Report::Status { frame, mode } => progress.show(*frame, mode),
         Report::Death { partition, pid, cause } => progress.note(&format!("{partition} (pid {pid}) died: {cause}")),
         Report::Restart { partition, restarts } => {
@@ -127,75 +144,10 @@ fn show(line: &str, progress: &Progress) -> Option<Report> {
 }
 
 /// Ctrl-C and SIGTERM are the warden's business.
-fn forward_signals(warden: &Child) -> std::io::Result<()> {
-    let pid = Pid::from_child(warden);
-    let mut signals = signal_hook::iterator::Signals::new([signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM])?;
+fn forward(mut signals: Signals, warden: Pid) {
     std::thread::spawn(move || {
         for _ in signals.forever() {
-            let _ = kill_process(pid, Signal::TERM);
+            let _ = kill_process(warden, Signal::TERM);
         }
     });
-    Ok(())
-}
-
-/// The run's configuration on its way to the warden; removed on drop.
-struct ConfigFile(PathBuf);
-
-impl ConfigFile {
-    fn write(run: &RunConfig) -> std::io::Result<Self> {
-        let path = scratch(&format!("obsid-config-{}.json", std::process::id()));
-        std::fs::write(&path, serde_json::to_string(run).map_err(std::io::Error::other)?)?;
-        Ok(ConfigFile(path))
-    }
-}
-
-impl Drop for ConfigFile {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
-    }
-}
-
-/// A results file nobody asked for: removed when the outcome has been read.
-pub struct ResultsFile {
-    path: PathBuf,
-    keep: bool,
-}
-
-impl ResultsFile {
-    /// The file the user asked for, or one of our own; whether it can be written is found out before the run.
-    ///
-    /// # Errors
-    /// [`Failure::Input`] when it cannot.
-    pub fn new(asked: Option<&Path>) -> Result<Self, Failure> {
-        let Some(path) = asked else {
-            return Ok(ResultsFile {
-                path: scratch(&format!("obsid-results-{}.mcap", std::process::id())),
-                keep: false,
-            });
-        };
-        // Nothing is cut here: a file of an earlier run stands until the new run begins.
-        std::fs::OpenOptions::new().append(true).create(true).open(path).map_err(|error| {
-            Failure::Input(miette::miette!(
-                help = "--record takes the path of a file, in a folder that exists and may be written to",
-                "{}: cannot be written: {error}",
-                path.display()
-            ))
-        })?;
-        Ok(ResultsFile { path: std::path::absolute(path).unwrap_or_else(|_| path.into()), keep: true })
-    }
-    pub fn path(&self) -> &Path {
-        &self.path
-    }
-}
-
-impl Drop for ResultsFile {
-    fn drop(&mut self) {
-        if !self.keep {
-            let _ = std::fs::remove_file(&self.path);
-        }
-    }
-}
-
-fn scratch(name: &str) -> PathBuf {
-    std::env::temp_dir().join(name)
 }

@@ -17,11 +17,13 @@ mod replay;
 mod run;
 mod scenario_file;
 mod scenario_limits;
+mod scratch;
 mod table;
 mod truth;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Why a verb ends without success.
 #[derive(Debug, thiserror::Error)]
@@ -75,6 +77,8 @@ pub fn main() -> ExitCode {
     tracing_subscriber::fmt()
         .with_env_filter(tracing_subscriber::EnvFilter::from_env("OBSID_LOG"))
         .with_writer(std::io::stderr)
+        // They would go to standard error, which may be what failed.
+        .log_internal_errors(false)
         .init();
     keep_messages_on_one_line();
     let result = match Arguments::parse().verb {
@@ -86,13 +90,14 @@ pub fn main() -> ExitCode {
         Verb::Partition(arguments) => return partition::run(&arguments),
     };
     match result {
+        Ok(()) if OUTPUT_LOST.load(Ordering::Relaxed) => ExitCode::from(1),
         Ok(()) => ExitCode::SUCCESS,
         Err(Failure::Run(reason)) => {
-            eprintln!("obsid: {reason}");
+            tell(&format!("obsid: {reason}"));
             ExitCode::from(1)
         }
         Err(Failure::Input(report)) => {
-            eprintln!("{report:?}");
+            tell(&format!("{report:?}"));
             ExitCode::from(3)
         }
     }
@@ -107,11 +112,22 @@ fn keep_messages_on_one_line() {
     }
 }
 
-/// Prints to standard output; a reader that has gone away (`| head -1`) ends the program quietly.
+/// A result could not be printed (a full disk).
+static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
+
+/// Prints to standard output; that the reader has gone away (`| head -1`) is no failure.
 fn print(text: &str) {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    if out.write_all(text.as_bytes()).and_then(|()| out.flush()).is_err() {
-        std::process::exit(0);
+    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
+        && error.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        OUTPUT_LOST.store(true, Ordering::Relaxed);
+        tell(&format!("obsid: standard output: {error}"));
     }
+}
+
+/// Says a line on standard error; that nobody is there to read it is no failure.
+fn tell(text: &str) {
+    runtime::sys::tell(&format!("{text}\n"));
 }

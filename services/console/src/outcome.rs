@@ -1,11 +1,13 @@
 //! What a run came to, read from its recording: modes, estimates with verdicts, partitions, digest.
 
-use crate::Failure;
-use crate::launch::Finished;
+use crate::launch::{Finished, LinkKind};
 use crate::{paper, truth};
+use recording::{McapRecorder, RecordedRun, RecordingError};
 use runtime::RunConfig;
 use runtime::statistics::PartitionRow;
 use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::Path;
 use supervisor::mode::Event;
 use supervisor::validation;
 use telemetry::{
@@ -52,47 +54,36 @@ pub struct Outcome {
     pub modes: Vec<ModeRow>,
     pub parameters: Vec<ParameterRow>,
     pub partitions: Vec<PartitionRow>,
-    pub digest: String,
+    /// None when nothing was recorded.
+    pub digest: Option<String>,
     pub wall_s: f64,
-    pub lockstep: bool,
+    pub link: LinkKind,
+    /// Why the run did not get to its end.
+    pub failure: Option<String>,
 }
 
 impl Outcome {
-    /// Reads the recorded results of `run`.
-    ///
-    /// # Errors
-    /// When the recording is not complete.
-    pub fn read(run: &RunConfig, finished: Finished) -> Result<Self, Failure> {
-        let recorded = recording::read_mcap_topics(&run.record, telemetry::is_result)
-            .map_err(|error| Failure::Run(error.explain()))?;
-        let digest = recording::digest(&recorded).map_err(|error| Failure::Run(error.explain()))?;
-        let period_s = run.scenario.period_ns() as f64 * 1e-9;
-        let modes = recorded.of(MODE).map(|(_, mode)| mode_row(mode, period_s)).collect();
-        let verdicts: Vec<&Verdict> = recorded.of(VERDICT).map(|(_, verdict)| verdict).collect();
-        let mut parameters = Vec::new();
-        for (domain, topic) in
-            [(Domain::Inertial, ESTIMATE_INERTIAL), (Domain::Slosh, ESTIMATE_SLOSH), (Domain::Modal, ESTIMATE_MODAL)]
-        {
-            for &phase in Phase::ALL {
-                let of_phase = |code: u16| code == phase.code();
-                let estimate = recorded
-                    .of(topic)
-                    .map(|(_, estimate)| estimate)
-                    .filter(|e| e.closing == 1 && of_phase(e.phase))
-                    .last();
-                let verdict = verdicts.iter().rfind(|v| v.domain == domain.code() && of_phase(v.phase)).copied();
-                parameters.extend(parameter_rows(run, domain, phase, estimate, verdict));
+    /// Reads the results of `run` if it `recorded` any; of one that failed, what its recorder still wrote.
+    #[must_use]
+    pub fn read(run: &RunConfig, finished: Finished, recorded: bool) -> Self {
+        let Finished { rows, wall_s, link, mut failure } = finished;
+        let (mut modes, mut parameters, mut digest) = (Vec::new(), Vec::new(), None);
+        let found = if recorded {
+            recorded_results(&run.record, failure.is_some()).map_err(|error| error.explain())
+        } else {
+            Err("nothing was recorded".into())
+        };
+        match found {
+            Ok((recorded, identity)) => {
+                (modes, parameters) = results(run, &recorded);
+                digest = Some(identity);
+            }
+            Err(reason) => {
+                // What ended the run says more than that its recording ends early.
+                failure.get_or_insert(reason);
             }
         }
-        let lockstep = finished.rows.iter().all(|row| row.cpu_s == 0.0);
-        Ok(Outcome {
-            modes,
-            parameters,
-            partitions: finished.rows,
-            digest: digest.hex,
-            wall_s: finished.wall_s,
-            lockstep,
-        })
+        Outcome { modes, parameters, partitions: rows, digest, wall_s, link, failure }
     }
 
     /// The object that `--json` prints.
@@ -101,7 +92,8 @@ impl Outcome {
         let of = |domain: Domain| {
             self.parameters.iter().filter(|row| row.domain == domain).map(parameter_json).collect::<Vec<_>>()
         };
-        json!({
+        let mut object = json!({
+            "completed": self.failure.is_none(),
             "modes": self.modes.iter().map(|row| json!({
                 "frame": row.frame, "t_s": row.t_s, "from": row.from, "to": row.to, "cause": row.cause,
             })).collect::<Vec<_>>(),
@@ -109,19 +101,57 @@ impl Outcome {
             "partitions": self.partitions.iter().map(|row| self.partition_json(row)).collect::<Vec<_>>(),
             "digest": self.digest,
             "wall_s": self.wall_s,
-        })
+        });
+        if let Some(failure) = &self.failure {
+            object["failure"] = json!(failure);
+        }
+        object
     }
 
     fn partition_json(&self, row: &PartitionRow) -> Value {
         // In lockstep there is neither a wire nor a process: unknown, not zero.
-        let wire = |value: f64| if self.lockstep { Value::Null } else { json!(value) };
+        let wire = |value: f64| if self.link == LinkKind::Lockstep { Value::Null } else { json!(value) };
         json!({
             "name": row.name, "received": row.received, "lost": row.lost, "restarts": row.restarts,
+            "given_up": row.given_up,
             "latency_us_p50": wire(row.latency_us_p50), "latency_us_p99": wire(row.latency_us_p99),
             "cpu_percent": wire(row.cpu_percent), "duplicates": row.duplicates, "bad": row.bad,
             "frames": row.frames, "frame_us_max": wire(row.frame_us_max), "cpu_s": wire(row.cpu_s),
         })
     }
+}
+
+/// The results in the file and their identity. A recorder that was killed leaves a file without its end: of a run that
+/// `failed` the file is completed with what is readable.
+fn recorded_results(path: &Path, failed: bool) -> Result<(RecordedRun, String), RecordingError> {
+    let recorded = recording::read_mcap_topics(path, telemetry::is_result).or_else(|error| {
+        if !failed {
+            return Err(error);
+        }
+        McapRecorder::recover(path, |_, _, _| true)?.0.finish()?;
+        recording::read_mcap_topics(path, telemetry::is_result)
+    })?;
+    let digest = recording::digest(&recorded)?;
+    Ok((recorded, digest.hex))
+}
+
+fn results(run: &RunConfig, recorded: &RecordedRun) -> (Vec<ModeRow>, Vec<ParameterRow>) {
+    let period_s = run.scenario.period_ns() as f64 * 1e-9;
+    let modes = recorded.of(MODE).map(|(_, mode)| mode_row(mode, period_s)).collect();
+    let verdicts: Vec<&Verdict> = recorded.of(VERDICT).map(|(_, verdict)| verdict).collect();
+    let mut parameters = Vec::new();
+    for (domain, topic) in
+        [(Domain::Inertial, ESTIMATE_INERTIAL), (Domain::Slosh, ESTIMATE_SLOSH), (Domain::Modal, ESTIMATE_MODAL)]
+    {
+        for &phase in Phase::ALL {
+            let of_phase = |code: u16| code == phase.code();
+            let estimate =
+                recorded.of(topic).map(|(_, estimate)| estimate).filter(|e| e.closing == 1 && of_phase(e.phase)).last();
+            let verdict = verdicts.iter().rfind(|v| v.domain == domain.code() && of_phase(v.phase)).copied();
+            parameters.extend(parameter_rows(run, domain, phase, estimate, verdict));
+        }
+    }
+    (modes, parameters)
 }
 
 /// Frames that a run will have, about.
@@ -183,7 +213,7 @@ fn parameter_rows(
             complete: verdict.map(|verdict| verdict.complete == 1),
             adequate: verdict.and_then(|verdict| (verdict.adequate < 2).then_some(verdict.adequate == 1)),
             accepted: verdict.map(|verdict| verdict.accepted == 1),
-            reason: verdict.map_or("no verdict".into(), validation::explain),
+            reason: reason(estimate, verdict),
             dominant_channel: found
                 .filter(|_| domain == Domain::Modal)
                 .map(|estimate| estimate.auxiliary[i / 2] as u32),
@@ -191,6 +221,21 @@ fn parameter_rows(
     };
     let expected = if truth.is_empty() { found.max(usize::from(found == 0)) } else { truth.len().max(found) };
     (0..expected.min(names.len())).map(row).collect()
+}
+
+/// The supervisor's words, and the estimator's when it has no estimate.
+fn reason(estimate: Option<&Estimate>, verdict: Option<&Verdict>) -> String {
+    let mut text = verdict.map_or("no verdict".into(), validation::explain);
+    if let Some((estimate, domain)) = estimate.and_then(|e| Some((e, Domain::from_code(e.domain)?)))
+        && estimate.status != 0
+    {
+        let _ = write!(text, ": {}", telemetry::status_text(domain, estimate.status));
+        let numbers = [estimate.auxiliary[10], estimate.auxiliary[11]];
+        if numbers.iter().any(|number| *number != 0.0) {
+            let _ = write!(text, " ({}, {})", numbers[0], numbers[1]);
+        }
+    }
+    text
 }
 
 fn parameter_json(row: &ParameterRow) -> Value {

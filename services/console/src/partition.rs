@@ -1,10 +1,11 @@
 //! `obsid partition NAME`: one process of a run, started by the warden; `warden` is the parent of all.
 
+use crate::scratch::Held;
+use crate::tell;
 use runtime::process;
 use runtime::warden::{self, Launcher, Report};
 use runtime::{Connect, RunConfig};
-use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use telemetry::PartitionId;
 
@@ -35,6 +36,9 @@ pub struct Arguments {
     /// What ended the life before: 0 none, 1 to 255 signal, 256 + exit code
     #[arg(long, default_value_t = 0)]
     cause: u32,
+    /// Process id of the warden
+    #[arg(long)]
+    parent: Option<u32>,
     /// Warden only: the run's configuration (JSON)
     #[arg(long)]
     config: Option<PathBuf>,
@@ -52,44 +56,49 @@ pub fn run(arguments: &Arguments) -> ExitCode {
     }
     let Some((id, connect)) = PARTITIONS.iter().find(|(id, _)| id.text() == arguments.name) else {
         let names: Vec<&str> = PARTITIONS.iter().map(|(id, _)| id.text()).collect();
-        eprintln!("obsid: no partition is called '{}'; there are {} and warden", arguments.name, names.join(", "));
+        tell(&format!("obsid: no partition is called '{}'; there are {} and warden", arguments.name, names.join(", ")));
         return ExitCode::from(2);
     };
     let Some(folder) = &arguments.run else {
-        eprintln!("obsid: partition {id} needs --run FOLDER, the folder of a run that its warden has made");
+        tell(&format!("obsid: partition {id} needs --run FOLDER, the folder of a run that its warden has made"));
         return ExitCode::from(2);
     };
-    let life = process::Life { epoch: arguments.epoch, cause: arguments.cause };
+    let life = process::Life { epoch: arguments.epoch, cause: arguments.cause, parent: arguments.parent };
     process::exit_code(*id, process::run(*id, *connect, folder, life))
 }
 
 fn warden(arguments: &Arguments) -> ExitCode {
     let Some(config) = &arguments.config else {
-        eprintln!("obsid: partition warden needs --config FILE");
+        tell("obsid: partition warden needs --config FILE");
         return ExitCode::from(2);
     };
     let root = arguments.root.clone().unwrap_or_else(|| PathBuf::from("/dev/shm"));
-    match load(config).and_then(|run| supervise(&run, &root, arguments.images.clone())) {
+    let result = load(config).and_then(|(run, _held)| supervise(&run, &root, arguments.images.clone()));
+    match result {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(1),
         Err(error) => {
-            eprintln!("warden: {error}");
+            tell(&format!("warden: {error}"));
             ExitCode::from(1)
         }
     }
 }
 
-fn load(path: &PathBuf) -> std::io::Result<RunConfig> {
-    let text = std::fs::read_to_string(path)?;
-    serde_json::from_str(&text).map_err(|error| std::io::Error::other(format!("{}: {error}", path.display())))
+/// The run's configuration, and the hold on the console's folder that it was left in.
+fn load(path: &Path) -> std::io::Result<(RunConfig, Option<Held>)> {
+    let wrong = |error: &dyn std::fmt::Display| std::io::Error::other(format!("{}: {error}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let run = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
+    Ok((run, Held::of_config(path)))
 }
 
-fn supervise(run: &RunConfig, root: &std::path::Path, images: Option<PathBuf>) -> std::io::Result<bool> {
+fn supervise(run: &RunConfig, root: &Path, images: Option<PathBuf>) -> std::io::Result<bool> {
     let launcher = Launcher { program: std::env::current_exe()?, images };
+    let mut lines = runtime::sys::LineWriter::default();
     let mut report = |report: &Report| {
-        // Whoever started the warden may be gone: the run goes on.
+        // Whoever started the warden may be gone or not reading: the run goes on.
         if let Ok(line) = serde_json::to_string(report) {
-            let _ = writeln!(std::io::stdout(), "{line}");
+            lines.say(&line, matches!(report, Report::Status { .. }));
         }
     };
     warden::run(run, root, &launcher, &mut report)

@@ -23,7 +23,7 @@ impl Progress {
 
     /// A line above the bar; on standard error also without a terminal.
     pub fn note(&self, line: &str) {
-        self.0.suspend(|| eprintln!("{line}"));
+        self.0.suspend(|| crate::tell(line));
     }
 
     pub fn end(&self) {

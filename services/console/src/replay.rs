@@ -1,6 +1,5 @@
 //! `obsid replay`: a recording through the partitions.
 
-use crate::launch::ResultsFile;
 use crate::run::{self, Common};
 use crate::{Failure, scenario_file};
 use recording::{ChannelMap, Channels, Imported, ReplayFrames};
@@ -40,9 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             arguments.recording.display()
         )));
     }
-    let results = ResultsFile::new(arguments.common.record.as_deref())?;
-    let run = run::config(scenario, &arguments.common, &results, Some(replay))?;
-    run::carry_out(&run, &arguments.common)
+    run::carry_out(run::config(scenario, &arguments.common, Some(replay))?, &arguments.common)
 }
 
 fn is_same_file(one: &Path, other: &Path) -> bool {
@@ -65,7 +62,7 @@ fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<Repla
     };
     let frames = ReplayFrames::new(&imported, parsed.as_ref(), scenario.period_ns()).map_err(Failure::input)?;
     for note in frames.notes() {
-        eprintln!("{}: {note}", path.display());
+        crate::tell(&format!("{}: {note}", path.display()));
     }
     let carries = frames.identifiable();
     let named =

@@ -1,8 +1,9 @@
 //! `obsid run`: a scenario through the partitions.
 
-use crate::launch::{self, LinkKind, ResultsFile};
+use crate::launch::{self, LinkKind};
 use crate::outcome::Outcome;
 use crate::partition::PARTITIONS;
+use crate::scratch::{ResultsFile, Scratch};
 use crate::{Failure, limits_file, scenario_file, table};
 use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
 use runtime::{RunConfig, Scenario};
@@ -76,11 +77,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         None => scenario_file::default_scenario()?,
     };
     can_be_simulated(&scenario, arguments.scenario.as_deref())?;
-    let results = ResultsFile::new(arguments.common.record.as_deref())?;
-    let mut run = config(scenario, &arguments.common, &results, None)?;
+    let mut run = config(scenario, &arguments.common, None)?;
     run.seed = arguments.seed.unwrap_or(run.scenario.seed);
     run.speed = arguments.speed;
-    carry_out(&run, &arguments.common)
+    carry_out(run, &arguments.common)
 }
 
 /// A scenario for a recording states no truth: there is nothing to simulate.
@@ -108,26 +108,29 @@ fn can_be_simulated(scenario: &Scenario, file: Option<&Path>) -> Result<(), Fail
     Ok(())
 }
 
-/// Runs, reads the results, shows them.
-pub fn carry_out(run: &RunConfig, common: &Common) -> Result<(), Failure> {
-    let finished = launch::launch(run, common.link, common.images.as_deref())?;
-    let outcome = Outcome::read(run, finished)?;
-    if common.json {
-        crate::print(&format!("{}\n", outcome.json()));
-    } else {
-        crate::print(&table::outcome(&outcome));
-    }
-    Ok(())
+/// Runs, reads the results, shows them; of a run that failed as far as it got.
+///
+/// # Errors
+/// [`Failure::Input`] when there is no place for the run or its recording, [`Failure::Run`] when it failed.
+pub fn carry_out(mut run: RunConfig, common: &Common) -> Result<(), Failure> {
+    run.check_depths().map_err(Failure::Run)?;
+    // Before there is anything that a signal could leave behind.
+    let signals = launch::take_signals().map_err(|error| Failure::Run(format!("signals: {error}")))?;
+    let scratch = Scratch::new()?;
+    let results = ResultsFile::new(common.record.as_deref(), &scratch)?;
+    run.record = results.path().to_path_buf();
+    let finished = launch::launch(&run, common.link, common.images.as_deref(), &scratch, signals);
+    let outcome = Outcome::read(&run, finished, results.is_written());
+    let text = if common.json { format!("{}\n", outcome.json()) } else { table::outcome(&outcome) };
+    crate::print(&text);
+    outcome.failure.map_or(Ok(()), |reason| Err(Failure::Run(reason)))
 }
 
+/// The run that the arguments describe; where its results go is found out last, by [`carry_out`].
+///
 /// # Errors
 /// When the table of limits cannot be used.
-pub fn config(
-    scenario: Scenario,
-    common: &Common,
-    results: &ResultsFile,
-    replay: Option<ReplayConfig>,
-) -> Result<RunConfig, Failure> {
+pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>) -> Result<RunConfig, Failure> {
     let partitions: Vec<PartitionId> = PARTITIONS.iter().map(|(id, _)| *id).collect();
     let table = limits_file::read(common.partitions.as_deref(), &partitions)?;
     let mut limits = table;
@@ -135,13 +138,17 @@ pub fn config(
     if let Some(hang_ms) = common.hang_ms {
         limits.partitions.iter_mut().for_each(|row| row.hang_ms = hang_ms);
     }
+    let mut scenario = scenario;
+    if let Some(slosh) = &mut scenario.slosh {
+        slosh.known.starts_at_rest.get_or_insert(replay.is_none());
+    }
     Ok(RunConfig {
         seed: scenario.seed,
         window_frames: scenario.window_frames,
         checkpoint_frames: (scenario.window_frames / 4).max(1),
         scenario,
         replay,
-        record: results.path().to_path_buf(),
+        record: PathBuf::new(),
         record_all: common.record.is_some(),
         speed: None,
         partitions,

@@ -1,7 +1,9 @@
 //! Tables for a terminal: aligned on the decimal point, with sigmas.
 
+use crate::launch::LinkKind;
 use crate::outcome::{Outcome, ParameterRow};
 use std::fmt::Write;
+use telemetry::{Domain, PartitionId};
 
 /// The table a run ends with.
 #[must_use]
@@ -10,7 +12,12 @@ pub fn outcome(outcome: &Outcome) -> String {
     modes(outcome, &mut text);
     parameters(outcome, &mut text);
     partitions(outcome, &mut text);
-    let _ = writeln!(text, "\ndigest {}\nwall time {:.1} s", outcome.digest, outcome.wall_s);
+    lost_domains(outcome, &mut text);
+    let digest = outcome.digest.as_deref().unwrap_or("none: nothing was recorded");
+    let _ = writeln!(text, "\ndigest {digest}\nwall time {:.1} s", outcome.wall_s);
+    if let Some(failure) = &outcome.failure {
+        let _ = writeln!(text, "NOT COMPLETED: {failure}");
+    }
     text
 }
 
@@ -27,9 +34,7 @@ fn parameters(outcome: &Outcome, text: &mut String) {
         "\n{:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}",
         "domain", "phase", "name", "unit", "truth", "estimate +- sigma", "error %", "paper %"
     );
-    let mut last_reason = None;
     for row in &outcome.parameters {
-        let key = (row.domain, row.phase);
         let _ = writeln!(
             text,
             "{:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}",
@@ -42,9 +47,6 @@ fn parameters(outcome: &Outcome, text: &mut String) {
             optional(row.error_percent(), 4),
             optional(row.paper_error_percent, 2),
         );
-        if last_reason.as_ref() != Some(&key) {
-            last_reason = Some(key);
-        }
     }
     for row in one_per_model(&outcome.parameters) {
         let _ = writeln!(
@@ -70,14 +72,15 @@ fn one_per_model(rows: &[ParameterRow]) -> impl Iterator<Item = &ParameterRow> {
 fn partitions(outcome: &Outcome, text: &mut String) {
     let _ = writeln!(
         text,
-        "\n{:<12} {:>10} {:>6} {:>9} {:>5} {:>8} {:>12} {:>12} {:>7}",
+        "\n{:<12} {:>10} {:>6} {:>9} {:>5} {:>8} {:>12} {:>12} {:>7}  state",
         "partition", "received", "lost", "restarts", "bad", "frames", "p50 [us]", "p99 [us]", "CPU %"
     );
     for row in &outcome.partitions {
-        let wire = |value: f64| if outcome.lockstep { "-".to_string() } else { format!("{value:.1}") };
+        let wire =
+            |value: f64| if outcome.link == LinkKind::Lockstep { "-".to_string() } else { format!("{value:.1}") };
         let _ = writeln!(
             text,
-            "{:<12} {:>10} {:>6} {:>9} {:>5} {:>8} {:>12} {:>12} {:>7}",
+            "{:<12} {:>10} {:>6} {:>9} {:>5} {:>8} {:>12} {:>12} {:>7}  {}",
             row.name,
             row.received,
             row.lost,
@@ -86,8 +89,23 @@ fn partitions(outcome: &Outcome, text: &mut String) {
             row.frames,
             wire(row.latency_us_p50),
             wire(row.latency_us_p99),
-            wire(row.cpu_percent)
+            wire(row.cpu_percent),
+            if row.given_up { "given up" } else { "kept" }
         );
+    }
+}
+
+/// Without its estimator a domain has no results from then on; the run goes on without it.
+fn lost_domains(outcome: &Outcome, text: &mut String) {
+    let estimators = [
+        (PartitionId::InertialId, Domain::Inertial),
+        (PartitionId::SloshId, Domain::Slosh),
+        (PartitionId::ModalId, Domain::Modal),
+    ];
+    for row in outcome.partitions.iter().filter(|row| row.given_up) {
+        let domain = estimators.iter().find(|(id, _)| id.text() == row.name);
+        let lost = domain.map_or(String::new(), |(_, domain)| format!(": no {domain} results from then on"));
+        let _ = writeln!(text, "\n{} was given up after {} restarts{lost}", row.name, row.restarts);
     }
 }
 

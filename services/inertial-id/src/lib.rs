@@ -7,6 +7,7 @@ use nalgebra::{SMatrix, SVector};
 use physics::inertial_estimator::{InertialEstimator, InertialSettings};
 use physics::momentum::{ChannelSigma, MomentumSample};
 use runtime::experiment::{ExperimentWindow, Step};
+use runtime::pairs::rates_with_joints;
 use runtime::scenario::{ArmExperiment, ArmKnown};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
@@ -18,9 +19,12 @@ use telemetry::{
 const ESTIMATE_EVERY_FRAMES: u64 = 100;
 /// Prior: a number to start from, information 1e-6/a².
 const PRIOR_RELATIVE_SD: f64 = 1000.0;
-/// Innovations beyond this many sigma are counted as not accepted by the record; the estimator uses them all.
-const GATE_SIGMA: f64 = 5.0;
-const RATE_VALID_Z: u64 = 1 << 2;
+/// Innovations beyond this many sigma are marked as not accepted in the record; the estimator uses them all.
+const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
+/// `Estimate::status`, see `telemetry::status_text`.
+const NOT_KNOWN: u32 = 1;
+const NOT_EXCITED: u32 = 2;
+const NO_SAMPLES: u32 = 3;
 
 /// The estimator of the phase: eight parameters before capture, nine with a target.
 #[derive(Clone, Serialize, Deserialize)]
@@ -34,7 +38,7 @@ struct State {
     window: ExperimentWindow,
     estimator: Option<Estimator>,
     rows: u32,
-    last: Option<[f64; 4]>,
+    last: Option<(u64, estimation::Innovation)>,
 }
 
 /// The partition.
@@ -77,7 +81,7 @@ impl Partition for InertialId {
             Step::Idle => {}
             Step::Abort => self.state.estimator = None,
             Step::Begin => {
-                self.begin();
+                self.state = State { window: self.state.window, ..State::default() };
                 self.take(frame);
             }
             Step::Go => {
@@ -105,36 +109,17 @@ impl Partition for InertialId {
 }
 
 impl InertialId {
-    /// A fresh estimator for the phase that begins; none where momentum or prior are not known.
-    fn begin(&mut self) {
-        let mated = self.state.window.experiment == Experiment::MatedInertial;
-        let free = self.free_floating.as_ref().filter(|_| !mated);
-        self.state.estimator = match (free, self.mated.as_ref()) {
-            (Some(known), _) => {
-                InertialEstimator::new(&settings::<8>(known)).ok().map(|e| Estimator::FreeFloating(Box::new(e)))
-            }
-            (None, Some(known)) => {
-                InertialEstimator::new(&settings::<9>(known)).ok().map(|e| Estimator::Mated(Box::new(e)))
-            }
-            (None, None) => None,
-        };
-        self.state.rows = 0;
-        self.state.last = None;
-    }
-
-    /// Pairs rates and joints of the same time; a sample without its partner is not used.
+    /// The first sample says over what interval the gyro averages, and with it how noisy it is: then the estimator is made.
     fn take(&mut self, frame: &Frame<'_>) {
-        let joints = frame.samples(JOINTS);
-        for imu in frame.samples(IMU).iter().filter(|imu| imu.valid & RATE_VALID_Z != 0) {
-            let Some(joints) = joints.iter().find(|j| j.header.t_meas_ns == imu.header.t_meas_ns && j.count >= 2)
-            else {
-                continue;
-            };
+        for (imu, joints) in rates_with_joints(frame) {
             let sample = MomentumSample {
                 omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
                 joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],
                 joint_angle_rad: [joints.angle_rad[0], joints.angle_rad[1]],
             };
+            if self.state.rows == 0 {
+                self.state.estimator = self.fresh_estimator(imu.interval_s);
+            }
             let innovation = match &mut self.state.estimator {
                 Some(Estimator::FreeFloating(estimator)) => estimator.push(&sample),
                 Some(Estimator::Mated(estimator)) => estimator.push(&sample),
@@ -142,8 +127,23 @@ impl InertialId {
             };
             if let Ok(innovation) = innovation {
                 self.state.rows += 1;
-                self.state.last = Some([imu.header.t_meas_ns as f64, innovation.innovation, innovation.variance, 0.0]);
+                self.state.last = Some((imu.header.t_meas_ns, innovation));
             }
+        }
+    }
+
+    /// Eight parameters before capture, nine with a target; none where momentum or prior are not known.
+    fn fresh_estimator(&self, interval_s: f64) -> Option<Estimator> {
+        let mated = self.state.window.experiment == Experiment::MatedInertial;
+        let free = self.free_floating.as_ref().filter(|_| !mated);
+        match (free, self.mated.as_ref()) {
+            (Some(known), _) => {
+                InertialEstimator::new(&settings::<8>(known, interval_s)).ok().map(|e| Estimator::FreeFloating(Box::new(e)))
+            }
+            (None, Some(known)) => {
+                InertialEstimator::new(&settings::<9>(known, interval_s)).ok().map(|e| Estimator::Mated(Box::new(e)))
+            }
+            (None, None) => None,
         }
     }
 
@@ -156,38 +156,40 @@ impl InertialId {
         match &self.state.estimator {
             Some(Estimator::FreeFloating(estimator)) => fill(&mut sample, estimator),
             Some(Estimator::Mated(estimator)) => fill(&mut sample, estimator),
-            None => sample.status = 1,
+            None if self.free_floating.is_none() && self.mated.is_none() => sample.status = NOT_KNOWN,
+            None => sample.status = NO_SAMPLES,
         }
         sample.innovation = self.innovation();
         out.publish(ESTIMATE_INERTIAL, &sample);
     }
 
     fn innovation(&self) -> Innovation {
-        let [t_ns, innovation, variance, _] = self.state.last.unwrap_or([0.0, 0.0, 1.0, 0.0]);
-        let test_ratio = innovation * innovation / (GATE_SIGMA * GATE_SIGMA * variance);
+        let Some((t_ns, last)) = self.state.last else {
+            return Innovation { gate: GATE_SIGMA, generation: self.state.window.generation.into(), ..Innovation::default() };
+        };
         Innovation {
-            t_ns: t_ns as u64,
-            innovation,
-            variance,
-            test_ratio,
+            t_ns,
+            innovation: last.innovation,
+            variance: last.variance,
+            test_ratio: last.test_ratio,
             gate: GATE_SIGMA,
-            accepted: u32::from(test_ratio <= 1.0),
+            accepted: u32::from(last.test_ratio <= 1.0),
             rows: self.state.rows,
             generation: self.state.window.generation.into(),
         }
     }
 }
 
-fn settings<const P: usize>(known: &ArmKnown) -> InertialSettings<P> {
-    let gyro = known.gyro_arw_deg_sqrt_h.to_radians() / 60.0 * known.rate_hz.sqrt();
+fn settings<const P: usize>(known: &ArmKnown, interval_s: f64) -> InertialSettings<P> {
     InertialSettings {
         h_nms: known.h_cm_nms,
         sigma_h_nms: known.h_cm_sigma_nms,
-        sigma: ChannelSigma {
-            omega0_rad_s: gyro,
-            joint_rate_rad_s: [known.joint_rate_sigma_rad_s; 2],
-            joint_angle_rad: [known.joint_angle_sigma_rad; 2],
-        },
+        sigma: ChannelSigma::from_data_sheet(
+            known.gyro_arw_deg_sqrt_h,
+            interval_s,
+            known.joint_rate_sigma_rad_s,
+            known.joint_angle_sigma_rad,
+        ),
         prior_alpha: SVector::from_fn(|i, _| known.prior.get(i).copied().unwrap_or(0.0)),
         prior_relative_sd: PRIOR_RELATIVE_SD,
     }
@@ -195,7 +197,7 @@ fn settings<const P: usize>(known: &ArmKnown) -> InertialSettings<P> {
 
 fn fill<const P: usize>(sample: &mut Estimate, estimator: &InertialEstimator<P>) {
     let Ok(estimate) = estimator.estimate() else {
-        sample.status = 2;
+        sample.status = NOT_EXCITED;
         return;
     };
     let (alpha, covariance): (SVector<f64, P>, SMatrix<f64, P, P>) = (estimate.alpha, estimate.covariance);

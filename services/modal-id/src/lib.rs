@@ -1,39 +1,68 @@
 //! Modes of flexible appendages (BP3A): streaming SSI-COV over free-decay or operational segments.
 //!
-//! A segment is open while no torque or force is commanded: with a known excitation the decay behind it is what
-//! output-only identification assumes. Without actuator samples the whole record is one operational segment.
+//! A segment is open while nothing excites: behind a known excitation there is a free decay, which is what output-only
+//! identification assumes, and what came before the first excitation is dropped. Without a known excitation the whole
+//! record is operational, in segments that end where it jumps.
+//!
+//! Excitation is on while the samples say so (`excited`) and anything is commanded: a vehicle may announce an experiment
+//! that is silent most of the time, and a measured torque is never zero.
+//!
+//! Status: 0 valid; 1 no rows, or channels asked for that the record does not have; 2 record too short
+//! (`auxiliary[10]` samples, `auxiliary[11]` needed); 3 no mode found; 4 flat channels; 5 decomposition failed;
+//! 6 excited throughout.
 //! May import: modal, physics, runtime, telemetry. Must never know: the plant, recordings.
 #![forbid(unsafe_code)]
 
+mod decay_rows;
+
+use decay_rows::DecayRows;
 use estimation::consistency::Whiteness;
-use modal::{Config, ModalIdentifier, Mode};
+use modal::{Config, ModalError, ModalIdentifier, Mode, OnsetGate};
 use physics::appendage;
 use runtime::experiment::{ExperimentWindow, Step};
 use runtime::scenario::ModalKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
-use std::collections::VecDeque;
 use telemetry::{
-    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Domain, ESTIMATE_MODAL, Estimate, Experiment,
-    PARAMETERS_MAX, PartitionId, Sample, TopicId,
+    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, Domain, ESTIMATE_MODAL, Estimate,
+    Experiment, PARAMETERS_MAX, PartitionId, Sample, TopicId,
 };
 
 const MODES_MAX: usize = PARAMETERS_MAX / 2;
-/// Rows of a free decay on which the model is tested.
-const TESTED_ROWS: usize = 512;
+/// Modes refitted to a decay.
+const _: () = assert!(MODES_MAX == appendage::REFIT_MODES_MAX);
+/// An innovation beyond it is not of the model.
+const GATE_SIGMA: f64 = 5.0;
+/// Where a record that is too short says how long it is and how long it would have to be.
+const SAMPLES_AT: usize = 10;
+const NEED_AT: usize = 11;
+
+/// Why there is no estimate.
+mod status {
+    pub const NOTHING_TO_WORK_ON: u32 = 1;
+    pub const TOO_SHORT: u32 = 2;
+    pub const NO_MODE: u32 = 3;
+    pub const FLAT: u32 = 4;
+    pub const DECOMPOSITION_FAILED: u32 = 5;
+    pub const EXCITED_THROUGHOUT: u32 = 6;
+}
 
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct State {
     window: ExperimentWindow,
     identifier: Option<ModalIdentifier>,
+    gate: OnsetGate,
+    /// The record's channels in use, from 0.
+    channels: Vec<usize>,
     forced: bool,
     rows: u32,
     /// Time of the last row.
     last_t_ns: u64,
-    /// The open segment follows a commanded excitation: it is a free decay.
+    /// There was an excitation: what follows it is a free decay.
     decays: bool,
-    /// Newest rows of the open segment.
-    recent: VecDeque<f64>,
+    /// Rows between excitations; those before the first one do not count.
+    free_rows: u32,
+    tested: DecayRows,
 }
 
 /// The partition.
@@ -100,12 +129,12 @@ impl Partition for ModalId {
 
 impl ModalId {
     fn take(&mut self, frame: &Frame<'_>) {
-        for command in frame.samples(ACTUATORS) {
-            let forced = command.torque_b_nm.iter().chain(&command.force_b_n).any(|&value| value != 0.0);
-            if forced != self.state.forced {
-                self.state.forced = forced;
-                self.turn_segment();
-            }
+        let commands = frame.samples(ACTUATORS);
+        // A frame in which the excitation ends is still an excited one.
+        let forced = if commands.is_empty() { self.state.forced } else { commands.iter().any(excites) };
+        if forced != self.state.forced {
+            self.state.forced = forced;
+            self.turn_segment();
         }
         for batch in frame.samples(ACCELEROMETERS) {
             self.take_batch(batch);
@@ -113,10 +142,18 @@ impl ModalId {
     }
 
     fn turn_segment(&mut self) {
-        self.state.recent.clear();
-        self.state.decays |= self.state.forced;
-        let Some(identifier) = &mut self.state.identifier else { return };
-        if self.state.forced {
+        let state = &mut self.state;
+        let begins = state.forced && !state.decays;
+        state.decays |= state.forced;
+        state.tested.begin_segment();
+        if begins {
+            (state.gate, state.free_rows) = (OnsetGate::default(), 0);
+        }
+        let Some(identifier) = &mut state.identifier else { return };
+        if begins {
+            *identifier = ModalIdentifier::new(identifier.config().clone());
+        }
+        if state.forced {
             identifier.close_segment();
         } else {
             identifier.open_segment();
@@ -125,8 +162,7 @@ impl ModalId {
 
     /// Memory is taken with the first batch, which says how many channels there are.
     fn take_batch(&mut self, batch: &Accelerometers) {
-        let available = (batch.channels as usize).min(ACCELEROMETERS_MAX);
-        let channels = self.channels(available);
+        let channels = self.known.channels_of((batch.channels as usize).min(ACCELEROMETERS_MAX));
         if channels.is_empty() {
             return;
         }
@@ -135,42 +171,42 @@ impl ModalId {
             let mut config = Config::new(channels.len(), rate_hz);
             config.band_hz = self.known.band_hz.map(|[low, high]| (low, high));
             self.state.identifier = Some(ModalIdentifier::new(config));
+            self.state.channels.clone_from(&channels);
             self.turn_segment();
         }
-        let Some(identifier) = &mut self.state.identifier else { return };
-        if identifier.config().channels != channels.len() {
+        if self.state.channels != channels {
             return;
         }
         let mut row = [0.0; ACCELEROMETERS_MAX];
         for (values, offset_ns) in batch.acceleration_m_s2.iter().zip(batch.offset_ns).take(batch.count as usize) {
-            let t_ns = batch.header.t_meas_ns + u64::from(offset_ns);
-            if self.state.rows > 0 && !self.state.forced && t_ns > self.state.last_t_ns + batch.interval_ns * 3 / 2 {
-                // No column of a Hankel matrix may reach over a gap.
-                identifier.open_segment();
-                self.state.recent.clear();
-            }
-            self.state.last_t_ns = t_ns;
             for (used, &channel) in row.iter_mut().zip(&channels) {
                 *used = values[channel];
             }
-            identifier.push(&row[..channels.len()]);
-            self.state.rows += 1;
-            if self.state.decays && !self.state.forced {
-                if self.state.recent.len() == TESTED_ROWS * channels.len() {
-                    self.state.recent.drain(..channels.len());
-                }
-                self.state.recent.extend(&row[..channels.len()]);
-            }
+            self.take_row(&row[..channels.len()], batch.header.t_meas_ns + u64::from(offset_ns), batch.interval_ns);
         }
     }
 
-    /// Channels used, numbered from 0.
-    fn channels(&self, available: usize) -> Vec<usize> {
-        match self.known.channels.is_empty() {
-            true => (0..available).collect(),
-            false => {
-                self.known.channels.iter().map(|&channel| channel - 1).filter(|&channel| channel < available).collect()
-            }
+    fn take_row(&mut self, row: &[f64], t_ns: u64, interval_ns: u64) {
+        let state = &mut self.state;
+        let Some(identifier) = &mut state.identifier else { return };
+        let gap = state.rows > 0 && t_ns > state.last_t_ns + interval_ns * 3 / 2;
+        state.last_t_ns = t_ns;
+        state.rows += 1;
+        if state.forced {
+            return;
+        }
+        if gap {
+            // No column of a Hankel matrix may reach over a gap.
+            state.gate.end_segment(identifier);
+            identifier.open_segment();
+            state.tested.begin_segment();
+        }
+        state.free_rows += 1;
+        if state.decays {
+            identifier.push(row);
+            state.tested.push(row, t_ns);
+        } else {
+            state.gate.push(row, identifier);
         }
     }
 
@@ -180,55 +216,81 @@ impl ModalId {
         sample.domain = Domain::Modal.code();
         sample.phase = self.state.window.phase().code();
         sample.closing = u16::from(closing);
+        sample.innovation.variance = 1.0;
+        sample.innovation.gate = GATE_SIGMA;
         sample.innovation.rows = self.state.rows;
         sample.innovation.generation = self.state.window.generation.into();
+        if closing && let Some(identifier) = &mut self.state.identifier {
+            self.state.gate.end_segment(identifier);
+        }
         match self.state.identifier.as_mut().map(ModalIdentifier::identify) {
+            Some(_) if self.state.free_rows == 0 => sample.status = status::EXCITED_THROUGHOUT,
             Some(Ok(modes)) => {
-                fill(&mut sample, modes);
+                fill(&mut sample, modes, &self.state.channels);
                 self.test_decay(&mut sample);
             }
-            Some(Err(_)) => sample.status = 2,
-            None => sample.status = 1,
+            Some(Err(error)) => refuse(&mut sample, &error),
+            None => sample.status = status::NOTHING_TO_WORK_ON,
         }
         out.publish(ESTIMATE_MODAL, &sample);
     }
-}
 
-impl ModalId {
-    /// Innovations of a free decay: what its modes leave unexplained in the newest rows, against the sensor noise. An
-    /// operational record has none: its excitation is not known.
-    fn test_decay(&mut self, sample: &mut Estimate) {
+    /// Innovations of a free decay: what its modes leave unexplained of it, against the sensor noise. An operational
+    /// record has none: its excitation is not known.
+    fn test_decay(&self, sample: &mut Estimate) {
         let Some(config) = self.state.identifier.as_ref().map(ModalIdentifier::config) else { return };
-        let (channels, rate_hz) = (config.channels, config.sample_rate_hz);
-        if usize::from(sample.count) != 2 * appendage::MODES
-            || self.state.recent.len() < 2 * appendage::REFIT_UNKNOWNS * channels
-        {
-            return;
-        }
-        let modes = core::array::from_fn(|k| appendage::Mode {
+        let (channels, rate_hz, tested) = (config.channels, config.sample_rate_hz, &self.state.tested);
+        let modes: [appendage::Mode; MODES_MAX] = core::array::from_fn(|k| appendage::Mode {
             frequency_hz: sample.values[2 * k],
             damping_ratio: sample.values[2 * k + 1],
         });
+        let modes = &modes[..usize::from(sample.count) / 2];
+        if modes.is_empty() {
+            return;
+        }
         let sigma = self.known.accelerometer_sigma_m_s2;
-        let (mut squares, mut whiteness) = (0.0, Whiteness::default());
-        let rows = self.state.recent.make_contiguous();
-        let tested = appendage::for_each_residual(&modes, rows, channels, rate_hz, |residual, _| {
+        let (mut squares, mut whiteness, mut last) = (0.0, Whiteness::default(), 0.0);
+        let time_s = |index| DecayRows::time_s(index, rate_hz);
+        let outcome = appendage::for_each_residual(modes, tested.values(), channels, time_s, |residual, _| {
             squares += residual * residual / (sigma * sigma);
             whiteness.push(residual / sigma);
+            last = residual;
         });
-        if tested.is_ok() {
-            sample.nis_count = (rows.len() - appendage::REFIT_UNKNOWNS * channels) as f64;
-            sample.nis_mean = squares / sample.nis_count;
-            for (scale, verdict) in whiteness.verdicts().iter().enumerate() {
-                sample.block_length[scale] = verdict.block_samples.into();
-                sample.block_z[scale] = verdict.z_score;
-            }
+        // A decay too short to be refitted, or one with a number that is none, leaves no innovations.
+        if outcome.is_err() {
+            return;
         }
+        sample.nis_count = ((tested.len() - appendage::refit_unknowns(modes.len())) * channels) as f64;
+        sample.nis_mean = squares / sample.nis_count;
+        for (scale, verdict) in whiteness.verdicts().iter().enumerate() {
+            sample.block_length[scale] = verdict.block_samples.into();
+            sample.block_z[scale] = verdict.z_score;
+        }
+        let innovation = &mut sample.innovation;
+        (innovation.t_ns, innovation.innovation, innovation.variance) = (tested.last_t_ns(), last, sigma * sigma);
+        innovation.test_ratio = last * last / (GATE_SIGMA * GATE_SIGMA * innovation.variance);
+        innovation.accepted = u32::from(innovation.test_ratio <= 1.0);
     }
 }
 
-/// The modes that are known best, in order of frequency.
-fn fill(sample: &mut Estimate, mut modes: Vec<Mode>) {
+/// Whether a sample says that an excitation is on.
+fn excites(command: &Actuators) -> bool {
+    command.excited != 0 && command.torque_b_nm.iter().chain(&command.force_b_n).any(|&value| value != 0.0)
+}
+
+fn refuse(sample: &mut Estimate, error: &ModalError) {
+    sample.status = match *error {
+        ModalError::RecordTooShort { samples, need } => {
+            (sample.auxiliary[SAMPLES_AT], sample.auxiliary[NEED_AT]) = (samples as f64, need as f64);
+            status::TOO_SHORT
+        }
+        ModalError::NoSignal { .. } => status::FLAT,
+        ModalError::DecompositionFailed { .. } => status::DECOMPOSITION_FAILED,
+    };
+}
+
+/// The modes that are known best, in order of frequency; `channels` are the record's channels in use, from 0.
+fn fill(sample: &mut Estimate, mut modes: Vec<Mode>, channels: &[usize]) {
     let relative = |mode: &Mode| mode.sigma_frequency_hz / mode.frequency_hz;
     modes.sort_by(|a, b| relative(a).total_cmp(&relative(b)));
     modes.truncate(MODES_MAX);
@@ -236,13 +298,15 @@ fn fill(sample: &mut Estimate, mut modes: Vec<Mode>) {
     sample.count = 2 * modes.len() as u16;
     sample.consistent = u32::from(!modes.is_empty() && modes.iter().all(|mode| mode.damping_ratio > 0.0));
     for (i, mode) in modes.iter().enumerate() {
-        sample.values[2 * i] = mode.frequency_hz;
-        sample.values[2 * i + 1] = mode.damping_ratio;
-        sample.covariance[2 * i][2 * i] = mode.sigma_frequency_hz * mode.sigma_frequency_hz;
-        sample.covariance[2 * i + 1][2 * i + 1] = mode.sigma_damping * mode.sigma_damping;
-        sample.auxiliary[i] = mode.dominant_channel as f64 + 1.0;
+        let (f, zeta) = (2 * i, 2 * i + 1);
+        (sample.values[f], sample.values[zeta]) = (mode.frequency_hz, mode.damping_ratio);
+        sample.covariance[f][f] = mode.sigma_frequency_hz * mode.sigma_frequency_hz;
+        sample.covariance[zeta][zeta] = mode.sigma_damping * mode.sigma_damping;
+        let both = mode.correlation * mode.sigma_frequency_hz * mode.sigma_damping;
+        (sample.covariance[f][zeta], sample.covariance[zeta][f]) = (both, both);
+        sample.auxiliary[i] = channels[mode.dominant_channel] as f64 + 1.0;
     }
     if modes.is_empty() {
-        sample.status = 3;
+        sample.status = status::NO_MODE;
     }
 }

@@ -91,7 +91,7 @@ impl SloshId {
     fn begin(&mut self) {
         let estimator = self.known.as_ref().map(|known| {
             let unknowns =
-                if known.starts_at_rest { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
+                if known.starts_at_rest == Some(true) { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
             Box::new(SloshEstimator::new(SloshSettings { base_mass_kg: known.m_0_kg, unknowns }))
         });
         self.state = State { window: self.state.window, estimator, rows: 0, t_end_ns: 0 };

@@ -8,7 +8,8 @@
 //! | `mode` | the mode table and the machine that evaluates it, once a frame |
 //! | `validation` | two verdicts on a model: complete, adequate |
 //! | `held_out` | the last fifth of an experiment, simulated with an estimate that never saw it |
-//! | `contact` | contact recognised from momentum, or from the ninth parameter |
+//! | `contact` | contact recognised from a jump of the momentum, or of the base rate |
+//! | `verdicts` | what is said of experiments that give no model |
 //! | `mission` | from the scenario to the plan, the needs and the predictions |
 //! | `measured` | what the samples of a frame say: base rate, who is alive, rows held out |
 
@@ -22,24 +23,20 @@ pub mod mode;
 #[cfg(test)]
 mod seeded_noise;
 pub mod validation;
+mod verdicts;
 
-use contact::{ContactDetector, FalseAlarm, FreeArm};
+use contact::{ContactDetector, FreeArm};
 use measured::Measured;
 use mission::Mission;
 use mode::{ContactMeasure, ModeMachine, Situation, Stimulus};
-use nalgebra::{SMatrix, SVector};
 use runtime::experiment::ExperimentWindow;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
     ACCELEROMETERS, ACTUATORS, Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, Estimate, IMU, JOINTS, MODE,
-    ModeState, PartitionId, Phase, Reason, TopicId, VERDICT,
+    ModeState, PartitionId, Phase, Reason, TopicId, VERDICT, Verdict,
 };
-
-/// False alarms of the momentum test: one in a thousand captures of up to 1e5 samples.
-const MOMENTUM_FALSE_ALARM: FalseAlarm = FalseAlarm { probability: 1e-3, samples: 1e5 };
-/// False alarms of the ninth parameter: one in a thousand over the looks of a mated experiment.
-const NINTH_FALSE_ALARM: FalseAlarm = FalseAlarm { probability: 1e-3, samples: 1e3 };
+use verdicts::Ledger;
 
 /// An accepted model of the phase before capture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,8 +54,11 @@ struct State {
     lost: [bool; 3],
     source_lost: bool,
     measured: Measured,
+    /// Newest model of the free arm, accepted or not.
     free_arm: Option<FreeArm>,
-    contact: ContactDetector,
+    /// While the target is in reach.
+    contact: Option<ContactDetector>,
+    ledger: Ledger,
 }
 
 /// The partition.
@@ -83,7 +83,8 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         source_lost: false,
         measured: Measured::new(&mission),
         free_arm: None,
-        contact: ContactDetector::new(MOMENTUM_FALSE_ALARM, NINTH_FALSE_ALARM),
+        contact: None,
+        ledger: Ledger::default(),
     };
     Ok(Box::new(Supervisor { mission, state }))
 }
@@ -121,8 +122,13 @@ impl Partition for Supervisor {
             stimuli.extend(self.judge(estimate, frame, out));
         }
         let situation = self.situation(frame);
-        if let Some(decision) = self.state.machine.evaluate(frame.number, &stimuli, &situation) {
+        let decision = self.state.machine.evaluate(frame.number, &stimuli, &situation);
+        if let Some(decision) = &decision {
             out.publish(MODE, &decision.sample(frame.t_ns));
+        }
+        let (machine, plan) = (&self.state.machine, &self.mission.plan);
+        for (domain, phase, why) in self.state.ledger.missing(decision.as_ref(), machine, plan, &situation) {
+            self.publish_verdict(&validation::no_model(domain, phase, why, frame.number, frame.t_ns), out);
         }
     }
 
@@ -152,13 +158,17 @@ impl Supervisor {
             };
             let index = usize::from(domain.code());
             if !core::mem::replace(&mut self.state.lost[index], true) {
-                let phase = self.state.window.phase();
-                out.publish(
-                    VERDICT,
-                    &validation::no_model(domain, phase, Reason::PartitionLost, frame.number, frame.t_ns),
-                );
+                let (phase, why) = (self.state.window.phase(), (Reason::PartitionLost, 0.0, 0.0));
+                self.publish_verdict(&validation::no_model(domain, phase, why, frame.number, frame.t_ns), out);
             }
         }
+    }
+
+    fn publish_verdict(&mut self, verdict: &Verdict, out: &mut Outputs) {
+        if let (Some(domain), Some(phase)) = (Domain::from_code(verdict.domain), Phase::from_code(verdict.phase)) {
+            self.state.ledger.note(domain, phase);
+        }
+        out.publish(VERDICT, verdict);
     }
 
     /// Estimates are offered to the held-out test; the last one of an experiment is judged.
@@ -171,41 +181,31 @@ impl Supervisor {
         }
         let held_out = self.state.measured.close(domain, phase, &self.mission);
         let need = self.mission.need(domain, phase);
-        let verdict = validation::validate(estimate, held_out.as_ref(), need, frame.number, frame.t_ns);
-        out.publish(VERDICT, &verdict);
+        let verdict = validation::validate(estimate, held_out, need, frame.number, frame.t_ns);
+        self.publish_verdict(&verdict, out);
+        if domain == Domain::Inertial && phase != Phase::Mated {
+            // A model that serves to look for contact need not be accepted: its covariance is taken into account.
+            self.state.free_arm = FreeArm::of(estimate).or(self.state.free_arm);
+        }
         if verdict.accepted == 1 && phase != Phase::Mated {
             let sigma_over_need = validation::sigma_over_need(estimate, need);
             self.state.accepted[usize::from(domain.code())] = Some(Accepted { frame: frame.number, sigma_over_need });
-            self.keep_free_arm(domain, estimate);
         }
         let generation = estimate.innovation.generation as u32;
         Some(Stimulus::Verdict { domain, generation, accepted: verdict.accepted == 1 })
     }
 
-    /// The model against which contact shows.
-    fn keep_free_arm(&mut self, domain: Domain, estimate: &Estimate) {
-        let Some(known) = self.mission.inertial.as_ref().filter(|_| domain == Domain::Inertial && estimate.count == 8)
-        else {
-            return;
-        };
-        self.state.free_arm = Some(FreeArm {
-            alpha: SVector::from_fn(|i, _| estimate.values[i]),
-            covariance: SMatrix::from_fn(|i, j| estimate.covariance[i][j]),
-            h_nms: known.h_nms,
-            sigma: known.sigma,
-        });
-    }
-
-    /// Contact is looked for while the target is in reach.
+    /// Contact is looked for while the target is in reach, in each mode against a baseline of its own.
     fn watch_contact(&mut self, frame: &Frame<'_>) {
-        if !matches!(self.state.window.state, ModeState::ApproachHold | ModeState::Capture) {
-            return;
+        if frame.new_mode().is_some() {
+            let in_reach = matches!(self.state.window.state, ModeState::ApproachHold | ModeState::Capture);
+            self.state.contact = in_reach.then(|| ContactDetector::new(self.state.free_arm));
         }
-        let Some(arm) = &self.state.free_arm else { return };
-        if self.state.window.state == ModeState::Capture {
-            for (_, sample) in self.state.measured.momentum() {
-                self.state.contact.push(frame.number, &arm.residual(sample));
-            }
+        let Some(detector) = &mut self.state.contact else { return };
+        for (interval_s, sample) in self.state.measured.momentum() {
+            let known = self.mission.arm(Phase::PreCapture);
+            let sigma = known.map_or(contact::NOISE_UNKNOWN, |known| known.sigma(*interval_s));
+            detector.push(frame.number, sample, &sigma);
         }
     }
 
@@ -215,7 +215,8 @@ impl Supervisor {
             base_rate_rad_s: state.measured.base_rate_rad_s(),
             contact: state
                 .contact
-                .contact()
+                .as_ref()
+                .and_then(ContactDetector::contact)
                 .map(|contact| ContactMeasure { statistic: contact.statistic, limit: contact.limit }),
             source_lost: state.source_lost,
             ..Situation::default()

@@ -5,16 +5,17 @@ use crate::mission::Mission;
 use physics::momentum::MomentumSample;
 use runtime::Frame;
 use runtime::experiment::{ESTIMATES_SPARSE_EVERY, ExperimentWindow};
+use runtime::pairs::{accelerations_with_forces, rates_with_joints};
 use serde::{Deserialize, Serialize};
-use telemetry::{ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase};
+use telemetry::{ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase, Reason};
 
-/// A sensor that has not spoken for so many frames is not alive.
+/// A sensor that has not spoken for so many frames, or for three of its intervals, is not alive.
 const SILENT_FRAMES: u64 = 50;
+const SILENT_INTERVALS: f64 = 3.0;
 /// Rows a held-out record keeps.
 const HELD_OUT_ROWS: usize = 1024;
-/// Samples per frame the held-out records are laid out for.
-const ROWS_PER_FRAME: u64 = 1;
-const ARRAY_ROWS_PER_FRAME: u64 = 2;
+/// Seconds in an hour, square root: data sheets state random walks per √h.
+const SQRT_HOUR_S: f64 = 60.0;
 const RATE_VALID_Z: u64 = 1 << 2;
 const ACCELERATION_VALID: u64 = 0b111 << 3;
 
@@ -25,43 +26,74 @@ struct Decay {
     behind_excitation: bool,
 }
 
-/// When each kind of input last spoke.
+/// When a kind of input last spoke, and how long it may be silent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct LastSeen {
-    rate: Option<u64>,
-    acceleration: Option<u64>,
-    joints: Option<u64>,
-    actuators: Option<u64>,
-    array: Option<u64>,
+struct Heard {
+    last_frame: Option<u64>,
+    patience_frames: u64,
+}
+
+impl Heard {
+    /// It speaks in `frame`, every `interval_frames` or more often.
+    fn now(&mut self, frame: u64, interval_frames: f64) {
+        *self = Self { last_frame: Some(frame), patience_frames: patience_frames(interval_frames) };
+    }
+
+    /// Its experiment may call for a slower beat than the one last heard: `expected_frames` between samples.
+    fn alive(&self, frame: u64, expected_frames: f64) -> bool {
+        let patience = self.patience_frames.max(patience_frames(expected_frames));
+        self.last_frame.is_some_and(|last| frame < last + patience)
+    }
+}
+
+/// A cast of NaN is 0: an interval that is none adds no patience.
+fn patience_frames(interval_frames: f64) -> u64 {
+    SILENT_FRAMES.max((SILENT_INTERVALS * interval_frames).ceil() as u64)
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct Inputs {
+    rate: Heard,
+    acceleration: Heard,
+    joints: Heard,
+    actuators: Heard,
+    array: Heard,
 }
 
 /// Everything measured, with what a restart needs of it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Measured {
     base_rate_rad_s: f64,
-    last_seen: LastSeen,
+    heard: Inputs,
+    frame_period_s: f64,
+    /// Between samples of the slosh and of the modal experiment, as the scenario says [frames].
+    slosh_interval_frames: f64,
+    array_interval_frames: f64,
     generation: u32,
     inertial: InertialHeldOut,
     slosh: Option<SloshHeldOut>,
     /// Made with the first rows, which say how many channels there are.
     modal: Option<ModalHeldOut>,
     decay: Decay,
-    /// Momentum samples of the present frame.
-    momentum: Vec<(u64, MomentumSample)>,
+    /// Momentum samples of the present frame with the averaging interval of the gyro [s].
+    momentum: Vec<(f64, MomentumSample)>,
 }
 
 impl Measured {
     pub fn new(mission: &Mission) -> Self {
-        let gyro = mission.inertial.as_ref().or(mission.mated.as_ref()).map_or(0.0, |arm| arm.sigma.omega0_rad_s);
         let slosh = mission.slosh.as_ref().map(|known| {
-            let noise = known.accelerometer_vrw_m_s_sqrt_h / 60.0 / known.interval_s.sqrt();
-            SloshHeldOut::new(HELD_OUT_ROWS, mission.frame_period_s, known.m_0_kg, noise)
+            SloshHeldOut::new(HELD_OUT_ROWS, known.m_0_kg, known.accelerometer_vrw_m_s_sqrt_h / SQRT_HOUR_S)
         });
+        let period_s = mission.frame_period_s;
+        let array_rate_hz = mission.modal.rate_hz;
         Measured {
             base_rate_rad_s: f64::NAN,
-            last_seen: LastSeen::default(),
+            heard: Inputs::default(),
+            frame_period_s: period_s,
+            slosh_interval_frames: mission.slosh.as_ref().map_or(0.0, |known| known.interval_s / period_s),
+            array_interval_frames: if array_rate_hz > 0.0 { 1.0 / (array_rate_hz * period_s) } else { 0.0 },
             generation: 0,
-            inertial: InertialHeldOut::new(HELD_OUT_ROWS, ROWS_PER_FRAME, gyro),
+            inertial: InertialHeldOut::new(HELD_OUT_ROWS),
             slosh,
             modal: None,
             decay: Decay::default(),
@@ -74,26 +106,26 @@ impl Measured {
         self.base_rate_rad_s.abs()
     }
 
-    /// Momentum samples of this frame.
-    pub fn momentum(&self) -> &[(u64, MomentumSample)] {
+    /// Momentum samples of this frame with the averaging interval of the gyro [s].
+    pub fn momentum(&self) -> &[(f64, MomentumSample)] {
         &self.momentum
     }
 
     /// Whether every sensor of the domain's experiment has spoken recently.
     pub fn inputs_alive(&self, domain: Domain, frame: u64) -> bool {
-        let seen = &self.last_seen;
-        let alive = |last: Option<u64>| last.is_some_and(|last| frame < last + SILENT_FRAMES);
+        let heard = &self.heard;
+        let alive = |inputs: [Heard; 2], expected: f64| inputs.iter().all(|input| input.alive(frame, expected));
         match domain {
-            Domain::Inertial => alive(seen.rate) && alive(seen.joints),
-            Domain::Slosh => alive(seen.acceleration) && alive(seen.actuators),
-            Domain::Modal => alive(seen.array),
+            Domain::Inertial => alive([heard.rate, heard.joints], 1.0),
+            Domain::Slosh => alive([heard.acceleration, heard.actuators], self.slosh_interval_frames),
+            Domain::Modal => heard.array.alive(frame, self.array_interval_frames),
         }
     }
 
     /// Takes the samples of a frame.
     pub fn take(&mut self, frame: &Frame<'_>, window: &ExperimentWindow, mission: &Mission) {
         self.begin_with(window);
-        self.note_seen(frame);
+        self.note_heard(frame);
         self.take_momentum(frame);
         self.take_slosh(frame, mission);
         self.take_array(frame, window, mission);
@@ -108,13 +140,17 @@ impl Measured {
         }
     }
 
-    /// The held-out test of the experiment that has ended.
-    pub fn close(&self, domain: Domain, phase: Phase, mission: &Mission) -> Option<HeldOut> {
-        match domain {
-            Domain::Inertial => self.inertial.close(mission.arm(phase)?.h_nms),
-            Domain::Slosh => self.slosh.as_ref()?.close(),
-            Domain::Modal => self.modal.as_ref()?.close(),
-        }
+    /// The held-out test of the experiment that has ended, or why there is none.
+    pub fn close(&self, domain: Domain, phase: Phase, mission: &Mission) -> Result<HeldOut, Reason> {
+        let tested = match domain {
+            Domain::Inertial => mission.arm(phase).and_then(|known| {
+                self.inertial.close(known.h_nms, |interval_s| known.sigma(interval_s).omega0_rad_s)
+            }),
+            Domain::Slosh => self.slosh.as_ref().and_then(SloshHeldOut::close),
+            Domain::Modal if !self.decay.behind_excitation => return Err(Reason::OperationalRecord),
+            Domain::Modal => self.modal.as_ref().and_then(ModalHeldOut::close),
+        };
+        tested.ok_or(Reason::NoHeldOutData)
     }
 
     fn begin_with(&mut self, window: &ExperimentWindow) {
@@ -122,7 +158,7 @@ impl Measured {
             return;
         }
         self.generation = window.generation;
-        let held_out = held_out_window(window);
+        let held_out = held_out_window(window, self.frame_period_s);
         self.inertial.begin(held_out);
         (self.modal, self.decay) = (None, Decay::default());
         if let Some(slosh) = &mut self.slosh {
@@ -130,49 +166,49 @@ impl Measured {
         }
     }
 
-    fn note_seen(&mut self, frame: &Frame<'_>) {
-        let now = Some(frame.number);
+    fn note_heard(&mut self, frame: &Frame<'_>) {
+        let (now, period_s) = (frame.number, self.frame_period_s);
         for imu in frame.samples(IMU) {
+            let interval_frames = imu.interval_s / period_s;
             if imu.valid & RATE_VALID_Z != 0 {
-                self.last_seen.rate = now;
+                self.heard.rate.now(now, interval_frames);
                 self.base_rate_rad_s = imu.omega_bi_b_rad_s[2];
             }
             if imu.valid & ACCELERATION_VALID != 0 {
-                self.last_seen.acceleration = now;
+                self.heard.acceleration.now(now, interval_frames);
             }
         }
-        let spoke = |count: usize, last: Option<u64>| if count > 0 { now } else { last };
-        self.last_seen.joints = spoke(frame.samples(JOINTS).len(), self.last_seen.joints);
-        self.last_seen.actuators = spoke(frame.samples(ACTUATORS).len(), self.last_seen.actuators);
-        self.last_seen.array = spoke(frame.samples(ACCELEROMETERS).len(), self.last_seen.array);
+        // Joints state no interval: they are read with the gyro.
+        if !frame.samples(JOINTS).is_empty() {
+            self.heard.joints.now(now, 0.0);
+            self.heard.joints.patience_frames = self.heard.rate.patience_frames.max(SILENT_FRAMES);
+        }
+        for command in frame.samples(ACTUATORS) {
+            self.heard.actuators.now(now, command.interval_s / period_s);
+        }
+        for batch in frame.samples(ACCELEROMETERS) {
+            self.heard.array.now(now, f64::from(batch.count.max(1)) * batch.interval_ns as f64 * 1e-9 / period_s);
+        }
     }
 
     fn take_momentum(&mut self, frame: &Frame<'_>) {
         self.momentum.clear();
-        let joints = frame.samples(JOINTS);
-        for imu in frame.samples(IMU).iter().filter(|imu| imu.valid & RATE_VALID_Z != 0) {
-            let Some(joints) = joints.iter().find(|j| j.header.t_meas_ns == imu.header.t_meas_ns && j.count >= 2)
-            else {
-                continue;
-            };
+        for (imu, joints) in rates_with_joints(frame) {
             let sample = MomentumSample {
                 omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
                 joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],
                 joint_angle_rad: [joints.angle_rad[0], joints.angle_rad[1]],
             };
-            self.inertial.push(frame.number, &sample);
-            self.momentum.push((imu.header.t_meas_ns, sample));
+            let interval_s = if imu.interval_s > 0.0 { imu.interval_s } else { self.frame_period_s };
+            self.inertial.push(frame.number, interval_s, &sample);
+            self.momentum.push((interval_s, sample));
         }
     }
 
     fn take_slosh(&mut self, frame: &Frame<'_>, mission: &Mission) {
         let (Some(slosh), Some(known)) = (&mut self.slosh, &mission.slosh) else { return };
         let axis = known.axis.index();
-        let forces = frame.samples(ACTUATORS);
-        for imu in frame.samples(IMU).iter().filter(|imu| imu.valid >> (3 + axis) & 1 == 1) {
-            let Some(force) = forces.iter().find(|force| force.header.t_meas_ns == imu.header.t_meas_ns) else {
-                continue;
-            };
+        for (imu, force) in accelerations_with_forces(frame, axis) {
             let begin_s = imu.header.t_meas_ns as f64 * 1e-9;
             slosh.push(frame.number, begin_s, imu.interval_s, force.force_b_n[axis], imu.acceleration_b_m_s2[axis]);
         }
@@ -185,29 +221,50 @@ impl Measured {
         }
         let decays = self.decay.behind_excitation && !self.decay.forced;
         for batch in frame.samples(ACCELEROMETERS).iter().filter(|_| decays) {
-            let channels = (batch.channels as usize).min(ACCELEROMETERS_MAX);
-            if channels == 0 {
+            let channels = mission.modal.channels_of((batch.channels as usize).min(ACCELEROMETERS_MAX));
+            if channels.is_empty() {
                 continue;
             }
             let modal = self.modal.get_or_insert_with(|| {
-                let mut modal =
-                    ModalHeldOut::new(HELD_OUT_ROWS, ARRAY_ROWS_PER_FRAME, channels, mission.modal_noise_m_s2);
-                modal.begin(held_out_window(window));
+                let mut modal = ModalHeldOut::new(HELD_OUT_ROWS, channels, mission.modal.accelerometer_sigma_m_s2);
+                modal.begin(held_out_window(window, mission.frame_period_s));
                 modal
             });
+            let interval_s = batch.interval_ns as f64 * 1e-9;
             for (row, offset_ns) in batch.acceleration_m_s2.iter().zip(batch.offset_ns).take(batch.count as usize) {
                 let t_s = (batch.header.t_meas_ns + u64::from(offset_ns)) as f64 * 1e-9;
-                modal.push(frame.number, t_s, row);
+                modal.push(frame.number, t_s, interval_s, row);
             }
         }
     }
 }
 
-fn held_out_window(window: &ExperimentWindow) -> Window {
+fn held_out_window(window: &ExperimentWindow, frame_period_s: f64) -> Window {
     Window {
         start_frame: window.begin_frame,
         duration_frames: window.end_frame - window.begin_frame,
         generation: window.generation,
+        frame_period_s,
         lead_frames: ESTIMATES_SPARSE_EVERY,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_is_silent_after_half_a_second_of_frames_or_three_of_its_own_intervals() {
+        let mut heard = Heard::default();
+        assert!(!heard.alive(0, 1.0), "it never spoke");
+        heard.now(1000, 1.0);
+        assert!(heard.alive(1049, 0.0) && !heard.alive(1050, 0.0));
+        heard.now(1000, 100.0);
+        assert!(heard.alive(1299, 0.0) && !heard.alive(1300, 0.0));
+        // Heard every 10 ms before the experiment, every second in it: the first sample comes after 100 frames.
+        heard.now(1000, 1.0);
+        assert!(heard.alive(1299, 100.0) && !heard.alive(1300, 100.0));
+        heard.now(1000, f64::NAN);
+        assert!(!heard.alive(1050, 0.0));
     }
 }

@@ -10,7 +10,9 @@ use physics::slosh::{SloshParameters, SloshState};
 use physics::slosh_estimator::{SloshPlan, SloshSettings};
 use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
 use runtime::RunConfig;
-use runtime::scenario::{self, ArmExperiment, ArmKnown, ModalExperiment, SloshExperiment, SloshKnown, Trajectory};
+use runtime::scenario::{
+    self, ArmExperiment, ArmKnown, ModalExperiment, ModalKnown, SloshExperiment, SloshKnown, Trajectory,
+};
 use telemetry::{Domain, Phase, parameters};
 
 /// Pacing windows that a verdict may take after the end of its experiment.
@@ -23,7 +25,26 @@ const SAFE_DWELL_S: f64 = 5.0;
 #[derive(Clone, Debug)]
 pub struct KnownArm {
     pub h_nms: f64,
-    pub sigma: ChannelSigma,
+    gyro_arw_deg_sqrt_h: f64,
+    joint_rate_sigma_rad_s: f64,
+    joint_angle_sigma_rad: f64,
+}
+
+impl KnownArm {
+    fn new(known: &ArmKnown) -> Self {
+        KnownArm {
+            h_nms: known.h_cm_nms,
+            gyro_arw_deg_sqrt_h: known.gyro_arw_deg_sqrt_h,
+            joint_rate_sigma_rad_s: known.joint_rate_sigma_rad_s,
+            joint_angle_sigma_rad: known.joint_angle_sigma_rad,
+        }
+    }
+
+    /// Noise of one sample of a gyro that averages over `interval_s`, and of the joints with it.
+    pub fn sigma(&self, interval_s: f64) -> ChannelSigma {
+        let (rate, angle) = (self.joint_rate_sigma_rad_s, self.joint_angle_sigma_rad);
+        ChannelSigma::from_data_sheet(self.gyro_arw_deg_sqrt_h, interval_s, rate, angle)
+    }
 }
 
 /// The supervisor's view of a run.
@@ -33,9 +54,10 @@ pub struct Mission {
     pub inertial: Option<KnownArm>,
     pub mated: Option<KnownArm>,
     pub slosh: Option<SloshKnown>,
-    pub modal_noise_m_s2: f64,
+    pub modal: ModalKnown,
     pub frame_period_s: f64,
-    /// By `Domain::code`: largest predicted sigma over its need at the end of the experiment.
+    /// By `Domain::code`: largest predicted sigma over its need at the end of the experiment before capture. Nothing is
+    /// predicted of the mated one: its target is not known before it is grasped.
     pub predicted_sigma_over_need: [Option<f64>; 3],
     needs: [Need; 3],
     mated_need: Need,
@@ -53,23 +75,19 @@ impl Mission {
             stated(Domain::Slosh, scenario.slosh.as_ref().map(|slosh| &slosh.need))?,
             stated(Domain::Modal, scenario.modal.as_ref().map(|modal| &modal.need))?,
         ];
-        let modal_noise_m_s2 = scenario
-            .modal
-            .clone()
-            .map_or(scenario::ModalKnown::default(), |modal| modal.known)
-            .accelerometer_sigma_m_s2;
+        let frame_period_s = scenario.period_ns() as f64 * 1e-9;
         let predict = |domain: Domain, sigma: Option<Vec<(f64, f64)>>| {
             sigma.and_then(|sigma| over_need(&sigma, &needs[usize::from(domain.code())]))
         };
         Ok(Mission {
             plan: plan(run),
-            inertial: scenario.inertial.as_ref().map(|arm| known_arm(&arm.known)),
-            mated: scenario.mated.as_ref().map(|arm| known_arm(&arm.known)),
+            inertial: scenario.inertial.as_ref().map(|arm| KnownArm::new(&arm.known)),
+            mated: scenario.mated.as_ref().map(|arm| KnownArm::new(&arm.known)),
             slosh: scenario.slosh.as_ref().map(|slosh| slosh.known.clone()),
-            modal_noise_m_s2,
-            frame_period_s: scenario.period_ns() as f64 * 1e-9,
+            modal: scenario.modal.as_ref().map(|modal| modal.known.clone()).unwrap_or_default(),
+            frame_period_s,
             predicted_sigma_over_need: [
-                predict(Domain::Inertial, scenario.inertial.as_ref().and_then(promised_by_arm)),
+                predict(Domain::Inertial, scenario.inertial.as_ref().and_then(|arm| promised_by_arm(arm, frame_period_s))),
                 predict(Domain::Slosh, scenario.slosh.as_ref().and_then(promised_by_slosh)),
                 predict(Domain::Modal, scenario.modal.as_ref().and_then(promised_by_decay)),
             ],
@@ -131,17 +149,6 @@ fn plan(run: &RunConfig) -> Plan {
     }
 }
 
-fn known_arm(known: &ArmKnown) -> KnownArm {
-    KnownArm {
-        h_nms: known.h_cm_nms,
-        sigma: ChannelSigma {
-            omega0_rad_s: known.gyro_arw_deg_sqrt_h.to_radians() / 60.0 * known.rate_hz.sqrt(),
-            joint_rate_rad_s: [known.joint_rate_sigma_rad_s; 2],
-            joint_angle_rad: [known.joint_angle_sigma_rad; 2],
-        },
-    }
-}
-
 /// Largest predicted sigma over its need; `None` when no need is stated for what is predicted.
 fn over_need(predicted: &[(f64, f64)], need: &Need) -> Option<f64> {
     let ratio =
@@ -149,8 +156,9 @@ fn over_need(predicted: &[(f64, f64)], need: &Need) -> Option<f64> {
     predicted.iter().enumerate().filter_map(ratio).max_by(f64::total_cmp)
 }
 
-/// Prior value and promised sigma per parameter, from the Cramér–Rao bound along the reference trajectory.
-fn promised_by_arm(arm: &ArmExperiment) -> Option<Vec<(f64, f64)>> {
+/// Prior value and promised sigma per parameter, from the Cramér–Rao bound along the reference trajectory with one
+/// sample a frame. The prior may be off by a factor of two, and the promise with it: see `guards::OUT_OF_REACH`.
+fn promised_by_arm(arm: &ArmExperiment, frame_period_s: f64) -> Option<Vec<(f64, f64)>> {
     if arm.known.prior.len() != 8 || arm.trajectory != Trajectory::B {
         return None;
     }
@@ -159,9 +167,9 @@ fn promised_by_arm(arm: &ArmExperiment) -> Option<Vec<(f64, f64)>> {
         h_nms: arm.known.h_cm_nms,
         sigma_h_nms: arm.known.h_cm_sigma_nms,
         duration_s: arm.duration_s,
-        rate_hz: arm.known.rate_hz,
+        rate_hz: 1.0 / frame_period_s,
     };
-    let sigma = known_arm(&arm.known).sigma;
+    let sigma = KnownArm::new(&arm.known).sigma(frame_period_s);
     let promised = physics::excitation::predicted_sigma(&alpha, &FourierTrajectory::trajectory_b(), &plan, &sigma)?;
     Some(alpha.iter().copied().zip(promised.iter().copied()).collect())
 }
@@ -175,7 +183,7 @@ fn promised_by_slosh(slosh: &SloshExperiment) -> Option<Vec<(f64, f64)>> {
         bias_m_s2: 0.0,
     };
     let unknowns =
-        if slosh.known.starts_at_rest { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
+        if slosh.known.starts_at_rest == Some(true) { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
     let plan = SloshPlan {
         amplitude_n: slosh.force_amplitude_n,
         frequency_hz: slosh.force_frequency_hz,

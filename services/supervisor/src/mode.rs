@@ -28,7 +28,7 @@ use decision::state_code;
 use guards::{Measure, Step, UNMEASURED};
 
 pub use decision::{Decision, Stimulus};
-pub use guards::StepStatus;
+pub use guards::{OUT_OF_REACH, StepStatus};
 pub use plan::{ContactMeasure, DomainSituation, ExperimentPlan, Plan, ReplayPlan, Situation};
 pub use table::{Action, Block, Event, Guard, Next, Row, TABLE, Timer, block, excitation_allowed};
 

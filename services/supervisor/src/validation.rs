@@ -3,25 +3,32 @@
 //! *Complete*: innovations are white on block means at every length, and their mean NIS lies in its χ² band.
 //! *Adequate*: a simulation over data the estimate never saw errs less than the scenario's need, and so does every
 //! standard deviation for which a need is stated.
-//! *Accepted* = adequate, with honest sigmas (NIS in its band), physically consistent. A model can be accepted without
-//! being complete; the verdict then still names the test that failed.
+//! *Accepted* = adequate, with honest sigmas, physically consistent.
 //!
-//! Every limit follows from a stated false-alarm probability and the number of blocks behind the figure. The χ² itself
-//! is used, not its normal limit: with the 60 blocks of 100 rows in a 60 s record, 3.6 normal sigmas are passed by
-//! honest data seven times too often.
+//! Sigmas are *honest* when the mean NIS lies in its band and no block length is coloured: a covariance computed for
+//! white residuals is too small for residuals that hang together, by the very factor by which their block means exceed
+//! theirs, and nothing says how much the parameters are off. So a model that is proven incomplete is never accepted.
+//! Only the upper side of the whiteness test counts. Residuals of a fit are tested on the rows that made it; its free
+//! parameters take the slow part out of them, so their block means are too small by construction.
+//!
+//! The held-out error is judged as measured, sensor noise included: taking the noise out would need to know it exactly.
+//! Where the signal does not stand out of the noise the figure says nothing of the model, and nothing was held out.
+//!
+//! Every limit follows from a stated false-alarm probability and the number of blocks behind the figure.
 
-use estimation::consistency::chi_square_quantile;
+use estimation::consistency::{DEGREES_MIN, mean_square_band, z_score_limit};
 use serde::{Deserialize, Serialize};
 use telemetry::{Domain, Estimate, Header, PARAMETERS_MAX, Phase, Reason, Verdict, parameters};
 
 use crate::held_out::HeldOut;
 
-/// Probability that an honest, white model is called biased: shared by all block lengths and both sides.
+/// Probability that an honest, white model is called coloured: shared by all block lengths (Bonferroni).
 pub const WHITENESS_FALSE_ALARM: f64 = 1e-3;
 /// Probability that honest sigmas are called dishonest, both sides together.
 pub const NIS_FALSE_ALARM: f64 = 1e-3;
-/// Fewer blocks than this decide nothing: the approximation of the χ² tail fails below three degrees of freedom.
-const BLOCKS_MIN: f64 = 3.0;
+/// Signal over noise from which a held-out test can fail: at three, a model that predicts nothing at all leaves an error
+/// ten times the noise in power (3² signal and 1 of noise), below one no more than twice.
+pub const SIGNAL_OVER_NOISE_MIN: f64 = 3.0;
 /// `Verdict::parameter` when the reason speaks of none.
 const NO_PARAMETER: u16 = u16::MAX;
 /// `Verdict::adequate` when it cannot be decided.
@@ -52,12 +59,21 @@ impl Finding {
 }
 
 /// Judges `estimate`, made before `frame`; `t_ns` is the time of that frame.
-pub fn validate(estimate: &Estimate, held_out: Option<&HeldOut>, need: &Need, frame: u64, t_ns: u64) -> Verdict {
+///
+/// `held_out` is the simulation over held-out data, or why there is none ([`Reason::NoHeldOutData`],
+/// [`Reason::OperationalRecord`]).
+pub fn validate(
+    estimate: &Estimate,
+    held_out: Result<HeldOut, Reason>,
+    need: &Need,
+    frame: u64,
+    t_ns: u64,
+) -> Verdict {
     let mut verdict = empty_verdict(estimate.domain, estimate.phase, frame, t_ns);
     verdict.estimate_frame = estimate.frame;
     verdict.nis_mean = estimate.nis_mean;
     verdict.block_z_worst = worst_z(estimate);
-    if let Some(held_out) = held_out {
+    if let Ok(held_out) = held_out {
         verdict.held_out_rms = held_out.rms;
         verdict.held_out_noise = held_out.noise;
         verdict.held_out_count = held_out.count as f64;
@@ -65,28 +81,29 @@ pub fn validate(estimate: &Estimate, held_out: Option<&HeldOut>, need: &Need, fr
     if estimate.status != 0 {
         return with_finding(verdict, Finding::new(Reason::NoEstimate, f64::from(estimate.status), 0.0));
     }
-    let honest = nis_failure(estimate);
-    let white = whiteness_failure(estimate);
+    let honest = nis_failure(estimate).or_else(|| whiteness_failure(estimate));
     let adequacy = adequacy_failure(estimate, held_out, need);
     let consistent =
         (estimate.consistent != 1).then(|| Finding::new(Reason::NotConsistent, f64::from(estimate.consistent), 1.0));
-    verdict.complete = u16::from(honest.is_none() && white.is_none());
+    verdict.complete = u16::from(honest.is_none());
     verdict.adequate = match adequacy {
         None => 1,
-        Some(Finding { reason: Reason::NoNeedStated | Reason::NoHeldOutData, .. }) => NOT_DECIDABLE,
-        Some(_) => 0,
+        Some(Finding { reason: Reason::HeldOutTooLarge | Reason::SigmaTooLarge, .. }) => 0,
+        Some(_) => NOT_DECIDABLE,
     };
     let bars = consistent.or(adequacy).or(honest);
     verdict.accepted = u16::from(bars.is_none());
-    // An accepted model that is not complete says so.
     let passed = Finding::new(Reason::Accepted, verdict.held_out_rms, need.held_out_rms.unwrap_or(0.0));
-    with_finding(verdict, bars.or(white).unwrap_or(passed))
+    with_finding(verdict, bars.unwrap_or(passed))
 }
 
-/// Verdict on an experiment that gave no estimate to judge ([`Reason::NoEstimate`], [`Reason::PartitionLost`]).
-pub fn no_model(domain: Domain, phase: Phase, reason: Reason, frame: u64, t_ns: u64) -> Verdict {
-    with_finding(empty_verdict(domain.code(), phase.code(), frame, t_ns), Finding::new(reason, 0.0, 0.0))
+/// Verdict on an experiment that gave no estimate to judge, with the figure that decided and its limit (0: none).
+pub fn no_model(domain: Domain, phase: Phase, (reason, measured, limit): Missing, frame: u64, t_ns: u64) -> Verdict {
+    with_finding(empty_verdict(domain.code(), phase.code(), frame, t_ns), Finding::new(reason, measured, limit))
 }
+
+/// Why there is no model, with figure and limit.
+pub type Missing = (Reason, f64, f64);
 
 fn empty_verdict(domain: u16, phase: u16, frame: u64, t_ns: u64) -> Verdict {
     Verdict {
@@ -119,53 +136,38 @@ fn with_finding(mut verdict: Verdict, finding: Finding) -> Verdict {
     verdict
 }
 
-/// Band of the mean NIS of `count` degrees of freedom; `None` when there are too few to say.
-pub fn nis_band(count: f64) -> Option<(f64, f64)> {
-    let tail = NIS_FALSE_ALARM / 2.0;
-    (count >= BLOCKS_MIN)
-        .then(|| (chi_square_quantile(tail, count) / count, chi_square_quantile(1.0 - tail, count) / count))
-}
-
-/// Limits, lower and upper, of a block z-score `(χ² − n)/√(2n)` over `blocks` blocks when `scales` lengths are tested
-/// together (Bonferroni); `None` when there are too few blocks.
-pub fn block_z_band(blocks: f64, scales: usize) -> Option<(f64, f64)> {
-    let tail = WHITENESS_FALSE_ALARM / (2.0 * scales as f64);
-    let z = |probability| (chi_square_quantile(probability, blocks) - blocks) / (2.0 * blocks).sqrt();
-    (blocks >= BLOCKS_MIN).then(|| (z(tail), z(1.0 - tail)))
-}
-
 /// Sigmas are honest when the mean NIS lies in its band; too small a NIS (sigmas too large) is as dishonest.
 fn nis_failure(estimate: &Estimate) -> Option<Finding> {
     let mean = estimate.nis_mean;
-    let Some((low, high)) = nis_band(estimate.nis_count) else {
+    let Some((low, high)) = mean_square_band(estimate.nis_count, NIS_FALSE_ALARM) else {
         return Some(Finding::new(Reason::NisOutOfBand, mean, f64::INFINITY));
     };
     let inside = (low..=high).contains(&mean);
     (!inside).then(|| Finding::new(Reason::NisOutOfBand, mean, if mean < low { low } else { high }))
 }
 
-/// The worst block length that lies outside its band. A length of which no three blocks were completed is not tested.
+/// The worst block length that lies above its limit. A length of which no three blocks were completed is not tested.
 fn whiteness_failure(estimate: &Estimate) -> Option<Finding> {
     tested_scales(estimate)
-        .filter_map(|(z, (low, high))| {
-            let (excess, limit) = if z < 0.0 { (z / low, low) } else { (z / high, high) };
+        .filter_map(|(z, limit)| {
             // A NaN is no proof of whiteness.
-            let inside = excess <= 1.0;
-            (!inside).then(|| (excess, Finding::new(Reason::InnovationsBiased, z, limit)))
+            let white = z <= limit;
+            (!white).then(|| (z / limit, Finding::new(Reason::InnovationsBiased, z, limit)))
         })
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|worst| worst.1)
 }
 
-/// z-score and band of every block length that has enough blocks.
-fn tested_scales(estimate: &Estimate) -> impl Iterator<Item = (f64, (f64, f64))> + '_ {
+/// z-score and limit of every block length that has enough blocks.
+fn tested_scales(estimate: &Estimate) -> impl Iterator<Item = (f64, f64)> + '_ {
     let blocks = |index: usize| {
         let length = estimate.block_length[index];
         if length > 0.0 { (estimate.nis_count / length).floor() } else { 0.0 }
     };
-    let tested = (0..estimate.block_z.len()).filter(|index| blocks(*index) >= BLOCKS_MIN).count();
+    let tested = (0..estimate.block_z.len()).filter(|index| blocks(*index) >= DEGREES_MIN).count();
+    let false_alarm = WHITENESS_FALSE_ALARM / tested.max(1) as f64;
     (0..estimate.block_z.len())
-        .filter_map(move |index| Some((estimate.block_z[index], block_z_band(blocks(index), tested)?)))
+        .filter_map(move |index| Some((estimate.block_z[index], z_score_limit(blocks(index), false_alarm)?)))
 }
 
 /// Largest magnitude of a tested z-score, with its sign; 0 when none was tested.
@@ -174,14 +176,21 @@ fn worst_z(estimate: &Estimate) -> f64 {
 }
 
 /// Held-out error first, then the standard deviations; what cannot be decided counts only when nothing else fails.
-fn adequacy_failure(estimate: &Estimate, held_out: Option<&HeldOut>, need: &Need) -> Option<Finding> {
+fn adequacy_failure(estimate: &Estimate, held_out: Result<HeldOut, Reason>, need: &Need) -> Option<Finding> {
     let simulation = match (need.held_out_rms, held_out) {
         (None, _) => Some(Finding::new(Reason::NoNeedStated, 0.0, 0.0)),
-        (Some(limit), None) => Some(Finding::new(Reason::NoHeldOutData, 0.0, limit)),
-        (Some(limit), Some(seen)) if seen.rms <= limit => None,
-        (Some(limit), Some(seen)) => return Some(Finding::new(Reason::HeldOutTooLarge, seen.rms, limit)),
+        (Some(_), Err(reason)) => Some(Finding::new(reason, 0.0, 0.0)),
+        (Some(limit), Ok(seen)) if seen.rms <= limit => silence(&seen),
+        (Some(limit), Ok(seen)) => return Some(Finding::new(Reason::HeldOutTooLarge, seen.rms, limit)),
     };
     sigma_failure(estimate, need).or(simulation)
+}
+
+/// Held-out data in which the signal does not stand out of the noise: any small model would pass.
+fn silence(seen: &HeldOut) -> Option<Finding> {
+    let limit = SIGNAL_OVER_NOISE_MIN * seen.noise;
+    let heard = seen.signal_rms > limit; // false for NaN
+    (!heard).then(|| Finding::new(Reason::NoHeldOutData, seen.signal_rms, limit))
 }
 
 /// The parameter that misses its need by the largest factor.
@@ -220,15 +229,25 @@ pub fn explain(verdict: &Verdict) -> String {
     let parameter = domain.and_then(|domain| parameters(domain).get(usize::from(verdict.parameter)));
     let name = parameter.map_or("?", |parameter| parameter.name);
     let (measured, limit) = (verdict.measured, verdict.limit);
-    let sentence = match reason {
+    match reason {
         Reason::Accepted => format!(
             "adequate: held-out simulation error {measured:.1e} {unit} within the need {limit:.1e} {unit}, \
              mean NIS {:.3}, worst block z {:.1}",
             verdict.nis_mean, verdict.block_z_worst
         ),
-        Reason::NoEstimate if measured != 0.0 => format!("no estimate was made: the estimator's status is {measured}"),
+        Reason::NoEstimate if measured != 0.0 => {
+            let status = domain.map_or("unknown status", |domain| telemetry::status_text(domain, measured as u32));
+            format!("no estimate was made: {status}")
+        }
+        Reason::NoHeldOutData if limit > 0.0 => format!(
+            "adequacy cannot be judged: the held-out signal of {measured:.1e} {unit} does not stand out of the noise \
+             (limit {limit:.1e} {unit})"
+        ),
+        Reason::OutOfReach => {
+            format!("{}: it would miss the need {measured:.1} times, limit {limit:.1}", reason.text())
+        }
         Reason::InnovationsBiased => {
-            format!("incomplete: innovations are not white on block means, z {measured:.1} beyond {limit:.1}")
+            format!("sigmas not honest: innovations are not white on block means, z {measured:.1} above {limit:.1}")
         }
         Reason::NisOutOfBand if limit.is_infinite() => {
             "sigmas cannot be called honest: too few rows for a mean NIS".to_string()
@@ -243,13 +262,8 @@ pub fn explain(verdict: &Verdict) -> String {
         Reason::SigmaTooLarge => {
             format!("inadequate: standard deviation of {name} {measured:.2e} % above the need {limit:.2e} %")
         }
-        Reason::NotConsistent
-        | Reason::NoEstimate
-        | Reason::NoNeedStated
-        | Reason::NoHeldOutData
-        | Reason::PartitionLost => reason.text().to_string(),
-    };
-    if verdict.accepted == 1 && reason != Reason::Accepted { format!("accepted, but {sentence}") } else { sentence }
+        _ => reason.text().to_string(),
+    }
 }
 
 #[cfg(test)]
@@ -303,7 +317,7 @@ mod tests {
     fn judged(change: impl FnOnce(&mut Estimate)) -> Verdict {
         let mut estimate = estimate();
         change(&mut estimate);
-        validate(&estimate, Some(&HELD_OUT), &NEED, 6100, 61_000_000_000)
+        validate(&estimate, Ok(HELD_OUT), &NEED, 6100, 61_000_000_000)
     }
 
     fn summary(verdict: &Verdict) -> (u16, u16, u16, Reason) {
@@ -315,9 +329,10 @@ mod tests {
         type Case = (fn(&mut Estimate), (u16, u16, u16, Reason));
         let none: fn(&mut Estimate) = |_| {};
         // (change, (complete, adequate, accepted, reason))
-        let cases: [Case; 8] = [
+        let cases: [Case; 9] = [
             (none, (1, 1, 1, Reason::Accepted)),
-            (|e| e.block_z[2] = 9.0, (0, 1, 1, Reason::InnovationsBiased)),
+            (|e| e.block_z[2] = 9.0, (0, 1, 0, Reason::InnovationsBiased)),
+            (|e| e.block_z[2] = -5.0, (1, 1, 1, Reason::Accepted)),
             (|e| e.nis_mean = 1.2, (0, 1, 0, Reason::NisOutOfBand)),
             (|e| e.nis_mean = 0.8, (0, 1, 0, Reason::NisOutOfBand)),
             (|e| e.nis_mean = f64::NAN, (0, 1, 0, Reason::NisOutOfBand)),
@@ -333,25 +348,40 @@ mod tests {
 
     #[test]
     fn adequacy_is_undecidable_without_a_need_or_without_held_out_data() {
-        let unstated = validate(&estimate(), Some(&HELD_OUT), &Need::default(), 0, 0);
+        let unstated = validate(&estimate(), Ok(HELD_OUT), &Need::default(), 0, 0);
         assert_eq!(summary(&unstated), (1, 2, 0, Reason::NoNeedStated));
-        assert_eq!(summary(&validate(&estimate(), None, &NEED, 0, 0)), (1, 2, 0, Reason::NoHeldOutData));
+        for reason in [Reason::NoHeldOutData, Reason::OperationalRecord] {
+            assert_eq!(summary(&validate(&estimate(), Err(reason), &NEED, 0, 0)), (1, 2, 0, reason));
+        }
         // A stated sigma that is missed decides nevertheless.
         let mut poor = estimate();
         poor.covariance[2][2] = 0.01;
-        assert_eq!(summary(&validate(&poor, None, &NEED, 0, 0)), (1, 0, 0, Reason::SigmaTooLarge));
+        assert_eq!(summary(&validate(&poor, Err(Reason::NoHeldOutData), &NEED, 0, 0)), (1, 0, 0, Reason::SigmaTooLarge));
     }
 
     #[test]
     fn a_held_out_error_above_the_need_is_explained_with_both_numbers() {
         let need = Need { held_out_rms: Some(1e-4), ..NEED };
         let seen = HeldOut { rms: 3.1e-4, ..HELD_OUT };
-        let verdict = validate(&estimate(), Some(&seen), &need, 0, 0);
+        let verdict = validate(&estimate(), Ok(seen), &need, 0, 0);
         assert_eq!(summary(&verdict), (1, 0, 0, Reason::HeldOutTooLarge));
         let expected = "inadequate: held-out simulation error 3.1e-4 rad/s above the need 1.0e-4 rad/s";
         assert_eq!(explain(&verdict), expected);
         let biased = explain(&judged(|e| e.block_z[2] = 9.0));
-        assert!(biased.starts_with("accepted, but incomplete"), "{biased}");
+        assert!(biased.starts_with("sigmas not honest: innovations are not white"), "{biased}");
+    }
+
+    #[test]
+    fn a_signal_that_has_decayed_into_the_noise_tests_no_model() {
+        let faint = HeldOut { signal_rms: 2.9 * HELD_OUT.noise, ..HELD_OUT };
+        let verdict = validate(&estimate(), Ok(faint), &NEED, 0, 0);
+        assert_eq!(summary(&verdict), (1, 2, 0, Reason::NoHeldOutData));
+        assert!(explain(&verdict).contains("does not stand out of the noise"), "{}", explain(&verdict));
+        let heard = HeldOut { signal_rms: 3.1 * HELD_OUT.noise, ..HELD_OUT };
+        assert_eq!(validate(&estimate(), Ok(heard), &NEED, 0, 0).accepted, 1);
+        // A model that invents a signal where there is none is wrong all the same.
+        let invented = HeldOut { rms: 1e-3, ..faint };
+        assert_eq!(summary(&validate(&estimate(), Ok(invented), &NEED, 0, 0)).3, Reason::HeldOutTooLarge);
     }
 
     #[test]
@@ -360,7 +390,9 @@ mod tests {
         assert_eq!(judged(|e| e.covariance[2][2] = f64::NAN).accepted, 0);
         assert_eq!(judged(|e| e.values[2] = 0.0).accepted, 0);
         let blind = HeldOut { rms: f64::NAN, ..HELD_OUT };
-        assert_eq!(validate(&estimate(), Some(&blind), &NEED, 0, 0).accepted, 0);
+        assert_eq!(validate(&estimate(), Ok(blind), &NEED, 0, 0).accepted, 0);
+        let mute = HeldOut { signal_rms: f64::NAN, ..HELD_OUT };
+        assert_eq!(validate(&estimate(), Ok(mute), &NEED, 0, 0).accepted, 0);
     }
 
     /// `rows` normalised innovations with standard deviation `scale` and mean `bias`, as an estimator reports them.
@@ -397,7 +429,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tenth_of_a_sigma_is_incomplete_and_five_per_cent_of_sigma_dishonest() {
+    fn a_lasting_tenth_of_a_sigma_and_five_per_cent_of_sigma_are_both_dishonest() {
         for seed in 0..100 {
             // Bias 0.1 over 20 000 rows: block-100 z is 1·√(200/2) = 10 ± √3, limit 4.3.
             let biased = innovations(seed, 20_000, 1.0, 0.1);

@@ -9,6 +9,7 @@
 //! | `total_least_squares` | the seed's estimator, streamed through the Givens factor of `[Y b]` |
 //! | `consistency` | NEES, NIS, multi-scale whiteness, χ² bands |
 //! | `cramer_rao` | Fisher information and the bound it implies |
+//! | `cusum` | a lasting change of a mean: cumulative sums, jump from a running mean |
 //!
 //! *Why no trait for "linear in the parameters"?* Only one estimator here consumes rows, and it takes the row as a
 //! value ([`weighted_least_squares::NoisyRow`]); a trait would have a single implementor.
@@ -21,6 +22,7 @@ extern crate std;
 
 pub mod consistency;
 pub mod cramer_rao;
+pub mod cusum;
 #[cfg(test)]
 mod seeded_noise;
 pub mod total_least_squares;
@@ -29,7 +31,7 @@ pub mod weighted_least_squares;
 use serde::{Deserialize, Serialize};
 
 /// Five standard deviations: the gate [`Innovation::test_ratio`] is measured against.
-const GATE_SIGMAS: f64 = 5.0;
+pub const GATE_SIGMAS: f64 = 5.0;
 
 /// What one measurement said before it was used: the raw material of every validation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

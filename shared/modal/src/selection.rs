@@ -34,6 +34,8 @@ pub struct Mode {
     pub damping_ratio: f64,
     pub sigma_frequency_hz: f64,
     pub sigma_damping: f64,
+    /// Of the errors of frequency and damping.
+    pub correlation: f64,
     /// Complex shape per channel, largest component 1.
     pub mode_shape: Vec<c64>,
     pub phase_collinearity: f64,
@@ -234,6 +236,7 @@ fn mode(pole: &Pole, deviation: PoleDeviation, orders_found: usize, decimation: 
         damping_ratio: pole.damping_ratio,
         sigma_frequency_hz: deviation.sigma_frequency_hz,
         sigma_damping: deviation.sigma_damping,
+        correlation: deviation.correlation,
         mode_shape: pole.mode_shape.clone(),
         phase_collinearity: pole.phase_collinearity,
         channel_share: pole.channel_share.clone(),

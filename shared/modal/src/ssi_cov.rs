@@ -87,7 +87,10 @@ pub fn realise(gram: &Gram, order_max: usize) -> Result<Realisation, SsiError> {
     let future_past = gram.matrix.submatrix(half, 0, half, half);
     let svd = future_past.svd().map_err(|_| SsiError::DecompositionFailed { rows: half })?;
     let largest = svd.S().column_vector()[0];
-    if largest.is_nan() || largest <= f64::MIN_POSITIVE {
+    if !largest.is_finite() {
+        return Err(SsiError::DecompositionFailed { rows: half });
+    }
+    if largest <= f64::MIN_POSITIVE {
         return Err(SsiError::NoSignal { largest_singular_value: largest });
     }
     let singular_values: Vec<f64> = (0..order_max.min(half - l))

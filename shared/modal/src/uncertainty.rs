@@ -32,6 +32,8 @@ pub struct PoleDeviation {
     pub complete: bool,
     pub sigma_frequency_hz: f64,
     pub sigma_damping: f64,
+    /// Of the errors of frequency and damping; 0 where the moments say nothing about it.
+    pub correlation: f64,
 }
 
 impl PoleDeviation {
@@ -110,10 +112,15 @@ fn deviation(pole: &Pole, moments: Moments, sample_rate_hz: f64) -> PoleDeviatio
     let to_zeta = -per_z / omega - to_omega * (zeta / omega);
     // Var Re(a δz) = ½ (|a|² E|δz|² + Re(a² E δz²))
     let sigma = |a: c64| (0.5 * (a.norm_sqr() * moments.absolute + (a * a * moments.plain).re)).max(0.0).sqrt();
+    let (sigma_omega, sigma_damping) = (sigma(to_omega), sigma(to_zeta));
+    // Cov(Re(a δz), Re(b δz)) = ½ Re(a b̄ E|δz|² + a b E δz²)
+    let both = to_omega * to_zeta.conj() * moments.absolute + to_omega * to_zeta * moments.plain;
+    let correlation = 0.5 * both.re / (sigma_omega * sigma_damping);
     PoleDeviation {
         complete: false,
-        sigma_frequency_hz: sigma(to_omega) / (2.0 * std::f64::consts::PI),
-        sigma_damping: sigma(to_zeta),
+        sigma_frequency_hz: sigma_omega / (2.0 * std::f64::consts::PI),
+        sigma_damping,
+        correlation: if correlation.abs() < 1.0 { correlation } else { 0.0 },
     }
 }
 

@@ -47,6 +47,22 @@ pub struct ChannelSigma {
 }
 
 impl ChannelSigma {
+    /// From data sheets: angle random walk of the gyro [°/√h] averaged over `interval_s`, joint sensors per sample.
+    pub fn from_data_sheet(
+        gyro_arw_deg_sqrt_h: f64,
+        interval_s: f64,
+        joint_rate_sigma_rad_s: f64,
+        joint_angle_sigma_rad: f64,
+    ) -> Self {
+        const SQRT_HOUR_S: f64 = 60.0;
+        let arw_rad_sqrt_s = gyro_arw_deg_sqrt_h * core::f64::consts::PI / 180.0 / SQRT_HOUR_S;
+        Self {
+            omega0_rad_s: arw_rad_sqrt_s / libm::sqrt(interval_s),
+            joint_rate_rad_s: [joint_rate_sigma_rad_s; 2],
+            joint_angle_rad: [joint_angle_sigma_rad; 2],
+        }
+    }
+
     /// In channel order (w0, d1, d2, th1, th2).
     pub fn in_channel_order(&self) -> [f64; CHANNELS] {
         let ([d1, d2], [th1, th2]) = (self.joint_rate_rad_s, self.joint_angle_rad);

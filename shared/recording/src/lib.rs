@@ -14,6 +14,7 @@ pub mod channels;
 pub mod csv;
 mod digest;
 mod error;
+mod excitation;
 mod map;
 mod mcap_format;
 mod mcap_read;

@@ -6,12 +6,16 @@
 //! Interval of a sample: the mean regular interval of the recording where its stamps jitter by less than 1 % (then
 //! they are the noise of a clock or rounding, and the sampling itself is even), else the time to the next row; behind
 //! a gap's first row and at the last row always the mean.
+//!
+//! A table does not say when an excitation is on: `excited` is derived per row ([`crate::excitation`]). A recorded run
+//! says so itself.
 
 use crate::Imported;
 use crate::channels::{
     ACCELERATION, ANGLE, CHANNELS, Channels, Domains, FORCE, JOINT_RATE, JOINT_TORQUE, RATE, TORQUE, WHEEL,
 };
 use crate::error::RecordingError;
+use crate::excitation::Excitation;
 use crate::map::ChannelMap;
 use crate::replay_run::RunFrames;
 use crate::run::RecordedRun;
@@ -140,7 +144,8 @@ struct TableFrames {
     columns: Vec<Vec<f64>>,
     imu: bool,
     actuators: bool,
-    excited: u64,
+    /// Per row.
+    excited: Vec<bool>,
     valid: u64,
     notes: Vec<String>,
 }
@@ -150,8 +155,8 @@ impl TableFrames {
         let channels = Channels::find(table, map)?;
         let t_ns: Vec<u64> = table.time_s.iter().map(|t| ((t - table.time_s[0]) * 1e9).round() as u64).collect();
         let actuators = channels.any(FORCE) || channels.any(TORQUE) || channels.any(WHEEL..WHEEL + 1);
-        let excitation = FORCE.chain(TORQUE).filter_map(|channel| channels.column(channel));
-        let excited = excitation.flat_map(|column| &table.columns[column].values).any(|value| *value != 0.0);
+        let driven = FORCE.chain(TORQUE).filter_map(|channel| channels.column(channel));
+        let excitation = Excitation::find(t_ns.len(), driven.map(|column| table.columns[column].values.as_slice()));
         let valid = RATE.chain(ACCELERATION).enumerate();
         let valid = valid.map(|(bit, channel)| u64::from(channels.column(channel).is_some()) << bit).sum();
         let mut frames = TableFrames {
@@ -161,12 +166,18 @@ impl TableFrames {
             t_ns,
             imu: channels.any(RATE) || channels.any(ACCELERATION),
             actuators,
-            excited: u64::from(excited),
+            excited: excitation.on,
             valid,
             notes: channels.notes().to_vec(),
             columns: table.columns.iter().map(|column| column.values.clone()).collect(),
             channels,
         };
+        if excitation.operational {
+            frames.notes.push(
+                "forces or torques act through nearly all of the record: taken as operational, without a free decay"
+                    .into(),
+            );
+        }
         if !(frames.imu || frames.actuators || frames.channels.joints() > 0 || !frames.channels.array().is_empty()) {
             return Err(nothing_to_replay(table));
         }
@@ -279,7 +290,7 @@ impl TableFrames {
             force_b_n: self.values(FORCE, row),
             torque_b_nm: self.values(TORQUE, row),
             wheel_momentum_nms,
-            excited: self.excited,
+            excited: u64::from(self.excited[row]),
         }
     }
 

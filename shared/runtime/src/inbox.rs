@@ -164,12 +164,13 @@ impl Inbox {
             return false;
         }
         let due_frame = match delivery {
-            Delivery::Feedback => queue.slots[slot * queue.stride + 3] + window,
+            Delivery::Feedback => queue.slots[slot * queue.stride + 3].saturating_add(window),
             Delivery::Source | Delivery::Status => 0,
         };
         if queue.waiting.len() == depth {
             // The pacing window makes this impossible for data; a stalled consumer of status samples keeps the newest.
             queue.waiting.pop_front();
+            counters.lost += u64::from(delivery != Delivery::Status);
         }
         queue.waiting.push_back(Arrival { seq: header.seq, due_frame, stamps: *stamps, slot });
         queue.next_slot = (slot + 1) % (depth + 1);

@@ -13,6 +13,7 @@ pub mod link;
 pub mod lockstep;
 pub mod outbox;
 pub mod pacing;
+pub mod pairs;
 pub mod partition;
 pub mod process;
 pub mod rundir;

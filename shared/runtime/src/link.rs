@@ -11,10 +11,10 @@ pub enum LinkError {
     #[error("topic {topic}: its service does not exist")]
     Vanished { topic: &'static str },
     #[error(
-        "topic {topic}: this process was built with layout {ours:08x}, the running system with {theirs}: \
+        "topic {topic}: this process was built with {what} {ours:08x}, the running system with {theirs}: \
          build every partition from one revision"
     )]
-    Layout { topic: &'static str, ours: u32, theirs: String },
+    Layout { topic: &'static str, what: &'static str, ours: u32, theirs: String },
     #[error("shared memory node: {0}")]
     Node(String),
 }

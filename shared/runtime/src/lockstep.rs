@@ -152,13 +152,37 @@ impl Link for LockstepLink {
     }
 }
 
-/// Turns every partition until all have finished; `chunk(partition index)` bounds the frames of each turn.
+/// How a run in lockstep ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// Every partition has finished.
+    Complete,
+    /// `stop` said so.
+    Stopped,
+}
+
+/// Turns every partition until all have finished or `stop()` says true; `chunk(partition index)` bounds the frames of
+/// each turn. However it ends, every partition completes its files.
 ///
 /// # Errors
 /// What a partition reports; [`RunError::Stalled`] when none can go on, with how far each of them is.
-pub fn run_to_end(runners: &mut [Runner<LockstepLink>], mut chunk: impl FnMut(usize) -> u64) -> Result<(), RunError> {
+pub fn run_to_end(
+    runners: &mut [Runner<LockstepLink>],
+    chunk: impl FnMut(usize) -> u64,
+    stop: impl FnMut() -> bool,
+) -> Result<Ending, RunError> {
+    let ending = turn_all(runners, chunk, stop);
+    let files = runners.iter_mut().map(Runner::finish).fold(Ok(()), Result::and);
+    ending.and_then(|ending| files.map(|()| ending))
+}
+
+fn turn_all(
+    runners: &mut [Runner<LockstepLink>],
+    mut chunk: impl FnMut(usize) -> u64,
+    mut stop: impl FnMut() -> bool,
+) -> Result<Ending, RunError> {
     let mut idle_rounds = 0;
-    loop {
+    while !stop() {
         let (mut finished, mut worked) = (0, false);
         for (index, runner) in runners.iter_mut().enumerate() {
             let turn = runner.turn(chunk(index))?;
@@ -171,7 +195,7 @@ pub fn run_to_end(runners: &mut [Runner<LockstepLink>], mut chunk: impl FnMut(us
             }
         }
         if finished == runners.len() {
-            return runners.iter_mut().try_for_each(Runner::finish);
+            return Ok(Ending::Complete);
         }
         idle_rounds = if worked { 0 } else { idle_rounds + 1 };
         if idle_rounds > IDLE_ROUNDS_MAX {
@@ -180,6 +204,7 @@ pub fn run_to_end(runners: &mut [Runner<LockstepLink>], mut chunk: impl FnMut(us
             return Err(RunError::Stalled(state.join(", ")));
         }
     }
+    Ok(Ending::Stopped)
 }
 
 /// A hold-back hook may starve a round; not this many in a row.

@@ -55,7 +55,13 @@ impl Pacing {
 
     /// A partition that was given up is not waited for any more, nor are its samples.
     pub fn obey(&mut self, command: &Command) {
-        let Some(lost) = given_up(command) else { return };
+        if let Some(lost) = given_up(command) {
+            self.lose(lost);
+        }
+    }
+
+    /// As [`Pacing::obey`], for a partition known to be lost.
+    pub fn lose(&mut self, lost: PartitionId) {
         self.required[usize::from(lost.code())] = false;
         for (topic, info) in TOPICS.iter().enumerate() {
             if info.producers == lost.text() {

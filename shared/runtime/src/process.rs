@@ -33,6 +33,8 @@ pub struct Life {
     pub epoch: u32,
     /// 0 none, 1 to 255 signal, 256 + exit code.
     pub cause: u32,
+    /// Process id of the warden, whose death is this partition's.
+    pub parent: Option<u32>,
 }
 
 /// Of an event.
@@ -59,6 +61,9 @@ pub enum ProcessError {
     Run(#[from] RunError),
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// Its files are complete; whether the run is over is the warden's knowledge.
+    #[error("told to end before the run was over")]
+    Stopped,
     #[error("run folder: {0}")]
     Folder(#[from] std::io::Error),
 }
@@ -74,6 +79,7 @@ impl ProcessError {
     fn exit_code(&self) -> i32 {
         match self {
             ProcessError::Link(LinkError::Vanished { .. }) => crate::warden::EXIT_VANISHED,
+            ProcessError::Stopped => crate::warden::EXIT_STOPPED,
             error if error.is_final() => crate::warden::EXIT_FINAL,
             _ => 1,
         }
@@ -85,7 +91,7 @@ impl ProcessError {
 /// # Errors
 /// See [`ProcessError`]; the warden restarts after all but final ones.
 pub fn run(id: PartitionId, connect: Connect, folder: &Path, life: Life) -> Result<(), ProcessError> {
-    sys::die_with_parent();
+    sys::die_with_parent(life.parent);
     let stop = Arc::new(AtomicBool::new(false));
     // The terminal's Ctrl-C reaches every process; order is the warden's business.
     let ignored = Arc::new(AtomicBool::new(false));
@@ -105,7 +111,9 @@ pub fn run(id: PartitionId, connect: Connect, folder: &Path, life: Life) -> Resu
     while !stop.load(Ordering::Relaxed) && !process.is_over() {
         process.cycle()?;
     }
-    process.end()
+    let over = process.is_over();
+    process.end()?;
+    if over { Ok(()) } else { Err(ProcessError::Stopped) }
 }
 
 struct Process<'a> {
@@ -166,6 +174,7 @@ impl<'a> Process<'a> {
 
     fn cycle(&mut self) -> Result<(), ProcessError> {
         let turn = self.runner.turn(self.frames_allowed())?;
+        let ended_now = turn == Turn::Finished && !self.finished;
         self.finished = turn == Turn::Finished;
         let heard = self.runner.take_heard();
         self.note_finished(&heard);
@@ -178,9 +187,10 @@ impl<'a> Process<'a> {
         }
         for lost in given_up {
             self.event(EventCode::GivenUp, Severity::Alarm, [lost.code().into(), 0.0])?;
+            self.runner.link_mut().bury_the_dead();
             self.wake_everybody();
         }
-        if matches!(turn, Turn::Worked(_)) && self.runner.id() == PartitionId::SensorSim {
+        if (matches!(turn, Turn::Worked(_)) || ended_now) && self.runner.id() == PartitionId::SensorSim {
             self.wake_everybody();
         }
         if self.last_beat.elapsed() >= BEAT {
@@ -304,14 +314,16 @@ fn strike(fault: &Fault) {
 pub fn main(id: PartitionId, connect: Connect, version: &str) -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     if arguments.first().is_some_and(|first| first == "--version") {
-        println!("obsid-{id} {version}, telemetry layout {:08x}", crate::checkpoint::telemetry_layout());
+        println!("obsid-{id} {version}, telemetry layout {:08x}", telemetry::generation());
         return ExitCode::SUCCESS;
     }
     match parse(&arguments) {
         Ok((folder, life)) => exit_code(id, run(id, connect, &folder, life)),
         Err(wrong) => {
-            eprintln!("obsid-{id}: {wrong}\nusage: obsid-{id} --run FOLDER [--epoch N] [--cause C] | --version");
-            eprintln!("Started by the warden of a run (`obsid run --images DIR`).");
+            sys::tell(&format!(
+                "obsid-{id}: {wrong}\nusage: obsid-{id} --run FOLDER [--epoch N] [--cause C] [--parent PID] | --version\n\
+                 Started by the warden of a run (`obsid run --images DIR`).\n"
+            ));
             ExitCode::from(2)
         }
     }
@@ -326,6 +338,7 @@ fn parse(arguments: &[String]) -> Result<(PathBuf, Life), String> {
             "--run" => folder = Some(PathBuf::from(value)),
             "--epoch" => life.epoch = number()?,
             "--cause" => life.cause = number()?,
+            "--parent" => life.parent = Some(number()?),
             _ => return Err(format!("{name}: unknown")),
         }
     }
@@ -339,8 +352,7 @@ pub fn exit_code(id: PartitionId, result: Result<(), ProcessError>) -> ExitCode 
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // One write: six processes share the console's standard error.
-            let line = format!("{id}: {error}\n");
-            eprint!("{line}");
+            sys::tell(&format!("{id}: {error}\n"));
             ExitCode::from(error.exit_code() as u8)
         }
     }

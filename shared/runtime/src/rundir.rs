@@ -7,6 +7,7 @@ use crate::config::RunConfig;
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File};
 use std::io;
+use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
 use telemetry::PartitionId;
 
@@ -90,7 +91,7 @@ impl OwnedRunDir {
     /// When the file system refuses.
     pub fn create(parent: &Path, run: &RunConfig) -> io::Result<Self> {
         let pid = std::process::id();
-        let path = (0..1000).map(|n| parent.join(format!("{NAME}{pid}-{n}"))).find(|path| fs::create_dir(path).is_ok());
+        let path = (0..1000).map(|n| parent.join(format!("{NAME}{pid}-{n}"))).find(|path| make_private(path).is_ok());
         let path =
             path.ok_or_else(|| io::Error::other(format!("{}: cannot make a folder for the run", parent.display())))?;
         let dir = RunDir(path);
@@ -133,6 +134,11 @@ impl Drop for OwnedRunDir {
     }
 }
 
+/// A folder that only its owner can enter.
+fn make_private(path: &Path) -> io::Result<()> {
+    fs::DirBuilder::new().mode(0o700).create(path)
+}
+
 fn remove_all(dir: &RunDir) {
     remove_shared_memory(dir);
     let _ = fs::remove_dir_all(dir.path());
@@ -153,12 +159,12 @@ pub fn purge_debris(parent: &Path) -> usize {
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let Some(pid) = name.strip_prefix(NAME).and_then(|rest| rest.split('-').next()) else { continue };
-        if !entry.path().is_dir() || Path::new("/proc").join(pid).exists() {
-            continue;
-        }
-        let unlocked = File::open(entry.path().join("lock"))
-            .map_or(true, |lock| flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok());
-        if unlocked {
+        // The lock tells; a number of a process may have been given to another since. Without a lock file yet, the maker.
+        let debris = match File::open(entry.path().join("lock")) {
+            Ok(lock) => flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok(),
+            Err(_) => !Path::new("/proc").join(pid).exists(),
+        };
+        if entry.path().is_dir() && debris {
             remove_all(&RunDir(entry.path()));
             purged += 1;
         }
@@ -269,6 +275,38 @@ mod tests {
         });
         assert_ne!(one.dir().prefix(), two.dir().prefix());
         assert_eq!([one.dir(), two.dir()].map(|dir| dir.load().unwrap().seed), [1, 2]);
+    }
+
+    #[test]
+    fn a_place_too_deep_for_sockets_is_refused_before_the_run_and_by_how_much_is_said() {
+        // The test's own folder is deep enough to be filled up to a path of 107 bytes and one more.
+        let parent = Parent::new("deep");
+        let shallow = OwnedRunDir::create(&parent.0, &toy_run()).unwrap();
+        let used = shallow.dir().iceoryx_root().as_os_str().len() + 1 + shallow.dir().prefix().len() + 31 + 6;
+        let place = |excess: usize| {
+            let deep = parent.0.join("d".repeat(super::SOCKET_PATH_MAX + excess - used - 1));
+            fs::create_dir(&deep).unwrap();
+            OwnedRunDir::create(&deep, &toy_run()).map(drop).map_err(|error| error.to_string())
+        };
+        assert_eq!(place(0), Ok(()));
+        let refusal = place(1).unwrap_err();
+        assert!(refusal.contains("1 bytes too long") && refusal.contains("deep"), "{refusal}");
+    }
+
+    #[test]
+    fn services_are_cleared_and_what_carries_a_run_over_stays() {
+        let parent = Parent::new("clear");
+        let owned = OwnedRunDir::create(&parent.0, &toy_run()).unwrap();
+        let dir = owned.dir();
+        let shared = Path::new(SHARED_MEMORY).join(format!("{}half_made", dir.prefix()));
+        let (service, checkpoint) = (dir.iceoryx_root().join("service"), dir.checkpoints().join("checkpoint"));
+        for file in [&shared, &service, &checkpoint, &dir.ready()] {
+            fs::write(file, "").unwrap();
+        }
+        owned.clear_services().unwrap();
+        let there = [&shared, &service, &dir.ready(), &checkpoint, &dir.config()].map(|file| file.exists());
+        assert_eq!(there, [false, false, false, true, true]);
+        owned.clear_services().unwrap();
     }
 
     #[test]

@@ -54,6 +54,7 @@ pub struct Runner<L: Link> {
     pacing: Option<Pacing>,
     store: Option<Store>,
     seq: [u64; TOPICS_MAX],
+    seq_checkpointed: [u64; TOPICS_MAX],
     epoch: u32,
     frames_done: u64,
     frames_checkpointed: u64,
@@ -110,6 +111,7 @@ impl<L: Link> Runner<L> {
             pacing: is_source.then(|| Pacing::new(run)),
             store,
             seq: checkpoint.seq,
+            seq_checkpointed: checkpoint.seq,
             epoch,
             frames_done: checkpoint.frames,
             frames_checkpointed: checkpoint.frames,
@@ -127,10 +129,13 @@ impl<L: Link> Runner<L> {
             heard: Vec::with_capacity(64),
             heard_by_pacing: 0,
             mode: telemetry::ModeState::Standby,
-            given_up: Vec::new(),
+            given_up: checkpoint.given_up,
             partition,
             link,
         };
+        if let Some(pacing) = &mut runner.pacing {
+            runner.given_up.iter().for_each(|&id| pacing.lose(id));
+        }
         if run.sabotage != Sabotage::NoOutbox {
             runner.resend()?;
         }
@@ -269,8 +274,11 @@ impl<L: Link> Runner<L> {
             self.commands.iter().for_each(|command| pacing.obey(command));
         }
         for command in self.commands.drain(..) {
-            self.given_up.extend(crate::pacing::given_up(&command).filter(|id| !self.given_up.contains(id)));
-            self.urgent.push(command);
+            // A restarted supervisor or a topic's history says it again: a partition is lost once.
+            if let Some(id) = crate::pacing::given_up(&command).filter(|id| !self.given_up.contains(id)) {
+                self.given_up.push(id);
+                self.urgent.push(command);
+            }
         }
     }
 
@@ -398,6 +406,7 @@ impl<L: Link> Runner<L> {
             let checkpoint = Checkpoint {
                 frames: self.frames_done,
                 ended: self.finished,
+                given_up: self.given_up.clone(),
                 seq: self.seq,
                 cursors: self.inbox.cursors(),
                 outbox: self.outbox.entries().cloned().collect(),
@@ -410,6 +419,7 @@ impl<L: Link> Runner<L> {
             store.save(&checkpoint)?;
         }
         self.frames_checkpointed = self.frames_done;
+        self.seq_checkpointed = self.seq;
         self.progress_due = true;
         Ok(())
     }
@@ -423,7 +433,7 @@ impl<L: Link> Runner<L> {
             cycles: self.cycles,
             frames_processed: self.frames_done,
             frames_checkpointed: self.frames_checkpointed,
-            out_seq: self.seq,
+            out_seq: self.seq_checkpointed,
         };
         self.send(PROGRESS.id, progress.as_mut_bytes(), None)?;
         if self.pacing.is_none() {

@@ -72,8 +72,6 @@ pub struct ArmKnown {
     pub joint_rate_sigma_rad_s: f64,
     #[serde(default = "default_joint_angle")]
     pub joint_angle_sigma_rad: f64,
-    #[serde(default = "default_rate_hz")]
-    pub rate_hz: f64,
 }
 
 const fn default_gyro_arw() -> f64 {
@@ -84,9 +82,6 @@ const fn default_joint_rate() -> f64 {
 }
 const fn default_joint_angle() -> f64 {
     1.25e-5
-}
-const fn default_rate_hz() -> f64 {
-    100.0
 }
 
 /// Simulated tank of BP2.
@@ -130,9 +125,10 @@ pub struct SloshKnown {
     /// Tank expected before the experiment, `[m_s, k_s, c_s]`: its outcome is predicted from it.
     #[serde(default)]
     pub expected: Option<[f64; 3]>,
-    /// The slosh mass is at rest when the experiment begins.
-    #[serde(default = "yes")]
-    pub starts_at_rest: bool,
+    /// The slosh mass is at rest when the experiment begins. Unless stated: yes in a simulation, which starts so; not
+    /// known in a recording.
+    #[serde(default)]
+    pub starts_at_rest: Option<bool>,
 }
 
 /// Body axis.
@@ -157,9 +153,6 @@ const fn default_vrw() -> f64 {
 }
 const fn default_slosh_interval() -> f64 {
     0.1
-}
-const fn yes() -> bool {
-    true
 }
 
 /// Simulated appendage of BP3.
@@ -203,6 +196,18 @@ pub struct ModalKnown {
     pub band_hz: Option<[f64; 2]>,
     /// Channels used, all when empty (numbered from 1).
     pub channels: Vec<usize>,
+}
+
+impl ModalKnown {
+    /// Channels used of `available`, numbered from 0; empty when a stated one does not exist.
+    #[must_use]
+    pub fn channels_of(&self, available: usize) -> Vec<usize> {
+        if self.channels.is_empty() {
+            return (0..available).collect();
+        }
+        let exist = self.channels.iter().all(|channel| (1..=available).contains(channel));
+        if exist { self.channels.iter().map(|channel| channel - 1).collect() } else { Vec::new() }
+    }
 }
 
 impl Default for ModalKnown {
@@ -341,7 +346,6 @@ impl Scenario {
             found.finite(&format!("{name}.known.h_cm_sigma_nms"), arm.known.h_cm_sigma_nms);
             found.finite(&format!("{name}.known.joint_rate_sigma_rad_s"), arm.known.joint_rate_sigma_rad_s);
             found.finite(&format!("{name}.known.joint_angle_sigma_rad"), arm.known.joint_angle_sigma_rad);
-            found.positive(&format!("{name}.known.rate_hz"), arm.known.rate_hz);
             arm.known.prior.iter().for_each(|&number| found.finite(&format!("{name}.known.prior"), number));
             let given = arm.known.prior.len();
             found.integer(
@@ -505,7 +509,6 @@ mod tests {
         check("inertial.known.joint_angle_sigma_rad", &|s| {
             s.inertial.as_mut().unwrap().known.joint_angle_sigma_rad = f64::NAN;
         });
-        check("inertial.known.rate_hz", &|s| s.inertial.as_mut().unwrap().known.rate_hz = f64::NAN);
         check("mated.target.com_from_grasp_m", &|s| {
             s.mated.as_mut().unwrap().target.as_mut().unwrap().com_from_grasp_m[0] = f64::NAN;
         });

@@ -28,6 +28,8 @@ use std::time::{Duration, Instant};
 use telemetry::{PartitionId, Sample, Stamps, TOPICS, Topic, TopicId, TopicInfo, TopicVisitor, for_each_topic};
 
 const LAYOUT_KEY: &str = "layout";
+/// Over the whole topic table and every list of codes: samples index topics by number.
+const GENERATION_KEY: &str = "generation";
 /// Every process of a run, the console's tools and dead ones that are not buried yet.
 const NODES_MAX: usize = 20;
 const CREATE_RETRY: Duration = Duration::from_secs(3);
@@ -237,12 +239,14 @@ fn sample_service<T: Sample>(
     let fail = |operation, reason| LinkError::Transport { topic: info.name, operation, reason };
     let name: ServiceName =
         format!("obs/{}", info.name).as_str().try_into().map_err(|error| fail("name", text(error)))?;
-    let key = LAYOUT_KEY.try_into().map_err(|error| fail("attribute", text(error)))?;
+    let hashes = [(LAYOUT_KEY, info.layout), (GENERATION_KEY, telemetry::generation())];
     if role == Role::Creates {
-        let value = format!("{:08x}", info.layout);
-        let value = value.as_str().try_into().map_err(|error| fail("attribute", text(error)))?;
-        let attributes =
-            AttributeSpecifier::new().define(&key, &value).map_err(|error| fail("attribute", text(error)))?;
+        let mut attributes = AttributeSpecifier::new();
+        for (key, hash) in hashes {
+            let key = key.try_into().map_err(|error| fail("attribute", text(error)))?;
+            let value = format!("{hash:08x}").as_str().try_into().map_err(|error| fail("attribute", text(error)))?;
+            attributes = attributes.define(&key, &value).map_err(|error| fail("attribute", text(error)))?;
+        }
         return node
             .service_builder(&name)
             .publish_subscribe::<T>()
@@ -261,11 +265,14 @@ fn sample_service<T: Sample>(
     let details = Service::details(&name, node.config(), MessagingPattern::PublishSubscribe);
     let details =
         details.map_err(|error| fail("details", text(error)))?.ok_or(LinkError::Vanished { topic: info.name })?;
-    let value = details.static_details.attributes().key_value(&key, 0);
-    let theirs =
-        value.map_or("no layout".to_string(), |value| format!("layout {}", String::from_utf8_lossy(value.as_bytes())));
-    if theirs != format!("layout {:08x}", info.layout) {
-        return Err(LinkError::Layout { topic: info.name, ours: info.layout, theirs });
+    for (key, ours) in hashes {
+        let name = key.try_into().map_err(|error| fail("attribute", text(error)))?;
+        let value = details.static_details.attributes().key_value(&name, 0);
+        let theirs =
+            value.map_or(format!("no {key}"), |value| format!("{key} {}", String::from_utf8_lossy(value.as_bytes())));
+        if theirs != format!("{key} {ours:08x}") {
+            return Err(LinkError::Layout { topic: info.name, what: key, ours, theirs });
+        }
     }
     let builder = node.service_builder(&name).publish_subscribe::<T>().user_header::<Stamps>();
     builder.open().map_err(|error| match error {

@@ -25,6 +25,9 @@ pub struct PartitionRow {
     pub cpu_s: f64,
     pub frame_us_max: f64,
     pub frames: u64,
+    /// The warden gave it up.
+    #[serde(default)]
+    pub given_up: bool,
 }
 
 impl PartitionRow {

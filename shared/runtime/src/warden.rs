@@ -10,7 +10,7 @@ use crate::statistics::PartitionRow;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::OwnedFd;
 use rustix::process::{Pid, PidfdFlags, Signal, kill_process, pidfd_open};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -19,6 +19,8 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use telemetry::PartitionId;
 
+/// Exit code of a partition that was told to end before its run was over.
+pub const EXIT_STOPPED: i32 = 6;
 /// Exit code of a partition that no restart can help.
 pub const EXIT_FINAL: i32 = 4;
 /// Exit code of a partition that found no services to open.
@@ -29,7 +31,7 @@ const END_GRACE: Duration = Duration::from_secs(5);
 const TERM_GRACE: Duration = Duration::from_secs(2);
 
 /// What the warden tells who started it, one line each.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Report {
     Started { folder: PathBuf, purged: usize },
@@ -59,7 +61,8 @@ impl Launcher {
         if self.images.is_none() {
             command.args(["partition", id.text()]);
         }
-        command.arg("--run").arg(folder).args(["--epoch", &life.epoch.to_string(), "--cause", &life.cause.to_string()]);
+        let (epoch, cause, parent) = (life.epoch.to_string(), life.cause.to_string(), std::process::id().to_string());
+        command.arg("--run").arg(folder).args(["--epoch", &epoch, "--cause", &cause, "--parent", &parent]);
         command.process_group(0);
         match id {
             PartitionId::Supervisor => command.stdin(Stdio::piped()).stdout(Stdio::piped()),
@@ -76,10 +79,16 @@ enum State {
     GivenUp,
 }
 
+/// When a partition died, and how far the run was.
+struct DeathMark {
+    at: Instant,
+    frame: u64,
+}
+
 struct Ward {
     id: PartitionId,
     state: State,
-    deaths: Vec<Instant>,
+    deaths: Vec<DeathMark>,
     epoch: u32,
     /// Of the last death, as in [`Life`].
     cause: u32,
@@ -101,14 +110,15 @@ pub fn run(
     launcher: &Launcher,
     report: &mut dyn FnMut(&Report),
 ) -> std::io::Result<bool> {
-    let purged = crate::rundir::purge_debris(parent);
-    let owned = OwnedRunDir::create(parent, run)?;
-    report(&Report::Started { folder: owned.dir().path().to_path_buf(), purged });
+    // Before anything exists that a signal could leave behind.
     let (mut signals, write_end) = UnixStream::pair()?;
     signals.set_nonblocking(true)?;
     for signal in [signal_hook::consts::SIGTERM, signal_hook::consts::SIGINT] {
         signal_hook::low_level::pipe::register(signal, write_end.try_clone()?)?;
     }
+    let purged = crate::rundir::purge_debris(parent);
+    let owned = OwnedRunDir::create(parent, run)?;
+    report(&Report::Started { folder: owned.dir().path().to_path_buf(), purged });
     let mut warden = Warden::new(run, owned, launcher.clone(), report);
     let verdict = warden.watch(&mut signals);
     warden.end_all();
@@ -133,6 +143,9 @@ struct Warden<'a> {
     /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its own.
     supervisor_heard: Instant,
     first_end: Option<Instant>,
+    /// The run is over, who still runs was told to end.
+    ending: bool,
+    window_frames: u64,
     report: &'a mut dyn FnMut(&Report),
 }
 
@@ -156,6 +169,8 @@ impl<'a> Warden<'a> {
             last_advance: Instant::now(),
             supervisor_heard: Instant::now(),
             first_end: None,
+            ending: false,
+            window_frames: run.window_frames,
             report,
         }
     }
@@ -176,6 +191,7 @@ impl<'a> Warden<'a> {
             }
             if self.first_end.is_some_and(|first| first.elapsed() > END_GRACE) {
                 // The run is over; who has not heard of it is told.
+                self.ending = true;
                 self.signal_running(Signal::TERM);
                 self.first_end = Some(Instant::now());
             }
@@ -200,7 +216,7 @@ impl<'a> Warden<'a> {
             let fail = |error: std::io::Error| format!("{}: cannot start: {error}", ward.id);
             let child = self
                 .launcher
-                .command(ward.id, &folder, Life { epoch: ward.epoch, cause: ward.cause })
+                .command(ward.id, &folder, Life { epoch: ward.epoch, cause: ward.cause, parent: None })
                 .spawn()
                 .map_err(fail)?;
             let pid = Pid::from_child(&child);
@@ -282,7 +298,8 @@ impl<'a> Warden<'a> {
 
     fn after_death(&mut self, index: usize, pid: u32, status: ExitStatus) -> Result<(), String> {
         let ward = &mut self.wards[index];
-        if status.success() {
+        let told_to_end = self.ending && status.code() == Some(EXIT_STOPPED);
+        if status.success() || told_to_end {
             ward.state = State::Done;
             self.first_end.get_or_insert_with(Instant::now);
             return Ok(());
@@ -299,8 +316,10 @@ impl<'a> Warden<'a> {
         }
         let limits = self.limits.of(ward.id);
         let window = Duration::from_secs(limits.restarts_within_s);
-        ward.deaths.retain(|death| death.elapsed() < window);
-        ward.deaths.push(Instant::now());
+        // Deaths count together while they are recent, or while nothing has moved on between them (a slow loop).
+        let (frame, reach) = (self.last_frame, 2 * self.window_frames);
+        ward.deaths.retain(|death| death.at.elapsed() < window || death.frame + reach > frame);
+        ward.deaths.push(DeathMark { at: Instant::now(), frame });
         if ward.deaths.len() as u32 > limits.restarts_max {
             return self.give_up(index);
         }
@@ -309,7 +328,6 @@ impl<'a> Warden<'a> {
         ward.epoch += 1;
         self.supervisor_heard = Instant::now();
         ward.state = State::Waiting { until: Instant::now() + Duration::from_millis(wait_ms) };
-        self.last_advance = Instant::now();
         Ok(())
     }
 
@@ -425,7 +443,8 @@ impl<'a> Warden<'a> {
         let read = |ward: &Ward| {
             let text = std::fs::read_to_string(self.owned.dir().statistics(ward.id)).ok();
             let row: Option<PartitionRow> = text.and_then(|text| serde_json::from_str(&text).ok());
-            PartitionRow { name: ward.id.to_string(), restarts: ward.epoch, ..row.unwrap_or_default() }
+            let given_up = matches!(ward.state, State::GivenUp);
+            PartitionRow { name: ward.id.to_string(), restarts: ward.epoch, given_up, ..row.unwrap_or_default() }
         };
         self.wards.iter().map(read).collect()
     }

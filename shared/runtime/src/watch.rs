@@ -5,7 +5,8 @@
 
 use crate::RunConfig;
 use crossbeam::channel::{Receiver, unbounded};
-use std::io::{BufRead, Write};
+use crate::sys::LineWriter;
+use std::io::BufRead;
 use std::time::{Duration, Instant};
 use telemetry::{PartitionId, Progress};
 
@@ -27,6 +28,7 @@ pub struct HangWatch {
     pulses: Vec<Pulse>,
     last_status: Instant,
     orders: Receiver<String>,
+    pipe: LineWriter,
 }
 
 impl HangWatch {
@@ -53,11 +55,11 @@ impl HangWatch {
             limit: Duration::from_millis(run.limits.of(id).hang_ms),
         };
         let others = run.partitions.iter().filter(|id| **id != PartitionId::Supervisor);
-        HangWatch { pulses: others.map(pulse).collect(), last_status: now, orders }
+        HangWatch { pulses: others.map(pulse).collect(), last_status: now, orders, pipe: LineWriter::default() }
     }
 
     pub fn say_ready(&mut self) {
-        say("READY");
+        self.pipe.say("READY", false);
     }
 
     /// Takes what was heard; reports hangs and status; returns the partitions that were given up since.
@@ -71,16 +73,16 @@ impl HangWatch {
             }
             if pulse.heard {
                 pulse.reported = true;
-                say(&format!("HANG {} {}", pulse.id, pulse.epoch));
+                self.pipe.say(&format!("HANG {} {}", pulse.id, pulse.epoch), false);
             } else {
                 // Starting, or hanging since before this supervisor came: the warden knows how long it has lived.
                 pulse.changed = Instant::now();
-                say(&format!("SILENT {}", pulse.id));
+                self.pipe.say(&format!("SILENT {}", pulse.id), false);
             }
         }
         if self.last_status.elapsed() >= STATUS_EVERY {
             self.last_status = Instant::now();
-            say(&format!("STATUS {frame} {mode}"));
+            self.pipe.say(&format!("STATUS {frame} {mode}"), true);
         }
         let lost: Vec<PartitionId> =
             self.orders.try_iter().filter_map(|line| PartitionId::named(line.strip_prefix("LOST ")?)).collect();
@@ -100,12 +102,6 @@ impl HangWatch {
                 (progress.epoch, progress.cycles, true, Instant::now());
         }
     }
-}
-
-/// A warden that is gone takes this process with it; a full pipe may not stop the supervisor either.
-fn say(line: &str) {
-    let mut out = std::io::stdout().lock();
-    let _ = writeln!(out, "{line}").and_then(|()| out.flush());
 }
 
 #[cfg(test)]

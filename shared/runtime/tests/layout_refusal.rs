@@ -63,7 +63,19 @@ impl OtherBuild {
         topic: &str,
         layout: Option<&str>,
     ) -> PortFactory<ipc::Service, T, Stamps> {
-        let mut attributes = AttributeSpecifier::new();
+        self.create_of_generation(topic, layout, telemetry::generation())
+    }
+
+    fn create_of_generation<T: ZeroCopySend + core::fmt::Debug>(
+        &self,
+        topic: &str,
+        layout: Option<&str>,
+        generation: u32,
+    ) -> PortFactory<ipc::Service, T, Stamps> {
+        let generation = hex(generation);
+        let generation = generation.as_str().try_into().unwrap();
+        let attributes = AttributeSpecifier::new().define(&"generation".try_into().unwrap(), &generation);
+        let mut attributes = attributes.unwrap();
         if let Some(layout) = layout {
             attributes = attributes.define(&"layout".try_into().unwrap(), &layout.try_into().unwrap()).unwrap();
         }
@@ -138,6 +150,13 @@ fn a_service_without_a_layout_is_refused() {
     let other = OtherBuild::new();
     let _service = other.create::<Imu>("imu", None);
     assert_names_both(&other.refusal(), "imu", TOPICS[IMU.id].layout, "no layout");
+}
+
+#[test]
+fn another_topic_table_or_list_of_codes_is_refused_although_the_sample_is_the_same() {
+    let (other, ours) = (OtherBuild::new(), telemetry::generation());
+    let _service = other.create_of_generation::<Imu>("imu", Some(&hex(TOPICS[IMU.id].layout)), ours ^ 1);
+    assert_names_both(&other.refusal(), "imu", ours, &hex(ours ^ 1));
 }
 
 #[test]

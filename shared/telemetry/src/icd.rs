@@ -1,7 +1,5 @@
 //! Rows of the interface control document, derived from the records.
 
-use crate::Record;
-
 /// One field of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FieldInfo {
@@ -16,10 +14,4 @@ pub struct FieldInfo {
     pub what: &'static str,
     pub offset: usize,
     pub size: usize,
-}
-
-/// The documented fields of a record.
-#[must_use]
-pub const fn field_infos<T: Record>() -> &'static [FieldInfo] {
-    T::FIELDS
 }

@@ -16,6 +16,11 @@ macro_rules! coded {
             pub const fn from_code(code: u16) -> Option<Self> {
                 match code { $($code => Some($name::$variant),)* _ => None }
             }
+            /// Continues a hash over codes and texts, in order.
+            const fn hash(mut hash: u32) -> u32 {
+                $(hash = crate::layout_hash(hash, concat!($code, " ", $text, ";").as_bytes());)*
+                hash
+            }
             #[must_use]
             pub const fn text(self) -> &'static str {
                 match self { $($name::$variant => $text,)* }
@@ -124,6 +129,48 @@ coded! {
         GivenUp = 4 "partition given up",
         /// Frames done.
         Ended = 5 "ended",
+    }
+}
+
+/// Continues a hash over every list of codes and the names of all parameters.
+pub(crate) const fn hash_of_codes(hash: u32) -> u32 {
+    let hash = Phase::hash(Domain::hash(Experiment::hash(ModeState::hash(PartitionId::hash(hash)))));
+    let mut hash = EventCode::hash(Reason::hash(hash));
+    let lists: [&[Parameter]; 3] = [&INERTIAL, &SLOSH, &MODAL];
+    let mut list = 0;
+    while list < lists.len() {
+        let mut i = 0;
+        while i < lists[list].len() {
+            hash = crate::layout_hash(hash, lists[list][i].name.as_bytes());
+            hash = crate::layout_hash(hash, lists[list][i].unit.as_bytes());
+            i += 1;
+        }
+        list += 1;
+    }
+    hash
+}
+
+/// Why an estimator has no estimate (`Estimate::status`); its numbers stand in `auxiliary` 10 and 11.
+#[must_use]
+pub const fn status_text(domain: Domain, status: u32) -> &'static str {
+    match (domain, status) {
+        (_, 0) => "valid",
+        (Domain::Inertial, 1) => "momentum or prior are not known: state them in the scenario",
+        (Domain::Inertial, 2) => "not excited enough: some direction carries more noise than signal",
+        (Domain::Inertial, 3) => "no sample had a rate and both joints at one time",
+        (Domain::Slosh, 1) => "the hub's mass is not known: state it in the scenario",
+        (Domain::Slosh, 2) => "the arc is too short for its unknowns",
+        (Domain::Slosh, 3) => "no slosh found: no frequency explains more than noise (is the force on the stated axis?)",
+        (Domain::Slosh, 4) => "the maximum of the likelihood was not reached",
+        (Domain::Slosh, 5) => "too many gaps",
+        (Domain::Slosh, 6) => "the slosh mode is too fast for the blocks of so long a record: shorten it",
+        (Domain::Modal, 1) => "no accelerometer rows on the stated channels",
+        (Domain::Modal, 2) => "the record is too short",
+        (Domain::Modal, 3) => "no mode found",
+        (Domain::Modal, 4) => "the channels are flat",
+        (Domain::Modal, 5) => "a factorisation did not converge",
+        (Domain::Modal, 6) => "excited throughout: no free or operational segment",
+        _ => "unknown status",
     }
 }
 

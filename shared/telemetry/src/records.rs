@@ -12,12 +12,13 @@ pub const ACCELEROMETERS_MAX: usize = 12;
 pub const BATCH_MAX: usize = 64;
 
 record! {
-    /// Inertial measurement unit: increments over `interval_s`, stated as means.
+    /// Inertial measurement unit. The rate is that of the instant `t_meas` (its noise that of an average over
+    /// `interval_s`), as joint angles and rates are; the acceleration is the velocity increment over the interval.
     Imu {
         header: Header, "-", "-", "header";
         interval_s: f64, "s", "-", "integration interval that begins at t_meas";
-        omega_bi_b_rad_s: [f64; 3], "rad/s", "body", "mean angular rate of the base relative to inertial space";
-        acceleration_b_m_s2: [f64; 3], "m/s^2", "body", "mean inertial acceleration of the sensor point";
+        omega_bi_b_rad_s: [f64; 3], "rad/s", "body", "angular rate of the base relative to inertial space at t_meas";
+        acceleration_b_m_s2: [f64; 3], "m/s^2", "body", "mean inertial acceleration of the sensor point over the interval";
         valid: u64, "-", "-", "bit 0..2: rate x, y, z; bit 3..5: acceleration x, y, z";
     }
 }
@@ -104,11 +105,11 @@ record! {
         phase: u16, "-", "-", "phase";
         count: u16, "-", "-", "parameters in use";
         closing: u16, "-", "-", "1 for the last estimate of an experiment";
-        status: u32, "-", "-", "0 estimate valid; else the estimator's reason for having none";
+        status: u32, "-", "-", "0 estimate valid; else why there is none, see status_text";
         consistent: u32, "-", "-", "1 when the parameters are physically possible";
         values: [f64; PARAMETERS_MAX], "see parameter list", "-", "parameters";
         covariance: [[f64; PARAMETERS_MAX]; PARAMETERS_MAX], "products of the units", "-", "covariance of the parameters";
-        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "slosh: displacement [m], rate [m/s] and time [s] at the end of the arc; modal: dominant channel of each mode";
+        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "slosh: displacement [m], rate [m/s] and time [s] at the end of the arc and accelerometer bias [m/s^2]; modal: dominant channel of each mode; 10, 11: numbers of a status";
         innovation: Innovation, "-", "-", "latest innovation record";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         nis_count: f64, "-", "-", "rows in that mean";
@@ -198,5 +199,12 @@ record! {
         severity: u16, "-", "-", "0 information, 1 warning, 2 alarm";
         code: u32, "-", "-", "event code, see EventCode";
         arguments: [f64; 4], "of the event", "-", "numbers of the event";
+    }
+}
+
+impl Default for Innovation {
+    /// No test yet.
+    fn default() -> Self {
+        zerocopy::FromZeros::new_zeroed()
     }
 }

@@ -101,8 +101,8 @@ pub trait TopicVisitor {
 macro_rules! samples {
     ($($constant:ident $name:literal : $ty:ident x $depth:literal, $per_frame:literal a frame, $delivery:ident, $rate:literal, $from:literal => $to:literal;)*) => {
         samples!(@id 0usize; $($constant : $ty,)*);
-        /// All topics, in the order of their numbers.
-        pub static TOPICS: &[TopicInfo] = &[$(TopicInfo {
+        /// [`TOPICS`] for constants: how many there are, what they hash to.
+        pub const TOPIC_TABLE: &[TopicInfo] = &[$(TopicInfo {
             name: $name,
             record: <$ty as Record>::NAME,
             fields: <$ty as Record>::FIELDS,
@@ -115,6 +115,8 @@ macro_rules! samples {
             producers: $from,
             consumers: $to,
         },)*];
+        /// All topics, in the order of their numbers.
+        pub static TOPICS: &[TopicInfo] = TOPIC_TABLE;
         /// Visits every topic in the order of its number.
         pub fn for_each_topic(visitor: &mut impl TopicVisitor) {
             $(visitor.visit($constant, &TOPICS[$constant.id]);)*
@@ -167,7 +169,7 @@ samples! {
     PROGRESS "progress": Progress x 16, 0 a frame, Status, "every checkpoint, 20 Hz when idle", "all" => "all";
     HOUSEKEEPING "housekeeping": Housekeeping x 16, 0 a frame, Status, "1 Hz of wall time", "all" => "recorder";
     COMMAND "command": Command x 16, 0 a frame, Status, "on demand", "supervisor" => "all";
-    EVENT "event": Event x 64, 0 a frame, Status, "on demand", "all" => "supervisor recorder";
+    EVENT "event": Event x 64, 0 a frame, Status, "on demand", "all" => "recorder";
 }
 
 /// The topic called `name`.
@@ -259,4 +261,21 @@ mod tests {
         for_each_topic(&mut count);
         assert_eq!(count.0, TOPICS.len());
     }
+}
+
+/// One number for everything that two builds must agree on beyond a sample's own layout: the topic table in its order
+/// (samples index topics by number), the stamps, and every list of codes.
+#[must_use]
+pub const fn generation() -> u32 {
+    let mut hash = <crate::Stamps as Layout>::HASH;
+    let mut topic = 0;
+    while topic < TOPIC_TABLE.len() {
+        let info = &TOPIC_TABLE[topic];
+        hash = crate::layout_hash(hash, info.name.as_bytes());
+        hash = crate::layout_hash(hash, &info.layout.to_le_bytes());
+        hash = crate::layout_hash(hash, &(info.depth as u32).to_le_bytes());
+        hash = crate::layout_hash(hash, &[info.per_frame as u8, info.delivery as u8]);
+        topic += 1;
+    }
+    crate::names::hash_of_codes(hash)
 }

@@ -2,11 +2,19 @@
 
 use super::*;
 use crate::seeded_noise::SeededNoise;
-use telemetry::{Domain, Header, Innovation, Phase};
+use nalgebra::SVector;
+use physics::momentum::{MomentumSample, predict_base_rate};
+use physics::slosh::{SloshParameters, SloshPropagator, SloshState};
+use telemetry::{ACCELEROMETERS_MAX, Domain, Header, Innovation, Phase};
 
-const WINDOW: Window = Window { start_frame: 500, duration_frames: 6000, generation: 2, lead_frames: 0 };
+const WINDOW: Window = Window { start_frame: 500, duration_frames: 6000, generation: 2, frame_period_s: 0.01, lead_frames: 0 };
 const ALPHA: [f64; 8] = [110.7028, 105.7339, 48.1502, 44.0904, 44.0904, 18.9133, 18.9133, 39.6048];
 const GYRO_RAD_S: f64 = 2.618e-4;
+
+/// Noise of the gyro averaged over `interval_s`.
+fn gyro_rad_s(interval_s: f64) -> f64 {
+    GYRO_RAD_S * (0.01 / interval_s).sqrt()
+}
 
 fn estimate(domain: Domain, frame: u64, values: &[f64], auxiliary: &[f64]) -> Estimate {
     let padded = |numbers: &[f64]| core::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0));
@@ -42,7 +50,7 @@ fn estimate(domain: Domain, frame: u64, values: &[f64], auxiliary: &[f64]) -> Es
 
 /// Flies the whole window at 100 Hz with the arm of `ALPHA`; the estimate of frame 5000 says `values`.
 fn inertial(values: &[f64], capacity: usize, seed: u64) -> InertialHeldOut {
-    let (mut noise, mut held_out) = (SeededNoise::new(seed), InertialHeldOut::new(capacity, 1, GYRO_RAD_S));
+    let (mut noise, mut held_out) = (SeededNoise::new(seed), InertialHeldOut::new(capacity));
     held_out.begin(WINDOW);
     held_out.offer(&estimate(Domain::Inertial, 5000, values, &[]));
     for frame in 0..8000 {
@@ -51,7 +59,7 @@ fn inertial(values: &[f64], capacity: usize, seed: u64) -> InertialHeldOut {
         let rate = [0.9 * 0.21 * libm::cos(0.21 * t), -0.8 * 0.63 * libm::sin(0.63 * t)];
         let base = predict_base_rate(&SVector::from(ALPHA), 68.0, angle, rate).expect("positive inertia");
         let omega0_z_rad_s = base + GYRO_RAD_S * noise.normal();
-        held_out.push(frame, &MomentumSample { omega0_z_rad_s, joint_rate_rad_s: rate, joint_angle_rad: angle });
+        held_out.push(frame, 0.01, &MomentumSample { omega0_z_rad_s, joint_rate_rad_s: rate, joint_angle_rad: angle });
     }
     held_out
 }
@@ -59,7 +67,7 @@ fn inertial(values: &[f64], capacity: usize, seed: u64) -> InertialHeldOut {
 #[test]
 fn a_true_inertial_model_leaves_the_noise_of_the_gyro() {
     for seed in 0..20 {
-        let seen = inertial(&ALPHA, ROWS_MAX, seed).close(68.0).expect("rows and a candidate");
+        let seen = inertial(&ALPHA, ROWS_MAX, seed).close(68.0, gyro_rad_s).expect("rows and a candidate");
         // Frames 5301 to 6499; the rms of 1199 normal numbers spreads by 2 %, five of that.
         assert_eq!(seen.count, 1199);
         assert!((seen.rms / seen.noise - 1.0).abs() < 0.1, "seed {seed}: {seen:?}");
@@ -71,7 +79,7 @@ fn a_true_inertial_model_leaves_the_noise_of_the_gyro() {
 fn an_error_of_one_parameter_shows_in_the_held_out_error() {
     let mut wrong = ALPHA;
     wrong[7] *= 1.02;
-    let (right, wrong) = (inertial(&ALPHA, ROWS_MAX, 1).close(68.0), inertial(&wrong, ROWS_MAX, 1).close(68.0));
+    let (right, wrong) = (inertial(&ALPHA, ROWS_MAX, 1).close(68.0, gyro_rad_s), inertial(&wrong, ROWS_MAX, 1).close(68.0, gyro_rad_s));
     // 2 % of a8 moves the base rate by a few 1e-4 to 1e-3 rad/s.
     assert!(wrong.unwrap().rms > 2.0 * right.unwrap().rms, "{right:?} {wrong:?}");
 }
@@ -106,12 +114,12 @@ fn only_the_newest_estimate_up_to_the_split_is_tested() {
 
 #[test]
 fn without_candidate_rows_or_positive_inertia_nothing_is_said() {
-    let mut held_out = InertialHeldOut::new(100, 1, GYRO_RAD_S);
-    assert_eq!(held_out.close(68.0), None);
+    let mut held_out = InertialHeldOut::new(100);
+    assert_eq!(held_out.close(68.0, gyro_rad_s), None);
     held_out.begin(WINDOW);
     held_out.offer(&estimate(Domain::Inertial, 5000, &ALPHA, &[]));
-    assert_eq!(held_out.close(68.0), None);
-    assert_eq!(inertial(&[-1.0; 8], 1000, 1).close(68.0), None);
+    assert_eq!(held_out.close(68.0, gyro_rad_s), None);
+    assert_eq!(inertial(&[-1.0; 8], 1000, 1).close(68.0, gyro_rad_s), None);
 }
 
 const BASE_MASS_KG: f64 = 1004.5;
@@ -133,8 +141,8 @@ fn burst(
     sigma: f64,
     lost: Option<u64>,
 ) -> SloshHeldOut {
-    let window = Window { start_frame: 0, duration_frames: 60_000, generation: 2, lead_frames };
-    let mut held_out = SloshHeldOut::new(capacity, 0.01, BASE_MASS_KG, sigma);
+    let window = Window { start_frame: 0, duration_frames: 60_000, generation: 2, frame_period_s: 0.01, lead_frames };
+    let mut held_out = SloshHeldOut::new(capacity, BASE_MASS_KG, sigma * 0.1);
     held_out.begin(window);
     let (mut noise, mut truth) = (SeededNoise::new(4), SloshPropagator::new(TANK, BASE_MASS_KG, SloshState::default()));
     for frame in 0..60_000 {
@@ -207,8 +215,8 @@ fn modal(values: &[f64], capacity: usize, seed: u64, lost: Option<u64>) -> Modal
 /// Free decay of `duration_frames` at 200 Hz, three channels with a constant each; `lost` row is NaN.
 fn decay(duration_frames: u64, values: &[f64], capacity: usize, seed: u64, lost: Option<u64>) -> ModalHeldOut {
     let mut noise = SeededNoise::new(seed);
-    let mut held_out = ModalHeldOut::new(capacity, 2, 3, ROW_SIGMA_M_S2);
-    held_out.begin(Window { start_frame: 0, duration_frames, generation: 2, lead_frames: 0 });
+    let mut held_out = ModalHeldOut::new(capacity, vec![0, 1, 2], ROW_SIGMA_M_S2);
+    held_out.begin(Window { start_frame: 0, duration_frames, generation: 2, frame_period_s: 0.01, lead_frames: 0 });
     held_out.offer(&estimate(Domain::Modal, duration_frames * 4 / 5, values, &[]));
     for row in 0..2 * duration_frames {
         let time_s = row as f64 * 0.005;
@@ -225,7 +233,7 @@ fn decay(duration_frames: u64, values: &[f64], capacity: usize, seed: u64, lost:
         if lost == Some(row) {
             accelerations[1] = f64::NAN;
         }
-        held_out.push(row / 2, time_s, &accelerations);
+        held_out.push(row / 2, time_s, 0.005, &accelerations);
     }
     held_out
 }

@@ -6,6 +6,10 @@ use super::plan::Situation;
 use super::table::{Event, Guard};
 use super::{ModeMachine, SEQUENCE};
 
+/// Predicted sigma over its need from which an experiment is not worth flying. The prediction takes a prior for the
+/// truth that may be off by a factor of two, and is off by as much itself; three leaves a margin.
+pub const OUT_OF_REACH: f64 = 3.0;
+
 /// Whether an experiment before capture is still to be flown, or why not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepStatus {
@@ -49,7 +53,7 @@ impl ModeMachine {
             StepStatus::AttemptsUsed
         } else if seen.sigma_over_need.is_some_and(|ratio| ratio <= 1.0) {
             StepStatus::NeedMet
-        } else if seen.predicted_sigma_over_need.is_some_and(|ratio| ratio > 1.0) {
+        } else if seen.predicted_sigma_over_need.is_some_and(|ratio| ratio >= OUT_OF_REACH) {
             StepStatus::NeedOutOfReach
         } else {
             StepStatus::Open
@@ -63,6 +67,7 @@ impl ModeMachine {
         let of_event = self.event_measure(event, frame, situation);
         match guard {
             Guard::Always => Some(of_event),
+            Guard::NotInForce => (!self.ended && frame < self.effective_frame).then_some(of_event),
             Guard::SourceLost => (!self.ended && situation.source_lost).then_some(of_event),
             Guard::OwnPartition => (!self.ended && lost(self.own_domain())).then_some(of_event),
             Guard::OwnInputs => {

@@ -71,8 +71,8 @@ pub struct DomainSituation {
     /// Largest standard deviation over its need, of an accepted model of this phase; at most one: nothing is left to
     /// learn, the experiment is skipped. `None` without a model or without a need.
     pub sigma_over_need: Option<f64>,
-    /// The same, predicted for the end of the experiment (Cramér–Rao); above one it cannot meet the need and is
-    /// skipped. `None` when nothing is predicted: then it is flown.
+    /// The same, predicted for the end of the experiment (Cramér–Rao); from [`super::OUT_OF_REACH`] on it cannot meet
+    /// the need and is skipped. `None` when nothing is predicted: then it is flown.
     pub predicted_sigma_over_need: Option<f64>,
     /// The partition was given up.
     pub lost: bool,

@@ -10,7 +10,7 @@ use Event::{
     PartitionLost, SafeCommand, Start, Timeout,
 };
 use Guard::{
-    Always, CaptureAllowed, Enter, Judged, NothingLeft, OwnInputs, OwnPartition, Resumable, Running, SourceLost,
+    Always, CaptureAllowed, Enter, Judged, NotInForce, NothingLeft, OwnInputs, OwnPartition, Resumable, Running, SourceLost,
 };
 use telemetry::ModeState::{
     self, ApproachHold, Capture, MatedInertial, MatedSettle, PreCaptureInertial, PreCaptureModal, PreCaptureSlosh,
@@ -89,9 +89,10 @@ impl Event {
         }
     }
 
-    /// Acts even while an earlier decision has not taken effect yet: it does not rest on measurements of the old mode.
+    /// Acts even while an earlier decision has not taken effect yet: it does not rest on measurements of the old mode,
+    /// or, contact, means the more for it.
     pub const fn is_urgent(self) -> bool {
-        matches!(self, SafeCommand | PartitionLost)
+        matches!(self, SafeCommand | PartitionLost | ContactSeen)
     }
 }
 
@@ -108,6 +109,8 @@ pub enum Guard {
     NothingLeft,
     /// Accepted inertial and slosh models younger than the limit, or an override; base rate low, inputs alive.
     CaptureAllowed,
+    /// The state has been decided on and is not in force yet.
+    NotInForce,
     /// A sample source was given up: nothing can be flown.
     SourceLost,
     /// The partition that the running experiment feeds was given up.
@@ -282,6 +285,8 @@ pub const TABLE: &[Block] = &[
             row(&[PartitionLost], Always, Ignore, STAY),
             row(&[InputsLost], OwnInputs, Ignore, ABORT),
             row(&[InputsLost], Always, Ignore, STAY),
+            // Contact before the command is in force is a collision.
+            row(&[ContactSeen], NotInForce, Ignore, ABORT),
             row(&[ContactSeen], Always, Captured, to(MatedSettle)),
             row(&[Timeout], Always, Ignore, ABORT),
             row(&[OperatorOverride, OperatorResume, Start], Always, Ignore, STAY),

@@ -69,8 +69,26 @@ fn actuators_and_joints_carry_their_columns() {
     assert_eq!(joints.torque_nm, [6002.0, 0.0, 0.0, 0.0]);
     assert_eq!(actuators.force_b_n, [0.0, 1002.0, 0.0]);
     assert_eq!(actuators.torque_b_nm, [0.0, 0.0, 2002.0]);
-    assert_eq!((actuators.wheel_momentum_nms, actuators.excited), (3002.0, 1));
+    // Force and torque never pause: nothing is behind them.
+    assert_eq!((actuators.wheel_momentum_nms, actuators.excited), (3002.0, 0));
+    assert!(frames.notes().iter().any(|note| note.contains("operational")));
     assert_eq!(actuators.interval_s, 0.005);
+}
+
+#[test]
+fn excitation_is_on_in_the_rows_of_the_pulse_although_the_measured_torque_is_never_zero() {
+    let pulse = |n: usize| if (20..60).contains(&n) { 2.0 } else { 1e-3 * (1.0 + (n % 7) as f64) };
+    let time = (0..300).map(|n| n as f64 * 0.005).collect();
+    let columns = vec![Column::si("torque_z", "N*m", (0..300).map(pulse).collect())];
+    let table = Table::from_columns("pulse.csv", time, columns).unwrap();
+    let frames = ReplayFrames::from_table(&table, None, PERIOD_NS).unwrap();
+    let excited: Vec<u64> = (0..frames.frame_count())
+        .flat_map(|k| samples(&frames, k))
+        .filter_map(
+            |sample| if let ReplaySample::Actuators(actuators) = sample { Some(actuators.excited) } else { None },
+        )
+        .collect();
+    assert_eq!(excited, (0..300).map(|n| u64::from((20..60).contains(&n))).collect::<Vec<_>>());
 }
 
 #[test]

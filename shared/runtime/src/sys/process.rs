@@ -2,12 +2,13 @@
 
 use rustix::process::{Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
 
-/// The kernel kills this process when its parent dies; ends at once when it already has.
-pub fn die_with_parent() {
-    let parent = getppid();
+/// The kernel kills this process when its parent dies; ends at once when `parent` has died already: whoever adopted
+/// this process since is not the warden.
+pub fn die_with_parent(parent: Option<u32>) {
     // Refused only for a signal that does not exist.
     let _ = set_parent_process_death_signal(Some(Signal::KILL));
-    if getppid() != parent {
+    let adopted = |parent: u32| getppid().is_none_or(|pid| pid.as_raw_nonzero().get() as u32 != parent);
+    if parent.is_some_and(adopted) {
         kill_self();
     }
 }

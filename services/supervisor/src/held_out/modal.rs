@@ -1,0 +1,82 @@
+//! Held-out test of a modal model: what a free decay with its poles leaves over when the amplitudes are refitted.
+
+use super::{HeldOut, Recorder, Window};
+use physics::appendage::{Mode, REFIT_MODES_MAX, refit_free_decay_residual};
+use serde::{Deserialize, Serialize};
+use telemetry::{ACCELEROMETERS_MAX, Estimate};
+
+/// Held-out accelerometer rows of a free decay.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ModalHeldOut {
+    /// Time of each row [s].
+    recorder: Recorder<f64>,
+    /// Rows of `channels` values, one after the other, as the refit takes them.
+    accelerations_m_s2: Vec<f64>,
+    channels: Vec<usize>,
+    noise_m_s2: f64,
+}
+
+impl ModalHeldOut {
+    /// `channels`: those used, numbered from 0. `noise_m_s2`: standard deviation of one accelerometer sample.
+    pub fn new(capacity: usize, channels: Vec<usize>, noise_m_s2: f64) -> Self {
+        assert!(!channels.is_empty());
+        assert!(channels.iter().all(|&channel| channel < ACCELEROMETERS_MAX));
+        let accelerations_m_s2 = Vec::with_capacity(capacity * channels.len());
+        Self { recorder: Recorder::new(capacity), accelerations_m_s2, channels, noise_m_s2 }
+    }
+
+    /// A refit needs no row before the split: the window's lead is not used.
+    pub fn begin(&mut self, window: Window) {
+        self.recorder.begin(Window { lead_frames: 0, ..window });
+        self.accelerations_m_s2.clear();
+    }
+
+    pub fn offer(&mut self, estimate: &Estimate) {
+        self.recorder.offer(estimate);
+    }
+
+    /// One of the rows that come every `interval_s`. A row with a value that is not finite leaves a gap, and a record
+    /// with a gap is not refitted.
+    pub fn push(&mut self, frame: u64, time_s: f64, interval_s: f64, acceleration_m_s2: &[f64; ACCELEROMETERS_MAX]) {
+        let finite = self.channels.iter().all(|&channel| acceleration_m_s2[channel].is_finite());
+        if self.recorder.chooses(frame, interval_s) && finite {
+            self.recorder.push(frame, time_s);
+            let room = self.recorder.capacity * self.channels.len();
+            self.accelerations_m_s2.reserve_exact(room.saturating_sub(self.accelerations_m_s2.len()));
+            self.accelerations_m_s2.extend(self.channels.iter().map(|&channel| acceleration_m_s2[channel]));
+        }
+    }
+
+    /// Poles of the candidate held fixed, amplitudes and a constant refitted per channel. `None` without a candidate
+    /// with a mode, when rows are missing, or when they are too few to refit.
+    pub fn close(&self) -> Option<HeldOut> {
+        let (candidate, _) = self.recorder.subject()?;
+        let modes: Vec<Mode> = candidate.values[..candidate.count]
+            .chunks_exact(2)
+            .map(|pair| Mode { frequency_hz: pair[0], damping_ratio: pair[1] })
+            .collect();
+        if modes.is_empty() || modes.len() > REFIT_MODES_MAX {
+            return None;
+        }
+        let rate_hz = self.uniform_rate_hz()?;
+        let channels = self.channels.len();
+        let left = refit_free_decay_residual(&modes, &self.accelerations_m_s2, channels, rate_hz).ok()?;
+        Some(HeldOut {
+            rms: left.residual_rms_m_s2,
+            noise: self.noise_m_s2,
+            signal_rms: left.signal_rms_m_s2,
+            count: self.accelerations_m_s2.len() as u64,
+        })
+    }
+
+    /// Rate of the rows kept; `None` when they are not evenly spaced.
+    fn uniform_rate_hz(&self) -> Option<f64> {
+        /// Of an interval: a tenth of it moves a row by less than its neighbour, a whole one is a gap.
+        const JITTER: f64 = 0.1;
+        let rows = &self.recorder.rows;
+        let (first, last) = (rows.first()?.1, rows.last()?.1);
+        let interval_s = (last - first) / rows.len().checked_sub(1)? as f64;
+        let even = rows.windows(2).all(|pair| (pair[1].1 - pair[0].1 - interval_s).abs() < JITTER * interval_s);
+        (even && interval_s > 0.0).then(|| 1.0 / interval_s)
+    }
+}
