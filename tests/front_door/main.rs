@@ -9,6 +9,7 @@ mod bad_scenarios;
 mod command_line;
 mod desk;
 mod documents;
+mod ends;
 mod imports;
 mod own_recordings;
 mod real_recordings;

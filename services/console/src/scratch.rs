@@ -1,7 +1,8 @@
 //! The files of a run that nobody asked for, and the one that was asked for.
 //!
 //! Scratch lies in `<root>/obsid-<pid>-console/`, private and beside the runs' own folders, so that whoever starts next
-//! removes what a killed console left. The warden holds the folder's lock: what it still writes to is not debris.
+//! removes what a killed console left. Console and warden share the folder's lock: what one of them still writes
+//! to is not debris.
 
 use crate::Failure;
 use rustix::fs::{FlockOperation, flock};
@@ -23,6 +24,8 @@ const FOLDERS_MAX: u32 = 100;
 pub struct Scratch {
     root: PathBuf,
     folder: PathBuf,
+    /// Shared with the warden: the folder is debris when neither holds it.
+    _lock: File,
 }
 
 impl Scratch {
@@ -36,9 +39,9 @@ impl Scratch {
         let make = || -> std::io::Result<Self> {
             let root = std::path::absolute(&root)?;
             let folder = make_folder(&root)?;
-            let scratch = Scratch { root, folder };
-            File::create_new(scratch.folder.join(LOCK))?;
-            Ok(scratch)
+            let lock = File::create_new(folder.join(LOCK))?;
+            flock(&lock, FlockOperation::NonBlockingLockShared)?;
+            Ok(Scratch { root, folder, _lock: lock })
         };
         make().map_err(|error| {
             Failure::Input(miette::miette!(

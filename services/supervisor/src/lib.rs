@@ -20,6 +20,7 @@ pub mod held_out;
 mod measured;
 mod mission;
 pub mod mode;
+mod pending;
 #[cfg(test)]
 mod seeded_noise;
 pub mod validation;
@@ -127,7 +128,8 @@ impl Partition for Supervisor {
             out.publish(MODE, &decision.sample(frame.t_ns));
         }
         let (machine, plan) = (&self.state.machine, &self.mission.plan);
-        for (domain, phase, why) in self.state.ledger.missing(decision.as_ref(), machine, plan, &situation) {
+        let missing = self.state.ledger.missing(decision.as_ref(), machine, plan, &situation);
+        for (domain, phase, why) in missing {
             self.publish_verdict(&validation::no_model(domain, phase, why, frame.number, frame.t_ns), out);
         }
     }
@@ -182,13 +184,13 @@ impl Supervisor {
         let held_out = self.state.measured.close(domain, phase, &self.mission);
         let need = self.mission.need(domain, phase);
         let verdict = validation::validate(estimate, held_out, need, frame.number, frame.t_ns);
+        let sigma_over_need = validation::sigma_over_need(estimate, need);
         self.publish_verdict(&verdict, out);
         if domain == Domain::Inertial && phase != Phase::Mated {
             // A model that serves to look for contact need not be accepted: its covariance is taken into account.
             self.state.free_arm = FreeArm::of(estimate).or(self.state.free_arm);
         }
         if verdict.accepted == 1 && phase != Phase::Mated {
-            let sigma_over_need = validation::sigma_over_need(estimate, need);
             self.state.accepted[usize::from(domain.code())] = Some(Accepted { frame: frame.number, sigma_over_need });
         }
         let generation = estimate.innovation.generation as u32;
@@ -198,8 +200,7 @@ impl Supervisor {
     /// Contact is looked for while the target is in reach, in each mode against a baseline of its own.
     fn watch_contact(&mut self, frame: &Frame<'_>) {
         if frame.new_mode().is_some() {
-            let in_reach = matches!(self.state.window.state, ModeState::ApproachHold | ModeState::Capture);
-            self.state.contact = in_reach.then(|| ContactDetector::new(self.state.free_arm));
+            self.state.contact = watches(self.state.window.state).then(|| ContactDetector::new(self.state.free_arm));
         }
         let Some(detector) = &mut self.state.contact else { return };
         for (interval_s, sample) in self.state.measured.momentum() {
@@ -213,11 +214,7 @@ impl Supervisor {
         let state = &self.state;
         let mut situation = Situation {
             base_rate_rad_s: state.measured.base_rate_rad_s(),
-            contact: state
-                .contact
-                .as_ref()
-                .and_then(ContactDetector::contact)
-                .map(|contact| ContactMeasure { statistic: contact.statistic, limit: contact.limit }),
+            contact: measured_contact(state.contact.as_ref()),
             source_lost: state.source_lost,
             ..Situation::default()
         };
@@ -231,5 +228,98 @@ impl Supervisor {
             of.lost = state.lost[index];
         }
         situation
+    }
+}
+
+/// Modes in which the target is in reach.
+const fn watches(state: ModeState) -> bool {
+    matches!(state, ModeState::ApproachHold | ModeState::Capture)
+}
+
+fn measured_contact(detector: Option<&ContactDetector>) -> Option<ContactMeasure> {
+    let contact = detector?.contact()?;
+    Some(ContactMeasure { statistic: contact.statistic, limit: contact.limit })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use mode::{ExperimentPlan, Plan};
+    use physics::momentum::{ChannelSigma, MomentumSample};
+    use seeded_noise::SeededNoise;
+
+    const WINDOW: u64 = 100;
+    const GYRO_RAD_S: f64 = 2.6e-4;
+
+    /// Flies approach and capture of an operator's override, no experiment before: the base turns with `rate_rad_s` of
+    /// mode, frames since it took effect; a sample every ten frames while approaching, as the sensors of an idle
+    /// vehicle give.
+    fn approach(rate_rad_s: impl Fn(ModeState, u64) -> f64) -> Vec<(ModeState, mode::Event)> {
+        let mated = Some(ExperimentPlan { duration_frames: 100, timeout_frames: 200, retries: 0 });
+        let plan = Plan {
+            modal: None,
+            slosh: None,
+            inertial: None,
+            capture: true,
+            mated,
+            replay: None,
+            settle_frames: 100,
+            hold_timeout_frames: 500,
+            capture_timeout_frames: 2000,
+            safe_dwell_frames: 10,
+            accepted_age_limit_frames: 1000,
+            base_rate_limit_rad_s: 1.0,
+            operator_override: true,
+        };
+        let mut machine = ModeMachine::new(plan, WINDOW);
+        let mut noise = SeededNoise::new(1);
+        let (mut in_force, mut pending) = ((ModeState::Standby, 0), None);
+        let (mut detector, mut passed) = (None::<ContactDetector>, Vec::new());
+        for frame in 0..5000 {
+            if let Some((state, effective)) = pending.filter(|(_, effective)| *effective == frame) {
+                in_force = (state, effective);
+                detector = watches(state).then(|| ContactDetector::new(None));
+            }
+            let (state, since) = in_force;
+            if state == ModeState::Capture || frame % 10 == 0 {
+                let omega0_z_rad_s = rate_rad_s(state, frame - since) + GYRO_RAD_S * noise.normal();
+                let sample = MomentumSample { omega0_z_rad_s, ..MomentumSample::default() };
+                let sigma = ChannelSigma { omega0_rad_s: GYRO_RAD_S, ..contact::NOISE_UNKNOWN };
+                detector.iter_mut().for_each(|detector| _ = detector.push(frame, &sample, &sigma));
+            }
+            let stimuli = if frame == 0 { vec![Stimulus::Start] } else { Vec::new() };
+            let mut situation = Situation {
+                contact: measured_contact(detector.as_ref()),
+                base_rate_rad_s: 0.1,
+                ..Situation::default()
+            };
+            situation.of_mut(Domain::Inertial).inputs_alive = true;
+            if let Some(decision) = machine.evaluate(frame, &stimuli, &situation) {
+                pending = Some((decision.to, decision.effective_frame));
+                passed.push((decision.to, decision.event));
+            }
+        }
+        passed
+    }
+
+    #[test]
+    fn capture_by_override_without_any_model_passes_by_contact() {
+        // At rest while idle, another system in CAPTURE: no contact by that. Then the grasp slows the base.
+        let passed = approach(|state, since| match state {
+            ModeState::Capture if since < 200 => 0.17,
+            ModeState::Capture => 0.04,
+            _ => 0.0,
+        });
+        let to: Vec<ModeState> = passed.iter().map(|decision| decision.0).collect();
+        assert_eq!(to[..3], [ModeState::ApproachHold, ModeState::Capture, ModeState::MatedSettle]);
+        assert_eq!(passed[2].1, mode::Event::ContactSeen);
+        let without = approach(|state, _| if state == ModeState::Capture { 0.17 } else { 0.0 });
+        assert_eq!(without[2], (ModeState::Safe, mode::Event::Timeout), "no grasp, no contact");
+    }
+
+    #[test]
+    fn contact_while_approaching_is_a_collision_and_makes_safe() {
+        let passed = approach(|state, since| if state == ModeState::ApproachHold && since >= 90 { 0.02 } else { 0.0 });
+        assert_eq!(passed[2], (ModeState::Safe, mode::Event::ContactSeen));
     }
 }

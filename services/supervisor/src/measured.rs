@@ -7,7 +7,9 @@ use runtime::Frame;
 use runtime::experiment::{ESTIMATES_SPARSE_EVERY, ExperimentWindow};
 use runtime::pairs::{accelerations_with_forces, rates_with_joints};
 use serde::{Deserialize, Serialize};
-use telemetry::{ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase, Reason};
+use telemetry::{
+    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase, Reason,
+};
 
 /// A sensor that has not spoken for so many frames, or for three of its intervals, is not alive.
 const SILENT_FRAMES: u64 = 50;
@@ -143,11 +145,11 @@ impl Measured {
     /// The held-out test of the experiment that has ended, or why there is none.
     pub fn close(&self, domain: Domain, phase: Phase, mission: &Mission) -> Result<HeldOut, Reason> {
         let tested = match domain {
-            Domain::Inertial => mission.arm(phase).and_then(|known| {
-                self.inertial.close(known.h_nms, |interval_s| known.sigma(interval_s).omega0_rad_s)
-            }),
+            Domain::Inertial => mission
+                .arm(phase)
+                .and_then(|known| self.inertial.close(known.h_nms, |interval_s| known.sigma(interval_s).omega0_rad_s)),
             Domain::Slosh => self.slosh.as_ref().and_then(SloshHeldOut::close),
-            Domain::Modal if !self.decay.behind_excitation => return Err(Reason::OperationalRecord),
+            Domain::Modal if !self.decay.behind_excitation => return Err(crate::pending::OPERATIONAL_RECORD),
             Domain::Modal => self.modal.as_ref().and_then(ModalHeldOut::close),
         };
         tested.ok_or(Reason::NoHeldOutData)

@@ -87,7 +87,10 @@ impl Mission {
             modal: scenario.modal.as_ref().map(|modal| modal.known.clone()).unwrap_or_default(),
             frame_period_s,
             predicted_sigma_over_need: [
-                predict(Domain::Inertial, scenario.inertial.as_ref().and_then(|arm| promised_by_arm(arm, frame_period_s))),
+                predict(
+                    Domain::Inertial,
+                    scenario.inertial.as_ref().and_then(|arm| promised_by_arm(arm, frame_period_s)),
+                ),
                 predict(Domain::Slosh, scenario.slosh.as_ref().and_then(promised_by_slosh)),
                 predict(Domain::Modal, scenario.modal.as_ref().and_then(promised_by_decay)),
             ],
@@ -182,8 +185,11 @@ fn promised_by_slosh(slosh: &SloshExperiment) -> Option<Vec<(f64, f64)>> {
         state: SloshState::default(),
         bias_m_s2: 0.0,
     };
-    let unknowns =
-        if slosh.known.starts_at_rest == Some(true) { SloshUnknowns::Parameters } else { SloshUnknowns::ParametersStateBias };
+    let unknowns = if slosh.known.starts_at_rest == Some(true) {
+        SloshUnknowns::Parameters
+    } else {
+        SloshUnknowns::ParametersStateBias
+    };
     let plan = SloshPlan {
         amplitude_n: slosh.force_amplitude_n,
         frequency_hz: slosh.force_frequency_hz,

@@ -61,14 +61,8 @@ impl Finding {
 /// Judges `estimate`, made before `frame`; `t_ns` is the time of that frame.
 ///
 /// `held_out` is the simulation over held-out data, or why there is none ([`Reason::NoHeldOutData`],
-/// [`Reason::OperationalRecord`]).
-pub fn validate(
-    estimate: &Estimate,
-    held_out: Result<HeldOut, Reason>,
-    need: &Need,
-    frame: u64,
-    t_ns: u64,
-) -> Verdict {
+/// [`crate::pending::OPERATIONAL_RECORD`]).
+pub fn validate(estimate: &Estimate, held_out: Result<HeldOut, Reason>, need: &Need, frame: u64, t_ns: u64) -> Verdict {
     let mut verdict = empty_verdict(estimate.domain, estimate.phase, frame, t_ns);
     verdict.estimate_frame = estimate.frame;
     verdict.nis_mean = estimate.nis_mean;
@@ -243,7 +237,7 @@ pub fn explain(verdict: &Verdict) -> String {
             "adequacy cannot be judged: the held-out signal of {measured:.1e} {unit} does not stand out of the noise \
              (limit {limit:.1e} {unit})"
         ),
-        Reason::OutOfReach => {
+        crate::pending::OUT_OF_REACH => {
             format!("{}: it would miss the need {measured:.1} times, limit {limit:.1}", reason.text())
         }
         Reason::InnovationsBiased => {
@@ -350,13 +344,16 @@ mod tests {
     fn adequacy_is_undecidable_without_a_need_or_without_held_out_data() {
         let unstated = validate(&estimate(), Ok(HELD_OUT), &Need::default(), 0, 0);
         assert_eq!(summary(&unstated), (1, 2, 0, Reason::NoNeedStated));
-        for reason in [Reason::NoHeldOutData, Reason::OperationalRecord] {
+        for reason in [Reason::NoHeldOutData, crate::pending::OPERATIONAL_RECORD] {
             assert_eq!(summary(&validate(&estimate(), Err(reason), &NEED, 0, 0)), (1, 2, 0, reason));
         }
         // A stated sigma that is missed decides nevertheless.
         let mut poor = estimate();
         poor.covariance[2][2] = 0.01;
-        assert_eq!(summary(&validate(&poor, Err(Reason::NoHeldOutData), &NEED, 0, 0)), (1, 0, 0, Reason::SigmaTooLarge));
+        assert_eq!(
+            summary(&validate(&poor, Err(Reason::NoHeldOutData), &NEED, 0, 0)),
+            (1, 0, 0, Reason::SigmaTooLarge)
+        );
     }
 
     #[test]

@@ -1,12 +1,14 @@
 //! A jump in a record ends its segment: what follows is related to what the structure did before only by the jump.
 //!
 //! A record of accelerations alone often begins with rest before the structure is struck. Hankel columns that reach over
-//! the blow hold an input that output-only identification knows nothing of. A segment is opened where, within
-//! [`WINDOW_ROWS`] rows, more than half have more than [`POWER_RATIO`] times the mean power of the segment so far (power:
-//! squared distance from the segment's mean, over all channels). Vibration of changing strength does not do that: ten
-//! standard deviations of all that was seen before, at once and sustained. A single wild sample does not either.
+//! the blow hold an input that output-only identification knows nothing of. A segment is opened where more than half of
+//! the next three Hankel columns' rows (3 × 2i) have more than [`POWER_RATIO`] times the mean power of the segment so far,
+//! and more than half of the first [`BLOW_ROWS`] too (power: squared distance from the segment's mean, over all channels).
+//! That is ten standard deviations of all that was seen before, at once, and for longer than the columns lost at the
+//! border. A wild sample, a footfall that dies out at once, or vibration of changing strength does not do that.
 //!
-//! Assumes that rest lasts at least [`BASELINE_ROWS`] rows; a shorter one is too short to matter or to be known.
+//! Assumes that rest lasts at least [`BASELINE_ROWS`] rows; a shorter one is too short to be known. Fails on a decay less
+//! than 20 dB above the rest, or shorter than half of those rows: the border is not worth its columns there.
 
 use std::collections::VecDeque;
 
@@ -14,14 +16,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::identifier::ModalIdentifier;
 
-/// Rows that wait until it is known whether a jump begins with them.
-const WINDOW_ROWS: usize = 8;
+/// Hankel columns (2i rows each) over which a jump has to last.
+const LASTING_COLUMNS: usize = 3;
+/// Rows in which a blow is over.
+const BLOW_ROWS: usize = 8;
 /// Rows from which the power so far is known: to 25 % even with one channel.
 const BASELINE_ROWS: u64 = 32;
 /// Power of a jump over the power so far.
 const POWER_RATIO: f64 = 100.0;
 
-/// Gate in front of an identifier.
+/// Gate in front of an identifier; rows wait in it until it is known whether a jump begins with them.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct OnsetGate {
     rows: u64,
@@ -31,6 +35,8 @@ pub struct OnsetGate {
     /// Powers and values of the rows that wait.
     powers: VecDeque<f64>,
     values: VecDeque<f64>,
+    /// The row that goes through.
+    row: Vec<f64>,
 }
 
 impl OnsetGate {
@@ -46,7 +52,7 @@ impl OnsetGate {
         }
         self.powers.push_back(row.iter().zip(&self.mean).map(|(y, mean)| (y - mean) * (y - mean)).sum());
         self.values.extend(row);
-        if self.powers.len() < WINDOW_ROWS {
+        if self.powers.len() < LASTING_COLUMNS * 2 * identifier.config().block_rows {
             return;
         }
         if self.jumps() {
@@ -64,48 +70,40 @@ impl OnsetGate {
         *self = Self::default();
     }
 
-    fn is_strong(&self, power: f64) -> bool {
-        power > POWER_RATIO * self.squares / self.rows as f64
-    }
-
+    /// Whether a jump begins with the oldest row that waits.
     fn jumps(&self) -> bool {
-        let strong = self.powers.iter().filter(|&&power| self.is_strong(power)).count();
-        self.rows >= BASELINE_ROWS && 2 * strong > WINDOW_ROWS
+        let limit = POWER_RATIO * self.squares / self.rows as f64;
+        let most = |rows: usize| 2 * self.powers.iter().take(rows).filter(|power| **power > limit).count() > rows;
+        self.rows >= BASELINE_ROWS && self.powers[0] > limit && most(BLOW_ROWS) && most(self.powers.len())
     }
 
-    /// Rows before the jump belong to the old segment; the new one begins with the strongest row, when the blow is over.
+    /// The new segment begins with the strongest of the first rows, when the blow is over.
     fn turn(&mut self, identifier: &mut ModalIdentifier) {
-        let channels = self.mean.len();
-        let first = self.powers.iter().position(|&power| self.is_strong(power)).unwrap_or(0);
-        let mut strongest = first;
-        for (index, power) in self.powers.iter().enumerate() {
+        let mut strongest = 0;
+        for (index, power) in self.powers.iter().enumerate().take(BLOW_ROWS) {
             if *power > self.powers[strongest] {
                 strongest = index;
             }
         }
-        for _ in 0..first {
-            self.release(identifier);
-        }
         identifier.open_segment();
-        let behind: Vec<f64> = self.values.range((strongest - first) * channels..).copied().collect();
-        *self = Self::default();
-        // At most as many rows as waited: too few to be judged again.
-        behind.chunks_exact(channels).for_each(|row| self.push(row, identifier));
+        let mut waiting = std::mem::take(self);
+        let channels = waiting.mean.len();
+        waiting.values.drain(..strongest * channels);
+        // A segment without rows behind it is not judged: what waits again passes on or keeps waiting.
+        waiting.values.make_contiguous().chunks_exact(channels).for_each(|row| self.push(row, identifier));
     }
 
     fn release(&mut self, identifier: &mut ModalIdentifier) {
-        let channels = self.mean.len();
-        if self.powers.pop_front().is_none() {
-            return;
-        }
-        let row: Vec<f64> = self.values.drain(..channels).collect();
+        self.powers.pop_front();
+        self.row.clear();
+        self.row.extend(self.values.drain(..self.mean.len()));
         self.rows += 1;
-        for (y, mean) in row.iter().zip(&mut self.mean) {
+        for (y, mean) in self.row.iter().zip(&mut self.mean) {
             let before = y - *mean;
             *mean += before / self.rows as f64;
             self.squares += before * (y - *mean);
         }
-        identifier.push(&row);
+        identifier.push(&self.row);
     }
 }
 
@@ -158,10 +156,11 @@ mod tests {
         let mut noise = Noise::new(9);
         let (mut state, mut record) = ([0.0, 0.0], Vec::new());
         for n in 0..4000 {
-            // An ambient mode whose excitation swings over a factor of nine in power, and one wild sample.
+            // An ambient mode whose excitation swings over a factor of nine in power, a wild sample and a footfall.
             let strength = 2.0 + libm::sin(n as f64 / 300.0);
             state = [1.94 * state[0] - 0.98 * state[1] + strength * noise.normal(), state[0]];
-            let wild = if n == 1500 { 1e4 } else { 0.0 };
+            let footfall = if (2500..2540).contains(&n) { 1e3 * noise.normal() } else { 0.0 };
+            let wild = if n == 1500 { 1e4 } else { footfall };
             record.push([state[0] + wild, 0.5 * state[0] + noise.normal()]);
         }
         let (gated, plain) = (identify(&record, true), identify(&record, false));

@@ -82,6 +82,150 @@ impl Transition {
     }
 }
 
+/// Impulse response `s` of the mode (`s̈ + γ ṡ + κ s = 0`, `s(0) = 0`, `ṡ(0) = 1`), or its derivative by κ or γ, at one
+/// length: `s`, its derivatives by time, `S1 = ∫s`, `S2 = ∫∫s`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Response {
+    derivatives: [f64; RESPONSE_ORDER + 1],
+    first_integral: f64,
+    second_integral: f64,
+}
+
+/// `s`, `ṡ`, `S1`, `S2` at a neighbouring length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct ResponseAt {
+    s: f64,
+    s_dot: f64,
+    s1: f64,
+    s2: f64,
+}
+
+/// Order of the Taylor series of `s`.
+const RESPONSE_ORDER: usize = 5;
+
+impl Response {
+    /// Read from a transition of `length_s`: `Φ = [ṡ + γ s, s; −κ s, ṡ]`, and the force `p + q t` moves the state by
+    /// `−[S1 p + S2 q, s p + S1 q]/m0`. The n-th derivative is `−γ s⁽ⁿ⁻¹⁾ − κ s⁽ⁿ⁻²⁾ − drive(n)`.
+    fn of(at: &Transition, point: &Mode, drive: impl Fn(usize) -> f64) -> Self {
+        let mut derivatives = [0.0; RESPONSE_ORDER + 1];
+        (derivatives[0], derivatives[1]) = (at.phi[(0, 1)], at.phi[(1, 1)]);
+        for n in 2..=RESPONSE_ORDER {
+            derivatives[n] = -point.gamma * derivatives[n - 1] - point.kappa * derivatives[n - 2] - drive(n);
+        }
+        // Back from [impulse, first moment] to [p, q]: I0 = p B + q B²/2, I1 = q B³/12.
+        let (b, m_0) = (point.length_s, point.base_mass_kg);
+        let by_q = at.gain * Vector2::new(b * b / 2.0, b * b * b / 12.0);
+        Self { derivatives, first_integral: -at.gain[(0, 0)] * b * m_0, second_integral: -by_q[0] * m_0 }
+    }
+
+    #[inline]
+    fn at(&self, t: f64) -> ResponseAt {
+        let [d0, d1, d2, d3, d4, d5] = self.derivatives;
+        let (i1, i2) = (self.first_integral, self.second_integral);
+        ResponseAt {
+            s: d0 + t * (d1 + t / 2.0 * (d2 + t / 3.0 * (d3 + t / 4.0 * (d4 + t / 5.0 * d5)))),
+            s_dot: d1 + t * (d2 + t / 2.0 * (d3 + t / 3.0 * (d4 + t / 4.0 * d5))),
+            s1: i1 + t * (d0 + t / 2.0 * (d1 + t / 3.0 * (d2 + t / 4.0 * (d3 + t / 5.0 * (d4 + t / 6.0 * d5))))),
+            s2: i2 + t * (i1 + t / 2.0 * (d0 + t / 3.0 * (d1 + t / 4.0 * (d2 + t / 5.0 * (d3 + t / 6.0 * d4))))),
+        }
+    }
+}
+
+impl ResponseAt {
+    /// `p = I0/B − 6 I1/B²`, `q = 12 I1/B³`.
+    #[inline]
+    fn gain(&self, length_s: f64, base_mass_kg: f64) -> Matrix2<f64> {
+        let inverse = 1.0 / length_s;
+        let (per_impulse, per_moment) = (-inverse / base_mass_kg, inverse * inverse / base_mass_kg);
+        Matrix2::new(
+            self.s1 * per_impulse,
+            per_moment * (6.0 * self.s1 - 12.0 * inverse * self.s2),
+            self.s * per_impulse,
+            per_moment * (6.0 * self.s - 12.0 * inverse * self.s1),
+        )
+    }
+}
+
+/// A mode and the length its responses were computed for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Mode {
+    kappa: f64,
+    gamma: f64,
+    length_s: f64,
+    base_mass_kg: f64,
+}
+
+impl Mode {
+    /// Where the series is taken for a length: within `reach` of ω δ and γ δ.
+    #[inline]
+    fn offset(&self, length_s: f64, reach: f64) -> Option<f64> {
+        let delta = length_s - self.length_s;
+        (delta * delta * self.kappa.abs() <= reach * reach && delta.abs() * self.gamma.abs() <= reach).then_some(delta)
+    }
+}
+
+/// [`Transition`] of one length, from which those of nearly the same length follow without an exponential.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NeighbouringTransitions {
+    mode: Mode,
+    response: Response,
+}
+
+impl NeighbouringTransitions {
+    /// Truncation below 0.5⁵/5! = 3e-4 of ṡ at the very end of the reach: good for a search.
+    const REACH: f64 = 0.5;
+
+    pub fn new(at: &Transition, kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
+        let mode = Mode { kappa, gamma, length_s, base_mass_kg };
+        Self { mode, response: Response::of(at, &mode, |_| 0.0) }
+    }
+
+    /// The transition of `length_s`; `None` out of the reach of the series.
+    #[inline]
+    pub fn at(&self, length_s: f64) -> Option<Transition> {
+        let Mode { kappa, gamma, base_mass_kg, .. } = self.mode;
+        let at = self.response.at(self.mode.offset(length_s, Self::REACH)?);
+        let phi = Matrix2::new(at.s_dot + gamma * at.s, at.s, -kappa * at.s, at.s_dot);
+        Some(Transition { phi, gain: at.gain(length_s, base_mass_kg) })
+    }
+}
+
+/// The same for [`TransitionWithSensitivity`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NeighbouringSensitivities {
+    mode: Mode,
+    response: Response,
+    by_kappa: Response,
+    by_gamma: Response,
+}
+
+impl NeighbouringSensitivities {
+    /// Truncation below 0.03⁵/5! = 2e-10 of ṡ: hidden by any noise.
+    const REACH: f64 = 0.03;
+
+    pub fn new(at: &TransitionWithSensitivity, kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
+        let mode = Mode { kappa, gamma, length_s, base_mass_kg };
+        let response = Response::of(&at.value, &mode, |_| 0.0);
+        // s̈ = −γ ṡ − κ s differentiated by κ and by γ.
+        let by_kappa = Response::of(&at.by_kappa, &mode, |n| response.derivatives[n - 2]);
+        let by_gamma = Response::of(&at.by_gamma, &mode, |n| response.derivatives[n - 1]);
+        Self { mode, response, by_kappa, by_gamma }
+    }
+
+    /// The transition of `length_s`; `None` out of the reach of the series.
+    pub fn at(&self, length_s: f64) -> Option<TransitionWithSensitivity> {
+        let Mode { kappa, gamma, base_mass_kg, .. } = self.mode;
+        let delta = self.mode.offset(length_s, Self::REACH)?;
+        let (at, z, y) = (self.response.at(delta), self.by_kappa.at(delta), self.by_gamma.at(delta));
+        let transition = |of: &ResponseAt, phi| Transition { phi, gain: of.gain(length_s, base_mass_kg) };
+        Some(TransitionWithSensitivity {
+            value: transition(&at, Matrix2::new(at.s_dot + gamma * at.s, at.s, -kappa * at.s, at.s_dot)),
+            by_kappa: transition(&z, Matrix2::new(z.s_dot + gamma * z.s, z.s, -at.s - kappa * z.s, z.s_dot)),
+            by_gamma: transition(&y, Matrix2::new(y.s_dot + gamma * y.s + at.s, y.s, -kappa * y.s, y.s_dot)),
+        })
+    }
+}
+
 /// [`Transition`] and its derivatives with respect to κ and γ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TransitionWithSensitivity {
@@ -255,6 +399,36 @@ pub(crate) mod tests {
         let (a, b) = (long.state(), short.state());
         assert!((a.displacement_m - b.displacement_m).abs() < 1e-11); // rounding of 2000 steps
         assert!((a.velocity_m_s - b.velocity_m_s).abs() < 1e-12);
+    }
+
+    #[test]
+    fn transitions_continue_to_neighbouring_lengths_with_the_order_of_their_series() {
+        let difference =
+            |a: &Transition, b: &Transition| (a.phi - b.phi).amax().max((a.gain - b.gain).amax() * BASE_MASS_KG);
+        for (kappa, gamma) in [(0.0057, 0.001), (0.0, 0.0), (0.3, 0.4), (9.0, 0.1)] {
+            let at = TransitionWithSensitivity::new(kappa, gamma, 1.0, BASE_MASS_KG);
+            let near = NeighbouringTransitions::new(&at.value, kappa, gamma, 1.0, BASE_MASS_KG);
+            let sensitivities = NeighbouringSensitivities::new(&at, kappa, gamma, 1.0, BASE_MASS_KG);
+            let error = |delta: f64| {
+                let exact = Transition::new(kappa, gamma, 1.0 + delta, BASE_MASS_KG);
+                difference(&near.at(1.0 + delta).expect("near"), &exact)
+            };
+            assert!(error(0.0) < 1e-12, "{}", error(0.0)); // rounding, 12 S1/B³ against 6 S1/B²
+            let (far, close) = (error(0.16), error(0.08));
+            // ṡ is continued to the fourth power of δ: halving δ divides the error by 2⁵ nearly, down to rounding.
+            assert!(far < 1e-12 || far / close > 24.0, "{kappa} {gamma}: {far} {close}");
+            let exact = TransitionWithSensitivity::new(kappa, gamma, 1.009, BASE_MASS_KG);
+            let continued = sensitivities.at(1.009).expect("near");
+            for (a, b) in [
+                (continued.value, exact.value),
+                (continued.by_kappa, exact.by_kappa),
+                (continued.by_gamma, exact.by_gamma),
+            ] {
+                assert!(difference(&a, &b) < 5e-9, "{kappa} {gamma}: {}", difference(&a, &b)); // κ² δ⁵/5! of ṡ, κ = 9
+            }
+        }
+        let far = Transition::new(9.0, 0.1, 1.0, BASE_MASS_KG);
+        assert!(NeighbouringTransitions::new(&far, 9.0, 0.1, 1.0, BASE_MASS_KG).at(1.2).is_none());
     }
 
     #[test]

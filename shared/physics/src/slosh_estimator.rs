@@ -1,7 +1,12 @@
 //! Maximum likelihood of the slosh parameters over a fixed-memory arc.
 //!
 //! Scan for a global start, Levenberg–Marquardt with exact sensitivities from there, and from the last estimate when
-//! there is one; the scan is repeated whenever the arc has doubled, so that an early wrong minimum cannot stay.
+//! there is one; the scan is repeated whenever the record has doubled, so that an early wrong minimum cannot stay.
+//!
+//! A full arc is merged into blocks of twice the length unless it shows a mode these would not tell; then the oldest
+//! quarter leaves instead, and the state at the start of the rest is unknown; what it said of the parameters is
+//! remembered as a quadratic about the estimate of that time, for the start of a record often says the most. Every answer names the frequencies
+//! that were searched, and a mode the blocks do not tell is refused.
 //!
 //! *Why not a Kalman filter?* On the benchmark's sine (1000 s) one pass of an unscented filter loses a factor 1.3–1.9
 //! to the Cramér–Rao bound and its covariance is wrong by as much; this attains the bound in the same memory and says so
@@ -10,13 +15,15 @@
 
 use estimation::consistency::Whiteness;
 use estimation::cramer_rao::FisherInformation;
-use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
+use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
 use serde::{Deserialize, Serialize};
 
-use crate::slosh::SloshState;
-use crate::slosh_arc::{FLIGHT_CAPACITY, SampleRejected, SloshArc, SloshSample};
-use crate::slosh_likelihood::{Likelihood, SloshHypothesis, SloshUnknowns, likelihood};
-use crate::slosh_scan::{SloshScan, scan_quiescent, scan_with_nuisances};
+use crate::slosh::{SloshPropagator, SloshState};
+use crate::slosh_arc::{FLIGHT_CAPACITY, RESOLVED_MERGED, SampleRejected, SloshArc, SloshBlock, SloshSample};
+use crate::slosh_likelihood::{
+    Likelihood, SEGMENT_BLOCKS_MIN, SloshHypothesis, SloshUnknowns, likelihood, likelihood_until,
+};
+use crate::slosh_scan::{prefers_a_fast_mode, scan};
 
 /// Block lengths closer than this share one transition: sums of equal intervals differ by rounding only.
 pub(crate) const SAME_LENGTH: f64 = 1e-12;
@@ -36,6 +43,10 @@ pub enum SloshError {
     NoSloshFound { gain: f64, threshold: f64 },
     /// Iterations ended without a minimum; the last Gauss–Newton step was `step_sigmas` standard deviations long.
     NotConverged { iterations: u32, step_sigmas: f64 },
+    /// Gaps leave too little of the record in pieces long enough to be used: `need > usable` blocks.
+    Fragmented { usable: usize, need: usize },
+    /// ω × block length of the mode found exceeds what the blocks tell: sample faster, or excite for a shorter time.
+    ModeNotResolved { omega_times_block: f64, limit: f64 },
 }
 
 /// What is known beforehand.
@@ -60,6 +71,10 @@ pub struct SloshEstimate {
     pub iterations: u32,
     /// True when this solve began with a scan rather than the last estimate.
     pub scanned: bool,
+    /// Frequencies of the last scan: slosh outside is neither found nor excluded.
+    pub searched_hz: [f64; 2],
+    /// Residual of the last measured block over its standard deviation.
+    pub last_residual: f64,
 }
 
 impl SloshEstimate {
@@ -73,27 +88,105 @@ impl SloshEstimate {
     }
 }
 
-/// The estimator that flies. Fixed memory: the arc and one hypothesis.
+/// What blocks that have left the arc said of `[ms, ks, cs, bias]`: their log-likelihood to second order.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Remembered {
+    at: SloshHypothesis,
+    information: Matrix4<f64>,
+    gradient: Vector4<f64>,
+}
+
+impl Remembered {
+    fn gradient_at(&self, hypothesis: &SloshHypothesis) -> Vector4<f64> {
+        self.gradient - self.information * hypothesis.offset_from(&self.at)
+    }
+
+    fn add_to(&self, here: &mut Likelihood, hypothesis: &SloshHypothesis) {
+        let offset = hypothesis.offset_from(&self.at);
+        here.chi_square += offset.dot(&(self.information * offset - self.gradient * 2.0));
+        here.gradient += self.gradient_at(hypothesis);
+        here.information += self.information;
+    }
+}
+
+/// The estimator that flies. Fixed memory: the arc, one hypothesis and one quadratic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SloshEstimator<const CAPACITY: usize = FLIGHT_CAPACITY> {
     settings: SloshSettings,
     arc: SloshArc<CAPACITY>,
     last: Option<SloshHypothesis>,
-    scanned_at_s: f64,
+    scanned_at_samples: u64,
+    searched_hz: [f64; 2],
+    /// Samples when merging was last found to lose a mode; zero while it does not.
+    fast_mode_at_samples: u64,
+    remembered: Option<Remembered>,
 }
 
 impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     pub fn new(settings: SloshSettings) -> Self {
         assert!(settings.base_mass_kg > 0.0);
-        Self { settings, arc: SloshArc::default(), last: None, scanned_at_s: 0.0 }
+        Self {
+            settings,
+            arc: SloshArc::default(),
+            last: None,
+            scanned_at_samples: 0,
+            searched_hz: [0.0; 2],
+            fast_mode_at_samples: 0,
+            remembered: None,
+        }
     }
 
-    /// Cost a few nanoseconds; merging a full arc once per doubling.
+    /// A sample that begins where the last one ended. Cost a few nanoseconds; a search for fast modes when the arc is
+    /// full.
     ///
     /// # Errors
     /// [`SampleRejected`] for a sample that is not finite.
     pub fn push(&mut self, sample: &SloshSample) -> Result<(), SampleRejected> {
+        self.make_room();
         self.arc.push(sample)
+    }
+
+    /// A sample that begins at `begin_s`. Behind a gap the slosh state is unknown again: what the thrust did meanwhile
+    /// is not known. A missing acceleration is not a gap: push [`SloshSample::thrust_alone`].
+    ///
+    /// # Errors
+    /// [`SampleRejected`] for a sample that is not finite or begins before the last one ended.
+    pub fn push_at(&mut self, begin_s: f64, sample: &SloshSample) -> Result<(), SampleRejected> {
+        self.make_room();
+        self.arc.push_at(begin_s, sample)
+    }
+
+    /// Merges a full arc, or lets its oldest quarter go when merging would lose a mode it shows. The verdict is
+    /// looked up again whenever the record has doubled.
+    fn make_room(&mut self) {
+        if !self.arc.is_full() {
+            return;
+        }
+        let SloshSettings { base_mass_kg, unknowns } = self.settings;
+        let is_settled = self.fast_mode_at_samples > 0 && self.arc.samples() < 2 * self.fast_mode_at_samples;
+        if is_settled || prefers_a_fast_mode(&self.arc, base_mass_kg, unknowns) {
+            if !is_settled {
+                self.fast_mode_at_samples = self.arc.samples();
+            }
+            self.remember(CAPACITY / 4);
+            self.arc.forget_oldest(CAPACITY / 4);
+        } else {
+            self.fast_mode_at_samples = 0;
+            self.arc.merge();
+        }
+    }
+
+    /// Keeps what the oldest `blocks` say of the parameters, about the estimate of now; nothing when there is none.
+    fn remember(&mut self, blocks: usize) {
+        let Ok(estimate) = self.estimate() else { return };
+        let (at, SloshSettings { base_mass_kg, unknowns }) = (estimate.hypothesis, self.settings);
+        let said = likelihood_until(&self.arc, blocks, base_mass_kg, &at, unknowns, |_| {});
+        let mut now = Remembered { at, information: said.information, gradient: said.gradient };
+        if let Some(before) = &self.remembered {
+            now.information += before.information;
+            now.gradient += before.gradient_at(&at);
+        }
+        self.remembered = Some(now);
     }
 
     pub fn arc(&self) -> &SloshArc<CAPACITY> {
@@ -106,11 +199,14 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     /// Each variant of [`SloshError`] is a property of the data; the arc is kept and later samples may resolve it.
     pub fn estimate(&mut self) -> Result<SloshEstimate, SloshError> {
         let need = 2 * self.settings.unknowns.count();
-        if self.arc.len() < need {
-            return Err(SloshError::ArcTooShort { got: self.arc.len(), need });
+        let got = self.arc.blocks().filter(SloshBlock::is_measured).count();
+        if got < need {
+            return Err(SloshError::ArcTooShort { got, need });
         }
-        let doubled = self.arc.duration_s() >= 2.0 * self.scanned_at_s;
-        let warm = self.last.filter(|_| !doubled).and_then(|start| self.maximise(&start, false).ok());
+        let doubled = self.arc.samples() >= 2 * self.scanned_at_samples;
+        // What is remembered holds near the estimate of its time: the search begins there, whatever the arc alone says.
+        let start = self.remembered.map(|remembered| self.last.unwrap_or(remembered.at));
+        let warm = start.or(self.last.filter(|_| !doubled)).and_then(|start| self.maximise(&start, false).ok());
         let outcome = match warm {
             Some(estimate) => Ok(estimate),
             None => self.maximise_from_scan(),
@@ -120,33 +216,52 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     }
 
     fn maximise_from_scan(&mut self) -> Result<SloshEstimate, SloshError> {
-        let scan = self.scan();
-        self.scanned_at_s = self.arc.duration_s();
+        let scan = scan(&self.arc, self.settings.base_mass_kg, self.settings.unknowns);
+        self.scanned_at_samples = self.arc.samples();
+        self.searched_hz = scan.band_hz;
         let gain = scan.candidates[0].gain;
         if gain <= scan.threshold {
-            return Err(SloshError::NoSloshFound { gain, threshold: scan.threshold });
+            return Err(self.fragmented().unwrap_or(SloshError::NoSloshFound { gain, threshold: scan.threshold }));
         }
         // The best grid point nearly always leads to the maximum; the others stand by for broad, damped modes.
         let mut outcome = Err(SloshError::NotConverged { iterations: 0, step_sigmas: f64::INFINITY });
         for candidate in scan.candidates.iter().filter(|candidate| candidate.gain > scan.threshold) {
-            let (parameters, state, bias_m_s2) = (candidate.parameters, candidate.state, candidate.bias_m_s2);
-            outcome = self.maximise(&SloshHypothesis { parameters, state, bias_m_s2 }, true);
-            if outcome.is_ok() {
+            let (parameters, bias_m_s2) = (candidate.parameters, candidate.bias_m_s2);
+            let start = SloshHypothesis { parameters, state: SloshState::default(), bias_m_s2 };
+            outcome = self.maximise(&start, true);
+            if !matches!(outcome, Err(SloshError::NotConverged { .. })) {
                 break;
             }
         }
         outcome
     }
 
-    fn scan(&self) -> SloshScan {
-        match self.settings.unknowns {
-            SloshUnknowns::Parameters => scan_quiescent(&self.arc, self.settings.base_mass_kg),
-            SloshUnknowns::ParametersStateBias => scan_with_nuisances(&self.arc, self.settings.base_mass_kg),
-        }
+    /// The reason why nothing was found, when it lies in the gaps.
+    fn fragmented(&self) -> Option<SloshError> {
+        let need = 2 * self.settings.unknowns.count();
+        let segments = (0..self.arc.segments()).map(|i| self.arc.segment(i));
+        let usable = segments
+            .map(|segment| self.arc.blocks_of(segment).filter(SloshBlock::is_measured).count())
+            .filter(|blocks| *blocks >= SEGMENT_BLOCKS_MIN)
+            .sum();
+        (self.arc.segments() > 1 && usable < need).then_some(SloshError::Fragmented { usable, need })
+    }
+
+    /// Limit of ω × block length and its value at a hypothesis beyond it.
+    fn unresolved(&self, hypothesis: &SloshHypothesis) -> Option<SloshError> {
+        let omega =
+            2.0 * core::f64::consts::PI * hypothesis.parameters.natural_frequency_hz(self.settings.base_mass_kg);
+        let (omega_times_block, limit) = (omega * self.arc.resolution_s(), self.arc.resolved_product());
+        (omega_times_block > limit).then_some(SloshError::ModeNotResolved { omega_times_block, limit })
     }
 
     fn likelihood(&self, hypothesis: &SloshHypothesis) -> Likelihood {
-        likelihood(&self.arc, self.settings.base_mass_kg, hypothesis, self.settings.unknowns, |_| {})
+        let SloshSettings { base_mass_kg, unknowns } = self.settings;
+        let mut here = likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |_| {});
+        if let Some(remembered) = &self.remembered {
+            remembered.add_to(&mut here, hypothesis);
+        }
+        here
     }
 
     fn maximise(&self, start: &SloshHypothesis, scanned: bool) -> Result<SloshEstimate, SloshError> {
@@ -156,9 +271,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
             let Some(full) = damped_step(&here, 0.0) else { break };
             step_sigmas = libm::sqrt(full.dot(&here.gradient));
             if step_sigmas <= STEP_SIGMAS {
-                return self
-                    .report(&hypothesis, &here, iterations, scanned)
-                    .ok_or(SloshError::NotConverged { iterations, step_sigmas });
+                return self.report(&hypothesis, &here, iterations, scanned);
             }
             let Some(step) = damped_step(&here, damping) else { break };
             let trial = hypothesis.moved(&step);
@@ -171,9 +284,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
                 }
                 // At the bottom rounding of χ² decides: a full step below 1 % of a sigma is as good as taken.
                 None if step_sigmas < 0.01 && damping < 1e-6 => {
-                    return self
-                        .report(&hypothesis, &here, iterations, scanned)
-                        .ok_or(SloshError::NotConverged { iterations, step_sigmas });
+                    return self.report(&hypothesis, &here, iterations, scanned);
                 }
                 None => damping *= 10.0,
             }
@@ -187,29 +298,36 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         at: &Likelihood,
         iterations: u32,
         scanned: bool,
-    ) -> Option<SloshEstimate> {
+    ) -> Result<SloshEstimate, SloshError> {
+        if let Some(refusal) = self.unresolved(hypothesis) {
+            return Err(refusal);
+        }
         let mut whiteness = Whiteness::default();
         let SloshSettings { base_mass_kg, unknowns } = self.settings;
-        likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |residual| whiteness.push(residual));
-        let covariance = FisherInformation::<6> { matrix: at.information }.bound()?;
-        Some(SloshEstimate {
-            hypothesis: *hypothesis,
+        let held = likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |residual| whiteness.push(residual));
+        let singular = SloshError::NotConverged { iterations, step_sigmas: f64::INFINITY };
+        let covariance = FisherInformation::<4> { matrix: at.information }.bound().ok_or(singular)?;
+        let fitted = at.eliminated + if unknowns == SloshUnknowns::Parameters { 3 } else { 4 };
+        Ok(SloshEstimate {
+            hypothesis: SloshHypothesis { state: at.start, ..*hypothesis },
             covariance: covariance.fixed_view::<3, 3>(0, 0).into(),
             state_at_end: at.end,
-            chi_square: at.chi_square,
-            degrees_of_freedom: (self.arc.len() - unknowns.count()) as u64,
+            chi_square: held.chi_square,
+            degrees_of_freedom: at.blocks.saturating_sub(fitted) as u64,
             whiteness,
             iterations,
             scanned,
+            searched_hz: self.searched_hz,
+            last_residual: at.last_residual,
         })
     }
 }
 
 /// `(H + λ diag H)⁻¹ g`; `None` when the information is singular.
-fn damped_step(at: &Likelihood, damping: f64) -> Option<Vector6<f64>> {
+fn damped_step(at: &Likelihood, damping: f64) -> Option<Vector4<f64>> {
     let scale = at.information.diagonal().map(|value| 1.0 / libm::sqrt(value));
-    let scaling = Matrix6::from_diagonal(&scale);
-    let scaled = scaling * at.information * scaling + Matrix6::identity() * damping;
+    let scaling = Matrix4::from_diagonal(&scale);
+    let scaled = scaling * at.information * scaling + Matrix4::identity() * damping;
     Some(scaling * scaled.cholesky()?.solve(&(scaling * at.gradient)))
 }
 
@@ -242,18 +360,31 @@ pub fn predicted_sigma(
     plan: &SloshPlan,
 ) -> Option<Vector3<f64>> {
     let mut arc = SloshArc::<FLIGHT_CAPACITY>::default();
+    let (parameters, base_mass_kg) = (hypothesis.parameters, settings.base_mass_kg);
+    let omega = 2.0 * core::f64::consts::PI * parameters.natural_frequency_hz(base_mass_kg);
+    // Free states are solved from the data, so the data are what the hypothesis says.
+    let mut motion = SloshPropagator::new(parameters, base_mass_kg, hypothesis.state);
+    let mut remembered = Matrix4::zeros();
     let samples = libm::round(plan.duration_s / plan.interval_s) as u64;
     for k in 0..samples {
+        let force_n = plan.force_n(k as f64 * plan.interval_s);
         let planned = SloshSample {
             interval_s: plan.interval_s,
-            force_n: plan.force_n(k as f64 * plan.interval_s),
-            acceleration_m_s2: 0.0, // information does not depend on what is measured
+            force_n,
+            acceleration_m_s2: motion.step(plan.interval_s, force_n) + hypothesis.bias_m_s2,
             sigma_m_s2: plan.sigma_m_s2(),
         };
+        if arc.is_full() && 2.0 * omega * arc.resolution_s() > RESOLVED_MERGED {
+            // As the estimator will.
+            let blocks = FLIGHT_CAPACITY / 4;
+            remembered +=
+                likelihood_until(&arc, blocks, base_mass_kg, hypothesis, settings.unknowns, |_| {}).information;
+            arc.forget_oldest(blocks);
+        }
         arc.push(&planned).ok()?;
     }
-    let at = likelihood(&arc, settings.base_mass_kg, hypothesis, settings.unknowns, |_| {});
-    let sigmas = FisherInformation::<6> { matrix: at.information }.sigmas()?;
+    let at = likelihood(&arc, base_mass_kg, hypothesis, settings.unknowns, |_| {});
+    let sigmas = FisherInformation::<4> { matrix: at.information + remembered }.sigmas()?;
     Some(sigmas.fixed_rows::<3>(0).into())
 }
 

@@ -9,9 +9,9 @@ use telemetry::{ACCELEROMETERS_MAX, Estimate};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ModalHeldOut {
     /// Time of each row [s].
-    recorder: Recorder<f64>,
+    pub(super) recorder: Recorder<f64>,
     /// Rows of `channels` values, one after the other, as the refit takes them.
-    accelerations_m_s2: Vec<f64>,
+    pub(super) accelerations_m_s2: Vec<f64>,
     channels: Vec<usize>,
     noise_m_s2: f64,
 }

@@ -10,7 +10,8 @@ use Event::{
     PartitionLost, SafeCommand, Start, Timeout,
 };
 use Guard::{
-    Always, CaptureAllowed, Enter, Judged, NotInForce, NothingLeft, OwnInputs, OwnPartition, Resumable, Running, SourceLost,
+    Always, CaptureAllowed, Enter, Judged, NotInForce, NothingLeft, OwnInputs, OwnPartition, Resumable, Running,
+    SourceLost,
 };
 use telemetry::ModeState::{
     self, ApproachHold, Capture, MatedInertial, MatedSettle, PreCaptureInertial, PreCaptureModal, PreCaptureSlosh,
