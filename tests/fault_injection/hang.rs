@@ -19,7 +19,8 @@ fn is_found(hanging: &[&str], frame: u64) {
     // A death without a hang before it would be another fault than the one of this drill.
     let mut died: Vec<String> = ended.deaths().into_iter().map(|death| death.name).collect();
     let mut hung = ended.hangs();
-    (died.sort_unstable(), hung.sort_unstable());
+    died.sort_unstable();
+    hung.sort_unstable();
     assert_eq!(died, hung, "{ended}");
     assert!(hung.iter().all(|name| hanging.contains(name)), "{ended}");
 }

@@ -40,9 +40,9 @@ fn is_undisturbed(ended: &Ended, killed: &[Death]) {
 #[test]
 fn a_supervisor_killed_while_it_creates_the_services_wedges_nothing() {
     let world = World::new();
-    for round in 0..8 {
+    for round in 0..6 {
         let mut run = world.start(&[]);
-        let killed = kill_young(&mut run, "supervisor", Duration::from_micros(1700 * round));
+        let killed = kill_young(&mut run, "supervisor", Duration::from_micros(2000 * round));
         let ended = run.end();
         world.assert_nothing_left();
         is_undisturbed(&ended, &[killed]);

@@ -69,5 +69,5 @@ fn the_consoles_death_does_not_disturb_the_run() {
     assert!(ended.deaths().is_empty(), "{ended}");
     let digest = world.obsid(&["digest", file.to_str().unwrap()]);
     assert!(String::from_utf8_lossy(&digest.stdout).starts_with(&undisturbed().digest), "{digest:?}");
-    assert!(world.shared_memory().is_empty());
+    world.assert_nothing_left();
 }

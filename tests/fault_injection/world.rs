@@ -140,10 +140,11 @@ impl World {
         run
     }
 
-    /// Folders of runs, those that were seen before first.
+    /// Folders of runs, those that were seen before first. (A console's scratch folder holds no `run.json`.)
     fn folders(&self) -> Vec<PathBuf> {
         let mut folders = lock(&self.runs).clone();
         let found = std::fs::read_dir(self.root()).unwrap().flatten().map(|entry| entry.path());
+        let found = found.filter(|path| path.join("run.json").exists());
         folders.extend(found.filter(|path| !lock(&self.runs).contains(path)));
         folders
     }

@@ -229,7 +229,10 @@ fn reason(estimate: Option<&Estimate>, verdict: Option<&Verdict>) -> String {
     if let Some((estimate, domain)) = estimate.and_then(|e| Some((e, Domain::from_code(e.domain)?)))
         && estimate.status != 0
     {
-        let _ = write!(text, ": {}", telemetry::status_text(domain, estimate.status));
+        let status = telemetry::status_text(domain, estimate.status);
+        if !text.contains(status) {
+            let _ = write!(text, ": {status}");
+        }
         let numbers = [estimate.auxiliary[10], estimate.auxiliary[11]];
         if numbers.iter().any(|number| *number != 0.0) {
             let _ = write!(text, " ({}, {})", numbers[0], numbers[1]);

@@ -129,15 +129,18 @@ impl Partition for ModalId {
 
 impl ModalId {
     fn take(&mut self, frame: &Frame<'_>) {
-        let commands = frame.samples(ACTUATORS);
+        self.take_commands(frame.samples(ACTUATORS));
+        for batch in frame.samples(ACCELEROMETERS) {
+            self.take_batch(batch);
+        }
+    }
+
+    fn take_commands(&mut self, commands: &[Actuators]) {
         // A frame in which the excitation ends is still an excited one.
         let forced = if commands.is_empty() { self.state.forced } else { commands.iter().any(excites) };
         if forced != self.state.forced {
             self.state.forced = forced;
             self.turn_segment();
-        }
-        for batch in frame.samples(ACCELEROMETERS) {
-            self.take_batch(batch);
         }
     }
 
@@ -211,8 +214,13 @@ impl ModalId {
     }
 
     fn publish(&mut self, frame: &Frame<'_>, closing: bool, out: &mut Outputs) {
-        let mut sample = Estimate::zeroed_at(frame.t_ns);
+        let mut sample = self.estimate(frame.t_ns, closing);
         sample.frame = frame.number;
+        out.publish(ESTIMATE_MODAL, &sample);
+    }
+
+    fn estimate(&mut self, t_ns: u64, closing: bool) -> Estimate {
+        let mut sample = Estimate::zeroed_at(t_ns);
         sample.domain = Domain::Modal.code();
         sample.phase = self.state.window.phase().code();
         sample.closing = u16::from(closing);
@@ -232,7 +240,7 @@ impl ModalId {
             Some(Err(error)) => refuse(&mut sample, &error),
             None => sample.status = status::NOTHING_TO_WORK_ON,
         }
-        out.publish(ESTIMATE_MODAL, &sample);
+        sample
     }
 
     /// Innovations of a free decay: what its modes leave unexplained of it, against the sensor noise. An operational
@@ -310,3 +318,6 @@ fn fill(sample: &mut Estimate, mut modes: Vec<Mode>, channels: &[usize]) {
         sample.status = status::NO_MODE;
     }
 }
+
+#[cfg(test)]
+mod tests;

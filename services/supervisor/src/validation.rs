@@ -237,8 +237,8 @@ pub fn explain(verdict: &Verdict) -> String {
             "adequacy cannot be judged: the held-out signal of {measured:.1e} {unit} does not stand out of the noise \
              (limit {limit:.1e} {unit})"
         ),
-        crate::pending::OUT_OF_REACH => {
-            format!("{}: it would miss the need {measured:.1} times, limit {limit:.1}", reason.text())
+        crate::pending::OUT_OF_REACH if limit > 0.0 => {
+            format!("skipped: its predicted sigma misses the need {measured:.1} times over, limit {limit:.1}")
         }
         Reason::InnovationsBiased => {
             format!("sigmas not honest: innovations are not white on block means, z {measured:.1} above {limit:.1}")

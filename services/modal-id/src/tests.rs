@@ -1,0 +1,159 @@
+//! Laws of the partition: which rows count, which are tested, and what it says when it has no estimate.
+
+use super::*;
+
+const SIGMA_M_S2: f64 = 3.1e-4;
+const CHANNELS: usize = 3;
+
+/// Unit normal: SplitMix64 and twelve uniforms.
+fn normal(seed: u64) -> f64 {
+    let uniform = |k: u64| {
+        let mut z = (12 * seed + k + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / 2f64.powi(53)
+    };
+    (0..12).map(uniform).sum::<f64>() - 6.0
+}
+
+/// A pulse of a second, then the free decay of `modes` (frequency, damping, growth of damping with amplitude).
+struct Case {
+    rate_hz: f64,
+    seconds: f64,
+    modes: Vec<(f64, f64)>,
+    /// Of the damping, per m/s² of amplitude.
+    growth: f64,
+    /// Noise of the measured torque.
+    torque_sigma_nm: f64,
+    /// 1 throughout, as a vehicle may say, or only during the pulse.
+    excited: fn(f64) -> bool,
+}
+
+impl Case {
+    fn new(modes: usize) -> Self {
+        let all = [1.5611, 6.4844, 17.67, 25.0, 40.0, 60.0];
+        Case {
+            rate_hz: 200.0,
+            seconds: 6.0,
+            modes: all[..modes].iter().map(|f| (*f, 0.008)).collect(),
+            growth: 0.0,
+            torque_sigma_nm: 0.0,
+            excited: |t_s| t_s < 1.0,
+        }
+    }
+
+    fn run(&self, known: ModalKnown) -> ModalId {
+        let mut partition = ModalId { state: State::default(), known, replays: true };
+        let mut amplitude = vec![0.2; self.modes.len()];
+        for n in 0..(self.seconds * self.rate_hz) as u64 {
+            let t_s = n as f64 / self.rate_hz;
+            let mut command = Actuators::zeroed_at((t_s * 1e9) as u64);
+            command.torque_b_nm[2] = f64::from(t_s < 1.0) * 2.0 + self.torque_sigma_nm * normal(1_000_000 + n);
+            command.excited = u64::from((self.excited)(t_s));
+            partition.take_commands(&[command]);
+            let mut batch = Accelerometers::zeroed_at((t_s * 1e9).round() as u64);
+            (batch.count, batch.channels, batch.interval_ns) = (1, CHANNELS as u32, (1e9 / self.rate_hz) as u64);
+            for (channel, value) in batch.acceleration_m_s2[0].iter_mut().enumerate().take(CHANNELS) {
+                *value = SIGMA_M_S2 * normal(n * CHANNELS as u64 + channel as u64);
+                for (k, (mode, amplitude)) in self.modes.iter().zip(&amplitude).enumerate() {
+                    let phase = 2.0 * core::f64::consts::PI * mode.0 * (t_s - 1.0);
+                    let shape = f64::sin(1.1 * ((k + 1) * (channel + 1)) as f64 + 0.3 * k as f64);
+                    *value += f64::from(t_s >= 1.0) * shape * amplitude * phase.cos();
+                }
+            }
+            partition.take_batch(&batch);
+            for (mode, amplitude) in self.modes.iter().zip(&mut amplitude).filter(|_| t_s >= 1.0) {
+                let damping = mode.1 + self.growth * *amplitude;
+                *amplitude *= (-damping * 2.0 * core::f64::consts::PI * mode.0 / self.rate_hz).exp();
+            }
+        }
+        partition
+    }
+
+    fn estimate(&self) -> Estimate {
+        self.run(known(&[])).estimate(0, true)
+    }
+}
+
+fn known(channels: &[usize]) -> ModalKnown {
+    ModalKnown { accelerometer_sigma_m_s2: SIGMA_M_S2, channels: channels.to_vec(), ..ModalKnown::default() }
+}
+
+/// Distance of the mean NIS from one, in its standard deviations.
+fn nis_z(estimate: &Estimate) -> f64 {
+    (estimate.nis_mean - 1.0) * (0.5 * estimate.nis_count).sqrt()
+}
+
+#[test]
+fn a_decay_of_one_to_six_modes_is_found_and_its_innovations_are_the_sensor_noise() {
+    for modes in 1..=6 {
+        for rate_hz in [200.0, 1000.0] {
+            let case = Case { rate_hz, ..Case::new(modes) };
+            let estimate = case.estimate();
+            assert_eq!((estimate.status, usize::from(estimate.count)), (0, 2 * modes), "{modes} modes, {rate_hz} Hz");
+            assert!(nis_z(&estimate).abs() < 4.5, "{modes} modes, {rate_hz} Hz: {}", nis_z(&estimate));
+            let innovation = estimate.innovation;
+            assert_eq!((innovation.accepted, innovation.gate), (1, 5.0));
+            assert_eq!(innovation.variance, SIGMA_M_S2 * SIGMA_M_S2);
+            // The rows tested reach to the end of the segment.
+            assert!(innovation.t_ns as f64 > 5.9e9, "{}", innovation.t_ns);
+        }
+    }
+}
+
+#[test]
+fn a_measured_torque_that_is_never_zero_leaves_the_decay_free_and_an_announced_silence_is_none() {
+    let noisy = Case { torque_sigma_nm: 1e-3, ..Case::new(2) }.estimate();
+    let silent = Case { excited: |_| true, ..Case::new(2) }.estimate();
+    let exact = Case::new(2).estimate();
+    assert_eq!((exact.status, exact.count), (0, 4));
+    assert_eq!((noisy.values, noisy.nis_mean), (exact.values, exact.nis_mean));
+    assert_eq!((silent.values, silent.nis_mean), (exact.values, exact.nis_mean));
+}
+
+#[test]
+fn damping_that_depends_on_amplitude_is_seen_however_long_the_record() {
+    for seconds in [6.0, 60.0] {
+        let estimate = Case { seconds, growth: 0.02, ..Case::new(1) }.estimate();
+        assert!(estimate.status == 0 && nis_z(&estimate) > 10.0, "{seconds} s: {}", nis_z(&estimate));
+        let linear = Case { seconds, ..Case::new(1) }.estimate();
+        assert!(nis_z(&linear).abs() < 4.5, "{seconds} s: {}", nis_z(&linear));
+    }
+}
+
+#[test]
+fn a_record_without_an_answer_says_why() {
+    let status = |case: &Case, channels: &[usize]| {
+        let estimate = case.run(known(channels)).estimate(0, true);
+        (estimate.status, estimate.auxiliary[SAMPLES_AT], estimate.auxiliary[NEED_AT])
+    };
+    assert_eq!(status(&Case { seconds: 0.0, ..Case::new(1) }, &[]).0, 1);
+    assert_eq!(status(&Case::new(1), &[9]).0, 1);
+    let (short, samples, need) = status(&Case { seconds: 1.1, ..Case::new(1) }, &[]);
+    assert!(short == 2 && samples == 20.0 && need > 100.0, "{short} {samples} {need}");
+    let rest = Case { modes: Vec::new(), ..Case::new(1) };
+    assert_eq!(status(&rest, &[]).0, 3);
+    assert_eq!(status(&Case { excited: |_| true, torque_sigma_nm: 1e-3, ..Case::new(1) }, &[]).0, 6);
+    let mut flat = ModalId { state: State::default(), known: known(&[]), replays: true };
+    for n in 0..400 {
+        let mut batch = Accelerometers::zeroed_at(n * 5_000_000);
+        (batch.count, batch.channels, batch.interval_ns) = (1, 2, 5_000_000);
+        flat.take_batch(&batch);
+    }
+    assert_eq!(flat.estimate(0, true).status, 4);
+}
+
+#[test]
+fn the_dominant_channel_is_numbered_as_in_the_file_and_covariances_are_possible() {
+    let all = Case::new(1).run(known(&[])).estimate(0, true).auxiliary[0];
+    let alone = Case::new(1).run(known(&[3])).estimate(0, true);
+    assert_eq!(alone.auxiliary[0], 3.0);
+    assert!((1.0..=3.0).contains(&all));
+    let covariance = Case::new(2).estimate().covariance;
+    for i in 0..4 {
+        for j in 0..4 {
+            assert_eq!(covariance[i][j], covariance[j][i]);
+            assert!(i == j || covariance[i][j] * covariance[i][j] < covariance[i][i] * covariance[j][j]);
+        }
+    }
+}
