@@ -43,16 +43,29 @@ fn sigterm_ends_a_run_in_order_and_leaves_a_readable_recording() {
 }
 
 #[test]
-fn the_wardens_death_ends_its_children_and_the_next_start_removes_what_it_left() {
+fn the_wardens_death_ends_its_children_and_the_console_says_so_and_removes_what_they_left() {
     let world = World::new();
     let mut run = world.start(&SLOW);
     run.wait_for_housekeeping();
     run.process("warden").signal(Signal::KILL);
     let ended = run.end();
+    world.assert_nothing_left();
     assert_eq!(ended.code, Some(1), "{ended}");
     assert!(ended.failure().contains("the warden ended without a result (signal: 9"), "{ended}");
-    assert!(world.processes().is_empty());
-    assert!(!world.shared_memory().is_empty(), "else there is nothing to purge and the next line proves nothing");
+}
+
+#[test]
+fn the_death_of_console_and_warden_ends_the_partitions_and_the_next_start_removes_what_they_left() {
+    let world = World::new();
+    let mut run = world.start(&SLOW);
+    run.wait_for_housekeeping();
+    let warden = run.process("warden");
+    run.console.signal(Signal::KILL);
+    warden.signal(Signal::KILL);
+    let ended = run.end();
+    assert_eq!(ended.code, Some(-9), "{ended}");
+    assert!(world.processes().is_empty(), "{ended}");
+    assert!(!world.shared_memory().is_empty(), "else there is nothing to remove and the next line proves nothing");
     let ended = world.run(&[]);
     assert_eq!(ended.digest(), undisturbed().digest);
 }

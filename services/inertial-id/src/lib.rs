@@ -137,9 +137,9 @@ impl InertialId {
         let mated = self.state.window.experiment == Experiment::MatedInertial;
         let free = self.free_floating.as_ref().filter(|_| !mated);
         match (free, self.mated.as_ref()) {
-            (Some(known), _) => {
-                InertialEstimator::new(&settings::<8>(known, interval_s)).ok().map(|e| Estimator::FreeFloating(Box::new(e)))
-            }
+            (Some(known), _) => InertialEstimator::new(&settings::<8>(known, interval_s))
+                .ok()
+                .map(|e| Estimator::FreeFloating(Box::new(e))),
             (None, Some(known)) => {
                 InertialEstimator::new(&settings::<9>(known, interval_s)).ok().map(|e| Estimator::Mated(Box::new(e)))
             }
@@ -165,7 +165,11 @@ impl InertialId {
 
     fn innovation(&self) -> Innovation {
         let Some((t_ns, last)) = self.state.last else {
-            return Innovation { gate: GATE_SIGMA, generation: self.state.window.generation.into(), ..Innovation::default() };
+            return Innovation {
+                gate: GATE_SIGMA,
+                generation: self.state.window.generation.into(),
+                ..Innovation::default()
+            };
         };
         Innovation {
             t_ns,

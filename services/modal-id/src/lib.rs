@@ -20,6 +20,7 @@ use estimation::consistency::Whiteness;
 use modal::{Config, ModalError, ModalIdentifier, Mode, OnsetGate};
 use physics::appendage;
 use runtime::experiment::{ExperimentWindow, Step};
+use runtime::pairs::is_excited;
 use runtime::scenario::ModalKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
@@ -137,7 +138,7 @@ impl ModalId {
 
     fn take_commands(&mut self, commands: &[Actuators]) {
         // A frame in which the excitation ends is still an excited one.
-        let forced = if commands.is_empty() { self.state.forced } else { commands.iter().any(excites) };
+        let forced = if commands.is_empty() { self.state.forced } else { commands.iter().any(is_excited) };
         if forced != self.state.forced {
             self.state.forced = forced;
             self.turn_segment();
@@ -279,11 +280,6 @@ impl ModalId {
         innovation.test_ratio = last * last / (GATE_SIGMA * GATE_SIGMA * innovation.variance);
         innovation.accepted = u32::from(innovation.test_ratio <= 1.0);
     }
-}
-
-/// Whether a sample says that an excitation is on.
-fn excites(command: &Actuators) -> bool {
-    command.excited != 0 && command.torque_b_nm.iter().chain(&command.force_b_n).any(|&value| value != 0.0)
 }
 
 fn refuse(sample: &mut Estimate, error: &ModalError) {

@@ -20,7 +20,6 @@ pub mod held_out;
 mod measured;
 mod mission;
 pub mod mode;
-mod pending;
 #[cfg(test)]
 mod seeded_noise;
 pub mod validation;

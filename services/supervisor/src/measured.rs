@@ -5,7 +5,7 @@ use crate::mission::Mission;
 use physics::momentum::MomentumSample;
 use runtime::Frame;
 use runtime::experiment::{ESTIMATES_SPARSE_EVERY, ExperimentWindow};
-use runtime::pairs::{accelerations_with_forces, rates_with_joints};
+use runtime::pairs::{accelerations_with_forces, is_excited, rates_with_joints};
 use serde::{Deserialize, Serialize};
 use telemetry::{
     ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase, Reason,
@@ -149,7 +149,7 @@ impl Measured {
                 .arm(phase)
                 .and_then(|known| self.inertial.close(known.h_nms, |interval_s| known.sigma(interval_s).omega0_rad_s)),
             Domain::Slosh => self.slosh.as_ref().and_then(SloshHeldOut::close),
-            Domain::Modal if !self.decay.behind_excitation => return Err(crate::pending::OPERATIONAL_RECORD),
+            Domain::Modal if !self.decay.behind_excitation => return Err(Reason::OperationalRecord),
             Domain::Modal => self.modal.as_ref().and_then(ModalHeldOut::close),
         };
         tested.ok_or(Reason::NoHeldOutData)
@@ -217,8 +217,9 @@ impl Measured {
     }
 
     fn take_array(&mut self, frame: &Frame<'_>, window: &ExperimentWindow, mission: &Mission) {
-        for command in frame.samples(ACTUATORS) {
-            self.decay.forced = command.torque_b_nm.iter().chain(&command.force_b_n).any(|&value| value != 0.0);
+        let commands = frame.samples(ACTUATORS);
+        if !commands.is_empty() {
+            self.decay.forced = commands.iter().any(is_excited);
             self.decay.behind_excitation |= self.decay.forced;
         }
         let decays = self.decay.behind_excitation && !self.decay.forced;

@@ -61,7 +61,7 @@ impl Finding {
 /// Judges `estimate`, made before `frame`; `t_ns` is the time of that frame.
 ///
 /// `held_out` is the simulation over held-out data, or why there is none ([`Reason::NoHeldOutData`],
-/// [`crate::pending::OPERATIONAL_RECORD`]).
+/// [`Reason::OperationalRecord`]).
 pub fn validate(estimate: &Estimate, held_out: Result<HeldOut, Reason>, need: &Need, frame: u64, t_ns: u64) -> Verdict {
     let mut verdict = empty_verdict(estimate.domain, estimate.phase, frame, t_ns);
     verdict.estimate_frame = estimate.frame;
@@ -237,7 +237,7 @@ pub fn explain(verdict: &Verdict) -> String {
             "adequacy cannot be judged: the held-out signal of {measured:.1e} {unit} does not stand out of the noise \
              (limit {limit:.1e} {unit})"
         ),
-        crate::pending::OUT_OF_REACH if limit > 0.0 => {
+        Reason::OutOfReach if limit > 0.0 => {
             format!("skipped: its predicted sigma misses the need {measured:.1} times over, limit {limit:.1}")
         }
         Reason::InnovationsBiased => {
@@ -344,7 +344,7 @@ mod tests {
     fn adequacy_is_undecidable_without_a_need_or_without_held_out_data() {
         let unstated = validate(&estimate(), Ok(HELD_OUT), &Need::default(), 0, 0);
         assert_eq!(summary(&unstated), (1, 2, 0, Reason::NoNeedStated));
-        for reason in [Reason::NoHeldOutData, crate::pending::OPERATIONAL_RECORD] {
+        for reason in [Reason::NoHeldOutData, Reason::OperationalRecord] {
             assert_eq!(summary(&validate(&estimate(), Err(reason), &NEED, 0, 0)), (1, 2, 0, reason));
         }
         // A stated sigma that is missed decides nevertheless.

@@ -47,12 +47,12 @@ impl Ledger {
             let promised = situation.of(domain).predicted_sigma_over_need.unwrap_or(0.0);
             let skipped = machine.step_status(domain, situation) == StepStatus::NeedOutOfReach;
             if skipped && !self.given[slot(domain, phase)] {
-                found.push((domain, phase, (crate::pending::OUT_OF_REACH, promised, OUT_OF_REACH)));
+                found.push((domain, phase, (Reason::OutOfReach, promised, OUT_OF_REACH)));
             }
         }
         if let Some(decision) = decision {
             let reason = match decision.event {
-                Event::InputsLost => crate::pending::INPUTS_LOST,
+                Event::InputsLost => Reason::InputsLost,
                 Event::PartitionLost => Reason::PartitionLost,
                 _ => Reason::NoEstimate,
             };
@@ -67,7 +67,7 @@ impl Ledger {
             let planned = planned(plan);
             for slot in (0..SLOTS).filter(|&slot| planned[slot] && !self.given[slot]) {
                 let (domain, phase) = of_slot(slot);
-                found.push((domain, phase, (crate::pending::NOT_REACHED, 0.0, 0.0)));
+                found.push((domain, phase, (Reason::NotReached, 0.0, 0.0)));
             }
         }
         found
@@ -157,10 +157,10 @@ mod tests {
             situation
         });
         let expected = [
-            (Slosh, PreCapture, crate::pending::OUT_OF_REACH),
-            (Modal, PreCapture, crate::pending::INPUTS_LOST),
+            (Slosh, PreCapture, Reason::OutOfReach),
+            (Modal, PreCapture, Reason::InputsLost),
             (Inertial, PreCapture, Reason::NoEstimate),
-            (Inertial, Mated, crate::pending::NOT_REACHED),
+            (Inertial, Mated, Reason::NotReached),
         ];
         assert_eq!(said, expected);
     }
@@ -170,10 +170,7 @@ mod tests {
         let said = fly(plan(), |state| Situation { source_lost: state == ModeState::PreCaptureSlosh, ..alive() });
         let reasons: Vec<Reason> = said.iter().map(|verdict| verdict.2).collect();
         assert_eq!(said[1].0, Domain::Slosh);
-        assert_eq!(
-            reasons,
-            [Reason::NoEstimate, Reason::PartitionLost, crate::pending::NOT_REACHED, crate::pending::NOT_REACHED]
-        );
+        assert_eq!(reasons, [Reason::NoEstimate, Reason::PartitionLost, Reason::NotReached, Reason::NotReached]);
     }
 
     #[test]

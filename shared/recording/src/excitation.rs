@@ -57,7 +57,8 @@ fn level(channel: &[f64]) -> Option<f64> {
     let mut steps: Vec<f64> = channel.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
     steps.sort_by(f64::total_cmp);
     let scatter = steps.get(steps.len() / 4)? / QUARTILE_OF_STEP;
-    let (low, high) = channel.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
+    let (low, high) =
+        channel.iter().fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(*value), high.max(*value)));
     let largest = high.max(-low);
     let rises = 0.5 * (high - low) > SCATTERS * scatter;
     rises.then(|| (ON * largest).max(SCATTERS * scatter))
@@ -116,7 +117,9 @@ mod tests {
     #[test]
     fn zero_crossings_of_a_sine_do_not_chop_it_at_any_frequency() {
         for period in [20.0, 200.0, 3000.0] {
-            let sine = |n: usize| if (1000..7000).contains(&n) { (n as f64 * std::f64::consts::TAU / period).sin() } else { 0.0 };
+            let sine = |n: usize| {
+                if (1000..7000).contains(&n) { (n as f64 * std::f64::consts::TAU / period).sin() } else { 0.0 }
+            };
             let found = find(&[record(10_000, |n| sine(n) + 1e-3 * noise(n))]);
             // The ends of a slow sine are quiet: a twentieth of the amplitude is 0.8 % of a period.
             let ends = (0.02 * period) as usize + 2;
@@ -126,9 +129,13 @@ mod tests {
 
     #[test]
     fn an_excitation_without_a_pause_is_operational_and_none_at_all_is_quiet() {
-        for value in [(|n| (n as f64 / 40.0).sin()) as fn(usize) -> f64, |n| 1.0 + n as f64, |n| {
-            if n < 950 { 1.0 } else { 0.0 }
-        }] {
+        for value in [
+            (|n| (n as f64 / 40.0).sin()) as fn(usize) -> f64,
+            |n| 1.0 + n as f64,
+            |n| {
+                if n < 950 { 1.0 } else { 0.0 }
+            },
+        ] {
             let found = find(&[record(1000, value)]);
             assert!(found.operational && found.on.iter().all(|on| !on));
         }

@@ -144,7 +144,6 @@ fn read_slot(path: &Path) -> Option<(u64, Vec<u8>)> {
     whole.then_some((word(12)?, body.to_vec()))
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::{Checkpoint, Store};

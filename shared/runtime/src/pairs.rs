@@ -1,4 +1,4 @@
-//! Samples of different sensors that belong together: the same time of measurement.
+//! Samples of different sensors that belong together, and what a command says: the same rule for every partition.
 
 use crate::partition::Frame;
 use telemetry::{ACTUATORS, Actuators, IMU, Imu, JOINTS, Joints};
@@ -22,7 +22,16 @@ pub fn accelerations_with_forces<'a>(
     axis: usize,
 ) -> impl Iterator<Item = (&'a Imu, &'a Actuators)> {
     let forces = frame.samples(ACTUATORS);
-    frame.samples(IMU).iter().filter(move |imu| imu.valid & (ACCELERATION_VALID_X << axis) != 0).filter_map(|imu| {
-        Some((imu, forces.iter().find(|force| force.header.t_meas_ns == imu.header.t_meas_ns)?))
-    })
+    frame
+        .samples(IMU)
+        .iter()
+        .filter(move |imu| imu.valid & (ACCELERATION_VALID_X << axis) != 0)
+        .filter_map(|imu| Some((imu, forces.iter().find(|force| force.header.t_meas_ns == imu.header.t_meas_ns)?)))
+}
+
+/// Whether an excitation acts over the sample's interval: announced, and commanded. A vehicle may announce an experiment
+/// whose pulse is over, and a measured torque shows noise where nothing was announced.
+#[must_use]
+pub fn is_excited(command: &Actuators) -> bool {
+    command.excited != 0 && command.torque_b_nm.iter().chain(&command.force_b_n).any(|&value| value != 0.0)
 }

@@ -4,8 +4,8 @@
 //! (never heard). Lines from it (standard input): `LOST partition`. Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
 
 use crate::RunConfig;
-use crossbeam::channel::{Receiver, unbounded};
 use crate::sys::LineWriter;
+use crossbeam::channel::{Receiver, unbounded};
 use std::io::BufRead;
 use std::time::{Duration, Instant};
 use telemetry::{PartitionId, Progress};

@@ -20,6 +20,8 @@ mod topics;
 pub use header::{Header, Stamps, crc32};
 pub use icd::FieldInfo;
 pub use layout::{Layout, Record, layout_hash};
-pub use names::{Domain, EventCode, Experiment, ModeState, Parameter, PartitionId, Phase, Reason, parameters, status_text};
+pub use names::{
+    Domain, EventCode, Experiment, ModeState, Parameter, PartitionId, Phase, Reason, parameters, status_text,
+};
 pub use records::*;
 pub use topics::*;

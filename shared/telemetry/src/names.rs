@@ -113,6 +113,10 @@ coded! {
         NoNeedStated = 7 "no need is stated in the scenario: adequacy cannot be judged",
         NoHeldOutData = 8 "no data were held out (a free decay, or the rows behind 80 % of an experiment): adequacy cannot be judged",
         PartitionLost = 9 "the partition was given up",
+        OperationalRecord = 10 "an operational record holds no free decay: adequacy cannot be judged",
+        OutOfReach = 11 "skipped: its predicted sigma cannot meet the need",
+        InputsLost = 12 "aborted: a sensor fell silent",
+        NotReached = 13 "not flown",
     }
 }
 
@@ -160,7 +164,9 @@ pub const fn status_text(domain: Domain, status: u32) -> &'static str {
         (Domain::Inertial, 3) => "no sample had a rate and both joints at one time",
         (Domain::Slosh, 1) => "the hub's mass is not known: state it in the scenario",
         (Domain::Slosh, 2) => "the arc is too short for its unknowns",
-        (Domain::Slosh, 3) => "no slosh found: no frequency explains more than noise (is the force on the stated axis?)",
+        (Domain::Slosh, 3) => {
+            "no slosh found: no frequency explains more than noise (is the force on the stated axis?)"
+        }
         (Domain::Slosh, 4) => "the maximum of the likelihood was not reached",
         (Domain::Slosh, 5) => "too many gaps",
         (Domain::Slosh, 6) => "the slosh mode is too fast for the blocks of so long a record: shorten it",
