@@ -140,7 +140,8 @@ pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>)
     }
     let mut scenario = scenario;
     if let Some(slosh) = &mut scenario.slosh {
-        slosh.known.starts_at_rest.get_or_insert(replay.is_none());
+        // A simulated tank starts at rest, also where the simulation was recorded; of any other nothing is known.
+        slosh.known.starts_at_rest.get_or_insert(replay.is_none() || slosh.truth.is_some());
     }
     Ok(RunConfig {
         seed: scenario.seed,

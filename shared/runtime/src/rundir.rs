@@ -9,6 +9,7 @@ use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use telemetry::PartitionId;
 
 const NAME: &str = "obsid-";
@@ -114,6 +115,19 @@ impl OwnedRunDir {
         &self.dir
     }
 
+    /// Removes files of the run in shared memory that have stayed empty for `age`: their maker died between making and
+    /// sizing them, and whoever opens one to clean up after the dead waits for ever (iceoryx2 0.10, seen once in some
+    /// 50 runs with several young kills). A living maker leaves a file empty for microseconds.
+    pub fn remove_stillborn(&self, age: Duration) {
+        for entry in shared_memory(&self.dir) {
+            let Ok(file) = entry.metadata() else { continue };
+            let old = file.modified().is_ok_and(|made| made.elapsed().is_ok_and(|elapsed| elapsed >= age));
+            if file.len() == 0 && old {
+                let _ = fs::remove_file(entry.path());
+            }
+        }
+    }
+
     /// Removes every service of the run, whole or half-made; configuration and checkpoints stay.
     ///
     /// # Errors
@@ -145,12 +159,16 @@ fn remove_all(dir: &RunDir) {
 }
 
 fn remove_shared_memory(dir: &RunDir) {
-    let prefix = dir.prefix();
-    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            let _ = fs::remove_file(entry.path());
-        }
+    for entry in shared_memory(dir) {
+        let _ = fs::remove_file(entry.path());
     }
+}
+
+/// The run's files in shared memory.
+fn shared_memory(dir: &RunDir) -> impl Iterator<Item = fs::DirEntry> + use<> {
+    let prefix = dir.prefix();
+    let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    entries.filter(move |entry| entry.file_name().to_string_lossy().starts_with(&prefix))
 }
 
 /// Removes what killed wardens left under `parent`: folders whose maker is dead and whose lock is free.
@@ -291,6 +309,19 @@ mod tests {
         assert_eq!(place(0), Ok(()));
         let refusal = place(1).unwrap_err();
         assert!(refusal.contains("1 bytes too long") && refusal.contains("deep"), "{refusal}");
+    }
+
+    #[test]
+    fn what_a_maker_left_empty_is_removed_once_it_is_old_and_nothing_else() {
+        let parent = Parent::new("stillborn");
+        let owned = OwnedRunDir::create(&parent.0, &toy_run()).unwrap();
+        let file = |name: &str| Path::new(SHARED_MEMORY).join(format!("{}{name}", owned.dir().prefix()));
+        fs::write(file("empty"), "").unwrap();
+        fs::write(file("sized"), "16 bytes of data").unwrap();
+        owned.remove_stillborn(std::time::Duration::from_secs(3600));
+        assert!(file("empty").exists() && file("sized").exists());
+        owned.remove_stillborn(std::time::Duration::ZERO);
+        assert!(!file("empty").exists() && file("sized").exists());
     }
 
     #[test]

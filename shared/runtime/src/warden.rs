@@ -28,6 +28,8 @@ pub const EXIT_VANISHED: i32 = 5;
 const TICK: Duration = Duration::from_millis(50);
 /// Time the others get to end once the first partition has ended.
 const END_GRACE: Duration = Duration::from_secs(5);
+/// A file that is empty for this long in shared memory has lost its maker.
+const STILLBORN_AGE: Duration = Duration::from_secs(1);
 const TERM_GRACE: Duration = Duration::from_secs(2);
 
 /// What the warden tells who started it, one line each.
@@ -140,6 +142,7 @@ struct Warden<'a> {
     pipe: LineBuffer,
     last_frame: u64,
     last_advance: Instant,
+    last_sweep: Instant,
     /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its own.
     supervisor_heard: Instant,
     first_end: Option<Instant>,
@@ -167,6 +170,7 @@ impl<'a> Warden<'a> {
             pipe: LineBuffer::default(),
             last_frame: 0,
             last_advance: Instant::now(),
+            last_sweep: Instant::now(),
             supervisor_heard: Instant::now(),
             first_end: None,
             ending: false,
@@ -186,6 +190,7 @@ impl<'a> Warden<'a> {
             self.bury()?;
             self.listen_to_supervisor();
             self.end_supervisor_hang();
+            self.sweep();
             if self.wards.iter().all(Ward::is_over) {
                 return Ok(());
             }
@@ -361,6 +366,15 @@ impl<'a> Warden<'a> {
         for line in self.pipe.read(stdout) {
             self.supervisor_heard = Instant::now();
             self.obey(&line);
+        }
+    }
+
+    /// After a death: what a young process left half-made in shared memory stands in everybody's way.
+    fn sweep(&mut self) {
+        let somebody_died = self.wards.iter().any(|ward| ward.epoch > 0);
+        if somebody_died && self.last_sweep.elapsed() >= STILLBORN_AGE {
+            self.last_sweep = Instant::now();
+            self.owned.remove_stillborn(STILLBORN_AGE);
         }
     }
 
