@@ -184,6 +184,23 @@ pub fn is_result(topic: TopicId) -> bool {
     TOPICS[topic].delivery == Delivery::Feedback
 }
 
+/// One number for everything that two builds must agree on beyond a sample's own layout: the topic table in its order
+/// (samples index topics by number), the stamps, and every list of codes.
+#[must_use]
+pub const fn generation() -> u32 {
+    let mut hash = <crate::Stamps as Layout>::HASH;
+    let mut topic = 0;
+    while topic < TOPIC_TABLE.len() {
+        let info = &TOPIC_TABLE[topic];
+        hash = crate::layout_hash(hash, info.name.as_bytes());
+        hash = crate::layout_hash(hash, &info.layout.to_le_bytes());
+        hash = crate::layout_hash(hash, &(info.depth as u32).to_le_bytes());
+        hash = crate::layout_hash(hash, &[info.per_frame as u8, info.delivery as u8]);
+        topic += 1;
+    }
+    crate::names::hash_of_codes(hash)
+}
+
 #[cfg(test)]
 mod tests {
     use super::{
@@ -261,21 +278,4 @@ mod tests {
         for_each_topic(&mut count);
         assert_eq!(count.0, TOPICS.len());
     }
-}
-
-/// One number for everything that two builds must agree on beyond a sample's own layout: the topic table in its order
-/// (samples index topics by number), the stamps, and every list of codes.
-#[must_use]
-pub const fn generation() -> u32 {
-    let mut hash = <crate::Stamps as Layout>::HASH;
-    let mut topic = 0;
-    while topic < TOPIC_TABLE.len() {
-        let info = &TOPIC_TABLE[topic];
-        hash = crate::layout_hash(hash, info.name.as_bytes());
-        hash = crate::layout_hash(hash, &info.layout.to_le_bytes());
-        hash = crate::layout_hash(hash, &(info.depth as u32).to_le_bytes());
-        hash = crate::layout_hash(hash, &[info.per_frame as u8, info.delivery as u8]);
-        topic += 1;
-    }
-    crate::names::hash_of_codes(hash)
 }
