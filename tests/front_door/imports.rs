@@ -140,3 +140,26 @@ fn there_is_one_nalgebra() {
     let lock = std::fs::read_to_string(workspace().join("Cargo.lock")).unwrap();
     assert_eq!(lock.lines().filter(|line| *line == "name = \"nalgebra\"").count(), 1);
 }
+
+#[test]
+fn unsafe_stands_in_the_allocator_alone() {
+    let mut open: Vec<_> = ["services", "shared", "tests"].map(|folder| workspace().join(folder)).into();
+    let mut found = BTreeSet::new();
+    let mut read = 0;
+    while let Some(folder) = open.pop() {
+        for entry in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if entry.is_dir() {
+                open.push(entry);
+            } else if entry.extension().is_some_and(|extension| extension == "rs") {
+                read += 1;
+                let text = std::fs::read_to_string(&entry).unwrap();
+                // spelled in two parts, or this file would find itself
+                if ["fn ", "impl ", "{"].iter().any(|after| text.contains(&format!("{}{after}", "unsafe "))) {
+                    found.insert(entry.strip_prefix(workspace()).unwrap().display().to_string());
+                }
+            }
+        }
+    }
+    assert!(read > 100, "only {read} files were read");
+    assert_eq!(found, BTreeSet::from(["shared/runtime/src/sys/allocations.rs".to_string()]));
+}

@@ -6,18 +6,22 @@
 
 pub mod bench;
 mod digest;
+mod effects;
 mod icd;
 mod launch;
 mod limits_file;
+mod located;
 mod outcome;
 mod paper;
 mod partition;
+mod plant_file;
 mod progress;
 mod replay;
 mod run;
 mod scenario_file;
 mod scenario_limits;
 mod scratch;
+mod simulate;
 mod table;
 mod truth;
 
@@ -66,6 +70,8 @@ enum Verb {
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(bench::Arguments),
     Replay(replay::Arguments),
+    Simulate(simulate::Arguments),
+    Effects(effects::Arguments),
     Digest(digest::Arguments),
     Icd(icd::Arguments),
     Partition(partition::Arguments),
@@ -85,6 +91,8 @@ pub fn main() -> ExitCode {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Bench(arguments) => bench::run(&arguments),
+        Verb::Simulate(arguments) => simulate::run(&arguments),
+        Verb::Effects(arguments) => effects::run(&arguments),
         Verb::Digest(arguments) => digest::run(&arguments),
         Verb::Icd(arguments) => icd::run(&arguments),
         Verb::Partition(arguments) => return partition::run(&arguments),

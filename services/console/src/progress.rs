@@ -30,3 +30,28 @@ impl Progress {
         self.0.finish_and_clear();
     }
 }
+
+/// Share done of work whose steps nobody wants to count.
+pub struct Share(ProgressBar);
+
+impl Share {
+    /// `what` is a participle: "simulated".
+    pub fn new(what: &str) -> Self {
+        let target =
+            if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bar = ProgressBar::with_draw_target(Some(1000), target);
+        let style = ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {percent} % {msg}, {eta} left");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        bar.set_message(what.to_string());
+        Share(bar)
+    }
+
+    /// `share` of 1 is all.
+    pub fn show(&self, share: f64) {
+        self.0.set_position((share.clamp(0.0, 1.0) * 1000.0) as u64);
+    }
+
+    pub fn end(&self) {
+        self.0.finish_and_clear();
+    }
+}

@@ -83,20 +83,20 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     carry_out(run, &arguments.common)
 }
 
-/// A scenario for a recording states no truth: there is nothing to simulate.
+/// A scenario for a recording states no plant: there is nothing to simulate.
 fn can_be_simulated(scenario: &Scenario, file: Option<&Path>) -> Result<(), Failure> {
     let file = file.unwrap_or(Path::new("the default scenario")).display();
-    let without_truth = [
-        ("modal", scenario.modal.as_ref().is_some_and(|modal| modal.truth.is_none())),
-        ("slosh", scenario.slosh.as_ref().is_some_and(|slosh| slosh.truth.is_none())),
-        ("inertial", scenario.inertial.as_ref().is_some_and(|arm| arm.truth.is_none())),
-        ("mated", scenario.mated.as_ref().is_some_and(|arm| arm.truth.is_none())),
+    let without_plant = [
+        ("modal", scenario.modal.as_ref().is_some_and(|modal| modal.plant.is_none())),
+        ("slosh", scenario.slosh.as_ref().is_some_and(|slosh| slosh.plant.is_none())),
+        ("inertial", scenario.inertial.as_ref().is_some_and(|arm| arm.plant.is_none())),
+        ("mated", scenario.mated.as_ref().is_some_and(|arm| arm.plant.is_none())),
     ];
-    if let Some((name, _)) = without_truth.iter().find(|(_, missing)| *missing) {
+    if let Some((name, _)) = without_plant.iter().find(|(_, missing)| *missing) {
         return Err(Failure::Input(miette::miette!(
-            help = "state the truth as in deploy/scenarios/default.toml, or give this scenario to \
+            help = "state the plant as in deploy/scenarios/default.toml, or give this scenario to \
                     `obsid replay RECORDING --scenario FILE`",
-            "{file}: {name}.truth is missing: there is nothing to simulate"
+            "{file}: {name}.plant is missing: there is nothing to simulate"
         )));
     }
     if scenario.modal.is_none() && scenario.slosh.is_none() && scenario.inertial.is_none() && scenario.mated.is_none() {
@@ -141,7 +141,7 @@ pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>)
     let mut scenario = scenario;
     if let Some(slosh) = &mut scenario.slosh {
         // A simulated tank starts at rest, also where the simulation was recorded; of any other nothing is known.
-        slosh.known.starts_at_rest.get_or_insert(replay.is_none() || slosh.truth.is_some());
+        slosh.known.starts_at_rest.get_or_insert(replay.is_none() || slosh.plant.is_some());
     }
     Ok(RunConfig {
         seed: scenario.seed,

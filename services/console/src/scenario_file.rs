@@ -1,38 +1,13 @@
 //! Scenario files: TOML with spans, so that an error points at its place.
 
-use crate::{Failure, scenario_limits};
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceSpan};
+use crate::located::Located;
+use crate::{Failure, plant_file, scenario_limits};
 use runtime::Scenario;
 use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 /// The scenario of `obsid run` without arguments.
 const DEFAULT: &str = include_str!("../../../deploy/scenarios/default.toml");
-
-/// Something in a scenario file that cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("{file}:{line}:{column}: {message}")]
-struct ScenarioError {
-    file: String,
-    line: usize,
-    column: usize,
-    message: String,
-    cure: String,
-    document: NamedSource<String>,
-    span: SourceSpan,
-}
-
-impl Diagnostic for ScenarioError {
-    fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
-        (!self.cure.is_empty()).then(|| Box::new(&self.cure) as Box<dyn std::fmt::Display>)
-    }
-    fn source_code(&self) -> Option<&dyn miette::SourceCode> {
-        Some(&self.document)
-    }
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        Some(Box::new(std::iter::once(LabeledSpan::underline(self.span))))
-    }
-}
 
 /// Reads and checks a scenario file.
 ///
@@ -46,7 +21,7 @@ pub fn read(path: &Path) -> Result<Scenario, Failure> {
             "{file}: cannot be read: {error}"
         ))
     })?;
-    parse(&file, &text)
+    parse(&file, &text, path.parent().unwrap_or(Path::new("")))
 }
 
 /// The built-in scenario.
@@ -54,7 +29,7 @@ pub fn read(path: &Path) -> Result<Scenario, Failure> {
 /// # Errors
 /// Never in a build whose tests pass.
 pub fn default_scenario() -> Result<Scenario, Failure> {
-    parse("deploy/scenarios/default.toml", DEFAULT)
+    parse("deploy/scenarios/default.toml", DEFAULT, Path::new(""))
 }
 
 /// A recording without a scenario: nothing is known, nothing is needed.
@@ -74,21 +49,41 @@ pub fn no_scenario() -> Scenario {
     }
 }
 
-/// Parses `text`; all impossible numbers are reported, the first with its place.
+/// Parses `text`; all impossible numbers are reported, the first with its place. Plant files are looked for from `folder`.
 ///
 /// # Errors
 /// [`Failure::Input`].
-pub fn parse(file: &str, text: &str) -> Result<Scenario, Failure> {
-    let scenario: Scenario = toml_file(file, text, "see deploy/scenarios/default.toml for every key")?;
+pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Scenario, Failure> {
+    let mut scenario: Scenario = toml_file(file, text, "see deploy/scenarios/default.toml for every key")?;
     let mut impossible = scenario.impossible_numbers();
     impossible.extend(scenario_limits::beyond(&scenario));
-    let Some(first) = impossible.first() else { return Ok(scenario) };
+    let Some(first) = impossible.first() else {
+        read_plants(file, text, &mut scenario, folder)?;
+        return Ok(scenario);
+    };
     let others: Vec<String> =
         impossible.iter().skip(1).map(|i| format!("{} = {}: {}", i.key, i.value, i.why)).collect();
     let example = "see deploy/scenarios/default.toml for numbers that fly";
     let cure = if others.is_empty() { example.into() } else { format!("{example}; also: {}", others.join("; ")) };
     let span = span_of(text, &first.key).unwrap_or(0..0);
     Err(error_at(file, text, span, format!("{} = {}: {}", first.key, first.value, first.why), cure))
+}
+
+/// Puts the texts of the plant files into the scenario, and sees whether they can be flown.
+fn read_plants(file: &str, text: &str, scenario: &mut Scenario, folder: &Path) -> Result<(), Failure> {
+    for (experiment, plant) in scenario.plants_mut() {
+        let found = plant_file::text_of(&plant.file, folder);
+        plant.text = found.map_err(|(message, cure)| {
+            let span = span_of(text, &format!("{experiment}.plant.file")).unwrap_or(0..0);
+            error_at(file, text, span, message, cure)
+        })?;
+        plant_file::parse(&plant.file, &plant.text)?;
+    }
+    sensor_sim::systems::check(scenario).map_err(|(experiment, error)| {
+        let span = span_of(text, &format!("{experiment}.plant")).unwrap_or(0..0);
+        let cure = "see deploy/plants for plants that fly, `obsid plant parameters` for names, `obsid effects` for what can be hidden";
+        error_at(file, text, span, format!("{experiment}.plant: {error}"), cure.into())
+    })
 }
 
 /// Parses a TOML file of ours: an unknown key or a wrong type is an error with its place.
@@ -104,9 +99,7 @@ pub fn toml_file<T: serde::de::DeserializeOwned>(file: &str, text: &str, cure: &
 }
 
 fn error_at(file: &str, text: &str, span: std::ops::Range<usize>, message: String, cure: String) -> Failure {
-    let (line, column) = place(text, span.start);
-    let document = NamedSource::new(file, text.to_string());
-    Failure::input(ScenarioError { file: file.into(), line, column, message, cure, document, span: span.into() })
+    Failure::input(Located::new(file, text, span, message, cure))
 }
 
 /// Where the value of a dotted key stands.
@@ -124,20 +117,12 @@ fn span_of(text: &str, key: &str) -> Option<std::ops::Range<usize>> {
     found
 }
 
-/// Line and column, from 1.
-fn place(text: &str, offset: usize) -> (usize, usize) {
-    let before = &text[..offset.min(text.len())];
-    let line = before.matches('\n').count() + 1;
-    let column = before.len() - before.rfind('\n').map_or(0, |newline| newline + 1) + 1;
-    (line, column)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn error_of(text: &str) -> String {
-        match parse("test.toml", text) {
+        match parse("test.toml", text, Path::new("")) {
             Err(Failure::Input(report)) => format!("{report:?}\n{report}"),
             other => panic!("accepted: {other:?}"),
         }

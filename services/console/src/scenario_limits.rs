@@ -3,7 +3,6 @@
 //! Each limit stands for something that would end in a panic, a run without end or a number without meaning; a
 //! scenario is refused before anything is started.
 
-use core::f64::consts::PI;
 use runtime::Scenario;
 use runtime::scenario::{ArmExperiment, Impossible, ModalExperiment, Need, SloshExperiment};
 use std::ops::RangeInclusive;
@@ -68,7 +67,7 @@ impl Limits {
         self.within("modal.pulse_s", modal.pulse_s, 0.0..=DURATION_MAX_S);
         let known = &modal.known;
         self.within("modal.known.rate_hz", known.rate_hz, 0.0..=NUMBER_MAX);
-        if modal.truth.is_some() && known.rate_hz > 0.0 {
+        if modal.plant.is_some() && known.rate_hz > 0.0 {
             let rows = known.rate_hz * period_s;
             let whole = (rows - rows.round()).abs() < 1e-9 && (1.0..=BATCH_MAX as f64).contains(&rows);
             let why = format!("a frame of {period_s} s must bring a whole number of rows, 1 to {BATCH_MAX}");
@@ -101,18 +100,11 @@ impl Limits {
             let good = *number > 0.0 && *number <= NUMBER_MAX;
             self.unless(good, "slosh.known.expected", number, "mass, stiffness and damping must be above 0");
         }
-        if let Some(truth) = &slosh.truth {
+        if slosh.plant.is_some() {
             let frames = known.interval_s / period_s;
             let whole = frames >= 0.999_999 && (frames - frames.round()).abs() < 1e-6;
             let why = format!("must be a whole number of frames of {period_s} s");
             self.unless(whole, "slosh.known.interval_s", &known.interval_s, &why);
-            let inverse_kg = 1.0 / known.m_0_kg + 1.0 / truth.m_s_kg;
-            let swing = (truth.k_s_n_m * inverse_kg).sqrt() * known.interval_s;
-            let why = "the tank would swing faster than slosh.known.interval_s shows";
-            self.unless(swing.is_nan() || swing < PI, "slosh.truth.k_s_n_m", &truth.k_s_n_m, why);
-            let decay = truth.c_s_n_s_m * inverse_kg * known.interval_s;
-            let why = "the tank would come to rest within slosh.known.interval_s";
-            self.unless(decay.is_nan() || decay < PI, "slosh.truth.c_s_n_s_m", &truth.c_s_n_s_m, why);
         }
         self.need("slosh", Domain::Slosh, &slosh.need);
     }
@@ -128,13 +120,6 @@ impl Limits {
         self.within(&key("known.gyro_arw_deg_sqrt_h"), known.gyro_arw_deg_sqrt_h, 0.0..=NUMBER_MAX);
         for number in &known.prior {
             self.within(&key("known.prior"), *number, -NUMBER_MAX..=NUMBER_MAX);
-        }
-        if let Some(target) = &arm.target {
-            self.within(&key("target.mass_kg"), target.mass_kg, 0.0..=NUMBER_MAX);
-            self.within(&key("target.inertia_com_kg_m2"), target.inertia_com_kg_m2, 0.0..=NUMBER_MAX);
-            for number in target.com_from_grasp_m {
-                self.within(&key("target.com_from_grasp_m"), number, -NUMBER_MAX..=NUMBER_MAX);
-            }
         }
         self.need(name, Domain::Inertial, &arm.need);
     }

@@ -4,7 +4,8 @@
 #![forbid(unsafe_code)]
 
 mod simulation;
-mod systems;
+pub mod systems;
+mod vehicle;
 
 use recording::{ChannelMap, ReplayFrames, ReplaySample};
 use runtime::experiment::ExperimentWindow;
@@ -36,7 +37,8 @@ pub struct SensorSim {
 /// When the recording cannot be read.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let replay = run.replay.as_ref().map(|_| read_recording(run)).transpose()?;
-    let simulation = Simulation::new(run);
+    let simulation = Simulation::new(run)
+        .map_err(|error| ConnectError { partition: PartitionId::SensorSim, reason: error.to_string() })?;
     Ok(Box::new(SensorSim { state: State::default(), simulation, replay, window_frames: run.window_frames }))
 }
 
@@ -92,8 +94,7 @@ impl Partition for SensorSim {
 
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
         self.state = runtime::restore_state(state)?;
-        self.simulation.restore(&self.state.simulation);
-        Ok(())
+        self.simulation.restore(&self.state.simulation).map_err(|error| StateError::Other(error.to_string()))
     }
 }
 

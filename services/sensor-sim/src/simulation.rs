@@ -1,10 +1,9 @@
 //! The simulated vehicle: which system runs in which mode, and the samples its sensors give.
 
-use crate::systems;
-use plant::appendage::{AppendageState, AppendageTruth, rectangular_pulse_nm};
-use plant::arm::{ArmState, FreeFloatingArm};
+use crate::systems::{self, Setting, SystemsError};
+use crate::vehicle::Vehicle;
 use plant::noise::Stream;
-use plant::slosh::{SloshState, SloshTruth, sine_force_n};
+use plant::simulation::SimulatorState;
 use runtime::experiment::ExperimentWindow;
 use runtime::{Frame, Outputs, RunConfig, Scenario};
 use serde::{Deserialize, Serialize};
@@ -16,6 +15,8 @@ use telemetry::{
 const IDLE_EVERY_FRAMES: u64 = 10;
 /// After the command to capture, the grasp takes this long.
 const GRASP_AFTER_FRAMES: u64 = 200;
+/// Accelerometers on the appendage of the vehicle at rest.
+const IDLE_ACCELEROMETERS: u32 = 10;
 const RATE_VALID_Z: u64 = 1 << 2;
 const ACCELERATION_VALID_X: u64 = 1 << 3;
 
@@ -25,7 +26,7 @@ enum Which {
     #[default]
     Idle,
     Appendage,
-    Slosh,
+    Tank,
     Arm,
     /// Approaching the target with the arm held; the target is on after the grasp.
     Grasp,
@@ -40,9 +41,7 @@ pub struct SimulationState {
     entered_frame: u64,
     inhibited: bool,
     grasped: bool,
-    arm: Option<ArmState>,
-    slosh: Option<SloshState>,
-    appendage: Option<AppendageState>,
+    vehicle: Option<SimulatorState>,
 }
 
 impl SimulationState {
@@ -51,50 +50,47 @@ impl SimulationState {
         self.inhibited = true;
     }
 
-    /// Takes the simulators' states into the checkpoint.
+    /// Takes the simulator's state into the checkpoint.
     pub fn keep(&mut self, simulation: &Simulation) {
-        self.arm = simulation.arm.as_ref().map(FreeFloatingArm::state);
-        self.slosh = simulation.slosh.as_ref().map(SloshTruth::state);
-        self.appendage = simulation.appendage.as_ref().map(AppendageTruth::state);
+        self.vehicle = simulation.vehicle.as_ref().map(Vehicle::state);
     }
 }
 
-/// The simulators of the present mode; rebuilt from scenario and state after a restart.
+/// The vehicle of the present mode; rebuilt from scenario and state after a restart.
 pub struct Simulation {
     scenario: Scenario,
     seed: u64,
     period_s: f64,
     idle_gyro: Stream,
-    arm: Option<FreeFloatingArm>,
-    slosh: Option<SloshTruth>,
-    appendage: Option<AppendageTruth>,
+    vehicle: Option<Vehicle>,
 }
 
 impl Simulation {
-    pub fn new(run: &RunConfig) -> Self {
-        Simulation {
+    /// # Errors
+    /// An experiment of the scenario cannot be simulated.
+    pub fn new(run: &RunConfig) -> Result<Self, SystemsError> {
+        systems::check(&run.scenario).map_err(|(_, error)| error)?;
+        Ok(Simulation {
             scenario: run.scenario.clone(),
             seed: run.seed,
             period_s: run.scenario.period_ns() as f64 * 1e-9,
             idle_gyro: Stream::new(run.seed, "idle.gyro.z"),
-            arm: None,
-            slosh: None,
-            appendage: None,
-        }
+            vehicle: None,
+        })
     }
 
     /// The mode that takes effect decides which system is simulated from now on.
     pub fn enter(&mut self, state: &mut SimulationState, mode: &Mode) {
         let next = match (ModeState::from_code(mode.state), Experiment::from_code(mode.experiment)) {
             (_, Some(Experiment::Modal)) => Which::Appendage,
-            (_, Some(Experiment::Slosh)) => Which::Slosh,
+            (_, Some(Experiment::Slosh)) => Which::Tank,
             (_, Some(Experiment::Inertial)) => Which::Arm,
             (Some(ModeState::Capture), _) => Which::Grasp,
             (Some(ModeState::MatedSettle | ModeState::MatedInertial), _) => Which::MatedArm,
             _ => Which::Idle,
         };
         let continues =
-            matches!((state.which, next), (Which::Grasp | Which::MatedArm, Which::MatedArm)) && self.arm.is_some();
+            matches!((state.which, next), (Which::Grasp | Which::MatedArm, Which::MatedArm)) && self.vehicle.is_some();
         state.which = next;
         state.entered_frame = mode.effective_frame;
         state.inhibited = false;
@@ -107,40 +103,38 @@ impl Simulation {
     }
 
     /// Continues from a checkpoint.
-    pub fn restore(&mut self, state: &SimulationState) {
+    ///
+    /// # Errors
+    /// The checkpoint is of another scenario.
+    pub fn restore(&mut self, state: &SimulationState) -> Result<(), plant::simulation::SimulationError> {
         self.build(state);
-        if let (Some(arm), Some(state)) = (&mut self.arm, state.arm) {
-            arm.restore(state);
-        }
-        if let (Some(slosh), Some(state)) = (&mut self.slosh, state.slosh) {
-            slosh.restore(state);
-        }
-        if let (Some(appendage), Some(state)) = (&mut self.appendage, &state.appendage) {
-            appendage.restore(state);
+        match (&mut self.vehicle, &state.vehicle) {
+            (Some(vehicle), Some(state)) => vehicle.restore(state),
+            _ => Ok(()),
         }
     }
 
-    /// Fresh simulators; a repeated experiment has its own noise.
+    /// A fresh vehicle; a repeated experiment has its own noise.
     fn build(&mut self, state: &SimulationState) {
-        let stream = |name: &str| format!("{name}.{}", state.generation);
-        let (scenario, seed, period_s) = (&self.scenario, self.seed, self.period_s);
-        let arm = |which: &Option<_>, grasped, name| {
-            which.as_ref().map(|arm| systems::arm(arm, grasped, period_s, seed, &stream(name)))
+        let name = match state.which {
+            Which::Idle => "idle",
+            Which::Appendage => "modal",
+            Which::Tank => "slosh",
+            Which::Arm => "inertial",
+            Which::Grasp | Which::MatedArm if state.grasped => "mated",
+            Which::Grasp | Which::MatedArm => "grasp",
         };
-        (self.arm, self.slosh, self.appendage) = (None, None, None);
-        match state.which {
-            Which::Idle => {}
-            Which::Appendage => {
-                self.appendage =
-                    scenario.modal.as_ref().and_then(|modal| systems::appendage(modal, seed, &stream("modal")))
-            }
-            Which::Slosh => {
-                self.slosh = scenario.slosh.as_ref().and_then(|slosh| systems::slosh(slosh, seed, &stream("slosh")))
-            }
-            Which::Arm => self.arm = arm(&scenario.inertial, false, "inertial"),
-            Which::Grasp | Which::MatedArm if state.grasped => self.arm = arm(&scenario.mated, true, "mated"),
-            Which::Grasp | Which::MatedArm => self.arm = arm(&scenario.mated, false, "grasp"),
-        }
+        let stream = format!("{name}.{}", state.generation);
+        let setting = Setting { frame_s: self.period_s, seed: self.seed, stream: &stream };
+        let Scenario { modal, slosh, inertial, mated, .. } = &self.scenario;
+        let built = match state.which {
+            Which::Idle => None,
+            Which::Appendage => modal.as_ref().map(|modal| systems::appendage(modal, setting)),
+            Which::Tank => slosh.as_ref().map(|slosh| systems::tank(slosh, setting)),
+            Which::Arm => inertial.as_ref().map(|arm| systems::arm(arm, true, setting)),
+            Which::Grasp | Which::MatedArm => mated.as_ref().map(|arm| systems::arm(arm, state.grasped, setting)),
+        };
+        self.vehicle = built.transpose().expect("every vehicle of the scenario was built once at the start").flatten();
     }
 
     /// The samples of one frame.
@@ -154,14 +148,16 @@ impl Simulation {
         let open = window.experiment != Experiment::None && frame.number < window.end_frame;
         let excited = open && !state.inhibited;
         match state.which {
-            Which::Appendage if open => self.appendage_frame(window.elapsed(frame), excited, frame.t_ns, out),
-            Which::Slosh if open => self.slosh_frame(window.elapsed(frame), excited, frame.t_ns, out),
-            Which::Arm if open => self.arm_frame(excited, frame.t_ns, out),
+            Which::Appendage | Which::Tank | Which::Arm if open => {
+                self.vehicle_frame(window.elapsed(frame), excited, frame.t_ns, out);
+            }
             Which::Grasp => {
                 self.grasp_when_due(state, frame.number);
-                self.arm_frame(false, frame.t_ns, out);
+                self.vehicle_frame(frame.number - state.entered_frame, false, frame.t_ns, out);
             }
-            Which::MatedArm => self.arm_frame(excited, frame.t_ns, out),
+            Which::MatedArm => {
+                self.vehicle_frame(frame.number - state.entered_frame, excited, frame.t_ns, out);
+            }
             _ => self.idle_frame(frame, out),
         }
     }
@@ -173,70 +169,13 @@ impl Simulation {
         }
     }
 
-    fn arm_frame(&mut self, excited: bool, t_ns: u64, out: &mut Outputs) {
-        let Some(arm) = &mut self.arm else { return };
-        let measured = arm.step(excited);
-        let mut imu = Imu::zeroed_at(t_ns);
-        imu.interval_s = self.period_s;
-        imu.omega_bi_b_rad_s[2] = measured.omega0_z_rad_s;
-        imu.valid = RATE_VALID_Z;
-        out.publish(IMU, &imu);
-        let mut joints = Joints::zeroed_at(t_ns);
-        joints.count = 2;
-        joints.angle_rad[..2].copy_from_slice(&measured.joint_angle_rad);
-        joints.rate_rad_s[..2].copy_from_slice(&measured.joint_rate_rad_s);
-        joints.torque_nm[..2].copy_from_slice(&measured.joint_torque_nm);
-        out.publish(JOINTS, &joints);
-    }
-
-    /// An interval's sample goes out in its last frame: it is known only then.
-    fn slosh_frame(&mut self, elapsed: u64, excited: bool, t_ns: u64, out: &mut Outputs) {
-        let (Some(truth), Some(experiment)) = (&mut self.slosh, &self.scenario.slosh) else { return };
-        let interval_s = experiment.known.interval_s;
-        let every = self.scenario.frames(interval_s).max(1);
-        if !(elapsed + 1).is_multiple_of(every) {
-            return;
+    /// A control period's samples go out in its last frame: they are known only then.
+    fn vehicle_frame(&mut self, elapsed: u64, excited: bool, t_ns: u64, out: &mut Outputs) {
+        let Some(vehicle) = &mut self.vehicle else { return };
+        let frames = vehicle.frames();
+        if (elapsed + 1).is_multiple_of(frames) {
+            vehicle.step(excited, t_ns - (frames - 1) * self.scenario.period_ns(), out);
         }
-        let begin_s = (elapsed + 1 - every) as f64 * self.period_s;
-        let commanded =
-            sine_force_n(begin_s + 0.5 * interval_s, experiment.force_amplitude_n, experiment.force_frequency_hz);
-        let measured = truth.step(if excited { commanded } else { 0.0 });
-        let begin_ns = t_ns - (every - 1) * self.scenario.period_ns();
-        let axis = experiment.known.axis.index();
-        let mut actuators = Actuators::zeroed_at(begin_ns);
-        actuators.interval_s = interval_s;
-        actuators.force_b_n[axis] = measured.force_n;
-        actuators.excited = u64::from(excited);
-        out.publish(ACTUATORS, &actuators);
-        let mut imu = Imu::zeroed_at(begin_ns);
-        imu.interval_s = interval_s;
-        imu.acceleration_b_m_s2[axis] = measured.acceleration_m_s2;
-        imu.valid = ACCELERATION_VALID_X << axis;
-        out.publish(IMU, &imu);
-    }
-
-    fn appendage_frame(&mut self, elapsed: u64, excited: bool, t_ns: u64, out: &mut Outputs) {
-        let (Some(truth), Some(experiment)) = (&mut self.appendage, &self.scenario.modal) else { return };
-        let rate_hz = systems::array_rate_hz(experiment);
-        let rows = (rate_hz * self.period_s).round() as u32;
-        let interval_ns = (1e9 / rate_hz).round() as u64;
-        let mut batch = Accelerometers::zeroed_at(t_ns);
-        (batch.count, batch.channels, batch.interval_ns) = (rows, plant::appendage::SENSORS as u32, interval_ns);
-        let mut torque_nm = 0.0;
-        for row in 0..rows as usize {
-            let t_s = elapsed as f64 * self.period_s + row as f64 / rate_hz;
-            let commanded = rectangular_pulse_nm(t_s, experiment.torque_nm, experiment.pulse_s);
-            torque_nm = if excited { commanded } else { 0.0 };
-            let measured = truth.step(torque_nm);
-            batch.offset_ns[row] = row as u32 * interval_ns as u32;
-            batch.acceleration_m_s2[row][..plant::appendage::SENSORS].copy_from_slice(&measured.acceleration_m_s2);
-        }
-        let mut actuators = Actuators::zeroed_at(t_ns);
-        actuators.interval_s = self.period_s;
-        actuators.torque_b_nm[2] = torque_nm;
-        actuators.excited = u64::from(excited);
-        out.publish(ACTUATORS, &actuators);
-        out.publish(ACCELEROMETERS, &batch);
     }
 
     /// The vehicle at rest: its sensors are alive and show noise.
@@ -259,7 +198,7 @@ impl Simulation {
         actuators.interval_s = self.period_s;
         out.publish(ACTUATORS, &actuators);
         let mut batch = Accelerometers::zeroed_at(frame.t_ns);
-        (batch.count, batch.channels, batch.interval_ns) = (1, plant::appendage::SENSORS as u32, frame.period_ns);
+        (batch.count, batch.channels, batch.interval_ns) = (1, IDLE_ACCELEROMETERS, frame.period_ns);
         out.publish(ACCELEROMETERS, &batch);
     }
 }

@@ -1,66 +1,160 @@
-//! From a scenario's truths to `plant`'s simulators. Each experiment has its own system, as in the benchmark.
+//! From a scenario to the vehicles of its experiments. Each experiment has a plant of its own, as in the benchmark; what the
+//! experiment itself decides (command, rate, trajectory) is the scenario's.
 
-use plant::appendage::{AppendageParameters, AppendageTruth};
-use plant::arm::{ArmNoise, FreeFloatingArm};
-use plant::arm_parameters::{ArmParameters, Target};
+use crate::vehicle::{Vehicle, VehicleError};
+use plant::description::{Controller, Plant, Quantity, SensorKind, Signal, SignalKind};
+use plant::file;
 use plant::fourier_reference::FourierReference;
-use plant::slosh::{SloshParameters, SloshTruth};
-use runtime::scenario::{ArmExperiment, ModalExperiment, SloshExperiment, Trajectory};
+use runtime::Scenario;
+use runtime::scenario::{ArmExperiment, ModalExperiment, PlantUse, SloshExperiment, Trajectory};
 
-/// Seconds in an hour, square root: data sheets state random walks per √h.
-const SQRT_HOUR_S: f64 = 60.0;
+/// Why an experiment cannot be simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum SystemsError {
+    /// What is wrong with the plant file, a number set or an effect hidden.
+    #[error("{file}: {reason}")]
+    Plant { file: String, reason: String },
+    #[error("{file}: {reason}")]
+    Vehicle { file: String, reason: VehicleError },
+}
 
-/// Sample rate of the simulated accelerometer array where the scenario states none.
-pub const ARRAY_RATE_HZ: f64 = 200.0;
+/// Whose noise, and how long a frame is.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<'a> {
+    pub frame_s: f64,
+    pub seed: u64,
+    /// Prefix of the noise streams.
+    pub stream: &'a str,
+}
+
+/// Every vehicle that `scenario` asks for can be built.
+///
+/// # Errors
+/// The experiment whose vehicle cannot, and why.
+pub fn check(scenario: &Scenario) -> Result<(), (&'static str, SystemsError)> {
+    let setting = Setting { frame_s: scenario.period_ns() as f64 * 1e-9, seed: 0, stream: "" };
+    let built = [
+        ("modal", scenario.modal.as_ref().map(|modal| appendage(modal, setting))),
+        ("slosh", scenario.slosh.as_ref().map(|slosh| tank(slosh, setting))),
+        ("inertial", scenario.inertial.as_ref().map(|inertial| arm(inertial, true, setting))),
+        ("mated", scenario.mated.as_ref().map(|mated| arm(mated, true, setting))),
+        ("mated", scenario.mated.as_ref().map(|mated| arm(mated, false, setting))),
+    ];
+    built.into_iter().try_for_each(|(name, vehicle)| vehicle.transpose().map(|_| ()).map_err(|error| (name, error)))
+}
 
 /// The arm of an experiment; `grasped` decides whether its target is on.
-pub fn arm(experiment: &ArmExperiment, grasped: bool, period_s: f64, seed: u64, stream: &str) -> FreeFloatingArm {
-    let mut parameters = ArmParameters::paper_table_ii();
-    if let Some(target) = experiment.target.as_ref().filter(|_| grasped) {
-        parameters = parameters.with_target(Target {
-            mass_kg: target.mass_kg,
-            com_from_grasp_m: target.com_from_grasp_m,
-            inertia_com_kg_m2: target.inertia_com_kg_m2,
-        });
+///
+/// # Errors
+/// See [`SystemsError`].
+pub fn arm(experiment: &ArmExperiment, grasped: bool, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
+    let Some(used) = &experiment.plant else { return Ok(None) };
+    let mut plant = plant(used)?;
+    if let (Some(target), false) = (&experiment.grasps, grasped) {
+        without_body(&mut plant, target).map_err(|reason| refused(used, reason))?;
     }
     let reference = match experiment.trajectory {
         Trajectory::B => FourierReference::trajectory_b(),
         Trajectory::Mated => FourierReference::mated(),
     };
-    let known = &experiment.known;
-    let noise = ArmNoise {
-        gyro_arw_rad_sqrt_s: known.gyro_arw_deg_sqrt_h.to_radians() / SQRT_HOUR_S,
-        joint_rate_sigma_rad_s: known.joint_rate_sigma_rad_s,
-        ..ArmNoise::default()
+    for (joint, controller) in plant.controllers.iter_mut().enumerate().take(reference.q0_rad.len()) {
+        follow(controller, &reference, joint);
+    }
+    vehicle(used, &plant, setting)
+}
+
+/// The tank of an experiment under the experiment's thrust.
+///
+/// # Errors
+/// See [`SystemsError`].
+pub fn tank(experiment: &SloshExperiment, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
+    let Some(used) = &experiment.plant else { return Ok(None) };
+    let mut plant = plant(used)?;
+    plant.simulation.period_s = experiment.known.interval_s;
+    command(
+        &mut plant,
+        SignalKind::Sine {
+            amplitude: Quantity::known(experiment.force_amplitude_n),
+            frequency_hz: Quantity::known(experiment.force_frequency_hz),
+            phase_rad: Quantity::known(0.0),
+        },
+    )
+    .map_err(|reason| refused(used, reason))?;
+    vehicle(used, &plant, setting)
+}
+
+/// The appendage of an experiment under the experiment's pulse.
+///
+/// # Errors
+/// See [`SystemsError`].
+pub fn appendage(experiment: &ModalExperiment, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
+    let Some(used) = &experiment.plant else { return Ok(None) };
+    let mut plant = plant(used)?;
+    plant.simulation.period_s = setting.frame_s;
+    if experiment.known.rate_hz > 0.0 {
+        let array = |sensor: &&mut plant::description::Sensor| {
+            matches!(sensor.kind, SensorKind::Accelerometer { point: Some(_), .. })
+        };
+        let period_s = Quantity::known(1.0 / experiment.known.rate_hz);
+        plant.sensors.iter_mut().filter(array).for_each(|sensor| sensor.period_s = Some(period_s));
+    }
+    let (size, width_s) = (Quantity::known(experiment.torque_nm), Quantity::known(experiment.pulse_s));
+    command(&mut plant, SignalKind::Pulse { size, width_s, period_s: None }).map_err(|reason| refused(used, reason))?;
+    vehicle(used, &plant, setting)
+}
+
+/// The plant that a scenario uses, with its numbers set and its effects hidden.
+///
+/// # Errors
+/// [`SystemsError::Plant`].
+pub fn plant(used: &PlantUse) -> Result<Plant, SystemsError> {
+    let parsed = file::parse(&used.file, &used.text);
+    let all = |errors: Vec<file::FileError>| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+    let mut plant = parsed.map_err(|errors| refused(used, all(errors)))?.plant;
+    for (name, value) in &used.set {
+        file::set(&mut plant, &format!("{name} = {value}")).map_err(|reason| refused(used, reason))?;
+    }
+    for effect in &used.hide {
+        let effect = file::parse_effect(&plant, effect).map_err(|reason| refused(used, reason))?;
+        plant.effects.push(effect);
+    }
+    Ok(plant)
+}
+
+fn refused(used: &PlantUse, reason: String) -> SystemsError {
+    SystemsError::Plant { file: used.file.clone(), reason }
+}
+
+fn vehicle(used: &PlantUse, plant: &Plant, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
+    let built = Vehicle::new(plant, setting.frame_s, setting.seed, setting.stream);
+    built.map(Some).map_err(|reason| SystemsError::Vehicle { file: used.file.clone(), reason })
+}
+
+/// The first actuator follows `kind` from the experiment's begin.
+fn command(plant: &mut Plant, kind: SignalKind) -> Result<(), String> {
+    let actuator = plant.actuators.first_mut().ok_or("the plant has no actuator to be excited by")?;
+    actuator.command = vec![Signal { kind, begin_s: Quantity::known(0.0), end_s: None }];
+    Ok(())
+}
+
+fn follow(controller: &mut Controller, reference: &FourierReference, joint: usize) {
+    let known = |numbers: [f64; 5]| numbers.map(Quantity::known).to_vec();
+    let kind = SignalKind::Fourier {
+        offset: Quantity::known(reference.q0_rad[joint]),
+        period_s: Quantity::known(reference.period_s),
+        sine: known(reference.a_rad_s[joint]),
+        cosine: known(reference.b_rad_s[joint]),
     };
-    FreeFloatingArm::new(&parameters, reference, &noise, known.h_cm_nms, period_s, seed, stream)
+    controller.reference = vec![Signal { kind, begin_s: Quantity::known(0.0), end_s: None }];
 }
 
-pub fn slosh(experiment: &SloshExperiment, seed: u64, stream: &str) -> Option<SloshTruth> {
-    let truth = experiment.truth.as_ref()?;
-    let known = &experiment.known;
-    let parameters = SloshParameters {
-        m_0_kg: known.m_0_kg,
-        m_s_kg: truth.m_s_kg,
-        k_s_n_m: truth.k_s_n_m,
-        c_s_n_s_m: truth.c_s_n_s_m,
-    };
-    let vrw = known.accelerometer_vrw_m_s_sqrt_h / SQRT_HOUR_S;
-    Some(SloshTruth::new(&parameters, known.interval_s, vrw, seed, stream))
-}
-
-pub fn appendage(experiment: &ModalExperiment, seed: u64, stream: &str) -> Option<AppendageTruth> {
-    experiment.truth.as_ref()?;
-    let rate_hz = array_rate_hz(experiment);
-    Some(AppendageTruth::new(
-        &AppendageParameters::design(),
-        rate_hz,
-        experiment.known.accelerometer_sigma_m_s2,
-        seed,
-        stream,
-    ))
-}
-
-pub fn array_rate_hz(experiment: &ModalExperiment) -> f64 {
-    if experiment.known.rate_hz > 0.0 { experiment.known.rate_hz } else { ARRAY_RATE_HZ }
+/// Takes a body off, and nothing may hang on it.
+fn without_body(plant: &mut Plant, name: &str) -> Result<(), String> {
+    let before = plant.bodies.len();
+    plant.bodies.retain(|body| body.name != name);
+    if plant.bodies.len() == before {
+        return Err(format!("grasps = '{name}': the plant has no such body"));
+    }
+    let faults = plant.validate();
+    faults.into_iter().find(|fault| !fault.warning).map_or(Ok(()), |fault| Err(format!("without '{name}': {}", fault.message)))
 }

@@ -22,6 +22,13 @@ impl core::fmt::Display for Place {
     }
 }
 
+impl Place {
+    /// The place without the name of the file.
+    pub(crate) fn within_file(&self) -> String {
+        format!("line {}, column {} `{}`", self.line, self.column, self.name)
+    }
+}
+
 /// Where in a map file something is wrong, lines and columns counted from 1.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MapPlace {
@@ -53,7 +60,9 @@ pub enum RecordingError {
     UnknownFormat { file: String, found: String, cure: String },
 
     #[error("{file}: the format `{format}` cannot hold {what}")]
-    #[diagnostic(help("tables are written as .csv or .csv.gz, runs as .mcap"))]
+    #[diagnostic(help(
+        "tables and spectra are written as .csv or .csv.gz, runs as .mcap, channels as either; several recordings one by one"
+    ))]
     NotWritable { file: String, format: &'static str, what: &'static str },
 
     #[error("{place}: the first column is not `time [s]`")]
@@ -94,6 +103,14 @@ pub enum RecordingError {
     #[diagnostic(help("{cure}"))]
     TimeBackwards { place: Box<Place>, before: f64, value: f64, cure: String },
 
+    #[error("{place}: frequency {before} Hz is followed by {value} Hz")]
+    #[diagnostic(help("sort the rows by frequency, one row per frequency"))]
+    FrequencyOrder { place: Box<Place>, before: f64, value: f64 },
+
+    #[error("{place}: frequency {value} Hz is negative")]
+    #[diagnostic(help("export the one-sided spectrum, from 0 Hz"))]
+    FrequencyNegative { place: Box<Place>, value: f64 },
+
     #[error("{place}: time {value} s stands twice, and `{differs}` differs: {first} and {second}")]
     #[diagnostic(help("delete the wrong row, or export the time with more digits"))]
     TimeConflict { place: Box<Place>, value: f64, differs: String, first: f64, second: f64 },
@@ -121,6 +138,26 @@ pub enum RecordingError {
         jitter_percent: f64,
         limit_percent: f64,
     },
+
+    #[error("{file}: replay needs one rate: {reason}")]
+    #[diagnostic(help(
+        "split the file at this line, or resample the recording to one rate; `obsid diagnose` and `obsid plant` take it as it is"
+    ))]
+    NeedsOneRate { file: String, reason: String },
+
+    #[error("{file}: channel `{channel}`: {found}")]
+    #[diagnostic(help("{cure}"))]
+    BadChannel { file: String, channel: String, found: String, cure: String },
+
+    #[error("{file}: the run holds no sample of imu, joints, actuators or accelerometers")]
+    #[diagnostic(help("record the run with `obsid run --record FILE`: the results alone say nothing about the plant"))]
+    NoMeasurements { file: String },
+
+    #[error("{file}: channel `/{channel}` is a channel of measurements, not a topic of a run")]
+    #[diagnostic(help(
+        "give the recording of a run (`obsid run --record FILE`); channels are read by `obsid diagnose`"
+    ))]
+    NotARun { file: String, channel: String },
 
     #[error("{place}: the recording lasts {value} s, more than {limit} s")]
     #[diagnostic(help("check the unit of the time column"))]
@@ -224,12 +261,16 @@ pub enum RecordingError {
     ))]
     McapCorrupt { file: String, offset: u64, readable: u64, reason: String },
 
-    #[error("{file}: topic `{topic}` (encoding `{encoding}`, schema `{schema}`) was not recorded by obsid")]
+    #[error(
+        "{file}: topic `{topic}` (encoding `{encoding}`, schema `{schema}`) was not recorded by obsid; \
+         the file's channels: {channels}"
+    )]
     #[diagnostic(help(
-        "supported: MCAP files written by obsid (topics as in `obsid icd`, ros1 messages obsid/Recorded*) and CSV; \
-         export this topic as CSV with a `time [s]` column"
+        "supported: MCAP files written by obsid (topics as in `obsid icd`, ros1 messages obsid/Recorded*), \
+         scalar channels (ros1 messages obsid_msgs/Scalar, metadata `unit`) and CSV; \
+         export the topics as CSV with a `time [s]` column"
     ))]
-    ForeignMcap { file: String, topic: String, encoding: String, schema: String },
+    ForeignMcap { file: String, topic: String, encoding: String, schema: String, channels: String },
 
     #[error("{file}: topic `{topic}` was recorded with layout hash {recorded:#010x}, this build has {build:#010x}")]
     #[diagnostic(help(
@@ -255,6 +296,17 @@ pub enum RecordingError {
 }
 
 impl RecordingError {
+    /// Whether time is sound and only the sampling uneven: methods that take any sample times may go on.
+    pub(crate) fn is_uneven_sampling(&self) -> bool {
+        matches!(self, RecordingError::RateChanged { .. } | RecordingError::UnsteadyRate { .. })
+    }
+
+    /// The message without the name of the file in front, to be said in a place that names it.
+    pub(crate) fn without_file(&self, file: &str) -> String {
+        let message = self.to_string();
+        message.strip_prefix(file).and_then(|rest| rest.strip_prefix(": ")).map_or(message.clone(), String::from)
+    }
+
     /// Message and cure as plain text.
     #[must_use]
     pub fn explain(&self) -> String {

@@ -1,8 +1,9 @@
 //! Recordings: what comes from files and goes to files. One file per format, one list: [`FORMATS`].
 //!
-//! [`read`] finds the format by content and gives a [`Table`] (columns over time, SI) or a [`RecordedRun`] (samples of
-//! an obsid run); [`ReplayFrames`] cuts either into the frames a source sends. What is wrong with a file is an error
-//! that names file, place, value and cure; what was repaired is counted and reported; nothing is filled or guessed.
+//! [`read`] finds the format by content and gives an [`Imported`]; [`series`] turns every time record into channels
+//! with sample times of their own, [`ReplayFrames`] cuts what has one rate into the frames a source sends. What is
+//! wrong with a file is an error that names file, place, value and cure; what was repaired is counted and reported;
+//! nothing is filled or guessed.
 //!
 //! May import: telemetry, file and format crates. Must never know: links, clocks, partitions, equations.
 //!
@@ -12,27 +13,39 @@
 
 pub mod channels;
 pub mod csv;
+mod csv_cells;
+mod csv_lines;
 mod digest;
 mod error;
 mod excitation;
 mod map;
+mod mcap_channels;
 mod mcap_format;
 mod mcap_read;
+mod mcap_series;
 mod replay;
 mod replay_run;
+mod rows;
 mod run;
+mod run_series;
 mod schema;
+mod series;
+mod spectrum;
 mod table;
 pub mod timing;
 pub mod units;
+mod whole_file;
 
 pub use channels::{CHANNELS, ChannelInfo, Channels, Domains};
 pub use digest::{Digest, DigestBuilder, digest};
 pub use error::{MapPlace, Place, RecordingError};
 pub use map::ChannelMap;
 pub use mcap_format::{McapRecorder, Recovered, write_mcap};
+pub use mcap_series::write_series_mcap;
 pub use replay::{ReplayFrames, ReplaySample};
 pub use run::{Attachment, RecordedRun, RecordedSample, read_mcap, read_mcap_topics};
+pub use series::{Restart, Segments, Series, SeriesSet, segments, series};
+pub use spectrum::Spectrum;
 pub use table::{Column, Table};
 pub use timing::{Gap, Timing};
 
@@ -43,8 +56,29 @@ use std::path::Path;
 /// A recording in memory.
 #[derive(Debug)]
 pub enum Imported {
+    /// Columns over one time axis of one rate.
     Table(Table),
+    /// Samples of an obsid run.
     Run(RecordedRun),
+    /// Channels with sample times of their own.
+    Series(SeriesSet),
+    /// Several recordings one after another.
+    Segments(Segments),
+    /// Columns over frequency.
+    Spectrum(Spectrum),
+}
+
+impl Imported {
+    /// Where a repair or a doubt about the whole file is noted; the samples of a run carry theirs.
+    pub(crate) fn notes_mut(&mut self) -> &mut Vec<String> {
+        match self {
+            Imported::Table(table) => &mut table.notes,
+            Imported::Series(set) => &mut set.notes,
+            Imported::Segments(segments) => &mut segments.parts.last_mut().expect("a file has a recording").notes,
+            Imported::Spectrum(spectrum) => &mut spectrum.notes,
+            Imported::Run(_) => unreachable!("a run is not read from text"),
+        }
+    }
 }
 
 /// A file format.
@@ -100,6 +134,26 @@ pub fn read(path: &Path) -> Result<Imported, RecordingError> {
                 "give CSV (`time [s],name [unit],...`), CSV.gz or an MCAP file of obsid",
             ))
         }
+    }
+}
+
+/// Writes channels in the format that the name of the file asks for: `.mcap`, `.csv` or `.csv.gz`. The file is there
+/// whole or not at all, and holds the channels and nothing on how they were made. Gives notes on what the format rounded.
+///
+/// # Errors
+/// Another name, what the format cannot hold ([`SeriesSet::check`]), the device's.
+pub fn write_series(set: &SeriesSet, path: &Path) -> Result<Vec<String>, RecordingError> {
+    let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if name.ends_with(".mcap") {
+        write_series_mcap(set, path)
+    } else if name.ends_with(".csv") || name.ends_with(".csv.gz") {
+        csv::write_series_csv(set, path).map(|()| Vec::new())
+    } else {
+        Err(RecordingError::UnknownFormat {
+            file: file_name(path),
+            found: "the name says no format that is written".into(),
+            cure: "end it in .mcap, .csv or .csv.gz".into(),
+        })
     }
 }
 

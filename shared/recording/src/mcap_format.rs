@@ -6,8 +6,10 @@
 
 use crate::error::RecordingError;
 use crate::mcap_read::{Entry, read_entries};
-use crate::run::{RecordedRun, read_mcap};
+use crate::mcap_series::{read_imported, write_series_mcap};
+use crate::run::RecordedRun;
 use crate::schema::{schema_name, schema_text};
+use crate::whole_file::replace;
 use crate::{Format, Imported, file_name};
 use mcap::records::{MessageHeader, Metadata};
 use std::borrow::Cow;
@@ -33,15 +35,18 @@ impl Format for Mcap {
     }
 
     fn read(&self, path: &Path) -> Result<Imported, RecordingError> {
-        read_mcap(path).map(Imported::Run)
+        read_imported(path)
     }
 
     fn write(&self, imported: &Imported, path: &Path) -> Result<(), RecordingError> {
+        let not_writable = |what| RecordingError::NotWritable { file: file_name(path), format: self.name(), what };
         match imported {
             Imported::Run(run) => write_mcap(run, path),
-            Imported::Table(_) => {
-                Err(RecordingError::NotWritable { file: file_name(path), format: self.name(), what: "a table" })
-            }
+            // The notes say by how much times were rounded; who wants them calls the function.
+            Imported::Series(set) => write_series_mcap(set, path).map(|_| ()),
+            Imported::Table(_) => Err(not_writable("a table")),
+            Imported::Segments(_) => Err(not_writable("several recordings")),
+            Imported::Spectrum(_) => Err(not_writable("a spectrum")),
         }
     }
 }
@@ -51,17 +56,20 @@ impl Format for Mcap {
 /// # Errors
 /// The device's.
 pub fn write_mcap(run: &RecordedRun, path: &Path) -> Result<(), RecordingError> {
-    let mut recorder = McapRecorder::create(path)?;
-    for (name, values) in run.metadata() {
-        recorder.metadata(name, values)?;
-    }
-    for attachment in run.attachments() {
-        recorder.attach(&attachment.name, &attachment.media_type, &attachment.bytes)?;
-    }
-    for sample in run.samples() {
-        recorder.write(sample.topic, sample.stamps, sample.payload)?;
-    }
-    recorder.finish()
+    replace(path, |temporary| {
+        let mut recorder = McapRecorder::create(temporary)?;
+        recorder.path = path.into();
+        for (name, values) in run.metadata() {
+            recorder.metadata(name, values)?;
+        }
+        for attachment in run.attachments() {
+            recorder.attach(&attachment.name, &attachment.media_type, &attachment.bytes)?;
+        }
+        for sample in run.samples() {
+            recorder.write(sample.topic, sample.stamps, sample.payload)?;
+        }
+        recorder.finish()
+    })
 }
 
 /// What [`McapRecorder::recover`] found.
@@ -95,13 +103,7 @@ impl McapRecorder {
         let io = |source| RecordingError::Io { file: file_name(path), action: "create", reason: source };
         let file = File::create(path).map_err(io)?;
         let handle = file.try_clone().map_err(io)?;
-        let writer = mcap::WriteOptions::new()
-            .profile("ros1")
-            .library(concat!("obsid ", env!("CARGO_PKG_VERSION")))
-            .disable_seeking(true)
-            .compression(Some(mcap::Compression::Zstd))
-            .compression_level(1)
-            .compression_threads(0)
+        let writer = write_options()
             .create(BufWriter::with_capacity(1 << 16, file))
             .map_err(|error| write_error(path, error))?;
         Ok(McapRecorder {
@@ -143,6 +145,11 @@ impl McapRecorder {
             }
             Entry::Metadata(metadata) => recorder.metadata(&metadata.name, &metadata.metadata),
             Entry::Attachment(old) => recorder.attach(&old.name, &old.media_type, &old.bytes),
+            Entry::ScalarChannel { name, .. } => {
+                Err(RecordingError::NotARun { file: file_name(path), channel: name.into() })
+            }
+            // A channel stands before its samples and was refused.
+            Entry::Scalar { .. } => Ok(()),
         });
         let damage = damage.inspect_err(|_| {
             // The old file is whole; only the copy goes.
@@ -237,7 +244,18 @@ impl McapRecorder {
     }
 }
 
-fn write_error(path: &Path, error: mcap::McapError) -> RecordingError {
+/// Chunks are compressed by one thread and written whole: the same samples give the same bytes.
+pub(crate) fn write_options() -> mcap::WriteOptions {
+    mcap::WriteOptions::new()
+        .profile("ros1")
+        .library(concat!("obsid ", env!("CARGO_PKG_VERSION")))
+        .disable_seeking(true)
+        .compression(Some(mcap::Compression::Zstd))
+        .compression_level(1)
+        .compression_threads(0)
+}
+
+pub(crate) fn write_error(path: &Path, error: mcap::McapError) -> RecordingError {
     let source = match error {
         mcap::McapError::Io(source) => source,
         other => std::io::Error::other(other.to_string()),

@@ -9,16 +9,16 @@
 
 use crate::error::RecordingError;
 use crate::file_name;
+use crate::mcap_channels::{Carried, FileChannels};
 use crate::run::Attachment;
-use crate::schema::schema_name;
+use crate::schema::UNIT;
 use crc32fast::Hasher;
-use mcap::records::{Metadata, Record, op};
+use mcap::records::{MessageHeader, Metadata, Record, op};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
-use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
-use telemetry::{Stamps, TOPICS, TopicId, crc32, topic_named};
+use telemetry::{Stamps, TOPICS, TopicId, crc32};
 use zerocopy::FromBytes;
 
 /// Bound on an uncompressed chunk; obsid writes 1 MiB, other programs up to some tens.
@@ -54,6 +54,17 @@ impl RawSample<'_> {
 /// What a recording is made of.
 pub(crate) enum Entry<'a> {
     Sample(RawSample<'a>),
+    /// A scalar channel; its number is the file's and unique in it. May be said more than once.
+    ScalarChannel {
+        channel: u16,
+        name: &'a str,
+        unit: &'a str,
+    },
+    Scalar {
+        channel: u16,
+        t_ns: u64,
+        value: f64,
+    },
     Metadata(Metadata),
     Attachment(Attachment),
 }
@@ -111,15 +122,18 @@ pub(crate) fn read_entries(path: &Path, visit: Visitor<'_>) -> Result<Option<Dam
         offset: 0,
         size,
         crc: Hasher::new(),
-        channels: BTreeMap::new(),
-        schemas: BTreeMap::new(),
+        channels: FileChannels::default(),
         readable: 0,
     };
     let damage =
         |walk: &Walk<'_>, offset, truncated, reason| Damage { offset, readable: walk.readable, truncated, reason };
     loop {
         let start = walk.offset;
-        match walk.step(visit) {
+        let step = walk.step(visit);
+        if !matches!(step, Ok(true)) {
+            walk.channels.check(file_name(path))?;
+        }
+        match step {
             Ok(true) => {}
             Ok(false) => return Ok(None),
             Err(Stop::Truncated(reason)) => return Ok(Some(damage(&walk, start, true, reason))),
@@ -136,8 +150,7 @@ struct Walk<'p> {
     size: u64,
     /// Over the data section, then over the summary section.
     crc: Hasher,
-    channels: BTreeMap<u16, TopicId>,
-    schemas: BTreeMap<u16, (String, String)>,
+    channels: FileChannels,
     readable: u64,
 }
 
@@ -174,8 +187,14 @@ impl Walk<'_> {
         let head = self.take(RECORD_HEADER as u64, "a record header")?;
         let mut length = [0; 8];
         length.copy_from_slice(&head[1..]);
-        let body = self.take(u64::from_le_bytes(length), "a record")?;
+        let length = u64::from_le_bytes(length);
+        if head[0] == op::CHUNK && self.channels.is_unreadable() {
+            return self.skip(length).map(|()| true);
+        }
+        let body = self.take(length, "a record")?;
         match head[0] {
+            op::FOOTER if self.channels.is_unreadable() => return Ok(false),
+            op::DATA_END if self.channels.is_unreadable() => {}
             op::FOOTER => return self.footer(&head, &body).map(|()| false),
             op::DATA_END => self.data_end(&head, &body)?,
             opcode => {
@@ -188,6 +207,20 @@ impl Walk<'_> {
             }
         }
         Ok(true)
+    }
+
+    fn skip(&mut self, length: u64) -> Result<(), Stop> {
+        let left = self.size - self.offset;
+        let (true, Ok(step)) = (length <= left, i64::try_from(length)) else {
+            return Err(Stop::Truncated(format!("a chunk needs {length} bytes, {left} are left")));
+        };
+        self.input.seek_relative(step).map_err(|source| RecordingError::Io {
+            file: file_name(self.path),
+            action: "read",
+            reason: source,
+        })?;
+        self.offset += length;
+        Ok(())
     }
 
     fn data_end(&mut self, head: &[u8], body: &[u8]) -> Result<(), Stop> {
@@ -237,11 +270,10 @@ impl Walk<'_> {
                 self.plain_chunk(&data, visit)
             }
             "zstd" => self.zstd_chunk(head, body, visit),
-            other => Err(Stop::Error(RecordingError::UnknownFormat {
-                file: file_name(self.path),
-                found: format!("MCAP chunks compressed by `{other}`"),
-                cure: "compress with zstd: `mcap compress --compression zstd FILE -o OUT`".into(),
-            })),
+            other => {
+                self.channels.compressed_by(other);
+                Ok(())
+            }
         }
     }
 
@@ -285,11 +317,11 @@ impl Walk<'_> {
             op::ATTACHMENT => Ok(visit(Entry::Attachment(parse_attachment(body)?))?),
             op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA => match mcap::parse_record(opcode, body)? {
                 Record::Schema { header, .. } => {
-                    self.schemas.insert(header.id, (header.name, header.encoding));
+                    self.channels.schema(header.id, header.name, header.encoding);
                     Ok(())
                 }
-                Record::Channel(channel) => self.channel(channel),
-                Record::Message { header, data } => self.message(header.channel_id, &data, visit),
+                Record::Channel(channel) => self.channel(&channel, visit),
+                Record::Message { header, data } => self.message(&header, &data, visit),
                 Record::Metadata(metadata) => Ok(visit(Entry::Metadata(metadata))?),
                 _ => Err(Stop::Corrupt("a record is not of its kind".into())),
             },
@@ -297,29 +329,36 @@ impl Walk<'_> {
         }
     }
 
-    fn channel(&mut self, channel: mcap::records::Channel) -> Result<(), Stop> {
-        let (schema, schema_encoding) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-        let topic = topic_named(&channel.topic).filter(|topic| {
-            schema == schema_name(&TOPICS[*topic]) && channel.message_encoding == "ros1" && schema_encoding == "ros1msg"
-        });
-        match topic {
-            Some(topic) => {
-                self.channels.insert(channel.id, topic);
-                Ok(())
-            }
-            None => Err(Stop::Error(RecordingError::ForeignMcap {
-                file: file_name(self.path),
-                topic: channel.topic,
-                encoding: format!("{}/{schema_encoding}", channel.message_encoding),
-                schema,
-            })),
+    fn channel(&mut self, channel: &mcap::records::Channel, visit: Visitor<'_>) -> Result<(), Stop> {
+        if self.channels.add(channel) == Carried::Scalar {
+            let name = channel.topic.strip_prefix('/').unwrap_or(&channel.topic);
+            let unit = channel.metadata.get(UNIT).map_or("", String::as_str);
+            visit(Entry::ScalarChannel { channel: channel.id, name, unit })?;
         }
+        Ok(())
     }
 
-    fn message(&mut self, channel: u16, data: &[u8], visit: Visitor<'_>) -> Result<(), Stop> {
-        let Some(&topic) = self.channels.get(&channel) else {
-            return Err(Stop::Corrupt(format!("a message of the unknown channel {channel}")));
-        };
+    fn message(&mut self, header: &MessageHeader, data: &[u8], visit: Visitor<'_>) -> Result<(), Stop> {
+        if self.channels.is_unreadable() {
+            return Ok(());
+        }
+        let channel = header.channel_id;
+        match self.channels.carried(channel) {
+            Some(Carried::Topic(topic)) => self.sample(topic, data, visit)?,
+            Some(Carried::Foreign) => return Ok(()),
+            Some(Carried::Scalar) => {
+                let value: [u8; 8] = data
+                    .try_into()
+                    .map_err(|_| Stop::Corrupt(format!("a message of a scalar channel with {} bytes", data.len())))?;
+                visit(Entry::Scalar { channel, t_ns: header.publish_time, value: f64::from_le_bytes(value) })?;
+            }
+            None => return Err(Stop::Corrupt(format!("a message of the unknown channel {channel}"))),
+        }
+        self.readable += 1;
+        Ok(())
+    }
+
+    fn sample(&self, topic: TopicId, data: &[u8], visit: Visitor<'_>) -> Result<(), Stop> {
         let info = &TOPICS[topic];
         let short = || Stop::Corrupt(format!("a message of `{}` with {} bytes", info.name, data.len()));
         let (stamps, payload) = data.split_at_checked(STAMPS).ok_or_else(short)?;
@@ -336,9 +375,7 @@ impl Walk<'_> {
         if payload.len() != info.size {
             return Err(short());
         }
-        visit(Entry::Sample(RawSample { topic, stamps, payload }))?;
-        self.readable += 1;
-        Ok(())
+        Ok(visit(Entry::Sample(RawSample { topic, stamps, payload }))?)
     }
 }
 

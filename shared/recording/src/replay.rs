@@ -19,6 +19,7 @@ use crate::excitation::Excitation;
 use crate::map::ChannelMap;
 use crate::replay_run::RunFrames;
 use crate::run::RecordedRun;
+use crate::spectrum::Spectrum;
 use crate::table::Table;
 use crate::timing::GAP_MEDIANS;
 use core::ops::Range;
@@ -56,12 +57,16 @@ impl ReplayFrames {
     /// Frames of `period_ns` of any imported recording.
     ///
     /// # Errors
-    /// As [`ReplayFrames::from_table`] and [`ReplayFrames::from_run`]; a map together with a run.
+    /// As [`ReplayFrames::from_table`] and [`ReplayFrames::from_run`]; a map together with a run; channels without one
+    /// common rate, a file of several recordings, a spectrum.
     pub fn new(imported: &Imported, map: Option<&ChannelMap>, period_ns: u64) -> Result<Self, RecordingError> {
         match (imported, map) {
             (Imported::Table(table), map) => Self::from_table(table, map, period_ns),
             (Imported::Run(run), None) => Self::from_run(run, period_ns),
             (Imported::Run(run), Some(_)) => Err(RecordingError::MapOnRun { file: run.file().into() }),
+            (Imported::Series(set), map) => Self::from_table(&set.table()?, map, period_ns),
+            (Imported::Segments(segments), _) => Err(segments.refusal()),
+            (Imported::Spectrum(spectrum), _) => Err(Spectrum::refusal(&spectrum.file)),
         }
     }
 

@@ -1,6 +1,7 @@
 //! A recorded run in memory: samples in the order of the file, metadata, attachments.
 
 use crate::error::RecordingError;
+use crate::file_name;
 use crate::mcap_read::{Entry, read_entries};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -120,6 +121,34 @@ impl RecordedRun {
         self.index.push(Index { topic, stamps: *stamps, start });
         Ok(())
     }
+
+    /// Takes what the file at `path` is made of, of its samples the topics asked for.
+    pub(crate) fn take(
+        &mut self,
+        path: &Path,
+        entry: Entry<'_>,
+        keep: &dyn Fn(TopicId) -> bool,
+    ) -> Result<(), RecordingError> {
+        match entry {
+            Entry::Sample(sample) => {
+                sample.check_crc(path)?;
+                if keep(sample.topic) { self.push(sample.topic, &sample.stamps, sample.payload) } else { Ok(()) }
+            }
+            Entry::Metadata(metadata) => {
+                self.metadata.entry(metadata.name).or_default().extend(metadata.metadata);
+                Ok(())
+            }
+            Entry::Attachment(attachment) => {
+                self.attachments.push(attachment);
+                Ok(())
+            }
+            Entry::ScalarChannel { name, .. } => {
+                Err(RecordingError::NotARun { file: file_name(path), channel: name.into() })
+            }
+            // A channel stands before its samples and was refused.
+            Entry::Scalar { .. } => Ok(()),
+        }
+    }
 }
 
 /// Reads a complete MCAP file of obsid.
@@ -136,21 +165,8 @@ pub fn read_mcap(path: &Path) -> Result<RecordedRun, RecordingError> {
 /// # Errors
 /// As [`read_mcap`]; topics that are left out are checked all the same.
 pub fn read_mcap_topics(path: &Path, keep: impl Fn(TopicId) -> bool) -> Result<RecordedRun, RecordingError> {
-    let mut run = RecordedRun::new(&crate::file_name(path));
-    let damage = read_entries(path, &mut |entry| match entry {
-        Entry::Sample(sample) => {
-            sample.check_crc(path)?;
-            if keep(sample.topic) { run.push(sample.topic, &sample.stamps, sample.payload) } else { Ok(()) }
-        }
-        Entry::Metadata(metadata) => {
-            run.metadata.entry(metadata.name).or_default().extend(metadata.metadata);
-            Ok(())
-        }
-        Entry::Attachment(attachment) => {
-            run.attachments.push(attachment);
-            Ok(())
-        }
-    })?;
+    let mut run = RecordedRun::new(&file_name(path));
+    let damage = read_entries(path, &mut |entry| run.take(path, entry, &keep))?;
     match damage {
         None => Ok(run),
         Some(damage) => Err(damage.into_error(path)),

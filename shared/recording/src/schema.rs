@@ -17,6 +17,11 @@ const NESTED: [(&str, &[FieldInfo], usize); 3] = [
     (Innovation::NAME, Innovation::FIELDS, size_of::<Innovation>()),
 ];
 
+/// A sample of one scalar channel; its unit stands in the channel's metadata under [`UNIT`].
+pub(crate) const SCALAR_NAME: &str = "obsid_msgs/Scalar";
+pub(crate) const SCALAR_TEXT: &str = "float64 value\n";
+pub(crate) const UNIT: &str = "unit";
+
 /// Name of the message that records samples of `topic`.
 pub(crate) fn schema_name(topic: &TopicInfo) -> String {
     format!("obsid/Recorded{}", topic.record)

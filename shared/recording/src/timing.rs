@@ -60,9 +60,9 @@ impl Timing {
     }
 }
 
-/// Judges a strictly increasing time column; `lines[i]` is the line of row `i`.
-pub(crate) fn examine(file: &str, time_s: &[f64], lines: &[u64], duplicates: u64) -> Result<Timing, RecordingError> {
-    let place = |row: usize| Box::new(Place { file: file.into(), line: lines[row], column: 1, name: "time".into() });
+/// Whether an increasing time column has two rows at least and a length that can be right; `lines[i]` is the line of
+/// row `i`.
+pub(crate) fn check_extent(file: &str, time_s: &[f64], lines: &[u64]) -> Result<(), RecordingError> {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
         return Err(RecordingError::TooFewRows { file: file.into(), line: 1, rows: 0 });
     };
@@ -72,11 +72,22 @@ pub(crate) fn examine(file: &str, time_s: &[f64], lines: &[u64], duplicates: u64
     let duration_s = last - first;
     if duration_s > DURATION_MAX_S {
         return Err(RecordingError::TooLong {
-            place: place(time_s.len() - 1),
+            place: place(file, lines[lines.len() - 1]),
             value: duration_s,
             limit: DURATION_MAX_S,
         });
     }
+    Ok(())
+}
+
+fn place(file: &str, line: u64) -> Box<Place> {
+    Box::new(Place { file: file.into(), line, column: 1, name: "time".into() })
+}
+
+/// Judges a strictly increasing time column; `lines[i]` is the line of row `i`.
+pub(crate) fn examine(file: &str, time_s: &[f64], lines: &[u64], duplicates: u64) -> Result<Timing, RecordingError> {
+    check_extent(file, time_s, lines)?;
+    let place = |row: usize| place(file, lines[row]);
     let intervals: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     check_one_rate(&intervals, time_s, &place)?;
 

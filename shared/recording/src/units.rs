@@ -20,7 +20,9 @@ impl Unit {
     /// `value` in this unit, expressed in [`Unit::si`].
     #[must_use]
     pub fn to_si(&self, value: f64) -> f64 {
-        value * self.multiply / self.divide + self.offset
+        let scaled = value * self.multiply / self.divide;
+        // A sum with 0 would turn -0 into 0: what is SI already stays bit for bit what it is.
+        if self.offset == 0.0 { scaled } else { scaled + self.offset }
     }
 }
 
@@ -52,12 +54,23 @@ pub static UNITS: &[Unit] = &[
     u("ft", "m", 0.3048, 1.0),
     u("m/s", "m/s", 1.0, 1.0),
     u("mm/s", "m/s", 1.0, 1e3),
+    u("km/s", "m/s", 1e3, 1.0),
     u("m/s^2", "m/s^2", 1.0, 1.0),
     u("mm/s^2", "m/s^2", 1.0, 1e3),
     u("g", "m/s^2", G0_M_S2, 1.0),
     u("mg", "m/s^2", G0_M_S2, 1e3),
     u("ug", "m/s^2", G0_M_S2, 1e6),
+    u("m/s^3", "m/s^3", 1.0, 1.0),
+    u("m^2", "m^2", 1.0, 1.0),
+    u("m^3", "m^3", 1.0, 1.0),
+    u("1/s", "1/s", 1.0, 1.0),
+    // Frequency responses: receptance, mobility, accelerance, and those of a torque.
+    u("m/N", "m/N", 1.0, 1.0),
+    u("m/s/N", "m/s/N", 1.0, 1.0),
     u("m/s^2/N", "m/s^2/N", 1.0, 1.0),
+    u("rad/N/m", "rad/N/m", 1.0, 1.0),
+    u("rad/s/N/m", "rad/s/N/m", 1.0, 1.0),
+    u("rad/s^2/N/m", "rad/s^2/N/m", 1.0, 1.0),
     u("rad", "rad", 1.0, 1.0),
     u("mrad", "rad", 1.0, 1e3),
     u("deg", "rad", PI, 180.0),
@@ -69,21 +82,42 @@ pub static UNITS: &[Unit] = &[
     u("rpm", "rad/s", 2.0 * PI, 60.0),
     u("rad/s^2", "rad/s^2", 1.0, 1.0),
     u("deg/s^2", "rad/s^2", PI, 180.0),
+    u("mrad/s^2", "rad/s^2", 1.0, 1e3),
+    u("rpm/s", "rad/s^2", 2.0 * PI, 60.0),
     u("kg", "kg", 1.0, 1.0),
+    u("kg/s", "kg/s", 1.0, 1.0),
+    u("g/s", "kg/s", 1.0, 1e3),
+    u("kg*m", "kg*m", 1.0, 1.0),
     u("kg*m^2", "kg*m^2", 1.0, 1.0),
+    u("kg/m^3", "kg/m^3", 1.0, 1.0),
     u("N", "N", 1.0, 1.0),
     u("mN", "N", 1.0, 1e3),
     u("kN", "N", 1e3, 1.0),
+    u("uN", "N", 1.0, 1e6),
     u("lbf", "N", 4.448_221_615_260_5, 1.0),
+    u("N*s", "N*s", 1.0, 1.0),
+    u("N/m", "N/m", 1.0, 1.0),
+    u("N/mm", "N/m", 1e3, 1.0),
+    u("kN/m", "N/m", 1e3, 1.0),
+    u("N*s/m", "N*s/m", 1.0, 1.0),
     u("N*m", "N*m", 1.0, 1.0),
     u("mN*m", "N*m", 1.0, 1e3),
+    u("uN*m", "N*m", 1.0, 1e6),
+    u("kN*m", "N*m", 1e3, 1.0),
+    u("N*m/rad", "N*m/rad", 1.0, 1.0),
+    u("N*m/deg", "N*m/rad", 180.0, PI),
+    u("N*m*s/rad", "N*m*s/rad", 1.0, 1.0),
+    u("N*m/A", "N*m/A", 1.0, 1.0),
+    u("mN*m/A", "N*m/A", 1.0, 1e3),
     u("N*m*s", "N*m*s", 1.0, 1.0),
     u("mN*m*s", "N*m*s", 1.0, 1e3),
     u("Pa", "Pa", 1.0, 1.0),
     u("hPa", "Pa", 1e2, 1.0),
     u("kPa", "Pa", 1e3, 1.0),
+    u("MPa", "Pa", 1e6, 1.0),
     u("bar", "Pa", 1e5, 1.0),
     u("T", "T", 1.0, 1.0),
+    u("mT", "T", 1.0, 1e3),
     u("uT", "T", 1.0, 1e6),
     u("nT", "T", 1.0, 1e9),
     u("K", "K", 1.0, 1.0),
@@ -92,11 +126,18 @@ pub static UNITS: &[Unit] = &[
     u("mV", "V", 1.0, 1e3),
     u("A", "A", 1.0, 1.0),
     u("mA", "A", 1.0, 1e3),
+    u("uA", "A", 1.0, 1e6),
+    u("ohm", "ohm", 1.0, 1.0),
+    u("H", "H", 1.0, 1.0),
+    u("mH", "H", 1.0, 1e3),
+    u("V*s/rad", "V*s/rad", 1.0, 1.0),
+    u("A*m^2", "A*m^2", 1.0, 1.0),
     u("W", "W", 1.0, 1.0),
+    u("mW", "W", 1.0, 1e3),
     u("J", "J", 1.0, 1.0),
 ];
 
-/// The unit spelled `text`; `°`, `µ`, `²`, a middle dot, `Nm` and blanks are read as what they mean.
+/// The unit spelled `text`; `°`, `µ`, `Ω`, `²`, a middle dot, `Nm` and blanks are read as what they mean.
 #[must_use]
 pub fn unit_named(text: &str) -> Option<&'static Unit> {
     let mut plain = String::new();
@@ -104,20 +145,35 @@ pub fn unit_named(text: &str) -> Option<&'static Unit> {
         match c {
             '°' => plain.push_str("deg"),
             'µ' | 'μ' => plain.push('u'),
+            'Ω' | '\u{2126}' => plain.push_str("ohm"),
             '²' => plain.push_str("^2"),
+            '³' => plain.push_str("^3"),
             '·' | '⋅' | ' ' => plain.push('*'),
             other => plain.push(other),
         }
     }
     let plain = match plain.as_str() {
-        "" | "1" => "-",
-        "Nm" => "N*m",
-        "mNm" => "mN*m",
-        "Nms" => "N*m*s",
-        "m/s/s" => "m/s^2",
-        other => other,
+        "" | "1" => "-".into(),
+        "m/s/s" => "m/s^2".into(),
+        _ => plain.split('/').map(with_dots).collect::<Vec<_>>().join("/"),
     };
     UNITS.iter().find(|unit| unit.symbol == plain)
+}
+
+/// Newton metres as data sheets run them together.
+fn with_dots(part: &str) -> &str {
+    match part {
+        "Nm" => "N*m",
+        "uNm" => "uN*m",
+        "mNm" => "mN*m",
+        "kNm" => "kN*m",
+        "Ns" => "N*s",
+        "Nms" => "N*m*s",
+        "mNms" => "mN*m*s",
+        "Am^2" => "A*m^2",
+        "kgm^2" => "kg*m^2",
+        other => other,
+    }
 }
 
 /// The spellings that are converted to `si`, as a list for a reader.

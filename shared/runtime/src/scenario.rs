@@ -1,6 +1,6 @@
 //! A scenario: what is simulated or known, how it is excited, what the identified model is needed for.
 //!
-//! Files are TOML with `format = 1`; units are in the keys. Each experiment simulates its own system (`truth`, used
+//! Files are TOML with `format = 1`; units are in the keys. Each experiment is simulated on a plant of its own (`plant`, read
 //! by `sensor-sim` alone) and states what the estimators are told (`known`) and what they must reach (`need`).
 
 use serde::{Deserialize, Serialize};
@@ -16,12 +16,21 @@ pub struct Need {
     pub held_out_rms: Option<f64>,
 }
 
-/// Equivalent hub and manipulator of BP1, as the simulated truth.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub enum ArmTruth {
-    /// Table II of the seed.
-    PaperTableIi,
+/// The plant that an experiment is simulated on.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlantUse {
+    /// A plant file, relative to the scenario's folder, or the name of one that comes with the program.
+    pub file: String,
+    /// Numbers that differ from the file's: name and value with unit.
+    #[serde(default)]
+    pub set: BTreeMap<String, String>,
+    /// Effects that the plant carries and no estimator is told of: `KIND@SITE name=value …`.
+    #[serde(default)]
+    pub hide: Vec<String>,
+    /// The file's text, filled in where the scenario is read: a partition opens no files.
+    #[serde(default)]
+    pub text: String,
 }
 
 /// Joint trajectory of an arm experiment.
@@ -32,15 +41,6 @@ pub enum Trajectory {
     Mated,
 }
 
-/// A target that is grasped: rigid on the last link.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TargetTruth {
-    pub mass_kg: f64,
-    pub com_from_grasp_m: [f64; 2],
-    pub inertia_com_kg_m2: f64,
-}
-
 /// Arm experiment: free-floating base, joints on a reference trajectory (BP1A, mated).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -48,9 +48,10 @@ pub struct ArmExperiment {
     pub duration_s: f64,
     pub trajectory: Trajectory,
     #[serde(default)]
-    pub truth: Option<ArmTruth>,
+    pub plant: Option<PlantUse>,
+    /// Body of the plant that is there only after the grasp.
     #[serde(default)]
-    pub target: Option<TargetTruth>,
+    pub grasps: Option<String>,
     pub known: ArmKnown,
     #[serde(default)]
     pub need: Need,
@@ -84,15 +85,6 @@ const fn default_joint_angle() -> f64 {
     1.25e-5
 }
 
-/// Simulated tank of BP2.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct SloshTruth {
-    pub m_s_kg: f64,
-    pub k_s_n_m: f64,
-    pub c_s_n_s_m: f64,
-}
-
 /// Slosh experiment on one axis (BP2, 1-D).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -103,7 +95,7 @@ pub struct SloshExperiment {
     #[serde(default)]
     pub force_frequency_hz: f64,
     #[serde(default)]
-    pub truth: Option<SloshTruth>,
+    pub plant: Option<PlantUse>,
     pub known: SloshKnown,
     #[serde(default)]
     pub need: Need,
@@ -155,14 +147,6 @@ const fn default_slosh_interval() -> f64 {
     0.1
 }
 
-/// Simulated appendage of BP3.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-pub enum AppendageTruth {
-    /// Design page of benchmark problem 3, section 1.
-    DesignBp3,
-}
-
 /// Modal experiment: torque pulse, then free decay (BP3A); or an operational record.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -173,7 +157,7 @@ pub struct ModalExperiment {
     #[serde(default)]
     pub pulse_s: f64,
     #[serde(default)]
-    pub truth: Option<AppendageTruth>,
+    pub plant: Option<PlantUse>,
     #[serde(default)]
     pub known: ModalKnown,
     #[serde(default)]
@@ -295,6 +279,16 @@ impl Scenario {
         self.frame_period_ms * 1_000_000
     }
 
+    /// The plants of the experiments, by the experiment's name.
+    pub fn plants_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut PlantUse)> {
+        let modal = self.modal.as_mut().and_then(|modal| modal.plant.as_mut());
+        let slosh = self.slosh.as_mut().and_then(|slosh| slosh.plant.as_mut());
+        let inertial = self.inertial.as_mut().and_then(|arm| arm.plant.as_mut());
+        let mated = self.mated.as_mut().and_then(|arm| arm.plant.as_mut());
+        let all = [("modal", modal), ("slosh", slosh), ("inertial", inertial), ("mated", mated)];
+        all.into_iter().filter_map(|(name, plant)| plant.map(|plant| (name, plant)))
+    }
+
     /// Frames in `seconds`, rounded to the nearest.
     #[must_use]
     pub fn frames(&self, seconds: f64) -> u64 {
@@ -331,11 +325,6 @@ impl Scenario {
             found.positive("slosh.known.m_0_kg", slosh.known.m_0_kg);
             found.positive("slosh.known.interval_s", slosh.known.interval_s);
             found.positive("slosh.known.accelerometer_vrw_m_s_sqrt_h", slosh.known.accelerometer_vrw_m_s_sqrt_h);
-            if let Some(truth) = &slosh.truth {
-                found.positive("slosh.truth.m_s_kg", truth.m_s_kg);
-                found.positive("slosh.truth.k_s_n_m", truth.k_s_n_m);
-                found.positive("slosh.truth.c_s_n_s_m", truth.c_s_n_s_m);
-            }
             found.need("slosh", &slosh.need);
         }
         for (name, arm, count) in [("inertial", &self.inertial, 8), ("mated", &self.mated, 9)] {
@@ -354,12 +343,6 @@ impl Scenario {
                 given == count,
                 &format!("needs {count} numbers, a1 to a{count}"),
             );
-            if let Some(target) = &arm.target {
-                found.positive(&format!("{name}.target.mass_kg"), target.mass_kg);
-                let com = target.com_from_grasp_m;
-                com.iter().for_each(|&number| found.finite(&format!("{name}.target.com_from_grasp_m"), number));
-                found.positive(&format!("{name}.target.inertia_com_kg_m2"), target.inertia_com_kg_m2);
-            }
             found.need(name, &arm.need);
         }
         let capture = &self.capture;
@@ -418,11 +401,11 @@ mod tests {
     const WHOLE: &str = r#"{
         "format": 1, "name": "toy", "frame_period_ms": 10,
         "modal": {"duration_s": 60, "torque_nm": 1, "pulse_s": 1, "need": {"sigma_percent": {"f1": 1}}},
-        "slosh": {"duration_s": 60, "truth": {"m_s_kg": 30, "k_s_n_m": 2, "c_s_n_s_m": 0.1}, "known": {"m_0_kg": 300},
+        "slosh": {"duration_s": 60, "plant": {"file": "tank_1d"}, "known": {"m_0_kg": 300},
             "need": {"held_out_rms": 0.001}},
         "inertial": {"duration_s": 60, "trajectory": "b", "known": {"h_cm_nms": -0.5, "prior": [1,2,3,4,5,6,7,8]}},
         "mated": {"duration_s": 60, "trajectory": "mated", "known": {"h_cm_nms": 0.5, "prior": [1,2,3,4,5,6,7,8,9]},
-            "target": {"mass_kg": 100, "com_from_grasp_m": [0.5, 0], "inertia_com_kg_m2": 10}}
+            "plant": {"file": "mated"}, "grasps": "target"}
     }"#;
 
     fn whole() -> Scenario {
@@ -453,12 +436,10 @@ mod tests {
             modal.need.sigma_percent.insert("f1".into(), -1.0);
             let slosh = scenario.slosh.as_mut().unwrap();
             slosh.known.m_0_kg = 0.0;
-            slosh.truth.as_mut().unwrap().k_s_n_m = f64::INFINITY;
             slosh.need.held_out_rms = Some(0.0);
             scenario.inertial.as_mut().unwrap().known.prior.pop();
             let mated = scenario.mated.as_mut().unwrap();
             mated.known.h_cm_nms = 0.0;
-            mated.target.as_mut().unwrap().mass_kg = -100.0;
         });
         let expected = [
             "format",
@@ -469,11 +450,9 @@ mod tests {
             "modal.torque_nm",
             "modal.need.sigma_percent.f1",
             "slosh.known.m_0_kg",
-            "slosh.truth.k_s_n_m",
             "slosh.need.held_out_rms",
             "inertial.known.prior",
             "mated.known.h_cm_nms",
-            "mated.target.mass_kg",
         ];
         assert_eq!(found, expected);
     }
@@ -509,14 +488,18 @@ mod tests {
         check("inertial.known.joint_angle_sigma_rad", &|s| {
             s.inertial.as_mut().unwrap().known.joint_angle_sigma_rad = f64::NAN;
         });
-        check("mated.target.com_from_grasp_m", &|s| {
-            s.mated.as_mut().unwrap().target.as_mut().unwrap().com_from_grasp_m[0] = f64::NAN;
-        });
         check("capture.settle_s", &|s| s.capture.settle_s = f64::NAN);
         check("capture.contact_timeout_s", &|s| s.capture.contact_timeout_s = f64::NAN);
         check("capture.model_age_limit_s", &|s| s.capture.model_age_limit_s = f64::NAN);
         check("capture.base_rate_limit_rad_s", &|s| s.capture.base_rate_limit_rad_s = f64::NAN);
         assert_eq!(unnoticed, Vec::<String>::new());
+    }
+
+    #[test]
+    fn every_plant_is_listed_with_the_experiment_it_belongs_to() {
+        let mut scenario = whole();
+        let plants: Vec<(&str, String)> = scenario.plants_mut().map(|(name, plant)| (name, plant.file.clone())).collect();
+        assert_eq!(plants, [("slosh", "tank_1d".to_string()), ("mated", "mated".to_string())]);
     }
 
     #[test]

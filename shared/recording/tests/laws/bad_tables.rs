@@ -2,6 +2,7 @@
 
 use crate::{file, scratch};
 use flate2::write::GzEncoder;
+use recording::{Imported, ReplayFrames};
 use std::io::Write;
 
 /// The explanation of the error that reading `text` gives.
@@ -14,6 +15,18 @@ fn refused(name: &str, text: &str) -> String {
     explanation
 }
 
+/// The explanation of the error that replaying `text` gives: it is read, as something that has not one rate.
+fn not_replayed(name: &str, text: &str) -> String {
+    let path = file(name, text);
+    let imported = recording::read(&path).unwrap();
+    assert!(!matches!(imported, Imported::Table(_) | Imported::Run(_)));
+    let explanation = ReplayFrames::new(&imported, None, 10_000_000).unwrap_err().explain();
+    assert!(explanation.starts_with(&path.display().to_string()), "names the file: {explanation}");
+    assert!(explanation.contains("\ncure: "), "names a cure: {explanation}");
+    assert!(recording::csv::read_csv(&path).is_err(), "no table");
+    explanation
+}
+
 fn contains_all(explanation: &str, parts: &[&str]) {
     for part in parts {
         assert!(explanation.contains(part), "`{part}` is missing in: {explanation}");
@@ -23,7 +36,7 @@ fn contains_all(explanation: &str, parts: &[&str]) {
 #[test]
 fn missing_time_column() {
     contains_all(
-        &refused("spectrum.csv", "frequency [Hz],a [m/s^2]\n0,1\n1,2\n"),
+        &not_replayed("spectrum.csv", "frequency [Hz],a [m/s^2]\n0,1\n1,2\n"),
         &["line 1, column 1 `frequency [Hz]`", "not `time [s]`", "spectrum"],
     );
     contains_all(
@@ -88,12 +101,21 @@ fn ragged_rows() {
 
 #[test]
 fn cells_that_are_no_number() {
-    for (cell, shown) in [("abc", "`abc`"), ("", "``"), ("1.2.3", "`1.2.3`"), ("0x10", "`0x10`"), ("1 2", "`1 2`")] {
+    for (cell, shown) in [("abc", "`abc`"), ("1.2.3", "`1.2.3`"), ("0x10", "`0x10`"), ("1 2", "`1 2`")] {
         contains_all(
             &refused("number.csv", &format!("time [s],x [m],y [m]\n0,1,2\n1,1,{cell}\n")),
             &["line 3, column 3 `y [m]`", shown, "is not a number", "decimal"],
         );
     }
+    // No time, no line of a spectrum.
+    contains_all(
+        &refused("notime.csv", "time [s],x [m]\n0,1\n,1\n"),
+        &["line 3, column 1 `time [s]`", "`` is not a number"],
+    );
+    contains_all(
+        &refused("noline.csv", "frequency [Hz],x [m]\n0,1\n1,\n"),
+        &["line 3, column 2 `x [m]`", "`` is not a number"],
+    );
     contains_all(&refused("quotecomma.csv", "time [s],x [m]\n0,\"1,5\"\n"), &["line 2, column 2 `x [m]`", "`1,5`"]);
 }
 
@@ -127,9 +149,29 @@ fn time_that_runs_backwards() {
         &["line 4, column 1 `time [s]`", "0.5 s is followed by 0.4 s", "sort the rows"],
     );
     contains_all(
-        &refused("restart.csv", "time [s],x [m]\n0,1\n0.5,1\n0,1\n0.5,1\n"),
+        &not_replayed("restart.csv", "time [s],x [m]\n0,1\n0.5,1\n0,1\n0.5,1\n"),
         &["line 4", "0.5 s is followed by 0 s", "several recordings one after another: split it before line 4"],
     );
+}
+
+#[test]
+fn a_recording_of_one_row_is_none_where_time_starts_again() {
+    contains_all(&refused("glitch.csv", "time [s],x [m]\n0,1\n1,1\n0,1\n"), &["line 4", "1 s is followed by 0 s"]);
+    contains_all(&refused("first.csv", "time [s],x [m]\n1,1\n0,1\n1,1\n"), &["line 3", "1 s is followed by 0 s"]);
+}
+
+#[test]
+fn frequencies_out_of_order() {
+    contains_all(
+        &refused("order.csv", "frequency [Hz],x [m]\n0,1\n2,1\n1,1\n"),
+        &["line 4, column 1 `frequency [Hz]`", "2 Hz is followed by 1 Hz", "sort the rows"],
+    );
+    contains_all(
+        &refused("negative.csv", "frequency [Hz],x [m]\n-1,1\n2,1\n"),
+        &["line 2, column 1", "-1 Hz is negative"],
+    );
+    contains_all(&refused("line.csv", "frequency [Hz],x [m]\n1,1\n"), &["line 2", "1 row(s)"]);
+    contains_all(&refused("unit.csv", "frequency [s],x [m]\n1,1\n"), &["line 1, column 1", "accepted: Hz, kHz"]);
 }
 
 #[test]
@@ -150,8 +192,8 @@ fn a_rate_that_changes_for_good_is_found_at_its_line() {
     }
     // Row 231 (line 233) is the first that comes 0.02 s after its predecessor.
     contains_all(
-        &refused("rate.csv", &text),
-        &["line 233, column 1", "at 2.32 s", "from 0.01", "to 0.02", "split the file at this line"],
+        &not_replayed("rate.csv", &text),
+        &["needs one rate", "line 233, column 1", "at 2.32 s", "from 0.01", "to 0.02", "split the file at this line"],
     );
 }
 
@@ -163,7 +205,7 @@ fn a_rate_that_drifts_away_slowly_is_found_too() {
         text.push_str(&format!("{t:.6},0\n"));
         t += 0.01 * (1.0 + 0.4 * f64::from(row) / 2000.0);
     }
-    contains_all(&refused("drift.csv", &text), &["the sample interval changes", "split the file"]);
+    contains_all(&not_replayed("drift.csv", &text), &["the sample interval changes", "split the file"]);
 }
 
 #[test]

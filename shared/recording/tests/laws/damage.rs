@@ -3,7 +3,7 @@
 use crate::samples::{everything, listed};
 use crate::{Numbers, scratch};
 use flate2::write::GzEncoder;
-use recording::{Imported, McapRecorder, ReplayFrames, write_mcap};
+use recording::{Imported, McapRecorder, ReplayFrames, Series, SeriesSet, write_mcap, write_series};
 use std::io::Write;
 
 /// Random truncations, byte flips and overwritten words of `bytes`.
@@ -45,7 +45,7 @@ fn a_damaged_mcap_is_refused_or_gives_exactly_the_samples_written() {
         std::fs::write(&path, &bytes).unwrap();
         match recording::read(&path) {
             Ok(Imported::Run(read)) => assert!(listed(&read) == expected, "silently other samples"),
-            Ok(Imported::Table(_)) => panic!("an MCAP is no table"),
+            Ok(_) => panic!("an MCAP of a run is a run"),
             Err(error) => {
                 refused += 1;
                 assert!(error.explain().contains("cure: "), "{error}");
@@ -53,6 +53,33 @@ fn a_damaged_mcap_is_refused_or_gives_exactly_the_samples_written() {
         }
     }
     // CRCs cover every byte of the file but indexes' padding; a flip that changes nothing is rare.
+    assert!(refused > 960, "{refused}");
+}
+
+#[test]
+fn a_damaged_mcap_of_channels_is_refused_or_gives_exactly_the_channels_written() {
+    let mut numbers = Numbers(47);
+    let mut channel = |name: &str, every: usize| {
+        let time_s: Vec<f64> = (0..200).step_by(every).map(|i| f64::from(i) / 100.0).collect();
+        let values = time_s.iter().map(|_| numbers.unit()).collect();
+        Series::si(name, "rad", time_s, values)
+    };
+    let channels = vec![channel("a", 1), channel("b", 7)];
+    let path = scratch("damage-series.mcap");
+    write_series(&SeriesSet { file: "memory".into(), channels: channels.clone(), notes: Vec::new() }, &path).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let mut refused = 0;
+    for _ in 0..1000 {
+        std::fs::write(&path, damaged(&whole, &mut numbers)).unwrap();
+        match recording::read(&path) {
+            Ok(Imported::Series(read)) => assert!(read.channels == channels, "silently other samples"),
+            Ok(_) => panic!("an MCAP of channels is a set of channels"),
+            Err(error) => {
+                refused += 1;
+                assert!(error.explain().contains("cure: "), "{error}");
+            }
+        }
+    }
     assert!(refused > 960, "{refused}");
 }
 
@@ -99,7 +126,7 @@ fn a_damaged_gzip_is_refused_or_gives_exactly_the_rows_written() {
     for _ in 0..1000 {
         match load(&damaged(&whole, &mut numbers)) {
             Ok(Imported::Table(read)) => assert_eq!(read, expected, "silently other numbers"),
-            Ok(Imported::Run(_)) => panic!("a table is no run"),
+            Ok(_) => panic!("a table is a table"),
             Err(error) => assert!(error.explain().contains("cure: "), "{error}"),
         }
     }

@@ -1,5 +1,6 @@
 //! Laws of the recording crate: what comes out is what went in, or an error that names place, value and cure.
 
+mod bad_channels;
 mod bad_tables;
 mod channel_maps;
 mod damage;
@@ -8,7 +9,10 @@ mod mcap_files;
 mod real_recordings;
 mod replay_runs;
 mod replay_tables;
+mod run_channels;
 mod samples;
+mod series;
+mod spectra_and_segments;
 mod tables;
 mod throughput;
 

@@ -160,11 +160,20 @@ fn a_foreign_mcap_is_refused_with_what_is_supported() {
     let channel = writer.add_channel(schema, "/imu/data", "ros1", &BTreeMap::new()).unwrap();
     let header = mcap::records::MessageHeader { channel_id: channel, sequence: 0, log_time: 0, publish_time: 0 };
     writer.write_to_known_channel(&header, &[0; 8]).unwrap();
+    writer.flush().unwrap();
+    // Named in a later chunk, which is not decoded any more.
+    let schema = writer.add_schema("sensor_msgs/JointState", "ros1msg", b"float64 x").unwrap();
+    writer.add_channel(schema, "/joint_states", "ros1", &BTreeMap::new()).unwrap();
     writer.finish().unwrap();
     let error = recording::read(&path).unwrap_err().explain();
-    for part in
-        ["`/imu/data`", "`ros1/ros1msg`", "`sensor_msgs/Imu`", "not recorded by obsid", "obsid/Recorded*", "CSV"]
-    {
+    for part in [
+        "channels: `/imu/data` (sensor_msgs/Imu), `/joint_states` (sensor_msgs/JointState)",
+        "`ros1/ros1msg`",
+        "`sensor_msgs/Imu`",
+        "not recorded by obsid",
+        "obsid/Recorded*",
+        "CSV",
+    ] {
         assert!(error.contains(part), "{error}");
     }
     let before = std::fs::read(&path).unwrap();

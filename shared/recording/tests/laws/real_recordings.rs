@@ -1,4 +1,4 @@
-//! Every CSV of the recordings folder loads, or is refused for the right reason.
+//! Every CSV of the recordings folder is read, and replayed or refused for the right reason.
 //!
 //! The folder is `$OBSID_RECORDINGS`, else `../shared/recordings` beside the workspace; where it is absent the tests
 //! say that they are skipped, and fail when `$OBSID_REQUIRE` contains `recordings`.
@@ -34,15 +34,16 @@ fn tables(folder: &Path, found: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn every_table_loads_or_is_refused_for_the_right_reason() {
+fn every_recording_of_the_folder_is_read_as_what_it_is() {
     let Some(folder) = recordings() else { return };
     let mut paths = Vec::new();
     tables(&folder, &mut paths);
     assert!(paths.len() >= 30, "{} tables", paths.len());
     for path in paths {
         let name = path.display().to_string();
-        match read(&path) {
-            Ok(Imported::Table(table)) => {
+        let imported = read(&path).unwrap();
+        match &imported {
+            Imported::Table(table) => {
                 println!(
                     "{name}: {} rows, {} columns, interval {:.9} s, jitter {:.2e}, gaps {}",
                     table.time_s.len(),
@@ -53,16 +54,21 @@ fn every_table_loads_or_is_refused_for_the_right_reason() {
                 );
                 assert!(table.notes.is_empty(), "{:?}", table.notes);
             }
-            Ok(Imported::Run(_)) => panic!("{name} is a table"),
-            Err(error) => {
-                let error = error.explain();
-                println!("{error}");
-                if name.contains("ball_drops") {
-                    assert!(error.contains("time runs backwards") && error.contains("split it before line"), "{error}");
-                } else {
-                    assert!(error.contains("`frequency [Hz]`") && error.contains("spectrum"), "{error}");
-                }
+            Imported::Segments(segments) => {
+                println!("{name}: {} recordings", segments.parts.len());
+                assert!(name.contains("ball_drops"), "{name}: {:?}", segments.restarts);
+                assert_eq!(segments.parts.len(), 2, "two drops each");
+                let error = ReplayFrames::new(&imported, None, 10_000_000).unwrap_err().explain();
+                assert!(error.contains("time runs backwards") && error.contains("split it before line"), "{error}");
             }
+            Imported::Spectrum(spectrum) => {
+                println!("{name}: {} lines, {} columns", spectrum.frequency_hz.len(), spectrum.columns.len());
+                assert!(name.contains("cantilever_impulse_fft") || name.contains("free_beam_frf"), "{name}");
+                let error = ReplayFrames::new(&imported, None, 10_000_000).unwrap_err().explain();
+                assert!(error.contains("`frequency [Hz]`") && error.contains("spectrum"), "{error}");
+            }
+            Imported::Series(set) => panic!("{name} has one rate and no empty cell: {:?}", set.notes),
+            Imported::Run(_) => panic!("{name} is no run"),
         }
     }
 }

@@ -53,9 +53,18 @@ fn every_unit_is_found_under_its_symbol_and_converts_to_one_that_stays() {
         let si = unit_named(unit.si).unwrap();
         assert_eq!((si.si, si.to_si(1.25)), (unit.si, 1.25), "{}", unit.symbol);
     }
-    for (spelling, symbol) in
-        [("°/s", "deg/s"), ("m/s²", "m/s^2"), ("N·m", "N*m"), ("Nm", "N*m"), ("µs", "us"), ("", "-")]
-    {
+    for (spelling, symbol) in [
+        ("°/s", "deg/s"),
+        ("m/s²", "m/s^2"),
+        ("N·m", "N*m"),
+        ("Nm", "N*m"),
+        ("µs", "us"),
+        ("", "-"),
+        ("Nms/rad", "N*m*s/rad"),
+        ("Nm/A", "N*m/A"),
+        ("Ω", "ohm"),
+        ("kg/m³", "kg/m^3"),
+    ] {
         assert_eq!(unit_named(spelling).unwrap().symbol, symbol);
     }
 }

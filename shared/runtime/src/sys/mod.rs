@@ -1,9 +1,11 @@
-//! System facilities, one file each. All through safe wrappers (`rustix`, `signal-hook`).
+//! System facilities, one file each. Through safe wrappers (`rustix`, `signal-hook`), but for the allocator.
 
+mod allocations;
 mod clock;
 mod lines;
 mod process;
 
+pub use allocations::{CountingAllocator, allocations};
 pub use clock::{cpu_ns, monotonic_ns};
 pub use lines::{LineWriter, tell};
 pub use process::{die_with_parent, kill_self, stop_self};

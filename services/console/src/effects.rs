@@ -1,0 +1,102 @@
+//! `obsid effects`: the catalogue of physics that a model can leave out.
+
+use crate::{Failure, plant_file};
+use plant::description::{Plant, SiteKind};
+use plant::effects::{EFFECTS, Effect, effect, sites};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// List the physics that a model can leave out, and where it can sit
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  obsid effects                                       the whole catalogue
+  obsid effects joint_coulomb                         one entry: equation, signature, confounders, experiment
+  obsid effects --plant deploy/plants/drive_rig.toml  what this plant can carry, and at which sites")]
+pub struct Arguments {
+    /// One entry in full
+    kind: Option<String>,
+    /// Only what this plant can carry, with its sites
+    #[arg(long, value_name = "FILE")]
+    plant: Option<PathBuf>,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// # Errors
+/// [`Failure::Input`] for an unknown entry or a plant that cannot be read.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let plant = arguments.plant.as_deref().map(plant_file::read).transpose()?;
+    let entries = entries(arguments.kind.as_deref(), plant.as_ref())?;
+    crate::print(&match (&arguments.kind, arguments.json) {
+        (_, true) => format!("{}\n", json!({ "effects": entries.iter().map(as_json).collect::<Vec<_>>() })),
+        (Some(_), false) => entries.iter().map(page).collect(),
+        (None, false) => table(&entries),
+    });
+    Ok(())
+}
+
+/// An effect and the sites it can have.
+struct Entry {
+    effect: &'static Effect,
+    sites: Vec<String>,
+}
+
+fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Failure> {
+    let chosen: Vec<&'static Effect> = match kind {
+        None => EFFECTS.to_vec(),
+        Some(kind) => vec![effect(kind).ok_or_else(|| unknown(kind))?],
+    };
+    let entry = |effect: &'static Effect| {
+        let sites = match plant {
+            Some(plant) => sites(effect, plant).iter().map(ToString::to_string).collect(),
+            None => effect.sites.iter().map(|kind: &SiteKind| format!("{}:NAME", kind.name())).collect(),
+        };
+        Entry { effect, sites }
+    };
+    Ok(chosen.into_iter().map(entry).filter(|entry| !entry.sites.is_empty()).collect())
+}
+
+fn unknown(kind: &str) -> Failure {
+    let near = EFFECTS.iter().map(|effect| effect.kind).max_by(|a, b| {
+        strsim::jaro_winkler(a, kind).total_cmp(&strsim::jaro_winkler(b, kind))
+    });
+    let help = format!("did you mean '{}'? `obsid effects` lists all", near.unwrap_or_default());
+    Failure::Input(miette::miette!(help = help, "'{kind}' is not in the catalogue"))
+}
+
+fn as_json(entry: &Entry) -> Value {
+    let parameters: Vec<Value> = entry
+        .effect
+        .parameters
+        .iter()
+        .map(|p| json!({ "name": p.name, "unit": p.unit, "low": p.low, "high": p.high, "default": p.default, "what": p.what }))
+        .collect();
+    let Effect { kind, title, what, signature, confounders, experiment, .. } = entry.effect;
+    json!({ "kind": kind, "title": title, "sites": entry.sites, "parameters": parameters, "what": what,
+        "signature": signature, "confounders": confounders, "experiment": experiment })
+}
+
+fn table(entries: &[Entry]) -> String {
+    let mut text = format!("{:<28} {:<34} parameters [unit]\n", "kind", "sites");
+    for entry in entries {
+        let parameters: Vec<String> = entry.effect.parameters.iter().map(|p| format!("{} [{}]", p.name, p.unit)).collect();
+        let _ = writeln!(text, "{:<28} {:<34} {}", entry.effect.kind, entry.sites.join(" "), parameters.join(", "));
+    }
+    let _ = writeln!(text, "\n{} effects; `obsid effects KIND` tells one in full", entries.len());
+    text
+}
+
+fn page(entry: &Entry) -> String {
+    let Effect { kind, title, what, signature, confounders, experiment, parameters, .. } = entry.effect;
+    let mut text = format!("{kind}: {title}\n\n  sites        {}\n", entry.sites.join(" "));
+    for (label, words) in [("what", what), ("signature", signature), ("confounders", confounders), ("experiment", experiment)] {
+        let _ = writeln!(text, "  {label:<12} {words}");
+    }
+    let _ = writeln!(text, "\n  {:<20} {:<14} {:>12} {:>12} {:>12}  meaning", "parameter", "unit", "low", "high", "default");
+    for p in *parameters {
+        let _ = writeln!(text, "  {:<20} {:<14} {:>12} {:>12} {:>12}  {}", p.name, p.unit, p.low, p.high, p.default, p.what);
+    }
+    text
+}

@@ -1,0 +1,54 @@
+//! Plant files on the command line: the user's, and those that come with the program.
+
+use crate::Failure;
+use crate::located::Located;
+use plant::description::Plant;
+use plant::file::{self, Parsed};
+use std::path::Path;
+
+/// A plant of `deploy/plants` by its name.
+macro_rules! built_in {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../../deploy/plants/", $name, ".toml")))),*]
+    };
+}
+
+/// Plants that need no file: name and text.
+pub const BUILT_IN: &[(&str, &str)] = built_in!["free_floating_arm", "mated", "tank_1d", "hub_appendage"];
+
+/// Text of a plant file, or of the built-in plant of that name; `folder` is where relative paths begin.
+///
+/// # Errors
+/// What is wrong, and the cure.
+pub fn text_of(name: &str, folder: &Path) -> Result<String, (String, String)> {
+    if let Some((_, text)) = BUILT_IN.iter().find(|(built_in, _)| *built_in == name) {
+        return Ok((*text).to_string());
+    }
+    std::fs::read_to_string(folder.join(name)).map_err(|error| {
+        let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+        let cure = format!("give the path of a plant file (see deploy/plants), or one of {}", names.join(", "));
+        (format!("{name}: cannot be read: {error}"), cure)
+    })
+}
+
+/// Reads a plant file; warnings go to standard error.
+///
+/// # Errors
+/// [`Failure::Input`] with every error of the file.
+pub fn read(path: &Path) -> Result<Plant, Failure> {
+    let name = path.display().to_string();
+    let text = text_of(&name, Path::new(""))
+        .map_err(|(message, cure)| Failure::Input(miette::miette!(help = cure, "{message}")))?;
+    let parsed = parse(&name, &text)?;
+    parsed.warnings.iter().for_each(|warning| crate::tell(&format!("warning: {warning}")));
+    Ok(parsed.plant)
+}
+
+/// # Errors
+/// [`Failure::Input`] with every error of `text`.
+pub fn parse(name: &str, text: &str) -> Result<Parsed, Failure> {
+    file::parse(name, text).map_err(|errors| {
+        let located = errors.into_iter().map(|e| Located::new(name, text, e.span, e.message, e.cure)).collect();
+        Located::first_of(located).map_or_else(|| Failure::Run(format!("{name}: refused without a reason")), Failure::input)
+    })
+}

@@ -1,0 +1,128 @@
+//! `obsid simulate`: the recording that a plant's sensors would make.
+
+use crate::progress::Share;
+use crate::{Failure, plant_file};
+use plant::description::Plant;
+use plant::file;
+use plant::simulation;
+use recording::{Series, SeriesSet};
+use serde_json::json;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Simulate a plant file and write what its sensors and commands say
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  obsid simulate deploy/plants/drive_rig.toml --out rig.csv
+  obsid simulate deploy/plants/drive_rig.toml --hide 'joint_coulomb@joint:output torque=0.3' --out hidden.mcap
+  obsid simulate deploy/plants/pendulum.toml --set 'bob.mass = 1.2 kg' --seed 7 --duration 30 --out run.csv.gz
+
+What is hidden leaves no trace in the file; `obsid effects` lists what can be hidden.")]
+pub struct Arguments {
+    /// A plant file, see deploy/plants
+    plant: PathBuf,
+    /// An effect that the plant carries besides, 'KIND@SITE name=value ...'; may be repeated
+    #[arg(long, value_name = "EFFECT")]
+    hide: Vec<String>,
+    /// Another value of a number, 'NAME = VALUE UNIT', names as `obsid plant parameters` lists them; may be repeated
+    #[arg(long, value_name = "NUMBER")]
+    set: Vec<String>,
+    /// The same seed gives the same recording
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Length [s]; the plant file's where none is given
+    #[arg(long, value_name = "S")]
+    duration: Option<f64>,
+    /// Where to write: .csv, .csv.gz or .mcap
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// What was written as one JSON object on standard output
+    #[arg(long)]
+    json: bool,
+}
+
+/// # Errors
+/// [`Failure::Input`] for a plant or an effect that cannot be, [`Failure::Run`] when the file cannot be written.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut plant = plant_file::read(&arguments.plant)?;
+    change(&mut plant, &arguments.set, &arguments.hide)?;
+    let duration_s = arguments.duration.unwrap_or(plant.simulation.duration_s);
+    if !(duration_s.is_finite() && duration_s >= plant.simulation.period_s) {
+        return Err(Failure::Input(miette::miette!(
+            help = "give at least one control period",
+            "--duration {duration_s}: the plant's control period is {} s",
+            plant.simulation.period_s
+        )));
+    }
+    let bar = Share::new("simulated");
+    let recording = simulation::record(&plant, arguments.seed, duration_s, &mut |share| bar.show(share));
+    bar.end();
+    let recording = recording.map_err(|error| Failure::Run(format!("{}: {error}", arguments.plant.display())))?;
+    let channels: Vec<Series> = recording.channels.into_iter().map(series).collect::<Result<_, _>>()?;
+    let set = SeriesSet { file: arguments.out.display().to_string(), channels, notes: Vec::new() };
+    let notes = recording::write_series(&set, &arguments.out).map_err(Failure::input)?;
+    notes.iter().for_each(|note| crate::tell(&format!("note: {note}")));
+    crate::print(&if arguments.json { summary_json(arguments, duration_s, &set) } else { summary(duration_s, &set) });
+    Ok(())
+}
+
+/// Applies `--set` and `--hide` to a plant.
+///
+/// # Errors
+/// [`Failure::Input`].
+pub fn change(plant: &mut Plant, set: &[String], hide: &[String]) -> Result<(), Failure> {
+    for text in set {
+        file::set(plant, text).map_err(|reason| refused("--set", text, &reason))?;
+    }
+    for text in hide {
+        let effect = file::parse_effect(plant, text).map_err(|reason| refused("--hide", text, &reason))?;
+        plant.effects.push(effect);
+    }
+    Ok(())
+}
+
+fn refused(flag: &str, text: &str, reason: &str) -> Failure {
+    let help = match flag {
+        "--hide" => "as in 'joint_coulomb@joint:NAME torque=0.3'; `obsid effects --plant FILE` lists kinds, sites and names",
+        _ => "as in 'link_1.mass = 12 kg'; `obsid plant parameters FILE` lists the names",
+    };
+    Failure::Input(miette::miette!(help = help, "{flag} '{text}': {reason}"))
+}
+
+fn series(channel: simulation::Channel) -> Result<Series, Failure> {
+    let unit = recording::units::unit_named(&channel.unit).map(|unit| unit.si).ok_or_else(|| {
+        Failure::Run(format!("channel '{}': recordings have no unit '{}'", channel.name, channel.unit))
+    })?;
+    Ok(Series::si(&channel.name, unit, channel.time_s, channel.value))
+}
+
+fn summary(duration_s: f64, set: &SeriesSet) -> String {
+    let mut text = format!("{:<28} {:<10} {:>10} {:>14} {:>14}\n", "channel", "unit", "samples", "least", "greatest");
+    for channel in &set.channels {
+        let (least, greatest) = extremes(&channel.values);
+        let _ = writeln!(
+            text,
+            "{:<28} {:<10} {:>10} {least:>14.6e} {greatest:>14.6e}",
+            channel.name,
+            channel.unit,
+            channel.values.len()
+        );
+    }
+    let _ = writeln!(text, "\n{} channels, {duration_s} s -> {}", set.channels.len(), set.file);
+    text
+}
+
+fn summary_json(arguments: &Arguments, duration_s: f64, set: &SeriesSet) -> String {
+    let channel = |channel: &Series| {
+        let (least, greatest) = extremes(&channel.values);
+        json!({ "name": channel.name, "unit": channel.unit, "samples": channel.values.len(), "least": least, "greatest": greatest })
+    };
+    let channels: Vec<_> = set.channels.iter().map(channel).collect();
+    format!("{}\n", json!({ "out": set.file, "seed": arguments.seed, "duration_s": duration_s, "channels": channels }))
+}
+
+/// (0, 0) of a channel without samples.
+fn extremes(values: &[f64]) -> (f64, f64) {
+    let fold = |better: fn(f64, f64) -> f64| values.iter().copied().reduce(better).unwrap_or(0.0);
+    (fold(f64::min), fold(f64::max))
+}

@@ -1,0 +1,317 @@
+//! Two recordings of what should be the same: how far apart, and by what.
+//!
+//! For users whose simulation lives elsewhere: no plant is needed. Channels meet by name; the simulated one is read at the recorded stamps, interpolated by a cubic only where the
+//! stamps differ, and that is said. Each simple explanation (lag, scale, sign, offset) is tried alone, with its sigma and the fit it would give; what is left is located in time windows
+//! and frequency bands against the white noise under the residual, and in coherence with every other channel. Each list is corrected for its length (Holm) at [`FALSE_ALARM`] per channel and list.
+
+mod align;
+mod locate;
+#[cfg(test)]
+mod tests;
+
+use serde::Serialize;
+
+pub use align::Correction;
+pub use locate::{Band, Coherence, Window};
+
+use crate::doctor::short;
+use crate::series::{Channel, Recording, Uniform, interpolate};
+use crate::statistics::{deviation, mean, rms};
+
+/// Probability that one list (windows, bands, coherence) of one channel names a place when only white noise separates the two.
+pub const FALSE_ALARM: f64 = 1e-4;
+/// Fewest common samples.
+const SAMPLES_MIN: usize = 32;
+/// An explanation must take away this share of the squared difference to be the conclusion.
+const EXPLAINED_SHARE: f64 = 0.5;
+
+/// What separates a channel from its simulation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    Identical,
+    OnlyNoise,
+    Lag,
+    Scale,
+    Sign,
+    Offset,
+    /// Confined to frequency bands.
+    Band,
+    /// Confined to time windows.
+    Window,
+    /// Neither confined nor explained by one number.
+    Unexplained,
+    TooShort,
+}
+
+/// One channel of both recordings. Alternatives are alone, not together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ChannelComparison {
+    pub name: String,
+    pub unit: String,
+    pub samples: usize,
+    /// Rms of real minus simulated.
+    pub rms: f64,
+    /// `100 (1 - |e| / |y - mean y|)`; `None` where the recorded channel is constant.
+    pub fit_percent: Option<f64>,
+    /// Real comes this much after simulated [s].
+    pub lag_s: f64,
+    pub lag_sigma_s: f64,
+    pub lag_fit_percent: Option<f64>,
+    /// Real over simulated.
+    pub scale: f64,
+    pub scale_sigma: f64,
+    pub scale_fit_percent: Option<f64>,
+    /// -1 where the simulated channel fits better with its sign turned.
+    pub sign: f64,
+    pub sign_fit_percent: Option<f64>,
+    /// Mean of real minus simulated.
+    pub offset: f64,
+    pub offset_sigma: f64,
+    pub offset_fit_percent: Option<f64>,
+    /// White noise under the difference, where its spectrum ends flat.
+    pub noise_sigma: Option<f64>,
+    pub windows: Vec<Window>,
+    pub bands: Vec<Band>,
+    pub coherence: Vec<Coherence>,
+    /// How the stamps were brought together.
+    pub resampling: String,
+    pub verdict: Verdict,
+    pub conclusion: String,
+}
+
+/// A channel without partner.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Unmatched {
+    pub name: String,
+    /// `real` or `simulated`: where it stands.
+    pub side: String,
+    /// Names of the other side, nearest first.
+    pub nearest: Vec<String>,
+}
+
+/// Result of [`compare`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    pub real: String,
+    pub simulated: String,
+    pub channels: Vec<ChannelComparison>,
+    pub unmatched: Vec<Unmatched>,
+}
+
+/// Compares channel by channel. Names match exactly, else without regard to case; nothing is guessed beyond that.
+#[must_use]
+pub fn compare(real: &Recording, simulated: &Recording) -> Comparison {
+    let partner = |name: &str, side: &Recording| {
+        side.channels
+            .iter()
+            .position(|c| c.name == name)
+            .or_else(|| side.channels.iter().position(|c| c.name.eq_ignore_ascii_case(name)))
+    };
+    let mut channels = Vec::new();
+    let mut unmatched = Vec::new();
+    for channel in &real.channels {
+        match partner(&channel.name, simulated) {
+            Some(k) => channels.push(compare_channel(channel, &simulated.channels[k], real)),
+            None => unmatched.push(lonely(channel, "real", simulated)),
+        }
+    }
+    for channel in simulated.channels.iter().filter(|c| partner(&c.name, real).is_none()) {
+        unmatched.push(lonely(channel, "simulated", real));
+    }
+    Comparison { real: real.name.clone(), simulated: simulated.name.clone(), channels, unmatched }
+}
+
+fn lonely(channel: &Channel, side: &str, others: &Recording) -> Unmatched {
+    let mut names: Vec<(usize, &str)> = others.channels.iter().map(|c| (edits(&channel.name, &c.name), c.name.as_str())).collect();
+    names.sort();
+    Unmatched { name: channel.name.clone(), side: side.into(), nearest: names.into_iter().take(3).map(|(_, n)| n.to_string()).collect() }
+}
+
+/// Levenshtein distance without regard to case.
+fn edits(a: &str, b: &str) -> usize {
+    let (a, b): (Vec<char>, Vec<char>) = (a.to_lowercase().chars().collect(), b.to_lowercase().chars().collect());
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, y) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+/// Real and simulated at common, equal steps.
+struct Pair {
+    start_s: f64,
+    dt_s: f64,
+    real: Vec<f64>,
+    simulated: Vec<f64>,
+    resampling: String,
+}
+
+fn pair(real: &Channel, simulated: &Channel) -> Option<Pair> {
+    let u = real.uniform()?;
+    let keep = simulated.finite();
+    let mut time: Vec<f64> = Vec::new();
+    let mut value: Vec<f64> = Vec::new();
+    for i in keep {
+        if time.last().is_none_or(|t| simulated.time_s[i] > *t) {
+            time.push(simulated.time_s[i]);
+            value.push(simulated.value[i]);
+        }
+    }
+    let (first, last) = (*time.first()?, *time.last()?);
+    let inside: Vec<usize> = (0..u.value.len()).filter(|&i| u.time_s(i) >= first - 1e-6 * u.dt_s && u.time_s(i) <= last + 1e-6 * u.dt_s).collect();
+    if inside.len() < SAMPLES_MIN {
+        return None;
+    }
+    let mut exact = true;
+    let read: Vec<f64> = inside
+        .iter()
+        .map(|&i| {
+            let t = u.time_s(i);
+            let near = time.partition_point(|s| *s < t - 1e-6 * u.dt_s).min(time.len() - 1);
+            if (time[near] - t).abs() <= 1e-6 * u.dt_s {
+                value[near]
+            } else {
+                exact = false;
+                interpolate(&time, &value, t)
+            }
+        })
+        .collect();
+    let mut notes: Vec<&str> = Vec::new();
+    if u.interpolated {
+        notes.push("real: uneven stamps, cubic interpolation to equal steps");
+    }
+    notes.push(if exact { "simulated: same stamps, untouched" } else { "simulated: cubic interpolation to the recorded stamps" });
+    if inside.len() < real.value.len() {
+        notes.push("only the common, gap-free stretch is used");
+    }
+    Some(Pair {
+        start_s: u.time_s(inside[0]),
+        dt_s: u.dt_s,
+        real: inside.iter().map(|&i| u.value[i]).collect(),
+        simulated: read,
+        resampling: notes.join("; "),
+    })
+}
+
+/// `100 (1 - |e| / |y - mean y|)`.
+fn fit_percent(error: &[f64], y: &[f64]) -> Option<f64> {
+    let spread = deviation(y);
+    (spread > 0.0).then(|| 100.0 * (1.0 - rms(error) / spread))
+}
+
+fn compare_channel(real: &Channel, simulated: &Channel, recording: &Recording) -> ChannelComparison {
+    let Some(p) = pair(real, simulated) else { return too_short(real) };
+    let error: Vec<f64> = p.real.iter().zip(&p.simulated).map(|(y, s)| y - s).collect();
+    let corrections = align::corrections(&p.real, &p.simulated, p.dt_s);
+    let mut out = ChannelComparison {
+        samples: error.len(),
+        rms: rms(&error),
+        fit_percent: fit_percent(&error, &p.real),
+        lag_s: corrections.lag.value,
+        lag_sigma_s: corrections.lag.sigma,
+        lag_fit_percent: fit_percent(&corrections.lag.residual, &p.real),
+        scale: corrections.scale.value,
+        scale_sigma: corrections.scale.sigma,
+        scale_fit_percent: fit_percent(&corrections.scale.residual, &p.real),
+        sign: corrections.sign.value,
+        sign_fit_percent: fit_percent(&corrections.sign.residual, &p.real),
+        offset: corrections.offset.value,
+        offset_sigma: corrections.offset.sigma,
+        offset_fit_percent: fit_percent(&corrections.offset.residual, &p.real),
+        resampling: p.resampling.clone(),
+        ..too_short(real)
+    };
+    if out.rms <= 1e-9 * rms(&p.real) {
+        (out.verdict, out.conclusion) = (Verdict::Identical, "identical".into());
+        return out;
+    }
+    let places = locate::locate(&error, &p, recording, &real.name);
+    out.noise_sigma = places.noise_sigma;
+    (out.windows, out.bands, out.coherence) = (places.windows, places.bands, places.coherence);
+    (out.verdict, out.conclusion) = conclude(&out, &corrections, &p, recording, &error);
+    out
+}
+
+fn too_short(real: &Channel) -> ChannelComparison {
+    ChannelComparison {
+        name: real.name.clone(),
+        unit: real.unit.clone(),
+        samples: 0,
+        rms: 0.0,
+        fit_percent: None,
+        lag_s: 0.0,
+        lag_sigma_s: 0.0,
+        lag_fit_percent: None,
+        scale: 1.0,
+        scale_sigma: 0.0,
+        scale_fit_percent: None,
+        sign: 1.0,
+        sign_fit_percent: None,
+        offset: 0.0,
+        offset_sigma: 0.0,
+        offset_fit_percent: None,
+        noise_sigma: None,
+        windows: Vec::new(),
+        bands: Vec::new(),
+        coherence: Vec::new(),
+        resampling: String::new(),
+        verdict: Verdict::TooShort,
+        conclusion: format!("cannot be compared: fewer than {SAMPLES_MIN} common samples"),
+    }
+}
+
+fn conclude(c: &ChannelComparison, all: &align::Corrections, p: &Pair, recording: &Recording, error: &[f64]) -> (Verdict, String) {
+    let before = rms(error).powi(2);
+    let share = |x: &Correction| 1.0 - rms(&x.residual).powi(2) / before;
+    let named = [(Verdict::Offset, &all.offset), (Verdict::Scale, &all.scale), (Verdict::Lag, &all.lag), (Verdict::Sign, &all.sign)];
+    let best = named.iter().filter(|(_, x)| x.significant(FALSE_ALARM)).max_by(|a, b| share(a.1).total_cmp(&share(b.1)));
+    if let Some((verdict, correction)) = best
+        && share(correction) >= EXPLAINED_SHARE
+    {
+        let what = match verdict {
+            Verdict::Lag => format!("differs by a lag of {} ± {} ms", short(1e3 * correction.value), short(1e3 * correction.sigma)),
+            Verdict::Scale => format!("differs by a gain of {} ± {}", short(correction.value), short(correction.sigma)),
+            Verdict::Offset => format!("differs by an offset of {} ± {} {}", short(correction.value), short(correction.sigma), c.unit),
+            _ => "has the opposite sign".into(),
+        };
+        let rest = locate::locate(&correction.residual, p, recording, &c.name);
+        let left = if rest.silent() {
+            "the rest is noise".into()
+        } else {
+            let fit = fit_percent(&correction.residual, &p.real).map_or_else(String::new, |f| format!(", fit {} %", short(f)));
+            format!("takes {} % of the squared difference{fit}; more is left{}", short(100.0 * share(correction)), rest.bands.first().map_or_else(String::new, band_text))
+        };
+        return (*verdict, format!("{what}; {left}"));
+    }
+    if c.windows.is_empty() && c.bands.is_empty() && c.coherence.is_empty() && best.is_none() {
+        let sigma = c.noise_sigma.unwrap_or(c.rms);
+        return (Verdict::OnlyNoise, format!("only noise ({} {} rms, mean {})", short(sigma), c.unit, short(mean(error))));
+    }
+    let power = before;
+    let follows = c.coherence.first().map_or_else(String::new, |k| format!("; {} % of it follows {}", short(100.0 * k.share), k.channel));
+    if let Some(band) = c.bands.first().filter(|b| b.rms * b.rms > EXPLAINED_SHARE * power && b.confined) {
+        return (Verdict::Band, format!("differs{}{follows}", band_text(band)));
+    }
+    if let Some(window) = c.windows.first().filter(|w| w.share > EXPLAINED_SHARE && w.confined) {
+        return (Verdict::Window, format!("differs in {}-{} s ({} % of the squared difference){follows}", short(window.start_s), short(window.end_s), short(100.0 * window.share)));
+    }
+    let fit = c.fit_percent.map_or_else(String::new, |f| format!(" (fit {} %)", short(f)));
+    let place = c.bands.first().map_or_else(String::new, |b| format!(", most{}", band_text(b)));
+    (Verdict::Unexplained, format!("differs{fit}: no lag, gain, sign or offset alone takes half of it{place}{follows}"))
+}
+
+fn band_text(band: &Band) -> String {
+    format!(" in the band {}-{} Hz", short(band.low_hz), short(band.high_hz))
+}
+
+/// Real time series back from equal steps, for methods that take [`Uniform`].
+fn uniform(value: &[f64], p: &Pair) -> Uniform {
+    Uniform { start_s: p.start_s, dt_s: p.dt_s, value: value.to_vec(), interpolated: false }
+}

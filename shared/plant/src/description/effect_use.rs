@@ -1,0 +1,114 @@
+//! Effects that a plant carries, checked against the catalogue.
+
+use super::{EffectUse, Plant, Quantity, Site, nearest::suggestion};
+use crate::effects::{self, Effect};
+
+impl Plant {
+    /// Adds effect `kind` at `site`; `values` in SI, absent ones stand at the catalogue's default.
+    ///
+    /// # Errors
+    /// What is unknown or impossible, with the nearest known word.
+    pub fn add_effect(&mut self, kind: &str, site: &Site, values: &[(&str, f64)]) -> Result<(), String> {
+        let values = values.iter().map(|(name, value)| ((*name).to_owned(), Quantity::known(*value))).collect();
+        let effect = EffectUse { kind: kind.to_owned(), site: site.clone(), values };
+        let entry = known_kind(&effect.kind)?;
+        check_site(self, entry, &effect.site)?;
+        self.effects.push(in_catalogue_order(effect, entry)?);
+        Ok(())
+    }
+
+    /// The plant as it is described when nothing of the catalogue is present.
+    #[must_use]
+    pub fn without_effects(&self) -> Self {
+        Self { effects: Vec::new(), ..self.clone() }
+    }
+}
+
+/// The catalogue's entry.
+///
+/// # Errors
+/// There is none; the nearest is suggested.
+pub(crate) fn known_kind(kind: &str) -> Result<&'static Effect, String> {
+    effects::effect(kind).ok_or_else(|| {
+        let kinds = effects::EFFECTS.iter().map(|effect| effect.kind);
+        joined(format!("no effect is called '{kind}'"), &suggestion(kind, "effects", kinds))
+    })
+}
+
+/// # Errors
+/// The plant has no such site, or the effect cannot sit there.
+pub(crate) fn check_site(plant: &Plant, entry: &Effect, site: &Site) -> Result<(), String> {
+    if !entry.sites.contains(&site.kind) {
+        let kinds: Vec<&str> = entry.sites.iter().map(|kind| kind.name()).collect();
+        return Err(format!("{} sits at a {}, not at '{site}'", entry.kind, kinds.join(" or a ")));
+    }
+    let sites = effects::sites(entry, plant);
+    if sites.contains(site) {
+        return Ok(());
+    }
+    let exists = plant.sites(site.kind).contains(site);
+    let message = if exists {
+        format!("{} cannot sit at '{site}'", entry.kind)
+    } else {
+        format!("the plant has no site '{site}'")
+    };
+    let known: Vec<String> = sites.iter().map(Site::to_string).collect();
+    let near = suggestion(&site.to_string(), &format!("sites of {}", entry.kind), known.iter().map(String::as_str));
+    Err(joined(message, &near))
+}
+
+/// Values in the catalogue's order.
+///
+/// # Errors
+/// A name that the entry does not have, a name given twice, a value that is not finite.
+pub(crate) fn in_catalogue_order(effect: EffectUse, entry: &Effect) -> Result<EffectUse, String> {
+    for (i, (name, quantity)) in effect.values.iter().enumerate() {
+        known_parameter(entry, name)?;
+        if effect.values[..i].iter().any(|(earlier, _)| earlier == name) {
+            return Err(format!("{name} of {} is given twice", entry.kind));
+        }
+        if !quantity.value.is_finite() {
+            return Err(format!("{name} of {} = {}: not a finite number", entry.kind, quantity.value));
+        }
+    }
+    let find = |name: &str| effect.values.iter().find(|(given, _)| given == name).cloned();
+    Ok(EffectUse { values: entry.parameters.iter().filter_map(|parameter| find(parameter.name)).collect(), ..effect })
+}
+
+/// # Errors
+/// The entry has no such parameter.
+pub(crate) fn known_parameter<'e>(entry: &'e Effect, name: &str) -> Result<&'e effects::EffectParameter, String> {
+    entry.parameters.iter().find(|parameter| parameter.name == name).ok_or_else(|| {
+        let known = entry.parameters.iter().map(|parameter| parameter.name);
+        joined(format!("{} has no parameter '{name}'", entry.kind), &suggestion(name, "parameters", known))
+    })
+}
+
+fn joined(message: String, cure: &str) -> String {
+    if cure.is_empty() { message } else { format!("{message}; {cure}") }
+}
+
+/// Unit of each value that is given.
+pub(super) fn units(plant: &Plant, effect: &EffectUse) -> Vec<String> {
+    let entry = effects::effect(&effect.kind);
+    let parameter = |name: &str| entry.and_then(|entry| entry.parameters.iter().find(|p| p.name == name));
+    let unit = |name: &str| parameter(name).map_or_else(|| "1".to_owned(), |p| unit_at(plant, &effect.site, p.unit));
+    effect.values.iter().map(|(name, _)| unit(name)).collect()
+}
+
+/// The catalogue's unit with the site's in the place of each `*`.
+pub(crate) fn unit_at(plant: &Plant, site: &Site, unit: &str) -> String {
+    let of_site = plant.site_unit(site);
+    // as people write them
+    match (unit, of_site) {
+        ("J/*", "rad") => return "N*m".into(),
+        ("J/*", "m") => return "N".into(),
+        ("J s/*^2", "rad") => return "N*m*s/rad".into(),
+        ("J s/*^2", "m") => return "N*s/m".into(),
+        ("J/*^2", "rad") => return "N*m/rad".into(),
+        ("J/*^2", "m") => return "N/m".into(),
+        _ => {}
+    }
+    let plain = of_site.chars().all(char::is_alphanumeric);
+    unit.replace('*', &if plain || unit == "*" { of_site.to_owned() } else { format!("({of_site})") })
+}

@@ -1,0 +1,32 @@
+//! One number of a plant file: known, or to be estimated from a prior.
+
+/// Over what a parameter is one and the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scope {
+    /// All recordings share it (a mass).
+    #[default]
+    Shared,
+    /// Each recording has its own (a bias).
+    PerRecording,
+    /// Each segment has its own (an initial state).
+    PerSegment,
+}
+
+/// A number in SI.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Quantity {
+    pub value: f64,
+    /// Prior standard deviation; `None` = known.
+    pub sigma: Option<f64>,
+    pub scope: Scope,
+}
+
+impl Quantity {
+    pub const fn known(value: f64) -> Self {
+        Self { value, sigma: None, scope: Scope::Shared }
+    }
+
+    pub const fn with_prior(value: f64, sigma: f64) -> Self {
+        Self { value, sigma: Some(sigma), scope: Scope::Shared }
+    }
+}

@@ -1,0 +1,75 @@
+//! Places an effect can sit at: `joint:NAME`, `body:NAME`, `tank:NAME`, `mode:NAME`, `actuator:NAME`, `sensor:NAME`.
+
+use super::{JointKind, Plant};
+
+/// What a site is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SiteKind {
+    Joint,
+    Body,
+    Tank,
+    Mode,
+    Actuator,
+    Sensor,
+}
+
+impl SiteKind {
+    pub const ALL: [Self; 6] = [Self::Joint, Self::Body, Self::Tank, Self::Mode, Self::Actuator, Self::Sensor];
+
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Body => "body",
+            Self::Tank => "tank",
+            Self::Mode => "mode",
+            Self::Actuator => "actuator",
+            Self::Sensor => "sensor",
+        }
+    }
+}
+
+/// A named place in a plant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Site {
+    pub kind: SiteKind,
+    pub name: String,
+}
+
+impl core::fmt::Display for Site {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}:{}", self.kind.name(), self.name)
+    }
+}
+
+impl core::str::FromStr for Site {
+    type Err = String;
+
+    /// # Errors
+    /// The text is not `KIND:NAME` with a known kind.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (kind, name) = text.split_once(':').ok_or_else(|| format!("'{text}' is not KIND:NAME"))?;
+        let kind = SiteKind::ALL.into_iter().find(|candidate| candidate.name() == kind);
+        let kind =
+            kind.ok_or_else(|| format!("'{text}' begins with none of joint, body, tank, mode, actuator, sensor"))?;
+        Ok(Self { kind, name: name.to_owned() })
+    }
+}
+
+impl Plant {
+    /// Every site of `kind`, in file order. Only joints with one degree of freedom are joint sites.
+    pub fn sites(&self, kind: SiteKind) -> Vec<Site> {
+        let site = |name: &String| Site { kind, name: name.clone() };
+        let moves =
+            |joint: &super::Joint| matches!(joint.kind, JointKind::Revolute { .. } | JointKind::Prismatic { .. });
+        match kind {
+            SiteKind::Joint => {
+                self.bodies.iter().map(|body| &body.joint).filter(|j| moves(j)).map(|j| site(&j.name)).collect()
+            }
+            SiteKind::Body => self.bodies.iter().map(|body| site(&body.name)).collect(),
+            SiteKind::Tank => self.tanks.iter().map(|tank| site(&tank.name)).collect(),
+            SiteKind::Mode => self.appendages.iter().flat_map(|a| &a.modes).map(|mode| site(&mode.name)).collect(),
+            SiteKind::Actuator => self.actuators.iter().map(|actuator| site(&actuator.name)).collect(),
+            SiteKind::Sensor => self.sensors.iter().map(|sensor| site(&sensor.name)).collect(),
+        }
+    }
+}

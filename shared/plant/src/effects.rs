@@ -1,0 +1,280 @@
+//! The catalogue of left-out physics: one effect per file, one list.
+//!
+//! An effect knows the sites it can sit at, its parameters with unit and plausible range, what it looks like in a recording, what it is
+//! confused with and the experiment that separates them. It acts through a law of what is locally known; the same law runs
+//! in simulation, in a filter's prediction and, over [`Dual`](crate::dual::Dual) numbers, in a Jacobian.
+//!
+//! Every effect has one *amplitude*, its first parameter: at zero it changes nothing, whatever its other parameters say. Hidden
+//! states may go on at zero amplitude (a rotor turns), nothing of what acts or is read does.
+//!
+//! The laws of one site are applied one after the other to the same [`Action`]: they add to it, or map `action.value` on.
+//!
+//! Why no entry for aliasing: it is no law of an instant. It appears by itself where a sensor without low-pass is read more slowly than
+//! the plant moves; what a disturbance from outside the plant aliases to is `sensor_tone`.
+
+mod applies;
+mod geometry;
+mod law;
+mod parts;
+mod resolve;
+#[cfg(test)]
+mod trial;
+
+mod actuator_bias;
+mod actuator_dead_zone;
+mod actuator_delay;
+mod actuator_lag;
+mod actuator_saturation;
+mod actuator_second_order;
+mod aerodynamic_spin_damping;
+mod appendage_left_out;
+mod body_tether;
+mod clock_offset;
+mod clock_skew;
+mod com_shift;
+mod constant_force;
+mod constant_torque;
+mod drag;
+mod encoder_ripple;
+mod gravity_error;
+mod gravity_gradient;
+mod gyro_g_sensitivity;
+mod inertia_error;
+mod joint_asymmetric_friction;
+mod joint_backlash;
+mod joint_bouc_wen;
+mod joint_coulomb;
+mod joint_cubic_damping;
+mod joint_cubic_stiffness;
+mod joint_end_stop;
+mod joint_flexibility;
+mod joint_gear_ripple;
+mod joint_load_friction;
+mod joint_lugre;
+mod joint_quadratic_damping;
+mod joint_quadratic_stiffness;
+mod joint_stiffness;
+mod joint_stribeck;
+mod joint_torque_bias;
+mod joint_viscous;
+mod linear_drag;
+mod magnus_lift;
+mod mass_depletion;
+mod mass_error;
+mod mode_centrifugal_stiffening;
+mod mode_coulomb;
+mod mode_coupling;
+mod mode_duffing;
+mod mode_left_out;
+mod mode_quadratic_damping;
+mod mode_thermal_snap;
+mod motor_constant_error;
+mod payload_drift;
+mod residual_dipole;
+mod sensor_bias;
+mod sensor_delay;
+mod sensor_drift;
+mod sensor_lag;
+mod sensor_lever_arm;
+mod sensor_misalignment;
+mod sensor_quadratic;
+mod sensor_quantisation;
+mod sensor_saturation;
+mod sensor_scale;
+mod sensor_step;
+mod sensor_tone;
+mod sensor_warm_up;
+mod slosh_contact_line;
+mod slosh_cubic;
+mod slosh_pendulum;
+mod slosh_quadratic_damping;
+mod slosh_second_mode;
+mod solar_pressure;
+mod spin_damping;
+mod thermal_snap;
+mod thruster_blow_down;
+mod thruster_leak;
+mod thruster_minimum_impulse_bit;
+mod thruster_misalignment;
+mod thruster_plume;
+mod thruster_rise_tail_off;
+mod wheel_coulomb;
+mod wheel_imbalance_dynamic;
+mod wheel_imbalance_static;
+mod wheel_torque_ripple;
+mod wheel_viscous;
+
+pub use law::{Action, BodyState, Both, HIDDEN_MAX, LawFn, Local, Pick, Surroundings};
+pub use resolve::{EffectError, PARAMETERS_MAX, apply_structures, values};
+
+use crate::description::{Plant, Site, SiteKind};
+use crate::filter::FilterKind;
+
+/// One number of an effect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EffectParameter {
+    pub name: &'static str,
+    /// SI unit; `*` stands for the unit of the site (rad or m at a joint, m or rad at a tank, of the input at an actuator, of the
+    /// channel at a sensor). J/rad is a torque, J/m a force.
+    pub unit: &'static str,
+    /// Plausible range; the sign is part of it: friction is never negative.
+    pub low: f64,
+    pub high: f64,
+    pub default: f64,
+    pub what: &'static str,
+}
+
+impl EffectParameter {
+    const fn new(
+        name: &'static str,
+        unit: &'static str,
+        [low, high]: [f64; 2],
+        default: f64,
+        what: &'static str,
+    ) -> Self {
+        Self { name, unit, low, high, default, what }
+    }
+}
+
+/// Where in the equations an effect acts.
+#[derive(Clone, Copy)]
+pub enum Law {
+    /// Generalised force on a joint, slosh or modal coordinate: `action.force`. A tank with several axes: on each.
+    Coordinate(Both),
+    /// Wrench on a body, its axes, at its origin: `action.wrench`; and mass that comes or goes at its centre of mass: `action.added_mass_kg`.
+    Body(Both),
+    /// What acts, from what is commanded: `action.value`, and a wrench besides on the actuator's body.
+    Actuator(Both),
+    /// What is read, from what is there: `action.value`.
+    Sensor(Both),
+    /// An exact discrete filter on the command.
+    ActuatorFilter(fn(&[f64]) -> FilterKind),
+    /// An exact discrete filter on the reading.
+    SensorFilter(fn(&[f64]) -> FilterKind),
+    /// A part that the description lacks (a second slosh mass, a mode, a flexible joint), or a number that is another.
+    Structure(fn(&mut Plant, &Site, &[f64]) -> Result<(), String>),
+}
+
+/// One entry of the catalogue.
+pub struct Effect {
+    /// Name in files and on the command line, snake case.
+    pub kind: &'static str,
+    pub title: &'static str,
+    pub sites: &'static [SiteKind],
+    /// Which of those sites: a wheel's imbalance sits at wheels, not at every actuator.
+    pub applies: fn(&Plant, &Site) -> bool,
+    /// The first one is the amplitude.
+    pub parameters: &'static [EffectParameter],
+    /// Continuous states of its own (hysteresis, integrated impulse); at most [`HIDDEN_MAX`], zero at the start.
+    pub hidden_states: usize,
+    pub law: Law,
+    /// The equation and its source.
+    pub what: &'static str,
+    /// Channel, time, frequency and state at which it shows.
+    pub signature: &'static str,
+    /// What it is mistaken for.
+    pub confounders: &'static str,
+    /// The experiment that tells them apart.
+    pub experiment: &'static str,
+}
+
+/// Every effect, in the order of the catalogue.
+pub static EFFECTS: &[&Effect] = &[
+    &joint_coulomb::EFFECT,
+    &joint_stribeck::EFFECT,
+    &joint_viscous::EFFECT,
+    &joint_quadratic_damping::EFFECT,
+    &joint_cubic_damping::EFFECT,
+    &joint_load_friction::EFFECT,
+    &joint_asymmetric_friction::EFFECT,
+    &joint_lugre::EFFECT,
+    &joint_bouc_wen::EFFECT,
+    &joint_stiffness::EFFECT,
+    &joint_quadratic_stiffness::EFFECT,
+    &joint_cubic_stiffness::EFFECT,
+    &joint_backlash::EFFECT,
+    &joint_end_stop::EFFECT,
+    &joint_gear_ripple::EFFECT,
+    &joint_torque_bias::EFFECT,
+    &joint_flexibility::EFFECT,
+    &motor_constant_error::EFFECT,
+    &actuator_dead_zone::EFFECT,
+    &actuator_saturation::EFFECT,
+    &actuator_bias::EFFECT,
+    &actuator_delay::EFFECT,
+    &actuator_lag::EFFECT,
+    &actuator_second_order::EFFECT,
+    &thruster_misalignment::EFFECT,
+    &thruster_rise_tail_off::EFFECT,
+    &thruster_minimum_impulse_bit::EFFECT,
+    &thruster_plume::EFFECT,
+    &thruster_leak::EFFECT,
+    &thruster_blow_down::EFFECT,
+    &wheel_viscous::EFFECT,
+    &wheel_coulomb::EFFECT,
+    &wheel_imbalance_static::EFFECT,
+    &wheel_imbalance_dynamic::EFFECT,
+    &wheel_torque_ripple::EFFECT,
+    &slosh_second_mode::EFFECT,
+    &slosh_pendulum::EFFECT,
+    &slosh_cubic::EFFECT,
+    &slosh_quadratic_damping::EFFECT,
+    &slosh_contact_line::EFFECT,
+    &mode_left_out::EFFECT,
+    &appendage_left_out::EFFECT,
+    &mode_coupling::EFFECT,
+    &mode_duffing::EFFECT,
+    &mode_coulomb::EFFECT,
+    &mode_quadratic_damping::EFFECT,
+    &mode_centrifugal_stiffening::EFFECT,
+    &mode_thermal_snap::EFFECT,
+    &gravity_gradient::EFFECT,
+    &gravity_error::EFFECT,
+    &solar_pressure::EFFECT,
+    &drag::EFFECT,
+    &linear_drag::EFFECT,
+    &magnus_lift::EFFECT,
+    &spin_damping::EFFECT,
+    &aerodynamic_spin_damping::EFFECT,
+    &residual_dipole::EFFECT,
+    &constant_force::EFFECT,
+    &constant_torque::EFFECT,
+    &body_tether::EFFECT,
+    &thermal_snap::EFFECT,
+    &mass_depletion::EFFECT,
+    &payload_drift::EFFECT,
+    &com_shift::EFFECT,
+    &mass_error::EFFECT,
+    &inertia_error::EFFECT,
+    &sensor_bias::EFFECT,
+    &sensor_scale::EFFECT,
+    &sensor_quadratic::EFFECT,
+    &sensor_misalignment::EFFECT,
+    &sensor_lever_arm::EFFECT,
+    &sensor_lag::EFFECT,
+    &sensor_delay::EFFECT,
+    &clock_offset::EFFECT,
+    &clock_skew::EFFECT,
+    &sensor_quantisation::EFFECT,
+    &sensor_saturation::EFFECT,
+    &sensor_step::EFFECT,
+    &sensor_drift::EFFECT,
+    &sensor_warm_up::EFFECT,
+    &sensor_tone::EFFECT,
+    &gyro_g_sensitivity::EFFECT,
+    &encoder_ripple::EFFECT,
+];
+
+/// The entry called `kind`.
+pub fn effect(kind: &str) -> Option<&'static Effect> {
+    EFFECTS.iter().copied().find(|effect| effect.kind == kind)
+}
+
+/// Every site of `plant` at which `effect` can sit.
+pub fn sites(effect: &Effect, plant: &Plant) -> Vec<Site> {
+    let of_kind = effect.sites.iter().flat_map(|kind| plant.sites(*kind));
+    of_kind.filter(|site| (effect.applies)(plant, site)).collect()
+}
+
+#[cfg(test)]
+mod tests;

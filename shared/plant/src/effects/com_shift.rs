@@ -1,0 +1,50 @@
+//! A centre of mass that is elsewhere.
+
+use super::applies::anywhere;
+use super::geometry::direction;
+use super::{Effect, EffectParameter, Law, parts};
+use crate::description::{Plant, Site, SiteKind};
+
+pub static EFFECT: Effect = Effect {
+    kind: "com_shift",
+    title: "Shift of a centre of mass",
+    sites: &[SiteKind::Body],
+    applies: anywhere,
+    parameters: &[
+        EffectParameter::new("shift", "m", [-1.0, 1.0], 0.01, "distance between true and stated centre of mass"),
+        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its direction, from body x towards y"),
+        EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "its direction, towards body z"),
+    ],
+    hidden_states: 0,
+    law: Law::Structure(build),
+    what: "c -> c + d; the inertia about the centre of mass stays. Propellant that moved, a payload held otherwise than planned.",
+    signature: "Torque in step with every force on the body.",
+    confounders: "thruster_misalignment (the same torque from one thruster), sensor_lever_arm, the first moment where it is estimated.",
+    experiment: "Fire another thruster; accelerate the body sideways.",
+};
+
+fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
+    if p[0] == 0.0 {
+        return Ok(());
+    }
+    let body = parts::body_mut(plant, &site.name)?;
+    for (com, component) in body.com_m.iter_mut().zip(direction(p[1], p[2])) {
+        com.value += p[0] * component;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::build;
+    use crate::effects::trial::plant;
+
+    #[test]
+    fn only_the_centre_of_mass_of_one_body_moves() {
+        let mut built = plant();
+        build(&mut built, &"body:arm".parse().unwrap(), &[0.25, 0.0, 0.0]).unwrap();
+        assert_eq!(built.bodies[1].com_m[0].value, 0.85);
+        built.bodies[1].com_m = plant().bodies[1].com_m;
+        assert_eq!(built, plant());
+    }
+}

@@ -1,0 +1,45 @@
+//! A force that stays.
+
+use super::applies::anywhere;
+use super::geometry::{constant, direction, push, to_body};
+use super::law::both;
+use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::description::SiteKind;
+use crate::real::Real;
+
+pub static EFFECT: Effect = Effect {
+    kind: "constant_force",
+    title: "Constant force on a body",
+    sites: &[SiteKind::Body],
+    applies: anywhere,
+    parameters: &[
+        EffectParameter::new("force", "N", [-1e3, 1e3], 0.05, "force F"),
+        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its direction, from inertial x towards y"),
+        EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "its direction, towards inertial z"),
+    ],
+    hidden_states: 0,
+    law: Law::Body(both!(law)),
+    what: "F along a direction of inertial space, at the centre of mass; drag in orbit, a tow, a wind.",
+    signature: "Velocity grows linearly, without torque.",
+    confounders: "sensor_bias of the accelerometer on that axis (visible share 0.01), actuator_bias, thruster_leak, gravity_error.",
+    experiment: "Turn the body: a bias turns with it, the force does not. A velocity or position sensor on that axis.",
+};
+
+fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
+    let force = to_body(local, constant(direction(p[1], p[2]))).map(|f| f.scale(p[0]));
+    push(&mut action.wrench, local.surroundings.body_com_m, force, [T::zero(); 3]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EFFECT;
+    use crate::effects::trial::Trial;
+
+    #[test]
+    fn the_force_keeps_its_inertial_direction_and_has_no_moment_about_the_centre_of_mass() {
+        let mut state = Trial::default();
+        state.body.rotation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+        state.surroundings.body_com_m = [0.5, 0.0, 0.0];
+        assert_eq!(state.wrench(&EFFECT, &[2.0, 0.0, 0.0]), [0.0, 0.0, -1.0, 0.0, -2.0, 0.0]);
+    }
+}

@@ -1,0 +1,52 @@
+//! A torque that stays.
+
+use super::applies::anywhere;
+use super::geometry::{constant, direction, push, to_body};
+use super::law::both;
+use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::description::SiteKind;
+use crate::real::Real;
+
+pub static EFFECT: Effect = Effect {
+    kind: "constant_torque",
+    title: "Constant torque on a body",
+    sites: &[SiteKind::Body],
+    applies: anywhere,
+    parameters: &[
+        EffectParameter::new("torque", "N m", [-1e3, 1e3], 0.01, "torque T"),
+        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its axis, from inertial x towards y"),
+        EffectParameter::new(
+            "elevation",
+            "rad",
+            [-1.6, 1.6],
+            core::f64::consts::FRAC_PI_2,
+            "its axis, towards inertial z",
+        ),
+    ],
+    hidden_states: 0,
+    law: Law::Body(both!(law)),
+    what: "T about an axis of inertial space; what is left of solar pressure, drag and magnetic torques over a short arc.",
+    signature: "Rate grows linearly, or a wheel takes up momentum.",
+    confounders: "actuator_bias, gravity_gradient and residual_dipole over a short arc, sensor_drift of the gyro.",
+    experiment: "A longer arc; another attitude.",
+};
+
+fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
+    let torque = to_body(local, constant(direction(p[1], p[2]))).map(|t| t.scale(p[0]));
+    push(&mut action.wrench, [0.0; 3], [T::zero(); 3], torque);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EFFECT;
+    use crate::effects::trial::Trial;
+
+    #[test]
+    fn the_torque_keeps_its_inertial_axis() {
+        let mut state = Trial::default();
+        state.body.rotation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+        assert_eq!(state.wrench(&EFFECT, &[2.0, 0.0, 0.0]), [0.0, -2.0, 0.0, 0.0, 0.0, 0.0]);
+        let up = state.wrench(&EFFECT, &[2.0, 0.0, core::f64::consts::FRAC_PI_2]);
+        assert!((up[2] - 2.0).abs() < 1e-15 && up[0].abs() < 1e-15 && up[1].abs() < 1e-15); // cos(π/2) = 6e-17
+    }
+}

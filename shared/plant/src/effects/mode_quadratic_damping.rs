@@ -1,0 +1,43 @@
+//! Modal damping that grows with amplitude: air.
+
+use super::applies::anywhere;
+use super::law::both;
+use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::description::SiteKind;
+use crate::real::Real;
+
+pub static EFFECT: Effect = Effect {
+    kind: "mode_quadratic_damping",
+    title: "Quadratic damping of a mode (air)",
+    sites: &[SiteKind::Mode],
+    applies: anywhere,
+    parameters: &[EffectParameter::new("damping", "1/(sqrt(kg) m)", [0.0, 1e3], 0.1, "coefficient c")],
+    hidden_states: 0,
+    law: Law::Coordinate(both!(law)),
+    what: "Modal force = -c |h'| h'; air drag of a panel in a ground test.",
+    signature: "Damping ratio grows in proportion to amplitude.",
+    confounders: "The nominal damping ratio at one amplitude; mode_coulomb has the opposite trend.",
+    experiment: "Free decay over a decade of amplitude; vacuum.",
+};
+
+fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
+    action.force -= (local.rate.abs() * local.rate).scale(p[0]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EFFECT;
+    use crate::effects::trial::{Trial, work_of_a_cycle};
+
+    #[test]
+    fn damping_takes_eight_thirds_c_omega_squared_a_cubed_of_work_a_cycle_and_never_drives() {
+        let (c, a, omega) = (0.7, 0.3, 2.0);
+        let expected = -8.0 / 3.0 * c * omega * omega * a * a * a;
+        let work = work_of_a_cycle(&EFFECT, &[c], a, omega);
+        assert!((work - expected).abs() < 1e-8 * expected.abs()); // midpoint rule, |cos|³ has a jump in its 3rd derivative
+        for k in 0..200 {
+            let state = Trial::random(k);
+            assert!(state.force(&EFFECT, &[2.0]) * state.rate <= 0.0);
+        }
+    }
+}

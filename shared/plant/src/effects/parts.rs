@@ -1,0 +1,139 @@
+//! Parts of a description that structural effects change.
+
+use crate::description::{Appendage, Body, Mode, Plant, Quantity, Sensor, Site, Source, Tank};
+
+pub fn sensor_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<&'a mut Sensor, String> {
+    let found = plant.sensors.iter_mut().find(|sensor| sensor.name == site.name);
+    found.ok_or_else(|| format!("no sensor '{}'", site.name))
+}
+
+/// The clock of a sensor; one of its own where it has none.
+pub fn clock_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<&'a mut Source, String> {
+    let sensor = sensor_mut(plant, site)?;
+    let name = sensor.source.get_or_insert_with(|| format!("{}_clock", sensor.name)).clone();
+    if !plant.sources.iter().any(|source| source.name == name) {
+        let zero = Quantity::known(0.0);
+        plant.sources.push(Source { name: name.clone(), clock_offset_s: zero, clock_skew: zero });
+    }
+    Ok(plant.sources.iter_mut().find(|source| source.name == name).expect("it has just been added if it was not there"))
+}
+
+pub fn body_mut<'a>(plant: &'a mut Plant, name: &str) -> Result<&'a mut Body, String> {
+    let found = plant.bodies.iter_mut().find(|body| body.name == name);
+    found.ok_or_else(|| format!("no body '{name}'"))
+}
+
+pub fn tank_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<&'a mut Tank, String> {
+    let found = plant.tanks.iter_mut().find(|tank| tank.name == site.name);
+    found.ok_or_else(|| format!("no tank '{}'", site.name))
+}
+
+/// The appendage of a mode, and the mode's place in it.
+pub fn mode_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<(&'a mut Appendage, usize), String> {
+    let place = |appendage: &Appendage| appendage.modes.iter().position(|mode| mode.name == site.name);
+    let found = plant.appendages.iter_mut().find_map(|appendage| place(appendage).map(|place| (appendage, place)));
+    found.ok_or_else(|| format!("no mode '{}'", site.name))
+}
+
+/// `wanted`, or the first of `wanted_2`, `wanted_3`, ... that no body, joint, tank, appendage or mode is called.
+pub fn free_name(plant: &Plant, wanted: &str) -> String {
+    let taken = |name: &str| {
+        plant.bodies.iter().any(|body| body.name == name || body.joint.name == name)
+            || plant.tanks.iter().any(|tank| tank.name == name)
+            || plant.appendages.iter().any(|a| a.name == name || a.modes.iter().any(|mode| mode.name == name))
+    };
+    let numbered = (2u32..).map(|number| format!("{wanted}_{number}"));
+    core::iter::once(wanted.to_owned()).chain(numbered).find(|name| !taken(name)).expect("names do not run out")
+}
+
+/// Takes a point mass out of a rigid body: mass, centre of mass and inertia about it follow, so that body and point mass together are
+/// the body that was.
+pub fn take_point_mass(body: &mut Body, mass_kg: f64, at_m: [f64; 3]) -> Result<(), String> {
+    let mass = body.mass_kg.value;
+    let rest = mass - mass_kg;
+    if rest <= 0.0 {
+        return Err(format!("{mass_kg} kg are more than the {mass} kg of {}", body.name));
+    }
+    let r: [f64; 3] = core::array::from_fn(|i| at_m[i] - body.com_m[i].value);
+    // two point masses about their common centre of mass: reduced mass m (M - m) / M at what becomes r M / (M - m)
+    let reduced = mass_kg * mass / rest;
+    let [x, y, z] = r;
+    let lost = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z].map(|square| reduced * square);
+    for (inertia, lost) in body.inertia_com_kg_m2.iter_mut().zip(lost) {
+        inertia.value -= lost;
+    }
+    for (com, r) in body.com_m.iter_mut().zip(r) {
+        com.value -= r * mass_kg / rest;
+    }
+    body.mass_kg.value = rest;
+    if body.inertia_com_kg_m2[2].value < 0.0 {
+        return Err(format!("{mass_kg} kg that far out have more inertia than {}", body.name));
+    }
+    Ok(())
+}
+
+/// The modes on a body leave it some mass and inertia of its own: `m - sum of d^2 > 0` along each axis, likewise for rotation.
+///
+/// # Errors
+/// They do not; the mass matrix would not be positive.
+pub fn check_participation(plant: &Plant, body: &Body) -> Result<(), String> {
+    let modes = || plant.appendages.iter().filter(|a| a.body == body.name).flat_map(|a| &a.modes);
+    let sum = |of: fn(&Mode) -> &[Quantity; 3], axis: usize| -> f64 {
+        modes().map(|mode| of(mode)[axis].value * of(mode)[axis].value).sum()
+    };
+    let (m, c) = (body.mass_kg.value, body.com_m.map(|x| x.value));
+    let square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    for (axis, c) in c.into_iter().enumerate() {
+        let inertia = body.inertia_com_kg_m2[axis].value + m * (square - c * c);
+        let (translation, rotation) = (sum(|m| &m.translation_sqrt_kg, axis), sum(|m| &m.rotation_sqrt_kg_m, axis));
+        if translation >= m {
+            return Err(format!("modes carry {translation} kg of the {m} kg of {}", body.name));
+        }
+        if rotation > inertia {
+            return Err(format!("modes carry {rotation} kg m^2 of the {inertia} kg m^2 of {}", body.name));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::trial::plant;
+
+    #[test]
+    fn the_point_mass_and_the_rest_are_the_body_that_was() {
+        let before = plant().bodies[0].clone();
+        let mut rest = before.clone();
+        let (m, at) = (7.0, [0.5, -0.3, 0.2]);
+        take_point_mass(&mut rest, m, at).unwrap();
+        let about_origin = |body: &Body| -> [f64; 10] {
+            let (m, [x, y, z], i) =
+                (body.mass_kg.value, body.com_m.map(|c| c.value), body.inertia_com_kg_m2.map(|i| i.value));
+            let second = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z];
+            core::array::from_fn(|k| match k {
+                0 => m,
+                1..4 => m * [x, y, z][k - 1],
+                _ => i[k - 4] + m * second[k - 4],
+            })
+        };
+        let zero = Quantity::known(0.0);
+        let point = Body {
+            mass_kg: Quantity::known(m),
+            com_m: at.map(Quantity::known),
+            inertia_com_kg_m2: [zero; 6],
+            ..before.clone()
+        };
+        let (whole, a, b) = (about_origin(&before), about_origin(&rest), about_origin(&point));
+        for k in 0..10 {
+            assert!((a[k] + b[k] - whole[k]).abs() < 1e-12, "{k}"); // rounding of numbers up to 400
+        }
+        assert!(take_point_mass(&mut rest, 500.0, at).is_err());
+    }
+
+    #[test]
+    fn a_free_name_is_free() {
+        assert_eq!(free_name(&plant(), "hub"), "hub_2");
+        assert_eq!(free_name(&plant(), "boom"), "boom");
+    }
+}

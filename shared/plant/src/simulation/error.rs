@@ -1,0 +1,34 @@
+//! Why a plant cannot be simulated.
+
+use crate::system::SystemError;
+
+/// What is wrong with a plant, its settings or a checkpoint.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    #[error(transparent)]
+    System(#[from] SystemError),
+    /// A signal that has no meaning.
+    #[error("signal of {of}: {why}")]
+    Signal { of: String, why: String },
+    /// A number outside its range.
+    #[error("{what} = {value}: {why}")]
+    Setting { what: String, value: f64, why: &'static str },
+    /// A controller that lacks something.
+    #[error("controller '{controller}': {why}")]
+    Controller { controller: String, why: String },
+    /// A sensor names a clock that does not exist.
+    #[error("sensor '{sensor}' names source '{source_name}', which does not exist")]
+    UnknownSource { sensor: String, source_name: String },
+    /// Exact zero-order hold asked of a plant that is not linear in its state: linearisations at two states differ by `difference`, relative
+    /// to their size.
+    #[error(
+        "exact zero-order hold needs equations linear in state and time-invariant, but {what} differs by {difference:.1e} between two states; use runge_kutta_4"
+    )]
+    NotLinear { what: &'static str, difference: f64 },
+    /// Exact zero-order hold asked of a plant whose inputs are not held.
+    #[error("exact zero-order hold needs held inputs, but '{actuator}' prescribes a motion; use runge_kutta_4")]
+    NotHeld { actuator: String },
+    /// A checkpoint of another plant.
+    #[error("the checkpoint belongs to another plant: {what} has {got} numbers instead of {expected}")]
+    ForeignState { what: &'static str, got: usize, expected: usize },
+}

@@ -1,0 +1,126 @@
+//! Laws of the catalogue at the sites of one plant.
+
+use super::System;
+use super::geometry::{add, turn_back};
+use super::sites::Coordinate;
+use super::workspace::Workspace;
+use crate::effects::{Action, BodyState, Both, HIDDEN_MAX, Local, PARAMETERS_MAX, Pick, Surroundings};
+use core::ops::Range;
+
+/// One law at one coordinate, body, actuator or sensor.
+#[derive(Clone)]
+pub(super) struct EffectTerm {
+    pub law: Both,
+    /// In catalogue order, zero behind the last.
+    pub values: [f64; PARAMETERS_MAX],
+    /// Its own states among the hidden ones.
+    pub hidden: Range<usize>,
+    pub coordinate: Option<Coordinate>,
+    /// The body the site belongs to.
+    pub link: usize,
+    pub surroundings: Surroundings,
+}
+
+/// All laws, by what they act on.
+#[derive(Clone, Default)]
+pub(super) struct EffectTerms {
+    pub coordinates: Vec<EffectTerm>,
+    pub bodies: Vec<EffectTerm>,
+    /// Grouped by actuator, then by sensor, each group in file order.
+    pub actuators: Vec<EffectTerm>,
+    pub sensors: Vec<EffectTerm>,
+    /// First hidden state in x.
+    pub hidden_at: usize,
+}
+
+impl EffectTerm {
+    /// Takes the rates of its own states and clears them for the next law.
+    #[inline]
+    pub fn keep_hidden_rates<T: Pick>(&self, ws: &mut Workspace<T>, action: &mut Action<T>) {
+        for (rate, found) in ws.hidden_rate[self.hidden.clone()].iter_mut().zip(action.hidden_rate) {
+            *rate = found;
+        }
+        action.hidden_rate = [T::zero(); HIDDEN_MAX];
+    }
+}
+
+impl System {
+    /// Adds the forces of laws on coordinates and bodies; after actuators, whose efforts they are told.
+    #[inline]
+    pub(super) fn apply_effects<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T]) {
+        for term in &self.effects.coordinates {
+            let Some(coordinate) = term.coordinate else { continue };
+            let mut action = Action::default();
+            let local = Local { command: ws.effort[coordinate.v], ..self.local(ws, t_s, x, term) };
+            (T::pick(&term.law))(&local, &term.values, &mut action);
+            term.keep_hidden_rates(ws, &mut action);
+            ws.tau[coordinate.v] += action.force;
+        }
+        if self.effects.bodies.is_empty() {
+            return;
+        }
+        ws.added_mass.fill(T::zero());
+        for term in &self.effects.bodies {
+            let mut action = Action::default();
+            let local = Local { command: ws.thrust[term.link], ..self.local(ws, t_s, x, term) };
+            (T::pick(&term.law))(&local, &term.values, &mut action);
+            term.keep_hidden_rates(ws, &mut action);
+            for (sum, part) in ws.wrench[term.link].iter_mut().zip(action.wrench) {
+                *sum += part;
+            }
+            ws.added_mass[term.link] += action.added_mass_kg;
+            let com = self.model.links[term.link].com.array().map(T::constant);
+            ws.data.set_added_mass(term.link, ws.added_mass[term.link], com);
+        }
+    }
+
+    /// The nominal masses again.
+    pub(super) fn lose_added_mass<T: Pick>(&self, ws: &mut Workspace<T>) {
+        for term in &self.effects.bodies {
+            ws.data.set_added_mass(term.link, T::zero(), [T::zero(); 3]);
+        }
+    }
+
+    /// What is known at the site of `term` before accelerations are.
+    #[inline]
+    pub(super) fn local<'a, T: Pick>(
+        &self,
+        ws: &Workspace<T>,
+        t_s: f64,
+        x: &'a [T],
+        term: &'a EffectTerm,
+    ) -> Local<'a, T> {
+        let at = self.effects.hidden_at;
+        let position = term.coordinate.and_then(|coordinate| coordinate.position);
+        Local {
+            t_s,
+            coordinate: position.map_or(T::zero(), |q| ws.position[q]),
+            rate: term.coordinate.map_or(T::zero(), |coordinate| ws.velocity[coordinate.v]),
+            command: T::zero(),
+            reading: T::zero(),
+            body: body_state(ws, term.link),
+            hidden: &x[at + term.hidden.start..at + term.hidden.end],
+            surroundings: &term.surroundings,
+        }
+    }
+}
+
+/// Motion of a body against inertial space, accelerations zero.
+fn body_state<T: Pick>(ws: &Workspace<T>, link: usize) -> BodyState<T> {
+    let (origin, rotation) = ws.data.link_pose(link);
+    let [wx, wy, wz, vx, vy, vz] = ws.data.link_velocity(link);
+    BodyState {
+        rotation,
+        position_m: add(origin, ws.base.position),
+        omega_rad_s: [wx, wy, wz],
+        velocity_m_s: add([vx, vy, vz], turn_back(&rotation, ws.base.velocity)),
+        ..BodyState::default()
+    }
+}
+
+/// Adds the accelerations to what a sensor's law is told.
+pub(super) fn accelerated<T: Pick>(ws: &Workspace<T>, link: usize, body: BodyState<T>) -> BodyState<T> {
+    let [ax, ay, az, ..] = ws.data.link_acceleration(link);
+    let specific_force_m_s2 = ws.data.specific_force(link, [T::zero(); 3]);
+    BodyState { alpha_rad_s2: [ax, ay, az], specific_force_m_s2, ..body }
+}

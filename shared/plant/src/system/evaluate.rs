@@ -1,0 +1,103 @@
+//! One evaluation of the equations: forces, accelerations, rates of state.
+
+use super::System;
+use super::workspace::Workspace;
+use crate::effects::Pick;
+use crate::multibody::{
+    forward_dynamics_after_kinematics, forward_dynamics_prescribed_after_kinematics, kinematics, position_rate,
+};
+
+impl System {
+    /// `x' = f(t, x, u)`.
+    ///
+    /// Cost: one articulated-body pass and a walk over springs, actuators and effects; no allocation.
+    pub fn derivative<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], x_dot: &mut [T]) {
+        self.evaluate(ws, t_s, x, u);
+        self.hidden_rates_of_sensors(ws, t_s, x);
+        self.write_rates(ws, x_dot);
+    }
+
+    /// `y = h(t, x, u)`: what every sensor says at the instant, without noise, range, quantisation, filter and delay.
+    pub fn read<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], y: &mut [T]) {
+        self.evaluate(ws, t_s, x, u);
+        self.write_readings(ws, t_s, x, y);
+    }
+
+    /// [`derivative`](Self::derivative) and [`read`](Self::read) at the cost of one.
+    pub fn derivative_and_read<T: Pick>(
+        &self,
+        ws: &mut Workspace<T>,
+        t_s: f64,
+        x: &[T],
+        u: &[T],
+        x_dot: &mut [T],
+        y: &mut [T],
+    ) {
+        self.evaluate(ws, t_s, x, u);
+        self.write_readings(ws, t_s, x, y);
+        self.write_rates(ws, x_dot);
+    }
+
+    /// Poses and velocities of all links.
+    #[inline]
+    pub(super) fn place<T: Pick>(&self, ws: &mut Workspace<T>, x: &[T], u: &[T]) {
+        self.layout.scatter(x, u, &mut ws.position, &mut ws.velocity);
+        self.move_base(ws, u);
+        self.bend(ws);
+        kinematics(&self.model, &mut ws.data, &ws.position[..self.layout.q_len], &ws.velocity);
+    }
+
+    /// Tells the links how modes shift their centre of mass.
+    #[inline]
+    pub(super) fn bend<T: Pick>(&self, ws: &mut Workspace<T>) {
+        if self.layout.modes > 0 {
+            ws.data.set_internal_positions(&self.model, &ws.position[self.layout.q_len..]);
+        }
+    }
+
+    /// Everything up to accelerations.
+    pub(super) fn evaluate<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T]) {
+        self.place(ws, x, u);
+        if self.pushed {
+            ws.wrench.fill([T::zero(); 6]);
+        }
+        self.apply_passive(ws);
+        self.apply_actuators(ws, t_s, x, u);
+        self.apply_environment(ws, t_s);
+        self.apply_effects(ws, t_s, x);
+        let (model, flags) = (&self.model, &self.layout.prescribed_flags);
+        let wrench = if self.pushed { ws.wrench.as_slice() } else { &[] };
+        if self.layout.prescribed.is_empty() {
+            let (data, acceleration) = (&mut ws.data, &mut ws.acceleration);
+            forward_dynamics_after_kinematics(model, data, &ws.velocity, &ws.tau, wrench, acceleration);
+            return;
+        }
+        for joint in &self.layout.prescribed {
+            ws.effort[joint.v] = ws.tau[joint.v];
+        }
+        forward_dynamics_prescribed_after_kinematics(
+            model,
+            &mut ws.data,
+            &ws.velocity,
+            flags,
+            &mut ws.tau,
+            wrench,
+            &mut ws.acceleration,
+        );
+        for joint in &self.layout.prescribed {
+            // what the drive must add to springs, friction and effects
+            ws.effort[joint.v] = ws.tau[joint.v] - ws.effort[joint.v];
+        }
+    }
+
+    #[inline]
+    fn write_rates<T: Pick>(&self, ws: &mut Workspace<T>, x_dot: &mut [T]) {
+        let layout = &self.layout;
+        assert!(x_dot.len() == layout.states_len());
+        let (joints, modes) = ws.position_rate.split_at_mut(layout.q_len);
+        position_rate(&self.model, &ws.position[..layout.q_len], &ws.velocity, joints);
+        modes.copy_from_slice(&ws.velocity[layout.mode_rate..layout.mode_rate + layout.modes]);
+        layout.gather(&ws.position_rate, &ws.acceleration, x_dot);
+        x_dot[layout.hidden_at()..].copy_from_slice(&ws.hidden_rate);
+    }
+}

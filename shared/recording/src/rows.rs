@@ -1,0 +1,243 @@
+//! Rows of a text recording in the order of the file, and what their times make of them.
+//!
+//! Every cell there and one rate: a [`Table`]. A cell left empty, or an uneven sampling: channels with sample times of
+//! their own ([`SeriesSet`]). Time that starts again: [`Segments`]. A frequency axis: a [`Spectrum`]. Time that runs
+//! back into the record and two values of one channel at one time are refused.
+
+use crate::Imported;
+use crate::error::{Place, RecordingError};
+use crate::series::{Restart, Segments, Series, SeriesSet, restarted};
+use crate::spectrum::Spectrum;
+use crate::table::{Column, Table};
+use crate::timing::{Timing, check_extent, examine};
+use core::ops::Range;
+
+/// Begins the note that says why a set of channels is no table.
+pub(crate) const NOT_ONE_RATE: &str = "not one rate: ";
+
+/// What the first column counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Axis {
+    Time,
+    Frequency,
+}
+
+/// Takes rows and applies the policy for a bad first column.
+pub(crate) struct Rows {
+    file: String,
+    axis: Axis,
+    source: Vec<Column>,
+    first: Vec<f64>,
+    /// Per column; NaN where the cell is empty, which no cell of a file can say.
+    values: Vec<Vec<f64>>,
+    lines: Vec<u64>,
+    /// Row at which each recording of the file begins.
+    starts: Vec<usize>,
+    duplicates: u64,
+}
+
+impl Rows {
+    pub fn new(file: &str, axis: Axis, columns: Vec<Column>) -> Self {
+        let values = columns.iter().map(|_| Vec::new()).collect();
+        Rows {
+            file: file.into(),
+            axis,
+            source: columns,
+            first: Vec::new(),
+            values,
+            lines: Vec::new(),
+            starts: vec![0],
+            duplicates: 0,
+        }
+    }
+
+    pub fn count(&self) -> usize {
+        self.first.len()
+    }
+
+    fn place(&self, line: u64, column: usize) -> Box<Place> {
+        let name = match (column, self.axis) {
+            (0, Axis::Time) => "time [s]".into(),
+            (0, Axis::Frequency) => "frequency [Hz]".into(),
+            (column, _) => self.source[column - 1].header(),
+        };
+        Box::new(Place { file: self.file.clone(), line, column: column + 1, name })
+    }
+
+    /// One row in SI without empty cells.
+    pub fn push_full(&mut self, line: u64, row: &[f64]) -> Result<(), RecordingError> {
+        match row.iter().position(|value| value.is_nan()) {
+            Some(bad) => Err(self.not_finite(line, row, bad)),
+            None => self.push(line, row),
+        }
+    }
+
+    fn not_finite(&self, line: u64, row: &[f64], bad: usize) -> RecordingError {
+        RecordingError::NotFinite { place: self.place(line, bad), value: row[bad].to_string() }
+    }
+
+    /// One row in SI: time or frequency, then the columns, NaN where a cell is empty.
+    pub fn push(&mut self, line: u64, row: &[f64]) -> Result<(), RecordingError> {
+        if let Some(bad) = row.iter().position(|value| value.is_infinite()) {
+            return Err(self.not_finite(line, row, bad));
+        }
+        match (self.axis, self.first.last().copied()) {
+            (Axis::Frequency, before) => self.check_frequency(line, before, row[0])?,
+            (Axis::Time, Some(before)) if row[0] == before => return self.same_time(line, row),
+            (Axis::Time, Some(before)) if row[0] < before => self.time_back(line, before, row[0])?,
+            (Axis::Time, _) => {}
+        }
+        self.first.push(row[0]);
+        self.lines.push(line);
+        for (values, value) in self.values.iter_mut().zip(&row[1..]) {
+            values.push(*value);
+        }
+        Ok(())
+    }
+
+    fn check_frequency(&self, line: u64, before: Option<f64>, value: f64) -> Result<(), RecordingError> {
+        match before {
+            Some(before) if value <= before => {
+                Err(RecordingError::FrequencyOrder { place: self.place(line, 0), before, value })
+            }
+            None if value < 0.0 => Err(RecordingError::FrequencyNegative { place: self.place(line, 0), value }),
+            _ => Ok(()),
+        }
+    }
+
+    /// A time at or before the beginning begins another recording; one within the record is a mistake.
+    fn time_back(&mut self, line: u64, before: f64, value: f64) -> Result<(), RecordingError> {
+        let start = self.starts[self.starts.len() - 1];
+        if value > self.first[start] {
+            let cure = format!("sort the rows by time, or split the file before line {line}");
+            return Err(RecordingError::TimeBackwards { place: self.place(line, 0), before, value, cure });
+        }
+        if self.count() - start < 2 {
+            return Err(restarted(&self.file, line, before, value));
+        }
+        self.starts.push(self.count());
+        Ok(())
+    }
+
+    /// A row at the time of the one before fills its empty cells; the same row again is dropped and counted; another
+    /// value at the same time is a contradiction.
+    fn same_time(&mut self, line: u64, row: &[f64]) -> Result<(), RecordingError> {
+        let last = self.count() - 1;
+        let mut added = false;
+        for (i, value) in row[1..].iter().enumerate() {
+            let first = self.values[i][last];
+            if first.is_nan() {
+                added |= !value.is_nan();
+                self.values[i][last] = *value;
+            } else if !value.is_nan() && first != *value {
+                return Err(RecordingError::TimeConflict {
+                    place: self.place(line, i + 1),
+                    value: row[0],
+                    differs: self.source[i].header(),
+                    first,
+                    second: *value,
+                });
+            }
+        }
+        self.duplicates += u64::from(!added);
+        Ok(())
+    }
+
+    /// The rows as whatever they are.
+    pub fn finish(self) -> Result<Imported, RecordingError> {
+        if self.axis == Axis::Frequency {
+            return self.into_spectrum().map(Imported::Spectrum);
+        }
+        if self.starts.len() > 1 {
+            return self.into_segments().map(Imported::Segments);
+        }
+        let reason = match self.first_empty() {
+            Some(place) => {
+                check_extent(&self.file, &self.first, &self.lines)?;
+                format!("{} is empty", place.within_file())
+            }
+            None => match examine(&self.file, &self.first, &self.lines, self.duplicates) {
+                Err(error) if error.is_uneven_sampling() => error.without_file(&self.file),
+                timing => return timing.map(|timing| Imported::Table(self.into_table(timing))),
+            },
+        };
+        let mut notes = vec![format!("{NOT_ONE_RATE}{reason}")];
+        if self.duplicates > 0 {
+            notes.push(format!("{} row(s) stood twice and were dropped once", self.duplicates));
+        }
+        let channels = self.channels(0..self.count());
+        Ok(Imported::Series(SeriesSet { file: self.file, channels, notes }))
+    }
+
+    /// The rows as a table, or the reason why they are none.
+    pub fn finish_table(self) -> Result<Table, RecordingError> {
+        if self.axis == Axis::Frequency {
+            return Err(Spectrum::refusal(&self.file));
+        }
+        if let Some(&start) = self.starts.get(1) {
+            return Err(restarted(&self.file, self.lines[start], self.first[start - 1], self.first[start]));
+        }
+        if let Some(place) = self.first_empty() {
+            return Err(RecordingError::NotANumber { place, value: String::new() });
+        }
+        let timing = examine(&self.file, &self.first, &self.lines, self.duplicates)?;
+        Ok(self.into_table(timing))
+    }
+
+    fn first_empty(&self) -> Option<Box<Place>> {
+        let empty = |values: &Vec<f64>| values.iter().position(|value| value.is_nan());
+        let (row, column) = self.values.iter().enumerate().filter_map(|(i, values)| Some((empty(values)?, i))).min()?;
+        Some(self.place(self.lines[row], column + 1))
+    }
+
+    fn into_table(self, timing: Timing) -> Table {
+        let columns = self.source.into_iter().zip(self.values).map(|(column, values)| Column { values, ..column });
+        let notes = timing.repairs();
+        Table { file: self.file, time_s: self.first, columns: columns.collect(), timing, notes }
+    }
+
+    fn into_spectrum(self) -> Result<Spectrum, RecordingError> {
+        if self.count() < 2 {
+            let line = self.lines.last().copied().unwrap_or(1);
+            return Err(RecordingError::TooFewRows { file: self.file, line, rows: self.first.len() });
+        }
+        let columns = self.source.into_iter().zip(self.values).map(|(column, values)| Column { values, ..column });
+        Ok(Spectrum { file: self.file, frequency_hz: self.first, columns: columns.collect(), notes: Vec::new() })
+    }
+
+    fn into_segments(self) -> Result<Segments, RecordingError> {
+        let mut segments = Segments { file: self.file.clone(), parts: Vec::new(), restarts: Vec::new() };
+        for (i, &start) in self.starts.iter().enumerate() {
+            let rows = start..self.starts.get(i + 1).copied().unwrap_or(self.count());
+            let (first, last) = (self.lines[start], self.lines[rows.end - 1]);
+            if i > 0 {
+                let (before_s, after_s) = (self.first[start - 1], self.first[start]);
+                if rows.len() < 2 {
+                    return Err(restarted(&self.file, first, before_s, after_s));
+                }
+                segments.restarts.push(Restart { line: first, before_s, after_s });
+            }
+            check_extent(&self.file, &self.first[rows.clone()], &self.lines[rows.clone()])?;
+            let file = format!("{} (lines {first} to {last})", self.file);
+            segments.parts.push(SeriesSet { file, channels: self.channels(rows), notes: Vec::new() });
+        }
+        Ok(segments)
+    }
+
+    /// The cells of some rows that are not empty, by column.
+    fn channels(&self, rows: Range<usize>) -> Vec<Series> {
+        let of_column = |(column, values): (&Column, &Vec<f64>)| {
+            let (times, values) = (&self.first[rows.clone()], &values[rows.clone()]);
+            let given = times.iter().zip(values).filter(|(_, value)| !value.is_nan());
+            let (time_s, values) = given.map(|(time, value)| (*time, *value)).unzip();
+            Series {
+                name: column.name.clone(),
+                unit: column.unit,
+                unit_in_file: column.unit_in_file.clone(),
+                time_s,
+                values,
+            }
+        };
+        self.source.iter().zip(&self.values).map(of_column).collect()
+    }
+}

@@ -1,0 +1,183 @@
+//! Channels with sample times of their own: what is written is read, bit for bit, and nothing else is in the file.
+
+use crate::{Numbers, file, scratch};
+use recording::{Imported, ReplayFrames, Series, SeriesSet, Table, read, series, write_series};
+
+fn set(channels: Vec<Series>) -> SeriesSet {
+    SeriesSet { file: "memory".into(), channels, notes: Vec::new() }
+}
+
+/// Channels of many rates with random values of all sizes, times as decimals of nanoseconds, and the corners of f64.
+fn random_set() -> SeriesSet {
+    let mut numbers = Numbers(17);
+    let units = ["rad/s", "N*m*s/rad", "V", "A", "T", "rad/s^2", "kg", "m", "Hz", "-"];
+    let mut channels: Vec<Series> = Vec::new();
+    for (i, unit) in units.iter().enumerate() {
+        let mut time_ns = numbers.below(1_000_000_000) as u64;
+        let (mut time_s, mut values) = (Vec::new(), Vec::new());
+        for _ in 0..numbers.below(500) + 2 {
+            time_s.push(time_ns as f64 / 1e9);
+            values.push(numbers.unit() * 10f64.powi(numbers.below(600) as i32 - 300));
+            // Every second channel on the grid of the first, so that rows are shared.
+            time_ns += if i % 2 == 0 { 1 + numbers.next() % 1_000_000_000 } else { 250_000 };
+        }
+        channels.push(Series::si(&format!("hub/rate, {i} [raw]"), unit, time_s, values));
+    }
+    let corners = vec![-0.0, 5e-324, f64::MAX, f64::MIN_POSITIVE, -1e-5, 1e16, 123_456_789.0];
+    channels.push(Series::si("corners", "m", (0..corners.len()).map(|i| i as f64).collect(), corners));
+    channels.push(Series::si("silent", "rad", Vec::new(), Vec::new()));
+    set(channels)
+}
+
+fn same_bits(a: &SeriesSet, b: &SeriesSet) {
+    assert_eq!(a.channels.len(), b.channels.len());
+    for (a, b) in a.channels.iter().zip(&b.channels) {
+        let bits = |numbers: &[f64]| numbers.iter().map(|number| number.to_bits()).collect::<Vec<_>>();
+        assert_eq!((&a.name, a.unit, &a.unit_in_file), (&b.name, b.unit, &b.unit_in_file));
+        assert_eq!(bits(&a.time_s), bits(&b.time_s), "times of {}", a.name);
+        assert_eq!(bits(&a.values), bits(&b.values), "values of {}", a.name);
+    }
+}
+
+#[test]
+fn channels_written_and_read_are_bit_for_bit_the_same_in_every_format() {
+    let written = random_set();
+    for name in ["series.csv", "series.csv.gz", "series.mcap"] {
+        let path = scratch(name);
+        let notes = write_series(&written, &path).unwrap();
+        assert!(notes.is_empty(), "{notes:?}");
+        let Imported::Series(read) = read(&path).unwrap() else { panic!("channels") };
+        same_bits(&read, &written);
+        assert!(!scratch(&format!("{name}.writing")).exists());
+    }
+}
+
+#[test]
+fn the_formats_write_channels_and_the_same_channels_give_the_same_bytes() {
+    let written = random_set();
+    for (format, name) in recording::FORMATS.iter().zip(["formats.mcap", "formats.csv"]) {
+        let path = scratch(name);
+        format.write(&Imported::Series(written.clone()), &path).unwrap();
+        let first = std::fs::read(&path).unwrap();
+        assert!(format.sniff(&first));
+        write_series(&written, &path).unwrap();
+        assert_eq!(std::fs::read(&path).unwrap(), first, "{name}");
+    }
+}
+
+#[test]
+fn an_mcap_of_channels_holds_their_samples_in_order_of_time_and_nothing_else() {
+    let written = set(vec![
+        Series::si("slow", "rad", vec![0.0, 0.3], vec![1.0, 2.0]),
+        Series::si("fast", "N*m", vec![0.1, 0.2, 0.3], vec![3.0, 4.0, 5.0]),
+    ]);
+    let path = scratch("plain.mcap");
+    write_series(&written, &path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    // Read by the crate's own reader, which knows nothing of this one.
+    let messages: Vec<_> = mcap::MessageStream::new(&bytes).unwrap().map(Result::unwrap).collect();
+    let listed: Vec<_> = messages
+        .iter()
+        .map(|m| (m.channel.topic.as_str(), m.sequence, m.log_time, f64::from_le_bytes(m.data[..].try_into().unwrap())))
+        .collect();
+    let expected = [
+        ("/slow", 0, 0, 1.0),
+        ("/fast", 0, 100_000_000, 3.0),
+        ("/fast", 1, 200_000_000, 4.0),
+        ("/slow", 1, 300_000_000, 2.0),
+        ("/fast", 2, 300_000_000, 5.0),
+    ];
+    assert_eq!(listed, expected);
+    for message in &messages {
+        assert_eq!(message.publish_time, message.log_time);
+        let schema = message.channel.schema.as_ref().unwrap();
+        assert_eq!((schema.name.as_str(), schema.encoding.as_str()), ("obsid_msgs/Scalar", "ros1msg"));
+        assert_eq!(schema.data.as_ref(), b"float64 value\n");
+        assert_eq!(message.channel.message_encoding, "ros1");
+        assert_eq!(message.channel.metadata.keys().collect::<Vec<_>>(), ["unit"]);
+    }
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let stats = summary.stats.unwrap();
+    assert_eq!((stats.metadata_count, stats.attachment_count, stats.message_count), (0, 0, 5));
+}
+
+#[test]
+fn mcap_rounds_times_to_the_nearest_nanosecond_and_says_by_how_much() {
+    let time_s: Vec<f64> = (0..1000).map(|i| f64::from(i) / 3.0).collect();
+    let values = vec![1.0; time_s.len()];
+    let path = scratch("thirds.mcap");
+    let notes = write_series(&set(vec![Series::si("x", "m", time_s.clone(), values)]), &path).unwrap();
+    // Two of three times are no whole nanoseconds: 999 - 333 of them, each a third of one off.
+    assert!(notes[0].starts_with("666 time(s) were rounded to whole nanoseconds, by 3.3e-10 s"), "{notes:?}");
+    let read = series(read(&path).unwrap()).unwrap();
+    for (read, written) in read.channels[0].time_s.iter().zip(&time_s) {
+        assert!((read - written).abs() <= 0.5e-9, "{read} {written}");
+    }
+}
+
+#[test]
+fn an_empty_cell_is_no_sample_of_that_channel_at_that_time() {
+    let text = "time [ms],a [deg],b [N]\n0,180,1\n\n5,,2\n7,90,\n7,,3\n9,,\n";
+    let path = file("sparse.csv", text);
+    let imported = read(&path).unwrap();
+    let error = ReplayFrames::new(&imported, None, 10_000_000).unwrap_err().explain();
+    for part in ["sparse.csv: replay needs one rate: line 4, column 2 `a [deg]` is empty", "`obsid diagnose`"] {
+        assert!(error.contains(part), "{error}");
+    }
+    let set = series(imported).unwrap();
+    assert_eq!(set.channel_named("a").unwrap().time_s, [0.0, 0.007]);
+    assert_eq!(set.channel_named("a").unwrap().values, [core::f64::consts::PI, core::f64::consts::FRAC_PI_2]);
+    assert_eq!(set.channel_named("b").unwrap().time_s, [0.0, 0.005, 0.007]);
+    assert_eq!(set.channel_named("b").unwrap().values, [1.0, 2.0, 3.0]);
+    assert_eq!(set.channel_named("a").unwrap().unit_in_file, "deg");
+
+    let conflict = read(&file("sparse-conflict.csv", "time [s],a [m],b [N]\n0,1,1\n1,,2\n1,1,3\n")).unwrap_err();
+    let conflict = conflict.explain();
+    assert!(conflict.contains("line 4, column 3 `b [N]`") && conflict.contains("2 and 3"), "{conflict}");
+}
+
+#[test]
+fn uneven_sampling_is_read_as_channels_and_noted() {
+    let mut numbers = Numbers(5);
+    let mut time_s = 0.0;
+    let mut rows = String::new();
+    for i in 0..200 {
+        rows.push_str(&format!("{time_s},{i}\n"));
+        time_s += 0.01 + 0.1 * (numbers.unit() + 1.0);
+    }
+    let imported = read(&file("uneven.csv", &format!("time [s],x [m]\n{rows}"))).unwrap();
+    let Imported::Series(set) = &imported else { panic!("channels") };
+    assert_eq!((set.channels.len(), set.channels[0].values.len()), (1, 200));
+    assert!(set.notes[0].starts_with("not one rate: line "), "{:?}", set.notes);
+    let error = ReplayFrames::new(&imported, None, 10_000_000).unwrap_err().explain();
+    assert!(error.contains("uneven.csv: replay needs one rate: line ") && error.contains("resample"), "{error}");
+}
+
+#[test]
+fn channels_of_one_rate_are_a_table_whatever_file_they_were_in() {
+    let time_s: Vec<f64> = (0..500).map(|i| f64::from(i) / 100.0).collect();
+    let channel = |name: &str, unit, scale: f64| {
+        Series::si(name, unit, time_s.clone(), time_s.iter().map(|t| scale * t * t).collect())
+    };
+    let written = set(vec![channel("force_x", "N", 2.0), channel("acceleration_x", "m/s^2", 0.1)]);
+    let frames = ["rate.csv", "rate.mcap"].map(|name| {
+        let path = scratch(name);
+        write_series(&written, &path).unwrap();
+        let imported = read(&path).unwrap();
+        assert_eq!(matches!(imported, Imported::Table(_)), name == "rate.csv");
+        let frames = ReplayFrames::new(&imported, None, 10_000_000).unwrap();
+        same_bits(&series(imported).unwrap(), &written);
+        frames
+    });
+    assert_eq!(frames[0].frame_count(), 500);
+    for k in 0..500 {
+        let samples = frames.each_ref().map(|frames| {
+            let mut samples = Vec::new();
+            frames.frame(k, &mut |sample| samples.push(sample));
+            samples
+        });
+        assert_eq!(samples[0], samples[1]);
+    }
+    let table: Table = written.table().unwrap();
+    assert_eq!(table.columns[1].values, written.channels[1].values);
+}
