@@ -2,10 +2,9 @@
 
 use crate::desk::{Folder, scenario};
 
-const MODAL: &str = "[modal]\nduration_s = 3.0\ntruth = \"design-bp3\"\n";
-const SLOSH: &str = "[slosh]\nduration_s = 6.0\ntruth = { m_s_kg = 100.0, k_s_n_m = 1000.0, c_s_n_s_m = 10.0 }\n";
-const ARM: &str =
-    "[inertial]\nduration_s = 3.0\ntrajectory = \"b\"\ntruth = \"paper-table-ii\"\n[inertial.known]\nh_cm_nms = 68.0\n";
+const MODAL: &str = "[modal]\nduration_s = 3.0\nplant = { file = \"hub_appendage\" }\n";
+const SLOSH: &str = "[slosh]\nduration_s = 6.0\nplant = { file = \"tank_1d\" }\n";
+const ARM: &str = "[inertial]\nduration_s = 3.0\ntrajectory = \"b\"\nplant = { file = \"free_floating_arm\" }\n[inertial.known]\nh_cm_nms = 68.0\n";
 const PRIOR: &str = "prior = [60.9, 58.2, 26.5, 24.2, 24.2, 10.4, 10.4, 21.8]\n";
 
 /// Runs a scenario that begins with `format` and `name`, so that `text` starts on line 3.
@@ -21,7 +20,26 @@ fn an_unknown_key_a_wrong_type_and_bad_syntax_are_shown_at_their_place() {
     refused(&format!("{MODAL}colour = 3\n"), &["wrong.toml:6:1", "colour", "`torque_nm`"]);
     refused("[modal]\nduration_s = \"long\"\n", &["wrong.toml:4:14", "long"]);
     refused("[modal\n", &["wrong.toml:3:"]);
-    refused("[modal]\nduration_s = 3.0\ntruth = \"another\"\n", &["wrong.toml:5:9", "another", "design-bp3"]);
+}
+
+#[test]
+fn a_plant_that_cannot_be_flown_is_refused_at_its_place() {
+    let modal = |plant: &str| format!("[modal]\nduration_s = 3.0\nplant = {plant}\n");
+    refused(&modal("{ file = \"another\" }"), &["wrong.toml:5:18", "another", "cannot be read", "hub_appendage"]);
+    refused(
+        &modal("{ file = \"tank_1d\", set = { \"fuel.mas\" = \"3 kg\" } }"),
+        &["wrong.toml:5:9", "fuel.mas", "fuel.mass"],
+    );
+    refused(
+        &modal("{ file = \"tank_1d\", set = { \"fuel.mass\" = \"3 N\" } }"),
+        &["wrong.toml:5:9", "fuel.mass", "3 N"],
+    );
+    refused(
+        &modal("{ file = \"tank_1d\", hide = [\"slosh_cubik@tank:fuel\"] }"),
+        &["wrong.toml:5:9", "slosh_cubik", "slosh_cubic"],
+    );
+    let mated = "[mated]\nduration_s = 3.0\ntrajectory = \"mated\"\nplant = { file = \"mated\" }\ngrasps = \"nothing\"\n[mated.known]\nh_cm_nms = 68.0\nprior = [167.0, 291.0, 416.0, 136.0, 136.0, 158.0, 141.0, 314.0, -18.0]\n";
+    refused(mated, &["wrong.toml:6:9", "nothing", "no such body"]);
 }
 
 #[test]
@@ -58,10 +76,10 @@ fn every_fault_is_named_at_once() {
 }
 
 #[test]
-fn a_scenario_that_plans_nothing_or_states_no_truth_is_not_flown() {
+fn a_scenario_that_plans_nothing_or_states_no_plant_is_not_flown() {
     refused("", &["wrong.toml", "plans no experiment", "[modal]"]);
-    refused("[modal]\nduration_s = 3.0\n", &["wrong.toml", "modal.truth is missing", "obsid replay"]);
-    crate::desk::ask(&["run", &scenario("replay-slab.toml")]).refuses(&["replay-slab.toml", "modal.truth is missing"]);
+    refused("[modal]\nduration_s = 3.0\n", &["wrong.toml", "modal.plant is missing", "obsid replay"]);
+    crate::desk::ask(&["run", &scenario("replay-slab.toml")]).refuses(&["replay-slab.toml", "modal.plant is missing"]);
 }
 
 #[test]

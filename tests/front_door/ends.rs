@@ -223,7 +223,7 @@ fn a_partition_that_is_given_up_is_named_in_the_table_with_what_was_lost() {
 fn the_reason_of_a_missing_estimate_holds_the_estimators_own_words_once() {
     let folder = Folder::new("status");
     // A tenth of a second after the pulse of one second: no mode rings for so short a time.
-    let text = "format = 1\nname = \"brief\"\n[modal]\nduration_s = 1.1\ntruth = \"design-bp3\"\n";
+    let text = "format = 1\nname = \"brief\"\n[modal]\nduration_s = 1.1\nplant = { file = \"hub_appendage\" }\n";
     folder.file("brief.toml", text);
     let result = folder.ask(&["run", "brief.toml", "--link", "lockstep", "--json"]).result();
     let rows = result["estimates"]["modal"].as_array().unwrap();

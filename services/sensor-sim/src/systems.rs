@@ -2,7 +2,7 @@
 //! experiment itself decides (command, rate, trajectory) is the scenario's.
 
 use crate::vehicle::{Vehicle, VehicleError};
-use plant::description::{Controller, Plant, Quantity, SensorKind, Signal, SignalKind};
+use plant::description::{Controller, Plant, Quantity, Signal, SignalKind};
 use plant::file;
 use plant::fourier_reference::FourierReference;
 use runtime::Scenario;
@@ -90,13 +90,13 @@ pub fn tank(experiment: &SloshExperiment, setting: Setting<'_>) -> Result<Option
 pub fn appendage(experiment: &ModalExperiment, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
     let Some(used) = &experiment.plant else { return Ok(None) };
     let mut plant = plant(used)?;
+    // Where the scenario states no rate, the sensors keep the plant's own.
+    let own_s = plant.simulation.period_s;
+    let stated_s = (experiment.known.rate_hz > 0.0).then(|| 1.0 / experiment.known.rate_hz);
     plant.simulation.period_s = setting.frame_s;
-    if experiment.known.rate_hz > 0.0 {
-        let array = |sensor: &&mut plant::description::Sensor| {
-            matches!(sensor.kind, SensorKind::Accelerometer { point: Some(_), .. })
-        };
-        let period_s = Quantity::known(1.0 / experiment.known.rate_hz);
-        plant.sensors.iter_mut().filter(array).for_each(|sensor| sensor.period_s = Some(period_s));
+    for sensor in &mut plant.sensors {
+        let own = sensor.period_s.unwrap_or(Quantity::known(own_s));
+        sensor.period_s = Some(stated_s.map_or(own, Quantity::known));
     }
     let (size, width_s) = (Quantity::known(experiment.torque_nm), Quantity::known(experiment.pulse_s));
     command(&mut plant, SignalKind::Pulse { size, width_s, period_s: None }).map_err(|reason| refused(used, reason))?;
@@ -156,5 +156,8 @@ fn without_body(plant: &mut Plant, name: &str) -> Result<(), String> {
         return Err(format!("grasps = '{name}': the plant has no such body"));
     }
     let faults = plant.validate();
-    faults.into_iter().find(|fault| !fault.warning).map_or(Ok(()), |fault| Err(format!("without '{name}': {}", fault.message)))
+    faults
+        .into_iter()
+        .find(|fault| !fault.warning)
+        .map_or(Ok(()), |fault| Err(format!("without '{name}': {}", fault.message)))
 }

@@ -4,7 +4,8 @@ use plant::description::{ActuatorKind, JointKind, Plant, Quantity, Sensor, Senso
 use plant::simulation::{Row, SimulationError, Simulator, SimulatorState};
 use runtime::Outputs;
 use telemetry::{
-    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, IMU, Imu, JOINTS, Joints, Sample,
+    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, IMU, Imu, JOINTS, Joints,
+    Sample,
 };
 
 const RATE_VALID_X: u64 = 1;
@@ -212,7 +213,9 @@ fn slot<'a>(sensor: &'a Sensor, joints: &mut Vec<&'a str>, array: &mut usize) ->
     };
     Ok(match &sensor.kind {
         SensorKind::Gyro { axis, .. } => axis_index(*axis).map_or(Slot::Unused, Slot::Rate),
-        SensorKind::Accelerometer { point: None, axis, .. } => axis_index(*axis).map_or(Slot::Unused, Slot::Acceleration),
+        SensorKind::Accelerometer { point: None, axis, .. } => {
+            axis_index(*axis).map_or(Slot::Unused, Slot::Acceleration)
+        }
         SensorKind::Accelerometer { point: Some(_), .. } => {
             *array += 1;
             if *array > ACCELEROMETERS_MAX {
@@ -230,7 +233,8 @@ fn slot<'a>(sensor: &'a Sensor, joints: &mut Vec<&'a str>, array: &mut usize) ->
 /// The interval that all accelerometers on appendages share; a whole number of them makes a period.
 fn array_interval_s(plant: &Plant, slots: &[Slot]) -> Result<Option<f64>, VehicleError> {
     let mut array = plant.sensors.iter().zip(slots).filter(|(_, slot)| matches!(slot, Slot::Array(_))).peekable();
-    let interval_s = |sensor: &Sensor| sensor.period_s.map_or(plant.simulation.period_s, |period: Quantity| period.value);
+    let interval_s =
+        |sensor: &Sensor| sensor.period_s.map_or(plant.simulation.period_s, |period: Quantity| period.value);
     let Some((first, _)) = array.peek() else { return Ok(None) };
     let shared_s = interval_s(first);
     for (sensor, _) in array {

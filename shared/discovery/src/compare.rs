@@ -123,9 +123,14 @@ pub fn compare(real: &Recording, simulated: &Recording) -> Comparison {
 }
 
 fn lonely(channel: &Channel, side: &str, others: &Recording) -> Unmatched {
-    let mut names: Vec<(usize, &str)> = others.channels.iter().map(|c| (edits(&channel.name, &c.name), c.name.as_str())).collect();
+    let mut names: Vec<(usize, &str)> =
+        others.channels.iter().map(|c| (edits(&channel.name, &c.name), c.name.as_str())).collect();
     names.sort();
-    Unmatched { name: channel.name.clone(), side: side.into(), nearest: names.into_iter().take(3).map(|(_, n)| n.to_string()).collect() }
+    Unmatched {
+        name: channel.name.clone(),
+        side: side.into(),
+        nearest: names.into_iter().take(3).map(|(_, n)| n.to_string()).collect(),
+    }
 }
 
 /// Levenshtein distance without regard to case.
@@ -165,7 +170,9 @@ fn pair(real: &Channel, simulated: &Channel) -> Option<Pair> {
         }
     }
     let (first, last) = (*time.first()?, *time.last()?);
-    let inside: Vec<usize> = (0..u.value.len()).filter(|&i| u.time_s(i) >= first - 1e-6 * u.dt_s && u.time_s(i) <= last + 1e-6 * u.dt_s).collect();
+    let inside: Vec<usize> = (0..u.value.len())
+        .filter(|&i| u.time_s(i) >= first - 1e-6 * u.dt_s && u.time_s(i) <= last + 1e-6 * u.dt_s)
+        .collect();
     if inside.len() < SAMPLES_MIN {
         return None;
     }
@@ -187,7 +194,11 @@ fn pair(real: &Channel, simulated: &Channel) -> Option<Pair> {
     if u.interpolated {
         notes.push("real: uneven stamps, cubic interpolation to equal steps");
     }
-    notes.push(if exact { "simulated: same stamps, untouched" } else { "simulated: cubic interpolation to the recorded stamps" });
+    notes.push(if exact {
+        "simulated: same stamps, untouched"
+    } else {
+        "simulated: cubic interpolation to the recorded stamps"
+    });
     if inside.len() < real.value.len() {
         notes.push("only the common, gap-free stretch is used");
     }
@@ -267,40 +278,77 @@ fn too_short(real: &Channel) -> ChannelComparison {
     }
 }
 
-fn conclude(c: &ChannelComparison, all: &align::Corrections, p: &Pair, recording: &Recording, error: &[f64]) -> (Verdict, String) {
+fn conclude(
+    c: &ChannelComparison,
+    all: &align::Corrections,
+    p: &Pair,
+    recording: &Recording,
+    error: &[f64],
+) -> (Verdict, String) {
     let before = rms(error).powi(2);
     let share = |x: &Correction| 1.0 - rms(&x.residual).powi(2) / before;
-    let named = [(Verdict::Offset, &all.offset), (Verdict::Scale, &all.scale), (Verdict::Lag, &all.lag), (Verdict::Sign, &all.sign)];
-    let best = named.iter().filter(|(_, x)| x.significant(FALSE_ALARM)).max_by(|a, b| share(a.1).total_cmp(&share(b.1)));
+    let named = [
+        (Verdict::Offset, &all.offset),
+        (Verdict::Scale, &all.scale),
+        (Verdict::Lag, &all.lag),
+        (Verdict::Sign, &all.sign),
+    ];
+    let best =
+        named.iter().filter(|(_, x)| x.significant(FALSE_ALARM)).max_by(|a, b| share(a.1).total_cmp(&share(b.1)));
     if let Some((verdict, correction)) = best
         && share(correction) >= EXPLAINED_SHARE
     {
+        let turned = *verdict == Verdict::Sign || (*verdict == Verdict::Scale && correction.value < 0.0);
+        let verdict = if turned { Verdict::Sign } else { *verdict };
         let what = match verdict {
-            Verdict::Lag => format!("differs by a lag of {} ± {} ms", short(1e3 * correction.value), short(1e3 * correction.sigma)),
+            Verdict::Lag => {
+                format!("differs by a lag of {} ± {} ms", short(1e3 * correction.value), short(1e3 * correction.sigma))
+            }
             Verdict::Scale => format!("differs by a gain of {} ± {}", short(correction.value), short(correction.sigma)),
-            Verdict::Offset => format!("differs by an offset of {} ± {} {}", short(correction.value), short(correction.sigma), c.unit),
-            _ => "has the opposite sign".into(),
+            Verdict::Offset => {
+                format!("differs by an offset of {} ± {} {}", short(correction.value), short(correction.sigma), c.unit)
+            }
+            _ => format!("has the opposite sign, gain {} ± {}", short(all.scale.value), short(all.scale.sigma)),
         };
         let rest = locate::locate(&correction.residual, p, recording, &c.name);
         let left = if rest.silent() {
             "the rest is noise".into()
         } else {
-            let fit = fit_percent(&correction.residual, &p.real).map_or_else(String::new, |f| format!(", fit {} %", short(f)));
-            format!("takes {} % of the squared difference{fit}; more is left{}", short(100.0 * share(correction)), rest.bands.first().map_or_else(String::new, band_text))
+            let fit = fit_percent(&correction.residual, &p.real)
+                .map_or_else(String::new, |f| format!(", fit {} %", short(f)));
+            format!(
+                "takes {} % of the squared difference{fit}; more is left{}",
+                short(100.0 * share(correction)),
+                rest.bands.first().map_or_else(String::new, band_text)
+            )
         };
-        return (*verdict, format!("{what}; {left}"));
+        return (verdict, format!("{what}; {left}"));
     }
     if c.windows.is_empty() && c.bands.is_empty() && c.coherence.is_empty() && best.is_none() {
         let sigma = c.noise_sigma.unwrap_or(c.rms);
-        return (Verdict::OnlyNoise, format!("only noise ({} {} rms, mean {})", short(sigma), c.unit, short(mean(error))));
+        return (
+            Verdict::OnlyNoise,
+            format!("only noise ({} {} rms, mean {})", short(sigma), c.unit, short(mean(error))),
+        );
     }
     let power = before;
-    let follows = c.coherence.first().map_or_else(String::new, |k| format!("; {} % of it follows {}", short(100.0 * k.share), k.channel));
+    let follows = c
+        .coherence
+        .first()
+        .map_or_else(String::new, |k| format!("; {} % of it follows {}", short(100.0 * k.share), k.channel));
     if let Some(band) = c.bands.first().filter(|b| b.rms * b.rms > EXPLAINED_SHARE * power && b.confined) {
         return (Verdict::Band, format!("differs{}{follows}", band_text(band)));
     }
     if let Some(window) = c.windows.first().filter(|w| w.share > EXPLAINED_SHARE && w.confined) {
-        return (Verdict::Window, format!("differs in {}-{} s ({} % of the squared difference){follows}", short(window.start_s), short(window.end_s), short(100.0 * window.share)));
+        return (
+            Verdict::Window,
+            format!(
+                "differs in {}-{} s ({} % of the squared difference){follows}",
+                short(window.start_s),
+                short(window.end_s),
+                short(100.0 * window.share)
+            ),
+        );
     }
     let fit = c.fit_percent.map_or_else(String::new, |f| format!(" (fit {} %)", short(f)));
     let place = c.bands.first().map_or_else(String::new, |b| format!(", most{}", band_text(b)));

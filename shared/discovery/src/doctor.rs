@@ -138,7 +138,8 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
     let count = runs.len();
     for run in &runs {
         for mut finding in examine_run(run) {
-            let known = |f: &Finding| f.check == finding.check && f.channel == finding.channel && f.others == finding.others;
+            let known =
+                |f: &Finding| f.check == finding.check && f.channel == finding.channel && f.others == finding.others;
             if !findings.iter().any(known) {
                 if count > 1 {
                     finding.evidence.push_str(&format!(" (run from {} s)", short(start_s(run))));
@@ -155,17 +156,14 @@ fn examine_run(run: &Recording) -> Vec<Finding> {
     let mut findings = levels::examine(run);
     let (unwrapped, wraps) = levels::unwrap_angles(run);
     findings.extend(wraps);
-    let dead: Vec<String> =
-        findings.iter().filter(|f| f.check == Check::Constant).map(|f| f.channel.clone()).collect();
+    let dead: Vec<String> = findings.iter().filter(|f| f.check == Check::Constant).map(|f| f.channel.clone()).collect();
     let live = Recording {
         name: unwrapped.name.clone(),
         channels: unwrapped.channels.into_iter().filter(|c| !dead.contains(&c.name)).collect(),
     };
     let derived = derived::examine(&live);
-    let pairs: Vec<(String, String)> = derived
-        .iter()
-        .flat_map(|f| f.others.iter().map(|o| (f.channel.clone(), o.clone())))
-        .collect();
+    let pairs: Vec<(String, String)> =
+        derived.iter().flat_map(|f| f.others.iter().map(|o| (f.channel.clone(), o.clone()))).collect();
     findings.extend(content::examine(&live));
     findings.extend(derived);
     findings.extend(kinship::examine(&live, &pairs));

@@ -150,8 +150,7 @@ pub fn interpolate(time: &[f64], value: &[f64], t: f64) -> f64 {
     nodes
         .clone()
         .map(|i| {
-            let weight: f64 =
-                nodes.clone().filter(|&j| j != i).map(|j| (t - time[j]) / (time[i] - time[j])).product();
+            let weight: f64 = nodes.clone().filter(|&j| j != i).map(|j| (t - time[j]) / (time[i] - time[j])).product();
             weight * value[i]
         })
         .sum()

@@ -195,8 +195,9 @@ pub fn difference_sigma(x: &[f64], order: usize) -> f64 {
     let scale = 1.0 / binomial(2 * order, order).sqrt();
     let blocks = (y.len() / 24).clamp(1, 31);
     let size = y.len() / blocks;
-    let mut power: Vec<f64> =
-        (0..blocks).map(|b| rms(&y[b * size..if b + 1 == blocks { y.len() } else { (b + 1) * size }]).powi(2)).collect();
+    let mut power: Vec<f64> = (0..blocks)
+        .map(|b| rms(&y[b * size..if b + 1 == blocks { y.len() } else { (b + 1) * size }]).powi(2))
+        .collect();
     // Median of a scaled chi-squared of nu degrees lies at (1 - 2/(9 nu))^3 of its mean (Wilson and Hilferty).
     let nu = size as f64 / difference_dependence(order);
     let correction = (1.0 - 2.0 / (9.0 * nu.max(1.0))).powi(3);

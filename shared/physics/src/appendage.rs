@@ -66,6 +66,20 @@ impl Appendage {
         let [first, second] = squares.map(|square| pole_near(&quartic, libm::sqrt(square)));
         Some([first?, second?])
     }
+
+    /// `[θ̈, d̈1, d̈2]` under a torque on the hub, [rad/s²] and [√kg m/s²].
+    ///
+    /// The third and second row give `d̈ = −c θ̈ − 2 ζ w ḋ − w² d`; put into the first,
+    /// `(J − c1² − c2²) θ̈ = torque + Σ c (2 ζ w ḋ + w² d)`. Meaningless when `J ≤ Σ c²`, see [`hub_free_modes`](Self::hub_free_modes).
+    pub fn accelerations(&self, torque_n_m: f64, modal: [f64; MODES], modal_rate: [f64; MODES]) -> [f64; 1 + MODES] {
+        let [c1, c2] = self.coupling;
+        let [pull1, pull2] = [0, 1].map(|k| {
+            let w = 2.0 * core::f64::consts::PI * self.locked[k].frequency_hz;
+            w * (2.0 * self.locked[k].damping_ratio * modal_rate[k] + w * modal[k])
+        });
+        let hub = (torque_n_m + c1 * pull1 + c2 * pull2) / (self.inertia_kg_m2 - c1 * c1 - c2 * c2);
+        [hub, -c1 * hub - pull1, -c2 * hub - pull2]
+    }
 }
 
 /// Newton on the characteristic polynomial (highest power first) from `i ω`; `None` if it does not settle on a
@@ -378,6 +392,26 @@ mod tests {
         let (cosh, sinh, cos, sin) = (libm::cosh(beta), libm::sinh(beta), libm::cos(beta), libm::sin(beta));
         let (b, s) = (beta * x_m / 5.0, (cosh + cos) / (sinh + sin));
         (libm::cosh(b) - libm::cos(b) - s * (libm::sinh(b) - libm::sin(b))) / 10.0_f64.sqrt()
+    }
+
+    #[test]
+    fn accelerations_satisfy_the_three_equations() {
+        let mut noise = SeededNoise::new(31);
+        let [c1, c2] = BEAM.coupling;
+        let mass = Matrix3::new(BEAM.inertia_kg_m2, c1, c2, c1, 1.0, 0.0, c2, 0.0, 1.0);
+        for _ in 0..100 {
+            let mut draw = || noise.normal();
+            let (torque, modal, rate) = (10.0 * draw(), [draw(), draw()], [draw(), draw()]);
+            let force = Vector3::from_fn(|i, _| match i {
+                0 => torque,
+                _ => {
+                    let w = 2.0 * core::f64::consts::PI * BEAM.locked[i - 1].frequency_hz;
+                    -2.0 * BEAM.locked[i - 1].damping_ratio * w * rate[i - 1] - w * w * modal[i - 1]
+                }
+            });
+            let error = mass * Vector3::from(BEAM.accelerations(torque, modal, rate)) - force;
+            assert!(error.amax() < 1e-11, "{error}"); // rounding of 1.5e3 × J c/(J − Σc²)
+        }
     }
 
     /// Independent oracle: all three coordinates, full mass matrix, RK4 at 0.5 ms; 2 N m for one second, sampled at

@@ -1,4 +1,5 @@
-//! Free-floating base with a two-link planar arm before capture: eight minimal parameters and the equations of motion.
+//! Free-floating base with a two-link planar arm: eight minimal parameters before capture, and the equations of motion, which hold
+//! with the ninth parameter after capture too.
 //!
 //! Notation of Papadopoulos: `l_i` inboard joint to centre of mass of link i, `r_i` centre of mass to the next joint,
 //! `r_0` base centre of mass to joint 1, `L1 = l1 + r1`, `s1 = m1 l1 + m2 L1`, `M` total mass.
@@ -44,16 +45,23 @@ pub fn rank_one_violation_sigmas(alpha: &Alpha, covariance: &SMatrix<f64, 8, 8>)
     (variance > 0.0).then(|| violation / libm::sqrt(variance))
 }
 
-/// Mass matrix `H` (w0dot, th1dd, th2dd) and Coriolis vector `C` of `H q̈ + C = [0, τ1, τ2]`.
+/// Mass matrix `H` (w0dot, th1dd, th2dd) and Coriolis vector `C` of `H q̈ + C = [0, τ1, τ2]` (page 1, section 1.2), eight or nine
+/// parameters (`mated`).
 ///
 /// The row of the base is the derivative of the momentum: see `tests::base_row_is_the_derivative_of_the_momentum`.
-pub fn dynamics(alpha: &Alpha, joint_angle_rad: [f64; 2], rates_rad_s: [f64; 3]) -> (Matrix3<f64>, Vector3<f64>) {
+/// Frames: rates (w0, d1, d2) about z, the base's inertial, the joints' relative; kg m², N m. Assumes no external force or torque.
+pub fn dynamics<const P: usize>(
+    alpha: &SVector<f64, P>,
+    joint_angle_rad: [f64; 2],
+    rates_rad_s: [f64; 3],
+) -> (Matrix3<f64>, Vector3<f64>) {
+    const { assert!(P == 8 || P == 9) }
     let (c1, s1) = (libm::cos(joint_angle_rad[0]), libm::sin(joint_angle_rad[0]));
     let (c2, s2) = (libm::cos(joint_angle_rad[1]), libm::sin(joint_angle_rad[1]));
     let (c12, s12) = (c1 * c2 - s1 * s2, s1 * c2 + c1 * s2);
-    let [a1, a2, a3, a4, a5, a6, a7, a8] = alpha.data.0[0];
-    let (d01, d02, d12) = (a4 * c1 + a5 * s1, a6 * c12 + a7 * s12, a8 * c2);
-    let (e01, e02, e12) = (-a4 * s1 + a5 * c1, -a6 * s12 + a7 * c12, -a8 * s2);
+    let [a1, a2, a3, a4, a5, a6, a7, a8, a9] = core::array::from_fn(|i| if i < P { alpha[i] } else { 0.0 });
+    let (d01, d02, d12) = (a4 * c1 + a5 * s1, a6 * c12 + a7 * s12, a8 * c2 + a9 * s2);
+    let (e01, e02, e12) = (-a4 * s1 + a5 * c1, -a6 * s12 + a7 * c12, -a8 * s2 + a9 * c2);
     let (h22, h12, h11) = (a3, a3 + d12, a2 + a3 + 2.0 * d12);
     let (h02, h01) = (a3 + d02 + d12, h11 + d01 + d02);
     let h00 = a1 + a2 + a3 + 2.0 * (d01 + d02 + d12);
@@ -65,8 +73,8 @@ pub fn dynamics(alpha: &Alpha, joint_angle_rad: [f64; 2], rates_rad_s: [f64; 3])
 }
 
 /// Accelerations (w0dot, th1dd, th2dd) under joint torques; `None` when the parameters are not physical.
-pub fn accelerations(
-    alpha: &Alpha,
+pub fn accelerations<const P: usize>(
+    alpha: &SVector<f64, P>,
     joint_angle_rad: [f64; 2],
     rates_rad_s: [f64; 3],
     torque_n_m: [f64; 2],
@@ -98,7 +106,8 @@ mod tests {
     #[test]
     fn base_row_is_the_derivative_of_the_momentum() {
         let mut noise = SeededNoise::new(1);
-        let alpha = PlanarArm { base_to_joint_m: [0.99, 0.40], ..Default::default() }.minimal_parameters();
+        let arm = PlanarArm { base_to_joint_m: [0.99, 0.40], ..Default::default() };
+        let alpha = crate::mated::minimal_parameters(&arm, [1.73, 0.8]); // a9 as large as a8 / 2
         for _ in 0..100 {
             let mut draw = |scale: f64| scale * noise.normal();
             let (th, w, b) =

@@ -7,6 +7,8 @@
 //! |---|---|
 //! | `momentum` | regressor of the angular momentum of base and two links, eight or nine parameters |
 //! | `free_floating` | the eight parameters before capture, from the physical ones, and their equations of motion |
+//! | `dynamic_equation` | regressor of their dynamic equation |
+//! | `free_flying` | base with thrusters: eight linear parameters, their regressor, its momentum form, equations of motion |
 //! | `mated` | the nine parameters after capture of a rigid target |
 //! | `inertial_estimator` | momentum samples in, parameters with covariance and verdicts out |
 //! | `excitation` | Fourier trajectories of the joints and the bound they promise |
@@ -22,8 +24,10 @@
 extern crate std;
 
 pub mod appendage;
+pub mod dynamic_equation;
 pub mod excitation;
 pub mod free_floating;
+pub mod free_flying;
 pub mod inertial_estimator;
 pub mod mated;
 pub mod momentum;

@@ -41,6 +41,26 @@ impl SloshParameters {
     }
 }
 
+/// Accelerations of base and slosh mass.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SloshAccelerations {
+    /// Of the base against inertial space.
+    pub base_m_s2: f64,
+    /// Of the slosh mass against the base.
+    pub relative_m_s2: f64,
+}
+
+impl SloshParameters {
+    /// `ẍ0 = (f + ks r + cs ṙ)/m0`, `r̈ = −f/m0 − (ks r + cs ṙ)/μ` (BP2, Eqs. 12–13) under a force on the base.
+    pub fn accelerations(&self, base_mass_kg: f64, state: &SloshState, force_n: f64) -> SloshAccelerations {
+        let pull_n = self.stiffness_n_m * state.displacement_m + self.damping_n_s_m * state.velocity_m_s;
+        SloshAccelerations {
+            base_m_s2: (force_n + pull_n) / base_mass_kg,
+            relative_m_s2: -force_n / base_mass_kg - pull_n / self.reduced_mass_kg(base_mass_kg),
+        }
+    }
+}
+
 /// Displacement and velocity of the slosh mass relative to the base.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SloshState {
@@ -335,6 +355,17 @@ pub(crate) mod tests {
 
     /// The benchmark's tank: 28.7 kg, 0.012052 Hz, ζ = 0.71 %.
     pub const TANK: SloshParameters = SloshParameters { slosh_mass_kg: 28.7, stiffness_n_m: 0.16, damping_n_s_m: 0.03 };
+
+    #[test]
+    fn accelerations_are_those_of_two_bodies() {
+        for (r, v, f) in [(0.3, -0.02, 44.0), (-1.2, 0.5, 0.0), (0.0, 0.1, -7.0)] {
+            let found = TANK.accelerations(BASE_MASS_KG, &SloshState { displacement_m: r, velocity_m_s: v }, f);
+            let spring = TANK.stiffness_n_m * r + TANK.damping_n_s_m * v; // on the base; its reaction on the mass
+            let (base, slosh) = ((f + spring) / BASE_MASS_KG, -spring / TANK.slosh_mass_kg);
+            assert!((found.base_m_s2 - base).abs() < 1e-17, "{found:?}"); // rounding of 0.05
+            assert!((found.relative_m_s2 - (slosh - base)).abs() < 1e-17, "{found:?}");
+        }
+    }
 
     /// Independent oracle: two bodies in absolute coordinates, RK4 with `substeps` per interval, held force.
     /// Mean acceleration of the base per interval.

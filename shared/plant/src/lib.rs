@@ -27,6 +27,7 @@ pub mod file;
 pub mod filter;
 pub mod fourier_reference;
 pub mod hub_controller;
+pub mod information;
 pub mod multibody;
 pub mod noise;
 pub mod real;

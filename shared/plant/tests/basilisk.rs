@@ -181,10 +181,11 @@ fn six_records_of_basilisk_are_reproduced_from_their_commands() {
         let plant = craft(&serde_json::from_str(&truth).unwrap(), &record);
         let mut simulator = Simulator::new(&plant, 0, "craft").unwrap();
         let (mut difference, mut greatest) = ([0.0f64; 3], [0.0f64; 3]);
-        for k in 0..clean[0].len() {
+        let rows = clean[0].len();
+        for k in 0..rows {
             let row = simulator.step();
-            for channel in 0..3 {
-                let expected = clean[channel + 1][k];
+            for (channel, column) in clean[1..].iter().enumerate() {
+                let expected = column[k];
                 difference[channel] = difference[channel].max((row.value(channel) - expected).abs());
                 greatest[channel] = greatest[channel].max(expected.abs());
             }

@@ -498,7 +498,8 @@ mod tests {
     #[test]
     fn every_plant_is_listed_with_the_experiment_it_belongs_to() {
         let mut scenario = whole();
-        let plants: Vec<(&str, String)> = scenario.plants_mut().map(|(name, plant)| (name, plant.file.clone())).collect();
+        let plants: Vec<(&str, String)> =
+            scenario.plants_mut().map(|(name, plant)| (name, plant.file.clone())).collect();
         assert_eq!(plants, [("slosh", "tank_1d".to_string()), ("mated", "mated".to_string())]);
     }
 

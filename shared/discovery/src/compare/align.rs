@@ -53,7 +53,12 @@ fn regress(columns: &[Vec<f64>], target: &[f64], nothing: f64) -> Correction {
     let memory = (2.0 * correlation_length(&first.residual)).min(target.len() as f64 / 6.0) as usize;
     let fit = least_squares(columns, target, memory).unwrap_or(first);
     let (value, sigma) = (fit.coefficients[0], fit.sigma[0]);
-    Correction { value, sigma, z: (value - nothing) / sigma.max(1e-12 * value.abs()).max(1e-300), residual: fit.residual }
+    Correction {
+        value,
+        sigma,
+        z: (value - nothing) / sigma.max(1e-12 * value.abs()).max(1e-300),
+        residual: fit.residual,
+    }
 }
 
 /// `real(t) ≈ simulated(t - lag)`: the peak of the correlation nearest to zero, then Gauss–Newton at fractions of a sample.
@@ -62,7 +67,9 @@ fn lag(real: &[f64], simulated: &[f64], dt_s: f64) -> Correction {
     let shift_max = n / 4;
     let rho = correlation(simulated, real, shift_max);
     let peak = rho.iter().fold(0.0_f64, |m, r| m.max(*r));
-    let top = |k: usize| rho[k] >= 0.97 * peak && (k == 0 || rho[k] >= rho[k - 1]) && (k + 1 == rho.len() || rho[k] >= rho[k + 1]);
+    let top = |k: usize| {
+        rho[k] >= 0.97 * peak && (k == 0 || rho[k] >= rho[k - 1]) && (k + 1 == rho.len() || rho[k] >= rho[k + 1])
+    };
     let start = (0..rho.len()).filter(|&k| top(k)).min_by_key(|k| k.abs_diff(shift_max)).unwrap_or(shift_max);
     let mut lag = start as f64 - shift_max as f64;
     let grid: Vec<f64> = (0..n).map(|i| i as f64).collect();
@@ -70,10 +77,12 @@ fn lag(real: &[f64], simulated: &[f64], dt_s: f64) -> Correction {
     let mut step = Correction { value: 0.0, sigma: f64::INFINITY, z: 0.0, residual: Vec::new() };
     for _ in 0..20 {
         let shifted = read(lag);
-        let slope: Vec<f64> = (0..n).map(|i| {
-            let t = i as f64 - lag;
-            interpolate(&grid, simulated, t - 0.5) - interpolate(&grid, simulated, t + 0.5)
-        }).collect();
+        let slope: Vec<f64> = (0..n)
+            .map(|i| {
+                let t = i as f64 - lag;
+                interpolate(&grid, simulated, t - 0.5) - interpolate(&grid, simulated, t + 0.5)
+            })
+            .collect();
         let error: Vec<f64> = real.iter().zip(&shifted).map(|(y, s)| y - s).collect();
         step = regress(&[slope], &error, 0.0);
         let change = step.value.clamp(-2.0, 2.0);
@@ -83,7 +92,10 @@ fn lag(real: &[f64], simulated: &[f64], dt_s: f64) -> Correction {
         }
     }
     let lag = lag.clamp(-(shift_max as f64), shift_max as f64);
-    let residual: Vec<f64> = real.iter().zip(read(lag)).map(|(y, s)| y - s).collect();
+    // Samples that have no partner once shifted, and the two at each end that are interpolated linearly, are left out.
+    let shifted = read(lag);
+    let (from, to) = (2 + libm::ceil(lag.max(0.0)) as usize, n - 2 - libm::ceil((-lag).max(0.0)) as usize);
+    let residual: Vec<f64> = (from..to.max(from + 1)).map(|i| real[i] - shifted[i]).collect();
     let sigma = step.sigma.max(1e-9);
     Correction { value: lag * dt_s, sigma: step.sigma * dt_s, z: lag / sigma, residual }
 }

@@ -83,15 +83,25 @@ pub fn locate(error: &[f64], p: &Pair, recording: &Recording, own: &str) -> Plac
 /// Half-overlapping windows of 1/2, 1/4 ... 1/64 of the record; each by an F test of its power against the floor.
 fn windows(error: &[f64], p: &Pair, sigma: f64, freedom: f64) -> Vec<Window> {
     let n = error.len();
-    let squares: Vec<f64> = core::iter::once(0.0).chain(error.iter().scan(0.0, |s, e| { *s += e * e; Some(*s) })).collect();
+    let squares: Vec<f64> = core::iter::once(0.0)
+        .chain(error.iter().scan(0.0, |s, e| {
+            *s += e * e;
+            Some(*s)
+        }))
+        .collect();
     let mut tried: Vec<(usize, usize)> = Vec::new();
     let mut length = n / 2;
     while length >= 16.max(n / 64) {
-        tried.extend((0..).map(|k| k * length / 2).take_while(|from| from + length <= n).map(|from| (from, from + length)));
+        tried.extend(
+            (0..).map(|k| k * length / 2).take_while(|from| from + length <= n).map(|from| (from, from + length)),
+        );
         length /= 2;
     }
     let power = |w: &(usize, usize)| (squares[w.1] - squares[w.0]) / (w.1 - w.0) as f64;
-    let raw: Vec<f64> = tried.iter().map(|w| fisher_tail(power(w) / (sigma * sigma).max(1e-300), (w.1 - w.0) as f64, freedom)).collect();
+    let raw: Vec<f64> = tried
+        .iter()
+        .map(|w| fisher_tail(power(w) / (sigma * sigma).max(1e-300), (w.1 - w.0) as f64, freedom))
+        .collect();
     let adjusted = holm(&raw);
     let mut order: Vec<usize> = (0..tried.len()).filter(|&i| adjusted[i] < FALSE_ALARM).collect();
     // Most of the excess first: excess power times duration, windows that hold it more tightly before wider ones.
@@ -131,7 +141,10 @@ fn bands(error: &[f64], dt_s: f64, sigma: f64, freedom: f64) -> Vec<Band> {
     let flat = 2.0 * sigma * sigma * dt_s;
     let tested: Vec<(f64, f64, f64, f64)> = edges
         .windows(2)
-        .filter_map(|w| s.band(w[0], w[1]).map(|(level, nu)| (w[0], w[1].min(nyquist), level, fisher_tail(level / flat.max(1e-300), nu, freedom))))
+        .filter_map(|w| {
+            s.band(w[0], w[1])
+                .map(|(level, nu)| (w[0], w[1].min(nyquist), level, fisher_tail(level / flat.max(1e-300), nu, freedom)))
+        })
         .collect();
     let adjusted = holm(&tested.iter().map(|t| t.3).collect::<Vec<_>>());
     let mut out: Vec<(Band, f64, usize)> = Vec::new();
@@ -140,7 +153,14 @@ fn bands(error: &[f64], dt_s: f64, sigma: f64, freedom: f64) -> Vec<Band> {
         let found = *p < FALSE_ALARM;
         let power = t.2 * (t.1 - t.0);
         if found {
-            let band = Band { low_hz: t.0, high_hz: t.1, rms: 0.0, above_db: 10.0 * libm::log10(t.2 / flat), p: *p, confined: true };
+            let band = Band {
+                low_hz: t.0,
+                high_hz: t.1,
+                rms: 0.0,
+                above_db: 10.0 * libm::log10(t.2 / flat),
+                p: *p,
+                confined: true,
+            };
             match out.last_mut().filter(|_| previous) {
                 Some((joined, sum, count)) => {
                     joined.high_hz = band.high_hz;
@@ -202,7 +222,9 @@ fn with_channel(difference: &Channel, other: &Channel, channels: f64) -> Option<
         k
     };
     // Back from differences: divide the density by |1 - exp(-i w dt)|².
-    let power = |k: usize| s.density_y[k] / (2.0 - 2.0 * libm::cos(2.0 * core::f64::consts::PI * s.frequency_hz[k] * e.dt_s)).max(1e-12);
+    let power = |k: usize| {
+        s.density_y[k] / (2.0 - 2.0 * libm::cos(2.0 * core::f64::consts::PI * s.frequency_hz[k] * e.dt_s)).max(1e-12)
+    };
     let total: f64 = (1..lines).map(power).sum();
     Some(Coherence {
         channel: other.name.clone(),

@@ -9,13 +9,21 @@ use crate::series::{Channel, Recording, Role};
 fn recording(name: &str, time: &[f64], channels: &[(&str, Vec<f64>)]) -> Recording {
     let channels = channels
         .iter()
-        .map(|(n, v)| Channel { name: (*n).into(), unit: "rad/s".into(), time_s: time.to_vec(), value: v.clone(), role: Role::Output })
+        .map(|(n, v)| Channel {
+            name: (*n).into(),
+            unit: "rad/s".into(),
+            time_s: time.to_vec(),
+            value: v.clone(),
+            role: Role::Output,
+        })
         .collect();
     Recording { name: name.into(), channels }
 }
 
 fn signal(t: f64) -> f64 {
-    libm::sin(2.0 * PI * 0.23 * t) + 0.6 * libm::sin(2.0 * PI * 0.61 * t + 1.0) + 0.3 * libm::sin(2.0 * PI * 1.37 * t + 2.0)
+    libm::sin(2.0 * PI * 0.23 * t)
+        + 0.6 * libm::sin(2.0 * PI * 0.61 * t + 1.0)
+        + 0.3 * libm::sin(2.0 * PI * 1.37 * t + 2.0)
 }
 
 fn judged(real: impl Fn(f64) -> f64, sigma: f64, seed: u64) -> super::ChannelComparison {
@@ -23,12 +31,15 @@ fn judged(real: impl Fn(f64) -> f64, sigma: f64, seed: u64) -> super::ChannelCom
     let mut noise = Noise::new(seed);
     let real = time.iter().map(|t| real(*t) + sigma * noise.normal()).collect();
     let simulated = time.iter().map(|t| signal(*t)).collect();
-    compare(&recording("real", &time, &[("rate", real)]), &recording("sim", &time, &[("rate", simulated)])).channels.remove(0)
+    compare(&recording("real", &time, &[("rate", real)]), &recording("sim", &time, &[("rate", simulated)]))
+        .channels
+        .remove(0)
 }
 
 #[test]
 fn white_noise_alone_is_called_noise() {
-    let wrong: Vec<_> = (0..100).map(|seed| judged(signal, 0.05, seed)).filter(|c| c.verdict != Verdict::OnlyNoise).collect();
+    let wrong: Vec<_> =
+        (0..100).map(|seed| judged(signal, 0.05, seed)).filter(|c| c.verdict != Verdict::OnlyNoise).collect();
     // Three lists and four explanations at 1e-4 on 100 records: 0.07 expected; two have a probability below 0.3 %.
     assert!(wrong.len() <= 1, "{wrong:#?}");
 }
@@ -57,10 +68,15 @@ fn lag_gain_offset_and_sign_are_each_named_with_their_size() {
 fn a_missing_mode_is_located_in_its_band_and_a_burst_in_its_window() {
     let band = judged(|t| signal(t) + 0.02 * libm::sin(2.0 * PI * 3.1 * t), 0.005, 5);
     assert_eq!(band.verdict, Verdict::Band, "{band:#?}");
-    assert!(band.bands[0].low_hz < 3.1 && band.bands[0].high_hz > 3.1 && band.bands[0].high_hz < 6.0, "{:#?}", band.bands);
+    assert!(
+        band.bands[0].low_hz < 3.1 && band.bands[0].high_hz > 3.1 && band.bands[0].high_hz < 6.0,
+        "{:#?}",
+        band.bands
+    );
     let mut hit = Noise::new(99);
     let kicks: Vec<f64> = hit.series(4000, 0.1);
-    let window = judged(|t| signal(t) + if (30.0..34.0).contains(&t) { kicks[(t / 0.02) as usize] } else { 0.0 }, 0.005, 6);
+    let window =
+        judged(|t| signal(t) + if (30.0..34.0).contains(&t) { kicks[(t / 0.02) as usize] } else { 0.0 }, 0.005, 6);
     assert_eq!(window.verdict, Verdict::Window, "{window:#?}");
     assert!(window.windows[0].start_s < 34.0 && window.windows[0].end_s > 30.0);
 }
@@ -72,7 +88,10 @@ fn the_difference_follows_the_input_that_was_left_out() {
     let (heater, wheel) = (noise.series(4000, 1.0), noise.series(4000, 1.0));
     let real = time.iter().enumerate().map(|(i, t)| signal(*t) + 0.02 * heater[i] + 0.01 * noise.normal()).collect();
     let simulated = time.iter().map(|t| signal(*t)).collect();
-    let all = compare(&recording("real", &time, &[("rate", real), ("heater", heater), ("wheel", wheel)]), &recording("sim", &time, &[("rate", simulated)]));
+    let all = compare(
+        &recording("real", &time, &[("rate", real), ("heater", heater), ("wheel", wheel)]),
+        &recording("sim", &time, &[("rate", simulated)]),
+    );
     let rate = &all.channels[0];
     assert_eq!(rate.coherence.iter().map(|c| c.channel.as_str()).collect::<Vec<_>>(), ["heater"]);
     // 0.02²/(0.02² + 0.01²) = 0.8; the estimate scatters by a few percent.
@@ -82,9 +101,11 @@ fn the_difference_follows_the_input_that_was_left_out() {
 
 #[test]
 fn other_stamps_are_interpolated_and_said_so_and_lonely_channels_get_their_nearest_names() {
-    let (a, b): (Vec<f64>, Vec<f64>) = ((0..2000).map(|i| i as f64 * 0.02).collect(), (0..5000).map(|i| 0.003 + i as f64 * 0.009).collect());
+    let (a, b): (Vec<f64>, Vec<f64>) =
+        ((0..2000).map(|i| i as f64 * 0.02).collect(), (0..5000).map(|i| 0.003 + i as f64 * 0.009).collect());
     let real = recording("real", &a, &[("rate", a.iter().map(|t| signal(*t)).collect()), ("angel", vec![0.0; 2000])]);
-    let simulated = recording("sim", &b, &[("rate", b.iter().map(|t| signal(*t)).collect()), ("angle", vec![0.0; 5000])]);
+    let simulated =
+        recording("sim", &b, &[("rate", b.iter().map(|t| signal(*t)).collect()), ("angle", vec![0.0; 5000])]);
     let all = compare(&real, &simulated);
     assert!(all.channels[0].resampling.contains("cubic"));
     // Cubic interpolation at 9 ms of at most 1.4 Hz: (2 pi 1.4 0.009)^4 · 3/128 of 0.3, some 1e-6.

@@ -47,7 +47,14 @@ impl Orientation {
     }
 
     fn text(&self) -> String {
-        let axis = |a: usize| format!("{} <- {}{}", ["x", "y", "z"][a], if self.sign[a] < 0.0 { "-" } else { "" }, ["x", "y", "z"][self.source[a]]);
+        let axis = |a: usize| {
+            format!(
+                "{} <- {}{}",
+                ["x", "y", "z"][a],
+                if self.sign[a] < 0.0 { "-" } else { "" },
+                ["x", "y", "z"][self.source[a]]
+            )
+        };
         (0..3).map(axis).collect::<Vec<_>>().join(", ")
     }
 }
@@ -64,7 +71,10 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
     let channels = usable(recording, 64);
     let triads = triads(&channels);
     let quantity_of = |t: &[&Channel; 3]| quantity::of_channel(t[0]);
-    let gyros: Vec<&[&Channel; 3]> = triads.iter().filter(|t| quantity_of(t).is_some_and(|q| q.kind == quantity::Kind::Angle && q.order == 1)).collect();
+    let gyros: Vec<&[&Channel; 3]> = triads
+        .iter()
+        .filter(|t| quantity_of(t).is_some_and(|q| q.kind == quantity::Kind::Angle && q.order == 1))
+        .collect();
     let mut findings = Vec::new();
     for (g, gyro) in gyros.iter().enumerate() {
         for other in &triads {
@@ -88,7 +98,11 @@ fn triads<'a>(channels: &[&'a Channel]) -> Vec<[&'a Channel; 3]> {
     let mut out: Vec<[&'a Channel; 3]> = Vec::new();
     for first in channels {
         let Some((stem, 0)) = quantity::axis(&first.name) else { continue };
-        let find = |k: usize| channels.iter().find(|c| quantity::axis(&c.name).is_some_and(|(s, a)| s == stem && a == k) && c.unit == first.unit);
+        let find = |k: usize| {
+            channels
+                .iter()
+                .find(|c| quantity::axis(&c.name).is_some_and(|(s, a)| s == stem && a == k) && c.unit == first.unit)
+        };
         if let (Some(y), Some(z)) = (find(1), find(2)) {
             out.push([first, y, z]);
         }
@@ -104,7 +118,8 @@ fn compare(gyro: &[&Channel; 3], other: &[&Channel; 3], kind: Kind) -> Option<Fi
         let (x, y) = common_grid(gyro[a], other[a], 64)?;
         let factor = |c: &Channel| quantity::of_channel(c).map_or(1.0, |q| q.factor);
         omega.push(x.value.iter().map(|v| v * factor(gyro[a])).collect());
-        vector.push(y.value.iter().map(|v| v * if kind == Kind::FixedVector { 1.0 } else { factor(other[a]) }).collect());
+        vector
+            .push(y.value.iter().map(|v| v * if kind == Kind::FixedVector { 1.0 } else { factor(other[a]) }).collect());
         dt = x.dt_s;
     }
     let n = omega.iter().chain(&vector).map(Vec::len).min()?;
@@ -141,7 +156,15 @@ fn compare(gyro: &[&Channel; 3], other: &[&Channel; 3], kind: Kind) -> Option<Fi
 }
 
 /// Share of the other triad's turning that each orientation explains, and the number of independent windows.
-fn explained(omega: &[Vec<f64>], vector: &[Vec<f64>], kind: Kind, n: usize, half: usize, dt: f64, orientations: &[Orientation]) -> Option<(Vec<f64>, f64)> {
+fn explained(
+    omega: &[Vec<f64>],
+    vector: &[Vec<f64>],
+    kind: Kind,
+    n: usize,
+    half: usize,
+    dt: f64,
+    orientations: &[Orientation],
+) -> Option<(Vec<f64>, f64)> {
     let (k0, k1) = (kernel(half, 0, 0.0), kernel(half, 1, 0.0));
     let positions: Vec<usize> = (half + 1..n.saturating_sub(half + 1)).step_by((half / 2).max(1)).collect();
     if positions.len() < 24 {
@@ -157,7 +180,8 @@ fn explained(omega: &[Vec<f64>], vector: &[Vec<f64>], kind: Kind, n: usize, half
             let (dr, dp, dy) = (rate(0), rate(1), rate(2));
             let (roll, pitch) = (through(&vector[0], &k0), through(&vector[1], &k0));
             let body = |i: usize| {
-                let (sr, cr, sp, cp) = (libm::sin(roll[i]), libm::cos(roll[i]), libm::sin(pitch[i]), libm::cos(pitch[i]));
+                let (sr, cr, sp, cp) =
+                    (libm::sin(roll[i]), libm::cos(roll[i]), libm::sin(pitch[i]), libm::cos(pitch[i]));
                 [dr[i] - dy[i] * sp, dp[i] * cr + dy[i] * cp * sr, -dp[i] * sr + dy[i] * cp * cr]
             };
             (0..3).map(|a| (0..positions.len()).map(|i| body(i)[a]).collect()).collect()
@@ -194,7 +218,9 @@ fn explained(omega: &[Vec<f64>], vector: &[Vec<f64>], kind: Kind, n: usize, half
                 }
             }
         }
-        if kind == Kind::FixedVector && let Some(inverse) = normal.pseudo_inverse(1e-9 * normal.norm()).ok() {
+        if kind == Kind::FixedVector
+            && let Some(inverse) = normal.pseudo_inverse(1e-9 * normal.norm()).ok()
+        {
             left -= right.dot(&(inverse * right));
         }
         if total > 0.0 { 1.0 - left / total } else { 0.0 }

@@ -29,7 +29,11 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
         let list: Vec<String> = rates.iter().map(|(r, name)| format!("{name} {} Hz", short(*r))).collect();
         let mut finding = Finding::new(Check::Rate, Severity::Note, rates[0].1, high / low, "-");
         finding.others = rates[1..].iter().map(|(_, name)| (*name).to_string()).collect();
-        findings.push(finding.because(list.join(", ")).cure("resample to the slowest source after filtering, or estimate with each source's own stamps"));
+        findings.push(
+            finding
+                .because(list.join(", "))
+                .cure("resample to the slowest source after filtering, or estimate with each source's own stamps"),
+        );
     }
     findings
 }
@@ -74,7 +78,11 @@ fn source_findings(source: &[&Channel]) -> Vec<Finding> {
     if twice > 0 {
         findings.push(
             finding(Check::DuplicateStamps, Severity::Warning, twice as f64, "stamps")
-                .because(format!("{twice} of {} stamps stand twice; the first at {} s", time.len(), first_at(&time, &steps, |d| d == 0.0)))
+                .because(format!(
+                    "{twice} of {} stamps stand twice; the first at {} s",
+                    time.len(),
+                    first_at(&time, &steps, |d| d == 0.0)
+                ))
                 .cure("drop one of each pair if the values agree; else the source writes faster than its clock counts"),
         );
     }
@@ -84,7 +92,10 @@ fn source_findings(source: &[&Channel]) -> Vec<Finding> {
             finding(Check::BackwardStamps, Severity::Fault, back.len() as f64, "stamps")
                 .because(format!(
                     "time steps back {} time(s), first from {} s to {} s at sample {}",
-                    back.len(), short(time[first]), short(time[first + 1]), first + 1
+                    back.len(),
+                    short(time[first]),
+                    short(time[first + 1]),
+                    first + 1
                 ))
                 .cure("several runs in one file: give each its own recording (they were examined one by one)"),
         );
@@ -105,7 +116,10 @@ fn source_findings(source: &[&Channel]) -> Vec<Finding> {
             finding(Check::Gaps, Severity::Warning, missing, "samples")
                 .because(format!(
                     "{} gap(s), {missing} samples missing of {}; the longest {} s from {} s",
-                    gaps.len(), time.len() as f64 + missing, short(steps[longest]), short(time[longest])
+                    gaps.len(),
+                    time.len() as f64 + missing,
+                    short(steps[longest]),
+                    short(time[longest])
                 ))
                 .cure("split there, or let the estimator predict across; never fill in"),
         );
@@ -140,7 +154,11 @@ fn jitter(time: &[f64], regular: &[f64], interval: f64) -> Option<(f64, String)>
         share,
         format!(
             "intervals {} s with a deviation of {} s ({} %), at most {} %; stamps off an even clock by {} s rms",
-            short(interval), short(deviation(regular)), short(100.0 * deviation(regular) / interval), short(100.0 * largest), short(wander * interval)
+            short(interval),
+            short(deviation(regular)),
+            short(100.0 * deviation(regular) / interval),
+            short(100.0 * largest),
+            short(wander * interval)
         ),
     ))
 }
@@ -153,7 +171,8 @@ fn wander(time: &[f64], interval: f64) -> f64 {
     let n = time.len() as f64;
     let middle = 0.5 * (n - 1.0);
     let centre = crate::statistics::mean(time);
-    let slope = time.iter().enumerate().map(|(i, t)| (i as f64 - middle) * (t - centre)).sum::<f64>() / (n * (n * n - 1.0) / 12.0);
+    let slope = time.iter().enumerate().map(|(i, t)| (i as f64 - middle) * (t - centre)).sum::<f64>()
+        / (n * (n * n - 1.0) / 12.0);
     let departure: Vec<f64> = time.iter().enumerate().map(|(i, t)| t - centre - slope * (i as f64 - middle)).collect();
     rms(&departure) / interval
 }
@@ -169,7 +188,11 @@ fn irregular(steps: &[f64], interval: f64) -> Option<String> {
     }
     let departure = quantile_departure(steps, interval);
     if departure > IRREGULAR_SHARE {
-        return Some(format!("5 % of the intervals are off the median of {} s by more than {} %", short(interval), short(100.0 * departure)));
+        return Some(format!(
+            "5 % of the intervals are off the median of {} s by more than {} %",
+            short(interval),
+            short(100.0 * departure)
+        ));
     }
     let part = (steps.len() / 8).max(16);
     let medians: Vec<f64> = steps.chunks(part).filter(|c| c.len() >= 16).map(|c| median(&mut c.to_vec())).collect();

@@ -49,7 +49,12 @@ fn aliasing(channel: &Channel, alpha: f64) -> Option<Finding> {
     let (high, high_freedom) = s.band(0.75 * nyquist, 1.01 * nyquist)?;
     let peak = (1..s.density.len()).max_by(|&i, &j| s.density[i].total_cmp(&s.density[j]))?;
     let ratio = if high > low { high / low } else { low / high };
-    let p = 2.0 * if high > low { fisher_tail(ratio, high_freedom, low_freedom) } else { fisher_tail(ratio, low_freedom, high_freedom) };
+    let p = 2.0
+        * if high > low {
+            fisher_tail(ratio, high_freedom, low_freedom)
+        } else {
+            fisher_tail(ratio, low_freedom, high_freedom)
+        };
     // Half a decibel of tilt between the halves is a filter's droop, not a spectrum that goes on.
     if top < NYQUIST_SHARE * s.density[peak] || p > alpha || ratio < 1.12 {
         return None;
@@ -85,7 +90,8 @@ fn noise_level(channel: &Channel, alpha: f64) -> Option<Finding> {
     let quietest = (0..blocks).min_by(|&i, &j| sigma[i].total_cmp(&sigma[j]))?;
     let variance: Vec<f64> = sigma.iter().map(|s| s * s).collect();
     let logs: Vec<f64> = variance.iter().map(|v| libm::log(v.max(1e-300))).collect();
-    let statistic = nu * blocks as f64 * (libm::log(mean(&variance)) - mean(&logs)) / (1.0 + (blocks as f64 + 1.0) / (3.0 * blocks as f64 * nu));
+    let statistic = nu * blocks as f64 * (libm::log(mean(&variance)) - mean(&logs))
+        / (1.0 + (blocks as f64 + 1.0) / (3.0 * blocks as f64 * nu));
     let p = chi_squared_tail(statistic, blocks as f64 - 1.0);
     let ratio = sigma[loudest] / sigma[quietest];
     if p > alpha || ratio < NOISE_RATIO || !(white(block(loudest)) && white(block(quietest))) {
@@ -95,17 +101,25 @@ fn noise_level(channel: &Channel, alpha: f64) -> Option<Finding> {
         Finding::new(Check::NoiseLevel, Severity::Note, &channel.name, ratio, "-")
             .because(format!(
                 "white noise from {} {} (at {} s) to {} {} (at {} s), blocks of {} s, p = {p:.1e}",
-                short(sigma[quietest]), channel.unit, short(u.time_s(quietest * size)), short(sigma[loudest]), channel.unit,
-                short(u.time_s(loudest * size)), short(size as f64 * u.dt_s)
+                short(sigma[quietest]),
+                channel.unit,
+                short(u.time_s(quietest * size)),
+                short(sigma[loudest]),
+                channel.unit,
+                short(u.time_s(loudest * size)),
+                short(size as f64 * u.dt_s)
             ))
-            .cure("one sigma for the whole record over-trusts the loud part: weight by parts, or find what shakes there"),
+            .cure(
+                "one sigma for the whole record over-trusts the loud part: weight by parts, or find what shakes there",
+            ),
     )
 }
 
 /// Whether the upper half of the band is flat to a decibel and a half: motion is not.
 fn white(x: &[f64]) -> bool {
     let s = density(x, 1.0, Averaging::Multitaper { tapers: 7 });
-    let levels: Vec<f64> = [(0.2, 0.3), (0.3, 0.4), (0.4, 0.51)].iter().filter_map(|(l, h)| s.band(*l, *h).map(|b| b.0)).collect();
+    let levels: Vec<f64> =
+        [(0.2, 0.3), (0.3, 0.4), (0.4, 0.51)].iter().filter_map(|(l, h)| s.band(*l, *h).map(|b| b.0)).collect();
     let (low, high) = levels.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
     high < 1.41 * low
 }
@@ -119,7 +133,9 @@ fn no_signal(channel: &Channel, inputs: &[&Channel]) -> Option<Finding> {
     const LAGS: usize = 20;
     let ljung_box: f64 = (1..=LAGS)
         .map(|k| ((0..n - k).map(|i| centred[i] * centred[i + k]).sum::<f64>() / power).powi(2) / (n - k) as f64)
-        .sum::<f64>() * n as f64 * (n as f64 + 2.0);
+        .sum::<f64>()
+        * n as f64
+        * (n as f64 + 2.0);
     if chi_squared_tail(ljung_box, LAGS as f64) < 0.01 {
         return None;
     }

@@ -11,8 +11,8 @@ use crate::series::{Channel, Recording, Uniform};
 use crate::spectrum::{Averaging, density};
 use crate::statistics::{LeastSquares, deviation, fisher_tail, least_squares, white_floor};
 
-/// Half widths of the filters tried [samples].
-const HALF_WIDTHS: [usize; 7] = [0, 1, 2, 4, 8, 16, 32];
+/// Half widths [samples] and own past of the filters tried: moving ones, then recursive ones (b's own past is free of a's noise under the null as well).
+const FILTERS: [(usize, usize); 9] = [(0, 0), (1, 0), (2, 0), (4, 0), (8, 0), (16, 0), (32, 0), (1, 2), (4, 2)];
 /// Rows used at most; a filter of 65 taps is fixed by far fewer.
 const ROWS_MAX: usize = 8000;
 /// Residual power below this share of what an independent channel would have to keep: where a's noise is its rounding, which is no motion for certain, ...
@@ -33,7 +33,10 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
                 continue;
             }
             let (Some(ua), Some(ub)) = (&grids[i], &grids[j]) else { continue };
-            if i < j && related(a, b) && let Some(finding) = copied(a, b, ua, ub) {
+            if i < j
+                && related(a, b)
+                && let Some(finding) = copied(a, b, ua, ub)
+            {
                 best = Some((0.0, finding));
                 break;
             }
@@ -69,12 +72,19 @@ fn copied(a: &Channel, b: &Channel, ua: &Uniform, ub: &Uniform) -> Option<Findin
         let (scale, offset) = (fit.coefficients[0], fit.coefficients[1]);
         Finding::new(Check::Copied, Severity::Warning, &b.name, scale, "-")
             .with(&[&a.name])
-            .because(format!("{} = {} x {} + {} to the last digit, in all {} samples", b.name, short(scale), a.name, short(offset), ub.value.len()))
+            .because(format!(
+                "{} = {} x {} + {} to the last digit, in all {} samples",
+                b.name,
+                short(scale),
+                a.name,
+                short(offset),
+                ub.value.len()
+            ))
             .cure("use one of the two; counting both as measurements halves the noise that is not there")
     })
 }
 
-/// Noise of a channel that is no motion: rounding, else a white floor.
+/// Noise of a channel that is no motion: rounding, else a white floor below a tenth of the deviation.
 #[derive(Clone, Copy, Debug)]
 pub struct OwnNoise {
     pub sigma: f64,
@@ -84,6 +94,11 @@ pub struct OwnNoise {
 }
 
 pub fn own_noise(x: &[f64]) -> Option<OwnNoise> {
+    own_noise_below(x, 0.1)
+}
+
+/// As [`own_noise`], with another bound on the floor as a share of the deviation.
+pub fn own_noise_below(x: &[f64], share: f64) -> Option<OwnNoise> {
     let spread = deviation(x);
     if let Some(l) = lattice(x) {
         let equal = x.windows(2).filter(|w| (w[1] - w[0]).abs() < 0.5 * l.step).count();
@@ -93,7 +108,7 @@ pub fn own_noise(x: &[f64]) -> Option<OwnNoise> {
             return Some(OwnNoise { sigma, freedom: x.len() as f64, share_max: ROUNDING_SHARE });
         }
     }
-    let floor = white_floor(x).filter(|f| f.flat && f.sigma < 0.1 * spread && f.sigma > 1e-9 * spread)?;
+    let floor = white_floor(x).filter(|f| f.flat && f.sigma < share * spread && f.sigma > 1e-9 * spread)?;
     if x.len() >= 256 {
         // Orders 4 to 8 cannot tell white from a random walk; the upper octaves can (5 dB apart).
         let s = density(x, 1.0, Averaging::for_length(x.len()));
@@ -105,21 +120,33 @@ pub fn own_noise(x: &[f64]) -> Option<OwnNoise> {
     Some(OwnNoise { sigma: floor.sigma, freedom: floor.freedom, share_max: FLOOR_SHARE })
 }
 
-fn filtered(a: &Channel, b: &Channel, ua: &Uniform, ub: &Uniform, noise: OwnNoise, alpha: f64) -> Option<(f64, Finding)> {
+fn filtered(
+    a: &Channel,
+    b: &Channel,
+    ua: &Uniform,
+    ub: &Uniform,
+    noise: OwnNoise,
+    alpha: f64,
+) -> Option<(f64, Finding)> {
     let OwnNoise { sigma, freedom: noise_freedom, share_max } = noise;
     let mut best: Option<(f64, usize, LeastSquares)> = None;
-    for half in HALF_WIDTHS {
+    // A slow quantity follows from its own past and anything faster: recursive filters are tried towards the derivative only.
+    let order = |c: &Channel| quantity::of_channel(c).map_or(0, |q| q.order);
+    for (half, own) in FILTERS.into_iter().filter(|(_, own)| *own == 0 || order(b) > order(a)) {
         if ua.value.len() < 4 * (2 * half + 2) {
-            break;
+            continue;
         }
-        let Some(fit) = fir(&ua.value, &ub.value, half) else { continue };
+        let Some(fit) = fir(&ua.value, &ub.value, half, own) else { continue };
         let taps = 2 * half + 1;
         let gain = fit.coefficients[..taps].iter().map(|h| h * h).sum::<f64>().sqrt();
         let freedom = (fit.residual.len() - fit.rank) as f64;
         let power = fit.residual.iter().map(|e| e * e).sum::<f64>() / freedom;
         let share = power / (sigma * gain).powi(2).max(1e-300);
         // Taps that fit nothing have no size to speak of.
-        if fit.r2 < 0.5 || share > share_max || fisher_tail(1.0 / share, noise_freedom, freedom) > alpha / HALF_WIDTHS.len() as f64 {
+        if fit.r2 < 0.5
+            || share > share_max
+            || fisher_tail(1.0 / share, noise_freedom, freedom) > alpha / FILTERS.len() as f64
+        {
             continue;
         }
         if best.as_ref().is_none_or(|(s, ..)| share < 0.5 * s) {
@@ -131,8 +158,8 @@ fn filtered(a: &Channel, b: &Channel, ua: &Uniform, ub: &Uniform, noise: OwnNois
     let finding = Finding::new(Check::Derived, Severity::Fault, &b.name, share.sqrt(), "-")
         .with(&[&a.name])
         .because(format!(
-            "a filter of {} taps on {} gives {} to {} {} rms (R2 = {}); with noise of its own it could not fall below {} (the noise of {}, {} {}, through that filter). Taps from {} samples ahead: {}{}",
-            2 * half + 1, a.name, b.name, short((share).sqrt() * sigma * norm(&fit, half)), b.unit, short(fit.r2), short(sigma * norm(&fit, half)),
+            "a filter of {} taps on {}{} gives {} to {} {} rms (R2 = {}); with noise of its own it could not fall below {} (the noise of {}, {} {}, through that filter). Taps from {} samples ahead: {}{}",
+            2 * half + 1, a.name, if fit.coefficients.len() > 2 * half + 2 { " and two of its own past" } else { "" }, b.name, short((share).sqrt() * sigma * norm(&fit, half)), b.unit, short(fit.r2), short(sigma * norm(&fit, half)),
             a.name, short(sigma), a.unit, half, taps.join(" "), if half > 4 { " …" } else { "" }
         ))
         .cure(format!("no measurement: do not fit on it. Use {} and let the estimator form the derivative", a.name));
@@ -143,14 +170,15 @@ fn norm(fit: &LeastSquares, half: usize) -> f64 {
     fit.coefficients[..2 * half + 1].iter().map(|h| h * h).sum::<f64>().sqrt()
 }
 
-/// `b_k ≈ Σ h_i a_(k+i) + c`, i from `half` ahead to `half` behind.
-fn fir(a: &[f64], b: &[f64], half: usize) -> Option<LeastSquares> {
-    let rows: Vec<usize> = (half..b.len() - half).collect();
+/// `b_k ≈ Σ h_i a_(k+i) + Σ g_j b_(k-j) + c`, i from `half` ahead to `half` behind, j up to `own`.
+fn fir(a: &[f64], b: &[f64], half: usize, own: usize) -> Option<LeastSquares> {
+    let rows: Vec<usize> = (half.max(own)..b.len() - half).collect();
     let stride = rows.len().div_ceil(ROWS_MAX);
     let rows: Vec<usize> = rows.into_iter().step_by(stride).collect();
     let centre = crate::statistics::mean(a);
     let mut columns: Vec<Vec<f64>> =
         (0..=2 * half).map(|i| rows.iter().map(|k| a[k + half - i] - centre).collect()).collect();
     columns.push(vec![1.0; rows.len()]);
+    columns.extend((1..=own).map(|j| rows.iter().map(|k| b[k - j]).collect::<Vec<f64>>()));
     least_squares(&columns, &rows.iter().map(|&k| b[k]).collect::<Vec<_>>(), 0)
 }

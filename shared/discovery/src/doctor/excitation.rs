@@ -47,7 +47,8 @@ fn collinear(inputs: &[&Channel]) -> Option<Finding> {
     if inputs.len() < 2 {
         return None;
     }
-    let grids: Vec<Uniform> = inputs[1..].iter().filter_map(|c| common_grid(inputs[0], c, 4 * LAGS).map(|(_, u)| u)).collect();
+    let grids: Vec<Uniform> =
+        inputs[1..].iter().filter_map(|c| common_grid(inputs[0], c, 4 * LAGS).map(|(_, u)| u)).collect();
     let first = inputs[0].uniform()?;
     let mut columns = vec![first.value];
     columns.extend(grids.into_iter().map(|u| u.value));
@@ -60,13 +61,17 @@ fn collinear(inputs: &[&Channel]) -> Option<Finding> {
             c[..n].iter().map(|v| if norm > 0.0 { (v - m) / norm } else { 0.0 }).collect()
         })
         .collect();
-    let gram = DMatrix::from_fn(unit.len(), unit.len(), |i, j| unit[i].iter().zip(&unit[j]).map(|(a, b)| a * b).sum::<f64>());
+    let gram =
+        DMatrix::from_fn(unit.len(), unit.len(), |i, j| unit[i].iter().zip(&unit[j]).map(|(a, b)| a * b).sum::<f64>());
     let least = gram.symmetric_eigenvalues().min();
     (least < POWER_SHARE).then(|| {
         let others: Vec<&str> = inputs[1..].iter().map(|c| c.name.as_str()).collect();
         Finding::new(Check::Excitation, Severity::Warning, &inputs[0].name, least, "-")
             .with(&others)
-            .because(format!("the inputs move together: {} of their joint power is left in one combination", short(least)))
+            .because(format!(
+                "the inputs move together: {} of their joint power is left in one combination",
+                short(least)
+            ))
             .cure("drive them one after the other, or with different signals; only a sum of their effects can be found")
     })
 }

@@ -5,8 +5,8 @@
 //! past of y. An open-loop command knows nothing of the noise in y; a plant's answer y follows u and helps with neither.
 
 use super::content::is_input;
-use super::derived::{OwnNoise, own_noise};
-use super::{Check, FALSE_ALARM, Finding, Severity, short, usable};
+use super::derived::{OwnNoise, own_noise_below};
+use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short, usable};
 use crate::series::{Channel, Recording, Uniform, common_grid};
 use crate::statistics::{LeastSquares, deviation, fisher_tail, least_squares, mean, rms};
 
@@ -43,9 +43,16 @@ fn rows(n: usize, first: usize) -> Vec<usize> {
     (first..n).step_by((n - first).div_ceil(ROWS_MAX)).collect()
 }
 
+/// Position or rate: a force reaches it only through time. An accelerometer holds the force of the same instant, which looks like a law and is none.
+fn moves(output: &Channel) -> bool {
+    quantity::of_channel(output)
+        .is_some_and(|q| matches!(q.kind, quantity::Kind::Angle | quantity::Kind::Length) && q.order < 2)
+}
+
 /// `u_k = h_0 y_k + h_1 y_(k-1) + h_2 y_(k-2) + k_i Σ y + k_3 y³ + c` on the samples where u is not at its limits.
 fn law(input: &Channel, output: &Channel, u: &Uniform, y: &Uniform, alpha: f64) -> Option<Finding> {
-    let OwnNoise { sigma, freedom: noise_freedom, share_max } = own_noise(&y.value)?;
+    let OwnNoise { sigma, freedom: noise_freedom, share_max } =
+        own_noise_below(&y.value, 0.5).filter(|_| moves(output))?;
     let (low, high) = u.value.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let limited = |v: f64| v == low || v == high;
     let rows: Vec<usize> = rows(u.value.len(), 2).into_iter().filter(|&k| !limited(u.value[k])).collect();
@@ -53,7 +60,14 @@ fn law(input: &Channel, output: &Channel, u: &Uniform, y: &Uniform, alpha: f64) 
         return None;
     }
     let centre = mean(&y.value);
-    let sum: Vec<f64> = y.value.iter().scan(0.0, |s, v| { *s += v - centre; Some(*s) }).collect();
+    let sum: Vec<f64> = y
+        .value
+        .iter()
+        .scan(0.0, |s, v| {
+            *s += v - centre;
+            Some(*s)
+        })
+        .collect();
     let pick = |f: &dyn Fn(usize) -> f64| rows.iter().map(|&k| f(k)).collect::<Vec<f64>>();
     let columns = vec![
         pick(&|k| y.value[k] - centre),
@@ -70,7 +84,19 @@ fn law(input: &Channel, output: &Channel, u: &Uniform, y: &Uniform, alpha: f64) 
     if fit.r2 < 0.5 || share > share_max || fisher_tail(1.0 / share, noise_freedom, freedom) > alpha {
         return None;
     }
-    Some(report(input, output, u, &fit, fit.r2, format!("residual {} {} where an independent command would keep {}", short(rms(&fit.residual)), input.unit, short(sigma * gain))))
+    Some(report(
+        input,
+        output,
+        u,
+        &fit,
+        fit.r2,
+        format!(
+            "residual {} {} where an independent command would keep {}",
+            short(rms(&fit.residual)),
+            input.unit,
+            short(sigma * gain)
+        ),
+    ))
 }
 
 /// The past of y predicts what the past of u does not.
@@ -96,7 +122,19 @@ fn direction(input: &Channel, output: &Channel, u: &Uniform, y: &Uniform, alpha:
         return None;
     }
     let law = LeastSquares { coefficients: both.coefficients[own..].to_vec(), ..both };
-    Some(report(input, output, u, &law, share, format!("the last {OUTPUT_LAGS} samples of {} predict {} % of what {own} past samples of {} do not", output.name, short(100.0 * share), input.name)))
+    Some(report(
+        input,
+        output,
+        u,
+        &law,
+        share,
+        format!(
+            "the last {OUTPUT_LAGS} samples of {} predict {} % of what {own} past samples of {} do not",
+            output.name,
+            short(100.0 * share),
+            input.name
+        ),
+    ))
 }
 
 fn report(input: &Channel, output: &Channel, u: &Uniform, fit: &LeastSquares, value: f64, how: String) -> Finding {

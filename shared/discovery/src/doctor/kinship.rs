@@ -8,7 +8,9 @@ use super::derived::own_noise;
 use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short, usable};
 use crate::series::{Channel, Recording, common_grid};
 use crate::spectrum::correlation;
-use crate::statistics::{correlation_length, deviation, fisher_tail, least_squares, mean, rms, squared_correlation_tail, student_two_sided};
+use crate::statistics::{
+    correlation_length, deviation, fisher_tail, least_squares, mean, rms, squared_correlation_tail, student_two_sided,
+};
 
 /// Correlation squared below which nothing is said about a pair.
 const R2_MIN: f64 = 0.9;
@@ -17,7 +19,7 @@ const LAG_SHARE: f64 = 0.02;
 const SCALE_SHARE: f64 = 0.005;
 const OFFSET_SHARE: f64 = 0.01;
 /// Parts of the record whose lags are compared.
-const SKEW_PARTS: usize = 8;
+const SKEW_PARTS: usize = 16;
 /// Tests made on a pair.
 const TESTS: f64 = 5.0;
 /// Ratios that wrong units give.
@@ -28,7 +30,7 @@ const FACTORS: &[(f64, &str)] = &[
     (100.0, "centi against one"),
     (1e6, "micro against one"),
     (9.549_296_586, "turns per minute against rad/s"),
-    (6.283_185_307, "turns against radians"),
+    (core::f64::consts::TAU, "turns against radians"),
     (60.0, "minutes against seconds"),
 ];
 
@@ -57,7 +59,9 @@ pub fn examine(recording: &Recording, derived: &[(String, String)]) -> Vec<Findi
     for (i, a) in channels.iter().enumerate() {
         for (j, b) in channels.iter().enumerate() {
             let known = |x: &str, y: &str| derived.iter().any(|(p, q)| p == x && q == y);
-            if i != j && !known(&a.name, &b.name) && !known(&b.name, &a.name)
+            if i != j
+                && !known(&a.name, &b.name)
+                && !known(&b.name, &a.name)
                 && let Some(order) = order_between(a, b, &channels)
                 && (order > 0 || i < j)
             {
@@ -86,7 +90,10 @@ fn order_between(a: &Channel, b: &Channel, all: &[&Channel]) -> Option<usize> {
     }
     let only = |c: &Channel| {
         let q = quantity::of_channel(c);
-        let like = |o: &Channel| quantity::of_channel(o).is_some_and(|p| Some(p.kind) == q.map(|q| q.kind) && Some(p.order) == q.map(|q| q.order));
+        let like = |o: &Channel| {
+            quantity::of_channel(o)
+                .is_some_and(|p| Some(p.kind) == q.map(|q| q.kind) && Some(p.order) == q.map(|q| q.order))
+        };
         all.iter().filter(|o| like(o)).count() == 1
     };
     (same_place || (only(a) && only(b))).then_some(qb.order - qa.order)
@@ -98,8 +105,15 @@ fn judge(a: &Channel, b: &Channel, order: usize, r: &Relation, level: f64) -> Ve
     let ratio_sigma = r.scale_sigma * factor(a) / factor(b);
     let gate = student_two_sided(level, r.freedom);
     let what = ["", "the rate of change of ", "the second derivative of "][order.min(2)];
-    let basis = format!("{what}{} against {} through windows of {} s, R2 = {}", a.name, b.name, short(2.0 * r.half_s), short(r.r2));
-    let finding = |check, severity, value, unit: &str| Finding::new(check, severity, &b.name, value, unit).with(&[&a.name]);
+    let basis = format!(
+        "{what}{} against {} through windows of {} s, R2 = {}",
+        a.name,
+        b.name,
+        short(2.0 * r.half_s),
+        short(r.r2)
+    );
+    let finding =
+        |check, severity, value, unit: &str| Finding::new(check, severity, &b.name, value, unit).with(&[&a.name]);
     let mut out = Vec::new();
     if let Some((residual, least, half_s)) = r.computed {
         out.push(
@@ -113,16 +127,28 @@ fn judge(a: &Channel, b: &Channel, order: usize, r: &Relation, level: f64) -> Ve
         return out;
     }
     if ratio < 0.0 {
-        out.push(finding(Check::Sign, Severity::Fault, -1.0, "-").because(format!("opposite signs: {basis}, ratio {}", short(ratio))).cure("turn the sign of one of the two, after looking which agrees with the drawing"));
+        out.push(
+            finding(Check::Sign, Severity::Fault, -1.0, "-")
+                .because(format!("opposite signs: {basis}, ratio {}", short(ratio)))
+                .cure("turn the sign of one of the two, after looking which agrees with the drawing"),
+        );
     }
-    out.extend(scale_finding(ratio.abs(), ratio_sigma, gate, r.r2, &basis).map(|(check, severity, value, text, cure)| {
-        finding(check, severity, value, "-").sigma(ratio_sigma).because(text).cure(cure)
-    }));
+    out.extend(scale_finding(ratio.abs(), ratio_sigma, gate, r.r2, &basis).map(
+        |(check, severity, value, text, cure)| {
+            finding(check, severity, value, "-").sigma(ratio_sigma).because(text).cure(cure)
+        },
+    ));
     if r.lag_s.abs() > gate * r.lag_sigma_s && r.lag_s.abs() > LAG_SHARE * r.dt_s {
         let (late, early) = if r.lag_s > 0.0 { (&b.name, &a.name) } else { (&a.name, &b.name) };
         out.push(
-            finding(Check::Lag, Severity::Warning, r.lag_s, "s").sigma(r.lag_sigma_s)
-                .because(format!("{late} comes {} ± {} ms after {early} ({} samples): {basis}", short(1e3 * r.lag_s.abs()), short(1e3 * r.lag_sigma_s), short(r.lag_s.abs() / r.dt_s)))
+            finding(Check::Lag, Severity::Warning, r.lag_s, "s")
+                .sigma(r.lag_sigma_s)
+                .because(format!(
+                    "{late} comes {} ± {} ms after {early} ({} samples): {basis}",
+                    short(1e3 * r.lag_s.abs()),
+                    short(1e3 * r.lag_sigma_s),
+                    short(r.lag_s.abs() / r.dt_s)
+                ))
                 .cure("shift one source by this, or give the sensor a lag in the plant"),
         );
     }
@@ -132,7 +158,7 @@ fn judge(a: &Channel, b: &Channel, order: usize, r: &Relation, level: f64) -> Ve
             out.push(
                 finding(Check::ClockSkew, Severity::Warning, skew, "s/s").sigma(sigma)
                     .because(format!("the lag grows by {} ± {} ms per 100 s: {basis}", short(1e5 * skew), short(1e5 * sigma)))
-                    .cure("the sources run on different clocks: stretch the stamps of one by this rate"),
+                    .cure("different clocks: stretch the stamps of one by this rate; on one clock: a filter whose delay follows the motion, keep to the raw channel"),
             );
         }
     }
@@ -140,8 +166,16 @@ fn judge(a: &Channel, b: &Channel, order: usize, r: &Relation, level: f64) -> Ve
     let bias_sigma = (r.offset_sigma / r.scale).abs();
     if bias.abs() > gate * bias_sigma && bias.abs() > OFFSET_SHARE * deviation(&b.value) {
         out.push(
-            finding(Check::Offset, Severity::Note, bias, &b.unit).sigma(bias_sigma)
-                .because(format!("{} reads {} ± {} {} when {what}{} is zero: {basis}", b.name, short(bias), short(bias_sigma), b.unit, a.name))
+            finding(Check::Offset, Severity::Note, bias, &b.unit)
+                .sigma(bias_sigma)
+                .because(format!(
+                    "{} reads {} ± {} {} when {what}{} is zero: {basis}",
+                    b.name,
+                    short(bias),
+                    short(bias_sigma),
+                    b.unit,
+                    a.name
+                ))
                 .cure("estimate a bias for this channel"),
         );
     }
@@ -158,14 +192,32 @@ fn scale_finding(ratio: f64, sigma: f64, gate: f64, r2: f64, basis: &str) -> Opt
         let named = FACTORS.iter().min_by(|f, g| near(f).total_cmp(&near(g))).filter(|f| near(f) < tolerance);
         let text = format!("ratio {} ± {} where the units say 1: {basis}", short(ratio), short(sigma));
         return Some(match named {
-            Some((factor, name)) => (Check::Units, Severity::Fault, ratio, format!("{text}; {} = {name}", short(*factor)), "correct the unit in the file's header or the channel map".into()),
-            None => (Check::Scale, Severity::Fault, ratio, text, "not the same quantity, or a gear or unit between the two: find out before using both".into()),
+            Some((factor, name)) => (
+                Check::Units,
+                Severity::Fault,
+                ratio,
+                format!("{text}; {} = {name}", short(*factor)),
+                "correct the unit in the file's header or the channel map".into(),
+            ),
+            None => (
+                Check::Scale,
+                Severity::Fault,
+                ratio,
+                text,
+                "not the same quantity, or a gear or unit between the two: find out before using both".into(),
+            ),
         });
     }
     // Noise in b shrinks the ratio to R2 of its value at most; only what lies outside counts.
     let outside = if ratio > 1.0 { ratio - 1.0 } else { (1.0 - ratio / r2).max(0.0) };
     (outside > gate * sigma && outside > SCALE_SHARE).then(|| {
-        (Check::Scale, Severity::Warning, ratio, format!("ratio {} ± {} where it should be 1: {basis}", short(ratio), short(sigma)), "estimate a scale factor for one of the two, or calibrate".into())
+        (
+            Check::Scale,
+            Severity::Warning,
+            ratio,
+            format!("ratio {} ± {} where it should be 1: {basis}", short(ratio), short(sigma)),
+            "estimate a scale factor for one of the two, or calibrate".into(),
+        )
     })
 }
 
@@ -175,14 +227,18 @@ fn relate(a: &Channel, b: &Channel, order: usize, level: f64) -> Option<Relation
     let mut best: Option<(f64, usize, f64)> = None;
     let mut half = 4;
     while half <= (n / 12).max(4) {
-        if let Some((r2, lag)) = coarse(&ua.value, &ub.value, order, half)
-            && best.is_none_or(|(r, ..)| r2 > r)
+        if let Some((r2, sharpness, lag)) = coarse(&ua.value, &ub.value, order, half)
+            && r2 > 0.5 * R2_MIN
         {
-            best = Some((r2, half, lag));
+            // Information on the lag: slope of b squared per noise, times independent windows. Correlated pairs go before weakly correlated ones.
+            let merit = if r2 < R2_MIN { r2 - 2.0 } else { sharpness / ((1.0 - r2).max(1e-12) * half as f64) };
+            if best.is_none_or(|(m, ..)| merit > m) {
+                best = Some((merit, half, lag));
+            }
         }
         half *= 2;
     }
-    let (_, half, mut lag) = best.filter(|(r2, ..)| *r2 > 0.5 * R2_MIN)?;
+    let (_, half, mut lag) = best?;
     let mut windows = Windows::new(&ua.value, &ub.value, order, half);
     for _ in 0..12 {
         let (fit, _) = windows.fit(lag, dt)?;
@@ -211,8 +267,46 @@ fn relate(a: &Channel, b: &Channel, order: usize, level: f64) -> Option<Relation
         dt_s: dt,
         half_s: half as f64 * dt,
         computed: computed(&ua.value, &ub.value, order, lag, dt, level),
-        skew: windows.skew(lag, dt, &positions),
+        skew: skew(&ua.value, &ub.value, order, half, lag, dt),
     })
+}
+
+/// Slope of the lags of parts of the record over time, its sigma from their own scatter, degrees of freedom.
+///
+/// Windows narrow enough that each part holds two dozen of them.
+fn skew(a: &[f64], b: &[f64], order: usize, half: usize, lag: f64, dt: f64) -> Option<(f64, f64, f64)> {
+    let half = half.min(a.len() / (6 * SKEW_PARTS)).max(4);
+    let mut windows = Windows::new(a, b, order, half);
+    let (_, positions) = windows.fit(lag, dt)?;
+    let size = positions.len() / SKEW_PARTS;
+    if size < 16 {
+        return None;
+    }
+    let (mut times, mut lags, mut weights) = (Vec::new(), Vec::new(), Vec::new());
+    for part in 0..SKEW_PARTS {
+        let range = part * size..(part + 1) * size;
+        let columns: Vec<Vec<f64>> = windows.columns.iter().map(|c| c[range.clone()].to_vec()).collect();
+        let fit = least_squares(&columns, &windows.left[range.clone()], 8.min(size / 4))?;
+        if fit.r2 < R2_MIN || fit.sigma[1] <= 0.0 {
+            continue;
+        }
+        times.push(mean(&positions[range].iter().map(|&p| p as f64 * dt).collect::<Vec<_>>()));
+        lags.push((lag - fit.coefficients[1] / fit.coefficients[0]) * dt);
+        weights.push((fit.coefficients[0] / fit.sigma[1]).abs());
+    }
+    if times.len() < 5 {
+        return None;
+    }
+    let heaviest = weights.iter().fold(0.0_f64, |m, w| m.max(*w));
+    let weights: Vec<f64> = weights.iter().map(|w| w.min(heaviest) / heaviest).collect();
+    let weighted = |x: &[f64]| x.iter().zip(&weights).map(|(v, w)| v * w).collect::<Vec<f64>>();
+    let fit = least_squares(&[weights.clone(), weighted(&times)], &weighted(&lags), 0)?;
+    let centre =
+        times.iter().zip(&weights).map(|(t, w)| t * w * w).sum::<f64>() / weights.iter().map(|w| w * w).sum::<f64>();
+    let lever: f64 = times.iter().zip(&weights).map(|(t, w)| (w * (t - centre)).powi(2)).sum();
+    let freedom = times.len() as f64 - 2.0;
+    let scatter = fit.residual.iter().map(|e| e * e).sum::<f64>() / freedom;
+    Some((fit.coefficients[1], (scatter / lever).sqrt(), freedom))
 }
 
 /// The argument of `derived` through windows of all widths: were b measured apart from a, `D a - s b` would keep the noise of a seen through the window.
@@ -229,7 +323,8 @@ fn computed(a: &[f64], b: &[f64], order: usize, lag: f64, dt: f64, level: f64) -
             let freedom = positions.len() as f64 / 8.0 - 3.0;
             let residual = rms(&fit.residual) * ((freedom + 3.0) / freedom.max(1.0)).sqrt();
             let share = (residual / least).powi(2);
-            let proved = freedom > 3.0 && share < noise.share_max && fisher_tail(1.0 / share, noise.freedom, freedom) < level;
+            let proved =
+                freedom > 3.0 && share < noise.share_max && fisher_tail(1.0 / share, noise.freedom, freedom) < level;
             if proved && best.is_none_or(|(r, l, _)| share < (r / l) * (r / l)) {
                 best = Some((residual, least, half as f64 * dt));
             }
@@ -239,8 +334,8 @@ fn computed(a: &[f64], b: &[f64], order: usize, lag: f64, dt: f64, level: f64) -
     best
 }
 
-/// Squared correlation at the best whole-stride lag, and that lag in samples: of equally good ones the smallest.
-fn coarse(a: &[f64], b: &[f64], order: usize, half: usize) -> Option<(f64, f64)> {
+/// Squared correlation at the best whole-stride lag, mean square slope of b over its variance, and that lag in samples: of equally good ones the smallest.
+fn coarse(a: &[f64], b: &[f64], order: usize, half: usize) -> Option<(f64, f64, f64)> {
     let stride = (half / 4).max(1);
     let (ka, kb) = (kernel(half, order, 0.0), kernel(half, 0, 0.0));
     let positions: Vec<usize> = (half + 1..a.len().saturating_sub(half + 1)).step_by(stride).collect();
@@ -257,7 +352,10 @@ fn coarse(a: &[f64], b: &[f64], order: usize, half: usize) -> Option<(f64, f64)>
         at(k) >= 0.97 * peak && (k == 0 || at(k) >= at(k - 1)) && (k + 1 == rho.len() || at(k) >= at(k + 1))
     };
     let k = (0..rho.len()).filter(|&k| top(k)).min_by_key(|k| k.abs_diff(shift_max))?;
-    Some((rho[k] * rho[k], (k as f64 - shift_max as f64) * stride as f64))
+    let kd = kernel(half, 1, 0.0);
+    let slope: Vec<f64> = positions.iter().map(|&p| seen(b, &kd, p)).collect();
+    let sharpness = (rms(&slope) / deviation(&right).max(1e-300)).powi(2);
+    Some((rho[k] * rho[k], sharpness, (k as f64 - shift_max as f64) * stride as f64))
 }
 
 /// Both channels through the same windows.
@@ -300,40 +398,8 @@ impl<'a> Windows<'a> {
         // Neighbouring windows share data over eight strides; the residual adds its own memory.
         let first = least_squares(&self.columns, &self.left, 0)?;
         let memory = 2.0 * correlation_length(&first.residual);
-        let lag_window = (12.0 + memory).min(positions.len() as f64 / 6.0) as usize;
+        let lag_window = (40.0 + memory).min(positions.len() as f64 / 6.0) as usize;
         Some((least_squares(&self.columns, &self.left, lag_window)?, positions))
-    }
-
-    /// Slope of the lags of parts of the record over time, its sigma from their own scatter, degrees of freedom.
-    fn skew(&self, lag: f64, dt: f64, positions: &[usize]) -> Option<(f64, f64, f64)> {
-        let size = positions.len() / SKEW_PARTS;
-        if size < 16 {
-            return None;
-        }
-        let (mut times, mut lags, mut weights) = (Vec::new(), Vec::new(), Vec::new());
-        for part in 0..SKEW_PARTS {
-            let range = part * size..(part + 1) * size;
-            let columns: Vec<Vec<f64>> = self.columns.iter().map(|c| c[range.clone()].to_vec()).collect();
-            let fit = least_squares(&columns, &self.left[range.clone()], 8.min(size / 4))?;
-            if fit.r2 < R2_MIN || fit.sigma[1] <= 0.0 {
-                continue;
-            }
-            times.push(mean(&positions[range].iter().map(|&p| p as f64 * dt).collect::<Vec<_>>()));
-            lags.push((lag - fit.coefficients[1] / fit.coefficients[0]) * dt);
-            weights.push((fit.coefficients[0] / fit.sigma[1]).abs());
-        }
-        if times.len() < 5 {
-            return None;
-        }
-        let heaviest = weights.iter().fold(0.0_f64, |m, w| m.max(*w));
-        let weights: Vec<f64> = weights.iter().map(|w| w.min(heaviest) / heaviest).collect();
-        let weighted = |x: &[f64]| x.iter().zip(&weights).map(|(v, w)| v * w).collect::<Vec<f64>>();
-        let fit = least_squares(&[weights.clone(), weighted(&times)], &weighted(&lags), 0)?;
-        let centre = times.iter().zip(&weights).map(|(t, w)| t * w * w).sum::<f64>() / weights.iter().map(|w| w * w).sum::<f64>();
-        let lever: f64 = times.iter().zip(&weights).map(|(t, w)| (w * (t - centre)).powi(2)).sum();
-        let freedom = times.len() as f64 - 2.0;
-        let scatter = fit.residual.iter().map(|e| e * e).sum::<f64>() / freedom;
-        Some((fit.coefficients[1], (scatter / lever).sqrt(), freedom))
     }
 }
 
@@ -363,7 +429,13 @@ pub(super) fn kernel(half: usize, order: usize, shift: f64) -> Vec<f64> {
             w.iter().map(|w| w / moment).collect()
         }
         _ => {
-            let mut w: Vec<f64> = offsets.iter().map(|s| { let u = s / h; 6.0 * u * u * bump(u, 2) - bump(u, 3) }).collect();
+            let mut w: Vec<f64> = offsets
+                .iter()
+                .map(|s| {
+                    let u = s / h;
+                    6.0 * u * u * bump(u, 2) - bump(u, 3)
+                })
+                .collect();
             let sum: f64 = w.iter().sum();
             w.iter_mut().zip(&smooth).for_each(|(w, s)| *w -= sum * s / total);
             let moment: f64 = w.iter().zip(&offsets).map(|(w, s)| 0.5 * w * s * s).sum();

@@ -51,7 +51,7 @@ pub struct Lattice {
 /// The step whose multiples the values are, if there is one.
 ///
 /// Candidates are low quantiles of the differences between neighbouring distinct values, each refined by regressing the values on their counts. Accepted
-/// when the resultant R of the residues exceeds 0.8 and Rayleigh's `exp(-U R²)` over U distinct values stays below 1e-6 over all candidates.
+/// when the resultant R of the residues exceeds 0.95 and Rayleigh's `exp(-U R²)` over U distinct values stays below 1e-6 over all candidates.
 pub fn lattice(values: &[f64]) -> Option<Lattice> {
     let mut distinct: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     distinct.sort_by(f64::total_cmp);
@@ -71,7 +71,10 @@ pub fn lattice(values: &[f64]) -> Option<Lattice> {
         for part in [1.0, 2.0, 3.0] {
             let Some((step, resultant)) = refine(&distinct, start / part) else { continue };
             // The largest step that fits: every divisor of a step fits too.
-            if resultant > 0.8 && levels as f64 * resultant * resultant > 17.0 && best.is_none_or(|(s, _)| step > 1.2 * s) {
+            if resultant > 0.95
+                && levels as f64 * resultant * resultant > 17.0
+                && best.is_none_or(|(s, _)| step > 1.2 * s)
+            {
                 best = Some((step, resultant));
             }
         }
@@ -115,8 +118,8 @@ fn refine(distinct: &[f64], start: f64) -> Option<(f64, f64)> {
 fn quantisation(channel: &Channel, lattice: &Lattice) -> Option<Finding> {
     let value = &channel.value;
     let (noise, spread) = (lattice.step / 12.0_f64.sqrt(), deviation(value));
-    let equal = value.windows(2).filter(|w| (w[1] - w[0]).abs() < 0.5 * lattice.step).count() as f64
-        / (value.len() - 1) as f64;
+    let equal =
+        value.windows(2).filter(|w| (w[1] - w[0]).abs() < 0.5 * lattice.step).count() as f64 / (value.len() - 1) as f64;
     let total = difference_sigma(value, 4);
     let noise_share = if total > 0.0 { (noise / total).powi(2).min(1.0) } else { 1.0 };
     // A counter steps by one level every time.
@@ -167,7 +170,8 @@ fn saturation(channel: &Channel, lattice: Option<&Lattice>) -> Option<Finding> {
             i += 1;
         }
     }
-    let inside: Vec<&[f64]> = value.windows(2).filter(|w| [low, high].iter().all(|l| (w[0] - l).abs() > tolerance)).collect();
+    let inside: Vec<&[f64]> =
+        value.windows(2).filter(|w| [low, high].iter().all(|l| (w[0] - l).abs() > tolerance)).collect();
     let equal = inside.iter().filter(|w| w[0] == w[1]).count() as f64 / inside.len().max(1) as f64;
     let longest = runs.iter().max_by_key(|r| r.2)?;
     // The chance that a run of that length is a coincidence of equal neighbours.
@@ -201,8 +205,7 @@ fn spikes(channel: &Channel, lattice: Option<&Lattice>, channels: f64) -> Option
     if n < 64 || channel.role == Role::Input {
         return None;
     }
-    let residual: Vec<f64> =
-        (2..n - 2).map(|i| (0..5).map(|k| SPIKE[k] * value[i + k - 2]).sum::<f64>()).collect();
+    let residual: Vec<f64> = (2..n - 2).map(|i| (0..5).map(|k| SPIKE[k] * value[i + k - 2]).sum::<f64>()).collect();
     let half = 40;
     // A scale from about 80 correlated residuals scatters by some 12 %: three of its standard errors.
     let level = normal_two_sided(FALSE_ALARM / (n as f64 * channels)) * 1.35;
@@ -211,7 +214,10 @@ fn spikes(channel: &Channel, lattice: Option<&Lattice>, channels: f64) -> Option
     for i in 2..residual.len().saturating_sub(2) {
         let size = residual[i].abs();
         let beside = |k: usize| -residual[k] / residual[i];
-        let near = (i.saturating_sub(12)..(i + 13).min(residual.len())).filter(|k| k.abs_diff(i) > 2).map(|k| residual[k].abs()).fold(0.0, f64::max);
+        let near = (i.saturating_sub(12)..(i + 13).min(residual.len()))
+            .filter(|k| k.abs_diff(i) > 2)
+            .map(|k| residual[k].abs())
+            .fold(0.0, f64::max);
         // Isolated: four times all that is near (noise alone reaches 2.5 sigma there), both neighbours drawn the other way (a step draws one).
         let alone = size > 4.0 * near && [i - 1, i + 1].iter().all(|&k| (0.4..0.95).contains(&beside(k)));
         if size <= 3.0 * floor || !alone {
@@ -244,7 +250,8 @@ fn spikes(channel: &Channel, lattice: Option<&Lattice>, channels: f64) -> Option
 pub fn unwrap_angles(recording: &Recording) -> (Recording, Vec<Finding>) {
     let (mut out, mut findings) = (recording.clone(), Vec::new());
     for channel in &mut out.channels {
-        let Some(turn) = quantity::of(&channel.unit).filter(quantity::Quantity::is_angle).map(|q| 2.0 * PI / q.factor) else {
+        let Some(turn) = quantity::of(&channel.unit).filter(quantity::Quantity::is_angle).map(|q| 2.0 * PI / q.factor)
+        else {
             continue;
         };
         let mut ordinary: Vec<f64> = channel.value.windows(2).map(|w| (w[1] - w[0]).abs()).collect();

@@ -58,9 +58,44 @@ pub fn of(unit: &str) -> Option<Quantity> {
 
 /// Words that name the quantity or how it was got, not where it sits.
 const COMMON_WORDS: &[&str] = &[
-    "angle", "rate", "position", "displacement", "velocity", "speed", "acceleration", "accel", "acc", "gyro", "omega", "theta", "angular",
-    "height", "derived", "denoised", "filtered", "filt", "smoothed", "raw", "measured", "meas", "estimated", "est", "encoder", "enc", "imu",
-    "joint", "dot", "ddot", "pos", "vel", "q", "qd", "qdd", "dq", "ddq", "x0",
+    "angle",
+    "rate",
+    "position",
+    "displacement",
+    "velocity",
+    "speed",
+    "acceleration",
+    "accel",
+    "acc",
+    "gyro",
+    "omega",
+    "theta",
+    "angular",
+    "height",
+    "derived",
+    "denoised",
+    "filtered",
+    "filt",
+    "smoothed",
+    "raw",
+    "measured",
+    "meas",
+    "estimated",
+    "est",
+    "encoder",
+    "enc",
+    "imu",
+    "joint",
+    "dot",
+    "ddot",
+    "pos",
+    "vel",
+    "q",
+    "qd",
+    "qdd",
+    "dq",
+    "ddq",
+    "x0",
 ];
 
 /// The words of a name that say where it sits: axis, number, body. Sorted.
@@ -95,7 +130,8 @@ pub fn axis(name: &str) -> Option<(String, usize)> {
 pub fn of_channel(channel: &crate::series::Channel) -> Option<Quantity> {
     of(&channel.unit).or_else(|| {
         let lower = channel.name.to_lowercase();
-        let has = |words: &[&str]| words.iter().any(|w| lower.split(|c: char| !c.is_alphanumeric()).any(|part| part == *w));
+        let has =
+            |words: &[&str]| words.iter().any(|w| lower.split(|c: char| !c.is_alphanumeric()).any(|part| part == *w));
         let (kind, order) = if has(&["rate", "omega", "gyro"]) {
             (Kind::Angle, 1)
         } else if has(&["angle", "theta", "roll", "pitch", "yaw"]) {

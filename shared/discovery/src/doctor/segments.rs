@@ -70,8 +70,10 @@ struct Feature {
     lively: bool,
     value: Vec<f64>,
     sigma: f64,
-    /// Smallest jump worth a break.
+    /// Smallest jump worth a break, anywhere ...
     material: f64,
+    /// ... and next to each block.
+    beside: Vec<f64>,
 }
 
 /// Segments in time order, covering the common time of the channels; one when nothing changes or blocks are too few to say.
@@ -85,10 +87,12 @@ pub fn propose(recording: &Recording) -> Vec<Segment> {
     }
     let whole = vec![Segment { start_s: start, end_s: end, kind: Kind::Motion, because: String::new() }];
     let longest = (end - start) / BLOCKS_MIN as f64;
-    let chosen: Vec<(&Channel, f64, bool)> = channels.iter().filter_map(|c| block_duration(c, longest).map(|(d, slow)| (*c, d, slow))).collect();
+    let chosen: Vec<(&Channel, f64, bool)> =
+        channels.iter().filter_map(|c| block_duration(c, longest).map(|(d, slow)| (*c, d, slow))).collect();
     let duration = chosen.iter().map(|(_, d, _)| *d).fold((end - start) / BLOCKS_MAX as f64, f64::max);
     let count = libm::floor((end - start) / duration) as usize;
-    let features: Vec<Feature> = chosen.iter().filter_map(|(c, _, slow)| features(c, start, duration, count, *slow)).flatten().collect();
+    let features: Vec<Feature> =
+        chosen.iter().filter_map(|(c, _, slow)| features(c, start, duration, count, *slow)).flatten().collect();
     if count < BLOCKS_MIN || features.is_empty() {
         return whole;
     }
@@ -118,7 +122,10 @@ fn block_duration(channel: &Channel, longest: f64) -> Option<(f64, bool)> {
     }
     let total: f64 = s.density.iter().sum();
     let mut sum = 0.0;
-    let slow = (0..s.density.len()).find(|&k| { sum += s.density[k]; sum >= 0.25 * total })?;
+    let slow = (0..s.density.len()).find(|&k| {
+        sum += s.density[k];
+        sum >= 0.25 * total
+    })?;
     let (duration, least) = (1.5 / s.frequency_hz[slow.max(1)], BLOCK_SAMPLES_MIN as f64 * u.dt_s);
     let slow = duration.max(least) > longest;
     Some((if slow { least } else { duration.max(least) }, slow)).filter(|(d, _)| *d <= longest)
@@ -138,7 +145,8 @@ fn strongest_period(u: &Uniform) -> Option<f64> {
 /// Liveliness and level of a channel by blocks.
 fn features(channel: &Channel, start: f64, duration: f64, count: usize, slow: bool) -> Option<Vec<Feature>> {
     let (mut lively, mut level, mut within) = (Vec::new(), Vec::new(), Vec::new());
-    let floor = super::levels::lattice(&channel.value).map_or(1e-9 * deviation(&channel.value), |l| l.step / 12.0_f64.sqrt());
+    let floor =
+        super::levels::lattice(&channel.value).map_or(1e-9 * deviation(&channel.value), |l| l.step / 12.0_f64.sqrt());
     for b in 0..count {
         let from = channel.time_s.partition_point(|t| *t < start + b as f64 * duration);
         let to = channel.time_s.partition_point(|t| *t < start + (b + 1) as f64 * duration);
@@ -153,13 +161,30 @@ fn features(channel: &Channel, start: f64, duration: f64, count: usize, slow: bo
     let samples = channel.value.len() as f64 / count as f64;
     // ln of an rms over m correlated differences scatters by about sqrt(3/(4 m)); 5 % is nobody's break.
     let lively_sigma = scatter(&lively).max((0.75 / samples).sqrt()).max(0.05);
-    let spread = median(&mut within).max(floor);
+    let spread = median(&mut within.clone()).max(floor);
     let level_sigma = scatter(&level).max(0.25 * spread);
     // A slow channel drifts within any block; only a good part of its range is a step.
     let range = quantile(&mut level.clone(), 0.95) - quantile(&mut level.clone(), 0.05);
     let material = if slow { (5.0 * spread).max(0.3 * range) } else { 5.0 * spread };
-    let lively = Feature { what: format!("{} liveliness", channel.name), lively: true, value: lively, sigma: lively_sigma, material: core::f64::consts::LN_2 };
-    let level = Feature { what: format!("{} level", channel.name), lively: false, value: level, sigma: level_sigma, material };
+    // What the level does everywhere (a random walk) is no break.
+    let mut moves: Vec<f64> = (4..count.saturating_sub(4)).map(|k| jump(&level, 0, k, count)).collect();
+    let wandering = 1.4826 * median(&mut moves);
+    let lively = Feature {
+        what: format!("{} liveliness", channel.name),
+        lively: true,
+        value: lively,
+        sigma: lively_sigma,
+        material: core::f64::consts::LN_2,
+        beside: vec![0.0; count],
+    };
+    let level = Feature {
+        what: format!("{} level", channel.name),
+        lively: false,
+        value: level,
+        sigma: level_sigma,
+        material: material.max(5.0 * wandering),
+        beside: within.iter().map(|w| 5.0 * w).collect(),
+    };
     Some(if slow { vec![level] } else { vec![lively, level] })
 }
 
@@ -172,7 +197,8 @@ fn scatter(x: &[f64]) -> f64 {
 /// Breaks that minimise residual sum + penalty (optimal partitioning, exact).
 fn partition(features: &[Feature], count: usize) -> Vec<usize> {
     let places = count as f64;
-    let penalty = chi_squared_quantile(1.0 - FALSE_ALARM / places, 2.0 * features.len() as f64 + 1.0) + 2.0 * libm::log(places);
+    let penalty =
+        chi_squared_quantile(1.0 - FALSE_ALARM / places, 2.0 * features.len() as f64 + 1.0) + 2.0 * libm::log(places);
     let sums: Vec<Prefix> = features.iter().map(Prefix::new).collect();
     let mut cost = vec![f64::INFINITY; count + 1];
     let mut from = vec![0; count + 1];
@@ -231,16 +257,23 @@ impl Prefix {
 /// Takes back the breaks that change nothing by a material size, the smallest first.
 fn settle(features: &[Feature], mut breaks: Vec<usize>, count: usize) -> Vec<usize> {
     loop {
-        let edges: Vec<usize> = core::iter::once(0).chain(breaks.iter().copied()).chain(core::iter::once(count)).collect();
-        let change = |k: usize| {
-            features.iter().map(|f| jump(&f.value, edges[k], edges[k + 1], edges[k + 2]) / f.material).fold(0.0, f64::max)
-        };
+        let edges: Vec<usize> =
+            core::iter::once(0).chain(breaks.iter().copied()).chain(core::iter::once(count)).collect();
+        let change =
+            |k: usize| features.iter().map(|f| size(f, edges[k], edges[k + 1], edges[k + 2])).fold(0.0, f64::max);
         let least = (0..breaks.len()).min_by(|&i, &j| change(i).total_cmp(&change(j)));
         match least {
             Some(k) if change(k) < 1.0 => breaks.remove(k),
             _ => return breaks,
         };
     }
+}
+
+/// Jump at `at` in material sizes.
+fn size(f: &Feature, begin: usize, at: usize, end: usize) -> f64 {
+    let near = |side: &[f64]| median(&mut side.to_vec());
+    let beside = near(&f.beside[at.saturating_sub(4).max(begin)..at]).max(near(&f.beside[at..(at + 4).min(end)]));
+    jump(&f.value, begin, at, end) / f.material.max(beside)
 }
 
 /// Jump at `at` between straight lines through both sides; where one side is short, between their means near the break.
@@ -251,8 +284,8 @@ fn jump(x: &[f64], begin: usize, at: usize, end: usize) -> f64 {
 }
 
 fn reason(features: &[Feature], begin: usize, at: usize, end: usize) -> String {
-    let size = |f: &Feature| jump(&f.value, begin, at, end) / f.material;
-    features.iter().max_by(|f, g| size(f).total_cmp(&size(g))).map_or_else(String::new, |f| f.what.clone())
+    let by = |f: &Feature| size(f, begin, at, end);
+    features.iter().max_by(|f, g| by(f).total_cmp(&by(g))).map_or_else(String::new, |f| f.what.clone())
 }
 
 fn kind(features: &[Feature], edges: &[usize], k: usize) -> Kind {
@@ -263,7 +296,8 @@ fn kind(features: &[Feature], edges: &[usize], k: usize) -> Kind {
         return Kind::Quiet;
     }
     let length = (edges[k + 1] - edges[k]) as f64 / *edges.last().expect("has ends") as f64;
-    let above = |j: usize| activity().map(|f| lively(f, k) - lively(f, j)).fold(0.0, f64::max) > core::f64::consts::LN_2;
+    let above =
+        |j: usize| activity().map(|f| lively(f, k) - lively(f, j)).fold(0.0, f64::max) > core::f64::consts::LN_2;
     let livelier = (k == 0 || above(k - 1)) && (k + 2 >= edges.len() || above(k + 1));
     if length < 0.1 && livelier { Kind::Burst } else { Kind::Motion }
 }
