@@ -1,6 +1,6 @@
 //! The benchmark problems: truth from `plant` against models from `physics`, estimators against their Cramér–Rao bound.
 //!
-//! `models` compares two formulations of the same physics state by state. `campaigns` are short seeded slices of what
+//! `models` holds the simulated records against closed forms of the same physics. `campaigns` are short seeded slices of what
 //! `obsid bench` runs in full. `faults` breaks one symbol at a time and demands that a law turns red.
 #![forbid(unsafe_code)]
 

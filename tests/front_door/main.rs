@@ -12,5 +12,7 @@ mod documents;
 mod ends;
 mod imports;
 mod own_recordings;
+mod plants;
 mod real_recordings;
+mod recordings_verbs;
 mod runs;

@@ -4,9 +4,11 @@
 //! A command line gives the same bytes on any number of cores, the measured times excepted.
 
 pub mod campaign;
+pub mod dynamics;
 pub mod inertial;
 pub mod modes;
 pub mod report;
+mod simulated;
 pub mod slosh;
 
 use crate::{Failure, print};
@@ -41,6 +43,8 @@ enum Problem {
     /// Modes of a flexible appendage from a free decay
     #[value(name = "bp3a")]
     Modes,
+    /// Nanoseconds and allocations of the equations of motion; --trials and --seed have no part in it
+    Dynamics,
 }
 
 /// # Errors
@@ -50,6 +54,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Problem::Inertial => measure(arguments, &inertial::Inertial::bp1a()),
         Problem::Slosh => measure(arguments, &slosh::Slosh::bp2()),
         Problem::Modes => measure(arguments, &modes::Modes::bp3a()),
+        Problem::Dynamics => dynamics::run(arguments.json),
     }
 }
 

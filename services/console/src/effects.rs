@@ -59,9 +59,10 @@ fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Fail
 }
 
 fn unknown(kind: &str) -> Failure {
-    let near = EFFECTS.iter().map(|effect| effect.kind).max_by(|a, b| {
-        strsim::jaro_winkler(a, kind).total_cmp(&strsim::jaro_winkler(b, kind))
-    });
+    let near = EFFECTS
+        .iter()
+        .map(|effect| effect.kind)
+        .max_by(|a, b| strsim::jaro_winkler(a, kind).total_cmp(&strsim::jaro_winkler(b, kind)));
     let help = format!("did you mean '{}'? `obsid effects` lists all", near.unwrap_or_default());
     Failure::Input(miette::miette!(help = help, "'{kind}' is not in the catalogue"))
 }
@@ -81,7 +82,8 @@ fn as_json(entry: &Entry) -> Value {
 fn table(entries: &[Entry]) -> String {
     let mut text = format!("{:<28} {:<34} parameters [unit]\n", "kind", "sites");
     for entry in entries {
-        let parameters: Vec<String> = entry.effect.parameters.iter().map(|p| format!("{} [{}]", p.name, p.unit)).collect();
+        let parameters: Vec<String> =
+            entry.effect.parameters.iter().map(|p| format!("{} [{}]", p.name, p.unit)).collect();
         let _ = writeln!(text, "{:<28} {:<34} {}", entry.effect.kind, entry.sites.join(" "), parameters.join(", "));
     }
     let _ = writeln!(text, "\n{} effects; `obsid effects KIND` tells one in full", entries.len());
@@ -91,12 +93,22 @@ fn table(entries: &[Entry]) -> String {
 fn page(entry: &Entry) -> String {
     let Effect { kind, title, what, signature, confounders, experiment, parameters, .. } = entry.effect;
     let mut text = format!("{kind}: {title}\n\n  sites        {}\n", entry.sites.join(" "));
-    for (label, words) in [("what", what), ("signature", signature), ("confounders", confounders), ("experiment", experiment)] {
+    for (label, words) in
+        [("what", what), ("signature", signature), ("confounders", confounders), ("experiment", experiment)]
+    {
         let _ = writeln!(text, "  {label:<12} {words}");
     }
-    let _ = writeln!(text, "\n  {:<20} {:<14} {:>12} {:>12} {:>12}  meaning", "parameter", "unit", "low", "high", "default");
+    let _ = writeln!(
+        text,
+        "\n  {:<20} {:<14} {:>12} {:>12} {:>12}  meaning",
+        "parameter", "unit", "low", "high", "default"
+    );
     for p in *parameters {
-        let _ = writeln!(text, "  {:<20} {:<14} {:>12} {:>12} {:>12}  {}", p.name, p.unit, p.low, p.high, p.default, p.what);
+        let _ = writeln!(
+            text,
+            "  {:<20} {:<14} {:>12} {:>12} {:>12}  {}",
+            p.name, p.unit, p.low, p.high, p.default, p.what
+        );
     }
     text
 }

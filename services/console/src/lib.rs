@@ -5,7 +5,9 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+mod compare;
 mod digest;
+mod doctor;
 mod effects;
 mod icd;
 mod launch;
@@ -14,8 +16,10 @@ mod located;
 mod outcome;
 mod paper;
 mod partition;
+mod plant;
 mod plant_file;
 mod progress;
+mod recordings;
 mod replay;
 mod run;
 mod scenario_file;
@@ -57,12 +61,17 @@ const EXAMPLES: &str = "Examples:
   obsid run                                        the default scenario, as processes over shared memory
   obsid run deploy/scenarios/default.toml --json   another scenario, result as one JSON object
   obsid replay slab.csv.gz                         a recording through the partitions
+  obsid simulate study_case --out flight.mcap      what the sensors of a plant would say
+  obsid plant describe study_case                  a plant on one page: masses, modes, base parameters
+  obsid doctor rig.csv --plant rig.toml            what is wrong with a recording, with the cure
+  obsid compare flight.csv simulated.csv           how far apart two recordings are, and by what
   obsid digest flight.mcap                         identity of the recorded results
   obsid icd --md                                   the interface control document";
 
 const BENCH_EXAMPLES: &str = "Examples:
   obsid bench bp1a                               100 records of the arm, beside the Cramer-Rao bound
-  obsid bench bp2 --trials 1000 --seed 7 --json  slosh, more records, another seed, result as JSON";
+  obsid bench bp2 --trials 1000 --seed 7 --json  slosh, more records, another seed, result as JSON
+  obsid bench dynamics                           nanoseconds and allocations of the equations of motion";
 
 #[derive(Subcommand)]
 enum Verb {
@@ -72,6 +81,9 @@ enum Verb {
     Replay(replay::Arguments),
     Simulate(simulate::Arguments),
     Effects(effects::Arguments),
+    Plant(plant::Arguments),
+    Doctor(doctor::Arguments),
+    Compare(compare::Arguments),
     Digest(digest::Arguments),
     Icd(icd::Arguments),
     Partition(partition::Arguments),
@@ -93,6 +105,9 @@ pub fn main() -> ExitCode {
         Verb::Bench(arguments) => bench::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Effects(arguments) => effects::run(&arguments),
+        Verb::Plant(arguments) => plant::run(&arguments),
+        Verb::Doctor(arguments) => doctor::run(&arguments),
+        Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Digest(arguments) => digest::run(&arguments),
         Verb::Icd(arguments) => icd::run(&arguments),
         Verb::Partition(arguments) => return partition::run(&arguments),

@@ -1,6 +1,6 @@
 //! Errors that point at a place in a text file, several at once.
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, SourceSpan};
+use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceSpan};
 use std::ops::Range;
 
 /// Something in a file that cannot be used, and what else in it cannot.
@@ -15,6 +15,7 @@ pub struct Located {
     document: NamedSource<String>,
     span: SourceSpan,
     others: Vec<Located>,
+    severity: Severity,
 }
 
 impl Located {
@@ -22,7 +23,14 @@ impl Located {
     pub fn new(file: &str, text: &str, span: Range<usize>, message: String, cure: String) -> Self {
         let (line, column) = place(text, span.start);
         let document = NamedSource::new(file, text.to_string());
-        Located { file: file.into(), line, column, message, cure, document, span: span.into(), others: Vec::new() }
+        let (others, severity) = (Vec::new(), Severity::Error);
+        Located { file: file.into(), line, column, message, cure, document, span: span.into(), others, severity }
+    }
+
+    /// Possible, but not plausible.
+    #[must_use]
+    pub fn as_warning(self) -> Self {
+        Located { severity: Severity::Warning, ..self }
     }
 
     /// The first of several errors in a file carries the others with it; `None` of none.
@@ -36,6 +44,9 @@ impl Located {
 }
 
 impl Diagnostic for Located {
+    fn severity(&self) -> Option<Severity> {
+        Some(self.severity)
+    }
     fn help<'a>(&'a self) -> Option<Box<dyn std::fmt::Display + 'a>> {
         (!self.cure.is_empty()).then(|| Box::new(&self.cure) as Box<dyn std::fmt::Display>)
     }

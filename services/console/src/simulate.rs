@@ -8,16 +8,20 @@ use plant::simulation;
 use recording::{Series, SeriesSet};
 use serde_json::json;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Control periods of a record.
+const PERIODS_MAX: f64 = 1e8;
 
 /// Simulate a plant file and write what its sensors and commands say
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   obsid simulate deploy/plants/drive_rig.toml --out rig.csv
-  obsid simulate deploy/plants/drive_rig.toml --hide 'joint_coulomb@joint:output torque=0.3' --out hidden.mcap
+  obsid simulate deploy/plants/drive_rig.toml --hide 'joint_coulomb@joint:drive force=0.3' --out hidden.mcap
   obsid simulate deploy/plants/pendulum.toml --set 'bob.mass = 1.2 kg' --seed 7 --duration 30 --out run.csv.gz
 
-What is hidden leaves no trace in the file; `obsid effects` lists what can be hidden.")]
+What is hidden leaves no trace in the file; `obsid effects` lists what can be hidden. A file that exists is replaced, once the new one
+is whole.")]
 pub struct Arguments {
     /// A plant file, see deploy/plants
     plant: PathBuf,
@@ -46,18 +50,16 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut plant = plant_file::read(&arguments.plant)?;
     change(&mut plant, &arguments.set, &arguments.hide)?;
-    let duration_s = arguments.duration.unwrap_or(plant.simulation.duration_s);
-    if !(duration_s.is_finite() && duration_s >= plant.simulation.period_s) {
-        return Err(Failure::Input(miette::miette!(
-            help = "give at least one control period",
-            "--duration {duration_s}: the plant's control period is {} s",
-            plant.simulation.period_s
-        )));
-    }
+    let duration_s = duration(arguments.duration, &plant)?;
+    may_be_written(&arguments.plant, &arguments.out)?;
     let bar = Share::new("simulated");
     let recording = simulation::record(&plant, arguments.seed, duration_s, &mut |share| bar.show(share));
     bar.end();
-    let recording = recording.map_err(|error| Failure::Run(format!("{}: {error}", arguments.plant.display())))?;
+    let recording = recording.map_err(|error| {
+        let help =
+            "`obsid plant check FILE` says what the plant itself lacks; --set and --hide may ask for what cannot be";
+        Failure::Input(miette::miette!(help = help, "{}: {error}", arguments.plant.display()))
+    })?;
     let channels: Vec<Series> = recording.channels.into_iter().map(series).collect::<Result<_, _>>()?;
     let set = SeriesSet { file: arguments.out.display().to_string(), channels, notes: Vec::new() };
     let notes = recording::write_series(&set, &arguments.out).map_err(Failure::input)?;
@@ -66,16 +68,56 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The length asked for, else the plant file's.
+///
+/// # Errors
+/// [`Failure::Input`]: less than a control period, or no number of seconds.
+pub fn duration(asked_s: Option<f64>, plant: &Plant) -> Result<f64, Failure> {
+    let (duration_s, period_s) = (asked_s.unwrap_or(plant.simulation.duration_s), plant.simulation.period_s);
+    // what no memory holds is found out now, not after an hour
+    if !(duration_s >= period_s && duration_s / period_s <= PERIODS_MAX) {
+        return Err(Failure::Input(miette::miette!(
+            help = format!("give at least one control period and at most {PERIODS_MAX:e} of them"),
+            "--duration {duration_s}: the plant's control period is {period_s} s"
+        )));
+    }
+    Ok(duration_s)
+}
+
+/// A place that cannot be written, and a plant file that would be overwritten, are found out before the simulation.
+fn may_be_written(plant: &Path, out: &Path) -> Result<(), Failure> {
+    let refuse = |help: &str, what: &str| {
+        Err(Failure::Input(miette::miette!(help = help.to_owned(), "--out {}: {what}", out.display())))
+    };
+    let name = out.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if ![".csv", ".csv.gz", ".mcap"].iter().any(|ending| name.ends_with(ending) && name.len() > ending.len()) {
+        return refuse("end it in .mcap, .csv or .csv.gz", "the name says no format that is written");
+    }
+    let folder = out.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return refuse("make the folder first", "its folder does not exist");
+    }
+    if out.is_dir() {
+        return refuse("give the path of a file", "this is a folder");
+    }
+    if matches!((plant.canonicalize(), out.canonicalize()), (Ok(one), Ok(other)) if one == other) {
+        return refuse("give --out another file", "it would write over the plant file");
+    }
+    Ok(())
+}
+
 /// Applies `--set` and `--hide` to a plant.
 ///
 /// # Errors
 /// [`Failure::Input`].
 pub fn change(plant: &mut Plant, set: &[String], hide: &[String]) -> Result<(), Failure> {
-    for text in set {
-        file::set(plant, text).map_err(|reason| refused("--set", text, &reason))?;
-    }
+    // all at once: an inertia can only be scaled as a whole
+    file::set_all(plant, set).map_err(|reason| refused("--set", &set.join("', '"), &reason))?;
     for text in hide {
         let effect = file::parse_effect(plant, text).map_err(|reason| refused("--hide", text, &reason))?;
+        for doubt in file::effect_warnings(plant, &effect) {
+            crate::tell(&format!("warning: --hide '{text}': {doubt}"));
+        }
         plant.effects.push(effect);
     }
     Ok(())
@@ -83,7 +125,9 @@ pub fn change(plant: &mut Plant, set: &[String], hide: &[String]) -> Result<(), 
 
 fn refused(flag: &str, text: &str, reason: &str) -> Failure {
     let help = match flag {
-        "--hide" => "as in 'joint_coulomb@joint:NAME torque=0.3'; `obsid effects --plant FILE` lists kinds, sites and names",
+        "--hide" => {
+            "as in 'joint_coulomb@joint:NAME force=0.3'; `obsid effects --plant FILE` lists kinds, sites and names"
+        }
         _ => "as in 'link_1.mass = 12 kg'; `obsid plant parameters FILE` lists the names",
     };
     Failure::Input(miette::miette!(help = help, "{flag} '{text}': {reason}"))

@@ -111,9 +111,8 @@ pub fn plant(used: &PlantUse) -> Result<Plant, SystemsError> {
     let parsed = file::parse(&used.file, &used.text);
     let all = |errors: Vec<file::FileError>| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
     let mut plant = parsed.map_err(|errors| refused(used, all(errors)))?.plant;
-    for (name, value) in &used.set {
-        file::set(&mut plant, &format!("{name} = {value}")).map_err(|reason| refused(used, reason))?;
-    }
+    let numbers: Vec<String> = used.set.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    file::set_all(&mut plant, &numbers).map_err(|reason| refused(used, reason))?;
     for effect in &used.hide {
         let effect = file::parse_effect(&plant, effect).map_err(|reason| refused(used, reason))?;
         plant.effects.push(effect);

@@ -1,6 +1,6 @@
 //! A plant as the vehicle of an experiment: its simulator, and which channel goes into which sample.
 
-use plant::description::{ActuatorKind, JointKind, Plant, Quantity, Sensor, SensorKind};
+use plant::description::{ActuatorKind, Joint, JointKind, Plant, Sensor, SensorKind};
 use plant::simulation::{Row, SimulationError, Simulator, SimulatorState};
 use runtime::Outputs;
 use telemetry::{
@@ -16,8 +16,9 @@ const JOINTS_MAX: usize = 4;
 /// Where a channel stands in the samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Slot {
-    Rate(usize),
-    Acceleration(usize),
+    /// Body axis, and whether the sensor looks along it (1) or against it (-1).
+    Rate(usize, f64),
+    Acceleration(usize, f64),
     JointAngle(usize),
     JointRate(usize),
     JointTorque(usize),
@@ -26,13 +27,22 @@ enum Slot {
     Unused,
 }
 
-/// Where a command stands in the sample of the actuators.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Wrench {
-    Force(usize),
-    Torque(usize),
-    /// Within a joint: its torque sensor shows it.
-    Internal,
+impl Slot {
+    /// The same number of the same sample.
+    fn is_taken_by(self, other: Self) -> bool {
+        match (self, other) {
+            (Slot::Rate(a, _), Slot::Rate(b, _)) | (Slot::Acceleration(a, _), Slot::Acceleration(b, _)) => a == b,
+            (Slot::Unused, _) => false,
+            (a, b) => a == b,
+        }
+    }
+}
+
+/// What a unit of a command does to the hub.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Wrench {
+    force_n: [f64; 3],
+    torque_nm: [f64; 3],
 }
 
 /// Why a plant cannot be flown.
@@ -42,19 +52,24 @@ pub enum VehicleError {
     Simulation(#[from] SimulationError),
     #[error("its control period of {period_s} s is not a whole number of frames of {frame_s} s")]
     Period { period_s: f64, frame_s: f64 },
-    #[error("sensor '{name}' gives {rows} samples a frame: a frame brings a whole number of rows, 1 to {BATCH_MAX}")]
-    Rows { name: String, rows: f64 },
+    #[error("sensor '{name}' gives {rows} samples a control period: {needs}")]
+    Rows { name: String, rows: f64, needs: String },
     #[error("sensors '{name}' and '{other}' would stand in the same place of a sample")]
     Taken { name: String, other: String },
     #[error("sensor '{name}': a sample holds at most {limit} {what}")]
     TooMany { name: String, what: &'static str, limit: usize },
+    #[error("sensor '{name}' looks along {axis:?}: samples have room for the hub's x, y and z axes alone")]
+    Skew { name: String, axis: [f64; 3] },
+    #[error("joint '{joint}' of sensor '{name}' slides: samples have room for angles alone")]
+    Slides { name: String, joint: String },
 }
 
 /// The simulator of an experiment and the way of its channels into samples.
 pub struct Vehicle {
     simulator: Simulator,
     slots: Vec<Slot>,
-    wrenches: Vec<Wrench>,
+    /// Per actuator; `None`: it acts within a joint, whose torque sensor shows it, or on no hub.
+    wrenches: Vec<Option<Wrench>>,
     array_interval_s: Option<f64>,
     joints: usize,
     period_s: f64,
@@ -112,13 +127,13 @@ impl Vehicle {
         actuators.interval_s = self.period_s;
         actuators.excited = u64::from(excited);
         for (command, wrench) in row.commands.iter().zip(&self.wrenches) {
-            match *wrench {
-                Wrench::Force(axis) => actuators.force_b_n[axis] += command,
-                Wrench::Torque(axis) => actuators.torque_b_nm[axis] += command,
-                Wrench::Internal => {}
+            let Some(wrench) = wrench else { continue };
+            for axis in 0..3 {
+                actuators.force_b_n[axis] += wrench.force_n[axis] * command;
+                actuators.torque_b_nm[axis] += wrench.torque_nm[axis] * command;
             }
         }
-        if self.wrenches.iter().any(|wrench| *wrench != Wrench::Internal) {
+        if self.wrenches.iter().any(Option::is_some) {
             out.publish(ACTUATORS, &actuators);
         }
         publish_imu(row, &self.slots, self.period_s, t_ns, out);
@@ -134,12 +149,12 @@ fn publish_imu(row: &Row, slots: &[Slot], interval_s: f64, t_ns: u64, out: &mut 
     imu.interval_s = interval_s;
     for sample in &row.samples {
         match slots[sample.channel] {
-            Slot::Rate(axis) => {
-                imu.omega_bi_b_rad_s[axis] = sample.value;
+            Slot::Rate(axis, sign) => {
+                imu.omega_bi_b_rad_s[axis] = sign * sample.value;
                 imu.valid |= RATE_VALID_X << axis;
             }
-            Slot::Acceleration(axis) => {
-                imu.acceleration_b_m_s2[axis] = sample.value;
+            Slot::Acceleration(axis, sign) => {
+                imu.acceleration_b_m_s2[axis] = sign * sample.value;
                 imu.valid |= ACCELERATION_VALID_X << axis;
             }
             _ => {}
@@ -189,11 +204,11 @@ fn publish_array(row: &Row, slots: &[Slot], interval_s: f64, t_ns: u64, out: &mu
 /// A place for each channel; two in one place are an error.
 fn slots(plant: &Plant) -> Result<Vec<Slot>, VehicleError> {
     let mut slots: Vec<Slot> = Vec::with_capacity(plant.sensors.len());
-    let mut joints: Vec<&str> = Vec::new();
-    let mut array = 0;
+    let joints = measured_joints(plant);
     for sensor in &plant.sensors {
-        let slot = slot(sensor, &mut joints, &mut array)?;
-        if let Some(taken) = slots.iter().position(|other| *other == slot && slot != Slot::Unused) {
+        let array = slots.iter().filter(|slot| matches!(slot, Slot::Array(_))).count();
+        let slot = slot(plant, sensor, &joints, array)?;
+        if let Some(taken) = slots.iter().position(|other| other.is_taken_by(slot)) {
             return Err(VehicleError::Taken { name: sensor.name.clone(), other: plant.sensors[taken].name.clone() });
         }
         slots.push(slot);
@@ -201,27 +216,46 @@ fn slots(plant: &Plant) -> Result<Vec<Slot>, VehicleError> {
     Ok(slots)
 }
 
-fn slot<'a>(sensor: &'a Sensor, joints: &mut Vec<&'a str>, array: &mut usize) -> Result<Slot, VehicleError> {
+/// Joints that some sensor measures, in the order of the bodies they carry.
+fn measured_joints(plant: &Plant) -> Vec<&str> {
+    let of = |sensor: &Sensor| match &sensor.kind {
+        SensorKind::Encoder { joint } | SensorKind::JointRate { joint } | SensorKind::JointTorque { joint } => {
+            Some(joint.clone())
+        }
+        _ => None,
+    };
+    let measured: Vec<String> = plant.sensors.iter().filter_map(of).collect();
+    let names = plant.bodies.iter().map(|body| body.joint.name.as_str());
+    names.filter(|name| measured.iter().any(|joint| joint == name)).collect()
+}
+
+fn slot(plant: &Plant, sensor: &Sensor, joints: &[&str], array: usize) -> Result<Slot, VehicleError> {
     let too_many = |what, limit| VehicleError::TooMany { name: sensor.name.clone(), what, limit };
-    let mut number = |joint: &'a str| {
-        let found = joints.iter().position(|known| *known == joint);
-        let index = found.unwrap_or_else(|| {
-            joints.push(joint);
-            joints.len() - 1
-        });
-        if index < JOINTS_MAX { Ok(index) } else { Err(too_many("joints", JOINTS_MAX)) }
+    let number = |joint: &str| {
+        let index = joints.iter().position(|known| *known == joint).unwrap_or(JOINTS_MAX);
+        if plant.joint(joint).is_some_and(Joint::is_prismatic) {
+            return Err(VehicleError::Slides { name: sensor.name.clone(), joint: joint.to_string() });
+        }
+        let index = if index < JOINTS_MAX { Ok(index) } else { Err(too_many("joints", JOINTS_MAX)) };
+        once_a_period(plant, sensor).and(index)
+    };
+    let along = |body: &str, axis: [f64; 3]| {
+        if !is_hub(plant, body) {
+            return Ok(None);
+        }
+        let found = axis_index(axis).ok_or_else(|| VehicleError::Skew { name: sensor.name.clone(), axis })?;
+        once_a_period(plant, sensor).map(|()| Some(found))
     };
     Ok(match &sensor.kind {
-        SensorKind::Gyro { axis, .. } => axis_index(*axis).map_or(Slot::Unused, Slot::Rate),
-        SensorKind::Accelerometer { point: None, axis, .. } => {
-            axis_index(*axis).map_or(Slot::Unused, Slot::Acceleration)
+        SensorKind::Gyro { body, axis } => {
+            along(body, *axis)?.map_or(Slot::Unused, |(axis, sign)| Slot::Rate(axis, sign))
         }
+        SensorKind::Accelerometer { body, point: None, axis, .. } => {
+            along(body, *axis)?.map_or(Slot::Unused, |(axis, sign)| Slot::Acceleration(axis, sign))
+        }
+        SensorKind::Accelerometer { point: Some(_), .. } if array < ACCELEROMETERS_MAX => Slot::Array(array),
         SensorKind::Accelerometer { point: Some(_), .. } => {
-            *array += 1;
-            if *array > ACCELEROMETERS_MAX {
-                return Err(too_many("accelerometers on appendages", ACCELEROMETERS_MAX));
-            }
-            Slot::Array(*array - 1)
+            return Err(too_many("accelerometers on appendages", ACCELEROMETERS_MAX));
         }
         SensorKind::Encoder { joint } => Slot::JointAngle(number(joint)?),
         SensorKind::JointRate { joint } => Slot::JointRate(number(joint)?),
@@ -230,41 +264,71 @@ fn slot<'a>(sensor: &'a Sensor, joints: &mut Vec<&'a str>, array: &mut usize) ->
     })
 }
 
+/// The body that the samples of the inertial measurement unit and of the actuators speak of: the first one.
+fn is_hub(plant: &Plant, body: &str) -> bool {
+    plant.bodies.first().is_some_and(|hub| hub.name == body)
+}
+
+fn interval_s(plant: &Plant, sensor: &Sensor) -> f64 {
+    sensor.period_s.map_or(plant.simulation.period_s, |period| period.value)
+}
+
+/// A sample a period: the inertial measurement unit and the joints have no room for more, and none is made up for less.
+fn once_a_period(plant: &Plant, sensor: &Sensor) -> Result<(), VehicleError> {
+    let rows = plant.simulation.period_s / interval_s(plant, sensor);
+    let once = (rows - 1.0).abs() < 1e-9;
+    let needs = || "one is needed, as the control period is that of the samples".to_string();
+    if once { Ok(()) } else { Err(VehicleError::Rows { name: sensor.name.clone(), rows, needs: needs() }) }
+}
+
 /// The interval that all accelerometers on appendages share; a whole number of them makes a period.
 fn array_interval_s(plant: &Plant, slots: &[Slot]) -> Result<Option<f64>, VehicleError> {
     let mut array = plant.sensors.iter().zip(slots).filter(|(_, slot)| matches!(slot, Slot::Array(_))).peekable();
-    let interval_s =
-        |sensor: &Sensor| sensor.period_s.map_or(plant.simulation.period_s, |period: Quantity| period.value);
     let Some((first, _)) = array.peek() else { return Ok(None) };
-    let shared_s = interval_s(first);
+    let shared_s = interval_s(plant, first);
     for (sensor, _) in array {
-        let rows = plant.simulation.period_s / interval_s(sensor);
+        let rows = plant.simulation.period_s / interval_s(plant, sensor);
         let whole = (rows - rows.round()).abs() < 1e-9 && (1.0..=BATCH_MAX as f64).contains(&rows);
-        if !whole || interval_s(sensor) != shared_s {
-            return Err(VehicleError::Rows { name: sensor.name.clone(), rows });
+        if !whole || interval_s(plant, sensor) != shared_s {
+            let needs = format!("all sensors on appendages need the same whole number, 1 to {BATCH_MAX}");
+            return Err(VehicleError::Rows { name: sensor.name.clone(), rows, needs });
         }
     }
     Ok(Some(shared_s))
 }
 
-/// A joint between inertial space and a body drives the hub itself.
-fn wrench(plant: &Plant, kind: &ActuatorKind) -> Wrench {
-    let of_hub = |joint: &str| plant.bodies.iter().find(|body| body.joint.name == joint && body.parent.is_none());
+/// What a unit of an actuator's command does to the hub, about the origin of its axes.
+fn wrench(plant: &Plant, kind: &ActuatorKind) -> Option<Wrench> {
+    let force = |position_m: [f64; 3], direction: [f64; 3]| Wrench {
+        force_n: direction,
+        torque_nm: core::array::from_fn(|i| {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            position_m[j] * direction[k] - position_m[k] * direction[j]
+        }),
+    };
+    let torque = |direction: [f64; 3]| Wrench { torque_nm: direction, ..Wrench::default() };
     match kind {
-        ActuatorKind::BodyForce { direction, .. } | ActuatorKind::Thruster { direction, .. } => {
-            axis_index(*direction).map_or(Wrench::Internal, Wrench::Force)
+        ActuatorKind::BodyForce { body, position_m, direction }
+        | ActuatorKind::Thruster { body, position_m, direction } => {
+            is_hub(plant, body).then(|| force(position_m.map(|position| position.value), *direction))
         }
-        ActuatorKind::BodyTorque { direction, .. } => axis_index(*direction).map_or(Wrench::Internal, Wrench::Torque),
-        ActuatorKind::JointTorque { joint } => match of_hub(joint).map(|body| body.joint.kind) {
-            Some(JointKind::Revolute { axis }) => axis_index(axis).map_or(Wrench::Internal, Wrench::Torque),
-            Some(JointKind::Prismatic { axis }) => axis_index(axis).map_or(Wrench::Internal, Wrench::Force),
-            _ => Wrench::Internal,
-        },
-        _ => Wrench::Internal,
+        ActuatorKind::BodyTorque { body, direction } => is_hub(plant, body).then(|| torque(*direction)),
+        ActuatorKind::Wheel { body, axis, .. } => is_hub(plant, body).then(|| torque(*axis)),
+        // A joint between inertial space and the hub drives the hub itself.
+        ActuatorKind::JointTorque { joint } => {
+            let hub = plant.bodies.first().filter(|hub| hub.parent.is_none() && hub.joint.name == *joint)?;
+            match hub.joint.kind {
+                JointKind::Revolute { axis } => Some(torque(axis)),
+                JointKind::Prismatic { axis } => Some(force([0.0; 3], axis)),
+                JointKind::Free | JointKind::Fixed => None,
+            }
+        }
+        _ => None,
     }
 }
 
-/// Which body axis a unit vector is; `None` when it is none of them, or points backwards.
-fn axis_index(axis: [f64; 3]) -> Option<usize> {
-    axis.iter().position(|component| (component - 1.0).abs() < 1e-9)
+/// Which body axis a unit vector is, and whether it points along (1) or against it (-1).
+fn axis_index(axis: [f64; 3]) -> Option<(usize, f64)> {
+    let index = axis.iter().position(|component| (component.abs() - 1.0).abs() < 1e-9)?;
+    Some((index, axis[index].signum()))
 }

@@ -8,10 +8,19 @@
 #![forbid(unsafe_code)]
 
 pub mod compare;
+pub mod compete;
+pub mod diagnose;
 pub mod doctor;
+pub mod filter;
+pub mod fit;
+pub mod held_out;
+pub mod problem;
+pub mod score;
 pub mod series;
 pub mod spectrum;
 pub mod statistics;
 
 #[cfg(test)]
 mod noise;
+#[cfg(test)]
+mod synthetic;

@@ -70,6 +70,7 @@ fn eigenvalue(number: usize) -> f64 {
 }
 
 /// `∫₀ᴸ f dx` by Gauss–Legendre quadrature with five points on each of 64 equal pieces.
+#[cfg(test)]
 pub(crate) fn integrate(length_m: f64, f: impl Fn(f64) -> f64) -> f64 {
     const PIECES: usize = 64;
     const NODES: [(f64, f64); 3] = [

@@ -25,7 +25,7 @@ pub use appendage::{Appendage, Mode};
 pub use body::{Body, Joint, JointKind, Orientation};
 pub(crate) use channel_units::per_second;
 pub use control::{Actuator, ActuatorKind, Base, Controller, Drive, Prescribed};
-pub(crate) use effect_use::{check_site, in_catalogue_order, known_kind, known_parameter, unit_at};
+pub(crate) use effect_use::{check_site, implausible, in_catalogue_order, known_kind, known_parameter, unit_at};
 pub(crate) use nearest::{nearest, suggestion};
 pub use parameters::{Parameter, ParameterError};
 pub use quantity::{Quantity, Scope};

@@ -4,13 +4,22 @@
 //! confused with and the experiment that separates them. It acts through a law of what is locally known; the same law runs
 //! in simulation, in a filter's prediction and, over [`Dual`](crate::dual::Dual) numbers, in a Jacobian.
 //!
-//! Every effect has one *amplitude*, its first parameter: at zero it changes nothing, whatever its other parameters say. Hidden
-//! states may go on at zero amplitude (a rotor turns), nothing of what acts or is read does.
+//! Every effect has an *amplitude*, its first parameter or, where it is a vector, its first few ([`Effect::amplitudes`]): where all of
+//! it is zero nothing changes, whatever the other parameters say. Hidden states may go on at zero amplitude (a rotor turns), nothing of
+//! what acts or is read does.
 //!
-//! The laws of one site are applied one after the other to the same [`Action`]: they add to it, or map `action.value` on.
+//! Effects act in the order of the catalogue, whatever their order in a file. Structures: wrong numbers first, then parts, so that a
+//! share of a mass is one of the true mass; those that sit at parts which others have made come last. At an actuator: maps of the
+//! command, then what adds to it (bias, leak, friction, ripple), then wrenches in proportion to what acts. At a sensor likewise: maps of
+//! the truth, then errors of its own. Forces on coordinates and bodies add up.
+//!
+//! Vectors that are amplitudes are given by components x, y, z; planar plants do not feel those that leave their plane.
 //!
 //! Why no entry for aliasing: it is no law of an instant. It appears by itself where a sensor without low-pass is read more slowly than
 //! the plant moves; what a disturbance from outside the plant aliases to is `sensor_tone`.
+//!
+//! Not there, and why: saturation of a wheel's speed, an actuator that sticks for a time and misaligned wheel and joint axes (no entry yet);
+//! a centre of mass that moves with firing (the mass that leaves is taken at the centre of mass); eclipses (`solar_pressure` is always on).
 
 mod applies;
 mod geometry;
@@ -50,6 +59,7 @@ mod joint_end_stop;
 mod joint_flexibility;
 mod joint_gear_ripple;
 mod joint_load_friction;
+mod joint_looseness;
 mod joint_lugre;
 mod joint_quadratic_damping;
 mod joint_quadratic_stiffness;
@@ -70,6 +80,7 @@ mod mode_quadratic_damping;
 mod mode_thermal_snap;
 mod motor_constant_error;
 mod payload_drift;
+mod quadratic_drag;
 mod residual_dipole;
 mod sensor_bias;
 mod sensor_delay;
@@ -104,8 +115,9 @@ mod wheel_imbalance_static;
 mod wheel_torque_ripple;
 mod wheel_viscous;
 
+pub use geometry::fired;
 pub use law::{Action, BodyState, Both, HIDDEN_MAX, LawFn, Local, Pick, Surroundings};
-pub use resolve::{EffectError, PARAMETERS_MAX, apply_structures, values};
+pub use resolve::{EffectError, Find, PARAMETERS_MAX, apply_structures, apply_structures_of, order_of_action, values};
 
 use crate::description::{Plant, Site, SiteKind};
 use crate::filter::FilterKind;
@@ -139,7 +151,7 @@ impl EffectParameter {
 /// Where in the equations an effect acts.
 #[derive(Clone, Copy)]
 pub enum Law {
-    /// Generalised force on a joint, slosh or modal coordinate: `action.force`. A tank with several axes: on each.
+    /// Generalised force on a joint, slosh or modal coordinate: `action.force`. A tank with several axes: on each, told of all.
     Coordinate(Both),
     /// Wrench on a body, its axes, at its origin: `action.wrench`; and mass that comes or goes at its centre of mass: `action.added_mass_kg`.
     Body(Both),
@@ -163,8 +175,9 @@ pub struct Effect {
     pub sites: &'static [SiteKind],
     /// Which of those sites: a wheel's imbalance sits at wheels, not at every actuator.
     pub applies: fn(&Plant, &Site) -> bool,
-    /// The first one is the amplitude.
     pub parameters: &'static [EffectParameter],
+    /// The first so many are the amplitude, a number or a vector.
+    pub amplitudes: usize,
     /// Continuous states of its own (hysteresis, integrated impulse); at most [`HIDDEN_MAX`], zero at the start.
     pub hidden_states: usize,
     pub law: Law,
@@ -178,8 +191,12 @@ pub struct Effect {
     pub experiment: &'static str,
 }
 
-/// Every effect, in the order of the catalogue.
+/// Every effect, in the order in which they act.
 pub static EFFECTS: &[&Effect] = &[
+    &gravity_error::EFFECT,
+    &mass_error::EFFECT,
+    &inertia_error::EFFECT,
+    &com_shift::EFFECT,
     &joint_coulomb::EFFECT,
     &joint_stribeck::EFFECT,
     &joint_viscous::EFFECT,
@@ -193,28 +210,29 @@ pub static EFFECTS: &[&Effect] = &[
     &joint_quadratic_stiffness::EFFECT,
     &joint_cubic_stiffness::EFFECT,
     &joint_backlash::EFFECT,
+    &joint_looseness::EFFECT,
     &joint_end_stop::EFFECT,
     &joint_gear_ripple::EFFECT,
     &joint_torque_bias::EFFECT,
     &joint_flexibility::EFFECT,
-    &motor_constant_error::EFFECT,
     &actuator_dead_zone::EFFECT,
     &actuator_saturation::EFFECT,
+    &thruster_minimum_impulse_bit::EFFECT,
+    &thruster_blow_down::EFFECT,
+    &motor_constant_error::EFFECT,
     &actuator_bias::EFFECT,
+    &thruster_leak::EFFECT,
+    &wheel_viscous::EFFECT,
+    &wheel_coulomb::EFFECT,
+    &wheel_torque_ripple::EFFECT,
+    &thruster_misalignment::EFFECT,
+    &thruster_plume::EFFECT,
+    &wheel_imbalance_static::EFFECT,
+    &wheel_imbalance_dynamic::EFFECT,
     &actuator_delay::EFFECT,
     &actuator_lag::EFFECT,
     &actuator_second_order::EFFECT,
-    &thruster_misalignment::EFFECT,
     &thruster_rise_tail_off::EFFECT,
-    &thruster_minimum_impulse_bit::EFFECT,
-    &thruster_plume::EFFECT,
-    &thruster_leak::EFFECT,
-    &thruster_blow_down::EFFECT,
-    &wheel_viscous::EFFECT,
-    &wheel_coulomb::EFFECT,
-    &wheel_imbalance_static::EFFECT,
-    &wheel_imbalance_dynamic::EFFECT,
-    &wheel_torque_ripple::EFFECT,
     &slosh_second_mode::EFFECT,
     &slosh_pendulum::EFFECT,
     &slosh_cubic::EFFECT,
@@ -229,9 +247,9 @@ pub static EFFECTS: &[&Effect] = &[
     &mode_centrifugal_stiffening::EFFECT,
     &mode_thermal_snap::EFFECT,
     &gravity_gradient::EFFECT,
-    &gravity_error::EFFECT,
     &solar_pressure::EFFECT,
     &drag::EFFECT,
+    &quadratic_drag::EFFECT,
     &linear_drag::EFFECT,
     &magnus_lift::EFFECT,
     &spin_damping::EFFECT,
@@ -243,12 +261,11 @@ pub static EFFECTS: &[&Effect] = &[
     &thermal_snap::EFFECT,
     &mass_depletion::EFFECT,
     &payload_drift::EFFECT,
-    &com_shift::EFFECT,
-    &mass_error::EFFECT,
-    &inertia_error::EFFECT,
-    &sensor_bias::EFFECT,
+    &encoder_ripple::EFFECT,
+    &gyro_g_sensitivity::EFFECT,
     &sensor_scale::EFFECT,
     &sensor_quadratic::EFFECT,
+    &sensor_bias::EFFECT,
     &sensor_misalignment::EFFECT,
     &sensor_lever_arm::EFFECT,
     &sensor_lag::EFFECT,
@@ -261,8 +278,6 @@ pub static EFFECTS: &[&Effect] = &[
     &sensor_drift::EFFECT,
     &sensor_warm_up::EFFECT,
     &sensor_tone::EFFECT,
-    &gyro_g_sensitivity::EFFECT,
-    &encoder_ripple::EFFECT,
 ];
 
 /// The entry called `kind`.

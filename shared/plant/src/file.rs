@@ -4,6 +4,8 @@
 //!
 //! # Format 1
 //!
+//! The blocks of this header, put together, are a complete plant.
+//!
 //! ```toml
 //! format = 1
 //! name = "drive_rig"
@@ -19,8 +21,9 @@
 //! `sqrt(…)`, brackets. Angles in rad or deg, never bare; a frequency may be given in rad/s or rpm, a rate never in Hz.
 //!
 //! **Vectors.** Lists of numbers, each with its unit: `["0.5 m", 0, 0]`; in a plane two are enough, and one (about z) where something
-//! turns. One sigma for all: `{ value = ["0.5 m", 0, 0], sigma = "5 mm" }` (or a list of them). Many in one unit:
-//! `{ unit = "rad/s", values = [0.1, 0.2] }`. A direction is `"x"`, `"-z"` or any vector that is not zero: `[1, 1, 0]`.
+//! turns. One sigma for all: `{ value = ["0.5 m", 0, 0], sigma = "5 mm" }` (or a list of them); in %, components that are zero are known
+//! exactly. Many in one unit: `{ unit = "rad/s", values = [0.1, 0.2] }`. A direction is `"x"`, `"-z"` or any vector that is not zero:
+//! `[1, 1, 0]`.
 //!
 //! **Names** stand once in a file; a joint without a name has its body's. References to names may point anywhere in the file.
 //!
@@ -28,8 +31,14 @@
 //!
 //! ```toml
 //! [[body]]
+//! name = "hub"                            # no parent: inertial space
+//! mass = "400 kg"
+//! inertia = "320 kg*m^2"
+//! joint = { kind = "free" }
+//!
+//! [[body]]
 //! name = "link_1"
-//! parent = "hub"                          # absent: inertial space
+//! parent = "hub"
 //! mass = { value = "12.1 kg", sigma = "1 %" }   # without slosh masses, with undeformed appendages and locked wheels
 //! com = ["1.9 m", 0]                      # centre of mass in the body's axes, default its origin
 //! inertia = "17.27 kg*m^2"                # about the centre of mass; spatial [xx, yy, zz] or [xx, yy, zz, xy, xz, yz] (matrix elements)
@@ -37,14 +46,16 @@
 //! [body.joint]                            # or joint = { … }
 //! kind = "revolute"                       # "free" (no parent), "fixed", "revolute", "prismatic"
 //! name = "shoulder"
-//! axis = "z"                              # revolute in a plane: always z
+//! axis = "z"                              # revolute in a plane: always z. In the body's axes, so after orientation
 //! position = ["0.99 m", "0.99 m"]         # on the parent, default its origin
-//! orientation = { axis = "z", angle = "30 deg" }   # of the body's axes at angle zero, default none
+//! orientation = { axis = "z", angle = "30 deg" }   # of the body's axes at angle zero, in the parent's; default none
 //! friction = "0.1 N*m*s/rad"              # viscous; N*s/m for a prismatic joint. Default 0, as are
 //! rotor_inertia = "0 kg*m^2"              # reflected to the joint; a mass for a prismatic joint
 //! stiffness = "0 N*m/rad"                 # spring to
 //! rest = "0 deg"
 //! ```
+//!
+//! A body's origin is at its joint. Zero inertia (a point mass, a rod about its axis) is possible where nothing turns but with other inertia.
 //!
 //! ## Tanks and appendages
 //!
@@ -55,7 +66,7 @@
 //! mass = "28.7 kg"                        # of the slosh mass, which is not in the body's
 //! position = ["-0.45 m", "0.2 m"]         # of the mass at rest; of the pivot of a pendulum
 //! kind = "spring"
-//! axis = "y"                              # or axes = ["x", "y", "z"]
+//! axis = "y"                              # or axes = ["x", "y", "z"], independent
 //! stiffness = "0.16 N/m"                  # one for all axes, or a list
 //! damping = "0.03 N*s/m"                  # likewise, default 0
 //! # kind = "pendulum": rest = "-x" (from the pivot to the mass at rest), length = "0.6 m", damping = "0.25 N*m*s/rad"
@@ -69,8 +80,8 @@
 //! name = "bending_1"
 //! frequency = "1.0 Hz"
 //! damping_ratio = 0.005                   # or "0.5 %"
-//! translation = [0, "2.4 sqrt(kg)"]       # participation, default 0
-//! rotation = "10 sqrt(kg)*m"              # about the origin of the body's axes, default 0
+//! translation = [0, "2.4 sqrt(kg)"]       # participation, default 0: squares add up to less than the body's mass
+//! rotation = "10 sqrt(kg)*m"              # about the origin of the body's axes, default 0; squares: than its inertia
 //! shape.tip = [0, "0.63 1/sqrt(kg)"]      # displacement at each point
 //! ```
 //!
@@ -95,8 +106,11 @@
 //! | `body_torque` | body, direction (in a plane z) | N\*m |
 //! | `wheel` | body, axis (in a plane z), inertia, friction, initial_speed | N\*m |
 //! | `motor` | joint, constant [N\*m/A], gear (default 1), drive = "current" (default) or "voltage" with resistance [ohm] and back_emf [V\*s/rad] | A, V |
-//! | `prescribed_joint` | joint, what = "position", "rate" or "acceleration" | rad, m, … |
-//! | `prescribed_base` | direction, what | m, m/s, m/s^2 |
+//! | `prescribed_joint` | joint, what = "position", "rate" or "acceleration"; exact: no noise, range or controller | rad, m, … |
+//! | `prescribed_base` | direction (inertial axes), what; exact likewise | m, m/s, m/s^2 |
+//!
+//! Directions and positions are in the body's axes. A joint's torque turns the outboard body about +axis and the parent back. A wheel's command
+//! is the torque on the *body* about +axis: the rotor speeds up the other way.
 //!
 //! Terms of a signal; each is zero outside `begin` (default 0) … `end` (default never), and its time counts from `begin`:
 //!
@@ -137,21 +151,38 @@
 //! clock_skew = "20 ppm"
 //!
 //! [[sensor]]
+//! name = "shoulder_angle"
+//! kind = "encoder"
+//! joint = "shoulder"
+//! resolution = "19 bit"                   # quantisation: so many steps a turn; or a step, "10 urad"
+//!
+//! [[sensor]]
+//! name = "shoulder_rate"
+//! kind = "joint_rate"
+//! joint = "shoulder"
+//!
+//! [[sensor]]
 //! name = "imu_gyro"
 //! kind = "gyro"
 //! body = "hub"
-//! axis = "xyz"                            # three channels imu_gyro_x, imu_gyro_y, imu_gyro_z; or one direction
 //! noise = "0.09 deg/sqrt(h)"              # a density (unit·√s), or a standard deviation of one sample ("0.1 mrad/s"); default 0
 //! bias = { value = 0, sigma = "1 deg/h", scope = "per recording" }   # default 0, as are
 //! scale = "0 ppm"                         # reading = (1 + scale) value + bias
-//! misalignment = { axis = "y", angle = "0 deg" }
-//! resolution = 0                          # quantisation; of an angle also "19 bit" a turn
+//! resolution = 0
 //! delay = "0 ms"
 //! range = "10 deg/s"                      # default none, as are
 //! low_pass = "50 Hz"                      # first order
 //! period = "10 ms"                        # default: the record's
 //! reading = "instant"                     # or "mean" over the interval that begins at the stamp
 //! source = "imu_clock"                    # default: the record's clock
+//!
+//! [[sensor]]
+//! name = "imu_acceleration"
+//! kind = "accelerometer"
+//! body = "hub"
+//! position = ["0.5 m", "-0.3 m"]
+//! axis = "xy"                             # two channels imu_acceleration_x, imu_acceleration_y; or one direction
+//! misalignment = { axis = "z", angle = "0.1 deg" }   # turns the sensitive axis; not where there is none (joints, wheels, about z in a plane)
 //! ```
 //!
 //! | kind | its keys | channel |
@@ -163,26 +194,58 @@
 //! | `position`, `velocity` | body, position, axis of inertial space | m, m/s |
 //! | `wheel_speed` | actuator | rad/s |
 //!
+//! - `accelerometer`: specific force, acceleration − gravity, in body axes: at rest under `gravity = [0, "-9.81 m/s^2"]` it reads +9.81 along y.
+//! - `gyro`: rate against inertial space in body axes.
+//! - `attitude`: in a plane the angle against inertial space, counted over all turns; in space a component of the rotation vector from inertial
+//!   to body axes, at most π long: at π it jumps to −π.
+//! - `force`, `torque`: what the joint exerts on the outboard body, at the joint's origin, in the outboard body's axes, all paths together (bearing, drive,
+//!   spring, friction): a mass that hangs at rest reads −m g. About a revolute (along a prismatic) axis it is what is left when the rotor inertia is accelerated.
+//! - `joint_torque`: what the actuators of the joint apply, of an imposed motion what imposes it; springs, friction and the joint's effects are not in it.
+//! - `wheel_speed`: of the rotor relative to its body about +axis.
+//!
+//! In space the same keys are vectors of three:
+//!
+//! ```toml spatial
+//! format = 1
+//! name = "imu"
+//! space = "spatial"
+//!
+//! [[body]]
+//! name = "hub"
+//! mass = "400 kg"
+//! com = { value = ["1 cm", 0, "-2 cm"], sigma = "10 %" }
+//! inertia = ["66 kg*m^2", "70 kg*m^2", "90 kg*m^2", "2 kg*m^2", 0, 0]
+//! joint = { kind = "free" }
+//!
+//! [[sensor]]
+//! name = "gyro"
+//! kind = "gyro"
+//! body = "hub"
+//! axis = "xyz"                            # three channels gyro_x, gyro_y, gyro_z
+//! misalignment = { axis = "y", angle = "0.1 deg" }   # of all three, about y
+//! ```
+//!
 //! ## Surroundings, beginnings, running
 //!
 //! ```toml
 //! [environment]
-//! constant_force = ["1 mN", 0]
+//! constant_force = ["1 mN", 0]            # on the first free body, at its centre of mass, inertial axes; likewise
 //! constant_torque = "1e-4 N*m"
-//! gravity_gradient = { orbit_rate = "1.1e-3 rad/s", phase = "0 deg" }
-//! atmosphere = { density = "2e-12 kg/m^3", wind = ["7.6 km/s", 0] }
-//! magnetic_field = ["20 uT", 0]
+//! gravity_gradient = { orbit_rate = "1.1e-3 rad/s", phase = "0 deg" }   # phase: direction to the planet at t = 0, in x-y from x
+//! atmosphere = { density = "2e-12 kg/m^3", wind = ["7.6 km/s", 0] }     # felt only by effects: drag, linear_drag, magnus_lift (their
+//!                                         # coefficients include the density)
+//! magnetic_field = ["20 uT", 0]           # felt only by the effect residual_dipole
 //!
 //! [initial]
-//! momentum = "68 N*m*s"                   # about the centre of mass, which rests in the origin; overrides the first free body
+//! momentum = "68 N*m*s"                   # about the centre of mass, which rests in the origin; overrides the first body, which is free
 //! on_reference = true                     # controlled joints begin on their references
 //! "joint:shoulder" = { position = "10 deg", rate = "0 deg/s" }
 //! # also "body:NAME.x|y|z|rx|ry|rz" of a free body, "tank:NAME", "tank:NAME.2", "mode:NAME", "wheel:ACTUATOR"
 //!
-//! [[segment]]
+//! [[segment]]                             # none: one record from [initial] on
 //! name = "coast"
-//! begin = "100 s"
-//! end = "200 s"                           # default: the record's end
+//! begin = "10 s"
+//! end = "20 s"                            # default: the next segment's begin or the record's end
 //! initial = { "joint:shoulder" = { position = { value = 0, sigma = "1 deg", scope = "per segment" } } }
 //!
 //! [simulation]
@@ -195,13 +258,26 @@
 //! [[effect]]                              # `obsid effects` lists kinds, sites and parameters
 //! kind = "joint_coulomb"
 //! site = "joint:shoulder"
-//! torque = "0.2 N*m"
+//! force = "0.2 N*m"
+//!
+//! [[effect]]
+//! kind = "linear_drag"
+//! site = "body:hub"
+//!
+//! [[effect]]
+//! kind = "residual_dipole"
+//! site = "body:hub"
 //! ```
+//!
+//! Initial rates of a free body: `x`, `y`, `z` (of its origin) in inertial axes, `rx`, `ry`, `rz` in body axes; position `rx`, `ry`, `rz` is a rotation vector. A joint
+//! whose position is prescribed begins where that motion does. A segment's `initial` replaces `[initial]` as a whole; time between segments is not
+//! recorded; they do not overlap. On one line an effect is `joint_coulomb@joint:shoulder force=0.2`.
 
 mod bodies;
 mod effect_text;
 mod inputs;
 mod numbers;
+mod origin;
 mod outputs;
 mod run;
 mod section;
@@ -209,14 +285,14 @@ mod set_text;
 pub mod units;
 mod write;
 
-pub use effect_text::parse_effect;
-pub use set_text::set;
+pub use effect_text::{effect_warnings, parse_effect};
+pub use set_text::{set, set_all};
 pub use write::write;
 
 use crate::description::{Fault, Place, Plant, Space};
 use core::ops::Range;
+use origin::{Origin, locate};
 use section::{Finding, Reader, Section};
-use std::collections::BTreeMap;
 use toml::de::DeTable;
 
 /// Something in a plant file that cannot be used, or (as a warning) is not plausible.
@@ -261,13 +337,17 @@ pub fn parse(file_name: &str, text: &str) -> Result<Parsed, Vec<FileError>> {
     if !syntax.is_empty() {
         let finding = |error: &toml::de::Error| {
             let message = error.message().lines().collect::<Vec<_>>().join(", ");
-            Finding { span: error.span().unwrap_or(0..0), message, cure: "this is no TOML: https://toml.io".into() }
+            let span = error.span().unwrap_or(0..0);
+            let cure = syntax_cure(&message, text.get(span.clone()).unwrap_or(""));
+            Finding { span, message, cure }
         };
         return Err(located(syntax.iter().map(finding).collect()));
     }
     let reader = Reader::default();
     let (plant, origin) = read(&reader, document.get_ref(), text.len());
-    let (warnings, faults): (Vec<Fault>, Vec<Fault>) = plant.validate().into_iter().partition(|fault| fault.warning);
+    let readable = reader.findings.borrow().is_empty();
+    let (warnings, faults): (Vec<Fault>, Vec<Fault>) =
+        faults_of(&plant, reader.space.get(), readable).into_iter().partition(|fault| fault.warning);
     let mut errors = origin.findings(&reader, &plant, faults);
     errors.extend(reader.findings.take());
     if errors.is_empty() {
@@ -276,6 +356,27 @@ pub fn parse(file_name: &str, text: &str) -> Result<Parsed, Vec<FileError>> {
     } else {
         Err(located(errors))
     }
+}
+
+/// Faults of the plant; of its equations only where everything is `readable`. Where the space is not known, those that hold in both.
+fn faults_of(plant: &Plant, space: Option<Space>, readable: bool) -> Vec<Fault> {
+    if space.is_none() {
+        let other = Plant { space: Space::Spatial, ..plant.clone() }.faults_of_parts();
+        return plant.faults_of_parts().into_iter().filter(|fault| other.contains(fault)).collect();
+    }
+    let parts = plant.faults_of_parts();
+    if readable { plant.with_faults_of_equations(parts) } else { parts }
+}
+
+/// What to do about a text that is no TOML.
+fn syntax_cure(message: &str, at: &str) -> String {
+    if message.contains("duplicate key") || message.contains("cannot extend") || message.contains("redefine") {
+        let word = at.trim_matches(['[', ']', '"', ' ']);
+        return format!(
+            "'{word}' is defined once more here: a key stands once in a table, [[{word}]] begins a further table, [{word}] never repeats"
+        );
+    }
+    "this is no TOML: https://toml.io".into()
 }
 
 /// The plant as far as it can be read, with stand-ins for the rest.
@@ -294,7 +395,7 @@ fn read(reader: &Reader, document: &DeTable<'_>, length: usize) -> (Plant, Origi
     plant.sources = root.tables("source").iter_mut().map(outputs::source).collect();
     for (i, section) in root.tables("sensor").iter_mut().enumerate() {
         let channels = outputs::sensors(section, &plant);
-        origin.index.entry("sensor").or_default().extend(channels.iter().map(|_| i));
+        origin.put_channels(i, &channels);
         plant.sensors.extend(channels);
     }
     plant.controllers =
@@ -318,101 +419,9 @@ fn head(root: &Section<'_, '_>, plant: &mut Plant) {
     plant.name = root.required_text("name", "what the plant is called");
     plant.about = root.text("about").unwrap_or_default();
     let spaces = [("planar", Space::Planar), ("spatial", Space::Spatial)];
-    plant.space = root.word("space", &spaces, None).unwrap_or_default();
-    root.reader.space.set(plant.space);
-}
-
-/// Which table of the file each part of the plant came from, where the numbering differs.
-#[derive(Default)]
-struct Origin {
-    index: BTreeMap<&'static str, Vec<usize>>,
-}
-
-impl Origin {
-    /// Sorts bodies so that parents come first, else in file order; those in a circle stay at the end.
-    fn put_parents_first(&mut self, plant: &mut Plant) {
-        let mut waiting: Vec<usize> = (0..plant.bodies.len()).collect();
-        let mut order: Vec<usize> = Vec::with_capacity(waiting.len());
-        loop {
-            let bodies = &plant.bodies;
-            let placed = |name: &String| order.iter().any(|i| bodies[*i].name == *name);
-            let unknown = |name: &String| !bodies.iter().any(|body| body.name == *name);
-            let ready = |i: &usize| bodies[*i].parent.as_ref().is_none_or(|parent| placed(parent) || unknown(parent));
-            let Some(next) = waiting.iter().position(ready) else { break };
-            order.push(waiting.remove(next));
-        }
-        order.extend(waiting);
-        plant.bodies = order.iter().map(|i| plant.bodies[*i].clone()).collect();
-        self.index.insert("body", order);
-    }
-
-    /// Faults of the plant as findings in the text, without those that follow from a stand-in.
-    fn findings(&self, reader: &Reader, plant: &Plant, faults: Vec<Fault>) -> Vec<Finding> {
-        let mut said: BTreeMap<Place, usize> = BTreeMap::new();
-        let mut findings = Vec::new();
-        for Fault { mut place, message, cure, .. } in faults {
-            let index = place.index;
-            place.index = self.index.get(place.section).and_then(|of| of.get(index)).copied().unwrap_or(index);
-            // once for the three channels of one [[sensor]]
-            let first = *said.entry(place.clone()).or_insert(index);
-            if first == index && !is_stand_in(reader, &place) && !Self::follows(reader, plant, &place) {
-                findings.push(Finding { span: span_of(reader, &place), message, cure });
-            }
-        }
-        findings
-    }
-
-    /// Whether a controller is at fault only because its sensor has a stand-in for its kind.
-    fn follows(reader: &Reader, plant: &Plant, place: &Place) -> bool {
-        let controller = plant.controllers.get(place.index).filter(|_| place.section == "controller");
-        let sensor = controller.and_then(|of| match place.key.as_str() {
-            "position_sensor" => of.position_sensor.as_ref(),
-            "rate_sensor" => of.rate_sensor.as_ref(),
-            _ => None,
-        });
-        sensor.is_some_and(|name| reader.unsure.borrow().contains(name))
-    }
-}
-
-/// Whether the place, or what holds it, could not be read.
-fn is_stand_in(reader: &Reader, place: &Place) -> bool {
-    let poisoned = reader.poisoned.borrow();
-    enclosing(place).any(|place| poisoned.contains(&place))
-}
-
-/// Where the place stands; what holds it, where it is not written.
-fn span_of(reader: &Reader, place: &Place) -> Range<usize> {
-    let places = reader.places.borrow();
-    let whole = Place { key: String::new(), ..place.clone() };
-    enclosing(place).chain([whole]).find_map(|place| places.get(&place).cloned()).unwrap_or(0..0)
-}
-
-/// `joint.orientation.axis`, `joint.orientation`, `joint`.
-fn enclosing(place: &Place) -> impl Iterator<Item = Place> {
-    let mut key = Some(place.key.clone());
-    let place = place.clone();
-    core::iter::from_fn(move || {
-        let this = key.take().filter(|key| !key.is_empty())?;
-        key = this.rsplit_once('.').map(|(outer, _)| outer.to_owned());
-        Some(Place { key: this, ..place.clone() })
-    })
-}
-
-/// Findings with line and column, in the order of the text.
-fn locate(file: &str, text: &str, mut findings: Vec<Finding>) -> Vec<FileError> {
-    findings.sort_by_key(|finding| finding.span.start);
-    let error = |finding: Finding| {
-        let before = text.get(..finding.span.start).unwrap_or(text);
-        FileError {
-            file: file.to_owned(),
-            line: before.matches('\n').count() + 1,
-            column: before.rsplit('\n').next().unwrap_or("").chars().count() + 1,
-            message: finding.message,
-            cure: finding.cure,
-            span: finding.span,
-        }
-    };
-    findings.into_iter().map(error).collect()
+    let space = root.word("space", &spaces, None);
+    root.reader.space.set(space);
+    plant.space = space.unwrap_or_default();
 }
 
 #[cfg(test)]

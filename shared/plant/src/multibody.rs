@@ -15,6 +15,7 @@ mod base_parameters;
 mod carried;
 mod data;
 mod derivatives;
+mod floating;
 mod forward_dynamics;
 mod inertia;
 mod integration;
@@ -24,6 +25,7 @@ mod mass_matrix;
 mod model;
 mod momentum;
 mod momentum_span;
+mod planar;
 mod regressor;
 mod vector;
 
@@ -32,11 +34,12 @@ pub use base_parameters::{
 };
 pub use data::Data;
 pub use derivatives::inverse_dynamics_derivatives;
+pub use floating::float_at_momentum;
 pub use forward_dynamics::{
     forward_dynamics, forward_dynamics_after_kinematics, forward_dynamics_prescribed,
     forward_dynamics_prescribed_after_kinematics,
 };
-pub use integration::{integrate_position, position_rate};
+pub use integration::{integrate_position, position_rate, position_rate_after_kinematics};
 pub use inverse_dynamics::{inverse_dynamics, inverse_dynamics_after_kinematics};
 pub use kinematics::kinematics;
 pub use mass_matrix::mass_matrix;

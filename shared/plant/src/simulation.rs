@@ -27,7 +27,8 @@ pub use record::{Channel, Recording, record};
 pub use sensing::Sample;
 
 use crate::description::{ActuatorKind, Initial, Integrator, Plant};
-use crate::system::{System, Workspace};
+use crate::effects::apply_structures;
+use crate::system::{System, SystemError, Totals, Workspace};
 use control::Controllers;
 use dynamics::{Dynamics, Origin};
 use excitation::ExcitedClock;
@@ -81,7 +82,8 @@ pub struct SimulatorState {
     history: Option<History>,
 }
 
-/// Noise-free values at the present instant, i.e. of the beginning of the next period, with the inputs of the last one.
+/// Noise-free values at the present instant, i.e. of the beginning of the next period, with the inputs of the last one; momentum
+/// and energy: [`Simulator::totals`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth<'a> {
     pub time_s: f64,
@@ -117,8 +119,12 @@ impl Simulator {
         let settings = &plant.simulation;
         check_positive("simulation.period", settings.period_s)?;
         check_positive("simulation.step", settings.step_s)?;
+        let controllers = Controllers::new(plant)?;
+        // clocks, ranges and resolutions are read from the description
+        let mut built = plant.clone();
+        apply_structures(&mut built).map_err(SystemError::from)?;
+        let plant = &built;
         let system = System::new(plant)?;
-        let controllers = Controllers::new(plant, &system)?;
         let sensors = Sensors::new(plant, &system, seed, stream_prefix)?;
         let exact = settings.integrator == Integrator::ExactZeroOrderHold;
         // the exact hold needs no fine steps, and its bits should not depend on the sensors
@@ -179,6 +185,11 @@ impl Simulator {
         &self.row
     }
 
+    /// What the last period brought.
+    pub fn row(&self) -> &Row {
+        &self.row
+    }
+
     /// Plant time at the beginning of the next period [s].
     pub fn time_s(&self) -> f64 {
         self.time_at(self.state.sample)
@@ -195,6 +206,22 @@ impl Simulator {
         let time_s = self.time_s();
         self.dynamics.read(time_s, &self.state.x, &self.state.u, &mut self.y[0]);
         Truth { time_s, state: &self.state.x, readings: &self.y[0] }
+    }
+
+    /// Momentum and energy at the present instant, with the inputs of the last period.
+    pub fn totals(&mut self) -> Totals<f64> {
+        let Dynamics { system, workspace, .. } = &mut self.dynamics;
+        system.totals(workspace, &self.state.x, &self.state.u)
+    }
+
+    /// Whether there is more to simulate.
+    ///
+    /// # Errors
+    /// [`SimulationError::NotFinite`].
+    pub fn check_finite(&self) -> Result<(), SimulationError> {
+        let Some(at) = self.state.x.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+        let state = self.dynamics.system.states()[at].name.clone();
+        Err(SimulationError::NotFinite { time_s: self.time_s(), state })
     }
 
     /// The equations that are simulated.
@@ -237,13 +264,17 @@ impl Simulator {
         Ok(())
     }
 
-    /// Begins a new segment at `start_s` with its own initial state; nothing is commanded yet, filters and integrals are empty.
+    /// Begins a new segment at `start_s` with its own initial state; nothing is commanded yet, filters and integrals are empty. What
+    /// effects remember stays as it is: propellant that is gone is gone.
     ///
     /// # Errors
     /// A coordinate that does not exist.
     pub fn restart(&mut self, start_s: f64, initial: &Initial) -> Result<(), SimulationError> {
         let Dynamics { system, inputs, .. } = &self.dynamics;
-        self.state = start(&self.plant, system, &self.controllers, inputs, &self.sensors, (start_s, initial))?;
+        let mut state = start(&self.plant, system, &self.controllers, inputs, &self.sensors, (start_s, initial))?;
+        let hidden = system.hidden_states();
+        state.x[hidden.clone()].copy_from_slice(&self.state.x[hidden]);
+        self.state = state;
         self.history.clear();
         Ok(())
     }
@@ -269,8 +300,7 @@ impl Simulator {
             }
         }
         let Self { controllers, dynamics, feedback, state, row, period_s, .. } = self;
-        let plant = (&dynamics.system, &mut dynamics.workspace);
-        controllers.command(plant, clock, *period_s, feedback, &mut state.integrals, &mut row.commands);
+        controllers.command(clock, *period_s, feedback, &mut state.integrals, &mut row.commands);
         dynamics.inputs.begin_period(&mut state.inputs, clock, *period_s, state.sample, &mut row.commands);
     }
 

@@ -86,6 +86,8 @@ pub struct System {
     filters: Vec<Filter>,
     /// Per link, about its centre of mass, link axes.
     inertia_com: Vec<[[f64; 3]; 3]>,
+    /// What a reading of all sensors takes.
+    reach: sensors::Reach,
     /// Some actuator, environment or effect pushes bodies.
     pushed: bool,
     /// Per velocity coordinate: all but those of free joints.
@@ -130,6 +132,11 @@ impl System {
     /// Discrete filters of effects, in file order.
     pub fn filters(&self) -> &[Filter] {
         &self.filters
+    }
+
+    /// Where in the state the effects keep their own: consumption, bent bristles, turns of rotors.
+    pub fn hidden_states(&self) -> core::ops::Range<usize> {
+        self.layout.hidden_at()..self.layout.states_len()
     }
 
     /// Index of a joint with one degree of freedom, for [`JointReference`].

@@ -4,20 +4,18 @@
 //! reference it follows.
 
 use super::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
+use super::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
 use estimation::consistency::nees;
 use estimation::cramer_rao::FisherInformation;
 use estimation::total_least_squares::TotalLeastSquares;
 use nalgebra::{SMatrix, SVector};
 use physics::inertial_estimator::{InertialEstimator, InertialSettings};
 use physics::momentum::{ChannelSigma, MomentumSample, momentum_regressor, noisy_momentum_row};
-use plant::arm::{ArmMeasurement, ArmNoise, FreeFloatingArm};
-use plant::arm_parameters::{ArmParameters, Target};
-use plant::fourier_reference::FourierReference;
-use plant::sensor::random_walk_sample_sigma;
+use plant::arm_parameters::minimal_parameters;
+use plant::description::Plant;
 
-const PERIOD_S: f64 = 0.01;
-const H_CM_NMS: f64 = 68.0;
-const SAMPLES_PER_S: u32 = 100;
+/// The channels that momentum needs.
+const CHANNELS: [&str; 5] = ["gyro", "shoulder_rate", "elbow_rate", "shoulder_angle", "elbow_angle"];
 /// Where the recursive estimator starts, relative to the truth.
 const START_SHARE: f64 = 0.55;
 /// Prior: a number to start from, information 1e-6/a².
@@ -38,57 +36,61 @@ pub const FLIGHT: usize = 2;
 #[derive(Clone, Debug)]
 pub struct Inertial<const P: usize, const A: usize> {
     pub name: &'static str,
-    pub arm: ArmParameters,
-    pub reference: FourierReference,
-    pub seconds: u32,
+    /// With its controllers, sensors, initial momentum and duration.
+    pub plant: Plant,
     pub settings: InertialSettings<P>,
     /// How measurements become the estimator's samples.
-    pub wiring: fn(&ArmMeasurement) -> MomentumSample,
+    pub wiring: fn(MomentumSample) -> MomentumSample,
 }
 
 impl Inertial<8, 9> {
     /// Table II, trajectory B, 60 s, momentum exact.
     pub fn bp1a() -> Self {
-        Self::new("bp1a", ArmParameters::paper_table_ii(), FourierReference::trajectory_b(), 60)
+        Self::new("bp1a", built_in("free_floating_arm"))
     }
 }
 
 impl Inertial<9, 10> {
     /// The same arm holding 150 kg off its axis, 120 s.
     pub fn mated() -> Self {
-        let target = Target { mass_kg: 150.0, com_from_grasp_m: [0.60, 0.15], inertia_com_kg_m2: 40.0 };
-        let arm = ArmParameters::paper_table_ii().with_target(target);
-        Self::new("bp1a mated", arm, FourierReference::mated(), 120)
+        Self::new("bp1a mated", built_in("mated"))
     }
 }
 
 impl<const P: usize, const A: usize> Inertial<P, A> {
-    fn new(name: &'static str, arm: ArmParameters, reference: FourierReference, seconds: u32) -> Self {
+    fn new(name: &'static str, plant: Plant) -> Self {
         let settings = InertialSettings {
-            h_nms: H_CM_NMS,
+            h_nms: number(&plant, "initial.momentum.z"),
             sigma_h_nms: 0.0,
-            sigma: sigma(&ArmNoise::default()),
-            prior_alpha: truth(&arm) * START_SHARE,
+            sigma: sigma(&plant),
+            prior_alpha: truth(&plant) * START_SHARE,
             prior_relative_sd: PRIOR_RELATIVE_SD,
         };
-        Self { name, arm, reference, seconds, settings, wiring: momentum_sample }
-    }
-
-    fn simulator(&self, noise: &ArmNoise, seed: u64, record: usize) -> FreeFloatingArm {
-        let prefix = format!("record{record}.arm");
-        FreeFloatingArm::new(&self.arm, self.reference, noise, H_CM_NMS, PERIOD_S, seed, &prefix)
+        Self { name, plant, settings, wiring: |measured| measured }
     }
 
     /// What the sensors say.
-    pub fn record(&self, noise: &ArmNoise, seed: u64, record: usize) -> Vec<ArmMeasurement> {
-        let mut arm = self.simulator(noise, seed, record);
-        (0..self.seconds * SAMPLES_PER_S).map(|_| arm.step(true)).collect()
+    pub fn record(&self, seed: u64, record: usize) -> Vec<MomentumSample> {
+        let (mut simulator, channels) =
+            (simulator(&self.plant, seed, record), CHANNELS.map(|name| channel(&self.plant, name)));
+        let step = |_| {
+            let row = simulator.step();
+            let [omega0_z_rad_s, rate_1, rate_2, angle_1, angle_2] = channels.map(|channel| row.value(channel));
+            MomentumSample { omega0_z_rad_s, joint_rate_rad_s: [rate_1, rate_2], joint_angle_rad: [angle_1, angle_2] }
+        };
+        (0..periods(&self.plant)).map(step).collect()
     }
 
-    fn recursive(&self, record: &[ArmMeasurement]) -> InertialEstimator<P> {
+    /// What perfect sensors would say, the loop closed over them.
+    #[must_use]
+    pub fn noise_free(&self) -> Vec<MomentumSample> {
+        Self { plant: without_noise(&self.plant), ..self.clone() }.record(0, 0)
+    }
+
+    fn recursive(&self, record: &[MomentumSample]) -> InertialEstimator<P> {
         let mut estimator = InertialEstimator::new(&self.settings).expect("the momentum of the benchmark is known");
         for measurement in record {
-            estimator.push(&(self.wiring)(measurement)).expect("simulated samples are finite");
+            estimator.push(&(self.wiring)(*measurement)).expect("simulated samples are finite");
         }
         estimator
     }
@@ -98,25 +100,25 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
         let found = |i: usize| Found { value: estimate.alpha[i], sigma: Some(estimate.covariance[(i, i)].sqrt()) };
         Answer {
             found: (0..P).map(|i| Some(found(i))).collect(),
-            nees: nees(&(estimate.alpha - truth(&self.arm)), &estimate.covariance),
+            nees: nees(&(estimate.alpha - truth(&self.plant)), &estimate.covariance),
             spurious: 0,
         }
     }
 
-    fn least_squares(&self, record: &[ArmMeasurement]) -> LeastSquares<P> {
+    fn least_squares(&self, record: &[MomentumSample]) -> LeastSquares<P> {
         let mut sums = LeastSquares { yy: SMatrix::zeros(), yb: SVector::zeros() };
         for measurement in record {
-            let row = momentum_regressor::<P>(&(self.wiring)(measurement));
+            let row = momentum_regressor::<P>(&(self.wiring)(*measurement));
             sums.yy += row * row.transpose();
             sums.yb += row * self.settings.h_nms;
         }
         sums
     }
 
-    fn total_least_squares(&self, record: &[ArmMeasurement]) -> TotalLeastSquares<P, A> {
+    fn total_least_squares(&self, record: &[MomentumSample]) -> TotalLeastSquares<P, A> {
         let mut factor = TotalLeastSquares::default();
         for measurement in record {
-            factor.push(&momentum_regressor::<P>(&(self.wiring)(measurement)), self.settings.h_nms);
+            factor.push(&momentum_regressor::<P>(&(self.wiring)(*measurement)), self.settings.h_nms);
         }
         factor
     }
@@ -128,19 +130,11 @@ impl<const P: usize, const A: usize> Benchmark for Inertial<P, A> {
     }
 
     fn parameters(&self) -> Option<Vec<Parameter>> {
-        let (truth, sigma) = (truth::<P>(&self.arm), sigma(&ArmNoise::default()).in_channel_order());
+        let (truth, sigma) = (truth::<P>(&self.plant), sigma(&self.plant).in_channel_order());
         let mut information = FisherInformation::<P>::default();
-        let mut arm = self.simulator(&ArmNoise::none(), 0, 0);
-        for _ in 0..self.seconds * SAMPLES_PER_S {
-            let at = arm.truth();
-            let sample = MomentumSample {
-                omega0_z_rad_s: at.omega0_z_rad_s,
-                joint_rate_rad_s: at.joint_rate_rad_s,
-                joint_angle_rad: at.joint_angle_rad,
-            };
-            let row = noisy_momentum_row::<P>(&sample, H_CM_NMS, &sigma);
+        for sample in self.noise_free() {
+            let row = noisy_momentum_row::<P>(&sample, self.settings.h_nms, &sigma);
             information.push(&row.regressor, row.residual_variance(&truth));
-            arm.step(true);
         }
         let bound = information.sigmas()?;
         Some((0..P).map(|i| Parameter { name: NAMES[i], truth: truth[i], bound: bound[i] }).collect())
@@ -151,7 +145,7 @@ impl<const P: usize, const A: usize> Benchmark for Inertial<P, A> {
     }
 
     fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
-        let record = self.record(&ArmNoise::default(), seed, record);
+        let record = self.record(seed, record);
         let bare = |alpha: Option<SVector<f64, P>>| match alpha {
             Some(alpha) => Answer::bare(alpha.iter().copied()),
             None => Answer::none(P),
@@ -164,7 +158,7 @@ impl<const P: usize, const A: usize> Benchmark for Inertial<P, A> {
     }
 
     fn costs(&self) -> Vec<Cost> {
-        let record = self.record(&ArmNoise::default(), 0, 0);
+        let record = self.record(0, 0);
         let samples = record.len();
         vec![
             cost(samples, || self.least_squares(&record), |sums| sums.solve()),
@@ -185,27 +179,18 @@ impl<const P: usize> LeastSquares<P> {
     }
 }
 
-/// The simulator's minimal parameters, the first `P` of nine.
-pub fn truth<const P: usize>(arm: &ArmParameters) -> SVector<f64, P> {
-    let nine = arm.mated_inertial_parameters_truth();
+/// Minimal parameters of the arm that is simulated, the first `P` of nine.
+///
+/// # Panics
+/// The plant is no free-floating arm of two links.
+pub fn truth<const P: usize>(plant: &Plant) -> SVector<f64, P> {
+    let nine = minimal_parameters(plant).expect("the benchmark's plant is a free-floating arm of two links");
     SVector::from_fn(|i, _| nine[i])
 }
 
-/// Gyro, joint rates and joint angles, as sensors and estimator name them.
-pub fn momentum_sample(measured: &ArmMeasurement) -> MomentumSample {
-    MomentumSample {
-        omega0_z_rad_s: measured.omega0_z_rad_s,
-        joint_rate_rad_s: measured.joint_rate_rad_s,
-        joint_angle_rad: measured.joint_angle_rad,
-    }
-}
-
-/// Standard deviation of one sample; quantisation adds lsb²/12.
-pub fn sigma(noise: &ArmNoise) -> ChannelSigma {
-    let (angle, lsb) = (noise.joint_angle_sigma_rad, noise.joint_angle_lsb_rad);
-    ChannelSigma {
-        omega0_rad_s: random_walk_sample_sigma(noise.gyro_arw_rad_sqrt_s, PERIOD_S),
-        joint_rate_rad_s: [noise.joint_rate_sigma_rad_s; 2],
-        joint_angle_rad: [(angle * angle + lsb * lsb / 12.0).sqrt(); 2],
-    }
+/// Standard deviation of one sample of each sensor; quantisation adds lsb²/12.
+#[must_use]
+pub fn sigma(plant: &Plant) -> ChannelSigma {
+    let [omega0_rad_s, rate_1, rate_2, angle_1, angle_2] = CHANNELS.map(|name| sample_sigma(plant, name));
+    ChannelSigma { omega0_rad_s, joint_rate_rad_s: [rate_1, rate_2], joint_angle_rad: [angle_1, angle_2] }
 }

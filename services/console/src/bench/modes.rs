@@ -4,15 +4,15 @@
 //! amplitude, phase and bias of every channel unknown.
 
 use super::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
+use super::simulated::{built_in, number, periods, sample_sigma, simulator, without_noise};
+use crate::truth;
 use modal::{Config, ModalIdentifier, Mode};
 use nalgebra::{SMatrix, SVector};
 use physics::appendage::{ChannelAmplitude, FreeDecay, MODES, predicted_sigma};
-use plant::appendage::{ACCELEROMETER_SIGMA_M_S2, AppendageParameters, AppendageTruth, SENSORS, rectangular_pulse_nm};
+use plant::description::Plant;
 
-const RATE_HZ: f64 = 200.0;
-const SAMPLES: u32 = 1000;
-const PULSE_NM: f64 = 2.0;
-const PULSE_END_S: f64 = 1.0;
+/// Accelerometers along the appendage: all sensors of the plant.
+pub const SENSORS: usize = 10;
 /// An identified mode farther than this from every true one is not one of them.
 const SAME_MODE_SHARE: f64 = 0.05;
 const PARAMETERS: usize = 2 * MODES;
@@ -24,7 +24,8 @@ const METHODS: &[Method] = &[Method { name: "SSI-COV streaming", paper_percent: 
 /// An appendage and what the identifier is told.
 #[derive(Clone, Debug)]
 pub struct Modes {
-    pub appendage: AppendageParameters,
+    /// With its pulse of torque, accelerometers and duration.
+    pub plant: Plant,
     pub config: Config,
     /// Where the identifier's segment begins.
     pub segment_start_s: f64,
@@ -33,23 +34,34 @@ pub struct Modes {
 impl Modes {
     /// 2 Nm for one second, five seconds at 200 Hz; the identifier as it flies, order found by itself.
     pub fn bp3a() -> Self {
-        let config = Config::new(SENSORS, RATE_HZ);
-        Self { appendage: AppendageParameters::design(), config, segment_start_s: PULSE_END_S }
+        let plant = built_in("hub_appendage");
+        assert!(plant.sensors.len() == SENSORS);
+        let config = Config::new(SENSORS, rate_hz(&plant));
+        Self { config, segment_start_s: pulse_end_s(&plant), plant }
     }
 
     /// Accelerations of the whole record.
-    pub fn record(&self, sigma_m_s2: f64, seed: u64, record: usize) -> Vec<[f64; SENSORS]> {
-        let prefix = format!("record{record}.appendage");
-        let mut system = AppendageTruth::new(&self.appendage, RATE_HZ, sigma_m_s2, seed, &prefix);
-        let torque_nm = |k: u32| rectangular_pulse_nm(f64::from(k) / RATE_HZ, PULSE_NM, PULSE_END_S);
-        (0..SAMPLES).map(|k| system.step(torque_nm(k)).acceleration_m_s2).collect()
+    pub fn record(&self, seed: u64, record: usize) -> Vec<[f64; SENSORS]> {
+        let mut simulator = simulator(&self.plant, seed, record);
+        let step = |_| {
+            let row = simulator.step();
+            core::array::from_fn(|channel| row.value(channel))
+        };
+        (0..periods(&self.plant)).map(step).collect()
+    }
+
+    /// What perfect sensors would say from the end of the pulse on.
+    #[must_use]
+    pub fn noise_free_decay(&self) -> Vec<[f64; SENSORS]> {
+        let perfect = Self { plant: without_noise(&self.plant), ..self.clone() };
+        perfect.record(0, 0).split_off((pulse_end_s(&self.plant) * rate_hz(&self.plant)).round() as usize)
     }
 
     /// The record as the partition feeds it: the segment is closed while torque acts.
     fn flight(&self, record: &[[f64; SENSORS]]) -> ModalIdentifier {
         let mut identifier = ModalIdentifier::new(self.config.clone());
         identifier.close_segment();
-        let first = (self.segment_start_s * RATE_HZ).round() as usize;
+        let first = self.segment_start();
         for (k, sample) in record.iter().enumerate() {
             if k == first {
                 identifier.open_segment();
@@ -59,12 +71,23 @@ impl Modes {
         identifier
     }
 
-    fn truth(&self) -> [physics::appendage::Mode; MODES] {
-        let modes = self.appendage.modes();
-        core::array::from_fn(|k| physics::appendage::Mode {
-            frequency_hz: modes[k].frequency_hz,
-            damping_ratio: modes[k].damping_ratio,
-        })
+    /// Sample at which the identifier's segment begins.
+    fn segment_start(&self) -> usize {
+        (self.segment_start_s * rate_hz(&self.plant)).round() as usize
+    }
+
+    /// Modes of hub and appendage together.
+    ///
+    /// # Panics
+    /// The plant has not two modes.
+    #[must_use]
+    pub fn truth(&self) -> [physics::appendage::Mode; MODES] {
+        let found = truth::modes(&self.plant).expect("the benchmark's plant has modes");
+        let modes = found
+            .chunks_exact(2)
+            .map(|mode| physics::appendage::Mode { frequency_hz: mode[0], damping_ratio: mode[1] });
+        let modes: Vec<physics::appendage::Mode> = modes.collect();
+        modes.try_into().expect("the benchmark's appendage has two modes")
     }
 
     fn flight_answer(&self, identifier: &mut ModalIdentifier) -> Answer {
@@ -95,12 +118,10 @@ impl Modes {
 
     /// Amplitudes of the noise-free decay, by least squares on the true poles.
     fn amplitudes(&self) -> Option<Vec<ChannelAmplitude>> {
-        let record = self.record(0.0, 0, 0);
-        let decay = &record[(PULSE_END_S * RATE_HZ).round() as usize..];
-        let truth = self.truth();
+        let (decay, truth) = (self.noise_free_decay(), self.truth());
         let (mut gram, mut moments) = (SMatrix::<f64, 4, 4>::zeros(), [SVector::<f64, 4>::zeros(); SENSORS]);
         for (k, sample) in decay.iter().enumerate() {
-            let columns = decay_columns(&truth, k as f64 / RATE_HZ);
+            let columns = decay_columns(&truth, k as f64 / rate_hz(&self.plant));
             gram += columns * columns.transpose();
             for (moment, value) in moments.iter_mut().zip(sample) {
                 *moment += columns * *value;
@@ -121,8 +142,11 @@ impl Benchmark for Modes {
     }
 
     fn parameters(&self) -> Option<Vec<Parameter>> {
-        let samples = SAMPLES - (PULSE_END_S * RATE_HZ).round() as u32;
-        let decay = FreeDecay { samples, rate_hz: RATE_HZ, sigma_m_s2: ACCELEROMETER_SIGMA_M_S2 };
+        let decay = FreeDecay {
+            samples: self.noise_free_decay().len() as u32,
+            rate_hz: rate_hz(&self.plant),
+            sigma_m_s2: sample_sigma(&self.plant, "acceleration_1"),
+        };
         let truth = self.truth();
         let bound = predicted_sigma(&truth, &self.amplitudes()?, &decay)?;
         let numbers = |modes: &[physics::appendage::Mode; MODES]| {
@@ -138,15 +162,23 @@ impl Benchmark for Modes {
     }
 
     fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
-        let record = self.record(ACCELEROMETER_SIGMA_M_S2, seed, record);
+        let record = self.record(seed, record);
         vec![self.flight_answer(&mut self.flight(&record))]
     }
 
     fn costs(&self) -> Vec<Cost> {
-        let record = self.record(ACCELEROMETER_SIGMA_M_S2, 0, 0);
-        let first = (self.segment_start_s * RATE_HZ).round() as usize;
-        vec![cost(record.len() - first, || self.flight(&record), ModalIdentifier::identify)]
+        let record = self.record(0, 0);
+        vec![cost(record.len() - self.segment_start(), || self.flight(&record), ModalIdentifier::identify)]
     }
+}
+
+fn rate_hz(plant: &Plant) -> f64 {
+    1.0 / plant.simulation.period_s
+}
+
+/// The torque ends here, and the decay begins.
+fn pulse_end_s(plant: &Plant) -> f64 {
+    number(plant, "torque.command.1.width")
 }
 
 /// `e^{−σt}(cos ωt, sin ωt)` of both modes.

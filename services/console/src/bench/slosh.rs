@@ -6,6 +6,8 @@
 //! `a − f/m0 = −c* v0 − k* x0 + c*/(m0+ms) ∫f + k*/(m0+ms) ∬f`,  `c* = cs/μ`, `k* = ks/μ`, `ms = k*/a4 − m0`.
 
 use super::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
+use super::simulated::{built_in, channel, number, periods, sample_sigma, simulator};
+use crate::truth;
 use estimation::consistency::nees;
 use estimation::total_least_squares::TotalLeastSquares;
 use nalgebra::{Vector3, Vector4};
@@ -13,13 +15,9 @@ use physics::slosh::SloshParameters;
 use physics::slosh_arc::SloshSample;
 use physics::slosh_estimator::{SloshEstimator, SloshPlan, SloshSettings, predicted_sigma};
 use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
-use plant::sensor::random_walk_sample_sigma;
-use plant::slosh::{ACCELEROMETER_VRW_M_S_SQRT_S, SloshMeasurement, SloshTruth, sine_force_n};
+use plant::description::Plant;
 
-const INTERVAL_S: f64 = 0.1;
-const SAMPLES: u32 = 10_000;
-const AMPLITUDE_N: f64 = 44.0;
-const FREQUENCY_HZ: f64 = 0.01;
+const ACCELEROMETER: &str = "accelerometer";
 const PARAMETERS: usize = 3;
 const NAMES: [&str; PARAMETERS] = ["m_s", "k_s", "c_s"];
 
@@ -35,9 +33,10 @@ pub const SEED_FORM: usize = 0;
 pub const FLIGHT: usize = 1;
 
 /// A tank and what the estimator is told.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Slosh {
-    pub tank: plant::slosh::SloshParameters,
+    /// With its thrust, accelerometer and duration.
+    pub plant: Plant,
     pub settings: SloshSettings,
     /// Of one accelerometer sample, as the estimator believes.
     pub sigma_m_s2: f64,
@@ -48,41 +47,43 @@ pub struct Slosh {
 impl Slosh {
     /// Table V: 44 N at 0.01 Hz for 1000 s, sampled at 10 Hz, quiescent start.
     pub fn bp2() -> Self {
-        let tank = plant::slosh::SloshParameters::benchmark();
+        let plant = built_in("tank_1d");
         Self {
-            tank,
-            settings: SloshSettings { base_mass_kg: tank.m_0_kg, unknowns: SloshUnknowns::Parameters },
-            sigma_m_s2: random_walk_sample_sigma(ACCELEROMETER_VRW_M_S_SQRT_S, INTERVAL_S),
+            settings: SloshSettings { base_mass_kg: base_mass_kg(&plant), unknowns: SloshUnknowns::Parameters },
+            sigma_m_s2: sample_sigma(&plant, ACCELEROMETER),
             thrust_lag_samples: 0,
+            plant,
         }
     }
 
+    /// Mass, stiffness and damping of the slosh mass that is simulated.
     fn truth(&self) -> Vector3<f64> {
-        Vector3::new(self.tank.m_s_kg, self.tank.k_s_n_m, self.tank.c_s_n_s_m)
+        Vector3::from(truth::tank(&self.plant).expect("the benchmark's plant has one tank on a spring"))
     }
 
     /// Thrust and accelerometer, as the estimator receives them.
-    pub fn record(&self, seed: u64, record: usize) -> Vec<SloshMeasurement> {
-        let prefix = format!("record{record}.craft");
-        let mut craft = SloshTruth::new(&self.tank, INTERVAL_S, ACCELEROMETER_VRW_M_S_SQRT_S, seed, &prefix);
-        let force_n = |k: u32| sine_force_n((f64::from(k) + 0.5) * INTERVAL_S, AMPLITUDE_N, FREQUENCY_HZ);
-        let mut samples: Vec<SloshMeasurement> = (0..SAMPLES).map(|k| craft.step(force_n(k))).collect();
+    pub fn record(&self, seed: u64, record: usize) -> Vec<SloshSample> {
+        let (mut simulator, channel) = (simulator(&self.plant, seed, record), channel(&self.plant, ACCELEROMETER));
+        let step = |_| {
+            let row = simulator.step();
+            SloshSample {
+                interval_s: self.plant.simulation.period_s,
+                force_n: row.commands[0],
+                acceleration_m_s2: row.value(channel),
+                sigma_m_s2: self.sigma_m_s2,
+            }
+        };
+        let mut samples: Vec<SloshSample> = (0..periods(&self.plant)).map(step).collect();
         for k in (self.thrust_lag_samples..samples.len()).rev() {
             samples[k].force_n = samples[k - self.thrust_lag_samples].force_n;
         }
         samples
     }
 
-    fn flight(&self, record: &[SloshMeasurement]) -> Box<SloshEstimator> {
+    fn flight(&self, record: &[SloshSample]) -> Box<SloshEstimator> {
         let mut estimator = Box::new(SloshEstimator::new(self.settings));
-        for measured in record {
-            let sample = SloshSample {
-                interval_s: INTERVAL_S,
-                force_n: measured.force_n,
-                acceleration_m_s2: measured.acceleration_m_s2,
-                sigma_m_s2: self.sigma_m_s2,
-            };
-            estimator.push(&sample).expect("simulated samples are finite");
+        for sample in record {
+            estimator.push(sample).expect("simulated samples are finite");
         }
         estimator
     }
@@ -99,10 +100,11 @@ impl Slosh {
         }
     }
 
-    fn seed_form(&self, record: &[SloshMeasurement]) -> TotalLeastSquares<4, 5> {
-        let (dt, mut factor) = (INTERVAL_S, TotalLeastSquares::default());
+    fn seed_form(&self, record: &[SloshSample]) -> TotalLeastSquares<4, 5> {
+        let mut factor = TotalLeastSquares::default();
         let (mut velocity, mut impulse) = (Integrals::default(), Integrals::default());
-        for SloshMeasurement { force_n, acceleration_m_s2 } in record {
+        for SloshSample { interval_s, force_n, acceleration_m_s2, .. } in record {
+            let dt = *interval_s;
             let (v, x) = velocity.at_half(*acceleration_m_s2, dt);
             let (p, q) = impulse.at_half(*force_n, dt);
             factor.push(&Vector4::new(-v, -x, p, q), acceleration_m_s2 - force_n / self.settings.base_mass_kg);
@@ -130,13 +132,14 @@ impl Benchmark for Slosh {
         let truth = self.truth();
         let parameters = SloshParameters { slosh_mass_kg: truth[0], stiffness_n_m: truth[1], damping_n_s_m: truth[2] };
         let hypothesis = SloshHypothesis { parameters, ..Default::default() };
-        let settings = SloshSettings { base_mass_kg: self.tank.m_0_kg, unknowns: SloshUnknowns::Parameters };
+        let settings = SloshSettings { base_mass_kg: base_mass_kg(&self.plant), unknowns: SloshUnknowns::Parameters };
+        let interval_s = self.plant.simulation.period_s;
         let plan = SloshPlan {
-            amplitude_n: AMPLITUDE_N,
-            frequency_hz: FREQUENCY_HZ,
-            duration_s: f64::from(SAMPLES) * INTERVAL_S,
-            interval_s: INTERVAL_S,
-            velocity_random_walk_m_s_per_sqrt_s: ACCELEROMETER_VRW_M_S_SQRT_S,
+            amplitude_n: number(&self.plant, "thrust.command.1.amplitude"),
+            frequency_hz: number(&self.plant, "thrust.command.1.frequency"),
+            duration_s: self.plant.simulation.duration_s,
+            interval_s,
+            velocity_random_walk_m_s_per_sqrt_s: sample_sigma(&self.plant, ACCELEROMETER) * interval_s.sqrt(),
         };
         let bound = predicted_sigma(&hypothesis, &settings, &plan)?;
         Some((0..PARAMETERS).map(|i| Parameter { name: NAMES[i], truth: truth[i], bound: bound[i] }).collect())
@@ -160,6 +163,11 @@ impl Benchmark for Slosh {
     }
 }
 
+/// Of the craft without the slosh mass.
+fn base_mass_kg(plant: &Plant) -> f64 {
+    number(plant, "craft.mass")
+}
+
 /// First and second integral of a quantity held over each interval.
 #[derive(Clone, Copy, Default)]
 struct Integrals {
@@ -181,13 +189,13 @@ impl Integrals {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bench::simulated::without_noise;
 
     #[test]
     fn the_published_form_is_right_without_noise_so_its_failure_is_the_noise() {
         let slosh = Slosh::bp2();
-        let mut craft = SloshTruth::new(&slosh.tank, INTERVAL_S, 0.0, 0, "quiet");
-        let force_n = |k: u32| sine_force_n((f64::from(k) + 0.5) * INTERVAL_S, AMPLITUDE_N, FREQUENCY_HZ);
-        let record: Vec<SloshMeasurement> = (0..SAMPLES).map(|k| craft.step(force_n(k))).collect();
+        let quiet = Slosh { plant: without_noise(&slosh.plant), ..slosh.clone() };
+        let record = quiet.record(0, 0);
         let answer = slosh.seed_form_answer(&slosh.seed_form(&record));
         for (found, truth) in answer.found.iter().zip(slosh.truth().iter()) {
             let value = found.expect("generic").value;

@@ -53,6 +53,13 @@ pub enum ActuatorKind {
     PrescribedBase { base: Base, what: Prescribed },
 }
 
+impl ActuatorKind {
+    /// Imposes a motion; nothing else is an effort.
+    pub const fn is_imposed(&self) -> bool {
+        matches!(self, Self::PrescribedJoint { .. } | Self::PrescribedBase { .. })
+    }
+}
+
 /// An input of the plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuator {

@@ -24,6 +24,21 @@ impl Plant {
     }
 }
 
+impl EffectUse {
+    /// The same with every number of the catalogue's entry stated; absent ones get their default.
+    #[must_use]
+    pub(super) fn in_full(&self) -> Self {
+        let Some(entry) = effects::effect(&self.kind) else { return self.clone() };
+        let mut effect = self.clone();
+        for parameter in entry.parameters {
+            if !effect.values.iter().any(|(name, _)| name == parameter.name) {
+                effect.values.push((parameter.name.to_owned(), Quantity::known(parameter.default)));
+            }
+        }
+        in_catalogue_order(effect, entry).unwrap_or_else(|_| self.clone())
+    }
+}
+
 /// The catalogue's entry.
 ///
 /// # Errors
@@ -82,6 +97,27 @@ pub(crate) fn known_parameter<'e>(entry: &'e Effect, name: &str) -> Result<&'e e
         let known = entry.parameters.iter().map(|parameter| parameter.name);
         joined(format!("{} has no parameter '{name}'", entry.kind), &suggestion(name, "parameters", known))
     })
+}
+
+/// Values outside their plausible range: name, message, and what the number is.
+pub(crate) fn implausible<'u>(
+    plant: &Plant,
+    entry: &'static Effect,
+    effect: &'u EffectUse,
+) -> Vec<(&'u str, String, &'static str)> {
+    let mut list = Vec::new();
+    for (name, quantity) in &effect.values {
+        let Ok(parameter) = known_parameter(entry, name) else { continue };
+        let (value, low, high) = (quantity.value, parameter.low, parameter.high);
+        if value < low || value > high {
+            let unit = unit_at(plant, &effect.site, parameter.unit);
+            let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+            let of = format!("effect '{}'", entry.kind);
+            let message = format!("{name} = {value}{unit} of {of} is outside its plausible range {low} … {high}{unit}");
+            list.push((name.as_str(), message, parameter.what));
+        }
+    }
+    list
 }
 
 fn joined(message: String, cure: &str) -> String {

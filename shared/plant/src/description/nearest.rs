@@ -18,14 +18,16 @@ pub(crate) fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>)
     best.map(|(_, word)| word)
 }
 
-/// "did you mean 'x'?", or the whole list where nothing is near and it is short.
+/// "did you mean 'x'?", or the whole list where nothing is near and it is short; `what` in the plural.
 pub(crate) fn suggestion<'a>(given: &str, what: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    let known: Vec<&str> = known.into_iter().collect();
+    let mut known: Vec<&str> = known.into_iter().collect();
+    let mut seen = std::collections::BTreeSet::new();
+    known.retain(|word| seen.insert(*word));
     if let Some(word) = nearest(given, known.iter().copied()) {
         return format!("did you mean '{word}'?");
     }
     match known.len() {
-        0 => format!("there is no {what}"),
+        0 => format!("there are no {what}"),
         1..=12 => format!("known {what}: {}", known.join(", ")),
         _ => String::new(),
     }

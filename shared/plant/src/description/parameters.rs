@@ -1,7 +1,7 @@
 //! Every number of a plant by a stable, unique name with its unit: one visitor, from which listing and setting derive.
 //!
 //! Names are those of the file: `hub.mass`, `link_1.com.x`, `shoulder.friction`, `fuel.stiffness.x`, `bending_1.frequency`, `gyro.bias`,
-//! `effect.joint_coulomb@joint:shoulder.torque`, `initial.joint:shoulder.rate`. Components that a planar plant cannot have are left out.
+//! `effect.joint_coulomb@joint:shoulder.force`, `initial.joint:shoulder.rate`. Components that a planar plant cannot have are left out.
 
 use super::{
     Actuator, ActuatorKind, Appendage, Body, Controller, Drive, EffectUse, Environment, Initial, InitialValue,
@@ -30,10 +30,11 @@ pub enum ParameterError {
 }
 
 impl Plant {
-    /// Every number, in file order.
+    /// Every number, in file order; of effects also those that stand at the catalogue's default.
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut list = Vec::new();
-        self.clone().visit_quantities(&mut |name, unit, quantity| {
+        let effects = self.effects.iter().map(EffectUse::in_full).collect();
+        Self { effects, ..self.clone() }.visit_quantities(&mut |name, unit, quantity| {
             let (name, unit) = (name.to_owned(), unit.to_owned());
             list.push(Parameter { name, unit, value: quantity.value, sigma: quantity.sigma, scope: quantity.scope });
         });
@@ -48,14 +49,7 @@ impl Plant {
         if !value.is_finite() {
             return Err(ParameterError::NotFinite { name: name.to_owned(), value });
         }
-        let mut found = false;
-        self.visit_quantities(&mut |candidate, _, quantity| {
-            if candidate == name {
-                quantity.value = value;
-                found = true;
-            }
-        });
-        if found {
+        if self.put(name, value) || self.put_default(name, value) {
             return Ok(());
         }
         let parameters = self.parameters();
@@ -63,7 +57,37 @@ impl Plant {
         Err(ParameterError::Unknown { name: name.to_owned(), nearest: near.map(str::to_owned) })
     }
 
-    /// Calls `visit(name, SI unit, number)` for every number, in file order. Positions of sensors at points of appendages follow those
+    fn put(&mut self, name: &str, value: f64) -> bool {
+        let mut found = false;
+        self.visit_quantities(&mut |candidate, _, quantity| {
+            if candidate == name {
+                quantity.value = value;
+                found = true;
+            }
+        });
+        found
+    }
+
+    /// States a number of an effect that stood at its default.
+    fn put_default(&mut self, name: &str, value: f64) -> bool {
+        for i in 0..self.effects.len() {
+            let mut changed = self.clone();
+            changed.effects[i] = changed.effects[i].in_full();
+            if !changed.put(name, value) {
+                continue;
+            }
+            let stated: Vec<String> = self.effects[i].values.iter().map(|(key, _)| key.clone()).collect();
+            let new = |(key, _): &&(String, Quantity)| name.ends_with(&format!(".{key}"));
+            let keep = changed.effects[i].values.iter().find(new).map(|(key, _)| key.clone());
+            let mut values = core::mem::take(&mut changed.effects[i].values);
+            values.retain(|(key, _)| stated.contains(key) || keep.as_ref() == Some(key));
+            self.effects[i].values = values;
+            return true;
+        }
+        false
+    }
+
+    /// Calls `visit(name, SI unit, number)` for every number that is stated, in file order. Positions of sensors at points of appendages follow those
     /// points.
     pub fn visit_quantities(&mut self, visit: &mut dyn FnMut(&str, &str, &mut Quantity)) {
         let units = Units::of(self);
@@ -207,7 +231,10 @@ impl Visitor<'_> {
             self.vector(prefix, "atmosphere.wind", "m/s", &mut atmosphere.wind_m_s);
         }
         if let Some(field) = &mut environment.magnetic_field {
-            self.vector(prefix, "magnetic_field", "T", &mut field.field_t);
+            // a field may cross the plane
+            for (axis, quantity) in AXES.iter().zip(&mut field.field_t) {
+                self.one(prefix, &format!("magnetic_field.{axis}"), "T", quantity);
+            }
         }
     }
 
@@ -299,6 +326,9 @@ impl Visitor<'_> {
             | ActuatorKind::PrescribedBase { .. } => {}
         }
         self.signals(name, "command", unit, &mut actuator.command);
+        if actuator.kind.is_imposed() {
+            return; // it has neither noise nor range
+        }
         self.one(name, "noise", unit, &mut actuator.noise);
         actuator.range.iter_mut().for_each(|range| self.one(name, "range", unit, range));
     }
@@ -386,7 +416,9 @@ impl Visitor<'_> {
         }
         self.one(name, "bias", unit, &mut sensor.bias);
         self.one(name, "scale", "1", &mut sensor.scale);
-        self.one(name, "misalignment", "rad", &mut sensor.misalignment.angle_rad);
+        if sensor.kind.has_direction(self.planar) {
+            self.one(name, "misalignment", "rad", &mut sensor.misalignment.angle_rad);
+        }
         sensor.range.iter_mut().for_each(|range| self.one(name, "range", unit, range));
         self.one(name, "resolution", unit, &mut sensor.resolution);
         sensor.low_pass_hz.iter_mut().for_each(|cut_off| self.one(name, "low_pass", "Hz", cut_off));
@@ -420,9 +452,13 @@ impl Visitor<'_> {
     }
 }
 
-/// `x`, `y`, `z` where every axis is one of them, else numbers from 1.
+/// `x`, `y`, `z` where every axis is another one of them, either way; else numbers from 1.
 pub(super) fn axis_labels(axes: &[[f64; 3]]) -> Vec<String> {
-    let along = |axis: &[f64; 3]| (0..3).find(|i| (0..3).all(|k| axis[k] == f64::from(u8::from(k == *i))));
-    let named: Option<Vec<String>> = axes.iter().map(|axis| along(axis).map(|i| AXES[i].to_owned())).collect();
-    named.unwrap_or_else(|| (1..=axes.len()).map(|i| i.to_string()).collect())
+    let along = |axis: &[f64; 3]| (0..3).find(|i| (0..3).all(|k| axis[k].abs() == f64::from(u8::from(k == *i))));
+    let named: Option<Vec<usize>> = axes.iter().map(along).collect();
+    let named = named.filter(|named| named.iter().enumerate().all(|(i, axis)| !named[..i].contains(axis)));
+    named.map_or_else(
+        || (1..=axes.len()).map(|i| i.to_string()).collect(),
+        |named| named.iter().map(|i| AXES[*i].to_owned()).collect(),
+    )
 }

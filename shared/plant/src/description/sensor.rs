@@ -50,7 +50,7 @@ pub enum SensorKind {
     JointRate {
         joint: String,
     },
-    /// Torque [N m] or force [N] that acts in the joint's axis: what its actuators apply.
+    /// Torque [N m] or force [N] in the joint's axis that its actuators apply, or that imposes its motion; friction and springs are not in it.
     JointTorque {
         joint: String,
     },
@@ -85,6 +85,17 @@ pub enum SensorKind {
     WheelSpeed {
         actuator: String,
     },
+}
+
+impl SensorKind {
+    /// Whether it has a sensitive axis that a misalignment can turn; in a plane what turns about z has none.
+    pub const fn has_direction(&self, planar: bool) -> bool {
+        match self {
+            Self::Accelerometer { .. } | Self::Force { .. } | Self::Position { .. } | Self::Velocity { .. } => true,
+            Self::Gyro { .. } | Self::Torque { .. } | Self::Attitude { .. } => !planar,
+            Self::Encoder { .. } | Self::JointRate { .. } | Self::JointTorque { .. } | Self::WheelSpeed { .. } => false,
+        }
+    }
 }
 
 /// One scalar channel.

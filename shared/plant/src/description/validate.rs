@@ -2,9 +2,13 @@
 //!
 //! Holds for plants read from files and plants built in code; the file reader adds where in the text a place stands.
 
+mod beginnings;
 mod bodies;
+mod equations;
 mod inputs;
+mod limits;
 mod outputs;
+mod participation;
 mod run;
 
 use super::{Plant, Quantity, Space, suggestion};
@@ -28,6 +32,8 @@ pub struct Fault {
     pub cure: String,
     /// Not plausible, but possible.
     pub warning: bool,
+    /// Other places whose numbers make it so.
+    pub because_of: Vec<Place>,
 }
 
 impl core::fmt::Display for Fault {
@@ -39,19 +45,29 @@ impl core::fmt::Display for Fault {
 
 impl Plant {
     /// Every fault, in file order; a plant without errors (warnings aside) can be compiled and simulated.
+    ///
+    /// Cost: where its parts are possible, one compilation.
     pub fn validate(&self) -> Vec<Fault> {
+        let parts = self.faults_of_parts();
+        self.with_faults_of_equations(parts)
+    }
+
+    /// What is wrong with each part by itself and with its references.
+    pub(crate) fn faults_of_parts(&self) -> Vec<Fault> {
         let mut check = Check { plant: self, faults: Vec::new() };
         check.names();
         check.environment();
         check.bodies();
         check.tanks();
         check.appendages();
+        check.participation();
         check.actuators();
         check.controllers();
         check.sources();
         check.sensors();
         check.beginnings();
         check.simulation();
+        check.sizes();
         check.effects();
         check.faults
     }
@@ -98,8 +114,20 @@ enum Must {
 
 impl Check<'_> {
     fn fault(&mut self, at: &At, key: &str, message: impl Into<String>, cure: impl Into<String>) {
-        let fault = Fault { place: at.place(key), message: message.into(), cure: cure.into(), warning: false };
-        self.faults.push(fault);
+        let (place, message, cure) = (at.place(key), message.into(), cure.into());
+        self.faults.push(Fault { place, message, cure, warning: false, because_of: Vec::new() });
+    }
+
+    fn warn(&mut self, at: &At, key: &str, message: impl Into<String>, cure: impl Into<String>) {
+        let (place, message, cure) = (at.place(key), message.into(), cure.into());
+        self.faults.push(Fault { place, message, cure, warning: true, because_of: Vec::new() });
+    }
+
+    /// The last fault also hangs on other numbers.
+    fn because_of(&mut self, places: impl IntoIterator<Item = Place>) {
+        if let Some(fault) = self.faults.last_mut() {
+            fault.because_of.extend(places);
+        }
     }
 
     fn number(&mut self, at: &At, key: &str, quantity: &Quantity, must: Must) {
@@ -192,7 +220,7 @@ impl Check<'_> {
         if names.contains(&name) {
             return true;
         }
-        let near = suggestion(name, kind, names);
+        let near = suggestion(name, &plural(kind), names);
         self.fault(at, key, format!("{} names the {kind} '{name}', which does not exist", at.what), near);
         false
     }
@@ -211,12 +239,20 @@ impl Check<'_> {
     /// A joint with one degree of freedom.
     fn moving_joint(&mut self, at: &At, key: &str, name: &str) {
         let plant = self.plant;
-        if self.known_joint(at, key, name) {
-            let moves = plant.sites(super::SiteKind::Joint).iter().any(|site| site.name == name);
-            if !moves {
-                let message = format!("{} needs a revolute or prismatic joint; '{name}' is neither", at.what);
-                self.fault(at, key, message, "");
-            }
+        let moving: Vec<String> = plant.sites(super::SiteKind::Joint).into_iter().map(|site| site.name).collect();
+        let rigid = plant.joint(name).is_some() && !moving.iter().any(|joint| joint == name);
+        if rigid {
+            let message = format!("{} needs a revolute or prismatic joint; '{name}' is neither", at.what);
+            let cure = if moving.is_empty() { String::new() } else { format!("such are: {}", moving.join(", ")) };
+            self.fault(at, key, message, cure);
+        } else {
+            self.known(at, key, "joint", name, moving.iter());
+        }
+    }
+
+    fn name(&mut self, at: &At, key: &str, kind: &str, name: &str) {
+        if name.is_empty() || name.contains(|c: char| c.is_whitespace() || c.is_control() || ":@.=,#\"'".contains(c)) {
+            self.fault(at, key, format!("'{name}' cannot name a {kind}"), "a name has letters, digits, '_' and '-'");
         }
     }
 
@@ -224,19 +260,26 @@ impl Check<'_> {
     fn names(&mut self) {
         let mut seen: std::collections::BTreeMap<&str, String> = std::collections::BTreeMap::new();
         for (at, key, name) in named_things(self.plant) {
-            if name.is_empty() || name.contains(|c: char| c.is_whitespace() || ":@.=,#\"'".contains(c)) {
-                let message = format!("'{name}' cannot name a {}", at.section);
-                self.fault(&at, key, message, "a name has letters, digits, '_' and '-'");
-            }
+            self.name(&at, key, at.section, name);
             let what = if key == "joint.name" { format!("the joint of {}", at.what) } else { at.what.clone() };
             if let Some(other) = seen.get(name) {
-                let message = format!("the name '{name}' is given twice: to {other} and to {what}");
+                let message = if *other == what {
+                    format!("more than one {} is called '{name}'", at.section)
+                } else {
+                    format!("the name '{name}' is given twice: to {other} and to {what}")
+                };
                 self.fault(&at, key, message, "every name stands once in a plant");
             } else {
                 seen.insert(name, what);
             }
         }
     }
+}
+
+/// "bodies", "points of 'panel'".
+fn plural(kind: &str) -> String {
+    let (noun, rest) = kind.split_once(' ').map_or((kind, String::new()), |(noun, rest)| (noun, format!(" {rest}")));
+    noun.strip_suffix('y').map_or_else(|| format!("{noun}s{rest}"), |stem| format!("{stem}ies{rest}"))
 }
 
 /// Also of what is no number.

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: effort,
     parameters: &[EffectParameter::new("bias", "*", [-10.0, 10.0], 0.01, "offset b of what acts")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "u_acting = u + b; offset of a converter or current sensor.",

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: effort,
     parameters: &[EffectParameter::new("half_width", "*", [0.0, 10.0], 0.01, "magnitude b of command that is lost")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "u_acting = u - b sgn u where |u| > b, else 0; amplifier threshold, valve overlap (Tao and Kokotovic 1996).",

@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: effort,
     parameters: &[EffectParameter::new("delay", "s", [0.0, 1.0], 0.01, "dead time d")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::ActuatorFilter(filter),
     what: "u_acting(t) = u(t - d), by splitting the held intervals; bus cycles, valve opening.",

@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: effort,
     parameters: &[EffectParameter::new("time_constant", "s", [0.0, 2.0], 0.01, "time constant T")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::ActuatorFilter(filter),
     what: "u_acting / u = 1 / (T s + 1); winding inductance, current loop, valve and chamber filling.",

@@ -14,10 +14,11 @@ pub static EFFECT: Effect = Effect {
     parameters: &[EffectParameter::new(
         "inverse_limit",
         "1/*",
-        [0.0, 1e3],
+        [0.0, 1e5],
         1.0,
         "one over the largest magnitude that acts",
     )],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "u_acting = u clipped to 1/inverse_limit; current limit, supply voltage, blow-down. The inverse is the amplitude: zero is no limit.",

@@ -14,6 +14,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("natural_period", "s", [0.0, 5.0], 0.05, "undamped natural period; zero: ideal"),
         EffectParameter::new("damping_ratio", "1", [0.05, 2.0], 0.7, "damping ratio"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::ActuatorFilter(filter),
     what: "u_acting / u = w^2 / (s^2 + 2 z w s + w^2), w = 2 pi / period; a wheel's or joint's inner loop. The period is the amplitude: \

@@ -13,6 +13,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[EffectParameter::new("coefficient", "N m s^2/rad^2", [0.0, 100.0], 1e-3, "coefficient c")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "T = -c |w| w; air drag of panels on a turning body.",

@@ -18,6 +18,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "direction of its motion, towards body z"),
         EffectParameter::new("lever", "m", [-20.0, 20.0], 0.0, "participation of rotation over that of translation"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "One hub-locked mode: participation of translation sqrt(mass_share m) along the direction, of rotation `lever` times that about the \

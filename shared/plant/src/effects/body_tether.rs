@@ -18,6 +18,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("rest_y", "m", [-100.0, 100.0], 0.0, "rest position, inertial y"),
         EffectParameter::new("rest_z", "m", [-100.0, 100.0], 0.0, "rest position, inertial z"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "F = -k (r - r0) on the body's origin; power and data cables of an air-bearing vehicle, soft suspension of a ground test.",

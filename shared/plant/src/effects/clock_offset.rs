@@ -9,6 +9,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: applies::first_of_its_clock,
     parameters: &[EffectParameter::new("offset", "s", [-1.0, 1.0], 0.01, "stamp minus true time")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "Stamped time = (1 + skew) t + offset, for every sensor of the clock; a sensor without a source gets a clock of its own.",

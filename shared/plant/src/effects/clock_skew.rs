@@ -9,6 +9,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: applies::first_of_its_clock,
     parameters: &[EffectParameter::new("skew", "1", [-0.01, 0.01], 1e-4, "relative error of the clock's rate")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "Stamped time = (1 + skew) t + offset, for every sensor of the clock; a sensor without a source gets a clock of its own.",

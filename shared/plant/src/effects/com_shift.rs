@@ -1,7 +1,6 @@
 //! A centre of mass that is elsewhere.
 
 use super::applies::anywhere;
-use super::geometry::direction;
 use super::{Effect, EffectParameter, Law, parts};
 use crate::description::{Plant, Site, SiteKind};
 
@@ -11,10 +10,11 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("shift", "m", [-1.0, 1.0], 0.01, "distance between true and stated centre of mass"),
-        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its direction, from body x towards y"),
-        EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "its direction, towards body z"),
+        EffectParameter::new("shift_x", "m", [-1.0, 1.0], 0.01, "true minus stated centre of mass, body x"),
+        EffectParameter::new("shift_y", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body y"),
+        EffectParameter::new("shift_z", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body z"),
     ],
+    amplitudes: 3,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "c -> c + d; the inertia about the centre of mass stays. Propellant that moved, a payload held otherwise than planned.",
@@ -24,12 +24,13 @@ pub static EFFECT: Effect = Effect {
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
-    if p[0] == 0.0 {
+    if p[..3] == [0.0; 3] {
         return Ok(());
     }
+    let axes = parts::axes(plant);
     let body = parts::body_mut(plant, &site.name)?;
-    for (com, component) in body.com_m.iter_mut().zip(direction(p[1], p[2])) {
-        com.value += p[0] * component;
+    for (com, component) in body.com_m.iter_mut().zip(&p[..axes]) {
+        com.value += component;
     }
     Ok(())
 }

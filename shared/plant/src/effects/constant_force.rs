@@ -1,7 +1,7 @@
 //! A force that stays.
 
 use super::applies::anywhere;
-use super::geometry::{constant, direction, push, to_body};
+use super::geometry::{constant, push, to_body};
 use super::law::both;
 use super::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
@@ -13,20 +13,21 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "N", [-1e3, 1e3], 0.05, "force F"),
-        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its direction, from inertial x towards y"),
-        EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "its direction, towards inertial z"),
+        EffectParameter::new("force_x", "N", [-1e3, 1e3], 0.05, "force F, inertial x"),
+        EffectParameter::new("force_y", "N", [-1e3, 1e3], 0.0, "force F, inertial y"),
+        EffectParameter::new("force_z", "N", [-1e3, 1e3], 0.0, "force F, inertial z"),
     ],
+    amplitudes: 3,
     hidden_states: 0,
     law: Law::Body(both!(law)),
-    what: "F along a direction of inertial space, at the centre of mass; drag in orbit, a tow, a wind.",
+    what: "F fixed in inertial space, at the centre of mass; drag in orbit, a tow, a wind.",
     signature: "Velocity grows linearly, without torque.",
     confounders: "sensor_bias of the accelerometer on that axis (visible share 0.01), actuator_bias, thruster_leak, gravity_error.",
     experiment: "Turn the body: a bias turns with it, the force does not. A velocity or position sensor on that axis.",
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
-    let force = to_body(local, constant(direction(p[1], p[2]))).map(|f| f.scale(p[0]));
+    let force = to_body(local, constant([p[0], p[1], p[2]]));
     push(&mut action.wrench, local.surroundings.body_com_m, force, [T::zero(); 3]);
 }
 

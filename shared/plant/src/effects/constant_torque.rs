@@ -1,7 +1,7 @@
 //! A torque that stays.
 
 use super::applies::anywhere;
-use super::geometry::{constant, direction, push, to_body};
+use super::geometry::{constant, push, to_body};
 use super::law::both;
 use super::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
@@ -13,26 +13,21 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("torque", "N m", [-1e3, 1e3], 0.01, "torque T"),
-        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its axis, from inertial x towards y"),
-        EffectParameter::new(
-            "elevation",
-            "rad",
-            [-1.6, 1.6],
-            core::f64::consts::FRAC_PI_2,
-            "its axis, towards inertial z",
-        ),
+        EffectParameter::new("torque_x", "N m", [-1e3, 1e3], 0.0, "torque T, inertial x"),
+        EffectParameter::new("torque_y", "N m", [-1e3, 1e3], 0.0, "torque T, inertial y"),
+        EffectParameter::new("torque_z", "N m", [-1e3, 1e3], 0.01, "torque T, inertial z"),
     ],
+    amplitudes: 3,
     hidden_states: 0,
     law: Law::Body(both!(law)),
-    what: "T about an axis of inertial space; what is left of solar pressure, drag and magnetic torques over a short arc.",
+    what: "T fixed in inertial space; what is left of solar pressure, drag and magnetic torques over a short arc.",
     signature: "Rate grows linearly, or a wheel takes up momentum.",
     confounders: "actuator_bias, gravity_gradient and residual_dipole over a short arc, sensor_drift of the gyro.",
     experiment: "A longer arc; another attitude.",
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
-    let torque = to_body(local, constant(direction(p[1], p[2]))).map(|t| t.scale(p[0]));
+    let torque = to_body(local, constant([p[0], p[1], p[2]]));
     push(&mut action.wrench, [0.0; 3], [T::zero(); 3], torque);
 }
 
@@ -46,7 +41,7 @@ mod tests {
         let mut state = Trial::default();
         state.body.rotation = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
         assert_eq!(state.wrench(&EFFECT, &[2.0, 0.0, 0.0]), [0.0, -2.0, 0.0, 0.0, 0.0, 0.0]);
-        let up = state.wrench(&EFFECT, &[2.0, 0.0, core::f64::consts::FRAC_PI_2]);
+        let up = state.wrench(&EFFECT, &[0.0, 0.0, 2.0]);
         assert!((up[2] - 2.0).abs() < 1e-15 && up[0].abs() < 1e-15 && up[1].abs() < 1e-15); // cos(π/2) = 6e-17
     }
 }

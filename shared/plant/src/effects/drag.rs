@@ -1,4 +1,4 @@
-//! Drag with the square of the speed.
+//! Aerodynamic drag at a centre of pressure.
 
 use super::applies::anywhere;
 use super::geometry::{norm, push, velocity_through_medium};
@@ -9,29 +9,34 @@ use crate::real::Real;
 
 pub static EFFECT: Effect = Effect {
     kind: "drag",
-    title: "Quadratic drag",
+    title: "Aerodynamic drag at a centre of pressure",
     sites: &[SiteKind::Body],
     applies: anywhere,
-    parameters: &[EffectParameter::new(
-        "coefficient",
-        "kg/m",
-        [0.0, 10.0],
-        1e-2,
-        "half density x drag coefficient x area",
-    )],
+    parameters: &[
+        EffectParameter::new("area", "m^2", [0.0, 1e3], 1.0, "drag coefficient x area"),
+        EffectParameter::new("arm_x", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body x"),
+        EffectParameter::new("arm_y", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body y"),
+        EffectParameter::new("arm_z", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body z"),
+        EffectParameter::new("density", "kg/m^3", [0.0, 1.5], 1e-11, "density, where the environment states none"),
+    ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
-    what: "F = -1/2 rho c_d A |v| v at the centre of mass, v through the medium (wind of the environment); Newton 1687, Rayleigh 1876. A \
-           falling ball, a pendulum's bob, an air-bearing vehicle.",
-    signature: "Deceleration with the square of speed, terminal speed sqrt(m g / coefficient).",
-    confounders: "linear_drag at one speed, joint_quadratic_damping of the joint that carries the body, constant_force in orbit.",
-    experiment: "Two speeds; on orbit, coast at two attitudes.",
+    what: "F = -1/2 rho c_d A |v| v at the centre of pressure, v of the centre of mass through the medium; density and wind of the \
+           environment; Newton 1687, Montenbruck and Gill 2000. 1e-11 kg/m^3 is some 350 km above the Earth.",
+    signature: "Deceleration with the square of speed; a torque that turns with attitude, where the centre of pressure is aside.",
+    confounders: "quadratic_drag (the same without an arm); linear_drag at one speed; constant_force, constant_torque and solar_pressure in \
+                  orbit at one attitude.",
+    experiment: "Coast at two attitudes, at two speeds.",
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
+    let told = local.surroundings;
+    let density = if told.density_kg_m3 > 0.0 { told.density_kg_m3 } else { p[4] };
     let velocity = velocity_through_medium(local);
-    let size = norm(velocity).scale(-p[0]);
-    push(&mut action.wrench, local.surroundings.body_com_m, velocity.map(|v| v * size), [T::zero(); 3]);
+    let size = norm(velocity).scale(-0.5 * density * p[0]);
+    let at = core::array::from_fn(|i| told.body_com_m[i] + p[1 + i]);
+    push(&mut action.wrench, at, velocity.map(|v| v * size), [T::zero(); 3]);
 }
 
 #[cfg(test)]
@@ -40,28 +45,22 @@ mod tests {
     use crate::effects::trial::Trial;
 
     #[test]
-    fn at_terminal_speed_drag_carries_the_weight() {
-        let (m, g, coefficient) = (2.0, 9.81, 0.05f64);
+    fn drag_takes_the_density_of_the_environment_and_turns_a_body_about_its_centre_of_mass() {
         let mut state = Trial::default();
-        state.body.velocity_m_s = [0.0, -(m * g / coefficient).sqrt(), 0.0];
-        let w = state.wrench(&EFFECT, &[coefficient]);
-        assert!((w[4] - m * g).abs() < 1e-13); // rounding
+        state.body.velocity_m_s = [4.0, 0.0, 0.0];
+        state.surroundings.body_com_m = [0.0, 1.0, 0.0];
+        let p = [0.5, 0.0, 0.25, 0.0, 2.0];
+        assert_eq!(state.wrench(&EFFECT, &p), [0.0, 0.0, 10.0, -8.0, 0.0, 0.0]); // 1/2 2 0.5 16 N at y = 1.25 m
+        state.surroundings.density_kg_m3 = 1.0;
+        assert_eq!(state.wrench(&EFFECT, &p)[3], -4.0);
     }
 
     #[test]
-    fn in_still_air_drag_never_drives() {
-        for k in 0..300 {
+    fn without_an_arm_drag_never_drives_in_still_air() {
+        for k in 0..100 {
             let mut state = Trial::random(k);
             state.surroundings.wind_m_s = [0.0; 3];
-            assert!(state.body_power(&EFFECT, &[0.7]) <= 0.0);
+            assert!(state.body_power(&EFFECT, &[0.5, 0.0, 0.0, 0.0, 1.0]) <= 1e-9);
         }
-    }
-
-    #[test]
-    fn a_body_that_drifts_with_the_wind_feels_none() {
-        let mut state = Trial::default();
-        state.surroundings.wind_m_s = [3.0, -1.0, 0.0];
-        state.body.velocity_m_s = [3.0, -1.0, 0.0];
-        assert_eq!(state.wrench(&EFFECT, &[0.7]), [0.0; 6]);
     }
 }

@@ -13,9 +13,10 @@ pub static EFFECT: Effect = Effect {
     applies: encoder,
     parameters: &[
         EffectParameter::new("amplitude", "*", [0.0, 0.05], 1e-3, "amplitude A"),
-        EffectParameter::new("order", "rad/*", [0.5, 1e4], 1.0, "periods per turn, or radians per metre"),
+        EffectParameter::new("order", "rad/*", [0.5, 1e6], 1.0, "periods per turn, or radians per metre"),
         EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at zero reading"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
     what: "y = q + A sin(N q + phase); eccentric disc (order 1), interpolation error (order of its lines), resolver (order 2).",

@@ -62,6 +62,18 @@ pub fn push<T: Real>(wrench: &mut [T; 6], at_m: [f64; 3], force_n: [T; 3], torqu
     }
 }
 
+/// What counts as firing of what acts: thrusters push one way, so that their noise cancels in an integral; of a force that pushes both
+/// ways only what stands out of its noise counts.
+pub fn fired<T: Real>(value: T, one_sided: bool, quiet: f64) -> T {
+    if one_sided {
+        value
+    } else if value.value().abs() > quiet {
+        value.abs()
+    } else {
+        T::zero()
+    }
+}
+
 /// Velocity of the body's centre of mass through the medium, body axes [m/s].
 pub fn velocity_through_medium<T: Real>(local: &Local<'_, T>) -> [T; 3] {
     let com = constant(local.surroundings.body_com_m);

@@ -1,7 +1,6 @@
 //! A base that is not level.
 
-use super::geometry::direction;
-use super::{Effect, EffectParameter, Law};
+use super::{Effect, EffectParameter, Law, parts};
 use crate::description::{Plant, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {
@@ -10,10 +9,11 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: first_body,
     parameters: &[
-        EffectParameter::new("acceleration", "m/s^2", [-2.0, 2.0], 0.01, "true minus stated gravity"),
-        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its direction, from inertial x towards y"),
-        EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "its direction, towards inertial z"),
+        EffectParameter::new("acceleration_x", "m/s^2", [-2.0, 2.0], 0.01, "true minus stated gravity, inertial x"),
+        EffectParameter::new("acceleration_y", "m/s^2", [-2.0, 2.0], 0.0, "true minus stated gravity, inertial y"),
+        EffectParameter::new("acceleration_z", "m/s^2", [-2.0, 2.0], 0.0, "true minus stated gravity, inertial z"),
     ],
+    amplitudes: 3,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "g -> g + dg for the whole plant; a tilt e of the base across gravity is dg = g sin e (1 mrad: 9.8 mm/s^2). Sits at the first body.",
@@ -27,11 +27,12 @@ fn first_body(plant: &Plant, site: &Site) -> bool {
 }
 
 fn build(plant: &mut Plant, _: &Site, p: &[f64]) -> Result<(), String> {
-    if p[0] == 0.0 {
+    if p[..3] == [0.0; 3] {
         return Ok(());
     }
-    for (gravity, component) in plant.environment.gravity_m_s2.iter_mut().zip(direction(p[1], p[2])) {
-        gravity.value += p[0] * component;
+    let axes = parts::axes(plant);
+    for (gravity, component) in plant.environment.gravity_m_s2.iter_mut().zip(&p[..axes]) {
+        gravity.value += component;
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("torque", "N m", [0.0, 10.0], 0.01, "largest torque A = 3/2 n^2 dI"),
+        EffectParameter::new("torque", "N m", [0.0, 10.0], 5e-4, "largest torque A = 3/2 n^2 dI"),
         EffectParameter::new("axis_azimuth", "rad", [-3.2, 3.2], 0.0, "axis of least inertia, from body x towards y"),
         EffectParameter::new("axis_elevation", "rad", [-1.6, 1.6], 0.0, "axis of least inertia, towards body z"),
         EffectParameter::new("orbit_rate", "rad/s", [0.0, 2e-3], 1.1e-3, "n, added to what the environment states"),
@@ -25,6 +25,7 @@ pub static EFFECT: Effect = Effect {
             "direction to the planet at t = 0, added likewise",
         ),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "T = 3 n^2 r x I r = -2 A (r.b) (r x b), r to the planet, b the long axis; in the plane -A sin 2(theta - theta_planet). Wertz 1978. \
@@ -75,6 +76,8 @@ mod tests {
             let b = direction(0.3, 0.7);
             let no_hidden: [f64; 0] = [];
             let local = crate::effects::Local {
+                displacement: [0.0; 3],
+                displacement_rate: [0.0; 3],
                 t_s: 0.0,
                 coordinate: 0.0,
                 rate: 0.0,

@@ -1,7 +1,7 @@
 //! A gyro that feels acceleration.
 
 use super::applies::gyro;
-use super::geometry::{constant, direction, dot};
+use super::geometry::{constant, dot};
 use super::law::both;
 use super::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
@@ -13,21 +13,39 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: gyro,
     parameters: &[
-        EffectParameter::new("sensitivity", "rad s/m", [-0.01, 0.01], 1e-5, "rate read per specific force"),
-        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "direction it feels, from body x towards y"),
-        EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "direction it feels, towards body z"),
+        EffectParameter::new(
+            "sensitivity_x",
+            "rad s/m",
+            [-0.01, 0.01],
+            1e-05,
+            "rate read per specific force, along body x",
+        ),
+        EffectParameter::new(
+            "sensitivity_y",
+            "rad s/m",
+            [-0.01, 0.01],
+            0.0,
+            "rate read per specific force, along body y",
+        ),
+        EffectParameter::new(
+            "sensitivity_z",
+            "rad s/m",
+            [-0.01, 0.01],
+            0.0,
+            "rate read per specific force, along body z",
+        ),
     ],
+    amplitudes: 3,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
-    what: "y = w + s n . f, f the specific force of the body's origin (IEEE Std 528: g-sensitive drift); 0.1 deg/s/g is 1.8e-4 rad s/m.",
+    what: "y = w + s . f, f the specific force of the body's origin (IEEE Std 528: g-sensitive drift); 0.1 deg/s/g is 1.8e-4 rad s/m.",
     signature: "Gyro residual in step with an accelerometer: thrust, slosh and vibration appear as rate.",
     confounders: "sensor_misalignment of the gyro under coupled motion, sensor_bias on a bench at one attitude.",
     experiment: "Push without turning; on a bench, turn the gyro over.",
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
-    let felt = dot(constant(direction(p[1], p[2])), local.body.specific_force_m_s2);
-    action.value += felt.scale(p[0]);
+    action.value += dot(constant([p[0], p[1], p[2]]), local.body.specific_force_m_s2);
 }
 
 #[cfg(test)]
@@ -40,7 +58,7 @@ mod tests {
         let mut state = Trial { reading: 0.5, ..Trial::default() };
         state.body.specific_force_m_s2 = [2.0, 4.0, 9.81];
         assert_eq!(state.value(&EFFECT, &[0.125, 0.0, 0.0]), 0.75);
-        let up = state.value(&EFFECT, &[0.01, 0.0, core::f64::consts::FRAC_PI_2]);
+        let up = state.value(&EFFECT, &[0.0, 0.0, 0.01]);
         assert!((up - 0.5981).abs() < 1e-15); // rounding
     }
 }

@@ -10,6 +10,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[EffectParameter::new("error", "1", [-0.5, 0.5], 0.02, "relative error of the inertia")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "I -> (1 + e) I about the centre of mass, mass unchanged: an inertia that the file holds for known and that is another.",

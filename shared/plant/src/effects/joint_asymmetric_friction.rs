@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("force", "J/*", [-50.0, 50.0], 0.01, "half the difference of the two Coulomb levels"),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -dF tanh^2(q'/v0): with joint_coulomb the level is F_c + dF forwards and F_c - dF backwards; worm gears, seals, \

@@ -17,6 +17,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("exponent", "1", [1.0, 5.0], 1.5, "sharpness n of the knee"),
         EffectParameter::new("share", "1", [0.5, 1.0], 0.5, "share b of unloading curvature; 0.5: straight unloading"),
     ],
+    amplitudes: 1,
     hidden_states: 1,
     law: Law::Coordinate(both!(law)),
     what: "F = -F z, z' = (q' - b |q'| |z|^(n-1) z - (1-b) q' |z|^n) / d; Bouc 1967, Wen 1976, normalised to |z| <= 1 (Ikhouane and \

@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("force", "J/*", [0.0, 100.0], 0.02, "friction force or torque F_c while moving"),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -F_c tanh(q'/v0); Coulomb 1785, smoothed so that a Jacobian exists (Andersson, Soederberg and Bjoerklund, 2007). \

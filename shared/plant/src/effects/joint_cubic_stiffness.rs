@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("stiffness", "J/*^4", [-1e4, 1e4], 0.05, "coefficient k3; positive hardens"),
         EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is odd"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -k3 (q - q0)^3; Duffing 1918.",

@@ -12,11 +12,12 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("stiffness", "J/*^2.5", [0.0, 1e6], 1e3, "contact coefficient k of |depth|^1.5"),
+        EffectParameter::new("stiffness", "J/*^2.5", [0.0, 1e8], 1e3, "contact coefficient k of |depth|^1.5"),
         EffectParameter::new("lower", "*", [-10.0, 10.0], -1.0, "coordinate of the lower stop"),
         EffectParameter::new("upper", "*", [-10.0, 10.0], 1.0, "coordinate of the upper stop"),
         EffectParameter::new("dissipation", "s/*", [0.0, 10.0], 0.2, "coefficient a: restitution about 1 - 2/3 a v"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "Beyond a stop by x: F = -k x^1.5 (1 + a x'), never pulling; Hunt and Crossley 1975 (Hertzian contact whose loss grows with the \

@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("coefficient", "1", [0.0, 0.8], 0.05, "friction per applied force or torque"),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -mu |u| tanh(q'/v0), u what the joint's actuators apply; gear meshing losses (Waiboer, Aarts and Jonker 2005; Hamon, \

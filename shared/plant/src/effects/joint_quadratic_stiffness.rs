@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("stiffness", "J/*^3", [-1e4, 1e4], 0.05, "coefficient k2"),
         EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is even"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -k2 (q - q0)^2; pre-load, a bent beam, a spring used off its middle (Nayfeh and Mook 1979).",

@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("stiffness", "J/*^2", [0.0, 1e4], 0.05, "spring constant k"),
         EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 at which it is slack"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -k (q - q0); a harness across a joint bends like a spring.",

@@ -16,6 +16,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("stribeck_rate", "*/s", [1e-4, 1.0], 0.02, "rate v_s at which it has fallen to 1/e"),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -dF tanh(q'/v0) exp(-(q'/v_s)^2); Stribeck 1902, in the form of Bo and Pavelescu 1982. Added to joint_coulomb it is the \

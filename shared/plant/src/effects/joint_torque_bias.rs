@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[EffectParameter::new("force", "J/*", [-100.0, 100.0], 0.02, "force or torque F")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = constant; offset of the current sensor, a pre-loaded harness, an unbalanced link on a tilted base.",

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[EffectParameter::new("damping", "J s/*^2", [0.0, 1e3], 0.05, "coefficient c")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -c q'; lubricant shear, back-emf of a shorted motor, eddy currents.",

@@ -39,6 +39,11 @@ pub struct Surroundings {
     /// Where the site is on its body (thruster, accelerometer) [m], and its axis (thrust direction, wheel spin, sensitive axis), unit.
     pub site_position_m: [f64; 3],
     pub site_axis: [f64; 3],
+    /// Of a voltage motor: back-emf per rate of its joint [V s/rad].
+    pub back_emf_v_s_rad: f64,
+    /// Of an actuator: it pushes one way only; and the magnitude below which what acts is noise, not firing.
+    pub one_sided: bool,
+    pub quiet: f64,
 }
 
 /// What is known at a site at an instant.
@@ -49,8 +54,12 @@ pub struct Local<'a, T> {
     pub coordinate: T,
     /// Its rate; at a wheel: speed of the rotor relative to the body about the wheel's axis.
     pub rate: T,
-    /// What the actuator is commanded; at a joint: the sum of what its actuators apply; at a body: the sum of the magnitudes of
-    /// what its thrusters and body forces push [N].
+    /// Of a tank: the displacement of its mass along all its axes, body axes [m], and its rate; `site_axis` is the axis of this
+    /// coordinate. Of a pendulum: its angles about its two axes [rad].
+    pub displacement: [T; 3],
+    pub displacement_rate: [T; 3],
+    /// What the actuator is commanded; at a joint: the sum of what its actuators apply; at a body: the sum of what its
+    /// thrusters and body forces fire, noise apart [N].
     pub command: T,
     /// What the sensor would read without this effect.
     pub reading: T,

@@ -19,6 +19,7 @@ pub static EFFECT: Effect = Effect {
         0.01,
         "coefficient c; 6 pi mu r of a sphere",
     )],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "F = -c v at the centre of mass, v through the medium; Stokes 1851, eddy currents, an air bearing's film.",

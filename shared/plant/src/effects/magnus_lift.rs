@@ -19,6 +19,7 @@ pub static EFFECT: Effect = Effect {
         1e-3,
         "coefficient S; pi rho r^3 of a slow sphere",
     )],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "F = S w x v at the centre of mass, v through the medium; Magnus 1852, Rubinow and Keller 1961.",

@@ -10,6 +10,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[EffectParameter::new("error", "1", [-0.5, 0.5], 0.02, "relative error of the mass")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "m -> (1 + e) m, inertia about the centre of mass unchanged: a mass that the file holds for known and that is another.",

@@ -13,6 +13,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Mode],
     applies: anywhere,
     parameters: &[EffectParameter::new("coefficient", "1", [-3.0, 10.0], 1.0, "share b; negative softens")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "Modal force = -b |w|^2 h, w the body's rate: w_mode^2 grows by b |w|^2 (Southwell 1921; Kane, Ryan and Banerjee 1987).",

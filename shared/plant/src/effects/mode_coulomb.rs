@@ -21,6 +21,7 @@ pub static EFFECT: Effect = Effect {
             "modal rate v0 over which the sign turns",
         ),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "Modal force = -F tanh(h'/v0); friction of hinges and latches.",

@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Mode],
     applies: has_next,
     parameters: &[EffectParameter::new("coupling", "1", [-0.9, 0.9], 0.1, "coupling stiffness over w1 w2")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "Modal stiffness [[w1^2, c w1 w2], [c w1 w2, w2^2]] with the next mode of the appendage, written in its own modes: frequencies \

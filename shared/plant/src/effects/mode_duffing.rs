@@ -18,6 +18,7 @@ pub static EFFECT: Effect = Effect {
         10.0,
         "coefficient k3; positive hardens",
     )],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "Modal force = -k3 h^3; Duffing 1918: large deflection, hinges, cables.",

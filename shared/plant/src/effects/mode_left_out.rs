@@ -14,9 +14,10 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("frequency", "Hz", [0.01, 200.0], 1.0, "its frequency, hub locked"),
         EffectParameter::new("damping_ratio", "1", [0.0, 0.2], 0.005, "its damping ratio"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
-    what: "A further hub-locked mode with the direction and shape of the one at the site, participations times sqrt(mass_ratio): effective \
+    what: "A further hub-locked mode with the direction and shape of the one at the site, participations and shapes times sqrt(mass_ratio): effective \
            masses are squares of participations, so the response to first order is linear in the ratio.",
     signature: "A narrow line at one frequency, in the hub and at the appendage.",
     confounders: "slosh_second_mode, joint_gear_ripple and wheel imbalance at one speed, sensor_tone, gyro scale.",
@@ -33,8 +34,10 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
     mode.name = name;
     mode.frequency_hz = Quantity::known(p[1]);
     mode.damping_ratio = Quantity::known(p[2]);
-    for participation in mode.translation_sqrt_kg.iter_mut().chain(&mut mode.rotation_sqrt_kg_m) {
-        *participation = Quantity::known(participation.value * libm::sqrt(p[0]));
+    let root = libm::sqrt(p[0]);
+    let participations = mode.translation_sqrt_kg.iter_mut().chain(&mut mode.rotation_sqrt_kg_m);
+    for number in participations.chain(mode.shape_per_sqrt_kg.iter_mut().flatten()) {
+        *number = Quantity::known(number.value * root);
     }
     appendage.modes.push(mode);
     let body = appendage.body.clone();
@@ -55,6 +58,11 @@ mod tests {
         assert_eq!((mode.name.as_str(), mode.frequency_hz.value), ("bending_left_out", 1.1));
         assert_eq!(mode.translation_sqrt_kg[1].value, 1.25);
         assert_eq!(mode.rotation_sqrt_kg_m[2].value, 2.0);
+        // the tip answers the hub with its share as well
+        assert_eq!(
+            mode.shape_per_sqrt_kg[0][1].value,
+            0.5 * plant().appendages[0].modes[0].shape_per_sqrt_kg[0][1].value
+        );
         assert_eq!(built, plant());
     }
 

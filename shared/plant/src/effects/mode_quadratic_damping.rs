@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Mode],
     applies: anywhere,
     parameters: &[EffectParameter::new("damping", "1/(sqrt(kg) m)", [0.0, 1e3], 0.1, "coefficient c")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "Modal force = -c |h'| h'; air drag of a panel in a ground test.",

@@ -16,6 +16,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time of the change"),
         EffectParameter::new("time_constant", "s", [1e-3, 1e4], 5.0, "time over which the new shape is taken"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "Modal force = F (1 - e^(-(t-t0)/T)) from t0 on: the appendage bends to a new shape (Boley 1956; Thornton and Kim 1993).",

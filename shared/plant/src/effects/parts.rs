@@ -1,10 +1,17 @@
 //! Parts of a description that structural effects change.
 
-use crate::description::{Appendage, Body, Mode, Plant, Quantity, Sensor, Site, Source, Tank};
+use crate::description::{
+    Appendage, Body, Joint, JointKind, Mode, Orientation, Plant, Quantity, Sensor, Site, Source, Space, Tank,
+};
 
 pub fn sensor_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<&'a mut Sensor, String> {
     let found = plant.sensors.iter_mut().find(|sensor| sensor.name == site.name);
     found.ok_or_else(|| format!("no sensor '{}'", site.name))
+}
+
+/// Components of a vector that a plant feels: two in the plane.
+pub fn axes(plant: &Plant) -> usize {
+    if plant.space == Space::Planar { 2 } else { 3 }
 }
 
 /// The clock of a sensor; one of its own where it has none.
@@ -47,7 +54,7 @@ pub fn free_name(plant: &Plant, wanted: &str) -> String {
 }
 
 /// Takes a point mass out of a rigid body: mass, centre of mass and inertia about it follow, so that body and point mass together are
-/// the body that was.
+/// the body that was. A planar body, whose inertia is about z alone, stays one.
 pub fn take_point_mass(body: &mut Body, mass_kg: f64, at_m: [f64; 3]) -> Result<(), String> {
     let mass = body.mass_kg.value;
     let rest = mass - mass_kg;
@@ -59,8 +66,12 @@ pub fn take_point_mass(body: &mut Body, mass_kg: f64, at_m: [f64; 3]) -> Result<
     let reduced = mass_kg * mass / rest;
     let [x, y, z] = r;
     let lost = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z].map(|square| reduced * square);
-    for (inertia, lost) in body.inertia_com_kg_m2.iter_mut().zip(lost) {
-        inertia.value -= lost;
+    // in space no body has inertia about z and none about x and y
+    let planar = body.inertia_com_kg_m2[0].value == 0.0 && body.inertia_com_kg_m2[1].value == 0.0;
+    for (i, (inertia, lost)) in body.inertia_com_kg_m2.iter_mut().zip(lost).enumerate() {
+        if !planar || i == 2 {
+            inertia.value -= lost;
+        }
     }
     for (com, r) in body.com_m.iter_mut().zip(r) {
         com.value -= r * mass_kg / rest;
@@ -70,6 +81,75 @@ pub fn take_point_mass(body: &mut Body, mass_kg: f64, at_m: [f64; 3]) -> Result<
         return Err(format!("{mass_kg} kg that far out have more inertia than {}", body.name));
     }
     Ok(())
+}
+
+/// A joint that has been split between its motor and its link.
+pub struct SplitJoint {
+    /// Place of the link among the bodies; its joint is the gear, free as yet. The motor is the body before it.
+    pub link: usize,
+    /// Name of the gear's joint.
+    pub gear: String,
+    /// About the joint's axis, or masses along it.
+    pub motor_inertia: f64,
+    pub link_inertia: f64,
+}
+
+/// Splits a joint: a motor keeps its name, place, actuators and friction, the link follows on a joint of its own called `NAME_gear`.
+///
+/// The motor's inertia is the joint's rotor inertia; where none is stated, `share` of the link's mass and inertia, taken out of the link.
+/// Either way motor and link moving as one are the joint that was.
+pub fn split_joint(plant: &mut Plant, site: &Site, share: f64) -> Result<SplitJoint, String> {
+    let motor_name = free_name(plant, &format!("{}_motor", site.name));
+    let gear_name = free_name(plant, &format!("{}_gear", site.name));
+    let place = plant.bodies.iter().position(|body| body.joint.name == site.name);
+    let place = place.ok_or_else(|| format!("no joint '{}'", site.name))?;
+    let link = &mut plant.bodies[place];
+    let whole = inertia_about_joint(link).ok_or_else(|| format!("{site} has more than one degree of freedom"))?;
+    let rotor = link.joint.rotor_inertia.value;
+    let taken = if rotor == 0.0 { share } else { 0.0 };
+    let part = |of: Quantity, share: f64| Quantity::known(share * of.value);
+    let zero = Quantity::known(0.0);
+    let gear = Joint {
+        name: gear_name.clone(),
+        kind: link.joint.kind,
+        position_m: [zero; 3],
+        orientation: Orientation::default(),
+        viscous_friction: zero,
+        rotor_inertia: zero,
+        stiffness: zero,
+        rest: zero,
+    };
+    let motor = Body {
+        name: motor_name.clone(),
+        parent: link.parent.replace(motor_name),
+        joint: core::mem::replace(&mut link.joint, gear),
+        mass_kg: part(link.mass_kg, taken),
+        com_m: link.com_m,
+        inertia_com_kg_m2: link.inertia_com_kg_m2.map(|inertia| part(inertia, taken)),
+    };
+    link.mass_kg.value *= 1.0 - taken;
+    link.inertia_com_kg_m2.iter_mut().for_each(|inertia| inertia.value *= 1.0 - taken);
+    let rest = link.clone();
+    plant.bodies.insert(place, motor);
+    check_participation(plant, &rest)?;
+    let motor_inertia = if rotor == 0.0 { share * whole } else { rotor };
+    Ok(SplitJoint { link: place + 1, gear: gear_name, motor_inertia, link_inertia: (1.0 - taken) * whole })
+}
+
+/// What the joint's rotation or translation moves of its own body: `a·I a + m |a × c|²`, or the mass.
+fn inertia_about_joint(body: &Body) -> Option<f64> {
+    let (m, c) = (body.mass_kg.value, body.com_m.map(|x| x.value));
+    let [xx, yy, zz, xy, xz, yz] = body.inertia_com_kg_m2.map(|i| i.value);
+    match body.joint.kind {
+        JointKind::Prismatic { .. } => Some(m),
+        JointKind::Revolute { axis: a } => {
+            let about_com = a[0] * a[0] * xx + a[1] * a[1] * yy + a[2] * a[2] * zz;
+            let products = 2.0 * (a[0] * a[1] * xy + a[0] * a[2] * xz + a[1] * a[2] * yz);
+            let arm = super::geometry::cross_f64(a, c);
+            Some(about_com + products + m * (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2]))
+        }
+        JointKind::Free | JointKind::Fixed => None,
+    }
 }
 
 /// The modes on a body leave it some mass and inertia of its own: `m - sum of d^2 > 0` along each axis, likewise for rotation.
@@ -129,6 +209,18 @@ mod tests {
             assert!((a[k] + b[k] - whole[k]).abs() < 1e-12, "{k}"); // rounding of numbers up to 400
         }
         assert!(take_point_mass(&mut rest, 500.0, at).is_err());
+    }
+
+    #[test]
+    fn a_planar_body_keeps_no_inertia_out_of_its_plane() {
+        let mut rest = plant().bodies[0].clone();
+        for i in [0, 1, 3, 4, 5] {
+            rest.inertia_com_kg_m2[i].value = 0.0;
+        }
+        let before = rest.inertia_com_kg_m2[2].value;
+        take_point_mass(&mut rest, 7.0, [0.5, -0.3, 0.0]).unwrap();
+        assert!(rest.inertia_com_kg_m2[2].value < before);
+        assert!([0, 1, 3, 4, 5].iter().all(|i| rest.inertia_com_kg_m2[*i].value == 0.0));
     }
 
     #[test]

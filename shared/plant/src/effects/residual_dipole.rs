@@ -1,7 +1,7 @@
 //! The body is a magnet.
 
 use super::applies::anywhere;
-use super::geometry::{constant, cross, direction, push, to_body};
+use super::geometry::{constant, cross, push, to_body};
 use super::law::both;
 use super::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
@@ -13,18 +13,32 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("dipole", "A m^2", [0.0, 100.0], 0.5, "dipole m of the body"),
-        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its direction, from body x towards y"),
-        EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "its direction, towards body z"),
-        EffectParameter::new("field", "T", [1e-8, 1e-2], 3e-5, "field, where the environment states none"),
+        EffectParameter::new("dipole_x", "A m^2", [-100.0, 100.0], 0.5, "dipole m of the body, body x"),
+        EffectParameter::new("dipole_y", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body y"),
+        EffectParameter::new("dipole_z", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body z"),
         EffectParameter::new(
-            "field_azimuth",
-            "rad",
-            [-3.2, 3.2],
-            core::f64::consts::FRAC_PI_2,
-            "its direction in the x-y plane likewise",
+            "field_x",
+            "T",
+            [-1e-2, 1e-2],
+            0.0,
+            "field at t = 0, inertial x, where the environment states none",
+        ),
+        EffectParameter::new(
+            "field_y",
+            "T",
+            [-1e-2, 1e-2],
+            3e-5,
+            "field at t = 0, inertial y, where the environment states none",
+        ),
+        EffectParameter::new(
+            "field_z",
+            "T",
+            [-1e-2, 1e-2],
+            0.0,
+            "field at t = 0, inertial z, where the environment states none",
         ),
     ],
+    amplitudes: 3,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "T = m x B, B of the environment in inertial axes, turning about z at twice the orbit's rate where there is an orbit; Wertz 1978.",
@@ -36,10 +50,10 @@ pub static EFFECT: Effect = Effect {
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
     let s = local.surroundings;
     let stated = s.field_t.iter().any(|b| *b != 0.0);
-    let start = if stated { s.field_t } else { direction(p[4], 0.0).map(|b| p[3] * b) };
+    let start = if stated { s.field_t } else { [p[3], p[4], p[5]] };
     let (sin, cos) = libm::sincos(2.0 * s.orbit_rate_rad_s * local.t_s);
     let field = [cos * start[0] - sin * start[1], sin * start[0] + cos * start[1], start[2]];
-    let dipole = direction(p[1], p[2]).map(|m| p[0] * m);
+    let dipole = [p[0], p[1], p[2]];
     push(&mut action.wrench, [0.0; 3], [T::zero(); 3], cross(constant(dipole), to_body(local, constant(field))));
 }
 
@@ -50,7 +64,7 @@ mod tests {
 
     #[test]
     fn the_torque_turns_the_dipole_towards_the_field() {
-        let p = [2.0, 0.0, 0.0, 3e-5, core::f64::consts::FRAC_PI_2];
+        let p = [2.0, 0.0, 0.0, 0.0, 3e-5, 0.0];
         let mut state = Trial::default();
         assert!((state.wrench(&EFFECT, &p)[2] - 6e-5).abs() < 1e-19); // rounding
         state.surroundings.field_t = [0.0, 1e-4, 0.0];
@@ -64,6 +78,6 @@ mod tests {
         let mut state = Trial { t_s: core::f64::consts::PI / 1e-3, ..Trial::default() };
         state.surroundings.orbit_rate_rad_s = 1e-3;
         state.surroundings.field_t = [0.0, 1e-4, 0.0];
-        assert!((state.wrench(&EFFECT, &[2.0, 0.0, 0.0, 3e-5, 0.0])[2] - 2e-4).abs() < 1e-18); // rounding of 2π
+        assert!((state.wrench(&EFFECT, &[2.0, 0.0, 0.0, 0.0, 3e-5, 0.0])[2] - 2e-4).abs() < 1e-18); // rounding of 2π
     }
 }

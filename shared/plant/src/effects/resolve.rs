@@ -3,6 +3,9 @@
 use super::{EFFECTS, Effect, Law, effect, sites};
 use crate::description::{EffectUse, Plant};
 
+/// A catalogue: the entry of a name.
+pub type Find<'a> = &'a dyn Fn(&str) -> Option<&'static Effect>;
+
 /// Most parameters an effect can have.
 pub const PARAMETERS_MAX: usize = 8;
 
@@ -38,19 +41,21 @@ fn nearest(word: &str, candidates: impl Iterator<Item = String>) -> Option<Strin
 ///
 /// # Errors
 /// The kind is not in the catalogue, or the site is not one of its sites in `plant`.
-pub fn entry(used: &EffectUse, plant: &Plant) -> Result<&'static Effect, EffectError> {
+pub fn entry(used: &EffectUse, plant: &Plant, find: Find<'_>) -> Result<&'static Effect, EffectError> {
+    let found = find(&used.kind).ok_or_else(|| unknown_kind(used))?;
+    if sites(found, plant).contains(&used.site) { Ok(found) } else { Err(unknown_site(found, used, plant)) }
+}
+
+fn unknown_kind(used: &EffectUse) -> EffectError {
     let kind = used.kind.clone();
-    let Some(found) = effect(&used.kind) else {
-        let nearest = nearest(&kind, EFFECTS.iter().map(|effect| effect.kind.to_owned()));
-        return Err(EffectError::UnknownKind { kind, nearest });
-    };
-    let sites = sites(found, plant);
-    if !sites.contains(&used.site) {
-        let site = used.site.to_string();
-        let nearest = nearest(&site, sites.iter().map(ToString::to_string));
-        return Err(EffectError::UnknownSite { kind, site, nearest });
-    }
-    Ok(found)
+    let nearest = nearest(&kind, EFFECTS.iter().map(|effect| effect.kind.to_owned()));
+    EffectError::UnknownKind { kind, nearest }
+}
+
+fn unknown_site(effect: &Effect, used: &EffectUse, plant: &Plant) -> EffectError {
+    let (kind, site) = (used.kind.clone(), used.site.to_string());
+    let nearest = nearest(&site, sites(effect, plant).iter().map(ToString::to_string));
+    EffectError::UnknownSite { kind, site, nearest }
 }
 
 /// The numbers of `used` in the order of the catalogue entry, absent ones at their defaults, zero behind the last.
@@ -72,26 +77,61 @@ pub fn values(effect: &Effect, used: &EffectUse) -> Result<[f64; PARAMETERS_MAX]
     Ok(values)
 }
 
-/// Builds the parts that the plant's structural effects stand for, in the order of the effects, and removes those effects; all others
-/// stay. Every effect is checked for its name, its site and its parameters.
+/// Sorts effects into the order in which they act: that of the catalogue, then of their sites. Those of another catalogue come last, as
+/// they are.
+pub fn order_of_action(used: &EffectUse) -> (usize, String) {
+    let place = EFFECTS.iter().position(|effect| effect.kind == used.kind);
+    place.map_or((EFFECTS.len(), String::new()), |place| (place, used.site.to_string()))
+}
+
+/// Builds the parts that the plant's structural effects stand for and removes those effects; all others stay. Every effect is checked for
+/// its name, its site and its parameters.
+///
+/// Structures at sites of the plant itself are built in the order of the catalogue, then of their sites; those at parts that others have
+/// made follow in the same manner: the order in the plant does not matter.
 ///
 /// # Errors
 /// The first effect that cannot act; the plant is then as it was.
 pub fn apply_structures(plant: &mut Plant) -> Result<(), EffectError> {
-    let mut built = plant.clone();
-    built.effects.clear();
+    apply_structures_of(plant, &effect)
+}
+
+/// [`apply_structures`] with another catalogue.
+///
+/// # Errors
+/// As [`apply_structures`].
+pub fn apply_structures_of(plant: &mut Plant, find: Find<'_>) -> Result<(), EffectError> {
+    let mut built = Plant { effects: Vec::new(), ..plant.clone() };
+    let mut waiting = Vec::new();
     for used in &plant.effects {
-        let effect = entry(used, &built)?;
-        let values = values(effect, used)?;
-        let Law::Structure(build) = effect.law else {
-            built.effects.push(used.clone());
-            continue;
-        };
-        build(&mut built, &used.site, &values).map_err(|reason| EffectError::Impossible {
-            kind: used.kind.clone(),
-            site: used.site.to_string(),
-            reason,
-        })?;
+        let effect = find(&used.kind).ok_or_else(|| unknown_kind(used))?;
+        let numbers = values(effect, used)?;
+        match effect.law {
+            Law::Structure(build) => waiting.push((effect, build, used, numbers)),
+            _ => built.effects.push(used.clone()),
+        }
+    }
+    waiting.sort_by_cached_key(|(_, _, used, _)| order_of_action(used));
+    while let Some((effect, _, used, _)) = waiting.first() {
+        let there: Vec<bool> = waiting.iter().map(|(e, _, used, _)| sites(e, &built).contains(&used.site)).collect();
+        if !there.contains(&true) {
+            return Err(unknown_site(effect, used, &built));
+        }
+        let mut later = Vec::new();
+        for (next, there) in waiting.into_iter().zip(there) {
+            let (_, build, used, numbers) = next;
+            if !there {
+                later.push(next);
+                continue;
+            }
+            let impossible =
+                |reason| EffectError::Impossible { kind: used.kind.clone(), site: used.site.to_string(), reason };
+            build(&mut built, &used.site, &numbers).map_err(impossible)?;
+        }
+        waiting = later;
+    }
+    for used in &built.effects {
+        entry(used, &built, find)?;
     }
     *plant = built;
     Ok(())

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[EffectParameter::new("bias", "*", [-10.0, 10.0], 1e-3, "offset b of the reading")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
     what: "y = h + b, the same in every sample (IEEE Std 952).",

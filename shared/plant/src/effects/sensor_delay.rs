@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[EffectParameter::new("delay", "s", [0.0, 1.0], 0.01, "dead time d")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::SensorFilter(filter),
     what: "y(t) = h(t - d); transport, processing of an image or star tracker.",

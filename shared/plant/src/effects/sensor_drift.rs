@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[EffectParameter::new("rate", "*/s", [-1.0, 1.0], 1e-5, "change of bias per time")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
     what: "y = h + r t; the deterministic part of bias instability, temperature ramps.",

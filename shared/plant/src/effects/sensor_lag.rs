@@ -11,6 +11,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[EffectParameter::new("time_constant", "s", [0.0, 2.0], 0.01, "time constant T")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::SensorFilter(filter),
     what: "y / h = 1 / (T s + 1); anti-alias filter, thermal or demodulator lag.",

@@ -1,6 +1,5 @@
 //! A sensor that sits elsewhere.
 
-use super::geometry::direction;
 use super::{Effect, EffectParameter, Law, parts};
 use crate::description::{Plant, Quantity, Sensor, SensorKind, Site, SiteKind};
 
@@ -10,10 +9,11 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: has_position,
     parameters: &[
-        EffectParameter::new("offset", "m", [-1.0, 1.0], 0.01, "distance between true and stated position"),
-        EffectParameter::new("azimuth", "rad", [-3.2, 3.2], 0.0, "its direction, from body x towards y"),
-        EffectParameter::new("elevation", "rad", [-1.6, 1.6], 0.0, "its direction, towards body z"),
+        EffectParameter::new("offset_x", "m", [-1.0, 1.0], 0.01, "true minus stated position, body x"),
+        EffectParameter::new("offset_y", "m", [-1.0, 1.0], 0.0, "true minus stated position, body y"),
+        EffectParameter::new("offset_z", "m", [-1.0, 1.0], 0.0, "true minus stated position, body z"),
     ],
+    amplitudes: 3,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "r -> r + d: an accelerometer gains a x d + w x (w x d), a position or velocity the motion of d.",
@@ -29,7 +29,7 @@ fn has_position(plant: &Plant, site: &Site) -> bool {
 fn position(sensor: &mut Sensor) -> Option<&mut [Quantity; 3]> {
     use SensorKind::{Accelerometer, Position, Velocity};
     match &mut sensor.kind {
-        Accelerometer { position_m, .. } | Position { position_m, .. } | Velocity { position_m, .. } => {
+        Accelerometer { position_m, point: None, .. } | Position { position_m, .. } | Velocity { position_m, .. } => {
             Some(position_m)
         }
         _ => None,
@@ -37,13 +37,14 @@ fn position(sensor: &mut Sensor) -> Option<&mut [Quantity; 3]> {
 }
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
-    if p[0] == 0.0 {
+    if p[..3] == [0.0; 3] {
         return Ok(());
     }
+    let axes = parts::axes(plant);
     let sensor = parts::sensor_mut(plant, site)?;
     let position = position(sensor).ok_or_else(|| format!("{site} has no position"))?;
-    for (coordinate, component) in position.iter_mut().zip(direction(p[1], p[2])) {
-        coordinate.value += p[0] * component;
+    for (coordinate, component) in position.iter_mut().zip(&p[..axes]) {
+        coordinate.value += component;
     }
     Ok(())
 }

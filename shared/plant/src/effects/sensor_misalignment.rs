@@ -13,6 +13,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("angle", "rad", [-0.2, 0.2], 0.01, "angle e between true and stated axis"),
         EffectParameter::new("clock", "rad", [-3.2, 3.2], 0.0, "direction of the tilt about the axis; 0: z x axis"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "Sensitive axis a -> cos e a + sin e t, t perpendicular to a: the reading takes sin e of the cross-axis motion.",

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[EffectParameter::new("coefficient", "1/*", [-1.0, 1.0], 1e-3, "coefficient k2")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
     what: "y = h + k2 h^2; second-order coefficient of an accelerometer (IEEE Std 1293), vibration rectification.",

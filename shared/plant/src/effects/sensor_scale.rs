@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[EffectParameter::new("error", "1", [-0.3, 0.3], 0.01, "relative error e of the scale")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
     what: "y = (1 + e) h, the same in every sample (IEEE Std 952).",

@@ -16,6 +16,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time at which it begins"),
         EffectParameter::new("duration", "s", [0.0, 1e9], 1e9, "how long it lasts"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
     what: "y = h + b from a time on, for a time; turn-on transients, radiation hits, a connector.",

@@ -22,6 +22,7 @@ pub static EFFECT: Effect = Effect {
         ),
         EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at t = 0"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
     what: "y = h + A sin(2 pi f t + phase); mains hum, a pump or cooler on the mount. Above half the sample rate it reads as its alias.",

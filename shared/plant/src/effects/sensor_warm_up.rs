@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("bias", "*", [-10.0, 10.0], 1e-3, "bias b at the start, relative to the end"),
         EffectParameter::new("time_constant", "s", [0.1, 1e5], 30.0, "time constant T"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Sensor(both!(law)),
     what: "y = h + b e^(-t/T); self-heating.",

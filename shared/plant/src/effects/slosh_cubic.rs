@@ -1,6 +1,7 @@
 //! A slosh spring that hardens or softens with amplitude.
 
 use super::applies::anywhere;
+use super::geometry::{constant, dot};
 use super::law::both;
 use super::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
@@ -12,9 +13,10 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Tank],
     applies: anywhere,
     parameters: &[EffectParameter::new("stiffness", "J/*^4", [-1e7, 1e7], 100.0, "coefficient k3; negative softens")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
-    what: "F = -k3 s^3 on each slosh axis; finite-amplitude waves soften or harden with fill (Abramson 1966, SP-106; Faltinsen and \
+    what: "F = -k3 |s|^2 s, s the displacement along all slosh axes; finite-amplitude waves soften or harden with fill (Abramson 1966, SP-106; Faltinsen and \
            Timokha 2009).",
     signature: "Slosh frequency moves with the square of its amplitude.",
     confounders: "slosh_quadratic_damping, slosh_pendulum; the nominal slosh frequency absorbs 80 to 95 percent at one amplitude.",
@@ -22,8 +24,8 @@ pub static EFFECT: Effect = Effect {
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
-    let s = local.coordinate;
-    action.force -= (s * s * s).scale(p[0]);
+    let s = local.displacement;
+    action.force -= (dot(s, s) * dot(constant(local.surroundings.site_axis), s)).scale(p[0]);
 }
 
 #[cfg(test)]

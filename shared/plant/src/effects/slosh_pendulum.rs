@@ -1,6 +1,6 @@
 //! A slosh spring that is really a pendulum.
 
-use super::geometry::cross_f64;
+use super::geometry::{cross_f64, dot, norm};
 use super::{Effect, EffectParameter, Law, parts};
 use crate::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
 
@@ -19,6 +19,7 @@ pub static EFFECT: Effect = Effect {
             "specific force at which it has the spring's frequency; along z x axis (planar), axis 1 x axis 2 (spatial)",
         ),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "A share of the slosh mass hangs on a rod of length |a| m / k from a pivot above its rest place, the rest stays on the spring: equal \
@@ -35,12 +36,21 @@ fn hangs(plant: &Plant, site: &Site) -> bool {
 
 /// Across all slosh axes; unit vector, body axes.
 fn axial(tank: &Tank, space: Space) -> Result<[f64; 3], String> {
-    let TankModel::Spring { axes, .. } = &tank.model else {
+    let TankModel::Spring { axes, stiffness_n_m, damping_n_s_m } = &tank.model else {
         return Err(format!("{} is a pendulum already", tank.name));
     };
     match (space, axes.as_slice()) {
         (Space::Planar, [axis]) => Ok([-axis[1], axis[0], 0.0]),
-        (Space::Spatial, [first, second]) => Ok(cross_f64(*first, *second)),
+        (Space::Spatial, [first, second]) => {
+            let equal = |list: &[Quantity]| list.iter().all(|quantity| quantity.value == list[0].value);
+            // axes are stated with some ten digits
+            if dot(*first, *second).abs() > 1e-9 || !equal(stiffness_n_m) || !equal(damping_n_s_m) {
+                return Err(format!("{} is not alike along its axes; a pendulum is", tank.name));
+            }
+            let across = cross_f64(*first, *second);
+            let length = norm(across);
+            Ok(across.map(|component| component / length))
+        }
         _ => Err(format!("{} has {} slosh axes; a pendulum has one in the plane, two in space", tank.name, axes.len())),
     }
 }
@@ -113,5 +123,25 @@ mod tests {
         spatial.space = Space::Spatial;
         assert!(build(&mut spatial, &site, &[0.5, 0.3]).is_err());
         assert!(!hangs(&spatial, &site));
+    }
+
+    #[test]
+    fn a_tank_that_is_not_alike_along_its_axes_hangs_not() {
+        let site: Site = "tank:oxidiser".parse().unwrap();
+        let with = |axes: [[f64; 3]; 2], stiffness: [f64; 2], damping: [f64; 2]| {
+            let mut spatial = plant();
+            spatial.space = Space::Spatial;
+            spatial.tanks[0].model = TankModel::Spring {
+                axes: axes.to_vec(),
+                stiffness_n_m: stiffness.map(Quantity::known).to_vec(),
+                damping_n_s_m: damping.map(Quantity::known).to_vec(),
+            };
+            hangs(&spatial, &site)
+        };
+        let (x, y) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        assert!(with([x, y], [30.0; 2], [0.8; 2]));
+        assert!(!with([x, y], [30.0, 31.0], [0.8; 2]));
+        assert!(!with([x, y], [30.0; 2], [0.8, 0.9]));
+        assert!(!with([x, [0.6, 0.8, 0.0]], [30.0; 2], [0.8; 2]));
     }
 }

@@ -16,6 +16,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("frequency", "Hz", [0.005, 10.0], 0.5, "its frequency, tank held"),
         EffectParameter::new("damping_ratio", "1", [0.0, 0.3], 0.01, "its damping ratio"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "A second mass on springs and dampers where the first one rests, along the same axes (a pendulum's: across its rest), taken out of \

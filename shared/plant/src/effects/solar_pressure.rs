@@ -20,6 +20,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("arm_y", "m", [-10.0, 10.0], 0.5, "centre of pressure from the centre of mass, body y"),
         EffectParameter::new("arm_z", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body z"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "Force F along the light (inertial direction) at the centre of pressure; the cannon-ball model, pressure 4.56e-6 N/m^2 at 1 au \

@@ -13,6 +13,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[EffectParameter::new("coefficient", "N m s/rad", [0.0, 100.0], 1e-3, "coefficient c")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "T = -c w; eddy currents in the Earth's field (Smith 1962), an air bearing's film.",

@@ -1,6 +1,7 @@
 //! Thrust that falls as the tank empties.
 
 use super::applies::thruster;
+use super::geometry::fired;
 use super::law::both;
 use super::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
@@ -18,9 +19,10 @@ pub static EFFECT: Effect = Effect {
         1e-4,
         "relative loss a of thrust per impulse delivered",
     )],
+    amplitudes: 1,
     hidden_states: 1,
     law: Law::Actuator(both!(law)),
-    what: "u_acting = u e^(-a J), J' = |u_acting|: hence e^(-a J) = 1 / (1 + a integral |u|); tank pressure falls with what left it.",
+    what: "u_acting = u e^(-a J), J' = |u_acting|, noise apart: hence e^(-a J) = 1 / (1 + a integral |u|); tank pressure falls with what left it.",
     signature: "Gain of this thruster falls with its own integrated firing, not with time.",
     confounders: "motor_constant_error over a short record; mass_depletion, which acts the other way.",
     experiment: "A long burn, then the same manoeuvre as before it.",
@@ -28,8 +30,9 @@ pub static EFFECT: Effect = Effect {
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
     let pressure = (-local.hidden[0].scale(p[0])).exp();
+    let told = local.surroundings;
+    action.hidden_rate[0] = fired(action.value, told.one_sided, told.quiet) * pressure;
     action.value *= pressure;
-    action.hidden_rate[0] = action.value.abs();
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("force", "N", [0.0, 10.0], 0.05, "thrust F of the leak"),
         EffectParameter::new("begin", "s", [0.0, 1e6], 0.0, "time at which it begins"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "u_acting = u + F from a time on; a valve that sticks or leaks.",

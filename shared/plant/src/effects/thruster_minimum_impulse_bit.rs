@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("impulse", "N s", [0.0, 10.0], 0.02, "smallest impulse I of one pulse"),
         EffectParameter::new("period", "s", [1e-3, 10.0], 0.1, "pulse period P over which the command is a mean"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "A command of mean force u is fired as one pulse of u P each period; |u| P < I is not fired. Wertz 1978; the mean over a period \

@@ -16,6 +16,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("angle", "rad", [-0.2, 0.2], 0.01, "angle e between true and stated thrust"),
         EffectParameter::new("clock", "rad", [-3.2, 3.2], 0.0, "direction of the tilt about the thrust; 0: z x thrust"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "F d -> F (cos e d + sin e t), t perpendicular to d, at the same point: torque r x F (cos e - 1, sin e); Wertz 1978.",

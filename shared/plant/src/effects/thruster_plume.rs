@@ -17,6 +17,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("offset", "m", [-10.0, 10.0], 0.5, "distance of the surface aside of the thrust's line"),
         EffectParameter::new("clock", "rad", [-3.2, 3.2], 0.0, "side of the surface about the thrust; 0: z x thrust"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "A surface on the thruster's body takes the force -c F d at r + offset t; the distance along d does not matter. A surface on another \

@@ -20,6 +20,7 @@ pub static EFFECT: Effect = Effect {
             "time constant of tail-off over that of build-up",
         ),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::ActuatorFilter(filter),
     what: "First order, with one time constant while |thrust| grows and another while it falls; chamber filling and propellant left behind \

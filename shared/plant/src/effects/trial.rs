@@ -85,6 +85,9 @@ impl Trial {
             body_inertia_com_kg_m2: [[2.0, 0.1, 0.2], [0.1, 3.0, 0.3], [0.2, 0.3, 4.0]],
             site_position_m: draw.vector(),
             site_axis: super::geometry::direction(draw.number(), draw.number()),
+            back_emf_v_s_rad: 0.3,
+            one_sided: false,
+            quiet: 0.0,
         };
         Self {
             t_s: draw.number().abs(),
@@ -115,6 +118,8 @@ impl Trial {
             t_s: self.t_s,
             coordinate: self.coordinate,
             rate: self.rate,
+            displacement: self.surroundings.site_axis.map(|a| a * self.coordinate),
+            displacement_rate: self.surroundings.site_axis.map(|a| a * self.rate),
             command: self.command,
             reading: self.reading,
             body: self.body,
@@ -142,6 +147,8 @@ impl Trial {
             t_s: self.t_s,
             coordinate: d(self.coordinate, direction.coordinate),
             rate: d(self.rate, direction.rate),
+            displacement: self.surroundings.site_axis.map(|a| d(self.coordinate, direction.coordinate).scale(a)),
+            displacement_rate: self.surroundings.site_axis.map(|a| d(self.rate, direction.rate).scale(a)),
             command: d(self.command, direction.command),
             reading: d(self.reading, direction.reading),
             body,

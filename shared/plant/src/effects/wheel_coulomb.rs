@@ -15,6 +15,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("torque", "N m", [0.0, 0.1], 1e-3, "drag torque T"),
         EffectParameter::new("smooth_rate", "rad/s", [1e-3, 10.0], 0.1, "speed v0 over which the sign turns"),
     ],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "Friction -T tanh(W/v0) on the rotor; the body takes +T tanh(W/v0). Bialke 1998.",

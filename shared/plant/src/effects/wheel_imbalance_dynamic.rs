@@ -17,6 +17,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("imbalance", "kg m^2", [0.0, 0.01], 1e-6, "product of inertia U of the rotor"),
         EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "rotor angle at the start"),
     ],
+    amplitudes: 1,
     hidden_states: 1,
     law: Law::Actuator(both!(law)),
     what: "Torque U W^2 (cos p e1 + sin p e2) on the body, p' = W, perpendicular to the axis (Masterson, Miller and Grogan 2002); planar \

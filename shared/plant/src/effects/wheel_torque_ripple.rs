@@ -16,6 +16,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("order", "1", [1.0, 200.0], 12.0, "periods N per turn"),
         EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at the start"),
     ],
+    amplitudes: 1,
     hidden_states: 1,
     law: Law::Actuator(both!(law)),
     what: "u_acting = u + A sin(N p + phase), p' = W; cogging and commutation.",

@@ -12,6 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: wheel,
     parameters: &[EffectParameter::new("damping", "N m s/rad", [0.0, 0.01], 2e-5, "coefficient c")],
+    amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
     what: "Friction -c W on the rotor turning at W relative to the body; the body takes +c W: torque on the body u + c W.",

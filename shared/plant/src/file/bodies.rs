@@ -104,8 +104,8 @@ fn inertia(section: &Section<'_, '_>) -> [Quantity; 6] {
     };
     match list[..] {
         [zz] if section.planar() => [zero, zero, zz, zero, zero, zero],
-        [xx, yy, zz] if !section.planar() => [xx, yy, zz, zero, zero, zero],
-        [xx, yy, zz, xy, xz, yz] if !section.planar() => [xx, yy, zz, xy, xz, yz],
+        [xx, yy, zz] if section.spatial() => [xx, yy, zz, zero, zero, zero],
+        [xx, yy, zz, xy, xz, yz] if section.spatial() => [xx, yy, zz, xy, xz, yz],
         _ => {
             let wanted = if section.planar() { "1 (about z)" } else { "3 (xx, yy, zz) or 6 (xx, yy, zz, xy, xz, yz)" };
             section.wrong_length("inertia", list.len(), wanted);

@@ -1,9 +1,9 @@
-//! An effect on one line: `joint_coulomb@joint:shoulder torque=0.2 v0="0.1 deg/s"`.
+//! An effect on one line: `joint_coulomb@joint:shoulder force=0.2 smooth_rate="0.1 deg/s"`.
 
 use super::numbers::{self, Expected};
 use super::run;
 use crate::description::{
-    EffectUse, Plant, Quantity, check_site, in_catalogue_order, known_kind, known_parameter, unit_at,
+    EffectUse, Plant, Quantity, check_site, implausible, in_catalogue_order, known_kind, known_parameter, unit_at,
 };
 
 /// Reads `KIND@SITE name=value …` for `plant`; a value without unit is in SI, one with spaces stands in quotes.
@@ -31,8 +31,18 @@ pub fn parse_effect(plant: &Plant, text: &str) -> Result<EffectUse, String> {
     in_catalogue_order(EffectUse { kind: kind.to_owned(), site, values }, entry)
 }
 
+/// What of an effect is possible, but not plausible, as a file with it would be told.
+pub fn effect_warnings(plant: &Plant, effect: &EffectUse) -> Vec<String> {
+    let Ok(entry) = known_kind(&effect.kind) else { return Vec::new() };
+    let said = |(_, message, what): (&str, String, &str)| format!("{message} ({what})");
+    implausible(plant, entry, effect).into_iter().map(said).collect()
+}
+
 pub(super) fn value_in_si(text: &str, expected: &Expected<'_>) -> Result<f64, (String, String)> {
-    let not_a_number = || (format!("{}: '{text}' is not a number", expected.what), format!("in {}", expected.unit));
+    let not_a_number = || {
+        let cure = super::units::likely_cure(text).unwrap_or_else(|| format!("in {}", expected.unit));
+        (format!("{}: '{text}' is not a number", expected.what), cure)
+    };
     let (number, unit) = super::units::split(text).ok_or_else(not_a_number)?;
     let unit = if unit.is_empty() { expected.unit } else { unit };
     numbers::in_si(number, unit, expected)

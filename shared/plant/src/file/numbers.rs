@@ -44,7 +44,8 @@ pub(super) fn quantity(node: &Node<'_>, expected: &Expected<'_>) -> Result<Quant
     let prior = prior.map_err(|finding| findings.push(finding)).ok();
     match (value, prior) {
         (Some(value), Some((mut sigmas, scope))) if findings.is_empty() => {
-            let sigma = sigmas.pop().map(|sigma| sigma.resolve(value));
+            let sigma = sigmas.pop().map(|sigma| sigma.resolve(value)).transpose();
+            let sigma = sigma.map_err(|message| vec![finding(node.span(), message, ABSOLUTE)])?;
             Ok(Quantity { value, sigma, scope })
         }
         _ => Err(findings),
@@ -89,9 +90,20 @@ fn with_prior(
         let message = format!("{} has {} numbers and {} sigmas", expected.what, values.len(), sigmas.len());
         return Err(vec![finding(node.span(), message, "give one sigma for all, or one for each")]);
     }
-    let sigma = |i: usize| if sigmas.len() == 1 { sigmas.first() } else { sigmas.get(i) };
-    let given = values.into_iter().enumerate();
-    Ok(given.map(|(i, q)| Quantity { sigma: sigma(i).map(|s| s.resolve(q.value)), scope: *scope, ..q }).collect())
+    let all_zero = values.iter().all(|quantity| quantity.value == 0.0);
+    let mut list = Vec::with_capacity(values.len());
+    for (i, quantity) in values.into_iter().enumerate() {
+        let sigma = match &sigmas[..] {
+            // a share of zero is nothing: components that are zero are known
+            [Sigma::Relative(_)] if quantity.value == 0.0 && !all_zero => None,
+            [one] => Some(one),
+            each => each.get(i),
+        };
+        let sigma = sigma.map(|sigma| sigma.resolve(quantity.value)).transpose();
+        let sigma = sigma.map_err(|message| vec![finding(node.span(), message, ABSOLUTE)])?;
+        list.push(Quantity { sigma, scope: *scope, ..quantity });
+    }
+    Ok(list)
 }
 
 fn values_in_one_unit(
@@ -161,11 +173,16 @@ enum Sigma {
     Relative(f64),
 }
 
+const ABSOLUTE: &str = "give an absolute sigma, with the unit of the value";
+
 impl Sigma {
-    fn resolve(self, value: f64) -> f64 {
+    /// # Errors
+    /// A share of zero.
+    fn resolve(self, value: f64) -> Result<f64, String> {
         match self {
-            Self::Absolute(sigma) => sigma,
-            Self::Relative(share) => share * value.abs(),
+            Self::Relative(share) if value == 0.0 => Err(format!("{} % of 0 is 0", share * 100.0)),
+            Self::Relative(share) => Ok(share * value.abs()),
+            Self::Absolute(sigma) => Ok(sigma),
         }
     }
 }
@@ -241,7 +258,8 @@ fn bare(text: &str, expected: &Expected<'_>) -> Result<f64, (String, String)> {
 fn with_unit(text: &str, expected: &Expected<'_>) -> Result<f64, (String, String)> {
     let Some((number, unit)) = units::split(text) else {
         let message = format!("{}: '{text}' does not begin with a number", expected.what);
-        return Err((message, format!("as in \"1 {}\"", expected.unit)));
+        let cure = units::likely_cure(text).unwrap_or_else(|| format!("as in \"1 {}\"", expected.unit));
+        return Err((message, cure));
     };
     if unit.is_empty() {
         return bare(number, expected);
@@ -253,7 +271,10 @@ fn with_unit(text: &str, expected: &Expected<'_>) -> Result<f64, (String, String
 pub(super) fn in_si(number: &str, unit: &str, expected: &Expected<'_>) -> Result<f64, (String, String)> {
     let wanted = expected.unit();
     let given = units::parse(unit).map_err(|why| {
-        (format!("{}: {why}", expected.what), format!("{} is in {}", expected.what, or_plain(expected.unit)))
+        let text = if unit.starts_with(',') { format!("{number}{unit}") } else { format!("{number} {unit}") };
+        let cure =
+            units::likely_cure(&text).unwrap_or_else(|| format!("{} is in {}", expected.what, or_plain(expected.unit)));
+        (format!("{}: {why}", expected.what), cure)
     })?;
     let gram = units::parse_with_gram(unit).ok().filter(|gram| gram.dimension == wanted.dimension);
     let given = if given.dimension == wanted.dimension { given } else { gram.unwrap_or(given) };

@@ -63,6 +63,16 @@ fn noise(section: &Section<'_, '_>, unit: &str) -> Noise {
     if numbers::unit_of(node).is_some_and(|given| Some(given.dimension) == dimension) {
         return Noise::Density(section.read("noise", node, &density));
     }
+    // the density of an angle where that of a rate is wanted
+    let integrated = units::parse(&format!("{density}*s")).map(|unit| unit.dimension).ok();
+    if numbers::unit_of(node).is_some_and(|given| Some(given.dimension) == integrated) {
+        let message = format!("noise of {} is the density of what {unit} integrates to", section.what);
+        let cure = format!(
+            "a density is in ({unit})/sqrt(Hz) or, the same, {density}: of a gyro deg/s/sqrt(Hz) or deg/sqrt(h)"
+        );
+        section.error("noise", message, cure);
+        return Noise::default();
+    }
     Noise::PerSample(section.read("noise", node, unit))
 }
 

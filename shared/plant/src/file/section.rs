@@ -29,7 +29,8 @@ pub(super) struct Reader {
     pub places: RefCell<BTreeMap<Place, Range<usize>>>,
     /// Places that hold a stand-in.
     pub poisoned: RefCell<BTreeSet<Place>>,
-    pub space: Cell<Space>,
+    /// `None`: not readable; then nothing is said about what one space lacks.
+    pub space: Cell<Option<Space>>,
     /// Names of what has a stand-in for its kind: nothing can be said about its unit.
     pub unsure: RefCell<BTreeSet<String>>,
 }
@@ -66,8 +67,14 @@ impl<'r, 'd> Section<'r, 'd> {
         }
     }
 
+    /// May be in a plane.
     pub fn planar(&self) -> bool {
-        self.reader.space.get() == Space::Planar
+        self.reader.space.get() != Some(Space::Spatial)
+    }
+
+    /// May be in space.
+    pub fn spatial(&self) -> bool {
+        self.reader.space.get() != Some(Space::Planar)
     }
 
     /// The place of `key`.
@@ -161,9 +168,17 @@ impl<'r, 'd> Section<'r, 'd> {
     /// A required whole number.
     pub fn count(&self, key: &str) -> u32 {
         let Some(node) = self.required(key, "a whole number") else { return 1 };
-        let number = node.get_ref().as_integer().and_then(|i| u32::from_str_radix(i.as_str(), i.radix()).ok());
+        let integer = node.get_ref().as_integer();
+        let number = integer.and_then(|i| u32::from_str_radix(i.as_str(), i.radix()).ok());
         number.unwrap_or_else(|| {
-            self.wrong_type(key, node, "a whole number");
+            match integer {
+                Some(i) => self.error(
+                    key,
+                    format!("{key} of {} is {}", self.what, i.as_str()),
+                    format!("a whole number from 0 to {}", u32::MAX),
+                ),
+                None => self.wrong_type(key, node, "a whole number"),
+            }
             1
         })
     }

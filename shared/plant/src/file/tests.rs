@@ -1,7 +1,10 @@
 use super::*;
 use crate::description::{Noise, Quantity, Scope, SensorKind, SignalKind, Site, TankModel};
 
+mod cures;
 mod faults;
+mod header;
+mod limits;
 mod round_trip;
 
 /// Line 1 of a plant that has one of nearly everything; each fault test breaks it in one place.
@@ -49,7 +52,7 @@ points = { root = ["1 m", 0], tip = ["5 m", 0] }
 name = "bending"
 frequency = "1 Hz"
 damping_ratio = 0.005
-rotation = "10 sqrt(kg)*m"
+rotation = "5 sqrt(kg)*m"
 shape = { root = [0, 0], tip = [0, "0.6 1/sqrt(kg)"] }
 
 [[actuator]]

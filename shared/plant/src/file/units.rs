@@ -405,5 +405,9 @@ static QUANTITIES: &[(&str, &str)] = &[
     ("1/sqrt(kg)", "a mass-normalised shape"),
 ];
 
+mod cures;
+
+pub use cures::likely_cure;
+
 #[cfg(test)]
 mod tests;

@@ -42,15 +42,15 @@ impl HeldDelay {
 
     /// Takes the command of a new period.
     pub fn push(&self, state: &mut HeldDelayState, command: f64) {
-        state.newest = (state.newest + 1) % state.past.len();
+        state.newest = if state.newest + 1 == state.past.len() { 0 } else { state.newest + 1 };
         state.past[state.newest] = command;
     }
 
     /// What leaves the delay `since_s` after the beginning of the period of the newest command.
     pub fn at(&self, state: &HeldDelayState, since_s: f64) -> f64 {
         let age = self.periods + usize::from(since_s < self.fraction_s);
-        let length = state.past.len();
-        state.past[(state.newest + length - age) % length]
+        let before = if age > state.newest { state.newest + state.past.len() } else { state.newest };
+        state.past[before - age]
     }
 }
 

@@ -1,7 +1,7 @@
 use super::*;
-use crate::arm_parameters::ArmParameters;
 use crate::description::{ActuatorKind, Prescribed};
 use crate::file::parse;
+use crate::oracle::arm_parameters::ArmParameters;
 
 const CART: &str = r#"
 format = 1
@@ -135,6 +135,13 @@ fn bounds_of_the_free_floating_arm_from_momentum_are_those_of_the_study() {
         actuator.command = controller.reference;
     }
     plant.sensors.retain(|sensor| sensor.name == "gyro");
+    // the study has its centres of mass on the links' axes, and knows neither where the shoulder is nor how long the upper arm
+    plant.bodies.iter_mut().for_each(|body| body.com_m[1].sigma = None);
+    for (body, axis) in [(1, 0), (1, 1), (2, 0)] {
+        plant.bodies[body].joint.position_m[axis].sigma = Some(0.1);
+    }
+    // and knows neither component of the place of the first joint: seven numbers are free, not six
+    plant.bodies[1].joint.position_m[..2].iter_mut().for_each(|position| position.sigma = Some(0.05));
     let found = predict(&plant, 60.0, &mut |_| {}).unwrap();
     let published = [0.0049, 0.0075, 0.0092, 0.0125, 0.0119, 0.0218, 0.0086, 0.0146];
     let truth = ArmParameters::paper_table_ii().inertial_parameters_truth();
@@ -169,7 +176,12 @@ fn gradients(found: &Prediction) -> Vec<Vec<f64>> {
             "link_1.inertia.zz" => p.link_inertia_com_kg_m2[0] += change,
             "link_2.inertia.zz" => p.link_inertia_com_kg_m2[1] += change,
             // the elbow stays where it is
+            "shoulder.position.x" => p.r0_m[0] += change,
+            "shoulder.position.y" => p.r0_m[1] += change,
             "link_1.com.x" => (p.l_m[0], p.r_m[0]) = (p.l_m[0] + change, p.r_m[0] - change),
+            "shoulder.position.x" => p.r0_m[0] += change,
+            "shoulder.position.y" => p.r0_m[1] += change,
+            "elbow.position.x" => p.r_m[0] += change,
             "link_2.com.x" => (p.l_m[1], p.r_m[1]) = (p.l_m[1] + change, p.r_m[1] - change),
             _ => {}
         }

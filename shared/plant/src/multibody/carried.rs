@@ -44,14 +44,20 @@ impl<T: Real> Data<T> {
 
     /// A point mass (negative: mass that is gone) at `position_m` of a link, until it is set again.
     pub fn set_added_mass(&mut self, link: usize, mass_kg: T, position_m: [T; 3]) {
+        self.plane &= position_m[2].value() == 0.0;
         let carried = &mut self.frames[link + 1].carried;
         (carried.mass, carried.position, carried.acts) = (mass_kg, position_m.into(), true);
+    }
+
+    /// Only constants of the model act.
+    pub(crate) fn carries_nothing(&self) -> bool {
+        !self.frames.iter().any(|frame| frame.carried.acts || frame.carried.flexed)
     }
 }
 
 impl<T: Real> LinkState<T> {
     /// What is carried as a spatial inertia about the origin, world axes.
-    fn carried_inertia(&self) -> SpatialInertia<T> {
+    pub fn carried_inertia(&self) -> SpatialInertia<T> {
         let r = self.rotation.apply(self.carried.position);
         let m = self.carried.mass;
         let first_moment = self.rotation.apply(self.carried.shift) + r * m;

@@ -63,6 +63,8 @@ pub struct Data<T: Real> {
     pub(crate) frames: Vec<LinkState<T>>,
     pub(crate) gravity: V3<T>,
     pub(crate) joint_force: JointForce,
+    /// The planar kernels serve: the model lies in the plane, and so does all that was ever added to it.
+    pub(crate) plane: bool,
     /// Room for [`inverse_dynamics_derivatives`](super::inverse_dynamics_derivatives).
     pub(crate) derivatives: Derivatives,
     /// Room for one number per velocity coordinate.
@@ -72,14 +74,14 @@ pub struct Data<T: Real> {
 impl<T: Real> Data<T> {
     /// Workspace for `model`.
     pub fn new(model: &Model) -> Self {
-        let world = LinkState { rotation: M3::identity(), ..LinkState::default() };
-        let mut frames = vec![LinkState::default(); model.links_len() + 1];
+        let mut frames = vec![LinkState { rotation: M3::identity(), ..LinkState::default() }; model.links_len() + 1];
         let gravity = V3::constant(&model.gravity);
-        frames[0] = LinkState { acceleration: -gravity, ..world };
+        frames[0].acceleration = -gravity;
         Self {
             frames,
             gravity,
             joint_force: JointForce::None,
+            plane: model.plane,
             derivatives: Derivatives::new(model),
             efforts: vec![T::zero(); model.v_len()],
         }

@@ -66,6 +66,9 @@ impl Derivatives {
 /// [`integrate_position`](super::integrate_position) takes it. Columns of internal coordinates in `dtau_dq` are zero: their
 /// positions are the caller's.
 ///
+/// Of the model's constants alone: refuses (panics on) a workspace with [`Data::set_internal_positions`] or
+/// [`Data::set_added_mass`], whose terms it lacks; dual numbers differentiate those.
+///
 /// Cost: O(v_len · depth), no allocation.
 pub fn inverse_dynamics_derivatives(
     model: &Model,
@@ -79,6 +82,7 @@ pub fn inverse_dynamics_derivatives(
     let n = model.v_len();
     assert!(dtau_dq.shape() == (n, n));
     assert!(dtau_dv.shape() == (n, n));
+    assert!(data.carries_nothing(), "analytic derivatives know constant inertias only");
     kinematics(model, data, q, v);
     let mut work = core::mem::take(&mut data.derivatives);
     let mut efforts = core::mem::take(&mut data.efforts);

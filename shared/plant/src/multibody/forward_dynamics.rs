@@ -8,6 +8,7 @@ use super::data::{Data, Elimination, JointForce, LinkState};
 use super::inertia::{Factor3, SpatialInertia};
 use super::kinematics::kinematics;
 use super::model::{InternalConstants, Joint, LinkConstants, Model};
+use super::planar;
 use super::vector::{Spatial, Sym3, V3};
 use crate::real::Real;
 
@@ -109,13 +110,30 @@ fn articulated_body<T: Real>(
     prescribed: &[bool],
     acceleration: &mut [T],
 ) {
+    if data.plane {
+        articulated_body_by::<T, true>(model, data, v, tau, wrench, prescribed, acceleration);
+    } else {
+        articulated_body_by::<T, false>(model, data, v, tau, wrench, prescribed, acceleration);
+    }
+}
+
+#[inline(always)]
+fn articulated_body_by<T: Real, const PLANE: bool>(
+    model: &Model,
+    data: &mut Data<T>,
+    v: &[T],
+    tau: &[T],
+    wrench: &[[T; 6]],
+    prescribed: &[bool],
+    acceleration: &mut [T],
+) {
     assert!(v.len() == model.v_len());
     assert!(tau.len() == model.v_len());
     assert!(acceleration.len() == model.v_len());
     assert!(wrench.is_empty() || wrench.len() == model.links_len());
     data.joint_force = JointForce::Articulated;
     for (link, frame) in model.links.iter().zip(&mut data.frames[1..]) {
-        rigid_body(link, frame);
+        if PLANE { planar::rigid_body(link, frame) } else { rigid_body(link, frame) }
     }
     for (frame, wrench) in data.frames[1..].iter_mut().zip(wrench) {
         frame.moment -= frame.rotation.apply(V3::read(wrench, 0));
@@ -129,12 +147,22 @@ fn articulated_body<T: Real>(
     for (i, link) in model.links.iter().enumerate().rev() {
         let (before, rest) = data.frames.split_at_mut(i + 1);
         let given = prescribed.get(link.v).is_some_and(|prescribed| *prescribed);
-        eliminate_joint(link, &mut before[link.parent], &mut rest[0], tau, acceleration, given);
+        let (parent, own) = (&mut before[link.parent], &mut rest[0]);
+        if PLANE {
+            planar::eliminate_joint(link, parent, own, tau, acceleration, given);
+        } else {
+            eliminate_joint(link, parent, own, tau, acceleration, given);
+        }
     }
     for (i, link) in model.links.iter().enumerate() {
         let (before, rest) = data.frames.split_at_mut(i + 1);
         let given = prescribed.get(link.v).is_some_and(|prescribed| *prescribed);
-        accelerate(link, &before[link.parent], &mut rest[0], acceleration, given);
+        let (parent, own) = (&before[link.parent], &mut rest[0]);
+        if PLANE {
+            planar::accelerate(link, parent, own, acceleration, given);
+        } else {
+            accelerate(link, parent, own, acceleration, given);
+        }
     }
     for internal in &model.internals {
         if !prescribed.get(internal.v).is_some_and(|prescribed| *prescribed) {

@@ -1,6 +1,7 @@
 //! Moving a position along a velocity: on the group in one step, and as a rate for Runge–Kutta.
 
-use super::kinematics::rotation_of_quaternion;
+use super::data::Data;
+use super::kinematics::{about_z, rotation_of_quaternion};
 use super::model::{Joint, LinkConstants, Model};
 use super::vector::V3;
 use crate::real::Real;
@@ -93,20 +94,46 @@ pub fn position_rate<T: Real>(model: &Model, q: &[T], v: &[T], q_dot: &mut [T]) 
         match link.joint {
             Joint::Fixed => {}
             Joint::Revolute { .. } | Joint::Prismatic { .. } => q_dot[link.q] = v[link.v],
-            Joint::FreePlanar => {
-                let (sin, cos) = q[link.q + 2].sin_cos();
-                let (x, y) = (v[link.v + 1], v[link.v + 2]);
-                q_dot[link.q] = cos * x - sin * y;
-                q_dot[link.q + 1] = sin * x + cos * y;
-                q_dot[link.q + 2] = v[link.v];
-            }
-            Joint::FreeSpatial => {
-                let quaternion = &q[link.q + 3..link.q + 7];
-                rotation_of_quaternion(quaternion).apply(V3::read(v, link.v + 3)).write(q_dot, link.q);
-                let half = V3::read(v, link.v).scale(0.5);
-                let rate = quaternion_product(quaternion, [T::zero(), half.x, half.y, half.z]);
-                q_dot[link.q + 3..link.q + 7].copy_from_slice(&rate);
+            Joint::FreePlanar | Joint::FreeSpatial => free_rate(link, relative_velocity(link, q, v), q, v, q_dot),
+        }
+    }
+}
+
+/// [`position_rate`] when [`kinematics`](super::kinematics) of the same state is in `data`: rotations are known.
+pub fn position_rate_after_kinematics<T: Real>(model: &Model, data: &Data<T>, q: &[T], v: &[T], q_dot: &mut [T]) {
+    assert!(q.len() == model.q_len());
+    assert!(v.len() == model.v_len());
+    assert!(q_dot.len() == model.q_len());
+    for (i, link) in model.links.iter().enumerate() {
+        match link.joint {
+            Joint::Fixed => {}
+            Joint::Revolute { .. } | Joint::Prismatic { .. } => q_dot[link.q] = v[link.v],
+            Joint::FreePlanar | Joint::FreeSpatial => {
+                let along = if link.along_world { data.link(i).velocity } else { relative_velocity(link, q, v) };
+                free_rate(link, along, q, v, q_dot);
             }
         }
     }
+}
+
+/// Velocity of the origin of a free link against its joint frame, axes of that frame.
+#[inline(always)]
+fn relative_velocity<T: Real>(link: &LinkConstants, q: &[T], v: &[T]) -> V3<T> {
+    if link.v_len == 3 {
+        return about_z(q[link.q + 2]).apply(V3::new(v[link.v + 1], v[link.v + 2], T::zero()));
+    }
+    rotation_of_quaternion(&q[link.q + 3..link.q + 7]).apply(V3::read(v, link.v + 3))
+}
+
+/// `q̇` of a free joint whose origin moves by `along`.
+#[inline(always)]
+fn free_rate<T: Real>(link: &LinkConstants, along: V3<T>, q: &[T], v: &[T], q_dot: &mut [T]) {
+    if link.v_len == 3 {
+        (q_dot[link.q], q_dot[link.q + 1], q_dot[link.q + 2]) = (along.x, along.y, v[link.v]);
+        return;
+    }
+    along.write(q_dot, link.q);
+    let half = V3::read(v, link.v).scale(0.5);
+    let rate = quaternion_product(&q[link.q + 3..link.q + 7], [T::zero(), half.x, half.y, half.z]);
+    q_dot[link.q + 3..link.q + 7].copy_from_slice(&rate);
 }

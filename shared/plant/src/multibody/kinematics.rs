@@ -6,6 +6,7 @@
 
 use super::data::{Data, JointForce, LinkState};
 use super::model::{Joint, LinkConstants, Model};
+use super::planar;
 use super::vector::{M3, V3};
 use crate::real::Real;
 
@@ -19,89 +20,112 @@ pub fn kinematics<T: Real>(model: &Model, data: &mut Data<T>, q: &[T], v: &[T]) 
     assert!(v.len() == model.v_len());
     data.joint_force = JointForce::None;
     (data.frames[0].moment, data.frames[0].force) = (V3::zero(), V3::zero());
-    for (i, link) in model.links.iter().enumerate() {
-        let (done, rest) = data.frames.split_at_mut(i + 1);
-        place(link, &done[link.parent], &mut rest[0], q, v);
+    if model.plane {
+        walk(model, data, |link, parent, frame| {
+            planar::pose(link, parent, frame, q);
+            planar::motion(link, parent, frame, v);
+        });
+    } else {
+        walk(model, data, |link, parent, frame| {
+            pose(link, parent, frame, q);
+            motion(link, parent, frame, v);
+        });
     }
 }
 
-/// Pose, velocity and bias acceleration of one link from those of its parent.
+/// Velocities and bias accelerations at other rates `v`, the poses of the last [`kinematics`] standing.
+pub(crate) fn velocities<T: Real>(model: &Model, data: &mut Data<T>, v: &[T]) {
+    assert!(v.len() == model.v_len());
+    data.joint_force = JointForce::None;
+    if model.plane {
+        walk(model, data, |link, parent, frame| planar::motion(link, parent, frame, v));
+    } else {
+        walk(model, data, |link, parent, frame| motion(link, parent, frame, v));
+    }
+}
+
+/// Visits (link, parent, own) outwards.
 #[inline(always)]
-fn place<T: Real>(link: &LinkConstants, parent: &LinkState<T>, frame: &mut LinkState<T>, q: &[T], v: &[T]) {
-    let omega = parent.omega;
+fn walk<T: Real>(
+    model: &Model,
+    data: &mut Data<T>,
+    mut visit: impl FnMut(&LinkConstants, &LinkState<T>, &mut LinkState<T>),
+) {
+    for (i, link) in model.links.iter().enumerate() {
+        let (done, rest) = data.frames.split_at_mut(i + 1);
+        visit(link, &done[link.parent], &mut rest[0]);
+    }
+}
+
+/// Pose of one link from that of its parent.
+#[inline(always)]
+fn pose<T: Real>(link: &LinkConstants, parent: &LinkState<T>, frame: &mut LinkState<T>, q: &[T]) {
     frame.arm = parent.rotation.apply_constant(&link.position);
     match &link.joint {
-        Joint::Fixed => {
-            frame.rotation = parent.rotation.product_constant(&link.rotation);
-            rigid(parent, frame);
-        }
+        Joint::Fixed => frame.rotation = parent.rotation.product_constant(&link.rotation),
         Joint::Revolute { axis_in_parent, along, across, turned } => {
-            let rate = v[link.v];
             frame.rotation = parent.rotation.product(&revolute(q[link.q], along, across, turned));
             frame.axis = parent.rotation.apply_constant(axis_in_parent);
-            rigid(parent, frame);
-            let relative = frame.axis * rate;
-            frame.omega = omega + relative;
-            frame.bias_angular = omega.cross(relative);
         }
         Joint::Prismatic { axis_in_parent } => {
             frame.rotation = parent.rotation.product_constant(&link.rotation);
             frame.axis = parent.rotation.apply_constant(axis_in_parent);
             frame.arm += frame.axis * q[link.q];
-            rigid(parent, frame);
-            let relative = frame.axis * v[link.v];
-            frame.velocity += relative;
-            let coriolis = omega.cross(relative);
-            frame.bias_linear += coriolis + coriolis;
         }
         Joint::FreePlanar => {
-            let turn = about_z(q[link.q + 2]);
-            let at = V3::new(q[link.q], q[link.q + 1], T::zero());
-            let omega_j = V3::new(T::zero(), T::zero(), v[link.v]);
-            free(link, parent, frame, (at, turn), (omega_j, V3::new(v[link.v + 1], v[link.v + 2], T::zero())));
+            free(link, parent, frame, V3::new(q[link.q], q[link.q + 1], T::zero()), about_z(q[link.q + 2]));
         }
         Joint::FreeSpatial => {
             let turn = rotation_of_quaternion(&q[link.q + 3..link.q + 7]);
-            let at = V3::read(q, link.q);
-            free(link, parent, frame, (at, turn), (V3::read(v, link.v), V3::read(v, link.v + 3)));
+            free(link, parent, frame, V3::read(q, link.q), turn);
         }
     }
     frame.origin = parent.origin + frame.arm;
 }
 
-/// Velocity and bias of a frame that does not move against its parent.
+/// A joint of several degrees of freedom: place and rotation of the link against the joint frame.
 #[inline(always)]
-fn rigid<T: Real>(parent: &LinkState<T>, frame: &mut LinkState<T>) {
-    let swept = parent.omega.cross(frame.arm);
-    frame.omega = parent.omega;
-    frame.velocity = parent.velocity + swept;
-    frame.bias_angular = V3::zero();
-    frame.bias_linear = parent.omega.cross(swept);
-}
-
-/// A joint of several degrees of freedom: `pose` and `twist` of the link against the joint frame, the twist in link axes.
-#[inline(always)]
-fn free<T: Real>(
-    link: &LinkConstants,
-    parent: &LinkState<T>,
-    frame: &mut LinkState<T>,
-    pose: (V3<T>, M3<T>),
-    twist: (V3<T>, V3<T>),
-) {
+fn free<T: Real>(link: &LinkConstants, parent: &LinkState<T>, frame: &mut LinkState<T>, at: V3<T>, turn: M3<T>) {
     if link.along_world {
-        frame.arm += pose.0;
-        frame.rotation = pose.1;
+        frame.arm += at;
+        frame.rotation = turn;
     } else {
         let joint_frame = parent.rotation.product_constant(&link.rotation);
-        frame.arm += joint_frame.apply(pose.0);
-        frame.rotation = joint_frame.product(&pose.1);
+        frame.arm += joint_frame.apply(at);
+        frame.rotation = joint_frame.product(&turn);
     }
-    rigid(parent, frame);
-    let (relative_omega, relative) = (frame.rotation.apply(twist.0), frame.rotation.apply(twist.1));
-    frame.omega += relative_omega;
-    frame.velocity += relative;
-    frame.bias_angular = parent.omega.cross(relative_omega);
-    frame.bias_linear += (parent.omega + frame.omega).cross(relative);
+}
+
+/// Velocity and bias acceleration of one link whose pose is known.
+#[inline(always)]
+fn motion<T: Real>(link: &LinkConstants, parent: &LinkState<T>, frame: &mut LinkState<T>, v: &[T]) {
+    let omega = parent.omega;
+    let swept = omega.cross(frame.arm);
+    frame.omega = omega;
+    frame.velocity = parent.velocity + swept;
+    frame.bias_angular = V3::zero();
+    frame.bias_linear = omega.cross(swept);
+    match &link.joint {
+        Joint::Fixed => {}
+        Joint::Revolute { .. } => {
+            let relative = frame.axis * v[link.v];
+            frame.omega += relative;
+            frame.bias_angular = omega.cross(relative);
+        }
+        Joint::Prismatic { .. } => {
+            let relative = frame.axis * v[link.v];
+            frame.velocity += relative;
+            let coriolis = omega.cross(relative);
+            frame.bias_linear += coriolis + coriolis;
+        }
+        Joint::FreePlanar | Joint::FreeSpatial => {
+            let (relative_omega, relative) = frame.joint_motion(&link.joint, &v[link.v..link.v + link.v_len]);
+            frame.omega += relative_omega;
+            frame.velocity += relative;
+            frame.bias_angular = omega.cross(relative_omega);
+            frame.bias_linear += (omega + frame.omega).cross(relative);
+        }
+    }
 }
 
 #[inline(always)]

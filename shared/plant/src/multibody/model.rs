@@ -110,6 +110,8 @@ pub(crate) enum Joint {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LinkConstants {
     pub parent: usize,
+    /// The link of its tree that the world carries.
+    pub root: usize,
     pub joint: Joint,
     pub q: usize,
     pub v: usize,
@@ -143,6 +145,8 @@ pub struct Model {
     pub(crate) links: Vec<LinkConstants>,
     pub(crate) internals: Vec<InternalConstants>,
     pub(crate) gravity: V3<f64>,
+    /// Everything turns about z and moves in x and y: the planar kernels serve.
+    pub(crate) plane: bool,
     q_len: usize,
     v_joints: usize,
 }
@@ -162,10 +166,11 @@ impl Model {
             return Err(ModelError::Empty);
         }
         let (mut q_len, mut v_joints) = (0, 0);
-        let mut compiled = Vec::with_capacity(links.len());
+        let mut compiled: Vec<LinkConstants> = Vec::with_capacity(links.len());
         for (i, link) in links.iter().enumerate() {
             check_link(i, link)?;
-            compiled.push(compile(link, q_len, v_joints));
+            let root = link.parent.map_or(i, |parent| compiled[parent].root);
+            compiled.push(LinkConstants { root, ..compile(link, q_len, v_joints) });
             q_len += link.joint.q_len();
             v_joints += link.joint.v_len();
         }
@@ -180,18 +185,23 @@ impl Model {
                 return Err(ModelError::NotFinite { link: internal.link, field: "coupling of an internal coordinate" });
             }
         }
-        let internals = internals.iter().enumerate().map(|(i, internal)| {
-            let [a, b, c, d, e, f] = internal.coupling;
-            InternalConstants {
-                link: internal.link,
-                v: v_joints + i,
-                mass: internal.mass,
-                angular: V3::new(a, b, c),
-                linear: V3::new(d, e, f),
-            }
-        });
+        let internals: Vec<_> = internals
+            .iter()
+            .enumerate()
+            .map(|(i, internal)| {
+                let [a, b, c, d, e, f] = internal.coupling;
+                InternalConstants {
+                    link: internal.link,
+                    v: v_joints + i,
+                    mass: internal.mass,
+                    angular: V3::new(a, b, c),
+                    linear: V3::new(d, e, f),
+                }
+            })
+            .collect();
         let gravity = V3::from_vector(&gravity_m_s2);
-        let model = Self { links: compiled, internals: internals.collect(), gravity, q_len, v_joints };
+        let plane = super::planar::lies_in_plane(&compiled, &internals);
+        let model = Self { links: compiled, internals, gravity, plane, q_len, v_joints };
         model.check_mass_matrix()?;
         Ok(model)
     }
@@ -312,6 +322,7 @@ fn compile(link: &Link, q: usize, v: usize) -> LinkConstants {
     };
     LinkConstants {
         parent: link.parent.map_or(0, |parent| parent + 1),
+        root: 0,
         joint,
         q,
         v,

@@ -2,7 +2,8 @@
 //!
 //! Ten parameters per link, `[m, mcx, mcy, mcz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz]`, the inertia about the link's origin in link axes
 //! ([`Model::standard_parameters`]). Rotor inertias and internal coordinates are not among them: their efforts are to be
-//! subtracted from the left-hand side. (Khalil & Dombre, Modeling, Identification and Control of Robots, ch. 9.)
+//! subtracted from the left-hand side. A workspace with [`Data::set_internal_positions`] or [`Data::set_added_mass`] is refused
+//! (a panic): what they add is no product with these parameters. (Khalil & Dombre, Modeling, Identification and Control of Robots, ch. 9.)
 
 use super::data::{Data, LinkState};
 use super::inverse_dynamics::accelerations;
@@ -32,6 +33,7 @@ pub fn inverse_dynamics_regressor(
 ) {
     assert!(acceleration.len() == model.v_len());
     assert!(regressor.shape() == (model.v_len(), PARAMETERS_PER_LINK * model.links_len()));
+    assert!(data.carries_nothing(), "a regressor knows constant inertias only");
     kinematics(model, data, q, v);
     accelerations(model, data, acceleration);
     regressor.fill(0.0);
@@ -50,6 +52,7 @@ pub fn inverse_dynamics_regressor(
 /// Cost: O(10 · links), no allocation.
 pub fn momentum_regressor(model: &Model, data: &mut Data<f64>, q: &[f64], v: &[f64], regressor: &mut DMatrix<f64>) {
     assert!(regressor.shape() == (6, PARAMETERS_PER_LINK * model.links_len()));
+    assert!(data.carries_nothing(), "a regressor knows constant inertias only");
     kinematics(model, data, q, v);
     for link in 0..model.links_len() {
         let frame = data.link(link);

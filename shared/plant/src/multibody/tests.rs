@@ -7,6 +7,7 @@ mod golden;
 mod identities;
 mod internal;
 mod invariance;
+mod planar;
 mod speed;
 
 use super::*;

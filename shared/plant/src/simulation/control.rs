@@ -32,9 +32,18 @@ struct Loop {
     feed_forward: Option<Effort>,
 }
 
+/// What the controllers believe the plant to be: as it is described, without its effects.
+#[derive(Clone)]
+struct Nominal {
+    system: System,
+    workspace: Workspace<f64>,
+}
+
 /// All controllers of a plant.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(crate) struct Controllers {
+    /// Where some loop feeds forward.
+    nominal: Option<Nominal>,
     loops: Vec<Loop>,
     targets: Vec<SignalValue>,
     references: Vec<JointReference>,
@@ -45,8 +54,11 @@ pub(crate) struct Controllers {
 }
 
 impl Controllers {
-    pub fn new(plant: &Plant, system: &System) -> Result<Self, SimulationError> {
+    pub fn new(plant: &Plant) -> Result<Self, SimulationError> {
+        let feeds_forward = plant.controllers.iter().any(|controller| controller.feed_forward.value != 0.0);
+        let nominal = if feeds_forward { Some(System::new(&plant.without_effects())?) } else { None };
         let mut controllers = Self {
+            nominal: nominal.map(|system| Nominal { workspace: Workspace::new(&system), system }),
             loops: Vec::new(),
             targets: vec![SignalValue::default(); plant.controllers.len()],
             references: Vec::new(),
@@ -56,7 +68,7 @@ impl Controllers {
         };
         for description in &plant.controllers {
             let mut closed = Loop::new(plant, description)?;
-            let reference = controllers.reference(system, &closed);
+            let reference = controllers.reference(&closed);
             closed.feed_forward = feed_forward(plant, description, closed.actuator, reference)?;
             controllers.loops.push(closed);
         }
@@ -65,8 +77,8 @@ impl Controllers {
     }
 
     /// Index of the reference of the loop's joint, made where there is none.
-    fn reference(&mut self, system: &System, closed: &Loop) -> Option<usize> {
-        let joint = system.joint(closed.joint.as_deref()?)?;
+    fn reference(&mut self, closed: &Loop) -> Option<usize> {
+        let joint = self.nominal.as_ref()?.system.joint(closed.joint.as_deref()?)?;
         if let Some(known) = self.references.iter().position(|reference| reference.joint == joint) {
             return Some(known);
         }
@@ -94,7 +106,6 @@ impl Controllers {
     /// Adds what every loop commands to `commands`, one per actuator.
     pub fn command(
         &mut self,
-        (system, workspace): (&System, &mut Workspace<f64>),
         clock: &ExcitedClock,
         period_s: f64,
         readings: &[f64],
@@ -107,7 +118,7 @@ impl Controllers {
                 *target = SignalValue { value: target.value, rate: 0.0, acceleration: 0.0 };
             }
         }
-        self.feed_forward(system, workspace);
+        self.feed_forward();
         for ((closed, target), integral) in self.loops.iter().zip(&self.targets).zip(integrals) {
             let mut command = closed.feedback(target, period_s, readings, integral);
             if let Some(effort) = &closed.feed_forward {
@@ -118,10 +129,8 @@ impl Controllers {
         }
     }
 
-    fn feed_forward(&mut self, system: &System, workspace: &mut Workspace<f64>) {
-        if !self.loops.iter().any(|closed| closed.feed_forward.is_some()) {
-            return;
-        }
+    fn feed_forward(&mut self) {
+        let Some(Nominal { system, workspace }) = &mut self.nominal else { return };
         for (reference, owner) in self.references.iter_mut().zip(&self.owners) {
             let target = &self.targets[*owner];
             (reference.position, reference.rate) = (target.value, target.rate);

@@ -28,6 +28,9 @@ pub enum SimulationError {
     /// Exact zero-order hold asked of a plant whose inputs are not held.
     #[error("exact zero-order hold needs held inputs, but '{actuator}' prescribes a motion; use runge_kutta_4")]
     NotHeld { actuator: String },
+    /// The motion left the numbers: a step too long for a stiff part, or an unstable loop.
+    #[error("at {time_s} s '{state}' is no longer finite: a step too long for a stiff part, or a motion without bound")]
+    NotFinite { time_s: f64, state: String },
     /// A checkpoint of another plant.
     #[error("the checkpoint belongs to another plant: {what} has {got} numbers instead of {expected}")]
     ForeignState { what: &'static str, got: usize, expected: usize },

@@ -81,7 +81,7 @@ impl History {
 
     /// Takes a piece, pushing out the oldest.
     pub fn push(&mut self, piece: &PieceStart<'_>) {
-        self.newest = (self.newest + 1) % self.capacity;
+        self.newest = if self.newest + 1 == self.capacity { 0 } else { self.newest + 1 };
         self.length = (self.length + 1).min(self.capacity);
         let slot = self.newest;
         (self.begin_s[slot], self.clocks[slot]) = (piece.begin_s, piece.clock);
@@ -102,11 +102,11 @@ impl History {
     pub fn locate(&self, t_s: f64) -> usize {
         assert!(self.length > 0, "the first piece is taken before the first reading");
         let mut slot = self.newest;
-        for back in 0..self.length {
-            slot = (self.newest + self.capacity - back) % self.capacity;
+        for _ in 1..self.length {
             if self.begin_s[slot] <= t_s + EDGE_S {
                 break;
             }
+            slot = if slot == 0 { self.capacity - 1 } else { slot - 1 };
         }
         slot
     }

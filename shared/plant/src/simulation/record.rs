@@ -42,7 +42,9 @@ pub fn record(
             if k.is_multiple_of(100) {
                 progress((begin_s + k as f64 * plant.simulation.period_s) / duration_s);
             }
-            let row = simulator.step();
+            simulator.step();
+            simulator.check_finite()?;
+            let row = simulator.row();
             for (channel, actuator) in recording.channels.iter_mut().zip(&recorded) {
                 channel.push(row.time_s, row.commands[*actuator]);
             }

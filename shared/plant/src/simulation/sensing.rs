@@ -61,6 +61,8 @@ pub(crate) struct Channel {
     lag_at: usize,
     sigma: f64,
     stream: Stream,
+    /// Number of the last sample and its noise.
+    noise: (u64, f64),
     range: f64,
     resolution: f64,
     jitter_s: f64,
@@ -100,6 +102,7 @@ impl Channel {
             lag_at: 0,
             sigma,
             stream: Stream::new(seed, &format!("{prefix}.{}", sensor.name)),
+            noise: (u64::MAX, 0.0),
             range: sensor.range.map_or(f64::INFINITY, |range| range.value),
             resolution: sensor.resolution.value,
             jitter_s: plant.simulation.jitter_s,
@@ -121,13 +124,19 @@ impl Channel {
 
     /// Number of the sample in its stream: records that begin later do not repeat the noise of earlier ones.
     fn number(&self, start_s: f64, n: u64) -> u64 {
+        if start_s == 0.0 {
+            return n;
+        }
         n + libm::round(start_s / self.period_s).max(0.0) as u64
     }
 
-    fn measure(&self, truth: f64, number: u64) -> f64 {
+    /// A controller and the record take the same sample: its noise is computed once.
+    fn measure(&mut self, truth: f64, number: u64) -> f64 {
         // a perfect channel costs no random number
-        let noise = if self.sigma > 0.0 { self.sigma * self.stream.normal(number) } else { 0.0 };
-        quantise((truth + noise).clamp(-self.range, self.range), self.resolution)
+        if self.sigma > 0.0 && self.noise.0 != number {
+            self.noise = (number, self.sigma * self.stream.normal(number));
+        }
+        quantise((truth + self.noise.1).clamp(-self.range, self.range), self.resolution)
     }
 
     fn stamp_s(&self, t_s: f64) -> f64 {
@@ -322,7 +331,7 @@ impl Sensors {
             }
             self.instant(dynamics, history, index, instant_s - delay_s)
         };
-        let channel = &self.channels[index];
+        let channel = &mut self.channels[index];
         let value = channel.measure(noise_free, channel.number(start_s, n));
         state.channels[index] = ChannelState { next: n + 1, latest: Some(value) };
         Some(Sample { channel: index, time_s: channel.stamp_s(instant_s), value, noise_free })

@@ -119,7 +119,7 @@ impl SignalSum {
 
     /// Value, rate and acceleration at `t_s`.
     ///
-    /// Cost: one sine and cosine per harmonic, a binary search per table; no allocation.
+    /// Cost: one sine and cosine per sinusoid or Fourier series, a binary search per table; no allocation.
     pub fn at(&self, t_s: f64) -> SignalValue {
         let mut sum = SignalValue::default();
         for term in &self.terms {
@@ -252,17 +252,20 @@ fn fourier(offset: f64, period_s: f64, mut sine: Vec<f64>, mut cosine: Vec<f64>)
     Ok(Shape::Fourier { offset, omega_rad_s: TAU / period_s, harmonics })
 }
 
-/// `offset + Σ (a_k sin kωt − b_k cos kωt)/(kω)`.
+/// `offset + Σ (a_k sin kωt − b_k cos kωt)/(kω)`, the harmonics by the sum of angles: its rounding grows like that of `kωt`.
 fn fourier_at(offset: f64, omega_rad_s: f64, harmonics: &[[f64; 2]], t_s: f64) -> SignalValue {
-    let mut sum = SignalValue::held(offset);
-    for (k, [a, b]) in harmonics.iter().enumerate() {
-        let omega_k = (k + 1) as f64 * omega_rad_s;
-        let (sin, cos) = libm::sincos(omega_k * t_s);
-        sum.value += (a * sin - b * cos) / omega_k;
-        sum.rate += a * cos + b * sin;
-        sum.acceleration += omega_k * (b * cos - a * sin);
+    let (mut value, mut rate, mut acceleration) = (0.0, 0.0, 0.0);
+    let (sin_1, cos_1) = libm::sincos(omega_rad_s * t_s);
+    let (mut sin, mut cos, mut k) = (sin_1, cos_1, 1.0);
+    for [a, b] in harmonics {
+        let across = a * sin - b * cos;
+        value += across / k;
+        rate += a * cos + b * sin;
+        acceleration -= k * across;
+        (sin, cos) = (sin * cos_1 + cos * sin_1, cos * cos_1 - sin * sin_1);
+        k += 1.0;
     }
-    sum
+    SignalValue { value: offset + value / omega_rad_s, rate, acceleration: acceleration * omega_rad_s }
 }
 
 /// `size (10 s³ − 15 s⁴ + 6 s⁵)`, s = t / width: rate and acceleration vanish at both ends.

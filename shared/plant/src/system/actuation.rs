@@ -31,14 +31,19 @@ pub(super) struct Actuation {
     pub link: usize,
     /// Its effects in `EffectTerms::actuators`.
     pub effects: Range<usize>,
+    /// What counts as firing: see [`fired`](crate::effects::fired).
+    pub one_sided: bool,
+    pub quiet: f64,
 }
 
 impl System {
-    /// Adds efforts and wrenches, sets accelerations of prescribed joints and the motion of the base.
+    /// Efforts anew, adds wrenches, sets accelerations of prescribed joints and the motion of the base.
     #[inline]
     pub(super) fn apply_actuators<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T]) {
         ws.effort.fill(T::zero());
-        ws.thrust.fill(T::zero());
+        if self.pushed {
+            ws.thrust.fill(T::zero());
+        }
         for actuator in &self.actuators {
             let value = if actuator.effects.is_empty() {
                 u[actuator.input]
@@ -52,7 +57,8 @@ impl System {
                     ws.effort[coordinate.v] += (value - induced).scale(*gain);
                 }
                 Acts::Wrench { wrench, force } => {
-                    ws.thrust[actuator.link] += value.abs().scale(*force);
+                    let fired = crate::effects::fired(value, actuator.one_sided, actuator.quiet);
+                    ws.thrust[actuator.link] += fired.scale(*force);
                     for (sum, part) in ws.wrench[actuator.link].iter_mut().zip(wrench) {
                         *sum += value.scale(*part);
                     }
@@ -60,9 +66,6 @@ impl System {
                 Acts::Joint { coordinate } => ws.acceleration[coordinate.v] = u[actuator.input + 2],
                 Acts::Base { .. } => {}
             }
-        }
-        for (tau, effort) in ws.tau.iter_mut().zip(&ws.effort) {
-            *tau += *effort;
         }
     }
 

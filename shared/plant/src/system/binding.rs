@@ -1,7 +1,6 @@
 //! Effects of a plant, bound to their sites.
 
 use super::actuation::{Acts, Actuation};
-use super::compile::Find;
 use super::effect_terms::{EffectTerm, EffectTerms};
 use super::environment::Surrounding;
 use super::error::SystemError;
@@ -12,7 +11,7 @@ use super::sensors::{Measured, SensorTerm};
 use super::sites::Coordinate;
 use super::{Filter, FilterPlace};
 use crate::description::{ActuatorKind, EffectUse, Plant, SensorKind, Site, SiteKind};
-use crate::effects::{Both, Effect, Law, PARAMETERS_MAX, Surroundings};
+use crate::effects::{Both, Effect, Find, Law, PARAMETERS_MAX, Surroundings, order_of_action};
 
 /// What binding needs to know.
 pub(super) struct Binding<'a> {
@@ -45,7 +44,9 @@ impl Binding<'_> {
     ) -> Result<(EffectTerms, Vec<Filter>), SystemError> {
         let mut terms = EffectTerms::default();
         let (mut on_actuators, mut on_sensors, mut filters) = (Vec::new(), Vec::new(), Vec::new());
-        for used in &self.plant.effects {
+        let mut uses: Vec<&EffectUse> = self.plant.effects.iter().collect();
+        uses.sort_by_cached_key(|used| order_of_action(used));
+        for used in uses {
             let failed = |reason: &str| failure(used, reason);
             let effect = (self.find)(&used.kind).ok_or_else(|| failed("there is no such effect"))?;
             let place = self.place(used, actuators, sensors)?;
@@ -54,13 +55,21 @@ impl Binding<'_> {
             }
             let numbers = crate::effects::values(effect, used).map_err(|error| failed(&error.to_string()))?;
             let mut term = |law, coordinate| hidden_states(layout, used, effect, (&place, numbers), law, coordinate);
+            let axes = if used.site.kind == SiteKind::Tank { self.tank_axes(&place) } else { Vec::new() };
             match effect.law {
                 Law::Coordinate(law) if place.coordinates.is_empty() => {
                     let _: Both = law;
                     return Err(failed("nothing moves there"));
                 }
                 Law::Coordinate(law) => {
-                    terms.coordinates.extend(place.coordinates.iter().map(|at| term(law, Some(*at))));
+                    for (k, at) in place.coordinates.iter().enumerate() {
+                        let mut term = term(law, Some(*at));
+                        if let Some((_, axis)) = axes.get(k) {
+                            term.surroundings.site_axis = *axis;
+                            term.tank.clone_from(&axes);
+                        }
+                        terms.coordinates.push(term);
+                    }
                 }
                 Law::Body(law) => terms.bodies.push(term(law, place.coordinates.first().copied())),
                 Law::Actuator(law) => {
@@ -132,7 +141,7 @@ impl Binding<'_> {
                     crate::description::TankModel::Pendulum { rest, .. } => *rest,
                 };
                 let link = names.body(&tank.body, &what)?;
-                Ok(of(link, names.tanks[at].clone(), values(&tank.position_m), axis, 0))
+                Ok(of(link, names.tanks[at].clone(), values(&tank.position_m), axis, at))
             }
             SiteKind::Mode => {
                 let mut modes = self.plant.appendages.iter().flat_map(|appendage| &appendage.modes);
@@ -149,7 +158,13 @@ impl Binding<'_> {
                     | Acts::Joint { coordinate } => vec![coordinate],
                     Acts::Wrench { .. } | Acts::Base { .. } => Vec::new(),
                 };
-                Ok(of(actuators[at].link, coordinate, position, axis, at))
+                let mut place = of(actuators[at].link, coordinate, position, axis, at);
+                let told = &mut place.surroundings;
+                (told.one_sided, told.quiet) = (actuators[at].one_sided, actuators[at].quiet);
+                if let Acts::Voltage { back_emf, .. } = actuators[at].acts {
+                    told.back_emf_v_s_rad = back_emf;
+                }
+                Ok(place)
             }
             SiteKind::Sensor => {
                 let at = self.plant.sensors.iter().position(|s| &s.name == name).ok_or_else(missing)?;
@@ -157,6 +172,15 @@ impl Binding<'_> {
                 Ok(of(link, coordinates, position, axis, at))
             }
         }
+    }
+
+    /// Coordinates of a tank with the direction in which each moves its mass; of a pendulum one unit vector for each angle.
+    fn tank_axes(&self, place: &Place) -> Vec<(Coordinate, [f64; 3])> {
+        let axes = match &self.plant.tanks[place.index].model {
+            crate::description::TankModel::Spring { axes, .. } => axes.clone(),
+            crate::description::TankModel::Pendulum { .. } => vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+        };
+        place.coordinates.iter().copied().zip(axes).collect()
     }
 
     fn actuator_axis(&self, index: usize) -> ([f64; 3], [f64; 3]) {
@@ -245,12 +269,13 @@ fn hidden_states(
         values,
         hidden: first..layout.hidden,
         coordinate,
+        tank: Vec::new(),
         link: place.link,
         surroundings: place.surroundings,
     }
 }
 
-/// Sorted by owner, file order kept; tells every owner its range.
+/// Sorted by owner, order of the catalogue kept; tells every owner its range.
 fn grouped(
     mut terms: Vec<Indexed>,
     owners: usize,

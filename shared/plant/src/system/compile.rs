@@ -10,14 +10,15 @@ use super::layout::{InputName, InputRole, Layout, PrescribedJoint};
 use super::mechanism::Mechanism;
 use super::names::Names;
 use super::passive::Passive;
-use super::sensors::{output_name, sensor_term};
+use super::sensors::{Reach, output_name, sensor_term};
 use super::sites::Coordinate;
 use super::{System, state_names};
 use crate::description::{Actuator, ActuatorKind, Base, Drive, JointKind, Plant, TankModel};
-use crate::effects::{Effect, Law, Surroundings};
+use crate::effects::{Find, Surroundings, apply_structures_of};
 use crate::multibody::Model;
 
-pub(super) type Find<'a> = &'a dyn Fn(&str) -> Option<&'static Effect>;
+/// Force beyond which a body force is firing, in standard deviations of its noise: noise alone is beyond it once in 16 000 periods.
+const QUIET_SIGMAS: f64 = 4.0;
 
 /// Structure effects, mechanism, coordinates, inputs, sensors, effects: in this order.
 pub(super) fn compile(plant: &Plant, find: Find) -> Result<System, SystemError> {
@@ -47,8 +48,12 @@ pub(super) fn compile(plant: &Plant, find: Find) -> Result<System, SystemError> 
         || !effects.bodies.is_empty()
         || !effects.actuators.is_empty()
         || actuators.iter().any(|actuator| matches!(actuator.acts, Acts::Wrench { .. }));
+    // laws of actuators look at links
+    let lowest = if effects.actuators.is_empty() { Reach::State } else { Reach::Motion };
+    let reach = sensors.iter().map(|sensor| sensor.reach(&layout.prescribed_flags)).fold(lowest, Reach::max);
     Ok(System {
         pushed,
+        reach,
         space: plant.space,
         springs: springs(plant, &names, &model),
         coordinates: names.initial_places(plant),
@@ -69,20 +74,7 @@ pub(super) fn compile(plant: &Plant, find: Find) -> Result<System, SystemError> 
 /// Copy of the plant with the parts and numbers that effects of structure add.
 fn with_structure_effects(plant: &Plant, find: Find) -> Result<Plant, SystemError> {
     let mut plant = plant.clone();
-    for used in core::mem::take(&mut plant.effects) {
-        let failed =
-            |reason: String| SystemError::Effect { effect: used.kind.clone(), site: used.site.to_string(), reason };
-        let effect = find(&used.kind).ok_or_else(|| failed("there is no such effect".to_owned()))?;
-        if let Law::Structure(change) = effect.law {
-            if !crate::effects::sites(effect, &plant).contains(&used.site) {
-                return Err(failed("there is no such site for it".to_owned()));
-            }
-            let values = crate::effects::values(effect, &used).map_err(|error| failed(error.to_string()))?;
-            change(&mut plant, &used.site, &values).map_err(failed)?;
-        } else {
-            plant.effects.push(used);
-        }
-    }
+    apply_structures_of(&mut plant, find)?;
     Ok(plant)
 }
 
@@ -101,11 +93,13 @@ fn surrounding(plant: &Plant) -> Surrounding {
         ..Surroundings::default()
     };
     let free = plant.bodies.iter().position(|body| body.joint.kind == JointKind::Free);
+    // the motor of a flexible joint is a body without mass
+    let heavy = plant.bodies.iter().position(|body| body.mass_kg.value > 0.0);
     Surrounding {
         told,
         force_n: values(&outside.constant_force_n),
         torque_n_m: values(&outside.constant_torque_n_m),
-        disturbed: free.unwrap_or(0),
+        disturbed: free.or(heavy).unwrap_or(0),
         orbit: orbit.filter(|orbit| orbit.rate_rad_s != 0.0),
         shaken: plant.actuators.iter().any(|a| matches!(a.kind, ActuatorKind::PrescribedBase { .. })),
     }
@@ -121,7 +115,9 @@ fn inputs_and_actuators(plant: &Plant, names: &Names, layout: &mut Layout) -> Re
             prescribe(layout, coordinate, input, actuator)?;
         }
         add_inputs(names, actuator, index, layout);
-        actuators.push(Actuation { acts, input, link, effects: 0..0 });
+        let one_sided = matches!(actuator.kind, ActuatorKind::Thruster { .. });
+        let quiet = QUIET_SIGMAS * actuator.noise.value;
+        actuators.push(Actuation { acts, input, link, effects: 0..0, one_sided, quiet });
     }
     let prescribed = &layout.prescribed;
     let free = |at: &usize| !prescribed.iter().any(|joint| joint.q == *at);

@@ -7,6 +7,9 @@ use super::workspace::Workspace;
 use crate::effects::{Action, BodyState, Both, HIDDEN_MAX, Local, PARAMETERS_MAX, Pick, Surroundings};
 use core::ops::Range;
 
+/// Most of its mass that a body can lose: an empty tank is still a body.
+const LOST_SHARE_MAX: f64 = 0.99;
+
 /// One law at one coordinate, body, actuator or sensor.
 #[derive(Clone)]
 pub(super) struct EffectTerm {
@@ -16,6 +19,8 @@ pub(super) struct EffectTerm {
     /// Its own states among the hidden ones.
     pub hidden: Range<usize>,
     pub coordinate: Option<Coordinate>,
+    /// Of a tank: all its coordinates and their axes.
+    pub tank: Vec<(Coordinate, [f64; 3])>,
     /// The body the site belongs to.
     pub link: usize,
     pub surroundings: Surroundings,
@@ -26,7 +31,7 @@ pub(super) struct EffectTerm {
 pub(super) struct EffectTerms {
     pub coordinates: Vec<EffectTerm>,
     pub bodies: Vec<EffectTerm>,
-    /// Grouped by actuator, then by sensor, each group in file order.
+    /// Grouped by actuator, then by sensor, each group in the order of the catalogue.
     pub actuators: Vec<EffectTerm>,
     pub sensors: Vec<EffectTerm>,
     /// First hidden state in x.
@@ -69,8 +74,10 @@ impl System {
                 *sum += part;
             }
             ws.added_mass[term.link] += action.added_mass_kg;
+            let least = T::constant(-LOST_SHARE_MAX * self.model.links[term.link].mass);
+            let added = ws.added_mass[term.link].max(least);
             let com = self.model.links[term.link].com.array().map(T::constant);
-            ws.data.set_added_mass(term.link, ws.added_mass[term.link], com);
+            ws.data.set_added_mass(term.link, added, com);
         }
     }
 
@@ -92,8 +99,11 @@ impl System {
     ) -> Local<'a, T> {
         let at = self.effects.hidden_at;
         let position = term.coordinate.and_then(|coordinate| coordinate.position);
+        let (displacement, displacement_rate) = tank_motion(ws, &term.tank);
         Local {
             t_s,
+            displacement,
+            displacement_rate,
             coordinate: position.map_or(T::zero(), |q| ws.position[q]),
             rate: term.coordinate.map_or(T::zero(), |coordinate| ws.velocity[coordinate.v]),
             command: T::zero(),
@@ -103,6 +113,19 @@ impl System {
             surroundings: &term.surroundings,
         }
     }
+}
+
+/// Displacement of a tank's mass and its rate along all axes together.
+#[inline]
+fn tank_motion<T: Pick>(ws: &Workspace<T>, tank: &[(Coordinate, [f64; 3])]) -> ([T; 3], [T; 3]) {
+    let (mut displacement, mut rate) = ([T::zero(); 3], [T::zero(); 3]);
+    for (coordinate, axis) in tank {
+        if let Some(q) = coordinate.position {
+            displacement = add(displacement, axis.map(|a| ws.position[q].scale(a)));
+        }
+        rate = add(rate, axis.map(|a| ws.velocity[coordinate.v].scale(a)));
+    }
+    (displacement, rate)
 }
 
 /// Motion of a body against inertial space, accelerations zero.

@@ -1,5 +1,6 @@
 //! Why a description has no equations.
 
+use crate::effects::EffectError;
 use crate::multibody::ModelError;
 
 /// Why a description has no equations.
@@ -23,6 +24,9 @@ pub enum SystemError {
     /// An effect that is not in the catalogue, cannot sit there, or cannot be applied.
     #[error("effect '{effect}' at {site}: {reason}")]
     Effect { effect: String, site: String, reason: String },
+    /// An effect that is not in the catalogue, or a part of the structure that cannot be built.
+    #[error(transparent)]
+    Structure(#[from] EffectError),
     /// An initial value of something that has none.
     #[error("initial value '{coordinate}': {reason}")]
     Initial { coordinate: String, reason: &'static str },

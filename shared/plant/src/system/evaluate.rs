@@ -1,10 +1,12 @@
 //! One evaluation of the equations: forces, accelerations, rates of state.
 
 use super::System;
+use super::sensors::Reach;
 use super::workspace::Workspace;
 use crate::effects::Pick;
 use crate::multibody::{
-    forward_dynamics_after_kinematics, forward_dynamics_prescribed_after_kinematics, kinematics, position_rate,
+    forward_dynamics_after_kinematics, forward_dynamics_prescribed_after_kinematics, kinematics,
+    position_rate_after_kinematics,
 };
 
 impl System {
@@ -18,8 +20,21 @@ impl System {
     }
 
     /// `y = h(t, x, u)`: what every sensor says at the instant, without noise, range, quantisation, filter and delay.
+    ///
+    /// Cost: as much of the equations as the sensors take; no allocation.
     pub fn read<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], y: &mut [T]) {
-        self.evaluate(ws, t_s, x, u);
+        match self.reach {
+            Reach::State => self.layout.scatter(x, u, &mut ws.position, &mut ws.velocity),
+            Reach::Efforts => {
+                self.layout.scatter(x, u, &mut ws.position, &mut ws.velocity);
+                self.apply_actuators(ws, t_s, x, u);
+            }
+            Reach::Motion => {
+                self.place(ws, x, u);
+                self.apply_actuators(ws, t_s, x, u);
+            }
+            Reach::Accelerations => self.evaluate(ws, t_s, x, u),
+        }
         self.write_readings(ws, t_s, x, y);
     }
 
@@ -61,8 +76,9 @@ impl System {
         if self.pushed {
             ws.wrench.fill([T::zero(); 6]);
         }
-        self.apply_passive(ws);
         self.apply_actuators(ws, t_s, x, u);
+        ws.tau.copy_from_slice(&ws.effort);
+        self.apply_passive(ws);
         self.apply_environment(ws, t_s);
         self.apply_effects(ws, t_s, x);
         let (model, flags) = (&self.model, &self.layout.prescribed_flags);
@@ -94,10 +110,19 @@ impl System {
     fn write_rates<T: Pick>(&self, ws: &mut Workspace<T>, x_dot: &mut [T]) {
         let layout = &self.layout;
         assert!(x_dot.len() == layout.states_len());
-        let (joints, modes) = ws.position_rate.split_at_mut(layout.q_len);
-        position_rate(&self.model, &ws.position[..layout.q_len], &ws.velocity, joints);
-        modes.copy_from_slice(&ws.velocity[layout.mode_rate..layout.mode_rate + layout.modes]);
-        layout.gather(&ws.position_rate, &ws.acceleration, x_dot);
+        let q = &ws.position[..layout.q_len];
+        let modal_rates = &ws.velocity[layout.mode_rate..layout.mode_rate + layout.modes];
+        if layout.prescribed.is_empty() {
+            let (joints, rest) = x_dot.split_at_mut(layout.q_len);
+            position_rate_after_kinematics(&self.model, &ws.data, q, &ws.velocity, joints);
+            rest[..layout.modes].copy_from_slice(modal_rates);
+            rest[layout.modes..layout.modes + layout.v_len].copy_from_slice(&ws.acceleration);
+        } else {
+            let (joints, modes) = ws.position_rate.split_at_mut(layout.q_len);
+            position_rate_after_kinematics(&self.model, &ws.data, q, &ws.velocity, joints);
+            modes.copy_from_slice(modal_rates);
+            layout.gather(&ws.position_rate, &ws.acceleration, x_dot);
+        }
         x_dot[layout.hidden_at()..].copy_from_slice(&ws.hidden_rate);
     }
 }

@@ -2,8 +2,7 @@
 
 use super::System;
 use super::workspace::Workspace;
-use crate::multibody::{JointKind, Model, forward_dynamics_prescribed_after_kinematics, kinematics, mass_matrix};
-use nalgebra::{SMatrix, SVector};
+use crate::multibody::{JointKind, Model, float_at_momentum, forward_dynamics_prescribed_after_kinematics, kinematics};
 
 /// Reference of one joint at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,7 +22,7 @@ impl System {
     /// `momentum_com_n_m_s` (axes of the base). Tanks, modes and wheels are locked, joints without reference rest at zero;
     /// viscous friction and springs of the referenced joints are included, effects are not.
     ///
-    /// Cost: a mass matrix and a forward dynamics, no allocation.
+    /// Cost: two passes over velocities and a forward dynamics, no allocation.
     pub fn feed_forward(
         &self,
         ws: &mut Workspace<f64>,
@@ -45,14 +44,17 @@ impl System {
         }
         self.bend(ws);
         self.lose_added_mass(ws);
-        self.float_at_momentum(ws, momentum_com_n_m_s);
-        kinematics(&self.model, &mut ws.data, &ws.position[..layout.q_len], &ws.velocity);
+        let (data, q) = (&mut ws.data, &ws.position[..layout.q_len]);
+        if !float_at_momentum(&self.model, data, q, &mut ws.velocity, momentum_com_n_m_s) {
+            kinematics(&self.model, data, q, &ws.velocity);
+        }
         ws.tau.fill(0.0);
         let (data, flags) = (&mut ws.data, &self.all_but_base);
         let (tau, acceleration) = (&mut ws.tau, &mut ws.acceleration);
         forward_dynamics_prescribed_after_kinematics(&self.model, data, &ws.velocity, flags, tau, &[], acceleration);
         let drive: &mut [f64] = &mut ws.effort;
         drive.copy_from_slice(&ws.tau);
+        ws.tau.fill(0.0);
         self.apply_passive(ws);
         for (reference, out) in references.iter().zip(out) {
             let v = self.joints[reference.joint].coordinate.v;
@@ -66,35 +68,6 @@ impl System {
             position[self.model.q_index(*link) + 3] = 1.0;
         }
     }
-
-    /// Sets the rates of the first body so that, with all other rates as they are, linear momentum is zero and angular momentum
-    /// about the centre of mass is `momentum` (axes of the base). Returns false where the first body is not free.
-    pub(super) fn float_at_momentum(&self, ws: &mut Workspace<f64>, momentum: [f64; 3]) -> bool {
-        let base = self.model.joint_v_len(0);
-        let mut mass = core::mem::take(&mut ws.mass);
-        mass_matrix(&self.model, &mut ws.data, &ws.position[..self.layout.q_len], &mut mass);
-        // base rows of M v: momentum about the base's origin, which is that about the centre of mass when that rests
-        let [x, y, z] = momentum;
-        match base {
-            3 => set_base_rates::<3>(&mass, &mut ws.velocity, [z, 0.0, 0.0]),
-            6 => set_base_rates::<6>(&mass, &mut ws.velocity, [x, y, z, 0.0, 0.0, 0.0]),
-            _ => {}
-        }
-        ws.mass = mass;
-        base >= 3
-    }
-}
-
-fn set_base_rates<const N: usize>(mass: &nalgebra::DMatrix<f64>, velocity: &mut [f64], momentum: [f64; N]) {
-    let mut right = SVector::<f64, N>::from(momentum);
-    for (j, rate) in velocity.iter().enumerate().skip(N) {
-        for i in 0..N {
-            right[i] -= mass[(i, j)] * rate;
-        }
-    }
-    let block = SMatrix::<f64, N, N>::from_fn(|i, j| mass[(i, j)]);
-    let rates = block.cholesky().expect("the mass matrix of a compiled model is positive definite").solve(&right);
-    velocity[..N].copy_from_slice(rates.as_slice());
 }
 
 /// Everything prescribed but free joints: what a feed-forward lets go.

@@ -6,7 +6,7 @@ use super::geometry::{quaternion_of_vector, turn_back};
 use super::sites::{Coordinate, InitialPlace};
 use super::workspace::Workspace;
 use crate::description::{Initial, Space};
-use crate::multibody::momentum;
+use crate::multibody::{float_at_momentum, momentum};
 
 impl System {
     /// State at the beginning.
@@ -130,7 +130,7 @@ impl System {
         crate::multibody::kinematics(&self.model, &mut ws.data, &ws.position[..q_len], &ws.velocity);
         self.bend(ws);
         let base_axes = turn_back(&ws.data.link_pose(0).1, wanted);
-        if self.model.parent(0).is_some() || !self.float_at_momentum(ws, base_axes) {
+        if !float_at_momentum(&self.model, &mut ws.data, &ws.position[..q_len], &mut ws.velocity, base_axes) {
             return Err(SystemError::NotFloating);
         }
         let com = momentum(&self.model, &mut ws.data, &ws.position[..q_len], &ws.velocity).com;

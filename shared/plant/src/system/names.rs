@@ -24,6 +24,7 @@ pub(super) struct Names {
     pub wheels: Vec<(usize, usize)>,
     wheel_names: Vec<String>,
     q_indices: Vec<usize>,
+    v_indices: Vec<usize>,
 }
 
 impl Names {
@@ -55,6 +56,7 @@ impl Names {
             wheels: mechanism.wheels.iter().enumerate().map(wheel).collect(),
             wheel_names: mechanism.wheels.iter().map(|actuator| plant.actuators[*actuator].name.clone()).collect(),
             q_indices: (0..plant.bodies.len()).map(|link| model.q_index(link)).collect(),
+            v_indices: (0..plant.bodies.len()).map(|link| model.v_index(link)).collect(),
         }
     }
 
@@ -83,6 +85,10 @@ impl Names {
 
     pub fn q_index(&self, body: usize) -> usize {
         self.q_indices[body]
+    }
+
+    pub fn v_index(&self, body: usize) -> usize {
+        self.v_indices[body]
     }
 
     /// Undeformed place of a point of an appendage, and how modes move it.

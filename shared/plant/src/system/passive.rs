@@ -21,10 +21,9 @@ impl Passive {
 }
 
 impl System {
-    /// Writes `tau` anew.
+    /// Adds to `tau`.
     #[inline]
     pub(super) fn apply_passive<T: Pick>(&self, ws: &mut Workspace<T>) {
-        ws.tau.fill(T::zero());
         for term in &self.springs {
             let v = term.coordinate.v;
             let mut force = -ws.velocity[v].scale(term.damping);

@@ -54,7 +54,8 @@ impl System {
     /// The true value.
     pub(super) fn measured<T: Pick>(&self, ws: &Workspace<T>, sensor: &SensorTerm) -> T {
         match &sensor.measured {
-            Measured::Gyro { link, axis, .. } => {
+            Measured::Gyro { axis, angle: Some(angle), .. } => angle.rate(&ws.velocity).scale(axis[2]),
+            Measured::Gyro { link, axis, angle: None } => {
                 let [x, y, z, ..] = ws.data.link_velocity(*link);
                 along([x, y, z], axis)
             }

@@ -66,13 +66,30 @@ pub(super) struct Flexure {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct PlaneAngle {
     pub constant: f64,
-    pub terms: Vec<(usize, f64)>,
+    /// Position, velocity, sign.
+    pub terms: Vec<(usize, usize, f64)>,
 }
 
 impl PlaneAngle {
     pub fn value<T: Real>(&self, position: &[T]) -> T {
-        self.terms.iter().fold(T::constant(self.constant), |sum, (q, sign)| sum + position[*q].scale(*sign))
+        self.terms.iter().fold(T::constant(self.constant), |sum, (q, _, sign)| sum + position[*q].scale(*sign))
     }
+
+    pub fn rate<T: Real>(&self, velocity: &[T]) -> T {
+        self.terms.iter().fold(T::zero(), |sum, (_, v, sign)| sum + velocity[*v].scale(*sign))
+    }
+}
+
+/// How much of the equations a reading takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Reach {
+    /// Positions and velocities as they are.
+    State,
+    /// What actuators without laws apply.
+    Efforts,
+    /// Poses and velocities of links.
+    Motion,
+    Accelerations,
 }
 
 /// One sensor.
@@ -89,6 +106,32 @@ pub(super) struct SensorTerm {
 }
 
 impl SensorTerm {
+    /// What its instantaneous reading takes; `given`: per velocity, a prescribed joint's effort comes from dynamics.
+    pub fn reach(&self, given: &[bool]) -> Reach {
+        if !self.effects.is_empty() {
+            return Reach::Accelerations;
+        }
+        match &self.measured {
+            Measured::Coordinate(_) | Measured::Rate(_) | Measured::Angle { .. } => Reach::State,
+            Measured::Gyro { angle, .. } => {
+                if angle.is_some() {
+                    Reach::State
+                } else {
+                    Reach::Motion
+                }
+            }
+            Measured::Effort(v) => {
+                if given[*v] {
+                    Reach::Accelerations
+                } else {
+                    Reach::Efforts
+                }
+            }
+            Measured::Position { .. } | Measured::Velocity { .. } | Measured::Attitude { .. } => Reach::Motion,
+            Measured::Accelerometer { .. } | Measured::Force { .. } | Measured::Torque { .. } => Reach::Accelerations,
+        }
+    }
+
     /// A mean of something that only dynamics give, or seen by a law that may ask for accelerations.
     pub fn mean_needs_dynamics(&self) -> bool {
         let kinematic = matches!(
@@ -171,8 +214,8 @@ fn plane_angle(plant: &Plant, names: &Names, link: usize, what: &str) -> Result<
         let mounted = &body.joint.orientation;
         angle.constant += mounted.angle_rad.value * mounted.axis[2];
         match body.joint.kind {
-            JointKind::Free => angle.terms.push((names.q_index(index) + 2, 1.0)),
-            JointKind::Revolute { axis } => angle.terms.push((names.q_index(index), axis[2])),
+            JointKind::Free => angle.terms.push((names.q_index(index) + 2, names.v_index(index), 1.0)),
+            JointKind::Revolute { axis } => angle.terms.push((names.q_index(index), names.v_index(index), axis[2])),
             JointKind::Fixed | JointKind::Prismatic { .. } => {}
         }
         at = body.parent.as_deref().map(|parent| names.body(parent, what)).transpose()?;

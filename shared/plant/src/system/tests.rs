@@ -143,7 +143,7 @@ pub(super) fn appendage(name: &str, body: &str, tip: [f64; 3], modes: Vec<Mode>)
 
 /// Free base and two links of Table II in a plane or in space, turning about z.
 pub(super) fn arm(space: Space) -> Plant {
-    let table = crate::arm_parameters::ArmParameters::paper_table_ii();
+    let table = crate::oracle::arm_parameters::ArmParameters::paper_table_ii();
     let revolute = JointKind::Revolute { axis: Z };
     let inertia = |zz: f64| if space == Space::Planar { [0.0, 0.0, zz] } else { [0.7 * zz, 0.8 * zz, zz] };
     let [x, y] = table.r0_m;

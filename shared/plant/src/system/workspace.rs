@@ -3,7 +3,6 @@
 use super::System;
 use crate::effects::Pick;
 use crate::multibody::Data;
-use nalgebra::DMatrix;
 
 /// Everything that [`System`]'s functions need, so that none of them allocates.
 #[derive(Clone, Debug)]
@@ -28,8 +27,6 @@ pub struct Workspace<T: Pick> {
     pub(super) base: BaseMotion<T>,
     /// Per sensor, at the beginning of an interval over which it averages.
     pub(super) begin: Vec<Begin<T>>,
-    /// Mass matrix.
-    pub(super) mass: DMatrix<f64>,
     /// One state, input, derivative and output, for differentiation.
     pub(super) line: Line<T>,
 }
@@ -77,7 +74,6 @@ impl<T: Pick> Workspace<T> {
             hidden_rate: zeros(layout.hidden),
             base: BaseMotion::default(),
             begin: vec![Begin::default(); layout.outputs.len()],
-            mass: DMatrix::zeros(layout.v_len, layout.v_len),
             line: Line {
                 x: zeros(layout.states_len()),
                 u: zeros(layout.inputs.len()),

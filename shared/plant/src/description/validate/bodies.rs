@@ -2,7 +2,7 @@
 
 use super::{At, Check, Must, not_positive};
 use crate::description::{Appendage, Body, JointKind, Mode, Tank, TankModel};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 impl Check<'_> {
     pub(super) fn bodies(&mut self) {
@@ -51,18 +51,20 @@ impl Check<'_> {
         {
             return self.number(at, "inertia", worst, Must::Finite);
         }
+        let massless = body.mass_kg.value == 0.0;
         let carries = self.plant.bodies.iter().any(|other| other.parent.as_ref() == Some(&body.name));
-        if body.mass_kg.value == 0.0 && carries && [xx, yy, zz, xy, xz, yz].iter().all(|element| *element == 0.0) {
+        if massless && carries && [xx, yy, zz, xy, xz, yz].iter().all(|element| *element == 0.0) {
             return; // a massless link between two joints
         }
-        if body.mass_kg.value == 0.0 {
+        if massless {
             let cure = "only a body that carries another may have neither mass nor inertia";
             self.fault(at, "mass", format!("mass of {} is zero", at.what), cure);
         }
         if self.planar() {
-            if not_positive(zz) {
-                let message = format!("inertia of {} is not positive: {zz} kg*m^2 about z", at.what);
-                self.fault(at, "inertia", message, "it must be above zero");
+            // zero: a point mass; whether anything else turns with it is for the equations
+            if zz < 0.0 {
+                let message = format!("inertia of {} is negative: {zz} kg*m^2 about z", at.what);
+                self.fault(at, "inertia", message, "zero is a point mass");
             }
             return;
         }
@@ -77,11 +79,12 @@ impl Check<'_> {
         if !diagonal {
             principal.sort_by(f64::total_cmp);
         }
-        if let Some(i) = (0..3).find(|i| not_positive(principal[*i])) {
+        // zero: a thin rod, a point mass; eigenvalues are rounded
+        let rounding = if diagonal { 0.0 } else { 1e-12 * principal[2] };
+        if let Some(i) = (0..3).find(|i| principal[*i] < -rounding) {
             let [a, b, c] = principal;
-            let message =
-                format!("inertia of {} is not positive definite about {}: {a}, {b}, {c} kg*m^2", at.what, axes[i]);
-            return self.fault(at, "inertia", message, "every principal moment of inertia is above zero");
+            let message = format!("inertia of {} is negative about {}: {a}, {b}, {c} kg*m^2", at.what, axes[i]);
+            return self.fault(at, "inertia", message, "no principal moment of inertia is below zero");
         }
         for i in 0..3 {
             let (largest, one, other) = (principal[i], principal[(i + 1) % 3], principal[(i + 2) % 3]);
@@ -141,6 +144,7 @@ impl Check<'_> {
                     self.fault(at, "axes", message, format!("a slosh mass has 1 to {axes_max} axes"));
                 }
                 axes.iter().for_each(|axis| self.axis(at, "axes", axis, false));
+                self.independent(at, axes);
                 for (key, list) in [("stiffness", stiffness_n_m), ("damping", damping_n_s_m)] {
                     if list.len() != axes.len() {
                         let message =
@@ -158,6 +162,24 @@ impl Check<'_> {
         }
     }
 
+    /// A slosh mass cannot move twice along one direction.
+    fn independent(&mut self, at: &At, axes: &[[f64; 3]]) {
+        let columns: Vec<Vector3<f64>> = axes.iter().map(|axis| Vector3::from(*axis)).collect();
+        let cosine = |a: usize, b: usize| columns[a].dot(&columns[b]).abs();
+        // directions a person writes down with four digits
+        let parallel = 1.0 - 1e-8;
+        let pair = (1..axes.len()).flat_map(|b| (0..b).map(move |a| (a, b))).find(|(a, b)| cosine(*a, *b) > parallel);
+        if let Some((a, b)) = pair {
+            let message = format!("axes {} and {} of {} are the same direction", a + 1, b + 1, at.what);
+            self.fault(at, "axes", message, "name each direction once: a slosh mass moves both ways along it");
+        } else if let [a, b, c] = columns[..]
+            && a.cross(&b).dot(&c).abs() < 1e-8
+        {
+            let cure = "three axes span space; two are enough for a plane";
+            self.fault(at, "axes", format!("the axes of {} lie in one plane", at.what), cure);
+        }
+    }
+
     pub(super) fn appendages(&mut self) {
         let plant = self.plant;
         for (i, appendage) in plant.appendages.iter().enumerate() {
@@ -167,6 +189,7 @@ impl Check<'_> {
                 if appendage.points[..k].iter().any(|(earlier, _)| earlier == point) {
                     self.fault(&at, "points", format!("{} has two points '{point}'", at.what), "");
                 }
+                self.name(&at.within("points", "points"), point, "point", point);
                 self.vector(&at.within("points", "points"), point, position);
             }
             if appendage.modes.is_empty() {

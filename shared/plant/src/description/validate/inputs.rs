@@ -1,7 +1,7 @@
 //! Actuators, their signals, and controllers.
 
 use super::{At, Check, Must, not_positive};
-use crate::description::{Actuator, ActuatorKind, Base, Drive, Quantity, Signal, SignalKind};
+use crate::description::{Actuator, ActuatorKind, Base, Controller, Drive, Integrator, Quantity, Signal, SignalKind};
 
 impl Check<'_> {
     pub(super) fn actuators(&mut self) {
@@ -9,10 +9,44 @@ impl Check<'_> {
         for (i, actuator) in plant.actuators.iter().enumerate() {
             let at = At::new("actuator", i, &actuator.name);
             self.actuator_kind(&at, &actuator.kind);
-            self.signals(&at, "command", &actuator.command);
+            let settings = &plant.simulation;
+            let imposed = actuator.kind.is_imposed();
+            // a motion is followed within each step, all else is held over a period
+            let held_s = if imposed { settings.step_s.min(settings.period_s) } else { settings.period_s };
+            self.signals(&at, "command", &actuator.command, held_s);
             self.number(&at, "noise", &actuator.noise, Must::NotNegative);
             self.optional(&at, "range", actuator.range.as_ref(), Must::Positive);
             self.one_driver(&at, i, actuator);
+            if imposed {
+                self.exact_motion(&at, actuator);
+            } else if matches!(actuator.kind, ActuatorKind::Thruster { .. }) {
+                self.pushes_only(&at, actuator);
+            }
+        }
+    }
+
+    /// A motion that is imposed is what it is.
+    fn exact_motion(&mut self, at: &At, actuator: &Actuator) {
+        let cure = "a motion that is imposed is exact: leave it out";
+        if actuator.noise != Quantity::known(0.0) {
+            self.fault(at, "noise", format!("noise of {}, which imposes a motion", at.what), cure);
+        }
+        if actuator.range.is_some() {
+            self.fault(at, "range", format!("range of {}, which imposes a motion", at.what), cure);
+        }
+        if self.plant.simulation.integrator == Integrator::ExactZeroOrderHold {
+            let message = format!("exact_zero_order_hold needs inputs that are held, and {} imposes a motion", at.what);
+            self.fault(&At::new("simulation", 0, ""), "integrator", message, "use runge_kutta_4");
+            self.because_of([at.place("kind")]);
+        }
+    }
+
+    /// Below zero a thruster is shut.
+    fn pushes_only(&mut self, at: &At, actuator: &Actuator) {
+        if let Some((value, term)) = super::limits::lowest(&actuator.command).filter(|(value, _)| *value < 0.0) {
+            let message = format!("the command of {} falls to {value} N", at.what);
+            let cure = "a thruster gives nothing below zero; a body_force pushes both ways";
+            self.warn(&at.within(&format!("command.{term}"), ""), "kind", message, cure);
         }
     }
 
@@ -70,10 +104,12 @@ impl Check<'_> {
         }
     }
 
-    pub(super) fn signals(&mut self, at: &At, key: &str, signals: &[Signal]) {
+    /// `held_s`: over which it is held.
+    pub(super) fn signals(&mut self, at: &At, key: &str, signals: &[Signal], held_s: f64) {
         for (k, signal) in signals.iter().enumerate() {
             let at = at.within(&format!("{key}.{k}"), key);
             self.signal(&at, signal);
+            self.slow_enough(&at, signal, held_s);
             self.number(&at, "begin", &signal.begin_s, Must::Finite);
             self.end(&at, &signal.begin_s, signal.end_s.as_ref());
         }
@@ -108,6 +144,7 @@ impl Check<'_> {
                     let message = format!("harmonics of {} run from {first} to {last}", at.what);
                     self.fault(at, if *first == 0 { "first" } else { "last" }, message, "count them from 1 upwards");
                 }
+                self.harmonics(at, *first, *last);
             }
             SignalKind::Chirp { amplitude, begin_hz, end_hz } => {
                 self.number(at, "amplitude", amplitude, Finite);
@@ -162,6 +199,9 @@ impl Check<'_> {
             let at = At::new("controller", i, &controller.name);
             let actuators = plant.actuators.iter().map(|actuator| &actuator.name);
             self.known(&at, "actuator", "actuator", &controller.actuator, actuators);
+            if let Some(index) = plant.actuators.iter().position(|actuator| actuator.name == controller.actuator) {
+                self.commanded(&at, controller, &plant.actuators[index], index);
+            }
             if let Some(other) = plant.controllers[..i].iter().find(|other| other.actuator == controller.actuator) {
                 let message =
                     format!("'{}' and '{}' both command '{}'", other.name, controller.name, controller.actuator);
@@ -192,7 +232,21 @@ impl Check<'_> {
                 }
             }
             self.number(&at, "feed_forward", &controller.feed_forward, Must::Finite);
-            self.signals(&at, "reference", &controller.reference);
+            self.signals(&at, "reference", &controller.reference, plant.simulation.period_s);
+        }
+    }
+
+    /// What a loop can command.
+    fn commanded(&mut self, at: &At, controller: &Controller, actuator: &Actuator, index: usize) {
+        let kind = At::new("actuator", index, &actuator.name).place("kind");
+        if actuator.kind.is_imposed() {
+            let message = format!("{} commands '{}', which imposes a motion", at.what, actuator.name);
+            self.fault(at, "actuator", message, "state the motion as its command, or command a joint_torque");
+            self.because_of([kind]);
+        } else if controller.feed_forward.value != 0.0 && joint_of(&actuator.kind).is_none() {
+            let message = format!("{} feeds forward to '{}', which is in no joint", at.what, actuator.name);
+            self.fault(at, "feed_forward", message, "inverse dynamics gives torques of joints: leave it out");
+            self.because_of([kind]);
         }
     }
 

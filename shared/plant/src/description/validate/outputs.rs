@@ -1,7 +1,7 @@
 //! Sensors and the clocks of their sources.
 
 use super::{At, Check, Must};
-use crate::description::{Noise, Sensor, SensorKind};
+use crate::description::{Noise, Orientation, Sensor, SensorKind};
 
 impl Check<'_> {
     pub(super) fn sources(&mut self) {
@@ -95,6 +95,12 @@ impl Check<'_> {
         self.number(at, "scale", &sensor.scale, Must::Finite);
         self.number(at, "misalignment", &sensor.misalignment.angle_rad, Must::Finite);
         self.axis(&at.within("misalignment", "misalignment"), "axis", &sensor.misalignment.axis, true);
+        if sensor.misalignment != Orientation::default() && !sensor.kind.has_direction(self.planar()) {
+            let message = format!("{} has no sensitive axis that a misalignment could turn", at.what);
+            let cure =
+                if self.planar() { "in a plane only what points in x or y is misaligned" } else { "leave it out" };
+            self.fault(at, "misalignment", message, cure);
+        }
         self.optional(at, "range", sensor.range.as_ref(), Must::Positive);
         self.number(at, "resolution", &sensor.resolution, Must::NotNegative);
         self.optional(at, "low_pass", sensor.low_pass_hz.as_ref(), Must::Positive);

@@ -1,8 +1,13 @@
-//! Environment, initial states, segments, numerical settings, effects.
+//! Environment, numerical settings, effects.
 
-use super::{At, Check, Fault, Must};
-use crate::description::{ActuatorKind, EffectUse, Initial, JointKind, Plant, SiteKind, TankModel};
+use super::{At, Check, Must};
+use crate::description::{EffectUse, implausible};
 use crate::effects::Effect;
+
+/// Effects that feel the wind of the environment; its density is in their coefficients.
+const IN_THE_WIND: [&str; 3] = ["drag", "linear_drag", "magnus_lift"];
+/// Effects that feel its magnetic field.
+const IN_THE_FIELD: [&str; 1] = ["residual_dipole"];
 
 impl Check<'_> {
     pub(super) fn environment(&mut self) {
@@ -26,42 +31,21 @@ impl Check<'_> {
             // not `vector`: a field may cross the plane
             field.field_t.iter().for_each(|component| self.number(&at, "magnetic_field", component, Must::Finite));
         }
+        self.felt(&at);
     }
 
-    pub(super) fn beginnings(&mut self) {
+    /// Atmosphere and field act through effects alone.
+    fn felt(&mut self, at: &At) {
         let plant = self.plant;
-        self.initial(&At::new("initial", 0, ""), &plant.initial);
-        for (i, segment) in plant.segments.iter().enumerate() {
-            let at = At::new("segment", i, &segment.name);
-            self.number(&at, "begin", &segment.begin_s, Must::Finite);
-            self.end(&at, &segment.begin_s, segment.end_s.as_ref());
-            self.initial(&at.within("initial", "initial"), &segment.initial);
-        }
-    }
-
-    fn initial(&mut self, at: &At, initial: &Initial) {
-        let plant = self.plant;
-        let known = coordinates(plant);
-        for (i, value) in initial.values.iter().enumerate() {
-            let name = &value.coordinate;
-            if initial.values[..i].iter().any(|earlier| earlier.coordinate == *name) {
-                self.fault(at, name, format!("'{name}' begins twice"), "");
+        let stated = &plant.environment;
+        for (key, given, kinds) in [
+            ("atmosphere", stated.atmosphere.is_some(), &IN_THE_WIND[..]),
+            ("magnetic_field", stated.magnetic_field.is_some(), &IN_THE_FIELD[..]),
+        ] {
+            if given && !plant.effects.iter().any(|effect| kinds.contains(&effect.kind.as_str())) {
+                let cure = format!("add an [[effect]]: {}", kinds.join(", "));
+                self.warn(at, key, format!("nothing in the plant feels the {key}").replace('_', " "), cure);
             }
-            self.known(at, name, "coordinate", name, known.iter());
-            let at = at.within(name, name);
-            self.number(&at, "position", &value.position, Must::Finite);
-            self.number(&at, "rate", &value.rate, Must::Finite);
-        }
-        if let Some(momentum) = &initial.momentum_com_n_m_s {
-            self.turning(at, "momentum", momentum);
-            let free = plant.bodies.iter().any(|body| body.joint.kind == JointKind::Free);
-            if !free {
-                let cure = "only a system that floats freely has a momentum of its own";
-                self.fault(at, "momentum", "momentum of a plant without a free body", cure);
-            }
-        }
-        if initial.on_reference && plant.controllers.is_empty() {
-            self.fault(at, "on_reference", "on_reference, and no controller has a reference", "");
         }
     }
 
@@ -92,26 +76,18 @@ impl Check<'_> {
         }
     }
 
-    fn effect(&mut self, at: &At, entry: &Effect, effect: &EffectUse) {
+    fn effect(&mut self, at: &At, entry: &'static Effect, effect: &EffectUse) {
         if let Err(message) = crate::description::check_site(self.plant, entry, &effect.site) {
             self.sentence(at, "site", &message);
         }
         for (name, quantity) in &effect.values {
             match crate::description::known_parameter(entry, name) {
                 Err(message) => self.sentence(at, name, &message),
-                Ok(parameter) => {
-                    self.number(at, name, quantity, Must::Finite);
-                    if quantity.value < parameter.low || quantity.value > parameter.high {
-                        let (value, low, high, unit) = (quantity.value, parameter.low, parameter.high, parameter.unit);
-                        let message = format!(
-                            "{name} = {value} of {} is outside its plausible range {low} … {high} {unit}",
-                            at.what
-                        );
-                        let cure = parameter.what.to_owned();
-                        self.faults.push(Fault { place: at.place(name), message, cure, warning: true });
-                    }
-                }
+                Ok(_) => self.number(at, name, quantity, Must::Finite),
             }
+        }
+        for (name, message, cure) in implausible(self.plant, entry, effect) {
+            self.warn(at, name, message, cure);
         }
     }
 
@@ -120,35 +96,4 @@ impl Check<'_> {
         let (message, cure) = sentence.split_once("; ").unwrap_or((sentence, ""));
         self.fault(at, key, message, cure);
     }
-}
-
-/// Every coordinate that can begin somewhere.
-fn coordinates(plant: &Plant) -> Vec<String> {
-    let mut list: Vec<String> = Vec::new();
-    for body in plant.bodies.iter().filter(|body| body.joint.kind == JointKind::Free) {
-        let components: &[&str] = match plant.space {
-            crate::description::Space::Planar => &["x", "y", "rz"],
-            crate::description::Space::Spatial => &["x", "y", "z", "rx", "ry", "rz"],
-        };
-        list.extend(components.iter().map(|component| format!("body:{}.{component}", body.name)));
-    }
-    list.extend(plant.sites(SiteKind::Joint).iter().map(ToString::to_string));
-    for tank in &plant.tanks {
-        let count = match &tank.model {
-            TankModel::Spring { axes, .. } => axes.len(),
-            TankModel::Pendulum { .. } => {
-                if plant.space == crate::description::Space::Planar {
-                    1
-                } else {
-                    2
-                }
-            }
-        };
-        list.push(format!("tank:{}", tank.name));
-        list.extend((2..=count).map(|k| format!("tank:{}.{k}", tank.name)));
-    }
-    list.extend(plant.sites(SiteKind::Mode).iter().map(ToString::to_string));
-    let wheels = plant.actuators.iter().filter(|actuator| matches!(actuator.kind, ActuatorKind::Wheel { .. }));
-    list.extend(wheels.map(|wheel| format!("wheel:{}", wheel.name)));
-    list
 }

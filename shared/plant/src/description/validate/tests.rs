@@ -67,8 +67,14 @@ fn only_a_body_that_carries_another_may_be_without_mass() {
         plant.bodies[i].inertia_com_kg_m2 = [Quantity::known(0.0); 6];
         plant.validate().len()
     };
-    assert_eq!(without(0), 0);
-    assert!(without(1) > 0);
+    assert!(without(1) > 0, "nothing hangs on it");
+    assert!(without(0) > 0, "a hub that floats without mass");
+    let mut between = two_bodies();
+    between.bodies[0].joint.kind = JointKind::Revolute { axis: [0.0, 0.0, 1.0] };
+    between.bodies[0].mass_kg = Quantity::known(0.0);
+    between.bodies[0].inertia_com_kg_m2 = [Quantity::known(0.0); 6];
+    between.bodies[1].joint.kind = JointKind::Revolute { axis: [1.0, 0.0, 0.0] };
+    assert_eq!(between.validate(), [], "a massless link between two joints");
 }
 
 #[test]

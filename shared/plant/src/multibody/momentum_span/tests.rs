@@ -86,7 +86,7 @@ fn without_a_basis_the_dimensions_and_the_number_of_equations_are_the_same() {
 
 #[test]
 fn coefficients_of_the_arm_of_the_benchmark_are_the_published_ones() {
-    let a = crate::arm_parameters::ArmParameters::paper_table_ii();
+    let a = crate::oracle::arm_parameters::ArmParameters::paper_table_ii();
     let [m1, m2] = a.link_mass_kg;
     let [i1, i2] = a.link_inertia_com_kg_m2;
     let exact = [

@@ -108,8 +108,8 @@ fn a_planar_base_moves_like_a_spatial_one_that_is_kept_in_the_plane() {
 
 #[test]
 fn planar_arm_is_the_chain_of_jacobians() {
-    use crate::arm_parameters::ArmParameters;
-    use crate::chain::Motion;
+    use crate::oracle::arm_parameters::ArmParameters;
+    use crate::oracle::chain::Motion;
     use nalgebra::SVector;
     let arm = ArmParameters::paper_table_ii();
     let model = table_ii_arm();
@@ -133,7 +133,7 @@ fn planar_arm_is_the_chain_of_jacobians() {
 
 /// Table II of the benchmark, planar.
 pub(super) fn table_ii_arm() -> Model {
-    use crate::arm_parameters::ArmParameters;
+    use crate::oracle::arm_parameters::ArmParameters;
     let arm = ArmParameters::paper_table_ii();
     let link = |parent, joint, at: [f64; 2], mass_kg, com: f64, inertia: f64| Link {
         parent,

@@ -1,7 +1,7 @@
 //! Orders of convergence, against an adaptive method of eighth order from another hand.
 
 use super::*;
-use crate::arm::ArmNoise;
+use crate::oracle::arm::ArmNoise;
 use crate::simulation::tests::plants;
 use core::cell::RefCell;
 use differential_equations::prelude::{ExplicitRungeKutta, IVP, ODE};

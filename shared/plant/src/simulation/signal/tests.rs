@@ -65,7 +65,7 @@ fn terms_add() {
 }
 
 #[test]
-fn the_arm_reference_has_the_same_bits_as_its_closed_form() {
+fn the_arm_reference_is_its_closed_form() {
     let reference = crate::fourier_reference::FourierReference::trajectory_b();
     for joint in 0..2 {
         let signal = sum(&[always(SignalKind::Fourier {
@@ -77,9 +77,11 @@ fn the_arm_reference_has_the_same_bits_as_its_closed_form() {
         for step in 0..300 {
             let t = 0.1 * f64::from(step);
             let (target, got) = (reference.at(t), signal.at(t));
-            assert_eq!(got.value, target.angle_rad[joint]);
-            assert_eq!(got.rate, target.rate_rad_s[joint]);
-            assert_eq!(got.acceleration, target.acceleration_rad_s2[joint]);
+            let wanted = [target.angle_rad[joint], target.rate_rad_s[joint], target.acceleration_rad_s2[joint]];
+            for (got, wanted) in [got.value, got.rate, got.acceleration].into_iter().zip(wanted) {
+                // sums of angles against angles of sums: rounding of five harmonics and of arguments up to 31 rad
+                assert!((got - wanted).abs() < 1e-14, "t = {t}: {got} {wanted}");
+            }
         }
     }
 }

@@ -1,14 +1,14 @@
 //! The general simulator against the special ones, which were written from other equations.
 
 use super::plants;
-use crate::appendage::{AppendageParameters, AppendageTruth, SENSORS, rectangular_pulse_nm};
-use crate::arm::{ArmNoise, FreeFloatingArm};
-use crate::arm_parameters::ArmParameters;
 use crate::description::{Controller, Signal, SignalKind};
 use crate::fourier_reference::FourierReference;
-use crate::hub_controller::{HubController, HubControllerState, staircase_rad};
+use crate::oracle::appendage::{AppendageParameters, AppendageTruth, SENSORS, rectangular_pulse_nm};
+use crate::oracle::arm::{ArmNoise, FreeFloatingArm};
+use crate::oracle::arm_parameters::ArmParameters;
+use crate::oracle::hub_controller::{HubController, HubControllerState, staircase_rad};
+use crate::oracle::slosh::{SloshParameters, SloshTruth, sine_force_n};
 use crate::simulation::Simulator;
-use crate::slosh::{SloshParameters, SloshTruth, sine_force_n};
 use plants::q;
 
 /// Greatest difference and greatest value of a channel.

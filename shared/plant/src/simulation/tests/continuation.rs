@@ -1,8 +1,8 @@
 //! Checkpoints, segments, and independence of streams.
 
 use super::plants::{self, q};
-use crate::arm::ArmNoise;
 use crate::description::{Initial, InitialValue, Noise, Plant, Reading, Segment, SensorKind, SignalKind};
+use crate::oracle::arm::ArmNoise;
 use crate::simulation::{Sample, SimulationError, Simulator, SimulatorState, record};
 
 /// The arm with everything that has a memory: lag, delay, jitter, slow, fast and mean channels.

@@ -149,7 +149,7 @@ fn a_prescribed_joint_moves_as_stated_by_any_of_its_derivatives() {
 
 #[test]
 fn exact_hold_is_refused_where_it_would_be_wrong() {
-    let mut arm = plants::arm(&crate::arm::ArmNoise::none());
+    let mut arm = plants::arm(&crate::oracle::arm::ArmNoise::none());
     arm.simulation.integrator = Integrator::ExactZeroOrderHold;
     assert!(matches!(Simulator::new(&arm, 0, "arm"), Err(SimulationError::NotLinear { .. })));
     let mut shaken = plants::cart(vec![]);

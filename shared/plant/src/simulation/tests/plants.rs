@@ -1,14 +1,14 @@
 //! The benchmark's plants written as descriptions, and parts to build others.
 
-use crate::appendage::{AppendageParameters, SENSORS};
-use crate::arm::ArmNoise;
-use crate::arm_parameters::ArmParameters;
 use crate::description::{
     Actuator, ActuatorKind, Appendage, Body, Controller, Initial, Integrator, Joint, JointKind, Mode, Noise,
     Orientation, Plant, Quantity, Reading, Sensor, SensorKind, Signal, SignalKind, SimulationSettings, Tank, TankModel,
 };
 use crate::fourier_reference::FourierReference;
-use crate::slosh::SloshParameters;
+use crate::oracle::appendage::{AppendageParameters, SENSORS};
+use crate::oracle::arm::ArmNoise;
+use crate::oracle::arm_parameters::ArmParameters;
+use crate::oracle::slosh::SloshParameters;
 
 pub const Z: [f64; 3] = [0.0, 0.0, 1.0];
 

@@ -1,7 +1,7 @@
 //! Cost of a record; printed, never asserted.
 
 use super::plants;
-use crate::arm::ArmNoise;
+use crate::oracle::arm::ArmNoise;
 use crate::simulation::Simulator;
 use crate::system::{JointReference, Workspace};
 use std::time::Instant;

@@ -1,7 +1,7 @@
 //! Against BP3.
 
 use super::*;
-use crate::appendage::AppendageParameters;
+use crate::oracle::appendage::AppendageParameters;
 
 /// Hub on a hinge with the benchmark's beam along x; the tip has an accelerometer across the beam.
 fn hub_and_beam() -> Plant {

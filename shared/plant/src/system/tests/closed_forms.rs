@@ -1,8 +1,8 @@
 //! Against the closed forms of BP1 and BP2, and against themselves in another dimension.
 
 use super::*;
-use crate::arm_parameters::ArmParameters;
-use crate::chain::Motion;
+use crate::oracle::arm_parameters::ArmParameters;
+use crate::oracle::chain::Motion;
 use crate::system::JointReference;
 use nalgebra::SVector;
 
@@ -92,7 +92,7 @@ fn feed_forward_is_the_chains_inverse_dynamics_at_its_momentum() {
 /// Craft and slosh mass on one axis, m_0 ẍ_0 = f + F, m_s ẍ_s = −F.
 #[test]
 fn a_tank_on_one_axis_has_the_two_mass_equations_of_bp2() {
-    let tank = crate::slosh::SloshParameters::benchmark();
+    let tank = crate::oracle::slosh::SloshParameters::benchmark();
     let rail = joint("rail", JointKind::Prismatic { axis: [1.0, 0.0, 0.0] }, [0.0; 3]);
     let thrust =
         ActuatorKind::BodyForce { body: "craft".to_owned(), position_m: three([0.0; 3]), direction: [1.0, 0.0, 0.0] };

@@ -22,6 +22,7 @@ const fn toy(kind: &'static str, hidden_states: usize, law: Law) -> Effect {
         sites: &SiteKind::ALL,
         applies: anywhere,
         parameters: &[AMPLITUDE],
+        amplitudes: 1,
         hidden_states,
         law,
         what: text,
@@ -273,10 +274,10 @@ fn structure_is_changed_before_anything_is_compiled_and_filters_are_listed() {
 fn an_effect_in_the_wrong_place_is_refused_by_name() {
     for (uses, complaint) in [
         (("spring", "body:base", 1.0), "nothing moves there"),
-        (("spring", "joint:elbow", 1.0), "joint 'elbow', which does not exist"),
+        (("spring", "joint:elbow", 1.0), "cannot sit at joint:elbow"),
         (("shifted", "joint:joint1", 1.0), "this is no sensor"),
-        (("unheard", "joint:joint1", 1.0), "there is no such effect"),
-        (("heavier", "body:elbow", 1.0), "there is no such site for it"),
+        (("unheard", "joint:joint1", 1.0), "there is no effect 'unheard'"),
+        (("heavier", "body:elbow", 1.0), "cannot sit at body:elbow"),
     ] {
         let Err(error) = System::with_catalogue(&with(arm_with_sensor(), &[uses]), &find) else {
             panic!("{uses:?} must be refused")

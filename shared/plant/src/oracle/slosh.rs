@@ -8,7 +8,8 @@
 //! Frame: one axis, positive along the thrust. No gravity; starts at rest.
 
 use crate::noise::Stream;
-use crate::sensor::{Channel, random_walk_sample_sigma};
+use crate::oracle::sensor::Channel;
+use crate::sensor::random_walk_sample_sigma;
 use crate::zero_order_hold::discretise;
 use nalgebra::{DMatrix, SMatrix, SVector};
 use serde::{Deserialize, Serialize};

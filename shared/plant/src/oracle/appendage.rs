@@ -13,7 +13,7 @@
 
 use crate::beam::{Cantilever, CantileverMode, integrate};
 use crate::noise::Stream;
-use crate::sensor::Channel;
+use crate::oracle::sensor::Channel;
 use crate::zero_order_hold::discretise;
 use nalgebra::{Complex, ComplexField, DMatrix, DVector};
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! Claims about the closed loop: published peaks, momentum, energy, noise, checkpoints.
 
 use super::*;
-use crate::arm_parameters::Target;
+use crate::oracle::arm_parameters::Target;
 
 const H: f64 = 68.0;
 

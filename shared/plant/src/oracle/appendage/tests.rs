@@ -1,7 +1,7 @@
 //! Claims about hub and appendage: the table, momentum, an independent integration, both loops' poles.
 
 use super::*;
-use crate::hub_controller::{HubController, HubControllerState, staircase_rad};
+use crate::oracle::hub_controller::{HubController, HubControllerState, staircase_rad};
 
 fn quiet(parameters: &AppendageParameters) -> AppendageTruth {
     AppendageTruth::new(parameters, 200.0, 0.0, 0, "panel")

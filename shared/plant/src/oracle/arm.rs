@@ -6,11 +6,12 @@
 //! Why closed loop: the torque an estimator sees is then correlated with the joint noise, as on a real arm;
 //! estimators that are only right for open-loop data fail here as they would in flight.
 
-use crate::arm_parameters::{ArmChain, ArmParameters};
-use crate::chain::{Invariants, Motion};
 use crate::fourier_reference::{FourierReference, JointTarget};
 use crate::noise::Stream;
-use crate::sensor::{Channel, random_walk_sample_sigma};
+use crate::oracle::arm_parameters::{ArmChain, ArmParameters};
+use crate::oracle::chain::{Invariants, Motion};
+use crate::oracle::sensor::Channel;
+use crate::sensor::random_walk_sample_sigma;
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 

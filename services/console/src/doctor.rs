@@ -1,0 +1,181 @@
+//! `obsid doctor`: what is wrong with recordings, before any model is held against them.
+
+mod page;
+
+use crate::progress::Share;
+use crate::recordings::{self, Loaded, ReportFile, wrapped};
+use crate::{Failure, plant_file};
+use discovery::doctor::{Finding, Severity, examine};
+use report::text::{short, with_sigma};
+use serde_json::{Value, json};
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Examine recordings: rate, gaps, lag, units, signs, derived channels, excitation, segments
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  obsid doctor rig.csv                                what is wrong, with numbers, evidence and cure
+  obsid doctor rig.csv --plant rig.toml --out report  the plant says which channels are inputs; figures in report/doctor.html
+  obsid doctor day1.csv.gz day2.mcap --json           doctor[]{check, channel, value, unit, evidence, cure} as one object
+
+Findings are an answer, not a failure: the exit code is 0.")]
+pub struct Arguments {
+    /// CSV, CSV.gz or MCAP; a file in which time starts again is several recordings
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// Its actuators are inputs, its sensors outputs
+    #[arg(long, value_name = "FILE")]
+    plant: Option<PathBuf>,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+    /// Write doctor.html, one page with figures, to this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// A recording and what was found in it.
+struct Examined {
+    loaded: Loaded,
+    findings: Vec<Finding>,
+}
+
+/// # Errors
+/// [`Failure::Input`] for a recording or a plant that cannot be read, [`Failure::Run`] when the report cannot be written.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let plant = arguments.plant.as_deref().map(plant_file::read).transpose()?;
+    let mut loaded = Vec::new();
+    for path in &arguments.recordings {
+        loaded.extend(recordings::read(path, plant.as_ref())?);
+    }
+    let out = arguments.out.as_deref().map(|folder| ReportFile::new(folder, "doctor.html")).transpose()?;
+    let examined = examine_all(loaded);
+    if let Some(out) = &out {
+        out.write(&page::page(&examined, &again(arguments)))?;
+    }
+    let written = out.map(|out| out.path());
+    crate::print(&if arguments.json {
+        format!("{}\n", as_json(&examined, written.as_deref()))
+    } else {
+        in_words(&examined, written.as_deref())
+    });
+    Ok(())
+}
+
+fn examine_all(loaded: Vec<Loaded>) -> Vec<Examined> {
+    let size = |l: &Loaded| l.recording.channels.iter().map(|c| c.value.len()).sum::<usize>() as f64;
+    let (all, mut done) = (loaded.iter().map(size).sum::<f64>().max(1.0), 0.0);
+    let bar = Share::new("examined");
+    let examined = loaded
+        .into_iter()
+        .map(|loaded| {
+            let findings = examine(&loaded.recording);
+            done += size(&loaded);
+            bar.show(done / all);
+            Examined { loaded, findings }
+        })
+        .collect();
+    bar.end();
+    examined
+}
+
+/// The command that makes the page again.
+fn again(arguments: &Arguments) -> String {
+    let mut words = vec!["obsid".to_owned(), "doctor".to_owned()];
+    words.extend(arguments.recordings.iter().map(|path| path.display().to_string()));
+    for (flag, value) in [("--plant", &arguments.plant), ("--out", &arguments.out)] {
+        words.extend(value.iter().flat_map(|value| [flag.to_owned(), value.display().to_string()]));
+    }
+    recordings::command_line(&words)
+}
+
+fn as_json(examined: &[Examined], report: Option<&str>) -> Value {
+    let finding = |of: &Examined, f: &Finding| {
+        json!({ "recording": of.loaded.recording.name, "check": f.check, "severity": f.severity, "channel": f.channel,
+            "others": f.others, "value": f.value, "sigma": f.sigma, "unit": f.unit, "evidence": f.evidence, "cure": f.cure })
+    };
+    let findings: Vec<Value> = examined.iter().flat_map(|e| e.findings.iter().map(|f| finding(e, f))).collect();
+    let recordings: Vec<Value> = examined.iter().map(|e| e.loaded.as_json()).collect();
+    json!({ "recordings": recordings, "doctor": findings, "report": report })
+}
+
+/// The findings of a recording, worst first; those of one check with one cure together.
+fn grouped(findings: &[Finding]) -> Vec<Vec<&Finding>> {
+    let mut ranked: Vec<&Finding> = findings.iter().collect();
+    ranked.sort_by_key(|finding| core::cmp::Reverse(finding.severity));
+    let mut groups: Vec<Vec<&Finding>> = Vec::new();
+    for finding in ranked {
+        let like = |g: &Vec<&Finding>| {
+            (g[0].check, g[0].severity, g[0].cure.as_str()) == (finding.check, finding.severity, finding.cure.as_str())
+        };
+        match groups.iter().position(like) {
+            Some(group) => groups[group].push(finding),
+            None => groups.push(vec![finding]),
+        }
+    }
+    groups
+}
+
+/// The channel and the others concerned, the first four by name.
+fn channels_of(finding: &Finding) -> String {
+    let all: Vec<&str> = core::iter::once(&finding.channel).chain(&finding.others).map(String::as_str).collect();
+    let named = all.iter().filter(|name| !name.is_empty()).take(4).copied().collect::<Vec<_>>().join(", ");
+    if all.len() > 4 { format!("{named}, … ({} channels)", all.len()) } else { named }
+}
+
+/// A name of the library as words: `clock_skew` is "clock skew".
+fn words_of(name: impl serde::Serialize) -> String {
+    serde_json::to_value(name).ok().and_then(|v| v.as_str().map(|s| s.replace('_', " "))).unwrap_or_default()
+}
+
+fn value_of(finding: &Finding) -> String {
+    let unit = if finding.unit == "-" { String::new() } else { format!(" {}", finding.unit) };
+    match finding.sigma {
+        Some(sigma) => {
+            let (value, sigma) = with_sigma(finding.value, sigma);
+            format!("{value} ± {sigma}{unit}")
+        }
+        None => format!("{}{unit}", short(finding.value)),
+    }
+}
+
+fn in_words(examined: &[Examined], report: Option<&str>) -> String {
+    let mut text = String::new();
+    for Examined { loaded, findings } in examined {
+        let _ = writeln!(text, "{}: {}", loaded.recording.name, loaded.in_words());
+        for note in &loaded.notes {
+            text.push_str(&wrapped(&format!("note: {note}"), "  "));
+        }
+        if findings.is_empty() {
+            text.push_str("  nothing found\n");
+        }
+        for group in grouped(findings) {
+            let _ = writeln!(text, "\n  {:<8} {}", words_of(group[0].severity), words_of(group[0].check));
+            for finding in &group {
+                let _ = writeln!(text, "           {}: {}", channels_of(finding), value_of(finding));
+                text.push_str(&wrapped(&finding.evidence, "             "));
+            }
+            text.push_str(&wrapped(&format!("cure: {}", group[0].cure), "           "));
+        }
+        text.push('\n');
+    }
+    let _ = writeln!(text, "{}", summary(examined));
+    if let Some(report) = report {
+        let _ = writeln!(text, "report {report}");
+    }
+    text
+}
+
+/// Counts by severity, and what they mean.
+fn summary(examined: &[Examined]) -> String {
+    let count = |severity| examined.iter().flat_map(|e| &e.findings).filter(|f| f.severity == severity).count();
+    let (faults, warnings, notes) = (count(Severity::Fault), count(Severity::Warning), count(Severity::Note));
+    let number = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let counted = format!("{}, {}, {}", number(faults, "fault"), number(warnings, "warning"), number(notes, "note"));
+    let means = match (faults, warnings) {
+        (0, 0) => "the data can be used as they are",
+        (0, _) => "the data can be used; allow for the warnings, or estimates are biased or weaker than they look",
+        _ => "cure the faults first: fitted on data like these, a model explains the fault",
+    };
+    format!("{counted}: {means}")
+}

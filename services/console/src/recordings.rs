@@ -1,0 +1,198 @@
+//! Recordings on the command line as channels with roles: what `doctor` and `compare` work on.
+
+use crate::Failure;
+use discovery::series::{Channel, Recording, Role};
+use plant::description::Plant;
+use recording::{Series, SeriesSet};
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// One recording of a file.
+pub struct Loaded {
+    /// The path as it was given.
+    pub file: String,
+    pub recording: Recording,
+    /// Repairs of the import, and what a plant has to say about the names.
+    pub notes: Vec<String>,
+    /// BLAKE3 of the file.
+    pub digest: String,
+}
+
+/// The recordings of a file: one for most, several where time starts again, each then named with its place.
+///
+/// # Errors
+/// [`Failure::Input`] for what cannot be read, and for a plant that shares no name with the recording.
+pub fn read(path: &Path, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {
+    let sets = recording::segments(recording::read(path).map_err(Failure::input)?).map_err(Failure::input)?;
+    let file = path.display().to_string();
+    let digest = std::fs::read(path).map(|bytes| blake3::hash(&bytes).to_hex().to_string()).unwrap_or_default();
+    let several = sets.len() > 1;
+    let mut loaded = Vec::with_capacity(sets.len());
+    for (k, mut set) in sets.into_iter().enumerate() {
+        let name = if several { format!("{file}, part {}", k + 1) } else { file.clone() };
+        let mut notes = core::mem::take(&mut set.notes);
+        if let Some(plant) = plant {
+            notes.extend(names_of_the_plant(&set, plant, &name)?);
+        }
+        let channels = set.channels.into_iter().map(|series| channel(series, plant)).collect();
+        let recording = Recording { name, channels };
+        loaded.push(Loaded { file: file.clone(), recording, notes, digest: digest.clone() });
+    }
+    Ok(loaded)
+}
+
+fn channel(series: Series, plant: Option<&Plant>) -> Channel {
+    let role = match plant {
+        Some(plant) if plant.actuator(&series.name).is_some() => Role::Input,
+        Some(plant) if plant.sensor(&series.name).is_some() => Role::Output,
+        _ => Role::Unknown,
+    };
+    Channel { name: series.name, unit: series.unit.into(), time_s: series.time_s, value: series.values, role }
+}
+
+/// Where names or units of plant and recording do not meet.
+fn names_of_the_plant(set: &SeriesSet, plant: &Plant, name: &str) -> Result<Vec<String>, Failure> {
+    let inputs = plant.actuators.iter().filter(|a| a.recorded).map(|a| (a.name.as_str(), plant.actuator_unit(a)));
+    let outputs = plant.sensors.iter().map(|s| (s.name.as_str(), plant.sensor_unit(s)));
+    let known: Vec<(&str, &str)> = inputs.chain(outputs).collect();
+    let recorded: Vec<&str> = set.channels.iter().map(|c| c.name.as_str()).collect();
+    if !known.iter().any(|(known, _)| recorded.contains(known)) {
+        return Err(Failure::Input(miette::miette!(
+            help = "rename the columns of the recording, or the [[actuator]]s and [[sensor]]s of the plant file, so that they meet",
+            "{name}: none of its channels ({}) is an actuator or a sensor of plant '{}' ({})",
+            recorded.join(", "),
+            plant.name,
+            known.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+        )));
+    }
+    let mut notes = Vec::new();
+    for channel in &set.channels {
+        match known.iter().find(|(known, _)| *known == channel.name) {
+            None => {
+                let near =
+                    nearest(&channel.name, known.iter().map(|(name, _)| *name).filter(|n| !recorded.contains(n)));
+                let near = near.map_or(String::new(), |near| format!(" (is it '{near}'?)"));
+                notes.push(format!(
+                    "channel '{}' is no actuator or sensor of the plant{near}: its role is guessed",
+                    channel.name
+                ));
+            }
+            Some((_, unit)) if recording::units::unit_named(unit).is_some_and(|u| u.si != channel.unit) => {
+                notes.push(format!("channel '{}' is in {}, the plant has it in {unit}", channel.name, channel.unit))
+            }
+            Some(_) => {}
+        }
+    }
+    let absent: Vec<&str> = known.iter().map(|(name, _)| *name).filter(|name| !recorded.contains(name)).collect();
+    if !absent.is_empty() {
+        notes.push(format!("of the plant, not in the recording: {}", absent.join(", ")));
+    }
+    Ok(notes)
+}
+
+/// The name most like `name`, if any is like it.
+pub fn nearest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let likeness = names.map(|known| (strsim::jaro_winkler(&known.to_lowercase(), &name.to_lowercase()), known));
+    likeness.filter(|(likeness, _)| *likeness > 0.8).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, known)| known)
+}
+
+impl Loaded {
+    /// First and last time of all channels [s].
+    pub fn span_s(&self) -> (f64, f64) {
+        let times =
+            |f: fn(&[f64]) -> Option<&f64>| self.recording.channels.iter().filter_map(move |c| f(&c.time_s).copied());
+        (times(<[f64]>::first).fold(f64::INFINITY, f64::min), times(<[f64]>::last).fold(f64::NEG_INFINITY, f64::max))
+    }
+
+    /// Channels, samples, span and rate in a few words.
+    pub fn in_words(&self) -> String {
+        let (start, end) = self.span_s();
+        let most = self.recording.channels.iter().max_by_key(|c| c.value.len());
+        let samples = most.map_or(0, |c| c.value.len());
+        let rate = most
+            .and_then(Channel::interval_s)
+            .map_or(String::new(), |dt| format!(" at {} Hz", report::text::short(1.0 / dt)));
+        let channels = self.recording.channels.len();
+        format!(
+            "{channels} channel{}, {samples} samples over {} s{rate}",
+            if channels == 1 { "" } else { "s" },
+            report::text::short((end - start).max(0.0))
+        )
+    }
+
+    pub fn as_json(&self) -> Value {
+        let (start_s, end_s) = self.span_s();
+        let channel = |c: &Channel| json!({ "name": c.name, "unit": c.unit, "role": c.role, "samples": c.value.len() });
+        json!({ "file": self.file, "name": self.recording.name, "digest": self.digest, "start_s": start_s, "end_s": end_s,
+            "channels": self.recording.channels.iter().map(channel).collect::<Vec<_>>(), "notes": self.notes })
+    }
+}
+
+/// Where a report goes.
+pub struct ReportFile(PathBuf);
+
+impl ReportFile {
+    /// Makes the folder, so that a place that cannot be written is found out before the work.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] when it cannot be made.
+    pub fn new(folder: &Path, name: &str) -> Result<Self, Failure> {
+        std::fs::create_dir_all(folder).map_err(|error| {
+            Failure::Input(miette::miette!(
+                help = "--out takes the path of a folder, which is made where it does not exist",
+                "--out {}: cannot be used: {error}",
+                folder.display()
+            ))
+        })?;
+        Ok(ReportFile(folder.join(name)))
+    }
+
+    pub fn path(&self) -> String {
+        self.0.display().to_string()
+    }
+
+    /// # Errors
+    /// [`Failure::Run`] when the file system refuses.
+    pub fn write(&self, page: &report::Page) -> Result<(), Failure> {
+        std::fs::write(&self.0, page.html()).map_err(|error| Failure::Run(format!("{}: {error}", self.path())))
+    }
+}
+
+/// A command line as it can be typed again.
+pub fn command_line(words: &[String]) -> String {
+    let plain = |w: &str| !w.is_empty() && w.chars().all(|c| c.is_alphanumeric() || "-_./=:,+%@".contains(c));
+    let quoted = words.iter().map(|w| if plain(w) { w.clone() } else { format!("'{}'", w.replace('\'', "'\\''")) });
+    quoted.collect::<Vec<_>>().join(" ")
+}
+
+/// A probability; below what a number holds it says so.
+pub fn probability(p: f64) -> String {
+    if p > 1e-300 { format!("p {p:.1e}") } else { "p < 1e-300".into() }
+}
+
+/// Name and version of the program, for the foot of a page.
+pub fn tool() -> String {
+    format!("obsid {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// Whole words in lines of at most 110 characters, each behind `indent`.
+pub fn wrapped(text: &str, indent: &str) -> String {
+    const WIDTH: usize = 110;
+    let mut out = String::new();
+    let mut used = WIDTH;
+    for word in text.split_whitespace() {
+        let length = word.chars().count();
+        if used + 1 + length > WIDTH {
+            out.push_str(if out.is_empty() { "" } else { "\n" });
+            out.push_str(indent);
+            used = indent.chars().count();
+        } else {
+            out.push(' ');
+            used += 1;
+        }
+        out.push_str(word);
+        used += length;
+    }
+    out.push('\n');
+    out
+}

@@ -1,0 +1,122 @@
+//! The plant with a candidate as physics: fitted from the score's amplitude, numbers inside its law free.
+
+use super::Contender;
+use crate::filter::NoiseModel;
+use crate::fit::noise::{Search, maximise};
+use crate::fit::{Engine, Fit, fit};
+use crate::problem::Problem;
+use crate::score::Column;
+use plant::description::{EffectUse, Plant, Quantity};
+
+/// A fitted augmented plant.
+#[derive(Clone, Debug)]
+pub struct Refit {
+    pub plant: Plant,
+    pub problem: Problem,
+    pub fit: Fit,
+    pub noise: NoiseModel,
+    /// Least `−2 ln p` with its own noise.
+    pub objective: f64,
+    /// Numbers of the effect that were free.
+    pub free: usize,
+}
+
+/// Relinearisations of a refit.
+const ROUNDS: usize = 3;
+
+/// Fits `plant` plus the contender; `None` where no start leads anywhere.
+pub fn refit(engine: &Engine<'_>, nominal: &Fit, column: &Column, contender: &Contender, null: f64) -> Option<Refit> {
+    let mut best: Option<Refit> = None;
+    for share in [1.0, 0.3] {
+        let Some((plant, free)) = augmented(&nominal.plant, column, &contender.amplitude, share) else { continue };
+        let problem = engine.problem.with_plant(&plant);
+        let Ok(own) = Engine::like(engine, &problem) else { continue };
+        let theta = own.start_from(&engine.problem.unknowns, &nominal.theta);
+        let Ok(fitted) = fit(&own, &plant, &theta, &contender.noise, ROUNDS) else { continue };
+        let search = Search { sweeps: 2, colour: true, scan: false };
+        let Some((noise, objective)) = maximise(&own, &fitted.board, &fitted.theta, &[], &contender.noise, search)
+        else {
+            continue;
+        };
+        let better = best.as_ref().is_none_or(|best| objective < best.objective);
+        let good = null - objective > 0.5 * contender.ratio;
+        if better {
+            drop(own);
+            best = Some(Refit { plant, problem, fit: fitted, noise, objective, free });
+        }
+        if good {
+            break;
+        }
+    }
+    best
+}
+
+/// The plant with the effect at `share` of its estimated amplitude; its numbers have wide priors.
+fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) -> Option<(Plant, usize)> {
+    let candidate = &column.candidate;
+    let (size, angles) = polar(candidate, amplitude);
+    let parameters = candidate.effect.parameters;
+    let floor = if candidate.one_sided { 1e-3 * column.step.abs() } else { 0.0 };
+    let start = (share * size).clamp(parameters[0].low.max(floor), parameters[0].high);
+    let mut values = Vec::new();
+    let mut free = 0;
+    for parameter in parameters {
+        let name = parameter.name;
+        let given = if name == candidate.amplitude() {
+            Some((start, Some(30.0 * start.abs().max(column.step.abs()))))
+        } else if let Some((_, angle)) = angles.iter().find(|(n, _)| *n == name) {
+            Some((*angle, varies(candidate, name).then_some(1.5)))
+        } else {
+            candidate
+                .inner
+                .iter()
+                .find(|(n, _)| *n == name)
+                .map(|(_, value)| (*value, inner_sigma(candidate.effect.kind, name, *value)))
+        };
+        let Some((value, sigma)) = given else { continue };
+        free += usize::from(sigma.is_some());
+        let quantity = sigma.map_or(Quantity::known(value), |sigma| Quantity::with_prior(value, sigma));
+        values.push((name.to_owned(), quantity));
+    }
+    let mut plant = nominal.clone();
+    let effect = EffectUse { kind: candidate.effect.kind.to_owned(), site: candidate.site.clone(), values };
+    plant.effects.push(effect);
+    plant::system::System::new(&plant).ok()?;
+    Some((plant, free))
+}
+
+/// Size and angles from amplitudes along the directions.
+fn polar(candidate: &crate::score::Candidate, amplitude: &[f64]) -> (f64, Vec<(&'static str, f64)>) {
+    let directions = &candidate.directions;
+    if directions.len() < 2 {
+        return (amplitude.first().copied().unwrap_or(0.0), directions.first().cloned().unwrap_or_default());
+    }
+    let plane = (amplitude[0] * amplitude[0] + amplitude[1] * amplitude[1]).sqrt();
+    let turn = libm::atan2(amplitude[1], amplitude[0]);
+    let mut angles = vec![(directions[0][0].0, turn)];
+    if let Some(third) = amplitude.get(2) {
+        angles.push((directions[0][1].0, libm::atan2(*third, plane)));
+        return ((plane * plane + third * third).sqrt(), angles);
+    }
+    angles.extend(directions[0].iter().skip(1).copied());
+    (plane, angles)
+}
+
+/// The directions differ in this angle.
+fn varies(candidate: &crate::score::Candidate, name: &str) -> bool {
+    let of = |direction: &Vec<(&'static str, f64)>| direction.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
+    candidate.directions.windows(2).any(|pair| of(&pair[0]) != of(&pair[1]))
+}
+
+/// Prior of a number inside a law; `None`: it stays where the grid has it.
+fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
+    match name {
+        "frequency" if kind != "thermal_snap" => Some(0.3 * value),
+        "order" => Some(0.1 * value),
+        "damping_ratio" if kind.contains("left_out") || kind.contains("second_mode") => Some(0.05),
+        "stribeck_rate" | "yield" | "presliding" | "half_gap" => Some(0.7 * value),
+        "decay" | "time_constant" => Some(1.0 * value),
+        "begin" if kind == "thermal_snap" || kind == "sensor_step" => None,
+        _ => None,
+    }
+}

@@ -1,0 +1,85 @@
+//! Whiteness of innovations, and where the evidence for an effect lies.
+
+use super::Standing;
+use super::report::Where;
+use crate::filter::NoiseModel;
+use crate::fit::{Engine, Fit};
+use crate::score::{Column, Score};
+use crate::statistics::chi_squared_tail;
+
+const LAGS: usize = 20;
+
+/// Least p over channels of Ljung and Box's statistic over twenty lags, times the number of channels.
+pub fn whiteness_p(engine: &Engine<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
+    let mut r = [fit.board.nu.clone()];
+    fit.board.whiten(engine, noise, &mut r)?;
+    let channels = engine.problem.plant.sensors.len();
+    let mut least = 1.0f64;
+    for channel in 0..channels {
+        let mut series = Vec::new();
+        for (run, offset) in engine.offsets.iter().enumerate() {
+            let timeline = &engine.timelines[run];
+            let own = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel);
+            // the first samples pay for the initial state
+            series.extend(own.map(|s| r[0][offset + s]).skip(5));
+        }
+        least = least.min(ljung_box(&series));
+    }
+    Some((least * channels as f64).min(1.0))
+}
+
+fn ljung_box(x: &[f64]) -> f64 {
+    let n = x.len();
+    let power: f64 = x.iter().map(|v| v * v).sum();
+    if n < 3 * LAGS || power <= 0.0 {
+        return 1.0;
+    }
+    let sum: f64 = (1..=LAGS)
+        .map(|l| {
+            let rho = (l..n).map(|t| x[t] * x[t - l]).sum::<f64>() / power;
+            rho * rho / (n - l) as f64
+        })
+        .sum();
+    chi_squared_tail(n as f64 * (n as f64 + 2.0) * sum, LAGS as f64)
+}
+
+/// Channel, time and site of an effect's evidence: the channel with most of `Σ c' r'`, the time of its middle eight tenths.
+pub(super) fn locate(engine: &Engine<'_>, before: &Standing, column: &Column, score: &Score, p: f64) -> Option<Where> {
+    let mut r = [before.fit.board.nu.clone()];
+    before.fit.board.whiten(engine, &before.noise, &mut r)?;
+    let n = r[0].len();
+    let effect = |s: usize| -> f64 { score.projected.iter().zip(&score.amplitude).map(|(c, a)| a * c[s]).sum() };
+    let mut by_channel = vec![0.0; engine.problem.plant.sensors.len()];
+    let mut energy = Vec::with_capacity(n);
+    for (run, offset) in engine.offsets.iter().enumerate() {
+        let timeline = &engine.timelines[run];
+        for event in &timeline.events {
+            for sample in event.first..event.first + event.count {
+                let c = effect(offset + sample);
+                by_channel[timeline.channel[sample]] += c * r[0][offset + sample];
+                energy.push((event.t_s, c * c));
+            }
+        }
+    }
+    let channel = (0..by_channel.len()).max_by(|a, b| by_channel[*a].total_cmp(&by_channel[*b]))?;
+    energy.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let total: f64 = energy.iter().map(|e| e.1).sum();
+    let time_at = |share: f64| {
+        let mut sum = 0.0;
+        energy
+            .iter()
+            .find(|e| {
+                sum += e.1;
+                sum >= share * total
+            })
+            .map_or(0.0, |e| e.0)
+    };
+    Some(Where {
+        channel: engine.problem.plant.sensors[channel].name.clone(),
+        site: column.candidate.site.to_string(),
+        time: [time_at(0.1), time_at(0.9)],
+        band_hz: [0.0, 0.5 / engine.timelines[0].period_s],
+        states: Vec::new(),
+        p,
+    })
+}

@@ -1,0 +1,158 @@
+//! The diagnosis as data: field names are those of its JSON.
+
+use crate::held_out::{ChannelFit, Status};
+use serde::Serialize;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    None,
+    Named,
+    NotSeparable,
+    NotInCatalogue,
+    NoiseModel,
+    Sensor,
+    Unobservable,
+    CannotDecide,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Compare {
+    pub channels: Vec<ChannelFit>,
+}
+
+/// Where the evidence lies.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Where {
+    pub channel: String,
+    pub site: String,
+    /// [s, s]
+    pub time: [f64; 2],
+    pub band_hz: [f64; 2],
+    pub states: Vec<String>,
+    pub p: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Rival {
+    pub kind: String,
+    pub site: String,
+    pub probability: f64,
+    pub reason: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterReport {
+    pub name: String,
+    pub value: f64,
+    pub sigma: f64,
+    pub unit: String,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EffectReport {
+    pub kind: String,
+    pub site: String,
+    pub probability: f64,
+    pub status: Status,
+    pub rivals: Vec<Rival>,
+    pub parameters: Vec<ParameterReport>,
+    pub kappa: f64,
+    pub d: f64,
+}
+
+/// A nominal parameter before and after.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Nominal {
+    pub name: String,
+    pub before: f64,
+    pub after: f64,
+    pub sigma: f64,
+    pub shift_sigma: f64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeldOutKind {
+    Recording,
+    Blocks,
+    None,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOutChannel {
+    pub name: String,
+    pub fit_percent_before: f64,
+    pub fit_percent_after: f64,
+    pub rms_before: f64,
+    pub rms_after: f64,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldOut {
+    pub kind: HeldOutKind,
+    pub channels: Vec<HeldOutChannel>,
+    pub loglik_gain: Option<f64>,
+    pub gain_se: Option<f64>,
+    pub gain_ci95: Option<[f64; 2]>,
+    pub whiteness_p_before: Option<f64>,
+    pub whiteness_p_after: Option<f64>,
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DetectionLimit {
+    pub kind: String,
+    pub site: String,
+    pub amplitude: f64,
+    pub unit: String,
+}
+
+/// Everything that was found. The checks of the recordings themselves come from [`crate::doctor`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Diagnosis {
+    pub verdict: Verdict,
+    pub reason: String,
+    pub compare: Compare,
+    #[serde(rename = "where")]
+    pub located: Vec<Where>,
+    pub effects: Vec<EffectReport>,
+    pub nominal: Vec<Nominal>,
+    pub held_out: HeldOut,
+    pub detection_limits: Vec<DetectionLimit>,
+    /// Unknowns that keep their prior.
+    pub not_found: Vec<String>,
+    pub notes: Vec<String>,
+    pub next_experiment: Option<String>,
+    /// Text of the plant file with what was confirmed (a caller that writes it puts the path here).
+    pub augmented_plant: Option<String>,
+    pub report: Option<String>,
+}
+
+impl Diagnosis {
+    /// Nothing can be said, because `reason`.
+    pub fn cannot_decide(reason: String) -> Self {
+        Self {
+            verdict: Verdict::CannotDecide,
+            reason,
+            compare: Compare { channels: Vec::new() },
+            located: Vec::new(),
+            effects: Vec::new(),
+            nominal: Vec::new(),
+            held_out: HeldOut {
+                kind: HeldOutKind::None,
+                channels: Vec::new(),
+                loglik_gain: None,
+                gain_se: None,
+                gain_ci95: None,
+                whiteness_p_before: None,
+                whiteness_p_after: None,
+            },
+            detection_limits: Vec::new(),
+            not_found: Vec::new(),
+            notes: Vec::new(),
+            next_experiment: None,
+            augmented_plant: None,
+            report: None,
+        }
+    }
+}

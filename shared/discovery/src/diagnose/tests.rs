@@ -1,0 +1,82 @@
+use super::*;
+use crate::series::Recording;
+use crate::synthetic::{coloured, louder, off_priors, plant, problem, recording, with_effect};
+
+const SHORT: [(&str, f64); 3] = [("pendulum", 8.0), ("oscillator", 1.5), ("drive_rig", 1.5)];
+
+fn diagnosed(nominal: &Plant, recorded: Recording) -> Diagnosis {
+    diagnose(&problem(nominal, recorded), &Options { threads: 2, ..Options::default() }, &mut |_, _| {})
+}
+
+#[test]
+fn where_nothing_is_missing_nothing_is_named() {
+    for (name, duration_s) in SHORT {
+        let nominal = plant(name);
+        for seed in 1..=7 {
+            let found = diagnosed(&nominal, recording(&off_priors(&nominal, seed), seed, duration_s));
+            assert_eq!(found.verdict, Verdict::None, "{name} {seed}: {}", found.reason);
+            assert!(!found.detection_limits.is_empty());
+        }
+    }
+}
+
+#[test]
+fn a_wrong_noise_model_is_called_that_and_nothing_else() {
+    for (name, duration_s) in SHORT {
+        let nominal = plant(name);
+        for recorded in [recording(&louder(&nominal, 1.3), 11, duration_s), coloured(&nominal, 12, duration_s, 0.6)] {
+            let found = diagnosed(&nominal, recorded);
+            assert_eq!(found.verdict, Verdict::NoiseModel, "{name}: {}", found.reason);
+        }
+    }
+}
+
+/// Plant, duration, effect, site, values.
+type Case = (&'static str, f64, &'static str, &'static str, &'static [(&'static str, f64)]);
+
+#[test]
+fn single_effects_are_named_with_their_size() {
+    let cases: [Case; 4] = [
+        ("pendulum", 12.0, "joint_coulomb", "joint:pivot", &[("force", 4e-3)]),
+        ("drive_rig", 2.0, "joint_coulomb", "joint:drive", &[("force", 5e-3)]),
+        ("drive_rig", 2.0, "joint_gear_ripple", "joint:drive", &[("force", 3e-3), ("order", 12.0)]),
+        ("oscillator", 1.5, "joint_cubic_stiffness", "joint:rail", &[("stiffness", 3e7)]),
+    ];
+    for (name, duration_s, kind, site, values) in cases {
+        let nominal = plant(name);
+        let truth = with_effect(&nominal, kind, site, values);
+        let found = diagnosed(&nominal, recording(&truth, 21, duration_s));
+        assert!(
+            matches!(found.verdict, Verdict::Named | Verdict::NotSeparable),
+            "{name}: {:?} {}",
+            found.verdict,
+            found.reason
+        );
+        let first = &found.effects[0];
+        let in_set = first.kind == kind || first.rivals.iter().any(|rival| rival.kind == kind && rival.site == site);
+        assert!(in_set, "{name}: {first:?}");
+        if first.kind == kind {
+            let (amplitude, sigma) = (first.parameters[0].value, first.parameters[0].sigma);
+            assert!((amplitude.abs() - values[0].1).abs() < 4.0 * sigma, "{name}: {amplitude} +- {sigma}");
+        }
+    }
+}
+
+#[test]
+fn a_fault_of_a_sensor_is_a_sensor_s() {
+    let nominal = plant("drive_rig");
+    let truth = with_effect(&nominal, "sensor_scale", "sensor:rate", &[("error", 1e-3)]);
+    let found = diagnosed(&nominal, recording(&truth, 31, 2.0));
+    let sensor = found.effects.iter().all(|effect| effect.site.starts_with("sensor:"));
+    assert!(sensor && !found.effects.is_empty(), "{:?} {}", found.verdict, found.reason);
+}
+
+#[test]
+fn a_plant_that_cannot_predict_ends_in_cannot_decide() {
+    let mut nominal = plant("oscillator");
+    let recorded = recording(&nominal, 1, 0.5);
+    nominal.sensors.iter_mut().for_each(|sensor| sensor.noise = plant::description::Noise::default());
+    let found = diagnosed(&nominal, recorded);
+    assert_eq!(found.verdict, Verdict::CannotDecide);
+    assert!(found.reason.contains("noise"), "{}", found.reason);
+}

@@ -1,0 +1,288 @@
+//! From findings to a verdict in words and numbers.
+
+use super::evidence::{locate, whiteness_p};
+use super::report::*;
+use super::{Adopted, Screening, Shown, Standing, equivalence, status};
+use crate::compete::Contender;
+use crate::filter::NoiseModel;
+use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
+use crate::held_out::Status;
+use crate::score::Column;
+use crate::statistics::chi_squared_tail;
+use plant::description::SiteKind;
+
+pub(super) struct Findings<'a> {
+    pub engine: &'a Engine<'a>,
+    pub stated: &'a Fit,
+    pub best: &'a Standing,
+    pub adopted: &'a [Adopted],
+    pub unfitted: &'a [(Column, Contender)],
+    pub screening: &'a Screening,
+    pub noise_p: f64,
+    pub shown: Shown,
+    pub notes: Vec<String>,
+    pub alpha: f64,
+}
+
+/// Weight above which a name stands alone.
+const NAME_WEIGHT: f64 = 0.9;
+/// Share of alpha for the noise model.
+const NOISE_SHARE: f64 = 0.25;
+
+/// p of the stated noise against the adapted one; disturbances that nobody stated count only upwards.
+pub(super) fn noise_p(engine: &Engine<'_>, stated: &Fit, adapted: &Fit, noise: &NoiseModel, objective: f64) -> f64 {
+    let mut as_stated = engine.noise.clone();
+    for ((own, found), actuator) in as_stated.input_sigma.iter_mut().zip(&noise.input_sigma).zip(&engine.noise_names) {
+        let known = engine.problem.plant.actuator(actuator).is_some_and(|a| a.noise.value > 0.0);
+        if !known && *found < *own {
+            *own = *found;
+        }
+    }
+    let freedom = (noise.input_sigma.len() + 2 * noise.sensor_sigma.len()) as f64;
+    let least = |fit: &Fit| Some(fit.board.normal(engine, &fit.theta, &as_stated, &[])?.minimum()?.0);
+    match [least(stated), least(adapted)].into_iter().flatten().min_by(f64::total_cmp) {
+        Some(before) => chi_squared_tail((before - objective).max(0.0), freedom),
+        None => 0.0,
+    }
+}
+
+pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
+    let mut diagnosis = Diagnosis::cannot_decide(String::new());
+    let engine = findings.engine;
+    diagnosis.compare.channels.clone_from(&findings.shown.compare);
+    diagnosis.notes.clone_from(&findings.notes);
+    diagnosis.effects = findings.adopted.iter().map(|a| effect(findings, a)).collect();
+    diagnosis.nominal = nominal(findings);
+    diagnosis.detection_limits = limits(findings);
+    diagnosis.not_found = (engine.problem.unknowns.iter().zip(&findings.stated.ratio))
+        .filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO)
+        .map(|(unknown, _)| unknown.name.clone())
+        .collect();
+    for (column, contender) in findings.unfitted {
+        diagnosis.effects.push(unfitted(findings, column, contender));
+    }
+    held_out(findings, &mut diagnosis);
+    let before = Standing {
+        plant: findings.stated.plant.clone(),
+        problem: engine.problem.clone(),
+        fit: findings.stated.clone(),
+        noise: engine.noise.clone(),
+        objective: 0.0,
+    };
+    if let Some(first) = findings.adopted.first() {
+        diagnosis.located.extend(locate(engine, &before, &first.column, &first.contender.score, first.contender.p));
+    }
+    (diagnosis.verdict, diagnosis.reason) = verdict(findings, &diagnosis);
+    diagnosis.augmented_plant = augmented(findings);
+    diagnosis
+}
+
+fn verdict(findings: &Findings<'_>, diagnosis: &Diagnosis) -> (Verdict, String) {
+    let Some(first) = findings.adopted.first() else { return nothing_named(findings) };
+    let kinds: Vec<String> = findings
+        .adopted
+        .iter()
+        .map(|a| format!("{} at {}", a.column.candidate.effect.kind, a.column.candidate.site))
+        .collect();
+    let weight = equivalence(first)[0].2;
+    let sensor = findings.adopted.iter().all(|a| a.column.candidate.site.kind == SiteKind::Sensor);
+    let state = status(findings.shown.gain.as_ref());
+    if state == Status::Refused {
+        let reason = format!("{} explained this recording, but held-out data refuse it", kinds.join(" and "));
+        return (Verdict::CannotDecide, reason);
+    }
+    let word = if state == Status::Confirmed { "confirmed" } else { "not yet confirmed" };
+    let reason = format!(
+        "{} (probability {:.2}, {word} on held-out data; p = {:.1e} over everything tried)",
+        kinds.join(" and "),
+        weight,
+        first.contender.p
+    );
+    let _ = diagnosis;
+    if weight < NAME_WEIGHT {
+        return (Verdict::NotSeparable, reason);
+    }
+    (if sensor { Verdict::Sensor } else { Verdict::Named }, reason)
+}
+
+fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
+    if let Some((column, contender)) = findings.unfitted.first() {
+        let candidate = &column.candidate;
+        let reason = format!(
+            "{} at {} is significant (p = {:.1e}), but no model with it could be fitted",
+            candidate.effect.kind, candidate.site, contender.p
+        );
+        return (Verdict::CannotDecide, reason);
+    }
+    if findings.noise_p < NOISE_SHARE * findings.alpha {
+        let noise = changed_noise(findings.engine, &findings.best.noise);
+        let reason = format!(
+            "the noise is not as stated (p = {:.1e}): {noise}; no physics is missing beside it",
+            findings.noise_p
+        );
+        return (Verdict::NoiseModel, reason);
+    }
+    (Verdict::None, "nothing is missing that this recording could show; see the detection limits".to_owned())
+}
+
+/// What changed most between stated and adapted noise, in words.
+fn changed_noise(engine: &Engine<'_>, noise: &NoiseModel) -> String {
+    let mut list: Vec<(f64, String)> = Vec::new();
+    for (i, sensor) in engine.problem.plant.sensors.iter().enumerate() {
+        let factor = noise.sensor_sigma[i] / engine.noise.sensor_sigma[i];
+        list.push((libm::log(factor).abs(), format!("{} x{factor:.2}", sensor.name)));
+        list.push((
+            libm::atanh(noise.pole[i].abs().min(0.999)),
+            format!("{} correlated, pole {:.2}", sensor.name, noise.pole[i]),
+        ));
+    }
+    for (i, name) in engine.noise_names.iter().enumerate() {
+        let factor = noise.input_sigma[i] / engine.noise.input_sigma[i];
+        if factor > 1.0 {
+            list.push((0.3 * libm::log(factor), format!("{name} x{factor:.3}")));
+        }
+    }
+    list.sort_by(|a, b| b.0.total_cmp(&a.0));
+    list.into_iter().take(3).map(|(_, text)| text).collect::<Vec<_>>().join(", ")
+}
+
+fn effect(findings: &Findings<'_>, adopted: &Adopted) -> EffectReport {
+    let set = equivalence(adopted);
+    let rivals = set.iter().skip(1).map(|(kind, site, probability, bic)| Rival {
+        kind: kind.clone(),
+        site: site.clone(),
+        probability: *probability,
+        reason: format!("fits worse by {:.1} in BIC", bic),
+    });
+    let candidate = &adopted.column.candidate;
+    EffectReport {
+        kind: candidate.effect.kind.to_owned(),
+        site: candidate.site.to_string(),
+        probability: set[0].2,
+        status: status(findings.shown.gain.as_ref()),
+        rivals: rivals.collect(),
+        parameters: parameters(findings.best, candidate.effect.kind, &candidate.site.to_string()),
+        kappa: adopted.contender.score.kappa,
+        d: adopted.contender.ratio.max(0.0).sqrt(),
+    }
+}
+
+fn parameters(best: &Standing, kind: &str, site: &str) -> Vec<ParameterReport> {
+    let prefix = format!("effect.{kind}@{site}.");
+    let own = best.problem.unknowns.iter().enumerate().filter(|(_, u)| u.parameter.starts_with(&prefix));
+    own.map(|(i, unknown)| ParameterReport {
+        name: unknown.parameter[prefix.len()..].to_owned(),
+        value: best.fit.theta[i],
+        sigma: best.fit.sigma[i],
+        unit: unknown.unit.clone(),
+    })
+    .collect()
+}
+
+fn unfitted(findings: &Findings<'_>, column: &Column, contender: &Contender) -> EffectReport {
+    let candidate = &column.candidate;
+    let unit = findings.engine.problem.plant.effect_unit(
+        &plant::description::EffectUse {
+            kind: candidate.effect.kind.to_owned(),
+            site: candidate.site.clone(),
+            values: Vec::new(),
+        },
+        candidate.effect.parameters[0].unit,
+    );
+    let amplitude = ParameterReport {
+        name: candidate.amplitude().to_owned(),
+        value: contender.amplitude.first().copied().unwrap_or(0.0),
+        sigma: contender.score.limit / crate::score::LIMIT_D,
+        unit,
+    };
+    EffectReport {
+        kind: candidate.effect.kind.to_owned(),
+        site: candidate.site.to_string(),
+        probability: 0.0,
+        status: Status::NotConverged,
+        rivals: Vec::new(),
+        parameters: vec![amplitude],
+        kappa: contender.score.kappa,
+        d: contender.ratio.max(0.0).sqrt(),
+    }
+}
+
+fn nominal(findings: &Findings<'_>) -> Vec<Nominal> {
+    let (before, after) = (findings.stated, findings.best);
+    let unknowns = &findings.engine.problem.unknowns;
+    unknowns
+        .iter()
+        .enumerate()
+        .map(|(i, unknown)| {
+            let at = after.problem.unknowns.iter().position(|other| other.name == unknown.name);
+            let (value, sigma) =
+                at.map_or((before.theta[i], before.sigma[i]), |at| (after.fit.theta[at], after.fit.sigma[at]));
+            Nominal {
+                name: unknown.name.clone(),
+                before: before.theta[i],
+                after: value,
+                sigma,
+                shift_sigma: if sigma > 0.0 { (value - before.theta[i]) / sigma } else { 0.0 },
+            }
+        })
+        .collect()
+}
+
+fn limits(findings: &Findings<'_>) -> Vec<DetectionLimit> {
+    let mut list: Vec<DetectionLimit> = Vec::new();
+    let plant = &findings.engine.problem.plant;
+    for (_, score) in &findings.screening.pairs {
+        let candidate = &findings.screening.columns[score.column].candidate;
+        let (kind, site) = (candidate.effect.kind, candidate.site.to_string());
+        if let Some(known) = list.iter_mut().find(|known| known.kind == kind && known.site == site) {
+            known.amplitude = known.amplitude.min(score.limit);
+            continue;
+        }
+        let used =
+            plant::description::EffectUse { kind: kind.to_owned(), site: candidate.site.clone(), values: Vec::new() };
+        let unit = plant.effect_unit(&used, candidate.effect.parameters[0].unit);
+        list.push(DetectionLimit { kind: kind.to_owned(), site, amplitude: score.limit, unit });
+    }
+    list
+}
+
+fn held_out(findings: &Findings<'_>, diagnosis: &mut Diagnosis) {
+    let shown = &findings.shown;
+    let held = &mut diagnosis.held_out;
+    held.kind = shown.kind;
+    held.channels = (shown.before.iter().zip(&shown.after))
+        .map(|(before, after)| HeldOutChannel {
+            name: before.name.clone(),
+            fit_percent_before: before.fit_percent,
+            fit_percent_after: after.fit_percent,
+            rms_before: before.rms,
+            rms_after: after.rms,
+        })
+        .collect();
+    if let Some(gain) = &shown.gain {
+        (held.loglik_gain, held.gain_se, held.gain_ci95) =
+            (Some(gain.loglik_gain), Some(gain.gain_se), Some(gain.interval95()));
+    }
+    held.whiteness_p_before = whiteness_p(findings.engine, findings.stated, &findings.engine.noise);
+    held.whiteness_p_after = whiteness_p(findings.engine, &findings.best.fit, &findings.best.noise);
+}
+
+/// Plant file with estimates and confirmed effects.
+fn augmented(findings: &Findings<'_>) -> Option<String> {
+    if findings.adopted.is_empty() || status(findings.shown.gain.as_ref()) != Status::Confirmed {
+        return None;
+    }
+    let best = findings.best;
+    let mut plant = best.plant.clone();
+    let values: Vec<(&str, f64, f64)> = (best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma)))
+        .filter(|(unknown, _)| unknown.recording.is_none())
+        .map(|(unknown, (value, sigma))| (unknown.parameter.as_str(), *value, *sigma))
+        .collect();
+    plant.visit_quantities(&mut |name, _, quantity| {
+        if let Some((_, value, sigma)) = values.iter().find(|(known, _, _)| *known == name) {
+            quantity.value = *value;
+            quantity.sigma = Some(sigma.max(f64::MIN_POSITIVE));
+        }
+    });
+    Some(plant::file::write(&plant))
+}

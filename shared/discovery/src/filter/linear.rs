@@ -1,0 +1,202 @@
+//! What is linear about a pass: transitions and rows of measurement along it, by differences of its own functions.
+
+use super::gains::Recursion;
+use super::machine::{Frozen, Machine};
+use super::{Layout, NoiseModel};
+
+/// Transition and measurement of one run about its filtered trajectory.
+#[derive(Clone, Debug)]
+pub struct Linear {
+    pub layout: Layout,
+    /// Per event: `tangent × (tangent + noise inputs)`, row-major: to the next event.
+    pub transition: Vec<f64>,
+    /// Per sample: `tangent + noise inputs + clone` numbers.
+    pub measurement: Vec<f64>,
+    /// Per sample: share of the lag's old output; NaN where the channel does not lag.
+    pub decay: Vec<f64>,
+    pub initial_sigma: Vec<f64>,
+    /// Gains of the pass and the innovations it gave.
+    pub frozen: Frozen,
+    pub nu: Vec<f64>,
+    /// Filtered state at every event, before its update.
+    pub states: Vec<f64>,
+    pub noise: NoiseModel,
+    /// Names of the numbers of a small change of state, and of the noise inputs.
+    pub names: Vec<String>,
+    pub input_names: Vec<String>,
+    pub state_names: Vec<String>,
+}
+
+impl Linear {
+    pub fn row_len(&self) -> usize {
+        self.layout.tangent + self.layout.noise_inputs.len() + self.layout.clone
+    }
+}
+
+/// Step of the differences: readings and states are of the order of one in SI; curvature below 1e-4 of it is not seen.
+const STEP: f64 = 1e-6;
+
+/// Extended Kalman filter over a run with white noise: its gains, innovations and linear model.
+///
+/// Cost: `tangent + inputs + clone + 1` flows and readings an event.
+pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &[f64]) -> Result<Linear, String> {
+    let layout = machine.layout.clone();
+    let (n, m, c) = (layout.tangent, layout.noise_inputs.len(), layout.clone);
+    let events = machine.timeline.events.len();
+    let samples = machine.timeline.value.len();
+    let mut linear = Linear {
+        transition: vec![0.0; events * n * (n + m)],
+        measurement: vec![0.0; samples * (n + m + c)],
+        decay: vec![f64::NAN; samples],
+        initial_sigma: initial_sigma.to_vec(),
+        frozen: Frozen {
+            rows: layout.len(),
+            gain: Vec::with_capacity(samples * layout.len()),
+            first: Vec::with_capacity(events),
+        },
+        nu: vec![0.0; samples],
+        states: Vec::with_capacity(events * machine.x0.len()),
+        noise: NoiseModel { pole: vec![0.0; noise.pole.len()], ..noise.clone() },
+        names: super::tangent_names(&machine.system).into_iter().map(|(name, _)| name).collect(),
+        input_names: layout.noise_inputs.iter().map(|i| machine.system.inputs()[*i].name.clone()).collect(),
+        state_names: machine.system.states().iter().map(|state| state.name.clone()).collect(),
+        layout,
+    };
+    let white = linear.noise.clone();
+    let mut recursion = Recursion::new(&linear.layout, initial_sigma);
+    let mut mean = machine.start();
+    let mut scratch = Scratch::new(machine);
+    let mut predicted = vec![0.0; white.sensor_sigma.len()];
+    let mut change = vec![0.0; linear.layout.len()];
+    let mut started = vec![f64::NAN; white.sensor_sigma.len()];
+    for k in 0..events {
+        let event = machine.timeline.events[k];
+        machine.renew(k, &mut mean);
+        recursion.renew(event.reset, &white);
+        linear.states.extend_from_slice(&mean.x);
+        linear.frozen.first.push(linear.frozen.gain.len());
+        if event.count > 0 {
+            scratch.measurement(machine, k, &mean, &mut linear.measurement[event.first * (n + m + c)..]);
+            for slot in 0..event.count {
+                let channel = machine.timeline.channel[event.first + slot];
+                if linear.layout.lag_of[channel].is_some() {
+                    let since = event.t_s - started[channel];
+                    linear.decay[event.first + slot] =
+                        if since > 0.0 { machine.lag_decay(channel, since) } else { 0.0 };
+                    started[channel] = event.t_s;
+                }
+            }
+            machine.predict(k, &mut mean, &mut predicted);
+            let rows = &linear.measurement[event.first * (n + m + c)..(event.first + event.count) * (n + m + c)];
+            let channels = &machine.timeline.channel[event.first..event.first + event.count];
+            let decay = &linear.decay[event.first..event.first + event.count];
+            if !recursion.update(&white, channels, rows, decay) {
+                return Err(format!("the filter's covariance is not positive at {} s", event.t_s));
+            }
+            linear.frozen.gain.extend_from_slice(&recursion.gain);
+            change.fill(0.0);
+            for (slot, predicted) in predicted.iter().enumerate().take(event.count) {
+                let innovation = machine.timeline.value[event.first + slot] - predicted;
+                linear.nu[event.first + slot] = innovation;
+                for (row, change) in change.iter_mut().enumerate() {
+                    *change += recursion.gain[row * event.count + slot] * innovation;
+                }
+            }
+            if !change.iter().all(|c| c.abs() < 1e9) {
+                return Err(format!("the filtered state runs away at {} s", event.t_s));
+            }
+            machine.correct(&mut mean, &change);
+        }
+        machine.begin_mean(k, &mut mean);
+        if event.begins_mean {
+            recursion.begin_mean();
+        }
+        if k + 1 < events {
+            let transition = &mut linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
+            scratch.transition(machine, k, &mut mean, transition);
+            recursion.propagate(transition);
+        }
+    }
+    Ok(linear)
+}
+
+struct Scratch {
+    delta: Vec<f64>,
+    moved: Vec<f64>,
+    base: Vec<f64>,
+    w: Vec<f64>,
+    y: Vec<f64>,
+    y0: Vec<f64>,
+    difference: Vec<f64>,
+}
+
+impl Scratch {
+    fn new(machine: &Machine<'_>) -> Self {
+        let (n, t) = (machine.x0.len(), machine.layout.tangent);
+        let p = machine.layout.lag_of.len();
+        let zeros = |n: usize| vec![0.0; n];
+        Self {
+            delta: zeros(t),
+            moved: zeros(n),
+            base: zeros(n),
+            w: Vec::new(),
+            y: zeros(p),
+            y0: zeros(p),
+            difference: zeros(t),
+        }
+    }
+
+    /// Moves the mean to the next event and writes `[Φ | Γ]`.
+    fn transition(&mut self, machine: &mut Machine<'_>, k: usize, mean: &mut super::machine::Mean, out: &mut [f64]) {
+        let (n, m) = (machine.layout.tangent, machine.layout.noise_inputs.len());
+        self.w.clone_from(&mean.w);
+        self.base.copy_from_slice(&mean.x);
+        machine.flow(k, &mut self.base, &self.w);
+        for column in 0..n + m {
+            if column < n {
+                self.delta.fill(0.0);
+                self.delta[column] = STEP;
+                machine.system.retract(&mean.x, &self.delta, &mut self.moved);
+            } else {
+                self.moved.copy_from_slice(&mean.x);
+                self.w[column - n] += STEP;
+            }
+            machine.flow(k, &mut self.moved, &self.w);
+            if column >= n {
+                self.w[column - n] = mean.w[column - n];
+            }
+            machine.system.difference(&self.base, &self.moved, &mut self.difference);
+            for row in 0..n {
+                out[row * (n + m) + column] = self.difference[row] / STEP;
+            }
+        }
+        mean.x.copy_from_slice(&self.base);
+    }
+
+    fn measurement(&mut self, machine: &mut Machine<'_>, k: usize, mean: &super::machine::Mean, out: &mut [f64]) {
+        let (n, m, c) = (machine.layout.tangent, machine.layout.noise_inputs.len(), machine.layout.clone);
+        let count = machine.timeline.events[k].count;
+        self.w.clone_from(&mean.w);
+        machine.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_row), &mut self.y0);
+        for column in 0..n + m + c {
+            if column < n {
+                self.delta.fill(0.0);
+                self.delta[column] = STEP;
+                machine.system.retract(&mean.x, &self.delta, &mut self.moved);
+                machine.read(k, &self.moved, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
+            } else if column < n + m {
+                self.w[column - n] += STEP;
+                machine.read(k, &mean.x, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
+                self.w[column - n] = mean.w[column - n];
+            } else {
+                self.delta.fill(0.0);
+                self.delta[column - n - m] = STEP;
+                machine.system.retract(&mean.clone, &self.delta, &mut self.moved);
+                machine.read(k, &mean.x, &self.w, (&self.moved, mean.clone_row), &mut self.y);
+            }
+            for slot in 0..count {
+                out[slot * (n + m + c) + column] = (self.y[slot] - self.y0[slot]) / STEP;
+            }
+        }
+    }
+}

@@ -1,0 +1,535 @@
+//! One run of one plant variant: flow between events, readings at events, the pass with frozen gains.
+
+use super::{Layout, equip, tangent_names};
+use crate::problem::{Problem, Timeline};
+use plant::description::{Plant, Reading, Sensor};
+use plant::dual::Dual;
+use plant::filter::{FilterKind, Lag, LagState};
+use plant::system::{FilterPlace, System, Workspace};
+
+/// Product of step and fastest rate that a step of integration keeps to, and the one beyond which a variant takes finer steps.
+const STEP_RATE: f64 = 0.4;
+const STEP_RATE_MAX: f64 = 1.0;
+/// Finest subdivision of a step for a stiff variant.
+const FINER_MAX: usize = 8;
+
+/// Frozen gains of one run: per event rows of z times columns of samples, one after the other, and their first places.
+#[derive(Clone, Debug, Default)]
+pub struct Frozen {
+    pub rows: usize,
+    pub gain: Vec<f64>,
+    /// Of each event.
+    pub first: Vec<usize>,
+}
+
+/// A compiled plant with the timeline of one run.
+pub struct Machine<'a> {
+    pub system: System,
+    pub timeline: &'a Timeline,
+    pub layout: Layout,
+    pub x0: Vec<f64>,
+    ws: Workspace<f64>,
+    /// Inputs after delays and lags; empty: the timeline's.
+    rows: Vec<f64>,
+    finer: usize,
+    sensors: Vec<Channel>,
+    any_mean: bool,
+    any_shifted: bool,
+    slopes: [Vec<f64>; 4],
+    stage: Vec<f64>,
+    u: Vec<f64>,
+    u_end: Vec<f64>,
+    y: Vec<f64>,
+    x_at: Vec<f64>,
+    x_begin: Vec<f64>,
+}
+
+struct Channel {
+    mean: bool,
+    /// Stamp = (1 + skew) t + offset; delay on top.
+    offset_s: f64,
+    skew: f64,
+    delay_s: f64,
+    lag: Option<Lag>,
+}
+
+/// What the pass carries from event to event.
+#[derive(Clone, Debug)]
+pub struct Mean {
+    pub x: Vec<f64>,
+    pub w: Vec<f64>,
+    pub clone: Vec<f64>,
+    pub clone_row: usize,
+    pub lag: Vec<LagState>,
+    /// Last reading before the lag, and whether there was one.
+    pub lag_input: Vec<f64>,
+    pub lag_started: Vec<bool>,
+    pub lag_time_s: Vec<f64>,
+}
+
+impl<'a> Machine<'a> {
+    /// Machine of `plant` (not yet equipped) for run `run`.
+    ///
+    /// # Errors
+    /// The plant cannot be compiled or its initial state names what does not exist.
+    pub fn new(problem: &Problem, run: usize, plant: &Plant, timeline: &'a Timeline) -> Result<Self, String> {
+        let equipped = equip(plant);
+        let system = System::new(&equipped).map_err(|error| error.to_string())?;
+        let initial = &problem.runs[run].initial;
+        let x0 = initial_state(&system, plant, initial)?;
+        let sensors: Vec<Channel> =
+            equipped.sensors.iter().enumerate().map(|(i, s)| channel(&equipped, &system, s, i)).collect();
+        let mut layout = Layout { tangent: system.tangent_len(), ..Layout::default() };
+        let command = |u: &plant::system::InputName| u.role == plant::system::InputRole::Command;
+        layout.noise_inputs = (0..system.inputs().len()).filter(|i| command(&system.inputs()[*i])).collect();
+        for sensor in &sensors {
+            layout.lag_of.push(sensor.lag.as_ref().map(|_| layout.lags));
+            layout.lags += usize::from(sensor.lag.is_some());
+        }
+        let any_mean = sensors.iter().any(|sensor| sensor.mean);
+        layout.clone = if any_mean { layout.tangent } else { 0 };
+        layout.colour_of = vec![None; sensors.len()];
+        let (n, m, p) = (system.states().len(), system.inputs().len(), sensors.len());
+        let fastest = fastest_rate(&system, &x0, &timeline.rows[..m.min(timeline.rows.len())]);
+        let longest = timeline.events.iter().map(|event| event.step_s).fold(0.0, f64::max);
+        let stiff = fastest * longest;
+        let finer = if stiff > STEP_RATE_MAX { (libm::ceil(stiff / STEP_RATE_MAX) as usize).min(FINER_MAX) } else { 1 };
+        let rows = filtered_rows(&system, timeline);
+        let zeros = |n: usize| vec![0.0; n];
+        let any_shifted = sensors.iter().zip(&timeline.shift_s).any(|(s, shift)| s.shifted(*shift));
+        Ok(Self {
+            ws: Workspace::new(&system),
+            timeline,
+            layout,
+            x0,
+            rows,
+            finer,
+            any_mean,
+            any_shifted,
+            sensors,
+            slopes: [zeros(n), zeros(n), zeros(n), zeros(n)],
+            stage: zeros(n),
+            u: zeros(m),
+            u_end: zeros(m),
+            y: zeros(p),
+            x_at: zeros(n),
+            x_begin: zeros(n),
+            system,
+        })
+    }
+
+    pub fn start(&self) -> Mean {
+        let channels = self.sensors.len();
+        Mean {
+            x: self.x0.clone(),
+            w: vec![0.0; self.layout.noise_inputs.len()],
+            clone: self.x0.clone(),
+            clone_row: 0,
+            lag: vec![LagState::default(); channels],
+            lag_input: vec![0.0; channels],
+            lag_started: vec![false; channels],
+            lag_time_s: vec![0.0; channels],
+        }
+    }
+
+    fn row(&self, index: usize) -> &[f64] {
+        let rows = if self.rows.is_empty() { &self.timeline.rows } else { &self.rows };
+        let inputs = self.timeline.inputs;
+        &rows[index * inputs..(index + 1) * inputs]
+    }
+
+    fn load(&mut self, index: usize, w: &[f64]) {
+        let inputs = self.timeline.inputs;
+        let rows = if self.rows.is_empty() { &self.timeline.rows } else { &self.rows };
+        self.u.copy_from_slice(&rows[index * inputs..(index + 1) * inputs]);
+        for (input, w) in self.layout.noise_inputs.iter().zip(w) {
+            self.u[*input] += w;
+        }
+    }
+
+    /// Moves `x` from event `k` to the next.
+    pub fn flow(&mut self, k: usize, x: &mut [f64], w: &[f64]) {
+        let event = self.timeline.events[k];
+        let h = event.step_s / self.finer as f64;
+        for step in 0..event.steps {
+            let t = event.t_s + step as f64 * event.step_s;
+            if !self.timeline.moving {
+                self.load(event.row, w);
+                for part in 0..self.finer {
+                    self.runge_kutta(t + part as f64 * h, h, x, None);
+                }
+                continue;
+            }
+            let row = event.row + 2 * step;
+            for part in 0..self.finer {
+                let from = part as f64 / self.finer as f64;
+                self.runge_kutta(t + part as f64 * h, h, x, Some((row, from, w)));
+            }
+        }
+    }
+
+    /// One step; `moving` = (first of the three rows of the step, share of the step already done, noise).
+    fn runge_kutta(&mut self, t: f64, h: f64, x: &mut [f64], moving: Option<(usize, f64, &[f64])>) {
+        let half = 0.5 / self.finer as f64;
+        for k in 0..4 {
+            let share = [0.0, 0.5, 0.5, 1.0][k];
+            if let Some((row, from, w)) = moving {
+                self.interpolate(row, from + [0.0, half, half, 2.0 * half][k], w);
+            }
+            if k == 0 {
+                self.stage.copy_from_slice(x);
+            } else {
+                let slope = &self.slopes[k - 1];
+                for (stage, (x, slope)) in self.stage.iter_mut().zip(x.iter().zip(slope)) {
+                    *stage = x + share * h * slope;
+                }
+            }
+            let Self { system, ws, stage, u, slopes, .. } = self;
+            system.derivative(ws, t + share * h, stage, u, &mut slopes[k]);
+        }
+        let [a, b, c, d] = &self.slopes;
+        for (i, x) in x.iter_mut().enumerate() {
+            *x += (a[i] + 2.0 * (b[i] + c[i]) + d[i]) * (h / 6.0);
+        }
+        self.system.normalise(x);
+    }
+
+    /// Inputs at a share of a step from its three rows (parabola).
+    fn interpolate(&mut self, row: usize, share: f64, w: &[f64]) {
+        let weights = [(1.0 - share) * (1.0 - 2.0 * share), 4.0 * share * (1.0 - share), share * (2.0 * share - 1.0)];
+        for i in 0..self.timeline.inputs {
+            self.u[i] = (0..3).map(|k| weights[k] * self.row(row + k)[i]).sum();
+        }
+        for (input, w) in self.layout.noise_inputs.iter().zip(w) {
+            self.u[*input] += w;
+        }
+    }
+
+    /// Readings of the samples of event `k` before lags, into `out` (one per sample). `clone` is the state at the beginning of means.
+    pub fn read(&mut self, k: usize, x: &[f64], w: &[f64], clone: (&[f64], usize), out: &mut [f64]) {
+        let event = self.timeline.events[k];
+        if event.count == 0 {
+            return;
+        }
+        let samples = event.first..event.first + event.count;
+        let channels = &self.timeline.channel[samples.clone()];
+        if channels.iter().any(|c| !self.sensors[*c].mean) {
+            self.load(event.row, w);
+            let Self { system, ws, u, y, .. } = self;
+            system.read(ws, event.t_s, x, u, y);
+            for (out, channel) in out.iter_mut().zip(&self.timeline.channel[samples.clone()]) {
+                *out = self.y[*channel];
+            }
+        }
+        for (slot, sample) in samples.enumerate() {
+            let channel = self.timeline.channel[sample];
+            let behind = if self.any_shifted { self.behind(sample, channel) } else { 0.0 };
+            if self.sensors[channel].mean {
+                out[slot] = self.read_mean(k, sample, behind, x, w, clone);
+            } else if behind != 0.0 {
+                out[slot] = self.read_earlier(k, channel, behind, x, w);
+            }
+        }
+    }
+
+    /// By how much the instant that the sample is about lies before its event [s].
+    fn behind(&self, sample: usize, channel: usize) -> f64 {
+        let sensor = &self.sensors[channel];
+        let stamp = self.timeline.stamp_s[sample];
+        let truth = (stamp - sensor.offset_s) / (1.0 + sensor.skew);
+        stamp - truth + sensor.delay_s - self.timeline.shift_s[channel]
+    }
+
+    fn read_earlier(&mut self, k: usize, channel: usize, behind: f64, x: &[f64], w: &[f64]) -> f64 {
+        let event = self.timeline.events[k];
+        // what acted before the event, or acts after it
+        let at = if behind > 0.0 && k > 0 { k - 1 } else { k };
+        let row = if self.timeline.moving { event.row } else { self.timeline.events[at].row };
+        self.load(row, w);
+        let mut moved = core::mem::take(&mut self.x_at);
+        moved.copy_from_slice(x);
+        self.runge_kutta(event.t_s, -behind, &mut moved, None);
+        let Self { system, ws, u, y, .. } = self;
+        system.read(ws, event.t_s - behind, &moved, u, y);
+        self.x_at = moved;
+        self.y[channel]
+    }
+
+    fn read_mean(&mut self, k: usize, sample: usize, behind: f64, x: &[f64], w: &[f64], clone: (&[f64], usize)) -> f64 {
+        let event = self.timeline.events[k];
+        let (channel, dt) = (self.timeline.channel[sample], self.timeline.interval_s[sample]);
+        let (mut end, mut begin) = (core::mem::take(&mut self.x_at), core::mem::take(&mut self.x_begin));
+        end.copy_from_slice(x);
+        begin.copy_from_slice(clone.0);
+        self.load(event.row, w);
+        self.u_end.copy_from_slice(&self.u);
+        self.load(clone.1, w);
+        if behind != 0.0 {
+            self.runge_kutta(event.t_s, -behind, &mut end, None);
+            self.runge_kutta(event.t_s - dt, -behind, &mut begin, None);
+        }
+        let Self { system, ws, u, u_end, y, .. } = self;
+        system.read_mean(ws, event.t_s - dt - behind, dt, &begin, u, &end, u_end, y);
+        (self.x_at, self.x_begin) = (end, begin);
+        self.y[channel]
+    }
+
+    /// Readings as the sensors tell them: past their lags. Call once per event, before the update.
+    pub fn predict(&mut self, k: usize, mean: &mut Mean, out: &mut [f64]) {
+        let event = self.timeline.events[k];
+        self.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_row), out);
+        if self.layout.lags == 0 {
+            return;
+        }
+        for (slot, out) in out.iter_mut().enumerate().take(event.count) {
+            let channel = self.timeline.channel[event.first + slot];
+            let Some(lag) = &self.sensors[channel].lag else { continue };
+            let input = *out;
+            if mean.lag_started[channel] {
+                let h = event.t_s - mean.lag_time_s[channel];
+                if h > 0.0 {
+                    lag.ramp(&mut mean.lag[channel], mean.lag_input[channel], input, h);
+                }
+            } else {
+                mean.lag[channel] = LagState::settled(input);
+            }
+            mean.lag_started[channel] = true;
+            mean.lag_time_s[channel] = event.t_s;
+            mean.lag_input[channel] = input;
+            *out = mean.lag[channel].output;
+        }
+    }
+
+    /// Share of a lag's old output that is left after `h_s`.
+    pub fn lag_decay(&self, channel: usize, h_s: f64) -> f64 {
+        let Some(lag) = &self.sensors[channel].lag else { return 0.0 };
+        let mut state = LagState::settled(1.0);
+        if h_s > 0.0 { lag.ramp(&mut state, 0.0, 0.0, h_s) } else { 1.0 }
+    }
+
+    /// `z ← z ⊕ change` for the parts that the pass carries.
+    pub fn correct(&mut self, mean: &mut Mean, change: &[f64]) {
+        let n = self.layout.tangent;
+        self.stage.copy_from_slice(&mean.x);
+        self.system.retract(&self.stage, &change[..n], &mut mean.x);
+        for (w, change) in mean.w.iter_mut().zip(&change[n..]) {
+            *w += change;
+        }
+        for (channel, lag) in self.layout.lag_of.iter().enumerate() {
+            if let Some(lag) = lag {
+                mean.lag[channel].output += change[self.layout.lags_at() + lag];
+            }
+        }
+        if self.layout.clone > 0 {
+            let at = self.layout.clone_at();
+            self.stage.copy_from_slice(&mean.clone);
+            self.system.retract(&self.stage, &change[at..at + n], &mut mean.clone);
+        }
+    }
+
+    /// Draws noise anew where the event says so, before its readings.
+    pub fn renew(&self, k: usize, mean: &mut Mean) {
+        let reset = self.timeline.events[k].reset;
+        for (w, input) in mean.w.iter_mut().zip(&self.layout.noise_inputs) {
+            if reset >> input.min(&63) & 1 == 1 {
+                *w = 0.0;
+            }
+        }
+    }
+
+    /// Keeps the state at the beginning of a mean, after the update of its event.
+    pub fn begin_mean(&self, k: usize, mean: &mut Mean) {
+        if self.any_mean && self.timeline.events[k].begins_mean {
+            mean.clone.copy_from_slice(&mean.x);
+            mean.clone_row = self.timeline.events[k].row;
+        }
+    }
+
+    /// Innovations `y − ŷ` of the whole run with frozen gains. `map[i]` is the place in this machine's z of entry i of the gains' z.
+    /// Returns false where the state ran away.
+    pub fn pass(&mut self, frozen: &Frozen, map: &[usize], nu: &mut [f64]) -> bool {
+        let mut mean = self.start();
+        let mut change = vec![0.0; self.layout.len()];
+        let mut predicted = vec![0.0; self.sensors.len()];
+        let events = self.timeline.events.len();
+        for k in 0..events {
+            let event = self.timeline.events[k];
+            self.renew(k, &mut mean);
+            if event.count > 0 {
+                self.predict(k, &mut mean, &mut predicted);
+                let gain = &frozen.gain[frozen.first[k]..];
+                change.fill(0.0);
+                for slot in 0..event.count {
+                    let innovation = self.timeline.value[event.first + slot] - predicted[slot];
+                    nu[event.first + slot] = innovation;
+                    for (row, at) in map.iter().enumerate() {
+                        change[*at] += gain[row * event.count + slot] * innovation;
+                    }
+                }
+                if !change.iter().all(|c| c.abs() < 1e12) {
+                    return false;
+                }
+                self.correct(&mut mean, &change);
+            }
+            self.begin_mean(k, &mut mean);
+            if k + 1 < events {
+                let mut x = core::mem::take(&mut mean.x);
+                self.flow(k, &mut x, &mean.w);
+                mean.x = x;
+            }
+        }
+        mean.x.iter().all(|x| x.is_finite())
+    }
+
+    /// Place of each entry of the frozen z of `linear` in this machine's, by name; `None` where one is missing.
+    pub fn map_names(&self, linear: &super::Linear) -> Option<Vec<usize>> {
+        let ours = tangent_names(&self.system);
+        let place = |name: &String| ours.iter().position(|(own, _)| own == name);
+        let tangent: Vec<usize> = linear.names.iter().map(place).collect::<Option<_>>()?;
+        let mut map = tangent.clone();
+        for name in &linear.input_names {
+            let found = self.layout.noise_inputs.iter().position(|i| self.system.inputs()[*i].name == *name)?;
+            map.push(self.layout.noise_at() + found);
+        }
+        for (channel, lag) in linear.layout.lag_of.iter().enumerate() {
+            if lag.is_some() {
+                map.push(self.layout.lags_at() + self.layout.lag_of[channel]?);
+            }
+        }
+        if linear.layout.clone > 0 {
+            map.extend(tangent.iter().map(|at| self.layout.clone_at() + at));
+        }
+        Some(map)
+    }
+}
+
+impl Channel {
+    fn shifted(&self, shift_s: f64) -> bool {
+        self.offset_s != 0.0 || self.skew != 0.0 || self.delay_s != 0.0 || shift_s != 0.0
+    }
+}
+
+fn initial_state(system: &System, plant: &Plant, initial: &plant::description::Initial) -> Result<Vec<f64>, String> {
+    let mut initial = initial.clone();
+    let prescribed = |coordinate: &str| {
+        plant.actuators.iter().any(|a| match &a.kind {
+            plant::description::ActuatorKind::PrescribedJoint { joint, .. } => coordinate == format!("joint:{joint}"),
+            _ => false,
+        })
+    };
+    initial.values.retain(|value| !prescribed(&value.coordinate));
+    system.initial_state(&initial, &|_| None).map_err(|error| error.to_string())
+}
+
+fn channel(plant: &Plant, system: &System, sensor: &Sensor, index: usize) -> Channel {
+    let own = || system.filters().iter().filter(|filter| filter.place == FilterPlace::Output(index));
+    let source = sensor.source.as_ref().and_then(|name| plant.sources.iter().find(|source| source.name == *name));
+    // two lags of first order in series act as one of the sum, to second order
+    let time_constants = own().filter_map(|filter| match filter.kind {
+        FilterKind::FirstOrder { time_constant_s } => Some(time_constant_s),
+        _ => None,
+    });
+    let low_pass = sensor.low_pass_hz.map_or(0.0, |f| 1.0 / (core::f64::consts::TAU * f.value));
+    let total = low_pass + time_constants.sum::<f64>();
+    Channel {
+        mean: sensor.reading == Reading::Mean,
+        offset_s: source.map_or(0.0, |source| source.clock_offset_s.value),
+        skew: source.map_or(0.0, |source| source.clock_skew.value),
+        delay_s: sensor.delay_s.value + own().map(|filter| filter.kind.delay_s()).sum::<f64>(),
+        lag: Lag::new(FilterKind::FirstOrder { time_constant_s: total }),
+    }
+}
+
+/// Largest magnitude of an eigenvalue at the initial state, also at rest, where friction is steepest.
+fn fastest_rate(system: &System, x0: &[f64], u: &[f64]) -> f64 {
+    let mut ws = Workspace::<Dual>::new(system);
+    let mut still = x0.to_vec();
+    for (x, state) in still.iter_mut().zip(system.states()) {
+        if state.name.ends_with(".rate") {
+            *x = 0.0;
+        }
+    }
+    if x0.is_empty() {
+        return 0.0;
+    }
+    let rate = |x: &[f64], ws: &mut Workspace<Dual>| {
+        let a = system.linearise(ws, 0.0, x, u).a;
+        if a.iter().all(|v| v.is_finite()) {
+            a.complex_eigenvalues().iter().map(|l| l.norm_sqr().sqrt()).fold(0.0, f64::max)
+        } else {
+            0.0
+        }
+    };
+    rate(x0, &mut ws).max(rate(&still, &mut ws))
+}
+
+/// Longest step of integration for `plant` in its initial state.
+pub(crate) fn step_s(system: &System, x0: &[f64]) -> f64 {
+    let rate = fastest_rate(system, x0, &vec![0.0; system.inputs().len()]);
+    if rate > 0.0 { STEP_RATE / rate } else { f64::INFINITY }
+}
+
+/// Rows of inputs past the delays and lags that effects put on commands; empty where there are none.
+fn filtered_rows(system: &System, timeline: &Timeline) -> Vec<f64> {
+    let mut rows = Vec::new();
+    let inputs = timeline.inputs;
+    for filter in system.filters() {
+        let FilterPlace::Input(input) = filter.place else { continue };
+        if rows.is_empty() {
+            rows.clone_from(&timeline.rows);
+        }
+        let held: Vec<f64> = timeline.events.iter().map(|event| rows[event.row * inputs + input]).collect();
+        let acting = acting(&filter.kind, timeline, &held);
+        for (k, event) in timeline.events.iter().enumerate() {
+            let stages = if timeline.moving { 2 * event.steps + 1 } else { 1 };
+            for row in event.row..event.row + stages {
+                rows[row * inputs + input] = acting[k];
+            }
+        }
+    }
+    rows
+}
+
+/// Mean over each interval between events of what acts when `held` is commanded.
+fn acting(kind: &FilterKind, timeline: &Timeline, held: &[f64]) -> Vec<f64> {
+    let length = |k: usize| timeline.events[k].step_s * timeline.events[k].steps as f64;
+    let delay_s = kind.delay_s();
+    if delay_s > 0.0 {
+        let integral = Integral::new(timeline, held);
+        return (0..held.len())
+            .map(|k| {
+                let (a, b) = (timeline.events[k].t_s - delay_s, timeline.events[k].t_s + length(k) - delay_s);
+                (integral.at(b) - integral.at(a)) / (b - a)
+            })
+            .collect();
+    }
+    let Some(lag) = Lag::new(*kind) else { return held.to_vec() };
+    let mut state = LagState::default();
+    (0..held.len()).map(|k| lag.hold(&mut state, held[k], length(k))).collect()
+}
+
+/// Running integral of a held signal.
+struct Integral<'t> {
+    timeline: &'t Timeline,
+    held: &'t [f64],
+    sum: Vec<f64>,
+}
+
+impl<'t> Integral<'t> {
+    fn new(timeline: &'t Timeline, held: &'t [f64]) -> Self {
+        let mut sum = vec![0.0; held.len()];
+        for k in 1..held.len() {
+            sum[k] = sum[k - 1] + held[k - 1] * (timeline.events[k].t_s - timeline.events[k - 1].t_s);
+        }
+        Self { timeline, held, sum }
+    }
+
+    fn at(&self, t_s: f64) -> f64 {
+        let after = self.timeline.events.partition_point(|event| event.t_s <= t_s);
+        if after == 0 {
+            0.0
+        } else {
+            self.sum[after - 1] + self.held[after - 1] * (t_s - self.timeline.events[after - 1].t_s)
+        }
+    }
+}

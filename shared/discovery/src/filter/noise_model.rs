@@ -1,0 +1,42 @@
+//! Sizes and colours of the noise: what the data sheets say, and what the data say.
+
+use plant::description::{Noise, Plant};
+use plant::system::System;
+
+use crate::problem::Problem;
+
+/// Noise of a whole problem; shared by all recordings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NoiseModel {
+    /// Standard deviation of each noise input, held between switches [SI unit of the input].
+    pub input_sigma: Vec<f64>,
+    /// Of each channel, per sample [SI unit of the channel].
+    pub sensor_sigma: Vec<f64>,
+    /// Pole of each channel's noise per sample; zero: white.
+    pub pole: Vec<f64>,
+}
+
+impl NoiseModel {
+    /// As the plant states it. Noise inputs without a number are zero here; see [`crate::fit`].
+    pub fn stated(problem: &Problem, equipped: &Plant, system: &System, noise_inputs: &[usize]) -> Self {
+        let actuator = |input: &usize| &equipped.actuators[system.inputs()[*input].actuator];
+        let input_sigma = noise_inputs.iter().map(|input| actuator(input).noise.value).collect();
+        let sensor_sigma =
+            (0..equipped.sensors.len()).map(|channel| sensor_sigma(problem, equipped, channel)).collect();
+        Self { input_sigma, sensor_sigma, pole: vec![0.0; equipped.sensors.len()] }
+    }
+}
+
+fn sensor_sigma(problem: &Problem, plant: &Plant, channel: usize) -> f64 {
+    let sensor = &plant.sensors[channel];
+    let interval = || {
+        let samples = problem.runs.iter().map(|run| &run.samples[channel]).find(|s| s.time_s.len() > 1);
+        samples.map_or(1.0, |s| (s.time_s[s.time_s.len() - 1] - s.time_s[0]) / (s.time_s.len() - 1) as f64)
+    };
+    let white = match sensor.noise {
+        Noise::PerSample(sigma) => sigma.value,
+        Noise::Density(density) => density.value / interval().sqrt(),
+    };
+    let step = sensor.resolution.value;
+    (white * white + step * step / 12.0).sqrt()
+}

@@ -1,0 +1,70 @@
+use super::*;
+use crate::fit::{Board, Engine};
+use crate::problem::Problem;
+use crate::synthetic::{plant, problem, recording};
+
+fn whitened(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> Vec<f64> {
+    let mut columns = [board.nu.clone()];
+    board.whiten(engine, noise, &mut columns).unwrap();
+    let [r] = columns;
+    r
+}
+
+fn board<'p>(problem: &'p Problem) -> (Engine<'p>, Board) {
+    let engine = Engine::new(problem, 1).unwrap();
+    let board = Board::new(&engine, &problem.plant, &engine.prior(), &engine.noise).unwrap();
+    (engine, board)
+}
+
+#[test]
+fn innovations_of_the_true_plant_are_white_and_of_unit_size() {
+    for (name, duration_s) in [("pendulum", 10.0), ("oscillator", 2.0), ("drive_rig", 2.0), ("tank_planar", 400.0)] {
+        let nominal = plant(name);
+        let problem = problem(&nominal, recording(&nominal, 5, duration_s));
+        let (engine, board) = board(&problem);
+        let r = whitened(&engine, &board, &engine.noise);
+        let n = r.len() as f64;
+        let size = r.iter().map(|r| r * r).sum::<f64>() / n;
+        // mean of n squares: five standard errors of sqrt(2/n)
+        assert!((size - 1.0).abs() < 5.0 * (2.0 / n).sqrt(), "{name}: {size}");
+        let channels = problem.plant.sensors.len();
+        let rho: f64 = (channels..r.len()).map(|t| r[t] * r[t - channels]).sum::<f64>() / n;
+        assert!(rho.abs() < 5.0 / n.sqrt(), "{name}: {rho}");
+    }
+}
+
+#[test]
+fn on_a_linear_plant_whitening_for_another_noise_is_the_filter_of_that_noise() {
+    let nominal = plant("oscillator");
+    let problem = problem(&nominal, recording(&nominal, 2, 0.6));
+    let (engine, first) = board(&problem);
+    let mut other = engine.noise.clone();
+    other.input_sigma[0] *= 7.0;
+    other.sensor_sigma[1] *= 0.3;
+    let second = Board::new(&engine, &problem.plant, &engine.prior(), &other).unwrap();
+    let (a, b) = (whitened(&engine, &first, &other), whitened(&engine, &second, &other));
+    // derivatives by differences with steps of 1e-6: 1e-6 of the largest innovation
+    let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(worst < 1e-4, "{worst}");
+    assert!(whitened(&engine, &first, &engine.noise).iter().zip(&a).any(|(a, b)| (a - b).abs() > 0.1));
+}
+
+#[test]
+fn coloured_noise_is_whitened_by_its_pole() {
+    let nominal = plant("oscillator");
+    let problem = problem(&nominal, crate::synthetic::coloured(&nominal, 4, 2.0, 0.8));
+    let (engine, board) = board(&problem);
+    let rho = |r: &[f64]| (2..r.len()).map(|t| r[t] * r[t - 2]).sum::<f64>() / r.iter().map(|r| r * r).sum::<f64>();
+    let mut right = engine.noise.clone();
+    right.pole.fill(0.8);
+    assert!(rho(&whitened(&engine, &board, &engine.noise)) > 0.3);
+    // five standard errors
+    assert!(rho(&whitened(&engine, &board, &right)).abs() < 5.0 / (engine.samples as f64).sqrt());
+}
+
+#[test]
+fn what_nothing_drives_gets_a_disturbance() {
+    let names = |plant: &Plant| equip(plant).actuators.iter().map(|a| a.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(&plant("pendulum")), ["disturbance_pivot"]);
+    assert_eq!(names(&plant("oscillator")), ["shaker"]);
+}

@@ -1,0 +1,176 @@
+//! Parameters and noise of one plant, estimated on all recordings at once by prediction errors.
+//!
+//! Levenberg–Marquardt on whitened innovations with frozen gains, priors as further residuals; gains are computed again at each
+//! relinearisation. Noise is estimated apart, on the linear model ([`noise`]): sizes and poles that maximise
+//! `ln p = −½ (Σ ln |S| + |r|² + |θ − θ₀|²_prior)`, the parameters being maximised along.
+
+pub mod board;
+pub mod engine;
+pub mod noise;
+
+pub use board::{Board, Normal};
+pub use engine::{Engine, parallel};
+
+use crate::filter::NoiseModel;
+use plant::description::Plant;
+
+/// A fitted plant.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Description with the effects it was fitted with; parameters stand at their priors, estimates in `theta`.
+    pub plant: Plant,
+    pub theta: Vec<f64>,
+    /// Posterior standard deviation, as the noise model has it.
+    pub sigma: Vec<f64>,
+    /// Share of the prior's standard deviation that is left.
+    pub ratio: Vec<f64>,
+    /// `−2 ln p` up to a constant of the data.
+    pub objective: f64,
+    pub noise: NoiseModel,
+    /// Whitened innovations' mean square.
+    pub chi2_per_sample: f64,
+    pub converged: bool,
+    pub iterations: usize,
+    pub board: Board,
+}
+
+/// A fit that did not work out.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum FitError {
+    #[error("the plant cannot predict this recording: {0}")]
+    Filter(String),
+    #[error("the covariance of the innovations is not positive; the noise that is stated may be zero")]
+    NotPositive,
+}
+
+/// What remains of a prior counts as not found above this.
+pub const NOT_FOUND_RATIO: f64 = 0.98;
+/// Decrease of `−2 ln p` that ends the iteration: a hundredth of a standard error.
+const CONVERGED: f64 = 1e-2;
+/// Steps between relinearisations.
+const INNER_STEPS: usize = 3;
+
+/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations.
+///
+/// # Errors
+/// The first linearisation fails; later failures end the iteration with what is there.
+pub fn fit(
+    engine: &Engine<'_>,
+    plant: &Plant,
+    theta: &[f64],
+    noise: &NoiseModel,
+    rounds: usize,
+) -> Result<Fit, FitError> {
+    let unknowns = &engine.problem.unknowns;
+    let mut theta = theta.to_vec();
+    let mut board = Board::new(engine, plant, &theta, noise)?;
+    let (mut converged, mut iterations) = (false, 0);
+    let mut damping = 0.0;
+    for round in 0..rounds {
+        let mut total = 0.0;
+        for _ in 0..INNER_STEPS {
+            iterations += 1;
+            board.take_jacobian(engine, plant, &theta);
+            let normal = board.normal(engine, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
+            let Some((step, predicted)) = normal.step(engine, &theta, damping) else { break };
+            if predicted < CONVERGED {
+                converged = true;
+                break;
+            }
+            let (moved, gained) = search(engine, plant, &mut board, &theta, &step, noise, normal.objective);
+            if gained <= 0.0 {
+                damping = if damping == 0.0 { 1e-2 } else { damping * 10.0 };
+                if damping > 1e3 {
+                    break;
+                }
+                continue;
+            }
+            damping *= 0.1;
+            if damping < 1e-4 {
+                damping = 0.0;
+            }
+            theta = moved;
+            total += gained;
+            if gained < CONVERGED {
+                converged = true;
+                break;
+            }
+        }
+        if round + 1 < rounds && total > CONVERGED {
+            match Board::new(engine, plant, &theta, noise) {
+                Ok(fresh) => {
+                    board = fresh;
+                    converged = false;
+                }
+                Err(_) => break,
+            }
+        } else {
+            break;
+        }
+    }
+    finish(engine, plant, theta, noise, board, (converged, iterations)).map(|mut fit| {
+        fit.theta.iter_mut().zip(unknowns).for_each(|(t, u)| *t = t.clamp(u.low, u.high));
+        fit
+    })
+}
+
+/// Objective, Jacobian and posterior at `theta`, on a fresh linearisation.
+fn finish(
+    engine: &Engine<'_>,
+    plant: &Plant,
+    theta: Vec<f64>,
+    noise: &NoiseModel,
+    board: Board,
+    (converged, iterations): (bool, usize),
+) -> Result<Fit, FitError> {
+    let mut board =
+        if board.theta == theta { board } else { Board::new(engine, plant, &theta, noise).unwrap_or(board) };
+    board.take_jacobian(engine, plant, &theta);
+    let normal = board.normal(engine, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
+    let sigma = normal.sigmas(engine);
+    let ratio = sigma.iter().zip(&engine.problem.unknowns).map(|(s, u)| s / u.sigma).collect();
+    Ok(Fit {
+        plant: plant.clone(),
+        theta,
+        sigma,
+        ratio,
+        objective: normal.objective,
+        noise: noise.clone(),
+        chi2_per_sample: normal.chi2 / board.samples().max(1) as f64,
+        converged,
+        iterations,
+        board,
+    })
+}
+
+/// Halves the step until the objective falls; returns where and by how much, zero where it does not.
+fn search(
+    engine: &Engine<'_>,
+    plant: &Plant,
+    board: &mut Board,
+    theta: &[f64],
+    step: &[f64],
+    noise: &NoiseModel,
+    before: f64,
+) -> (Vec<f64>, f64) {
+    let mut share = 1.0;
+    for _ in 0..4 {
+        let moved: Vec<f64> = (theta.iter().zip(step).zip(&engine.problem.unknowns))
+            .map(|((t, s), u)| (t + share * s).clamp(u.low, u.high))
+            .collect();
+        let nu = engine.innovations(plant, &moved, &board.linears, &|_| true);
+        let after = nu.as_ref().and_then(|nu| board.objective(engine, nu, &moved, noise));
+        if let (Some(nu), Some(after)) = (nu, after)
+            && after < before
+        {
+            board.nu = nu;
+            board.theta.clone_from(&moved);
+            return (moved, before - after);
+        }
+        share *= 0.4;
+    }
+    (theta.to_vec(), 0.0)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,231 @@
+//! The linear problem about one point: innovations, columns of sensitivities, and what any noise makes of them.
+
+use super::FitError;
+use super::engine::{Engine, parallel};
+use crate::filter::{Linear, NoiseModel, gains, whiten};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use plant::description::Plant;
+
+/// Raw innovations of the frozen filters and their sensitivities, all runs one after the other.
+#[derive(Clone, Debug)]
+pub struct Board {
+    pub linears: Vec<Linear>,
+    pub theta: Vec<f64>,
+    pub nu: Vec<f64>,
+    /// `−∂ν/∂θ` per prior standard deviation.
+    pub jacobian: Vec<Vec<f64>>,
+}
+
+/// Whitened normal equations with priors: unknowns in prior standard deviations, then extra columns.
+pub struct Normal {
+    pub r: Vec<f64>,
+    pub columns: Vec<Vec<f64>>,
+    /// Number of unknowns; extra columns follow.
+    pub unknowns: usize,
+    pub matrix: DMatrix<f64>,
+    /// `Cᵀ r` + prior.
+    pub right: DVector<f64>,
+    /// `|r|²` and with `Σ ln |S|` and the prior's share the objective, at the present point.
+    pub chi2: f64,
+    pub objective: f64,
+}
+
+/// Step of the differences in prior standard deviations, and in posterior ones where these are known.
+const STEP_PRIOR: f64 = 1e-3;
+
+impl Board {
+    /// Linearises at `theta`.
+    ///
+    /// # Errors
+    /// The filter fails.
+    pub fn new(engine: &Engine<'_>, plant: &Plant, theta: &[f64], noise: &NoiseModel) -> Result<Self, FitError> {
+        let linears = engine.linearise(plant, theta, noise)?;
+        let nu = linears.iter().flat_map(|linear| linear.nu.iter().copied()).collect();
+        Ok(Self { linears, theta: theta.to_vec(), nu, jacobian: Vec::new() })
+    }
+
+    pub fn samples(&self) -> usize {
+        self.nu.len()
+    }
+
+    /// Sensitivities to all unknowns by one pass each.
+    pub fn take_jacobian(&mut self, engine: &Engine<'_>, plant: &Plant, theta: &[f64]) {
+        let unknowns = &engine.problem.unknowns;
+        let runs = &engine.problem.runs;
+        self.jacobian = parallel(unknowns.len(), engine.threads, |i| {
+            let unknown = &unknowns[i];
+            let concerned = |run: usize| unknown.concerns(&runs[run]);
+            let mut moved = theta.to_vec();
+            // away from the edge of what is possible
+            let sign = if theta[i] + STEP_PRIOR * unknown.sigma > unknown.high { -1.0 } else { 1.0 };
+            let step = sign * STEP_PRIOR * unknown.sigma;
+            moved[i] += step;
+            let Some(nu) = engine.innovations(plant, &moved, &self.linears, &concerned) else {
+                return vec![0.0; self.nu.len()];
+            };
+            let mut column: Vec<f64> = nu.iter().zip(&self.nu).map(|(a, b)| (b - a) / (sign * STEP_PRIOR)).collect();
+            for (run, offset) in engine.offsets.iter().enumerate() {
+                if !concerned(run) {
+                    column[*offset..offset + engine.timelines[run].value.len()].fill(0.0);
+                }
+            }
+            column
+        });
+    }
+
+    /// Whitens `columns` under `noise`; returns `Σ ln |S|`.
+    pub fn whiten(&self, engine: &Engine<'_>, noise: &NoiseModel, columns: &mut [Vec<f64>]) -> Option<f64> {
+        let mut log_determinant = 0.0;
+        for (run, linear) in self.linears.iter().enumerate() {
+            let timeline = &engine.timelines[run];
+            let found = gains(linear, timeline, noise)?;
+            let range = engine.offsets[run]..engine.offsets[run] + timeline.value.len();
+            let mut parts: Vec<&mut [f64]> = columns.iter_mut().map(|column| &mut column[range.clone()]).collect();
+            whiten(linear, timeline, &found, &mut parts);
+            log_determinant += found.log_determinant;
+        }
+        log_determinant.is_finite().then_some(log_determinant)
+    }
+
+    /// `−2 ln p` of innovations `nu` at `theta`.
+    pub fn objective(&self, engine: &Engine<'_>, nu: &[f64], theta: &[f64], noise: &NoiseModel) -> Option<f64> {
+        let mut columns = [nu.to_vec()];
+        let log_determinant = self.whiten(engine, noise, &mut columns)?;
+        let chi2: f64 = columns[0].iter().map(|r| r * r).sum();
+        let total = chi2 + log_determinant + prior_chi2(engine, theta);
+        total.is_finite().then_some(total)
+    }
+
+    /// Normal equations at `theta` under `noise`, with raw `extra` columns (`−∂ν/∂φ`) behind the unknowns.
+    pub fn normal(
+        &self,
+        engine: &Engine<'_>,
+        theta: &[f64],
+        noise: &NoiseModel,
+        extra: &[&Vec<f64>],
+    ) -> Option<Normal> {
+        let mut columns = Vec::with_capacity(1 + self.jacobian.len() + extra.len());
+        columns.push(self.nu.clone());
+        columns.extend(self.jacobian.iter().cloned());
+        columns.extend(extra.iter().map(|column| (*column).clone()));
+        let log_determinant = self.whiten(engine, noise, &mut columns)?;
+        let r = columns.remove(0);
+        Normal::new(engine, theta, r, columns, self.jacobian.len(), log_determinant)
+    }
+}
+
+/// `Σ ((θ − θ₀)/σ)²`.
+pub fn prior_chi2(engine: &Engine<'_>, theta: &[f64]) -> f64 {
+    theta.iter().zip(&engine.problem.unknowns).map(|(t, u)| ((t - u.prior) / u.sigma).powi(2)).sum()
+}
+
+impl Normal {
+    fn new(
+        engine: &Engine<'_>,
+        theta: &[f64],
+        r: Vec<f64>,
+        columns: Vec<Vec<f64>>,
+        unknowns: usize,
+        log_determinant: f64,
+    ) -> Option<Self> {
+        let n = columns.len();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut right = DVector::zeros(n);
+        for i in 0..n {
+            for j in i..n {
+                let product = dot(&columns[i], &columns[j]);
+                matrix[(i, j)] = product;
+                matrix[(j, i)] = product;
+            }
+            right[i] = dot(&columns[i], &r);
+        }
+        for (i, unknown) in engine.problem.unknowns.iter().enumerate().take(unknowns) {
+            matrix[(i, i)] += 1.0;
+            right[i] += (unknown.prior - theta[i]) / unknown.sigma;
+        }
+        let chi2 = dot(&r, &r);
+        let objective = chi2 + log_determinant + prior_chi2(engine, theta);
+        (objective.is_finite() && matrix.iter().all(|v: &f64| v.is_finite())).then_some(Self {
+            r,
+            columns,
+            unknowns,
+            matrix,
+            right,
+            chi2,
+            objective,
+        })
+    }
+
+    /// Factor of the unknowns' block.
+    pub fn factor(&self) -> Option<Cholesky<f64, Dyn>> {
+        let n = self.unknowns;
+        Cholesky::new(self.matrix.view((0, 0), (n, n)).into_owned())
+    }
+
+    /// Step in θ and the decrease of the objective it promises; unknowns at an edge stay there.
+    pub fn step(&self, engine: &Engine<'_>, theta: &[f64], damping: f64) -> Option<(Vec<f64>, f64)> {
+        let n = self.unknowns;
+        let unknowns = &engine.problem.unknowns;
+        let mut fixed = vec![false; n];
+        for _ in 0..4 {
+            let mut matrix = self.matrix.view((0, 0), (n, n)).into_owned();
+            let mut right = self.right.rows(0, n).into_owned();
+            for i in 0..n {
+                matrix[(i, i)] *= 1.0 + damping;
+                if fixed[i] {
+                    matrix.row_mut(i).fill(0.0);
+                    matrix.column_mut(i).fill(0.0);
+                    (matrix[(i, i)], right[i]) = (1.0, 0.0);
+                }
+            }
+            let solved = Cholesky::new(matrix)?.solve(&right);
+            let promised = solved.dot(&right);
+            let step: Vec<f64> = solved.iter().zip(unknowns).map(|(s, u)| s * u.sigma).collect();
+            let mut again = false;
+            for i in 0..n {
+                let leaves =
+                    (theta[i] <= unknowns[i].low && step[i] < 0.0) || (theta[i] >= unknowns[i].high && step[i] > 0.0);
+                again |= leaves && !fixed[i];
+                fixed[i] |= leaves;
+            }
+            if !again {
+                return Some((step, promised));
+            }
+        }
+        None
+    }
+
+    /// Least objective over unknowns and extra columns (linear), and the extra columns' coefficients.
+    pub fn minimum(&self) -> Option<(f64, DVector<f64>)> {
+        // scaled so that extra columns of any unit are harmless
+        let n = self.matrix.nrows();
+        let scale: Vec<f64> = (0..n).map(|i| 1.0 / self.matrix[(i, i)].max(1e-300).sqrt()).collect();
+        let scaled = DMatrix::from_fn(n, n, |i, j| {
+            self.matrix[(i, j)] * scale[i] * scale[j] * if i == j { 1.0 + 1e-12 } else { 1.0 }
+        });
+        let right = DVector::from_fn(n, |i, _| self.right[i] * scale[i]);
+        let solved = Cholesky::new(scaled)?.solve(&right);
+        let least = self.objective - solved.dot(&right);
+        let extra = DVector::from_fn(n - self.unknowns, |i, _| solved[self.unknowns + i] * scale[self.unknowns + i]);
+        Some((least, extra))
+    }
+
+    /// Posterior standard deviations of the unknowns.
+    pub fn sigmas(&self, engine: &Engine<'_>) -> Vec<f64> {
+        let Some(factor) = self.factor() else { return vec![f64::NAN; self.unknowns] };
+        let inverse = factor.inverse();
+        (0..self.unknowns).map(|i| inverse[(i, i)].max(0.0).sqrt() * engine.problem.unknowns[i].sigma).collect()
+    }
+}
+
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let chunks = a.len() / 4;
+    for k in 0..chunks {
+        for (l, sum) in sums.iter_mut().enumerate() {
+            *sum += a[4 * k + l] * b[4 * k + l];
+        }
+    }
+    let rest: f64 = (4 * chunks..a.len()).map(|i| a[i] * b[i]).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+}

@@ -1,0 +1,231 @@
+//! Passes over all runs, side by side on threads; results are folded in the order of their indices.
+
+use super::FitError;
+use crate::filter::{Linear, Machine, NoiseModel, equip, initial_sigmas, linearise, step_s};
+use crate::problem::{Problem, Run, Timeline};
+use plant::description::Plant;
+use plant::system::System;
+
+/// A problem with its timelines.
+pub struct Engine<'p> {
+    pub problem: &'p Problem,
+    pub timelines: std::sync::Arc<Vec<Timeline>>,
+    pub threads: usize,
+    /// Noise as stated, inputs without a number at their floor.
+    pub noise: NoiseModel,
+    /// Names of the noise inputs.
+    pub noise_names: Vec<String>,
+    /// First sample of each run in the vector of all.
+    pub offsets: Vec<usize>,
+    pub samples: usize,
+}
+
+/// Mean increase of `ln S` per sample that a disturbance nobody stated starts at: not seen in any recording we can hold.
+const FLOOR_INFLATION: f64 = 1e-4;
+/// Events that decide on the floor.
+const FLOOR_EVENTS: usize = 400;
+
+impl<'p> Engine<'p> {
+    /// # Errors
+    /// The plant cannot be compiled, a channel has no noise.
+    pub fn new(problem: &'p Problem, threads: usize) -> Result<Self, FitError> {
+        let equipped = equip(&problem.plant);
+        let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
+        let lags: Vec<f64> = problem.plant.sensors.iter().map(|sensor| lag_s(&problem.plant, sensor)).collect();
+        let initial = |run: &Run| system.initial_state(&strip(&problem.plant, run), &|_| None);
+        let mut timelines = Vec::new();
+        let mut offsets = Vec::new();
+        let mut samples = 0;
+        for run in &problem.runs {
+            let x0 = initial(run).map_err(|error| FitError::Filter(error.to_string()))?;
+            let timeline = Timeline::new(&equipped, &system, run, &lags, step_s(&system, &x0));
+            offsets.push(samples);
+            samples += timeline.value.len();
+            timelines.push(timeline);
+        }
+        let command = |i: &usize| system.inputs()[*i].role == plant::system::InputRole::Command;
+        let inputs: Vec<usize> = (0..system.inputs().len()).filter(command).collect();
+        let noise = NoiseModel::stated(problem, &equipped, &system, &inputs);
+        let noise_names = inputs.iter().map(|i| system.inputs()[*i].name.clone()).collect();
+        for (sensor, sigma) in problem.plant.sensors.iter().zip(&noise.sensor_sigma) {
+            if sigma.is_nan() || *sigma <= 0.0 {
+                return Err(FitError::Filter(format!("sensor '{}' states no noise", sensor.name)));
+            }
+        }
+        let timelines = std::sync::Arc::new(timelines);
+        let mut engine = Self { problem, timelines, threads: threads.max(1), noise, noise_names, offsets, samples };
+        engine.set_floors()?;
+        Ok(engine)
+    }
+
+    /// Engine of the same recordings with another plant of the same channels and inputs.
+    ///
+    /// # Errors
+    /// The plant's noise inputs are others.
+    pub fn like<'q>(other: &Engine<'_>, problem: &'q Problem) -> Result<Engine<'q>, FitError> {
+        let equipped = equip(&problem.plant);
+        let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
+        let command = |i: &usize| system.inputs()[*i].role == plant::system::InputRole::Command;
+        let inputs = (0..system.inputs().len()).filter(command).count();
+        if inputs != other.noise.input_sigma.len() {
+            return Err(FitError::Filter("the plant has other inputs".to_owned()));
+        }
+        Ok(Engine {
+            problem,
+            timelines: other.timelines.clone(),
+            threads: other.threads,
+            noise: other.noise.clone(),
+            noise_names: other.noise_names.clone(),
+            offsets: other.offsets.clone(),
+            samples: other.samples,
+        })
+    }
+
+    /// Priors, with the values of unknowns of the same name from elsewhere.
+    pub fn start_from(&self, unknowns: &[crate::problem::Unknown], theta: &[f64]) -> Vec<f64> {
+        let known = |name: &str| unknowns.iter().position(|unknown| unknown.name == name).map(|at| theta[at]);
+        self.problem.unknowns.iter().map(|unknown| known(&unknown.name).unwrap_or(unknown.prior)).collect()
+    }
+
+    pub fn prior(&self) -> Vec<f64> {
+        self.problem.unknowns.iter().map(|unknown| unknown.prior).collect()
+    }
+
+    /// Gives inputs without stated noise the level that inflates the innovations by [`FLOOR_INFLATION`].
+    fn set_floors(&mut self) -> Result<(), FitError> {
+        let missing: Vec<usize> =
+            (0..self.noise.input_sigma.len()).filter(|k| self.noise.input_sigma[*k] <= 0.0).collect();
+        if missing.is_empty() {
+            return Ok(());
+        }
+        let theta = self.prior();
+        let mut timeline = self.timelines[0].clone();
+        timeline.events.truncate(FLOOR_EVENTS);
+        let last = timeline.events.last().map_or(0, |event| event.first + event.count);
+        for list in [&mut timeline.value, &mut timeline.stamp_s, &mut timeline.interval_s] {
+            list.truncate(last);
+        }
+        timeline.channel.truncate(last);
+        let plant = self.problem.instance(&self.problem.plant, &theta, 0);
+        let mut machine = Machine::new(self.problem, 0, &plant, &timeline).map_err(FitError::Filter)?;
+        let sigmas = initial_sigmas(&plant, &machine.system, &self.problem.runs[0].initial);
+        let mut start = self.noise.clone();
+        // noise enough that the filter follows whatever the priors are
+        let linear = linearise(&mut machine, &start, &sigmas).or_else(|_| {
+            missing.iter().for_each(|k| start.input_sigma[*k] = 1.0);
+            linearise(&mut machine, &start, &sigmas)
+        });
+        let linear = linear.map_err(FitError::Filter)?;
+        let determinant =
+            |noise: &NoiseModel| crate::filter::gains(&linear, &timeline, noise).map(|g| g.log_determinant);
+        let none = determinant(&self.noise).unwrap_or(f64::NEG_INFINITY);
+        for k in missing {
+            let mut noise = self.noise.clone();
+            let (mut low, mut high) = (-12.0, 6.0);
+            for _ in 0..24 {
+                let middle = 0.5 * (low + high);
+                noise.input_sigma[k] = libm::exp(middle * core::f64::consts::LN_10);
+                let inflated = determinant(&noise).is_none_or(|d| d - none > FLOOR_INFLATION * last as f64);
+                if inflated { high = middle } else { low = middle }
+            }
+            start.input_sigma[k] = libm::exp(low * core::f64::consts::LN_10);
+        }
+        self.noise = start;
+        Ok(())
+    }
+
+    /// Linear models of all runs at `theta`.
+    pub fn linearise(&self, plant: &Plant, theta: &[f64], noise: &NoiseModel) -> Result<Vec<Linear>, FitError> {
+        let runs = parallel(self.timelines.len(), self.threads, |run| {
+            let instance = self.problem.instance(plant, theta, run);
+            // a staircase has no slope: gains are those of its chord
+            let smooth = without_steps(&instance);
+            let mut machine = Machine::new(self.problem, run, &smooth, &self.timelines[run])?;
+            let sigmas = initial_sigmas(&smooth, &machine.system, &self.problem.runs[run].initial);
+            let mut linear = linearise(&mut machine, noise, &sigmas)?;
+            if smooth.effects.len() != instance.effects.len() {
+                let mut exact = Machine::new(self.problem, run, &instance, &self.timelines[run])?;
+                let map = exact.map_names(&linear).ok_or_else(|| "the variant lacks a state".to_owned())?;
+                if !exact.pass(&linear.frozen, &map, &mut linear.nu) {
+                    return Err("the filtered state runs away".to_owned());
+                }
+            }
+            Ok(linear)
+        });
+        runs.into_iter().collect::<Result<Vec<_>, String>>().map_err(FitError::Filter)
+    }
+
+    /// Innovations of `plant` with the gains of `linears`; runs that `concerned` denies keep theirs from `linears`.
+    pub fn innovations(
+        &self,
+        plant: &Plant,
+        theta: &[f64],
+        linears: &[Linear],
+        concerned: &dyn Fn(usize) -> bool,
+    ) -> Option<Vec<f64>> {
+        let mut nu = vec![0.0; self.samples];
+        for (run, linear) in linears.iter().enumerate() {
+            let part = &mut nu[self.offsets[run]..self.offsets[run] + linear.nu.len()];
+            if !concerned(run) {
+                part.copy_from_slice(&linear.nu);
+                continue;
+            }
+            let instance = self.problem.instance(plant, theta, run);
+            let mut machine = Machine::new(self.problem, run, &instance, &self.timelines[run]).ok()?;
+            let map = places(&machine, linear)?;
+            if !machine.pass(&linear.frozen, &map, part) {
+                return None;
+            }
+        }
+        Some(nu)
+    }
+}
+
+/// Places of the frozen filter's z in that of `machine`.
+fn places(machine: &Machine<'_>, linear: &Linear) -> Option<Vec<usize>> {
+    if machine.layout == linear.layout { Some((0..linear.layout.len()).collect()) } else { machine.map_names(linear) }
+}
+
+fn without_steps(plant: &Plant) -> Plant {
+    let mut smooth = plant.clone();
+    smooth.effects.retain(|effect| effect.kind != "sensor_quantisation");
+    smooth
+}
+
+fn strip(plant: &Plant, run: &Run) -> plant::description::Initial {
+    let mut initial = run.initial.clone();
+    initial.values.retain(|value| {
+        !plant.actuators.iter().any(|a| match &a.kind {
+            plant::description::ActuatorKind::PrescribedJoint { joint, .. } => {
+                value.coordinate == format!("joint:{joint}")
+            }
+            _ => false,
+        })
+    });
+    initial
+}
+
+fn lag_s(plant: &Plant, sensor: &plant::description::Sensor) -> f64 {
+    let source = sensor.source.as_ref().and_then(|name| plant.sources.iter().find(|source| source.name == *name));
+    sensor.delay_s.value + source.map_or(0.0, |source| source.clock_offset_s.value)
+}
+
+/// `f(0), …, f(count − 1)` on `threads` threads.
+pub fn parallel<T: Send>(count: usize, threads: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
+    let threads = threads.clamp(1, count.max(1));
+    if threads == 1 {
+        return (0..count).map(f).collect();
+    }
+    let mut slots: Vec<Option<T>> = (0..count).map(|_| None).collect();
+    let f = &f;
+    std::thread::scope(|scope| {
+        let work = move |t: usize| (t..count).step_by(threads).map(move |i| (i, f(i))).collect::<Vec<_>>();
+        let handles: Vec<_> = (0..threads).map(|t| scope.spawn(move || work(t))).collect();
+        for handle in handles {
+            for (i, value) in handle.join().expect("a pass does not panic") {
+                slots[i] = Some(value);
+            }
+        }
+    });
+    slots.into_iter().map(|slot| slot.expect("every index has its thread")).collect()
+}

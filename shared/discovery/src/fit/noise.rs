@@ -1,0 +1,135 @@
+//! Sizes and poles of the noise by maximum likelihood on a linear model, with or without further columns.
+//!
+//! Coordinates: logarithm of every input's and channel's standard deviation, inverse hyperbolic tangent of every channel's pole. They are
+//! moved one after the other along parabolas through three points, a bounded number of sweeps.
+
+use super::{Board, Engine};
+use crate::filter::NoiseModel;
+
+/// What is moved, and how far.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    pub sweeps: usize,
+    /// Poles are estimated too.
+    pub colour: bool,
+    /// Inputs at their floor are looked for at decades above it.
+    pub scan: bool,
+}
+
+/// Beyond this size of z the sensors' sizes alone are moved.
+const SIZE_MAX: usize = 26;
+/// Largest pole: slower noise is a drift.
+const POLE_MAX: f64 = 0.98;
+
+#[derive(Clone, Copy, Debug)]
+enum Coordinate {
+    Input(usize),
+    Sensor(usize),
+    Pole(usize),
+}
+
+fn moved(noise: &NoiseModel, coordinate: Coordinate, by: f64) -> NoiseModel {
+    let mut moved = noise.clone();
+    match coordinate {
+        Coordinate::Input(k) => moved.input_sigma[k] *= libm::exp(by),
+        Coordinate::Sensor(k) => moved.sensor_sigma[k] *= libm::exp(by),
+        Coordinate::Pole(k) => moved.pole[k] = libm::tanh(libm::atanh(moved.pole[k]) + by).clamp(-0.5, POLE_MAX),
+    }
+    moved
+}
+
+/// Noise that minimises `−2 ln p` over noise, unknowns and `extra` columns from `start`; returns it with that minimum.
+pub fn maximise(
+    engine: &Engine<'_>,
+    board: &Board,
+    theta: &[f64],
+    extra: &[&Vec<f64>],
+    start: &NoiseModel,
+    search: Search,
+) -> Option<(NoiseModel, f64)> {
+    let value = |noise: &NoiseModel| Some(board.normal(engine, theta, noise, extra)?.minimum()?.0);
+    let size = board.linears.first().map_or(0, |linear| linear.layout.len());
+    let mut list: Vec<Coordinate> = (0..start.sensor_sigma.len()).map(Coordinate::Sensor).collect();
+    if size <= SIZE_MAX {
+        list.extend((0..start.input_sigma.len()).map(Coordinate::Input));
+        if search.colour {
+            list.extend((0..start.sensor_sigma.len()).map(Coordinate::Pole));
+        }
+    }
+    let mut noise = start.clone();
+    let mut best = value(&noise)?;
+    if search.scan && size <= SIZE_MAX {
+        (noise, best) = scan(engine, &noise, best, &value);
+    }
+    let mut steps: Vec<f64> = list.iter().map(|c| if matches!(c, Coordinate::Sensor(_)) { 0.1 } else { 0.3 }).collect();
+    for _ in 0..search.sweeps {
+        let before = best;
+        for (coordinate, step) in list.iter().zip(&mut steps) {
+            (noise, best) = along(&noise, best, *coordinate, step, &value);
+        }
+        if before - best < 0.05 {
+            break;
+        }
+    }
+    Some((noise, best))
+}
+
+/// Decades above the floor for inputs that nobody stated.
+fn scan(
+    engine: &Engine<'_>,
+    start: &NoiseModel,
+    least: f64,
+    value: &dyn Fn(&NoiseModel) -> Option<f64>,
+) -> (NoiseModel, f64) {
+    let (mut noise, mut best) = (start.clone(), least);
+    for k in 0..noise.input_sigma.len() {
+        if noise.input_sigma[k] > 1.01 * engine.noise.input_sigma[k] {
+            continue;
+        }
+        let mut worse = 0;
+        for decade in 1..5 {
+            let tried = moved(&noise, Coordinate::Input(k), 0.0);
+            let mut tried = NoiseModel { ..tried };
+            tried.input_sigma[k] = engine.noise.input_sigma[k] * 10f64.powi(decade);
+            let Some(found) = value(&tried) else { break };
+            if found < best {
+                (noise, best) = (tried, found);
+                worse = 0;
+            } else {
+                worse += 1;
+                if worse == 2 {
+                    break;
+                }
+            }
+        }
+    }
+    (noise, best)
+}
+
+/// One step along a coordinate: both neighbours, then the least point of the parabola.
+fn along(
+    noise: &NoiseModel,
+    best: f64,
+    coordinate: Coordinate,
+    step: &mut f64,
+    value: &dyn Fn(&NoiseModel) -> Option<f64>,
+) -> (NoiseModel, f64) {
+    let h = *step;
+    let at = |by: f64| value(&moved(noise, coordinate, by)).unwrap_or(f64::INFINITY);
+    let (up, down) = (at(h), at(-h));
+    let curvature = up + down - 2.0 * best;
+    let mut points = vec![(0.0, best), (h, up), (-h, down)];
+    let by = if curvature > 0.0 {
+        (0.5 * h * (down - up) / curvature).clamp(-4.0 * h, 4.0 * h)
+    } else if up < down {
+        3.0 * h
+    } else {
+        -3.0 * h
+    };
+    if by.abs() > 0.02 * h && (up - best).abs().max((down - best).abs()) > 0.01 {
+        points.push((by, at(by)));
+    }
+    let least = points.into_iter().fold((0.0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+    *step = (2.0 * least.0.abs()).clamp(0.3 * h, 2.0 * h).clamp(0.02, 1.0);
+    if least.1 < best { (moved(noise, coordinate, least.0), least.1) } else { (noise.clone(), best) }
+}

@@ -1,0 +1,47 @@
+use super::*;
+use crate::synthetic::{off_priors, plant, problem, recording, with_effect};
+
+#[test]
+fn estimates_are_within_the_sigmas_they_state() {
+    let (mut sum, mut count, mut within) = (0.0, 0.0, 0.0);
+    for name in ["oscillator", "drive_rig"] {
+        let nominal = plant(name);
+        for seed in 1..=6 {
+            let truth = off_priors(&nominal, seed);
+            let problem = problem(&nominal, recording(&truth, seed, 2.0));
+            let engine = Engine::new(&problem, 1).unwrap();
+            let fitted = fit(&engine, &nominal, &engine.prior(), &engine.noise, 4).unwrap();
+            for ((unknown, theta), sigma) in problem.unknowns.iter().zip(&fitted.theta).zip(&fitted.sigma) {
+                let true_value = truth.parameters().into_iter().find(|p| p.name == unknown.parameter).unwrap().value;
+                let z = (theta - true_value) / sigma;
+                (sum, count, within) = (sum + z * z, count + 1.0, within + f64::from(u8::from(z.abs() < 2.0)));
+            }
+        }
+    }
+    let rms = f64::sqrt(sum / count);
+    // 42 values, some correlated: a chi-squared of 20 degrees leaves [0.7, 1.33] once in 300
+    assert!((0.65..1.4).contains(&rms), "{rms}");
+    assert!(within / count > 0.85, "{}", within / count);
+}
+
+#[test]
+fn a_masked_parameter_is_corrected_by_the_effect_that_masked_it() {
+    let nominal = plant("pendulum");
+    let truth = with_effect(&nominal, "joint_coulomb", "joint:pivot", &[("force", 4e-3)]);
+    let recorded = recording(&truth, 3, 12.0);
+    let without = problem(&nominal, recorded.clone());
+    let engine = Engine::new(&without, 1).unwrap();
+    let biased = fit(&engine, &nominal, &engine.prior(), &engine.noise, 4).unwrap();
+    let mut augmented = with_effect(&nominal, "joint_coulomb", "joint:pivot", &[("force", 1e-3)]);
+    augmented.effects[0].values[0].1.sigma = Some(0.1);
+    let with = without.with_plant(&augmented);
+    let engine = Engine::like(&engine, &with).unwrap();
+    let corrected = fit(&engine, &augmented, &engine.prior(), &engine.noise, 4).unwrap();
+    let at = |name: &str| with.unknowns.iter().position(|u| u.name == name).unwrap();
+    let friction = at("pivot.friction");
+    assert!((biased.theta[friction] - 1.5e-3).abs() > 5.0 * biased.sigma[friction]);
+    assert!((corrected.theta[friction] - 1.5e-3).abs() < 4.0 * corrected.sigma[friction]);
+    let force = with.unknowns.iter().position(|u| u.name.ends_with("force")).unwrap();
+    assert!((corrected.theta[force] - 4e-3).abs() < 4.0 * corrected.sigma[force]);
+    assert!(corrected.objective < biased.objective - 20.0);
+}

@@ -1,0 +1,256 @@
+//! Frozen parameters on a recording that they were not fitted to.
+//!
+//! The initial state of each run comes from its first stretch by least squares on the free run. Two measures: free run (rms and
+//! fit % = 100 (1 − |e| / |y − mean y|) per channel behind that stretch) and the gain in one-step log-likelihood, summed in blocks of 2 s
+//! whose scatter gives its standard error. Above zero by two standard errors: confirmed; below: refused.
+
+use crate::filter::{Frozen, Machine, NoiseModel, gains, initial_sigmas, linearise, whiten};
+use crate::fit::Engine;
+use crate::problem::Timeline;
+use nalgebra::{Cholesky, DMatrix, DVector};
+use plant::description::Plant;
+use serde::Serialize;
+
+/// Share of a run that gives its initial state, and its most instants.
+const FIRST_SHARE: f64 = 0.15;
+const FIRST_EVENTS_MAX: usize = 2000;
+/// Length of a block [s]; at least this many blocks are made, at most so many seconds apart.
+pub const BLOCK_S: f64 = 2.0;
+
+/// One channel of a free run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct ChannelFit {
+    pub name: String,
+    pub rms: f64,
+    pub fit_percent: f64,
+}
+
+/// A plant with all its numbers, as a predictor.
+#[derive(Clone, Copy)]
+pub struct Predictor<'a> {
+    pub plant: &'a Plant,
+    pub theta: &'a [f64],
+    pub noise: &'a NoiseModel,
+}
+
+/// What held-out data say of an augmented plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Gain {
+    pub loglik_gain: f64,
+    pub gain_se: f64,
+    pub blocks: usize,
+}
+
+impl Gain {
+    pub fn interval95(&self) -> [f64; 2] {
+        [self.loglik_gain - 1.96 * self.gain_se, self.loglik_gain + 1.96 * self.gain_se]
+    }
+
+    pub fn status(&self) -> Status {
+        match self.interval95() {
+            [low, _] if low > 0.0 => Status::Confirmed,
+            [_, high] if high < 0.0 => Status::Refused,
+            _ => Status::Unconfirmed,
+        }
+    }
+}
+
+/// Standing of an effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    Confirmed,
+    Unconfirmed,
+    Refused,
+    NotConverged,
+}
+
+/// Log-likelihood of `after` above that of `before` on all runs of `engine`, in blocks.
+pub fn gain(engine: &Engine<'_>, before: Predictor<'_>, after: (&Engine<'_>, Predictor<'_>)) -> Option<Gain> {
+    let a = terms(engine, before)?;
+    let b = terms(after.0, after.1)?;
+    Some(blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), BLOCK_S))
+}
+
+/// Sum and standard error of differences in blocks of time.
+pub fn blocks(differences: &[(f64, f64)], block_s: f64) -> Gain {
+    let mut sums: Vec<f64> = Vec::new();
+    let mut current = f64::NEG_INFINITY;
+    for (t, d) in differences {
+        let block = libm::floor(t / block_s);
+        if block != current {
+            sums.push(0.0);
+            current = block;
+        }
+        *sums.last_mut().expect("a block was just begun") += d;
+    }
+    let n = sums.len() as f64;
+    let total: f64 = sums.iter().sum();
+    let mean = total / n.max(1.0);
+    let mut variance: f64 = sums.iter().map(|s| (s - mean) * (s - mean)).sum();
+    // neighbours go together where a trajectory drifts
+    let next: f64 = sums.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum();
+    variance += next.max(0.0);
+    let freedom = n / (n - 1.0).max(1.0);
+    Gain {
+        loglik_gain: total,
+        gain_se: if n > 1.0 { (variance * freedom).sqrt() } else { f64::INFINITY },
+        blocks: sums.len(),
+    }
+}
+
+/// Log-likelihood of every instant: time over all runs, value.
+fn terms(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<Vec<(f64, f64)>> {
+    let mut list = Vec::new();
+    let mut origin = 0.0;
+    for run in 0..engine.timelines.len() {
+        let timeline = &engine.timelines[run];
+        let instance = engine.problem.instance(predictor.plant, predictor.theta, run);
+        let mut machine = Machine::new(engine.problem, run, &instance, timeline).ok()?;
+        let sigmas = initial_sigmas(&instance, &machine.system, &engine.problem.runs[run].initial);
+        let linear = linearise(&mut machine, predictor.noise, &sigmas).ok()?;
+        let found = gains(&linear, timeline, predictor.noise)?;
+        let mut r = linear.nu.clone();
+        whiten(&linear, timeline, &found, &mut [&mut r]);
+        let first = timeline.events.first().map_or(0.0, |event| event.t_s);
+        let mut last = first;
+        for (k, event) in timeline.events.iter().enumerate().filter(|(_, event)| event.count > 0) {
+            let samples = &r[event.first..event.first + event.count];
+            let factor = &found.factor[found.factor_first[k]..];
+            let scale: f64 = (0..event.count).map(|i| libm::log(factor[i * event.count + i])).sum();
+            list.push((origin + event.t_s - first, -0.5 * samples.iter().map(|r| r * r).sum::<f64>() - scale));
+            last = event.t_s;
+        }
+        origin += last - first + 10.0 * BLOCK_S;
+    }
+    Some(list)
+}
+
+/// Free run of every channel over all runs, initial states from the first stretches.
+pub fn free_run(engine: &Engine<'_>, predictor: Predictor<'_>) -> Vec<ChannelFit> {
+    let channels = engine.problem.plant.sensors.len();
+    let mut sums = vec![[0.0f64; 4]; channels];
+    for run in 0..engine.timelines.len() {
+        let timeline = &engine.timelines[run];
+        let Some((residual, first)) = free_residual(engine, predictor, run) else {
+            for sum in &mut sums {
+                sum[0] = f64::NAN;
+            }
+            continue;
+        };
+        for event in timeline.events.iter().skip(first) {
+            for sample in event.first..event.first + event.count {
+                let sum = &mut sums[timeline.channel[sample]];
+                let y = timeline.value[sample];
+                sum[0] += residual[sample] * residual[sample];
+                sum[1] += 1.0;
+                sum[2] += y;
+                sum[3] += y * y;
+            }
+        }
+    }
+    let sensors = &engine.problem.plant.sensors;
+    (sensors.iter().zip(&sums))
+        .filter(|(_, sum)| sum[1] > 0.0)
+        .map(|(sensor, sum)| {
+            let spread = (sum[3] - sum[2] * sum[2] / sum[1]).max(0.0);
+            let fit = if spread > 0.0 { 100.0 * (1.0 - (sum[0] / spread).sqrt()) } else { f64::NEG_INFINITY };
+            ChannelFit { name: sensor.name.clone(), rms: (sum[0] / sum[1]).sqrt(), fit_percent: fit }
+        })
+        .collect()
+}
+
+/// Residuals of the free run and the first event behind the stretch that gave the initial state.
+fn free_residual(engine: &Engine<'_>, predictor: Predictor<'_>, run: usize) -> Option<(Vec<f64>, usize)> {
+    let timeline = &engine.timelines[run];
+    let instance = engine.problem.instance(predictor.plant, predictor.theta, run);
+    let events = timeline.events.len();
+    let first = ((events as f64 * FIRST_SHARE) as usize).clamp(events.min(8), FIRST_EVENTS_MAX.max(8)).min(events);
+    let stretch = head(timeline, first);
+    let mut machine = Machine::new(engine.problem, run, &instance, &stretch).ok()?;
+    let sigmas = initial_sigmas(&instance, &machine.system, &engine.problem.runs[run].initial);
+    let x0 = initial(&mut machine, &sigmas, predictor.noise)?;
+    let mut machine = Machine::new(engine.problem, run, &instance, timeline).ok()?;
+    machine.x0 = x0;
+    let mut nu = vec![0.0; timeline.value.len()];
+    machine.pass(&open(&machine), &[], &mut nu).then_some((nu, first))
+}
+
+fn head(timeline: &Timeline, events: usize) -> Timeline {
+    let mut head = timeline.clone();
+    head.events.truncate(events);
+    let samples = head.events.last().map_or(0, |event| event.first + event.count);
+    head.channel.truncate(samples);
+    head.value.truncate(samples);
+    head.stamp_s.truncate(samples);
+    head.interval_s.truncate(samples);
+    head
+}
+
+/// Gains of a free run: none.
+fn open(machine: &Machine<'_>) -> Frozen {
+    Frozen { rows: 0, gain: Vec::new(), first: vec![0; machine.timeline.events.len()] }
+}
+
+/// Initial state by Levenberg–Marquardt on the free run of a stretch, from the filter's first estimates.
+fn initial(machine: &mut Machine<'_>, sigmas: &[f64], noise: &NoiseModel) -> Option<Vec<f64>> {
+    let n = sigmas.len();
+    let prior = machine.x0.clone();
+    let frozen = open(machine);
+    let weight: Vec<f64> = machine.timeline.channel.iter().map(|c| 1.0 / noise.sensor_sigma[*c]).collect();
+    let residual = |machine: &mut Machine<'_>, x0: &[f64]| -> Option<Vec<f64>> {
+        machine.x0.copy_from_slice(x0);
+        let mut nu = vec![0.0; machine.timeline.value.len()];
+        let ok = machine.pass(&frozen, &[], &mut nu);
+        nu.iter_mut().zip(&weight).for_each(|(nu, w)| *nu *= w);
+        (ok && nu.iter().all(|v| v.is_finite())).then_some(nu)
+    };
+    let mut x = prior.clone();
+    let mut r = residual(machine, &x)?;
+    let mut away = vec![0.0; n];
+    let cost = |r: &[f64], away: &[f64]| {
+        r.iter().map(|v| v * v).sum::<f64>() + away.iter().zip(sigmas).map(|(a, s)| (a / s).powi(2)).sum::<f64>()
+    };
+    let mut damping = 1e-3;
+    for _ in 0..25 {
+        let mut columns = Vec::with_capacity(n);
+        for i in 0..n {
+            let step = 1e-4 * sigmas[i].min(1.0);
+            let mut delta = vec![0.0; n];
+            delta[i] = step;
+            let mut moved = x.clone();
+            machine.system.retract(&x, &delta, &mut moved);
+            let shifted = residual(machine, &moved)?;
+            columns.push(shifted.iter().zip(&r).map(|(a, b)| (b - a) / step * sigmas[i]).collect::<Vec<f64>>());
+        }
+        let before = cost(&r, &away);
+        let mut gained = 0.0;
+        for _ in 0..6 {
+            let matrix = DMatrix::from_fn(n, n, |i, j| {
+                let product = crate::fit::board::dot(&columns[i], &columns[j]) + f64::from(u8::from(i == j));
+                if i == j { product * (1.0 + damping) } else { product }
+            });
+            let right = DVector::from_fn(n, |i, _| crate::fit::board::dot(&columns[i], &r) - away[i] / sigmas[i]);
+            let step = Cholesky::new(matrix)?.solve(&right);
+            let delta: Vec<f64> = step.iter().zip(sigmas).map(|(s, sigma)| s * sigma).collect();
+            let mut moved = x.clone();
+            machine.system.retract(&x, &delta, &mut moved);
+            let mut moved_away = vec![0.0; n];
+            machine.system.difference(&prior, &moved, &mut moved_away);
+            if let Some(fresh) = residual(machine, &moved) {
+                let after = cost(&fresh, &moved_away);
+                if after < before {
+                    gained = before - after;
+                    (x, r, away) = (moved, fresh, moved_away);
+                    damping = (damping * 0.1).max(1e-9);
+                    break;
+                }
+            }
+            damping *= 10.0;
+        }
+        if gained < 1e-6 * before + 1e-6 {
+            break;
+        }
+    }
+    Some(x)
+}

@@ -1,0 +1,200 @@
+//! Every effect at every site as a direction in innovation space, projected off all nominal unknowns.
+//!
+//! A candidate is run at a finite amplitude with the nominal gains; the change of the innovations per amplitude is its column `c`, one
+//! per direction (azimuth, phase). Off the sensitivities J and priors of the nominal plant it leaves `c'`:
+//!
+//! ```text
+//! T = gᵀ M⁻¹ g,   g = c'ᵀ r,   M = c'ᵀ c',   κ = 1 − |c'|²/|c|²,   amplitude for d: d / |c'|
+//! ```
+//!
+//! T is χ² when the noise is as assumed: it screens and ranks. The robust form takes the variance of the products `c'_k r_k` from their
+//! own sums over lags (Bartlett); it is a veto. Its ceiling is √(n_eff / L): a brief effect cannot pass it, whatever its size.
+
+pub mod candidates;
+mod columns;
+mod robust;
+
+pub use candidates::{Candidate, candidates};
+pub use columns::{Column, columns};
+pub use robust::Robust;
+
+use crate::filter::NoiseModel;
+use crate::fit::board::dot;
+use crate::fit::{Board, Engine};
+use crate::statistics::chi_squared_tail;
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// Score of one candidate.
+#[derive(Clone, Debug)]
+pub struct Score {
+    /// Index among the columns.
+    pub column: usize,
+    /// `T` and its degrees of freedom.
+    pub statistic: f64,
+    pub freedom: usize,
+    pub p: f64,
+    /// Estimated amplitude along each direction.
+    pub amplitude: Vec<f64>,
+    /// Share of the effect's energy that nominal unknowns take.
+    pub kappa: f64,
+    /// Amplitude that would stand at six standard errors (in the weakest-seen single direction).
+    pub limit: f64,
+    pub robust: Robust,
+    /// Whitened and projected, one per direction.
+    pub projected: Vec<Vec<f64>>,
+}
+
+/// A candidate that takes less than this of its own norm past the projection is the nominal unknowns themselves.
+const ABSORBED: f64 = 1e-7;
+/// Standard errors at which an effect counts as detectable.
+pub const LIMIT_D: f64 = 6.0;
+
+/// Scores of `columns` at `theta` under `noise`; `None` for those that nothing is left of.
+pub fn scores(
+    engine: &Engine<'_>,
+    board: &Board,
+    theta: &[f64],
+    noise: &NoiseModel,
+    columns: &[Column],
+) -> Vec<Option<Score>> {
+    let mut all: Vec<Vec<f64>> = vec![board.nu.clone()];
+    all.extend(board.jacobian.iter().cloned());
+    let unknowns = board.jacobian.len();
+    for column in columns {
+        all.extend(column.raw.iter().cloned());
+    }
+    if board.whiten(engine, noise, &mut all).is_none() {
+        return columns.iter().map(|_| None).collect();
+    }
+    let Some(projector) = Projector::new(engine, theta, &all[0], &all[1..=unknowns]) else {
+        return columns.iter().map(|_| None).collect();
+    };
+    let events = event_of_sample(engine);
+    let mut first = 1 + unknowns;
+    let mut list = Vec::with_capacity(columns.len());
+    for (index, column) in columns.iter().enumerate() {
+        let raw = &all[first..first + column.raw.len()];
+        first += column.raw.len();
+        list.push(score(index, column, raw, &projector, &events));
+    }
+    list
+}
+
+/// Projection off the nominal unknowns with their priors.
+pub struct Projector<'a> {
+    jacobian: &'a [Vec<f64>],
+    factor: Option<Cholesky<f64, nalgebra::Dyn>>,
+    /// Residual with the unknowns maximised along.
+    pub residual: Vec<f64>,
+}
+
+impl<'a> Projector<'a> {
+    pub fn new(engine: &Engine<'_>, theta: &[f64], r: &[f64], jacobian: &'a [Vec<f64>]) -> Option<Self> {
+        let n = jacobian.len();
+        if n == 0 {
+            return Some(Self { jacobian, factor: None, residual: r.to_vec() });
+        }
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut right = DVector::zeros(n);
+        for i in 0..n {
+            for j in i..n {
+                let product = dot(&jacobian[i], &jacobian[j]);
+                (matrix[(i, j)], matrix[(j, i)]) = (product, product);
+            }
+            matrix[(i, i)] += 1.0;
+            let unknown = &engine.problem.unknowns[i];
+            right[i] = dot(&jacobian[i], r) + (unknown.prior - theta[i]) / unknown.sigma;
+        }
+        let factor = Cholesky::new(matrix)?;
+        let step = factor.solve(&right);
+        let mut residual = r.to_vec();
+        subtract(&mut residual, jacobian, &step);
+        Some(Self { jacobian, factor: Some(factor), residual })
+    }
+
+    /// `c − J (JᵀJ + 1)⁻¹ Jᵀ c`, and the norm of the whole projection (prior rows too) squared.
+    fn project(&self, c: &[f64]) -> (Vec<f64>, DVector<f64>) {
+        let mut out = c.to_vec();
+        let Some(factor) = &self.factor else { return (out, DVector::zeros(0)) };
+        let right = DVector::from_fn(self.jacobian.len(), |i, _| dot(&self.jacobian[i], c));
+        let taken = factor.solve(&right);
+        subtract(&mut out, self.jacobian, &taken);
+        (out, taken)
+    }
+}
+
+fn subtract(from: &mut [f64], columns: &[Vec<f64>], by: &DVector<f64>) {
+    for (column, factor) in columns.iter().zip(by.iter()) {
+        for (from, c) in from.iter_mut().zip(column) {
+            *from -= factor * c;
+        }
+    }
+}
+
+fn score(
+    index: usize,
+    column: &Column,
+    raw: &[Vec<f64>],
+    projector: &Projector<'_>,
+    events: &[usize],
+) -> Option<Score> {
+    let (projected, taken): (Vec<Vec<f64>>, Vec<DVector<f64>>) = raw.iter().map(|c| projector.project(c)).unzip();
+    let k = raw.len();
+    // inner product with the prior's rows: what a prior forbids is not absorbed
+    let inner = |i: usize, j: usize| dot(&projected[i], &projected[j]) + taken[i].dot(&taken[j]);
+    let whole: f64 = raw.iter().map(|c| dot(c, c)).sum();
+    let matrix = DMatrix::from_fn(k, k, inner);
+    let left = matrix.trace();
+    if whole.is_nan() || whole <= 0.0 || left <= ABSORBED * whole {
+        return None;
+    }
+    // r is at the maximum along the unknowns, so that the prior's rows of r add nothing along c
+    let g = DVector::from_fn(k, |i, _| dot(&raw[i], &projector.residual));
+    let mut regular = matrix.clone();
+    for i in 0..k {
+        regular[(i, i)] *= 1.0 + 1e-9;
+    }
+    let solved = Cholesky::new(regular)?.solve(&g);
+    let statistic = solved.dot(&g);
+    let one_sided = k == 1 && column.candidate.one_sided;
+    let wrong_sign = one_sided && solved[0] < 0.0;
+    let p = chi_squared_tail(statistic, k as f64);
+    let p = if one_sided { if wrong_sign { 1.0 } else { 0.5 * p } } else { p };
+    let weakest = (0..k).map(|i| matrix[(i, i)]).fold(f64::INFINITY, f64::min);
+    let along: Vec<f64> = (0..projected[0].len()).map(|s| (0..k).map(|i| solved[i] * projected[i][s]).sum()).collect();
+    Some(Score {
+        column: index,
+        statistic: if wrong_sign { 0.0 } else { statistic },
+        freedom: k,
+        p,
+        amplitude: solved.iter().copied().collect(),
+        kappa: (1.0 - left / whole).max(0.0),
+        limit: LIMIT_D / weakest.sqrt(),
+        robust: robust::robust(&along, &projector.residual, events),
+        projected,
+    })
+}
+
+/// Number of the event (instant) of each sample, over all runs.
+pub fn event_of_sample(engine: &Engine<'_>) -> Vec<usize> {
+    let mut list = Vec::with_capacity(engine.samples);
+    let mut number = 0;
+    for timeline in engine.timelines.iter() {
+        for event in timeline.events.iter().filter(|event| event.count > 0) {
+            list.extend(core::iter::repeat_n(number, event.count));
+            number += 1;
+        }
+    }
+    list
+}
+
+/// Cosine between what two candidates leave (their estimated directions for several).
+pub fn cosine(a: &Score, b: &Score) -> f64 {
+    let along = |score: &Score| -> Vec<f64> {
+        let n = score.projected[0].len();
+        (0..n).map(|s| score.projected.iter().zip(&score.amplitude).map(|(c, a)| a * c[s]).sum()).collect()
+    };
+    let (u, v) = (along(a), along(b));
+    let norm = (dot(&u, &u) * dot(&v, &v)).sqrt();
+    if norm > 0.0 { dot(&u, &v) / norm } else { 0.0 }
+}

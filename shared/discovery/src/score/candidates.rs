@@ -1,0 +1,250 @@
+//! The catalogue laid out over a plant: every effect at every site, with grids for the numbers inside its law.
+
+use crate::filter::Linear;
+use crate::problem::Problem;
+use plant::description::{Plant, Site, SiteKind, Space};
+use plant::effects::{EFFECTS, Effect, EffectParameter, sites};
+
+/// One effect at one site with its inner numbers.
+#[derive(Clone)]
+pub struct Candidate {
+    pub effect: &'static Effect,
+    pub site: Site,
+    /// Every parameter but the amplitude and the angles.
+    pub inner: Vec<(&'static str, f64)>,
+    /// Angles of each direction; one empty list where there are none.
+    pub directions: Vec<Vec<(&'static str, f64)>>,
+    /// The amplitude cannot be negative.
+    pub one_sided: bool,
+    pub high: f64,
+}
+
+impl core::fmt::Debug for Candidate {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}@{} {:?}", self.effect.kind, self.site, self.inner)
+    }
+}
+
+impl Candidate {
+    pub fn amplitude(&self) -> &'static str {
+        self.effect.parameters[0].name
+    }
+
+    /// All values at one amplitude and direction.
+    pub fn values(&self, amplitude: f64, direction: usize) -> Vec<(&'static str, f64)> {
+        let mut values = vec![(self.amplitude(), amplitude)];
+        values.extend(self.inner.iter().copied());
+        values.extend(self.directions[direction].iter().copied());
+        values
+    }
+
+    pub fn same_law(&self, other: &Self) -> bool {
+        self.effect.kind == other.effect.kind && self.site == other.site
+    }
+}
+
+/// What a site's coordinate does in the recordings.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    pub low: f64,
+    pub high: f64,
+    pub rate_rms: f64,
+    pub rate_max: f64,
+}
+
+/// What grids depend on.
+struct Setting<'a> {
+    duration_s: f64,
+    begin_s: f64,
+    period_s: f64,
+    motion: &'a dyn Fn(&Site) -> Option<Motion>,
+    planar: bool,
+}
+
+const ANGLES: [&str; 5] = ["azimuth", "axis_azimuth", "clock", "phase", "elevation"];
+/// Points of a grid over frequency and over time.
+const FREQUENCIES: usize = 9;
+const TIMES: usize = 8;
+
+/// Every candidate of `plant`; `without` names effects that are left out of the catalogue.
+pub fn candidates(
+    problem: &Problem,
+    plant: &Plant,
+    linears: &[Linear],
+    period_s: f64,
+    without: &[String],
+) -> Vec<Candidate> {
+    let motion = |site: &Site| motion(plant, linears, site);
+    let run = &problem.runs[0];
+    let setting = Setting {
+        duration_s: run.end_s - run.begin_s,
+        begin_s: run.begin_s,
+        period_s,
+        motion: &motion,
+        planar: plant.space == Space::Planar,
+    };
+    let mut list = Vec::new();
+    for effect in EFFECTS.iter().filter(|effect| !without.iter().any(|kind| kind == effect.kind)) {
+        for site in sites(effect, plant) {
+            let present = plant.effects.iter().any(|used| used.kind == effect.kind && used.site == site);
+            let recorded = site.kind != SiteKind::Sensor || {
+                let channel = plant.sensors.iter().position(|sensor| sensor.name == site.name);
+                channel.is_some_and(|c| problem.runs.iter().any(|run| !run.samples[c].value.is_empty()))
+            };
+            if !present && recorded {
+                lay_out(effect, &site, &setting, &mut list);
+            }
+        }
+    }
+    list
+}
+
+fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &mut Vec<Candidate>) {
+    let motion = (setting.motion)(site);
+    let mut grid: Vec<Vec<(&'static str, f64)>> = vec![Vec::new()];
+    for parameter in effect.parameters.iter().skip(1).filter(|p| !ANGLES.contains(&p.name)) {
+        let points = points(effect, parameter, setting, motion);
+        grid = grid
+            .into_iter()
+            .flat_map(|inner| points.iter().map(move |value| [inner.clone(), vec![(parameter.name, *value)]].concat()))
+            .collect();
+    }
+    let directions = directions(effect, setting.planar);
+    for inner in grid {
+        let first = &effect.parameters[0];
+        let one_sided = first.low >= 0.0 && directions.len() == 1;
+        list.push(Candidate {
+            effect,
+            site: site.clone(),
+            inner,
+            directions: directions.clone(),
+            one_sided,
+            high: first.high,
+        });
+    }
+}
+
+/// Directions that span what the angles can do.
+fn directions(effect: &'static Effect, planar: bool) -> Vec<Vec<(&'static str, f64)>> {
+    let quarter = core::f64::consts::FRAC_PI_2;
+    let angles: Vec<&EffectParameter> = effect.parameters.iter().skip(1).filter(|p| ANGLES.contains(&p.name)).collect();
+    let turns = angles.iter().find(|p| p.name != "elevation");
+    let rises = angles.iter().find(|p| p.name == "elevation");
+    let about_z = rises.is_some_and(|p| p.default != 0.0);
+    let twist = effect.what.contains("orque") && rises.is_some() && effect.kind.contains("torque");
+    match (turns, rises) {
+        (None, _) => vec![Vec::new()],
+        (Some(t), None) if t.name == "clock" && planar => vec![vec![(t.name, 0.0)]],
+        (Some(t), None) => vec![vec![(t.name, 0.0)], vec![(t.name, quarter)]],
+        (Some(t), Some(r)) if planar && (about_z || twist) => vec![vec![(t.name, 0.0), (r.name, quarter)]],
+        (Some(t), Some(r)) if planar => {
+            vec![vec![(t.name, 0.0), (r.name, 0.0)], vec![(t.name, quarter), (r.name, 0.0)]]
+        }
+        (Some(t), Some(r)) => vec![
+            vec![(t.name, 0.0), (r.name, 0.0)],
+            vec![(t.name, quarter), (r.name, 0.0)],
+            vec![(t.name, 0.0), (r.name, quarter)],
+        ],
+    }
+}
+
+/// Values of one inner parameter that the score tries.
+fn points(effect: &Effect, parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Motion>) -> Vec<f64> {
+    let clamp = |list: Vec<f64>| -> Vec<f64> {
+        let mut list: Vec<f64> = list.into_iter().map(|v| v.clamp(parameter.low, parameter.high)).collect();
+        list.dedup();
+        list
+    };
+    let range = motion.map_or(0.0, |m| m.high - m.low);
+    let rate = motion.map_or(0.0, |m| m.rate_rms);
+    let duration = setting.duration_s;
+    match parameter.name {
+        "frequency" if effect.kind == "thermal_snap" => vec![0.0],
+        "frequency" => {
+            let low = (3.0 / duration).max(parameter.low);
+            let high = (0.35 / setting.period_s).min(parameter.high).max(low);
+            let step = libm::pow(high / low, 1.0 / (FREQUENCIES - 1) as f64);
+            (0..FREQUENCIES).map(|i| low * step.powi(i as i32)).collect()
+        }
+        "damping_ratio" if effect.kind.contains("left_out") || effect.kind.contains("second_mode") => vec![0.03],
+        "order" => {
+            let turn = core::f64::consts::TAU;
+            let fastest = 0.3 * turn / setting.period_s / rate.max(1e-12);
+            let slowest = 2.0 / range.max(1e-12);
+            let known = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 100.0, 160.0];
+            let fitting: Vec<f64> = known.into_iter().filter(|n| *n >= slowest && *n <= fastest).collect();
+            if fitting.is_empty() { clamp(vec![slowest.min(fastest)]) } else { fitting }
+        }
+        "smooth_rate" if rate > 0.0 => clamp(vec![0.05 * rate]),
+        "stribeck_rate" if rate > 0.0 => clamp(vec![0.1 * rate, 0.4 * rate]),
+        "half_gap" if range > 0.0 => clamp(vec![0.03 * range, 0.15 * range]),
+        "yield" | "presliding" if range > 0.0 => {
+            // slower than what a step of integration can follow
+            let finest = 2.0 * motion.map_or(0.0, |m| m.rate_max) * setting.period_s;
+            clamp(vec![(0.02 * range).max(finest), (0.15 * range).max(finest)])
+        }
+        "centre" | "rest" => {
+            let inside = motion.is_none_or(|m| m.low <= 0.0 && m.high >= 0.0);
+            vec![if inside { 0.0 } else { motion.map_or(0.0, |m| 0.5 * (m.low + m.high)) }]
+        }
+        "lower" => motion.map_or(vec![parameter.default], |m| vec![m.low + 0.1 * range, m.low - range]),
+        "upper" => motion.map_or(vec![parameter.default], |m| vec![m.high - 0.1 * range]),
+        "begin" => (0..TIMES).map(|i| setting.begin_s + duration * (i as f64 + 0.5) / TIMES as f64).collect(),
+        "decay" => clamp(vec![duration / 20.0]),
+        "time_constant" => clamp(vec![duration / 5.0]),
+        "duration" => vec![parameter.default],
+        _ => vec![parameter.default],
+    }
+}
+
+/// Range and rates of a site's coordinate along the filtered trajectories.
+fn motion(plant: &Plant, linears: &[Linear], site: &Site) -> Option<Motion> {
+    let name = match site.kind {
+        SiteKind::Joint => format!("joint:{}", site.name),
+        SiteKind::Tank => format!("tank:{}", site.name),
+        SiteKind::Mode => format!("mode:{}", site.name),
+        SiteKind::Actuator => match &plant.actuator(&site.name)?.kind {
+            plant::description::ActuatorKind::Wheel { .. } => return wheel(linears, &site.name),
+            plant::description::ActuatorKind::JointTorque { joint }
+            | plant::description::ActuatorKind::Motor { joint, .. } => format!("joint:{joint}"),
+            _ => return None,
+        },
+        SiteKind::Sensor => match &plant.sensor(&site.name)?.kind {
+            plant::description::SensorKind::Encoder { joint } => format!("joint:{joint}"),
+            _ => return None,
+        },
+        SiteKind::Body => return None,
+    };
+    let mut motion = Motion { low: f64::INFINITY, high: f64::NEG_INFINITY, rate_rms: 0.0, rate_max: 0.0 };
+    let (mut square, mut count) = (0.0, 0usize);
+    for linear in linears {
+        let names = &linear.state_names;
+        let q = names.iter().position(|state| *state == name)?;
+        let v = names.iter().position(|state| *state == format!("{name}.rate"))?;
+        for x in linear.states.chunks(names.len()).skip(3) {
+            motion.low = motion.low.min(x[q]);
+            motion.high = motion.high.max(x[q]);
+            motion.rate_max = motion.rate_max.max(x[v].abs());
+            square += x[v] * x[v];
+            count += 1;
+        }
+    }
+    motion.rate_rms = (square / count.max(1) as f64).sqrt();
+    (count > 0).then_some(motion)
+}
+
+fn wheel(linears: &[Linear], name: &str) -> Option<Motion> {
+    let mut motion = Motion { low: 0.0, high: 0.0, rate_rms: 0.0, rate_max: 0.0 };
+    let (mut square, mut count) = (0.0, 0usize);
+    for linear in linears {
+        let v = linear.state_names.iter().position(|state| *state == format!("wheel:{name}"))?;
+        for x in linear.states.chunks(linear.state_names.len()) {
+            motion.rate_max = motion.rate_max.max(x[v].abs());
+            square += x[v] * x[v];
+            count += 1;
+        }
+    }
+    motion.rate_rms = (square / count.max(1) as f64).sqrt();
+    motion.high = motion.rate_rms * 10.0;
+    Some(motion)
+}

@@ -1,0 +1,123 @@
+//! The page: title, verdict, sections, footer.
+
+use crate::style;
+use crate::svg::Figure;
+use crate::table::Table;
+use crate::text::escape;
+use std::fmt::Write;
+
+/// What a section is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Block {
+    Text(String),
+    List(Vec<String>),
+    /// A line to type.
+    Command(String),
+    Table(Table),
+    Figure(Figure),
+    /// Closed until the reader opens it; open on paper.
+    Details {
+        summary: String,
+        blocks: Vec<Block>,
+    },
+}
+
+/// Part of a page under a heading.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Section {
+    pub title: String,
+    pub blocks: Vec<Block>,
+}
+
+impl Section {
+    #[must_use]
+    pub fn new(title: &str, blocks: Vec<Block>) -> Self {
+        Section { title: title.into(), blocks }
+    }
+}
+
+/// A report for an engineer who reads the first paragraph, and then the figures.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Page {
+    pub title: String,
+    /// The first paragraph.
+    pub verdict: String,
+    pub sections: Vec<Section>,
+    /// The command that wrote the page.
+    pub command: String,
+    /// What it was made of, each with its digest.
+    pub digests: Vec<(String, String)>,
+    /// Name and version of the program.
+    pub tool: String,
+}
+
+impl Page {
+    /// The page as the bytes of one file.
+    #[must_use]
+    pub fn html(&self) -> Vec<u8> {
+        let title = escape(&self.title);
+        let mut html = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/><meta name=\"viewport\" content=\"width=device-width,initial-scale=1\"/><title>{title}</title>\n<style>{}</style></head>\n<body><main>\n<h1>{title}</h1>\n<p class=\"verdict\">{}</p>\n",
+            style::of_page(),
+            escape(&self.verdict)
+        );
+        for section in &self.sections {
+            let _ = writeln!(html, "<section><h2>{}</h2>", escape(&section.title));
+            blocks(&mut html, &section.blocks);
+            html.push_str("</section>\n");
+        }
+        self.footer(&mut html);
+        html.push_str("</main></body></html>\n");
+        html.into_bytes()
+    }
+
+    fn footer(&self, html: &mut String) {
+        html.push_str("<footer>");
+        if !self.command.is_empty() {
+            let _ = write!(html, "<p>Written by <code>{}</code></p>", escape(&self.command));
+        }
+        if !self.digests.is_empty() {
+            html.push_str("<p>Digests:</p><ul>");
+            for (what, digest) in &self.digests {
+                let _ = write!(html, "<li>{} <code>{}</code></li>", escape(what), escape(digest));
+            }
+            html.push_str("</ul>");
+        }
+        let _ = writeln!(html, "<p>{}</p></footer>", escape(&self.tool));
+    }
+}
+
+fn blocks(html: &mut String, blocks_of: &[Block]) {
+    for block in blocks_of {
+        match block {
+            Block::Text(text) => {
+                let _ = writeln!(html, "<p>{}</p>", escape(text));
+            }
+            Block::List(items) => {
+                html.push_str("<ul>");
+                items.iter().for_each(|item| html.push_str(&format!("<li>{}</li>", escape(item))));
+                html.push_str("</ul>\n");
+            }
+            Block::Command(line) => {
+                let _ = writeln!(html, "<p><code>{}</code></p>", escape(line));
+            }
+            Block::Table(table) => html.push_str(&table.html()),
+            Block::Figure(figure) => html.push_str(&with_caption(figure)),
+            Block::Details { summary, blocks: inner } => {
+                let _ = writeln!(html, "<details><summary>{}</summary>", escape(summary));
+                blocks(html, inner);
+                html.push_str("</details>\n");
+            }
+        }
+    }
+}
+
+fn with_caption(figure: &Figure) -> String {
+    let mut html = format!("<figure><h3>{}</h3>{}<figcaption>", escape(&figure.title), figure.inline());
+    html.push_str(&escape(&figure.caption));
+    if !figure.command.is_empty() {
+        let _ = write!(html, " <code>{}</code>", escape(&figure.command));
+    }
+    html.push_str("</figcaption></figure>\n");
+    html
+}
