@@ -12,7 +12,10 @@ use std::path::PathBuf;
 #[command(after_help = "Examples:
   obsid effects                                       the whole catalogue
   obsid effects joint_coulomb                         one entry: equation, signature, confounders, experiment
-  obsid effects --plant deploy/plants/drive_rig.toml  what this plant can carry, and at which sites")]
+  obsid effects --plant deploy/plants/drive_rig.toml  what this plant can carry, and at which sites
+
+In a unit `*` stands for that of the site: rad or m at a joint, the input's at an actuator, the channel's at a sensor; with --plant it is
+filled in.")]
 pub struct Arguments {
     /// One entry in full
     kind: Option<String>,
@@ -37,10 +40,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// An effect and the sites it can have.
+/// An effect, the sites it can have, and the unit of each parameter there.
 struct Entry {
     effect: &'static Effect,
     sites: Vec<String>,
+    units: Vec<String>,
 }
 
 fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Failure> {
@@ -53,9 +57,38 @@ fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Fail
             Some(plant) => sites(effect, plant).iter().map(ToString::to_string).collect(),
             None => effect.sites.iter().map(|kind: &SiteKind| format!("{}:NAME", kind.name())).collect(),
         };
-        Entry { effect, sites }
+        Entry { effect, sites, units: units(effect, plant) }
     };
     Ok(chosen.into_iter().map(entry).filter(|entry| !entry.sites.is_empty()).collect())
+}
+
+/// Units at the sites of a plant, `N or N*m` where they differ; of the catalogue, where `*` is the site's, without one.
+fn units(effect: &Effect, plant: Option<&Plant>) -> Vec<String> {
+    let mut units: Vec<Vec<String>> = vec![Vec::new(); effect.parameters.len()];
+    for (plant, site) in
+        plant.into_iter().flat_map(|plant| sites(effect, plant).into_iter().map(move |site| (plant, site)))
+    {
+        let mut carrying = plant.without_effects();
+        let values: Vec<(&str, f64)> = effect.parameters.iter().map(|p| (p.name, p.default)).collect();
+        if carrying.add_effect(effect.kind, &site, &values).is_err() {
+            continue;
+        }
+        let numbers = carrying.parameters();
+        for (parameter, known) in effect.parameters.iter().zip(&mut units) {
+            let name = format!("effect.{}@{site}.{}", effect.kind, parameter.name);
+            if let Some(number) = numbers.iter().find(|number| number.name == name)
+                && !known.contains(&number.unit)
+            {
+                known.push(number.unit.clone());
+            }
+        }
+    }
+    let of_catalogue = effect.parameters.iter().map(|parameter| parameter.unit);
+    units
+        .iter()
+        .zip(of_catalogue)
+        .map(|(known, unit)| if known.is_empty() { unit.into() } else { known.join(" or ") })
+        .collect()
 }
 
 fn unknown(kind: &str) -> Failure {
@@ -72,7 +105,8 @@ fn as_json(entry: &Entry) -> Value {
         .effect
         .parameters
         .iter()
-        .map(|p| json!({ "name": p.name, "unit": p.unit, "low": p.low, "high": p.high, "default": p.default, "what": p.what }))
+        .zip(&entry.units)
+        .map(|(p, unit)| json!({ "name": p.name, "unit": unit, "low": p.low, "high": p.high, "default": p.default, "what": p.what }))
         .collect();
     let Effect { kind, title, what, signature, confounders, experiment, .. } = entry.effect;
     json!({ "kind": kind, "title": title, "sites": entry.sites, "parameters": parameters, "what": what,
@@ -83,7 +117,7 @@ fn table(entries: &[Entry]) -> String {
     let mut text = format!("{:<28} {:<34} parameters [unit]\n", "kind", "sites");
     for entry in entries {
         let parameters: Vec<String> =
-            entry.effect.parameters.iter().map(|p| format!("{} [{}]", p.name, p.unit)).collect();
+            entry.effect.parameters.iter().zip(&entry.units).map(|(p, unit)| format!("{} [{unit}]", p.name)).collect();
         let _ = writeln!(text, "{:<28} {:<34} {}", entry.effect.kind, entry.sites.join(" "), parameters.join(", "));
     }
     let _ = writeln!(text, "\n{} effects; `obsid effects KIND` tells one in full", entries.len());
@@ -103,12 +137,9 @@ fn page(entry: &Entry) -> String {
         "\n  {:<20} {:<14} {:>12} {:>12} {:>12}  meaning",
         "parameter", "unit", "low", "high", "default"
     );
-    for p in *parameters {
-        let _ = writeln!(
-            text,
-            "  {:<20} {:<14} {:>12} {:>12} {:>12}  {}",
-            p.name, p.unit, p.low, p.high, p.default, p.what
-        );
+    for (p, unit) in parameters.iter().zip(&entry.units) {
+        let _ =
+            writeln!(text, "  {:<20} {:<14} {:>12} {:>12} {:>12}  {}", p.name, unit, p.low, p.high, p.default, p.what);
     }
     text
 }

@@ -7,9 +7,11 @@
 //! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A likelihood counts when its ratio passes χ² at `alpha / m`, m all columns
 //! that were tried, and the robust score does not veto it.
 
+mod pairs;
 mod refit;
 
-pub use refit::{Refit, refit};
+pub use pairs::{Pair, pair};
+pub use refit::{Refit, refit, refit_all};
 
 use crate::filter::NoiseModel;
 use crate::fit::noise::{Search, maximise};

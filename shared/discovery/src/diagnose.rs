@@ -16,7 +16,7 @@ pub use report::{
     Verdict, Where,
 };
 
-use crate::compete::{Contender, Limits, Refit, Veto, contenders, refit, weights};
+use crate::compete::{Contender, Limits, Pair, Refit, Veto, contenders, pair, refit, weights};
 use crate::filter::NoiseModel;
 use crate::fit::Board;
 use crate::fit::noise::{Search, maximise};
@@ -60,7 +60,10 @@ impl Default for Options {
 }
 
 /// Shares of alpha: physics and sensors; the noise model.
-const NAME_SHARE: f64 = 0.75;
+const NAME_SHARE: f64 = 0.5;
+const PAIR_SHARE: f64 = 0.25;
+/// A pair is taken at once where it beats the best single effect by this in BIC; else effects are added one by one.
+const PAIR_MARGIN: f64 = 20.0;
 /// ΔBIC within which a rival is printed.
 pub const RIVAL_SPAN: f64 = 12.0;
 /// Parts of a recording, each of which is predicted from the others, where no other recording is given.
@@ -104,6 +107,9 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let mut unfitted: Vec<(Column, Contender)> = Vec::new();
     let mut screening = Screening::default();
     for term in 0..options.terms_max {
+        if adopted.len() >= options.terms_max {
+            break;
+        }
         progress("score the catalogue", 0.2 + 0.2 * term as f64);
         let own = Engine::like(&engine, &best.problem).map_err(|error| error.to_string())?;
         let found = screen(&own, &best, options, &mut notes);
@@ -113,14 +119,16 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
             screening = found;
         }
         unfitted.extend(step.1);
+        // terms that only together beat what is there
+        let both = (adopted.is_empty() && unfitted.is_empty()).then(|| two(&own, &best, &screening, options)).flatten();
+        let single = step.0.as_ref().map_or(0.0, |next| next.contender.bic);
+        if let Some(both) = both.filter(|both| both[0].contender.bic < single - PAIR_MARGIN) {
+            best = stand(&both[0].refit);
+            adopted.extend(both);
+            continue;
+        }
         let Some(next) = step.0 else { break };
-        best = Standing {
-            plant: next.refit.plant.clone(),
-            problem: next.refit.problem.clone(),
-            fit: next.refit.fit.clone(),
-            noise: next.refit.noise.clone(),
-            objective: next.refit.objective,
-        };
+        best = stand(&next.refit);
         adopted.push(next);
     }
     progress("held out", 0.9);
@@ -216,6 +224,11 @@ fn step(
         if let Some(refit) = &contender.refit {
             // the noise found with the effect may be the better one without it, too
             null = null.min(nominal_with(engine, best, &refit.noise).unwrap_or(null));
+            if vanishes(refit, column) {
+                // what was gained was the noise's
+                (contender.refit, contender.ratio) = (None, 0.0);
+                continue;
+            }
             let ratio = null - refit.objective;
             // a refit that lost most of what the line promised has not converged
             if ratio < 0.5 * contender.ratio {
@@ -253,10 +266,69 @@ fn step(
     (Some(Adopted { column: found.columns[contender.column].clone(), contender, rivals, refit }), Vec::new())
 }
 
-/// Least objective of the standing plant from another start of the noise.
+fn stand(refit: &Refit) -> Standing {
+    Standing {
+        plant: refit.plant.clone(),
+        problem: refit.problem.clone(),
+        fit: refit.fit.clone(),
+        noise: refit.noise.clone(),
+        objective: refit.objective,
+    }
+}
+
+/// A pair of effects as two adopted ones with one refit.
+fn two(engine: &Engine<'_>, best: &Standing, found: &Screening, options: &Options) -> Option<[Adopted; 2]> {
+    let alpha = PAIR_SHARE * options.alpha;
+    let limits = Limits { linear_max: options.linear_max, refit_max: options.refit_max };
+    let null = (&best.noise, best.objective);
+    let Pair { columns, scores, refit, p, bic, .. } =
+        pair(engine, &best.fit, &found.columns, &found.pairs, null, alpha, limits)?;
+    if columns.iter().any(|column| vanishes(&refit, &found.columns[*column])) {
+        return None;
+    }
+    let again = nominal_with(engine, best, &refit.noise)?.min(best.objective);
+    let ratio = again - refit.objective;
+    let tried = (found.columns.len() * found.columns.len()) as f64;
+    if chi_squared_tail(ratio.max(0.0), refit.free as f64) * tried > alpha {
+        return None;
+    }
+    let adopt = |k: usize| Adopted {
+        column: found.columns[columns[k]].clone(),
+        contender: Contender {
+            column: columns[k],
+            score: scores[k].clone(),
+            ratio,
+            p,
+            amplitude: scores[k].amplitude.clone(),
+            noise: refit.noise.clone(),
+            veto: Veto::Silent,
+            refit: None,
+            bic,
+            cosine: 1.0,
+        },
+        rivals: Vec::new(),
+        refit: refit.clone(),
+    };
+    Some([adopt(0), adopt(1)])
+}
+
+/// Least objective of the standing plant from another start of the noise, its parameters fitted again under it.
 fn nominal_with(engine: &Engine<'_>, best: &Standing, noise: &NoiseModel) -> Option<f64> {
     let search = Search { sweeps: 2, colour: true, scan: false };
-    Some(maximise(engine, &best.fit.board, &best.fit.theta, &[], noise, search)?.1)
+    let (noise, objective) = maximise(engine, &best.fit.board, &best.fit.theta, &[], noise, search)?;
+    let again = fit(engine, &best.plant, &best.fit.theta, &noise, 2).ok();
+    let refitted = again.and_then(|again| maximise(engine, &again.board, &again.theta, &[], &noise, search));
+    Some(refitted.map_or(objective, |(_, refitted)| refitted.min(objective)))
+}
+
+/// The amplitude of an effect is within two of its standard errors of nothing.
+fn vanishes(refit: &Refit, column: &Column) -> bool {
+    let effect = column.candidate.effect;
+    let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
+    let amplitudes = effect.parameters.iter().take(effect.amplitudes.max(1)).map(|p| format!("{prefix}{}", p.name));
+    let place = |name: String| refit.problem.unknowns.iter().position(|unknown| unknown.parameter == name);
+    let mut found = amplitudes.filter_map(place);
+    !found.any(|at| refit.fit.theta[at].abs() > 2.0 * refit.fit.sigma[at])
 }
 
 /// What held-out data say: kind, free runs before and after, gain, and whiteness.

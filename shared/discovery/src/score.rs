@@ -12,7 +12,7 @@
 
 pub mod candidates;
 mod columns;
-mod robust;
+pub(crate) mod robust;
 
 pub use candidates::{Candidate, candidates};
 pub use columns::{Column, columns};

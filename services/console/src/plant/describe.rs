@@ -6,7 +6,7 @@ mod poles;
 
 use super::{impossible, words};
 use crate::{Failure, plant_file, simulate};
-use inertial::{MomentumView, Inertial};
+use inertial::{Inertial, MomentumView};
 use plant::description::{Noise, Plant, Quantity, SiteKind, Space};
 use plant::effects::{EFFECTS, sites};
 use plant::simulation::{SimulationError, Simulator};
@@ -87,12 +87,14 @@ fn as_json(plant: &Plant, facts: &Facts) -> Value {
             "period_s": sensor.period_s.map_or(plant.simulation.period_s, |period| period.value),
         })
     });
-    let tanks = plant.tanks.iter().map(|tank| json!({ "name": tank.name, "body": tank.body, "mass_kg": tank.mass_kg.value }));
+    let tanks =
+        plant.tanks.iter().map(|tank| json!({ "name": tank.name, "body": tank.body, "mass_kg": tank.mass_kg.value }));
     let appendages = plant.appendages.iter().map(|appendage| {
         let mode = |mode: &plant::description::Mode| json!({ "name": mode.name, "frequency_hub_locked_hz": mode.frequency_hz.value, "damping_ratio": mode.damping_ratio.value });
         json!({ "name": appendage.name, "body": appendage.body, "modes": appendage.modes.iter().map(mode).collect::<Vec<_>>() })
     });
-    let actuators = plant.actuators.iter().map(|actuator| json!({ "name": actuator.name, "unit": plant.actuator_unit(actuator) }));
+    let actuators =
+        plant.actuators.iter().map(|actuator| json!({ "name": actuator.name, "unit": plant.actuator_unit(actuator) }));
     json!({
         "name": plant.name, "about": plant.about,
         "space": if plant.space == Space::Planar { "planar" } else { "spatial" },

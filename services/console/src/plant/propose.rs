@@ -42,7 +42,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     plant_file::parse(&name, &proposal.text)
         .map_err(|_| Failure::Run(format!("{}: the proposal for these channels is no plant file", from.display())))?;
     write_new(&arguments.out, &proposal.text)?;
-    crate::print(&if arguments.json { proposal.json(&arguments.out) } else { summary(&proposal, &arguments.out, &parts) });
+    crate::print(&if arguments.json {
+        proposal.json(&arguments.out)
+    } else {
+        summary(&proposal, &arguments.out, &parts)
+    });
     Ok(())
 }
 

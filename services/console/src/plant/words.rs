@@ -99,6 +99,9 @@ mod tests {
         let walk = Noise::Density(Quantity::known(0.09_f64.to_radians() / 60.0));
         assert_eq!(noise(walk, "rad/s"), "0.09 deg/sqrt(h)");
         assert_eq!(noise(Noise::Density(Quantity::known(30.0 * 9.806_65e-6)), "m/s^2"), "30 ug/sqrt(Hz)");
-        assert_eq!((count(1, "body"), count(3, "body"), count(0, "tank")), ("1 body".into(), "3 bodies".into(), "0 tanks".into()));
+        assert_eq!(
+            (count(1, "body"), count(3, "body"), count(0, "tank")),
+            ("1 body".into(), "3 bodies".into(), "0 tanks".into())
+        );
     }
 }

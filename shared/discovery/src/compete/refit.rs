@@ -26,25 +26,46 @@ const ROUNDS: usize = 3;
 
 /// Fits `plant` plus the contender; `None` where no start leads anywhere.
 pub fn refit(engine: &Engine<'_>, nominal: &Fit, column: &Column, contender: &Contender, null: f64) -> Option<Refit> {
+    let parts = [(column, contender.amplitude.as_slice())];
+    refit_all(engine, nominal, &parts, &contender.noise, null - 0.5 * contender.ratio)
+}
+
+/// Fits `nominal` plus all `parts` (column, amplitudes along its directions); a start that comes below `good` ends the search.
+pub fn refit_all(
+    engine: &Engine<'_>,
+    nominal: &Fit,
+    parts: &[(&Column, &[f64])],
+    noise: &NoiseModel,
+    good: f64,
+) -> Option<Refit> {
     let mut best: Option<Refit> = None;
     for share in [1.0, 0.3] {
-        let Some((plant, free)) = augmented(&nominal.plant, column, &contender.amplitude, share) else { continue };
+        let mut plant = nominal.plant.clone();
+        let mut free = 0;
+        let mut possible = true;
+        for (column, amplitude) in parts {
+            match augmented(&plant, column, amplitude, share) {
+                Some((with, more)) => (plant, free) = (with, free + more),
+                None => possible = false,
+            }
+        }
+        if !possible {
+            continue;
+        }
         let problem = engine.problem.with_plant(&plant);
         let Ok(own) = Engine::like(engine, &problem) else { continue };
         let theta = own.start_from(&engine.problem.unknowns, &nominal.theta);
-        let Ok(fitted) = fit(&own, &plant, &theta, &contender.noise, ROUNDS) else { continue };
+        let Ok(fitted) = fit(&own, &plant, &theta, noise, ROUNDS) else { continue };
         let search = Search { sweeps: 2, colour: true, scan: false };
-        let Some((noise, objective)) = maximise(&own, &fitted.board, &fitted.theta, &[], &contender.noise, search)
-        else {
+        let Some((adapted, objective)) = maximise(&own, &fitted.board, &fitted.theta, &[], noise, search) else {
             continue;
         };
         let better = best.as_ref().is_none_or(|best| objective < best.objective);
-        let good = null - objective > 0.5 * contender.ratio;
         if better {
             drop(own);
-            best = Some(Refit { plant, problem, fit: fitted, noise, objective, free });
+            best = Some(Refit { plant, problem, fit: fitted, noise: adapted, objective, free });
         }
-        if good {
+        if objective < good {
             break;
         }
     }
@@ -54,15 +75,26 @@ pub fn refit(engine: &Engine<'_>, nominal: &Fit, column: &Column, contender: &Co
 /// The plant with the effect at `share` of its estimated amplitude; its numbers have wide priors.
 fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) -> Option<(Plant, usize)> {
     let candidate = &column.candidate;
-    let (size, angles) = polar(candidate, amplitude);
     let parameters = candidate.effect.parameters;
+    let components = candidate.effect.amplitudes.max(1);
+    let (size, angles) = if components > 1 { (0.0, Vec::new()) } else { polar(candidate, amplitude) };
+    // of a vector, by name
+    let component = |name: &str| -> Option<f64> {
+        let felt = candidate.directions.iter().zip(amplitude);
+        let shares =
+            felt.map(|(direction, a)| direction.iter().find(|(n, s)| *n == name && *s != 0.0).map(|(_, s)| s * a));
+        shares.flatten().next()
+    };
+    let largest = amplitude.iter().fold(column.step.abs(), |most, a| most.max(a.abs()));
     let floor = if candidate.one_sided { 1e-3 * column.step.abs() } else { 0.0 };
     let start = (share * size).clamp(parameters[0].low.max(floor), parameters[0].high);
     let mut values = Vec::new();
     let mut free = 0;
-    for parameter in parameters {
+    for (place, parameter) in parameters.iter().enumerate() {
         let name = parameter.name;
-        let given = if name == candidate.amplitude() {
+        let given = if components > 1 && place < components {
+            Some(component(name).map_or((0.0, None), |a| (share * a, Some(30.0 * largest))))
+        } else if name == candidate.amplitude() {
             Some((start, Some(30.0 * start.abs().max(column.step.abs()))))
         } else if let Some((_, angle)) = angles.iter().find(|(n, _)| *n == name) {
             Some((*angle, varies(candidate, name).then_some(1.5)))

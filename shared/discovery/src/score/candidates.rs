@@ -12,7 +12,7 @@ pub struct Candidate {
     pub site: Site,
     /// Every parameter but the amplitude and the angles.
     pub inner: Vec<(&'static str, f64)>,
-    /// Angles of each direction; one empty list where there are none.
+    /// Of a vector amplitude its components along each direction, else the angles of each; one empty list where there are none.
     pub directions: Vec<Vec<(&'static str, f64)>>,
     /// The amplitude cannot be negative.
     pub one_sided: bool,
@@ -32,9 +32,16 @@ impl Candidate {
 
     /// All values at one amplitude and direction.
     pub fn values(&self, amplitude: f64, direction: usize) -> Vec<(&'static str, f64)> {
-        let mut values = vec![(self.amplitude(), amplitude)];
+        let components = self.effect.amplitudes.max(1);
+        let direction = &self.directions[direction];
+        let mut values = Vec::with_capacity(self.effect.parameters.len());
+        if components > 1 {
+            values.extend(direction.iter().map(|(name, share)| (*name, amplitude * share)));
+        } else {
+            values.push((self.amplitude(), amplitude));
+            values.extend(direction.iter().copied());
+        }
         values.extend(self.inner.iter().copied());
-        values.extend(self.directions[direction].iter().copied());
         values
     }
 
@@ -102,7 +109,7 @@ pub fn candidates(
 fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &mut Vec<Candidate>) {
     let motion = (setting.motion)(site);
     let mut grid: Vec<Vec<(&'static str, f64)>> = vec![Vec::new()];
-    for parameter in effect.parameters.iter().skip(1).filter(|p| !ANGLES.contains(&p.name)) {
+    for parameter in effect.parameters.iter().skip(effect.amplitudes.max(1)).filter(|p| !ANGLES.contains(&p.name)) {
         let points = points(effect, parameter, setting, motion);
         grid = grid
             .into_iter()
@@ -112,7 +119,7 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     let directions = directions(effect, setting.planar);
     for inner in grid {
         let first = &effect.parameters[0];
-        let one_sided = first.low >= 0.0 && directions.len() == 1;
+        let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes <= 1;
         list.push(Candidate {
             effect,
             site: site.clone(),
@@ -127,6 +134,11 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
 /// Directions that span what the angles can do.
 fn directions(effect: &'static Effect, planar: bool) -> Vec<Vec<(&'static str, f64)>> {
     let quarter = core::f64::consts::FRAC_PI_2;
+    if effect.amplitudes > 1 {
+        let names = || effect.parameters.iter().take(effect.amplitudes).map(|p| p.name);
+        let along = |k: usize| names().enumerate().map(|(i, name)| (name, if i == k { 1.0 } else { 0.0 })).collect();
+        return (0..effect.amplitudes).map(along).collect();
+    }
     let angles: Vec<&EffectParameter> = effect.parameters.iter().skip(1).filter(|p| ANGLES.contains(&p.name)).collect();
     let turns = angles.iter().find(|p| p.name != "elevation");
     let rises = angles.iter().find(|p| p.name == "elevation");

@@ -45,58 +45,58 @@ fn column(
     candidate: &Candidate,
     found: &[Gains],
 ) -> Option<Column> {
-    let mut step = candidate.effect.parameters[0].default.abs().min(0.5 * candidate.high);
+    let mut column = Column { candidate: candidate.clone(), raw: Vec::new(), step: 0.0 };
+    column.candidate.directions.clear();
+    for direction in 0..candidate.directions.len() {
+        // a direction that does nothing (out of the plane) would make the others singular
+        let Some((raw, step)) = along(engine, board, plant, theta, (candidate, direction), found) else { continue };
+        column.candidate.directions.push(candidate.directions[direction].clone());
+        column.step = column.step.max(step);
+        column.raw.push(raw);
+    }
+    (!column.raw.is_empty()).then_some(column)
+}
+
+/// Column of one direction at an amplitude that is felt.
+fn along(
+    engine: &Engine<'_>,
+    board: &Board,
+    plant: &Plant,
+    theta: &[f64],
+    (candidate, direction): (&Candidate, usize),
+    found: &[Gains],
+) -> Option<(Vec<f64>, f64)> {
+    let default = candidate.effect.parameters[0].default.abs();
+    let mut step = if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high };
     let mut best: Option<(Vec<f64>, f64)> = None;
     for _ in 0..TRIES {
-        match change(engine, board, plant, theta, candidate, (step, 0)) {
-            None => step *= 0.01,
-            Some(change) => {
-                let mut white = change.clone();
-                for (run, linear) in board.linears.iter().enumerate() {
-                    let range = engine.offsets[run]..engine.offsets[run] + linear.nu.len();
-                    whiten(linear, &engine.timelines[run], &found[run], &mut [&mut white[range]]);
-                }
-                let size = dot(&white, &white).sqrt();
-                if !size.is_finite() {
-                    step *= 0.01;
-                    continue;
-                }
-                best = Some((change, step));
-                if (0.02 * TARGET..5.0 * TARGET).contains(&size) {
-                    break;
-                }
-                let factor = if size > 0.0 { (TARGET / size).clamp(1e-4, 1e3) } else { 1e3 };
-                let next = (step * factor).min(0.5 * candidate.high);
-                if next == step {
-                    break;
-                }
-                step = next;
-            }
+        let Some(change) = change(engine, board, plant, theta, candidate, (step, direction)) else {
+            step *= 0.01;
+            continue;
+        };
+        let mut white = change.clone();
+        for (run, linear) in board.linears.iter().enumerate() {
+            let range = engine.offsets[run]..engine.offsets[run] + linear.nu.len();
+            whiten(linear, &engine.timelines[run], &found[run], &mut [&mut white[range]]);
         }
+        let size = dot(&white, &white).sqrt();
+        if !size.is_finite() {
+            step *= 0.01;
+            continue;
+        }
+        best = (size > 0.0).then_some((change, step));
+        if (0.02 * TARGET..5.0 * TARGET).contains(&size) {
+            break;
+        }
+        let factor = if size > 0.0 { (TARGET / size).clamp(1e-4, 1e3) } else { 1e3 };
+        let next = (step * factor).min(0.5 * candidate.high);
+        if next == step {
+            break;
+        }
+        step = next;
     }
-    let (first, step) = best?;
-    let mut raw = vec![first.iter().map(|d| -d / step).collect::<Vec<f64>>()];
-    for direction in 1..candidate.directions.len() {
-        let change = change(engine, board, plant, theta, candidate, (step, direction))?;
-        raw.push(change.iter().map(|d| -d / step).collect());
-    }
-    // a direction that does nothing would make the others singular
-    let keep: Vec<bool> = raw.iter().map(|c| dot(c, c) > 0.0).collect();
-    if !keep.iter().any(|k| *k) {
-        return None;
-    }
-    let mut candidate = candidate.clone();
-    let mut at = 0;
-    candidate.directions.retain(|_| {
-        at += 1;
-        keep[at - 1]
-    });
-    at = 0;
-    raw.retain(|_| {
-        at += 1;
-        keep[at - 1]
-    });
-    Some(Column { candidate, raw, step })
+    let (change, step) = best?;
+    Some((change.iter().map(|d| -d / step).collect(), step))
 }
 
 /// Change of the innovations at one amplitude in one direction.

@@ -74,10 +74,8 @@ impl MomentumView {
     fn of(rigid: &Plant, system: &System) -> Option<Self> {
         let functions = planar_tree_functions(system.model())?;
         let numbers = varied(rigid);
-        let ranges: Vec<(f64, f64)> = numbers
-            .iter()
-            .map(|(_, value)| (value - VARIED * value.abs(), value + VARIED * value.abs()))
-            .collect();
+        let ranges: Vec<(f64, f64)> =
+            numbers.iter().map(|(_, value)| (value - VARIED * value.abs(), value + VARIED * value.abs())).collect();
         let model = |values: &[f64]| {
             let mut moved = rigid.clone();
             for ((name, _), value) in numbers.iter().zip(values) {
@@ -113,7 +111,8 @@ fn varied(rigid: &Plant) -> Vec<(String, f64)> {
         let Some((owner, key)) = number.name.split_once('.') else { return false };
         let body = rigid.bodies.iter().any(|body| body.name == owner);
         let joint = rigid.bodies.iter().any(|body| body.joint.name == owner) && owner != root;
-        (body && matches!(key, "mass" | "com.x" | "com.y" | "inertia.zz")) || (joint && matches!(key, "position.x" | "position.y"))
+        (body && matches!(key, "mass" | "com.x" | "com.y" | "inertia.zz"))
+            || (joint && matches!(key, "position.x" | "position.y"))
     });
     of_body.map(|number| (number.name, number.value)).collect()
 }
@@ -228,7 +227,8 @@ mod tests {
         plant.controllers.clear();
         plant.initial = Initial::default();
         let found = Inertial::of(&plant).unwrap();
-        let parts = [(400.0, 0.0, 0.0, 66.67), (12.1, 0.99 + 1.9, 0.99, 17.27), (11.7, 0.99 + 2.068 + 1.73, 0.99, 14.1)];
+        let parts =
+            [(400.0, 0.0, 0.0, 66.67), (12.1, 0.99 + 1.9, 0.99, 17.27), (11.7, 0.99 + 2.068 + 1.73, 0.99, 14.1)];
         let mass: f64 = parts.iter().map(|part| part.0).sum();
         let com = [1, 2].map(|i| parts.iter().map(|p| p.0 * [p.1, p.2][i - 1]).sum::<f64>() / mass);
         let about = |p: &(f64, f64, f64, f64)| p.3 + p.0 * ((p.1 - com[0]).powi(2) + (p.2 - com[1]).powi(2));

@@ -38,7 +38,11 @@ fn head(plant: &Plant, text: &mut String) {
 }
 
 fn bodies(plant: &Plant, facts: &Facts, text: &mut String) {
-    let _ = writeln!(text, "\nbodies{:<24} {:<34} {:>12} {:>22}  inertia about it [kg*m^2]", "", "joint", "mass [kg]", "centre of mass [m]");
+    let _ = writeln!(
+        text,
+        "\nbodies{:<24} {:<34} {:>12} {:>22}  inertia about it [kg*m^2]",
+        "", "joint", "mass [kg]", "centre of mass [m]"
+    );
     for body in plant.bodies.iter().filter(|body| body.parent.is_none()) {
         branch(plant, body, 1, text);
     }
@@ -64,7 +68,11 @@ fn branch(plant: &Plant, body: &Body, depth: usize, text: &mut String) {
     let inertia = body.inertia_com_kg_m2.map(|i| i.value);
     let (com, inertia) =
         if planar { (vector(&com[..2]), digits(inertia[2], 5)) } else { (vector(&com), vector(&inertia[..3])) };
-    let named = if body.joint.name == body.name { joint(&body.joint) } else { format!("{}: {}", body.joint.name, joint(&body.joint)) };
+    let named = if body.joint.name == body.name {
+        joint(&body.joint)
+    } else {
+        format!("{}: {}", body.joint.name, joint(&body.joint))
+    };
     let name = format!("{}{}", "  ".repeat(depth), body.name);
     let _ = writeln!(text, "{name:<30} {named:<34} {:>12} {com:>22}  {inertia}", digits(body.mass_kg.value, 6));
     for child in plant.bodies.iter().filter(|child| child.parent.as_ref() == Some(&body.name)) {
@@ -118,7 +126,11 @@ fn drives(plant: &Plant, text: &mut String) {
         sources.extend(loops.map(|controller| format!("loop {}", controller.name)));
         let sources = if sources.is_empty() { "nothing commanded".into() } else { sources.join(" + ") };
         let range = actuator.range.map_or(String::new(), |range| format!(", range {}", with_unit(range.value, unit)));
-        let unknown = if actuator.noise.value == 0.0 { String::new() } else { format!(", noise {}", with_unit(actuator.noise.value, unit)) };
+        let unknown = if actuator.noise.value == 0.0 {
+            String::new()
+        } else {
+            format!(", noise {}", with_unit(actuator.noise.value, unit))
+        };
         let _ = writeln!(text, "  {:<20} {:<44} [{unit}] {sources}{range}{unknown}", actuator.name, acts(actuator));
     }
     for controller in &plant.controllers {
@@ -129,9 +141,13 @@ fn drives(plant: &Plant, text: &mut String) {
 fn acts(actuator: &Actuator) -> String {
     match &actuator.kind {
         ActuatorKind::JointTorque { joint } => format!("effort in joint {joint}"),
-        ActuatorKind::BodyForce { body, direction: along, .. } => format!("force on {body} along {}", direction(*along)),
+        ActuatorKind::BodyForce { body, direction: along, .. } => {
+            format!("force on {body} along {}", direction(*along))
+        }
         ActuatorKind::BodyTorque { body, direction: about } => format!("torque on {body} about {}", direction(*about)),
-        ActuatorKind::Thruster { body, direction: along, .. } => format!("thruster on {body} along {}", direction(*along)),
+        ActuatorKind::Thruster { body, direction: along, .. } => {
+            format!("thruster on {body} along {}", direction(*along))
+        }
         ActuatorKind::Wheel { body, axis, .. } => format!("wheel in {body} about {}", direction(*axis)),
         ActuatorKind::Motor { joint, drive, .. } => {
             let drive = if matches!(drive, Drive::Current) { "current" } else { "voltage" };
@@ -170,11 +186,24 @@ fn gains(controller: &Controller) -> String {
     }
     let reference: Vec<&str> = controller.reference.iter().map(|term| signal(&term.kind)).collect();
     let reference = if reference.is_empty() { "hold".into() } else { reference.join(" + ") };
-    format!("{} -> {}: {}, reference {reference}", controller.position_sensor.as_deref().unwrap_or("-"), controller.actuator, stated.join(", "))
+    format!(
+        "{} -> {}: {}, reference {reference}",
+        controller.position_sensor.as_deref().unwrap_or("-"),
+        controller.actuator,
+        stated.join(", ")
+    )
 }
 
 fn sensors(plant: &Plant, text: &mut String) {
-    let _ = writeln!(text, "\n{:<27} {:<34} {:<8} {:<24} {:<14} every", count(plant.sensors.len(), "sensor"), "of", "unit", "noise", "resolution");
+    let _ = writeln!(
+        text,
+        "\n{:<27} {:<34} {:<8} {:<24} {:<14} every",
+        count(plant.sensors.len(), "sensor"),
+        "of",
+        "unit",
+        "noise",
+        "resolution"
+    );
     for sensor in &plant.sensors {
         let unit = plant.sensor_unit(sensor);
         let step = sensor.resolution.value;
@@ -194,7 +223,9 @@ fn sensors(plant: &Plant, text: &mut String) {
 fn measures(sensor: &Sensor) -> String {
     match &sensor.kind {
         SensorKind::Gyro { body, axis } => format!("rate of {body} about {}", direction(*axis)),
-        SensorKind::Accelerometer { body, axis, point: None, .. } => format!("acceleration of {body} along {}", direction(*axis)),
+        SensorKind::Accelerometer { body, axis, point: None, .. } => {
+            format!("acceleration of {body} along {}", direction(*axis))
+        }
         SensorKind::Accelerometer { axis, point: Some((appendage, point)), .. } => {
             format!("acceleration of {appendage}:{point} along {}", direction(*axis))
         }
@@ -217,13 +248,17 @@ fn states(facts: &Facts, text: &mut String) {
 
 fn poles(facts: &Facts, text: &mut String) {
     let poles = &facts.poles;
-    let _ = writeln!(text, "\npoles {}, inputs held (loops open, bodies as their joints carry them)", poles.about.text());
+    let _ =
+        writeln!(text, "\npoles {}, inputs held (loops open, bodies as their joints carry them)", poles.about.text());
     for mode in &poles.open {
         let _ = writeln!(text, "  {}  {}", pole(mode.frequency_hz, mode.damping_ratio), mode.label);
     }
     let _ = writeln!(text, "  {} at zero: rigid-body motion and free integrators", count(poles.zeros, "pole"));
     let Some(closed) = &poles.closed else { return };
-    let _ = writeln!(text, "poles with the loops closed, sampled, without lags and delays; rigid-body ones at zero left out");
+    let _ = writeln!(
+        text,
+        "poles with the loops closed, sampled, without lags and delays; rigid-body ones at zero left out"
+    );
     for LoopPole { frequency_hz, damping_ratio } in closed {
         let _ = writeln!(text, "  {}", pole(*frequency_hz, *damping_ratio));
     }
@@ -272,7 +307,11 @@ fn base(facts: &Facts, text: &mut String) {
 
 fn effects(plant: &Plant, facts: &Facts, text: &mut String) {
     let sites: Vec<String> = facts.effects.iter().map(|(site, number)| format!("{site} {number}")).collect();
-    let _ = writeln!(text, "\neffects that can sit on it, by site (`obsid effects --plant FILE` lists them): {}", sites.join(", "));
+    let _ = writeln!(
+        text,
+        "\neffects that can sit on it, by site (`obsid effects --plant FILE` lists them): {}",
+        sites.join(", ")
+    );
     for effect in &plant.effects {
         let _ = writeln!(text, "  carries {}@{}", effect.kind, effect.site);
     }

@@ -83,7 +83,8 @@ fn impose(guesses: &mut [Guess]) {
             continue;
         }
         if let Some(at) = guesses.iter().position(|guess| guess.role == motion) {
-            let why = "a force is measured and nothing is commanded: the motion is imposed, the force follows".to_owned();
+            let why =
+                "a force is measured and nothing is commanded: the motion is imposed, the force follows".to_owned();
             guesses[at] = Guess { role: Role::Imposed, why };
         }
     }

@@ -58,9 +58,7 @@ impl Proposal {
         let told = |(channel, guess): (&Series, &Guess)| {
             format!("{:<26} {:<8} {:<14} {}", channel.name, channel.unit, word(guess.role), guess.why)
         };
-        let object = |(channel, guess): (&Series, &Guess)| {
-            json!({ "name": channel.name, "unit": channel.unit, "taken_for": word(guess.role), "why": guess.why })
-        };
+        let object = |(channel, guess): (&Series, &Guess)| json!({ "name": channel.name, "unit": channel.unit, "taken_for": word(guess.role), "why": guess.why });
         Ok(Proposal {
             text,
             lines: channels.iter().zip(&guesses).map(told).collect(),
@@ -113,7 +111,9 @@ impl Mechanism {
         let rates = with(&[Role::AngleRate]);
         let accelerations = with(&[Role::Acceleration]);
         let three = rates.len() > 1 || accelerations.iter().any(|name| axis_of(name) == Some("z"));
-        if coordinates.is_empty() && (three || (!accelerations.is_empty() && !rates.is_empty()) || accelerations.len() > 1) {
+        if coordinates.is_empty()
+            && (three || (!accelerations.is_empty() && !rates.is_empty()) || accelerations.len() > 1)
+        {
             return Mechanism { only_accelerations: rates.is_empty(), spatial: three, free: true, axes: Vec::new() };
         }
         let mut axes: Vec<Axis> = Vec::new();
@@ -124,8 +124,10 @@ impl Mechanism {
                 && matches!(guess.role, Role::AngleRate | Role::Velocity | Role::Acceleration);
             if coordinate || alone {
                 let linear = channel.unit.starts_with('m');
-                let vertical = linear && ["height", "altitude", "drop", "vertical"].iter().any(|word| channel.name.contains(word));
-                let along = if vertical { "y" } else { axis_of(&channel.name).filter(|axis| *axis != "z").unwrap_or("x") };
+                let vertical =
+                    linear && ["height", "altitude", "drop", "vertical"].iter().any(|word| channel.name.contains(word));
+                let along =
+                    if vertical { "y" } else { axis_of(&channel.name).filter(|axis| *axis != "z").unwrap_or("x") };
                 let name = format!("joint_{}", plain(&channel.name));
                 axes.push(Axis { name, linear, along, why: format!("of channel '{}'", channel.name) });
             }
@@ -161,7 +163,11 @@ fn head(name: &str, from: &Path, mechanism: &Mechanism) -> String {
          about = \"Rig recorded in {file}\" # FILL IN: one sentence\n\
          space = \"{space}\" # {}\n\
          gravity = {gravity} # FILL IN: leave it out where it does not act\n",
-        if mechanism.spatial { "more than one axis of turning or a z axis was recorded" } else { "all channels fit one plane" }
+        if mechanism.spatial {
+            "more than one axis of turning or a z axis was recorded"
+        } else {
+            "all channels fit one plane"
+        }
     )
 }
 
@@ -173,7 +179,8 @@ fn bodies(mechanism: &Mechanism, text: &mut String) {
     };
     let com = if mechanism.spatial { "[0, 0, 0]" } else { "[0, 0]" };
     let mut body = |name: &str, parent: Option<String>, joint: String, com: &str| {
-        let parent = parent.map_or(String::new(), |parent| format!("parent = \"{parent}\" # guessed: one carries the other\n"));
+        let parent =
+            parent.map_or(String::new(), |parent| format!("parent = \"{parent}\" # guessed: one carries the other\n"));
         let _ = write!(
             text,
             "\n[[body]]\nname = \"{name}\" # FILL IN: what it is called\n{parent}mass = {{ value = \"1 kg\", sigma = \"100 %\" }} # FILL IN\n\
@@ -193,8 +200,13 @@ fn bodies(mechanism: &Mechanism, text: &mut String) {
         let kind = if axis.linear { "prismatic" } else { "revolute" };
         let along = if axis.linear { format!("axis = \"{}\"\n", axis.along) } else { "axis = \"z\"\n".to_owned() };
         let unit = if axis.linear { "N*s/m" } else { "N*m*s/rad" };
-        let turned = if axis.linear { "" } else { "orientation = { angle = \"-90 deg\" } # FILL IN: so that it hangs at angle zero; \"0 deg\" without gravity\n" };
-        let place = if i == 0 { "" } else { "position = [\"0.5 m\", 0] # FILL IN: where the joint is on the part before\n" };
+        let turned = if axis.linear {
+            ""
+        } else {
+            "orientation = { angle = \"-90 deg\" } # FILL IN: so that it hangs at angle zero; \"0 deg\" without gravity\n"
+        };
+        let place =
+            if i == 0 { "" } else { "position = [\"0.5 m\", 0] # FILL IN: where the joint is on the part before\n" };
         let joint = format!(
             "\n[body.joint]\nkind = \"{kind}\" # {}\nname = \"{}\"\n{along}{place}{turned}friction = {{ value = \"0.01 {unit}\", sigma = \"0.05 {unit}\" }} # FILL IN: viscous\n",
             axis.why, axis.name
@@ -215,7 +227,9 @@ fn actuator(channel: &Series, guess: &Guess, mechanism: &Mechanism, text: &mut S
     let amplitude = digits(if peak > 0.0 { peak } else { 1.0 }, 3);
     let unit = channel.unit;
     let command = |unit: &str| {
-        format!("{held}command = {{ kind = \"square\", amplitude = \"{amplitude} {unit}\", frequency = \"0.1 Hz\" }} # FILL IN: as large as recorded, its form is a guess\n")
+        format!(
+            "{held}command = {{ kind = \"square\", amplitude = \"{amplitude} {unit}\", frequency = \"0.1 Hz\" }} # FILL IN: as large as recorded, its form is a guess\n"
+        )
     };
     let kind = match (guess.role, unit) {
         (Role::Imposed, _) => {
@@ -239,7 +253,11 @@ fn actuator(channel: &Series, guess: &Guess, mechanism: &Mechanism, text: &mut S
             )
         }
         (Role::Command, "N") if mechanism.free => {
-            format!("kind = \"body_force\"\nbody = \"{}\"\ndirection = \"{axis}\" # FILL IN, with position = [\"0 m\", \"0 m\"] where it acts\n{}", mechanism.body(), command(unit))
+            format!(
+                "kind = \"body_force\"\nbody = \"{}\"\ndirection = \"{axis}\" # FILL IN, with position = [\"0 m\", \"0 m\"] where it acts\n{}",
+                mechanism.body(),
+                command(unit)
+            )
         }
         (Role::Command, "N*m") if mechanism.free => {
             let about = if mechanism.spatial { format!("direction = \"{axis}\" # FILL IN\n") } else { String::new() };
@@ -247,7 +265,11 @@ fn actuator(channel: &Series, guess: &Guess, mechanism: &Mechanism, text: &mut S
         }
         (Role::Command, _) => match mechanism.joint(channel, unit == "N") {
             Some(joint) => format!("kind = \"joint_torque\"\njoint = \"{}\"\n{}", joint.name, command(unit)),
-            None if unit == "N" => format!("kind = \"body_force\"\nbody = \"{}\"\ndirection = \"{axis}\" # FILL IN\n{}", mechanism.body(), command(unit)),
+            None if unit == "N" => format!(
+                "kind = \"body_force\"\nbody = \"{}\"\ndirection = \"{axis}\" # FILL IN\n{}",
+                mechanism.body(),
+                command(unit)
+            ),
             None => {
                 let _ = write!(text, "\n# '{}' [{unit}] has no joint that it could act in\n", channel.name);
                 return;
@@ -270,10 +292,13 @@ fn sensor(channel: &Series, guess: &Guess, mechanism: &Mechanism, parts: &[Serie
         Role::Angle => on_joint("encoder", false),
         Role::Displacement | Role::Imposed => on_joint("encoder", channel.unit == "m"),
         Role::AngleRate => on_joint("joint_rate", false).or_else(|| {
-            let axis = if mechanism.spatial { format!("axis = \"{}\"\n", spatial_axis.unwrap_or("z")) } else { String::new() };
+            let axis =
+                if mechanism.spatial { format!("axis = \"{}\"\n", spatial_axis.unwrap_or("z")) } else { String::new() };
             Some(format!("kind = \"gyro\"\nbody = \"{body}\"\n{axis}"))
         }),
-        Role::Velocity => on_joint("joint_rate", true).or_else(|| Some(format!("kind = \"velocity\"\nbody = \"{body}\"\naxis = \"{along}\" # of inertial space\n"))),
+        Role::Velocity => on_joint("joint_rate", true).or_else(|| {
+            Some(format!("kind = \"velocity\"\nbody = \"{body}\"\naxis = \"{along}\" # of inertial space\n"))
+        }),
         Role::Acceleration => Some(format!(
             "kind = \"accelerometer\"\nbody = \"{body}\"\nposition = {{ value = {}, sigma = \"2 cm\" }} # FILL IN: where it sits\naxis = \"{along}\"\n",
             if mechanism.spatial { "[0, 0, 0]" } else { "[0, 0]" }
@@ -284,7 +309,13 @@ fn sensor(channel: &Series, guess: &Guess, mechanism: &Mechanism, parts: &[Serie
     };
     let Some(what) = what else {
         if guess.role != Role::Command {
-            let _ = write!(text, "\n# '{}' [{}] is not used: {}\n", channel.name.replace('\n', " "), channel.unit, guess.why);
+            let _ = write!(
+                text,
+                "\n# '{}' [{}] is not used: {}\n",
+                channel.name.replace('\n', " "),
+                channel.unit,
+                guess.why
+            );
         }
         return;
     };
@@ -301,7 +332,9 @@ fn sensor(channel: &Series, guess: &Guess, mechanism: &Mechanism, parts: &[Serie
     } else {
         format!("noise = \"{} {unit}\" # not above the resolution\n", digits(floor.max(1e-12), 2))
     };
-    let step = step.map_or(String::new(), |step| format!("resolution = \"{} {unit}\" # smallest step in the recording\n", digits(step, 3)));
+    let step = step.map_or(String::new(), |step| {
+        format!("resolution = \"{} {unit}\" # smallest step in the recording\n", digits(step, 3))
+    });
     let bias = digits((3.0 * sigma).max(floor).max(1e-9), 2);
     let _ = write!(
         text,
