@@ -29,7 +29,7 @@ impl Located {
 
     /// Possible, but not plausible.
     #[must_use]
-    pub fn as_warning(self) -> Self {
+    pub fn into_warning(self) -> Self {
         Located { severity: Severity::Warning, ..self }
     }
 

@@ -76,7 +76,7 @@ fn check(path: &Path) -> Checked {
     };
     for warning in &parsed.warnings {
         let FileError { span, message, cure, .. } = warning.clone();
-        let doubt = Located::new(&name, &text, span, message, cure).as_warning();
+        let doubt = Located::new(&name, &text, span, message, cure).into_warning();
         crate::tell(&format!("{:?}", miette::Report::new(doubt)));
     }
     let simulator = match Simulator::new(&parsed.plant, 1, &parsed.plant.name) {

@@ -154,9 +154,12 @@ fn floats_freely(plant: &Plant) -> bool {
         && driven_in_joints
 }
 
+/// Mass [kg], centre of mass [m], inertia about it [kg m²] where it has one.
+type MassProperties = (f64, [f64; 3], Option<[[f64; 3]; 3]>);
+
 /// Mass, centre of mass and inertia about it in the initial posture, by turning the whole about each axis: the angular momentum
 /// per unit of rate is a column of the inertia.
-fn totals(plant: &Plant) -> Result<(f64, [f64; 3], Option<[[f64; 3]; 3]>), SimulationError> {
+fn totals(plant: &Plant) -> Result<MassProperties, SimulationError> {
     let mut posture = Simulator::new(plant, 1, &plant.name)?;
     let names: Vec<String> = posture.system().states().iter().map(|state| state.name.clone()).collect();
     let initial = posture.truth().state.to_vec();

@@ -181,7 +181,7 @@ mod tests {
         let poles = of("pendulum");
         assert_eq!(poles.about, About::Neutral);
         let (m, l, i) = (1.35, 0.412, 0.0391 + 1.35 * 0.412 * 0.412);
-        let natural_hz = (m * 9.81 * l / i as f64).sqrt() / core::f64::consts::TAU;
+        let natural_hz = f64::sqrt(m * 9.81 * l / i) / core::f64::consts::TAU;
         assert!((poles.open[0].frequency_hz / natural_hz - 1.0).abs() < 1e-12); // rounding
         assert!(poles.closed.is_none());
     }

@@ -140,7 +140,7 @@ impl Mechanism {
         let digits: String = channel.name.chars().filter(char::is_ascii_digit).collect();
         let fits = || self.axes.iter().filter(move |axis| axis.linear == linear);
         let numbered = fits().find(|axis| !digits.is_empty() && axis.name.contains(&digits));
-        numbered.or_else(|| fits().last())
+        numbered.or_else(|| fits().next_back())
     }
 
     fn body(&self) -> String {
