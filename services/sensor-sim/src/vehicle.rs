@@ -122,7 +122,12 @@ impl Vehicle {
     /// One control period that began at `t_ns`, as samples.
     pub fn step(&mut self, excited: bool, t_ns: u64, out: &mut Outputs) {
         self.simulator.set_excited(excited);
-        let row = self.simulator.step();
+        self.simulator.step();
+        if let Err(error) = self.simulator.check_finite() {
+            // numbers that are none would pass for sensors that are silent
+            panic!("the simulation ends: {error}");
+        }
+        let row = self.simulator.row();
         let mut actuators = Actuators::zeroed_at(t_ns);
         actuators.interval_s = self.period_s;
         actuators.excited = u64::from(excited);

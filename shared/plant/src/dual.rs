@@ -2,6 +2,9 @@
 //!
 //! `f(a + b ε) = f(a) + f′(a) b ε`, `ε² = 0` (Griewank & Walther, Evaluating Derivatives, ch. 3): exact to rounding, no step
 //! to choose. One pass gives one column of a Jacobian.
+//!
+//! Why not a crate: the published ones take sin, exp and powf from std, whose last bits are the platform's; here the
+//! value part must have the very bits that the plain program has from libm, or a filter would linearise about another state than it is in.
 
 use crate::real::Real;
 use core::cmp::Ordering;

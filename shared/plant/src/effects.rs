@@ -18,10 +18,10 @@
 //! Why no entry for aliasing: it is no law of an instant. It appears by itself where a sensor without low-pass is read more slowly than
 //! the plant moves; what a disturbance from outside the plant aliases to is `sensor_tone`.
 //!
-//! Not there, and why: saturation of a wheel's speed, an actuator that sticks for a time and misaligned wheel and joint axes (no entry yet);
-//! a centre of mass that moves with firing (the mass that leaves is taken at the centre of mass); eclipses (`solar_pressure` is always on).
+//! Not there, and why: misaligned wheel axes (no entry yet); a centre of mass that moves with firing (the mass that leaves is taken at the centre of mass); eclipses (`solar_pressure` is always on).
 
 mod applies;
+mod filters;
 mod geometry;
 mod law;
 mod parts;
@@ -35,6 +35,7 @@ mod actuator_delay;
 mod actuator_lag;
 mod actuator_saturation;
 mod actuator_second_order;
+mod actuator_stuck;
 mod aerodynamic_spin_damping;
 mod appendage_left_out;
 mod body_tether;
@@ -50,6 +51,7 @@ mod gravity_gradient;
 mod gyro_g_sensitivity;
 mod inertia_error;
 mod joint_asymmetric_friction;
+mod joint_axis_misalignment;
 mod joint_backlash;
 mod joint_bouc_wen;
 mod joint_coulomb;
@@ -112,14 +114,17 @@ mod thruster_rise_tail_off;
 mod wheel_coulomb;
 mod wheel_imbalance_dynamic;
 mod wheel_imbalance_static;
+mod wheel_speed_saturation;
 mod wheel_torque_ripple;
 mod wheel_viscous;
 
 pub use geometry::fired;
 pub use law::{Action, BodyState, Both, HIDDEN_MAX, LawFn, Local, Pick, Surroundings};
-pub use resolve::{EffectError, Find, PARAMETERS_MAX, apply_structures, apply_structures_of, order_of_action, values};
+pub use resolve::{
+    EffectError, Find, PARAMETERS_MAX, apply_structures, apply_structures_of, felt, order_of_action, values,
+};
 
-use crate::description::{Plant, Site, SiteKind};
+use crate::description::{Plant, Site, SiteKind, Space};
 use crate::filter::FilterKind;
 
 /// One number of an effect.
@@ -134,6 +139,8 @@ pub struct EffectParameter {
     pub high: f64,
     pub default: f64,
     pub what: &'static str,
+    /// Without any effect where everything lies in a plane: planar plants do not list it.
+    pub out_of_plane: bool,
 }
 
 impl EffectParameter {
@@ -144,7 +151,12 @@ impl EffectParameter {
         default: f64,
         what: &'static str,
     ) -> Self {
-        Self { name, unit, low, high, default, what }
+        Self { name, unit, low, high, default, what, out_of_plane: false }
+    }
+
+    /// The same number as one that planar plants do not feel.
+    const fn out_of_plane(self) -> Self {
+        Self { out_of_plane: true, ..self }
     }
 }
 
@@ -191,12 +203,20 @@ pub struct Effect {
     pub experiment: &'static str,
 }
 
+impl Effect {
+    /// The parameters that a plant in `space` feels.
+    pub fn parameters_in(&self, space: Space) -> impl Iterator<Item = &'static EffectParameter> {
+        self.parameters.iter().filter(move |parameter| space == Space::Spatial || !parameter.out_of_plane)
+    }
+}
+
 /// Every effect, in the order in which they act.
 pub static EFFECTS: &[&Effect] = &[
     &gravity_error::EFFECT,
     &mass_error::EFFECT,
     &inertia_error::EFFECT,
     &com_shift::EFFECT,
+    &joint_axis_misalignment::EFFECT,
     &joint_coulomb::EFFECT,
     &joint_stribeck::EFFECT,
     &joint_viscous::EFFECT,
@@ -218,6 +238,8 @@ pub static EFFECTS: &[&Effect] = &[
     &actuator_dead_zone::EFFECT,
     &actuator_saturation::EFFECT,
     &thruster_minimum_impulse_bit::EFFECT,
+    &actuator_stuck::EFFECT,
+    &wheel_speed_saturation::EFFECT,
     &thruster_blow_down::EFFECT,
     &motor_constant_error::EFFECT,
     &actuator_bias::EFFECT,

@@ -4,13 +4,17 @@
 //! actuator the input is held, and what acts is the *mean* of the lag's output over the interval: the impulse is exact, and the plant
 //! sees a held input. On a sensor the input moves on a straight line.
 //!
+//! Gates ([`Gate`]) act on the held command before all that.
+//!
 //! Delays are no state of a lag: [`HeldDelay`] keeps held commands and splits the interval in two; sensors are evaluated at the
 //! delayed instant.
 
 mod delay;
+mod gate;
 mod lag;
 
 pub use delay::{HeldDelay, HeldDelayState};
+pub use gate::Gate;
 pub use lag::{Lag, LagState};
 
 /// What a filter is, in continuous time.
@@ -26,11 +30,24 @@ pub enum FilterKind {
     SecondOrder { frequency_hz: f64, damping_ratio: f64 },
     /// `u(t − d)`; fractions of a period by splitting the held interval.
     Delay { delay_s: f64 },
+    /// A command whose impulse over one control period is below the smallest is not fired; see [`Gate`].
+    MinimumImpulse { impulse_n_s: f64, interval_s: f64 },
+    /// From `begin_s` on, this share of the command stays what it was; see [`Gate`].
+    Stuck { share: f64, begin_s: f64 },
 }
 
 impl FilterKind {
     /// How long it delays; zero for lags.
     pub fn delay_s(&self) -> f64 {
         if let Self::Delay { delay_s } = *self { delay_s } else { 0.0 }
+    }
+
+    /// The same for commands that are held over `period_s`.
+    #[must_use]
+    pub fn held_over(self, period_s: f64) -> Self {
+        match self {
+            Self::MinimumImpulse { impulse_n_s, .. } => Self::MinimumImpulse { impulse_n_s, interval_s: period_s },
+            other => other,
+        }
     }
 }

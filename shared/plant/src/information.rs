@@ -1,13 +1,15 @@
 //! What a plant's own sensors and commands tell of its uncertain numbers, before anything is flown: Fisher information.
 //!
-//! `F = Σ_k J_kᵀ R⁻¹ J_k + diag(1/σ_prior²)`, `J = ∂y/∂θ` by central differences of noise-free simulations along the commands that
-//! the nominal loop gives (Kay 1993, Eq. 3.31). Parameters are scaled by their priors, so that `F` is free of units; the directions
+//! `F = Jᵀ Σ⁻¹ J + diag(1/σ_prior²)`, `J = ∂y/∂θ` by central differences of noise-free simulations along the commands that
+//! the nominal loop gives, `Σ` the covariance of all readings under the noise of sensors and actuators (Kay 1993, Eq. 3.31). Parameters are scaled by their priors, so that `F` is free of units; the directions
 //! that the data do not raise above the prior are the combinations that cannot be found. The scaled `J` is factorised, not `F`:
 //! a wheel speed known to 1e-9 of its prior would otherwise drown them in rounding.
 //!
-//! Inputs are taken as known; process noise is not in the bound. What acts besides makes every sigma larger.
+//! Commands are known as they are recorded; the noise that actuators put on them is [whitened](whitening) as a maximum-likelihood fit in
+//! innovation form does. What acts besides makes every sigma larger.
 
 mod weak;
+mod whitening;
 
 pub use weak::Blind;
 
@@ -106,6 +108,7 @@ pub fn predict(plant: &Plant, duration_s: f64, progress: &mut dyn FnMut(f64)) ->
         columns.push(experiment.sensitivity(parameter, *sigma)?);
         progress((done + 1) as f64 / uncertain.len() as f64);
     }
+    whitening::whiten(plant, &quiet, (&experiment.nominal, &experiment.weight), duration_s, &mut columns)?;
     Ok(experiment.outcome(plant, &uncertain, &columns))
 }
 
@@ -167,7 +170,7 @@ struct Experiment {
 }
 
 impl Experiment {
-    /// `∂y/∂θ σ_prior / σ_y`, all weighted channels one below the other.
+    /// `∂y/∂θ σ_prior`, all weighted channels one below the other.
     fn sensitivity(&self, parameter: &Parameter, sigma: f64) -> Result<DVector<f64>, SimulationError> {
         let simulate = |value: f64| {
             let mut moved = self.open.clone();
@@ -177,8 +180,8 @@ impl Experiment {
         let step = STEP_SIGMAS * sigma;
         let (above, below) = (simulate(parameter.value + step)?, simulate(parameter.value - step)?);
         let mut column = Vec::new();
-        for (i, weight) in self.weight.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let scale = weight / (2.0 * STEP_SIGMAS);
+        let scale = 1.0 / (2.0 * STEP_SIGMAS);
+        for (i, _) in self.weight.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
             let change = difference(&above.channels[i], &below.channels[i], &self.nominal.channels[i]);
             column.extend(change.map(|change| scale * change));
         }

@@ -32,11 +32,36 @@ impl Stream {
 
     /// Standard normal deviate of this sample: `√(−2 ln u₁) cos 2πu₂` (Box and Muller, 1958).
     ///
-    /// Cost: about 50 ns, the same for every sample number. Largest possible value: √(2·53 ln 2) = 8.57.
+    /// Cost: about 40 ns, the same for every sample number. Largest possible value: √(2·53 ln 2) = 8.57.
     pub fn normal(&self, sample: u64) -> f64 {
         let [u_1, u_2] = self.uniform_pair(sample);
-        (-2.0 * libm::log(u_1)).sqrt() * libm::cos(core::f64::consts::TAU * u_2)
+        (-2.0 * libm::log(u_1)).sqrt() * cosine_of_turns(u_2)
     }
+}
+
+/// `cos 2πu` for u in [0, 1), to one unit in the last place of one.
+///
+/// Why not `libm::cos`: the quadrant of a random angle cannot be predicted, and each of its branches costs more than both
+/// polynomials. The reduction to an eighth of a turn is exact here; the polynomials are those of fdlibm's `k_sin.c` and `k_cos.c`.
+fn cosine_of_turns(turns: f64) -> f64 {
+    let quarters = 4.0 * turns;
+    let nearest = (quarters + 0.5) as usize;
+    let x = (quarters - nearest as f64) * core::f64::consts::FRAC_PI_2;
+    let z = x * x;
+    let sine_tail = z
+        * (8.333_333_333_322_49e-3
+            + z * (-1.984_126_982_985_795e-4
+                + z * (2.755_731_370_707_006_8e-6 + z * (-2.505_076_025_340_686_3e-8 + z * 1.589_690_995_211_55e-10))));
+    let sin = x + x * z * (-1.666_666_666_666_663_2e-1 + sine_tail);
+    let cosine_tail = 4.166_666_666_666_66e-2
+        + z * (-1.388_888_888_887_411e-3
+            + z * (2.480_158_728_947_673e-5
+                + z * (-2.755_731_435_139_066_3e-7
+                    + z * (2.087_572_321_298_175e-9 - z * 1.135_964_755_778_819_5e-11))));
+    let half = 0.5 * z;
+    let whole = 1.0 - half;
+    let cos = whole + (((1.0 - whole) - half) + z * z * cosine_tail);
+    [cos, -sin, -cos, sin][nearest & 3]
 }
 
 const UNIT_53: f64 = 1.0 / (1u64 << 53) as f64;
@@ -107,6 +132,17 @@ mod tests {
             // 4.5 sigma: 12 statistics, false alarm 8e-5 once and for all (fixed seeds)
             assert!(z.iter().all(|z| z.abs() < 4.5), "seed {seed}: z = {z:?}");
         }
+    }
+
+    #[test]
+    fn the_cosine_of_turns_is_the_cosine() {
+        for k in 0..100_000u32 {
+            let turns = f64::from(k) / 1e5;
+            // half a unit in the last place of 2πu, which is up to 8, moves the reference
+            assert!((cosine_of_turns(turns) - libm::cos(core::f64::consts::TAU * turns)).abs() < 1e-15, "{turns}");
+        }
+        assert_eq!([0.0, 0.25, 0.5, 0.75].map(cosine_of_turns), [1.0, 0.0, -1.0, 0.0]);
+        assert!(cosine_of_turns(1.0 - f64::EPSILON / 2.0) == 1.0);
     }
 
     #[test]

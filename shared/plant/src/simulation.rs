@@ -23,10 +23,11 @@ pub mod signal;
 mod table;
 
 pub use error::SimulationError;
+pub(crate) use record::spans;
 pub use record::{Channel, Recording, record};
 pub use sensing::Sample;
 
-use crate::description::{ActuatorKind, Initial, Integrator, Plant};
+use crate::description::{ActuatorKind, Initial, Integrator, Plant, SimulationSettings};
 use crate::effects::apply_structures;
 use crate::system::{System, SystemError, Totals, Workspace};
 use control::Controllers;
@@ -101,6 +102,7 @@ pub struct Simulator {
     sensors: Sensors,
     history: History,
     period_s: f64,
+    warning: Option<String>,
     state: SimulatorState,
     row: Row,
     /// Readings of the present instant, at the beginning and at the end of a piece; what the controllers read.
@@ -121,21 +123,29 @@ impl Simulator {
         check_positive("simulation.step", settings.step_s)?;
         let controllers = Controllers::new(plant)?;
         // clocks, ranges and resolutions are read from the description
+        let described = plant;
         let mut built = plant.clone();
         apply_structures(&mut built).map_err(SystemError::from)?;
         let plant = &built;
-        let system = System::new(plant)?;
+        let mut system = System::new(plant)?;
+        let chosen = integrator::choose(described, &system)?;
+        if chosen.step_s != settings.step_s {
+            // laws with states of their own are told the step
+            let finer = SimulationSettings { step_s: chosen.step_s, ..settings.clone() };
+            system = System::new(&Plant { simulation: finer, ..plant.clone() })?;
+        }
         let sensors = Sensors::new(plant, &system, seed, stream_prefix)?;
-        let exact = settings.integrator == Integrator::ExactZeroOrderHold;
+        let exact = chosen.integrator == Integrator::ExactZeroOrderHold;
         // the exact hold needs no fine steps, and its bits should not depend on the sensors
-        let inputs = Inputs::new(plant, &system, sensors.follows_lags() && !exact, seed, stream_prefix)?;
+        let fine = sensors.follows_lags() && !exact;
+        let inputs = Inputs::new(plant, &system, (fine, chosen.step_s), seed, stream_prefix)?;
         let state = start(plant, &system, &controllers, &inputs, &sensors, (0.0, &plant.initial))?;
         if let (Some(actuator), true) = (inputs.prescribed_actuator(), exact) {
             return Err(SimulationError::NotHeld { actuator: plant.actuators[actuator].name.clone() });
         }
         let lengths_s: Vec<f64> = inputs.pieces().iter().map(|piece| piece.length_s).collect();
         let point = (0.0, &state.x[..], &state.u[..]);
-        let stepper = Stepper::new(&system, settings.integrator, settings.step_s, point, &lengths_s)?;
+        let stepper = Stepper::new(&system, chosen.integrator, chosen.step_s, point, &lengths_s)?;
         let history = new_history(&state, &sensors, &inputs, settings.period_s);
         let outputs = plant.sensors.len();
         let mut fed_back: Vec<usize> = controllers.sensors().collect();
@@ -150,6 +160,7 @@ impl Simulator {
         Ok(Self {
             plant: plant.clone(),
             period_s: settings.period_s,
+            warning: chosen.instead,
             dynamics: Dynamics { workspace: Workspace::new(&system), system, stepper, inputs },
             controllers,
             sensors,
@@ -224,6 +235,11 @@ impl Simulator {
         Err(SimulationError::NotFinite { time_s: self.time_s(), state })
     }
 
+    /// What is simulated otherwise than the plant states, and why.
+    pub fn warning(&self) -> Option<&str> {
+        self.warning.as_deref()
+    }
+
     /// The equations that are simulated.
     pub fn system(&self) -> &System {
         &self.dynamics.system
@@ -274,6 +290,7 @@ impl Simulator {
         let mut state = start(&self.plant, system, &self.controllers, inputs, &self.sensors, (start_s, initial))?;
         let hidden = system.hidden_states();
         state.x[hidden.clone()].copy_from_slice(&self.state.x[hidden]);
+        inputs.keep_effects(&self.state.inputs, &mut state.inputs);
         self.state = state;
         self.history.clear();
         Ok(())
@@ -291,7 +308,7 @@ impl Simulator {
             let state = &mut self.state;
             let origin = Origin { begin_s, clock, motions: &state.inputs.motions };
             self.dynamics.prescribe(&origin, begin_s, &mut state.u);
-            self.dynamics.read(begin_s, &state.x, &state.u, &mut self.y[0]);
+            self.dynamics.read_some(begin_s, &state.x, &state.u, &self.fed_back, &mut self.y[0]);
             for index in &self.fed_back {
                 let times = (state.start_s, begin_s);
                 let (dynamics, history) = (&mut self.dynamics, &self.history);
@@ -307,7 +324,11 @@ impl Simulator {
     /// Moves the state through the pieces of the period.
     fn advance(&mut self, clock: &ExcitedClock, end_s: f64) {
         let follows_lags = self.sensors.follows_lags();
-        for index in 0..self.dynamics.inputs.pieces().len() {
+        let pieces = self.dynamics.inputs.pieces().len();
+        // an instantaneous sensor is read where the period begins: the first slope is computed there anyway
+        let reads_beginning = pieces == 1 && !follows_lags && self.sensors.read_beginnings();
+        self.sensors.forget();
+        for index in 0..pieces {
             let piece = self.dynamics.inputs.pieces()[index];
             let begin_s = clock.begin_s + piece.offset_s;
             let state = &mut self.state;
@@ -333,7 +354,11 @@ impl Simulator {
                 lags: &state.sensors.lags,
                 y: y_begin,
             });
-            self.dynamics.advance(&origin, begin_s, piece.length_s, &mut state.x, &mut state.u);
+            let reading = reads_beginning.then_some(&mut y_end[..]);
+            let span = (begin_s, piece.length_s);
+            if self.dynamics.advance_and_read(&origin, span, &mut state.x, &mut state.u, reading) {
+                self.sensors.know(begin_s, self.history.newest(), y_end);
+            }
             let piece_end_s = begin_s + piece.length_s;
             if follows_lags {
                 self.dynamics.read(piece_end_s, &state.x, &state.u, y_end);

@@ -35,6 +35,7 @@ mod passive;
 mod sensing;
 mod sensors;
 mod sites;
+mod spectral_radius;
 mod state_names;
 mod tangent;
 mod totals;
@@ -45,6 +46,7 @@ pub use feed_forward::JointReference;
 pub use layout::{InputName, InputRole, OutputName, StateName};
 pub use linear::StateSpace;
 pub use modes::{Modes, SystemMode};
+pub use spectral_radius::spectral_radius;
 pub use totals::Totals;
 pub use workspace::Workspace;
 
@@ -137,6 +139,12 @@ impl System {
     /// Where in the state the effects keep their own: consumption, bent bristles, turns of rotors.
     pub fn hidden_states(&self) -> core::ops::Range<usize> {
         self.layout.hidden_at()..self.layout.states_len()
+    }
+
+    /// Some effect acts by a law on coordinates, bodies or actuators; those at sensors do not move anything.
+    pub fn has_laws(&self) -> bool {
+        let terms = &self.effects;
+        !(terms.coordinates.is_empty() && terms.bodies.is_empty() && terms.actuators.is_empty())
     }
 
     /// Index of a joint with one degree of freedom, for [`JointReference`].

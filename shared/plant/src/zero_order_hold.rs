@@ -16,7 +16,8 @@ pub(crate) fn discretise(a: &DMatrix<f64>, b: &DMatrix<f64>, step_s: f64) -> (DM
     (exponential.view((0, 0), (n, n)).into_owned(), exponential.view((0, n), (n, inputs)).into_owned())
 }
 
-fn exponential(mut m: DMatrix<f64>) -> DMatrix<f64> {
+/// `e^m`.
+pub(crate) fn exponential(mut m: DMatrix<f64>) -> DMatrix<f64> {
     const TERMS: u32 = 18;
     const SQUARINGS_MAX: u32 = 60;
     let mut squarings = 0;

@@ -445,8 +445,14 @@ impl Visitor<'_> {
             names.push(name.clone());
             // the second of the same kind at the same site
             let name = if earlier == 0 { name } else { format!("{name}#{}", earlier + 1) };
+            let out_of_plane = |key: &str| {
+                let entry = crate::effects::effect(&effect.kind);
+                entry.is_some_and(|entry| entry.parameters.iter().any(|p| p.name == key && p.out_of_plane))
+            };
             for ((key, quantity), unit) in effect.values.iter_mut().zip(units) {
-                self.one(&name, key, unit, quantity);
+                if !(self.planar && out_of_plane(key)) {
+                    self.one(&name, key, unit, quantity);
+                }
             }
         }
     }

@@ -1,9 +1,8 @@
 //! An actuator that follows its command slowly.
 
 use super::applies::effort;
-use super::{Effect, EffectParameter, Law};
+use super::{Effect, EffectParameter, Law, filters};
 use crate::description::SiteKind;
-use crate::filter::FilterKind;
 
 pub static EFFECT: Effect = Effect {
     kind: "actuator_lag",
@@ -13,24 +12,9 @@ pub static EFFECT: Effect = Effect {
     parameters: &[EffectParameter::new("time_constant", "s", [0.0, 2.0], 0.01, "time constant T")],
     amplitudes: 1,
     hidden_states: 0,
-    law: Law::ActuatorFilter(filter),
+    law: Law::ActuatorFilter(filters::first_order),
     what: "u_acting / u = 1 / (T s + 1); winding inductance, current loop, valve and chamber filling.",
     signature: "Phase and amplitude fall towards the corner at 1/T; exponential edges.",
     confounders: "actuator_delay of the same time (differs at the order (w T)^2); thruster_rise_tail_off with a ratio of one.",
     experiment: "Multisine up to w T about 1, or steps sampled faster than T.",
 };
-
-fn filter(p: &[f64]) -> FilterKind {
-    if p[0] == 0.0 { FilterKind::None } else { FilterKind::FirstOrder { time_constant_s: p[0] } }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::filter;
-    use crate::filter::FilterKind;
-
-    #[test]
-    fn the_filter_is_a_first_order_lag_of_the_stated_time() {
-        assert_eq!(filter(&[0.02]), FilterKind::FirstOrder { time_constant_s: 0.02 });
-    }
-}

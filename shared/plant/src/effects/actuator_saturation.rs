@@ -23,7 +23,7 @@ pub static EFFECT: Effect = Effect {
     law: Law::Actuator(both!(law)),
     what: "u_acting = u clipped to 1/inverse_limit; current limit, supply voltage, blow-down. The inverse is the amplitude: zero is no limit.",
     signature: "Response flattens above one command level; odd harmonics at large amplitude only; integrators of the loop wind up.",
-    confounders: "motor_constant_error at one level, actuator_lag in steps.",
+    confounders: "The actuator's own range (identical, but that a recording shows what the range has cut); motor_constant_error at one level, actuator_lag in steps.",
     experiment: "Command ladder up to the rated value: below the limit nothing is missing.",
 };
 

@@ -16,7 +16,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("stiffness", "N/m", [0.0, 1e4], 0.5, "spring constant k"),
         EffectParameter::new("rest_x", "m", [-100.0, 100.0], 0.0, "rest position of the body's origin, inertial x"),
         EffectParameter::new("rest_y", "m", [-100.0, 100.0], 0.0, "rest position, inertial y"),
-        EffectParameter::new("rest_z", "m", [-100.0, 100.0], 0.0, "rest position, inertial z"),
+        EffectParameter::new("rest_z", "m", [-100.0, 100.0], 0.0, "rest position, inertial z").out_of_plane(),
     ],
     amplitudes: 1,
     hidden_states: 0,

@@ -12,14 +12,15 @@ pub static EFFECT: Effect = Effect {
     parameters: &[
         EffectParameter::new("shift_x", "m", [-1.0, 1.0], 0.01, "true minus stated centre of mass, body x"),
         EffectParameter::new("shift_y", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body y"),
-        EffectParameter::new("shift_z", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body z"),
+        EffectParameter::new("shift_z", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body z")
+            .out_of_plane(),
     ],
     amplitudes: 3,
     hidden_states: 0,
     law: Law::Structure(build),
     what: "c -> c + d; the inertia about the centre of mass stays. Propellant that moved, a payload held otherwise than planned.",
     signature: "Torque in step with every force on the body.",
-    confounders: "thruster_misalignment (the same torque from one thruster), sensor_lever_arm, the first moment where it is estimated.",
+    confounders: "The body's own centre of mass where it has a prior (identical); thruster_misalignment (the same torque from one thruster), sensor_lever_arm, the first moment where it is estimated.",
     experiment: "Fire another thruster; accelerate the body sideways.",
 };
 

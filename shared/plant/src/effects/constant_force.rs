@@ -15,14 +15,14 @@ pub static EFFECT: Effect = Effect {
     parameters: &[
         EffectParameter::new("force_x", "N", [-1e3, 1e3], 0.05, "force F, inertial x"),
         EffectParameter::new("force_y", "N", [-1e3, 1e3], 0.0, "force F, inertial y"),
-        EffectParameter::new("force_z", "N", [-1e3, 1e3], 0.0, "force F, inertial z"),
+        EffectParameter::new("force_z", "N", [-1e3, 1e3], 0.0, "force F, inertial z").out_of_plane(),
     ],
     amplitudes: 3,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "F fixed in inertial space, at the centre of mass; drag in orbit, a tow, a wind.",
     signature: "Velocity grows linearly, without torque.",
-    confounders: "sensor_bias of the accelerometer on that axis (visible share 0.01), actuator_bias, thruster_leak, gravity_error.",
+    confounders: "actuator_bias of a force at the same point at one attitude (identical); sensor_bias of the accelerometer on that axis (visible share 0.01), actuator_bias, thruster_leak, gravity_error.",
     experiment: "Turn the body: a bias turns with it, the force does not. A velocity or position sensor on that axis.",
 };
 

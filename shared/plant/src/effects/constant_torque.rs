@@ -13,8 +13,8 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("torque_x", "N m", [-1e3, 1e3], 0.0, "torque T, inertial x"),
-        EffectParameter::new("torque_y", "N m", [-1e3, 1e3], 0.0, "torque T, inertial y"),
+        EffectParameter::new("torque_x", "N m", [-1e3, 1e3], 0.0, "torque T, inertial x").out_of_plane(),
+        EffectParameter::new("torque_y", "N m", [-1e3, 1e3], 0.0, "torque T, inertial y").out_of_plane(),
         EffectParameter::new("torque_z", "N m", [-1e3, 1e3], 0.01, "torque T, inertial z"),
     ],
     amplitudes: 3,

@@ -16,7 +16,8 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("area", "m^2", [0.0, 1e3], 1.0, "drag coefficient x area"),
         EffectParameter::new("arm_x", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body x"),
         EffectParameter::new("arm_y", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body y"),
-        EffectParameter::new("arm_z", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body z"),
+        EffectParameter::new("arm_z", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body z")
+            .out_of_plane(),
         EffectParameter::new("density", "kg/m^3", [0.0, 1.5], 1e-11, "density, where the environment states none"),
     ],
     amplitudes: 1,

@@ -21,6 +21,26 @@ pub fn perpendicular(axis: [f64; 3], clock_rad: f64) -> [f64; 3] {
     core::array::from_fn(|i| cos * first[i] + sin * second[i])
 }
 
+/// Two unit vectors perpendicular to the unit vector `axis` and to each other: t1 = z × axis (x for an axis along z), t2 = axis × t1.
+pub fn across(axis: [f64; 3]) -> [[f64; 3]; 2] {
+    let first = perpendicular(axis, 0.0);
+    [first, cross_f64(axis, first)]
+}
+
+/// `axis` turned by the angle `|tilt|` towards `tilt[0] t1 + tilt[1] t2`: regular at zero tilt.
+pub fn tilted(axis: [f64; 3], [first, second]: [[f64; 3]; 2], tilt: [f64; 2]) -> [f64; 3] {
+    let (cos, along) = tilt_factors(tilt);
+    core::array::from_fn(|i| cos * axis[i] + along * (tilt[0] * first[i] + tilt[1] * second[i]))
+}
+
+/// `cos e` and `sin e / e` of a tilt of length e.
+pub fn tilt_factors(tilt: [f64; 2]) -> (f64, f64) {
+    let square = tilt[0] * tilt[0] + tilt[1] * tilt[1];
+    let angle = libm::sqrt(square);
+    // below 1e-4 rad the series is exact to rounding, and there is no division by zero
+    if angle < 1e-4 { (1.0 - 0.5 * square, 1.0 - square / 6.0) } else { (libm::cos(angle), libm::sin(angle) / angle) }
+}
+
 pub fn cross_f64(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

@@ -11,7 +11,8 @@ pub static EFFECT: Effect = Effect {
     parameters: &[
         EffectParameter::new("acceleration_x", "m/s^2", [-2.0, 2.0], 0.01, "true minus stated gravity, inertial x"),
         EffectParameter::new("acceleration_y", "m/s^2", [-2.0, 2.0], 0.0, "true minus stated gravity, inertial y"),
-        EffectParameter::new("acceleration_z", "m/s^2", [-2.0, 2.0], 0.0, "true minus stated gravity, inertial z"),
+        EffectParameter::new("acceleration_z", "m/s^2", [-2.0, 2.0], 0.0, "true minus stated gravity, inertial z")
+            .out_of_plane(),
     ],
     amplitudes: 3,
     hidden_states: 0,

@@ -1,43 +1,42 @@
 //! The torque of a long body in orbit.
 
-use super::applies::anywhere;
 use super::geometry::{constant, cross, direction, dot, push, to_body};
 use super::law::both;
 use super::{Action, Effect, EffectParameter, Law, Local};
-use crate::description::SiteKind;
+use crate::description::{Plant, Site, SiteKind};
 use crate::real::Real;
 
 pub static EFFECT: Effect = Effect {
     kind: "gravity_gradient",
     title: "Gravity-gradient torque",
     sites: &[SiteKind::Body],
-    applies: anywhere,
+    applies: left_out,
     parameters: &[
         EffectParameter::new("torque", "N m", [0.0, 10.0], 5e-4, "largest torque A = 3/2 n^2 dI"),
         EffectParameter::new("axis_azimuth", "rad", [-3.2, 3.2], 0.0, "axis of least inertia, from body x towards y"),
-        EffectParameter::new("axis_elevation", "rad", [-1.6, 1.6], 0.0, "axis of least inertia, towards body z"),
-        EffectParameter::new("orbit_rate", "rad/s", [0.0, 2e-3], 1.1e-3, "n, added to what the environment states"),
-        EffectParameter::new(
-            "planet_azimuth",
-            "rad",
-            [-3.2, 3.2],
-            0.0,
-            "direction to the planet at t = 0, added likewise",
-        ),
+        EffectParameter::new("axis_elevation", "rad", [-1.6, 1.6], 0.0, "axis of least inertia, towards body z")
+            .out_of_plane(),
+        EffectParameter::new("orbit_rate", "rad/s", [0.0, 2e-3], 1.1e-3, "n"),
+        EffectParameter::new("planet_azimuth", "rad", [-3.2, 3.2], 0.0, "direction to the planet at t = 0"),
     ],
     amplitudes: 1,
     hidden_states: 0,
     law: Law::Body(both!(law)),
     what: "T = 3 n^2 r x I r = -2 A (r.b) (r x b), r to the planet, b the long axis; in the plane -A sin 2(theta - theta_planet). Wertz 1978. \
-           Written with the difference of inertia, which planar plants do not state.",
+           Written with the difference of inertia, which planar plants do not state. No site where the \
+           environment states the orbit: the torque is there already.",
     signature: "Body torque with sin 2 theta of attitude and twice the orbital rate.",
     confounders: "wheel_viscous in a multisine (cosine 0.93), constant_torque and actuator_bias over a short arc, residual_dipole.",
     experiment: "Turn the body by 45 degrees, or a longer arc of the orbit.",
 };
 
+/// An environment that states the orbit has this torque already.
+fn left_out(plant: &Plant, _: &Site) -> bool {
+    plant.environment.gravity_gradient.is_none()
+}
+
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
-    let s = local.surroundings;
-    let angle = s.orbit_phase_rad + p[4] + (s.orbit_rate_rad_s + p[3]) * local.t_s;
+    let angle = p[4] + p[3] * local.t_s;
     let planet = to_body(local, constant(direction(angle, 0.0)));
     let long = constant(direction(p[1], p[2]));
     let size = dot(planet, long).scale(-2.0 * p[0]);
@@ -70,9 +69,8 @@ mod tests {
         for k in 0..50 {
             let state = Trial::random(k);
             let (n, lack) = (1e-3, 7.0); // I = i0 1 - lack b bᵀ
-            let surroundings =
-                crate::effects::Surroundings { orbit_rate_rad_s: 0.0, orbit_phase_rad: 0.0, ..state.surroundings };
-            let state = Trial { t_s: 0.0, surroundings, ..state };
+            let surroundings = state.surroundings;
+            let state = Trial { t_s: 0.0, ..state };
             let b = direction(0.3, 0.7);
             let no_hidden: [f64; 0] = [];
             let local = crate::effects::Local {
@@ -96,5 +94,16 @@ mod tests {
                 assert!((w[i] - expected[i]).abs() < 1e-19, "{k}"); // rounding of terms of 6e-5
             }
         }
+    }
+
+    #[test]
+    fn an_environment_that_states_the_orbit_leaves_it_no_site() {
+        use crate::description::{GravityGradient, Quantity};
+        use crate::effects::{sites, trial::plant};
+        assert!(!sites(&EFFECT, &plant()).is_empty());
+        let mut in_orbit = plant();
+        in_orbit.environment.gravity_gradient =
+            Some(GravityGradient { orbit_rate_rad_s: Quantity::known(1e-3), phase_rad: Quantity::known(0.0) });
+        assert!(sites(&EFFECT, &in_orbit).is_empty());
     }
 }

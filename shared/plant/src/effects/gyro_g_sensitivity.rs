@@ -33,7 +33,8 @@ pub static EFFECT: Effect = Effect {
             [-0.01, 0.01],
             0.0,
             "rate read per specific force, along body z",
-        ),
+        )
+        .out_of_plane(),
     ],
     amplitudes: 3,
     hidden_states: 0,

@@ -12,7 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [-50.0, 50.0], 0.01, "half the difference of the two Coulomb levels"),
+        EffectParameter::new("force", "J/*", [-1e5, 1e5], 0.01, "half the difference of the two Coulomb levels"),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
     ],
     amplitudes: 1,

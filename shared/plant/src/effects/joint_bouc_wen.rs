@@ -12,7 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 1e3], 0.05, "force F at which the hysteresis saturates"),
+        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.05, "force F at which the hysteresis saturates"),
         EffectParameter::new("yield", "*", [1e-4, 1.0], 0.02, "displacement d over which it does"),
         EffectParameter::new("exponent", "1", [1.0, 5.0], 1.5, "sharpness n of the knee"),
         EffectParameter::new("share", "1", [0.5, 1.0], 0.5, "share b of unloading curvature; 0.5: straight unloading"),
@@ -21,7 +21,8 @@ pub static EFFECT: Effect = Effect {
     hidden_states: 1,
     law: Law::Coordinate(both!(law)),
     what: "F = -F z, z' = (q' - b |q'| |z|^(n-1) z - (1-b) q' |z|^n) / d; Bouc 1967, Wen 1976, normalised to |z| <= 1 (Ikhouane and \
-           Rodellar 2007); 0.5 <= b keeps it passive. An explicit step h needs n |q'| h / d < 2.",
+           Rodellar 2007); 0.5 <= b keeps it passive. d is at least n |q'| h, the way of one step of integration h \
+           times the sharpness.",
     signature: "Loops in force over displacement that neither amplitude nor rate closes; stiffness falls and damping rises, then falls, \
                 with amplitude; nothing depends on speed.",
     confounders: "joint_coulomb (its limit for small d), joint_lugre, joint_cubic_stiffness (softening) at one amplitude.",
@@ -35,7 +36,9 @@ fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
     let power = if z.value() == 0.0 { T::zero() } else { z.abs().powf(n - 1.0) };
     let loading = (v.abs() * power * z).scale(b);
     let unloading = (v * power * z.abs()).scale(1.0 - b);
-    action.hidden_rate[0] = (v - loading - unloading).scale(1.0 / d);
+    // near saturation z falls at n |v| / d: no faster than one step of integration can follow
+    let yielding = T::constant(d).max(v.abs().scale(n * local.surroundings.step_s));
+    action.hidden_rate[0] = (v - loading - unloading) / yielding;
     action.force -= z.scale(force);
 }
 

@@ -12,7 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 100.0], 0.02, "friction force or torque F_c while moving"),
+        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "friction force or torque F_c while moving"),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
     ],
     amplitudes: 1,

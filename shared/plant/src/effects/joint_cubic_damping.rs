@@ -11,7 +11,7 @@ pub static EFFECT: Effect = Effect {
     title: "Cubic damping in a joint",
     sites: &[SiteKind::Joint],
     applies: anywhere,
-    parameters: &[EffectParameter::new("damping", "J s^3/*^4", [0.0, 1e3], 0.05, "coefficient c")],
+    parameters: &[EffectParameter::new("damping", "J s^3/*^4", [0.0, 1e6], 0.05, "coefficient c")],
     amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),

@@ -12,8 +12,8 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("sine", "J/*", [-100.0, 100.0], 0.02, "coefficient a of sin N q"),
-        EffectParameter::new("cosine", "J/*", [-100.0, 100.0], 0.0, "coefficient b of cos N q"),
+        EffectParameter::new("sine", "J/*", [-1e5, 1e5], 0.02, "coefficient a of sin N q"),
+        EffectParameter::new("cosine", "J/*", [-1e5, 1e5], 0.0, "coefficient b of cos N q"),
         EffectParameter::new("order", "rad/*", [0.5, 1000.0], 12.0, "periods per turn, or radians per metre"),
     ],
     amplitudes: 2,

@@ -12,7 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 100.0], 0.02, "Coulomb level F_c"),
+        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "Coulomb level F_c"),
         EffectParameter::new("break_away_ratio", "1", [1.0, 3.0], 1.3, "static over Coulomb friction"),
         EffectParameter::new("stribeck_rate", "*/s", [1e-4, 1.0], 0.02, "rate v_s of the Stribeck curve"),
         EffectParameter::new("presliding", "*", [1e-6, 0.5], 0.01, "displacement d = F_c / bristle stiffness"),
@@ -29,7 +29,8 @@ pub static EFFECT: Effect = Effect {
     law: Law::Coordinate(both!(law)),
     what: "F = -F_c (z + T e^-(q'/v_s)^2 z'), z' = (q' - |q'| z / r) / d, r = 1 + (s - 1) e^-(q'/v_s)^2; Canudas de Wit, Olsson, Astrom \
            and Lischinsky 1995, deflection scaled by d = F_c / sigma_0 so that F_c is an amplitude, bristle damping fading with speed \
-           (Olsson 1996), T = 9.3 B d / v_s: passive for B <= 1 (T e^-(q'/v_s)^2 |q'| <= 4 d r). An explicit step h needs |q'| h / d < 2.",
+           (Olsson 1996), T = 9.3 B d / v_s: passive for B <= 1 (T e^-(q'/v_s)^2 |q'| <= 4 d r). Dahl 1968 with a ratio of one. Bristles \
+           bend over no less than the way of one step of integration: d is at least |q'| h.",
     signature: "Spring-like before it slides, Coulomb after, a torque peak at break-away: the residual depends on the last turning point, \
                 not on rate alone.",
     confounders: "joint_coulomb with joint_stribeck (its limit for small d); joint_bouc_wen; joint_stiffness while it never slides.",
@@ -46,7 +47,9 @@ fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
     let slow = v.scale(1.0 / v_s);
     let fade = (-slow * slow).exp();
     let r = fade.scale(ratio - 1.0) + T::one();
-    let z_rate = (v - v.abs() * z / r).scale(1.0 / d);
+    // shorter bristles than the way of one step would follow it at more than their own rate, which no explicit step can
+    let bent = T::constant(d).max(v.abs().scale(local.surroundings.step_s));
+    let z_rate = (v - v.abs() * z / r) / bent;
     action.hidden_rate[0] = z_rate;
     action.force -= (z + (fade * z_rate).scale(time)).scale(force_c);
 }

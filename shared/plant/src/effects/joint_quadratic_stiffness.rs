@@ -12,7 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("stiffness", "J/*^3", [-1e4, 1e4], 0.05, "coefficient k2"),
+        EffectParameter::new("stiffness", "J/*^3", [-1e9, 1e9], 0.05, "coefficient k2"),
         EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is even"),
     ],
     amplitudes: 1,

@@ -12,7 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("stiffness", "J/*^2", [0.0, 1e4], 0.05, "spring constant k"),
+        EffectParameter::new("stiffness", "J/*^2", [0.0, 1e7], 0.05, "spring constant k"),
         EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 at which it is slack"),
     ],
     amplitudes: 1,
@@ -20,7 +20,7 @@ pub static EFFECT: Effect = Effect {
     law: Law::Coordinate(both!(law)),
     what: "F = -k (q - q0); a harness across a joint bends like a spring.",
     signature: "Joint torque residual in phase with the joint angle, also when it holds still; a line at a low frequency in free motion.",
-    confounders: "joint_end_stop and joint_backlash (contact at the ends only), joint_cubic_stiffness; gravity on a bench near hanging.",
+    confounders: "The joint's own spring where it has a prior (identical); joint_end_stop and joint_backlash (contact at the ends only), joint_cubic_stiffness; gravity on a bench near hanging.",
     experiment: "Hold at several angles, or sweep |q| well below and above a possible stop.",
 };
 

@@ -12,7 +12,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 100.0], 0.02, "break-away force above the Coulomb level"),
+        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "break-away force above the Coulomb level"),
         EffectParameter::new("stribeck_rate", "*/s", [1e-4, 1.0], 0.02, "rate v_s at which it has fallen to 1/e"),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
     ],

@@ -11,7 +11,7 @@ pub static EFFECT: Effect = Effect {
     title: "Constant force or torque in a joint",
     sites: &[SiteKind::Joint],
     applies: anywhere,
-    parameters: &[EffectParameter::new("force", "J/*", [-100.0, 100.0], 0.02, "force or torque F")],
+    parameters: &[EffectParameter::new("force", "J/*", [-1e5, 1e5], 0.02, "force or torque F")],
     amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),

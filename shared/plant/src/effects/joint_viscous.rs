@@ -11,14 +11,14 @@ pub static EFFECT: Effect = Effect {
     title: "Viscous friction in a joint",
     sites: &[SiteKind::Joint],
     applies: anywhere,
-    parameters: &[EffectParameter::new("damping", "J s/*^2", [0.0, 1e3], 0.05, "coefficient c")],
+    parameters: &[EffectParameter::new("damping", "J s/*^2", [0.0, 1e6], 0.05, "coefficient c")],
     amplitudes: 1,
     hidden_states: 0,
     law: Law::Coordinate(both!(law)),
     what: "F = -c q'; lubricant shear, back-emf of a shorted motor, eddy currents.",
     signature: "Joint torque residual in phase with the joint rate, 90 degrees from the angle, growing with frequency; free motion decays \
                 exponentially.",
-    confounders: "joint_coulomb (one speed level), joint_quadratic_damping, joint_cubic_damping (one amplitude); the controller's own \
+    confounders: "The joint's own viscous friction where it has a prior (identical); joint_coulomb (one speed level), joint_quadratic_damping, joint_cubic_damping (one amplitude); the controller's own \
                   rate gain where the torque is not recorded.",
     experiment: "Amplitude ladder at one frequency: the equivalent damping stays the same at every step.",
 };

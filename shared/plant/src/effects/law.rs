@@ -41,6 +41,8 @@ pub struct Surroundings {
     pub site_axis: [f64; 3],
     /// Of a voltage motor: back-emf per rate of its joint [V s/rad].
     pub back_emf_v_s_rad: f64,
+    /// Longest step of integration [s]: hidden states must be no faster than it can follow.
+    pub step_s: f64,
     /// Of an actuator: it pushes one way only; and the magnitude below which what acts is noise, not firing.
     pub one_sided: bool,
     pub quiet: f64,

@@ -15,7 +15,7 @@ pub static EFFECT: Effect = Effect {
     law: Law::Structure(build),
     what: "m -> (1 + e) m, inertia about the centre of mass unchanged: a mass that the file holds for known and that is another.",
     signature: "Acceleration per force, and weight, off by one factor.",
-    confounders: "motor_constant_error and sensor_scale of accelerometers (exactly); nothing is left of it where the mass is estimated.",
+    confounders: "motor_constant_error and sensor_scale of accelerometers (exactly, for all bodies together); nothing is left of it where the mass is estimated.",
     experiment: "Weigh it, or a force from outside.",
 };
 

@@ -15,7 +15,7 @@ pub static EFFECT: Effect = Effect {
     parameters: &[
         EffectParameter::new("dipole_x", "A m^2", [-100.0, 100.0], 0.5, "dipole m of the body, body x"),
         EffectParameter::new("dipole_y", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body y"),
-        EffectParameter::new("dipole_z", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body z"),
+        EffectParameter::new("dipole_z", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body z").out_of_plane(),
         EffectParameter::new(
             "field_x",
             "T",
@@ -36,7 +36,8 @@ pub static EFFECT: Effect = Effect {
             [-1e-2, 1e-2],
             0.0,
             "field at t = 0, inertial z, where the environment states none",
-        ),
+        )
+        .out_of_plane(),
     ],
     amplitudes: 3,
     hidden_states: 0,

@@ -1,7 +1,7 @@
 //! From the effects a plant carries to numbers and parts.
 
 use super::{EFFECTS, Effect, Law, effect, sites};
-use crate::description::{EffectUse, Plant};
+use crate::description::{EffectUse, Plant, Space};
 
 /// A catalogue: the entry of a name.
 pub type Find<'a> = &'a dyn Fn(&str) -> Option<&'static Effect>;
@@ -77,6 +77,15 @@ pub fn values(effect: &Effect, used: &EffectUse) -> Result<[f64; PARAMETERS_MAX]
     Ok(values)
 }
 
+/// Sets to zero what a plant in `space` does not feel.
+pub fn felt(effect: &Effect, values: &mut [f64; PARAMETERS_MAX], space: Space) {
+    for (value, parameter) in values.iter_mut().zip(effect.parameters) {
+        if space == Space::Planar && parameter.out_of_plane {
+            *value = 0.0;
+        }
+    }
+}
+
 /// Sorts effects into the order in which they act: that of the catalogue, then of their sites. Those of another catalogue come last, as
 /// they are.
 pub fn order_of_action(used: &EffectUse) -> (usize, String) {
@@ -105,7 +114,8 @@ pub fn apply_structures_of(plant: &mut Plant, find: Find<'_>) -> Result<(), Effe
     let mut waiting = Vec::new();
     for used in &plant.effects {
         let effect = find(&used.kind).ok_or_else(|| unknown_kind(used))?;
-        let numbers = values(effect, used)?;
+        let mut numbers = values(effect, used)?;
+        felt(effect, &mut numbers, plant.space);
         match effect.law {
             Law::Structure(build) => waiting.push((effect, build, used, numbers)),
             _ => built.effects.push(used.clone()),

@@ -17,7 +17,7 @@ pub static EFFECT: Effect = Effect {
     law: Law::Sensor(both!(law)),
     what: "y = h + b, the same in every sample (IEEE Std 952).",
     signature: "Only this channel is shifted, by the same amount throughout; the physics of the others does not follow.",
-    confounders: "constant_force for an accelerometer, constant_torque or actuator_bias for a gyro in short records, sensor_warm_up.",
+    confounders: "The sensor's own bias where it has a prior (identical); constant_force for an accelerometer, constant_torque or actuator_bias for a gyro in short records, sensor_warm_up.",
     experiment: "A quiet record, or two attitudes of the sensor.",
 };
 

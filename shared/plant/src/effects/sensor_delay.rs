@@ -1,9 +1,8 @@
 //! A reading of a while ago.
 
 use super::applies::anywhere;
-use super::{Effect, EffectParameter, Law};
+use super::{Effect, EffectParameter, Law, filters};
 use crate::description::SiteKind;
-use crate::filter::FilterKind;
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_delay",
@@ -13,24 +12,9 @@ pub static EFFECT: Effect = Effect {
     parameters: &[EffectParameter::new("delay", "s", [0.0, 1.0], 0.01, "dead time d")],
     amplitudes: 1,
     hidden_states: 0,
-    law: Law::SensorFilter(filter),
+    law: Law::SensorFilter(filters::delay),
     what: "y(t) = h(t - d); transport, processing of an image or star tracker.",
     signature: "This channel's phase falls linearly with frequency; its residual is d times its rate.",
     confounders: "clock_offset (the same in the record, not in the loop), sensor_lag, actuator_delay if this sensor is the only one.",
     experiment: "Sharp reversals or a chirp, against a sensor on another clock.",
 };
-
-fn filter(p: &[f64]) -> FilterKind {
-    if p[0] == 0.0 { FilterKind::None } else { FilterKind::Delay { delay_s: p[0] } }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::filter;
-    use crate::filter::FilterKind;
-
-    #[test]
-    fn the_filter_is_a_delay_of_the_stated_time() {
-        assert_eq!(filter(&[0.02]), FilterKind::Delay { delay_s: 0.02 });
-    }
-}

@@ -1,9 +1,8 @@
 //! A reading that follows slowly.
 
 use super::applies::anywhere;
-use super::{Effect, EffectParameter, Law};
+use super::{Effect, EffectParameter, Law, filters};
 use crate::description::SiteKind;
-use crate::filter::FilterKind;
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_lag",
@@ -13,24 +12,9 @@ pub static EFFECT: Effect = Effect {
     parameters: &[EffectParameter::new("time_constant", "s", [0.0, 2.0], 0.01, "time constant T")],
     amplitudes: 1,
     hidden_states: 0,
-    law: Law::SensorFilter(filter),
+    law: Law::SensorFilter(filters::first_order),
     what: "y / h = 1 / (T s + 1); anti-alias filter, thermal or demodulator lag.",
     signature: "This channel alone falls behind and shrinks with frequency.",
     confounders: "sensor_delay of the same time (differs at the order (w T)^2); actuator_lag if this sensor is the only one.",
     experiment: "Multisine up to w T about 1, with a second sensor of the same motion.",
 };
-
-fn filter(p: &[f64]) -> FilterKind {
-    if p[0] == 0.0 { FilterKind::None } else { FilterKind::FirstOrder { time_constant_s: p[0] } }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::filter;
-    use crate::filter::FilterKind;
-
-    #[test]
-    fn the_filter_is_a_first_order_lag_of_the_stated_time() {
-        assert_eq!(filter(&[0.02]), FilterKind::FirstOrder { time_constant_s: 0.02 });
-    }
-}

@@ -17,7 +17,7 @@ pub static EFFECT: Effect = Effect {
     law: Law::Sensor(both!(law)),
     what: "y = (1 + e) h, the same in every sample (IEEE Std 952).",
     signature: "This channel's residual is proportional to its own reading.",
-    confounders: "Total mass for an accelerometer (exactly, without a mass known from elsewhere), inertia for a gyro, motor_constant_error \
+    confounders: "The sensor's own scale where it has a prior and the total mass for an accelerometer (mass_error of all bodies, exactly, without a mass known from elsewhere), inertia for a gyro, motor_constant_error \
                   where all sensors of an actuator's response share it.",
     experiment: "A second sensor of the same motion, a known mass, a turn by a known angle.",
 };

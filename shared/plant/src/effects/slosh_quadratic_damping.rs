@@ -30,17 +30,10 @@ fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
 #[cfg(test)]
 mod tests {
     use super::EFFECT;
-    use crate::effects::trial::{Trial, work_of_a_cycle};
+    use crate::effects::trial::damps_with_the_square_of_the_rate;
 
     #[test]
     fn damping_takes_eight_thirds_c_omega_squared_a_cubed_of_work_a_cycle_and_never_drives() {
-        let (c, a, omega) = (0.7, 0.3, 2.0);
-        let expected = -8.0 / 3.0 * c * omega * omega * a * a * a;
-        let work = work_of_a_cycle(&EFFECT, &[c], a, omega);
-        assert!((work - expected).abs() < 1e-8 * expected.abs()); // midpoint rule, |cos|³ has a jump in its 3rd derivative
-        for k in 0..200 {
-            let state = Trial::random(k);
-            assert!(state.force(&EFFECT, &[2.0]) * state.rate <= 0.0);
-        }
+        damps_with_the_square_of_the_rate(&EFFECT);
     }
 }

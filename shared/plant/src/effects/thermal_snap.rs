@@ -13,8 +13,8 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("torque_x", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body x"),
-        EffectParameter::new("torque_y", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body y"),
+        EffectParameter::new("torque_x", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body x").out_of_plane(),
+        EffectParameter::new("torque_y", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body y").out_of_plane(),
         EffectParameter::new("torque_z", "N m", [-100.0, 100.0], 0.02, "torque A at the start, body z"),
         EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time t0 of the snap"),
         EffectParameter::new("time_constant", "s", [1e-3, 1e4], 3.0, "time T in which the appendage bends"),

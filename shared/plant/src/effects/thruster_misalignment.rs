@@ -1,7 +1,7 @@
 //! Thrust that points aside.
 
 use super::applies::thruster;
-use super::geometry::{perpendicular, push};
+use super::geometry::{across, push, tilt_factors};
 use super::law::both;
 use super::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
@@ -13,24 +13,25 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: thruster,
     parameters: &[
-        EffectParameter::new("angle", "rad", [-0.2, 0.2], 0.01, "angle e between true and stated thrust"),
-        EffectParameter::new("clock", "rad", [-3.2, 3.2], 0.0, "direction of the tilt about the thrust; 0: z x thrust"),
+        EffectParameter::new("tilt_1", "rad", [-0.2, 0.2], 0.01, "tilt of the true thrust towards t1 = z x thrust"),
+        EffectParameter::new("tilt_2", "rad", [-0.2, 0.2], 0.0, "tilt towards t2 = thrust x t1").out_of_plane(),
     ],
-    amplitudes: 1,
+    amplitudes: 2,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),
-    what: "F d -> F (cos e d + sin e t), t perpendicular to d, at the same point: torque r x F (cos e - 1, sin e); Wertz 1978.",
+    what: "F d -> F (cos e d + sin e (e1 t1 + e2 t2) / e), e the length of the tilt (e1, e2), at the same point; Wertz 1978.",
     signature: "Hub torque and side force in step with this thruster's command.",
-    confounders: "com_shift (the same torque from one thruster; another thruster parts them); thruster_plume.",
+    confounders: "com_shift (the same torque from one thruster; another thruster parts them); thruster_plume (its moment, exactly).",
     experiment: "Fire another thruster of different direction: a shift of the centre of mass acts on both, a misalignment does not.",
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
-    let (sin, cos) = libm::sincos(p[0]);
     let axis = local.surroundings.site_axis;
-    let aside = perpendicular(axis, p[1]);
+    let [first, second] = across(axis);
+    let (cos, along) = tilt_factors([p[0], p[1]]);
     let thrust = action.value;
-    let change = core::array::from_fn(|i| thrust.scale((cos - 1.0) * axis[i] + sin * aside[i]));
+    let change =
+        core::array::from_fn(|i| thrust.scale((cos - 1.0) * axis[i] + along * (p[0] * first[i] + p[1] * second[i])));
     push(&mut action.wrench, local.surroundings.site_position_m, change, [T::zero(); 3]);
 }
 
@@ -45,7 +46,7 @@ mod tests {
         for k in 0..100 {
             let state = Trial::random(k);
             let (f, d, r) = (state.command, state.surroundings.site_axis, state.surroundings.site_position_m);
-            let w = state.wrench(&EFFECT, &[0.13, 0.6]);
+            let w = state.wrench(&EFFECT, &[0.05, 0.12]);
             let total: [f64; 3] = core::array::from_fn(|i| f * d[i] + w[i + 3]);
             assert!((dot(total, total) - f * f).abs() <= 1e-14 * f * f); // rounding
             assert!((dot(total, d) - f * libm::cos(0.13)).abs() <= 1e-14 * f.abs());

@@ -86,6 +86,7 @@ impl Trial {
             site_position_m: draw.vector(),
             site_axis: super::geometry::direction(draw.number(), draw.number()),
             back_emf_v_s_rad: 0.3,
+            step_s: 0.0,
             one_sided: false,
             quiet: 0.0,
         };
@@ -242,6 +243,18 @@ pub fn work_of_a_cycle(effect: &Effect, parameters: &[f64], amplitude: f64, omeg
         }
     }
     work
+}
+
+/// The law of a force −c |v| v with its one number c: its work over a cycle, and that it never drives.
+pub fn damps_with_the_square_of_the_rate(effect: &Effect) {
+    let (c, a, omega) = (0.7, 0.3, 2.0);
+    let expected = -8.0 / 3.0 * c * omega * omega * a * a * a;
+    let work = work_of_a_cycle(effect, &[c], a, omega);
+    assert!((work - expected).abs() < 1e-8 * expected.abs()); // midpoint rule, |cos|³ has a jump in its 3rd derivative
+    for k in 0..200 {
+        let state = Trial::random(k);
+        assert!(state.force(effect, &[2.0]) * state.rate <= 0.0);
+    }
 }
 
 fn known<const N: usize>(values: [f64; N]) -> [Quantity; N] {

@@ -17,7 +17,7 @@ pub static EFFECT: Effect = Effect {
         EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "rotor angle at the start"),
         EffectParameter::new("position_x", "m", [-10.0, 10.0], 0.0, "where the wheel is on its body, x"),
         EffectParameter::new("position_y", "m", [-10.0, 10.0], 0.0, "where the wheel is on its body, y"),
-        EffectParameter::new("position_z", "m", [-10.0, 10.0], 0.0, "where the wheel is on its body, z"),
+        EffectParameter::new("position_z", "m", [-10.0, 10.0], 0.0, "where the wheel is on its body, z").out_of_plane(),
     ],
     amplitudes: 1,
     hidden_states: 1,

@@ -17,7 +17,7 @@ pub static EFFECT: Effect = Effect {
     law: Law::Actuator(both!(law)),
     what: "Friction -c W on the rotor turning at W relative to the body; the body takes +c W: torque on the body u + c W.",
     signature: "Body torque that follows wheel speed; the wheel runs down exponentially when unpowered.",
-    confounders: "wheel_coulomb in slews (cosine 0.94, below 0.85 in pulses); gravity_gradient in a multisine (0.93, below 0.85 in pulses).",
+    confounders: "The wheel's own viscous friction where it has a prior (identical); wheel_coulomb in slews (cosine 0.94, below 0.85 in pulses); gravity_gradient in a multisine (0.93, below 0.85 in pulses).",
     experiment: "Pulses, or a spin-down through several speeds.",
 };
 

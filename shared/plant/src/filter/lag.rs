@@ -32,7 +32,10 @@ impl Lag {
     /// The lag of `kind`; `None` where there is none (nothing, or a delay).
     pub fn new(kind: FilterKind) -> Option<Self> {
         let lags = match kind {
-            FilterKind::None | FilterKind::Delay { .. } => false,
+            FilterKind::None
+            | FilterKind::Delay { .. }
+            | FilterKind::MinimumImpulse { .. }
+            | FilterKind::Stuck { .. } => false,
             FilterKind::FirstOrder { time_constant_s } => time_constant_s > 0.0,
             FilterKind::Asymmetric { rise_s, fall_s } => rise_s > 0.0 || fall_s > 0.0,
             FilterKind::SecondOrder { frequency_hz, .. } => frequency_hz > 0.0 && frequency_hz.is_finite(),
@@ -60,7 +63,7 @@ impl Lag {
                 let integral = -((next[1] - e[1]) + 2.0 * damping_ratio * omega * (next[0] - e[0])) / (omega * omega);
                 input + integral / h_s
             }
-            FilterKind::None | FilterKind::Delay { .. } => input,
+            _ => input,
         }
     }
 
@@ -85,7 +88,7 @@ impl Lag {
                 let e = decay([state.output - (from - behind), state.rate - slope], omega, damping_ratio, h_s);
                 *state = LagState { output: to - behind + e[0], rate: slope + e[1] };
             }
-            FilterKind::None | FilterKind::Delay { .. } => state.output = to,
+            _ => state.output = to,
         }
         state.output
     }

@@ -73,6 +73,92 @@ fn sigmas_of_a_pushed_mass_are_those_of_the_closed_form() {
     assert!((found.sigma_of(&gradient) / (2.0 * mass) - 1.0).abs() < 1e-12); // rounding
 }
 
+/// A mass pushed by 3 N with noise held over every period, its rate read with noise: a random walk behind white noise, whose covariance can be
+/// written down.
+const SHAKEN: &str = r#"
+format = 1
+name = "shaken"
+space = "planar"
+[[body]]
+name = "cart"
+mass = { value = "2 kg", sigma = "1 kg" }
+inertia = "1 kg*m^2"
+joint = { kind = "prismatic", name = "rail", axis = "x" }
+[[actuator]]
+name = "push"
+kind = "joint_torque"
+joint = "rail"
+command = { kind = "constant", value = "3 N" }
+noise = "0.5 N"
+[[sensor]]
+name = "speed"
+kind = "joint_rate"
+joint = "rail"
+noise = "20 mm/s"
+[simulation]
+duration = "5 s"
+period = "50 ms"
+"#;
+
+/// `Σ_jk = R δ_jk + σ² T² / m² min(j, k)` of the readings, and their slope `−F t / m²` by the mass.
+fn shaken() -> (nalgebra::DMatrix<f64>, nalgebra::DVector<f64>) {
+    let (r, walk) = (0.02_f64.powi(2), (0.5 * 0.05 / 2.0_f64).powi(2));
+    let covariance = nalgebra::DMatrix::from_fn(100, 100, |j, k| if j == k { r } else { 0.0 } + walk * j.min(k) as f64);
+    (covariance, nalgebra::DVector::from_fn(100, |k, _| -3.0 * 0.05 * k as f64 / 4.0))
+}
+
+#[test]
+fn noise_of_an_actuator_costs_what_the_covariance_of_all_readings_says() {
+    let (covariance, slope) = shaken();
+    let whitened = covariance.clone().cholesky().unwrap().solve(&slope);
+    let sigma = (slope.dot(&whitened) + 1.0).powf(-0.5);
+    let found = predict(&plant(SHAKEN), 5.0, &mut |_| {}).unwrap();
+    let got = expected(&found, "cart.mass");
+    // the central difference of 1/m at a step of 1e-3 of 1 kg: 2.5e-7 of the slope
+    assert!((got.sigma / sigma - 1.0).abs() < 1e-5, "{} {sigma}", got.sigma);
+    // with the force taken as known it would be four times less
+    let known = predict(&plant(&SHAKEN.replace("noise = \"0.5 N\"\n", "")), 5.0, &mut |_| {}).unwrap();
+    assert!(got.sigma > 4.0 * expected(&known, "cart.mass").sigma);
+}
+
+#[test]
+fn estimates_of_a_maximum_likelihood_fit_scatter_by_the_predicted_sigma() {
+    let (covariance, slope) = shaken();
+    let whitened = covariance.cholesky().unwrap().solve(&slope);
+    let plant = plant(SHAKEN);
+    let (records, mut square) = (400, 0.0);
+    for seed in 0..records {
+        let record = record(&plant, seed, 5.0, &mut |_| {}).unwrap();
+        let speed = &record.channels.iter().find(|channel| channel.name == "speed").unwrap().value;
+        let residual = nalgebra::DVector::from_fn(100, |k, _| speed[k] - 1.5 * 0.05 * k as f64);
+        // one Gauss–Newton step from the truth, without the prior
+        let error = whitened.dot(&residual) / whitened.dot(&slope);
+        square += error * error / f64::from(records as u32);
+    }
+    let found = predict(&plant, 5.0, &mut |_| {}).unwrap();
+    let predicted = expected(&found, "cart.mass").sigma;
+    // the prior of 1 kg adds 1 to the information, some 1e-3 of it; a deviation of 400 has 3.5 %, three of those
+    assert!((square.sqrt() / predicted - 1.0).abs() < 0.11, "{} {predicted}", square.sqrt());
+}
+
+/// A mean over the period is half old and half new speed: its covariance by the held forces, written down.
+#[test]
+fn means_are_weighed_by_what_they_average() {
+    let text = SHAKEN.replace("noise = \"20 mm/s\"", "noise = \"20 mm/s\"\nreading = \"mean\"");
+    let found = predict(&plant(&text), 5.0, &mut |_| {}).unwrap();
+    let step = 0.5 * 0.05 / 2.0;
+    let gain = nalgebra::DMatrix::from_fn(100, 100, |k, j| match j.cmp(&k) {
+        core::cmp::Ordering::Less => step,
+        core::cmp::Ordering::Equal => 0.5 * step,
+        core::cmp::Ordering::Greater => 0.0,
+    });
+    let covariance = &gain * gain.transpose() + nalgebra::DMatrix::identity(100, 100) * 0.02_f64.powi(2);
+    let slope = nalgebra::DVector::from_fn(100, |k, _| -3.0 * 0.05 * (k as f64 + 0.5) / 4.0);
+    let sigma = (slope.dot(&covariance.cholesky().unwrap().solve(&slope)) + 1.0).powf(-0.5);
+    let got = expected(&found, "cart.mass").sigma;
+    assert!((got / sigma - 1.0).abs() < 1e-5, "{got} {sigma}");
+}
+
 #[test]
 fn what_acts_only_as_a_sum_or_not_at_all_is_named_as_unseen() {
     // two masses that move as one, and an inertia that never turns

@@ -36,7 +36,7 @@ pub fn float_at_momentum(
     }
     v[base.v..base.v + base.v_len].fill(0.0);
     kinematics(model, data, q, v);
-    let locked = locked(model, data, v);
+    let locked = if model.plane { locked_in_plane(model, data, v) } else { locked(model, data, v) };
     let frame = data.link(0);
     let wanted = V3::from(momentum_n_m_s);
     if base.joint == Joint::FreePlanar {
@@ -83,13 +83,50 @@ fn locked(model: &Model, data: &Data<f64>, v: &[f64]) -> Locked {
         sum.angular += angular + r.cross(linear);
         sum.linear += linear;
     }
-    for internal in model.internals.iter().filter(|internal| of_tree(internal.link)) {
+    add_internals(model, data, v, &mut sum);
+    sum
+}
+
+/// [`locked`] where everything lies in the plane: the components that do not vanish.
+fn locked_in_plane(model: &Model, data: &Data<f64>, v: &[f64]) -> Locked {
+    let mut sum = Locked::default();
+    let origin = data.link(0).origin;
+    for (i, link) in model.links.iter().enumerate().filter(|(_, link)| link.root == 0) {
+        let frame = data.link(i);
+        let rows = &frame.rotation.rows;
+        let mut inertia = link.inertia_origin.zz;
+        let (mut gx, mut gy, mut mass) = (
+            rows[0].x * link.first_moment.x + rows[0].y * link.first_moment.y,
+            rows[1].x * link.first_moment.x + rows[1].y * link.first_moment.y,
+            link.mass,
+        );
+        if frame.carried.acts {
+            let (more, carried_mass) = frame.carried_moment();
+            inertia += frame.carried_inertia().a.zz;
+            (gx, gy, mass) = (gx + more.x, gy + more.y, mass + carried_mass);
+        }
+        let (rx, ry) = (frame.origin.x - origin.x, frame.origin.y - origin.y);
+        let (omega, vx, vy) = (frame.omega.z, frame.velocity.x, frame.velocity.y);
+        let (px, py) = (vx * mass - omega * gy, vy * mass + omega * gx);
+        sum.inertia.zz += inertia + 2.0 * (rx * gx + ry * gy) + mass * (rx * rx + ry * ry);
+        sum.first_moment += V3::new(gx + rx * mass, gy + ry * mass, 0.0);
+        sum.mass += mass;
+        sum.angular.z += inertia * omega + gx * vy - gy * vx + rx * py - ry * px;
+        sum.linear += V3::new(px, py, 0.0);
+    }
+    add_internals(model, data, v, &mut sum);
+    sum
+}
+
+/// Momentum of the internal coordinates.
+fn add_internals(model: &Model, data: &Data<f64>, v: &[f64], sum: &mut Locked) {
+    let origin = data.link(0).origin;
+    for internal in model.internals.iter().filter(|internal| model.links[internal.link].root == 0) {
         let frame = data.link(internal.link);
         let linear = frame.rotation.apply(internal.linear) * v[internal.v];
         sum.angular += frame.rotation.apply(internal.angular) * v[internal.v] + (frame.origin - origin).cross(linear);
         sum.linear += linear;
     }
-    sum
 }
 
 /// Inertia about a point from which `r` leads to the old one: `A + 2 r·g 1 − r gᵀ − g rᵀ`, `g = h + ½ m r`.

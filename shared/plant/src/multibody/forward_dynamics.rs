@@ -78,9 +78,11 @@ pub fn forward_dynamics_prescribed_after_kinematics<T: Real>(
         if link.v_len == 0 || !prescribed[link.v] {
             continue;
         }
-        let (moment, force) = frame.inertia.apply(frame.alpha, frame.acceleration);
         let own = &mut tau[link.v..link.v + link.v_len];
-        frame.joint_effort(&link.joint, moment + frame.moment, force + frame.force, own);
+        if !(data.plane && planar::effort(link, frame, own)) {
+            let (moment, force) = frame.inertia.apply(frame.alpha, frame.acceleration);
+            frame.joint_effort(&link.joint, moment + frame.moment, force + frame.force, own);
+        }
         if link.armature != 0.0 {
             own[0] += acceleration[link.v].scale(link.armature);
         }

@@ -5,9 +5,8 @@
 //! they are handed inwards beside the rest. What is not written here keeps what [`Data::new`](super::Data::new) gave it.
 
 use super::data::{Elimination, LinkState};
-use super::inertia::Factor3;
 use super::model::{InternalConstants, Joint, LinkConstants};
-use super::vector::{Sym3, V3};
+use super::vector::V3;
 use crate::real::Real;
 
 /// The tree lies in the x–y plane: joints, offsets, centres of mass, couplings; z is a principal axis of every link.
@@ -237,11 +236,16 @@ pub(super) fn eliminate_joint<T: Real>(
 fn root<T: Real>(link: &LinkConstants, frame: &mut LinkState<T>, tau: &[T]) {
     let (inertia, b) = (&frame.inertia, frame.inertia.b.rows[2]);
     let (x, y) = turned(turn(frame), (tau[link.v + 1], tau[link.v + 2]));
-    let whole = Sym3 { xx: inertia.a.zz, xy: b.x, xz: b.y, yy: inertia.c.xx, yz: inertia.c.xy, zz: inertia.c.yy };
-    let drive = V3::new(tau[link.v] - frame.moment.z, x - frame.force.x, y - frame.force.y);
-    let found = Factor3::of(&whole).solve(drive);
-    frame.alpha.z = found.x;
-    (frame.acceleration.x, frame.acceleration.y) = (found.y, found.z);
+    let (moment, fx, fy) = (tau[link.v] - frame.moment.z, x - frame.force.x, y - frame.force.y);
+    // translation first, by its 2 × 2 inverse: two divisions one after the other instead of three
+    let c = &inertia.c;
+    let scale = T::one() / (c.xx * c.yy - c.xy * c.xy);
+    let solve = |x: T, y: T| ((c.yy * x - c.xy * y) * scale, (c.xx * y - c.xy * x) * scale);
+    let (px, py) = solve(b.x, b.y);
+    let (gx, gy) = solve(fx, fy);
+    let alpha = (moment - px * fx - py * fy) / (inertia.a.zz - px * b.x - py * b.y);
+    frame.alpha.z = alpha;
+    (frame.acceleration.x, frame.acceleration.y) = (gx - px * alpha, gy - py * alpha);
 }
 
 /// Acceleration of the joint and the link from that of the parent.
@@ -291,4 +295,22 @@ pub(super) fn accelerate<T: Real>(
     }
     frame.alpha.z = alpha;
     (frame.acceleration.x, frame.acceleration.y) = (x, y);
+}
+
+/// Effort of a joint with one degree of freedom whose link's acceleration is known; `false` where it has others.
+#[inline(always)]
+pub(super) fn effort<T: Real>(link: &LinkConstants, frame: &LinkState<T>, tau: &mut [T]) -> bool {
+    let (b, c) = (frame.inertia.b.rows[2], &frame.inertia.c);
+    let (alpha, x, y) = (frame.alpha.z, frame.acceleration.x, frame.acceleration.y);
+    match link.joint {
+        Joint::Revolute { .. } => {
+            tau[0] = frame.axis.z * (frame.inertia.a.zz * alpha + b.x * x + b.y * y + frame.moment.z);
+        }
+        Joint::Prismatic { .. } => {
+            let along_x = b.x * alpha + c.xx * x + c.xy * y + frame.force.x;
+            tau[0] = frame.axis.x * along_x + frame.axis.y * (b.y * alpha + c.xy * x + c.yy * y + frame.force.y);
+        }
+        Joint::Fixed | Joint::FreePlanar | Joint::FreeSpatial => return false,
+    }
+    true
 }

@@ -71,6 +71,11 @@ impl History {
         }
     }
 
+    /// Slot of the newest piece.
+    pub fn newest(&self) -> usize {
+        self.newest
+    }
+
     pub fn clear(&mut self) {
         self.length = 0;
     }
@@ -139,7 +144,12 @@ impl History {
     }
 }
 
+#[inline]
 fn put<T: Copy>(ring: &mut [T], slot: usize, width: usize, value: &[T]) {
+    // mostly there is nothing to keep of motions, lags and readings
+    if width == 0 {
+        return;
+    }
     ring[slot * width..(slot + 1) * width].copy_from_slice(&value[..width]);
 }
 

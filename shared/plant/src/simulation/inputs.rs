@@ -1,14 +1,14 @@
 //! What acts on the plant: commands held over a control period, through range, delay, lag and noise; and prescribed motions.
 //!
 //! A command is a signal at the *middle* instant of its period, so that a held sine follows the sine without delay, plus what a controller
-//! commands. It is limited by the actuator's range, delayed, lagged, and its noise added. Prescribed motions are continuous: position, rate and
+//! commands. It is limited by the actuator's range, passes the gates that effects put there, is delayed, lagged, and its noise added. Prescribed motions are continuous: position, rate and
 //! acceleration belong together at every instant.
 
 use super::SimulationError;
 use super::excitation::ExcitedClock;
 use super::signal::{SignalSum, SignalValue};
 use crate::description::{Actuator, ActuatorKind, Initial, Plant, Prescribed};
-use crate::filter::{FilterKind, HeldDelay, HeldDelayState, Lag, LagState};
+use crate::filter::{FilterKind, Gate, HeldDelay, HeldDelayState, Lag, LagState};
 use crate::noise::Stream;
 use crate::system::{FilterPlace, InputName, InputRole, System};
 use serde::{Deserialize, Serialize};
@@ -30,6 +30,7 @@ struct Commanded {
     actuator: usize,
     signal: SignalSum,
     limits: [f64; 2],
+    gates: Vec<Gate>,
     delay: HeldDelay,
     lags: Vec<Lag>,
     sigma: f64,
@@ -51,6 +52,8 @@ struct PrescribedMotion {
 /// What the inputs remember.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct InputsState {
+    /// What the gates of all actuators remember, one after the other.
+    gates: Vec<f64>,
     delays: Vec<HeldDelayState>,
     /// Of all actuators, one after the other.
     lags: Vec<LagState>,
@@ -68,8 +71,14 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// Inputs of `plant`; `fine` splits every period into integration steps, for sensors with lags.
-    pub fn new(plant: &Plant, system: &System, fine: bool, seed: u64, prefix: &str) -> Result<Self, SimulationError> {
+    /// Inputs of `plant`; `fine` splits every period into integration steps of at most `step_s`, for sensors with lags.
+    pub fn new(
+        plant: &Plant,
+        system: &System,
+        (fine, step_s): (bool, f64),
+        seed: u64,
+        prefix: &str,
+    ) -> Result<Self, SimulationError> {
         let duration_s = plant.simulation.duration_s;
         let (mut commanded, mut prescribed) = (Vec::new(), Vec::new());
         for (actuator, description) in plant.actuators.iter().enumerate() {
@@ -86,7 +95,7 @@ impl Inputs {
             }
         }
         let fine = fine || commanded.iter().any(|input: &Commanded| !input.lags.is_empty());
-        let pieces = pieces(&commanded, plant.simulation.period_s, plant.simulation.step_s, fine);
+        let pieces = pieces(&commanded, plant.simulation.period_s, step_s, fine);
         Ok(Self { commanded, prescribed, pieces })
     }
 
@@ -107,8 +116,14 @@ impl Inputs {
         (InputsState { motions, ..self.empty() }, rest)
     }
 
+    /// What effects remember of the commands before a new segment.
+    pub fn keep_effects(&self, before: &InputsState, after: &mut InputsState) {
+        after.gates.clone_from(&before.gates);
+    }
+
     fn empty(&self) -> InputsState {
         InputsState {
+            gates: vec![0.0; self.commanded.iter().map(|input| input.gates.len()).sum()],
             delays: self.commanded.iter().map(|input| input.delay.start()).collect(),
             lags: vec![LagState::default(); self.commanded.iter().map(|input| input.lags.len()).sum()],
             noise: vec![0.0; self.commanded.len()],
@@ -129,11 +144,16 @@ impl Inputs {
         commands: &mut [f64],
     ) {
         let middle_s = clock.at(clock.begin_s + 0.5 * period_s);
+        let mut held = state.gates.iter_mut();
         for (i, input) in self.commanded.iter().enumerate() {
             let signal = if clock.running { input.signal.at(middle_s).value } else { 0.0 };
             let command = (commands[input.actuator] + signal).clamp(input.limits[0], input.limits[1]);
             commands[input.actuator] = command;
-            input.delay.push(&mut state.delays[i], command);
+            let mut passed = command;
+            for gate in &input.gates {
+                passed = gate.pass(held.next().expect("a number for every gate"), clock.begin_s, passed);
+            }
+            input.delay.push(&mut state.delays[i], passed);
             state.noise[i] = if input.sigma > 0.0 { input.sigma * input.stream.normal(sample) } else { 0.0 };
         }
         for motion in &self.prescribed {
@@ -187,7 +207,8 @@ impl Inputs {
     /// Numbers in the memory of [`InputsState`], to recognise a foreign one.
     pub fn matches(&self, state: &InputsState) -> bool {
         let own = self.empty();
-        own.delays.len() == state.delays.len()
+        own.gates.len() == state.gates.len()
+            && own.delays.len() == state.delays.len()
             && own.lags.len() == state.lags.len()
             && own.noise.len() == state.noise.len()
             && own.motions.len() == state.motions.len()
@@ -219,6 +240,7 @@ impl Commanded {
             actuator,
             signal,
             limits: [lowest, range],
+            gates: kinds.iter().copied().filter_map(Gate::new).collect(),
             delay: HeldDelay::new(delay_s, plant.simulation.period_s),
             lags: kinds.into_iter().filter_map(Lag::new).collect(),
             sigma: description.noise.value,

@@ -3,8 +3,9 @@
 mod exact;
 
 use super::SimulationError;
-use crate::description::Integrator;
-use crate::system::{System, Workspace};
+use crate::description::{Integrator, Plant, SimulationSettings as Settings};
+use crate::dual::Dual;
+use crate::system::{InputRole, System, Workspace};
 use exact::ExactHold;
 
 /// Steps of at most `step_s` that an interval takes.
@@ -20,13 +21,64 @@ pub(crate) struct Drive<'a, F: FnMut(f64, &mut [f64])> {
     /// Inputs; held entries stand, prescribed ones are written by `prescribe` at every stage.
     pub u: &'a mut [f64],
     pub prescribe: F,
+    /// Where the readings of the first slope go; taken once.
+    pub reading: Option<&'a mut [f64]>,
 }
 
 impl<F: FnMut(f64, &mut [f64])> Drive<'_, F> {
     fn slope(&mut self, t_s: f64, x: &[f64], x_dot: &mut [f64]) {
         (self.prescribe)(t_s, self.u);
-        self.system.derivative(self.workspace, t_s, x, self.u, x_dot);
+        match self.reading.take() {
+            None => self.system.derivative(self.workspace, t_s, x, self.u, x_dot),
+            Some(y) => self.system.derivative_and_read(self.workspace, t_s, x, self.u, x_dot, y),
+        }
     }
+}
+
+/// How a plant is moved.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Choice {
+    pub integrator: Integrator,
+    pub step_s: f64,
+    /// Why it is another integrator than the plant states.
+    pub instead: Option<String>,
+}
+
+/// Turn of the fastest part of the plant in one step of Runge–Kutta that stands for the exact hold [rad]: `0.1⁴/120`, 1e-6 of a radian's error.
+const STEP_TURN_RAD: f64 = 0.1;
+/// Most steps of a period; a part that is stiffer still is seen as a state that is not finite.
+const STEPS_MAX: f64 = 1000.0;
+
+/// The integrator that `plant` states. The exact hold is for linear equations: where the plant is linear but for its effects,
+/// Runge–Kutta takes its place, in steps that follow the fastest part.
+///
+/// # Errors
+/// The plant itself is not linear.
+pub(crate) fn choose(plant: &Plant, system: &System) -> Result<Choice, SimulationError> {
+    let Settings { integrator, step_s, period_s, .. } = plant.simulation;
+    let stated = Choice { integrator, step_s, instead: None };
+    // prescribed motions are refused by name
+    let held = system.inputs().iter().all(|input| input.role == InputRole::Command);
+    if integrator != Integrator::ExactZeroOrderHold || !held {
+        return Ok(stated);
+    }
+    let linear = |system: &System| {
+        ExactHold::new(system, 0.0, &vec![0.0; system.states().len()], &vec![0.0; system.inputs().len()], &[])
+    };
+    linear(&System::new(&plant.without_effects())?)?;
+    // a law that is linear where it is tried (a stop not yet reached) need not be so elsewhere
+    if !system.has_laws() && linear(system).is_ok() {
+        return Ok(stated);
+    }
+    let (x, u) = (vec![0.0; system.states().len()], vec![0.0; system.inputs().len()]);
+    let a = system.linearise(&mut Workspace::<Dual>::new(system), 0.0, &x, &u).a;
+    let fastest = crate::system::spectral_radius(a);
+    let fine_s = if fastest > 0.0 { STEP_TURN_RAD / fastest } else { f64::INFINITY };
+    let step_s = step_s.min(fine_s).max(period_s / STEPS_MAX);
+    let instead = format!(
+        "exact_zero_order_hold needs linear equations, and the plant carries an effect: runge_kutta_4 in steps of {step_s:.1e} s instead"
+    );
+    Ok(Choice { integrator: Integrator::RungeKutta4, step_s, instead: Some(instead) })
 }
 
 /// An integrator with its scratch.
@@ -95,8 +147,9 @@ impl Stepper {
         drive.slope(t + 0.5 * h, stage, k_3);
         move_along(stage, x, k_3, h);
         drive.slope(t + h, stage, k_4);
-        for (i, x) in x.iter_mut().enumerate() {
-            *x += (k_1[i] + (k_2[i] + k_3[i]) * 2.0 + k_4[i]) * (h / 6.0);
+        let (first, inner, last) = (k_1.iter(), k_2.iter().zip(k_3.iter()), k_4.iter());
+        for (x, (k_1, ((k_2, k_3), k_4))) in x.iter_mut().zip(first.zip(inner.zip(last))) {
+            *x += (k_1 + (k_2 + k_3) * 2.0 + k_4) * (h / 6.0);
         }
     }
 

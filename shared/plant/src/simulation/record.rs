@@ -78,7 +78,7 @@ fn channels(plant: &Plant, simulator: &Simulator) -> Vec<Channel> {
 }
 
 /// Begin, end and initial state of every part of the record; without segments it is one part in the plant's own initial state.
-fn spans(plant: &Plant, duration_s: f64) -> Vec<(f64, f64, Option<&Initial>)> {
+pub(crate) fn spans(plant: &Plant, duration_s: f64) -> Vec<(f64, f64, Option<&Initial>)> {
     if plant.segments.is_empty() {
         return vec![(0.0, duration_s, None)];
     }

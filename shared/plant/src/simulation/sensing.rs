@@ -231,6 +231,22 @@ impl Sensors {
         }
     }
 
+    /// Some channel is read at the very beginning of a period.
+    pub fn read_beginnings(&self) -> bool {
+        self.channels.iter().any(|channel| !channel.mean && channel.delay_s == 0.0 && channel.jitter_s == 0.0)
+    }
+
+    /// Readings of an instant that is the beginning of the piece in `slot`; they stand until [`forget`](Self::forget).
+    pub fn know(&mut self, t_s: f64, slot: usize, y: &[f64]) {
+        self.y.copy_from_slice(y);
+        self.y_instant = Some((t_s, slot, 0.0));
+    }
+
+    /// Forgets the readings that are known.
+    pub fn forget(&mut self) {
+        self.y_instant = None;
+    }
+
     /// Settles the lags on the first readings.
     pub fn settle(&self, state: &mut SensorsState, y: &[f64]) {
         for (channel, value) in self.channels.iter().zip(y) {
@@ -296,7 +312,6 @@ impl Sensors {
         (start_s, end_s): (f64, f64),
         samples: &mut Vec<Sample>,
     ) {
-        self.y_instant = None;
         self.mean_interval = None;
         for index in 0..self.channels.len() {
             while let Some(sample) = self.next(dynamics, history, state, index, (start_s, end_s)) {

@@ -53,7 +53,8 @@ impl Binding<'_> {
             if !crate::effects::sites(effect, self.plant).contains(&used.site) {
                 return Err(failed("it cannot sit there"));
             }
-            let numbers = crate::effects::values(effect, used).map_err(|error| failed(&error.to_string()))?;
+            let mut numbers = crate::effects::values(effect, used).map_err(|error| failed(&error.to_string()))?;
+            crate::effects::felt(effect, &mut numbers, self.plant.space);
             let mut term = |law, coordinate| hidden_states(layout, used, effect, (&place, numbers), law, coordinate);
             let axes = if used.site.kind == SiteKind::Tank { self.tank_axes(&place) } else { Vec::new() };
             match effect.law {
@@ -83,7 +84,8 @@ impl Binding<'_> {
                 Law::ActuatorFilter(kind) => {
                     let at = self.commanded(used, actuators, &place)?;
                     let input = FilterPlace::Input(actuators[at].input);
-                    filters.push(Filter { site: used.site.clone(), place: input, kind: kind(&numbers) });
+                    let held = |kind: crate::filter::FilterKind| kind.held_over(self.plant.simulation.period_s);
+                    filters.push(Filter { site: used.site.clone(), place: input, kind: held(kind(&numbers)) });
                 }
                 Law::SensorFilter(kind) => {
                     let output = FilterPlace::Output(self.reading(used, &place)?);

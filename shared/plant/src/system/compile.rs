@@ -90,6 +90,7 @@ fn surrounding(plant: &Plant) -> Surrounding {
         density_kg_m3: outside.atmosphere.map_or(0.0, |air| air.density_kg_m3.value),
         wind_m_s: outside.atmosphere.map_or([0.0; 3], |air| values(&air.wind_m_s)),
         field_t: outside.magnetic_field.map_or([0.0; 3], |field| values(&field.field_t)),
+        step_s: plant.simulation.step_s,
         ..Surroundings::default()
     };
     let free = plant.bodies.iter().position(|body| body.joint.kind == JointKind::Free);

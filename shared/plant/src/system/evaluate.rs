@@ -23,7 +23,35 @@ impl System {
     ///
     /// Cost: as much of the equations as the sensors take; no allocation.
     pub fn read<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], y: &mut [T]) {
-        match self.reach {
+        self.prepare(ws, t_s, x, u, self.reach);
+        self.write_readings(ws, t_s, x, y);
+    }
+
+    /// [`read`](Self::read) of the sensors `outputs` alone; the others stay as they are in `y`.
+    ///
+    /// Cost: as much of the equations as these sensors take; no allocation.
+    pub fn read_some<T: Pick>(
+        &self,
+        ws: &mut Workspace<T>,
+        t_s: f64,
+        x: &[T],
+        u: &[T],
+        outputs: &[usize],
+        y: &mut [T],
+    ) {
+        let reach = |output: &usize| self.sensors[*output].reach(&self.layout.prescribed_flags);
+        self.prepare(ws, t_s, x, u, outputs.iter().map(reach).fold(self.lowest_reach(), Reach::max));
+        self.write_some(ws, t_s, x, outputs, y);
+    }
+
+    /// Laws of actuators look at links.
+    fn lowest_reach(&self) -> Reach {
+        if self.effects.actuators.is_empty() { Reach::State } else { Reach::Motion }
+    }
+
+    /// As much of the equations as a reading of this reach takes.
+    fn prepare<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], reach: Reach) {
+        match reach {
             Reach::State => self.layout.scatter(x, u, &mut ws.position, &mut ws.velocity),
             Reach::Efforts => {
                 self.layout.scatter(x, u, &mut ws.position, &mut ws.velocity);
@@ -35,7 +63,6 @@ impl System {
             }
             Reach::Accelerations => self.evaluate(ws, t_s, x, u),
         }
-        self.write_readings(ws, t_s, x, y);
     }
 
     /// [`derivative`](Self::derivative) and [`read`](Self::read) at the cost of one.
@@ -115,7 +142,9 @@ impl System {
         if layout.prescribed.is_empty() {
             let (joints, rest) = x_dot.split_at_mut(layout.q_len);
             position_rate_after_kinematics(&self.model, &ws.data, q, &ws.velocity, joints);
-            rest[..layout.modes].copy_from_slice(modal_rates);
+            if layout.modes > 0 {
+                rest[..layout.modes].copy_from_slice(modal_rates);
+            }
             rest[layout.modes..layout.modes + layout.v_len].copy_from_slice(&ws.acceleration);
         } else {
             let (joints, modes) = ws.position_rate.split_at_mut(layout.q_len);
@@ -123,6 +152,8 @@ impl System {
             modes.copy_from_slice(modal_rates);
             layout.gather(&ws.position_rate, &ws.acceleration, x_dot);
         }
-        x_dot[layout.hidden_at()..].copy_from_slice(&ws.hidden_rate);
+        if layout.hidden > 0 {
+            x_dot[layout.hidden_at()..].copy_from_slice(&ws.hidden_rate);
+        }
     }
 }

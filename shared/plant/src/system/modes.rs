@@ -6,7 +6,7 @@
 use super::System;
 use super::workspace::Workspace;
 use crate::dual::Dual;
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DMatrix, DVector, Schur};
 
 /// One pole, or a pair of complex ones.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +34,9 @@ pub struct Modes {
     pub zeros: usize,
 }
 
+/// Iterations of the QR algorithm; two a pole are usual.
+const ITERATIONS_MAX: usize = 10_000;
+
 impl System {
     /// Poles of the plant about (`x`, `u`), effects and inputs held.
     pub fn modes(&self, ws: &mut Workspace<Dual>, t_s: f64, x: &[f64], u: &[f64]) -> Modes {
@@ -41,8 +44,10 @@ impl System {
         let (kept, mut poles) = removed_integrators(&a);
         let rest = DMatrix::from_fn(kept.len(), kept.len(), |i, j| a[(kept[i], kept[j])]);
         let mut modes = Vec::new();
-        if !kept.is_empty() {
-            for pole in rest.complex_eigenvalues().iter().filter(|pole| pole.im >= 0.0) {
+        // bounded: some matrices keep the QR iteration turning
+        let bounded = || Schur::try_new(rest.clone(), f64::EPSILON, ITERATIONS_MAX);
+        if let Some(schur) = (!kept.is_empty()).then(bounded).flatten() {
+            for pole in schur.complex_eigenvalues().iter().filter(|pole| pole.im >= 0.0) {
                 modes.push(self.mode(*pole, participation(&rest, *pole), &kept));
             }
         }

@@ -17,6 +17,15 @@ impl System {
         }
     }
 
+    /// The readings `outputs` alone.
+    pub(super) fn write_some<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], outputs: &[usize], y: &mut [T]) {
+        for output in outputs {
+            let sensor = &self.sensors[*output];
+            let value = self.measured(ws, sensor);
+            y[*output] = self.as_told(ws, t_s, x, sensor, value);
+        }
+    }
+
     /// Rates of the hidden states that sensors own.
     #[inline]
     pub(super) fn hidden_rates_of_sensors<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T]) {
@@ -27,7 +36,7 @@ impl System {
     }
 
     /// Scale, bias and effects on a true value.
-    #[inline]
+    #[inline(always)]
     pub(super) fn as_told<T: Pick>(
         &self,
         ws: &mut Workspace<T>,
@@ -37,9 +46,11 @@ impl System {
         value: T,
     ) -> T {
         let reading = value.scale(1.0 + sensor.scale) + T::constant(sensor.bias);
-        if sensor.effects.is_empty() {
-            return reading;
-        }
+        if sensor.effects.is_empty() { reading } else { self.with_effects(ws, t_s, x, sensor, reading) }
+    }
+
+    #[inline(never)]
+    fn with_effects<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], sensor: &SensorTerm, reading: T) -> T {
         let mut action = Action { value: reading, ..Action::default() };
         for term in &self.effects.sensors[sensor.effects.clone()] {
             let local = self.local(ws, t_s, x, term);

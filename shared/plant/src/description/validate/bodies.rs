@@ -34,7 +34,7 @@ impl Check<'_> {
             if let Some(circle) = circle(&plant.bodies, i) {
                 let mut path = circle.clone();
                 path.push(circle[0]);
-                let message = format!("bodies carry each other in a circle: {}", path.join(" → "));
+                let message = format!("bodies carry each other in a cycle: {}", path.join(" → "));
                 self.fault(&at, "parent", message, "one of them must have another parent, or none");
                 in_circle.extend(circle);
             } else if !plant.bodies[..i].iter().any(|earlier| earlier.name == *parent) {
@@ -219,7 +219,7 @@ impl Check<'_> {
     }
 }
 
-/// The bodies that carry body `start` and one another in a circle with it, if they do.
+/// The bodies that carry body `start` and one another in a cycle with it, if they do.
 fn circle(bodies: &[Body], start: usize) -> Option<Vec<&str>> {
     let mut path = vec![bodies[start].name.as_str()];
     let mut at = &bodies[start];

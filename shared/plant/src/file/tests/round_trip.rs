@@ -7,7 +7,8 @@ use crate::noise::Stream;
 
 fn files() -> Vec<(String, String)> {
     let folder = format!("{}/../../deploy/plants", env!("CARGO_MANIFEST_DIR"));
-    let mut paths: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let of = |folder: String| std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut paths: Vec<_> = of(folder.clone()).chain(of(format!("{folder}/rigs"))).filter(|p| p.is_file()).collect();
     paths.sort();
     paths.iter().map(|path| (path.display().to_string(), std::fs::read_to_string(path).unwrap())).collect()
 }

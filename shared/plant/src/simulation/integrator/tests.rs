@@ -43,7 +43,8 @@ fn error(system: &System, start: &[f64], expected: &[f64], integrator: Integrato
     let mut workspace = Workspace::new(system);
     let mut stepper = Stepper::new(system, integrator, step_s, (0.0, start, &TORQUE_N_M), &[]).unwrap();
     let (mut x, mut u) = (start.to_vec(), TORQUE_N_M);
-    let mut drive = Drive { system, workspace: &mut workspace, u: &mut u, prescribe: |_: f64, _: &mut [f64]| {} };
+    let mut drive =
+        Drive { reading: None, system, workspace: &mut workspace, u: &mut u, prescribe: |_: f64, _: &mut [f64]| {} };
     stepper.advance(&mut drive, 0.0, END_S, &mut x);
     x.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
@@ -84,8 +85,13 @@ fn the_exact_hold_equals_the_adaptive_solution_over_any_interval() {
             let mut stepper = Stepper::new(&system, Integrator::ExactZeroOrderHold, 0.1, point, prepared).unwrap();
             let (mut x, mut u) = (start.clone(), push);
             let mut workspace = Workspace::new(&system);
-            let mut drive =
-                Drive { system: &system, workspace: &mut workspace, u: &mut u, prescribe: |_: f64, _: &mut [f64]| {} };
+            let mut drive = Drive {
+                reading: None,
+                system: &system,
+                workspace: &mut workspace,
+                u: &mut u,
+                prescribe: |_: f64, _: &mut [f64]| {},
+            };
             stepper.advance(&mut drive, 0.0, length_s, &mut x);
             for (got, want) in x.iter().zip(solution.y.last().unwrap()) {
                 // tolerance of the adaptive method, a hundred steps

@@ -159,6 +159,41 @@ fn exact_hold_is_refused_where_it_would_be_wrong() {
     assert!(matches!(Simulator::new(&shaken, 0, "cart"), Err(SimulationError::NotHeld { .. })));
 }
 
+/// A stiff oscillator with dry friction, by the exact hold as far as the file says: what a user hides must simply work.
+#[test]
+fn an_effect_on_a_plant_of_exact_hold_is_simulated_by_fine_steps_of_runge_kutta() {
+    let mut plant = cart();
+    plant.bodies[0].joint.stiffness = q(4e4);
+    plant.simulation.integrator = Integrator::ExactZeroOrderHold;
+    assert_eq!(Simulator::new(&plant, 0, "cart").unwrap().warning(), None);
+    let site = format!("joint:{}", plant.bodies[0].joint.name).parse().unwrap();
+    let run = |plant: &Plant| {
+        let mut simulator = Simulator::new(plant, 0, "cart").unwrap();
+        let warned = simulator.warning().is_some();
+        (0..200).for_each(|_| {
+            simulator.step();
+        });
+        (simulator.truth().state.to_vec(), warned)
+    };
+    let mut coulomb = plant.clone();
+    coulomb.add_effect("joint_coulomb", &site, &[("force", 0.3), ("smooth_rate", 1e-3)]).unwrap();
+    let (by_hold, warned) = run(&coulomb);
+    assert!(warned);
+    coulomb.simulation.integrator = Integrator::RungeKutta4;
+    coulomb.simulation.step_s = 1e-5;
+    let (fine, warned) = run(&coulomb);
+    assert!(!warned);
+    let size = fine.iter().fold(1e-6_f64, |most, x| most.max(x.abs()));
+    for (a, b) in by_hold.iter().zip(&fine) {
+        assert!((a - b).abs() < 1e-4 * size, "{by_hold:?} {fine:?}"); // 0.1 rad a step: 1e-6 a radian over some hundred
+    }
+    // an effect that stays linear keeps the hold
+    let mut heavier = plant.clone();
+    let body = format!("body:{}", plant.bodies[0].name).parse().unwrap();
+    heavier.add_effect("mass_error", &body, &[]).unwrap();
+    assert_eq!(Simulator::new(&heavier, 0, "cart").unwrap().warning(), None);
+}
+
 #[test]
 fn settings_without_meaning_are_refused_by_name() {
     let refused = |change: &dyn Fn(&mut Plant)| {

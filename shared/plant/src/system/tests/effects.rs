@@ -7,8 +7,15 @@ use crate::filter::FilterKind;
 use crate::real::Real;
 use crate::system::FilterPlace;
 
-const AMPLITUDE: EffectParameter =
-    EffectParameter { name: "size", unit: "1", low: -10.0, high: 10.0, default: 1.0, what: "how much" };
+const AMPLITUDE: EffectParameter = EffectParameter {
+    name: "size",
+    unit: "1",
+    low: -10.0,
+    high: 10.0,
+    default: 1.0,
+    what: "how much",
+    out_of_plane: false,
+};
 
 const fn anywhere(_: &Plant, _: &Site) -> bool {
     true
