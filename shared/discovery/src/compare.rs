@@ -5,6 +5,7 @@
 //! and frequency bands against the white noise under the residual, and in coherence with every other channel. Each list is corrected for its length (Holm) at [`FALSE_ALARM`] per channel and list.
 
 mod align;
+mod conclude;
 mod locate;
 #[cfg(test)]
 mod tests;
@@ -14,16 +15,13 @@ use serde::Serialize;
 pub use align::Correction;
 pub use locate::{Band, Coherence, Window};
 
-use crate::doctor::short;
 use crate::series::{Channel, Recording, Uniform, interpolate};
-use crate::statistics::{deviation, mean, rms};
+use crate::statistics::{deviation, rms};
 
 /// Probability that one list (windows, bands, coherence) of one channel names a place when only white noise separates the two.
 pub const FALSE_ALARM: f64 = 1e-4;
 /// Fewest common samples.
 const SAMPLES_MIN: usize = 32;
-/// An explanation must take away this share of the squared difference to be the conclusion.
-const EXPLAINED_SHARE: f64 = 0.5;
 
 /// What separates a channel from its simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -41,6 +39,8 @@ pub enum Verdict {
     Window,
     /// Neither confined nor explained by one number.
     Unexplained,
+    /// Nothing of the recorded channel follows the simulated one.
+    Unrelated,
     TooShort,
 }
 
@@ -246,7 +246,7 @@ fn compare_channel(real: &Channel, simulated: &Channel, recording: &Recording) -
     let places = locate::locate(&error, &p, recording, &real.name);
     out.noise_sigma = places.noise_sigma;
     (out.windows, out.bands, out.coherence) = (places.windows, places.bands, places.coherence);
-    (out.verdict, out.conclusion) = conclude(&out, &corrections, &p, recording, &error);
+    (out.verdict, out.conclusion) = conclude::conclude(&out, &corrections, &p, recording, &error);
     out
 }
 
@@ -276,87 +276,6 @@ fn too_short(real: &Channel) -> ChannelComparison {
         verdict: Verdict::TooShort,
         conclusion: format!("cannot be compared: fewer than {SAMPLES_MIN} common samples"),
     }
-}
-
-fn conclude(
-    c: &ChannelComparison,
-    all: &align::Corrections,
-    p: &Pair,
-    recording: &Recording,
-    error: &[f64],
-) -> (Verdict, String) {
-    let before = rms(error).powi(2);
-    let share = |x: &Correction| 1.0 - rms(&x.residual).powi(2) / before;
-    let named = [
-        (Verdict::Offset, &all.offset),
-        (Verdict::Scale, &all.scale),
-        (Verdict::Lag, &all.lag),
-        (Verdict::Sign, &all.sign),
-    ];
-    let best =
-        named.iter().filter(|(_, x)| x.significant(FALSE_ALARM)).max_by(|a, b| share(a.1).total_cmp(&share(b.1)));
-    if let Some((verdict, correction)) = best
-        && share(correction) >= EXPLAINED_SHARE
-    {
-        let turned = *verdict == Verdict::Sign || (*verdict == Verdict::Scale && correction.value < 0.0);
-        let verdict = if turned { Verdict::Sign } else { *verdict };
-        let what = match verdict {
-            Verdict::Lag => {
-                format!("differs by a lag of {} ± {} ms", short(1e3 * correction.value), short(1e3 * correction.sigma))
-            }
-            Verdict::Scale => format!("differs by a gain of {} ± {}", short(correction.value), short(correction.sigma)),
-            Verdict::Offset => {
-                format!("differs by an offset of {} ± {} {}", short(correction.value), short(correction.sigma), c.unit)
-            }
-            _ => format!("has the opposite sign, gain {} ± {}", short(all.scale.value), short(all.scale.sigma)),
-        };
-        let rest = locate::locate(&correction.residual, p, recording, &c.name);
-        let left = if rest.silent() {
-            "the rest is noise".into()
-        } else {
-            let fit = fit_percent(&correction.residual, &p.real)
-                .map_or_else(String::new, |f| format!(", fit {} %", short(f)));
-            format!(
-                "takes {} % of the squared difference{fit}; more is left{}",
-                short(100.0 * share(correction)),
-                rest.bands.first().map_or_else(String::new, band_text)
-            )
-        };
-        return (verdict, format!("{what}; {left}"));
-    }
-    if c.windows.is_empty() && c.bands.is_empty() && c.coherence.is_empty() && best.is_none() {
-        let sigma = c.noise_sigma.unwrap_or(c.rms);
-        return (
-            Verdict::OnlyNoise,
-            format!("only noise ({} {} rms, mean {})", short(sigma), c.unit, short(mean(error))),
-        );
-    }
-    let power = before;
-    let follows = c
-        .coherence
-        .first()
-        .map_or_else(String::new, |k| format!("; {} % of it follows {}", short(100.0 * k.share), k.channel));
-    if let Some(band) = c.bands.first().filter(|b| b.rms * b.rms > EXPLAINED_SHARE * power && b.confined) {
-        return (Verdict::Band, format!("differs{}{follows}", band_text(band)));
-    }
-    if let Some(window) = c.windows.first().filter(|w| w.share > EXPLAINED_SHARE && w.confined) {
-        return (
-            Verdict::Window,
-            format!(
-                "differs in {}-{} s ({} % of the squared difference){follows}",
-                short(window.start_s),
-                short(window.end_s),
-                short(100.0 * window.share)
-            ),
-        );
-    }
-    let fit = c.fit_percent.map_or_else(String::new, |f| format!(" (fit {} %)", short(f)));
-    let place = c.bands.first().map_or_else(String::new, |b| format!(", most{}", band_text(b)));
-    (Verdict::Unexplained, format!("differs{fit}: no lag, gain, sign or offset alone takes half of it{place}{follows}"))
-}
-
-fn band_text(band: &Band) -> String {
-    format!(" in the band {}-{} Hz", short(band.low_hz), short(band.high_hz))
 }
 
 /// Real time series back from equal steps, for methods that take [`Uniform`].

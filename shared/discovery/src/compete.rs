@@ -1,50 +1,39 @@
-//! Candidates against each other and against the noise: joint likelihoods, both sides with their own noise.
+//! Sets of effects against each other and against the noise: joint likelihoods, both sides with their own noise.
 //!
-//! What a score screens in goes to a likelihood ratio in which sizes and poles of the noise are maximised with the candidate and
-//! without it: noise fitted to the nominal plant alone has swallowed part of the effect, noise taken on trust invents effects. The
-//! linear ratio ranks; the best are fitted as physics, from the score's amplitude on, with the numbers inside their laws free.
+//! What [`subsets`] ranks first goes to a likelihood ratio in which sizes and poles of the noise are maximised with the effects and
+//! without them: noise fitted to the nominal plant alone has swallowed part of the physics, noise taken on trust invents some. The best
+//! are fitted as physics, from the amplitudes of the linear problem on, with the numbers inside their laws free.
 //!
-//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A likelihood counts when its ratio passes χ² at `alpha / m`, m all columns
-//! that were tried, and the robust score does not veto it.
+//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set counts when its ratio passes χ² at `alpha` over all sets of
+//! its size, when it beats the best smaller set by as much, and when the robust score of its joint direction does not veto it.
 
-mod pairs;
 mod refit;
+pub mod subsets;
 
-pub use pairs::{Pair, pair};
-pub use refit::{Refit, refit, refit_all};
+pub use refit::{Refit, refit_all};
+pub use subsets::{Ranking, Subset, rank};
 
 use crate::filter::NoiseModel;
+use crate::fit::board::dot;
 use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit};
-use crate::score::{Column, Score, cosine};
+use crate::fit::{Engine, Fit, parallel};
+use crate::score::{Column, Score, scores};
 use crate::statistics::{chi_squared_tail, normal_two_sided};
+use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// Bounds on the work.
-#[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    /// Contenders whose linear ratio is taken, and those that are fitted.
-    pub linear_max: usize,
-    pub refit_max: usize,
-}
-
-/// One candidate that came this far.
+/// One set of effects that came this far.
 #[derive(Clone, Debug)]
 pub struct Contender {
-    pub column: usize,
-    pub score: Score,
-    /// Ratio on the linear model, noise maximised on both sides, and its p times the number of columns tried.
+    pub subset: Subset,
+    /// Ratio of likelihoods, noise maximised on both sides, and its p times the number of sets tried.
     pub ratio: f64,
     pub p: f64,
-    /// Amplitudes of its directions at that maximum.
-    pub amplitude: Vec<f64>,
     pub noise: NoiseModel,
-    /// The robust score neither vetoes it nor lies beyond its own reach.
     pub veto: Veto,
     pub refit: Option<Refit>,
     /// `−2 ln p + k ln n`, relative to the nominal plant's.
     pub bic: f64,
-    /// Cosine with the best.
-    pub cosine: f64,
+    pub free: usize,
 }
 
 /// What the robust score says.
@@ -56,85 +45,220 @@ pub enum Veto {
     Silent,
 }
 
-/// Family-wise level of the veto among the contenders that are looked at.
+/// Who competed, best first, and the least objective of the nominal plant that was met on the way.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    pub contenders: Vec<Contender>,
+    pub null: f64,
+}
+
+/// The nominal plant as the sets meet it.
+pub struct Nominal<'a> {
+    pub fit: &'a Fit,
+    pub noise: &'a NoiseModel,
+    pub objective: f64,
+}
+
+/// Sets of each size whose likelihood is taken.
+const SHORTLIST: [usize; 3] = [5, 4, 2];
+/// Significance, in units of the level, up to which a rung's word is followed up.
+const FOLLOWED: f64 = 10.0;
+/// Family-wise level of the veto among the sets that are looked at.
 const VETO_LEVEL: f64 = 0.01;
 /// Energy of an effect in less than this many independent instants counts as brief.
 const CEILING_SPARE: f64 = 1.15;
 
-/// Contenders for what is left out, best first. `null` is the nominal plant's least objective with its noise.
-pub fn contenders(
+/// Sets of `size` of `columns`.
+pub fn sets(columns: usize, size: usize) -> f64 {
+    (0..size).map(|i| (columns.saturating_sub(i)) as f64 / (i + 1) as f64).product::<f64>().max(1.0)
+}
+
+/// Likelihoods and refits of the most promising sets of `ranking`.
+pub fn compete(
     engine: &Engine<'_>,
-    fit: &Fit,
+    nominal: &Nominal<'_>,
     columns: &[Column],
-    screened: &[(Score, Score)],
-    (null_noise, null): (&NoiseModel, f64),
+    ranking: &Ranking,
     alpha: f64,
-    limits: Limits,
-) -> Vec<Contender> {
-    let tried = columns.len().max(1) as f64;
-    let chosen = choose(columns, screened, alpha / tried, limits.linear_max);
-    let z_veto = normal_two_sided(VETO_LEVEL / chosen.len().max(1) as f64);
-    let mut list: Vec<Contender> = Vec::new();
-    for (assumed, adapted) in chosen {
-        let column = &columns[adapted.column];
-        let extra: Vec<&Vec<f64>> = column.raw.iter().collect();
-        let search = Search { sweeps: 2, colour: true, scan: false };
-        let from_null = maximise(engine, &fit.board, &fit.theta, &extra, null_noise, search);
-        let from_stated = (adapted.statistic < 0.7 * assumed.statistic)
-            .then(|| maximise(engine, &fit.board, &fit.theta, &extra, &engine.noise, search))
-            .flatten();
-        let best = [from_null, from_stated].into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1));
-        let Some((noise, objective)) = best else { continue };
-        let amplitude = fit.board.normal(engine, &fit.theta, &noise, &extra).and_then(|n| n.minimum());
-        let Some((_, amplitude)) = amplitude else { continue };
-        let wrong_sign = column.candidate.one_sided && amplitude[0] < 0.0;
-        let ratio = if wrong_sign { 0.0 } else { (null - objective).max(0.0) };
-        let freedom = column.raw.len() as f64;
-        let veto = match adapted.robust {
-            robust if robust.ceiling < CEILING_SPARE * z_veto => Veto::Silent,
-            robust if robust.z.abs() >= z_veto => Veto::Passed,
-            _ => Veto::Vetoed,
-        };
-        list.push(Contender {
-            column: adapted.column,
-            ratio,
-            p: (chi_squared_tail(ratio, freedom) * tried).min(1.0),
-            amplitude: amplitude.iter().copied().collect(),
-            noise,
-            veto,
-            refit: None,
-            bic: freedom * libm::log(engine.samples as f64) - ratio,
-            cosine: 0.0,
-            score: adapted,
-        });
+) -> Outcome {
+    let samples = libm::log(engine.samples.max(2) as f64);
+    let list = shortlist(columns, ranking, samples, alpha);
+    let z_veto = normal_two_sided(VETO_LEVEL / list.len().max(1) as f64);
+    let (parts, threads) = (list.len(), engine.threads);
+    let single = Engine { threads: 1, ..engine.clone() };
+    let found = parallel(parts, threads, |i| one(&single, nominal, columns, &list[i], z_veto));
+    let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective };
+    for (contender, without) in found.into_iter().flatten() {
+        outcome.null = outcome.null.min(without);
+        outcome.contenders.push(contender);
     }
-    list.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let first = list.first().map(|first| first.score.clone());
-    for contender in &mut list {
-        contender.cosine = first.as_ref().map_or(0.0, |first| cosine(first, &contender.score));
+    settle(&mut outcome, ranking.tried, samples);
+    outcome
+}
+
+/// Likelihood and refit of one set, and the least objective without it under the noise that suits it.
+fn one(
+    engine: &Engine<'_>,
+    nominal: &Nominal<'_>,
+    columns: &[Column],
+    subset: &Subset,
+    z_veto: f64,
+) -> Option<(Contender, f64)> {
+    let extra: Vec<&Vec<f64>> = subset.members.iter().flat_map(|c| &columns[*c].raw).collect();
+    let search = Search { sweeps: 3, colour: true, scan: false };
+    let (board, theta) = (&nominal.fit.board, &nominal.fit.theta);
+    let starts = [&subset.noise, nominal.noise];
+    let found = starts.iter().filter_map(|start| maximise(engine, board, theta, &extra, start, search));
+    let (noise, objective) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    // the noise found with the effects may be the better one without them, too
+    let without = maximise(engine, board, theta, &[], &noise, search).map_or(nominal.objective, |found| found.1);
+    let null = without.min(nominal.objective);
+    let (_, amplitude) = board.normal(engine, theta, &noise, &extra).and_then(|normal| normal.minimum())?;
+    let amplitudes = signed(columns, subset, amplitude.as_slice())?;
+    let veto = [nominal.noise, &noise].map(|noise| veto(engine, nominal.fit, columns, subset, noise, z_veto));
+    let veto = if veto.contains(&Veto::Passed) { Veto::Passed } else { veto[0] };
+    let subset = Subset { amplitudes, ..subset.clone() };
+    let parts: Vec<(&Column, &[f64])> =
+        subset.members.iter().zip(&subset.amplitudes).map(|(c, a)| (&columns[*c], a.as_slice())).collect();
+    let ratio = null - objective;
+    let refit = (veto != Veto::Vetoed).then(|| refit_all(engine, nominal.fit, &parts, &noise, null - 0.5 * ratio));
+    // a refit that lost most of what the line promised has not converged
+    let refit = refit.flatten().filter(|refit| null - refit.objective > 0.5 * ratio);
+    let free = refit.as_ref().map_or(subset.free, |refit| refit.free);
+    Some((Contender { subset, ratio: objective, p: 1.0, noise, veto, refit, bic: 0.0, free }, without))
+}
+
+/// Ratios, p and BIC against the null as it now stands; until here `ratio` holds the objective on the linear model.
+fn settle(outcome: &mut Outcome, tried: usize, samples: f64) {
+    for contender in &mut outcome.contenders {
+        let objective = contender.refit.as_ref().map_or(contender.ratio, |refit| refit.objective);
+        contender.judge(outcome.null - objective, tried, samples);
+    }
+    outcome.sort();
+}
+
+impl Contender {
+    /// Significant, fitted as physics, better than nothing by BIC, and not vetoed.
+    pub fn stands(&self, alpha: f64) -> bool {
+        self.p < alpha && self.veto != Veto::Vetoed && self.refit.is_some() && self.bic < 0.0
+    }
+
+    fn judge(&mut self, ratio: f64, tried: usize, samples: f64) {
+        self.ratio = ratio;
+        let tail = chi_squared_tail(ratio.max(0.0), self.free as f64);
+        self.p = (tail * sets(tried, self.subset.members.len())).min(1.0);
+        self.bic = self.free as f64 * samples - ratio;
+    }
+}
+
+impl Outcome {
+    /// The nominal plant was found to do better than was known.
+    pub fn lower_null(&mut self, null: f64, tried: usize, samples: usize) {
+        let over = self.null - null;
+        if over > 0.0 {
+            self.null = null;
+            let samples = libm::log(samples.max(2) as f64);
+            self.contenders.iter_mut().for_each(|c| c.judge(c.ratio - over, tried, samples));
+            self.sort();
+        }
+    }
+
+    /// Best first; twins in the order of the catalogue.
+    fn sort(&mut self) {
+        let key = |c: &Contender| libm::round(c.bic / subsets::TIE);
+        self.contenders.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.subset.members.cmp(&b.subset.members)));
+    }
+
+    /// The set to adopt: the best that stands; a larger one must beat every smaller one that stands at `alpha`, and every one must
+    /// predict what it was not fitted to better than the one before it (`better`; `None`: the nominal plant).
+    pub fn best(
+        &self,
+        alpha: f64,
+        tried: usize,
+        better: &dyn Fn(Option<&Contender>, &Contender) -> bool,
+    ) -> Option<usize> {
+        let mut best: Option<usize> = None;
+        for size in 1..=SHORTLIST.len() {
+            let own = |i: &usize| self.contenders[*i].subset.members.len() == size && self.contenders[*i].stands(alpha);
+            let Some(i) = (0..self.contenders.len()).find(own) else { continue };
+            let challenger = &self.contenders[i];
+            let holder = best.map(|b| &self.contenders[b]);
+            let wins = holder.is_none_or(|holder| {
+                let more = (size - holder.subset.members.len()) as i32;
+                let free = challenger.free.saturating_sub(holder.free).max(1);
+                let gained = (challenger.ratio - holder.ratio).max(0.0);
+                let p = chi_squared_tail(gained, free as f64) * (tried.max(1) as f64).powi(more);
+                challenger.bic < holder.bic && p < alpha
+            });
+            if wins && better(holder, challenger) {
+                best = Some(i);
+            }
+        }
+        best
+    }
+}
+
+/// The best sets of each size of distinct laws, as far as their rung finds them significant and no smaller set does better.
+fn shortlist(columns: &[Column], ranking: &Ranking, samples: f64, alpha: f64) -> Vec<Subset> {
+    let mut list: Vec<Subset> = Vec::new();
+    let mut least = 0.0f64;
+    for (size, ranked) in ranking.sizes.iter().enumerate() {
+        let mut own: Vec<&Subset> = Vec::new();
+        for subset in ranked {
+            let ratio = subset.free as f64 * samples - subset.bic;
+            let p = chi_squared_tail(ratio.max(0.0), subset.free as f64) * sets(ranking.tried, size + 1);
+            let same = |other: &&&Subset| {
+                let law = |a: &usize, b: &usize| columns[*a].candidate.same_law(&columns[*b].candidate);
+                other.members.iter().zip(&subset.members).all(|(a, b)| law(a, b))
+            };
+            let known = own.iter().filter(same).count();
+            if p < FOLLOWED * alpha && known == 0 && own.len() < SHORTLIST[size] && subset.bic < least.max(-1e-9) {
+                own.push(subset);
+            }
+        }
+        let better = own.first().map_or(least, |first| first.bic.min(least));
+        // larger sets must beat the best smaller one
+        least = if size == 0 { better } else { least.min(better) };
+        list.extend(own.into_iter().cloned());
     }
     list
 }
 
-/// The best of each effect and site that either score finds, most significant first.
-fn choose(columns: &[Column], screened: &[(Score, Score)], level: f64, most: usize) -> Vec<(Score, Score)> {
-    let passing = screened.iter().filter(|(assumed, adapted)| assumed.p.min(adapted.p) < 10.0 * level);
-    let mut list: Vec<&(Score, Score)> = passing.collect();
-    // by what survives adapted noise, then by what the stated noise says
-    let excess = |pair: &(Score, Score)| {
-        (pair.1.statistic - 2.0 * pair.1.freedom as f64) + 1e-3 * (pair.0.statistic - 2.0 * pair.0.freedom as f64)
-    };
-    list.sort_by(|a, b| excess(b).total_cmp(&excess(a)));
-    let mut chosen: Vec<&(Score, Score)> = Vec::new();
-    for pair in list {
-        let law = &columns[pair.0.column].candidate;
-        // two points of one grid may both be worth a start
-        let known = chosen.iter().filter(|c| columns[c.0.column].candidate.same_law(law)).count();
-        if known < 1 && chosen.len() < most {
-            chosen.push(pair);
+/// Amplitudes by member; `None` where one is none that its effect can have.
+fn signed(columns: &[Column], subset: &Subset, flat: &[f64]) -> Option<Vec<Vec<f64>>> {
+    let mut at = 0;
+    let mut amplitudes = Vec::with_capacity(subset.members.len());
+    for c in &subset.members {
+        let own = &flat[at..at + columns[*c].raw.len()];
+        let [low, high] = columns[*c].candidate.range();
+        if own.iter().any(|a| !(low..=high).contains(a)) || own.iter().all(|a| *a == 0.0) {
+            return None;
         }
+        amplitudes.push(own.to_vec());
+        at += own.len();
     }
-    chosen.into_iter().cloned().collect()
+    Some(amplitudes)
+}
+
+/// The robust score of the set's joint direction, whitened by `noise`; it holds whatever the noise is, so any whitening may pass it.
+fn veto(engine: &Engine<'_>, fit: &Fit, columns: &[Column], subset: &Subset, noise: &NoiseModel, level: f64) -> Veto {
+    let own: Vec<Column> = subset.members.iter().map(|c| columns[*c].clone()).collect();
+    let scores: Option<Vec<Score>> = scores(engine, &fit.board, &fit.theta, noise, &own).into_iter().collect();
+    let mut residual = [fit.board.nu.clone()];
+    let (Some(own), Some(_)) = (scores, fit.board.whiten(engine, noise, &mut residual)) else { return Veto::Vetoed };
+    let all: Vec<&Vec<f64>> = own.iter().flat_map(|score| &score.projected).collect();
+    let k = all.len();
+    let matrix = DMatrix::from_fn(k, k, |i, j| dot(all[i], all[j]) * if i == j { 1.0 + 1e-9 } else { 1.0 });
+    let right = DVector::from_fn(k, |i, _| dot(all[i], &residual[0]));
+    let Some(factor) = Cholesky::new(matrix) else { return Veto::Vetoed };
+    let amplitude = factor.solve(&right);
+    let joint: Vec<f64> =
+        (0..residual[0].len()).map(|s| all.iter().zip(amplitude.iter()).map(|(c, a)| a * c[s]).sum()).collect();
+    match crate::score::robust::robust(&joint, &residual[0], &crate::score::event_of_sample(engine)) {
+        robust if robust.ceiling < CEILING_SPARE * level => Veto::Silent,
+        robust if robust.z.abs() >= level => Veto::Passed,
+        _ => Veto::Vetoed,
+    }
 }
 
 /// `exp(−ΔBIC/2)` normalised over contenders within `span` of the best; zero beyond.

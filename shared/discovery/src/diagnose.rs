@@ -8,23 +8,24 @@
 //! Every loop is bounded by [`Options`]; what was cut is said.
 
 mod evidence;
+mod figures;
 mod report;
 mod verdict;
 
 pub use report::{
-    DetectionLimit, Diagnosis, EffectReport, HeldOut, HeldOutChannel, HeldOutKind, Nominal, ParameterReport, Rival,
-    Verdict, Where,
+    Angles, Compare, DetectionLimit, Diagnosis, EffectReport, EvidenceCurve, Figures, ForceCell, ForceMap, HeldOut,
+    HeldOutChannel, HeldOutKind, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
 };
 
-use crate::compete::{Contender, Limits, Pair, Refit, Veto, contenders, pair, refit, weights};
+use crate::compete::{Contender, Nominal as NominalPlant, Outcome, Ranking, Refit, Veto, compete, rank, weights};
 use crate::filter::NoiseModel;
 use crate::fit::Board;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
+use crate::force_map::{self, ForceMap as ForceMapFound};
 use crate::held_out::{BLOCK_S, Gain, Predictor, Status, blocks, free_run, gain};
 use crate::problem::Problem;
-use crate::score::{Column, Score, candidates, columns, event_of_sample, scores};
-use crate::statistics::chi_squared_tail;
+use crate::score::{Column, Score, candidates, columns, cosine, event_of_sample, scores};
 use plant::description::Plant;
 
 /// Bounds and levels.
@@ -33,13 +34,13 @@ pub struct Options {
     /// Probability of any finding where nothing is missing.
     pub alpha: f64,
     pub terms_max: usize,
-    pub linear_max: usize,
-    pub refit_max: usize,
     pub threads: usize,
     /// Effects that the catalogue is taken without.
     pub without: Vec<String>,
-    /// Recordings to ask at the end, as problems of the same plant.
+    /// Recordings to ask at the end, as a problem of the same plant.
     pub held_out: Option<Problem>,
+    /// The same experiment once more, run by run: what physics does repeats, what noise does not.
+    pub repeat: Option<Problem>,
     /// Largest work in steps of integration; beyond it grids are thinned and it is said.
     pub steps_max: f64,
 }
@@ -49,21 +50,17 @@ impl Default for Options {
         Self {
             alpha: 2e-3,
             terms_max: 3,
-            linear_max: 8,
-            refit_max: 4,
             threads: 1,
             without: Vec::new(),
             held_out: None,
+            repeat: None,
             steps_max: 4e8,
         }
     }
 }
 
-/// Shares of alpha: physics and sensors; the noise model.
+/// Share of alpha for physics and sensors; the rest is the noise model's.
 const NAME_SHARE: f64 = 0.5;
-const PAIR_SHARE: f64 = 0.25;
-/// A pair is taken at once where it beats the best single effect by this in BIC; else effects are added one by one.
-const PAIR_MARGIN: f64 = 20.0;
 /// ΔBIC within which a rival is printed.
 pub const RIVAL_SPAN: f64 = 12.0;
 /// Parts of a recording, each of which is predicted from the others, where no other recording is given.
@@ -79,11 +76,35 @@ struct Standing {
 }
 
 /// One adopted effect.
+#[derive(Clone)]
 struct Adopted {
     column: Column,
-    contender: Contender,
-    rivals: Vec<(Column, Contender)>,
-    refit: Refit,
+    score: Score,
+    /// Significance of the set it came with.
+    p: f64,
+    /// Square root of the likelihood ratio of that set.
+    d: f64,
+    weight: f64,
+    rivals: Vec<Contested>,
+}
+
+/// An effect that could stand in the place of an adopted one.
+#[derive(Clone)]
+struct Contested {
+    kind: &'static str,
+    site: String,
+    weight: f64,
+    bic: f64,
+    cosine: f64,
+}
+
+/// An effect that is significant and could not be fitted.
+struct Unfitted {
+    column: Column,
+    score: Score,
+    amplitude: f64,
+    ratio: f64,
+    p: f64,
 }
 
 /// Diagnoses `problem`. `progress` is told a phase and the share done.
@@ -104,35 +125,53 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
     let mut best = nominal;
     let mut adopted: Vec<Adopted> = Vec::new();
-    let mut unfitted: Vec<(Column, Contender)> = Vec::new();
+    let mut unfitted: Vec<Unfitted> = Vec::new();
     let mut screening = Screening::default();
-    for term in 0..options.terms_max {
-        if adopted.len() >= options.terms_max {
-            break;
-        }
-        progress("score the catalogue", 0.2 + 0.2 * term as f64);
+    let mut smaller = Vec::new();
+    while adopted.len() < options.terms_max && unfitted.is_empty() {
+        let done = adopted.len() as f64 / options.terms_max as f64;
+        progress("score the catalogue", 0.2 + 0.6 * done);
         let own = Engine::like(&engine, &best.problem).map_err(|error| error.to_string())?;
         let found = screen(&own, &best, options, &mut notes);
-        progress("compete", 0.3 + 0.2 * term as f64);
-        let step = step(&own, &best, &found, options);
-        if term == 0 {
+        progress("compete", 0.25 + 0.6 * done);
+        let step = step(&own, &best, &found, options.terms_max - adopted.len(), options);
+        let first = adopted.is_empty();
+        unfitted = step.unfitted;
+        if first {
             screening = found;
         }
-        unfitted.extend(step.1);
-        // terms that only together beat what is there
-        let both = (adopted.is_empty() && unfitted.is_empty()).then(|| two(&own, &best, &screening, options)).flatten();
-        let single = step.0.as_ref().map_or(0.0, |next| next.contender.bic);
-        if let Some(both) = both.filter(|both| both[0].contender.bic < single - PAIR_MARGIN) {
-            best = stand(&both[0].refit);
-            adopted.extend(both);
-            continue;
+        let Some(refit) = step.refit else { break };
+        // nearest first: without what this round adds, then its own smaller sets before that
+        let mut nearest: Vec<(Vec<Adopted>, Standing)> = Vec::new();
+        for (set, refit) in step.smaller {
+            nearest.push((adopted.iter().cloned().chain(set).collect(), stand(&refit)));
         }
-        let Some(next) = step.0 else { break };
-        best = stand(&next.refit);
-        adopted.push(next);
+        if !adopted.is_empty() {
+            nearest.push((adopted.clone(), best));
+        }
+        nearest.append(&mut smaller);
+        smaller = nearest;
+        best = stand(&refit);
+        adopted.extend(step.adopted);
     }
-    progress("held out", 0.9);
-    let shown = held_out(problem, &engine, &stated, &best, adopted.is_empty(), options);
+    progress("held out", 0.85);
+    let mut shown = held_out(problem, &engine, &stated, &best, adopted.is_empty(), options);
+    let mut smaller = smaller.into_iter();
+    while !adopted.is_empty() && status(shown.gain.as_ref()) != Status::Confirmed {
+        // a term that held-out data do not bear takes no other with it
+        let Some((set, standing)) = smaller.next() else { break };
+        let again = held_out(problem, &engine, &stated, &standing, false, options);
+        if status(again.gain.as_ref()) == Status::Confirmed {
+            notes.push(format!(
+                "held-out data confirm {} of {} effects that this recording asks for",
+                set.len(),
+                adopted.len()
+            ));
+            (adopted, best, shown) = (set, standing, again);
+        }
+    }
+    progress("a force that no law describes", 0.95);
+    let map = remainder(&engine, &best)?;
     progress("report", 1.0);
     Ok(verdict::conclude(&verdict::Findings {
         engine: &engine,
@@ -142,10 +181,17 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         unfitted: &unfitted,
         screening: &screening,
         noise_p,
+        map: map.as_ref(),
         shown,
         notes,
         alpha: options.alpha,
     }))
+}
+
+/// The map of force that the standing plant still lacks.
+fn remainder(engine: &Engine<'_>, best: &Standing) -> Result<Option<ForceMapFound>, String> {
+    let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
+    Ok(force_map::best(&own, &best.fit.board, &best.fit.theta, &best.noise))
 }
 
 /// Noise maximised, parameters fitted under it, noise once more.
@@ -166,6 +212,13 @@ fn standing(engine: &Engine<'_>, stated: &Fit) -> Result<Standing, String> {
 struct Screening {
     columns: Vec<Column>,
     pairs: Vec<(Score, Score)>,
+}
+
+impl Screening {
+    /// Score of a column under the adapted noise.
+    fn score(&self, column: usize) -> Option<&Score> {
+        self.pairs.iter().map(|(_, adapted)| adapted).find(|score| score.column == column)
+    }
 }
 
 fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, notes: &mut Vec<String>) -> Screening {
@@ -198,72 +251,144 @@ fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, notes: &mut V
     Screening { columns, pairs }
 }
 
-/// The next effect, if any stands, and those that are significant but could not be fitted.
-fn step(
-    engine: &Engine<'_>,
-    best: &Standing,
-    found: &Screening,
-    options: &Options,
-) -> (Option<Adopted>, Vec<(Column, Contender)>) {
+/// What one round of the search found.
+#[derive(Default)]
+struct Step {
+    adopted: Vec<Adopted>,
+    refit: Option<Refit>,
+    unfitted: Vec<Unfitted>,
+    /// Smaller sets that stand too, larger ones first: for the case that held-out data do not confirm the one adopted.
+    smaller: Vec<(Vec<Adopted>, Refit)>,
+}
+
+/// The next set of effects, if any stands, and those that are significant but could not be fitted.
+fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room: usize, options: &Options) -> Step {
     let alpha = NAME_SHARE * options.alpha;
-    let limits = Limits { linear_max: options.linear_max, refit_max: options.refit_max };
-    let null = (&best.noise, best.objective);
-    let mut list = contenders(engine, &best.fit, &found.columns, &found.pairs, null, alpha, limits);
-    if !list.iter().any(|c| c.p < 10.0 * alpha) {
-        return (None, Vec::new());
-    }
-    let samples = libm::log(engine.samples as f64);
-    let mut null = best.objective;
-    for contender in list.iter_mut().filter(|c| c.p < 10.0 * alpha).take(limits.refit_max) {
-        let column = &found.columns[contender.column];
-        null = null.min(nominal_with(engine, best, &contender.noise).unwrap_or(null));
-        if null + contender.ratio < best.objective {
+    let (board, theta) = (&best.fit.board, &best.fit.theta);
+    let ranking = rank(engine, board, theta, &found.columns, &best.noise, room);
+    let nominal = NominalPlant { fit: &best.fit, noise: &best.noise, objective: best.objective };
+    let mut outcome = compete(engine, &nominal, &found.columns, &ranking, alpha);
+    let mut tried: Vec<usize> = Vec::new();
+    let better = |small: Option<&Contender>, large: &Contender| predicts_better(engine, best, small, large);
+    while let Some(at) = outcome.best(alpha, ranking.tried, &better) {
+        let contender = &outcome.contenders[at];
+        let refit = contender.refit.clone().expect("only refitted sets stand");
+        // once more from the other side: the nominal plant with the noise that suits the set
+        if !tried.contains(&at)
+            && let Some(null) = nominal_with(engine, best, &refit.noise)
+            && null < outcome.null - 1.0
+        {
+            tried.push(at);
+            outcome.lower_null(null, ranking.tried, engine.samples);
             continue;
         }
-        contender.refit = refit(engine, &best.fit, column, contender, null);
-        if let Some(refit) = &contender.refit {
-            // the noise found with the effect may be the better one without it, too
-            null = null.min(nominal_with(engine, best, &refit.noise).unwrap_or(null));
-            if vanishes(refit, column) {
-                // what was gained was the noise's
-                (contender.refit, contender.ratio) = (None, 0.0);
-                continue;
-            }
-            let ratio = null - refit.objective;
-            // a refit that lost most of what the line promised has not converged
-            if ratio < 0.5 * contender.ratio {
-                contender.refit = None;
-                continue;
-            }
-            contender.ratio = ratio;
-            let tried = found.columns.len().max(1) as f64;
-            contender.p = (chi_squared_tail(ratio, refit.free as f64) * tried).min(1.0);
-            contender.bic = refit.free as f64 * samples - ratio;
+        if contender.subset.members.iter().any(|c| vanishes(&refit, &found.columns[*c])) {
+            // what was gained was the noise's, or the other members'
+            outcome.contenders.remove(at);
+            continue;
         }
+        let adopted = adopt(found, &outcome, at, &ranking);
+        let smaller = smaller(found, &outcome, at, &ranking, alpha);
+        return Step { adopted, refit: Some(refit), unfitted: Vec::new(), smaller };
     }
-    // ratios that were taken before the null was found to be better
-    for contender in &mut list {
-        let over = (best.objective - null).max(0.0);
-        let freedom = contender.refit.as_ref().map_or(contender.score.freedom, |refit| refit.free) as f64;
-        contender.ratio = match &contender.refit {
-            Some(refit) => null - refit.objective,
-            None => (contender.ratio - over).max(0.0),
-        };
-        let tried = found.columns.len().max(1) as f64;
-        contender.p = (chi_squared_tail(contender.ratio.max(0.0), freedom) * tried).min(1.0);
-        contender.bic = freedom * samples - contender.ratio;
-    }
-    list.sort_by(|a, b| a.bic.total_cmp(&b.bic));
-    let stands = |c: &Contender| c.p < alpha && c.veto != Veto::Vetoed;
-    let of = |c: &Contender| found.columns[c.column].clone();
-    let unfitted = list.iter().filter(|c| stands(c) && c.refit.is_none()).map(|c| (of(c), c.clone())).collect();
-    let Some(at) = list.iter().position(|c| stands(c) && c.refit.is_some() && c.bic < 0.0) else {
-        return (None, unfitted);
+    let lost = outcome.contenders.iter().filter(|c| {
+        c.p < alpha && c.veto != Veto::Vetoed && c.refit.is_none() && c.bic < 0.0 && c.subset.members.len() == 1
+    });
+    let unfitted = lost.filter_map(|c| {
+        let column = c.subset.members[0];
+        let score = found.score(column)?.clone();
+        let amplitude = c.subset.amplitudes[0].first().copied().unwrap_or(0.0);
+        Some(Unfitted { column: found.columns[column].clone(), score, amplitude, ratio: c.ratio, p: c.p })
+    });
+    Step { unfitted: unfitted.collect(), ..Step::default() }
+}
+
+/// The best set of every size below that of contender `at` that stands.
+fn smaller(
+    found: &Screening,
+    outcome: &Outcome,
+    at: usize,
+    ranking: &Ranking,
+    alpha: f64,
+) -> Vec<(Vec<Adopted>, Refit)> {
+    let size = |c: &Contender| c.subset.members.len();
+    let sizes = (1..size(&outcome.contenders[at])).rev();
+    let best = sizes.filter_map(|own| outcome.contenders.iter().position(|c| size(c) == own && c.stands(alpha)));
+    best.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
+}
+
+/// Parts of the recording are predicted from the others better by `large` than by `small` (the standing plant), by more than the
+/// standard error of blocks: the rule of one standard error.
+fn predicts_better(engine: &Engine<'_>, best: &Standing, small: Option<&Contender>, large: &Contender) -> bool {
+    let Some(with) = &large.refit else { return false };
+    let terms = |problem: &Problem, fit: &Fit| {
+        let own = Engine::like(engine, problem).ok()?;
+        block_terms(&own, &fit.board, &fit.theta, &with.noise)
     };
-    let mut contender = list.remove(at);
-    let refit = contender.refit.take().expect("only contenders with a refit are taken");
-    let rivals = list.into_iter().map(|c| (found.columns[c.column].clone(), c)).collect();
-    (Some(Adopted { column: found.columns[contender.column].clone(), contender, rivals, refit }), Vec::new())
+    let before = match small.and_then(|small| small.refit.as_ref()) {
+        Some(refit) => terms(&refit.problem, &refit.fit),
+        None => terms(&best.problem, &best.fit),
+    };
+    let (Some(before), Some(after)) = (before, terms(&with.problem, &with.fit)) else { return false };
+    let differences: Vec<(f64, f64)> = before.0.iter().zip(&after.0).map(|((t, a), (_, b))| (*t, b - a)).collect();
+    let gain = blocks(&differences, BLOCK_S.max(4.0 * engine.timelines[0].period_s).min(block_most_s(engine)));
+    gain.loglik_gain > gain.gain_se
+}
+
+/// Length of a block of which a recording still has thirty.
+fn block_most_s(engine: &Engine<'_>) -> f64 {
+    engine.problem.duration_s() / 30.0
+}
+
+/// The members of contender `at` with their rivals: sets of the same size that differ from it in that member alone.
+fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> Vec<Adopted> {
+    let winner = &outcome.contenders[at];
+    let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
+    let members = &winner.subset.members;
+    let on_rung = ranking.sizes[members.len() - 1]
+        .iter()
+        .filter(|s| s.members.iter().zip(members).all(|(a, b)| law(*a, *b)))
+        .map(|s| s.bic)
+        .fold(winner.bic, f64::min);
+    // likelihoods where they were taken, else the rung's word, relative to the winner's own at the same depth
+    let deep = outcome.contenders.iter().map(|c| (&c.subset.members, c.bic - winner.bic));
+    let shallow = ranking.sizes[members.len() - 1].iter().map(|s| (&s.members, s.bic - on_rung));
+    let all: Vec<(&Vec<usize>, f64)> = deep.chain(shallow).filter(|(set, _)| set.len() == members.len()).collect();
+    let mut list = Vec::with_capacity(members.len());
+    for own in members {
+        let others: Vec<usize> = members.iter().copied().filter(|m| m != own).collect();
+        let mut contested: Vec<(usize, f64)> = Vec::new();
+        for (set, bic) in &all {
+            let rest: Vec<usize> = set.iter().copied().filter(|s| !others.iter().any(|o| law(*s, *o))).collect();
+            let [instead] = rest[..] else { continue };
+            let known = contested.iter().any(|(c, _)| law(*c, instead));
+            if !law(instead, *own) && !known && *bic <= RIVAL_SPAN {
+                contested.push((instead, bic.max(0.0)));
+            }
+        }
+        let mut bic = vec![0.0];
+        bic.extend(contested.iter().map(|(_, bic)| *bic));
+        let weights = weights(&bic, RIVAL_SPAN);
+        let Some(score) = found.score(*own).or_else(|| found.pairs.first().map(|pair| &pair.1)) else { continue };
+        let rivals = contested.iter().zip(&weights[1..]).map(|((column, bic), weight)| Contested {
+            kind: found.columns[*column].candidate.effect.kind,
+            site: found.columns[*column].candidate.site.to_string(),
+            weight: *weight,
+            bic: *bic,
+            cosine: found.score(*column).map_or(0.0, |other| cosine(score, other)),
+        });
+        let rivals = rivals.collect();
+        let (p, d) = (winner.p, winner.ratio.max(0.0).sqrt());
+        list.push(Adopted {
+            column: found.columns[*own].clone(),
+            score: score.clone(),
+            p,
+            d,
+            weight: weights[0],
+            rivals,
+        });
+    }
+    list
 }
 
 fn stand(refit: &Refit) -> Standing {
@@ -274,42 +399,6 @@ fn stand(refit: &Refit) -> Standing {
         noise: refit.noise.clone(),
         objective: refit.objective,
     }
-}
-
-/// A pair of effects as two adopted ones with one refit.
-fn two(engine: &Engine<'_>, best: &Standing, found: &Screening, options: &Options) -> Option<[Adopted; 2]> {
-    let alpha = PAIR_SHARE * options.alpha;
-    let limits = Limits { linear_max: options.linear_max, refit_max: options.refit_max };
-    let null = (&best.noise, best.objective);
-    let Pair { columns, scores, refit, p, bic, .. } =
-        pair(engine, &best.fit, &found.columns, &found.pairs, null, alpha, limits)?;
-    if columns.iter().any(|column| vanishes(&refit, &found.columns[*column])) {
-        return None;
-    }
-    let again = nominal_with(engine, best, &refit.noise)?.min(best.objective);
-    let ratio = again - refit.objective;
-    let tried = (found.columns.len() * found.columns.len()) as f64;
-    if chi_squared_tail(ratio.max(0.0), refit.free as f64) * tried > alpha {
-        return None;
-    }
-    let adopt = |k: usize| Adopted {
-        column: found.columns[columns[k]].clone(),
-        contender: Contender {
-            column: columns[k],
-            score: scores[k].clone(),
-            ratio,
-            p,
-            amplitude: scores[k].amplitude.clone(),
-            noise: refit.noise.clone(),
-            veto: Veto::Silent,
-            refit: None,
-            bic,
-            cosine: 1.0,
-        },
-        rivals: Vec::new(),
-        refit: refit.clone(),
-    };
-    Some([adopt(0), adopt(1)])
 }
 
 /// Least objective of the standing plant from another start of the noise, its parameters fitted again under it.
@@ -338,6 +427,7 @@ struct Shown {
     after: Vec<crate::held_out::ChannelFit>,
     gain: Option<Gain>,
     compare: Vec<crate::held_out::ChannelFit>,
+    overlays: Vec<Overlay>,
 }
 
 fn held_out(
@@ -350,7 +440,10 @@ fn held_out(
 ) -> Shown {
     let nominal = Predictor { plant: &stated.plant, theta: &stated.theta, noise: &engine.noise };
     let compare = free_run(engine, nominal);
-    let none = |compare| Shown { kind: HeldOutKind::None, before: Vec::new(), after: Vec::new(), gain: None, compare };
+    let none = |compare| {
+        let (before, after, overlays) = (Vec::new(), Vec::new(), Vec::new());
+        Shown { kind: HeldOutKind::None, before, after, gain: None, compare, overlays }
+    };
     if nothing {
         return none(compare);
     }
@@ -359,14 +452,15 @@ fn held_out(
         None => on_blocks(problem, engine, stated, best, options),
     };
     match shown {
-        Some((kind, before, after, gain)) => Shown { kind, before, after, gain, compare },
+        Some((kind, before, after, gain, overlays)) => Shown { kind, before, after, gain, compare, overlays },
         None => none(compare),
     }
 }
 
 /// Time and log-likelihood of every instant.
 type Terms = Vec<(f64, f64)>;
-type ShownParts = (HeldOutKind, Vec<crate::held_out::ChannelFit>, Vec<crate::held_out::ChannelFit>, Option<Gain>);
+type Free = Vec<crate::held_out::ChannelFit>;
+type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Vec<Overlay>);
 
 /// Parameters as fitted; those of single recordings at their priors.
 fn on_recording(
@@ -397,14 +491,15 @@ fn on_blocks(
     let before = block_terms(engine, &stated.board, &stated.theta, &best.noise)?;
     let after = block_terms(&after_engine, &best.fit.board, &best.fit.theta, &best.noise)?;
     let differences: Vec<(f64, f64)> = before.0.iter().zip(&after.0).map(|((t, a), (_, b))| (*t, b - a)).collect();
-    let gain = blocks(&differences, BLOCK_S.max(4.0 * engine.timelines[0].period_s));
+    let gain = blocks(&differences, BLOCK_S.max(4.0 * engine.timelines[0].period_s).min(block_most_s(engine)));
     let (_, test) = problem.split(1.0 - 1.0 / FOLDS as f64);
     let test_before = Engine::new(&test, options.threads).ok()?;
     let augmented = test.with_plant(&best.plant);
     let test_after = Engine::like(&test_before, &augmented).ok()?;
     let nominal = Predictor { plant: &stated.plant, theta: &before.1, noise: &best.noise };
     let with = Predictor { plant: &best.plant, theta: &after.1, noise: &best.noise };
-    Some((HeldOutKind::Blocks, free_run(&test_before, nominal), free_run(&test_after, with), Some(gain)))
+    let overlays = figures::overlays((&test_before, nominal), (&test_after, with));
+    Some((HeldOutKind::Blocks, free_run(&test_before, nominal), free_run(&test_after, with), Some(gain), overlays))
 }
 
 /// Log-likelihood of every instant with parameters from the other folds, and the parameters without the last fold.
@@ -461,33 +556,13 @@ fn compare_on(
     let nominal = Predictor { plant: &stated.plant, theta: theta_before, noise: &best.noise };
     let augmented = Predictor { plant: &best.plant, theta: theta_after, noise: &best.noise };
     let gain = gain(before, nominal, (after, augmented));
-    Some((kind, free_run(before, nominal), free_run(after, augmented), gain))
+    let overlays = figures::overlays((before, nominal), (after, augmented));
+    Some((kind, free_run(before, nominal), free_run(after, augmented), gain, overlays))
 }
 
 /// Standing of all adopted effects together.
 fn status(gain: Option<&Gain>) -> Status {
     gain.map_or(Status::Unconfirmed, Gain::status)
-}
-
-/// Rivals within the span of the adopted one, with weights.
-fn equivalence(adopted: &Adopted) -> Vec<(String, String, f64, f64)> {
-    let mut bic = vec![adopted.contender.bic];
-    bic.extend(adopted.rivals.iter().map(|(_, c)| c.bic));
-    let weights = weights(&bic, RIVAL_SPAN);
-    let name = |column: &Column| (column.candidate.effect.kind.to_owned(), column.candidate.site.to_string());
-    let mut list = Vec::new();
-    for (i, weight) in weights.iter().enumerate() {
-        let (column, contender) = if i == 0 {
-            (&adopted.column, &adopted.contender)
-        } else {
-            (&adopted.rivals[i - 1].0, &adopted.rivals[i - 1].1)
-        };
-        let (kind, site) = name(column);
-        if i == 0 || *weight > 0.0 {
-            list.push((kind, site, *weight, contender.bic - bic[0]));
-        }
-    }
-    list
 }
 
 #[cfg(test)]

@@ -132,12 +132,21 @@ impl Finding {
 /// the most samples. Cost: about `pairs × n × 400` multiplications; 55 000 samples of two channels below 1 s.
 #[must_use]
 pub fn examine(recording: &Recording) -> Vec<Finding> {
+    examine_with(recording, &mut |_| ())
+}
+
+/// As [`examine`]; `progress` is told the share that is done, never less than before.
+#[must_use]
+pub fn examine_with(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let mut findings = clock::examine(recording);
     let mut runs = clock::runs(recording);
-    runs.sort_by_key(|r| core::cmp::Reverse(r.channels.iter().map(|c| c.value.len()).sum::<usize>()));
-    let count = runs.len();
+    let size = |r: &Recording| r.channels.iter().map(|c| c.value.len()).sum::<usize>();
+    runs.sort_by_key(|r| core::cmp::Reverse(size(r)));
+    let (count, all) = (runs.len(), runs.iter().map(size).sum::<usize>().max(1) as f64);
+    let mut done = 0.0;
     for run in &runs {
-        for mut finding in examine_run(run) {
+        let own = size(run) as f64;
+        for mut finding in examine_run(run, &mut |share| progress((done + share * own) / all)) {
             let known =
                 |f: &Finding| f.check == finding.check && f.channel == finding.channel && f.others == finding.others;
             if !findings.iter().any(known) {
@@ -147,12 +156,14 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
                 findings.push(finding);
             }
         }
+        done += own;
     }
+    progress(1.0);
     findings.sort_by(|a, b| a.check.cmp(&b.check).then(b.severity.cmp(&a.severity)));
     findings
 }
 
-fn examine_run(run: &Recording) -> Vec<Finding> {
+fn examine_run(run: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let mut findings = levels::examine(run);
     let (unwrapped, wraps) = levels::unwrap_angles(run);
     findings.extend(wraps);
@@ -161,17 +172,27 @@ fn examine_run(run: &Recording) -> Vec<Finding> {
         name: unwrapped.name.clone(),
         channels: unwrapped.channels.into_iter().filter(|c| !dead.contains(&c.name)).collect(),
     };
-    let derived = derived::examine(&live);
+    progress(0.02);
+    let derived = derived::examine(&live, &mut |share| progress(0.02 + 0.38 * share));
     let pairs: Vec<(String, String)> =
         derived.iter().flat_map(|f| f.others.iter().map(|o| (f.channel.clone(), o.clone()))).collect();
     findings.extend(content::examine(&live));
     findings.extend(derived);
-    findings.extend(kinship::examine(&live, &pairs));
+    progress(0.45);
+    findings.extend(kinship::examine(&live, &pairs, &mut |share| progress(0.45 + 0.25 * share)));
     findings.extend(axes::examine(&live));
+    progress(0.75);
     findings.extend(feedback::examine(&live));
+    progress(0.9);
     findings.extend(excitation::examine(&live));
     findings.extend(segments::examine(&live));
+    progress(1.0);
     findings
+}
+
+/// `p = 1.2e-8`; below what a number holds it says so.
+pub(crate) fn probability(p: f64) -> String {
+    if p > 1e-300 { format!("p = {p:.1e}") } else { "p < 1e-300".into() }
 }
 
 fn start_s(run: &Recording) -> f64 {

@@ -161,7 +161,7 @@ pub fn free_run(engine: &Engine<'_>, predictor: Predictor<'_>) -> Vec<ChannelFit
 }
 
 /// Residuals of the free run and the first event behind the stretch that gave the initial state.
-fn free_residual(engine: &Engine<'_>, predictor: Predictor<'_>, run: usize) -> Option<(Vec<f64>, usize)> {
+pub fn free_residual(engine: &Engine<'_>, predictor: Predictor<'_>, run: usize) -> Option<(Vec<f64>, usize)> {
     let timeline = &engine.timelines[run];
     let instance = engine.problem.instance(predictor.plant, predictor.theta, run);
     let events = timeline.events.len();

@@ -4,15 +4,20 @@
 //! recording, one a segment. Initial states are no unknowns here: the filter takes them with a wide prior. What does
 //! not match (a channel's name, its unit) is an error that names the nearest word.
 //!
-//! Inputs of a recording are held commands, prescribed motions (joined by cubic splines, so that rate and acceleration
-//! belong to them), the plant's own signals where nothing was recorded, or nothing.
+//! Inputs of a recording are held commands, prescribed motions (a smoothing spline, broken at kinks, so that rate and
+//! acceleration belong to them), the plant's own signals where nothing was recorded, or nothing.
 
+mod angles;
 mod inputs;
+mod mapping;
 mod matching;
+mod smooth;
 mod timeline;
 mod unknown;
 
-pub use inputs::Drive;
+pub use inputs::{Course, Drive};
+pub use mapping::{Mapping, apply_map};
+pub use smooth::SmoothMotion;
 pub use timeline::{Event, Timeline};
 pub use unknown::Unknown;
 
@@ -30,7 +35,9 @@ pub enum ProblemError {
         "channel '{channel}' of recording '{recording}' has no two samples in order between {begin_s} s and {end_s} s"
     )]
     Empty { recording: String, channel: String, begin_s: f64, end_s: f64 },
-    #[error("what '{actuator}' did is not recorded, and the plant states no signal of its own for it")]
+    #[error(
+        "what '{actuator}' did is not recorded, and the plant states no signal of its own for it: record its command, or, where nobody knows it, state `recorded = false` and a signal with unknown numbers"
+    )]
     UnknownInput { actuator: String },
     #[error("there is no recording")]
     NoRecording,

@@ -12,6 +12,7 @@
 
 pub mod candidates;
 mod columns;
+pub(crate) mod forcing;
 pub(crate) mod robust;
 
 pub use candidates::{Candidate, candidates};

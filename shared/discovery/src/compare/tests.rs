@@ -112,3 +112,26 @@ fn other_stamps_are_interpolated_and_said_so_and_lonely_channels_get_their_neare
     assert!(all.channels[0].rms < 1e-5, "{}", all.channels[0].rms);
     assert_eq!(all.unmatched[0].nearest[0], "angle");
 }
+
+#[test]
+fn channels_that_have_nothing_to_do_with_each_other_are_called_unrelated() {
+    // another tone, ten times as large: a gain near zero takes away nearly all of the difference and explains nothing
+    let other = judged(|t| 0.1 * libm::sin(2.0 * PI * 4.7 * t + 0.4), 0.002, 8);
+    assert_eq!(other.verdict, Verdict::Unrelated, "{other:#?}");
+    assert!(other.conclusion.contains("unrelated"), "{}", other.conclusion);
+    let half = judged(|t| 0.089 * signal(t), 0.002, 9);
+    assert_eq!(half.verdict, Verdict::Scale, "a true gain of 0.089 stays one: {half:#?}");
+}
+
+#[test]
+fn friction_in_the_band_of_the_motion_is_no_band() {
+    // a swing that decays against one that does not: the difference has the swing's own frequency
+    let time: Vec<f64> = (0..4000).map(|i| i as f64 * 0.02).collect();
+    let mut noise = Noise::new(11);
+    let swing = |t: f64, decay: f64| libm::exp(-decay * t) * libm::cos(2.0 * PI * 0.8 * t);
+    let real = time.iter().map(|t| swing(*t, 0.05) + 0.002 * noise.normal()).collect();
+    let simulated = time.iter().map(|t| swing(*t, 0.0)).collect();
+    let one = compare(&recording("real", &time, &[("angle", real)]), &recording("sim", &time, &[("angle", simulated)]));
+    assert_ne!(one.channels[0].verdict, Verdict::Band, "{}", one.channels[0].conclusion);
+    assert!(one.channels[0].conclusion.contains("0.") && !one.channels[0].bands.is_empty());
+}

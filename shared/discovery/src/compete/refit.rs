@@ -1,6 +1,5 @@
 //! The plant with a candidate as physics: fitted from the score's amplitude, numbers inside its law free.
 
-use super::Contender;
 use crate::filter::NoiseModel;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
@@ -23,12 +22,6 @@ pub struct Refit {
 
 /// Relinearisations of a refit.
 const ROUNDS: usize = 3;
-
-/// Fits `plant` plus the contender; `None` where no start leads anywhere.
-pub fn refit(engine: &Engine<'_>, nominal: &Fit, column: &Column, contender: &Contender, null: f64) -> Option<Refit> {
-    let parts = [(column, contender.amplitude.as_slice())];
-    refit_all(engine, nominal, &parts, &contender.noise, null - 0.5 * contender.ratio)
-}
 
 /// Fits `nominal` plus all `parts` (column, amplitudes along its directions); a start that comes below `good` ends the search.
 pub fn refit_all(
@@ -117,6 +110,12 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
     Some((plant, free))
 }
 
+/// Numbers that a refit of `candidate` along `directions` leaves free.
+pub fn free_numbers(candidate: &crate::score::Candidate, directions: usize) -> usize {
+    let inner = candidate.inner.iter().filter(|(name, v)| inner_sigma(candidate.effect.kind, name, *v).is_some());
+    directions + inner.count()
+}
+
 /// Size and angles from amplitudes along the directions.
 fn polar(candidate: &crate::score::Candidate, amplitude: &[f64]) -> (f64, Vec<(&'static str, f64)>) {
     let directions = &candidate.directions;
@@ -144,7 +143,8 @@ fn varies(candidate: &crate::score::Candidate, name: &str) -> bool {
 fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
     match name {
         "frequency" if kind != "thermal_snap" => Some(0.3 * value),
-        "order" => Some(0.1 * value),
+        // a scale repeats once a turn: its orders are whole numbers
+        "order" if kind != "encoder_ripple" => Some(0.1 * value),
         "damping_ratio" if kind.contains("left_out") || kind.contains("second_mode") => Some(0.05),
         "stribeck_rate" | "yield" | "presliding" | "half_gap" => Some(0.7 * value),
         "decay" | "time_constant" => Some(1.0 * value),

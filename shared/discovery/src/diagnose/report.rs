@@ -107,6 +107,74 @@ pub struct DetectionLimit {
     pub unit: String,
 }
 
+/// Whitened innovations of one channel in one window and octave: how far their power lies from one, in standard errors.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tile {
+    pub channel: String,
+    pub time: [f64; 2],
+    pub band_hz: [f64; 2],
+    pub z_before: f64,
+    pub z_after: f64,
+}
+
+/// Gain in log-likelihood that one effect has collected up to each instant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EvidenceCurve {
+    pub kind: String,
+    pub site: String,
+    pub time_s: Vec<f64>,
+    pub gain: Vec<f64>,
+}
+
+/// A force over two coordinates: what the data say in each cell, and what the fitted law says there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForceMap {
+    pub site: String,
+    pub unit: String,
+    /// Name and unit of each coordinate.
+    pub x: (String, String),
+    pub y: (String, String),
+    pub cells: Vec<ForceCell>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForceCell {
+    pub x: f64,
+    pub y: f64,
+    pub force: f64,
+    pub sigma: f64,
+    /// NaN where no law was fitted.
+    pub law: f64,
+}
+
+/// Cosines between what the best candidates leave behind the nominal unknowns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Angles {
+    pub names: Vec<String>,
+    pub cosine: Vec<Vec<f64>>,
+}
+
+/// One channel of held-out data with the free runs of both plants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Overlay {
+    pub channel: String,
+    pub unit: String,
+    pub time_s: Vec<f64>,
+    pub measured: Vec<f64>,
+    pub before: Vec<f64>,
+    pub after: Vec<f64>,
+}
+
+/// What the report draws; no part of the JSON.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Figures {
+    pub tiles: Vec<Tile>,
+    pub evidence: Vec<EvidenceCurve>,
+    pub force_maps: Vec<ForceMap>,
+    pub angles: Angles,
+    pub overlays: Vec<Overlay>,
+}
+
 /// Everything that was found. The checks of the recordings themselves come from [`crate::doctor`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -126,6 +194,8 @@ pub struct Diagnosis {
     /// Text of the plant file with what was confirmed (a caller that writes it puts the path here).
     pub augmented_plant: Option<String>,
     pub report: Option<String>,
+    #[serde(skip)]
+    pub figures: Figures,
 }
 
 impl Diagnosis {
@@ -153,6 +223,7 @@ impl Diagnosis {
             next_experiment: None,
             augmented_plant: None,
             report: None,
+            figures: Figures::default(),
         }
     }
 }

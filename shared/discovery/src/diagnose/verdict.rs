@@ -1,13 +1,13 @@
 //! From findings to a verdict in words and numbers.
 
 use super::evidence::{locate, whiteness_p};
+use super::figures::figures;
 use super::report::*;
-use super::{Adopted, Screening, Shown, Standing, equivalence, status};
-use crate::compete::Contender;
+use super::{Adopted, Screening, Shown, Standing, Unfitted, status};
 use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
+use crate::force_map::ForceMap;
 use crate::held_out::Status;
-use crate::score::Column;
 use crate::statistics::chi_squared_tail;
 use plant::description::SiteKind;
 
@@ -16,9 +16,10 @@ pub(super) struct Findings<'a> {
     pub stated: &'a Fit,
     pub best: &'a Standing,
     pub adopted: &'a [Adopted],
-    pub unfitted: &'a [(Column, Contender)],
+    pub unfitted: &'a [Unfitted],
     pub screening: &'a Screening,
     pub noise_p: f64,
+    pub map: Option<&'a ForceMap>,
     pub shown: Shown,
     pub notes: Vec<String>,
     pub alpha: f64,
@@ -58,9 +59,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
         .filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO)
         .map(|(unknown, _)| unknown.name.clone())
         .collect();
-    for (column, contender) in findings.unfitted {
-        diagnosis.effects.push(unfitted(findings, column, contender));
-    }
+    diagnosis.effects.extend(findings.unfitted.iter().map(|lost| unfitted(findings, lost)));
     held_out(findings, &mut diagnosis);
     let before = Standing {
         plant: findings.stated.plant.clone(),
@@ -70,21 +69,70 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
         objective: 0.0,
     };
     if let Some(first) = findings.adopted.first() {
-        diagnosis.located.extend(locate(engine, &before, &first.column, &first.contender.score, first.contender.p));
+        diagnosis.located.extend(locate(engine, &before, &first.column, &first.score, first.p));
     }
-    (diagnosis.verdict, diagnosis.reason) = verdict(findings, &diagnosis);
-    diagnosis.augmented_plant = augmented(findings);
+    (diagnosis.verdict, diagnosis.reason) = verdict(findings);
+    let unknown = remainder(findings).filter(|_| diagnosis.verdict == Verdict::NotInCatalogue);
+    let as_stated = (&findings.stated.board, &engine.noise);
+    let (best, adopted) = (findings.best, findings.adopted);
+    diagnosis.figures = figures(engine, as_stated, best, adopted, findings.screening, unknown);
+    diagnosis.figures.overlays.clone_from(&findings.shown.overlays);
+    if let Some(map) = unknown {
+        // what only comes near an unknown law is no name for it
+        diagnosis.effects.clear();
+        diagnosis.located.push(located(engine, map, findings.alpha));
+    }
+    if diagnosis.verdict != Verdict::NotInCatalogue {
+        diagnosis.augmented_plant = augmented(findings);
+    }
     diagnosis
 }
 
-fn verdict(findings: &Findings<'_>, diagnosis: &Diagnosis) -> (Verdict, String) {
+/// A map that stands: evidence beyond what trying so many buys, and confirmed on parts that it was not fitted to.
+fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f ForceMap> {
+    findings.map.filter(|map| {
+        let price = 2.0 * libm::log(map.tried.max(1) as f64 / (NOISE_SHARE * findings.alpha));
+        map.evidence > price && map.held_out.status() == Status::Confirmed
+    })
+}
+
+/// Share of all that was explained which a name must explain to stand beside a remainder.
+const NAMED_SHARE: f64 = 0.75;
+
+fn located(engine: &Engine<'_>, map: &ForceMap, alpha: f64) -> Where {
+    let (begin, end) = engine
+        .problem
+        .runs
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(b, e), run| (b.min(run.begin_s), e.max(run.end_s)));
+    Where {
+        channel: engine.problem.plant.sensors.first().map_or(String::new(), |sensor| sensor.name.clone()),
+        site: map.place.site.clone(),
+        time: [begin, end],
+        band_hz: [0.0, 0.5 / engine.timelines[0].period_s],
+        states: map.names.to_vec(),
+        p: (libm::exp(-0.5 * map.evidence) * map.tried as f64).min(alpha),
+    }
+}
+
+fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
+    let explained: f64 = findings.adopted.iter().map(|a| a.d * a.d).fold(0.0, f64::max);
+    if let Some(map) = remainder(findings).filter(|map| explained < NAMED_SHARE * (explained + map.evidence)) {
+        let names = format!("{} and {}", map.names[0], map.names[1]);
+        let reason = format!(
+            "something acts at {} that no effect of the catalogue describes: a smooth force over {names} gains {:.0} in evidence \
+             and predicts what it was not fitted to (gain {:.1} ± {:.1})",
+            map.place.site, map.evidence, map.held_out.loglik_gain, map.held_out.gain_se
+        );
+        return (Verdict::NotInCatalogue, reason);
+    }
     let Some(first) = findings.adopted.first() else { return nothing_named(findings) };
     let kinds: Vec<String> = findings
         .adopted
         .iter()
         .map(|a| format!("{} at {}", a.column.candidate.effect.kind, a.column.candidate.site))
         .collect();
-    let weight = equivalence(first)[0].2;
+    let weight = findings.adopted.iter().map(|a| a.weight).fold(1.0, f64::min);
     let sensor = findings.adopted.iter().all(|a| a.column.candidate.site.kind == SiteKind::Sensor);
     let state = status(findings.shown.gain.as_ref());
     if state == Status::Refused {
@@ -96,9 +144,12 @@ fn verdict(findings: &Findings<'_>, diagnosis: &Diagnosis) -> (Verdict, String) 
         "{} (probability {:.2}, {word} on held-out data; p = {:.1e} over everything tried)",
         kinds.join(" and "),
         weight,
-        first.contender.p
+        first.p
     );
-    let _ = diagnosis;
+    let left = remainder(findings).map_or(String::new(), |map| {
+        format!("; a smaller force at {} stays without a name (evidence {:.0})", map.place.site, map.evidence)
+    });
+    let reason = format!("{reason}{left}");
     if weight < NAME_WEIGHT {
         return (Verdict::NotSeparable, reason);
     }
@@ -106,11 +157,11 @@ fn verdict(findings: &Findings<'_>, diagnosis: &Diagnosis) -> (Verdict, String) 
 }
 
 fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
-    if let Some((column, contender)) = findings.unfitted.first() {
-        let candidate = &column.candidate;
+    if let Some(lost) = findings.unfitted.first() {
+        let candidate = &lost.column.candidate;
         let reason = format!(
             "{} at {} is significant (p = {:.1e}), but no model with it could be fitted",
-            candidate.effect.kind, candidate.site, contender.p
+            candidate.effect.kind, candidate.site, lost.p
         );
         return (Verdict::CannotDecide, reason);
     }
@@ -147,23 +198,25 @@ fn changed_noise(engine: &Engine<'_>, noise: &NoiseModel) -> String {
 }
 
 fn effect(findings: &Findings<'_>, adopted: &Adopted) -> EffectReport {
-    let set = equivalence(adopted);
-    let rivals = set.iter().skip(1).map(|(kind, site, probability, bic)| Rival {
-        kind: kind.clone(),
-        site: site.clone(),
-        probability: *probability,
-        reason: format!("fits worse by {:.1} in BIC", bic),
+    let rivals = adopted.rivals.iter().map(|rival| Rival {
+        kind: rival.kind.to_owned(),
+        site: rival.site.clone(),
+        probability: rival.weight,
+        reason: format!(
+            "fits worse by {:.1} in BIC; cosine {:.3} between what the two would show",
+            rival.bic, rival.cosine
+        ),
     });
     let candidate = &adopted.column.candidate;
     EffectReport {
         kind: candidate.effect.kind.to_owned(),
         site: candidate.site.to_string(),
-        probability: set[0].2,
+        probability: adopted.weight,
         status: status(findings.shown.gain.as_ref()),
         rivals: rivals.collect(),
         parameters: parameters(findings.best, candidate.effect.kind, &candidate.site.to_string()),
-        kappa: adopted.contender.score.kappa,
-        d: adopted.contender.ratio.max(0.0).sqrt(),
+        kappa: adopted.score.kappa,
+        d: adopted.d,
     }
 }
 
@@ -179,8 +232,8 @@ fn parameters(best: &Standing, kind: &str, site: &str) -> Vec<ParameterReport> {
     .collect()
 }
 
-fn unfitted(findings: &Findings<'_>, column: &Column, contender: &Contender) -> EffectReport {
-    let candidate = &column.candidate;
+fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
+    let candidate = &lost.column.candidate;
     let unit = findings.engine.problem.plant.effect_unit(
         &plant::description::EffectUse {
             kind: candidate.effect.kind.to_owned(),
@@ -191,8 +244,8 @@ fn unfitted(findings: &Findings<'_>, column: &Column, contender: &Contender) -> 
     );
     let amplitude = ParameterReport {
         name: candidate.amplitude().to_owned(),
-        value: contender.amplitude.first().copied().unwrap_or(0.0),
-        sigma: contender.score.limit / crate::score::LIMIT_D,
+        value: lost.amplitude,
+        sigma: lost.score.limit / crate::score::LIMIT_D,
         unit,
     };
     EffectReport {
@@ -202,8 +255,8 @@ fn unfitted(findings: &Findings<'_>, column: &Column, contender: &Contender) -> 
         status: Status::NotConverged,
         rivals: Vec::new(),
         parameters: vec![amplitude],
-        kappa: contender.score.kappa,
-        d: contender.ratio.max(0.0).sqrt(),
+        kappa: lost.score.kappa,
+        d: lost.ratio.max(0.0).sqrt(),
     }
 }
 

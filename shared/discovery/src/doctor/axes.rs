@@ -7,7 +7,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::kinship::{kernel, seen};
-use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short, usable};
+use super::{Check, FALSE_ALARM, Finding, Severity, probability, quantity, short, usable};
 use crate::series::{Channel, Recording, common_grid};
 use crate::statistics::{correlation_length, fisher_tail, mean};
 
@@ -148,8 +148,8 @@ fn compare(gyro: &[&Channel; 3], other: &[&Channel; 3], kind: Kind) -> Option<Fi
         Finding::new(Check::Axes, Severity::Fault, &gyro[0].name, explained[0], "-")
             .with(&names)
             .because(format!(
-                "as recorded the gyro explains {} of the turning of {}; with its axes {nature} ({}) {}; {} of 48 orientations fit as well (windows of {} s, p = {p:.1e})",
-                short(explained[0]), quantity::axis(&other[0].name).map_or_else(String::new, |(s, _)| s), orientations[top].text(), short(explained[top]), ties - 1, short(2.0 * half as f64 * dt)
+                "as recorded the gyro explains {} of the turning of {}; with its axes {nature} ({}) {}; {} of 48 orientations fit as well (windows of {} s, {})",
+                short(explained[0]), quantity::axis(&other[0].name).map_or_else(String::new, |(s, _)| s), orientations[top].text(), short(explained[top]), ties - 1, short(2.0 * half as f64 * dt), probability(p)
             ))
             .cure(if ties == 1 { "map the axes of one of the two triads so; then look at the mounting" } else { "one of the triads is mounted otherwise than recorded; turn about a second axis to see which way" }),
     )

@@ -1,6 +1,6 @@
 //! What a channel's spectrum holds: energy left at the Nyquist frequency, noise whose level changes, no signal at all.
 
-use super::{Check, FALSE_ALARM, Finding, Severity, short, usable};
+use super::{Check, FALSE_ALARM, Finding, Severity, probability, short, usable};
 use crate::series::{Channel, Recording, Role, common_grid};
 use crate::spectrum::{Averaging, cross_spectrum, density};
 use crate::statistics::{chi_squared_tail, difference_dependence, difference_sigma, fisher_tail, mean, white_floor};
@@ -63,8 +63,8 @@ fn aliasing(channel: &Channel, alpha: f64) -> Option<Finding> {
     Some(
         Finding::new(Check::Aliasing, Severity::Warning, &channel.name, down_db, "dB")
             .because(format!(
-                "the spectrum is {} dB down at the Nyquist frequency ({} Hz) from its peak at {} Hz and still {} there (p = {p:.1e} against a flat floor)",
-                short(down_db), short(nyquist), short(s.frequency_hz[peak]), if high > low { "rising" } else { "falling" }
+                "the spectrum is {} dB down at the Nyquist frequency ({} Hz) from its peak at {} Hz and still {} there ({} against a flat floor)",
+                short(down_db), short(nyquist), short(s.frequency_hz[peak]), if high > low { "rising" } else { "falling" }, probability(p)
             ))
             .cure("what lies above the Nyquist frequency is folded into the band: sample faster or filter before the converter; fit below half of it"),
     )
@@ -100,14 +100,15 @@ fn noise_level(channel: &Channel, alpha: f64) -> Option<Finding> {
     Some(
         Finding::new(Check::NoiseLevel, Severity::Note, &channel.name, ratio, "-")
             .because(format!(
-                "white noise from {} {} (at {} s) to {} {} (at {} s), blocks of {} s, p = {p:.1e}",
+                "white noise from {} {} (at {} s) to {} {} (at {} s), blocks of {} s, {}",
                 short(sigma[quietest]),
                 channel.unit,
                 short(u.time_s(quietest * size)),
                 short(sigma[loudest]),
                 channel.unit,
                 short(u.time_s(loudest * size)),
-                short(size as f64 * u.dt_s)
+                short(size as f64 * u.dt_s),
+                probability(p)
             ))
             .cure(
                 "one sigma for the whole record over-trusts the loud part: weight by parts, or find what shakes there",

@@ -20,27 +20,25 @@ const ROUNDING_SHARE: f64 = 0.5;
 /// ... and where it is a white floor, which could be broad-band motion that b sees too, with noise of its own.
 const FLOOR_SHARE: f64 = 0.05;
 
-pub fn examine(recording: &Recording) -> Vec<Finding> {
+/// Channels that follow from others, each from the one that it follows best.
+///
+/// Copies first: as the simplest function of each other they would pass for filtered ones, too. `progress` is told the share done.
+pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let grids: Vec<Option<Uniform>> =
         recording.channels.iter().map(|c| c.uniform().filter(|u| u.value.len() >= 24)).collect();
     let noise: Vec<Option<OwnNoise>> = grids.iter().map(|u| u.as_ref().and_then(|u| own_noise(&u.value))).collect();
-    let pairs = (recording.channels.len() * recording.channels.len()) as f64;
-    let mut findings: Vec<Finding> = Vec::new();
+    let channels = recording.channels.len();
+    let pairs = (channels * channels) as f64;
+    let (mut findings, same) = copies(recording, &grids);
     for (j, b) in recording.channels.iter().enumerate() {
+        progress(j as f64 / channels as f64);
         let mut best: Option<(f64, Finding)> = None;
         for (i, a) in recording.channels.iter().enumerate() {
-            if i == j || is_input(a) || is_input(b) || !a.same_clock(b) {
+            // what a copy follows from, its original follows from
+            if same[j].is_some() || same[i] == Some(j) || !may_follow(recording, i, j) {
                 continue;
             }
-            let (Some(ua), Some(ub)) = (&grids[i], &grids[j]) else { continue };
-            if i < j
-                && related(a, b)
-                && let Some(finding) = copied(a, b, ua, ub)
-            {
-                best = Some((0.0, finding));
-                break;
-            }
-            let Some(noise) = noise[i] else { continue };
+            let (Some(ua), Some(ub), Some(noise)) = (&grids[i], &grids[j], noise[i]) else { continue };
             if let Some((share, finding)) = filtered(a, b, ua, ub, noise, FALSE_ALARM / pairs)
                 && best.as_ref().is_none_or(|(s, _)| share < *s)
             {
@@ -55,6 +53,33 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
         }
     }
     findings
+}
+
+/// Two different measurements of one clock.
+fn may_follow(recording: &Recording, i: usize, j: usize) -> bool {
+    let (a, b) = (&recording.channels[i], &recording.channels[j]);
+    i != j && !is_input(a) && !is_input(b) && a.same_clock(b)
+}
+
+/// Channels that repeat an earlier one, and per channel its original.
+fn copies(recording: &Recording, grids: &[Option<Uniform>]) -> (Vec<Finding>, Vec<Option<usize>>) {
+    let mut original = vec![None; grids.len()];
+    let mut findings = Vec::new();
+    for (j, b) in recording.channels.iter().enumerate() {
+        for (i, a) in recording.channels.iter().enumerate().take(j) {
+            let (Some(ua), Some(ub)) = (&grids[i], &grids[j]) else { continue };
+            if original[j].is_none()
+                && original[i].is_none()
+                && may_follow(recording, i, j)
+                && related(a, b)
+                && let Some(finding) = copied(a, b, ua, ub)
+            {
+                original[j] = Some(i);
+                findings.push(finding);
+            }
+        }
+    }
+    (findings, original)
 }
 
 fn related(a: &Channel, b: &Channel) -> bool {

@@ -4,35 +4,22 @@
 //! through the same window and nothing is differenced. The lag enters by shifting the window, at any fraction of a sample. The window's width
 //! is the one under which the pair correlates best. Standard deviations allow for correlated residuals (Newey–West).
 
+mod judge;
+
 use super::derived::own_noise;
-use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short, usable};
+use super::{FALSE_ALARM, Finding, quantity, usable};
 use crate::series::{Channel, Recording, common_grid};
 use crate::spectrum::correlation;
 use crate::statistics::{
-    correlation_length, deviation, fisher_tail, least_squares, mean, rms, squared_correlation_tail, student_two_sided,
+    correlation_length, deviation, fisher_tail, least_squares, mean, rms, squared_correlation_tail,
 };
 
 /// Correlation squared below which nothing is said about a pair.
 const R2_MIN: f64 = 0.9;
-/// Lag below this share of a step, scale error and offset below these shares are not reported: they move no estimate by a sigma that matters.
-const LAG_SHARE: f64 = 0.02;
-const SCALE_SHARE: f64 = 0.005;
-const OFFSET_SHARE: f64 = 0.01;
 /// Parts of the record whose lags are compared.
 const SKEW_PARTS: usize = 16;
 /// Tests made on a pair.
 const TESTS: f64 = 5.0;
-/// Ratios that wrong units give.
-const FACTORS: &[(f64, &str)] = &[
-    (57.295_779_513, "degrees against radians"),
-    (9.806_65, "g against m/s^2"),
-    (1000.0, "milli against one"),
-    (100.0, "centi against one"),
-    (1e6, "micro against one"),
-    (9.549_296_586, "turns per minute against rad/s"),
-    (core::f64::consts::TAU, "turns against radians"),
-    (60.0, "minutes against seconds"),
-];
 
 /// What binds two channels: `D^k a(t) ≈ scale b(t + lag) + offset`.
 struct Relation {
@@ -52,8 +39,8 @@ struct Relation {
     skew: Option<(f64, f64, f64)>,
 }
 
-/// Findings for all related pairs but those of `derived`.
-pub fn examine(recording: &Recording, derived: &[(String, String)]) -> Vec<Finding> {
+/// Findings for all related pairs but those of `derived`; `progress` is told the share done.
+pub fn examine(recording: &Recording, derived: &[(String, String)], progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let channels = usable(recording, 48);
     let mut pairs: Vec<(&Channel, &Channel, usize)> = Vec::new();
     for (i, a) in channels.iter().enumerate() {
@@ -71,9 +58,10 @@ pub fn examine(recording: &Recording, derived: &[(String, String)]) -> Vec<Findi
     }
     let level = FALSE_ALARM / (pairs.len().max(1) as f64 * TESTS);
     let mut findings = Vec::new();
-    for (a, b, order) in &pairs {
+    for (k, (a, b, order)) in pairs.iter().enumerate() {
+        progress(k as f64 / pairs.len() as f64);
         if let Some(relation) = relate(a, b, *order, level) {
-            findings.extend(judge(a, b, *order, &relation, level));
+            findings.extend(judge::Judged::new(a, b, *order, &relation, level).findings());
         }
     }
     findings
@@ -97,128 +85,6 @@ fn order_between(a: &Channel, b: &Channel, all: &[&Channel]) -> Option<usize> {
         all.iter().filter(|o| like(o)).count() == 1
     };
     (same_place || (only(a) && only(b))).then_some(qb.order - qa.order)
-}
-
-fn judge(a: &Channel, b: &Channel, order: usize, r: &Relation, level: f64) -> Vec<Finding> {
-    let factor = |c: &Channel| quantity::of_channel(c).map_or(1.0, |q| q.factor);
-    let ratio = r.scale * factor(a) / factor(b);
-    let ratio_sigma = r.scale_sigma * factor(a) / factor(b);
-    let gate = student_two_sided(level, r.freedom);
-    let what = ["", "the rate of change of ", "the second derivative of "][order.min(2)];
-    let basis = format!(
-        "{what}{} against {} through windows of {} s, R2 = {}",
-        a.name,
-        b.name,
-        short(2.0 * r.half_s),
-        short(r.r2)
-    );
-    let finding =
-        |check, severity, value, unit: &str| Finding::new(check, severity, &b.name, value, unit).with(&[&a.name]);
-    let mut out = Vec::new();
-    if let Some((residual, least, half_s)) = r.computed {
-        out.push(
-            finding(Check::Derived, Severity::Fault, residual / least, "-")
-                .because(format!(
-                    "through windows of {} s {what}{} and {} differ by {} {} rms; the noise of {} alone, if {} were measured apart from it, would make {}. Lag {} us, ratio {}",
-                    short(2.0 * half_s), a.name, b.name, short(residual), b.unit, a.name, b.name, short(least), short(1e6 * r.lag_s), short(ratio)
-                ))
-                .cure(format!("no measurement: do not fit on it. Use {} and let the estimator form the derivative", a.name)),
-        );
-        return out;
-    }
-    if ratio < 0.0 {
-        out.push(
-            finding(Check::Sign, Severity::Fault, -1.0, "-")
-                .because(format!("opposite signs: {basis}, ratio {}", short(ratio)))
-                .cure("turn the sign of one of the two, after looking which agrees with the drawing"),
-        );
-    }
-    out.extend(scale_finding(ratio.abs(), ratio_sigma, gate, r.r2, &basis).map(
-        |(check, severity, value, text, cure)| {
-            finding(check, severity, value, "-").sigma(ratio_sigma).because(text).cure(cure)
-        },
-    ));
-    if r.lag_s.abs() > gate * r.lag_sigma_s && r.lag_s.abs() > LAG_SHARE * r.dt_s {
-        let (late, early) = if r.lag_s > 0.0 { (&b.name, &a.name) } else { (&a.name, &b.name) };
-        out.push(
-            finding(Check::Lag, Severity::Warning, r.lag_s, "s")
-                .sigma(r.lag_sigma_s)
-                .because(format!(
-                    "{late} comes {} ± {} ms after {early} ({} samples): {basis}",
-                    short(1e3 * r.lag_s.abs()),
-                    short(1e3 * r.lag_sigma_s),
-                    short(r.lag_s.abs() / r.dt_s)
-                ))
-                .cure("shift one source by this, or give the sensor a lag in the plant"),
-        );
-    }
-    if let Some((skew, sigma, freedom)) = r.skew {
-        let duration = b.time_s.last().unwrap_or(&0.0) - b.time_s.first().unwrap_or(&0.0);
-        if skew.abs() > student_two_sided(level, freedom) * sigma && (skew * duration).abs() > 0.05 * r.dt_s {
-            out.push(
-                finding(Check::ClockSkew, Severity::Warning, skew, "s/s").sigma(sigma)
-                    .because(format!("the lag grows by {} ± {} ms per 100 s: {basis}", short(1e5 * skew), short(1e5 * sigma)))
-                    .cure("different clocks: stretch the stamps of one by this rate; on one clock: a filter whose delay follows the motion, keep to the raw channel"),
-            );
-        }
-    }
-    let bias = -r.offset / r.scale;
-    let bias_sigma = (r.offset_sigma / r.scale).abs();
-    if bias.abs() > gate * bias_sigma && bias.abs() > OFFSET_SHARE * deviation(&b.value) {
-        out.push(
-            finding(Check::Offset, Severity::Note, bias, &b.unit)
-                .sigma(bias_sigma)
-                .because(format!(
-                    "{} reads {} ± {} {} when {what}{} is zero: {basis}",
-                    b.name,
-                    short(bias),
-                    short(bias_sigma),
-                    b.unit,
-                    a.name
-                ))
-                .cure("estimate a bias for this channel"),
-        );
-    }
-    out
-}
-
-type Scale = (Check, Severity, f64, String, String);
-
-fn scale_finding(ratio: f64, sigma: f64, gate: f64, r2: f64, basis: &str) -> Option<Scale> {
-    let log = libm::log(ratio);
-    if log.abs() > libm::log(1.5) {
-        let tolerance = (3.0 * sigma / ratio + (1.0 - r2)).clamp(0.012, 0.1);
-        let near = |f: &&(f64, &str)| (log.abs() - libm::log(f.0)).abs();
-        let named = FACTORS.iter().min_by(|f, g| near(f).total_cmp(&near(g))).filter(|f| near(f) < tolerance);
-        let text = format!("ratio {} ± {} where the units say 1: {basis}", short(ratio), short(sigma));
-        return Some(match named {
-            Some((factor, name)) => (
-                Check::Units,
-                Severity::Fault,
-                ratio,
-                format!("{text}; {} = {name}", short(*factor)),
-                "correct the unit in the file's header or the channel map".into(),
-            ),
-            None => (
-                Check::Scale,
-                Severity::Fault,
-                ratio,
-                text,
-                "not the same quantity, or a gear or unit between the two: find out before using both".into(),
-            ),
-        });
-    }
-    // Noise in b shrinks the ratio to R2 of its value at most; only what lies outside counts.
-    let outside = if ratio > 1.0 { ratio - 1.0 } else { (1.0 - ratio / r2).max(0.0) };
-    (outside > gate * sigma && outside > SCALE_SHARE).then(|| {
-        (
-            Check::Scale,
-            Severity::Warning,
-            ratio,
-            format!("ratio {} ± {} where it should be 1: {basis}", short(ratio), short(sigma)),
-            "estimate a scale factor for one of the two, or calibrate".into(),
-        )
-    })
 }
 
 fn relate(a: &Channel, b: &Channel, order: usize, level: f64) -> Option<Relation> {

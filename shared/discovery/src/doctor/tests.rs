@@ -395,3 +395,32 @@ fn bad_records_never_panic() {
     let _ = examine(&recording(Vec::new()));
     let _ = examine(&recording(vec![channel("x", "m", &vec![1.0; 100], vec![1.0; 100])]));
 }
+
+#[test]
+fn a_channel_and_its_scaled_copy_are_called_copied_whichever_comes_first() {
+    let time = even(3000, 0.02);
+    let mut noise = Noise::new(17);
+    let angle: Vec<f64> =
+        time.iter().map(|t| libm::sin(2.0 * t) + 0.3 * libm::cos(9.1 * t) + 0.002 * noise.normal()).collect();
+    let twice: Vec<f64> = angle.iter().map(|v| 2.0 * v).collect();
+    for (first, second) in [(&angle, &twice), (&twice, &angle)] {
+        let found = examine(&recording(vec![
+            channel("one", "rad", &time, first.clone()),
+            channel("two", "rad", &time, second.clone()),
+        ]));
+        let copied = of(&found, Check::Copied).expect("a copy");
+        assert_eq!((copied.channel.as_str(), copied.others[0].as_str()), ("two", "one"));
+        assert!(of(&found, Check::Derived).is_none(), "{found:#?}");
+    }
+}
+
+#[test]
+fn progress_never_falls_and_ends_at_one() {
+    let time = even(600, 0.02);
+    let value = |f: f64| time.iter().map(|t| libm::sin(f * t)).collect::<Vec<f64>>();
+    let channels = vec![channel("angle", "rad", &time, value(2.0)), channel("rate", "rad/s", &time, value(3.0))];
+    let mut told = Vec::new();
+    let with = super::examine_with(&recording(channels.clone()), &mut |share| told.push(share));
+    assert_eq!(with, examine(&recording(channels)));
+    assert!(told.windows(2).all(|w| w[1] >= w[0]) && told.last() == Some(&1.0), "{told:?}");
+}

@@ -18,8 +18,11 @@ pub struct Linear {
     /// Gains of the pass and the innovations it gave.
     pub frozen: Frozen,
     pub nu: Vec<f64>,
-    /// Filtered state at every event, before its update.
+    /// Filtered state at every event, before its update and after it, and the noise inputs likewise.
     pub states: Vec<f64>,
+    pub updated: Vec<f64>,
+    pub held: Vec<f64>,
+    pub held_updated: Vec<f64>,
     pub noise: NoiseModel,
     /// Names of the numbers of a small change of state, and of the noise inputs.
     pub names: Vec<String>,
@@ -30,6 +33,25 @@ pub struct Linear {
 impl Linear {
     pub fn row_len(&self) -> usize {
         self.layout.tangent + self.layout.noise_inputs.len() + self.layout.clone
+    }
+
+    /// Largest change of a state over one interval per unit of noise input `input`.
+    pub fn kick(&self, input: usize) -> f64 {
+        let (n, m) = (self.layout.tangent, self.layout.noise_inputs.len());
+        self.transition.chunks_exact(n + m).map(|row| row[n + input].abs()).fold(0.0, f64::max)
+    }
+
+    /// Force at noise input `input` that would make each interval's change of the rate it moves most.
+    pub fn forces(&self, input: usize) -> Vec<f64> {
+        let (n, m, x) = (self.layout.tangent, self.layout.noise_inputs.len(), self.state_names.len());
+        let intervals = (self.states.len() / x.max(1)).saturating_sub(1);
+        let gamma = |k: usize, row: usize| self.transition[k * n * (n + m) + row * (n + m) + n + input];
+        let size = |row: &usize| (0..intervals).map(|k| gamma(k, *row).abs()).sum::<f64>();
+        let rates = (0..n).filter(|row| self.names[*row].ends_with(".rate"));
+        let Some(row) = rates.max_by(|a, b| size(a).total_cmp(&size(b))) else { return Vec::new() };
+        let Some(state) = self.state_names.iter().position(|name| *name == self.names[row]) else { return Vec::new() };
+        let moved = |k: usize| self.states[(k + 1) * x + state] - self.updated[k * x + state];
+        (0..intervals).filter(|k| gamma(*k, row) != 0.0).map(|k| moved(k) / gamma(k, row)).collect()
     }
 }
 
@@ -56,6 +78,9 @@ pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &
         },
         nu: vec![0.0; samples],
         states: Vec::with_capacity(events * machine.x0.len()),
+        updated: Vec::with_capacity(events * machine.x0.len()),
+        held: Vec::with_capacity(events * m),
+        held_updated: Vec::with_capacity(events * m),
         noise: NoiseModel { pole: vec![0.0; noise.pole.len()], ..noise.clone() },
         names: super::tangent_names(&machine.system).into_iter().map(|(name, _)| name).collect(),
         input_names: layout.noise_inputs.iter().map(|i| machine.system.inputs()[*i].name.clone()).collect(),
@@ -74,6 +99,7 @@ pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &
         machine.renew(k, &mut mean);
         recursion.renew(event.reset, &white);
         linear.states.extend_from_slice(&mean.x);
+        linear.held.extend_from_slice(&mean.w);
         linear.frozen.first.push(linear.frozen.gain.len());
         if event.count > 0 {
             scratch.measurement(machine, k, &mean, &mut linear.measurement[event.first * (n + m + c)..]);
@@ -107,6 +133,8 @@ pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &
             }
             machine.correct(&mut mean, &change);
         }
+        linear.updated.extend_from_slice(&mean.x);
+        linear.held_updated.extend_from_slice(&mean.w);
         machine.begin_mean(k, &mut mean);
         if event.begins_mean {
             recursion.begin_mean();

@@ -4,8 +4,8 @@ use super::{Layout, equip, tangent_names};
 use crate::problem::{Problem, Timeline};
 use plant::description::{Plant, Reading, Sensor};
 use plant::dual::Dual;
-use plant::filter::{FilterKind, Lag, LagState};
-use plant::system::{FilterPlace, System, Workspace};
+use plant::filter::{FilterKind, Gate, Lag, LagState};
+use plant::system::{FilterPlace, System, Workspace, spectral_radius};
 
 /// Product of step and fastest rate that a step of integration keeps to, and the one beyond which a variant takes finer steps.
 const STEP_RATE: f64 = 0.4;
@@ -94,7 +94,8 @@ impl<'a> Machine<'a> {
         let longest = timeline.events.iter().map(|event| event.step_s).fold(0.0, f64::max);
         let stiff = fastest * longest;
         let finer = if stiff > STEP_RATE_MAX { (libm::ceil(stiff / STEP_RATE_MAX) as usize).min(FINER_MAX) } else { 1 };
-        let rows = filtered_rows(&system, timeline);
+        let rows = timeline.rows_of(problem, &problem.runs[run], &equipped, &system).unwrap_or_default();
+        let rows = filtered_rows(&system, timeline, rows);
         let zeros = |n: usize| vec![0.0; n];
         let any_shifted = sensors.iter().zip(&timeline.shift_s).any(|(s, shift)| s.shifted(*shift));
         Ok(Self {
@@ -145,6 +146,21 @@ impl<'a> Machine<'a> {
         for (input, w) in self.layout.noise_inputs.iter().zip(w) {
             self.u[*input] += w;
         }
+    }
+
+    /// `x'` in state `x` as event `k` begins its stretch, or as it ends it.
+    pub fn slope(&mut self, k: usize, end: bool, x: &[f64], w: &[f64], out: &mut [f64]) {
+        let event = self.timeline.events[k];
+        let row = event.row + if end && self.timeline.moving { 2 * event.steps } else { 0 };
+        self.load(row, w);
+        let t_s = if end { event.t_s + event.step_s * event.steps as f64 } else { event.t_s };
+        let Self { system, ws, u, .. } = self;
+        system.derivative(ws, t_s, x, u, out);
+    }
+
+    /// Commands of this plant are filtered on their way.
+    pub fn filters_inputs(&self) -> bool {
+        !self.rows.is_empty()
     }
 
     /// Moves `x` from event `k` to the next.
@@ -440,7 +456,7 @@ fn channel(plant: &Plant, system: &System, sensor: &Sensor, index: usize) -> Cha
     }
 }
 
-/// Largest magnitude of an eigenvalue at the initial state, also at rest, where friction is steepest.
+/// Spectral radius at the initial state, also at rest, where friction is steepest.
 fn fastest_rate(system: &System, x0: &[f64], u: &[f64]) -> f64 {
     let mut ws = Workspace::<Dual>::new(system);
     let mut still = x0.to_vec();
@@ -452,14 +468,7 @@ fn fastest_rate(system: &System, x0: &[f64], u: &[f64]) -> f64 {
     if x0.is_empty() {
         return 0.0;
     }
-    let rate = |x: &[f64], ws: &mut Workspace<Dual>| {
-        let a = system.linearise(ws, 0.0, x, u).a;
-        if a.iter().all(|v| v.is_finite()) {
-            a.complex_eigenvalues().iter().map(|l| l.norm_sqr().sqrt()).fold(0.0, f64::max)
-        } else {
-            0.0
-        }
-    };
+    let rate = |x: &[f64], ws: &mut Workspace<Dual>| spectral_radius(system.linearise(ws, 0.0, x, u).a);
     rate(x0, &mut ws).max(rate(&still, &mut ws))
 }
 
@@ -469,9 +478,9 @@ pub(crate) fn step_s(system: &System, x0: &[f64]) -> f64 {
     if rate > 0.0 { STEP_RATE / rate } else { f64::INFINITY }
 }
 
-/// Rows of inputs past the delays and lags that effects put on commands; empty where there are none.
-fn filtered_rows(system: &System, timeline: &Timeline) -> Vec<f64> {
-    let mut rows = Vec::new();
+/// Rows of inputs past the delays and lags that effects put on commands; those of the timeline where `rows` are empty. Empty where
+/// there is neither.
+fn filtered_rows(system: &System, timeline: &Timeline, mut rows: Vec<f64>) -> Vec<f64> {
     let inputs = timeline.inputs;
     for filter in system.filters() {
         let FilterPlace::Input(input) = filter.place else { continue };
@@ -502,6 +511,10 @@ fn acting(kind: &FilterKind, timeline: &Timeline, held: &[f64]) -> Vec<f64> {
                 (integral.at(b) - integral.at(a)) / (b - a)
             })
             .collect();
+    }
+    if let Some(gate) = Gate::new(*kind) {
+        let mut memory = 0.0;
+        return timeline.events.iter().zip(held).map(|(event, u)| gate.pass(&mut memory, event.t_s, *u)).collect();
     }
     let Some(lag) = Lag::new(*kind) else { return held.to_vec() };
     let mut state = LagState::default();

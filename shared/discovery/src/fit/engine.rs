@@ -7,6 +7,7 @@ use plant::description::Plant;
 use plant::system::System;
 
 /// A problem with its timelines.
+#[derive(Clone)]
 pub struct Engine<'p> {
     pub problem: &'p Problem,
     pub timelines: std::sync::Arc<Vec<Timeline>>,
@@ -15,6 +16,8 @@ pub struct Engine<'p> {
     pub noise: NoiseModel,
     /// Names of the noise inputs.
     pub noise_names: Vec<String>,
+    /// Prior standard deviation of the level of a disturbance that nobody states; infinite where it is stated.
+    pub disturbance_sigma: Vec<f64>,
     /// First sample of each run in the vector of all.
     pub offsets: Vec<usize>,
     pub samples: usize,
@@ -22,6 +25,12 @@ pub struct Engine<'p> {
 
 /// Mean increase of `ln S` per sample that a disturbance nobody stated starts at: not seen in any recording we can hold.
 const FLOOR_INFLATION: f64 = 1e-4;
+/// What nobody states is small beside the forces at work: prior standard deviation of its level, as a share of their rms.
+const DISTURBANCE_SHARE: f64 = 0.01;
+/// Largest change of a rate over an interval that a floor may make [m/s or rad/s].
+const KICK_MAX: f64 = 1e-2;
+/// A disturbance may always grow to this many times its floor.
+const FLOORS_LEAST: f64 = 10.0;
 /// Events that decide on the floor.
 const FLOOR_EVENTS: usize = 400;
 
@@ -53,8 +62,13 @@ impl<'p> Engine<'p> {
             }
         }
         let timelines = std::sync::Arc::new(timelines);
-        let mut engine = Self { problem, timelines, threads: threads.max(1), noise, noise_names, offsets, samples };
+        let disturbance_sigma = vec![f64::INFINITY; noise.input_sigma.len()];
+        let threads = threads.max(1);
+        let mut engine = Self { problem, timelines, threads, noise, noise_names, disturbance_sigma, offsets, samples };
+        let unstated: Vec<usize> =
+            (0..engine.noise.input_sigma.len()).filter(|k| engine.noise.input_sigma[*k] <= 0.0).collect();
         engine.set_floors()?;
+        engine.set_disturbance_priors(&unstated);
         Ok(engine)
     }
 
@@ -76,6 +90,7 @@ impl<'p> Engine<'p> {
             threads: other.threads,
             noise: other.noise.clone(),
             noise_names: other.noise_names.clone(),
+            disturbance_sigma: other.disturbance_sigma.clone(),
             offsets: other.offsets.clone(),
             samples: other.samples,
         })
@@ -89,6 +104,27 @@ impl<'p> Engine<'p> {
 
     pub fn prior(&self) -> Vec<f64> {
         self.problem.unknowns.iter().map(|unknown| unknown.prior).collect()
+    }
+
+    /// Per noise input that nobody states, a share of the force that moves what it pushes: `Δv / Γ` along the filtered trajectory.
+    fn set_disturbance_priors(&mut self, unstated: &[usize]) {
+        for factor in [1.0, 10.0, 100.0] {
+            let mut open = self.noise.clone();
+            unstated.iter().for_each(|k| open.input_sigma[*k] *= factor);
+            let Ok(linears) = self.linearise(&self.problem.plant, &self.prior(), &open) else { continue };
+            for k in unstated {
+                let forces: Vec<f64> = linears.iter().flat_map(|linear| linear.forces(*k)).collect();
+                let rms = (forces.iter().map(|f| f * f).sum::<f64>() / forces.len().max(1) as f64).sqrt();
+                let least = FLOORS_LEAST * self.noise.input_sigma[*k];
+                self.disturbance_sigma[*k] = (DISTURBANCE_SHARE * rms).max(least);
+            }
+            return;
+        }
+    }
+
+    /// `−2 ln p` of the levels of unstated disturbances.
+    pub fn disturbance_price(&self, noise: &NoiseModel) -> f64 {
+        noise.input_sigma.iter().zip(&self.disturbance_sigma).map(|(level, sigma)| (level / sigma).powi(2)).sum()
     }
 
     /// Gives inputs without stated noise the level that inflates the innovations by [`FLOOR_INFLATION`].
@@ -125,7 +161,10 @@ impl<'p> Engine<'p> {
             for _ in 0..24 {
                 let middle = 0.5 * (low + high);
                 noise.input_sigma[k] = libm::exp(middle * core::f64::consts::LN_10);
-                let inflated = determinant(&noise).is_none_or(|d| d - none > FLOOR_INFLATION * last as f64);
+                // what no channel sees would grow without end
+                let kick = linear.kick(k) * noise.input_sigma[k];
+                let inflated =
+                    kick > KICK_MAX || determinant(&noise).is_none_or(|d| d - none > FLOOR_INFLATION * last as f64);
                 if inflated { high = middle } else { low = middle }
             }
             start.input_sigma[k] = libm::exp(low * core::f64::consts::LN_10);

@@ -1,4 +1,5 @@
-//! Sizes and poles of the noise by maximum likelihood on a linear model, with or without further columns.
+//! Sizes and poles of the noise by maximum likelihood on a linear model, with or without further columns; disturbances that nobody
+//! states pay their prior.
 //!
 //! Coordinates: logarithm of every input's and channel's standard deviation, inverse hyperbolic tangent of every channel's pole. They are
 //! moved one after the other along parabolas through three points, a bounded number of sweeps.
@@ -47,7 +48,9 @@ pub fn maximise(
     start: &NoiseModel,
     search: Search,
 ) -> Option<(NoiseModel, f64)> {
-    let value = |noise: &NoiseModel| Some(board.normal(engine, theta, noise, extra)?.minimum()?.0);
+    let value = |noise: &NoiseModel| {
+        Some(board.normal(engine, theta, noise, extra)?.minimum()?.0 + engine.disturbance_price(noise))
+    };
     let size = board.linears.first().map_or(0, |linear| linear.layout.len());
     let mut list: Vec<Coordinate> = (0..start.sensor_sigma.len()).map(Coordinate::Sensor).collect();
     if size <= SIZE_MAX {

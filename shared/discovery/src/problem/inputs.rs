@@ -1,9 +1,28 @@
 //! What drives a run: held commands, motions with their derivatives, signals of the plant.
 
 use super::ProblemError;
+use super::smooth::SmoothMotion;
 use crate::series::Channel;
-use plant::description::{Actuator, ActuatorKind, Plant, Prescribed, Quantity, Signal, SignalKind};
-use plant::simulation::signal::SignalSum;
+use plant::description::{Actuator, ActuatorKind, Plant, Prescribed};
+use plant::simulation::signal::{SignalSum, SignalValue};
+
+/// A motion as a smooth function of time.
+#[derive(Clone, Debug)]
+pub enum Course {
+    /// As the plant states it.
+    Stated(SignalSum),
+    /// Behind the samples of a recording.
+    Recorded(SmoothMotion),
+}
+
+impl Course {
+    pub fn at(&self, t_s: f64) -> SignalValue {
+        match self {
+            Self::Stated(signal) => signal.at(t_s),
+            Self::Recorded(motion) => motion.at(t_s),
+        }
+    }
+}
 
 /// What one actuator does in a run.
 #[derive(Clone, Debug)]
@@ -13,7 +32,7 @@ pub enum Drive {
     /// A command that the plant states as a signal, held over steps of the sampling.
     Signal(SignalSum),
     /// A motion, its stated derivative as a smooth function of time; position and rate at the beginning of the run.
-    Motion { signal: SignalSum, what: Prescribed, from: [f64; 2] },
+    Motion { course: Course, what: Prescribed, from: [f64; 2] },
 }
 
 pub(super) fn drive(
@@ -32,7 +51,7 @@ pub(super) fn drive(
     let Some(channel) = channel else {
         return Ok(match what {
             None => Drive::Signal(own()?),
-            Some(what) => Drive::Motion { signal: own()?, what, from: [0.0; 2] },
+            Some(what) => Drive::Motion { course: Course::Stated(own()?), what, from: [0.0; 2] },
         });
     };
     let (mut time_s, mut value) = (Vec::new(), Vec::new());
@@ -48,10 +67,8 @@ pub(super) fn drive(
         return Err(ProblemError::Empty { recording, channel, begin_s, end_s });
     }
     let Some(what) = what else { return Ok(Drive::Held { time_s, value }) };
-    let zero = Quantity::known(0.0);
-    let table = Signal { kind: SignalKind::Table { time_s, value, smooth: true }, begin_s: zero, end_s: None };
-    let signal = SignalSum::new(&[table], end_s, &actuator.name).map_err(bad)?;
-    Ok(Drive::Motion { signal, what, from: [0.0; 2] })
+    let course = Course::Recorded(SmoothMotion::new(&time_s, &value));
+    Ok(Drive::Motion { course, what, from: [0.0; 2] })
 }
 
 impl Drive {

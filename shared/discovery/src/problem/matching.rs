@@ -1,9 +1,10 @@
 //! Channels of a recording found by the plant's names, units checked, cut into runs.
 
+use super::angles::turned;
 use super::inputs::drive;
-use super::{ProblemError, Run, Samples};
+use super::{Drive, ProblemError, Run, Samples};
 use crate::series::{Channel, Recording};
-use plant::description::{Initial, Plant};
+use plant::description::{Actuator, Initial, Plant};
 
 /// Runs of one recording: one a segment of the plant that lies in it, else the whole.
 pub(super) fn runs(
@@ -13,56 +14,92 @@ pub(super) fn runs(
     map: &[(String, String)],
     notes: &mut Vec<String>,
 ) -> Result<Vec<Run>, ProblemError> {
-    let mut found = Vec::new();
     let sensors: Vec<Option<&Channel>> = plant.sensors.iter().map(|s| find(recording, &s.name, map)).collect();
     if sensors.iter().all(Option::is_none) {
         let name = plant.sensors.first().map_or("", |sensor| &sensor.name);
-        return Err(missing(recording, name, "a sensor"));
+        return Err(missing(plant, recording, name, "a sensor", map));
     }
     for (sensor, channel) in plant.sensors.iter().zip(&sensors) {
-        let Some(channel) = channel else {
-            notes.push(format!("recording '{}' has no channel for sensor '{}'", recording.name, sensor.name));
-            if let Some(near) = nearest(&sensor.name, recording) {
-                return Err(ProblemError::MissingChannel {
-                    recording: recording.name.clone(),
-                    channel: sensor.name.clone(),
-                    what: "a sensor",
-                    nearest: Some(near),
-                });
+        match channel {
+            Some(channel) => check_unit(recording, channel, plant.sensor_unit(sensor))?,
+            // another spelling is no missing channel
+            None if nearest(plant, &sensor.name, recording, map).is_some() => {
+                return Err(missing(plant, recording, &sensor.name, "a sensor", map));
             }
-            continue;
-        };
-        check_unit(recording, channel, plant.sensor_unit(sensor))?;
-    }
-    for (begin_s, end_s, segment, initial) in spans(plant, recording, &sensors) {
-        let mut drives = Vec::with_capacity(plant.actuators.len());
-        for actuator in &plant.actuators {
-            let channel = find(recording, &actuator.name, map);
-            if let Some(channel) = channel {
-                check_unit(recording, channel, plant.actuator_unit(actuator))?;
-            }
-            if channel.is_none() && actuator.recorded && actuator.command.is_empty() {
-                return Err(missing(recording, &actuator.name, "an actuator"));
-            }
-            if channel.is_none() && plant.controllers.iter().any(|c| c.actuator == actuator.name) {
-                return Err(ProblemError::UnknownInput { actuator: actuator.name.clone() });
-            }
-            drives.push(drive(plant, actuator, channel, &recording.name, (begin_s, end_s))?);
+            None => notes.push(format!("recording '{}' has no channel for sensor '{}'", recording.name, sensor.name)),
         }
-        let cut = |channel: &Option<&Channel>| channel.map_or_else(Samples::default, |c| cut(c, begin_s, end_s));
-        let samples: Vec<Samples> = sensors.iter().map(cut).collect();
+    }
+    let mut found = Vec::new();
+    for (begin_s, end_s, segment, initial) in spans(plant, recording, &sensors, map) {
+        let drives = (plant.actuators.iter())
+            .map(|actuator| input(plant, recording, actuator, map, (begin_s, end_s)))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut samples = Vec::with_capacity(sensors.len());
+        for (sensor, channel) in plant.sensors.iter().zip(&sensors) {
+            let mut cut = channel.map_or_else(Samples::default, |channel| cut(channel, begin_s, end_s));
+            if let Some(note) = turned(plant, sensor, &initial, &mut cut.value) {
+                notes.push(format!("recording '{}': {note}", recording.name));
+            }
+            samples.push(cut);
+        }
+        if samples.iter().all(|samples| samples.value.is_empty()) {
+            // a segment that the recording does not hold
+            continue;
+        }
         found.push(Run { recording: index, segment, begin_s, end_s, initial, drives, samples });
+    }
+    if found.is_empty() {
+        let begin_s = plant.segments.first().map_or(f64::NEG_INFINITY, |segment| segment.begin_s.value);
+        let end_s = plant.segments.last().and_then(|segment| segment.end_s).map_or(f64::INFINITY, |end| end.value);
+        let channel = sensors.iter().flatten().next().map_or(String::new(), |channel| channel.name.clone());
+        return Err(ProblemError::Empty { recording: recording.name.clone(), channel, begin_s, end_s });
     }
     Ok(found)
 }
 
-fn missing(recording: &Recording, channel: &str, what: &'static str) -> ProblemError {
-    let near = nearest(channel, recording);
-    ProblemError::MissingChannel { recording: recording.name.clone(), channel: channel.to_owned(), what, nearest: near }
+/// What drives one actuator in one run.
+fn input(
+    plant: &Plant,
+    recording: &Recording,
+    actuator: &Actuator,
+    map: &[(String, String)],
+    span_s: (f64, f64),
+) -> Result<Drive, ProblemError> {
+    let channel = find(recording, &actuator.name, map);
+    match channel {
+        Some(channel) => check_unit(recording, channel, plant.actuator_unit(actuator))?,
+        None => {
+            let controlled = plant.controllers.iter().any(|c| c.actuator == actuator.name);
+            let alike = nearest(plant, &actuator.name, recording, map).is_some();
+            if controlled && !alike {
+                return Err(ProblemError::UnknownInput { actuator: actuator.name.clone() });
+            }
+            if controlled || (actuator.recorded && actuator.command.is_empty()) {
+                return Err(missing(plant, recording, &actuator.name, "an actuator", map));
+            }
+        }
+    }
+    drive(plant, actuator, channel, &recording.name, span_s)
+}
+
+fn missing(
+    plant: &Plant,
+    recording: &Recording,
+    channel: &str,
+    what: &'static str,
+    map: &[(String, String)],
+) -> ProblemError {
+    let nearest = nearest(plant, channel, recording, map);
+    ProblemError::MissingChannel { recording: recording.name.clone(), channel: channel.to_owned(), what, nearest }
+}
+
+/// What the recording calls `name`.
+fn theirs<'m>(name: &'m str, map: &'m [(String, String)]) -> &'m str {
+    map.iter().find(|(ours, _)| ours == name).map_or(name, |(_, theirs)| theirs)
 }
 
 fn find<'r>(recording: &'r Recording, name: &str, map: &[(String, String)]) -> Option<&'r Channel> {
-    let wanted = map.iter().find(|(ours, _)| ours == name).map_or(name, |(_, theirs)| theirs);
+    let wanted = theirs(name, map);
     recording.channels.iter().find(|channel| channel.name == wanted)
 }
 
@@ -71,12 +108,13 @@ fn spans(
     plant: &Plant,
     recording: &Recording,
     sensors: &[Option<&Channel>],
+    map: &[(String, String)],
 ) -> Vec<(f64, f64, Option<usize>, Initial)> {
     let stamps =
         || sensors.iter().flatten().flat_map(|channel| channel.finite().into_iter().map(|i| channel.time_s[i]));
     let first = stamps().fold(f64::INFINITY, f64::min);
     let last = stamps().fold(f64::NEG_INFINITY, f64::max);
-    let inputs = recording.channels.iter().filter(|c| plant.actuators.iter().any(|a| a.name == c.name));
+    let inputs = plant.actuators.iter().filter_map(|actuator| find(recording, &actuator.name, map));
     let begin = inputs.filter_map(|c| c.time_s.first()).fold(first, |a, b| if *b < a && a - b < 1.0 { *b } else { a });
     if plant.segments.is_empty() {
         return vec![(begin, last, None, plant.initial.clone())];
@@ -121,8 +159,8 @@ fn check_unit(recording: &Recording, channel: &Channel, expected: &str) -> Resul
     })
 }
 
-/// The channel whose name shares most pairs of letters (Dice), if half of them.
-fn nearest(name: &str, recording: &Recording) -> Option<String> {
+/// Of the channels that are nothing else of the plant, the one whose name shares most pairs of letters (Dice), if half of them.
+fn nearest(plant: &Plant, name: &str, recording: &Recording, map: &[(String, String)]) -> Option<String> {
     let pairs = |word: &str| -> Vec<(char, char)> {
         let letters: Vec<char> = word.to_lowercase().chars().collect();
         letters.windows(2).map(|w| (w[0], w[1])).collect()
@@ -133,6 +171,9 @@ fn nearest(name: &str, recording: &Recording) -> Option<String> {
         let common = ours.iter().filter(|pair| theirs.contains(pair)).count();
         2.0 * common as f64 / (ours.len() + theirs.len()).max(1) as f64
     };
-    let best = recording.channels.iter().map(|c| (score(&c.name), &c.name)).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let known = plant.sensors.iter().map(|s| &s.name).chain(plant.actuators.iter().map(|a| &a.name));
+    let taken: Vec<&str> = known.map(|name| theirs(name, map)).collect();
+    let left = recording.channels.iter().filter(|channel| !taken.contains(&channel.name.as_str()));
+    let best = left.map(|c| (score(&c.name), &c.name)).max_by(|a, b| a.0.total_cmp(&b.0))?;
     (best.0 >= 0.5).then(|| best.1.clone())
 }

@@ -40,3 +40,135 @@ fn a_split_keeps_every_sample_once() {
     assert_eq!(first.samples() + last.samples(), whole.samples());
     assert!(first.runs[0].end_s <= last.runs[0].begin_s);
 }
+
+#[test]
+fn a_channel_that_is_another_sensor_is_not_proposed_for_a_missing_one() {
+    let nominal = plant("double_pendulum");
+    let names: Vec<String> = nominal.sensors.iter().map(|sensor| sensor.name.clone()).collect();
+    let mut recorded = recording(&nominal, 1, 0.2);
+    recorded.channels.retain(|channel| channel.name != names[1]);
+    let problem = Problem::new(&nominal, &[recorded], &[]).unwrap();
+    assert!(problem.notes.iter().any(|note| note.contains(&names[1])), "{:?}", problem.notes);
+    assert!(problem.runs[0].samples[1].value.is_empty());
+}
+
+#[test]
+fn recordings_of_several_rates_with_missing_channels_are_one_problem() {
+    let nominal = plant("oscillator");
+    let full = recording(&nominal, 1, 0.4);
+    let mut thin = recording(&nominal, 2, 0.4);
+    thin.channels.retain(|channel| channel.name != "acceleration");
+    for channel in thin.channels.iter_mut().filter(|channel| channel.name == "displacement") {
+        // a third of the samples, at uneven times
+        let keep: Vec<usize> = (0..channel.value.len()).filter(|i| (i * i) % 3 == 1).collect();
+        channel.time_s = keep.iter().map(|i| channel.time_s[*i]).collect();
+        channel.value = keep.iter().map(|i| channel.value[*i]).collect();
+    }
+    let kept = thin.channels.iter().find(|channel| channel.name == "displacement").unwrap().value.len();
+    let problem = Problem::new(&nominal, &[full, thin], &[]).unwrap();
+    assert_eq!(problem.samples(), 200 + 200 + kept);
+    assert_eq!(problem.runs.len(), 2);
+}
+
+#[test]
+fn a_controlled_actuator_without_its_command_is_an_unknown_input() {
+    let nominal = plant("study_case");
+    let actuator = nominal.controllers[0].actuator.clone();
+    let mut recorded = recording(&nominal, 1, 0.2);
+    recorded.channels.retain(|channel| channel.name != actuator);
+    let error = Problem::new(&nominal, &[recorded], &[]).unwrap_err();
+    assert!(matches!(&error, ProblemError::UnknownInput { actuator: named } if *named == actuator), "{error}");
+}
+
+#[test]
+fn a_map_renames_scales_and_turns_signs() {
+    let nominal = plant("pendulum");
+    let mut recorded = recording(&nominal, 1, 0.5);
+    let truth = recorded.channels.iter().find(|c| c.name == "angle").unwrap().clone();
+    for channel in recorded.channels.iter_mut().filter(|c| c.name == "angle") {
+        channel.name = "encoder_deg".to_owned();
+        channel.unit = "deg".to_owned();
+        channel.value.iter_mut().for_each(|v| *v *= -180.0 / core::f64::consts::PI);
+    }
+    let mapping = |theirs: &str| Mapping {
+        ours: "angle".to_owned(),
+        theirs: theirs.to_owned(),
+        scale: -core::f64::consts::PI / 180.0,
+    };
+    assert_eq!(apply_map(&mut recorded.clone(), &[mapping("nothing")]), Err(vec!["nothing".to_owned()]));
+    apply_map(&mut recorded, &[mapping("encoder_deg")]).unwrap();
+    let problem = Problem::new(&nominal, &[recorded], &[]).unwrap();
+    let off = problem.runs[0].samples[0].value.iter().zip(&truth.value).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-15, "{off}"); // rounding of two factors
+}
+
+#[test]
+fn a_wrapped_angle_is_unwrapped_and_a_turn_more_is_the_same_place() {
+    let nominal = plant("pendulum");
+    let recorded = recording(&nominal, 1, 3.0);
+    let plain = Problem::new(&nominal, core::slice::from_ref(&recorded), &[]).unwrap();
+    let turn = core::f64::consts::TAU;
+    // counted from 0 to a turn, of another zero by two turns
+    for change in [&|v: f64| v - turn * libm::floor(v / turn), &|v: f64| v + 2.0 * turn] as [&dyn Fn(f64) -> f64; 2] {
+        let mut changed = recorded.clone();
+        changed.channels.iter_mut().filter(|c| c.name == "angle").for_each(|c| {
+            c.value.iter_mut().for_each(|v| *v = change(*v));
+        });
+        let problem = Problem::new(&nominal, &[changed], &[]).unwrap();
+        let pairs = problem.runs[0].samples[0].value.iter().zip(&plain.runs[0].samples[0].value);
+        let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-14, "{off}"); // rounding near 13 rad
+        assert!(problem.notes.iter().any(|note| note.contains("turn")), "{:?}", problem.notes);
+    }
+}
+
+#[test]
+fn a_segment_outside_the_recording_is_an_error_not_an_empty_problem() {
+    let mut nominal = plant("pendulum");
+    let late = plant::description::Segment {
+        name: "late".to_owned(),
+        begin_s: plant::description::Quantity::known(100.0),
+        end_s: None,
+        initial: nominal.initial.clone(),
+    };
+    nominal.segments.push(late);
+    let error = Problem::new(&nominal, &[recording(&nominal, 1, 0.5)], &[]).unwrap_err();
+    assert!(matches!(error, ProblemError::Empty { .. }), "{error}");
+}
+
+#[test]
+fn unknown_numbers_of_the_plants_own_command_reach_the_rows_and_a_step_between_samples_acts_from_where_it_begins() {
+    use plant::description::{Quantity, SignalKind};
+    let mut nominal = plant("oscillator");
+    let actuator = &mut nominal.actuators[0];
+    (actuator.recorded, actuator.noise) = (false, Quantity::known(0.0));
+    let kind = SignalKind::Step { size: Quantity::with_prior(2.0, 1.0) };
+    actuator.command =
+        vec![plant::description::Signal { kind, begin_s: Quantity::with_prior(0.0512, 0.01), end_s: None }];
+    let mut recorded = recording(&nominal, 1, 0.2);
+    let name = nominal.actuators[0].name.clone();
+    recorded.channels.retain(|channel| channel.name != name);
+    let problem = Problem::new(&nominal, &[recorded], &[]).unwrap();
+    let system = plant::system::System::new(&nominal).unwrap();
+    let timeline = Timeline::new(&nominal, &system, &problem.runs[0], &[0.0; 2], 1.0);
+    let acts = |begin_s: f64, size: f64| -> f64 {
+        let mut moved = nominal.clone();
+        moved.set_parameter(&format!("{name}.command.1.begin"), begin_s).unwrap();
+        moved.set_parameter(&format!("{name}.command.1.size"), size).unwrap();
+        let rows = timeline.rows_of(&problem, &problem.runs[0], &moved, &system).unwrap();
+        let pulse = |k: usize| -> f64 {
+            let next = timeline.events.get(k + 1).map_or(timeline.events[k].t_s, |next| next.t_s);
+            (next - timeline.events[k].t_s) * rows[timeline.events[k].row * timeline.inputs]
+        };
+        (0..timeline.events.len()).map(pulse).sum()
+    };
+    let end = timeline.events.last().unwrap().t_s;
+    for (begin_s, size) in [(0.0512, 2.0), (0.0519, 2.0), (0.0533, -1.5)] {
+        // bisection of a sampling interval of 2 ms forty times
+        assert!(
+            (acts(begin_s, size) - size * (end - begin_s)).abs() < 1e-8,
+            "{begin_s} {size}: {}",
+            acts(begin_s, size)
+        );
+    }
+}

@@ -4,8 +4,10 @@
 //! middle and end of every integration step. Stamps of sources whose clock is off by more than half an interval are moved by whole
 //! intervals; the rest is left to the reading.
 
-use super::{Drive, Run};
+use super::inputs::Course;
+use super::{Drive, Problem, Run};
 use plant::description::{Plant, Prescribed, Reading};
+use plant::simulation::signal::SignalSum;
 use plant::system::{InputRole, System};
 
 /// One instant.
@@ -71,6 +73,35 @@ impl Timeline {
         timeline.gather(&marks, system, run);
         timeline.tabulate(system, run, step_s);
         timeline
+    }
+
+    /// Rows of inputs where numbers of the plant's own commands are unknowns, for `plant` with other values of them; else `None`. A command
+    /// acts with its mean over each interval, so that a step is felt where it begins, not at the next sample.
+    pub fn rows_of(&self, problem: &Problem, run: &Run, plant: &Plant, system: &System) -> Option<Vec<f64>> {
+        let unknown = |name: &str| {
+            let prefix = format!("{name}.command.");
+            problem.unknowns.iter().any(|unknown| unknown.parameter.starts_with(&prefix))
+        };
+        let own = |a: usize| matches!(run.drives.get(a), Some(Drive::Signal(_)));
+        let signal = |(a, actuator): (usize, &plant::description::Actuator)| {
+            let moves = own(a) && unknown(&actuator.name);
+            moves.then(|| SignalSum::new(&actuator.command, plant.simulation.duration_s, &actuator.name).ok()).flatten()
+        };
+        let signals: Vec<Option<SignalSum>> = plant.actuators.iter().enumerate().map(signal).collect();
+        if signals.iter().all(Option::is_none) {
+            return None;
+        }
+        let mut rows = self.rows.clone();
+        for (k, event) in self.events.iter().enumerate() {
+            let end = self.events.get(k + 1).map_or(event.t_s + self.period_s, |next| next.t_s);
+            let stages = if self.moving { 2 * event.steps + 1 } else { 1 };
+            for (i, input) in system.inputs().iter().enumerate().filter(|(_, u)| u.role == InputRole::Command) {
+                let Some(Some(signal)) = signals.get(input.actuator) else { continue };
+                let mean = mean(signal, event.t_s, end);
+                (event.row..event.row + stages).for_each(|row| rows[row * self.inputs + i] = mean);
+            }
+        }
+        Some(rows)
     }
 
     fn gather(&mut self, marks: &[(f64, Mark)], system: &System, run: &Run) {
@@ -145,12 +176,12 @@ impl Timeline {
         for (i, input) in system.inputs().iter().enumerate() {
             let Some(drive) = run.drives.get(input.actuator) else { continue };
             self.rows[first + i] = match (drive, input.role) {
-                (Drive::Motion { signal, what, .. }, role) => {
+                (Drive::Motion { course, what, .. }, role) => {
                     let motion = &mut motions[input.actuator];
                     if advance && role == InputRole::Position {
-                        move_on(signal, *what, motion, t, h);
+                        move_on(course, *what, motion, t, h);
                     }
-                    stated(signal, *what, motion, t, role)
+                    stated(course, *what, motion, t, role)
                 }
                 (Drive::Signal(_), _) => drive.held_at(0.5 * (begin + end)),
                 (Drive::Held { .. }, _) => drive.held_at(begin),
@@ -159,9 +190,31 @@ impl Timeline {
     }
 }
 
+/// Mean of a signal over `[begin, end)`: Simpson's rule, halved where the signal bends or jumps.
+fn mean(signal: &SignalSum, begin: f64, end: f64) -> f64 {
+    /// An interval halved so often is shorter than a jump is wide.
+    const HALVINGS_MAX: u32 = 40;
+    /// Part of the values by which the middle may lie off the chord.
+    const BEND: f64 = 1e-3;
+    fn integral(signal: &SignalSum, (a, at_a): (f64, f64), (b, at_b): (f64, f64), halvings: u32) -> f64 {
+        let m = 0.5 * (a + b);
+        let at_m = signal.at(m).value;
+        let bend = (at_m - 0.5 * (at_a + at_b)).abs();
+        if halvings == 0 || bend <= BEND * (at_a.abs() + at_b.abs()) {
+            return (b - a) / 6.0 * (at_a + 4.0 * at_m + at_b);
+        }
+        integral(signal, (a, at_a), (m, at_m), halvings - 1) + integral(signal, (m, at_m), (b, at_b), halvings - 1)
+    }
+    if end <= begin {
+        return signal.at(begin).value;
+    }
+    let at = |t: f64| (t, signal.at(t).value);
+    integral(signal, at(begin), at(end), HALVINGS_MAX) / (end - begin)
+}
+
 /// Moves position and rate from `t − h` to `t` by Simpson's rule.
-fn move_on(signal: &plant::simulation::signal::SignalSum, what: Prescribed, motion: &mut [f64; 2], t: f64, h: f64) {
-    let at = |share: f64| signal.at(t - h + share * h).value;
+fn move_on(course: &Course, what: Prescribed, motion: &mut [f64; 2], t: f64, h: f64) {
+    let at = |share: f64| course.at(t - h + share * h).value;
     match what {
         Prescribed::Position => {}
         Prescribed::Rate => motion[0] += h / 6.0 * (at(0.0) + 4.0 * at(0.5) + at(1.0)),
@@ -172,14 +225,8 @@ fn move_on(signal: &plant::simulation::signal::SignalSum, what: Prescribed, moti
     }
 }
 
-fn stated(
-    signal: &plant::simulation::signal::SignalSum,
-    what: Prescribed,
-    motion: &[f64; 2],
-    t: f64,
-    role: InputRole,
-) -> f64 {
-    let at = signal.at(t);
+fn stated(course: &Course, what: Prescribed, motion: &[f64; 2], t: f64, role: InputRole) -> f64 {
+    let at = course.at(t);
     match (what, role) {
         (Prescribed::Position, InputRole::Rate) => at.rate,
         (Prescribed::Position, InputRole::Acceleration) => at.acceleration,

@@ -30,6 +30,16 @@ impl Candidate {
         self.effect.parameters[0].name
     }
 
+    /// What an amplitude along a direction can be.
+    pub fn range(&self) -> [f64; 2] {
+        let first = &self.effect.parameters[0];
+        if self.one_sided || (self.effect.amplitudes > 1 || self.directions.len() == 1) {
+            [first.low, first.high]
+        } else {
+            [-first.high, first.high]
+        }
+    }
+
     /// All values at one amplitude and direction.
     pub fn values(&self, amplitude: f64, direction: usize) -> Vec<(&'static str, f64)> {
         let components = self.effect.amplitudes.max(1);
@@ -135,9 +145,10 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
 fn directions(effect: &'static Effect, planar: bool) -> Vec<Vec<(&'static str, f64)>> {
     let quarter = core::f64::consts::FRAC_PI_2;
     if effect.amplitudes > 1 {
-        let names = || effect.parameters.iter().take(effect.amplitudes).map(|p| p.name);
+        let felt = |p: &&EffectParameter| !(planar && p.out_of_plane);
+        let names = || effect.parameters.iter().take(effect.amplitudes).filter(felt).map(|p| p.name);
         let along = |k: usize| names().enumerate().map(|(i, name)| (name, if i == k { 1.0 } else { 0.0 })).collect();
-        return (0..effect.amplitudes).map(along).collect();
+        return (0..names().count()).map(along).collect();
     }
     let angles: Vec<&EffectParameter> = effect.parameters.iter().skip(1).filter(|p| ANGLES.contains(&p.name)).collect();
     let turns = angles.iter().find(|p| p.name != "elevation");

@@ -1,7 +1,8 @@
-//! Columns of candidates by passes at finite amplitude.
+//! Columns of candidates: by the forcing of the linear model where a law is linear in its amplitude, else by passes at finite amplitude.
 
 use super::Candidate;
-use crate::filter::{Gains, gains, whiten};
+use super::forcing::{Sources, comparable, respond, sources};
+use crate::filter::{Gains, Machine, gains, whiten};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine, parallel};
 use plant::description::Plant;
@@ -49,12 +50,78 @@ fn column(
     column.candidate.directions.clear();
     for direction in 0..candidate.directions.len() {
         // a direction that does nothing (out of the plane) would make the others singular
-        let Some((raw, step)) = along(engine, board, plant, theta, (candidate, direction), found) else { continue };
+        let forced = forced(engine, board, plant, theta, (candidate, direction));
+        let found = forced.unwrap_or_else(|| along(engine, board, plant, theta, (candidate, direction), found));
+        let Some((raw, step)) = found else { continue };
         column.candidate.directions.push(candidate.directions[direction].clone());
         column.step = column.step.max(step);
         column.raw.push(raw);
     }
     (!column.raw.is_empty()).then_some(column)
+}
+
+/// Amplitude of the forcing in default amplitudes, and how far a law may bend between it and the default.
+const SMALL: f64 = 1e-2;
+const BENT: f64 = 0.02;
+/// Instants at which a law is asked whether it is linear.
+const ASKED: usize = 60;
+
+/// Column of one direction by forcing. Outer `None`: the law is not linear in its amplitude, or has states, lags or parts of its own.
+#[allow(clippy::option_option)]
+fn forced(
+    engine: &Engine<'_>,
+    board: &Board,
+    plant: &Plant,
+    theta: &[f64],
+    (candidate, direction): (&Candidate, usize),
+) -> Option<Option<(Vec<f64>, f64)>> {
+    let default = candidate.effect.parameters[0].default.abs();
+    let large = if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high };
+    let with = |amplitude: f64| -> Option<Plant> {
+        let mut with = plant.clone();
+        with.add_effect(candidate.effect.kind, &candidate.site, &candidate.values(amplitude, direction)).ok()?;
+        Some(with)
+    };
+    let (small, large_plant) = (with(SMALL * large)?, with(large)?);
+    let mut raw = vec![0.0; board.nu.len()];
+    let mut any = false;
+    for (run, linear) in board.linears.iter().enumerate() {
+        let timeline = &engine.timelines[run];
+        let machine = |plant: &Plant| {
+            Machine::new(engine.problem, run, &engine.problem.instance(plant, theta, run), timeline).ok()
+        };
+        let (mut base, mut other) = (machine(plant)?, machine(&small)?);
+        if !comparable(&base, &other) {
+            return None;
+        }
+        let every = (timeline.events.len() / ASKED).max(1);
+        let mut much = machine(&large_plant)?;
+        let few = sources(linear, &mut base, &mut other, every);
+        if bent(&few, &sources(linear, &mut base, &mut much, every)) > BENT {
+            return None;
+        }
+        let all = sources(linear, &mut base, &mut other, 1);
+        let change = respond(linear, timeline, &all);
+        any |= change.iter().any(|c| *c != 0.0);
+        if !change.iter().all(|c| c.is_finite()) {
+            return None;
+        }
+        for (raw, change) in raw[engine.offsets[run]..].iter_mut().zip(&change) {
+            *raw = -change / (SMALL * large);
+        }
+    }
+    Some(any.then_some((raw, large)))
+}
+
+/// Distance of two sets of sources per amplitude, relative to the larger.
+fn bent(small: &Sources, large: &Sources) -> f64 {
+    let of = |small: &[f64], large: &[f64]| -> (f64, f64) {
+        let apart = small.iter().zip(large).map(|(s, l)| (s / SMALL - l) * (s / SMALL - l)).sum::<f64>();
+        (apart, dot(large, large).max(dot(small, small) / (SMALL * SMALL)))
+    };
+    let (state, reading) = (of(&small.state, &large.state), of(&small.reading, &large.reading));
+    let share = |(apart, whole): (f64, f64)| if whole > 0.0 { (apart / whole).sqrt() } else { 0.0 };
+    share(state).max(share(reading))
 }
 
 /// Column of one direction at an amplitude that is felt.

@@ -1,0 +1,396 @@
+//! Every single effect, pair and promising triple at once, on a ladder of noise hypotheses.
+//!
+//! Which law is right depends on how much of the mismatch is called noise: large disturbances hide slow evidence, small ones overrate it.
+//! So the whitened normal equations of all columns are taken at a few rungs between the adapted noise and the least that is
+//! stated, the common scale of the noise is maximised in closed form, and a subset is judged at its best rung:
+//!
+//! ```text
+//! −2 ln p(S) = min over rungs of  n ln(χ²(S)/n) + ln|S_k|,    χ²(S) = χ² − gᵀ M⁻¹ g  (columns of S, nominal unknowns projected off)
+//! BIC(S) = −2 ln p(S) + k ln n
+//! ```
+//!
+//! Amplitudes keep their sign and nominal unknowns their range: who would leave it is held at its edge. The rungs only rank and start;
+//! the likelihoods that decide are maximised over continuous noise.
+
+use super::refit::free_numbers;
+use crate::filter::NoiseModel;
+use crate::fit::{Board, Engine, parallel};
+use crate::score::Column;
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// One noise hypothesis with the normal equations of unknowns (in prior standard deviations) and columns.
+pub(crate) struct Rung {
+    pub noise: NoiseModel,
+    log_determinant: f64,
+    chi2: f64,
+    /// All of them: unknowns first, then columns.
+    matrix: DMatrix<f64>,
+    right: DVector<f64>,
+    /// Columns with the unknowns projected off.
+    pub reduced: DMatrix<f64>,
+    pub reduced_right: DVector<f64>,
+    pub reduced_chi2: f64,
+}
+
+/// A set of effects and what the best rung says of it.
+#[derive(Clone, Debug)]
+pub struct Subset {
+    /// Indices of columns.
+    pub members: Vec<usize>,
+    /// Numbers that are free.
+    pub free: usize,
+    /// Relative to no effect at its own best rung.
+    pub bic: f64,
+    /// Noise of the rung, at its maximised scale.
+    pub noise: NoiseModel,
+    /// Amplitudes of each member's directions.
+    pub amplitudes: Vec<Vec<f64>>,
+}
+
+/// Subsets by size (one, two, three), each best first.
+#[derive(Clone, Debug, Default)]
+pub struct Ranking {
+    pub sizes: Vec<Vec<Subset>>,
+    /// Columns that took part.
+    pub tried: usize,
+}
+
+/// Rungs of input noise between adapted and stated, and with the colour of the sensors' noise undone.
+const RUNGS: [(f64, f64); 6] = [(0.0, 1.0), (0.3, 1.0), (0.6, 1.0), (0.0, 0.0), (0.5, 0.0), (1.0, 0.0)];
+/// Largest work of one Gram matrix [multiplications].
+const WORK_MAX: f64 = 2e8;
+/// Subsets of each size that are looked at with their constraints, and pairs that are extended.
+const LOOKED: usize = 60;
+const EXTENDED: usize = 25;
+
+/// BIC within which two sets are equal.
+pub const TIE: f64 = 0.5;
+
+/// Ranks subsets of `columns` up to `size_max`.
+pub fn rank(
+    engine: &Engine<'_>,
+    board: &Board,
+    theta: &[f64],
+    columns: &[Column],
+    adapted: &NoiseModel,
+    size_max: usize,
+) -> Ranking {
+    let noises = ladder(engine, adapted);
+    let chosen = choose(engine, board, theta, columns, &noises);
+    let layout = Layout::new(engine, theta, columns, chosen);
+    let raw: Vec<&Vec<f64>> = layout.groups.iter().flat_map(|g| &columns[g.column].raw).collect();
+    let rungs: Vec<Rung> =
+        parallel(noises.len(), engine.threads, |i| Rung::new(engine, board, theta, &raw, &noises[i]))
+            .into_iter()
+            .flatten()
+            .collect();
+    if rungs.is_empty() {
+        return Ranking::default();
+    }
+    let samples = (engine.samples + layout.unknowns) as f64;
+    let null = rungs.iter().map(|rung| rung.objective(0.0, samples)).fold(f64::INFINITY, f64::min);
+    let judge = Judge { engine, layout: &layout, rungs: &rungs, samples, null };
+    let mut sizes: Vec<Vec<Subset>> = Vec::new();
+    let groups = layout.groups.len();
+    let mut last: Vec<Vec<usize>> = (0..groups).map(|g| vec![g]).collect();
+    for size in 1..=size_max {
+        let mut quick: Vec<(f64, Vec<usize>)> =
+            last.iter().filter_map(|set| Some((judge.quick(set)?, set.clone()))).collect();
+        // twins stand in the order of the catalogue
+        quick.sort_by(|a, b| libm::round(a.0 / TIE).total_cmp(&libm::round(b.0 / TIE)).then(a.1.cmp(&b.1)));
+        let mut looked: Vec<Subset> = quick.iter().take(LOOKED).filter_map(|(_, set)| judge.constrained(set)).collect();
+        looked.sort_by(|a, b| {
+            libm::round(a.bic / TIE).total_cmp(&libm::round(b.bic / TIE)).then(a.members.cmp(&b.members))
+        });
+        sizes.push(looked);
+        if size == size_max {
+            break;
+        }
+        let seeds: Vec<Vec<usize>> =
+            if size == 1 { last } else { quick.into_iter().take(EXTENDED).map(|(_, set)| set).collect() };
+        last = layout.extended(&seeds);
+    }
+    Ranking { sizes, tried: columns.len() }
+}
+
+/// Noise from adapted to stated, geometrically.
+pub(crate) fn ladder(engine: &Engine<'_>, adapted: &NoiseModel) -> Vec<NoiseModel> {
+    let coloured = adapted.pole.iter().any(|pole| pole.abs() > 0.05);
+    let mut noises: Vec<NoiseModel> = Vec::new();
+    for (share, colour) in RUNGS {
+        if colour == 1.0 && share > 0.0 && !coloured {
+            continue;
+        }
+        let mut noise = adapted.clone();
+        for (sigma, stated) in noise.input_sigma.iter_mut().zip(&engine.noise.input_sigma) {
+            *sigma = libm::exp((1.0 - share) * libm::log(*sigma) + share * libm::log(stated.min(*sigma)));
+        }
+        noise.pole.iter_mut().for_each(|pole| *pole *= colour);
+        if !noises.contains(&noise) {
+            noises.push(noise);
+        }
+    }
+    noises
+}
+
+/// Places of columns in the normal equations.
+struct Layout {
+    unknowns: usize,
+    groups: Vec<Group>,
+    same_law: Vec<Vec<bool>>,
+    /// Room of each unknown down and up [prior standard deviations].
+    room: Vec<[f64; 2]>,
+}
+
+struct Group {
+    column: usize,
+    /// First place behind the unknowns, and number of places.
+    first: usize,
+    count: usize,
+    free: usize,
+    /// What an amplitude can be.
+    low: f64,
+    high: f64,
+}
+
+impl Layout {
+    fn new(engine: &Engine<'_>, theta: &[f64], columns: &[Column], chosen: Vec<usize>) -> Self {
+        let mut groups = Vec::with_capacity(chosen.len());
+        let mut width = 0;
+        for column in chosen {
+            let (candidate, count) = (&columns[column].candidate, columns[column].raw.len());
+            let free = free_numbers(candidate, count);
+            let [low, high] = candidate.range();
+            groups.push(Group { column, first: width, count, free, low, high });
+            width += count;
+        }
+        let law = |a: &Group, b: &Group| columns[a.column].candidate.same_law(&columns[b.column].candidate);
+        let same_law = groups.iter().map(|a| groups.iter().map(|b| law(a, b)).collect()).collect();
+        let unknowns = &engine.problem.unknowns;
+        let room = unknowns.iter().zip(theta).map(|(u, t)| [(u.low - t) / u.sigma, (u.high - t) / u.sigma]).collect();
+        Self { unknowns: unknowns.len(), groups, same_law, room }
+    }
+
+    /// Each seed with one more group of another law, sorted, once.
+    fn extended(&self, seeds: &[Vec<usize>]) -> Vec<Vec<usize>> {
+        let mut sets = std::collections::BTreeSet::new();
+        for seed in seeds {
+            for g in (0..self.groups.len()).filter(|g| !seed.iter().any(|s| self.same_law[*s][*g])) {
+                let mut set = seed.clone();
+                set.push(g);
+                set.sort_unstable();
+                sets.insert(set);
+            }
+        }
+        sets.into_iter().collect()
+    }
+
+    fn places(&self, set: &[usize]) -> Vec<usize> {
+        set.iter().flat_map(|g| self.groups[*g].first..self.groups[*g].first + self.groups[*g].count).collect()
+    }
+}
+
+/// Columns worth a place: the best of every law, then the best of all, as many as the work allows.
+fn choose(engine: &Engine<'_>, board: &Board, theta: &[f64], columns: &[Column], noises: &[NoiseModel]) -> Vec<usize> {
+    let most = (WORK_MAX / engine.samples.max(1) as f64).sqrt().max(24.0) as usize;
+    if columns.len() <= most {
+        return (0..columns.len()).collect();
+    }
+    let scores = |noise: &NoiseModel| crate::score::scores(engine, board, theta, noise, columns);
+    let mut best = vec![f64::NEG_INFINITY; columns.len()];
+    for noise in [&noises[0], &noises[noises.len() - 1]] {
+        let list = scores(noise);
+        let largest = list.iter().flatten().map(|s| s.statistic).fold(1e-300, f64::max);
+        for (best, score) in best.iter_mut().zip(list) {
+            // shares of the best of a rung: rungs differ in scale
+            *best = best.max(score.map_or(f64::NEG_INFINITY, |s| s.statistic / largest));
+        }
+    }
+    let mut order: Vec<usize> = (0..columns.len()).filter(|c| best[*c].is_finite()).collect();
+    order.sort_by(|a, b| best[*b].total_cmp(&best[*a]).then(a.cmp(b)));
+    let mut chosen: Vec<usize> = Vec::new();
+    let fresh = |chosen: &[usize], c: usize| {
+        !chosen.iter().any(|other| columns[*other].candidate.same_law(&columns[c].candidate))
+    };
+    for pass in 0..2 {
+        for c in &order {
+            if chosen.len() < most && !chosen.contains(c) && (pass == 1 || fresh(&chosen, *c)) {
+                chosen.push(*c);
+            }
+        }
+    }
+    chosen.sort_unstable();
+    chosen
+}
+
+impl Rung {
+    /// Rung of `noise` with the raw columns `extra`; `None` where a covariance is not positive.
+    pub fn new(
+        engine: &Engine<'_>,
+        board: &Board,
+        theta: &[f64],
+        extra: &[&Vec<f64>],
+        noise: &NoiseModel,
+    ) -> Option<Self> {
+        let normal = board.normal(engine, theta, noise, extra)?;
+        let (u, width) = (normal.unknowns, extra.len());
+        let chi2 = normal.chi2 + crate::fit::board::prior_chi2(engine, theta);
+        let log_determinant = normal.objective - chi2 + engine.disturbance_price(noise);
+        let (matrix, right) = (normal.matrix, normal.right);
+        let factor = Cholesky::new(matrix.view((0, 0), (u, u)).into_owned())?;
+        let across = factor.l().solve_lower_triangular(&matrix.view((0, u), (u, width)).into_owned())?;
+        let own = factor.l().solve_lower_triangular(&right.rows(0, u).into_owned())?;
+        let reduced = matrix.view((u, u), (width, width)) - across.tr_mul(&across);
+        let reduced_right = right.rows(u, width) - across.tr_mul(&own);
+        let reduced_chi2 = chi2 - own.dot(&own);
+        Some(Self { noise: noise.clone(), log_determinant, chi2, matrix, right, reduced, reduced_right, reduced_chi2 })
+    }
+
+    /// `−2 ln p` with the scale of the noise maximised, for a decrease of χ².
+    fn objective(&self, gain: f64, samples: f64) -> f64 {
+        self.at(self.reduced_chi2 - gain, samples)
+    }
+
+    pub fn at(&self, chi2: f64, samples: f64) -> f64 {
+        samples * libm::log(chi2.max(f64::MIN_POSITIVE) / samples) + samples + self.log_determinant
+    }
+
+    /// Decrease of χ² by the columns at `places` and their amplitudes, unknowns free.
+    fn gain(&self, places: &[usize]) -> Option<(f64, Vec<f64>)> {
+        let k = places.len();
+        if k == 1 {
+            let (m, g) = (self.reduced[(places[0], places[0])], self.reduced_right[places[0]]);
+            return self.seen(places[0]).then(|| (g * g / m, vec![g / m]));
+        }
+        if !places.iter().all(|p| self.seen(*p)) {
+            return None;
+        }
+        let scale: Vec<f64> = places.iter().map(|p| 1.0 / self.reduced[(*p, *p)].sqrt()).collect();
+        let matrix = DMatrix::from_fn(k, k, |i, j| {
+            self.reduced[(places[i], places[j])] * scale[i] * scale[j] * if i == j { 1.0 + 1e-10 } else { 1.0 }
+        });
+        let right = DVector::from_fn(k, |i, _| self.reduced_right[places[i]] * scale[i]);
+        let solved = Cholesky::new(matrix)?.solve(&right);
+        Some((solved.dot(&right), solved.iter().zip(&scale).map(|(s, scale)| s * scale).collect()))
+    }
+
+    /// Something of the column is left behind the unknowns.
+    fn seen(&self, place: usize) -> bool {
+        let whole = self.matrix
+            [(place + self.matrix.nrows() - self.reduced.nrows(), place + self.matrix.nrows() - self.reduced.nrows())];
+        whole > 0.0 && self.reduced[(place, place)] > 1e-7 * whole
+    }
+}
+
+struct Judge<'a> {
+    engine: &'a Engine<'a>,
+    layout: &'a Layout,
+    rungs: &'a [Rung],
+    samples: f64,
+    null: f64,
+}
+
+impl Judge<'_> {
+    fn free(&self, set: &[usize]) -> usize {
+        set.iter().map(|g| self.layout.groups[*g].free).sum()
+    }
+
+    /// BIC at the best rung where no amplitude has the wrong sign; unknowns free.
+    fn quick(&self, set: &[usize]) -> Option<f64> {
+        let places = self.layout.places(set);
+        let best = self.rungs.iter().filter_map(|rung| {
+            let (gain, amplitudes) = rung.gain(&places)?;
+            self.possible(set, &amplitudes).then(|| rung.objective(gain, self.samples))
+        });
+        let best = best.fold(f64::INFINITY, f64::min);
+        best.is_finite().then(|| best - self.null + self.free(set) as f64 * libm::log(self.samples))
+    }
+
+    /// Every amplitude is one that its effect can have.
+    fn possible(&self, set: &[usize], amplitudes: &[f64]) -> bool {
+        let mut at = 0;
+        set.iter().all(|g| {
+            let group = &self.layout.groups[*g];
+            let own = &amplitudes[at..at + group.count];
+            at += group.count;
+            own.iter().all(|a| (group.low..=group.high).contains(a) && *a != 0.0)
+        })
+    }
+
+    /// The same with unknowns held in their ranges.
+    fn constrained(&self, set: &[usize]) -> Option<Subset> {
+        let mut best: Option<(f64, usize, f64, Vec<f64>)> = None;
+        for (i, rung) in self.rungs.iter().enumerate() {
+            let Some((chi2, amplitudes)) = self.solve(rung, set) else { continue };
+            let objective = rung.at(chi2, self.samples);
+            if self.possible(set, &amplitudes) && best.as_ref().is_none_or(|best| objective < best.0) {
+                best = Some((objective, i, chi2, amplitudes));
+            }
+        }
+        let (objective, rung, chi2, flat) = best?;
+        let scale = (chi2 / self.samples).sqrt();
+        let mut noise = self.rungs[rung].noise.clone();
+        noise
+            .input_sigma
+            .iter_mut()
+            .zip(&self.engine.noise.input_sigma)
+            .for_each(|(s, floor)| *s = (*s * scale).max(*floor));
+        noise.sensor_sigma.iter_mut().for_each(|s| *s *= scale);
+        let mut at = 0;
+        let amplitudes = set.iter().map(|g| {
+            let count = self.layout.groups[*g].count;
+            at += count;
+            flat[at - count..at].to_vec()
+        });
+        Some(Subset {
+            members: set.iter().map(|g| self.layout.groups[*g].column).collect(),
+            free: self.free(set),
+            bic: objective - self.null + self.free(set) as f64 * libm::log(self.samples),
+            noise,
+            amplitudes: amplitudes.collect(),
+        })
+    }
+
+    /// χ² and amplitudes; an unknown that would leave its range is held at its edge.
+    fn solve(&self, rung: &Rung, set: &[usize]) -> Option<(f64, Vec<f64>)> {
+        let u = self.layout.unknowns;
+        let mut places: Vec<usize> = (0..u).collect();
+        places.extend(self.layout.places(set).iter().map(|p| u + p));
+        let mut held: Vec<Option<f64>> = vec![None; u];
+        for _ in 0..4 {
+            let free: Vec<usize> = places.iter().copied().filter(|p| *p >= u || held[*p].is_none()).collect();
+            let fixed: Vec<(usize, f64)> = (0..u).filter_map(|i| Some((i, held[i]?))).collect();
+            let right = |p: usize| rung.right[p] - fixed.iter().map(|(i, v)| rung.matrix[(p, *i)] * v).sum::<f64>();
+            let k = free.len();
+            let scale: Vec<f64> = free.iter().map(|p| 1.0 / rung.matrix[(*p, *p)].max(1e-300).sqrt()).collect();
+            let matrix = DMatrix::from_fn(k, k, |i, j| {
+                rung.matrix[(free[i], free[j])] * scale[i] * scale[j] * if i == j { 1.0 + 1e-11 } else { 1.0 }
+            });
+            let b = DVector::from_fn(k, |i, _| right(free[i]) * scale[i]);
+            let solved = Cholesky::new(matrix)?.solve(&b);
+            let mut again = false;
+            for (p, (s, scale)) in free.iter().zip(solved.iter().zip(&scale)).filter(|(p, _)| **p < u) {
+                let [low, high] = self.layout.room[*p];
+                let step = s * scale;
+                if step < low - 1e-9 || step > high + 1e-9 {
+                    held[*p] = Some(step.clamp(low, high));
+                    again = true;
+                }
+            }
+            if !again {
+                // χ² at the solution: χ² − 2 bᵀx + xᵀMx over all, the held ones included
+                let held_part: f64 = fixed
+                    .iter()
+                    .map(|(i, v)| {
+                        let cross: f64 = fixed.iter().map(|(j, w)| rung.matrix[(*i, *j)] * w).sum();
+                        v * (cross - 2.0 * rung.right[*i])
+                    })
+                    .sum();
+                let chi2 = rung.chi2 + held_part - solved.dot(&b);
+                let amplitudes = free.iter().zip(solved.iter().zip(&scale)).filter(|(p, _)| **p >= u);
+                return Some((chi2, amplitudes.map(|(_, (s, scale))| s * scale).collect()));
+            }
+        }
+        None
+    }
+}

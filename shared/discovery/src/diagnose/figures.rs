@@ -1,0 +1,193 @@
+//! What the report draws, thinned to what an eye can see.
+
+use super::report::{Angles, EvidenceCurve, Figures, ForceCell, ForceMap, Overlay, Tile};
+use super::{Adopted, Screening, Standing};
+use crate::filter::NoiseModel;
+use crate::fit::{Board, Engine};
+use crate::force_map;
+use crate::held_out::{Predictor, free_residual};
+use crate::score::cosine;
+use core::f64::consts::TAU;
+
+/// Windows of a recording, and points of a curve.
+const WINDOWS: usize = 16;
+const POINTS: usize = 1500;
+/// Candidates whose angles are told.
+const ANGLES: usize = 8;
+
+pub(super) fn figures(
+    engine: &Engine<'_>,
+    before: (&Board, &NoiseModel),
+    best: &Standing,
+    adopted: &[Adopted],
+    screening: &Screening,
+    map: Option<&force_map::ForceMap>,
+) -> Figures {
+    let whitened = |(board, noise): (&Board, &NoiseModel)| {
+        let mut r = [board.nu.clone()];
+        board.whiten(engine, noise, &mut r).map(|_| core::mem::take(&mut r[0]))
+    };
+    let (Some(b), Some(a)) = (whitened(before), whitened((&best.fit.board, &best.noise))) else {
+        return Figures::default();
+    };
+    Figures {
+        tiles: tiles(engine, &b, &a),
+        evidence: evidence(engine, &b, &a, adopted),
+        force_maps: map.map(|map| state_map(engine, map)).into_iter().collect(),
+        angles: angles(screening),
+        overlays: Vec::new(),
+    }
+}
+
+/// Power of windows and octaves of every channel's innovations, in standard errors from one.
+fn tiles(engine: &Engine<'_>, before: &[f64], after: &[f64]) -> Vec<Tile> {
+    let mut list = Vec::new();
+    for (channel, sensor) in engine.problem.plant.sensors.iter().enumerate() {
+        for (run, offset) in engine.offsets.iter().enumerate() {
+            let timeline = &engine.timelines[run];
+            let own: Vec<usize> = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect();
+            let length = own.len() / WINDOWS;
+            if length < 16 {
+                continue;
+            }
+            for window in own.chunks_exact(length) {
+                let times = [timeline.stamp_s[window[0]], timeline.stamp_s[window[length - 1]]];
+                let rate_hz = (length - 1) as f64 / (times[1] - times[0]);
+                let powers = |r: &[f64]| octaves(&window.iter().map(|s| r[offset + s]).collect::<Vec<_>>());
+                for (octave, (z_before, z_after)) in powers(before).into_iter().zip(powers(after)).enumerate() {
+                    let bins = [1usize << octave, 2 << octave];
+                    let band_hz = bins.map(|bin| bin.min(length / 2) as f64 * rate_hz / length as f64);
+                    list.push(Tile { channel: sensor.name.clone(), time: times, band_hz, z_before, z_after });
+                }
+            }
+        }
+    }
+    list
+}
+
+/// Per octave of bins 1, 2–3, 4–7, …: `(mean of |X|²/n − 1) √bins`.
+fn octaves(x: &[f64]) -> Vec<f64> {
+    let n = x.len();
+    let power = |bin: usize| -> f64 {
+        let step = TAU * bin as f64 / n as f64;
+        let (mut c, mut s) = (0.0, 0.0);
+        for (i, x) in x.iter().enumerate() {
+            let angle = step * i as f64;
+            (c, s) = (c + x * libm::cos(angle), s + x * libm::sin(angle));
+        }
+        (c * c + s * s) / n as f64
+    };
+    let mut list = Vec::new();
+    let mut first = 1;
+    while first < n / 2 {
+        let bins: Vec<usize> = (first..(2 * first).min(n / 2)).collect();
+        // a band of many bins is known well enough from some of them
+        let every = (bins.len() / 32).max(1);
+        let taken: Vec<f64> = bins.iter().step_by(every).map(|bin| power(*bin)).collect();
+        let count = taken.len() as f64;
+        list.push((taken.iter().sum::<f64>() / count - 1.0) * count.sqrt());
+        first *= 2;
+    }
+    list
+}
+
+/// Gain in log-likelihood up to each instant, all adopted effects together.
+fn evidence(engine: &Engine<'_>, before: &[f64], after: &[f64], adopted: &[Adopted]) -> Vec<EvidenceCurve> {
+    if adopted.is_empty() {
+        return Vec::new();
+    }
+    let name = |of: &dyn Fn(&Adopted) -> String| adopted.iter().map(of).collect::<Vec<_>>().join(" + ");
+    let mut curve = EvidenceCurve {
+        kind: name(&|a| a.column.candidate.effect.kind.to_owned()),
+        site: name(&|a| a.column.candidate.site.to_string()),
+        time_s: Vec::new(),
+        gain: Vec::new(),
+    };
+    let every = (engine.samples / POINTS).max(1);
+    let (mut sum, mut count, mut origin) = (0.0, 0, 0.0);
+    for (run, offset) in engine.offsets.iter().enumerate() {
+        let timeline = &engine.timelines[run];
+        let first = timeline.events.first().map_or(0.0, |event| event.t_s);
+        let mut last = first;
+        for event in timeline.events.iter().filter(|event| event.count > 0) {
+            for s in offset + event.first..offset + event.first + event.count {
+                sum += 0.5 * (before[s] * before[s] - after[s] * after[s]);
+                count += 1;
+                if count % every == 0 {
+                    curve.time_s.push(origin + event.t_s - first);
+                    curve.gain.push(sum);
+                }
+            }
+            last = event.t_s;
+        }
+        origin += last - first;
+    }
+    vec![curve]
+}
+
+fn state_map(engine: &Engine<'_>, map: &force_map::ForceMap) -> ForceMap {
+    let unit = |name: &str| -> String {
+        let plant = &engine.problem.plant;
+        let joint = name.trim_start_matches("joint:").trim_end_matches(".rate");
+        let slides = plant.bodies.iter().any(|body| {
+            body.joint.name == joint && matches!(body.joint.kind, plant::description::JointKind::Prismatic { .. })
+        });
+        let base = if slides || name.starts_with("tank:") { "m" } else { "rad" };
+        if name.ends_with(".rate") { format!("{base}/s") } else { base.to_owned() }
+    };
+    let force = if unit(&map.place.site) == "m" { "N" } else { "N m" };
+    let cell =
+        |c: &force_map::Cell| ForceCell { x: c.at[0], y: c.at[1], force: c.force, sigma: c.sigma, law: f64::NAN };
+    ForceMap {
+        site: map.place.site.clone(),
+        unit: force.to_owned(),
+        x: (map.names[0].clone(), unit(&map.names[0])),
+        y: (map.names[1].clone(), unit(&map.names[1])),
+        cells: map.cells.iter().map(cell).collect(),
+    }
+}
+
+/// Cosines among the candidates of largest score, one of each law.
+fn angles(screening: &Screening) -> Angles {
+    let mut order: Vec<usize> = (0..screening.pairs.len()).collect();
+    order.sort_by(|a, b| screening.pairs[*b].1.statistic.total_cmp(&screening.pairs[*a].1.statistic));
+    let candidate = |i: usize| &screening.columns[screening.pairs[i].1.column].candidate;
+    let mut chosen: Vec<usize> = Vec::new();
+    for i in order {
+        if chosen.len() < ANGLES && !chosen.iter().any(|c| candidate(*c).same_law(candidate(i))) {
+            chosen.push(i);
+        }
+    }
+    let name = |i: &usize| format!("{}@{}", candidate(*i).effect.kind, candidate(*i).site);
+    let row = |i: &usize| chosen.iter().map(|j| cosine(&screening.pairs[*i].1, &screening.pairs[*j].1)).collect();
+    Angles { names: chosen.iter().map(name).collect(), cosine: chosen.iter().map(row).collect() }
+}
+
+/// Free runs of both plants over the first run of held-out data.
+pub(super) fn overlays(before: (&Engine<'_>, Predictor<'_>), after: (&Engine<'_>, Predictor<'_>)) -> Vec<Overlay> {
+    let (Some((b, first)), Some((a, _))) = (free_residual(before.0, before.1, 0), free_residual(after.0, after.1, 0))
+    else {
+        return Vec::new();
+    };
+    let timeline = &before.0.timelines[0];
+    let begin = timeline.events.get(first).map_or(0, |event| event.first);
+    let plant = &before.0.problem.plant;
+    let mut list = Vec::new();
+    for (channel, sensor) in plant.sensors.iter().enumerate() {
+        let own: Vec<usize> = (begin..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect();
+        let taken: Vec<usize> = own.iter().copied().step_by((own.len() / POINTS).max(1)).collect();
+        if taken.is_empty() {
+            continue;
+        }
+        let of = |f: &dyn Fn(usize) -> f64| taken.iter().map(|s| f(*s)).collect::<Vec<f64>>();
+        list.push(Overlay {
+            channel: sensor.name.clone(),
+            unit: plant.sensor_unit(sensor).to_owned(),
+            time_s: of(&|s| timeline.stamp_s[s]),
+            measured: of(&|s| timeline.value[s]),
+            before: of(&|s| timeline.value[s] - b[s]),
+            after: of(&|s| timeline.value[s] - a[s]),
+        });
+    }
+    list
+}

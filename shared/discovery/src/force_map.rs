@@ -1,0 +1,301 @@
+//! A force that no law of the catalogue describes: a smooth map over two coordinates.
+//!
+//! ```text
+//! F(a, b) = Σ w_i φ_i(a, b),   φ Gaussians on a 5 × 5 grid over the visited box,   w ~ N(0, s²)
+//! ```
+//!
+//! The weights have one prior scale s, which maximises the evidence; every pair of coordinates has its map, the best evidence wins. It
+//! counts when it predicts parts of the recording that it was not fitted to. Columns come from the forcing of the linear model: the
+//! force acts where a noise input acts.
+
+use crate::compete::subsets::{Rung, ladder};
+use crate::filter::{DISTURBANCE, Linear, NoiseModel};
+use crate::fit::board::dot;
+use crate::fit::{Board, Engine};
+use crate::held_out::{BLOCK_S, Gain, blocks};
+use crate::score::event_of_sample;
+use crate::score::forcing::{Sources, respond};
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+
+/// Basis functions along one coordinate.
+const SIDE: usize = 5;
+/// Width of a Gaussian in distances of the grid.
+const WIDTH: f64 = 0.8;
+/// Parts of the recording, each predicted from the others.
+const FOLDS: usize = 8;
+/// Cells of the map that is told, along one coordinate.
+const CELLS: usize = 9;
+
+/// Where a force may act and on what it may depend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// Index of the noise input that pushes there.
+    pub input: usize,
+    pub site: String,
+    /// Indices of the two states.
+    pub states: [usize; 2],
+}
+
+/// One value of a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    pub at: [f64; 2],
+    pub force: f64,
+    pub sigma: f64,
+}
+
+/// The best map.
+#[derive(Clone, Debug)]
+pub struct ForceMap {
+    pub place: Place,
+    pub names: [String; 2],
+    pub cells: Vec<Cell>,
+    /// Twice the logarithm of the evidence above no map, noise maximised along the rungs on both sides.
+    pub evidence: f64,
+    /// Maps that were tried.
+    pub tried: usize,
+    /// Gain on parts of the recording that the weights were not fitted to.
+    pub held_out: Gain,
+}
+
+/// The map of most evidence about `theta`; `None` where nothing can push.
+pub fn best(engine: &Engine<'_>, board: &Board, theta: &[f64], adapted: &NoiseModel) -> Option<ForceMap> {
+    let places = places(board.linears.first()?);
+    let noises = ladder(engine, adapted);
+    let mut found: Option<(f64, Place, Vec<Vec<f64>>, Ridge, NoiseModel, [[f64; 2]; 2])> = None;
+    for place in &places {
+        let Some((boxed, columns)) = columns(engine, board, place) else { continue };
+        let extra: Vec<&Vec<f64>> = columns.iter().collect();
+        let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
+        let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
+        let null = rungs.iter().map(|rung| rung.at(rung.reduced_chi2, samples)).fold(f64::INFINITY, f64::min);
+        for rung in &rungs {
+            let Some(ridge) = Ridge::new(rung, samples) else { continue };
+            let evidence = null - ridge.objective;
+            if found.as_ref().is_none_or(|best| evidence > best.0) {
+                found = Some((evidence, place.clone(), columns.clone(), ridge, rung.noise.clone(), boxed));
+            }
+        }
+    }
+    let (evidence, place, columns, ridge, noise, boxed) = found?;
+    let held_out = predicted(engine, board, theta, &columns, &ridge, &noise)?;
+    let names = place.states.map(|state| board.linears[0].state_names[state].clone());
+    let cells = ridge.cells(boxed);
+    Some(ForceMap { place, names, cells, evidence, tried: places.len(), held_out })
+}
+
+/// Noise inputs that act on a coordinate, with pairs of states: its own position and rate, its rate with every other rate.
+fn places(linear: &Linear) -> Vec<Place> {
+    let states = &linear.state_names;
+    let find = |name: &str| states.iter().position(|state| state == name);
+    let rates: Vec<usize> = (0..states.len()).filter(|i| states[*i].ends_with(".rate")).collect();
+    let mut list = Vec::new();
+    for (input, name) in linear.input_names.iter().enumerate() {
+        let target = name.strip_prefix(DISTURBANCE).unwrap_or(name);
+        let gamma = |row: usize| {
+            linear
+                .transition
+                .get(row * (linear.layout.tangent + linear.layout.noise_inputs.len()) + linear.layout.tangent + input)
+                .copied()
+                .unwrap_or(0.0)
+        };
+        let named = find(&format!("joint:{target}.rate"));
+        // a torque whose name is not its joint's pushes the rate that it moves most
+        let pushed = named.or_else(|| {
+            let moved = linear.names.iter().enumerate().filter(|(_, name)| name.ends_with(".rate"));
+            let most = moved.max_by(|a, b| gamma(a.0).abs().total_cmp(&gamma(b.0).abs()))?;
+            find(most.1)
+        });
+        let Some(rate) = pushed else { continue };
+        let coordinate = states[rate].trim_end_matches(".rate").to_owned();
+        let mut pairs = Vec::new();
+        if let Some(position) = find(&coordinate) {
+            pairs.push([position, rate]);
+        }
+        pairs.extend(rates.iter().filter(|other| **other != rate).map(|other| [*other, rate]));
+        let site = coordinate;
+        list.extend(pairs.into_iter().take(4).map(|states| Place { input, site: site.clone(), states }));
+    }
+    list
+}
+
+/// Basis functions at `(a, b)` over a box.
+fn basis(boxed: [[f64; 2]; 2], at: [f64; 2], out: &mut [f64]) {
+    let along = |k: usize, i: usize| {
+        let step = (boxed[k][1] - boxed[k][0]) / (SIDE - 1) as f64;
+        let z = (at[k] - boxed[k][0] - i as f64 * step) / (WIDTH * step);
+        libm::exp(-0.5 * z * z)
+    };
+    for i in 0..SIDE {
+        for j in 0..SIDE {
+            out[i * SIDE + j] = along(0, i) * along(1, j);
+        }
+    }
+}
+
+/// The visited box and `−∂ν/∂w` of every basis function; `None` where a coordinate stands still.
+fn columns(engine: &Engine<'_>, board: &Board, place: &Place) -> Option<([[f64; 2]; 2], Vec<Vec<f64>>)> {
+    let boxed = visited(board, place)?;
+    let mut columns = vec![vec![0.0; board.nu.len()]; SIDE * SIDE];
+    for (run, linear) in board.linears.iter().enumerate() {
+        let timeline = &engine.timelines[run];
+        let (n, m, x) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.state_names.len());
+        let events = timeline.events.len();
+        let row_len = linear.row_len();
+        let mut values = vec![0.0; events * SIDE * SIDE];
+        let mut ends = vec![0.0; events * SIDE * SIDE];
+        for k in 0..events {
+            let at = |states: &[f64]| place.states.map(|s| states[k * x + s]);
+            let slot = k * SIDE * SIDE..(k + 1) * SIDE * SIDE;
+            basis(boxed, at(&linear.updated), &mut values[slot.clone()]);
+            basis(boxed, at(&linear.states), &mut ends[slot]);
+        }
+        for (i, column) in columns.iter_mut().enumerate() {
+            let mut sources = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
+            for (k, event) in timeline.events.iter().enumerate() {
+                for sample in event.first..event.first + event.count {
+                    let direct = linear.measurement[sample * row_len + n + place.input];
+                    sources.reading[sample] = direct * ends[k * SIDE * SIDE + i];
+                }
+                if k + 1 < events {
+                    let mean = 0.5 * (values[k * SIDE * SIDE + i] + ends[(k + 1) * SIDE * SIDE + i]);
+                    for row in 0..n {
+                        let at = k * n * (n + m) + row * (n + m) + n + place.input;
+                        sources.state[k * n + row] = linear.transition[at] * mean;
+                    }
+                }
+            }
+            let change = respond(linear, timeline, &sources);
+            for (c, change) in column[engine.offsets[run]..].iter_mut().zip(change) {
+                *c = -change;
+            }
+        }
+    }
+    Some((boxed, columns))
+}
+
+/// The middle 98 % of both coordinates.
+fn visited(board: &Board, place: &Place) -> Option<[[f64; 2]; 2]> {
+    let mut boxed = [[0.0; 2]; 2];
+    for (side, state) in boxed.iter_mut().zip(place.states) {
+        let mut values: Vec<f64> = Vec::new();
+        for linear in &board.linears {
+            values.extend(linear.updated.chunks(linear.state_names.len()).map(|x| x[state]));
+        }
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];
+        *side = [at(0.01), at(0.99)];
+        if side[1] - side[0] <= 1e-9 * (1.0 + side[0].abs()) {
+            return None;
+        }
+    }
+    Some(boxed)
+}
+
+/// Weights with one prior scale, by eigenvectors of their information.
+struct Ridge {
+    objective: f64,
+    weights: DVector<f64>,
+    covariance: DMatrix<f64>,
+    /// `1/s²`.
+    precision: f64,
+}
+
+impl Ridge {
+    /// The scale that maximises the evidence on `rung`.
+    fn new(rung: &Rung, samples: f64) -> Option<Self> {
+        let eigen = SymmetricEigen::try_new(rung.reduced.clone(), 1e-12, 10_000)?;
+        let g = eigen.eigenvectors.tr_mul(&rung.reduced_right);
+        let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+        if largest <= 0.0 {
+            return None;
+        }
+        let mut best: Option<(f64, f64)> = None;
+        for step in 0..40 {
+            // from a prior that allows nothing to one that is felt nowhere
+            let variance = libm::exp(0.5 * (step as f64 - 8.0)) / largest;
+            let (mut gain, mut price) = (0.0, 0.0);
+            for (l, g) in eigen.eigenvalues.iter().zip(g.iter()) {
+                let seen = variance * l.max(0.0);
+                gain += variance * g * g / (1.0 + seen);
+                price += libm::log(1.0 + seen);
+            }
+            let objective = rung.at(rung.reduced_chi2 - gain, samples) + price;
+            if best.is_none_or(|best| objective < best.0) {
+                best = Some((objective, variance));
+            }
+        }
+        let (objective, variance) = best?;
+        let n = rung.reduced.nrows();
+        let factor = Cholesky::new(&rung.reduced + DMatrix::identity(n, n) / variance)?;
+        let weights = factor.solve(&rung.reduced_right);
+        Some(Self { objective, weights, covariance: factor.inverse(), precision: 1.0 / variance })
+    }
+
+    fn cells(&self, boxed: [[f64; 2]; 2]) -> Vec<Cell> {
+        let mut phi = vec![0.0; SIDE * SIDE];
+        let mut cells = Vec::with_capacity(CELLS * CELLS);
+        for i in 0..CELLS {
+            for j in 0..CELLS {
+                let share = [i, j].map(|i| i as f64 / (CELLS - 1) as f64);
+                let at = [0, 1].map(|k| boxed[k][0] + share[k] * (boxed[k][1] - boxed[k][0]));
+                basis(boxed, at, &mut phi);
+                let phi = DVector::from_column_slice(&phi);
+                let sigma = phi.dot(&(&self.covariance * &phi)).max(0.0).sqrt();
+                cells.push(Cell { at, force: phi.dot(&self.weights), sigma });
+            }
+        }
+        cells
+    }
+}
+
+/// Gain in log-likelihood of every fold with weights and unknowns from the others.
+fn predicted(
+    engine: &Engine<'_>,
+    board: &Board,
+    theta: &[f64],
+    columns: &[Vec<f64>],
+    ridge: &Ridge,
+    noise: &NoiseModel,
+) -> Option<Gain> {
+    let extra: Vec<&Vec<f64>> = columns.iter().collect();
+    let normal = board.normal(engine, theta, noise, &extra)?;
+    let events = event_of_sample(engine);
+    let instants = events.last().map_or(0, |last| last + 1);
+    let (u, n) = (normal.unknowns, normal.columns.len());
+    // variance that the rung's scale left open
+    let scale = normal.chi2 / engine.samples.max(1) as f64;
+    let mut gained = vec![0.0; instants];
+    for fold in 0..FOLDS {
+        let own: Vec<usize> = (0..events.len()).filter(|s| events[*s] * FOLDS / instants.max(1) == fold).collect();
+        let part = |c: &[f64]| -> Vec<f64> { own.iter().map(|s| c[*s]).collect() };
+        let parts: Vec<Vec<f64>> = normal.columns.iter().map(|c| part(c)).collect();
+        let r = part(&normal.r);
+        let (mut matrix, mut right) = (normal.matrix.clone(), normal.right.clone());
+        for i in 0..n {
+            for j in 0..n {
+                matrix[(i, j)] -= dot(&parts[i], &parts[j]);
+            }
+            right[i] -= dot(&parts[i], &r);
+        }
+        let bare = Cholesky::new(matrix.view((0, 0), (u, u)).into_owned())?.solve(&right.rows(0, u).into_owned());
+        for i in u..n {
+            matrix[(i, i)] += ridge.precision;
+        }
+        let full = Cholesky::new(matrix)?.solve(&right);
+        for (k, s) in own.iter().enumerate() {
+            let without = r[k] - (0..u).map(|i| parts[i][k] * bare[i]).sum::<f64>();
+            let with = r[k] - (0..n).map(|i| parts[i][k] * full[i]).sum::<f64>();
+            gained[events[*s]] += 0.5 * (without * without - with * with) / scale;
+        }
+    }
+    let mut times = Vec::with_capacity(instants);
+    let mut origin = 0.0;
+    for timeline in engine.timelines.iter() {
+        let first = timeline.events.first().map_or(0.0, |event| event.t_s);
+        times.extend(timeline.events.iter().filter(|event| event.count > 0).map(|event| origin + event.t_s - first));
+        origin += timeline.events.last().map_or(0.0, |event| event.t_s - first) + 10.0 * BLOCK_S;
+    }
+    let block_s = BLOCK_S.max(4.0 * engine.timelines[0].period_s).min(0.02 * (origin + 1e-9)).max(1e-6);
+    Some(blocks(&times.into_iter().zip(gained).collect::<Vec<_>>(), block_s))
+}

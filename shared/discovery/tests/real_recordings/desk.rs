@@ -1,0 +1,112 @@
+//! What every test needs: recordings as channels, plants, and the diagnosis in print.
+
+use discovery::diagnose::{Diagnosis, Options, diagnose};
+use discovery::problem::Problem;
+use discovery::series::{Channel, Recording, Role};
+use plant::description::Plant;
+use std::path::PathBuf;
+
+/// The folder of the recordings; `None` (said) where there is none.
+pub fn folder(recording: &str) -> Option<PathBuf> {
+    let beside = || PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/recordings"));
+    let root = std::env::var_os("OBSID_RECORDINGS").map_or_else(beside, PathBuf::from);
+    let folder = root.join(recording);
+    if folder.join("README.md").is_file() {
+        return Some(folder);
+    }
+    let required = std::env::var("OBSID_REQUIRE").is_ok_and(|list| list.split(',').any(|word| word == "recordings"));
+    assert!(!required, "recordings are required, {} is not there", folder.display());
+    println!("skipped: {} is not there", folder.display());
+    None
+}
+
+/// All recordings of a file: one for each time that time begins again.
+pub fn read(folder: &std::path::Path, file: &str) -> Vec<Recording> {
+    let sets = recording::segments(recording::read(&folder.join(file)).unwrap()).unwrap();
+    let channel = |series: recording::Series| Channel {
+        name: series.name,
+        unit: series.unit.into(),
+        time_s: series.time_s,
+        value: series.values,
+        role: Role::Unknown,
+    };
+    let one = |(k, set): (usize, recording::SeriesSet)| Recording {
+        name: format!("{file}#{}", k + 1),
+        channels: set.channels.into_iter().map(channel).collect(),
+    };
+    sets.into_iter().enumerate().map(one).collect()
+}
+
+/// Every `stride`-th sample within `[begin_s, end_s)`: what a slower recorder would have written.
+pub fn part(recording: &Recording, begin_s: f64, end_s: f64, stride: usize) -> Recording {
+    let cut = |channel: &Channel| {
+        let keep: Vec<usize> = (0..channel.value.len())
+            .step_by(stride)
+            .filter(|i| channel.time_s[*i] >= begin_s && channel.time_s[*i] < end_s)
+            .collect();
+        Channel {
+            time_s: keep.iter().map(|i| channel.time_s[*i]).collect(),
+            value: keep.iter().map(|i| channel.value[*i]).collect(),
+            ..channel.clone()
+        }
+    };
+    Recording { name: recording.name.clone(), channels: recording.channels.iter().map(cut).collect() }
+}
+
+pub fn rig(name: &str) -> Plant {
+    let path = format!("{}/../../deploy/plants/rigs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+    plant::file::parse(name, &std::fs::read_to_string(path).unwrap()).unwrap().plant
+}
+
+/// Diagnosis of `recordings`, held out on others where there are any, printed.
+pub fn diagnosed(title: &str, plant: &Plant, recordings: &[Recording], held_out: &[Recording]) -> Diagnosis {
+    let problem = Problem::new(plant, recordings, &[]).unwrap();
+    let held_out = (!held_out.is_empty()).then(|| Problem::new(plant, held_out, &[]).unwrap());
+    let begin = std::time::Instant::now();
+    let found = diagnose(&problem, &Options { held_out, ..Options::default() }, &mut |_, _| {});
+    println!("\n== {title}: {} samples, {:.1} s of work", problem.samples(), begin.elapsed().as_secs_f64());
+    print(&found);
+    found
+}
+
+/// Kinds that are named or stand beside a name.
+pub fn candidates(found: &Diagnosis) -> Vec<String> {
+    let beside = found.effects.iter().flat_map(|effect| effect.rivals.iter().map(|rival| rival.kind.clone()));
+    found.effects.iter().map(|effect| effect.kind.clone()).chain(beside).collect()
+}
+
+pub fn print(found: &Diagnosis) {
+    println!("{:?}: {}", found.verdict, found.reason);
+    for channel in &found.compare.channels {
+        println!("  compare {}: rms {:.4e}, fit {:.1} %", channel.name, channel.rms, channel.fit_percent);
+    }
+    for effect in &found.effects {
+        println!(
+            "  {}@{} p {:.3} {:?} kappa {:.2} d {:.1}",
+            effect.kind, effect.site, effect.probability, effect.status, effect.kappa, effect.d
+        );
+        for parameter in &effect.parameters {
+            println!("    {} = {:.5e} ± {:.1e} {}", parameter.name, parameter.value, parameter.sigma, parameter.unit);
+        }
+        for rival in effect.rivals.iter().take(5) {
+            println!("    rival {}@{} {:.3}: {}", rival.kind, rival.site, rival.probability, rival.reason);
+        }
+    }
+    for nominal in &found.nominal {
+        println!(
+            "  {} {:.5e} -> {:.5e} ± {:.1e} ({:.1} sigma)",
+            nominal.name, nominal.before, nominal.after, nominal.sigma, nominal.shift_sigma
+        );
+    }
+    let held_out = &found.held_out;
+    println!("  held out {:?}, gain {:?} ± {:?}", held_out.kind, held_out.loglik_gain, held_out.gain_se);
+    for channel in &held_out.channels {
+        println!(
+            "    {}: rms {:.4e} -> {:.4e}, fit {:.2} -> {:.2} %",
+            channel.name, channel.rms_before, channel.rms_after, channel.fit_percent_before, channel.fit_percent_after
+        );
+    }
+    for note in &found.notes {
+        println!("  note: {note}");
+    }
+}
