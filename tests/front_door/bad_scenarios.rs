@@ -26,18 +26,15 @@ fn an_unknown_key_a_wrong_type_and_bad_syntax_are_shown_at_their_place() {
 fn a_plant_that_cannot_be_flown_is_refused_at_its_place() {
     let modal = |plant: &str| format!("[modal]\nduration_s = 3.0\nplant = {plant}\n");
     refused(&modal("{ file = \"another\" }"), &["wrong.toml:5:18", "another", "cannot be read", "hub_appendage"]);
+    let tank = |key: &str| format!("[modal]\nduration_s = 3.0\n[modal.plant]\nfile = \"tank_1d\"\n{key}\n");
+    refused(&tank("set.\"fuel.mas\" = \"3 kg\""), &["wrong.toml:7:", "fuel.mas", "fuel.mass"]);
     refused(
-        &modal("{ file = \"tank_1d\", set = { \"fuel.mas\" = \"3 kg\" } }"),
-        &["wrong.toml:5:9", "fuel.mas", "fuel.mass"],
+        &tank("[modal.plant.set]\n\"fuel.damping\" = \"0.1 N*s/m\"\n\"fuel.mass\" = \"3 N\""),
+        &["wrong.toml:9:", "fuel.mass", "3 N"],
     );
-    refused(
-        &modal("{ file = \"tank_1d\", set = { \"fuel.mass\" = \"3 N\" } }"),
-        &["wrong.toml:5:9", "fuel.mass", "3 N"],
-    );
-    refused(
-        &modal("{ file = \"tank_1d\", hide = [\"slosh_cubik@tank:fuel\"] }"),
-        &["wrong.toml:5:9", "slosh_cubik", "slosh_cubic"],
-    );
+    let hide = "hide = [\n  \"slosh_cubic@tank:fuel stiffness=0.02\",\n  \"slosh_cubik@tank:fuel\",\n]";
+    refused(&tank(hide), &["wrong.toml:9:3", "slosh_cubik", "slosh_cubic"]);
+    refused(&tank("text = \"format = 1\""), &["wrong.toml:7:8", "unknown field `text`", "file"]);
     let mated = "[mated]\nduration_s = 3.0\ntrajectory = \"mated\"\nplant = { file = \"mated\" }\ngrasps = \"nothing\"\n[mated.known]\nh_cm_nms = 68.0\nprior = [167.0, 291.0, 416.0, 136.0, 136.0, 158.0, 141.0, 314.0, -18.0]\n";
     refused(mated, &["wrong.toml:6:9", "nothing", "no such body"]);
 }
@@ -88,7 +85,33 @@ fn a_scenario_that_cannot_be_read_is_refused() {
     folder.ask(&["run", "nowhere.toml"]).refuses(&["nowhere.toml", "No such file", "deploy/scenarios"]);
     folder.ask(&["run", "."]).refuses(&["directory"]);
     folder.file("bytes.toml", [0xff, 0xfe, 0x00]);
-    folder.ask(&["run", "bytes.toml"]).refuses(&["bytes.toml", "UTF-8"]);
+    folder.ask(&["run", "bytes.toml"]).refuses(&["bytes.toml:1", "UTF-8", "save it as UTF-8"]);
     folder.file("old.toml", "format = 2\nname = \"x\"\n");
     folder.ask(&["run", "old.toml"]).refuses(&["old.toml:1:10", "format = 2", "format 1"]);
+}
+
+#[test]
+fn warnings_of_a_scenarios_plant_are_shown() {
+    let folder = Folder::new("scenario-warnings");
+    let plant = std::fs::read_to_string(crate::desk::workspace().join("deploy/plants/tank_1d.toml")).unwrap();
+    let (before, period) = plant.split_once("\nperiod = ").unwrap();
+    let rest = period.split_once('\n').unwrap();
+    folder.file("doubtful.toml", format!("{before}\nperiod = {}\nstep = \"1000 s\"\n{}", rest.0, rest.1));
+    folder.ask(&["plant", "check", "doubtful.toml"]).says(&["longer than its period"]);
+    let slosh = "[slosh]\nduration_s = 6.0\nplant = { file = \"doubtful.toml\" }\n[slosh.known]\nm_0_kg = 1000.0\n";
+    folder.file("flight.toml", format!("format = 1\nname = \"doubt\"\n{slosh}"));
+    folder
+        .ask(&["run", "flight.toml", "--link", "lockstep"])
+        .says(&["warning: doubtful.toml:", "longer than its period"]);
+}
+
+#[test]
+fn a_file_wins_over_the_plant_of_its_name_that_comes_with_the_program() {
+    let folder = Folder::new("scenario-shadow");
+    let plants = crate::desk::workspace().join("deploy/plants");
+    std::fs::copy(plants.join("oscillator.toml"), folder.path().join("pendulum")).unwrap();
+    let own = folder.ask(&["plant", "check", "pendulum"]).ends_with(0).says(&["'pendulum' is the file pendulum"]);
+    let built_in = crate::desk::ask(&["plant", "check", "pendulum"]).ends_with(0);
+    assert!(own.stdout != built_in.stdout && built_in.stderr.is_empty(), "{own}{built_in}");
+    folder.ask(&["plant", "check", "./oscillator"]).refuses(&["./oscillator", "cannot be read"]);
 }

@@ -15,7 +15,20 @@ fn verbs() -> Vec<String> {
 #[test]
 fn the_help_of_every_verb_shows_an_example() {
     let verbs = verbs();
-    for name in ["run", "replay", "digest", "icd", "partition", "bench"] {
+    for name in [
+        "run",
+        "replay",
+        "digest",
+        "icd",
+        "partition",
+        "bench",
+        "simulate",
+        "effects",
+        "plant",
+        "doctor",
+        "compare",
+        "diagnose",
+    ] {
         assert!(verbs.iter().any(|verb| verb == name), "{name} is not among {verbs:?}");
     }
     for verb in &verbs {
@@ -25,6 +38,24 @@ fn the_help_of_every_verb_shows_an_example() {
     }
     let help = ask(&["--help"]).ends_with(0).stdout;
     assert!(help.contains("Examples:\n") && help.contains("obsid run"), "{help}");
+}
+
+#[test]
+fn what_the_examples_set_and_hide_can_be_set_and_hidden() {
+    let folder = Folder::new("examples");
+    let help = ask(&["simulate", "--help"]).ends_with(0).stdout;
+    let examples: Vec<&str> = help.lines().filter(|line| line.starts_with("  obsid simulate deploy/plants/")).collect();
+    assert!(examples.len() >= 3, "{help}");
+    for example in examples {
+        let plant = example.split_whitespace().nth(2).unwrap();
+        let name = plant.rsplit('/').next().unwrap().trim_end_matches(".toml");
+        let mut arguments = vec!["simulate", name, "--duration", "0.5", "--out", "x.csv"];
+        for flag in ["--set", "--hide"] {
+            let given = example.split_once(&format!("{flag} '")).and_then(|(_, rest)| rest.split_once('\''));
+            arguments.extend(given.iter().flat_map(|(value, _)| [flag, value]));
+        }
+        folder.ask(&arguments).ends_with(0);
+    }
 }
 
 #[test]
@@ -42,6 +73,12 @@ fn wrong_arguments_end_with_two_and_name_what_was_wrong() {
         (&["digest"], "<FILE>"),
         (&["bench", "bp9"], "bp1a, bp2, bp3a"),
         (&["bench", "bp2", "--trials", "0"], "0"),
+        (&["simulate", "pendulum"], "--out"),
+        (&["doctor"], "<RECORDING>"),
+        (&["compare", "a.csv"], "<SIMULATED>"),
+        (&["diagnose", "a.csv"], "--plant"),
+        (&["diagnose", "--plant", "pendulum"], "<RECORDING>"),
+        (&["diagnose", "a.csv", "--plant", "pendulum", "--threads", "0"], "--threads"),
         (&["icd", "--json", "--md"], "--md"),
         (&["partition", "nobody"], "inertial-id"),
         (&["partition", "inertial-id"], "--run"),

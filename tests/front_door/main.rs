@@ -8,6 +8,7 @@ mod bad_recordings;
 mod bad_scenarios;
 mod command_line;
 mod desk;
+mod diagnose;
 mod documents;
 mod ends;
 mod imports;

@@ -5,7 +5,7 @@ mod page;
 use crate::progress::Share;
 use crate::recordings::{self, Loaded, ReportFile, wrapped};
 use crate::{Failure, plant_file};
-use discovery::doctor::{Finding, Severity, examine};
+use discovery::doctor::{Finding, Severity, examine_with};
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -69,9 +69,9 @@ fn examine_all(loaded: Vec<Loaded>) -> Vec<Examined> {
     let examined = loaded
         .into_iter()
         .map(|loaded| {
-            let findings = examine(&loaded.recording);
-            done += size(&loaded);
-            bar.show(done / all);
+            let own = size(&loaded);
+            let findings = examine_with(&loaded.recording, &mut |part| bar.show((done + part * own) / all));
+            done += own;
             Examined { loaded, findings }
         })
         .collect();
@@ -117,18 +117,18 @@ fn grouped(findings: &[Finding]) -> Vec<Vec<&Finding>> {
 }
 
 /// The channel and the others concerned, the first four by name.
-fn channels_of(finding: &Finding) -> String {
+pub fn channels_of(finding: &Finding) -> String {
     let all: Vec<&str> = core::iter::once(&finding.channel).chain(&finding.others).map(String::as_str).collect();
     let named = all.iter().filter(|name| !name.is_empty()).take(4).copied().collect::<Vec<_>>().join(", ");
     if all.len() > 4 { format!("{named}, … ({} channels)", all.len()) } else { named }
 }
 
 /// A name of the library as words: `clock_skew` is "clock skew".
-fn words_of(name: impl serde::Serialize) -> String {
+pub fn words_of(name: impl serde::Serialize) -> String {
     serde_json::to_value(name).ok().and_then(|v| v.as_str().map(|s| s.replace('_', " "))).unwrap_or_default()
 }
 
-fn value_of(finding: &Finding) -> String {
+pub fn value_of(finding: &Finding) -> String {
     let unit = if finding.unit == "-" { String::new() } else { format!(" {}", finding.unit) };
     match finding.sigma {
         Some(sigma) => {

@@ -1,8 +1,8 @@
 //! `obsid effects`: the catalogue of physics that a model can leave out.
 
 use crate::{Failure, plant_file};
-use plant::description::{Plant, SiteKind};
-use plant::effects::{EFFECTS, Effect, effect, sites};
+use plant::description::{Plant, SiteKind, Space};
+use plant::effects::{EFFECTS, Effect, EffectParameter, effect, sites};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -45,6 +45,15 @@ struct Entry {
     effect: &'static Effect,
     sites: Vec<String>,
     units: Vec<String>,
+    space: Space,
+}
+
+impl Entry {
+    /// The parameters that the plant feels, each with its unit.
+    fn parameters(&self) -> impl Iterator<Item = (&'static EffectParameter, &String)> {
+        let felt = |parameter: &EffectParameter| self.space == Space::Spatial || !parameter.out_of_plane;
+        self.effect.parameters.iter().zip(&self.units).filter(move |(parameter, _)| felt(parameter))
+    }
 }
 
 fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Failure> {
@@ -57,7 +66,7 @@ fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Fail
             Some(plant) => sites(effect, plant).iter().map(ToString::to_string).collect(),
             None => effect.sites.iter().map(|kind: &SiteKind| format!("{}:NAME", kind.name())).collect(),
         };
-        Entry { effect, sites, units: units(effect, plant) }
+        Entry { effect, sites, units: units(effect, plant), space: plant.map_or(Space::Spatial, |plant| plant.space) }
     };
     Ok(chosen.into_iter().map(entry).filter(|entry| !entry.sites.is_empty()).collect())
 }
@@ -102,10 +111,7 @@ fn unknown(kind: &str) -> Failure {
 
 fn as_json(entry: &Entry) -> Value {
     let parameters: Vec<Value> = entry
-        .effect
-        .parameters
-        .iter()
-        .zip(&entry.units)
+        .parameters()
         .map(|(p, unit)| json!({ "name": p.name, "unit": unit, "low": p.low, "high": p.high, "default": p.default, "what": p.what }))
         .collect();
     let Effect { kind, title, what, signature, confounders, experiment, .. } = entry.effect;
@@ -116,8 +122,7 @@ fn as_json(entry: &Entry) -> Value {
 fn table(entries: &[Entry]) -> String {
     let mut text = format!("{:<28} {:<34} parameters [unit]\n", "kind", "sites");
     for entry in entries {
-        let parameters: Vec<String> =
-            entry.effect.parameters.iter().zip(&entry.units).map(|(p, unit)| format!("{} [{unit}]", p.name)).collect();
+        let parameters: Vec<String> = entry.parameters().map(|(p, unit)| format!("{} [{unit}]", p.name)).collect();
         let _ = writeln!(text, "{:<28} {:<34} {}", entry.effect.kind, entry.sites.join(" "), parameters.join(", "));
     }
     let _ = writeln!(text, "\n{} effects; `obsid effects KIND` tells one in full", entries.len());
@@ -125,7 +130,7 @@ fn table(entries: &[Entry]) -> String {
 }
 
 fn page(entry: &Entry) -> String {
-    let Effect { kind, title, what, signature, confounders, experiment, parameters, .. } = entry.effect;
+    let Effect { kind, title, what, signature, confounders, experiment, .. } = entry.effect;
     let mut text = format!("{kind}: {title}\n\n  sites        {}\n", entry.sites.join(" "));
     for (label, words) in
         [("what", what), ("signature", signature), ("confounders", confounders), ("experiment", experiment)]
@@ -137,7 +142,7 @@ fn page(entry: &Entry) -> String {
         "\n  {:<20} {:<14} {:>12} {:>12} {:>12}  meaning",
         "parameter", "unit", "low", "high", "default"
     );
-    for (p, unit) in parameters.iter().zip(&entry.units) {
+    for (p, unit) in entry.parameters() {
         let _ =
             writeln!(text, "  {:<20} {:<14} {:>12} {:>12} {:>12}  {}", p.name, unit, p.low, p.high, p.default, p.what);
     }

@@ -5,7 +5,9 @@
 #![forbid(unsafe_code)]
 
 pub mod bench;
+mod challenge;
 mod compare;
+mod diagnose;
 mod digest;
 mod doctor;
 mod effects;
@@ -65,6 +67,7 @@ const EXAMPLES: &str = "Examples:
   obsid plant describe study_case                  a plant on one page: masses, modes, base parameters
   obsid doctor rig.csv --plant rig.toml            what is wrong with a recording, with the cure
   obsid compare flight.csv simulated.csv           how far apart two recordings are, and by what
+  obsid diagnose swing.csv --plant pendulum.toml   what physics the plant file leaves out, with proof
   obsid digest flight.mcap                         identity of the recorded results
   obsid icd --md                                   the interface control document";
 
@@ -84,6 +87,8 @@ enum Verb {
     Plant(plant::Arguments),
     Doctor(doctor::Arguments),
     Compare(compare::Arguments),
+    Challenge(challenge::Arguments),
+    Diagnose(diagnose::Arguments),
     Digest(digest::Arguments),
     Icd(icd::Arguments),
     Partition(partition::Arguments),
@@ -108,6 +113,8 @@ pub fn main() -> ExitCode {
         Verb::Plant(arguments) => plant::run(&arguments),
         Verb::Doctor(arguments) => doctor::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
+        Verb::Challenge(arguments) => challenge::run(&arguments),
+        Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Digest(arguments) => digest::run(&arguments),
         Verb::Icd(arguments) => icd::run(&arguments),
         Verb::Partition(arguments) => return partition::run(&arguments),

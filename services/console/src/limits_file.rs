@@ -1,5 +1,6 @@
 //! The warden's table of limits and actions: `deploy/partitions.toml`, or a file of the user's.
 
+use crate::plant_file::utf8_text;
 use crate::{Failure, scenario_file};
 use runtime::config::Limits;
 use std::path::Path;
@@ -13,11 +14,18 @@ const DEFAULT: &str = include_str!("../../../deploy/partitions.toml");
 /// [`Failure::Input`] with file, place and cure.
 pub fn read(path: Option<&Path>, partitions: &[PartitionId]) -> Result<Limits, Failure> {
     let file = path.map_or("deploy/partitions.toml".to_string(), |path| path.display().to_string());
-    let unreadable = |error| Failure::Input(miette::miette!("{file}: cannot be read: {error}"));
-    let text = path.map_or(Ok(DEFAULT.to_string()), |path| std::fs::read_to_string(path).map_err(unreadable))?;
+    let unreadable = |(message, cure): (String, Option<String>)| {
+        let cure = cure.unwrap_or_else(|| "give the path of a table of limits, see deploy/partitions.toml".into());
+        Failure::Input(miette::miette!(help = cure, "{message}"))
+    };
+    let text = path.map_or(Ok(DEFAULT.to_string()), |path| utf8_text(path).map_err(unreadable))?;
     let limits: Limits = scenario_file::toml_file(&file, &text, "see deploy/partitions.toml for every key")?;
     if limits.format != 1 {
-        return Err(Failure::Input(miette::miette!("{file}: format = {}: this build reads format 1", limits.format)));
+        return Err(Failure::Input(miette::miette!(
+            help = "see deploy/partitions.toml for a table of this build",
+            "{file}: format = {}: this build reads format 1",
+            limits.format
+        )));
     }
     match limits.missing(partitions) {
         Some(id) => {

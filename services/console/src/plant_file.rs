@@ -33,21 +33,57 @@ pub const BUILT_IN: &[(&str, &str)] = built_in![
     "tank_planar",
 ];
 
-/// Text of a plant file, or of the built-in plant of that name; `folder` is where relative paths begin.
+/// Text of the plant that comes with the program under `name`.
+pub fn built_in(name: &str) -> Option<&'static str> {
+    BUILT_IN.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
+/// Text of a plant file, else of the built-in plant of that name; `folder` is where relative paths begin.
+///
+/// A file that exists wins, and so does a name that can only be a path; where both could be meant, it is said which was taken.
 ///
 /// # Errors
 /// What is wrong, and the cure.
 pub fn text_of(name: &str, folder: &Path) -> Result<String, (String, String)> {
-    if let Some((_, text)) = BUILT_IN.iter().find(|(built_in, _)| *built_in == name) {
-        return Ok((*text).to_string());
+    let path = folder.join(name);
+    let is_path = name.contains('/') || name.ends_with(".toml");
+    match built_in(name).filter(|_| !is_path) {
+        Some(text) if !path.is_file() => return Ok(text.to_owned()),
+        Some(_) => {
+            let shown = path.display();
+            crate::tell(&format!(
+                "note: '{name}' is the file {shown}, not the plant of that name that comes with the program"
+            ));
+        }
+        None => {}
     }
-    std::fs::read_to_string(folder.join(name)).map_err(|error| {
-        let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
-        let near = BUILT_IN.iter().map(|(known, _)| (strsim::jaro_winkler(known, name), *known));
-        let near = near.filter(|(likeness, _)| *likeness > 0.85).max_by(|a, b| a.0.total_cmp(&b.0));
-        let meant = near.map_or(String::new(), |(_, known)| format!("did you mean '{known}'? "));
-        let cure = format!("{meant}give the path of a plant file (see deploy/plants), or one of {}", names.join(", "));
-        (format!("{name}: cannot be read: {error}"), cure)
+    utf8_text(&path).map_err(|(message, cure)| {
+        let message = message.replacen(&path.display().to_string(), name, 1);
+        (message, cure.unwrap_or_else(|| where_plants_are(name)))
+    })
+}
+
+fn where_plants_are(name: &str) -> String {
+    let names: Vec<&str> = BUILT_IN.iter().map(|(name, _)| *name).collect();
+    let near = BUILT_IN.iter().map(|(known, _)| (strsim::jaro_winkler(known, name), *known));
+    let near = near.filter(|(likeness, _)| *likeness > 0.85).max_by(|a, b| a.0.total_cmp(&b.0));
+    let meant = near.map_or(String::new(), |(_, known)| format!("did you mean '{known}'? "));
+    format!("{meant}give the path of a plant file (see deploy/plants), or one of {}", names.join(", "))
+}
+
+/// Text of a file.
+///
+/// # Errors
+/// What is wrong, and the cure where the bytes themselves say it.
+pub fn utf8_text(path: &Path) -> Result<String, (String, Option<String>)> {
+    let file = path.display();
+    let bytes = std::fs::read(path).map_err(|error| (format!("{file}: cannot be read: {error}"), None))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        let byte = error.as_bytes().get(at).copied().unwrap_or(0);
+        let line = error.as_bytes()[..at].iter().filter(|b| **b == b'\n').count() + 1;
+        let cure = "save it as UTF-8; where it is a recording or a binary file, another file was meant";
+        (format!("{file}:{line}: not UTF-8 text: byte {at} is {byte:#04x}"), Some(cure.into()))
     })
 }
 
@@ -56,12 +92,25 @@ pub fn text_of(name: &str, folder: &Path) -> Result<String, (String, String)> {
 /// # Errors
 /// [`Failure::Input`] with every error of the file.
 pub fn read(path: &Path) -> Result<Plant, Failure> {
+    read_with_digest(path).map(|(plant, _)| plant)
+}
+
+/// As [`read`], with the BLAKE3 of the text.
+///
+/// # Errors
+/// [`Failure::Input`] with every error of the file.
+pub fn read_with_digest(path: &Path) -> Result<(Plant, String), Failure> {
     let name = path.display().to_string();
     let text = text_of(&name, Path::new(""))
         .map_err(|(message, cure)| Failure::Input(miette::miette!(help = cure, "{message}")))?;
     let parsed = parse(&name, &text)?;
+    warn(&parsed);
+    Ok((parsed.plant, blake3::hash(text.as_bytes()).to_hex().to_string()))
+}
+
+/// What is possible in a plant file, but not plausible, on standard error.
+pub fn warn(parsed: &Parsed) {
     parsed.warnings.iter().for_each(|warning| crate::tell(&format!("warning: {warning}")));
-    Ok(parsed.plant)
 }
 
 /// # Errors

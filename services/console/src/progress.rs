@@ -46,6 +46,12 @@ impl Share {
         Share(bar)
     }
 
+    /// What is being done now, and the share that is done; a share never falls.
+    pub fn phase(&self, what: &str, share: f64) {
+        self.0.set_message(what.to_string());
+        self.show(share.max(self.0.position() as f64 / 1000.0));
+    }
+
     /// `share` of 1 is all.
     pub fn show(&self, share: f64) {
         self.0.set_position((share.clamp(0.0, 1.0) * 1000.0) as u64);

@@ -1,9 +1,9 @@
-//! Recordings on the command line as channels with roles: what `doctor` and `compare` work on.
+//! Recordings on the command line as channels with roles: what `doctor`, `compare` and `diagnose` work on.
 
 use crate::Failure;
 use discovery::series::{Channel, Recording, Role};
 use plant::description::Plant;
-use recording::{Series, SeriesSet};
+use recording::{Imported, Series, SeriesSet, Spectrum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -18,18 +18,56 @@ pub struct Loaded {
     pub digest: String,
 }
 
+/// What a file holds.
+pub enum Evidence {
+    /// Time records, one for most files.
+    Time(Vec<Loaded>),
+    /// Columns over frequency.
+    Spectrum { spectrum: Spectrum, digest: String },
+}
+
 /// The recordings of a file: one for most, several where time starts again, each then named with its place.
 ///
 /// # Errors
 /// [`Failure::Input`] for what cannot be read, and for a plant that shares no name with the recording.
 pub fn read(path: &Path, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {
-    let sets = recording::segments(recording::read(path).map_err(Failure::input)?).map_err(Failure::input)?;
+    loaded(path, recording::read(path).map_err(Failure::input)?, plant, &|_| Ok(()))
+}
+
+/// As [`read`], with `rename` applied to each recording before the plant is asked; spectra are taken, too.
+///
+/// # Errors
+/// As [`read`], and those of `rename`.
+pub fn read_evidence(
+    path: &Path,
+    plant: &Plant,
+    rename: &dyn Fn(&mut SeriesSet) -> Result<(), Failure>,
+) -> Result<Evidence, Failure> {
+    match recording::read(path).map_err(Failure::input)? {
+        Imported::Spectrum(spectrum) => Ok(Evidence::Spectrum { spectrum, digest: digest_of(path) }),
+        imported => Ok(Evidence::Time(loaded(path, imported, Some(plant), rename)?)),
+    }
+}
+
+/// BLAKE3 of a file.
+pub fn digest_of(path: &Path) -> String {
+    std::fs::read(path).map(|bytes| blake3::hash(&bytes).to_hex().to_string()).unwrap_or_default()
+}
+
+fn loaded(
+    path: &Path,
+    imported: Imported,
+    plant: Option<&Plant>,
+    rename: &dyn Fn(&mut SeriesSet) -> Result<(), Failure>,
+) -> Result<Vec<Loaded>, Failure> {
+    let sets = recording::segments(imported).map_err(Failure::input)?;
     let file = path.display().to_string();
-    let digest = std::fs::read(path).map(|bytes| blake3::hash(&bytes).to_hex().to_string()).unwrap_or_default();
+    let digest = digest_of(path);
     let several = sets.len() > 1;
     let mut loaded = Vec::with_capacity(sets.len());
     for (k, mut set) in sets.into_iter().enumerate() {
         let name = if several { format!("{file}, part {}", k + 1) } else { file.clone() };
+        rename(&mut set)?;
         let mut notes = core::mem::take(&mut set.notes);
         if let Some(plant) = plant {
             notes.extend(names_of_the_plant(&set, plant, &name)?);
@@ -58,7 +96,8 @@ fn names_of_the_plant(set: &SeriesSet, plant: &Plant, name: &str) -> Result<Vec<
     let recorded: Vec<&str> = set.channels.iter().map(|c| c.name.as_str()).collect();
     if !known.iter().any(|(known, _)| recorded.contains(known)) {
         return Err(Failure::Input(miette::miette!(
-            help = "rename the columns of the recording, or the [[actuator]]s and [[sensor]]s of the plant file, so that they meet",
+            help = "rename the columns of the recording, or the [[actuator]]s and [[sensor]]s of the plant file, so that they meet; \
+                    `obsid diagnose --map FILE` joins names that differ",
             "{name}: none of its channels ({}) is an actuator or a sensor of plant '{}' ({})",
             recorded.join(", "),
             plant.name,

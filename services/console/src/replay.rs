@@ -1,5 +1,6 @@
 //! `obsid replay`: a recording through the partitions.
 
+use crate::plant_file::utf8_text;
 use crate::run::{self, Common};
 use crate::{Failure, scenario_file};
 use recording::{ChannelMap, Channels, Imported, ReplayFrames};
@@ -49,12 +50,9 @@ fn is_same_file(one: &Path, other: &Path) -> bool {
 /// Reads the recording before anything is started: what is wrong with it is said here.
 fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<ReplayConfig, Failure> {
     let imported = recording::read(path).map_err(Failure::input)?;
-    let channel_map = map.map(std::fs::read_to_string).transpose().map_err(|error| {
-        let file = map.unwrap_or(Path::new("")).display();
-        Failure::Input(miette::miette!(
-            help = "give --map the path of a map file, see `obsid replay --help`",
-            "{file}: cannot be read: {error}"
-        ))
+    let channel_map = map.map(utf8_text).transpose().map_err(|(message, cure)| {
+        let cure = cure.unwrap_or_else(|| "give --map the path of a map file, see `obsid replay --help`".into());
+        Failure::Input(miette::miette!(help = cure, "{message}"))
     })?;
     let parsed = match (map, &channel_map) {
         (Some(file), Some(text)) => Some(ChannelMap::parse(&file.display().to_string(), text).map_err(Failure::input)?),

@@ -2,9 +2,13 @@
 
 use crate::located::Located;
 use crate::{Failure, plant_file, scenario_limits};
+use plant::description::Plant;
+use plant::file;
 use runtime::Scenario;
+use runtime::scenario::PlantUse;
+use std::ops::Range;
 use std::path::Path;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeArray, DeTable, DeValue};
 
 /// The scenario of `obsid run` without arguments.
 const DEFAULT: &str = include_str!("../../../deploy/scenarios/default.toml");
@@ -15,13 +19,11 @@ const DEFAULT: &str = include_str!("../../../deploy/scenarios/default.toml");
 /// [`Failure::Input`] with file, line, column, value and cure.
 pub fn read(path: &Path) -> Result<Scenario, Failure> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| {
-        Failure::Input(miette::miette!(
-            help = "give the path of a scenario file, see deploy/scenarios",
-            "{file}: cannot be read: {error}"
-        ))
+    let text = plant_file::utf8_text(path).map_err(|(message, cure)| {
+        let cure = cure.unwrap_or_else(|| "give the path of a scenario file, see deploy/scenarios".into());
+        Failure::Input(miette::miette!(help = cure, "{message}"))
     })?;
-    parse(&file, &text, path.parent().unwrap_or(Path::new("")))
+    parse(&file, &text, Some(path.parent().unwrap_or(Path::new(""))))
 }
 
 /// The built-in scenario.
@@ -29,7 +31,7 @@ pub fn read(path: &Path) -> Result<Scenario, Failure> {
 /// # Errors
 /// Never in a build whose tests pass.
 pub fn default_scenario() -> Result<Scenario, Failure> {
-    parse("deploy/scenarios/default.toml", DEFAULT, Path::new(""))
+    parse("deploy/scenarios/default.toml", DEFAULT, None)
 }
 
 /// A recording without a scenario: nothing is known, nothing is needed.
@@ -49,11 +51,12 @@ pub fn no_scenario() -> Scenario {
     }
 }
 
-/// Parses `text`; all impossible numbers are reported, the first with its place. Plant files are looked for from `folder`.
+/// Parses `text`; all impossible numbers are reported, the first with its place. Plant files are looked for from `folder`; without one
+/// there are only those that come with the program.
 ///
 /// # Errors
 /// [`Failure::Input`].
-pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Scenario, Failure> {
+pub fn parse(file: &str, text: &str, folder: Option<&Path>) -> Result<Scenario, Failure> {
     let mut scenario: Scenario = toml_file(file, text, "see deploy/scenarios/default.toml for every key")?;
     let mut impossible = scenario.impossible_numbers();
     impossible.extend(scenario_limits::beyond(&scenario));
@@ -70,20 +73,52 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Scenario, Failure>
 }
 
 /// Puts the texts of the plant files into the scenario, and sees whether they can be flown.
-fn read_plants(file: &str, text: &str, scenario: &mut Scenario, folder: &Path) -> Result<(), Failure> {
-    for (experiment, plant) in scenario.plants_mut() {
-        let found = plant_file::text_of(&plant.file, folder);
-        plant.text = found.map_err(|(message, cure)| {
-            let span = span_of(text, &format!("{experiment}.plant.file")).unwrap_or(0..0);
-            error_at(file, text, span, message, cure)
+fn read_plants(file: &str, text: &str, scenario: &mut Scenario, folder: Option<&Path>) -> Result<(), Failure> {
+    for (experiment, used) in scenario.plants_mut() {
+        let at = |keys: &[&str]| place_of(text, &[&[experiment, "plant"], keys].concat());
+        if let Some(span) = at(&["text"]) {
+            let cure = "a plant's text stands in its own file: name that as `file`";
+            return Err(error_at(file, text, span, format!("unknown field `text` in {experiment}.plant"), cure.into()));
+        }
+        let own = folder.is_none().then(|| plant_file::built_in(&used.file)).flatten();
+        let found =
+            own.map_or_else(|| plant_file::text_of(&used.file, folder.unwrap_or(Path::new(""))), |t| Ok(t.into()));
+        used.text =
+            found.map_err(|(message, cure)| error_at(file, text, at(&["file"]).unwrap_or(0..0), message, cure))?;
+        let parsed = plant_file::parse(&used.file, &used.text)?;
+        plant_file::warn(&parsed);
+        change(parsed.plant, used).map_err(|(keys, reason)| {
+            let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+            let span = at(&keys).or_else(|| at(&keys[..1])).unwrap_or(0..0);
+            error_at(file, text, span, format!("{experiment}.plant: {}: {reason}", used.file), NAMES.into())
         })?;
-        plant_file::parse(&plant.file, &plant.text)?;
     }
     sensor_sim::systems::check(scenario).map_err(|(experiment, error)| {
         let span = span_of(text, &format!("{experiment}.plant")).unwrap_or(0..0);
-        let cure = "see deploy/plants for plants that fly, `obsid plant parameters` for names, `obsid effects` for what can be hidden";
-        error_at(file, text, span, format!("{experiment}.plant: {error}"), cure.into())
+        error_at(file, text, span, format!("{experiment}.plant: {error}"), NAMES.into())
     })
+}
+
+const NAMES: &str =
+    "see deploy/plants for plants that fly, `obsid plant parameters` for names, `obsid effects` for what can be hidden";
+
+/// Sets and hides as a scenario asks for it: the keys under which the first fault stands, and the fault.
+fn change(mut plant: Plant, used: &PlantUse) -> Result<(), (Vec<String>, String)> {
+    let numbers: Vec<String> = used.set.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    file::set_all(&mut plant, &numbers).map_err(|reason| {
+        let guilty = used.set.keys().zip(&numbers).find(|(_, number)| reason.contains(&format!("'{number}'")));
+        let keys = ["set".to_owned()].into_iter().chain(guilty.map(|(name, _)| name.clone()));
+        (keys.collect::<Vec<_>>(), reason)
+    })?;
+    for (k, text) in used.hide.iter().enumerate() {
+        let effect =
+            file::parse_effect(&plant, text).map_err(|reason| (vec!["hide".to_owned(), k.to_string()], reason))?;
+        for doubt in file::effect_warnings(&plant, &effect) {
+            crate::tell(&format!("warning: hide '{text}': {doubt}"));
+        }
+        plant.effects.push(effect);
+    }
+    Ok(())
 }
 
 /// Parses a TOML file of ours: an unknown key or a wrong type is an error with its place.
@@ -98,20 +133,33 @@ pub fn toml_file<T: serde::de::DeserializeOwned>(file: &str, text: &str, cure: &
     })
 }
 
-fn error_at(file: &str, text: &str, span: std::ops::Range<usize>, message: String, cure: String) -> Failure {
+fn error_at(file: &str, text: &str, span: Range<usize>, message: String, cure: String) -> Failure {
     Failure::input(Located::new(file, text, span, message, cure))
 }
 
 /// Where the value of a dotted key stands.
-fn span_of(text: &str, key: &str) -> Option<std::ops::Range<usize>> {
+fn span_of(text: &str, key: &str) -> Option<Range<usize>> {
+    let keys: Vec<&str> = key.split('.').collect();
+    place_of(text, &keys)
+}
+
+/// Where the value under nested keys stands; an element of an array has its number for a key.
+fn place_of(text: &str, keys: &[&str]) -> Option<Range<usize>> {
     let document = DeTable::parse(text).ok()?;
     let mut table = document.get_ref();
+    let mut array: Option<&DeArray<'_>> = None;
     let mut found = None;
-    for part in key.split('.') {
-        let value = table.iter().find(|(name, _)| name.get_ref() == part)?.1;
+    for key in keys {
+        let value = match array {
+            Some(elements) => elements.get(key.parse::<usize>().ok()?)?,
+            None => table.iter().find(|(name, _)| name.get_ref() == *key)?.1,
+        };
         found = Some(value.span());
-        if let DeValue::Table(inner) = value.get_ref() {
-            table = inner;
+        array = None;
+        match value.get_ref() {
+            DeValue::Table(inner) => table = inner,
+            DeValue::Array(inner) => array = Some(inner),
+            _ => {}
         }
     }
     found
@@ -122,7 +170,7 @@ mod tests {
     use super::*;
 
     fn error_of(text: &str) -> String {
-        match parse("test.toml", text, Path::new("")) {
+        match parse("test.toml", text, None) {
             Err(Failure::Input(report)) => format!("{report:?}\n{report}"),
             other => panic!("accepted: {other:?}"),
         }

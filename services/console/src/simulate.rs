@@ -18,12 +18,12 @@ const PERIODS_MAX: f64 = 1e8;
 #[command(after_help = "Examples:
   obsid simulate deploy/plants/drive_rig.toml --out rig.csv
   obsid simulate deploy/plants/drive_rig.toml --hide 'joint_coulomb@joint:drive force=0.3' --out hidden.mcap
-  obsid simulate deploy/plants/pendulum.toml --set 'bob.mass = 1.2 kg' --seed 7 --duration 30 --out run.csv.gz
+  obsid simulate deploy/plants/pendulum.toml --set 'bar.mass = 1.2 kg' --seed 7 --duration 30 --out run.csv.gz
 
 What is hidden leaves no trace in the file; `obsid effects` lists what can be hidden. A file that exists is replaced, once the new one
 is whole.")]
 pub struct Arguments {
-    /// A plant file, see deploy/plants
+    /// A plant file, or the name of one that comes with the program (see deploy/plants)
     plant: PathBuf,
     /// An effect that the plant carries besides, 'KIND@SITE name=value ...'; may be repeated
     #[arg(long, value_name = "EFFECT")]

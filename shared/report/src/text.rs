@@ -54,7 +54,10 @@ pub fn with_sigma(value: f64, sigma: f64) -> (String, String) {
         return (format!("{value:.digits$e}"), format!("{sigma:.1e}"));
     }
     let decimals = decimals.max(0) as usize;
-    (format!("{value:.decimals$}"), format!("{sigma:.decimals$}"))
+    let text = format!("{value:.decimals$}");
+    // what rounds to nothing has no sign
+    let rounded = if text.bytes().any(|b| (b'1'..=b'9').contains(&b)) { &text } else { text.trim_start_matches('-') };
+    (rounded.to_owned(), format!("{sigma:.decimals$}"))
 }
 
 /// `10ⁿ`.
@@ -124,6 +127,7 @@ mod tests {
         assert_eq!(with_sigma(123_456.0, 4321.0), ("123456".into(), "4321".into()));
         assert_eq!(with_sigma(1.234_567e-7, 2.1e-9), ("1.235e-7".into(), "2.1e-9".into()));
         assert_eq!(with_sigma(f64::NAN, 1.0).0, "–");
+        assert_eq!(with_sigma(-4.8e-7, 2.3e-3).0, "0.0000");
         assert_eq!(short(0.001_234_56), "0.001235");
         assert_eq!(short(-1.5e-9), "-1.5e-9");
         assert_eq!(short(100.0), "100");

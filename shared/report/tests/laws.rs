@@ -141,3 +141,16 @@ fn text_from_outside_stays_text() {
     check_balanced(&text);
     assert!(!text.contains("<script") && !text.contains('\u{0}'));
 }
+
+#[test]
+fn a_map_of_both_signs_can_be_read_without_colour() {
+    let text = gallery::state_map().inline();
+    assert!(text.matches(">−<").count() > 20 && text.matches(">+<").count() > 20);
+    // the lower half pushes back, the upper half forward: what is written lies where the number says
+    let rows = |sign: &str| -> Vec<f64> {
+        let places = text.split("<text ").filter(|t| t.contains(&format!(">{sign}<")));
+        places.map(|t| t.split(" y=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap()).collect()
+    };
+    let mean = |y: Vec<f64>| y.iter().sum::<f64>() / y.len() as f64;
+    assert!(mean(rows("−")) > mean(rows("+")) + 50.0);
+}

@@ -13,7 +13,6 @@ use plant::system::Workspace;
 use serde_json::json;
 use std::fmt::Write;
 use std::hint::black_box;
-use std::path::Path;
 use std::time::Instant;
 
 /// Plants whose derivative and simulator are measured.
@@ -124,8 +123,9 @@ fn trees(name: &str, model: &Model, cases: &mut Vec<Case>) {
 }
 
 fn built_in(name: &str) -> Result<Plant, Failure> {
-    let text = plant_file::text_of(name, Path::new("")).map_err(|(message, _)| Failure::Run(message))?;
-    Ok(plant_file::parse(name, &text)?.plant)
+    let text =
+        plant_file::built_in(name).ok_or_else(|| Failure::Run(format!("no plant '{name}' comes with the program")))?;
+    Ok(plant_file::parse(name, text)?.plant)
 }
 
 fn simulator(name: &str, plant: &Plant) -> Result<Simulator, Failure> {

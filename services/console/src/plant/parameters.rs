@@ -17,7 +17,8 @@ use std::path::PathBuf;
   obsid plant parameters rig.toml --duration 5 --json        what 5 s of it tell
   obsid plant parameters rig.toml --set 'angle.noise = 1 mrad'
 
-Expected sigmas are the Cramer-Rao bound of the priors and the readings together, with the commands taken as known.")]
+Expected sigmas are the Cramer-Rao bound of the priors and the readings together: commands as they are recorded, with the noise
+that the file states for sensors and actuators.")]
 pub struct Arguments {
     /// A plant file, or the name of a built-in plant
     plant: PathBuf,
@@ -96,7 +97,7 @@ fn page(duration_s: f64, numbers: &[Parameter], prediction: &Prediction) -> Stri
     }
     let _ = writeln!(
         text,
-        "\n{} of {} numbers have a prior; expected: after {duration_s} s of the file's own experiment ({} samples), commands known",
+        "\n{} of {} numbers have a prior; expected: after {duration_s} s of the file's own experiment ({} samples)",
         uncertain.len(),
         numbers.len(),
         prediction.samples

@@ -28,6 +28,11 @@ impl Colours {
         })
     }
 
+    /// Both signs occur: the two ends look alike without colour.
+    pub fn is_signed(&self) -> bool {
+        self.signed
+    }
+
     /// Level of a number; `None` for what is none.
     pub fn level(&self, value: f64) -> Option<usize> {
         let share = (value - self.low) / (self.high - self.low);

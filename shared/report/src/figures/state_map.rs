@@ -3,9 +3,9 @@
 use super::heat::Colours;
 use crate::panel::{Area, BELOW, Panel};
 use crate::scale::Axis;
-use crate::svg::{Figure, Svg};
+use crate::svg::{Anchor, Figure, Svg};
 
-/// A surface over two coordinates, as colours.
+/// A surface over two coordinates, as colours; where both signs occur, signs are written over them.
 #[derive(Clone, Debug, Default)]
 pub struct StateMap<'a> {
     /// Name and unit of the horizontal coordinate, and its ends.
@@ -15,6 +15,8 @@ pub struct StateMap<'a> {
     pub y_range: (f64, f64),
     /// What the colour says.
     pub force: (&'a str, &'a str),
+    /// Ends of the colour scale; those of the data where none are given. Give it to two maps to compare them.
+    pub range: Option<(f64, f64)>,
     /// Rows from the lowest `y` up; NaN where the data say nothing.
     pub rows: Vec<Vec<f64>>,
     /// Where the recording has been.
@@ -27,7 +29,7 @@ impl StateMap<'_> {
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
-        let colours = Colours::new(self.rows.iter().flatten().copied(), None);
+        let colours = Colours::new(self.rows.iter().flatten().copied(), self.range);
         let ends = |range: (f64, f64)| [range.0, range.1].into_iter().filter(|_| colours.is_some());
         let area = Area::full(44.0, HEIGHT);
         let x = Axis::tight(self.x.0, self.x.1, ends(self.x_range));
@@ -40,9 +42,29 @@ impl StateMap<'_> {
                 let width = area.width / row.len().max(1) as f64;
                 colours.row(&mut panel.inner, 0.0, top, (width, height), row.iter().copied());
             }
+            if colours.is_signed() {
+                signs(&mut panel.inner, colours, &self.rows, area);
+            }
             panel.dots("dot measured small", self.visited.0, self.visited.1);
         }
         panel.draw(&mut svg);
         svg.figure(claim, 44.0 + HEIGHT + BELOW)
+    }
+}
+
+/// Room of a sign [pixels].
+const SIGN: f64 = 26.0;
+
+/// Plus and minus over the cells: both ends of the scale are equally dark where there is no colour.
+fn signs(svg: &mut Svg, colours: &Colours, rows: &[Vec<f64>], area: Area) {
+    let height = area.height / rows.len() as f64;
+    let every = |size: f64| (SIGN / size.max(1e-9)).ceil().max(1.0) as usize;
+    for (k, row) in rows.iter().enumerate().skip(every(height) / 2).step_by(every(height)) {
+        let width = area.width / row.len().max(1) as f64;
+        for (i, value) in row.iter().enumerate().skip(every(width) / 2).step_by(every(width)) {
+            let Some(level) = colours.level(*value) else { continue };
+            let at = ((i as f64 + 0.5) * width, area.height - (k as f64 + 0.5) * height + 4.0);
+            svg.text(colours.ink(level), at, Anchor::Middle, SIGN, if *value < 0.0 { "−" } else { "+" });
+        }
     }
 }

@@ -31,6 +31,8 @@ pub struct TileMap<'a> {
 }
 
 const ROW: f64 = 16.0;
+/// The turned label of the frequency fits.
+const HEIGHT_MIN: f64 = 100.0;
 
 impl TileMap<'_> {
     #[must_use]
@@ -51,7 +53,7 @@ impl TileMap<'_> {
         let columns = self.columns.clamp(1, 2);
         let mut top = 44.0;
         for line in self.maps.chunks(columns) {
-            let height = line.iter().map(|m| (ROW * m.rows.len() as f64).clamp(48.0, 240.0)).fold(0.0, f64::max);
+            let height = line.iter().map(|m| (ROW * m.rows.len() as f64).clamp(HEIGHT_MIN, 240.0)).fold(0.0, f64::max);
             for (k, map) in line.iter().enumerate() {
                 let width = WIDTH / columns as f64;
                 let area = Area { left: 74.0 + k as f64 * width, top: top + 18.0, width: width - 90.0, height };

@@ -158,6 +158,7 @@ pub fn state_map() -> Figure {
         y: ("rate", "rad/s"),
         y_range: (-1.6, 1.6),
         force: ("missing torque", "N*m"),
+        range: Some((-0.5, 0.5)),
         rows,
         visited: (&x, &y),
     }

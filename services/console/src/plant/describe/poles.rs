@@ -126,7 +126,9 @@ fn closed_loop(plant: &Plant, space: &StateSpace) -> Vec<LoopPole> {
         integral += &gamma * ki;
         step.view_mut((n + k, 0), (1, n)).copy_from(&(position * -period_s));
     }
-    let mut poles: Vec<LoopPole> = step
+    // bounded: some matrices keep the QR iteration turning
+    let Some(schur) = nalgebra::Schur::try_new(step, f64::EPSILON, 10_000) else { return Vec::new() };
+    let mut poles: Vec<LoopPole> = schur
         .complex_eigenvalues()
         .iter()
         .filter(|z| z.im >= 0.0 && (**z - Complex::new(1.0, 0.0)).norm() > AT_ZERO)

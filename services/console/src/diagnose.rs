@@ -1,0 +1,277 @@
+//! `obsid diagnose`: what physics a plant file leaves out, according to recordings.
+//!
+//! The desk reads, renames, asks the engine ([`discovery::diagnose`]) and shows its answer: as a table for a terminal, as JSON, and with
+//! `--out` as a page with figures beside the files that go on (augmented plant, next experiment). It decides nothing.
+
+mod channel_map;
+mod features;
+mod figures;
+mod files;
+mod object;
+mod page;
+mod paragraph;
+mod words;
+
+use crate::progress::Share;
+use crate::recordings::{self, Evidence, Loaded};
+use crate::{Failure, plant_file};
+use channel_map::ChannelMap;
+use discovery::diagnose::{Diagnosis, Options};
+use discovery::doctor::{Finding, examine_with};
+use discovery::problem::{Problem, ProblemError};
+use files::OutFiles;
+use plant::description::Plant;
+use recording::{SeriesSet, Spectrum};
+use std::path::{Path, PathBuf};
+
+/// Find the physics that a plant file leaves out: locate, name, model, show on held-out data
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  obsid diagnose swing.csv --plant pendulum.toml --out report      what is missing; report/report.html, report/augmented.toml
+  obsid diagnose a.csv b.csv --plant rig.toml --held-out c.csv     fitted jointly to two, asked on a third
+  obsid diagnose log.csv --plant rig.toml --map map.toml --json    your own column names; one JSON object
+
+A map is TOML, left the name in the plant, right the name in the recording:
+  [channels]
+  rate = \"gyro_z\"
+  angle = { name = \"encoder\", scale = -1, unit = \"deg\" }
+
+Without --held-out, blocks of the recordings are predicted from the others. Only what held-out data confirm enters augmented.toml.
+Any diagnosis is an answer, also that nothing can be decided: the exit code is 0.")]
+pub struct Arguments {
+    /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is several
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
+    /// The plant file that is held against them, or the name of one that comes with the program
+    #[arg(long, value_name = "FILE")]
+    plant: PathBuf,
+    /// Another recording of the plant, predicted at the end with nothing fitted to it; may be repeated
+    #[arg(long, value_name = "RECORDING")]
+    held_out: Vec<PathBuf>,
+    /// The same experiment once more: what physics does repeats, what noise does not
+    #[arg(long, value_name = "RECORDING")]
+    repeat: Option<PathBuf>,
+    /// Which channel of the recordings is which of the plant, with unit, scale and sign
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// Write report.html, diagnosis.json, augmented.toml, next_experiment.toml to this folder
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// One JSON object on standard output
+    #[arg(long)]
+    json: bool,
+    /// Threads of work; all cores where none are given; the result is the same
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+}
+
+/// What was asked: a plant and the recordings held against it.
+struct Case {
+    plant: Plant,
+    plant_file: String,
+    plant_digest: String,
+    fitted: Vec<Loaded>,
+    held_out: Vec<Loaded>,
+    repeat: Vec<Loaded>,
+    /// Evidence over frequency, and the digest of its file.
+    spectra: Vec<(Spectrum, String)>,
+    command: String,
+}
+
+/// What was found: per fitted recording what is wrong with it, and the diagnosis; its last three fields are paths here.
+struct Diagnosed {
+    case: Case,
+    findings: Vec<(usize, Finding)>,
+    diagnosis: Diagnosis,
+}
+
+/// # Errors
+/// [`Failure::Input`] for a recording, plant or map that cannot be used, [`Failure::Run`] when a result cannot be written.
+pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let case = read(arguments)?;
+    let out = arguments.out.as_deref().map(|folder| OutFiles::new(folder, &inputs(arguments))).transpose()?;
+    let (problem, options) = problems(&case, arguments)?;
+    let bar = Share::new("diagnosed");
+    let findings = examine_all(&case.fitted, &bar);
+    let diagnosis = match &problem {
+        Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |what, share| {
+            bar.phase(what, DOCTOR_SHARE + (1.0 - DOCTOR_SHARE) * share);
+        }),
+        None => case.spectra.first().map_or_else(
+            || Diagnosis::cannot_decide("there is no evidence".into()),
+            |(spectrum, _)| features::diagnose(&case.plant, spectrum),
+        ),
+    };
+    bar.end();
+    let mut diagnosed = Diagnosed { case, findings, diagnosis };
+    match &out {
+        Some(out) => out.write(&mut diagnosed)?,
+        None => files::only_told(&mut diagnosed.diagnosis),
+    }
+    crate::print(&if arguments.json {
+        format!("{}\n", object::object(&diagnosed))
+    } else {
+        words::in_words(&diagnosed, out.is_some())
+    });
+    Ok(())
+}
+
+/// Share of the work that the examination of the recordings is.
+const DOCTOR_SHARE: f64 = 0.1;
+
+fn read(arguments: &Arguments) -> Result<Case, Failure> {
+    let (plant, plant_digest) = plant_file::read_with_digest(&arguments.plant)?;
+    let map = arguments.map.as_deref().map(|path| ChannelMap::read(path, &plant)).transpose()?;
+    let rename = |set: &mut SeriesSet| map.as_ref().map_or(Ok(()), |map| map.apply(set));
+    let evidence = |path: &Path| recordings::read_evidence(path, &plant, &rename);
+    let (mut fitted, mut spectra) = (Vec::new(), Vec::new());
+    for path in &arguments.recordings {
+        match evidence(path)? {
+            Evidence::Time(loaded) => fitted.extend(loaded),
+            Evidence::Spectrum { spectrum, digest } => spectra.push((spectrum, digest)),
+        }
+    }
+    one_kind(&fitted, &spectra)?;
+    let time_only = |path: &Path, flag: &str| match evidence(path)? {
+        Evidence::Time(loaded) => Ok(loaded),
+        Evidence::Spectrum { spectrum, .. } => Err(Failure::Input(miette::miette!(
+            help = format!("{flag} takes a time record; leave it out for a diagnosis of spectra"),
+            "{flag} {}: this is a spectrum",
+            spectrum.file
+        ))),
+    };
+    let mut held_out = Vec::new();
+    for path in &arguments.held_out {
+        held_out.extend(time_only(path, "--held-out")?);
+    }
+    let repeat = arguments.repeat.as_deref().map(|path| time_only(path, "--repeat")).transpose()?.unwrap_or_default();
+    used_twice(&fitted, &held_out, "--held-out", "data that were fitted confirm nothing: give another recording")?;
+    used_twice(&fitted, &repeat, "--repeat", "give the same experiment flown once more, not the same file")?;
+    let plant_file = arguments.plant.display().to_string();
+    Ok(Case { plant, plant_file, plant_digest, fitted, held_out, repeat, spectra, command: again(arguments) })
+}
+
+/// Time records, or one spectrum.
+fn one_kind(fitted: &[Loaded], spectra: &[(Spectrum, String)]) -> Result<(), Failure> {
+    match (spectra, fitted) {
+        ([(spectrum, _), ..], [record, ..]) => Err(Failure::Input(miette::miette!(
+            help = "diagnose spectra and time records apart; each gives its own answer",
+            "{} is a spectrum, {} a time record",
+            spectrum.file,
+            record.file
+        ))),
+        ([_, (second, _), ..], []) => Err(Failure::Input(miette::miette!(
+            help = "a spectrum is diagnosed on its own: give one, and compare the answers",
+            "{}: a second spectrum",
+            second.file
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn used_twice(fitted: &[Loaded], other: &[Loaded], flag: &str, cure: &str) -> Result<(), Failure> {
+    match other.iter().find_map(|o| fitted.iter().find(|f| f.digest == o.digest).map(|f| (o, f))) {
+        Some((other, fitted)) => Err(Failure::Input(miette::miette!(
+            help = cure.to_owned(),
+            "{flag} {}: the same bytes as the recording {}",
+            other.file,
+            fitted.file
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// The problem of the fitted recordings, where they are time records, and the options with those of the others.
+fn problems(case: &Case, arguments: &Arguments) -> Result<(Option<Problem>, Options), Failure> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let threads = arguments.threads.map_or(cores, usize::from);
+    let mut options = Options { threads, ..Options::default() };
+    if case.fitted.is_empty() {
+        return Ok((None, options));
+    }
+    let fitted = problem(case, &case.fitted, "")?;
+    if !case.held_out.is_empty() {
+        options.held_out = Some(problem(case, &case.held_out, "--held-out ")?);
+    }
+    if !case.repeat.is_empty() {
+        let repeat = problem(case, &case.repeat, "--repeat ")?;
+        if repeat.runs.len() != fitted.runs.len() {
+            return Err(Failure::Input(miette::miette!(
+                help = "--repeat takes the same experiment once more: as many recordings, one after another, as were fitted",
+                "--repeat {}: {} run(s) against {} that are fitted",
+                case.repeat[0].file,
+                repeat.runs.len(),
+                fitted.runs.len()
+            )));
+        }
+        options.repeat = Some(repeat);
+    }
+    Ok((Some(fitted), options))
+}
+
+fn problem(case: &Case, loaded: &[Loaded], flag: &str) -> Result<Problem, Failure> {
+    let recordings: Vec<_> = loaded.iter().map(|one| one.recording.clone()).collect();
+    Problem::new(&case.plant, &recordings, &[]).map_err(|error| {
+        let cure = cure(&error, case);
+        Failure::Input(miette::miette!(help = cure, "{flag}{error}"))
+    })
+}
+
+/// What the operator can do where plant and recording do not belong together.
+fn cure(error: &ProblemError, case: &Case) -> String {
+    match error {
+        ProblemError::MissingChannel { channel, nearest, .. } => {
+            let theirs = nearest.as_deref().unwrap_or("name in the recording");
+            format!("give --map FILE with [channels] {} = \"{theirs}\", or rename one of the two", key(channel))
+        }
+        ProblemError::Unit { channel, expected, .. } => format!(
+            "correct the header, or give --map FILE with [channels] {} = {{ name = \"{channel}\", unit = \"{expected}\" }}",
+            key(channel)
+        ),
+        ProblemError::Empty { .. } => {
+            "give a longer recording, or [[segment]]s in the plant file that lie in this one; `obsid doctor` shows its span".into()
+        }
+        ProblemError::UnknownInput { actuator } => {
+            format!("record what '{actuator}' did, or take its controller out of the plant file and state the command")
+        }
+        ProblemError::NoNoise(channel) => {
+            format!("give [[sensor]] '{channel}' its noise in {}, as its data sheet states it", case.plant_file)
+        }
+        _ => format!("`obsid plant check {}` says what the plant itself lacks", case.plant_file),
+    }
+}
+
+/// A name as a key of TOML.
+fn key(name: &str) -> String {
+    let bare = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') && !name.is_empty();
+    if bare { name.to_owned() } else { format!("\"{name}\"") }
+}
+
+fn examine_all(loaded: &[Loaded], bar: &Share) -> Vec<(usize, Finding)> {
+    let mut all = Vec::new();
+    for (k, one) in loaded.iter().enumerate() {
+        let share = |part: f64| DOCTOR_SHARE * (k as f64 + part) / loaded.len() as f64;
+        let found = examine_with(&one.recording, &mut |part| bar.phase("examine the recordings", share(part)));
+        all.extend(found.into_iter().map(|finding| (k, finding)));
+    }
+    all
+}
+
+/// Every file that is read.
+fn inputs(arguments: &Arguments) -> Vec<&Path> {
+    let files = arguments.recordings.iter().chain(&arguments.held_out).chain(&arguments.repeat).chain(&arguments.map);
+    files.chain(std::iter::once(&arguments.plant)).map(PathBuf::as_path).collect()
+}
+
+/// The command that makes the result again.
+fn again(arguments: &Arguments) -> String {
+    let mut words = vec!["obsid".to_owned(), "diagnose".to_owned()];
+    words.extend(arguments.recordings.iter().map(|path| path.display().to_string()));
+    let one = |flag: &str, path: &Path| [flag.to_owned(), path.display().to_string()];
+    words.extend(one("--plant", &arguments.plant));
+    arguments.held_out.iter().for_each(|path| words.extend(one("--held-out", path)));
+    arguments.repeat.iter().for_each(|path| words.extend(one("--repeat", path)));
+    arguments.map.iter().for_each(|path| words.extend(one("--map", path)));
+    arguments.out.iter().for_each(|path| words.extend(one("--out", path)));
+    recordings::command_line(&words)
+}

@@ -1,0 +1,75 @@
+//! Laws of the map: names, units and signs are exchanged; what cannot be is refused at its place.
+
+use super::*;
+
+fn plant() -> Plant {
+    crate::plant_file::parse("drive_rig", crate::plant_file::built_in("drive_rig").unwrap()).unwrap().plant
+}
+
+fn set() -> SeriesSet {
+    let time: Vec<f64> = (0..3).map(f64::from).collect();
+    let channel =
+        |name: &str, unit: &'static str, values: &[f64]| Series::si(name, unit, time.clone(), values.to_vec());
+    let channels = vec![channel("omega", "-", &[0.0, 90.0, -180.0]), channel("other", "V", &[1.0, 2.0, 3.0])];
+    SeriesSet { file: "log.csv".into(), channels, notes: Vec::new() }
+}
+
+fn map(text: &str) -> Result<ChannelMap, String> {
+    ChannelMap::parse("map.toml".into(), text.into(), &plant()).map_err(words)
+}
+
+fn words(failure: Failure) -> String {
+    match failure {
+        Failure::Input(report) => format!("{report:?}"),
+        Failure::Run(reason) => panic!("{reason}"),
+    }
+}
+
+/// A sensor of the plant whose unit is rad/s.
+fn rate() -> String {
+    let plant = plant();
+    plant.sensors.iter().find(|s| plant.sensor_unit(s) == "rad/s").unwrap().name.clone()
+}
+
+#[test]
+fn a_name_a_unit_and_a_sign_are_exchanged() {
+    let mut set = set();
+    let text = format!("[channels]\n{} = {{ name = \"omega\", scale = -1, unit = \"deg/s\" }}\n", rate());
+    map(&text).unwrap().apply(&mut set).unwrap();
+    let channel = set.channel_named(&rate()).unwrap();
+    assert_eq!(channel.unit, "rad/s");
+    let expected = [0.0, -core::f64::consts::FRAC_PI_2, core::f64::consts::PI];
+    // one multiplication and one division
+    channel.values.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() <= 1e-15 * (1.0 + b.abs())));
+    assert!(set.channel_named("omega").is_none() && set.channel_named("other").is_some());
+}
+
+#[test]
+fn a_header_with_its_unit_names_the_same_channel() {
+    let mut set = set();
+    map(&format!("[channels]\n{} = \"omega [-]\"\n", rate())).unwrap().apply(&mut set).unwrap();
+    assert_eq!(set.channel_named(&rate()).unwrap().values, [0.0, 90.0, -180.0]);
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_line_and_suggestion() {
+    let refused = |text: &str, says: &[&str]| {
+        let told = map(text).err().unwrap_or_else(|| panic!("accepted: {text}"));
+        says.iter().for_each(|words| assert!(told.contains(words), "`{words}` is not in {told}"));
+    };
+    let rate = rate();
+    refused(&format!("[channels]\n{rate}x = \"omega\"\n"), &["map.toml:2:1", &format!("did you mean '{rate}'?")]);
+    refused("[chanels]\nx = \"y\"\n", &["map.toml:1:2", "[channels]"]);
+    refused("", &["names no channel"]);
+    refused("[channels\n", &["map.toml:1:"]);
+    refused(&format!("[channels]\n{rate} = 3\n"), &["map.toml:2:", "in quotes"]);
+    refused(&format!("[channels]\n{rate} = {{ name = \"a\", sale = -1 }}\n"), &["map.toml:2:", "sale"]);
+    refused(&format!("[channels]\n{rate} = {{ name = \"a\", scale = 0 }}\n"), &["map.toml:2:", "not zero"]);
+    refused(
+        &format!("[channels]\n{rate} = {{ name = \"a\", unit = \"rad/sec\" }}\n"),
+        &["map.toml:2:", "did you mean 'rad/s'"],
+    );
+    let absent =
+        map(&format!("[channels]\n{rate} = \"omeg\"\n")).unwrap().apply(&mut set()).map_err(words).unwrap_err();
+    assert!(absent.contains("map.toml:2:") && absent.contains("did you mean 'omega'?") && absent.contains("log.csv"));
+}

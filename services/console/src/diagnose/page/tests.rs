@@ -1,0 +1,261 @@
+//! The page and the words of a diagnosis made up for the purpose: every figure, every table, nothing that is no number.
+
+use super::super::{Case, Diagnosed, object, words};
+use super::page;
+use crate::plant_file;
+use crate::recordings::Loaded;
+use discovery::diagnose::*;
+use discovery::held_out::{ChannelFit, Status};
+use discovery::series::{Channel, Recording, Role};
+
+fn loaded(name: &str) -> Loaded {
+    let time_s: Vec<f64> = (0..400).map(|i| f64::from(i) * 0.05).collect();
+    let value = time_s.iter().map(|t| (2.0 * t).cos()).collect();
+    let channel = Channel { name: "angle".into(), unit: "rad".into(), time_s, value, role: Role::Output };
+    let recording = Recording { name: name.into(), channels: vec![channel] };
+    Loaded { file: name.into(), recording, notes: vec!["a note <of> the import".into()], digest: "af13".into() }
+}
+
+/// Tiles of two lengths over four octaves; a burst stands out before.
+fn tiles() -> Vec<Tile> {
+    let mut tiles = Vec::new();
+    for octave in 0..4 {
+        let band_hz = [if octave == 0 { 0.0 } else { 0.5 * f64::powi(2.0, octave) }, f64::powi(2.0, octave)];
+        let length = if octave < 2 { 4.0 } else { 2.0 };
+        let mut begin = 0.0;
+        while begin < 20.0 {
+            let burst = octave == 2 && begin == 8.0;
+            let z_before = if burst { 25.0 } else { 0.3 };
+            tiles.push(Tile {
+                channel: "angle".into(),
+                time: [begin, begin + length],
+                band_hz,
+                z_before,
+                z_after: -0.4,
+            });
+            begin += length;
+        }
+    }
+    tiles
+}
+
+fn force_map() -> ForceMap {
+    let cell = |i: i32, j: i32| {
+        let (x, y) = (0.2 * f64::from(i), 0.5 * f64::from(j));
+        let force = if (i, j) == (0, 0) { f64::NAN } else { 0.3 * (y + 0.25).signum() };
+        ForceCell { x, y, force, sigma: 0.01, law: 0.3 * (y + 0.25).signum() }
+    };
+    let cells = (-4..4).flat_map(|i| (-3..3).map(move |j| cell(i, j))).collect();
+    let named = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
+    ForceMap {
+        site: "joint:pivot".into(),
+        unit: "N*m".into(),
+        x: named("pivot", "rad"),
+        y: named("rate of pivot", "rad/s"),
+        cells,
+    }
+}
+
+fn curve(kind: &str, slope: f64) -> EvidenceCurve {
+    let time_s: Vec<f64> = (0..200).map(|i| 0.1 * f64::from(i)).collect();
+    let gain = time_s.iter().map(|t| slope * t).collect();
+    EvidenceCurve { kind: kind.into(), site: "joint:pivot".into(), time_s, gain }
+}
+
+fn figures() -> Figures {
+    let time_s: Vec<f64> = (0..400).map(|i| 0.05 * f64::from(i)).collect();
+    let swing = |decay: f64| time_s.iter().map(|t| (-decay * t).exp() * (2.0 * t).cos()).collect::<Vec<f64>>();
+    let overlay = Overlay {
+        channel: "angle".into(),
+        unit: "rad".into(),
+        measured: swing(0.05),
+        before: swing(0.02),
+        after: swing(0.049),
+        time_s,
+    };
+    Figures {
+        tiles: tiles(),
+        evidence: vec![curve("joint_coulomb", 9.0), curve("joint_viscous", 2.0)],
+        force_maps: vec![force_map()],
+        angles: Angles {
+            names: vec!["joint_coulomb@joint:pivot".into(), "joint_viscous@joint:pivot".into()],
+            cosine: vec![vec![1.0, 0.8], vec![0.8, 1.0]],
+        },
+        overlays: vec![overlay],
+    }
+}
+
+/// A diagnosis in which everything is there.
+fn full() -> Diagnosis {
+    let mut d = Diagnosis::cannot_decide("joint_coulomb at joint:pivot (probability 0.93)".into());
+    d.verdict = Verdict::Named;
+    d.compare.channels = vec![ChannelFit { name: "angle".into(), rms: 0.31, fit_percent: 43.9 }];
+    d.located = vec![Where {
+        channel: "angle".into(),
+        site: "joint:pivot".into(),
+        time: [1.5, 18.0],
+        band_hz: [0.0, 10.0],
+        states: vec!["rate of pivot".into()],
+        p: 0.0,
+    }];
+    d.effects = vec![EffectReport {
+        kind: "joint_coulomb".into(),
+        site: "joint:pivot".into(),
+        probability: 0.93,
+        status: Status::Confirmed,
+        rivals: vec![Rival {
+            kind: "joint_viscous".into(),
+            site: "joint:pivot".into(),
+            probability: 0.07,
+            reason: "fits worse by 5.2 in BIC".into(),
+        }],
+        parameters: vec![ParameterReport { name: "force".into(), value: 0.3, sigma: 0.004, unit: "N*m".into() }],
+        kappa: 0.34,
+        d: 12.0,
+    }];
+    d.nominal =
+        vec![Nominal { name: "pivot.friction".into(), before: 0.022, after: 0.0014, sigma: 4e-5, shift_sigma: -51.0 }];
+    d.held_out = HeldOut {
+        kind: HeldOutKind::Recording,
+        channels: vec![HeldOutChannel {
+            name: "angle".into(),
+            fit_percent_before: 43.9,
+            fit_percent_after: 92.2,
+            rms_before: 0.31,
+            rms_after: 0.04,
+        }],
+        loglik_gain: Some(184.0),
+        gain_se: Some(22.0),
+        gain_ci95: Some([140.0, 228.0]),
+        whiteness_p_before: Some(0.0),
+        whiteness_p_after: Some(0.4),
+    };
+    d.detection_limits = vec![DetectionLimit {
+        kind: "joint_cubic_stiffness".into(),
+        site: "joint:pivot".into(),
+        amplitude: 0.07,
+        unit: "N*m/rad^3".into(),
+    }];
+    d.not_found = vec!["bar.mass".into()];
+    d.notes = vec!["grids were thinned to 40 %".into()];
+    d.figures = figures();
+    d
+}
+
+fn diagnosed(diagnosis: Diagnosis) -> Diagnosed {
+    let plant = plant_file::parse("pendulum", plant_file::built_in("pendulum").unwrap()).unwrap().plant;
+    let case = Case {
+        plant,
+        plant_file: "pendulum.toml".into(),
+        plant_digest: "0d3a".into(),
+        fitted: vec![loaded("swing.csv")],
+        held_out: vec![loaded("other.csv")],
+        repeat: Vec::new(),
+        spectra: Vec::new(),
+        command: "obsid diagnose swing.csv --plant pendulum.toml".into(),
+    };
+    Diagnosed { case, findings: Vec::new(), diagnosis }
+}
+
+fn html(diagnosis: Diagnosis) -> String {
+    String::from_utf8(page(&diagnosed(diagnosis), Some("format = 1\n[simulation]\n")).html()).unwrap()
+}
+
+#[test]
+fn the_first_paragraph_says_what_where_how_large_whether_confirmed_and_what_it_changes() {
+    let text = html(full());
+    let first = text.split("<p class=\"verdict\">").nth(1).unwrap().split("</p>").next().unwrap();
+    for words in [
+        "What is missing: Coulomb friction",
+        "at joint:pivot (joint_coulomb), force 0.3000 ± 0.0040 N*m",
+        "angle between 1.5 and 18 s (p &lt; 1e-300)",
+        "goes from 43.9 to 92.2 %",
+        "Held-out data confirm it (gain in log-likelihood 184 ± 22, 95 %: 140 to 228)",
+        "Without it pivot.friction came out as 0.022 instead of 0.0014, 51 sigma off",
+    ] {
+        assert!(first.contains(words), "`{words}` is not in {first}");
+    }
+}
+
+#[test]
+fn every_figure_of_the_method_is_drawn_with_its_axes_and_its_claim() {
+    let text = html(full());
+    // tiles, evidence, force and law over two states, force along each, angles, overlay
+    assert_eq!(text.matches("<figure>").count(), 8, "{}", text.matches("<h3>").count());
+    for words in [
+        "angle: the innovations stand out by 25 standard errors before, 0 after",
+        "joint_coulomb@joint:pivot: 1",
+        "the middle half of it between 5 and 15 s",
+        "the force that the data ask for over pivot and rate of pivot",
+        "the fitted law over pivot and rate of pivot, on the same scale",
+        "along rate of pivot the force runs from -0.3 to 0.3 N*m",
+        "37 degrees apart",
+        "angle: fit 43.9 % before, 92.2 % after, in free run",
+        "time [s]",
+        "frequency [Hz]",
+        "rate of pivot [rad/s]",
+        "obsid diagnose swing.csv --plant pendulum.toml",
+        "0d3a",
+    ] {
+        assert!(text.contains(words), "`{words}` is not on the page");
+    }
+    for outside in ["http:", "https:", "<script", "<img", "url(", "NaN"] {
+        assert!(!text.contains(outside), "{outside}");
+    }
+    if let Ok(folder) = std::env::var("OBSID_GALLERY") {
+        std::fs::write(format!("{folder}/diagnosis.html"), text).unwrap();
+    }
+}
+
+#[test]
+fn figures_of_numbers_that_are_none_are_left_out_and_nothing_panics() {
+    let mut d = full();
+    d.figures.tiles.iter_mut().for_each(|t| (t.z_before, t.z_after) = (f64::NAN, f64::INFINITY));
+    d.figures.tiles.push(Tile {
+        channel: "x".into(),
+        time: [0.0, 0.0],
+        band_hz: [0.0, 0.0],
+        z_before: 1.0,
+        z_after: 1.0,
+    });
+    d.figures.evidence.push(EvidenceCurve { kind: "a".into(), site: "b".into(), time_s: vec![0.0], gain: Vec::new() });
+    d.figures.force_maps[0].cells.iter_mut().for_each(|c| (c.force, c.law, c.sigma) = (f64::NAN, f64::NAN, 0.0));
+    d.figures.angles.cosine = vec![vec![f64::NAN]];
+    d.figures.overlays[0].before = vec![f64::NAN; 3];
+    d.held_out.channels[0].fit_percent_before = f64::NEG_INFINITY;
+    d.effects[0].parameters[0].sigma = f64::NAN;
+    let text = html(d.clone());
+    assert!(!text.contains("NaN") && text.ends_with("</html>\n"));
+    let told = words::in_words(&diagnosed(d), false);
+    assert!(!told.contains("NaN") && told.contains("verdict: named"), "{told}");
+    let empty = html(Diagnosis::cannot_decide("nothing moves".into()));
+    assert!(empty.contains("Nothing can be decided, because nothing moves.") && !empty.contains("<figure>"));
+}
+
+#[test]
+fn every_verdict_is_told_in_a_sentence_of_its_own() {
+    let all = [
+        (Verdict::None, "nothing to see"),
+        (Verdict::Named, "What is missing: Coulomb friction"),
+        (Verdict::NotSeparable, "joint_coulomb at joint:pivot (0.93), or joint_viscous at joint:pivot (0.07)"),
+        (Verdict::NotInCatalogue, "catalogue does not hold"),
+        (Verdict::NoiseModel, "noise is not what the plant file states"),
+        (Verdict::Sensor, "a sensor is at fault"),
+        (Verdict::Unobservable, "cannot be observed"),
+        (Verdict::CannotDecide, "Nothing can be decided, because nothing to see."),
+    ];
+    for (verdict, says) in all {
+        let d = Diagnosis { verdict, reason: "nothing to see".into(), ..full() };
+        let told = words::in_words(&diagnosed(d), true).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(told.to_lowercase().contains(&says.to_lowercase()), "{verdict:?}: {told}");
+    }
+}
+
+#[test]
+fn the_object_has_the_keys_of_the_diagnosis_and_those_of_the_desk() {
+    let value = object::object(&diagnosed(full()));
+    let keys: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
+    assert_eq!(&keys[..6], ["verdict", "reason", "doctor", "compare", "where", "effects"]);
+    assert!(value["effects"][0]["rivals"][0]["reason"].is_string() && value["where"][0]["p"].is_number());
+    assert_eq!(value["recordings"][0]["digest"], "af13");
+}
