@@ -1,0 +1,112 @@
+//! What the tool answered, in the words the score needs.
+
+use crate::case::Exam;
+use discovery::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use discovery::problem::Problem;
+use discovery::series::Recording;
+use plant::description::Plant;
+use serde::Serialize;
+use serde_json::Value;
+
+/// A rival is in the set where its weight is above this: twelve in BIC below an even first.
+pub const IN_SET: f64 = 1e-3;
+
+/// A named effect.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Name {
+    pub kind: String,
+    pub site: String,
+    pub probability: f64,
+    /// As the report spells it.
+    pub status: String,
+    pub rivals: Vec<(String, String, f64)>,
+    pub parameters: Vec<(String, f64, f64)>,
+    pub d: f64,
+}
+
+/// One answer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Answer {
+    pub verdict: String,
+    pub reason: String,
+    pub names: Vec<Name>,
+    /// Channel, time [s, s].
+    pub located: Vec<(String, [f64; 2])>,
+    /// Name, value after, sigma.
+    pub nominal: Vec<(String, f64, f64)>,
+    /// The tool did not return.
+    pub crashed: bool,
+}
+
+/// Serialised names are the report's own.
+fn spelled<T: Serialize>(value: &T) -> String {
+    match serde_json::to_value(value) {
+        Ok(Value::String(text)) => text,
+        _ => String::new(),
+    }
+}
+
+impl Answer {
+    fn of(diagnosis: &Diagnosis) -> Self {
+        let names = diagnosis.effects.iter().map(|effect| Name {
+            kind: effect.kind.clone(),
+            site: effect.site.clone(),
+            probability: effect.probability,
+            status: spelled(&effect.status),
+            rivals: effect.rivals.iter().map(|r| (r.kind.clone(), r.site.clone(), r.probability)).collect(),
+            parameters: effect.parameters.iter().map(|p| (p.name.clone(), p.value, p.sigma)).collect(),
+            d: effect.d,
+        });
+        Self {
+            verdict: spelled(&diagnosis.verdict),
+            reason: diagnosis.reason.clone(),
+            names: names.collect(),
+            located: diagnosis.located.iter().map(|w| (w.channel.clone(), w.time)).collect(),
+            nominal: diagnosis.nominal.iter().map(|n| (n.name.clone(), n.after, n.sigma)).collect(),
+            crashed: false,
+        }
+    }
+
+    fn none(reason: String, crashed: bool) -> Self {
+        let verdict = spelled(&Verdict::CannotDecide);
+        Self { verdict, reason, names: Vec::new(), located: Vec::new(), nominal: Vec::new(), crashed }
+    }
+
+    #[must_use]
+    pub fn is(&self, verdict: &str) -> bool {
+        self.verdict == verdict
+    }
+
+    /// Says that something is missing: physics or a sensor, by name or without.
+    #[must_use]
+    pub fn detects(&self) -> bool {
+        ["named", "not_separable", "sensor", "not_in_catalogue"].contains(&self.verdict.as_str())
+    }
+
+    /// First name and its set, the first name included.
+    #[must_use]
+    pub fn set(&self) -> Vec<(&str, &str, f64)> {
+        let Some(first) = self.names.first().filter(|_| self.detects()) else { return Vec::new() };
+        let rivals = first.rivals.iter().filter(|(.., p)| *p >= IN_SET).map(|(k, s, p)| (k.as_str(), s.as_str(), *p));
+        std::iter::once((first.kind.as_str(), first.site.as_str(), first.probability)).chain(rivals).collect()
+    }
+}
+
+fn problem(plant: &Plant, recording: &Recording) -> Result<Problem, String> {
+    Problem::new(plant, std::slice::from_ref(recording), &[]).map_err(|error| error.to_string())
+}
+
+/// Asks the tool, which sees the plant file and the recordings and nothing else.
+#[must_use]
+pub fn ask(exam: &Exam) -> Answer {
+    let asked = || -> Result<Diagnosis, String> {
+        let held_out = exam.held_out.as_ref().map(|(plant, recording)| problem(plant, recording)).transpose()?;
+        let options = Options { without: exam.without.clone(), held_out, threads: 1, ..Options::default() };
+        Ok(diagnose(&problem(&exam.plant, &exam.recording)?, &options, &mut |_, _| {}))
+    };
+    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(asked)) {
+        Ok(Ok(diagnosis)) => Answer::of(&diagnosis),
+        Ok(Err(reason)) => Answer::none(reason, false),
+        Err(_) => Answer::none("the diagnosis panicked".to_owned(), true),
+    }
+}

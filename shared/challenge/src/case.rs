@@ -1,0 +1,98 @@
+//! One case: drawn, simulated, sealed.
+
+mod draw;
+mod search;
+
+use crate::disturb::NoiseKind;
+use crate::hidden::Hidden;
+use discovery::series::Recording;
+use plant::description::Plant;
+use serde::{Deserialize, Serialize};
+
+pub use draw::case;
+
+#[cfg(test)]
+mod tests;
+
+/// What a case is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Class {
+    Null,
+    Single,
+    Pair,
+    /// The effect's kind and its kin are taken out of the tool's catalogue.
+    LeftOut,
+    /// A nominal number is led astray by two of its sigmas or more, and takes 30 % of the effect's energy or more.
+    Masked,
+}
+
+/// A nominal number that the effect leads astray.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Astray {
+    pub name: String,
+    pub truth: f64,
+    pub shift_sigma: f64,
+}
+
+/// What nobody may know before the answer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    pub case: u64,
+    pub class: Class,
+    pub plant: String,
+    pub closed_loop: bool,
+    pub noise: NoiseKind,
+    pub effects: Vec<Hidden>,
+    pub without: Vec<String>,
+    pub planned_d: f64,
+    /// Of each effect alone.
+    pub d: Vec<f64>,
+    pub held_out_d: f64,
+    pub kappa: f64,
+    /// Largest |cosine| with another entry of the bench's menu, and which.
+    pub rho: f64,
+    pub rival: String,
+    pub astray: Option<Astray>,
+    /// Channel and time [s, s] of an effect that has a time.
+    pub window: Option<(String, [f64; 2])>,
+    /// Of the true plant, numbers with a prior.
+    pub numbers: Vec<(String, f64)>,
+    /// BLAKE3 of the recordings.
+    pub recordings: Vec<String>,
+    /// Entries of the catalogue times sites of this plant.
+    pub candidates: usize,
+}
+
+/// What the tool is given.
+pub struct Exam {
+    pub plant: Plant,
+    pub recording: Recording,
+    /// Another experiment with the same machine.
+    pub held_out: Option<(Plant, Recording)>,
+    pub without: Vec<String>,
+}
+
+/// A case whose truth is closed: its bytes and their digest.
+pub struct Sealed {
+    pub exam: Exam,
+    pub truth: Vec<u8>,
+    pub digest: String,
+}
+
+/// BLAKE3 in hexadecimal.
+#[must_use]
+pub fn digest(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+fn recording_digest(recording: &Recording) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for channel in &recording.channels {
+        hasher.update(channel.name.as_bytes());
+        for x in channel.time_s.iter().chain(&channel.value) {
+            hasher.update(&x.to_le_bytes());
+        }
+    }
+    hasher.finalize().to_hex().to_string()
+}
