@@ -29,7 +29,7 @@ fn a_plant_that_cannot_be_flown_is_refused_at_its_place() {
     let tank = |key: &str| format!("[modal]\nduration_s = 3.0\n[modal.plant]\nfile = \"tank_1d\"\n{key}\n");
     refused(&tank("set.\"fuel.mas\" = \"3 kg\""), &["wrong.toml:7:", "fuel.mas", "fuel.mass"]);
     refused(
-        &tank("[modal.plant.set]\n\"fuel.damping\" = \"0.1 N*s/m\"\n\"fuel.mass\" = \"3 N\""),
+        &tank("[modal.plant.set]\n\"fuel.damping.x\" = \"0.1 N*s/m\"\n\"fuel.mass\" = \"3 N\""),
         &["wrong.toml:9:", "fuel.mass", "3 N"],
     );
     let hide = "hide = [\n  \"slosh_cubic@tank:fuel stiffness=0.02\",\n  \"slosh_cubik@tank:fuel\",\n]";

@@ -96,7 +96,7 @@ fn a_flight_partition_carries_no_batch_algebra_no_files_and_no_simulator() {
 fn the_simulated_truth_is_known_to_the_source_and_the_desk_alone() {
     let graph = Graph::read();
     let importers = graph.importers("obsid-plant");
-    let allowed = BTreeSet::from(["obsid-sensor-sim", "obsid-console", "obsid-discovery", "obsid-diagnosis"]);
+    let allowed = BTreeSet::from(["obsid-sensor-sim", "obsid-console", "obsid-discovery", "obsid-challenge"]);
     assert!(importers.contains("obsid-sensor-sim") && importers.is_subset(&allowed), "{importers:?}");
 }
 

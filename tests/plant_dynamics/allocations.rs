@@ -13,10 +13,14 @@ use runtime::sys::allocations;
 const STEPS: usize = 60;
 
 fn names() -> Vec<String> {
-    let files = std::fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().path());
-    let mut names: Vec<String> = files.map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned()).collect();
+    let files = |under: &str| -> Vec<String> {
+        let files = std::fs::read_dir(folder().join(under)).unwrap();
+        let names = files.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        names.filter_map(|name| Some(format!("{under}{}", name.strip_suffix(".toml")?))).collect()
+    };
+    let mut names = [files(""), files("rigs/")].concat();
     names.sort();
-    assert!(names.len() >= 16, "{names:?}");
+    assert!(names.len() >= 22, "{names:?}");
     names
 }
 

@@ -58,13 +58,27 @@ pub struct ForceMap {
     pub held_out: Gain,
 }
 
+/// Lower and upper end of both coordinates.
+type Span = [[f64; 2]; 2];
+
+/// The map that leads so far.
+struct Leader {
+    evidence: f64,
+    place: Place,
+    columns: Vec<Vec<f64>>,
+    ridge: Ridge,
+    noise: NoiseModel,
+    span: Span,
+}
+
 /// The map of most evidence about `theta`; `None` where nothing can push.
 pub fn best(engine: &Engine<'_>, board: &Board, theta: &[f64], adapted: &NoiseModel) -> Option<ForceMap> {
     let places = places(board.linears.first()?);
     let noises = ladder(engine, adapted);
-    let mut found: Option<(f64, Place, Vec<Vec<f64>>, Ridge, NoiseModel, [[f64; 2]; 2])> = None;
+    let mut found: Option<Leader> = None;
     for place in &places {
-        let Some((boxed, columns)) = columns(engine, board, place) else { continue };
+        let Some(span) = visited(board, place) else { continue };
+        let columns = columns(engine, board, place, span);
         let extra: Vec<&Vec<f64>> = columns.iter().collect();
         let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
         let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
@@ -72,15 +86,16 @@ pub fn best(engine: &Engine<'_>, board: &Board, theta: &[f64], adapted: &NoiseMo
         for rung in &rungs {
             let Some(ridge) = Ridge::new(rung, samples) else { continue };
             let evidence = null - ridge.objective;
-            if found.as_ref().is_none_or(|best| evidence > best.0) {
-                found = Some((evidence, place.clone(), columns.clone(), ridge, rung.noise.clone(), boxed));
+            if found.as_ref().is_none_or(|best| evidence > best.evidence) {
+                let (place, columns, noise) = (place.clone(), columns.clone(), rung.noise.clone());
+                found = Some(Leader { evidence, place, columns, ridge, noise, span });
             }
         }
     }
-    let (evidence, place, columns, ridge, noise, boxed) = found?;
+    let Leader { evidence, place, columns, ridge, noise, span } = found?;
     let held_out = predicted(engine, board, theta, &columns, &ridge, &noise)?;
     let names = place.states.map(|state| board.linears[0].state_names[state].clone());
-    let cells = ridge.cells(boxed);
+    let cells = ridge.cells(span);
     Some(ForceMap { place, names, cells, evidence, tried: places.len(), held_out })
 }
 
@@ -120,10 +135,10 @@ fn places(linear: &Linear) -> Vec<Place> {
 }
 
 /// Basis functions at `(a, b)` over a box.
-fn basis(boxed: [[f64; 2]; 2], at: [f64; 2], out: &mut [f64]) {
+fn basis(span: Span, at: [f64; 2], out: &mut [f64]) {
     let along = |k: usize, i: usize| {
-        let step = (boxed[k][1] - boxed[k][0]) / (SIDE - 1) as f64;
-        let z = (at[k] - boxed[k][0] - i as f64 * step) / (WIDTH * step);
+        let step = (span[k][1] - span[k][0]) / (SIDE - 1) as f64;
+        let z = (at[k] - span[k][0] - i as f64 * step) / (WIDTH * step);
         libm::exp(-0.5 * z * z)
     };
     for i in 0..SIDE {
@@ -133,9 +148,8 @@ fn basis(boxed: [[f64; 2]; 2], at: [f64; 2], out: &mut [f64]) {
     }
 }
 
-/// The visited box and `−∂ν/∂w` of every basis function; `None` where a coordinate stands still.
-fn columns(engine: &Engine<'_>, board: &Board, place: &Place) -> Option<([[f64; 2]; 2], Vec<Vec<f64>>)> {
-    let boxed = visited(board, place)?;
+/// `−∂ν/∂w` of every basis function over `span`.
+fn columns(engine: &Engine<'_>, board: &Board, place: &Place, span: Span) -> Vec<Vec<f64>> {
     let mut columns = vec![vec![0.0; board.nu.len()]; SIDE * SIDE];
     for (run, linear) in board.linears.iter().enumerate() {
         let timeline = &engine.timelines[run];
@@ -147,8 +161,8 @@ fn columns(engine: &Engine<'_>, board: &Board, place: &Place) -> Option<([[f64; 
         for k in 0..events {
             let at = |states: &[f64]| place.states.map(|s| states[k * x + s]);
             let slot = k * SIDE * SIDE..(k + 1) * SIDE * SIDE;
-            basis(boxed, at(&linear.updated), &mut values[slot.clone()]);
-            basis(boxed, at(&linear.states), &mut ends[slot]);
+            basis(span, at(&linear.updated), &mut values[slot.clone()]);
+            basis(span, at(&linear.states), &mut ends[slot]);
         }
         for (i, column) in columns.iter_mut().enumerate() {
             let mut sources = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
@@ -171,13 +185,13 @@ fn columns(engine: &Engine<'_>, board: &Board, place: &Place) -> Option<([[f64; 
             }
         }
     }
-    Some((boxed, columns))
+    columns
 }
 
-/// The middle 98 % of both coordinates.
-fn visited(board: &Board, place: &Place) -> Option<[[f64; 2]; 2]> {
-    let mut boxed = [[0.0; 2]; 2];
-    for (side, state) in boxed.iter_mut().zip(place.states) {
+/// The middle 98 % of both coordinates; `None` where one stands still.
+fn visited(board: &Board, place: &Place) -> Option<Span> {
+    let mut span = [[0.0; 2]; 2];
+    for (side, state) in span.iter_mut().zip(place.states) {
         let mut values: Vec<f64> = Vec::new();
         for linear in &board.linears {
             values.extend(linear.updated.chunks(linear.state_names.len()).map(|x| x[state]));
@@ -189,7 +203,7 @@ fn visited(board: &Board, place: &Place) -> Option<[[f64; 2]; 2]> {
             return None;
         }
     }
-    Some(boxed)
+    Some(span)
 }
 
 /// Weights with one prior scale, by eigenvectors of their information.
@@ -232,14 +246,14 @@ impl Ridge {
         Some(Self { objective, weights, covariance: factor.inverse(), precision: 1.0 / variance })
     }
 
-    fn cells(&self, boxed: [[f64; 2]; 2]) -> Vec<Cell> {
+    fn cells(&self, span: Span) -> Vec<Cell> {
         let mut phi = vec![0.0; SIDE * SIDE];
         let mut cells = Vec::with_capacity(CELLS * CELLS);
         for i in 0..CELLS {
             for j in 0..CELLS {
                 let share = [i, j].map(|i| i as f64 / (CELLS - 1) as f64);
-                let at = [0, 1].map(|k| boxed[k][0] + share[k] * (boxed[k][1] - boxed[k][0]));
-                basis(boxed, at, &mut phi);
+                let at = [0, 1].map(|k| span[k][0] + share[k] * (span[k][1] - span[k][0]));
+                basis(span, at, &mut phi);
                 let phi = DVector::from_column_slice(&phi);
                 let sigma = phi.dot(&(&self.covariance * &phi)).max(0.0).sqrt();
                 cells.push(Cell { at, force: phi.dot(&self.weights), sigma });

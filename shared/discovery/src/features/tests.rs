@@ -42,7 +42,7 @@ fn with_root_spring(kr: f64) -> Vec<f64> {
 
 fn hz(eigenvalues: &[f64]) -> Vec<f64> {
     let (length, stiffness, mass) = (0.759f64, 114.657_717_5, 2.044_080_34);
-    let unit = (stiffness / mass as f64).sqrt() / (length * length) / core::f64::consts::TAU;
+    let unit = f64::sqrt(stiffness / mass) / (length * length) / core::f64::consts::TAU;
     eigenvalues.iter().map(|z| z * z * unit).collect()
 }
 

@@ -99,9 +99,9 @@ fn an_unknown_space_brings_no_other_report() {
 
 #[test]
 fn a_warning_has_the_unit_of_its_site() {
-    let text = PLANT.replace("force = \"0.2 N*m\"", "force = \"2000 N*m\"");
+    let text = PLANT.replace("force = \"0.2 N*m\"", "force = \"200000 N*m\"");
     let warnings = parse("test.toml", &text).unwrap().warnings;
-    assert!(warnings[0].message.contains("2000 N*m") && !warnings[0].message.contains("J/"), "{}", shown(&warnings));
+    assert!(warnings[0].message.contains("200000 N*m") && !warnings[0].message.contains("J/"), "{}", shown(&warnings));
 }
 
 #[test]

@@ -230,9 +230,9 @@ fn only_a_body_without_parent_is_free() {
 
 #[test]
 fn a_value_beyond_what_is_plausible_is_a_warning() {
-    let text = PLANT.replace("force = \"0.2 N*m\"", "force = \"2000 N*m\"");
+    let text = PLANT.replace("force = \"0.2 N*m\"", "force = \"200000 N*m\"");
     let warnings = parse("test.toml", &text).unwrap().warnings;
-    check_one(&warnings, line_of(&text, "2000 N*m"), &["force = 2000", "joint_coulomb", "plausible"]);
+    check_one(&warnings, line_of(&text, "200000 N*m"), &["force = 200000", "joint_coulomb", "plausible"]);
     assert_eq!(parse("test.toml", PLANT).unwrap().warnings, []);
 }
 
