@@ -18,7 +18,7 @@ use crate::fit::board::dot;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, parallel};
 use crate::score::{Column, Score, scores};
-use crate::statistics::{chi_squared_tail, normal_two_sided};
+use crate::statistics::{chi_squared_quantile, chi_squared_tail};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// One set of effects that came this far.
@@ -60,7 +60,9 @@ pub struct Nominal<'a> {
 }
 
 /// Sets of each size whose likelihood is taken.
-const SHORTLIST: [usize; 3] = [5, 4, 2];
+const SHORTLIST: [usize; SET_MAX] = [5, 4, 2];
+/// Largest set.
+pub const SET_MAX: usize = 3;
 /// Significance, in units of the level, up to which a rung's word is followed up.
 const FOLLOWED: f64 = 10.0;
 /// Family-wise level of the veto among the sets that are looked at.
@@ -83,10 +85,10 @@ pub fn compete(
 ) -> Outcome {
     let samples = libm::log(engine.samples.max(2) as f64);
     let list = shortlist(columns, ranking, samples, alpha);
-    let z_veto = normal_two_sided(VETO_LEVEL / list.len().max(1) as f64);
+    let p_veto = VETO_LEVEL / list.len().max(1) as f64;
     let (parts, threads) = (list.len(), engine.threads);
     let single = Engine { threads: 1, ..engine.clone() };
-    let found = parallel(parts, threads, |i| one(&single, nominal, columns, &list[i], z_veto));
+    let found = parallel(parts, threads, |i| one(&single, nominal, columns, &list[i], p_veto));
     let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective };
     for (contender, without) in found.into_iter().flatten() {
         outcome.null = outcome.null.min(without);
@@ -102,7 +104,7 @@ fn one(
     nominal: &Nominal<'_>,
     columns: &[Column],
     subset: &Subset,
-    z_veto: f64,
+    p_veto: f64,
 ) -> Option<(Contender, f64)> {
     let extra: Vec<&Vec<f64>> = subset.members.iter().flat_map(|c| &columns[*c].raw).collect();
     let search = Search { sweeps: 3, colour: true, scan: false };
@@ -115,7 +117,7 @@ fn one(
     let null = without.min(nominal.objective);
     let (_, amplitude) = board.normal(engine, theta, &noise, &extra).and_then(|normal| normal.minimum())?;
     let amplitudes = signed(columns, subset, amplitude.as_slice())?;
-    let veto = [nominal.noise, &noise].map(|noise| veto(engine, nominal.fit, columns, subset, noise, z_veto));
+    let veto = [nominal.noise, &noise].map(|noise| veto(engine, nominal.fit, columns, subset, noise, p_veto));
     let veto = if veto.contains(&Veto::Passed) { Veto::Passed } else { veto[0] };
     let subset = Subset { amplitudes, ..subset.clone() };
     let parts: Vec<(&Column, &[f64])> =
@@ -169,14 +171,9 @@ impl Outcome {
         self.contenders.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.subset.members.cmp(&b.subset.members)));
     }
 
-    /// The set to adopt: the best that stands; a larger one must beat every smaller one that stands at `alpha`, and every one must
-    /// predict what it was not fitted to better than the one before it (`better`; `None`: the nominal plant).
-    pub fn best(
-        &self,
-        alpha: f64,
-        tried: usize,
-        better: &dyn Fn(Option<&Contender>, &Contender) -> bool,
-    ) -> Option<usize> {
+    /// The set to adopt: the best that stands; a larger one must beat every smaller one that stands at `alpha`, and predict what it was
+    /// not fitted to better than it (`better`).
+    pub fn best(&self, alpha: f64, tried: usize, better: &dyn Fn(&Contender, &Contender) -> bool) -> Option<usize> {
         let mut best: Option<usize> = None;
         for size in 1..=SHORTLIST.len() {
             let own = |i: &usize| self.contenders[*i].subset.members.len() == size && self.contenders[*i].stands(alpha);
@@ -190,7 +187,7 @@ impl Outcome {
                 let p = chi_squared_tail(gained, free as f64) * (tried.max(1) as f64).powi(more);
                 challenger.bic < holder.bic && p < alpha
             });
-            if wins && better(holder, challenger) {
+            if wins && holder.is_none_or(|holder| better(holder, challenger)) {
                 best = Some(i);
             }
         }
@@ -212,13 +209,12 @@ fn shortlist(columns: &[Column], ranking: &Ranking, samples: f64, alpha: f64) ->
                 other.members.iter().zip(&subset.members).all(|(a, b)| law(a, b))
             };
             let known = own.iter().filter(same).count();
-            if p < FOLLOWED * alpha && known == 0 && own.len() < SHORTLIST[size] && subset.bic < least.max(-1e-9) {
+            if p < FOLLOWED * alpha && known == 0 && own.len() < SHORTLIST[size] && subset.bic < least {
                 own.push(subset);
             }
         }
-        let better = own.first().map_or(least, |first| first.bic.min(least));
         // larger sets must beat the best smaller one
-        least = if size == 0 { better } else { least.min(better) };
+        least = own.first().map_or(least, |first| first.bic.min(least));
         list.extend(own.into_iter().cloned());
     }
     list
@@ -241,13 +237,15 @@ fn signed(columns: &[Column], subset: &Subset, flat: &[f64]) -> Option<Vec<Vec<f
 }
 
 /// The robust score of the set's joint direction, whitened by `noise`; it holds whatever the noise is, so any whitening may pass it.
-fn veto(engine: &Engine<'_>, fit: &Fit, columns: &[Column], subset: &Subset, noise: &NoiseModel, level: f64) -> Veto {
+fn veto(engine: &Engine<'_>, fit: &Fit, columns: &[Column], subset: &Subset, noise: &NoiseModel, p: f64) -> Veto {
     let own: Vec<Column> = subset.members.iter().map(|c| columns[*c].clone()).collect();
     let scores: Option<Vec<Score>> = scores(engine, &fit.board, &fit.theta, noise, &own).into_iter().collect();
     let mut residual = [fit.board.nu.clone()];
     let (Some(own), Some(_)) = (scores, fit.board.whiten(engine, noise, &mut residual)) else { return Veto::Vetoed };
     let all: Vec<&Vec<f64>> = own.iter().flat_map(|score| &score.projected).collect();
     let k = all.len();
+    // the joint direction is the best of k
+    let level = chi_squared_quantile(1.0 - p, k as f64).sqrt();
     let matrix = DMatrix::from_fn(k, k, |i, j| dot(all[i], all[j]) * if i == j { 1.0 + 1e-9 } else { 1.0 });
     let right = DVector::from_fn(k, |i, _| dot(all[i], &residual[0]));
     let Some(factor) = Cholesky::new(matrix) else { return Veto::Vetoed };

@@ -17,13 +17,15 @@ pub use report::{
     HeldOutChannel, HeldOutKind, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
 };
 
-use crate::compete::{Contender, Nominal as NominalPlant, Outcome, Ranking, Refit, Veto, compete, rank, weights};
-use crate::filter::NoiseModel;
+use crate::compete::{
+    Contender, Nominal as NominalPlant, Outcome, Ranking, Refit, SET_MAX, Veto, compete, rank, weights,
+};
+use crate::filter::{NoiseModel, gains};
 use crate::fit::Board;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
 use crate::force_map::{self, ForceMap as ForceMapFound};
-use crate::held_out::{BLOCK_S, Gain, Predictor, Status, blocks, free_run, gain};
+use crate::held_out::{BLOCK_S, Gain, Predictor, Status, block_s, blocks, free_run, gain};
 use crate::problem::Problem;
 use crate::score::{Column, Score, candidates, columns, cosine, event_of_sample, scores};
 use plant::description::Plant;
@@ -122,12 +124,15 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();
     let nominal = standing(&engine, &stated)?;
+    let nominal_objective = nominal.objective;
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
     let mut best = nominal;
     let mut adopted: Vec<Adopted> = Vec::new();
     let mut unfitted: Vec<Unfitted> = Vec::new();
     let mut screening = Screening::default();
     let mut smaller = Vec::new();
+    // what noise of another kind gains on the standing plant
+    let mut unknown_noise = 0.0;
     while adopted.len() < options.terms_max && unfitted.is_empty() {
         let done = adopted.len() as f64 / options.terms_max as f64;
         progress("score the catalogue", 0.2 + 0.6 * done);
@@ -140,7 +145,10 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         if first {
             screening = found;
         }
-        let Some(refit) = step.refit else { break };
+        let Some(refit) = step.refit else {
+            unknown_noise = (best.objective - step.null).max(0.0);
+            break;
+        };
         // nearest first: without what this round adds, then its own smaller sets before that
         let mut nearest: Vec<(Vec<Adopted>, Standing)> = Vec::new();
         for (set, refit) in step.smaller {
@@ -171,7 +179,10 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         }
     }
     progress("a force that no law describes", 0.95);
-    let map = remainder(&engine, &best)?;
+    let mut map = remainder(&engine, &best)?;
+    if let Some(map) = &mut map {
+        map.evidence -= unknown_noise;
+    }
     progress("report", 1.0);
     Ok(verdict::conclude(&verdict::Findings {
         engine: &engine,
@@ -182,6 +193,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         screening: &screening,
         noise_p,
         map: map.as_ref(),
+        explained: (nominal_objective - best.objective).max(0.0),
         shown,
         notes,
         alpha: options.alpha,
@@ -257,6 +269,8 @@ struct Step {
     adopted: Vec<Adopted>,
     refit: Option<Refit>,
     unfitted: Vec<Unfitted>,
+    /// Least objective of the plant without them that was met.
+    null: f64,
     /// Smaller sets that stand too, larger ones first: for the case that held-out data do not confirm the one adopted.
     smaller: Vec<(Vec<Adopted>, Refit)>,
 }
@@ -265,20 +279,20 @@ struct Step {
 fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room: usize, options: &Options) -> Step {
     let alpha = NAME_SHARE * options.alpha;
     let (board, theta) = (&best.fit.board, &best.fit.theta);
-    let ranking = rank(engine, board, theta, &found.columns, &best.noise, room);
+    let ranking = rank(engine, board, theta, &found.columns, &best.noise, room.min(SET_MAX));
     let nominal = NominalPlant { fit: &best.fit, noise: &best.noise, objective: best.objective };
     let mut outcome = compete(engine, &nominal, &found.columns, &ranking, alpha);
-    let mut tried: Vec<usize> = Vec::new();
-    let better = |small: Option<&Contender>, large: &Contender| predicts_better(engine, best, small, large);
+    let mut tried: Vec<Vec<usize>> = Vec::new();
+    let better = |small: &Contender, large: &Contender| predicts_better(engine, small, large);
     while let Some(at) = outcome.best(alpha, ranking.tried, &better) {
         let contender = &outcome.contenders[at];
         let refit = contender.refit.clone().expect("only refitted sets stand");
         // once more from the other side: the nominal plant with the noise that suits the set
-        if !tried.contains(&at)
+        if !tried.contains(&contender.subset.members)
             && let Some(null) = nominal_with(engine, best, &refit.noise)
             && null < outcome.null - 1.0
         {
-            tried.push(at);
+            tried.push(contender.subset.members.clone());
             outcome.lower_null(null, ranking.tried, engine.samples);
             continue;
         }
@@ -289,7 +303,7 @@ fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room: usize, op
         }
         let adopted = adopt(found, &outcome, at, &ranking);
         let smaller = smaller(found, &outcome, at, &ranking, alpha);
-        return Step { adopted, refit: Some(refit), unfitted: Vec::new(), smaller };
+        return Step { adopted, refit: Some(refit), unfitted: Vec::new(), null: outcome.null, smaller };
     }
     let lost = outcome.contenders.iter().filter(|c| {
         c.p < alpha && c.veto != Veto::Vetoed && c.refit.is_none() && c.bic < 0.0 && c.subset.members.len() == 1
@@ -300,7 +314,7 @@ fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room: usize, op
         let amplitude = c.subset.amplitudes[0].first().copied().unwrap_or(0.0);
         Some(Unfitted { column: found.columns[column].clone(), score, amplitude, ratio: c.ratio, p: c.p })
     });
-    Step { unfitted: unfitted.collect(), ..Step::default() }
+    Step { unfitted: unfitted.collect(), null: outcome.null, ..Step::default() }
 }
 
 /// The best set of every size below that of contender `at` that stands.
@@ -317,27 +331,19 @@ fn smaller(
     best.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
 }
 
-/// Parts of the recording are predicted from the others better by `large` than by `small` (the standing plant), by more than the
-/// standard error of blocks: the rule of one standard error.
-fn predicts_better(engine: &Engine<'_>, best: &Standing, small: Option<&Contender>, large: &Contender) -> bool {
-    let Some(with) = &large.refit else { return false };
+/// Parts of the recording are predicted from the others better by `large` than by `small`, by more than the standard error of blocks:
+/// the rule of one standard error.
+fn predicts_better(engine: &Engine<'_>, small: &Contender, large: &Contender) -> bool {
+    let (Some(without), Some(with)) = (&small.refit, &large.refit) else { return false };
     let terms = |problem: &Problem, fit: &Fit| {
         let own = Engine::like(engine, problem).ok()?;
         block_terms(&own, &fit.board, &fit.theta, &with.noise)
     };
-    let before = match small.and_then(|small| small.refit.as_ref()) {
-        Some(refit) => terms(&refit.problem, &refit.fit),
-        None => terms(&best.problem, &best.fit),
-    };
+    let before = terms(&without.problem, &without.fit);
     let (Some(before), Some(after)) = (before, terms(&with.problem, &with.fit)) else { return false };
     let differences: Vec<(f64, f64)> = before.0.iter().zip(&after.0).map(|((t, a), (_, b))| (*t, b - a)).collect();
-    let gain = blocks(&differences, BLOCK_S.max(4.0 * engine.timelines[0].period_s).min(block_most_s(engine)));
+    let gain = blocks(&differences, block_s(engine));
     gain.loglik_gain > gain.gain_se
-}
-
-/// Length of a block of which a recording still has thirty.
-fn block_most_s(engine: &Engine<'_>) -> f64 {
-    engine.problem.duration_s() / 30.0
 }
 
 /// The members of contender `at` with their rivals: sets of the same size that differ from it in that member alone.
@@ -349,7 +355,8 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
         .iter()
         .filter(|s| s.members.iter().zip(members).all(|(a, b)| law(*a, *b)))
         .map(|s| s.bic)
-        .fold(winner.bic, f64::min);
+        .fold(f64::INFINITY, f64::min);
+    let on_rung = if on_rung.is_finite() { on_rung } else { winner.bic };
     // likelihoods where they were taken, else the rung's word, relative to the winner's own at the same depth
     let deep = outcome.contenders.iter().map(|c| (&c.subset.members, c.bic - winner.bic));
     let shallow = ranking.sizes[members.len() - 1].iter().map(|s| (&s.members, s.bic - on_rung));
@@ -369,7 +376,7 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
         let mut bic = vec![0.0];
         bic.extend(contested.iter().map(|(_, bic)| *bic));
         let weights = weights(&bic, RIVAL_SPAN);
-        let Some(score) = found.score(*own).or_else(|| found.pairs.first().map(|pair| &pair.1)) else { continue };
+        let Some(score) = found.score(*own) else { continue };
         let rivals = contested.iter().zip(&weights[1..]).map(|((column, bic), weight)| Contested {
             kind: found.columns[*column].candidate.effect.kind,
             site: found.columns[*column].candidate.site.to_string(),
@@ -474,9 +481,21 @@ fn on_recording(
     let after_problem = other.with_plant(&best.plant);
     let before = Engine::new(&before_problem, options.threads).ok()?;
     let after = Engine::like(&before, &after_problem).ok()?;
-    let theta_before = before.start_from(&engine.problem.unknowns, &stated.theta);
-    let theta_after = after.start_from(&best.problem.unknowns, &best.fit.theta);
+    let theta_before = carried(&before, &engine.problem.unknowns, &stated.theta);
+    let theta_after = carried(&after, &best.problem.unknowns, &best.fit.theta);
     compare_on(HeldOutKind::Recording, (&before, stated, &theta_before), (&after, best, &theta_after))
+}
+
+/// Values of shared unknowns of the same name; those of single recordings and segments belong to theirs and stand at their priors.
+fn carried(engine: &Engine<'_>, unknowns: &[crate::problem::Unknown], theta: &[f64]) -> Vec<f64> {
+    let mut carried = engine.start_from(unknowns, theta);
+    let parameters = engine.problem.plant.parameters();
+    for (value, unknown) in carried.iter_mut().zip(&engine.problem.unknowns) {
+        if parameters.iter().any(|p| p.name == unknown.parameter && p.scope != plant::description::Scope::Shared) {
+            *value = unknown.prior;
+        }
+    }
+    carried
 }
 
 /// Blocks of the record, each predicted with parameters from the others: linear in what leaving a block out changes.
@@ -491,7 +510,7 @@ fn on_blocks(
     let before = block_terms(engine, &stated.board, &stated.theta, &best.noise)?;
     let after = block_terms(&after_engine, &best.fit.board, &best.fit.theta, &best.noise)?;
     let differences: Vec<(f64, f64)> = before.0.iter().zip(&after.0).map(|((t, a), (_, b))| (*t, b - a)).collect();
-    let gain = blocks(&differences, BLOCK_S.max(4.0 * engine.timelines[0].period_s).min(block_most_s(engine)));
+    let gain = blocks(&differences, block_s(engine));
     let (_, test) = problem.split(1.0 - 1.0 / FOLDS as f64);
     let test_before = Engine::new(&test, options.threads).ok()?;
     let augmented = test.with_plant(&best.plant);
@@ -510,7 +529,7 @@ fn block_terms(engine: &Engine<'_>, board: &Board, theta: &[f64], noise: &NoiseM
     let times: Vec<f64> = instants_s(engine);
     let fold = |event: usize| event * FOLDS / instants.max(1);
     let n = normal.unknowns;
-    let mut sum = vec![0.0; instants];
+    let mut sum = half_log_determinants(engine, board, noise)?;
     let mut last = theta.to_vec();
     for k in 0..FOLDS {
         let own: Vec<usize> = (0..events.len()).filter(|s| fold(events[*s]) == k).collect();
@@ -533,6 +552,19 @@ fn block_terms(engine: &Engine<'_>, board: &Board, theta: &[f64], noise: &NoiseM
         }
     }
     Some((times.into_iter().zip(sum).collect(), last))
+}
+
+/// `−½ ln |S|` of every instant.
+fn half_log_determinants(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> Option<Vec<f64>> {
+    let mut list = Vec::new();
+    for (linear, timeline) in board.linears.iter().zip(engine.timelines.iter()) {
+        let found = gains(linear, timeline, noise)?;
+        for (k, event) in timeline.events.iter().enumerate().filter(|(_, event)| event.count > 0) {
+            let factor = &found.factor[found.factor_first[k]..];
+            list.push(-(0..event.count).map(|i| libm::log(factor[i * event.count + i])).sum::<f64>());
+        }
+    }
+    Some(list)
 }
 
 /// Time of every instant, runs one behind the other.

@@ -12,7 +12,7 @@ use crate::compete::subsets::{Rung, ladder};
 use crate::filter::{DISTURBANCE, Linear, NoiseModel};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine};
-use crate::held_out::{BLOCK_S, Gain, blocks};
+use crate::held_out::{BLOCK_S, Gain, block_s, blocks};
 use crate::score::event_of_sample;
 use crate::score::forcing::{Sources, respond};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
@@ -224,7 +224,7 @@ impl Ridge {
         if largest <= 0.0 {
             return None;
         }
-        let mut best: Option<(f64, f64)> = None;
+        let mut best: Option<(f64, f64, f64)> = None;
         for step in 0..40 {
             // from a prior that allows nothing to one that is felt nowhere
             let variance = libm::exp(0.5 * (step as f64 - 8.0)) / largest;
@@ -236,14 +236,15 @@ impl Ridge {
             }
             let objective = rung.at(rung.reduced_chi2 - gain, samples) + price;
             if best.is_none_or(|best| objective < best.0) {
-                best = Some((objective, variance));
+                best = Some((objective, variance, gain));
             }
         }
-        let (objective, variance) = best?;
+        let (objective, variance, gain) = best?;
+        let scale = (rung.reduced_chi2 - gain).max(0.0) / samples;
         let n = rung.reduced.nrows();
         let factor = Cholesky::new(&rung.reduced + DMatrix::identity(n, n) / variance)?;
         let weights = factor.solve(&rung.reduced_right);
-        Some(Self { objective, weights, covariance: factor.inverse(), precision: 1.0 / variance })
+        Some(Self { objective, weights, covariance: factor.inverse() * scale, precision: 1.0 / variance })
     }
 
     fn cells(&self, span: Span) -> Vec<Cell> {
@@ -310,6 +311,5 @@ fn predicted(
         times.extend(timeline.events.iter().filter(|event| event.count > 0).map(|event| origin + event.t_s - first));
         origin += timeline.events.last().map_or(0.0, |event| event.t_s - first) + 10.0 * BLOCK_S;
     }
-    let block_s = BLOCK_S.max(4.0 * engine.timelines[0].period_s).min(0.02 * (origin + 1e-9)).max(1e-6);
-    Some(blocks(&times.into_iter().zip(gained).collect::<Vec<_>>(), block_s))
+    Some(blocks(&times.into_iter().zip(gained).collect::<Vec<_>>(), block_s(engine)))
 }

@@ -4,9 +4,10 @@
 //! fit % = 100 (1 − |e| / |y − mean y|) per channel behind that stretch) and the gain in one-step log-likelihood, summed in blocks of 2 s
 //! whose scatter gives its standard error. Above zero by two standard errors: confirmed; below: refused.
 
-use crate::filter::{Frozen, Machine, NoiseModel, gains, initial_sigmas, linearise, whiten};
+use crate::filter::{Frozen, Machine, NoiseModel, gains, initial_sigmas, whiten};
 use crate::fit::Engine;
 use crate::problem::Timeline;
+use crate::statistics::student_two_sided;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use plant::description::Plant;
 use serde::Serialize;
@@ -43,7 +44,9 @@ pub struct Gain {
 
 impl Gain {
     pub fn interval95(&self) -> [f64; 2] {
-        [self.loglik_gain - 1.96 * self.gain_se, self.loglik_gain + 1.96 * self.gain_se]
+        // the spread is that of few blocks
+        let t = student_two_sided(0.05, (self.blocks.max(2) - 1) as f64);
+        [self.loglik_gain - t * self.gain_se, self.loglik_gain + t * self.gain_se]
     }
 
     pub fn status(&self) -> Status {
@@ -69,7 +72,12 @@ pub enum Status {
 pub fn gain(engine: &Engine<'_>, before: Predictor<'_>, after: (&Engine<'_>, Predictor<'_>)) -> Option<Gain> {
     let a = terms(engine, before)?;
     let b = terms(after.0, after.1)?;
-    Some(blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), BLOCK_S))
+    Some(blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(engine)))
+}
+
+/// Length of a block [s]: two seconds, a few samples at least, a thirtieth of the recorded time at most.
+pub fn block_s(engine: &Engine<'_>) -> f64 {
+    BLOCK_S.max(4.0 * engine.timelines[0].period_s).min((engine.problem.duration_s() / 30.0).max(1e-9))
 }
 
 /// Sum and standard error of differences in blocks of time.
@@ -103,15 +111,11 @@ pub fn blocks(differences: &[(f64, f64)], block_s: f64) -> Gain {
 fn terms(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<Vec<(f64, f64)>> {
     let mut list = Vec::new();
     let mut origin = 0.0;
-    for run in 0..engine.timelines.len() {
-        let timeline = &engine.timelines[run];
-        let instance = engine.problem.instance(predictor.plant, predictor.theta, run);
-        let mut machine = Machine::new(engine.problem, run, &instance, timeline).ok()?;
-        let sigmas = initial_sigmas(&instance, &machine.system, &engine.problem.runs[run].initial);
-        let linear = linearise(&mut machine, predictor.noise, &sigmas).ok()?;
-        let found = gains(&linear, timeline, predictor.noise)?;
+    let linears = engine.linearise(predictor.plant, predictor.theta, predictor.noise).ok()?;
+    for (linear, timeline) in linears.iter().zip(engine.timelines.iter()) {
+        let found = gains(linear, timeline, predictor.noise)?;
         let mut r = linear.nu.clone();
-        whiten(&linear, timeline, &found, &mut [&mut r]);
+        whiten(linear, timeline, &found, &mut [&mut r]);
         let first = timeline.events.first().map_or(0.0, |event| event.t_s);
         let mut last = first;
         for (k, event) in timeline.events.iter().enumerate().filter(|(_, event)| event.count > 0) {

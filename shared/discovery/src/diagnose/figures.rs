@@ -30,9 +30,11 @@ pub(super) fn figures(
     let (Some(b), Some(a)) = (whitened(before), whitened((&best.fit.board, &best.noise))) else {
         return Figures::default();
     };
+    // evidence under one noise: louder noise is none
+    let fair = whitened((before.0, &best.noise)).unwrap_or_else(|| b.clone());
     Figures {
         tiles: tiles(engine, &b, &a),
-        evidence: evidence(engine, &b, &a, adopted),
+        evidence: evidence(engine, &fair, &a, adopted),
         force_maps: map.map(|map| state_map(engine, map)).into_iter().collect(),
         angles: angles(screening),
         overlays: Vec::new(),

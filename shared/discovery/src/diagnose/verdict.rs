@@ -20,6 +20,8 @@ pub(super) struct Findings<'a> {
     pub screening: &'a Screening,
     pub noise_p: f64,
     pub map: Option<&'a ForceMap>,
+    /// Decrease of `−2 ln p` by all adopted effects.
+    pub explained: f64,
     pub shown: Shown,
     pub notes: Vec<String>,
     pub alpha: f64,
@@ -116,7 +118,7 @@ fn located(engine: &Engine<'_>, map: &ForceMap, alpha: f64) -> Where {
 }
 
 fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
-    let explained: f64 = findings.adopted.iter().map(|a| a.d * a.d).fold(0.0, f64::max);
+    let explained = if findings.adopted.is_empty() { 0.0 } else { findings.explained };
     if let Some(map) = remainder(findings).filter(|map| explained < NAMED_SHARE * (explained + map.evidence)) {
         let names = format!("{} and {}", map.names[0], map.names[1]);
         let reason = format!(

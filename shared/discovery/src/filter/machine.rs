@@ -158,6 +158,11 @@ impl<'a> Machine<'a> {
         system.derivative(ws, t_s, x, u, out);
     }
 
+    /// Every channel lags as it does in `other`.
+    pub fn same_lags(&self, other: &Machine<'_>) -> bool {
+        self.sensors.iter().zip(&other.sensors).all(|(a, b)| a.lag == b.lag)
+    }
+
     /// Commands of this plant are filtered on their way.
     pub fn filters_inputs(&self) -> bool {
         !self.rows.is_empty()

@@ -110,7 +110,8 @@ fn forced(
             *raw = -change / (SMALL * large);
         }
     }
-    Some(any.then_some((raw, large)))
+    // what does nothing this small may do something at its size
+    any.then_some(Some((raw, large)))
 }
 
 /// Distance of two sets of sources per amplitude, relative to the larger.

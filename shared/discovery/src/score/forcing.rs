@@ -23,6 +23,7 @@ pub struct Sources {
 /// The machines differ in numbers alone: same states, same lags, same commands.
 pub fn comparable(base: &Machine<'_>, other: &Machine<'_>) -> bool {
     base.layout == other.layout
+        && base.same_lags(other)
         && base.x0 == other.x0
         && !other.filters_inputs()
         && !base.filters_inputs()
