@@ -123,6 +123,9 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let stated = fit(&engine, &problem.plant, &engine.prior(), &engine.noise, 4).map_err(|error| error.to_string())?;
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();
+    if options.repeat.is_some() {
+        notes.push("the repeated recording was read, but weighs nothing in this verdict yet".to_owned());
+    }
     let nominal = standing(&engine, &stated)?;
     let nominal_objective = nominal.objective;
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
