@@ -1,8 +1,8 @@
 //! How much of an effect a recording shows: d, what the nominal numbers absorb, and how like its rivals it is.
 //!
 //! The noise-free record with the effect, less the one without it under the same command, whitened ([`crate::whiten`]), is fitted by the
-//! sensitivities of all numbers that have a prior (which is a row of its own) and of the initial state (free); three chord steps follow
-//! the curvature. `d²` is what no numbers explain; `kappa = 1 − d² / d₀²` what they do. It is the noncentrality of a test that knows the
+//! sensitivities of all numbers that have a prior (which is a row of its own) and of the initial state (free); chord steps follow the
+//! curvature until they bring nothing more. `d²` is what no numbers explain; `kappa = 1 − d² / d₀²` what they do. It is the noncentrality of a test that knows the
 //! effect's direction and the right noise: the ideal. Approximations: sensitivities are those of the nominal record; a quantiser is noise.
 
 use crate::bench::{Bench, coordinates};
@@ -18,6 +18,15 @@ use nalgebra::{DMatrix, DVector};
 const SHARE: f64 = 0.1;
 /// Change of an initial coordinate over which a sensitivity is taken [rad or m, per second].
 const INITIAL: f64 = 1e-4;
+
+/// Chord steps, and halvings of each.
+const STEPS: usize = 12;
+const HALVINGS: i32 = 4;
+/// Share of the cost that ends the descent: two percent of d².
+const GAIN: f64 = 0.02;
+
+/// Cost, numbers and what is left.
+type Point = (f64, DVector<f64>, DVector<f64>);
 
 /// A machine with `list` hidden in it.
 #[must_use]
@@ -146,31 +155,44 @@ impl<'a> Lab<'a> {
         residual.norm_squared() + beta.rows(0, self.priors.len()).norm_squared()
     }
 
-    /// What `list` leaves behind; `steps` chord steps of re-simulation (none: linear).
-    #[must_use]
-    pub fn realised(&self, list: &[(Hidden, Seat)], steps: usize) -> Realised {
-        let with = self.run(list, &self.numbers, &self.experiment);
-        let mut beta = DVector::zeros(self.jacobian.ncols());
-        let mut residual = match &self.base {
-            Some(base) => self.difference(&with, base),
-            None => self.difference(&with, &self.moved(&beta, &with.command)),
-        };
-        let raw = residual.norm_squared();
-        let first = self.step(&residual, &beta);
-        let linear = &residual - &self.jacobian * &first;
-        let mut best = (self.cost(&linear, &first), first.clone(), linear);
-        if steps > 0 {
-            best = (raw, beta.clone(), residual.clone());
-        }
-        for _ in 0..steps {
-            beta += self.step(&residual, &beta);
-            residual = self.difference(&with, &self.moved(&beta, &with.command));
-            let cost = self.cost(&residual, &beta);
-            if cost.is_nan() || cost > best.0 {
+    /// Chord steps, each halved until the cost falls.
+    fn descend(&self, with: &Trace, mut best: Point) -> Point {
+        for _ in 0..STEPS {
+            let (cost, beta, residual) = &best;
+            let step = self.step(residual, beta);
+            let tried = (0..HALVINGS).find_map(|halvings| {
+                let beta = beta + &step * 0.5f64.powi(halvings);
+                let residual = self.difference(with, &self.moved(&beta, &with.command));
+                let tried = self.cost(&residual, &beta);
+                (tried < *cost).then_some((tried, beta, residual))
+            });
+            let Some(better) = tried else { break };
+            let done = best.0 - better.0 < GAIN * best.0;
+            best = better;
+            if done {
                 break;
             }
-            best = (cost, beta.clone(), residual.clone());
         }
+        best
+    }
+
+    /// What `list` leaves behind; `curved`: by re-simulation, until another step gains less than [`GAIN`] of what is left.
+    #[must_use]
+    pub fn realised(&self, list: &[(Hidden, Seat)], curved: bool) -> Realised {
+        let with = self.run(list, &self.numbers, &self.experiment);
+        let start = DVector::zeros(self.jacobian.ncols());
+        let residual = match &self.base {
+            Some(base) => self.difference(&with, base),
+            None => self.difference(&with, &self.moved(&start, &with.command)),
+        };
+        let raw = residual.norm_squared();
+        let best = if curved {
+            self.descend(&with, (raw, start, residual))
+        } else {
+            let first = self.step(&residual, &start);
+            let linear = &residual - &self.jacobian * &first;
+            (self.cost(&linear, &first), first, linear)
+        };
         let (cost, beta, direction) = best;
         let spread = self.factor.as_ref().map(nalgebra::Cholesky::inverse);
         let sigma = |i: usize| spread.as_ref().map_or(1.0, |spread| spread[(i, i)].max(0.0).sqrt());

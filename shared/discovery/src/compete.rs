@@ -116,7 +116,7 @@ fn one(
     let without = maximise(engine, board, theta, &[], &noise, search).map_or(nominal.objective, |found| found.1);
     let null = without.min(nominal.objective);
     let (_, amplitude) = board.normal(engine, theta, &noise, &extra).and_then(|normal| normal.minimum())?;
-    let amplitudes = signed(columns, subset, amplitude.as_slice())?;
+    let amplitudes = signed(columns, subset, &amplitude)?;
     let veto = [nominal.noise, &noise].map(|noise| veto(engine, nominal.fit, columns, subset, noise, p_veto));
     let veto = if veto.contains(&Veto::Passed) { Veto::Passed } else { veto[0] };
     let subset = Subset { amplitudes, ..subset.clone() };

@@ -27,7 +27,7 @@ pub use machine::{Frozen, Machine};
 pub use noise_model::NoiseModel;
 pub use whiten::whiten;
 
-use plant::description::{Actuator, ActuatorKind, Initial, JointKind, Plant, Quantity};
+use plant::description::{Actuator, ActuatorKind, Initial, JointKind, Plant, Quantity, TankModel};
 
 /// Places of the parts of z.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -144,13 +144,17 @@ pub fn initial_sigmas(plant: &Plant, system: &plant::system::System, initial: &I
         // an angle of a free body is stated as a rotation vector, its tangent is one too
         quantity.sigma
     };
-    let _ = plant;
-    names.iter().map(|(name, unit)| stated(name).unwrap_or_else(|| wide(name, unit))).collect()
+    names.iter().map(|(name, unit)| stated(name).unwrap_or_else(|| wide(plant, name, unit))).collect()
 }
 
-fn wide(name: &str, unit: &str) -> f64 {
+/// Largest free motion of a slosh mass [m] or a mode [√kg m] that nobody stated.
+const FREE_MOTION: f64 = 0.3;
+
+fn wide(plant: &Plant, name: &str, unit: &str) -> f64 {
     match (name.split(':').next().unwrap_or(""), unit) {
-        ("tank", _) | ("mode", _) => 0.3,
+        // as much kinetic as potential energy: a slow mass at the rate of a fast one would leave the linear model at once
+        ("tank" | "mode", _) if name.ends_with(".rate") => FREE_MOTION * natural_rate_rad_s(plant, name).unwrap_or(1.0),
+        ("tank" | "mode", _) => FREE_MOTION,
         ("wheel", _) => 100.0,
         (_, "m") => 10.0,
         (_, "m/s") => 5.0,
@@ -159,6 +163,23 @@ fn wide(name: &str, unit: &str) -> f64 {
         // hidden states of effects start at zero
         _ => 1e-6,
     }
+}
+
+/// Natural frequency of the tank (its stiffest direction) or mode that a state belongs to.
+fn natural_rate_rad_s(plant: &Plant, state: &str) -> Option<f64> {
+    let site = state.split(':').nth(1)?.split('.').next()?;
+    let of_mode = plant.appendages.iter().flat_map(|appendage| &appendage.modes).find(|mode| mode.name == site);
+    let tank = || {
+        let tank = plant.tanks.iter().find(|tank| tank.name == site)?;
+        match &tank.model {
+            TankModel::Spring { stiffness_n_m, .. } => {
+                let stiffest = stiffness_n_m.iter().map(|k| k.value).fold(0.0, f64::max);
+                Some((stiffest / tank.mass_kg.value).sqrt())
+            }
+            TankModel::Pendulum { .. } => None,
+        }
+    };
+    of_mode.map(|mode| core::f64::consts::TAU * mode.frequency_hz.value).or_else(tank).filter(|rate| rate.is_finite())
 }
 
 /// Name and unit of each number of a small change of state: those of the state; a quaternion's three are turns.

@@ -5,6 +5,7 @@
 //! `ln p = −½ (Σ ln |S| + |r|² + |θ − θ₀|²_prior)`, the parameters being maximised along.
 
 pub mod board;
+pub mod bounded;
 pub mod engine;
 pub mod noise;
 

@@ -16,6 +16,7 @@ pub mod filter;
 pub mod fit;
 pub mod force_map;
 pub mod held_out;
+pub mod next_experiment;
 pub mod problem;
 pub mod score;
 pub mod series;

@@ -13,10 +13,13 @@
 pub mod candidates;
 mod columns;
 pub(crate) mod forcing;
+mod lines;
+pub mod refine;
 pub(crate) mod robust;
 
 pub use candidates::{Candidate, candidates};
 pub use columns::{Column, columns};
+pub use lines::{Lines, lines};
 pub use robust::Robust;
 
 use crate::filter::NoiseModel;

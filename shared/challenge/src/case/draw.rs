@@ -150,7 +150,7 @@ fn choose(lab: &Lab<'_>, class: Class, planned: f64, draw: &mut Draw) -> Chosen 
         if first.as_ref().is_some_and(|(e, ..)| e.kind == entry.kind || e.site == entry.site && e.seat == entry.seat) {
             continue;
         }
-        let Some((hidden, found)) = scale(lab, entry, &shaped(entry, draw), planned, 3) else { continue };
+        let Some((hidden, found)) = scale(lab, entry, &shaped(entry, draw), planned) else { continue };
         let one = Chosen {
             list: vec![(hidden.clone(), entry.seat)],
             realised: vec![found.clone()],
@@ -226,7 +226,7 @@ pub fn case(seed: u64, case: u64) -> Sealed {
         (chosen, near)
     });
     let (chosen, (rho, rival)) = chosen.unwrap_or_default();
-    let held_out_d = if chosen.list.is_empty() { 0.0 } else { other.lab().realised(&chosen.list, 2).d };
+    let held_out_d = if chosen.list.is_empty() { 0.0 } else { other.lab().realised(&chosen.list, true).d };
     let recording = setup.record(&chosen.list, "recording");
     let held_out = other.record(&chosen.list, "held_out");
     let left_out = class == Class::LeftOut;

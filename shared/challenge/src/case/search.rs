@@ -21,7 +21,7 @@ pub fn shaped(entry: &Entry, draw: &mut Draw) -> Hidden {
 }
 
 /// Scales `hidden` until it realises `planned` to 10 %; `None` where it cannot within half of that.
-pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64, steps: usize) -> Option<(Hidden, Realised)> {
+pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64) -> Option<(Hidden, Realised)> {
     let (_, start, limit) = entry.amplitude;
     // a lag or a gear much faster than anything here costs time and shows nothing
     let least = start / 30.0;
@@ -29,7 +29,7 @@ pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64, steps:
     let mut amplitude = hidden.amplitude();
     for round in 0..ROUNDS {
         let trial = hidden.scaled(amplitude);
-        let found = lab.realised(&[(trial.clone(), entry.seat)], if round == 0 { 0 } else { steps });
+        let found = lab.realised(&[(trial.clone(), entry.seat)], round > 0);
         if !found.d.is_finite() {
             amplitude *= 0.1;
             continue;
@@ -37,7 +37,7 @@ pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64, steps:
         let ratio = planned / found.d.max(1e-6);
         let at_limit = amplitude.abs() >= limit && ratio > 1.0 || amplitude.abs() <= least && ratio < 1.0;
         let near = (ratio - 1.0).abs() < 0.1;
-        if round > 0 || steps == 0 {
+        if round > 0 {
             best = Some((trial, found));
         }
         if (near && best.is_some()) || at_limit {
@@ -52,7 +52,7 @@ pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64, steps:
 pub fn rival(lab: &Lab<'_>, own: &Hidden, direction: &Realised, draw: &mut Draw) -> (f64, String) {
     let mut most = (0.0, String::new());
     for entry in lab.bench.menu.iter().filter(|e| e.kind != own.kind || e.site != own.site) {
-        let rival = lab.realised(&[(shaped(entry, draw), entry.seat)], 0);
+        let rival = lab.realised(&[(shaped(entry, draw), entry.seat)], false);
         let rho = cosine(&direction.direction, &rival.direction).abs();
         if rho > most.0 {
             most = (rho, format!("{}@{}", entry.kind, entry.site));

@@ -21,7 +21,7 @@ pub struct Refit {
 }
 
 /// Relinearisations of a refit.
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 8;
 
 /// Fits `nominal` plus all `parts` (column, amplitudes along its directions); a start that comes below `good` ends the search.
 pub fn refit_all(

@@ -14,6 +14,7 @@
 
 use super::refit::free_numbers;
 use crate::filter::NoiseModel;
+use crate::fit::bounded::bounded;
 use crate::fit::{Board, Engine, parallel};
 use crate::score::Column;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -26,6 +27,8 @@ pub(crate) struct Rung {
     /// All of them: unknowns first, then columns.
     matrix: DMatrix<f64>,
     right: DVector<f64>,
+    /// Room of each unknown down and up [prior standard deviations].
+    room: Vec<[f64; 2]>,
     /// Columns with the unknowns projected off.
     pub reduced: DMatrix<f64>,
     pub reduced_right: DVector<f64>,
@@ -51,7 +54,7 @@ pub struct Subset {
 #[derive(Clone, Debug, Default)]
 pub struct Ranking {
     pub sizes: Vec<Vec<Subset>>,
-    /// Columns that took part.
+    /// Points of grids that the columns were picked from.
     pub tried: usize,
 }
 
@@ -77,7 +80,7 @@ pub fn rank(
 ) -> Ranking {
     let noises = ladder(engine, adapted);
     let chosen = choose(engine, board, theta, columns, &noises);
-    let layout = Layout::new(engine, theta, columns, chosen);
+    let layout = Layout::new(engine, columns, chosen);
     let raw: Vec<&Vec<f64>> = layout.groups.iter().flat_map(|g| &columns[g.column].raw).collect();
     let rungs: Vec<Rung> =
         parallel(noises.len(), engine.threads, |i| Rung::new(engine, board, theta, &raw, &noises[i]))
@@ -110,7 +113,7 @@ pub fn rank(
             if size == 1 { last } else { quick.into_iter().take(EXTENDED).map(|(_, set)| set).collect() };
         last = layout.extended(&seeds);
     }
-    Ranking { sizes, tried: columns.len() }
+    Ranking { sizes, tried: columns.iter().map(|column| column.candidate.tries).sum() }
 }
 
 /// Noise from adapted to stated, geometrically.
@@ -138,8 +141,6 @@ struct Layout {
     unknowns: usize,
     groups: Vec<Group>,
     same_law: Vec<Vec<bool>>,
-    /// Room of each unknown down and up [prior standard deviations].
-    room: Vec<[f64; 2]>,
 }
 
 struct Group {
@@ -154,7 +155,7 @@ struct Group {
 }
 
 impl Layout {
-    fn new(engine: &Engine<'_>, theta: &[f64], columns: &[Column], chosen: Vec<usize>) -> Self {
+    fn new(engine: &Engine<'_>, columns: &[Column], chosen: Vec<usize>) -> Self {
         let mut groups = Vec::with_capacity(chosen.len());
         let mut width = 0;
         for column in chosen {
@@ -166,9 +167,7 @@ impl Layout {
         }
         let law = |a: &Group, b: &Group| columns[a.column].candidate.same_law(&columns[b.column].candidate);
         let same_law = groups.iter().map(|a| groups.iter().map(|b| law(a, b)).collect()).collect();
-        let unknowns = &engine.problem.unknowns;
-        let room = unknowns.iter().zip(theta).map(|(u, t)| [(u.low - t) / u.sigma, (u.high - t) / u.sigma]).collect();
-        Self { unknowns: unknowns.len(), groups, same_law, room }
+        Self { unknowns: engine.problem.unknowns.len(), groups, same_law }
     }
 
     /// Each seed with one more group of another law, sorted, once.
@@ -236,14 +235,15 @@ impl Rung {
         let (u, width) = (normal.unknowns, extra.len());
         let chi2 = normal.chi2 + crate::fit::board::prior_chi2(engine, theta);
         let log_determinant = normal.objective - chi2 + engine.disturbance_price(noise);
-        let (matrix, right) = (normal.matrix, normal.right);
+        let (matrix, right, room) = (normal.matrix, normal.right, normal.room);
         let factor = Cholesky::new(matrix.view((0, 0), (u, u)).into_owned())?;
         let across = factor.l().solve_lower_triangular(&matrix.view((0, u), (u, width)).into_owned())?;
         let own = factor.l().solve_lower_triangular(&right.rows(0, u).into_owned())?;
         let reduced = matrix.view((u, u), (width, width)) - across.tr_mul(&across);
         let reduced_right = right.rows(u, width) - across.tr_mul(&own);
         let reduced_chi2 = chi2 - own.dot(&own);
-        Some(Self { noise: noise.clone(), log_determinant, chi2, matrix, right, reduced, reduced_right, reduced_chi2 })
+        let noise = noise.clone();
+        Some(Self { noise, log_determinant, chi2, matrix, right, room, reduced, reduced_right, reduced_chi2 })
     }
 
     /// `−2 ln p` with the scale of the noise maximised, for a decrease of χ².
@@ -354,43 +354,8 @@ impl Judge<'_> {
     /// χ² and amplitudes; an unknown that would leave its range is held at its edge.
     fn solve(&self, rung: &Rung, set: &[usize]) -> Option<(f64, Vec<f64>)> {
         let u = self.layout.unknowns;
-        let mut places: Vec<usize> = (0..u).collect();
-        places.extend(self.layout.places(set).iter().map(|p| u + p));
-        let mut held: Vec<Option<f64>> = vec![None; u];
-        for _ in 0..4 {
-            let free: Vec<usize> = places.iter().copied().filter(|p| *p >= u || held[*p].is_none()).collect();
-            let fixed: Vec<(usize, f64)> = (0..u).filter_map(|i| Some((i, held[i]?))).collect();
-            let right = |p: usize| rung.right[p] - fixed.iter().map(|(i, v)| rung.matrix[(p, *i)] * v).sum::<f64>();
-            let k = free.len();
-            let scale: Vec<f64> = free.iter().map(|p| 1.0 / rung.matrix[(*p, *p)].max(1e-300).sqrt()).collect();
-            let matrix = DMatrix::from_fn(k, k, |i, j| {
-                rung.matrix[(free[i], free[j])] * scale[i] * scale[j] * if i == j { 1.0 + 1e-11 } else { 1.0 }
-            });
-            let b = DVector::from_fn(k, |i, _| right(free[i]) * scale[i]);
-            let solved = Cholesky::new(matrix)?.solve(&b);
-            let mut again = false;
-            for (p, (s, scale)) in free.iter().zip(solved.iter().zip(&scale)).filter(|(p, _)| **p < u) {
-                let [low, high] = self.layout.room[*p];
-                let step = s * scale;
-                if step < low - 1e-9 || step > high + 1e-9 {
-                    held[*p] = Some(step.clamp(low, high));
-                    again = true;
-                }
-            }
-            if !again {
-                // χ² at the solution: χ² − 2 bᵀx + xᵀMx over all, the held ones included
-                let held_part: f64 = fixed
-                    .iter()
-                    .map(|(i, v)| {
-                        let cross: f64 = fixed.iter().map(|(j, w)| rung.matrix[(*i, *j)] * w).sum();
-                        v * (cross - 2.0 * rung.right[*i])
-                    })
-                    .sum();
-                let chi2 = rung.chi2 + held_part - solved.dot(&b);
-                let amplitudes = free.iter().zip(solved.iter().zip(&scale)).filter(|(p, _)| **p >= u);
-                return Some((chi2, amplitudes.map(|(_, (s, scale))| s * scale).collect()));
-            }
-        }
-        None
+        let places: Vec<usize> = (0..u).chain(self.layout.places(set).into_iter().map(|p| u + p)).collect();
+        let (decrease, mut x) = bounded(&rung.matrix, &rung.right, &rung.room, &places)?;
+        Some((rung.chi2 - decrease, x.split_off(u)))
     }
 }

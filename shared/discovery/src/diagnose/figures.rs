@@ -151,9 +151,9 @@ fn state_map(engine: &Engine<'_>, map: &force_map::ForceMap) -> ForceMap {
 
 /// Cosines among the candidates of largest score, one of each law.
 fn angles(screening: &Screening) -> Angles {
-    let mut order: Vec<usize> = (0..screening.pairs.len()).collect();
-    order.sort_by(|a, b| screening.pairs[*b].1.statistic.total_cmp(&screening.pairs[*a].1.statistic));
-    let candidate = |i: usize| &screening.columns[screening.pairs[i].1.column].candidate;
+    let mut order: Vec<usize> = (0..screening.scores.len()).collect();
+    order.sort_by(|a, b| screening.scores[*b].statistic.total_cmp(&screening.scores[*a].statistic));
+    let candidate = |i: usize| &screening.columns[screening.scores[i].column].candidate;
     let mut chosen: Vec<usize> = Vec::new();
     for i in order {
         if chosen.len() < ANGLES && !chosen.iter().any(|c| candidate(*c).same_law(candidate(i))) {
@@ -161,7 +161,7 @@ fn angles(screening: &Screening) -> Angles {
         }
     }
     let name = |i: &usize| format!("{}@{}", candidate(*i).effect.kind, candidate(*i).site);
-    let row = |i: &usize| chosen.iter().map(|j| cosine(&screening.pairs[*i].1, &screening.pairs[*j].1)).collect();
+    let row = |i: &usize| chosen.iter().map(|j| cosine(&screening.scores[*i], &screening.scores[*j])).collect();
     Angles { names: chosen.iter().map(name).collect(), cosine: chosen.iter().map(row).collect() }
 }
 

@@ -2,12 +2,16 @@
 
 use super::evidence::{locate, whiteness_p};
 use super::figures::figures;
+use super::next::{Next, next, posterior};
 use super::report::*;
-use super::{Adopted, Screening, Shown, Standing, Unfitted, status};
+use super::screening::Screening;
+use super::showing::Shown;
+use super::{Adopted, Standing, Unfitted, status};
 use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
 use crate::force_map::ForceMap;
 use crate::held_out::Status;
+use crate::score::Score;
 use crate::statistics::chi_squared_tail;
 use plant::description::SiteKind;
 
@@ -86,6 +90,11 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     }
     if diagnosis.verdict != Verdict::NotInCatalogue {
         diagnosis.augmented_plant = augmented(findings);
+        match next(engine, findings.best, findings.adopted) {
+            Next::NothingOpen => {}
+            Next::Scenario(text) => diagnosis.next_experiment = Some(text),
+            Next::Never(why) => diagnosis.notes.push(why),
+        }
     }
     diagnosis
 }
@@ -175,7 +184,19 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
         );
         return (Verdict::NoiseModel, reason);
     }
+    if !observable(findings) {
+        let reason =
+            "no effect of the catalogue would show here at the size that is usual for it: excite more, or measure more";
+        return (Verdict::Unobservable, reason.to_owned());
+    }
     (Verdict::None, "nothing is missing that this recording could show; see the detection limits".to_owned())
+}
+
+/// Some effect of the catalogue would stand at its usual size.
+fn observable(findings: &Findings<'_>) -> bool {
+    let columns = &findings.screening.columns;
+    let usual = |score: &Score| columns[score.column].candidate.effect.parameters[0].default.abs();
+    findings.screening.scores.iter().any(|score| usual(score) > score.limit)
 }
 
 /// What changed most between stated and adapted noise, in words.
@@ -286,7 +307,7 @@ fn nominal(findings: &Findings<'_>) -> Vec<Nominal> {
 fn limits(findings: &Findings<'_>) -> Vec<DetectionLimit> {
     let mut list: Vec<DetectionLimit> = Vec::new();
     let plant = &findings.engine.problem.plant;
-    for (_, score) in &findings.screening.pairs {
+    for score in &findings.screening.scores {
         let candidate = &findings.screening.columns[score.column].candidate;
         let (kind, site) = (candidate.effect.kind, candidate.site.to_string());
         if let Some(known) = list.iter_mut().find(|known| known.kind == kind && known.site == site) {
@@ -327,17 +348,5 @@ fn augmented(findings: &Findings<'_>) -> Option<String> {
     if findings.adopted.is_empty() || status(findings.shown.gain.as_ref()) != Status::Confirmed {
         return None;
     }
-    let best = findings.best;
-    let mut plant = best.plant.clone();
-    let values: Vec<(&str, f64, f64)> = (best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma)))
-        .filter(|(unknown, _)| unknown.recording.is_none())
-        .map(|(unknown, (value, sigma))| (unknown.parameter.as_str(), *value, *sigma))
-        .collect();
-    plant.visit_quantities(&mut |name, _, quantity| {
-        if let Some((_, value, sigma)) = values.iter().find(|(known, _, _)| *known == name) {
-            quantity.value = *value;
-            quantity.sigma = Some(sigma.max(f64::MIN_POSITIVE));
-        }
-    });
-    Some(plant::file::write(&plant))
+    Some(plant::file::write(&posterior(findings.best)))
 }

@@ -1,6 +1,7 @@
 //! The linear problem about one point: innovations, columns of sensitivities, and what any noise makes of them.
 
 use super::FitError;
+use super::bounded::bounded;
 use super::engine::{Engine, parallel};
 use crate::filter::{Linear, NoiseModel, gains, whiten};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -28,6 +29,8 @@ pub struct Normal {
     /// `|r|²` and with `Σ ln |S|` and the prior's share the objective, at the present point.
     pub chi2: f64,
     pub objective: f64,
+    /// Room of each unknown down and up [prior standard deviations].
+    pub room: Vec<[f64; 2]>,
 }
 
 /// Step of the differences in prior standard deviations, and in posterior ones where these are known.
@@ -143,6 +146,8 @@ impl Normal {
             matrix[(i, i)] += 1.0;
             right[i] += (unknown.prior - theta[i]) / unknown.sigma;
         }
+        let own = engine.problem.unknowns.iter().zip(theta).take(unknowns);
+        let room = own.map(|(u, t)| [((u.low - t) / u.sigma).min(0.0), ((u.high - t) / u.sigma).max(0.0)]).collect();
         let chi2 = dot(&r, &r);
         let objective = chi2 + log_determinant + prior_chi2(engine, theta);
         (objective.is_finite() && matrix.iter().all(|v: &f64| v.is_finite())).then_some(Self {
@@ -153,6 +158,7 @@ impl Normal {
             right,
             chi2,
             objective,
+            room,
         })
     }
 
@@ -195,19 +201,11 @@ impl Normal {
         None
     }
 
-    /// Least objective over unknowns and extra columns (linear), and the extra columns' coefficients.
-    pub fn minimum(&self) -> Option<(f64, DVector<f64>)> {
-        // scaled so that extra columns of any unit are harmless
-        let n = self.matrix.nrows();
-        let scale: Vec<f64> = (0..n).map(|i| 1.0 / self.matrix[(i, i)].max(1e-300).sqrt()).collect();
-        let scaled = DMatrix::from_fn(n, n, |i, j| {
-            self.matrix[(i, j)] * scale[i] * scale[j] * if i == j { 1.0 + 1e-12 } else { 1.0 }
-        });
-        let right = DVector::from_fn(n, |i, _| self.right[i] * scale[i]);
-        let solved = Cholesky::new(scaled)?.solve(&right);
-        let least = self.objective - solved.dot(&right);
-        let extra = DVector::from_fn(n - self.unknowns, |i, _| solved[self.unknowns + i] * scale[self.unknowns + i]);
-        Some((least, extra))
+    /// Least objective over unknowns and extra columns (linear), unknowns within their ranges, and the extra columns' coefficients.
+    pub fn minimum(&self) -> Option<(f64, Vec<f64>)> {
+        let places: Vec<usize> = (0..self.matrix.nrows()).collect();
+        let (decrease, mut x) = bounded(&self.matrix, &self.right, &self.room, &places)?;
+        Some((self.objective - decrease, x.split_off(self.unknowns)))
     }
 
     /// Posterior standard deviations of the unknowns.

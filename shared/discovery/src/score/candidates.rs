@@ -1,5 +1,6 @@
 //! The catalogue laid out over a plant: every effect at every site, with grids for the numbers inside its law.
 
+use super::Lines;
 use crate::filter::Linear;
 use crate::problem::Problem;
 use plant::description::{Plant, Site, SiteKind, Space};
@@ -17,6 +18,8 @@ pub struct Candidate {
     /// The amplitude cannot be negative.
     pub one_sided: bool,
     pub high: f64,
+    /// Points that this one was picked from.
+    pub tries: usize,
 }
 
 impl core::fmt::Debug for Candidate {
@@ -75,6 +78,10 @@ struct Setting<'a> {
     begin_s: f64,
     period_s: f64,
     motion: &'a dyn Fn(&Site) -> Option<Motion>,
+    /// Lines of the innovations that a site can be the cause of [Hz].
+    lines: &'a dyn Fn(&Site) -> Vec<f64>,
+    /// Frequencies among which the lines were found.
+    looked: usize,
     planar: bool,
 }
 
@@ -89,15 +96,22 @@ pub fn candidates(
     plant: &Plant,
     linears: &[Linear],
     period_s: f64,
+    found: &Lines,
     without: &[String],
 ) -> Vec<Candidate> {
     let motion = |site: &Site| motion(plant, linears, site);
+    let lines = |site: &Site| {
+        let channel = plant.sensors.iter().position(|sensor| site.kind == SiteKind::Sensor && sensor.name == site.name);
+        channel.and_then(|c| found.channels.get(c)).unwrap_or(&found.pooled).clone()
+    };
     let run = &problem.runs[0];
     let setting = Setting {
         duration_s: run.end_s - run.begin_s,
         begin_s: run.begin_s,
         period_s,
         motion: &motion,
+        lines: &lines,
+        looked: found.looked,
         planar: plant.space == Space::Planar,
     };
     let mut list = Vec::new();
@@ -120,7 +134,10 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     let motion = (setting.motion)(site);
     let mut grid: Vec<Vec<(&'static str, f64)>> = vec![Vec::new()];
     for parameter in effect.parameters.iter().skip(effect.amplitudes.max(1)).filter(|p| !ANGLES.contains(&p.name)) {
-        let points = points(effect, parameter, setting, motion);
+        let mut points = points(effect, parameter, setting, motion);
+        if parameter.name == "frequency" && points.len() > 1 {
+            points.extend((setting.lines)(site).into_iter().map(|f| f.clamp(parameter.low, parameter.high)));
+        }
         grid = grid
             .into_iter()
             .flat_map(|inner| points.iter().map(move |value| [inner.clone(), vec![(parameter.name, *value)]].concat()))
@@ -128,6 +145,7 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     }
     let directions = directions(effect, setting.planar);
     for inner in grid {
+        let picked = inner.iter().any(|(name, value)| *name == "frequency" && (setting.lines)(site).contains(value));
         let first = &effect.parameters[0];
         let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes <= 1;
         list.push(Candidate {
@@ -137,6 +155,7 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             directions: directions.clone(),
             one_sided,
             high: first.high,
+            tries: if picked { setting.looked.max(1) / (setting.lines)(site).len().max(1) } else { 1 },
         });
     }
 }

@@ -1,0 +1,177 @@
+//! One round of the search: which set of effects joins the plant, and what could stand in its place.
+
+use super::screening::Screening;
+use super::showing::block_terms;
+use super::{Adopted, Contested, NAME_SHARE, Options, RIVAL_SPAN, Standing, Unfitted};
+use crate::compete::{Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Veto, compete, rank, weights};
+use crate::filter::NoiseModel;
+use crate::fit::noise::{Search, maximise};
+use crate::fit::{Engine, Fit, fit};
+use crate::held_out::{block_s, blocks};
+use crate::problem::Problem;
+use crate::score::{Column, cosine};
+
+/// What one round of the search found.
+#[derive(Default)]
+pub(super) struct Step {
+    pub adopted: Vec<Adopted>,
+    pub refit: Option<Refit>,
+    pub unfitted: Vec<Unfitted>,
+    /// Least objective of the plant without them that was met.
+    pub null: f64,
+    /// Smaller sets that stand too, larger ones first: for the case that held-out data do not confirm the one adopted.
+    pub smaller: Vec<(Vec<Adopted>, Refit)>,
+}
+
+/// The next set of effects, if any stands, and those that are significant but could not be fitted.
+pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room: usize, options: &Options) -> Step {
+    let alpha = NAME_SHARE * options.alpha;
+    let (board, theta) = (&best.fit.board, &best.fit.theta);
+    let ranking = rank(engine, board, theta, &found.columns, &best.noise, room.min(SET_MAX));
+    let nominal = Nominal { fit: &best.fit, noise: &best.noise, objective: best.objective };
+    let mut outcome = compete(engine, &nominal, &found.columns, &ranking, alpha);
+    let mut tried: Vec<Vec<usize>> = Vec::new();
+    let better = |small: &Contender, large: &Contender| predicts_better(engine, small, large);
+    while let Some(at) = outcome.best(alpha, ranking.tried, &better) {
+        let contender = &outcome.contenders[at];
+        let refit = contender.refit.clone().expect("only refitted sets stand");
+        // once more from the other side: the nominal plant with the noise that suits the set
+        if !tried.contains(&contender.subset.members)
+            && let Some(null) = nominal_with(engine, best, &refit.noise)
+            && null < outcome.null - 1.0
+        {
+            tried.push(contender.subset.members.clone());
+            outcome.lower_null(null, ranking.tried, engine.samples);
+            continue;
+        }
+        if contender.subset.members.iter().any(|c| vanishes(&refit, &found.columns[*c])) {
+            // what was gained was the noise's, or the other members'
+            outcome.contenders.remove(at);
+            continue;
+        }
+        let adopted = adopt(found, &outcome, at, &ranking);
+        let smaller = smaller(found, &outcome, at, &ranking, alpha);
+        return Step { adopted, refit: Some(refit), unfitted: Vec::new(), null: outcome.null, smaller };
+    }
+    let lost = outcome.contenders.iter().filter(|c| {
+        c.p < alpha && c.veto != Veto::Vetoed && c.refit.is_none() && c.bic < 0.0 && c.subset.members.len() == 1
+    });
+    let unfitted = lost.filter_map(|c| {
+        let column = c.subset.members[0];
+        let score = found.score(column)?.clone();
+        let amplitude = c.subset.amplitudes[0].first().copied().unwrap_or(0.0);
+        Some(Unfitted { column: found.columns[column].clone(), score, amplitude, ratio: c.ratio, p: c.p })
+    });
+    Step { unfitted: unfitted.collect(), null: outcome.null, ..Step::default() }
+}
+
+/// The best set of every size below that of contender `at` that stands.
+fn smaller(
+    found: &Screening,
+    outcome: &Outcome,
+    at: usize,
+    ranking: &Ranking,
+    alpha: f64,
+) -> Vec<(Vec<Adopted>, Refit)> {
+    let size = |c: &Contender| c.subset.members.len();
+    let sizes = (1..size(&outcome.contenders[at])).rev();
+    let best = sizes.filter_map(|own| outcome.contenders.iter().position(|c| size(c) == own && c.stands(alpha)));
+    best.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
+}
+
+/// Parts of the recording are predicted from the others better by `large` than by `small`, by more than the standard error of blocks:
+/// the rule of one standard error.
+fn predicts_better(engine: &Engine<'_>, small: &Contender, large: &Contender) -> bool {
+    let (Some(without), Some(with)) = (&small.refit, &large.refit) else { return false };
+    let terms = |problem: &Problem, fit: &Fit| {
+        let own = Engine::like(engine, problem).ok()?;
+        block_terms(&own, &fit.board, &fit.theta, &with.noise)
+    };
+    let before = terms(&without.problem, &without.fit);
+    let (Some(before), Some(after)) = (before, terms(&with.problem, &with.fit)) else { return false };
+    let differences: Vec<(f64, f64)> = before.0.iter().zip(&after.0).map(|((t, a), (_, b))| (*t, b - a)).collect();
+    let gain = blocks(&differences, block_s(engine));
+    gain.loglik_gain > gain.gain_se
+}
+
+/// The members of contender `at` with their rivals: sets of the same size that differ from it in that member alone.
+fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> Vec<Adopted> {
+    let winner = &outcome.contenders[at];
+    let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
+    let members = &winner.subset.members;
+    let on_rung = ranking.sizes[members.len() - 1]
+        .iter()
+        .filter(|s| s.members.iter().zip(members).all(|(a, b)| law(*a, *b)))
+        .map(|s| s.bic)
+        .fold(f64::INFINITY, f64::min);
+    let on_rung = if on_rung.is_finite() { on_rung } else { winner.bic };
+    // likelihoods where they were taken, else the rung's word, relative to the winner's own at the same depth
+    let deep = outcome.contenders.iter().map(|c| (&c.subset.members, c.bic - winner.bic));
+    let shallow = ranking.sizes[members.len() - 1].iter().map(|s| (&s.members, s.bic - on_rung));
+    let all: Vec<(&Vec<usize>, f64)> = deep.chain(shallow).filter(|(set, _)| set.len() == members.len()).collect();
+    let mut list = Vec::with_capacity(members.len());
+    for own in members {
+        let others: Vec<usize> = members.iter().copied().filter(|m| m != own).collect();
+        let mut contested: Vec<(usize, f64)> = Vec::new();
+        for (set, bic) in &all {
+            let rest: Vec<usize> = set.iter().copied().filter(|s| !others.iter().any(|o| law(*s, *o))).collect();
+            let [instead] = rest[..] else { continue };
+            let known = contested.iter().any(|(c, _)| law(*c, instead));
+            if !law(instead, *own) && !known && *bic <= RIVAL_SPAN {
+                contested.push((instead, bic.max(0.0)));
+            }
+        }
+        let mut bic = vec![0.0];
+        bic.extend(contested.iter().map(|(_, bic)| *bic));
+        let weights = weights(&bic, RIVAL_SPAN);
+        let Some(score) = found.score(*own) else { continue };
+        let rivals = contested.iter().zip(&weights[1..]).map(|((column, bic), weight)| Contested {
+            candidate: found.columns[*column].candidate.clone(),
+            kind: found.columns[*column].candidate.effect.kind,
+            site: found.columns[*column].candidate.site.to_string(),
+            weight: *weight,
+            bic: *bic,
+            cosine: found.score(*column).map_or(0.0, |other| cosine(score, other)),
+        });
+        let rivals = rivals.collect();
+        let (p, d) = (winner.p, winner.ratio.max(0.0).sqrt());
+        list.push(Adopted {
+            column: found.columns[*own].clone(),
+            score: score.clone(),
+            p,
+            d,
+            weight: weights[0],
+            rivals,
+        });
+    }
+    list
+}
+
+pub(super) fn stand(refit: &Refit) -> Standing {
+    Standing {
+        plant: refit.plant.clone(),
+        problem: refit.problem.clone(),
+        fit: refit.fit.clone(),
+        noise: refit.noise.clone(),
+        objective: refit.objective,
+    }
+}
+
+/// Least objective of the standing plant from another start of the noise, its parameters fitted again under it.
+fn nominal_with(engine: &Engine<'_>, best: &Standing, noise: &NoiseModel) -> Option<f64> {
+    let search = Search { sweeps: 2, colour: true, scan: false };
+    let (noise, objective) = maximise(engine, &best.fit.board, &best.fit.theta, &[], noise, search)?;
+    let again = fit(engine, &best.plant, &best.fit.theta, &noise, 2).ok();
+    let refitted = again.and_then(|again| maximise(engine, &again.board, &again.theta, &[], &noise, search));
+    Some(refitted.map_or(objective, |(_, refitted)| refitted.min(objective)))
+}
+
+/// The amplitude of an effect is within two of its standard errors of nothing.
+fn vanishes(refit: &Refit, column: &Column) -> bool {
+    let effect = column.candidate.effect;
+    let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
+    let amplitudes = effect.parameters.iter().take(effect.amplitudes.max(1)).map(|p| format!("{prefix}{}", p.name));
+    let place = |name: String| refit.problem.unknowns.iter().position(|unknown| unknown.parameter == name);
+    let mut found = amplitudes.filter_map(place);
+    !found.any(|at| refit.fit.theta[at].abs() > 2.0 * refit.fit.sigma[at])
+}

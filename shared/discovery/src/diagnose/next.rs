@@ -1,0 +1,92 @@
+//! What to fly when a name stays open: the pair in question, the menu, and the words that go with it.
+
+use super::{Adopted, Contested, Standing};
+use crate::fit::Engine;
+use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
+use crate::problem::{Drive, Problem};
+use plant::description::Plant;
+
+/// Weight of the first name above which nothing is open.
+const OPEN: f64 = 0.9;
+/// Entries of the menu that are told.
+const TOLD: usize = 5;
+
+/// The scenario that separates the most open name from its strongest rival, or why there is none.
+pub(super) enum Next {
+    NothingOpen,
+    /// A plant file whose commands are the experiment.
+    Scenario(String),
+    /// No entry of the menu separates the two.
+    Never(String),
+}
+
+pub(super) fn next(engine: &Engine<'_>, best: &Standing, adopted: &[Adopted]) -> Next {
+    let open = adopted.iter().filter(|own| own.weight < OPEN);
+    let Some((own, rival)) = open
+        .min_by(|a, b| a.weight.total_cmp(&b.weight))
+        .and_then(|own| Some((own, own.rivals.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))?)))
+    else {
+        return Next::NothingOpen;
+    };
+    let plant = posterior(best);
+    let problem = engine.problem;
+    let flown: Vec<f64> = (0..plant.actuators.len()).map(|index| largest(problem, index)).collect();
+    let question = Question {
+        plant: &plant,
+        first: &own.column.candidate,
+        amplitude: &own.score.amplitude,
+        second: &rival.candidate,
+        duration_s: problem.runs[0].end_s - problem.runs[0].begin_s,
+        flown: &flown,
+    };
+    in_words(own, rival, &menu(&question, engine.threads))
+}
+
+fn in_words(own: &Adopted, rival: &Contested, menu: &[Experiment]) -> Next {
+    let first = &own.column.candidate;
+    let pair = format!("{}@{} from {}@{}", first.effect.kind, first.site, rival.kind, rival.site);
+    let list: Vec<String> = menu.iter().take(TOLD).map(|entry| format!("{} ({:.1})", entry.name, entry.d)).collect();
+    let list = list.join(", ");
+    match menu.first().filter(|best| best.d >= SEPARATES) {
+        Some(best) => Next::Scenario(format!(
+            "# Next experiment: {}, {} s. Expected to separate {pair} by {:.1} standard errors.\n\
+             # Menu within the stated limits, standard errors in brackets: {list}.\n\
+             # The file simulates; its commands are the profile.\n{}",
+            best.name,
+            best.duration_s,
+            best.d,
+            plant::file::write(&best.plant)
+        )),
+        None if menu.is_empty() => Next::Never(format!(
+            "nothing can be flown that would separate {pair}: the plant states no free input with a range, no loop and no initial state"
+        )),
+        None => Next::Never(format!(
+            "no experiment of the menu separates {pair}: standard errors expected {list}; another sensor or another place would"
+        )),
+    }
+}
+
+/// The plant with the numbers of the fit and their standard deviations.
+pub(super) fn posterior(best: &Standing) -> Plant {
+    let mut plant = best.plant.clone();
+    let values: Vec<(&str, f64, f64)> = (best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma)))
+        .filter(|(unknown, _)| unknown.recording.is_none())
+        .map(|(unknown, (value, sigma))| (unknown.parameter.as_str(), *value, *sigma))
+        .collect();
+    plant.visit_quantities(&mut |name, _, quantity| {
+        if let Some((_, value, sigma)) = values.iter().find(|(known, _, _)| *known == name) {
+            quantity.value = *value;
+            quantity.sigma = Some(sigma.max(f64::MIN_POSITIVE));
+        }
+    });
+    plant
+}
+
+/// Largest command of an actuator in the recordings; NaN where it was not recorded.
+fn largest(problem: &Problem, actuator: usize) -> f64 {
+    let recorded = problem.runs.iter().filter_map(|run| match &run.drives[actuator] {
+        Drive::Held { value, .. } => Some(value.iter().fold(0.0f64, |most, u| most.max(u.abs()))),
+        _ => None,
+    });
+    recorded.fold(f64::NAN, f64::max)
+}

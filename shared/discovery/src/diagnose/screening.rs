@@ -1,0 +1,64 @@
+//! Every effect at every site with its score: grids first, then the best numbers of what looks promising.
+
+use super::{Options, Standing};
+use crate::fit::Engine;
+use crate::score::refine::refined;
+use crate::score::{Candidate, Column, Lines, Score, candidates, columns, lines, scores};
+
+/// Columns and their scores under the adapted noise.
+#[derive(Default)]
+pub(super) struct Screening {
+    pub columns: Vec<Column>,
+    pub scores: Vec<Score>,
+}
+
+impl Screening {
+    /// Score of a column.
+    pub fn score(&self, column: usize) -> Option<&Score> {
+        self.scores.iter().find(|score| score.column == column)
+    }
+}
+
+pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, notes: &mut Vec<String>) -> Screening {
+    let (board, theta) = (&best.fit.board, &best.fit.theta);
+    let period_s = engine.timelines[0].period_s;
+    let lines = longest(engine, best);
+    let mut list = candidates(engine.problem, &best.plant, &board.linears, period_s, &lines, &options.without);
+    thin(engine, options, &mut list, notes);
+    let mut all = columns(engine, board, &best.plant, theta, &list);
+    let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
+    all.extend(refined(engine, board, &best.plant, theta, &best.noise, (&all, &found)));
+    let scores = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
+    Screening { columns: all, scores }
+}
+
+/// Lines of the innovations of the longest run.
+fn longest(engine: &Engine<'_>, best: &Standing) -> Lines {
+    let runs = best.fit.board.linears.iter().zip(engine.timelines.iter());
+    let longest = runs.max_by_key(|(linear, _)| linear.nu.len());
+    longest.map_or_else(Lines::default, |(linear, timeline)| lines(linear, timeline, engine.noise.sensor_sigma.len()))
+}
+
+/// Bounds the work: whole laws stay, points of their grids go.
+fn thin(engine: &Engine<'_>, options: &Options, list: &mut Vec<Candidate>, notes: &mut Vec<String>) {
+    let steps: f64 = engine.timelines.iter().flat_map(|t| &t.events).map(|event| event.steps as f64).sum();
+    let most = ((options.steps_max / (2.0 * steps.max(1.0))) as usize).max(20);
+    if list.len() <= most {
+        return;
+    }
+    let keep = most as f64 / list.len() as f64;
+    notes.push(format!("grids were thinned to {:.0} % to bound the work", 100.0 * keep));
+    let mut seen: Vec<String> = Vec::new();
+    let mut count = 0.0;
+    list.retain(|candidate| {
+        let name = format!("{}@{}", candidate.effect.kind, candidate.site);
+        let fresh = !seen.contains(&name);
+        if fresh {
+            seen.push(name);
+        }
+        count += keep;
+        let due = count >= 1.0;
+        count -= if due { 1.0 } else { 0.0 };
+        fresh || due
+    });
+}

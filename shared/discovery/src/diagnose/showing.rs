@@ -1,0 +1,183 @@
+//! What data that were not fitted say: another recording, else parts of this one predicted from the others.
+
+use super::report::{HeldOutKind, Overlay};
+use super::{Options, Standing, figures};
+use crate::filter::{NoiseModel, gains};
+use crate::fit::bounded::bounded;
+use crate::fit::{Board, Engine, Fit};
+use crate::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, free_run, gain};
+use crate::problem::{Problem, Unknown};
+use crate::score::event_of_sample;
+
+/// Parts of a recording, each of which is predicted from the others, where no other recording is given.
+const FOLDS: usize = 8;
+
+/// What held-out data say: kind, free runs before and after, gain, and whiteness.
+pub(super) struct Shown {
+    pub kind: HeldOutKind,
+    pub before: Vec<ChannelFit>,
+    pub after: Vec<ChannelFit>,
+    pub gain: Option<Gain>,
+    pub compare: Vec<ChannelFit>,
+    pub overlays: Vec<Overlay>,
+}
+
+pub(super) fn held_out(
+    problem: &Problem,
+    engine: &Engine<'_>,
+    stated: &Fit,
+    best: &Standing,
+    nothing: bool,
+    options: &Options,
+) -> Shown {
+    let nominal = Predictor { plant: &stated.plant, theta: &stated.theta, noise: &engine.noise };
+    let compare = free_run(engine, nominal);
+    let none = |compare| {
+        let (before, after, overlays) = (Vec::new(), Vec::new(), Vec::new());
+        Shown { kind: HeldOutKind::None, before, after, gain: None, compare, overlays }
+    };
+    if nothing {
+        return none(compare);
+    }
+    let shown = match &options.held_out {
+        Some(other) => on_recording(other, engine, stated, best, options),
+        None => on_blocks(problem, engine, stated, best, options),
+    };
+    match shown {
+        Some((kind, before, after, gain, overlays)) => Shown { kind, before, after, gain, compare, overlays },
+        None => none(compare),
+    }
+}
+
+/// Time and log-likelihood of every instant.
+type Terms = Vec<(f64, f64)>;
+type Free = Vec<ChannelFit>;
+type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Vec<Overlay>);
+
+/// Parameters as fitted; those of single recordings at their priors.
+fn on_recording(
+    other: &Problem,
+    engine: &Engine<'_>,
+    stated: &Fit,
+    best: &Standing,
+    options: &Options,
+) -> Option<ShownParts> {
+    let before_problem = other.with_plant(&stated.plant);
+    let after_problem = other.with_plant(&best.plant);
+    let before = Engine::new(&before_problem, options.threads).ok()?;
+    let after = Engine::like(&before, &after_problem).ok()?;
+    let theta_before = carried(&before, &engine.problem.unknowns, &stated.theta);
+    let theta_after = carried(&after, &best.problem.unknowns, &best.fit.theta);
+    compare_on(HeldOutKind::Recording, (&before, stated, &theta_before), (&after, best, &theta_after))
+}
+
+/// Values of shared unknowns of the same name; those of single recordings and segments belong to theirs and stand at their priors.
+fn carried(engine: &Engine<'_>, unknowns: &[Unknown], theta: &[f64]) -> Vec<f64> {
+    let mut carried = engine.start_from(unknowns, theta);
+    let parameters = engine.problem.plant.parameters();
+    for (value, unknown) in carried.iter_mut().zip(&engine.problem.unknowns) {
+        if parameters.iter().any(|p| p.name == unknown.parameter && p.scope != plant::description::Scope::Shared) {
+            *value = unknown.prior;
+        }
+    }
+    carried
+}
+
+/// Blocks of the record, each predicted with parameters from the others: linear in what leaving a block out changes.
+fn on_blocks(
+    problem: &Problem,
+    engine: &Engine<'_>,
+    stated: &Fit,
+    best: &Standing,
+    options: &Options,
+) -> Option<ShownParts> {
+    let after_engine = Engine::like(engine, &best.problem).ok()?;
+    let before = block_terms(engine, &stated.board, &stated.theta, &best.noise)?;
+    let after = block_terms(&after_engine, &best.fit.board, &best.fit.theta, &best.noise)?;
+    let differences: Vec<(f64, f64)> = before.0.iter().zip(&after.0).map(|((t, a), (_, b))| (*t, b - a)).collect();
+    let gain = blocks(&differences, block_s(engine));
+    let (_, test) = problem.split(1.0 - 1.0 / FOLDS as f64);
+    let test_before = Engine::new(&test, options.threads).ok()?;
+    let augmented = test.with_plant(&best.plant);
+    let test_after = Engine::like(&test_before, &augmented).ok()?;
+    let nominal = Predictor { plant: &stated.plant, theta: &before.1, noise: &best.noise };
+    let with = Predictor { plant: &best.plant, theta: &after.1, noise: &best.noise };
+    let overlays = figures::overlays((&test_before, nominal), (&test_after, with));
+    Some((HeldOutKind::Blocks, free_run(&test_before, nominal), free_run(&test_after, with), Some(gain), overlays))
+}
+
+/// Log-likelihood of every instant with parameters from the other folds, and the parameters without the last fold.
+pub(super) fn block_terms(
+    engine: &Engine<'_>,
+    board: &Board,
+    theta: &[f64],
+    noise: &NoiseModel,
+) -> Option<(Terms, Vec<f64>)> {
+    let normal = board.normal(engine, theta, noise, &[])?;
+    let events = event_of_sample(engine);
+    let instants = events.last().map_or(0, |last| last + 1);
+    let times: Vec<f64> = instants_s(engine);
+    let fold = |event: usize| event * FOLDS / instants.max(1);
+    let n = normal.unknowns;
+    let mut sum = half_log_determinants(engine, board, noise)?;
+    let mut last = theta.to_vec();
+    for k in 0..FOLDS {
+        let own: Vec<usize> = (0..events.len()).filter(|s| fold(events[*s]) == k).collect();
+        let (mut matrix, mut right) = (normal.matrix.clone(), normal.right.clone());
+        for i in 0..n {
+            for j in 0..n {
+                matrix[(i, j)] -= own.iter().map(|s| normal.columns[i][*s] * normal.columns[j][*s]).sum::<f64>();
+            }
+            right[i] -= own.iter().map(|s| normal.columns[i][*s] * normal.r[*s]).sum::<f64>();
+        }
+        let (_, step) = bounded(&matrix, &right, &normal.room, &(0..n).collect::<Vec<_>>())?;
+        for s in own {
+            let r = normal.r[s] - (0..n).map(|i| normal.columns[i][s] * step[i]).sum::<f64>();
+            sum[events[s]] -= 0.5 * r * r;
+        }
+        if k + 1 == FOLDS {
+            for (i, unknown) in engine.problem.unknowns.iter().enumerate() {
+                last[i] = (theta[i] + step[i] * unknown.sigma).clamp(unknown.low, unknown.high);
+            }
+        }
+    }
+    Some((times.into_iter().zip(sum).collect(), last))
+}
+
+/// `−½ ln |S|` of every instant.
+fn half_log_determinants(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> Option<Vec<f64>> {
+    let mut list = Vec::new();
+    for (linear, timeline) in board.linears.iter().zip(engine.timelines.iter()) {
+        let found = gains(linear, timeline, noise)?;
+        for (k, event) in timeline.events.iter().enumerate().filter(|(_, event)| event.count > 0) {
+            let factor = &found.factor[found.factor_first[k]..];
+            list.push(-(0..event.count).map(|i| libm::log(factor[i * event.count + i])).sum::<f64>());
+        }
+    }
+    Some(list)
+}
+
+/// Time of every instant, runs one behind the other.
+fn instants_s(engine: &Engine<'_>) -> Vec<f64> {
+    let mut times = Vec::new();
+    let mut origin = 0.0;
+    for timeline in engine.timelines.iter() {
+        let first = timeline.events.first().map_or(0.0, |event| event.t_s);
+        times.extend(timeline.events.iter().filter(|event| event.count > 0).map(|event| origin + event.t_s - first));
+        origin += timeline.events.last().map_or(0.0, |event| event.t_s - first) + 10.0 * BLOCK_S;
+    }
+    times
+}
+
+fn compare_on(
+    kind: HeldOutKind,
+    (before, stated, theta_before): (&Engine<'_>, &Fit, &[f64]),
+    (after, best, theta_after): (&Engine<'_>, &Standing, &[f64]),
+) -> Option<ShownParts> {
+    // one noise for both, the augmented plant's: else the gain is that of a noise model
+    let nominal = Predictor { plant: &stated.plant, theta: theta_before, noise: &best.noise };
+    let augmented = Predictor { plant: &best.plant, theta: theta_after, noise: &best.noise };
+    let gain = gain(before, nominal, (after, augmented));
+    let overlays = figures::overlays((before, nominal), (after, augmented));
+    Some((kind, free_run(before, nominal), free_run(after, augmented), gain, overlays))
+}

@@ -1,0 +1,139 @@
+//! The numbers inside a law, moved from the points of their grid to where the score is largest.
+//!
+//! A grid only starts: a tone between two of its frequencies, a step between two of its times leaves nothing in either column. Every
+//! promising law steps from its best point, one number at a time, by half its neighbours' distance and less, all laws side by side.
+//! The largest of correlated scores is what significance is taken of: the number of points counts ([`Candidate::tries`]).
+
+use super::{Candidate, Column, Score, columns, scores};
+use crate::filter::NoiseModel;
+use crate::fit::{Board, Engine};
+use plant::description::Plant;
+
+/// Halvings of the step.
+const LEVELS: usize = 5;
+/// Statistic from which a law is worth the work, and laws that are refined.
+const WORTH: f64 = 9.0;
+const LAWS: usize = 12;
+/// Gain of the statistic that is worth a column of its own.
+const GAINED: f64 = 0.5;
+
+/// What is moved: by addition (times) or by a factor (everything else); the first step.
+fn step_of(candidate: &Candidate, name: &str, value: f64, duration_s: f64) -> Option<Step> {
+    // whole numbers once a turn, and limits of a stop that lies where the motion ends
+    let whole = name == "order" && candidate.effect.kind == "encoder_ripple";
+    match name {
+        "begin" => Some(Step::Shift(duration_s / 16.0)),
+        "duration" => Some(Step::Factor(4.0)),
+        "frequency" if value > 0.0 => Some(Step::Factor(1.0 + 0.5 / (duration_s * value))),
+        "order" if !whole => Some(Step::Factor(1.1)),
+        "stribeck_rate" | "half_gap" | "yield" | "presliding" | "decay" | "time_constant" | "orbit_rate"
+            if value > 0.0 =>
+        {
+            Some(Step::Factor(2.0))
+        }
+        _ => None,
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Step {
+    Shift(f64),
+    Factor(f64),
+}
+
+impl Step {
+    fn halved(self) -> Self {
+        match self {
+            Step::Shift(by) => Step::Shift(0.5 * by),
+            Step::Factor(by) => Step::Factor(by.sqrt()),
+        }
+    }
+
+    fn neighbours(self, value: f64) -> [f64; 2] {
+        match self {
+            Step::Shift(by) => [value - by, value + by],
+            Step::Factor(by) => [value / by, value * by],
+        }
+    }
+}
+
+/// A law on its way up.
+struct Climb {
+    column: Column,
+    statistic: f64,
+    begun_at: f64,
+    steps: Vec<(usize, Step)>,
+}
+
+/// Columns of promising laws at better numbers than the grid's; empty where none is better.
+///
+/// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS`] columns.
+pub fn refined(
+    engine: &Engine<'_>,
+    board: &Board,
+    plant: &Plant,
+    theta: &[f64],
+    noise: &NoiseModel,
+    (list, found): (&[Column], &[Score]),
+) -> Vec<Column> {
+    let run = &engine.problem.runs[0];
+    let duration_s = run.end_s - run.begin_s;
+    let mut climbs = starts(list, found, duration_s);
+    for _ in 0..LEVELS {
+        let proposals: Vec<Vec<Candidate>> = climbs.iter().map(|climb| proposed(climb, duration_s)).collect();
+        let flat: Vec<Candidate> = proposals.iter().flatten().cloned().collect();
+        let tried = columns(engine, board, plant, theta, &flat);
+        let judged = scores(engine, board, theta, noise, &tried);
+        for climb in &mut climbs {
+            let own = |column: &Column| column.candidate.same_law(&climb.column.candidate);
+            let better = judged.iter().flatten().filter(|s| own(&tried[s.column]));
+            let best = better.max_by(|a, b| a.statistic.total_cmp(&b.statistic));
+            match best.filter(|best| best.statistic > climb.statistic) {
+                Some(best) => (climb.column, climb.statistic) = (tried[best.column].clone(), best.statistic),
+                None => climb.steps.iter_mut().for_each(|(_, step)| *step = step.halved()),
+            }
+        }
+    }
+    climbs.into_iter().filter(|climb| climb.statistic > climb.begun_at + GAINED).map(|climb| climb.column).collect()
+}
+
+/// The best point of every promising law that has numbers to move.
+fn starts(list: &[Column], found: &[Score], duration_s: f64) -> Vec<Climb> {
+    let mut order: Vec<&Score> = found.iter().filter(|score| score.statistic > WORTH).collect();
+    order.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
+    let mut climbs: Vec<Climb> = Vec::new();
+    for score in order {
+        let candidate = &list[score.column].candidate;
+        let numbers = candidate.inner.iter().enumerate();
+        let steps: Vec<(usize, Step)> =
+            numbers.filter_map(|(i, (name, value))| Some((i, step_of(candidate, name, *value, duration_s)?))).collect();
+        let known = climbs.iter().any(|climb| climb.column.candidate.same_law(candidate));
+        if climbs.len() < LAWS && !steps.is_empty() && !known {
+            let (column, statistic) = (list[score.column].clone(), score.statistic);
+            climbs.push(Climb { column, statistic, begun_at: statistic, steps });
+        }
+    }
+    climbs
+}
+
+/// Neighbours of a law's present point, one number moved in each.
+fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
+    let candidate = &climb.column.candidate;
+    let mut list = Vec::with_capacity(2 * climb.steps.len());
+    for (i, step) in &climb.steps {
+        let (name, value) = candidate.inner[*i];
+        let range =
+            candidate.effect.parameters.iter().find(|p| p.name == name).map_or([value, value], |p| [p.low, p.high]);
+        // what lasts beyond the end has no neighbours but by lasting less
+        let value = if name == "duration" { value.min(duration_s) } else { value };
+        for moved in step.neighbours(value) {
+            let moved = moved.clamp(range[0], range[1]);
+            if moved != value {
+                let mut next = candidate.clone();
+                next.inner[*i].1 = moved;
+                list.push(next);
+            }
+        }
+    }
+    list
+}
