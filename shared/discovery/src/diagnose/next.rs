@@ -8,6 +8,8 @@ use plant::description::Plant;
 
 /// Weight of the first name above which nothing is open.
 const OPEN: f64 = 0.9;
+/// Cosine above which two effects show the same.
+const TWIN: f64 = 0.9999;
 /// Entries of the menu that are told.
 const TOLD: usize = 5;
 
@@ -22,9 +24,8 @@ pub(super) enum Next {
 
 pub(super) fn next(engine: &Engine<'_>, best: &Standing, adopted: &[Adopted]) -> Next {
     let open = adopted.iter().filter(|own| own.weight < OPEN);
-    let Some((own, rival)) = open
-        .min_by(|a, b| a.weight.total_cmp(&b.weight))
-        .and_then(|own| Some((own, own.rivals.iter().max_by(|a, b| a.weight.total_cmp(&b.weight))?)))
+    let Some((own, rival)) =
+        open.min_by(|a, b| a.weight.total_cmp(&b.weight)).and_then(|own| Some((own, strongest(own)?)))
     else {
         return Next::NothingOpen;
     };
@@ -40,6 +41,12 @@ pub(super) fn next(engine: &Engine<'_>, best: &Standing, adopted: &[Adopted]) ->
         flown: &flown,
     };
     in_words(own, rival, &menu(&question, engine.threads))
+}
+
+/// The rival with the largest weight, exact twins last: nothing separates those.
+fn strongest(own: &Adopted) -> Option<&Contested> {
+    let key = |rival: &Contested| (rival.cosine.abs() < TWIN, rival.weight);
+    own.rivals.iter().max_by(|a, b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)))
 }
 
 fn in_words(own: &Adopted, rival: &Contested, menu: &[Experiment]) -> Next {
