@@ -79,7 +79,7 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
         shares.flatten().next()
     };
     let largest = amplitude.iter().fold(column.step.abs(), |most, a| most.max(a.abs()));
-    let floor = if candidate.one_sided { 1e-3 * column.step.abs() } else { 0.0 };
+    let floor = if candidate.one_sided { 1e-3 * column.step.abs() } else { f64::NEG_INFINITY };
     let start = (share * size).clamp(parameters[0].low.max(floor), parameters[0].high);
     let mut values = Vec::new();
     let mut free = 0;

@@ -36,10 +36,12 @@ type Case = (&'static str, f64, &'static str, &'static str, &'static [(&'static 
 
 #[test]
 fn single_effects_are_named_with_their_size() {
-    let cases: [Case; 3] = [
+    let cases: [Case; 4] = [
         ("pendulum", 12.0, "joint_coulomb", "joint:pivot", &[("force", 4e-3)]),
         ("drive_rig", 2.0, "joint_coulomb", "joint:drive", &[("force", 5e-3)]),
         ("drive_rig", 2.0, "joint_gear_ripple", "joint:drive", &[("sine", 3e-3), ("order", 12.0)]),
+        // softening: an amplitude below zero
+        ("oscillator", 2.0, "joint_cubic_stiffness", "joint:rail", &[("stiffness", -4e4)]),
     ];
     for (name, duration_s, kind, site, values) in cases {
         let nominal = plant(name);
@@ -78,4 +80,23 @@ fn a_plant_that_cannot_predict_ends_in_cannot_decide() {
     let found = diagnosed(&nominal, recorded);
     assert_eq!(found.verdict, Verdict::CannotDecide);
     assert!(found.reason.contains("noise"), "{}", found.reason);
+}
+
+#[test]
+fn a_tone_and_a_short_step_that_no_grid_meets_are_found_where_they_are() {
+    let nominal = plant("drive_rig");
+    let of = |kind: &str, values: &[(&str, f64)]| {
+        let truth = with_effect(&nominal, kind, "sensor:rate", values);
+        let found = diagnosed(&nominal, recording(&truth, 31, 1.0));
+        assert_eq!(found.verdict, Verdict::Sensor, "{kind}: {}", found.reason);
+        assert_eq!((found.effects.len(), found.effects[0].kind.as_str()), (1, kind), "{:?}", found.effects);
+        found
+    };
+    let tone = of("sensor_tone", &[("amplitude", 1e-3), ("frequency", 131.7), ("phase", 0.6)]);
+    let frequency = tone.effects[0].parameters.iter().find(|p| p.name == "frequency").expect("free");
+    assert!((frequency.value - 131.7).abs() < 4.0 * frequency.sigma, "{frequency:?}");
+    let step = of("sensor_step", &[("step", 1.5e-3), ("begin", 0.437), ("duration", 0.171)]);
+    // the window of the evidence is that of the fault, within a quarter of its length
+    let [begin, end] = step.located[0].time;
+    assert!((begin - 0.437).abs() < 0.05 && (end - 0.608).abs() < 0.05, "{begin} {end}");
 }
