@@ -20,6 +20,8 @@ pub struct Refit {
     pub free: usize,
 }
 
+/// What lasts as long as this has no end in any recording.
+const FOR_EVER_S: f64 = 1e8;
 /// Relinearisations of a refit.
 const ROUNDS: usize = 8;
 
@@ -99,7 +101,7 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
                 .map(|(_, value)| (*value, inner_sigma(candidate.effect.kind, name, *value)))
         };
         let Some((value, sigma)) = given else { continue };
-        free += usize::from(sigma.is_some());
+        free += usize::from(sigma.is_some() || searched(name, value));
         let quantity = sigma.map_or(Quantity::known(value), |sigma| Quantity::with_prior(value, sigma));
         values.push((name.to_owned(), quantity));
     }
@@ -112,7 +114,8 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
 
 /// Numbers that a refit of `candidate` along `directions` leaves free.
 pub fn free_numbers(candidate: &crate::score::Candidate, directions: usize) -> usize {
-    let inner = candidate.inner.iter().filter(|(name, v)| inner_sigma(candidate.effect.kind, name, *v).is_some());
+    let free = |(name, v): &&(&str, f64)| inner_sigma(candidate.effect.kind, name, *v).is_some() || searched(name, *v);
+    let inner = candidate.inner.iter().filter(free);
     directions + inner.count()
 }
 
@@ -137,6 +140,11 @@ fn polar(candidate: &crate::score::Candidate, amplitude: &[f64]) -> (f64, Vec<(&
 fn varies(candidate: &crate::score::Candidate, name: &str) -> bool {
     let of = |direction: &Vec<(&'static str, f64)>| direction.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
     candidate.directions.windows(2).any(|pair| of(&pair[0]) != of(&pair[1]))
+}
+
+/// A time that the refinement of the score has searched: the refit leaves it there, and it counts as free all the same.
+fn searched(name: &str, value: f64) -> bool {
+    name == "begin" || name == "duration" && value < FOR_EVER_S
 }
 
 /// Prior of a number inside a law; `None`: it stays where the grid has it.
