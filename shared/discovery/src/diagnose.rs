@@ -11,6 +11,7 @@ mod adoption;
 mod evidence;
 mod figures;
 mod next;
+mod repeat;
 mod report;
 mod screening;
 mod showing;
@@ -129,11 +130,8 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         fit(&engine, &problem.plant, &engine.prior(), &engine.noise, ROUNDS).map_err(|error| error.to_string())?;
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();
-    if options.repeat.is_some() {
-        notes.push("the repeated recording was read, but weighs nothing in this verdict yet".to_owned());
-    }
     let nominal = standing(&engine, &stated)?;
-    let nominal_objective = nominal.objective;
+    let (nominal_objective, nominal_noise) = (nominal.objective, nominal.noise.clone());
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
     let mut best = nominal;
     let mut adopted: Vec<Adopted> = Vec::new();
@@ -188,6 +186,10 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
             (adopted, best, shown) = (set, standing, again);
         }
     }
+    let repeat = match &options.repeat {
+        Some(again) if !adopted.is_empty() => repeat::ask(again, (&engine, &stated, &nominal_noise), &best, &adopted),
+        _ => None,
+    };
     progress("a force that no law describes", 0.95);
     let mut map = remainder(&engine, &best)?;
     if let Some(map) = &mut map {
@@ -205,6 +207,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         map: map.as_ref(),
         explained: (nominal_objective - best.objective).max(0.0),
         shown,
+        repeat,
         notes,
         alpha: options.alpha,
     }))

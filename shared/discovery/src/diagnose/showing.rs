@@ -72,7 +72,7 @@ fn on_recording(
 }
 
 /// Values of shared unknowns of the same name; those of single recordings and segments belong to theirs and stand at their priors.
-fn carried(engine: &Engine<'_>, unknowns: &[Unknown], theta: &[f64]) -> Vec<f64> {
+pub(super) fn carried(engine: &Engine<'_>, unknowns: &[Unknown], theta: &[f64]) -> Vec<f64> {
     let mut carried = engine.start_from(unknowns, theta);
     let parameters = engine.problem.plant.parameters();
     for (value, unknown) in carried.iter_mut().zip(&engine.problem.unknowns) {

@@ -100,3 +100,19 @@ fn a_tone_and_a_short_step_that_no_grid_meets_are_found_where_they_are() {
     let [begin, end] = step.located[0].time;
     assert!((begin - 0.437).abs() < 0.05 && (end - 0.608).abs() < 0.05, "{begin} {end}");
 }
+
+#[test]
+fn a_repeat_confirms_physics_and_refuses_what_was_there_once() {
+    let nominal = plant("drive_rig");
+    let truth = with_effect(&nominal, "joint_coulomb", "joint:drive", &[("force", 5e-3)]);
+    let again = |repeated: &Plant| {
+        let repeat = Some(problem(&nominal, recording(repeated, 52, 2.0)));
+        let options = Options { threads: 2, repeat, ..Options::default() };
+        diagnose(&problem(&nominal, recording(&truth, 51, 2.0)), &options, &mut |_, _| {})
+    };
+    let physics = again(&truth);
+    assert!(matches!(physics.verdict, Verdict::Named | Verdict::NotSeparable), "{}", physics.reason);
+    assert!(physics.reason.contains("the repeat shows it too"), "{}", physics.reason);
+    let once = again(&nominal);
+    assert_eq!(once.verdict, Verdict::CannotDecide, "{}", once.reason);
+}

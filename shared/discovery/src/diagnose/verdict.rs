@@ -3,6 +3,7 @@
 use super::evidence::{locate, whiteness_p};
 use super::figures::figures;
 use super::next::{Next, next, posterior};
+use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
 use super::showing::Shown;
@@ -27,6 +28,8 @@ pub(super) struct Findings<'a> {
     /// Decrease of `−2 ln p` by all adopted effects.
     pub explained: f64,
     pub shown: Shown,
+    /// What the repeat says of what was adopted, where there is one.
+    pub repeat: Option<Repeat>,
     pub notes: Vec<String>,
     pub alpha: f64,
 }
@@ -150,6 +153,16 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
         let reason = format!("{} explained this recording, but held-out data refuse it", kinds.join(" and "));
         return (Verdict::CannotDecide, reason);
     }
+    if let Some(repeat) = findings.repeat.filter(|repeat| !repeat.confirms()) {
+        let reason = format!(
+            "{} explained this recording, but the repeat does not show it: z = {:.1} where {:.1} was expected{}",
+            kinds.join(" and "),
+            repeat.z,
+            repeat.expected,
+            if repeat.silent() { "; the repeat is too short or too quiet to decide" } else { "" }
+        );
+        return (Verdict::CannotDecide, reason);
+    }
     let word = if state == Status::Confirmed { "confirmed" } else { "not yet confirmed" };
     let reason = format!(
         "{} (probability {:.2}, {word} on held-out data; p = {:.1e} over everything tried)",
@@ -160,7 +173,10 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
     let left = remainder(findings).map_or(String::new(), |map| {
         format!("; a smaller force at {} stays without a name (evidence {:.0})", map.place.site, map.evidence)
     });
-    let reason = format!("{reason}{left}");
+    let again = findings.repeat.map_or(String::new(), |repeat| {
+        format!("; the repeat shows it too (z = {:.1}, expected {:.1})", repeat.z, repeat.expected)
+    });
+    let reason = format!("{reason}{again}{left}");
     if weight < NAME_WEIGHT {
         return (Verdict::NotSeparable, reason);
     }

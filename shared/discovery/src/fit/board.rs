@@ -208,6 +208,12 @@ impl Normal {
         Some((self.objective - decrease, x.split_off(self.unknowns)))
     }
 
+    /// Least objective over the unknowns alone.
+    pub fn minimum_without(&self) -> Option<f64> {
+        let places: Vec<usize> = (0..self.unknowns).collect();
+        Some(self.objective - bounded(&self.matrix, &self.right, &self.room, &places)?.0)
+    }
+
     /// Posterior standard deviations of the unknowns.
     pub fn sigmas(&self, engine: &Engine<'_>) -> Vec<f64> {
         let Some(factor) = self.factor() else { return vec![f64::NAN; self.unknowns] };
