@@ -6,7 +6,11 @@
 //! | file | subject |
 //! |---|---|
 //! | `weighted_least_squares` | errors-in-variables least squares with noise compensation and late weights |
+//! | `weighted_pass` | the same in batch: one pass at fixed weights |
+//! | `instrumental_variables` | rows with noise, instruments without; with itself as instrument, least squares |
+//! | `generalised_total_least_squares` | noise covariance of the columns, observation exact |
 //! | `total_least_squares` | the seed's estimator, streamed through the Givens factor of `[Y b]` |
+//! | `unscented` | square-root unscented Kalman filter; the trait of models in state space |
 //! | `consistency` | NEES, NIS, multi-scale whiteness, χ² bands |
 //! | `cramer_rao` | Fisher information and the bound it implies |
 //! | `cusum` | a lasting change of a mean: cumulative sums, jump from a running mean |
@@ -23,10 +27,14 @@ extern crate std;
 pub mod consistency;
 pub mod cramer_rao;
 pub mod cusum;
+pub mod generalised_total_least_squares;
+pub mod instrumental_variables;
 #[cfg(test)]
 mod seeded_noise;
 pub mod total_least_squares;
+pub mod unscented;
 pub mod weighted_least_squares;
+pub mod weighted_pass;
 
 use serde::{Deserialize, Serialize};
 

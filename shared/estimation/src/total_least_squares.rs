@@ -12,6 +12,8 @@ pub enum TlsError {
     TooFewRows { got: u64, need: u64 },
     /// The noise direction lies in the span of `Y`: `|v_qq|` is below `A ε`. Excite more, or drop a column.
     Nongeneric { v_qq: f64 },
+    /// Generalised form: some combination of the columns carries no noise.
+    NoiseSingular,
     /// The singular value decomposition did not settle within its iteration bound (non-finite data).
     NotConverged,
 }
@@ -33,19 +35,8 @@ impl<const P: usize, const A: usize> Default for TotalLeastSquares<P, A> {
 impl<const P: usize, const A: usize> TotalLeastSquares<P, A> {
     /// Rotates one row into the factor. O(A²), no allocation.
     pub fn push(&mut self, regressor: &SVector<f64, P>, observed: f64) {
-        let mut row = SVector::<f64, A>::from_fn(|i, _| if i < P { regressor[i] } else { observed });
-        for i in 0..A {
-            let radius = libm::hypot(self.factor[(i, i)], row[i]);
-            if radius == 0.0 {
-                continue;
-            }
-            let (cosine, sine) = (self.factor[(i, i)] / radius, row[i] / radius);
-            for j in i..A {
-                let (upper, lower) = (self.factor[(i, j)], row[j]);
-                self.factor[(i, j)] = cosine * upper + sine * lower;
-                row[j] = cosine * lower - sine * upper;
-            }
-        }
+        let row = SVector::<f64, A>::from_fn(|i, _| if i < P { regressor[i] } else { observed });
+        rotate_in(&mut self.factor, row);
         self.rows += 1;
     }
 
@@ -67,10 +58,26 @@ impl<const P: usize, const A: usize> TotalLeastSquares<P, A> {
     }
 }
 
+/// Triangular factor with one more row: Givens rotations from the left, `R' R + row row'` afterwards.
+pub(crate) fn rotate_in<const A: usize>(factor: &mut SMatrix<f64, A, A>, mut row: SVector<f64, A>) {
+    for i in 0..A {
+        let radius = libm::hypot(factor[(i, i)], row[i]);
+        if radius == 0.0 {
+            continue;
+        }
+        let (cosine, sine) = (factor[(i, i)] / radius, row[i] / radius);
+        for j in i..A {
+            let (upper, lower) = (factor[(i, j)], row[j]);
+            factor[(i, j)] = cosine * upper + sine * lower;
+            row[j] = cosine * lower - sine * upper;
+        }
+    }
+}
+
 /// One-sided Jacobi: columns of `R V` are rotated pairwise until orthogonal; the shortest names the direction.
 ///
 /// Jacobi because it keeps *relative* accuracy of the smallest singular value of a scaled triangular factor.
-fn smallest_right_singular_vector<const A: usize>(factor: &SMatrix<f64, A, A>) -> Option<SVector<f64, A>> {
+pub(crate) fn smallest_right_singular_vector<const A: usize>(factor: &SMatrix<f64, A, A>) -> Option<SVector<f64, A>> {
     const SWEEPS_MAX: usize = 60;
     let (mut work, mut v) = (*factor, SMatrix::<f64, A, A>::identity());
     for _ in 0..SWEEPS_MAX {

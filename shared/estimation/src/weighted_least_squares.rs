@@ -231,23 +231,37 @@ impl<const P: usize> BiasCompensatedLeastSquares<P> {
         for block in self.late.iter().take(self.late_blocks).chain([&self.open]) {
             sums.add(block, alpha);
         }
-        // Unit diagonal first: parameters of different units would spoil the factorisation.
-        let scale = sums.information.diagonal().map(|value| 1.0 / libm::sqrt(value));
-        let scaling = SMatrix::<f64, P, P>::from_diagonal(&scale);
-        let scaled = scaling * (sums.information - sums.noise) * scaling;
-        let Some(factor) = scaled.cholesky() else {
-            let weakest = weakest_pivot(&scaled);
-            return Err(LeastSquaresError::InformationNotPositive { rows: self.rows, weakest });
-        };
-        let alpha = scaling * factor.solve(&(scaling * sums.moment));
-        let covariance = scaling * factor.inverse() * scaling;
-        Ok(Estimate { alpha, covariance })
+        solve_compensated(&sums.information, &sums.noise, &sums.moment, self.rows)
     }
+}
+
+/// `α = (F − B)⁻¹ g` and its covariance.
+pub(crate) fn solve_compensated<const P: usize>(
+    information: &SMatrix<f64, P, P>,
+    noise: &SMatrix<f64, P, P>,
+    moment: &SVector<f64, P>,
+    rows: u64,
+) -> Result<Estimate<P>, LeastSquaresError> {
+    // Unit diagonal first: parameters of different units would spoil the factorisation.
+    let scale = information.diagonal().map(|value| 1.0 / libm::sqrt(value));
+    let scaling = SMatrix::<f64, P, P>::from_diagonal(&scale);
+    let scaled = scaling * (information - noise) * scaling;
+    let Some(factor) = scaled.cholesky() else {
+        let weakest = weakest_pivot(&scaled);
+        return Err(LeastSquaresError::InformationNotPositive { rows, weakest });
+    };
+    let alpha = scaling * factor.solve(&(scaling * moment));
+    let covariance = scaling * factor.inverse() * scaling;
+    Ok(Estimate { alpha, covariance })
 }
 
 /// `matrix += a b'`, written out: the generic product goes through a matrix in memory and is twice as slow.
 #[inline]
-fn add_outer_product<const P: usize>(matrix: &mut SMatrix<f64, P, P>, a: &SVector<f64, P>, b: &SVector<f64, P>) {
+pub(crate) fn add_outer_product<const P: usize>(
+    matrix: &mut SMatrix<f64, P, P>,
+    a: &SVector<f64, P>,
+    b: &SVector<f64, P>,
+) {
     for j in 0..P {
         for i in 0..P {
             matrix[(i, j)] += a[i] * b[j];
