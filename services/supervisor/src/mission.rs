@@ -6,9 +6,10 @@ use nalgebra::SVector;
 use physics::appendage::{ChannelAmplitude, FreeDecay, Mode};
 use physics::excitation::{FourierTrajectory, MomentumPlan};
 use physics::momentum::ChannelSigma;
-use physics::slosh::{SloshParameters, SloshState};
-use physics::slosh_estimator::{SloshPlan, SloshSettings};
+use physics::slosh::SloshParameters;
+use physics::slosh_estimator::SloshSettings;
 use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
+use physics::slosh_plan::SloshPlan;
 use runtime::RunConfig;
 use runtime::scenario::{
     self, ArmExperiment, ArmKnown, ModalExperiment, ModalKnown, SloshExperiment, SloshKnown, Trajectory,
@@ -182,8 +183,7 @@ fn promised_by_slosh(slosh: &SloshExperiment) -> Option<Vec<(f64, f64)>> {
     let [m_s, k_s, c_s] = slosh.known.expected?;
     let hypothesis = SloshHypothesis {
         parameters: SloshParameters { slosh_mass_kg: m_s, stiffness_n_m: k_s, damping_n_s_m: c_s },
-        state: SloshState::default(),
-        bias_m_s2: 0.0,
+        ..SloshHypothesis::default()
     };
     let unknowns = if slosh.known.starts_at_rest == Some(true) {
         SloshUnknowns::Parameters
@@ -198,7 +198,7 @@ fn promised_by_slosh(slosh: &SloshExperiment) -> Option<Vec<(f64, f64)>> {
         velocity_random_walk_m_s_per_sqrt_s: slosh.known.accelerometer_vrw_m_s_sqrt_h / 60.0,
     };
     let settings = SloshSettings { base_mass_kg: slosh.known.m_0_kg, unknowns };
-    let promised = physics::slosh_estimator::predicted_sigma(&hypothesis, &settings, &plan)?;
+    let promised = physics::slosh_plan::predicted_sigma(&hypothesis, &settings, &plan)?;
     Some([m_s, k_s, c_s].into_iter().zip(promised.iter().copied()).collect())
 }
 

@@ -6,8 +6,25 @@
 //! Frames: planar, base rate about z of inertial space, joints relative to the inboard body. Units: rad, N m, kg m². Assumes no
 //! external force or torque.
 
+use crate::momentum::MomentumSample;
 use libm::sincos;
 use nalgebra::{SMatrix, Vector3};
+use serde::{Deserialize, Serialize};
+
+/// What gyro, joint encoders and torque sensors say in one control period.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ArmSample {
+    /// At the beginning of the period.
+    pub motion: MomentumSample,
+    /// Held through the period.
+    pub torque_n_m: [f64; 2],
+}
+
+impl ArmSample {
+    pub fn is_finite(&self) -> bool {
+        self.motion.is_finite() && self.torque_n_m.iter().all(|value| value.is_finite())
+    }
+}
 
 /// Angles, rates and accelerations of base and arm at one instant.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -51,6 +68,54 @@ pub fn torque_regressor<const P: usize>(motion: &ArmMotion) -> SMatrix<f64, 3, P
 /// `Y_τ α` [N m]: what base and joints must be given for this motion; the first number is zero when nothing external acts.
 pub fn efforts<const P: usize>(alpha: &nalgebra::SVector<f64, P>, motion: &ArmMotion) -> Vector3<f64> {
     torque_regressor::<P>(motion) * alpha
+}
+
+/// The dynamic equation in integrable form, `[0, τ1, τ2] = d/dt(momentum α) − gradient α`: no acceleration is needed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LagrangeForm<const P: usize> {
+    /// `∂T/∂(w0, d1, d2)`; the first row is the momentum regressor.
+    pub momentum: SMatrix<f64, 3, P>,
+    /// `∂T/∂(th0, th1, th2)`; the first row is zero, for the kinetic energy does not depend on the attitude.
+    pub gradient: SMatrix<f64, 3, P>,
+}
+
+/// Lagrange's form of [`torque_regressor`] from angles and rates alone.
+///
+/// With `T = ½ w' D w` in absolute rates and `D_ij` as there: body i brings `D_ij w_j` to the momentum, the pair (i, j) `D_ij' w_i w_j`
+/// to the gradient of every joint between the two.
+pub fn lagrange_form<const P: usize>(sample: &MomentumSample) -> LagrangeForm<P> {
+    const { assert!(P == 8 || P == 9) }
+    let (w0, [d1, d2], [th1, th2]) = (sample.omega0_z_rad_s, sample.joint_rate_rad_s, sample.joint_angle_rad);
+    let ((s1, c1), (s2, c2)) = (sincos(th1), sincos(th2));
+    let (c12, s12) = (c1 * c2 - s1 * s2, s1 * c2 + c1 * s2);
+    let (w1, w2) = (w0 + d1, w0 + d1 + d2);
+    let bodies = [
+        [w0, 0.0, 0.0],
+        [0.0, w1, 0.0],
+        [0.0, 0.0, w2],
+        [c1 * w1, c1 * w0, 0.0],
+        [s1 * w1, s1 * w0, 0.0],
+        [c12 * w2, 0.0, c12 * w0],
+        [s12 * w2, 0.0, s12 * w0],
+        [0.0, c2 * w2, c2 * w1],
+        [0.0, s2 * w2, s2 * w1],
+    ];
+    let (q01, q02, q12) = (w0 * w1, w0 * w2, w1 * w2);
+    let pairs = [
+        [0.0; 2],
+        [0.0; 2],
+        [0.0; 2],
+        [-s1 * q01, 0.0],
+        [c1 * q01, 0.0],
+        [-s12 * q02; 2],
+        [c12 * q02; 2],
+        [0.0, -s2 * q12],
+        [0.0, c2 * q12],
+    ];
+    LagrangeForm {
+        momentum: SMatrix::from_fn(|row, column| bodies[column][row..].iter().sum()),
+        gradient: SMatrix::from_fn(|row, column| if row == 0 { 0.0 } else { pairs[column][row - 1] }),
+    }
 }
 
 #[cfg(test)]
@@ -116,6 +181,29 @@ mod tests {
             let slope = ((at(step) - at(-step)) * 8.0 - (at(2.0 * step) - at(-2.0 * step))) / (12.0 * step);
             let row = torque_regressor::<9>(&motion).row(0).transpose();
             assert!((slope - row).amax() < 1e-9, "{}", (slope - row).amax());
+        }
+    }
+
+    #[test]
+    fn lagrange_form_differentiated_is_the_torque_regressor() {
+        let mut noise = SeededNoise::new(16);
+        for _ in 0..100 {
+            let motion = random_motion(&mut noise);
+            let ([th1, th2], [w0, d1, d2], [b0, dd1, dd2]) =
+                (motion.joint_angle_rad, motion.rates_rad_s, motion.accelerations_rad_s2);
+            let at = |t: f64| {
+                lagrange_form::<9>(&MomentumSample {
+                    omega0_z_rad_s: w0 + b0 * t,
+                    joint_rate_rad_s: [d1 + dd1 * t, d2 + dd2 * t],
+                    joint_angle_rad: [th1 + t * (d1 + 0.5 * t * dd1), th2 + t * (d2 + 0.5 * t * dd2)],
+                })
+            };
+            let step = 1e-4; // as above
+            let slope = ((at(step).momentum - at(-step).momentum) * 8.0
+                - (at(2.0 * step).momentum - at(-2.0 * step).momentum))
+                / (12.0 * step);
+            let error = slope - at(0.0).gradient - torque_regressor::<9>(&motion);
+            assert!(error.amax() < 1e-9, "{}", error.amax());
         }
     }
 

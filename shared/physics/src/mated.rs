@@ -4,7 +4,7 @@
 //! the ninth column of the momentum regressor carries `ly`. Without a target `α₉ = 0`, so its t-value is the automatic
 //! "mated, or off axis?" test. After capture `h` is not the chaser's `h`: the target brings its own.
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::free_floating::PlanarArm;
@@ -59,9 +59,38 @@ pub fn mated_parameters(arm: &PlanarArm, grasp_m: f64, target: &Target) -> Mated
     minimal_parameters(&joined, com)
 }
 
+/// Beyond so many sigmas of `α₉` the centre of mass of link 2 is off its axis: a target is held, or joint 2 has a zero offset.
+pub const OFF_AXIS_SIGMAS: f64 = 5.0;
+
+/// `α₉` in its own standard deviations; `None` when it has none. Beyond [`OFF_AXIS_SIGMAS`]: mated (or off axis, which the momentum
+/// cannot tell apart before capture).
+pub fn off_axis_sigmas(alpha: &MatedAlpha, covariance: &SMatrix<f64, 9, 9>) -> Option<f64> {
+    let variance = covariance[(8, 8)];
+    (variance > 0.0).then(|| alpha[8] / libm::sqrt(variance))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::excitation::tests::benchmark_sigma;
+    use crate::momentum_methods::{KnownMomentum, weighted};
+    use crate::simulated_arm::{H_NMS, record};
+    use std::vec::Vec;
+
+    #[test]
+    fn a_target_is_noticed_by_the_ninth_parameter_and_its_absence_too() {
+        let arm = PlanarArm::default();
+        let target = Target { mass_kg: 5.0, inertia_com_kg_m2: 1.0, grasp_to_com_m: [0.2, 0.1] };
+        let (sigma, momentum) = (benchmark_sigma(), KnownMomentum { h_nms: H_NMS, sigma_h_nms: 0.0 });
+        let sigmas = |truth: MatedAlpha| {
+            let motions: Vec<_> = record(&truth, &sigma, 60, 5, 1.0).iter().map(|sample| sample.motion).collect();
+            let start = truth.map(|value| if value == 0.0 { 0.1 } else { 0.8 * value });
+            let found = weighted(&motions, momentum, &sigma, &start).expect("excited").0;
+            off_axis_sigmas(&found.alpha, &found.covariance).expect("a variance")
+        };
+        assert!(sigmas(mated_parameters(&arm, 1.898, &target)).abs() > 2.0 * OFF_AXIS_SIGMAS);
+        assert!(sigmas(minimal_parameters(&arm, [arm.joint_to_com_m[1], 0.0])).abs() < OFF_AXIS_SIGMAS);
+    }
 
     #[test]
     fn example_target_gives_the_printed_parameters() {

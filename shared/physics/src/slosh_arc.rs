@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::slosh::ForceMoments;
 
-/// Blocks of the arc that flies; 82 kB.
+/// Blocks of the arc that flies; 98 kB.
 pub const FLIGHT_CAPACITY: usize = 2048;
 
 /// Segments an arc can hold; one more, and the oldest is forgotten.
@@ -66,6 +66,8 @@ pub struct SampleRejected {
 pub struct SloshBlock {
     pub length_s: f64,
     pub force: ForceMoments,
+    /// At the end of the block.
+    pub last_force_n: f64,
     pub delta_v_m_s: f64,
     /// Infinite when the velocity gained is not known.
     pub variance_m2_s2: f64,
@@ -77,6 +79,7 @@ impl SloshBlock {
         Self {
             length_s: sample.interval_s,
             force: ForceMoments { impulse_n_s: sample.force_n * sample.interval_s, first_moment_n_s2: 0.0 },
+            last_force_n: sample.force_n,
             delta_v_m_s: sample.acceleration_m_s2 * sample.interval_s,
             variance_m2_s2: sigma_v * sigma_v,
         }
@@ -90,6 +93,7 @@ impl SloshBlock {
         Self {
             length_s: self.length_s + next.length_s,
             force: ForceMoments { impulse_n_s: a.impulse_n_s + b.impulse_n_s, first_moment_n_s2 },
+            last_force_n: next.last_force_n,
             delta_v_m_s: self.delta_v_m_s + next.delta_v_m_s,
             variance_m2_s2: self.variance_m2_s2 + next.variance_m2_s2,
         }
@@ -112,8 +116,8 @@ impl SloshBlock {
 /// Fixed-memory record. `CAPACITY` must be even.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SloshArc<const CAPACITY: usize = FLIGHT_CAPACITY> {
-    /// One block per column: length, impulse, first moment, Δv, variance.
-    columns: SMatrix<f64, 5, CAPACITY>,
+    /// One block per column: length, impulse, first moment, Δv, variance, last force.
+    columns: SMatrix<f64, 6, CAPACITY>,
     complete: usize,
     open: SloshBlock,
     open_samples: u64,
@@ -333,13 +337,20 @@ impl<const CAPACITY: usize> SloshArc<CAPACITY> {
             force: ForceMoments { impulse_n_s: c[1], first_moment_n_s2: c[2] },
             delta_v_m_s: c[3],
             variance_m2_s2: c[4],
+            last_force_n: c[5],
         }
     }
 
     fn store(&mut self, i: usize, block: &SloshBlock) {
         let force = &block.force;
-        let column =
-            [block.length_s, force.impulse_n_s, force.first_moment_n_s2, block.delta_v_m_s, block.variance_m2_s2];
+        let column = [
+            block.length_s,
+            force.impulse_n_s,
+            force.first_moment_n_s2,
+            block.delta_v_m_s,
+            block.variance_m2_s2,
+            block.last_force_n,
+        ];
         self.columns.set_column(i, &column.into());
     }
 

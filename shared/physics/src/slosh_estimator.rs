@@ -15,15 +15,15 @@
 
 use estimation::consistency::Whiteness;
 use estimation::cramer_rao::FisherInformation;
-use nalgebra::{Matrix3, Matrix4, Vector3, Vector4};
+use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-use crate::slosh::{SloshPropagator, SloshState};
-use crate::slosh_arc::{FLIGHT_CAPACITY, RESOLVED_MERGED, SampleRejected, SloshArc, SloshBlock, SloshSample};
+use crate::slosh::SloshState;
+use crate::slosh_arc::{FLIGHT_CAPACITY, SampleRejected, SloshArc, SloshBlock, SloshSample};
 use crate::slosh_likelihood::{
     Likelihood, SEGMENT_BLOCKS_MIN, SloshHypothesis, SloshUnknowns, likelihood, likelihood_until,
 };
-use crate::slosh_scan::{prefers_a_fast_mode, scan};
+use crate::slosh_scan::{SloshCandidate, prefers_a_fast_mode, scan};
 
 /// Block lengths closer than this share one transition: sums of equal intervals differ by rounding only.
 pub(crate) const SAME_LENGTH: f64 = 1e-12;
@@ -88,16 +88,16 @@ impl SloshEstimate {
     }
 }
 
-/// What blocks that have left the arc said of `[ms, ks, cs, bias]`: their log-likelihood to second order.
+/// What blocks that have left the arc said of the parameters, bias and thrust: their log-likelihood to second order.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Remembered {
     at: SloshHypothesis,
-    information: Matrix4<f64>,
-    gradient: Vector4<f64>,
+    information: Matrix6<f64>,
+    gradient: Vector6<f64>,
 }
 
 impl Remembered {
-    fn gradient_at(&self, hypothesis: &SloshHypothesis) -> Vector4<f64> {
+    fn gradient_at(&self, hypothesis: &SloshHypothesis) -> Vector6<f64> {
         self.gradient - self.information * hypothesis.offset_from(&self.at)
     }
 
@@ -215,6 +215,19 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         outcome
     }
 
+    /// Best tank of the grid: where the maximum likelihood, and any other local method, begins.
+    ///
+    /// # Errors
+    /// [`SloshError::NoSloshFound`], [`SloshError::Fragmented`].
+    pub fn start(&self) -> Result<SloshCandidate, SloshError> {
+        let scan = scan(&self.arc, self.settings.base_mass_kg, self.settings.unknowns);
+        let (best, threshold) = (scan.candidates[0], scan.threshold);
+        if best.gain > threshold {
+            return Ok(best);
+        }
+        Err(self.fragmented().unwrap_or(SloshError::NoSloshFound { gain: best.gain, threshold }))
+    }
+
     fn maximise_from_scan(&mut self) -> Result<SloshEstimate, SloshError> {
         let scan = scan(&self.arc, self.settings.base_mass_kg, self.settings.unknowns);
         self.scanned_at_samples = self.arc.samples();
@@ -227,7 +240,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         let mut outcome = Err(SloshError::NotConverged { iterations: 0, step_sigmas: f64::INFINITY });
         for candidate in scan.candidates.iter().filter(|candidate| candidate.gain > scan.threshold) {
             let (parameters, bias_m_s2) = (candidate.parameters, candidate.bias_m_s2);
-            let start = SloshHypothesis { parameters, state: SloshState::default(), bias_m_s2 };
+            let start = SloshHypothesis { parameters, bias_m_s2, ..SloshHypothesis::default() };
             outcome = self.maximise(&start, true);
             if !matches!(outcome, Err(SloshError::NotConverged { .. })) {
                 break;
@@ -306,8 +319,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         let SloshSettings { base_mass_kg, unknowns } = self.settings;
         let held = likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |residual| whiteness.push(residual));
         let singular = SloshError::NotConverged { iterations, step_sigmas: f64::INFINITY };
-        let covariance = FisherInformation::<4> { matrix: at.information }.bound().ok_or(singular)?;
-        let fitted = at.eliminated + if unknowns == SloshUnknowns::Parameters { 3 } else { 4 };
+        let covariance = FisherInformation::<6> { matrix: at.information }.bound().ok_or(singular)?;
+        let fitted = at.eliminated + unknowns.kept();
         Ok(SloshEstimate {
             hypothesis: SloshHypothesis { state: at.start, ..*hypothesis },
             covariance: covariance.fixed_view::<3, 3>(0, 0).into(),
@@ -324,68 +337,11 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
 }
 
 /// `(H + λ diag H)⁻¹ g`; `None` when the information is singular.
-fn damped_step(at: &Likelihood, damping: f64) -> Option<Vector4<f64>> {
+fn damped_step(at: &Likelihood, damping: f64) -> Option<Vector6<f64>> {
     let scale = at.information.diagonal().map(|value| 1.0 / libm::sqrt(value));
-    let scaling = Matrix4::from_diagonal(&scale);
-    let scaled = scaling * at.information * scaling + Matrix4::identity() * damping;
+    let scaling = Matrix6::from_diagonal(&scale);
+    let scaled = scaling * at.information * scaling + Matrix6::identity() * damping;
     Some(scaling * scaled.cholesky()?.solve(&(scaling * at.gradient)))
-}
-
-/// A planned experiment: a sine of thrust, held per interval.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SloshPlan {
-    pub amplitude_n: f64,
-    pub frequency_hz: f64,
-    pub duration_s: f64,
-    pub interval_s: f64,
-    /// Accelerometer noise density, `0.008 (m/s)/√h = 1.333e-4 (m/s)/√s`.
-    pub velocity_random_walk_m_s_per_sqrt_s: f64,
-}
-
-impl SloshPlan {
-    pub fn force_n(&self, time_s: f64) -> f64 {
-        self.amplitude_n * libm::sin(2.0 * core::f64::consts::PI * self.frequency_hz * time_s)
-    }
-
-    /// White sigma of an acceleration averaged over one interval.
-    pub fn sigma_m_s2(&self) -> f64 {
-        self.velocity_random_walk_m_s_per_sqrt_s / libm::sqrt(self.interval_s)
-    }
-}
-
-/// Standard deviations of `[ms, ks, cs]` the experiment should reach (Cramér–Rao); `None` when it shows nothing.
-pub fn predicted_sigma(
-    hypothesis: &SloshHypothesis,
-    settings: &SloshSettings,
-    plan: &SloshPlan,
-) -> Option<Vector3<f64>> {
-    let mut arc = SloshArc::<FLIGHT_CAPACITY>::default();
-    let (parameters, base_mass_kg) = (hypothesis.parameters, settings.base_mass_kg);
-    let omega = 2.0 * core::f64::consts::PI * parameters.natural_frequency_hz(base_mass_kg);
-    // Free states are solved from the data, so the data are what the hypothesis says.
-    let mut motion = SloshPropagator::new(parameters, base_mass_kg, hypothesis.state);
-    let mut remembered = Matrix4::zeros();
-    let samples = libm::round(plan.duration_s / plan.interval_s) as u64;
-    for k in 0..samples {
-        let force_n = plan.force_n(k as f64 * plan.interval_s);
-        let planned = SloshSample {
-            interval_s: plan.interval_s,
-            force_n,
-            acceleration_m_s2: motion.step(plan.interval_s, force_n) + hypothesis.bias_m_s2,
-            sigma_m_s2: plan.sigma_m_s2(),
-        };
-        if arc.is_full() && 2.0 * omega * arc.resolution_s() > RESOLVED_MERGED {
-            // As the estimator will.
-            let blocks = FLIGHT_CAPACITY / 4;
-            remembered +=
-                likelihood_until(&arc, blocks, base_mass_kg, hypothesis, settings.unknowns, |_| {}).information;
-            arc.forget_oldest(blocks);
-        }
-        arc.push(&planned).ok()?;
-    }
-    let at = likelihood(&arc, base_mass_kg, hypothesis, settings.unknowns, |_| {});
-    let sigmas = FisherInformation::<4> { matrix: at.information + remembered }.sigmas()?;
-    Some(sigmas.fixed_rows::<3>(0).into())
 }
 
 #[cfg(test)]

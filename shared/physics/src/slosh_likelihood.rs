@@ -1,10 +1,10 @@
 //! Likelihood of a slosh model over an arc: residuals, exact sensitivities, information.
 //!
 //! The truth has no process noise, so output error is the maximum likelihood. Unknowns, in this order:
-//! `[ms, ks, cs, r0, ṙ0, bias]`; damping enters linearly because a short arc may well say it is negative. Behind every
-//! gap the slosh state is unknown again; those states are solved and eliminated where they arise.
+//! `[ms, ks, cs, r0, ṙ0, bias, thrust scale, thrust delay]`; damping enters linearly because a short arc may well say it
+//! is negative. Behind every gap the slosh state is unknown again; those states are solved and eliminated where they arise.
 
-use nalgebra::{Matrix2, Matrix2x4, Matrix4, Matrix4x2, Matrix6, Vector2, Vector4, Vector6};
+use nalgebra::{Matrix2, Matrix2x6, Matrix6, Matrix6x2, SMatrix, SVector, Vector2, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::slosh::{NeighbouringSensitivities, SloshParameters, SloshState, TransitionWithSensitivity};
@@ -18,6 +18,10 @@ pub enum SloshUnknowns {
     Parameters,
     /// Also the slosh state at the start of the arc and the accelerometer bias.
     ParametersStateBias,
+    /// Also the error of the thrust scale. A single sine cannot tell it from the slosh mass: excite two tones, or coast.
+    ParametersStateBiasScale,
+    /// Also the delay of the thrust behind its command, small against the interval of a sample.
+    ParametersStateBiasScaleDelay,
 }
 
 impl SloshUnknowns {
@@ -25,7 +29,14 @@ impl SloshUnknowns {
         match self {
             Self::Parameters => 3,
             Self::ParametersStateBias => 6,
+            Self::ParametersStateBiasScale => 7,
+            Self::ParametersStateBiasScaleDelay => 8,
         }
+    }
+
+    /// Of `[ms, ks, cs, bias, thrust scale, thrust delay]` so many are estimated, from the front.
+    pub(crate) fn kept(self) -> usize {
+        if self == Self::Parameters { 3 } else { self.count() - 2 }
     }
 }
 
@@ -36,28 +47,40 @@ pub struct SloshHypothesis {
     /// At the start of the arc; an estimate reports it, a fit solves it again.
     pub state: SloshState,
     pub bias_m_s2: f64,
+    /// Thrust over its command, less one.
+    pub thrust_scale_error: f64,
+    /// Of the thrust behind its command.
+    pub thrust_delay_s: f64,
 }
 
 impl SloshHypothesis {
-    /// Moved in `[ms, ks, cs, bias]`.
-    pub(crate) fn moved(&self, step: &Vector4<f64>) -> Self {
+    /// Moved in `[ms, ks, cs, bias, thrust scale, thrust delay]`.
+    pub(crate) fn moved(&self, step: &Vector6<f64>) -> Self {
         let p = &self.parameters;
         let parameters = SloshParameters {
             slosh_mass_kg: p.slosh_mass_kg + step[0],
             stiffness_n_m: p.stiffness_n_m + step[1],
             damping_n_s_m: p.damping_n_s_m + step[2],
         };
-        Self { parameters, state: self.state, bias_m_s2: self.bias_m_s2 + step[3] }
+        Self {
+            parameters,
+            state: self.state,
+            bias_m_s2: self.bias_m_s2 + step[3],
+            thrust_scale_error: self.thrust_scale_error + step[4],
+            thrust_delay_s: self.thrust_delay_s + step[5],
+        }
     }
 
-    /// The step in `[ms, ks, cs, bias]` from `other` to this.
-    pub(crate) fn offset_from(&self, other: &Self) -> Vector4<f64> {
+    /// The step from `other` to this, as [`Self::moved`] takes it.
+    pub(crate) fn offset_from(&self, other: &Self) -> Vector6<f64> {
         let (a, b) = (&self.parameters, &other.parameters);
-        Vector4::new(
+        Vector6::new(
             a.slosh_mass_kg - b.slosh_mass_kg,
             a.stiffness_n_m - b.stiffness_n_m,
             a.damping_n_s_m - b.damping_n_s_m,
             self.bias_m_s2 - other.bias_m_s2,
+            self.thrust_scale_error - other.thrust_scale_error,
+            self.thrust_delay_s - other.thrust_delay_s,
         )
     }
 
@@ -70,10 +93,11 @@ impl SloshHypothesis {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Likelihood {
     pub chi_square: f64,
-    /// Of `[ms, ks, cs, bias]`, free states eliminated (Schur complement); identity for a bias that is not estimated.
-    pub information: Matrix4<f64>,
+    /// Of `[ms, ks, cs, bias, thrust scale, thrust delay]`, free states eliminated (Schur complement); identity for what
+    /// is not estimated.
+    pub information: Matrix6<f64>,
     /// `Jᵀ W e`, zero where not estimated.
-    pub gradient: Vector4<f64>,
+    pub gradient: Vector6<f64>,
     /// At the start of the arc and at its end.
     pub start: SloshState,
     pub end: SloshState,
@@ -115,8 +139,8 @@ pub(crate) fn likelihood_until<const N: usize>(
 ) -> Likelihood {
     let mut sums = Likelihood {
         chi_square: 0.0,
-        information: Matrix4::zeros(),
-        gradient: Vector4::zeros(),
+        information: Matrix6::zeros(),
+        gradient: Vector6::zeros(),
         start: SloshState::default(),
         end: SloshState::default(),
         blocks: 0,
@@ -127,11 +151,13 @@ pub(crate) fn likelihood_until<const N: usize>(
     for i in 0..arc.segments() {
         let (from, until) = arc.segment(i);
         let segment = (from.min(blocks), until.min(blocks));
-        let is_free = i > 0 || arc.has_forgotten_the_start() || unknowns == SloshUnknowns::ParametersStateBias;
-        walk.restart(Vector2::zeros());
+        let is_free = i > 0 || arc.has_forgotten_the_start() || unknowns != SloshUnknowns::Parameters;
+        // Before the arc nothing is commanded; before what is left of one, what is commanded now.
+        let before = if i > 0 || arc.has_forgotten_the_start() { None } else { Some(0.0) };
+        walk.restart(Vector2::zeros(), before);
         if is_free {
             let Some(state) = best_start(arc, &mut walk, segment) else { continue };
-            walk.restart(state);
+            walk.restart(state, before);
         }
         if i == 0 {
             sums.start = walk.slosh_state();
@@ -139,11 +165,11 @@ pub(crate) fn likelihood_until<const N: usize>(
         sums.add(arc, &mut walk, segment, is_free, &mut on_residual);
         sums.end = walk.slosh_state();
     }
-    if unknowns == SloshUnknowns::Parameters {
-        sums.gradient[3] = 0.0;
-        sums.information.fill_row(3, 0.0);
-        sums.information.fill_column(3, 0.0);
-        sums.information[(3, 3)] = 1.0;
+    for known in unknowns.kept()..6 {
+        sums.gradient[known] = 0.0;
+        sums.information.fill_row(known, 0.0);
+        sums.information.fill_column(known, 0.0);
+        sums.information[(known, known)] = 1.0;
     }
     sums
 }
@@ -184,7 +210,7 @@ impl Likelihood {
         is_free: bool,
         on_residual: &mut impl FnMut(f64),
     ) {
-        let (mut information, mut gradient) = (Matrix6::zeros(), Vector6::zeros());
+        let (mut information, mut gradient) = (Sensitivities::zeros(), Sensitivity::zeros());
         for block in arc.blocks_of(segment) {
             let (predicted, sensitivity) = walk.step(&block);
             let weight = block.weight();
@@ -198,41 +224,47 @@ impl Likelihood {
             gradient += sensitivity * (residual * weight);
             information += sensitivity * (sensitivity * weight).transpose();
         }
-        // Order [ms, ks, cs, r0, ṙ0, bias]: parameters and bias stay, the state goes.
-        const KEPT: [usize; 4] = [0, 1, 2, 5];
-        let kept = Matrix4::from_fn(|i, j| information[(KEPT[i], KEPT[j])]);
-        self.information += kept;
-        self.gradient += Vector4::from_fn(|i, _| gradient[KEPT[i]]);
+        // The state goes, the rest stays.
+        const KEPT: [usize; 6] = [0, 1, 2, 5, 6, 7];
+        self.information += Matrix6::from_fn(|i, j| information[(KEPT[i], KEPT[j])]);
+        self.gradient += Vector6::from_fn(|i, _| gradient[KEPT[i]]);
         if is_free {
             self.eliminated += 2;
             let normal: Matrix2<f64> = information.fixed_view::<2, 2>(3, 3).into();
-            let cross = Matrix4x2::from_fn(|i, j| information[(KEPT[i], 3 + j)]);
+            let cross = Matrix6x2::from_fn(|i, j| information[(KEPT[i], 3 + j)]);
             let eliminate = |right: &Vector2<f64>| solve_scaled(&normal, right).unwrap_or_default();
             let rows =
-                Matrix2x4::from_columns(&core::array::from_fn::<_, 4, _>(|i| eliminate(&cross.row(i).transpose())));
+                Matrix2x6::from_columns(&core::array::from_fn::<_, 6, _>(|i| eliminate(&cross.row(i).transpose())));
             self.information -= cross * rows;
             // The state is at its best: its own gradient is zero but for rounding, nothing to carry over.
         }
     }
 }
 
+/// By `[ms, ks, cs, r0, ṙ0, bias, thrust scale, thrust delay]`.
+pub(crate) type Sensitivity = SVector<f64, 8>;
+type Sensitivities = SMatrix<f64, 8, 8>;
+
+/// States whose derivatives are carried: by κ, γ, r0, ṙ0, thrust scale, thrust delay.
+const CARRIED: usize = 6;
+
 /// Slosh state and its derivatives, block after block.
-struct Walk {
+pub(crate) struct Walk {
     kappa: f64,
     gamma: f64,
     base_mass_kg: f64,
-    bias_m_s2: f64,
-    parameters: SloshParameters,
+    at: SloshHypothesis,
     length_s: f64,
     transition: TransitionWithSensitivity,
     neighbours: NeighbouringSensitivities,
     state: Vector2<f64>,
-    /// By κ, γ, r0, ṙ0.
-    derivatives: [Vector2<f64>; 4],
+    derivatives: [Vector2<f64>; CARRIED],
+    /// Command before the block; `None` when it is not known.
+    last_force_n: Option<f64>,
 }
 
 impl Walk {
-    fn new(base_mass_kg: f64, hypothesis: &SloshHypothesis, length_s: f64) -> Self {
+    pub(crate) fn new(base_mass_kg: f64, hypothesis: &SloshHypothesis, length_s: f64) -> Self {
         let parameters = hypothesis.parameters;
         let mu = parameters.reduced_mass_kg(base_mass_kg);
         let (kappa, gamma) = (parameters.stiffness_n_m / mu, parameters.damping_n_s_m / mu);
@@ -241,56 +273,82 @@ impl Walk {
             kappa,
             gamma,
             base_mass_kg,
-            bias_m_s2: hypothesis.bias_m_s2,
-            parameters,
+            at: *hypothesis,
             length_s,
             transition,
             neighbours: NeighbouringSensitivities::new(&transition, kappa, gamma, length_s, base_mass_kg),
             state: Vector2::new(hypothesis.state.displacement_m, hypothesis.state.velocity_m_s),
             derivatives: Self::START,
+            last_force_n: Some(0.0),
         }
     }
 
-    const START: [Vector2<f64>; 4] =
-        [Vector2::new(0.0, 0.0), Vector2::new(0.0, 0.0), Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0)];
+    const START: [Vector2<f64>; CARRIED] = {
+        let zero = Vector2::new(0.0, 0.0);
+        [zero, zero, Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0), zero, zero]
+    };
 
-    fn restart(&mut self, state: Vector2<f64>) {
-        (self.state, self.derivatives) = (state, Self::START);
+    fn restart(&mut self, state: Vector2<f64>, last_force_n: Option<f64>) {
+        (self.state, self.derivatives, self.last_force_n) = (state, Self::START, last_force_n);
+    }
+
+    /// Moments of the thrust, and their derivatives by its scale and its delay: a block that begins at the last force and
+    /// ends at its own loses `∫ḟ`, and moves its middle.
+    fn thrust(&mut self, block: &SloshBlock) -> [Vector2<f64>; 3] {
+        let mean_n = block.force.impulse_n_s / block.length_s;
+        let (before_n, after_n) = (self.last_force_n.unwrap_or(mean_n), block.last_force_n);
+        self.last_force_n = Some(after_n);
+        let moved = Vector2::new(before_n - after_n, (mean_n - (before_n + after_n) / 2.0) * block.length_s);
+        let commanded = block.force_vector() + moved * self.at.thrust_delay_s;
+        let scale = 1.0 + self.at.thrust_scale_error;
+        [commanded * scale, commanded, moved * scale]
     }
 
     fn slosh_state(&self) -> SloshState {
         SloshState { displacement_m: self.state[0], velocity_m_s: self.state[1] }
     }
 
-    /// Predicted Δv of the block and its derivatives by `[ms, ks, cs, r0, ṙ0, bias]`.
-    fn step(&mut self, block: &SloshBlock) -> (f64, Vector6<f64>) {
+    /// Predicted Δv of the block and its derivatives.
+    pub(crate) fn step(&mut self, block: &SloshBlock) -> (f64, Sensitivity) {
         if (block.length_s - self.length_s).abs() > SAME_LENGTH * block.length_s {
             self.length_s = block.length_s;
             self.transition = self.neighbours.at(self.length_s).unwrap_or_else(|| {
                 TransitionWithSensitivity::new(self.kappa, self.gamma, self.length_s, self.base_mass_kg)
             });
         }
-        let (transition, force, old) = (&self.transition, block.force_vector(), self.state);
+        let [force, by_scale, by_delay] = self.thrust(block);
+        let (transition, old) = (&self.transition, self.state);
         self.state = transition.value.apply(&old, &force);
         let slosh_dv = self.state[1] - old[1];
-        let phi = &transition.value.phi;
-        let driven = [transition.by_kappa.apply(&old, &force), transition.by_gamma.apply(&old, &force)];
-        let mut velocity_change = [0.0; 4];
-        for (i, derivative) in self.derivatives.iter_mut().enumerate() {
-            let next = phi * *derivative + driven.get(i).copied().unwrap_or_default();
-            velocity_change[i] = next[1] - derivative[1];
+        let (phi, gain) = (&transition.value.phi, &transition.value.gain);
+        let none = Vector2::zeros();
+        let driven = [
+            transition.by_kappa.apply(&old, &force),
+            transition.by_gamma.apply(&old, &force),
+            none,
+            none,
+            gain * by_scale,
+            gain * by_delay,
+        ];
+        let mut velocity_change = [0.0; CARRIED];
+        for ((derivative, drive), change) in self.derivatives.iter_mut().zip(driven).zip(&mut velocity_change) {
+            let next = phi * *derivative + drive;
+            *change = next[1] - derivative[1];
             *derivative = next;
         }
-        let (m_s, k, c) = (self.parameters.slosh_mass_kg, self.parameters.stiffness_n_m, self.parameters.damping_n_s_m);
+        let SloshParameters { slosh_mass_kg: m_s, stiffness_n_m: k, damping_n_s_m: c } = self.at.parameters;
         let total = self.base_mass_kg + m_s;
-        let base_dv = (block.force.impulse_n_s - m_s * slosh_dv) / total;
-        let [by_kappa, by_gamma, by_r, by_v] = velocity_change.map(|change| -m_s / total * change);
+        let base_dv = (force[0] - m_s * slosh_dv) / total;
+        let [by_kappa, by_gamma, by_r, by_v, scale, delay] = velocity_change.map(|change| -m_s / total * change);
         // κ = k/μ, γ = c/μ, 1/μ = 1/m0 + 1/ms.
         let per_mu = 1.0 / self.base_mass_kg + 1.0 / m_s;
         let direct = -(slosh_dv + base_dv) / total;
         let by_mass = direct - (by_kappa * k + by_gamma * c) / (m_s * m_s);
-        let sensitivity = Vector6::new(by_mass, by_kappa * per_mu, by_gamma * per_mu, by_r, by_v, block.length_s);
-        (base_dv + self.bias_m_s2 * block.length_s, sensitivity)
+        let (scale, delay) = (scale + by_scale[0] / total, delay + by_delay[0] / total);
+        let rest = [by_r, by_v, block.length_s, scale, delay];
+        let sensitivity =
+            Sensitivity::from_iterator([by_mass, by_kappa * per_mu, by_gamma * per_mu].into_iter().chain(rest));
+        (base_dv + self.at.bias_m_s2 * block.length_s, sensitivity)
     }
 }
 
@@ -313,21 +371,23 @@ mod tests {
             parameters: TANK,
             state: SloshState { displacement_m: 0.4, velocity_m_s: 0.02 },
             bias_m_s2: 1e-5,
+            thrust_scale_error: 0.02,
+            thrust_delay_s: 0.03,
         };
         let predict = |hypothesis: &SloshHypothesis| {
             let mut walk = Walk::new(BASE_MASS_KG, hypothesis, arc.block_length_s());
             arc.blocks().map(|block| walk.step(&block)).collect::<Vec<_>>()
         };
         let analytic = predict(&at);
-        let moved = |step: &Vector6<f64>| {
-            let mut hypothesis = at.moved(&Vector4::new(step[0], step[1], step[2], step[5]));
+        let moved = |step: &Sensitivity| {
+            let mut hypothesis = at.moved(&Vector6::new(step[0], step[1], step[2], step[5], step[6], step[7]));
             hypothesis.state.displacement_m += step[3];
             hypothesis.state.velocity_m_s += step[4];
             hypothesis
         };
-        let steps = Vector6::new(1e-3, 1e-6, 1e-6, 1e-4, 1e-5, 1e-7);
-        for i in 0..6 {
-            let mut step = Vector6::zeros();
+        let steps = [1e-3, 1e-6, 1e-6, 1e-4, 1e-5, 1e-7, 1e-4, 1e-4];
+        for i in 0..steps.len() {
+            let mut step = Sensitivity::zeros();
             step[i] = steps[i];
             let (plus, minus) = (predict(&moved(&step)), predict(&moved(&-step)));
             let size = analytic.iter().map(|(_, s)| s[i].abs()).fold(0.0, f64::max);

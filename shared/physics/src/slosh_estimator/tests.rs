@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::seeded_noise::SeededNoise;
-use crate::slosh::SloshParameters;
 use crate::slosh::tests::{BASE_MASS_KG, TANK, two_body_oracle};
+use crate::slosh::{SloshParameters, SloshPropagator};
+use crate::slosh_plan::{SloshPlan, predicted_sigma};
 use estimation::consistency::{ChiSquareMean, nees};
 use std::boxed::Box;
 use std::println;

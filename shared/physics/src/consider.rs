@@ -1,0 +1,200 @@
+//! The second sigma of an estimate: what the sensor sheet's systematic errors may have done to it (Schmidt's consider covariance).
+//!
+//! White noise averages out, a bias does not. Errors β that are not estimated (gyro bias, scales, zeros, latency) with sheet sigmas
+//! `σ_β` move the momentum fit by `∂α/∂β = (F − B)⁻¹ Σ w y ∂r/∂β`; their covariance `(∂α/∂β) diag(σ_β²) (∂α/∂β)'` stands beside that of the
+//! noise, never mixed into it: more data shrink the one and not the other. Misalignment of the gyro acts as a scale (its cosine) in the plane.
+
+use crate::momentum::{CHANNELS, ChannelSigma, MomentumSample, channel_jacobian, noisy_momentum_row};
+use crate::momentum_methods::{KnownMomentum, MomentumError};
+use estimation::weighted_least_squares::Estimate;
+use estimation::weighted_pass::WeightedPass;
+use nalgebra::{SMatrix, SVector};
+use serde::{Deserialize, Serialize};
+
+/// Errors of the sheet that are considered.
+pub const CONSIDERED: usize = 7;
+
+/// Standard deviations of what the sheet does not promise to be zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SensorSheet {
+    pub gyro_bias_rad_s: f64,
+    /// Misalignment included.
+    pub gyro_scale: f64,
+    pub joint_rate_scale: [f64; 2],
+    pub joint_zero_rad: [f64; 2],
+    /// Of the gyro behind the joints.
+    pub latency_s: f64,
+}
+
+impl SensorSheet {
+    fn sigmas(&self) -> SVector<f64, CONSIDERED> {
+        let ([r1, r2], [z1, z2]) = (self.joint_rate_scale, self.joint_zero_rad);
+        SVector::from([self.gyro_bias_rad_s, self.gyro_scale, r1, r2, z1, z2, self.latency_s])
+    }
+}
+
+/// An estimate with both covariances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConsideredEstimate<const P: usize> {
+    /// Covariance of the noise.
+    pub estimate: Estimate<P>,
+    /// Of the sheet's systematic errors.
+    pub consider: SMatrix<f64, P, P>,
+}
+
+impl<const P: usize> ConsideredEstimate<P> {
+    /// What an interval must be built on.
+    pub fn total(&self) -> SMatrix<f64, P, P> {
+        self.estimate.covariance + self.consider
+    }
+}
+
+/// Change of the measured channels (w0, d1, d2, th1, th2) by each considered error, one column each.
+fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64) -> SMatrix<f64, CHANNELS, CONSIDERED> {
+    let mut columns = SMatrix::zeros();
+    columns[(0, 0)] = 1.0;
+    columns[(0, 1)] = sample.omega0_z_rad_s;
+    columns[(1, 2)] = sample.joint_rate_rad_s[0];
+    columns[(2, 3)] = sample.joint_rate_rad_s[1];
+    columns[(3, 4)] = 1.0;
+    columns[(4, 5)] = 1.0;
+    columns[(0, 6)] = -base_acceleration_rad_s2;
+    columns
+}
+
+/// The weighted fit at `reference` (a converged α) with the consider covariance of `sheet`.
+///
+/// Accelerations of the base are central differences over ten samples, enough for a sensitivity.
+///
+/// # Errors
+/// [`MomentumError::ScaleUnknown`], [`MomentumError::NotExcited`].
+pub fn consider<const P: usize>(
+    samples: &[MomentumSample],
+    interval_s: f64,
+    momentum: KnownMomentum,
+    sigma: &ChannelSigma,
+    sheet: &SensorSheet,
+    reference: &SVector<f64, P>,
+) -> Result<ConsideredEstimate<P>, MomentumError> {
+    const REACH: usize = 5;
+    let (h_nms, channels) = (momentum.checked()?.h_nms, sigma.in_channel_order());
+    let mut pass = WeightedPass::at(*reference);
+    let mut cross = SMatrix::<f64, P, CONSIDERED>::zeros();
+    for (k, sample) in samples.iter().enumerate() {
+        let row = noisy_momentum_row::<P>(sample, h_nms, &channels);
+        pass.push(&row);
+        let (before, after) = (k.saturating_sub(REACH), (k + REACH).min(samples.len() - 1));
+        let change = samples[after].omega0_z_rad_s - samples[before].omega0_z_rad_s;
+        let acceleration = change / ((after - before).max(1) as f64 * interval_s);
+        // r = h − y α: an error of the channels moves it by −(∂y/∂c δc)' α
+        let by_channel = channel_jacobian::<P>(sample).tr_mul(reference);
+        let by_error = -channels_by_error(sample, acceleration).tr_mul(&by_channel);
+        cross += row.regressor * by_error.transpose() / row.residual_variance(reference);
+    }
+    let estimate = pass.estimate().map_err(MomentumError::NotExcited)?;
+    let moved = estimate.covariance * cross;
+    let scaled = moved * SMatrix::<f64, CONSIDERED, CONSIDERED>::from_diagonal(&sheet.sigmas());
+    Ok(ConsideredEstimate { estimate, consider: scaled * scaled.transpose() })
+}
+
+/// What a parameter's data did to its prior.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Excitation {
+    /// Posterior sigma below a third of the prior's.
+    Identified,
+    /// The data say something, the prior says more.
+    PriorKept,
+    /// Posterior sigma within 1 % of the prior's: no trace in the data.
+    NotExcited,
+}
+
+/// By the ratio of posterior to prior sigma.
+pub fn excitation(posterior_sd: f64, prior_sd: f64) -> Excitation {
+    assert!(prior_sd > 0.0);
+    match posterior_sd / prior_sd {
+        ratio if ratio < 1.0 / 3.0 => Excitation::Identified,
+        ratio if ratio < 0.99 => Excitation::PriorKept,
+        _ => Excitation::NotExcited,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::excitation::tests::benchmark_sigma;
+    use crate::free_floating::PlanarArm;
+    use crate::seeded_noise::SeededNoise;
+    use crate::simulated_arm::{H_NMS, INTERVAL_S, record};
+    use estimation::consistency::nees;
+    use std::vec::Vec;
+
+    const SHEET: SensorSheet = SensorSheet {
+        gyro_bias_rad_s: 5e-5,
+        gyro_scale: 3e-4,
+        joint_rate_scale: [3e-4; 2],
+        joint_zero_rad: [3e-4; 2],
+        latency_s: 1e-3,
+    };
+    const MOMENTUM: KnownMomentum = KnownMomentum { h_nms: H_NMS, sigma_h_nms: 0.0 };
+
+    /// The record with errors drawn from the sheet.
+    fn spoilt(samples: &[MomentumSample], noise: &mut SeededNoise) -> Vec<MomentumSample> {
+        let drawn = SHEET.sigmas().map(|sigma| sigma * noise.normal());
+        let spoil = |k: usize| {
+            let (before, after) = (k.saturating_sub(5), (k + 5).min(samples.len() - 1));
+            let change = samples[after].omega0_z_rad_s - samples[before].omega0_z_rad_s;
+            let moved = channels_by_error(&samples[k], change / ((after - before) as f64 * INTERVAL_S)) * drawn;
+            let mut sample = samples[k];
+            sample.omega0_z_rad_s += moved[0];
+            (0..2).for_each(|i| sample.joint_rate_rad_s[i] += moved[1 + i]);
+            (0..2).for_each(|i| sample.joint_angle_rad[i] += moved[3 + i]);
+            sample
+        };
+        (0..samples.len()).map(spoil).collect()
+    }
+
+    #[test]
+    fn with_errors_of_the_sheet_drawn_at_random_the_total_covariance_is_honest_and_that_of_the_noise_is_not() {
+        let truth = PlanarArm { base_to_joint_m: [0.99, 0.40], ..Default::default() }.minimal_parameters();
+        let (clean, sigma) = (record(&truth, &benchmark_sigma(), 60, 1, 0.0), benchmark_sigma());
+        let clean: Vec<MomentumSample> = clean.iter().map(|sample| sample.motion).collect();
+        let (mut alone, mut together, seeds) = (0.0, 0.0, 100);
+        for seed in 0..seeds {
+            let mut noise = SeededNoise::new(seed);
+            let mut samples = spoilt(&clean, &mut noise);
+            for sample in &mut samples {
+                sample.omega0_z_rad_s += sigma.omega0_rad_s * noise.normal();
+                (0..2).for_each(|i| sample.joint_rate_rad_s[i] += sigma.joint_rate_rad_s[i] * noise.normal());
+                (0..2).for_each(|i| sample.joint_angle_rad[i] += sigma.joint_angle_rad[i] * noise.normal());
+            }
+            let found = consider(&samples, INTERVAL_S, MOMENTUM, &sigma, &SHEET, &truth).expect("excited");
+            let error = found.estimate.alpha - truth;
+            alone += nees(&error, &found.estimate.covariance).expect("positive") / seeds as f64;
+            together += nees(&error, &found.total()).expect("positive") / seeds as f64;
+        }
+        // √(16/100) = 0.4, four of them.
+        assert!((together - 8.0).abs() < 1.6, "{together}");
+        assert!(alone > 80.0, "{alone}");
+    }
+
+    #[test]
+    fn longer_records_shrink_the_noise_and_leave_what_the_sheet_may_do() {
+        let truth = PlanarArm::default().minimal_parameters();
+        let clean: Vec<MomentumSample> =
+            record(&truth, &benchmark_sigma(), 120, 1, 0.0).iter().map(|sample| sample.motion).collect();
+        let of = |samples: &[MomentumSample]| {
+            let found = consider(samples, INTERVAL_S, MOMENTUM, &benchmark_sigma(), &SHEET, &truth).expect("excited");
+            (found.estimate.covariance.trace(), found.consider.trace())
+        };
+        let ((noise_1, sheet_1), (noise_2, sheet_2)) = (of(&clean[..6000]), of(&clean));
+        assert!((noise_1 / noise_2 - 2.0).abs() < 0.05, "{}", noise_1 / noise_2); // two periods against four
+        assert!((sheet_1 / sheet_2 - 1.0).abs() < 0.05, "{}", sheet_1 / sheet_2);
+    }
+
+    #[test]
+    fn a_parameter_is_called_identified_by_what_its_data_did_to_the_prior() {
+        assert_eq!(excitation(0.1, 1.0), Excitation::Identified);
+        assert_eq!(excitation(0.8, 1.0), Excitation::PriorKept);
+        assert_eq!(excitation(0.999, 1.0), Excitation::NotExcited);
+    }
+}

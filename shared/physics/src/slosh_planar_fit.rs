@@ -1,0 +1,309 @@
+//! Maximum likelihood of slosh in the plane: output error over accelerometer and gyro, bias and trend of every channel
+//! projected out.
+//!
+//! A model is a function from N numbers to hub, slosh masses and start; sensitivities are central differences of 2N runs
+//! beside the nominal one. Levenberg–Marquardt converges to the nearest minimum: begin where the modes are right
+//! (`slosh_planar_scan`), and look at χ², which tells a wrong minimum (66 per degree of freedom against 1).
+
+use estimation::consistency::Whiteness;
+use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
+
+use crate::slosh_planar::{PlanarHub, PlanarSlosh, PlanarState};
+use crate::slosh_planar_scan::PlanarSample;
+
+/// Bound of the iterations.
+pub const ITERATIONS_MAX: u32 = 30;
+/// Converged when a full step is shorter than this many standard deviations.
+const STEP_SIGMAS: f64 = 1e-3;
+/// Accelerations along x and y, rate.
+const CHANNELS: usize = 3;
+
+/// White standard deviation of a sample; infinite leaves a channel out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarNoise {
+    pub acceleration_m_s2: f64,
+    pub rate_rad_s: f64,
+}
+
+impl PlanarNoise {
+    fn weights(&self) -> [f64; CHANNELS] {
+        [self.acceleration_m_s2, self.acceleration_m_s2, self.rate_rad_s].map(|sigma| 1.0 / (sigma * sigma))
+    }
+}
+
+/// A record with what is known of its sensors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarRecord<'a> {
+    pub samples: &'a [PlanarSample],
+    pub interval_s: f64,
+    pub noise: PlanarNoise,
+}
+
+/// What a hypothesis of N numbers says of the craft.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarCraft<const M: usize> {
+    pub hub: PlanarHub,
+    pub masses: [PlanarSlosh; M],
+    pub start: PlanarState<M>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PlanarError {
+    /// The start is no craft, or some number leaves no trace in this record.
+    NotObserved,
+    /// Fewer samples than twice the numbers.
+    TooShort { got: usize, need: usize },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarEstimate<const N: usize> {
+    pub theta: SVector<f64, N>,
+    pub covariance: SMatrix<f64, N, N>,
+    pub chi_square: f64,
+    pub degrees_of_freedom: f64,
+    pub iterations: u32,
+    /// False where the iterations ended before a minimum: what a wrong model does.
+    pub is_converged: bool,
+}
+
+impl<const N: usize> PlanarEstimate<N> {
+    pub fn sigmas(&self) -> SVector<f64, N> {
+        self.covariance.diagonal().map(libm::sqrt)
+    }
+
+    /// `(χ² − dof)/√(2 dof)`: a unit normal number when the model holds.
+    pub fn z_score(&self) -> f64 {
+        (self.chi_square - self.degrees_of_freedom) / libm::sqrt(2.0 * self.degrees_of_freedom)
+    }
+}
+
+/// χ² and its quadratic model.
+struct Quadratic<const N: usize> {
+    chi_square: f64,
+    information: SMatrix<f64, N, N>,
+    gradient: SVector<f64, N>,
+    /// Bias and trend of each channel.
+    offsets: [Vector2<f64>; CHANNELS],
+}
+
+/// Sums of one channel: `[1, t]` against itself, the residual and the sensitivities.
+struct Offsets<const N: usize> {
+    normal: Matrix2<f64>,
+    residual: Vector2<f64>,
+    sensitivity: SMatrix<f64, 2, N>,
+}
+
+impl<const N: usize> Offsets<N> {
+    const fn zero() -> Self {
+        Self {
+            normal: Matrix2::new(0.0, 0.0, 0.0, 0.0),
+            residual: Vector2::new(0.0, 0.0),
+            sensitivity: SMatrix::<f64, 2, N>::from_array_storage(nalgebra::ArrayStorage([[0.0; 2]; N])),
+        }
+    }
+}
+
+/// Maximum likelihood from `start`; `scale` states what a small change of each number is.
+///
+/// # Errors
+/// [`PlanarError`].
+pub fn fit<const N: usize, const M: usize>(
+    record: &PlanarRecord<'_>,
+    craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
+    start: &SVector<f64, N>,
+    scale: &SVector<f64, N>,
+) -> Result<PlanarEstimate<N>, PlanarError> {
+    let (got, need) = (record.samples.len(), 2 * N);
+    if got < need {
+        return Err(PlanarError::TooShort { got, need });
+    }
+    let mut theta = *start;
+    let mut here = quadratic(record, craft, &theta, scale).ok_or(PlanarError::NotObserved)?;
+    let mut damping = 1e-3;
+    for iterations in 0..ITERATIONS_MAX {
+        let full = damped_step(&here, 0.0).ok_or(PlanarError::NotObserved)?;
+        let step_sigmas = libm::sqrt(full.dot(&here.gradient).max(0.0));
+        if step_sigmas <= STEP_SIGMAS {
+            return report(record, theta, &here, (iterations, true));
+        }
+        let trial = theta + damped_step(&here, damping).ok_or(PlanarError::NotObserved)?;
+        match chi_square(record, craft, &trial).filter(|chi_square| *chi_square < here.chi_square) {
+            Some(_) => {
+                theta = trial;
+                here = quadratic(record, craft, &theta, scale).ok_or(PlanarError::NotObserved)?;
+                damping *= 0.1;
+            }
+            // At the bottom rounding of χ² decides.
+            None if step_sigmas < 0.02 && damping < 1e-6 => return report(record, theta, &here, (iterations, true)),
+            None => damping *= 10.0,
+        }
+    }
+    report(record, theta, &here, (ITERATIONS_MAX, false))
+}
+
+fn report<const N: usize>(
+    record: &PlanarRecord<'_>,
+    theta: SVector<f64, N>,
+    here: &Quadratic<N>,
+    (iterations, is_converged): (u32, bool),
+) -> Result<PlanarEstimate<N>, PlanarError> {
+    let channels = record.noise.weights().iter().filter(|weight| **weight > 0.0).count();
+    let rows = channels * record.samples.len();
+    let covariance = estimation::cramer_rao::FisherInformation::<N> { matrix: here.information }.bound();
+    Ok(PlanarEstimate {
+        theta,
+        covariance: covariance.ok_or(PlanarError::NotObserved)?,
+        chi_square: here.chi_square,
+        degrees_of_freedom: rows.saturating_sub(N + 2 * channels) as f64,
+        iterations,
+        is_converged,
+    })
+}
+
+/// Cramér–Rao bound of `theta` under these forces: what is measured does not matter. `None`: some number leaves no trace.
+pub fn bound<const N: usize, const M: usize>(
+    record: &PlanarRecord<'_>,
+    craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
+    theta: &SVector<f64, N>,
+    scale: &SVector<f64, N>,
+) -> Option<SMatrix<f64, N, N>> {
+    let here = quadratic(record, craft, theta, scale)?;
+    estimation::cramer_rao::FisherInformation::<N> { matrix: here.information }.bound()
+}
+
+/// What the estimate leaves of the record, in place of what was measured: forces stay, so that a further mode can be
+/// looked for. `residuals` is as long as the record. `None`: the estimate is no craft.
+pub fn residuals<const N: usize, const M: usize>(
+    record: &PlanarRecord<'_>,
+    craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
+    theta: &SVector<f64, N>,
+    residuals: &mut [PlanarSample],
+) -> Option<()> {
+    let PlanarCraft { hub, masses, mut start } = craft(theta)?;
+    for (residual, sample) in residuals.iter_mut().zip(record.samples) {
+        let left = measured(sample) - start.step(&hub, &masses, &sample.wrench, record.interval_s)?;
+        *residual = PlanarSample {
+            wrench: sample.wrench,
+            acceleration_m_s2: Vector2::new(left[0], left[1]),
+            rate_rad_s: left[2],
+        };
+    }
+    Some(())
+}
+
+/// Residuals of each channel on block means at several scales.
+pub fn whiteness<const N: usize, const M: usize>(
+    record: &PlanarRecord<'_>,
+    craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
+    estimate: &PlanarEstimate<N>,
+) -> Option<[Whiteness; CHANNELS]> {
+    let here = quadratic(record, craft, &estimate.theta, &estimate.sigmas())?;
+    let PlanarCraft { hub, masses, mut start } = craft(&estimate.theta)?;
+    let mut white = [Whiteness::default(); CHANNELS];
+    for (k, sample) in record.samples.iter().enumerate() {
+        let residual = measured(sample) - start.step(&hub, &masses, &sample.wrench, record.interval_s)?;
+        for (c, weight) in record.noise.weights().into_iter().enumerate().filter(|(_, weight)| *weight > 0.0) {
+            white[c].push((residual[c] - here.offsets[c].dot(&ramp(record, k))) * libm::sqrt(weight));
+        }
+    }
+    Some(white)
+}
+
+fn measured(sample: &PlanarSample) -> Vector3<f64> {
+    Vector3::new(sample.acceleration_m_s2[0], sample.acceleration_m_s2[1], sample.rate_rad_s)
+}
+
+/// `[1, t]`, t from −1 to 1 over the record.
+fn ramp(record: &PlanarRecord<'_>, k: usize) -> Vector2<f64> {
+    let half = record.samples.len() as f64 / 2.0;
+    Vector2::new(1.0, (k as f64 - half) / half)
+}
+
+/// χ² with the offsets at their best.
+pub fn chi_square<const N: usize, const M: usize>(
+    record: &PlanarRecord<'_>,
+    craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
+    theta: &SVector<f64, N>,
+) -> Option<f64> {
+    let PlanarCraft { hub, masses, mut start } = craft(theta)?;
+    let weights = record.noise.weights();
+    let (mut sum, mut normal, mut right) = (0.0, Matrix2::zeros(), [Vector2::zeros(); CHANNELS]);
+    for (k, sample) in record.samples.iter().enumerate() {
+        let residual = measured(sample) - start.step(&hub, &masses, &sample.wrench, record.interval_s)?;
+        let ramp = ramp(record, k);
+        normal += ramp * ramp.transpose();
+        for c in 0..CHANNELS {
+            sum += residual[c] * residual[c] * weights[c];
+            right[c] += ramp * residual[c];
+        }
+    }
+    let inverse = normal.try_inverse()?;
+    let explained: f64 = right.iter().zip(weights).map(|(right, weight)| right.dot(&(inverse * right)) * weight).sum();
+    Some(sum - explained).filter(|value| value.is_finite())
+}
+
+fn quadratic<const N: usize, const M: usize>(
+    record: &PlanarRecord<'_>,
+    craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
+    theta: &SVector<f64, N>,
+    scale: &SVector<f64, N>,
+) -> Option<Quadratic<N>> {
+    /// Of the scale: truncation 1e-8, rounding 1e-12 of the sensitivity.
+    const PART: f64 = 1e-4;
+    let beside = |i: usize, sign: f64| {
+        let mut moved = *theta;
+        moved[i] += sign * PART * scale[i];
+        craft(&moved)
+    };
+    let mut nominal = craft(theta)?;
+    let mut pairs = [[nominal; 2]; N];
+    for (i, pair) in pairs.iter_mut().enumerate() {
+        *pair = [beside(i, 1.0)?, beside(i, -1.0)?];
+    }
+    let run = |craft: &mut PlanarCraft<M>, sample: &PlanarSample| {
+        craft.start.step(&craft.hub, &craft.masses, &sample.wrench, record.interval_s)
+    };
+    let weights = record.noise.weights();
+    let mut sums = Quadratic {
+        chi_square: 0.0,
+        information: SMatrix::zeros(),
+        gradient: SVector::zeros(),
+        offsets: [Vector2::zeros(); CHANNELS],
+    };
+    let mut offsets = [const { Offsets::<N>::zero() }; CHANNELS];
+    for (k, sample) in record.samples.iter().enumerate() {
+        let residual = measured(sample) - run(&mut nominal, sample)?;
+        let mut sensitivity = SMatrix::<f64, CHANNELS, N>::zeros();
+        for (i, [plus, minus]) in pairs.iter_mut().enumerate() {
+            let difference = run(plus, sample)? - run(minus, sample)?;
+            sensitivity.set_column(i, &(difference / (2.0 * PART * scale[i])));
+        }
+        let ramp = ramp(record, k);
+        for c in 0..CHANNELS {
+            let row = sensitivity.row(c);
+            sums.chi_square += residual[c] * residual[c] * weights[c];
+            sums.gradient += row.transpose() * (residual[c] * weights[c]);
+            sums.information += row.transpose() * (row * weights[c]);
+            offsets[c].normal += ramp * ramp.transpose();
+            offsets[c].residual += ramp * residual[c];
+            offsets[c].sensitivity += ramp * row;
+        }
+    }
+    for (c, Offsets { normal, residual, sensitivity }) in offsets.iter().enumerate() {
+        let inverse = normal.try_inverse()?;
+        let best = inverse * residual;
+        sums.chi_square -= residual.dot(&best) * weights[c];
+        sums.gradient -= sensitivity.transpose() * best * weights[c];
+        sums.information -= sensitivity.transpose() * (inverse * sensitivity) * weights[c];
+        sums.offsets[c] = best;
+    }
+    sums.chi_square.is_finite().then_some(sums)
+}
+
+/// `(H + λ diag H)⁻¹ g`; `None` when the information is singular.
+fn damped_step<const N: usize>(at: &Quadratic<N>, damping: f64) -> Option<SVector<f64, N>> {
+    let scale = at.information.diagonal().map(|value| 1.0 / libm::sqrt(value));
+    let scaling = SMatrix::<f64, N, N>::from_diagonal(&scale);
+    let scaled = scaling * at.information * scaling + SMatrix::<f64, N, N>::identity() * damping;
+    Some(scaling * scaled.cholesky()?.solve(&(scaling * at.gradient)))
+}

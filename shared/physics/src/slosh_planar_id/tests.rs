@@ -1,0 +1,81 @@
+//! The planar search on records of the model itself; truth from another formulation is tested with the benchmarks.
+
+use super::*;
+use crate::seeded_noise::SeededNoise;
+use crate::slosh_planar::Wrench;
+use crate::slosh_planar_fit::{PlanarNoise, bound, whiteness};
+use crate::slosh_planar_scan::PlanarSample;
+use nalgebra::vector;
+use std::vec::Vec;
+
+const HUB: PlanarHub = PlanarHub { mass_kg: 1004.5, inertia_com_kg_m2: 480.0, sensor_m: Vector2::new(0.5, -0.3) };
+const TRUTH: [f64; SPRINGS] = [28.7, 0.16, 0.12, 0.03, 0.025, -0.45, 0.2];
+const SEARCH: PlanarSearch = PlanarSearch { band_hz: [0.004, 0.03], reach_m: 1.0, starts: STARTS_MAX };
+/// 0.008 (m/s)/√h and 0.09 °/√h at 1 Hz.
+const NOISE: PlanarNoise = PlanarNoise { acceleration_m_s2: 0.008 / 60.0, rate_rad_s: 2.618e-5 };
+
+/// Square bursts of three cycles: along x, along y, about z (benchmark page 2, section 4).
+fn wrench(t: f64) -> Wrench {
+    let burst = |amplitude: f64, hertz: f64, begin: f64| {
+        let phase = (t + 0.5 - begin) * hertz;
+        if !(0.0..3.0).contains(&phase) {
+            0.0
+        } else if phase % 1.0 < 0.5 {
+            amplitude
+        } else {
+            -amplitude
+        }
+    };
+    Wrench {
+        force_n: vector![burst(0.14, 0.0121, 0.0), burst(0.112, 0.01046, 300.0)],
+        torque_n_m: burst(0.12, 0.01046, 650.0),
+    }
+}
+
+fn samples(truth: &SVector<f64, SPRINGS>, seconds: u32, seed: Option<u64>) -> Vec<PlanarSample> {
+    let PlanarCraft { hub, masses, mut start } = springs(HUB, truth).expect("exists");
+    let mut noise = SeededNoise::new(seed.unwrap_or(0));
+    let scale = if seed.is_some() { 1.0 } else { 0.0 };
+    (0..seconds)
+        .map(|k| {
+            let wrench = wrench(f64::from(k));
+            let seen = start.step(&hub, &masses, &wrench, 1.0).expect("positive");
+            let mut noisy = |value: f64, sigma: f64| value + scale * sigma * noise.normal();
+            PlanarSample {
+                wrench,
+                acceleration_m_s2: vector![
+                    noisy(seen[0], NOISE.acceleration_m_s2) + 1e-5,
+                    noisy(seen[1], NOISE.acceleration_m_s2) - 2e-5
+                ],
+                rate_rad_s: noisy(seen[2], NOISE.rate_rad_s) + 3e-6,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn bound_of_the_planar_experiment_is_that_of_an_independent_study() {
+    let truth = SVector::from(TRUTH);
+    let samples = samples(&truth, 1800, None);
+    let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
+    let covariance = bound(&record, &|theta| springs(HUB, theta), &truth, &truth.abs()).expect("seen");
+    for (i, printed) in [0.57, 0.55, 0.55, 1.43, 1.23, 0.45, 0.65].into_iter().enumerate() {
+        let percent = 100.0 * covariance[(i, i)].sqrt() / truth[i].abs();
+        assert!((percent / printed - 1.0).abs() < 0.03, "{i}: {percent} {printed}"); // edges of the bursts, digits
+    }
+}
+
+#[test]
+fn all_seven_numbers_are_found_from_the_scan_alone() {
+    let truth = SVector::from(TRUTH);
+    for seed in 1..3 {
+        let samples = samples(&truth, 1800, Some(seed));
+        let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
+        let answer = identify_springs(&record, HUB, &SEARCH).expect("a minimum");
+        assert!(answer.is_explained, "{answer:?}");
+        let z = (answer.estimate.theta - truth).component_div(&answer.estimate.sigmas());
+        assert!(z.amax() < 4.0, "{z}"); // 7 unit normal numbers
+        let white = whiteness(&record, &|theta| springs(HUB, theta), &answer.estimate).expect("exists");
+        assert!(white.iter().all(|white| white.worst_z_score() < 5.0), "{white:?}");
+    }
+}

@@ -1,0 +1,185 @@
+//! Spring or pendulum, from several levels of axial thrust (one tank behind the hub's centre of mass, thrust along +x).
+//!
+//! At one level both are the same to first order. The stiffness of a pendulum is `ms a/L`, that of a spring does not know
+//! the acceleration: fitted level by level, `k(a) = k0 + k1 a` has `k0 ≈ 0` for the one and `k1 ≈ 0` for the other; a tank
+//! that is both (surface tension and thrust alike) shows both. The joint fits over all levels decide by the Bayesian
+//! information criterion, and χ² says whether the winner explains the record.
+
+use nalgebra::{Matrix2, SVector, Vector2};
+
+use crate::slosh_planar::{PlanarHub, PlanarState};
+use crate::slosh_planar_fit::{PlanarCraft, PlanarError, PlanarRecord, fit};
+use crate::slosh_planar_id::{ONE_AXIS, PlanarAnswer, PlanarSearch, identify_one_axis, lateral_spring, pendulum};
+use crate::slosh_planar_scan::scan_modes;
+
+/// Levels a record can have.
+pub const LEVELS_MAX: usize = 8;
+/// Evidence that decides: a difference of the criterion of ten is a likelihood ratio of e⁵.
+pub const BIC_DECIDES: f64 = 10.0;
+
+/// Five numbers, and rate, displacement and speed at the beginning of a level.
+const LEVEL: usize = ONE_AXIS + 3;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SuspensionKind {
+    Spring,
+    Pendulum,
+}
+
+impl SuspensionKind {
+    pub fn other(self) -> Self {
+        if self == Self::Spring { Self::Pendulum } else { Self::Spring }
+    }
+
+    /// The craft of its five numbers.
+    pub fn craft(self, hub: PlanarHub, theta: &SVector<f64, ONE_AXIS>) -> Option<PlanarCraft<1>> {
+        match self {
+            Self::Spring => lateral_spring(hub, theta),
+            Self::Pendulum => pendulum(hub, theta),
+        }
+    }
+}
+
+/// `k(a) = k0 + k1 a` by weighted least squares over the levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StiffnessRegression {
+    pub offset_n_m: f64,
+    pub offset_sigma: f64,
+    pub slope_kg_m: f64,
+    pub slope_sigma: f64,
+    /// Levels that gave a stiffness; two at least, or the rest is zero.
+    pub levels: usize,
+}
+
+impl StiffnessRegression {
+    /// Standard deviations of the offset from zero: small for a pendulum.
+    pub fn offset_sigmas(&self) -> f64 {
+        self.offset_n_m / self.offset_sigma
+    }
+
+    /// Standard deviations of the slope from zero: small for a spring.
+    pub fn slope_sigmas(&self) -> f64 {
+        self.slope_kg_m / self.slope_sigma
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SuspensionVerdict {
+    /// `None` when the criterion does not decide, or the winner does not explain the record.
+    pub kind: Option<SuspensionKind>,
+    pub spring: PlanarAnswer<ONE_AXIS>,
+    pub pendulum: PlanarAnswer<ONE_AXIS>,
+    pub regression: StiffnessRegression,
+    rows: f64,
+}
+
+impl SuspensionVerdict {
+    pub fn estimate(&self, kind: SuspensionKind) -> &PlanarAnswer<ONE_AXIS> {
+        match kind {
+            SuspensionKind::Spring => &self.spring,
+            SuspensionKind::Pendulum => &self.pendulum,
+        }
+    }
+
+    /// `χ² + parameters ln rows`.
+    pub fn bic(&self, kind: SuspensionKind) -> f64 {
+        self.estimate(kind).estimate.chi_square + ONE_AXIS as f64 * libm::log(self.rows)
+    }
+}
+
+/// Decides over a record of levels of `level_samples` each, at rest at the beginning.
+///
+/// # Errors
+/// [`PlanarError`] when neither model has a minimum, or one has none.
+pub fn decide(
+    record: &PlanarRecord<'_>,
+    level_samples: usize,
+    hub: &PlanarHub,
+) -> Result<SuspensionVerdict, PlanarError> {
+    let first = &record.samples[..level_samples.min(record.samples.len())];
+    // The wrong model has no minimum worth finding: few starts.
+    let search = PlanarSearch { band_hz: [0.01, 0.1], reach_m: 1.2, starts: 3 };
+    let mode_hz = scan_modes(first, record.interval_s, search.band_hz).frequency_hz[0];
+    let axial_m_s2 = |mass_kg: f64| first.first().map_or(0.0, |s| s.wrench.force_n[0]) / (hub.mass_kg + mass_kg);
+    // λ = B k along y: B = 1/μ + x²/I0 (a mass on the thrust line).
+    let stiffness = |mass_kg: f64, place: &Vector2<f64>, lambda: f64| {
+        lambda / (1.0 / hub.mass_kg + 1.0 / mass_kg + place[0] * place[0] / hub.inertia_com_kg_m2)
+    };
+    let length = |mass_kg: f64, place: &Vector2<f64>, lambda: f64| {
+        mass_kg * axial_m_s2(mass_kg) / stiffness(mass_kg, place, lambda)
+    };
+    let spring_craft = |theta: &SVector<f64, ONE_AXIS>| lateral_spring(*hub, theta);
+    let pendulum_craft = |theta: &SVector<f64, ONE_AXIS>| pendulum(*hub, theta);
+    let spring = identify_one_axis(record, hub, &search, mode_hz, &spring_craft, &stiffness)?;
+    let pendulum = identify_one_axis(record, hub, &search, mode_hz, &pendulum_craft, &length)?;
+    let regression = regress(record, level_samples, hub, &spring, &pendulum);
+    let mut verdict =
+        SuspensionVerdict { kind: None, spring, pendulum, regression, rows: 3.0 * record.samples.len() as f64 };
+    let margin = verdict.bic(SuspensionKind::Pendulum) - verdict.bic(SuspensionKind::Spring);
+    let winner = if margin > 0.0 { SuspensionKind::Spring } else { SuspensionKind::Pendulum };
+    let decided = margin.abs() > BIC_DECIDES && verdict.estimate(winner).is_explained;
+    verdict.kind = decided.then_some(winner);
+    Ok(verdict)
+}
+
+/// Spring fits level by level, each with a free start, regressed on the axial acceleration.
+fn regress(
+    record: &PlanarRecord<'_>,
+    level_samples: usize,
+    hub: &PlanarHub,
+    spring: &PlanarAnswer<ONE_AXIS>,
+    pendulum: &PlanarAnswer<ONE_AXIS>,
+) -> StiffnessRegression {
+    let (mut normal, mut right, mut levels) = (Matrix2::zeros(), Vector2::zeros(), 0);
+    for samples in record.samples.chunks_exact(level_samples).take(LEVELS_MAX) {
+        let axial_m_s2 = samples[0].wrench.force_n[0] / (hub.mass_kg + spring.estimate.theta[0]);
+        let level = PlanarRecord { samples, ..*record };
+        let Some((stiffness, sigma)) = level_stiffness(&level, hub, axial_m_s2, spring, pendulum) else { continue };
+        let row = Vector2::new(1.0, axial_m_s2);
+        normal += row * row.transpose() / (sigma * sigma);
+        right += row * (stiffness / (sigma * sigma));
+        levels += 1;
+    }
+    let Some(covariance) = normal.try_inverse().filter(|_| levels >= 2) else {
+        return StiffnessRegression { levels, ..StiffnessRegression::default() };
+    };
+    let solved = covariance * right;
+    StiffnessRegression {
+        offset_n_m: solved[0],
+        offset_sigma: libm::sqrt(covariance[(0, 0)]),
+        slope_kg_m: solved[1],
+        slope_sigma: libm::sqrt(covariance[(1, 1)]),
+        levels,
+    }
+}
+
+/// Stiffness of one level and its standard deviation, from the better of two starts: what either joint fit says of it.
+fn level_stiffness(
+    level: &PlanarRecord<'_>,
+    hub: &PlanarHub,
+    axial_m_s2: f64,
+    spring: &PlanarAnswer<ONE_AXIS>,
+    pendulum: &PlanarAnswer<ONE_AXIS>,
+) -> Option<(f64, f64)> {
+    let craft = |theta: &SVector<f64, LEVEL>| {
+        let craft = lateral_spring(*hub, &theta.fixed_rows::<ONE_AXIS>(0).into_owned())?;
+        let start = PlanarState {
+            rate_rad_s: theta[5],
+            place: [Vector2::new(theta[6], 0.0)],
+            speed: [Vector2::new(theta[7], 0.0)],
+        };
+        Some(PlanarCraft { start, ..craft })
+    };
+    let hung = &pendulum.estimate.theta;
+    // The mass hangs a rod's length behind its pivot.
+    let as_spring = [hung[0], hung[0] * axial_m_s2 / hung[1], hung[2], hung[3] - hung[1], hung[4]];
+    let starts = [SVector::<f64, ONE_AXIS>::from(as_spring), spring.estimate.theta];
+    let scale = SVector::<f64, LEVEL>::from([10.0, 0.3, 0.1, 0.3, 0.3, 1e-4, 0.03, 0.01]);
+    let fits = starts.iter().filter_map(|five| {
+        let mut start = SVector::<f64, LEVEL>::zeros();
+        start.fixed_rows_mut::<ONE_AXIS>(0).copy_from(five);
+        fit(level, &craft, &start, &scale).ok()
+    });
+    let best = fits.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square))?;
+    Some((best.theta[1], best.sigmas()[1]))
+}
