@@ -1,4 +1,4 @@
-//! Monte Carlo figures: `campaign decay SEEDS [bias]`, `campaign ambient SEEDS`, `campaign random SEEDS`.
+//! Monte Carlo figures: `campaign decay SEEDS [bias]`, `campaign ambient SEEDS`, `campaign twelve SEEDS`, `campaign random SEEDS`.
 
 #[path = "../tests/cases/mod.rs"]
 mod cases;
@@ -71,6 +71,7 @@ fn main() {
                 record
             });
         }
+        "twelve" => twelve(seeds),
         "profile" => profile(),
         "random" => {
             for (name, excitation) in [("decay", Excitation::Decay), ("white noise", Excitation::WhiteNoise)] {
@@ -79,6 +80,81 @@ fn main() {
         }
         other => panic!("unknown campaign {other}"),
     }
+}
+
+/// Twelve modes between 0.5 and 20 Hz, at least three half-power widths apart, ten channels, sensor noise 20 dB below, 2000 periods
+/// of the slowest.
+fn twelve(seeds: u64) {
+    const RATE_HZ: f64 = 50.0;
+    let (mut counted, mut missed, mut spurious) = (0, 0, 0);
+    let (mut in_f, mut in_z) = (0, 0);
+    for seed in 0..seeds {
+        let mut noise = Noise::new(seed);
+        let mut truth: Vec<TrueMode> = Vec::new();
+        while truth.len() < 12 {
+            let frequency_hz = 0.5 * libm::pow(40.0, noise.uniform());
+            let damping_ratio = noise.between(0.003, 0.02);
+            let width = |f: f64, zeta: f64| 2.0 * zeta * f;
+            let apart = |other: &TrueMode| {
+                (other.frequency_hz - frequency_hz).abs()
+                    > 3.0 * width(frequency_hz, damping_ratio).max(width(other.frequency_hz, other.damping_ratio))
+            };
+            if truth.iter().all(apart) {
+                truth.push(TrueMode { frequency_hz, damping_ratio });
+            }
+        }
+        truth.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        let seconds = 2000.0 / truth[0].frequency_hz;
+        let mut record = vec![vec![0.0; 10]; (RATE_HZ * seconds) as usize];
+        for mode in &truth {
+            add_mode(&mut record, mode.frequency_hz / RATE_HZ, mode.damping_ratio, Excitation::WhiteNoise, &mut noise);
+        }
+        let power = record.iter().flatten().map(|y| y * y).sum::<f64>() / (10 * record.len()) as f64;
+        record.iter_mut().flatten().for_each(|y| *y += 0.1 * power.sqrt() * noise.normal());
+        let mut config = Config::new(10, RATE_HZ);
+        config.selection.order_max = 60;
+        let mut identifier = ModalIdentifier::new(config);
+        record.iter().for_each(|sample| identifier.push(sample));
+        let mut modes = identifier.identify().unwrap_or_default();
+        for t in &truth {
+            // What an ambient record of that length allows, to first order.
+            let bound = (t.damping_ratio / (4.0 * std::f64::consts::PI * t.frequency_hz * seconds)).sqrt();
+            let near = |m: &Mode| (m.frequency_hz / t.frequency_hz - 1.0).abs() < t.damping_ratio.max(0.005);
+            match modes.iter().position(near) {
+                Some(at) => {
+                    let m = modes.remove(at);
+                    counted += 1;
+                    in_f += usize::from((m.frequency_hz - t.frequency_hz).abs() < 1.96 * m.sigma_frequency_hz);
+                    in_z += usize::from((m.damping_ratio - t.damping_ratio).abs() < 1.96 * m.sigma_damping);
+                }
+                None if bound < 0.002 => {
+                    counted += 1;
+                    missed += 1;
+                    println!("seed {seed}: missed {:.4} Hz zeta {:.4}", t.frequency_hz, t.damping_ratio);
+                }
+                None => {}
+            }
+        }
+        for m in &modes {
+            println!(
+                "seed {seed}: false {:.4} +- {:.4} Hz zeta {:.4} +- {:.4} orders {} order {} rate 1/{}",
+                m.frequency_hz,
+                m.sigma_frequency_hz,
+                m.damping_ratio,
+                m.sigma_damping,
+                m.orders_found,
+                m.order,
+                m.decimation
+            );
+        }
+        spurious += modes.len();
+    }
+    let found = (counted - missed) as f64;
+    println!(
+        "{seeds} records, {counted} modes, missed {missed}, false {spurious}; 95 % intervals hold f {:.3} zeta {:.3}",
+        in_f as f64 / found,
+        in_z as f64 / found
+    );
 }
 
 fn identify(rate_hz: f64, channels: usize, record: &[Vec<f64>]) -> (Vec<Mode>, f64, f64) {

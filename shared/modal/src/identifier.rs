@@ -202,8 +202,14 @@ fn keep_best_rate(mut all: Selection) -> Selection {
             None => groups.push(vec![mode]),
         }
     }
-    let mut modes = Vec::new();
-    for mut group in groups {
+    let mut modes: Vec<Mode> = Vec::new();
+    let slowest: Vec<usize> =
+        groups.iter().map(|group| group.iter().map(|mode| mode.decimation).max().unwrap_or(1)).collect();
+    for (k, mut group) in groups.clone().into_iter().enumerate() {
+        if let Some(narrow) = narrower(&group[0], slowest[k], &groups) {
+            all.rejected.extend(group.iter().map(|mode| left_out(mode, narrow.decimation)));
+            continue;
+        }
         let slack = RATE_VARIANCE_SLACK * variance(&group[0]);
         let mut best = 0;
         for (index, mode) in group.iter().enumerate().skip(1) {
@@ -212,17 +218,34 @@ fn keep_best_rate(mut all: Selection) -> Selection {
             }
         }
         let kept = group.swap_remove(best);
-        all.rejected.extend(group.iter().map(|mode| RejectedPole {
-            decimation: mode.decimation,
-            order: mode.order,
-            frequency_hz: mode.frequency_hz,
-            damping_ratio: mode.damping_ratio,
-            reason: Rejection::BetterElsewhere { decimation: kept.decimation },
-        }));
+        all.rejected.extend(group.iter().map(|mode| left_out(mode, kept.decimation)));
         modes.push(kept);
     }
     modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     Selection { modes, rejected: all.rejected }
+}
+
+/// A narrower mode within the half-power width of `mode`, seen only at rates slower than all that show `mode`.
+///
+/// A fast rate looks over a short time and takes close modes for one wide one; the slow rate, which tells them apart, would show
+/// the wide one too if it existed.
+fn narrower<'a>(mode: &Mode, slowest: usize, groups: &'a [Vec<Mode>]) -> Option<&'a Mode> {
+    groups.iter().flatten().find(|other| {
+        other.decimation > slowest
+            && (other.frequency_hz - mode.frequency_hz).abs() <= 2.0 * mode.damping_ratio * mode.frequency_hz
+            && other.damping_ratio < mode.damping_ratio
+            && other.sigma_frequency_hz < mode.sigma_frequency_hz
+    })
+}
+
+fn left_out(mode: &Mode, better_decimation: usize) -> RejectedPole {
+    RejectedPole {
+        decimation: mode.decimation,
+        order: mode.order,
+        frequency_hz: mode.frequency_hz,
+        damping_ratio: mode.damping_ratio,
+        reason: Rejection::BetterElsewhere { decimation: better_decimation },
+    }
 }
 
 /// Frequencies within their bandwidth or three deviations, and shapes alike; or nearly one frequency.

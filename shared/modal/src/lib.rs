@@ -2,16 +2,32 @@
 //!
 //! May import: faer (single-threaded), libm, serde. Must never know: telemetry, partitions, clocks, files, spacecraft.
 //!
-//! Read [`identifier`] first: [`ModalIdentifier`] takes samples one by one in fixed memory and gives [`Mode`]s when asked.
-//! Below it: [`streaming`] (exact block-Hankel Gram matrix), [`decimation`], [`ssi_cov`] (all orders from one factorisation),
+//! Two halves. What flies: [`identifier`], samples one by one in fixed memory, [`Mode`]s when asked. On the ground: [`methods`], one
+//! list over whole [`record`]s, [`maximum_likelihood`] with known inputs the estimator of record; [`frequency_responses`]; [`advice`].
+//!
+//! Below the first: [`streaming`] (exact block-Hankel Gram matrix), [`decimation`], [`ssi_cov`] (all orders from one factorisation),
 //! [`stabilisation`] and [`selection`] (which poles are modes), [`uncertainty`], [`mac`]. Before it: [`onset`] (a jump ends a segment).
 #![forbid(unsafe_code)]
 
+pub mod advice;
 pub mod decimation;
+pub mod era;
+pub mod frequency_responses;
+pub mod gram;
 mod history;
 pub mod identifier;
+mod leading;
+pub mod lsce;
 pub mod mac;
+pub mod maximum_likelihood;
+pub mod methods;
+pub mod model_order;
 pub mod onset;
+mod participation;
+pub mod po_moesp;
+mod projection;
+pub mod rational_fraction;
+pub mod record;
 pub mod selection;
 pub mod ssi_cov;
 pub mod stabilisation;

@@ -32,6 +32,59 @@ pub fn modal_phase_collinearity(shape: &[c64]) -> f64 {
     if total > 0.0 { ((s_xx - s_yy) * (s_xx - s_yy) + 4.0 * s_xy * s_xy) / (total * total) } else { 0.0 }
 }
 
+/// Modal phase deviation: root mean square angle [rad] of the components from their common line, weighted by their size.
+///
+/// The line is that of the total least squares fit through the origin of the complex plane. Reynders, Houbrechts & De Roeck 2012.
+#[must_use]
+pub fn mean_phase_deviation(shape: &[c64]) -> f64 {
+    let (mut s_xx, mut s_yy, mut s_xy) = (0.0, 0.0, 0.0);
+    for psi in shape {
+        s_xx += psi.re * psi.re;
+        s_yy += psi.im * psi.im;
+        s_xy += psi.re * psi.im;
+    }
+    let line = 0.5 * libm::atan2(2.0 * s_xy, s_xx - s_yy);
+    let (sine, cosine) = libm::sincos(line);
+    let (mut angles, mut weights) = (0.0, 0.0);
+    for psi in shape {
+        let size = psi.norm_sqr().sqrt();
+        if size > 0.0 {
+            angles += size * libm::acos(((psi.re * cosine + psi.im * sine) / size).abs().min(1.0));
+            weights += size;
+        }
+    }
+    if weights > 0.0 { angles / weights } else { 0.0 }
+}
+
+/// Extended modal amplitude coherence of outputs: 1 when the last block row of the observability matrix holds of a mode what its
+/// first block row and its pole foretell (Pappa, Elliott & Schenk 1993, output part; channels weighted by their power).
+///
+/// `first` and `last` are the mode's components in the first and in the last block row, `growth = z^(i−1)` foretells `last = growth · first`.
+#[must_use]
+pub fn extended_modal_amplitude_coherence(first: &[c64], last: &[c64], growth: c64) -> f64 {
+    assert_eq!(first.len(), last.len());
+    let (mut sum, mut total) = (0.0, 0.0);
+    for (first, last) in first.iter().zip(last) {
+        let foretold = *first * growth;
+        let (a, b) = (foretold.norm_sqr().sqrt(), last.norm_sqr().sqrt());
+        let size = if a.max(b) > 0.0 { a.min(b) / a.max(b) } else { 0.0 };
+        let cross = *last * foretold.conj();
+        let angle = libm::atan2(cross.im, cross.re).abs();
+        let phase = (1.0 - angle / std::f64::consts::FRAC_PI_4).max(0.0);
+        sum += first.norm_sqr() * size * phase;
+        total += first.norm_sqr();
+    }
+    if total > 0.0 { sum / total } else { 0.0 }
+}
+
+/// Scaled so that the largest component is 1.
+pub(crate) fn normalised(shape: impl Iterator<Item = c64>) -> Vec<c64> {
+    let shape: Vec<c64> = shape.collect();
+    let largest =
+        shape.iter().copied().fold(c64::new(0.0, 0.0), |a, b| if b.norm_sqr() > a.norm_sqr() { b } else { a });
+    if largest.norm_sqr() > 0.0 { shape.into_iter().map(|psi| psi / largest).collect() } else { shape }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

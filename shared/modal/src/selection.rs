@@ -10,9 +10,9 @@
 
 use faer::c64;
 
+use crate::gram::Gram;
 use crate::ssi_cov::{Pole, Realisation, SsiError, realise};
 use crate::stabilisation::{RejectedPole, Rejection, StabilityCriteria, Track, tracks};
-use crate::streaming::Gram;
 use crate::uncertainty::{PoleDeviation, pole_deviations, residual};
 use crate::weighting::homogeneous;
 

@@ -11,11 +11,18 @@
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
 
-use crate::mac::modal_phase_collinearity;
-use crate::streaming::Gram;
+use crate::gram::Gram;
+use crate::mac::{modal_phase_collinearity, normalised};
 
 /// Singular values below this part of the largest are rounding, not signal: `ε` times the growth of a 400-term product, squared data.
 const RANK_FLOOR: f64 = 1e-14;
+
+/// From this size on the leading singular vectors are iterated instead of decomposing everything.
+const SUBSPACE_ROWS_MIN: usize = 700;
+/// Vectors iterated beyond the largest order.
+const SUBSPACE_SPARE: usize = 20;
+/// Each pass takes the square of the ratio of singular values off what is wrong: a state ten times above the rest is exact to 1e-8.
+const SUBSPACE_PASSES: usize = 3;
 
 /// Why no realisation came out.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,6 +79,16 @@ pub struct Pole {
     pub(crate) left: Vec<c64>,
 }
 
+/// What is factorised.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Projection {
+    /// The future–past product `H = Y_f Y_pᵀ` (SSI-COV).
+    Covariance,
+    /// The future projected on the past, `Y_f Y_pᵀ (Y_p Y_pᵀ)⁻¹ Y_p` (SSI-DATA, unweighted): with `Y_p Y_pᵀ = L Lᵀ` its left singular
+    /// vectors and singular values are those of `H L⁻ᵀ`, so that the Gram matrix serves and no QR of the data is needed.
+    Data,
+}
+
 /// Factorises the future–past product for all orders up to `order_max`.
 ///
 /// # Errors
@@ -79,33 +96,112 @@ pub struct Pole {
 ///
 /// Cost: O((il)³) for the singular value decomposition. Memory: a few (il)² matrices.
 pub fn realise(gram: &Gram, order_max: usize) -> Result<Realisation, SsiError> {
+    realise_by(gram, order_max, Projection::Covariance)
+}
+
+/// As [`realise`], of a projection.
+///
+/// # Errors
+/// As [`realise`].
+pub fn realise_by(gram: &Gram, order_max: usize, projection: Projection) -> Result<Realisation, SsiError> {
     let (l, half) = (gram.channels, gram.half());
     let need = 2 * order_max.min(half - l) as u64;
     if gram.columns < need {
         return Err(SsiError::RecordTooShort { columns: gram.columns, need });
     }
     let future_past = gram.matrix.submatrix(half, 0, half, half);
-    let svd = future_past.svd().map_err(|_| SsiError::DecompositionFailed { rows: half })?;
-    let largest = svd.S().column_vector()[0];
-    if !largest.is_finite() {
-        return Err(SsiError::DecompositionFailed { rows: half });
+    match projection {
+        Projection::Covariance => Realisation::from_column_space(future_past, l, order_max),
+        Projection::Data => {
+            let factor = past_factor(gram)?;
+            // (H L⁻ᵀ)ᵀ = L⁻¹ Hᵀ
+            let mut whitened = future_past.transpose().to_owned();
+            faer::linalg::triangular_solve::solve_lower_triangular_in_place(
+                factor.as_ref(),
+                whitened.as_mut(),
+                faer::Par::Seq,
+            );
+            let mut realisation = Realisation::from_column_space(whitened.transpose(), l, order_max)?;
+            // Filters on the past act on L⁻¹ of it.
+            let upper = factor.transpose();
+            faer::linalg::triangular_solve::solve_upper_triangular_in_place(
+                upper,
+                realisation.v.as_mut(),
+                faer::Par::Seq,
+            );
+            Ok(realisation)
+        }
     }
-    if largest <= f64::MIN_POSITIVE {
+}
+
+/// Cholesky factor of `Y_p Y_pᵀ`. A record with less noise than rounding gets as much as its largest row has of that.
+fn past_factor(gram: &Gram) -> Result<Mat<f64>, SsiError> {
+    let half = gram.half();
+    let past = gram.matrix.submatrix(0, 0, half, half);
+    let largest = (0..half).map(|k| past[(k, k)]).fold(0.0, f64::max);
+    if largest.is_nan() || largest <= f64::MIN_POSITIVE {
         return Err(SsiError::NoSignal { largest_singular_value: largest });
     }
-    let singular_values: Vec<f64> = (0..order_max.min(half - l))
-        .map(|k| svd.S().column_vector()[k])
-        .take_while(|s| *s > RANK_FLOOR * largest)
-        .collect();
-    let m = singular_values.len();
-    let u = svd.U().get(.., ..m).to_owned();
-    let v = svd.V().get(.., ..m).to_owned();
-    let (upper, lower) = (u.get(..half - l, ..), u.get(l.., ..));
-    let qr = upper.qr();
-    let q = qr.compute_thin_Q();
-    let r = qr.thin_R().to_owned();
-    let shift = q.transpose() * lower;
-    Ok(Realisation { channels: l, u, v, singular_values, q, r, shift })
+    let mut floor = 0.0;
+    for _ in 0..4 {
+        let raised = Mat::from_fn(half, half, |a, b| past[(a, b)] + if a == b { floor * largest } else { 0.0 });
+        if let Ok(factor) = raised.llt(faer::Side::Lower) {
+            return Ok(factor.L().to_owned());
+        }
+        floor = if floor == 0.0 { RANK_FLOOR } else { 10.0 * floor };
+    }
+    Err(SsiError::DecompositionFailed { rows: half })
+}
+
+impl Realisation {
+    /// From a matrix whose column space is that of the observability matrix (i block rows of `channels` rows).
+    pub(crate) fn from_column_space(h: MatRef<'_, f64>, channels: usize, order_max: usize) -> Result<Self, SsiError> {
+        let (l, half) = (channels, h.nrows());
+        let failed = SsiError::DecompositionFailed { rows: half };
+        let basis = (half >= SUBSPACE_ROWS_MIN && 4 * (order_max + SUBSPACE_SPARE) < half)
+            .then(|| leading_columns(h, order_max + SUBSPACE_SPARE));
+        let svd = match &basis {
+            Some(basis) => (basis.transpose() * h).thin_svd(),
+            None => h.thin_svd(),
+        };
+        let svd = svd.map_err(|_| failed.clone())?;
+        let largest = svd.S().column_vector()[0];
+        if !largest.is_finite() {
+            return Err(failed);
+        }
+        if largest <= f64::MIN_POSITIVE {
+            return Err(SsiError::NoSignal { largest_singular_value: largest });
+        }
+        let available = order_max.min(half - l).min(svd.S().column_vector().nrows());
+        let singular_values: Vec<f64> =
+            (0..available).map(|k| svd.S().column_vector()[k]).take_while(|s| *s > RANK_FLOOR * largest).collect();
+        let m = singular_values.len();
+        let u = svd.U().get(.., ..m).to_owned();
+        let u = basis.map_or(u.clone(), |basis| basis * &u);
+        let v = svd.V().get(.., ..m).to_owned();
+        Ok(Self::from_observability(u, v, singular_values, l))
+    }
+
+    /// The shift equation of all orders from one QR of the shortened observability matrix.
+    pub(crate) fn from_observability(u: Mat<f64>, v: Mat<f64>, singular_values: Vec<f64>, channels: usize) -> Self {
+        let half = u.nrows();
+        let (upper, lower) = (u.get(..half - channels, ..), u.get(channels.., ..));
+        let qr = upper.qr();
+        let q = qr.compute_thin_Q();
+        let r = qr.thin_R().to_owned();
+        let shift = q.transpose() * lower;
+        Self { channels, u, v, singular_values, q, r, shift }
+    }
+}
+
+impl Pole {
+    /// The continuous-time pole [1/s].
+    #[must_use]
+    pub fn continuous(&self) -> c64 {
+        let omega = 2.0 * std::f64::consts::PI * self.frequency_hz;
+        let across = (1.0 - self.damping_ratio * self.damping_ratio).max(0.0).sqrt();
+        c64::new(-self.damping_ratio * omega, omega * across)
+    }
 }
 
 impl Realisation {
@@ -180,11 +276,19 @@ impl Realisation {
     }
 }
 
-fn normalised(shape: impl Iterator<Item = c64>) -> Vec<c64> {
-    let shape: Vec<c64> = shape.collect();
-    let largest =
-        shape.iter().copied().fold(c64::new(0.0, 0.0), |a, b| if b.norm_sqr() > a.norm_sqr() { b } else { a });
-    if largest.norm_sqr() > 0.0 { shape.into_iter().map(|psi| psi / largest).collect() } else { shape }
+/// Orthonormal columns that hold the leading left singular vectors of `h` (block power iteration from a fixed start).
+fn leading_columns(h: MatRef<'_, f64>, count: usize) -> Mat<f64> {
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+    let start = Mat::from_fn(h.ncols(), count, |_, _| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    });
+    let mut basis = (h * &start).qr().compute_thin_Q();
+    for _ in 0..SUBSPACE_PASSES {
+        let across = (h.transpose() * &basis).qr().compute_thin_Q();
+        basis = (h * &across).qr().compute_thin_Q();
+    }
+    basis
 }
 
 fn all_finite(a: MatRef<'_, f64>) -> bool {

@@ -113,6 +113,18 @@ impl StabilityCriteria {
         }
     }
 
+    /// How far a pole agrees with one of another order: 0 nothing, 1 frequency, 2 damping too, 3 shape too.
+    #[must_use]
+    pub fn agreement(&self, a: &Pole, b: &Pole) -> usize {
+        let allowed = (self.damping_change_max * b.damping_ratio).max(self.damping_change_floor);
+        let agrees = [
+            (a.frequency_hz - b.frequency_hz).abs() <= self.frequency_change_max * b.frequency_hz,
+            (a.damping_ratio - b.damping_ratio).abs() <= allowed,
+            modal_assurance_criterion(&a.mode_shape, &b.mode_shape) >= self.mac_min,
+        ];
+        agrees.iter().take_while(|agrees| **agrees).count()
+    }
+
     /// Distance in units of the criteria; above 1 the poles do not agree.
     fn distance(&self, a: &Pole, b: &Pole) -> f64 {
         let frequency = (a.frequency_hz - b.frequency_hz).abs() / (self.frequency_change_max * b.frequency_hz);

@@ -11,9 +11,9 @@
 //!
 //! Cost per sample: 2 i l² multiply-adds, no allocation.
 
-use faer::Mat;
 use serde::{Deserialize, Serialize};
 
+use crate::gram::{Gram, Stretch, TAIL_LENGTH};
 use crate::history::SlidingHistory;
 
 /// Slots for blocks of one record; between half of them and all of them are in use on a long record.
@@ -24,34 +24,8 @@ const BLOCKS_FLOOR: usize = 16;
 const BLOCK_GRAM_BYTES: usize = 64 << 20;
 /// Complete blocks from which a spread along the record is worth having: χ² of 7 degrees of freedom is within a factor of 2 in 95 %.
 const COMPLETE_BLOCKS_MIN: usize = 8;
-/// Samples kept from the end of a block, in units of i: 2i for the displacement, 3i for lagged sums of the last columns.
-const TAIL_LENGTH: usize = 3;
 /// First block length in units of 2i samples: the products lost at a block's border stay below 1/8 of its columns.
 const FIRST_BLOCK_LENGTH: u64 = 8;
-
-/// Gram matrix `H Hᵀ` of a block-Hankel matrix: 2i block rows of l channels, `columns` columns.
-#[derive(Clone, Debug)]
-pub struct Gram {
-    pub matrix: Mat<f64>,
-    pub columns: u64,
-    pub channels: usize,
-    pub block_rows: usize,
-    /// Of every segment: its number of samples and its last 3i samples, newest first.
-    pub(crate) tails: Vec<(u64, Vec<f64>)>,
-}
-
-impl Gram {
-    fn zeros(channels: usize, block_rows: usize) -> Self {
-        let size = 2 * block_rows * channels;
-        Self { matrix: Mat::zeros(size, size), columns: 0, channels, block_rows, tails: Vec::new() }
-    }
-
-    /// Rows of the past (or of the future): `i l`.
-    #[must_use]
-    pub fn half(&self) -> usize {
-        self.block_rows * self.channels
-    }
-}
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Block {
@@ -63,6 +37,12 @@ struct Block {
     head: Vec<f64>,
     /// Last samples, newest first; written when the block ends.
     tail: Vec<f64>,
+}
+
+impl Block {
+    fn stretch(&self) -> Stretch<'_> {
+        Stretch { samples: self.samples, lag_sums: &self.lag_sums, head: &self.head, tail: &self.tail }
+    }
 }
 
 /// Streaming accumulator of the block-Hankel Gram matrix over one or several segments.
@@ -178,14 +158,14 @@ impl StreamingCovariance {
                     first
                 }
                 Some(first) => {
-                    self.add_gram(&first, &mut gram);
+                    gram.add(&first.stretch());
                     block
                 }
                 None => block,
             });
         }
         if let Some(last) = joined {
-            self.add_gram(&last, &mut gram);
+            gram.add(&last.stretch());
         }
         gram
     }
@@ -201,7 +181,7 @@ impl StreamingCovariance {
             .filter(|&index| is_complete(&self.blocks[index]))
             .map(|index| {
                 let mut gram = Gram::zeros(self.channels, self.block_rows);
-                self.add_gram(&self.finished(index), &mut gram);
+                gram.add(&self.finished(index).stretch());
                 gram
             })
             .collect()
@@ -266,67 +246,6 @@ impl StreamingCovariance {
     fn join(&self, first: &mut Block, second: &Block) {
         join(first, second, self.channels, self.block_rows);
     }
-
-    /// Adds the Gram matrix of one contiguous block: first block row from the lag sums, the rest by displacement.
-    fn add_gram(&self, block: &Block, gram: &mut Gram) {
-        let (l, rows) = (self.channels, 2 * self.block_rows);
-        if block.samples < rows as u64 {
-            return;
-        }
-        gram.columns += block.samples - rows as u64 + 1;
-        gram.tails.push((block.samples, block.tail.clone()));
-        let first_row = self.first_block_row(block);
-        for q in 0..rows {
-            // `acc` walks down the diagonal G[0,q], G[1,q+1], …
-            let mut acc: Vec<f64> = first_row[q * l * l..(q + 1) * l * l].to_vec();
-            for p in 0..rows - q {
-                if p > 0 {
-                    let (head_p, head_q) = (&block.head[(p - 1) * l..p * l], &block.head[(p + q - 1) * l..(p + q) * l]);
-                    let (late_p, late_q) = (rows - 1 - p, rows - 1 - p - q);
-                    let (tail_p, tail_q) =
-                        (&block.tail[late_p * l..(late_p + 1) * l], &block.tail[late_q * l..(late_q + 1) * l]);
-                    for a in 0..l {
-                        for b in 0..l {
-                            acc[a * l + b] += tail_p[a] * tail_q[b] - head_p[a] * head_q[b];
-                        }
-                    }
-                }
-                for a in 0..l {
-                    for b in 0..l {
-                        gram.matrix[((p + q) * l + b, p * l + a)] += acc[a * l + b];
-                        if q > 0 {
-                            gram.matrix[(p * l + a, (p + q) * l + b)] += acc[a * l + b];
-                        }
-                    }
-                }
-            }
-        }
-    }
-
-    /// `G[0,k] = Σ_{t<Nc} y_t y_{t+k}ᵀ`: the lag sums without the products that end in no column.
-    fn first_block_row(&self, block: &Block) -> Vec<f64> {
-        let (l, rows) = (self.channels, 2 * self.block_rows);
-        let width = rows * l;
-        let mut first_row = vec![0.0; rows * l * l];
-        for k in 0..rows {
-            let out = &mut first_row[k * l * l..(k + 1) * l * l];
-            for a in 0..l {
-                for b in 0..l {
-                    out[a * l + b] = block.lag_sums[b * width + k * l + a];
-                }
-            }
-            for late in 0..(rows - 1).saturating_sub(k) {
-                let (newer, older) =
-                    (&block.tail[late * l..(late + 1) * l], &block.tail[(late + k) * l..(late + k + 1) * l]);
-                for a in 0..l {
-                    for b in 0..l {
-                        out[a * l + b] -= older[a] * newer[b];
-                    }
-                }
-            }
-        }
-        first_row
-    }
 }
 
 /// Appends `second` to `first` as if the samples had come without a break.
@@ -360,6 +279,7 @@ fn join(first: &mut Block, second: &Block, l: usize, block_rows: usize) {
 mod tests {
     use super::*;
     use crate::test_noise::Noise;
+    use faer::Mat;
 
     fn batch_gram(segments: &[Vec<Vec<f64>>], l: usize, i: usize) -> Mat<f64> {
         let size = 2 * i * l;

@@ -19,8 +19,8 @@
 
 use faer::{Accum, Mat, Par, c64};
 
+use crate::gram::Gram;
 use crate::ssi_cov::{Pole, Realisation};
-use crate::streaming::Gram;
 
 /// A residual is called white when the mean square of its lagged correlations is below this many times that of white noise, 1/Nc: with
 /// only 40 independent lags (one channel) the ratio scatters by 0.22, so that 2 is more than four standard deviations.

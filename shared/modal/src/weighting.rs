@@ -7,8 +7,8 @@
 
 use faer::Mat;
 
+use crate::gram::Gram;
 use crate::ssi_cov::Realisation;
-use crate::streaming::Gram;
 
 /// Below this ratio of residual powers the exact unweighted Gram matrix, which also has the columns across blocks, is the better one.
 const POWER_RATIO_MIN: f64 = 3.0;

@@ -21,11 +21,17 @@ const STIFFNESS_N_M2: f64 = 4000.0;
 const LOCKED_DAMPING: [f64; 2] = [0.005, 0.008];
 const BETA_L: [f64; 2] = [1.875_104_068_711_961, 4.694_091_132_974_175];
 const TORQUE_N_M: f64 = 2.0;
+const PULSE_SAMPLES: usize = 200;
 
 /// Noise-free decay from the end of the pulse on, and its modes.
 pub struct Appendage {
     pub modes: Vec<TrueMode>,
+    /// Of each mode, what the accelerometers show.
+    pub shapes: Vec<Vec<c64>>,
     decay: Vec<Vec<f64>>,
+    poles: Vec<(c64, Vec<c64>)>,
+    /// Accelerations per torque, at once.
+    direct: Vec<f64>,
 }
 
 fn beam_shape(k: usize, x: f64) -> f64 {
@@ -61,30 +67,58 @@ impl Appendage {
                 TrueMode { frequency_hz: omega / (2.0 * std::f64::consts::PI), damping_ratio: -lambda.re / omega }
             })
             .collect();
-        let mut decay = vec![vec![0.0; CHANNELS]; SAMPLES];
-        for (lambda, phi) in &poles {
-            // Residue of the symmetric second-order system: φ (φᵀ b) / (2 λ φᵀMφ + φᵀDφ), times the pulse.
-            let quadratic = |x: &Mat<f64>| {
-                let mut sum = c64::new(0.0, 0.0);
-                for r in 0..3 {
-                    for c in 0..3 {
-                        sum += phi[r] * phi[c] * x[(r, c)];
+        // Residue of the symmetric second-order system: φ (φᵀ b) / (2 λ φᵀMφ + φᵀDφ).
+        let shapes: Vec<Vec<c64>> = poles
+            .iter()
+            .map(|(lambda, phi)| {
+                let quadratic = |x: &Mat<f64>| {
+                    let mut sum = c64::new(0.0, 0.0);
+                    for r in 0..3 {
+                        for c in 0..3 {
+                            sum += phi[r] * phi[c] * x[(r, c)];
+                        }
                     }
-                }
-                sum
-            };
-            let gain = phi[0] / (*lambda * 2.0 * quadratic(&m) + quadratic(&d));
-            let pulse = (exp(*lambda) - 1.0) / lambda * TORQUE_N_M;
-            for (t, sample) in decay.iter_mut().enumerate() {
-                let now = gain * pulse * exp(*lambda * (t as f64 / SAMPLE_RATE_HZ)) * lambda * lambda;
-                for (i, y) in sample.iter_mut().enumerate() {
-                    let x = LENGTH_M * (i + 1) as f64 / 10.0;
-                    let shape = phi[0] * (ROOT_M + x) + phi[1] * beam_shape(0, x) + phi[2] * beam_shape(1, x);
-                    *y += 2.0 * (now * shape).re;
-                }
+                    sum
+                };
+                let gain = phi[0] / (*lambda * 2.0 * quadratic(&m) + quadratic(&d));
+                (0..CHANNELS).map(|i| gain * lambda * lambda * at_sensor(i, phi)).collect()
+            })
+            .collect();
+        let at_once =
+            faer::linalg::solvers::Solve::solve(&m_inverse, &Mat::from_fn(3, 1, |r, _| f64::from(u8::from(r == 0))));
+        let at_once: Vec<c64> = (0..3).map(|r| c64::new(at_once[(r, 0)], 0.0)).collect();
+        let direct = (0..CHANNELS).map(|i| at_sensor(i, &at_once).re).collect();
+        let mut appendage = Self { modes, shapes, decay: Vec::new(), poles, direct };
+        let mut torque = vec![0.0; PULSE_SAMPLES + SAMPLES];
+        torque[..PULSE_SAMPLES].fill(TORQUE_N_M);
+        appendage.decay = appendage.response(&torque).split_off(PULSE_SAMPLES);
+        appendage
+    }
+
+    /// Accelerations under a torque held from sample to sample, from rest, without noise.
+    pub fn response(&self, torque: &[f64]) -> Vec<Vec<f64>> {
+        let mut z = vec![c64::new(0.0, 0.0); self.poles.len()];
+        let mut all = Vec::new();
+        for u in torque {
+            let mut row: Vec<f64> = self.direct.iter().map(|d| d * u).collect();
+            for ((lambda, _), (z, shape)) in self.poles.iter().zip(z.iter_mut().zip(&self.shapes)) {
+                row.iter_mut().zip(shape).for_each(|(y, c)| *y += 2.0 * (*c * *z).re);
+                let e = exp(*lambda / SAMPLE_RATE_HZ);
+                *z = e * *z + (e - 1.0) / lambda * u;
             }
+            all.push(row);
         }
-        Self { modes, decay }
+        all
+    }
+
+    /// The torque of the benchmark and what it does, with white noise.
+    pub fn forced(&self, seed: u64, sigma_m_s2: f64) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let mut torque = vec![0.0; PULSE_SAMPLES + SAMPLES];
+        torque[..PULSE_SAMPLES].fill(TORQUE_N_M);
+        let mut noise = Noise::new(seed);
+        let mut rows = self.response(&torque);
+        rows.iter_mut().flatten().for_each(|y| *y += sigma_m_s2 * noise.normal());
+        (torque, rows)
     }
 
     /// Decay with white noise of `sigma_m_s2` and a constant bias per channel of `bias_m_s2` rms.
@@ -96,6 +130,12 @@ impl Appendage {
             .map(|sample| sample.iter().zip(&bias).map(|(y, b)| y + b + sigma_m_s2 * noise.normal()).collect())
             .collect()
     }
+}
+
+/// Acceleration at sensor `i` of the motion `phi` of hub and modes.
+fn at_sensor(i: usize, phi: &[c64]) -> c64 {
+    let x = LENGTH_M * (i + 1) as f64 / 10.0;
+    phi[0] * (ROOT_M + x) + phi[1] * beam_shape(0, x) + phi[2] * beam_shape(1, x)
 }
 
 fn exp(z: c64) -> c64 {

@@ -1,0 +1,201 @@
+//! Modes of measured frequency responses: rational fractions of rising order until an order splits or invents a mode.
+//!
+//! An order is accepted when all its poles decay, none beyond the damping sought, and no two lie within each other's half-power
+//! bandwidths: a fraction with more poles than the responses have modes spends them on halves of one peak, or on noise. Modes
+//! closer than their bandwidths are therefore not separated here. Of the accepted orders the one of smallest `n ln RSS + unknowns · ln n`
+//! (Schwarz 1978) is reported, RSS of the responses synthesised from its modes; standard deviations are the
+//! scatter of a mode over all accepted orders that show it, and over numerators of four orders.
+
+use crate::mac::normalised;
+use crate::projection::Basis;
+use crate::rational_fraction::{Orders, RfpError, of_responses};
+use faer::c64;
+use std::ops::RangeInclusive;
+
+/// Terms of a channel for the modes outside the lines.
+const RESIDUAL_TERMS: usize = 3;
+/// Orders tried beyond the last accepted one.
+const ORDERS_BEYOND: usize = 3;
+/// A pole of another order this near, in bandwidths, is the same mode.
+const SAME_BANDWIDTHS: f64 = 1.0;
+
+/// A mode of the responses.
+#[derive(Clone, Debug)]
+pub struct ResponseMode {
+    /// Continuous-time pole [1/s].
+    pub pole: c64,
+    pub frequency_hz: f64,
+    pub damping_ratio: f64,
+    /// Scatter over the accepted orders and numerators.
+    pub scatter: Option<(f64, f64)>,
+    /// Residues per channel, largest component 1.
+    pub mode_shape: Vec<c64>,
+}
+
+/// What was found, and on which way.
+#[derive(Clone, Debug)]
+pub struct ResponseFit {
+    pub order: usize,
+    pub modes: Vec<ResponseMode>,
+    /// Poles of every order tried, and whether the order was accepted.
+    pub poles: Vec<(usize, c64, bool)>,
+    /// The responses of the modes found and three residual terms, channel by channel.
+    pub synthesised: Vec<Vec<c64>>,
+}
+
+/// Modes of `responses` (one per channel over `frequency_hz`), even orders of the denominator within `orders`.
+///
+/// # Errors
+/// [`RfpError`] when there are too few lines for the smallest order, or no order is accepted.
+pub fn identify(
+    frequency_hz: &[f64],
+    responses: &[Vec<c64>],
+    orders: RangeInclusive<usize>,
+    damping_max: f64,
+) -> Result<ResponseFit, RfpError> {
+    let band_hz = (frequency_hz[0], frequency_hz[frequency_hz.len() - 1]);
+    let (mut all, mut accepted): (_, Vec<(usize, Vec<c64>)>) = (Vec::new(), Vec::new());
+    let mut first_error = None;
+    for order in (*orders.start().max(&2)..=*orders.end()).filter(|order| order % 2 == 0) {
+        if accepted.last().is_some_and(|(last, _)| order > last + 2 * ORDERS_BEYOND) {
+            break;
+        }
+        let tried = Orders { denominator: order, numerator: order + 4, transient: 0 };
+        match of_responses(frequency_hz, responses, tried) {
+            Ok(poles) => {
+                let good = poles.len() == order / 2 && acceptable(&poles, band_hz, damping_max);
+                all.extend(poles.iter().map(|pole| (order, *pole, good)));
+                if good {
+                    accepted.push((order, poles));
+                }
+            }
+            Err(error) => {
+                first_error.get_or_insert(error);
+                break;
+            }
+        }
+    }
+    let lines = frequency_hz.len();
+    let criteria =
+        accepted.iter().map(|(_, poles)| criterion(responses, &residues(frequency_hz, responses, poles).1, poles));
+    let best = criteria.enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| accepted[k].clone());
+    let Some((order, poles)) = best else {
+        return Err(first_error.unwrap_or(RfpError::NotDetermined { lines }));
+    };
+    // The order reported once more with other numerators: a mode that no smaller order shows scatters, too.
+    for extra in [2, 6, 10] {
+        let tried = Orders { denominator: order, numerator: order + extra, transient: 0 };
+        accepted.extend(of_responses(frequency_hz, responses, tried).ok().map(|poles| (order, poles)));
+    }
+    let (shapes, synthesised) = residues(frequency_hz, responses, &poles);
+    let modes = poles.iter().zip(shapes).map(|(pole, mode_shape)| {
+        let (frequency_hz, damping_ratio) = numbers(*pole);
+        ResponseMode { pole: *pole, frequency_hz, damping_ratio, scatter: scatter(*pole, &accepted), mode_shape }
+    });
+    Ok(ResponseFit { order, modes: modes.collect(), poles: all, synthesised })
+}
+
+fn numbers(pole: c64) -> (f64, f64) {
+    let omega = pole.norm_sqr().sqrt();
+    (omega / (2.0 * std::f64::consts::PI), -pole.re / omega)
+}
+
+fn acceptable(poles: &[c64], band_hz: (f64, f64), damping_max: f64) -> bool {
+    let good = |pole: &c64| {
+        let (f, zeta) = numbers(*pole);
+        zeta > 0.0 && zeta < damping_max && f > band_hz.0 && f < band_hz.1
+    };
+    // Half bandwidths are the real parts; poles come in order of frequency.
+    poles.iter().all(good) && poles.windows(2).all(|two| (two[1].im - two[0].im).abs() > -(two[0].re + two[1].re))
+}
+
+fn criterion(responses: &[Vec<c64>], synthesised: &[Vec<c64>], poles: &[c64]) -> f64 {
+    let both = responses.iter().flatten().zip(synthesised.iter().flatten());
+    let squares: f64 = both.map(|(y, m)| (y - m).norm_sqr()).sum();
+    let numbers = (2 * responses.len() * responses[0].len()) as f64;
+    let unknowns = (2 * poles.len() + responses.len() * (2 * poles.len() + RESIDUAL_TERMS)) as f64;
+    numbers * libm::log(squares.max(f64::MIN_POSITIVE)) + unknowns * libm::log(numbers)
+}
+
+/// Standard deviation of frequency and damping over the orders that show the mode.
+fn scatter(pole: c64, accepted: &[(usize, Vec<c64>)]) -> Option<(f64, f64)> {
+    let near = |poles: &Vec<c64>| {
+        let nearest = poles.iter().min_by(|a, b| (*a - pole).norm_sqr().total_cmp(&(*b - pole).norm_sqr()))?;
+        ((nearest.im - pole.im).abs() < -2.0 * SAME_BANDWIDTHS * pole.re).then(|| numbers(*nearest))
+    };
+    let found: Vec<(f64, f64)> = accepted.iter().filter_map(|(_, poles)| near(poles)).collect();
+    let n = found.len() as f64;
+    let deviation = |of: fn(&(f64, f64)) -> f64| {
+        let mean = found.iter().map(of).sum::<f64>() / n;
+        (found.iter().map(|x| (of(x) - mean) * (of(x) - mean)).sum::<f64>() / (n - 1.0)).sqrt()
+    };
+    (found.len() > 1).then(|| (deviation(|x| x.0), deviation(|x| x.1)))
+}
+
+/// Shapes and synthesised responses: `Σ c/(s−λ) + c̄/(s−λ̄) + r₀ + r₁ s + r₂ s²`, by least squares per channel.
+fn residues(frequency_hz: &[f64], responses: &[Vec<c64>], poles: &[c64]) -> (Vec<Vec<c64>>, Vec<Vec<c64>>) {
+    let lines = frequency_hz.len();
+    let scale = 2.0 * std::f64::consts::PI * frequency_hz[lines - 1];
+    let s: Vec<c64> = frequency_hz.iter().map(|f| c64::new(0.0, 2.0 * std::f64::consts::PI * f)).collect();
+    let one = c64::new(1.0, 0.0);
+    let turn = c64::new(0.0, 1.0);
+    let mut complex: Vec<Vec<c64>> = Vec::new();
+    for pole in poles {
+        let parts = |s: &c64| (one / (*s - *pole), one / (*s - pole.conj()));
+        complex.push(s.iter().map(|s| parts(s).0 + parts(s).1).collect());
+        complex.push(s.iter().map(|s| turn * (parts(s).0 - parts(s).1)).collect());
+    }
+    complex.push(vec![one; lines]);
+    complex.push(s.iter().map(|s| s / scale).collect());
+    complex.push(s.iter().map(|s| s * s / (scale * scale)).collect());
+    let stacked = |values: &[c64]| -> Vec<f64> { values.iter().flat_map(|x| [x.re, x.im]).collect() };
+    let basis = Basis::new(complex.iter().flat_map(|column| stacked(column)).collect(), 2 * lines);
+    let mut shapes = vec![Vec::new(); poles.len()];
+    let mut synthesised = Vec::new();
+    for response in responses {
+        let found = basis.coefficients(basis.project_out(&mut stacked(response)));
+        for (k, shape) in shapes.iter_mut().enumerate() {
+            shape.push(c64::new(found[2 * k], found[2 * k + 1]));
+        }
+        let at = |line: usize| complex.iter().zip(&found).fold(c64::new(0.0, 0.0), |sum, (x, c)| sum + x[line] * *c);
+        synthesised.push((0..lines).map(at).collect());
+    }
+    (shapes.into_iter().map(|shape| normalised(shape.into_iter())).collect(), synthesised)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_of_a_known_fraction_are_found_with_their_shapes_and_the_order_by_itself() {
+        let truth = [(30.0, 0.004, [1.0, -0.5]), (82.0, 0.002, [0.3, 1.0]), (150.0, 0.01, [-1.0, 0.8])];
+        let frequency_hz: Vec<f64> = (1..400).map(|k| 0.5 * f64::from(k)).collect();
+        let pole = |f: f64, zeta: f64| {
+            let omega = 2.0 * std::f64::consts::PI * f;
+            c64::new(-zeta * omega, omega * (1.0 - zeta * zeta).sqrt())
+        };
+        let mut noise = crate::test_noise::Noise::new(4);
+        let responses: Vec<Vec<c64>> = (0..2)
+            .map(|channel| {
+                let at = |f: &f64| {
+                    let s = c64::new(0.0, 2.0 * std::f64::consts::PI * f);
+                    truth.iter().fold(c64::new(0.0, 0.0), |sum, (f, zeta, shape)| {
+                        let pole = pole(*f, *zeta);
+                        let residue = c64::new(0.0, -shape[channel]);
+                        sum + residue / (s - pole) + residue.conj() / (s - pole.conj())
+                    }) + c64::new(1e-4 * noise.normal(), 1e-4 * noise.normal())
+                };
+                frequency_hz.iter().map(at).collect()
+            })
+            .collect();
+        let found = identify(&frequency_hz, &responses, 2..=20, 0.2).unwrap();
+        assert_eq!(found.order, 6);
+        for (mode, (f, zeta, shape)) in found.modes.iter().zip(truth) {
+            // Peaks stand two decades above the noise of a line.
+            assert!((mode.frequency_hz / f - 1.0).abs() < 1e-4 && (mode.damping_ratio / zeta - 1.0).abs() < 0.02);
+            let shape = shape.map(|x| c64::new(x, 0.0));
+            assert!(1.0 - crate::mac::modal_assurance_criterion(&mode.mode_shape, &shape) < 1e-3);
+        }
+    }
+}

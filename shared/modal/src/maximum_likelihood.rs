@@ -1,0 +1,389 @@
+//! Maximum likelihood modes of a record with known input, or of a free decay, by variable projection.
+//!
+//! `y_i(t) = Σ_k Re(c_ik z_k(t)) + d_i u(t) + b_i + e_i(t)`, `z_k' = λ_k z_k + u`, e white with a variance per channel. Only the
+//! poles are sought by iteration; residues, direct terms and biases follow from them by least squares (Golub & Pereyra 1973), and
+//! the Jacobian is that of Kaufman 1975, `P⊥ (∂Φ/∂λ) c`, whose Gram matrix is the Fisher information of the poles with all
+//! linear unknowns marginalised. Nothing is fed back from the output into the regressors, so a controller that closes a loop
+//! around the structure does no harm as long as what it commands is known.
+//!
+//! Cost per iteration: 4 N m² + 2 N m l multiply-adds for m linear columns and l channels.
+
+mod basis;
+mod start;
+
+use crate::mac::modal_phase_collinearity;
+use crate::projection::{Basis, add, dot};
+use crate::record::Record;
+use basis::Columns;
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side, c64};
+
+pub(crate) use basis::free_columns;
+pub use start::start;
+
+const ITERATIONS_MAX: usize = 60;
+/// Predicted gain in log-likelihood below which the poles stand: 1e-4 of a standard deviation.
+const GAIN_MIN: f64 = 1e-8;
+/// First damping of a step that made matters worse, relative to the diagonal.
+const FIRST_DAMPING: f64 = 1e-3;
+/// Part of a channel's power that counts as rounding.
+const ROUNDING: f64 = 1e-26;
+
+/// What belongs to the model beside forced modes and direct terms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Model {
+    /// The structure moves at the first sample: two more columns per mode.
+    pub initial_motion: bool,
+    /// A constant per channel.
+    pub bias: bool,
+}
+
+impl Model {
+    /// At rest until the input acts, sensors with bias.
+    pub const FORCED: Model = Model { initial_motion: false, bias: true };
+    /// Moving from the first sample on, sensors with bias.
+    pub const FREE: Model = Model { initial_motion: true, bias: true };
+}
+
+/// Why there is no estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MlError {
+    /// As many unknowns as samples.
+    RecordTooShort { samples: usize, need: usize },
+    /// All channels are flat.
+    NoSignal,
+    /// The poles leave no trace in the record that could be told apart.
+    NotIdentifiable { modes: usize },
+    /// No poles to start from.
+    NoStart { found: usize, asked: usize },
+}
+
+impl std::fmt::Display for MlError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::RecordTooShort { samples, need } => write!(f, "{samples} samples in the record, {need} needed"),
+            Self::NoSignal => write!(f, "all channels are flat"),
+            Self::NotIdentifiable { modes } => write!(f, "{modes} modes leave no trace that could be told apart"),
+            Self::NoStart { found, asked } => write!(f, "{found} oscillations to start from, {asked} asked for"),
+        }
+    }
+}
+
+impl std::error::Error for MlError {}
+
+/// Poles with everything that belongs to them.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Continuous-time poles [1/s], imaginary part positive, in order of frequency.
+    pub poles: Vec<c64>,
+    /// Covariance of (f₁ [Hz], ζ₁, f₂, ζ₂, …), row by row, from the Fisher information at the variances found.
+    pub covariance: Vec<f64>,
+    /// Residues per channel of the input (or initial motion) that moves the mode most, largest component 1.
+    pub mode_shapes: Vec<Vec<c64>>,
+    /// Standard deviation of what is left, per channel.
+    pub channel_sigma: Vec<f64>,
+    /// `y − ŷ`, channel by channel.
+    pub residuals: Vec<Vec<f64>>,
+    pub iterations: usize,
+    /// The gain fell below [`GAIN_MIN`] before the iterations ended.
+    pub converged: bool,
+}
+
+impl Fit {
+    #[must_use]
+    pub fn frequency_hz(&self, mode: usize) -> f64 {
+        self.poles[mode].norm_sqr().sqrt() / (2.0 * std::f64::consts::PI)
+    }
+
+    #[must_use]
+    pub fn damping_ratio(&self, mode: usize) -> f64 {
+        -self.poles[mode].re / self.poles[mode].norm_sqr().sqrt()
+    }
+
+    /// Variance of f, variance of ζ and their covariance.
+    #[must_use]
+    pub fn variances(&self, mode: usize) -> (f64, f64, f64) {
+        let (n, f) = (2 * self.poles.len(), 2 * mode);
+        (self.covariance[f * n + f], self.covariance[(f + 1) * n + f + 1], self.covariance[f * n + f + 1])
+    }
+
+    #[must_use]
+    pub fn phase_collinearity(&self, mode: usize) -> f64 {
+        modal_phase_collinearity(&self.mode_shapes[mode])
+    }
+
+    /// Mean square of the residuals' correlations at lags 1–20 over that of white noise: 1 when nothing is left to explain.
+    #[must_use]
+    pub fn residual_correlation(&self) -> f64 {
+        const LAGS: usize = 20;
+        let mut sum = 0.0;
+        for residual in &self.residuals {
+            let power = dot(residual, residual);
+            for lag in 1..=LAGS.min(residual.len() - 1) {
+                let correlation =
+                    dot(&residual[lag..], &residual[..residual.len() - lag]) / power.max(f64::MIN_POSITIVE);
+                sum += correlation * correlation * residual.len() as f64;
+            }
+        }
+        sum / (LAGS * self.residuals.len()) as f64
+    }
+}
+
+/// The model at one set of poles.
+struct Evaluation {
+    columns: Columns,
+    basis: Basis,
+    /// Coefficients of the linear columns, per channel.
+    coefficients: Vec<Vec<f64>>,
+    residuals: Vec<Vec<f64>>,
+    /// Residual sum of squares per channel.
+    squares: Vec<f64>,
+}
+
+/// Outputs channel by channel, and the power below which a channel's residual is rounding.
+struct Outputs {
+    channels: Vec<Vec<f64>>,
+    floor: Vec<f64>,
+}
+
+impl Outputs {
+    fn new(record: &Record) -> Self {
+        let channels: Vec<Vec<f64>> = (0..record.channels).map(|c| record.channel(c, 0..record.samples())).collect();
+        let floor = channels.iter().map(|y| ROUNDING * dot(y, y)).collect();
+        Self { channels, floor }
+    }
+}
+
+impl Evaluation {
+    fn new(record: &Record, model: Model, outputs: &Outputs, poles: &[c64]) -> Self {
+        let columns = Columns::new(record, model, poles);
+        let basis = Basis::new(columns.linear.clone(), columns.rows);
+        let (mut coefficients, mut residuals, mut squares) = (Vec::new(), Vec::new(), Vec::new());
+        for (y, floor) in outputs.channels.iter().zip(&outputs.floor) {
+            let mut residual = y.clone();
+            coefficients.push(basis.coefficients(basis.project_out(&mut residual)));
+            squares.push(dot(&residual, &residual).max(*floor));
+            residuals.push(residual);
+        }
+        Self { columns, basis, coefficients, residuals, squares }
+    }
+
+    /// `Σ N/2 ln RSS_i`: minus the log-likelihood with the variances at their best.
+    fn cost(&self) -> f64 {
+        let logarithms = self.squares.iter().filter(|s| **s > 0.0).map(|s| libm::log(*s));
+        0.5 * self.columns.rows as f64 * logarithms.sum::<f64>()
+    }
+
+    /// `s`: the derivative of one channel by one real or imaginary part, as coefficients of the derivative columns of that mode.
+    fn direction(&self, channel: usize, parameter: usize) -> Vec<f64> {
+        let (mode, imaginary) = (parameter / 2, parameter % 2 == 1);
+        let width = 2 * self.columns.pairs;
+        let of_mode = &self.coefficients[channel][mode * width..(mode + 1) * width];
+        // y = a Re z + b Im z; ∂z/∂Re λ = w, ∂z/∂Im λ = i w.
+        let turn = |ab: &[f64]| if imaginary { [ab[1], -ab[0]] } else { [ab[0], ab[1]] };
+        of_mode.chunks_exact(2).flat_map(turn).collect()
+    }
+
+    /// Information matrix and score of (Re λ₁, Im λ₁, …) with a weight (inverse variance) per channel.
+    fn information(&self, weights: &[f64]) -> (Mat<f64>, Vec<f64>) {
+        let rows = self.columns.rows;
+        let width = 2 * self.columns.pairs;
+        let mut beside = self.columns.derivative.clone();
+        for column in beside.chunks_exact_mut(rows) {
+            self.basis.project_out(column);
+        }
+        let columns: Vec<&[f64]> = beside.chunks_exact(rows).collect();
+        let gram =
+            Mat::from_fn(columns.len(), columns.len(), |a, b| if a <= b { dot(columns[a], columns[b]) } else { 0.0 });
+        let parameters = columns.len() / self.columns.pairs;
+        let mut information = Mat::zeros(parameters, parameters);
+        let mut score = vec![0.0; parameters];
+        for (channel, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
+            let directions: Vec<Vec<f64>> = (0..parameters).map(|p| self.direction(channel, p)).collect();
+            let pull: Vec<f64> = columns.iter().map(|w| dot(w, &self.residuals[channel])).collect();
+            for p in 0..parameters {
+                let at_p = p / 2 * width;
+                score[p] += weight * dot(&directions[p], &pull[at_p..at_p + width]);
+                for q in 0..=p {
+                    let at_q = q / 2 * width;
+                    let mut sum = 0.0;
+                    for (j, s) in directions[p].iter().enumerate() {
+                        for (k, t) in directions[q].iter().enumerate() {
+                            let (a, b) = (at_p + j, at_q + k);
+                            sum += s * t * gram[(a.min(b), a.max(b))];
+                        }
+                    }
+                    information[(p, q)] += weight * sum;
+                }
+            }
+        }
+        for p in 0..parameters {
+            for q in p + 1..parameters {
+                information[(p, q)] = information[(q, p)];
+            }
+        }
+        (information, score)
+    }
+}
+
+/// Maximum likelihood poles from `start` (continuous time, imaginary parts positive).
+///
+/// # Errors
+/// [`MlError`] when the record is shorter than the unknowns, flat, or blind to the poles.
+pub fn fit(record: &Record, model: Model, start: &[c64]) -> Result<Fit, MlError> {
+    let unknowns = 2 * start.len() * (record.inputs + usize::from(model.initial_motion)) + record.inputs + 1;
+    let need = unknowns + 2 * start.len() + 1;
+    if record.samples() < need {
+        return Err(MlError::RecordTooShort { samples: record.samples(), need });
+    }
+    let outputs = Outputs::new(record);
+    if outputs.floor.iter().all(|floor| *floor == 0.0) {
+        return Err(MlError::NoSignal);
+    }
+    let blind = || MlError::NotIdentifiable { modes: start.len() };
+    let mut poles = start.to_vec();
+    let mut now = Evaluation::new(record, model, &outputs, &poles);
+    let (mut damping, mut iterations, mut converged) = (0.0, 0, false);
+    while iterations < ITERATIONS_MAX && !converged {
+        iterations += 1;
+        let weights: Vec<f64> = now.squares.iter().map(|s| weight(*s, now.columns.rows as f64)).collect();
+        let (information, score) = now.information(&weights);
+        let step = solve(&information, &score, damping).ok_or_else(blind)?;
+        let tried: Vec<c64> = poles.iter().zip(step.chunks_exact(2)).map(|(p, d)| p + c64::new(d[0], d[1])).collect();
+        let gain = 0.5 * dot(&step, &score);
+        if !gain.is_finite() {
+            return Err(blind());
+        }
+        let next = tried.iter().all(|pole| pole.im > 0.0).then(|| Evaluation::new(record, model, &outputs, &tried));
+        match next {
+            Some(next) if next.cost() <= now.cost() || gain < GAIN_MIN => {
+                (poles, now) = (tried, next);
+                converged = gain < GAIN_MIN;
+                damping = if damping > FIRST_DAMPING { 0.1 * damping } else { 0.0 };
+            }
+            _ => damping = (10.0 * damping).max(FIRST_DAMPING),
+        }
+    }
+    let mut order: Vec<usize> = (0..poles.len()).collect();
+    order.sort_by(|a, b| poles[*a].norm_sqr().total_cmp(&poles[*b].norm_sqr()));
+    finish(record, now, &poles, &order, (iterations, converged)).ok_or_else(blind)
+}
+
+/// Covariance of (f₁, ζ₁, …) that no unbiased estimator can undercut: poles and outputs without noise, `sigma` per channel.
+///
+/// The Cramér–Rao bound with residues, direct terms and biases unknown. `None` when a pole leaves no trace.
+#[must_use]
+pub fn bound(noise_free: &Record, model: Model, poles: &[c64], sigma: &[f64]) -> Option<Vec<f64>> {
+    let evaluation = Evaluation::new(noise_free, model, &Outputs::new(noise_free), poles);
+    let weights: Vec<f64> = sigma.iter().map(|s| 1.0 / (s * s)).collect();
+    covariance(&evaluation.information(&weights).0, poles)
+}
+
+fn weight(squares: f64, freedom: f64) -> f64 {
+    if squares > 0.0 { freedom / squares } else { 0.0 }
+}
+
+fn finish(
+    record: &Record,
+    now: Evaluation,
+    poles: &[c64],
+    order: &[usize],
+    (iterations, converged): (usize, bool),
+) -> Option<Fit> {
+    let freedom = (now.columns.rows - now.basis.rank()) as f64 - 2.0 * poles.len() as f64 / record.channels as f64;
+    let weights: Vec<f64> = now.squares.iter().map(|s| weight(*s, freedom)).collect();
+    let unsorted = covariance(&now.information(&weights).0, poles)?;
+    let n = 2 * poles.len();
+    let at = |sorted: usize| 2 * order[sorted / 2] + sorted % 2;
+    let sorted = (0..n * n).map(|k| unsorted[at(k / n) * n + at(k % n)]).collect();
+    Some(Fit {
+        poles: order.iter().map(|k| poles[*k]).collect(),
+        covariance: sorted,
+        mode_shapes: order.iter().map(|k| mode_shape(&now, *k)).collect(),
+        channel_sigma: now.squares.iter().map(|s| (s / freedom).sqrt()).collect(),
+        residuals: now.residuals,
+        iterations,
+        converged,
+    })
+}
+
+/// Residues of the pair of columns that carries most of the mode's power.
+fn mode_shape(at: &Evaluation, mode: usize) -> Vec<c64> {
+    let (pairs, rows) = (at.columns.pairs, at.columns.rows);
+    let residues = |pair: usize| -> Vec<c64> {
+        let column = 2 * (mode * pairs + pair);
+        at.coefficients.iter().map(|c| c64::new(c[column], -c[column + 1])).collect()
+    };
+    let power = |pair: usize| {
+        let column = 2 * (mode * pairs + pair);
+        let z = &at.columns.linear[column * rows..(column + 2) * rows];
+        dot(z, z) * residues(pair).iter().map(c64::norm_sqr).sum::<f64>()
+    };
+    let mut best = 0;
+    for pair in 1..pairs {
+        if power(pair) > power(best) {
+            best = pair;
+        }
+    }
+    crate::mac::normalised(residues(best).into_iter())
+}
+
+/// `(F + damping · diag F)⁻¹ s`.
+fn solve(information: &Mat<f64>, score: &[f64], damping: f64) -> Option<Vec<f64>> {
+    let n = score.len();
+    let scale: Vec<f64> = (0..n).map(|p| 1.0 / information[(p, p)].sqrt()).collect();
+    if scale.iter().any(|s| !s.is_finite()) {
+        return None;
+    }
+    let scaled =
+        Mat::from_fn(n, n, |p, q| information[(p, q)] * scale[p] * scale[q] + if p == q { damping } else { 0.0 });
+    let factor = scaled.llt(Side::Lower).ok()?;
+    let right = Mat::from_fn(n, 1, |p, _| score[p] * scale[p]);
+    let solved = factor.solve(&right);
+    Some((0..n).map(|p| solved[(p, 0)] * scale[p]).collect())
+}
+
+/// Inverse information in (f [Hz], ζ) of every pole.
+fn covariance(information: &Mat<f64>, poles: &[c64]) -> Option<Vec<f64>> {
+    let n = 2 * poles.len();
+    let mut inverse = Mat::<f64>::zeros(n, n);
+    for column in 0..n {
+        let unit: Vec<f64> = (0..n).map(|row| f64::from(u8::from(row == column))).collect();
+        for (row, x) in solve(information, &unit, 0.0)?.into_iter().enumerate() {
+            inverse[(row, column)] = x;
+        }
+    }
+    // f = |λ|/2π, ζ = −Re λ/|λ|
+    let mut slope = Mat::<f64>::zeros(n, n);
+    for (k, pole) in poles.iter().enumerate() {
+        let omega = pole.norm_sqr().sqrt();
+        let cube = omega * omega * omega;
+        slope[(2 * k, 2 * k)] = pole.re / (2.0 * std::f64::consts::PI * omega);
+        slope[(2 * k, 2 * k + 1)] = pole.im / (2.0 * std::f64::consts::PI * omega);
+        slope[(2 * k + 1, 2 * k)] = -pole.im * pole.im / cube;
+        slope[(2 * k + 1, 2 * k + 1)] = pole.re * pole.im / cube;
+    }
+    let all = &slope * &inverse * slope.transpose();
+    Some((0..n * n).map(|k| all[(k / n, k % n)]).collect())
+}
+
+/// What the modes at `poles` explain of a record, and with which shapes: one linear least squares.
+pub(crate) fn linear_fit(record: &Record, model: Model, poles: &[c64]) -> (Vec<Vec<c64>>, f64) {
+    let evaluation = Evaluation::new(record, model, &Outputs::new(record), poles);
+    let shapes = (0..poles.len()).map(|k| mode_shape(&evaluation, k)).collect();
+    (shapes, evaluation.squares.iter().sum())
+}
+
+/// The modelled outputs of a fit, channel by channel.
+#[must_use]
+pub fn modelled(record: &Record, fit: &Fit) -> Vec<Vec<f64>> {
+    fit.residuals
+        .iter()
+        .enumerate()
+        .map(|(c, residual)| {
+            let mut y = record.channel(c, 0..record.samples());
+            add(&mut y, -1.0, residual);
+            y
+        })
+        .collect()
+}

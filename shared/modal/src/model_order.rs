@@ -1,0 +1,58 @@
+//! How many modes a record holds, by likelihood: one more as long as it pays for its unknowns.
+
+use crate::maximum_likelihood::{Fit, MlError, Model, fit, start};
+use crate::record::Record;
+
+/// Numbers of modes tried in vain before the search ends: two close modes may only pay together.
+const IN_VAIN: usize = 2;
+/// Standard deviations a damping ratio has to stand above zero.
+const SIGNIFICANCE: f64 = 3.0;
+
+/// The fit whose `−2 ln L + unknowns · ln(numbers)` (Schwarz 1978) is smallest among 1 … `modes_max` modes.
+///
+/// # Errors
+/// [`MlError`] of one mode when no number of modes can be fitted.
+pub fn fit_of_any_order(record: &Record, model: Model, modes_max: usize) -> Result<Fit, MlError> {
+    let mut best: Option<(f64, Fit)> = None;
+    let (mut first_error, mut in_vain) = (None, 0);
+    for modes in 1..=modes_max {
+        let found = start(record, modes).and_then(|start| fit(record, model, &start));
+        match found {
+            Ok(found) if resolved(&found) => {
+                let criterion = criterion(record, model, &found);
+                if best.as_ref().is_none_or(|(smallest, _)| criterion < *smallest) {
+                    best = Some((criterion, found));
+                    in_vain = 0;
+                    continue;
+                }
+            }
+            Ok(_) => {}
+            Err(error) => {
+                first_error.get_or_insert(error);
+            }
+        }
+        in_vain += 1;
+        if in_vain > IN_VAIN {
+            break;
+        }
+    }
+    best.map(|(_, fit)| fit).ok_or(first_error.unwrap_or(MlError::NoStart { found: 0, asked: 1 }))
+}
+
+/// Every mode stands out of its own uncertainty.
+fn resolved(fit: &Fit) -> bool {
+    (0..fit.poles.len()).all(|k| {
+        let sigma = fit.variances(k).1.sqrt();
+        fit.damping_ratio(k) > SIGNIFICANCE * sigma
+    })
+}
+
+fn criterion(record: &Record, model: Model, fit: &Fit) -> f64 {
+    let per_channel = 2 * fit.poles.len() * (record.inputs + usize::from(model.initial_motion))
+        + record.inputs
+        + usize::from(model.bias);
+    let unknowns = (2 * fit.poles.len() + record.channels * per_channel) as f64;
+    let samples = record.samples() as f64;
+    let logarithms = fit.channel_sigma.iter().filter(|sigma| **sigma > 0.0).map(|sigma| libm::log(*sigma));
+    2.0 * samples * logarithms.sum::<f64>() + unknowns * libm::log(samples * record.channels as f64)
+}
