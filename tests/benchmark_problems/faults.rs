@@ -134,7 +134,7 @@ fn a_wrong_symbol_before_the_modal_identifier_breaks_its_campaign() {
         ("damping of mode 1 is 0.6 %", |b| scale(&mut b.plant, "bending_1.damping_ratio", 1.2)),
     ];
     for (fault, wound) in faults {
-        let mut wounded = Modes::bp3a();
+        let mut wounded = Modes::flight();
         wound(&mut wounded);
         expect_red(fault, &broken(&modal_claims(&wounded, 5)));
     }

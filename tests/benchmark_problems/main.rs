@@ -8,3 +8,5 @@ mod campaigns;
 mod claims;
 mod faults;
 mod models;
+mod slosh;
+mod slosh_recordings;

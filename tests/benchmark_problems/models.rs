@@ -32,15 +32,17 @@ const SKEWED: (&str, f64) = ("shoulder.position.y", 0.40);
 
 /// Trajectory B with the skewed arm.
 pub fn skewed() -> Inertial<8, 9> {
-    let nominal = Inertial::bp1a();
-    Inertial { plant: with(nominal.plant.clone(), &[SKEWED]), ..nominal }
+    let mut arm = Inertial::bp1a();
+    arm.plant = with(arm.plant, &[SKEWED]);
+    arm
 }
 
 /// The experiment after capture, the arm skewed and its ninth parameter as large as its eighth.
 pub fn off_axis() -> Inertial<9, 10> {
-    let nominal = Inertial::mated();
+    let mut arm = Inertial::mated();
     let changes = [SKEWED, ("target.com.x", -1.0), ("target.com.y", 1.5)];
-    Inertial { plant: with(nominal.plant.clone(), &changes), ..nominal }
+    arm.plant = with(arm.plant, &changes);
+    arm
 }
 
 /// Worst difference of regressor · α and the momentum that the experiment began with, perfect sensors [N m s].

@@ -26,6 +26,9 @@ pub struct Arguments {
     /// The same seed gives the same records
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Of bp1a, mated, bp3a and bp3b only these methods, separated by commas
+    #[arg(long, value_delimiter = ',')]
+    methods: Vec<String>,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -34,15 +37,39 @@ pub struct Arguments {
 /// The benchmark problems.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Problem {
-    /// Inertial parameters of a free-floating arm from the conservation of momentum
+    /// Inertial parameters of a free-floating arm: momentum and dynamic equation
     #[value(name = "bp1a")]
     Inertial,
+    /// Inertial parameters of a free-flying arm, its mass among them
+    #[value(name = "bp1b")]
+    Flying,
+    /// The nine parameters of the arm that holds a target
+    #[value(name = "mated")]
+    Mated,
+    /// Mass, centre of mass and inertia of the target, from before and after capture
+    #[value(name = "target")]
+    Target,
     /// Sloshing propellant on one axis
     #[value(name = "bp2")]
     Slosh,
-    /// Modes of a flexible appendage from a free decay
+    /// The same from two cycles of a square wave and coasting; start, bias and thrust scale unknown
+    #[value(name = "bp2-burst")]
+    SloshBurst,
+    /// The same within half a metre of stroke, with the paper's accelerometer and with a quieter one
+    #[value(name = "bp2-stroke")]
+    SloshStroke,
+    /// Slosh on two springs in the plane, from accelerometer and gyro
+    #[value(name = "bp2-planar")]
+    SloshPlanar,
+    /// Spring or pendulum, from three levels of thrust
+    #[value(name = "bp2-tank-model")]
+    SloshTankModel,
+    /// Modes of a flexible appendage struck by a torque pulse
     #[value(name = "bp3a")]
     Modes,
+    /// The same while a control loop turns the hub: hub-free modes with the torque known, closed-loop modes from outputs alone
+    #[value(name = "bp3b")]
+    ModesInLoop,
     /// Nanoseconds and allocations of the equations of motion; --trials and --seed have no part in it
     Dynamics,
 }
@@ -51,11 +78,60 @@ enum Problem {
 /// [`Failure::Run`] when the truth has no Cramér–Rao bound.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match arguments.problem {
-        Problem::Inertial => measure(arguments, &inertial::Inertial::bp1a()),
+        Problem::Inertial => measure(arguments, &chosen(inertial::Inertial::bp1a(), arguments)?),
+        Problem::Flying => measure(arguments, &inertial::flying::Flying::bp1b()),
+        Problem::Mated => measure(arguments, &chosen(inertial::Inertial::mated(), arguments)?),
+        Problem::Target => measure(arguments, &inertial::target::Chain::bp1()),
         Problem::Slosh => measure(arguments, &slosh::Slosh::bp2()),
-        Problem::Modes => measure(arguments, &modes::Modes::bp3a()),
+        Problem::SloshBurst => measure(arguments, &slosh::Slosh::burst()),
+        Problem::SloshStroke => {
+            measure(arguments, &slosh::Slosh::stroke(1.0))?;
+            measure(arguments, &slosh::Slosh::stroke(0.0013 / 0.008))
+        }
+        Problem::SloshPlanar => measure(arguments, &slosh::planar::Planar::bp2()),
+        Problem::SloshTankModel => {
+            measure(arguments, &slosh::tank_model::TankModelChoice::pendulum())?;
+            measure(arguments, &slosh::tank_model::TankModelChoice::spring())
+        }
+        Problem::Modes => measure_modes(arguments, &[modes::Modes::bp3a()]),
+        Problem::ModesInLoop => measure_modes(arguments, &[modes::Modes::bp3b(), modes::Modes::bp3b_outputs()]),
         Problem::Dynamics => dynamics::run(arguments.json),
     }
+}
+
+/// Every method asked for is one of `known`.
+fn ask(methods: &[String], known: &[&str]) -> Result<(), Failure> {
+    match methods.iter().find(|name| !known.contains(&name.as_str())) {
+        None => Ok(()),
+        Some(unknown) => Err(Failure::Input(miette::miette!(
+            help = format!("the methods of this benchmark are {}", known.join(", ")),
+            "no method '{unknown}'"
+        ))),
+    }
+}
+
+/// The methods asked for.
+fn chosen<const P: usize, const A: usize>(
+    all: inertial::Inertial<P, A>,
+    arguments: &Arguments,
+) -> Result<inertial::Inertial<P, A>, Failure> {
+    let known: Vec<&str> = all.methods().iter().map(|method| method.name).collect();
+    ask(&arguments.methods, &known)?;
+    let names: Vec<&str> = arguments.methods.iter().map(String::as_str).collect();
+    Ok(if names.is_empty() { all } else { all.only(&names) })
+}
+
+/// Those of `benchmarks` that know one of the methods asked for.
+fn measure_modes(arguments: &Arguments, benchmarks: &[modes::Modes]) -> Result<(), Failure> {
+    let known: Vec<&str> = benchmarks.iter().flat_map(|b| b.methods()).map(|method| method.name).collect();
+    ask(&arguments.methods, &known)?;
+    for benchmark in benchmarks {
+        let chosen = benchmark.clone().only(&arguments.methods);
+        if !chosen.methods().is_empty() {
+            measure(arguments, &chosen)?;
+        }
+    }
+    Ok(())
 }
 
 fn measure(arguments: &Arguments, benchmark: &impl Benchmark) -> Result<(), Failure> {

@@ -7,6 +7,7 @@
 pub mod bench;
 mod challenge;
 mod compare;
+mod design;
 mod diagnose;
 mod digest;
 mod doctor;
@@ -15,6 +16,7 @@ mod icd;
 mod launch;
 mod limits_file;
 mod located;
+mod modal;
 mod outcome;
 mod paper;
 mod partition;
@@ -65,22 +67,32 @@ const EXAMPLES: &str = "Examples:
   obsid replay slab.csv.gz                         a recording through the partitions
   obsid simulate study_case --out flight.mcap      what the sensors of a plant would say
   obsid plant describe study_case                  a plant on one page: masses, modes, base parameters
+  obsid design bp1a --out arm.toml                 joint motion that tells more, within the limits
   obsid doctor rig.csv --plant rig.toml            what is wrong with a recording, with the cure
   obsid compare flight.csv simulated.csv           how far apart two recordings are, and by what
   obsid diagnose swing.csv --plant pendulum.toml   what physics the plant file leaves out, with proof
+  obsid modal slab.csv.gz --out report             modes of a recording: frequencies, damping, shapes
   obsid digest flight.mcap                         identity of the recorded results
   obsid icd --md                                   the interface control document";
 
 const BENCH_EXAMPLES: &str = "Examples:
   obsid bench bp1a                               100 records of the arm, beside the Cramer-Rao bound
   obsid bench bp2 --trials 1000 --seed 7 --json  slosh, more records, another seed, result as JSON
+  obsid bench target                             the target's mass, centre and inertia through the whole chain
+  obsid bench bp2-planar                         slosh in the plane, from accelerometer and gyro
   obsid bench dynamics                           nanoseconds and allocations of the equations of motion";
+
+const DESIGN_EXAMPLES: &str = "Examples:
+  obsid design slosh                                        thrust within half a metre of stroke, two hours
+  obsid design slosh --stroke-max-m 0.25 --out tank.toml    a narrower tank, as a plant for 'obsid simulate'";
 
 #[derive(Subcommand)]
 enum Verb {
     Run(run::Arguments),
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(bench::Arguments),
+    #[command(after_help = DESIGN_EXAMPLES)]
+    Design(design::Arguments),
     Replay(replay::Arguments),
     Simulate(simulate::Arguments),
     Effects(effects::Arguments),
@@ -88,6 +100,7 @@ enum Verb {
     Doctor(doctor::Arguments),
     Compare(compare::Arguments),
     Challenge(challenge::Arguments),
+    Modal(modal::Arguments),
     Diagnose(diagnose::Arguments),
     Digest(digest::Arguments),
     Icd(icd::Arguments),
@@ -108,12 +121,14 @@ pub fn main() -> ExitCode {
         Verb::Run(arguments) => run::run(&arguments),
         Verb::Replay(arguments) => replay::run(&arguments),
         Verb::Bench(arguments) => bench::run(&arguments),
+        Verb::Design(arguments) => design::run(&arguments),
         Verb::Simulate(arguments) => simulate::run(&arguments),
         Verb::Effects(arguments) => effects::run(&arguments),
         Verb::Plant(arguments) => plant::run(&arguments),
         Verb::Doctor(arguments) => doctor::run(&arguments),
         Verb::Compare(arguments) => compare::run(&arguments),
         Verb::Challenge(arguments) => challenge::run(&arguments),
+        Verb::Modal(arguments) => modal::run(&arguments),
         Verb::Diagnose(arguments) => diagnose::run(&arguments),
         Verb::Digest(arguments) => digest::run(&arguments),
         Verb::Icd(arguments) => icd::run(&arguments),

@@ -41,6 +41,8 @@ pub struct Answer {
     pub nees: Option<f64>,
     /// Things found that are not there (modes).
     pub spurious: u32,
+    /// Of each mode `1 − MAC` with the true shape; none where it was not found. Empty for what has no shapes.
+    pub shape_errors: Vec<Option<f64>>,
 }
 
 impl Answer {
@@ -84,11 +86,19 @@ pub trait Benchmark: Sync {
     fn name(&self) -> &'static str;
     /// `None` when the experiment leaves a parameter without trace.
     fn parameters(&self) -> Option<Vec<Parameter>>;
-    fn methods(&self) -> &'static [Method];
+    fn methods(&self) -> &[Method];
+    /// Bound of each method's own model, one list per method; `None` where all fit the model of [`Self::parameters`].
+    fn method_bounds(&self) -> Option<Vec<Vec<f64>>> {
+        None
+    }
     /// One record, each method's answer.
     fn answers(&self, seed: u64, record: usize) -> Vec<Answer>;
     /// Each method on one record, this thread alone.
     fn costs(&self) -> Vec<Cost>;
+    /// What is said under the table; may fly records of its own.
+    fn remarks(&self, _campaign: &Campaign) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// A number of records from one seed.
@@ -135,7 +145,8 @@ impl Campaign {
             problem: benchmark.name(),
             trials: self.trials,
             seed: self.seed,
-            methods: statistics(benchmark.methods(), parameters, answers),
+            methods: statistics_against(benchmark.methods(), parameters, benchmark.method_bounds().as_deref(), answers),
+            remarks: benchmark.remarks(self),
         };
         for (method, cost) in report.methods.iter_mut().zip(benchmark.costs()) {
             method.us_per_sample = Some(cost.us_per_sample);
@@ -145,11 +156,25 @@ impl Campaign {
     }
 }
 
-/// Statistics of each method over the records, without times.
+/// Statistics of each method over the records, without times, all against the bounds of `parameters`.
 pub fn statistics(methods: &[Method], parameters: &[Parameter], answers: &[Vec<Answer>]) -> Vec<MethodReport> {
+    statistics_against(methods, parameters, None, answers)
+}
+
+/// The same, each method against the bounds of its own model.
+pub fn statistics_against(
+    methods: &[Method],
+    parameters: &[Parameter],
+    bounds: Option<&[Vec<f64>]>,
+    answers: &[Vec<Answer>],
+) -> Vec<MethodReport> {
     let of_method = |(index, method): (usize, &Method)| {
         let mine: Vec<&Answer> = answers.iter().map(|record| &record[index]).collect();
-        method_statistics(method, parameters, &mine)
+        let mut parameters = parameters.to_vec();
+        if let Some(bounds) = bounds {
+            parameters.iter_mut().zip(&bounds[index]).for_each(|(parameter, bound)| parameter.bound = *bound);
+        }
+        method_statistics(method, &parameters, &mine)
     };
     methods.iter().enumerate().map(of_method).collect()
 }
@@ -170,10 +195,18 @@ fn method_statistics(method: &Method, parameters: &[Parameter], answers: &[&Answ
         failed: answers.iter().filter(|answer| answer.found.iter().all(Option::is_none)).count(),
         missed: answers.iter().flat_map(|answer| &answer.found).filter(|found| found.is_none()).count(),
         spurious: answers.iter().map(|answer| answer.spurious as usize).sum(),
+        shape_error_max: shape_errors(answers),
         us_per_sample: None,
         ms_per_solve: None,
         parameters: rows,
     }
+}
+
+/// Worst of each mode over the records.
+fn shape_errors(answers: &[&Answer]) -> Vec<f64> {
+    let modes = answers.iter().map(|answer| answer.shape_errors.len()).max().unwrap_or(0);
+    let of = |mode: usize| answers.iter().filter_map(move |answer| *answer.shape_errors.get(mode)?);
+    (0..modes).map(|mode| of(mode).fold(0.0, f64::max)).collect()
 }
 
 fn parameter_statistics(parameter: &Parameter, found: &[Found], paper_percent: Option<f64>) -> ParameterReport {
@@ -227,7 +260,7 @@ mod tests {
         fn parameters(&self) -> Option<Vec<Parameter>> {
             None
         }
-        fn methods(&self) -> &'static [Method] {
+        fn methods(&self) -> &[Method] {
             &[]
         }
         fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
@@ -254,8 +287,12 @@ mod tests {
         let parameter = Parameter { name: "a", truth: -2.0, bound: 0.1 };
         let method = Method { name: "m", paper_percent: &[7.0] };
         // Errors −0.1, 0.1, 0.3: 5, 5, 15 % of 2; intervals of 0.1 hold two of three.
-        let found =
-            |value| Answer { found: vec![Some(Found { value, sigma: Some(0.1) })], nees: Some(1.0), spurious: 1 };
+        let found = |value| Answer {
+            found: vec![Some(Found { value, sigma: Some(0.1) })],
+            nees: Some(1.0),
+            spurious: 1,
+            ..Answer::default()
+        };
         let answers: Vec<Vec<Answer>> = [-2.1, -1.9, -1.7].map(|value| vec![found(value)]).into();
         let report = &statistics(&[method], &[parameter], &answers)[0];
         let row = &report.parameters[0];

@@ -1,64 +1,88 @@
-//! BP1A: inertial parameters of a free-floating arm from the conservation of angular momentum, before and after capture.
+//! BP1A: inertial parameters of a floating arm from the conservation of momentum and from the dynamic equation, before and after capture.
 //!
-//! The bound is accumulated along the true motion of the arm in closed loop with noise-free sensors, not along the
-//! reference it follows.
+//! Every method is held against the bound of the model it fits, accumulated along the true motion of the arm in closed loop with
+//! noise-free sensors, not along the reference it follows: momentum known, torques with the momentum unknown, or both.
+
+pub mod flying;
+mod methods;
+pub mod target;
 
 use super::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use super::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
 use estimation::consistency::nees;
 use estimation::cramer_rao::FisherInformation;
-use estimation::total_least_squares::TotalLeastSquares;
+use estimation::weighted_least_squares::Estimate;
+use methods::Estimator;
 use nalgebra::{SMatrix, SVector};
-use physics::inertial_estimator::{InertialEstimator, InertialSettings};
-use physics::momentum::{ChannelSigma, MomentumSample, momentum_regressor, noisy_momentum_row};
+use physics::arm_smoother::{self, SmootherSettings, SmootherStep};
+use physics::dynamic_equation::ArmSample;
+use physics::excitation::{FourierJoint, FourierTrajectory};
+use physics::inertial_estimator::InertialSettings;
+use physics::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row};
+use physics::momentum_methods::KnownMomentum;
 use plant::arm_parameters::minimal_parameters;
-use plant::description::Plant;
+use plant::description::{Plant, Quantity, SignalKind};
 
-/// The channels that momentum needs.
+/// The channels that momentum needs, then those of the dynamic equation.
 const CHANNELS: [&str; 5] = ["gyro", "shoulder_rate", "elbow_rate", "shoulder_angle", "elbow_angle"];
-/// Where the recursive estimator starts, relative to the truth.
+const TORQUES: [&str; 2] = ["shoulder_torque", "elbow_torque"];
+/// Where estimators with a start begin, relative to the truth.
 const START_SHARE: f64 = 0.55;
 /// Prior: a number to start from, information 1e-6/a².
 const PRIOR_RELATIVE_SD: f64 = 1000.0;
+/// Sigma of a momentum called exact, relative: far below any sensor, far above rounding.
+const EXACT: f64 = 1e-8;
 
 const NAMES: [&str; 9] = ["a1", "a2", "a3", "a4", "a5", "a6", "a7", "a8", "a9"];
-/// Table III of the paper, TLS and IV alike.
-const TABLE_III_PERCENT: &[f64] = &[0.09, 0.28, 0.25, 0.57, 0.18, 0.10, 0.38, 0.02];
-const METHODS: &[Method] = &[
-    Method { name: "AMC LS", paper_percent: TABLE_III_PERCENT },
-    Method { name: "AMC TLS", paper_percent: TABLE_III_PERCENT },
-    Method { name: "AMC WLS-BC recursive", paper_percent: TABLE_III_PERCENT },
-];
-/// Place of the estimator that flies in the list of methods.
-pub const FLIGHT: usize = 2;
 
-/// An arm, its experiment, and what the estimator is told; `P` parameters, `A = P + 1`.
+/// Which model a method fits, and with it which bound it is measured against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    /// Momentum, known exactly.
+    Momentum,
+    /// The same with `a4 a7 = a5 a6`.
+    RankOne,
+    /// Motion and torques, momentum unknown.
+    Torque,
+    /// Motion, torques and the momentum.
+    Joint,
+}
+
+/// An arm, its experiment, and what the estimators are told; `P` parameters, `A = P + 1`.
 #[derive(Clone, Debug)]
 pub struct Inertial<const P: usize, const A: usize> {
     pub name: &'static str,
     /// With its controllers, sensors, initial momentum and duration.
     pub plant: Plant,
     pub settings: InertialSettings<P>,
-    /// How measurements become the estimator's samples.
+    /// How measurements become the estimators' samples.
     pub wiring: fn(MomentumSample) -> MomentumSample,
+    estimators: Vec<Estimator<P, A>>,
+    methods: Vec<Method>,
+}
+
+/// One record and what the estimators are told with it.
+pub(crate) struct Record {
+    pub samples: Vec<ArmSample>,
+    pub motions: Vec<MomentumSample>,
 }
 
 impl Inertial<8, 9> {
     /// Table II, trajectory B, 60 s, momentum exact.
     pub fn bp1a() -> Self {
-        Self::new("bp1a", built_in("free_floating_arm"))
+        Self::new("bp1a", built_in("free_floating_arm"), methods::before_capture())
     }
 }
 
 impl Inertial<9, 10> {
     /// The same arm holding 150 kg off its axis, 120 s.
     pub fn mated() -> Self {
-        Self::new("bp1a mated", built_in("mated"))
+        Self::new("bp1a mated", built_in("mated"), methods::after_capture())
     }
 }
 
 impl<const P: usize, const A: usize> Inertial<P, A> {
-    fn new(name: &'static str, plant: Plant) -> Self {
+    fn new(name: &'static str, plant: Plant, estimators: Vec<Estimator<P, A>>) -> Self {
         let settings = InertialSettings {
             h_nms: number(&plant, "initial.momentum.z"),
             sigma_h_nms: 0.0,
@@ -66,17 +90,51 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
             prior_alpha: truth(&plant) * START_SHARE,
             prior_relative_sd: PRIOR_RELATIVE_SD,
         };
-        Self { name, plant, settings, wiring: |measured| measured }
+        let methods = estimators.iter().map(|estimator| estimator.method).collect();
+        Self { name, plant, settings, wiring: |measured| measured, estimators, methods }
     }
 
-    /// What the sensors say.
+    /// The same with these methods only, in the order given.
+    ///
+    /// # Panics
+    /// There is no method of such a name.
+    #[must_use]
+    pub fn only(mut self, names: &[&str]) -> Self {
+        let find = |name: &&str| {
+            let found = self.estimators.iter().find(|estimator| estimator.method.name == *name);
+            found.cloned().unwrap_or_else(|| panic!("no method '{name}'"))
+        };
+        self.estimators = names.iter().map(find).collect();
+        self.methods = self.estimators.iter().map(|estimator| estimator.method).collect();
+        self
+    }
+
+    /// The same from another start, relative to the truth.
+    #[must_use]
+    pub fn starting_at(mut self, share: f64) -> Self {
+        self.settings.prior_alpha = truth(&self.plant) * share;
+        self
+    }
+
+    /// What gyro and encoders say.
     pub fn record(&self, seed: u64, record: usize) -> Vec<MomentumSample> {
-        let (mut simulator, channels) =
-            (simulator(&self.plant, seed, record), CHANNELS.map(|name| channel(&self.plant, name)));
+        self.arm_record(seed, record).into_iter().map(|sample| sample.motion).collect()
+    }
+
+    /// What all sensors say.
+    pub fn arm_record(&self, seed: u64, record: usize) -> Vec<ArmSample> {
+        let mut simulator = simulator(&self.plant, seed, record);
+        let channels = CHANNELS.map(|name| channel(&self.plant, name));
+        let torques = TORQUES.map(|name| channel(&self.plant, name));
         let step = |_| {
             let row = simulator.step();
             let [omega0_z_rad_s, rate_1, rate_2, angle_1, angle_2] = channels.map(|channel| row.value(channel));
-            MomentumSample { omega0_z_rad_s, joint_rate_rad_s: [rate_1, rate_2], joint_angle_rad: [angle_1, angle_2] }
+            let motion = MomentumSample {
+                omega0_z_rad_s,
+                joint_rate_rad_s: [rate_1, rate_2],
+                joint_angle_rad: [angle_1, angle_2],
+            };
+            ArmSample { motion, torque_n_m: torques.map(|channel| row.value(channel)) }
         };
         (0..periods(&self.plant)).map(step).collect()
     }
@@ -84,43 +142,83 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
     /// What perfect sensors would say, the loop closed over them.
     #[must_use]
     pub fn noise_free(&self) -> Vec<MomentumSample> {
-        Self { plant: without_noise(&self.plant), ..self.clone() }.record(0, 0)
+        self.perfect().into_iter().map(|sample| sample.motion).collect()
     }
 
-    fn recursive(&self, record: &[MomentumSample]) -> InertialEstimator<P> {
-        let mut estimator = InertialEstimator::new(&self.settings).expect("the momentum of the benchmark is known");
-        for measurement in record {
-            estimator.push(&(self.wiring)(*measurement)).expect("simulated samples are finite");
+    fn perfect(&self) -> Vec<ArmSample> {
+        Self { plant: without_noise(&self.plant), ..self.clone() }.arm_record(0, 0)
+    }
+
+    fn wired(&self, mut samples: Vec<ArmSample>) -> Record {
+        samples.iter_mut().for_each(|sample| sample.motion = (self.wiring)(sample.motion));
+        Record { motions: samples.iter().map(|sample| sample.motion).collect(), samples }
+    }
+
+    fn momentum(&self) -> KnownMomentum {
+        KnownMomentum { h_nms: self.settings.h_nms, sigma_h_nms: self.settings.sigma_h_nms }
+    }
+
+    fn interval_s(&self) -> f64 {
+        self.plant.simulation.period_s
+    }
+
+    fn torque_sigma_n_m(&self) -> f64 {
+        sample_sigma(&self.plant, TORQUES[0])
+    }
+
+    fn smoother_settings(&self, momentum_known: bool) -> SmootherSettings {
+        let h_nms = self.settings.h_nms;
+        SmootherSettings {
+            sigma: self.settings.sigma,
+            torque_sigma_n_m: self.torque_sigma_n_m(),
+            interval_s: self.interval_s(),
+            momentum_nms: momentum_known.then_some((h_nms, EXACT * h_nms.abs())),
         }
-        estimator
     }
 
-    fn recursive_answer(&self, estimator: &InertialEstimator<P>) -> Answer {
-        let Ok(estimate) = estimator.estimate() else { return Answer::none(P) };
+    fn answer(&self, estimate: &Estimate<P>) -> Answer {
         let found = |i: usize| Found { value: estimate.alpha[i], sigma: Some(estimate.covariance[(i, i)].sqrt()) };
         Answer {
             found: (0..P).map(|i| Some(found(i))).collect(),
             nees: nees(&(estimate.alpha - truth(&self.plant)), &estimate.covariance),
             spurious: 0,
+            ..Answer::default()
         }
     }
 
-    fn least_squares(&self, record: &[MomentumSample]) -> LeastSquares<P> {
-        let mut sums = LeastSquares { yy: SMatrix::zeros(), yb: SVector::zeros() };
-        for measurement in record {
-            let row = momentum_regressor::<P>(&(self.wiring)(*measurement));
-            sums.yy += row * row.transpose();
-            sums.yb += row * self.settings.h_nms;
+    fn momentum_information(&self) -> FisherInformation<P> {
+        let (truth, sigma) = (truth::<P>(&self.plant), sigma(&self.plant).in_channel_order());
+        let mut information = FisherInformation::<P>::default();
+        for sample in self.noise_free() {
+            let row = noisy_momentum_row::<P>(&sample, number(&self.plant, "initial.momentum.z"), &sigma);
+            information.push(&row.regressor, row.residual_variance(&truth));
         }
-        sums
+        information
     }
 
-    fn total_least_squares(&self, record: &[MomentumSample]) -> TotalLeastSquares<P, A> {
-        let mut factor = TotalLeastSquares::default();
-        for measurement in record {
-            factor.push(&momentum_regressor::<P>(&(self.wiring)(*measurement)), self.settings.h_nms);
-        }
-        factor
+    fn bound(
+        &self,
+        model: Model,
+        smoother: fn(&Self, &[ArmSample], bool) -> Option<SMatrix<f64, P, P>>,
+    ) -> Option<SVector<f64, P>> {
+        let covariance = match model {
+            Model::Momentum => self.momentum_information().bound()?,
+            Model::RankOne => methods::rank_one_bound(&truth(&self.plant), &self.momentum_information().bound()?)?,
+            Model::Torque => smoother(self, &self.perfect(), false)?,
+            Model::Joint => smoother(self, &self.perfect(), true)?,
+        };
+        Some(covariance.diagonal().map(f64::sqrt))
+    }
+
+    /// Bound of motion and torques together along `perfect`; `X = P + 5`.
+    fn smoother_bound<const X: usize>(
+        &self,
+        perfect: &[ArmSample],
+        momentum_known: bool,
+    ) -> Option<SMatrix<f64, P, P>> {
+        let settings = SmootherSettings { sigma: sigma(&self.plant), ..self.smoother_settings(momentum_known) };
+        let mut steps = vec![SmootherStep::<X>::default(); perfect.len()];
+        arm_smoother::bound(perfect, &truth::<P>(&self.plant), &settings, &mut steps).ok()
     }
 }
 
@@ -130,52 +228,36 @@ impl<const P: usize, const A: usize> Benchmark for Inertial<P, A> {
     }
 
     fn parameters(&self) -> Option<Vec<Parameter>> {
-        let (truth, sigma) = (truth::<P>(&self.plant), sigma(&self.plant).in_channel_order());
-        let mut information = FisherInformation::<P>::default();
-        for sample in self.noise_free() {
-            let row = noisy_momentum_row::<P>(&sample, self.settings.h_nms, &sigma);
-            information.push(&row.regressor, row.residual_variance(&truth));
-        }
-        let bound = information.sigmas()?;
+        let (truth, bound) = (truth::<P>(&self.plant), self.momentum_information().sigmas()?);
         Some((0..P).map(|i| Parameter { name: NAMES[i], truth: truth[i], bound: bound[i] }).collect())
     }
 
-    fn methods(&self) -> &'static [Method] {
-        METHODS
+    fn methods(&self) -> &[Method] {
+        &self.methods
+    }
+
+    fn method_bounds(&self) -> Option<Vec<Vec<f64>>> {
+        let mut known: Vec<(Model, SVector<f64, P>)> = Vec::new();
+        let of = |estimator: &Estimator<P, A>| {
+            if let Some((_, bound)) = known.iter().find(|(model, _)| *model == estimator.model) {
+                return Some(bound.as_slice().to_vec());
+            }
+            let bound = self.bound(estimator.model, estimator.smoother_bound)?;
+            known.push((estimator.model, bound));
+            Some(bound.as_slice().to_vec())
+        };
+        self.estimators.iter().map(of).collect()
     }
 
     fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
-        let record = self.record(seed, record);
-        let bare = |alpha: Option<SVector<f64, P>>| match alpha {
-            Some(alpha) => Answer::bare(alpha.iter().copied()),
-            None => Answer::none(P),
-        };
-        vec![
-            bare(self.least_squares(&record).solve()),
-            bare(self.total_least_squares(&record).estimate().ok()),
-            self.recursive_answer(&self.recursive(&record)),
-        ]
+        let record = self.wired(self.arm_record(seed, record));
+        self.estimators.iter().map(|estimator| (estimator.find)(self, &record)).collect()
     }
 
     fn costs(&self) -> Vec<Cost> {
-        let record = self.record(0, 0);
-        let samples = record.len();
-        vec![
-            cost(samples, || self.least_squares(&record), |sums| sums.solve()),
-            cost(samples, || self.total_least_squares(&record), |factor| factor.estimate()),
-            cost(samples, || self.recursive(&record), |estimator| estimator.estimate()),
-        ]
-    }
-}
-
-struct LeastSquares<const P: usize> {
-    yy: SMatrix<f64, P, P>,
-    yb: SVector<f64, P>,
-}
-
-impl<const P: usize> LeastSquares<P> {
-    fn solve(&self) -> Option<SVector<f64, P>> {
-        Some(self.yy.cholesky()?.solve(&self.yb))
+        let record = self.wired(self.arm_record(0, 0));
+        let samples = record.samples.len();
+        self.estimators.iter().map(|estimator| cost(samples, || (estimator.find)(self, &record), |_| ())).collect()
     }
 }
 
@@ -193,4 +275,28 @@ pub fn truth<const P: usize>(plant: &Plant) -> SVector<f64, P> {
 pub fn sigma(plant: &Plant) -> ChannelSigma {
     let [omega0_rad_s, rate_1, rate_2, angle_1, angle_2] = CHANNELS.map(|name| sample_sigma(plant, name));
     ChannelSigma { omega0_rad_s, joint_rate_rad_s: [rate_1, rate_2], joint_angle_rad: [angle_1, angle_2] }
+}
+
+/// The commanded motion of the two joints.
+///
+/// # Panics
+/// The plant's controllers do not follow Fourier references of one period and five harmonics: it is not the benchmark's.
+#[must_use]
+pub fn commanded(plant: &Plant) -> FourierTrajectory {
+    let five = |values: &[Quantity]| -> [f64; 5] {
+        core::array::from_fn(|k| values.get(k).map_or(0.0, |quantity| quantity.value))
+    };
+    let joint = |index: usize| {
+        let terms = plant.controllers.get(index).map_or(&[][..], |controller| &controller.reference);
+        let fourier = terms.iter().find_map(|term| match &term.kind {
+            SignalKind::Fourier { offset, period_s, sine, cosine } => Some((
+                period_s.value,
+                FourierJoint { offset_rad: offset.value, cosine_rate_rad_s: five(sine), sine_rate_rad_s: five(cosine) },
+            )),
+            _ => None,
+        });
+        fourier.expect("the benchmark's joints follow Fourier references")
+    };
+    let ((period_s, first), (_, second)) = (joint(0), joint(1));
+    FourierTrajectory { period_s, joints: [first, second] }
 }

@@ -10,6 +10,8 @@ pub struct Report {
     pub trials: usize,
     pub seed: u64,
     pub methods: Vec<MethodReport>,
+    /// Said under the table.
+    pub remarks: Vec<String>,
 }
 
 /// One method; what it cannot say (a covariance, an answer) is null.
@@ -27,6 +29,9 @@ pub struct MethodReport {
     pub missed: usize,
     /// Things found that are not there, over all records.
     pub spurious: usize,
+    /// Per mode the largest `1 − MAC` of any record.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shape_error_max: Vec<f64>,
     pub us_per_sample: Option<f64>,
     pub ms_per_solve: Option<f64>,
 }
@@ -59,7 +64,10 @@ impl Report {
             text.push('\n');
             method.append_to(&mut text);
         }
-        text.push_str("\nErrors are relative; CRLB is the bound of this experiment, paper the published error (Table III TLS = IV, Table VI TLS,\nTable IX SSI-COV) on one record of its own.\n");
+        text.push_str("\nErrors are relative; CRLB is the bound of this experiment, paper the published error (Table III TLS = IV, Table VI TLS and IV,\nTable IX SSI-COV) on one record of its own.\n");
+        for remark in &self.remarks {
+            let _ = writeln!(text, "\n{remark}");
+        }
         text
     }
 }
@@ -98,6 +106,10 @@ impl MethodReport {
             number(self.us_per_sample, 3),
             number(self.ms_per_solve, 3)
         );
+        if !self.shape_error_max.is_empty() {
+            let worst: Vec<String> = self.shape_error_max.iter().map(|error| format!("{error:.1e}")).collect();
+            let _ = writeln!(text, "  largest 1 - MAC per mode {}", worst.join(" "));
+        }
     }
 }
 

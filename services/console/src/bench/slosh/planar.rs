@@ -1,0 +1,200 @@
+//! BP2 in the plane: slosh mass on two springs off the centre, from accelerometer and gyro under thrusters and a torque.
+
+use super::method;
+use crate::bench::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};
+use crate::bench::simulated::{built_in, channel, number, periods, sample_sigma, simulator};
+use estimation::consistency::nees;
+use nalgebra::{SVector, Vector2};
+use physics::slosh_planar::{PlanarHub, Wrench};
+use physics::slosh_planar_fit::{PlanarNoise, PlanarRecord, bound};
+use physics::slosh_planar_id::{PlanarAnswer, PlanarSearch, SPRINGS, STARTS_MAX, identify_springs, springs};
+use physics::slosh_planar_scan::PlanarSample;
+use plant::description::{Plant, Quantity, Signal, SignalKind, TankModel};
+
+const NAMES: [&str; SPRINGS] = ["m_s", "k_x", "k_y", "c_x", "c_y", "b_x", "b_y"];
+const METHODS: &[Method] = &[method("ml", &[])];
+
+/// Bias of accelerometers and gyro, which nobody knows.
+const BIAS: [f64; 3] = [1e-5, -2e-5, 3e-6];
+
+/// Slosh between 4 and 30 mHz, a tank within a metre of the centre of mass.
+pub(super) const SEARCH: PlanarSearch = PlanarSearch { band_hz: [0.004, 0.03], reach_m: 1.0, starts: STARTS_MAX };
+
+/// A planar tank and what is known of its hub.
+#[derive(Clone, Debug)]
+pub struct Planar {
+    pub plant: Plant,
+    pub hub: PlanarHub,
+    pub noise: PlanarNoise,
+}
+
+impl Planar {
+    /// 1800 s, three cycles along x, along y and about z within 0.52 m of stroke (benchmark page 2, section 4).
+    pub fn bp2() -> Self {
+        let mut plant = built_in("tank_planar");
+        plant.simulation.duration_s = 1800.0;
+        plant.simulation.period_s = 1.0;
+        plant.simulation.step_s = 0.5; // fourth order: hidden by any noise
+        plant.tanks[0].model = TankModel::Spring {
+            axes: vec![[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+            stiffness_n_m: vec![Quantity::known(0.16), Quantity::known(0.12)],
+            damping_n_s_m: vec![Quantity::known(0.03), Quantity::known(0.025)],
+        };
+        for (actuator, amplitude, frequency_hz, begin_s) in
+            [(0, 0.14, 0.0121, 0.0), (1, 0.112, 0.01046, 300.0), (2, 0.12, 0.01046, 650.0)]
+        {
+            plant.actuators[actuator].command = vec![Signal {
+                kind: SignalKind::Square {
+                    amplitude: Quantity::known(amplitude),
+                    frequency_hz: Quantity::known(frequency_hz),
+                },
+                begin_s: Quantity::known(begin_s),
+                end_s: Some(Quantity::known(begin_s + 3.0 / frequency_hz)),
+            }];
+        }
+        Self { hub: hub(&plant), noise: noise(&plant), plant }
+    }
+
+    fn truth(&self) -> SVector<f64, SPRINGS> {
+        let tank = &self.plant.tanks[0];
+        let TankModel::Spring { stiffness_n_m: k, damping_n_s_m: c, .. } = &tank.model else {
+            unreachable!("the benchmark's tank has springs");
+        };
+        let [x, y, _] = &tank.position_m;
+        [tank.mass_kg.value, k[0].value, k[1].value, c[0].value, c[1].value, x.value, y.value].into()
+    }
+
+    /// What the sensors say, biased.
+    pub fn record(&self, seed: u64, record: usize) -> Vec<PlanarSample> {
+        samples(&self.plant, seed, record, BIAS)
+    }
+
+    pub fn identify(&self, samples: &[PlanarSample]) -> Option<PlanarAnswer<SPRINGS>> {
+        identify_springs(&self.told(samples), self.hub, &SEARCH).ok()
+    }
+
+    fn told<'a>(&self, samples: &'a [PlanarSample]) -> PlanarRecord<'a> {
+        PlanarRecord { samples, interval_s: self.plant.simulation.period_s, noise: self.noise }
+    }
+
+    /// Bound of each number [same unit], with these sensors.
+    fn bounds(&self, noise: PlanarNoise) -> Option<SVector<f64, SPRINGS>> {
+        let samples = samples(&self.plant, 0, 0, BIAS);
+        let (record, truth) = (PlanarRecord { noise, ..self.told(&samples) }, self.truth());
+        let covariance = bound(&record, &|theta| springs(self.hub, theta), &truth, &truth.abs())?;
+        Some(covariance.diagonal().map(f64::sqrt))
+    }
+
+    /// Greatest displacement of the slosh mass.
+    fn stroke_m(&self) -> f64 {
+        let craft = springs(self.hub, &self.truth()).expect("the truth exists");
+        let (mut state, mut worst) = (craft.start, 0.0);
+        for sample in samples(&self.plant, 0, 0, BIAS) {
+            state.step(&craft.hub, &craft.masses, &sample.wrench, self.plant.simulation.period_s);
+            worst = f64::max(worst, state.place[0].norm());
+        }
+        worst
+    }
+}
+
+/// What is known of the hub of a plant with tanks.
+pub(super) fn hub(plant: &Plant) -> PlanarHub {
+    let plant::description::SensorKind::Accelerometer { position_m: [x, y, _], .. } =
+        &plant.sensors[channel(plant, "acceleration_x")].kind
+    else {
+        unreachable!("the channel is an accelerometer");
+    };
+    PlanarHub {
+        mass_kg: number(plant, "hub.mass"),
+        inertia_com_kg_m2: number(plant, "hub.inertia.zz"),
+        sensor_m: Vector2::new(x.value, y.value),
+    }
+}
+
+pub(super) fn noise(plant: &Plant) -> PlanarNoise {
+    PlanarNoise { acceleration_m_s2: sample_sigma(plant, "acceleration_x"), rate_rad_s: sample_sigma(plant, "rate") }
+}
+
+/// Record number `record`, `bias` added.
+pub(super) fn samples(plant: &Plant, seed: u64, record: usize, bias: [f64; 3]) -> Vec<PlanarSample> {
+    let mut simulator = simulator(plant, seed, record);
+    let channels = ["acceleration_x", "acceleration_y", "rate"].map(|name| channel(plant, name));
+    let step = |_| {
+        let row = simulator.step();
+        let [x, y, rate] = std::array::from_fn(|i| row.value(channels[i]) + bias[i]);
+        PlanarSample {
+            wrench: Wrench { force_n: Vector2::new(row.commands[0], row.commands[1]), torque_n_m: row.commands[2] },
+            acceleration_m_s2: Vector2::new(x, y),
+            rate_rad_s: rate,
+        }
+    };
+    (0..periods(plant)).map(step).collect()
+}
+
+/// Means of neighbouring samples. The forces must not change within; the body must not turn much.
+pub fn summed(samples: &[PlanarSample], count: usize) -> Vec<PlanarSample> {
+    let mean = |group: &[PlanarSample]| {
+        let share = 1.0 / group.len() as f64;
+        PlanarSample {
+            wrench: Wrench {
+                force_n: group.iter().map(|s| s.wrench.force_n).sum::<Vector2<f64>>() * share,
+                torque_n_m: group.iter().map(|s| s.wrench.torque_n_m).sum::<f64>() * share,
+            },
+            acceleration_m_s2: group.iter().map(|s| s.acceleration_m_s2).sum::<Vector2<f64>>() * share,
+            rate_rad_s: group.iter().map(|s| s.rate_rad_s).sum::<f64>() * share,
+        }
+    };
+    samples.chunks_exact(count).map(mean).collect()
+}
+
+impl Benchmark for Planar {
+    fn name(&self) -> &'static str {
+        "bp2-planar"
+    }
+
+    fn parameters(&self) -> Option<Vec<Parameter>> {
+        let (truth, bound) = (self.truth(), self.bounds(self.noise)?);
+        Some((0..SPRINGS).map(|i| Parameter { name: NAMES[i], truth: truth[i], bound: bound[i] }).collect())
+    }
+
+    fn methods(&self) -> &'static [Method] {
+        METHODS
+    }
+
+    /// A minimum that χ² does not accept is no answer.
+    fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
+        let Some(PlanarAnswer { estimate, is_explained: true, .. }) = self.identify(&self.record(seed, record)) else {
+            return vec![Answer::none(SPRINGS)];
+        };
+        let (theta, sigmas) = (estimate.theta, estimate.sigmas());
+        vec![Answer {
+            found: (0..SPRINGS).map(|i| Some(Found { value: theta[i], sigma: Some(sigmas[i]) })).collect(),
+            nees: nees(&(theta - self.truth()), &estimate.covariance),
+            spurious: 0,
+            ..Answer::default()
+        }]
+    }
+
+    fn costs(&self) -> Vec<Cost> {
+        let record = self.record(0, 0);
+        vec![cost(record.len(), || (), |()| self.identify(&record))]
+    }
+
+    fn remarks(&self, _campaign: &Campaign) -> Vec<String> {
+        let truth = self.truth();
+        let percent = |noise| {
+            let bound = self.bounds(noise).map(|bound| bound.component_div(&truth.abs()) * 100.0);
+            bound.map_or("-".into(), |b| b.iter().map(|v| format!("{v:.2}")).collect::<Vec<_>>().join(" / "))
+        };
+        let blind = PlanarNoise { rate_rad_s: f64::INFINITY, ..self.noise };
+        let still = PlanarNoise { acceleration_m_s2: f64::INFINITY, ..self.noise };
+        vec![
+            format!(
+                "The slosh mass moves {:.2} m. Every record starts from the scan alone; bias and trend of every channel are unknown.",
+                self.stroke_m()
+            ),
+            format!("Bound % without gyro:          {}", percent(blind)),
+            format!("Bound % without accelerometer: {}", percent(still)),
+        ]
+    }
+}

@@ -1,0 +1,108 @@
+//! Modes of complex frequency responses, columns in pairs `…_real`, `…_imag`.
+
+use super::{Arguments, FoundMode, Outcome, SweepPole, Synthesis};
+use crate::Failure;
+use modal::c64;
+use modal::frequency_responses::{ResponseFit, identify};
+use modal::mac::modal_phase_collinearity;
+use recording::Spectrum;
+use report::Stability;
+
+const DAMPING_MAX: f64 = 0.25;
+
+/// Columns that belong together: (name, real, imaginary).
+fn pairs(spectrum: &Spectrum) -> Vec<(String, usize, usize)> {
+    let columns = spectrum.columns.iter().enumerate();
+    let pair = |(real, column): (usize, &recording::Column)| {
+        let name = column.name.strip_suffix("_real")?;
+        let imaginary = spectrum.column_named(&format!("{name}_imag"))?;
+        Some((name.to_string(), real, imaginary))
+    };
+    columns.filter_map(pair).collect()
+}
+
+pub(super) fn are_complex(spectra: &[Spectrum]) -> bool {
+    !spectra.is_empty() && spectra.iter().all(|spectrum| !pairs(spectrum).is_empty())
+}
+
+pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Outcome, Failure> {
+    let first = &spectra[0];
+    if let Some(other) = spectra.iter().find(|other| other.frequency_hz != first.frequency_hz) {
+        return Err(Failure::Input(miette::miette!(
+            help = "responses of one structure need the same frequency lines: export them alike",
+            "{} and {} have different lines",
+            first.file,
+            other.file
+        )));
+    }
+    // At 0 Hz a response has no phase and often an offset.
+    let lines: Vec<usize> = (0..first.frequency_hz.len()).filter(|line| first.frequency_hz[*line] > 0.0).collect();
+    let frequency_hz: Vec<f64> = lines.iter().map(|line| first.frequency_hz[*line]).collect();
+    let (mut names, mut responses, mut unit) = (Vec::new(), Vec::new(), String::new());
+    for spectrum in spectra {
+        for (name, real, imaginary) in pairs(spectrum) {
+            let column = |k: usize, line: usize| spectrum.columns[k].values[line];
+            responses.push(
+                lines.iter().map(|line| c64::new(column(real, *line), column(imaginary, *line))).collect::<Vec<_>>(),
+            );
+            let stem = std::path::Path::new(&spectrum.file).file_stem().map(|s| s.to_string_lossy().into_owned());
+            names.push(stem.map_or(name.clone(), |stem| format!("{stem}:{name}")));
+            unit = spectrum.columns[real].unit.into();
+        }
+    }
+    let fit = identify(&frequency_hz, &responses, arguments.orders.clone(), DAMPING_MAX)
+        .map_err(|error| Failure::Input(miette::miette!(help = "give more lines, or a smaller --orders", "{error}")))?;
+    Ok(described(fit, names, unit, frequency_hz, responses, spectra))
+}
+
+fn described(
+    fit: ResponseFit,
+    channels: Vec<String>,
+    unit: String,
+    frequency_hz: Vec<f64>,
+    responses: Vec<Vec<c64>>,
+    spectra: &[Spectrum],
+) -> Outcome {
+    let size = |values: &[c64]| -> Vec<f64> { values.iter().map(|x| x.norm_sqr().sqrt()).collect() };
+    let mean: Vec<f64> =
+        (0..frequency_hz.len()).map(|line| responses.iter().map(|r| r[line].norm_sqr()).sum::<f64>().sqrt()).collect();
+    let refused = fit.poles.iter().filter(|(.., accepted)| !accepted).count();
+    let sweep = fit.poles.iter().map(|(order, pole, accepted)| {
+        let omega = pole.norm_sqr().sqrt();
+        SweepPole {
+            order: *order,
+            frequency_hz: omega / core::f64::consts::TAU,
+            damping_ratio: -pole.re / omega,
+            stability: if *accepted { Stability::All } else { Stability::New },
+        }
+    });
+    let mode = |mode: &modal::frequency_responses::ResponseMode| FoundMode {
+        frequency_hz: mode.frequency_hz,
+        frequency_sd: mode.scatter.map(|s| s.0),
+        damping: Some(mode.damping_ratio),
+        damping_sd: mode.scatter.map(|s| s.1),
+        phase_collinearity: Some(modal_phase_collinearity(&mode.mode_shape)),
+        shape: mode.mode_shape.clone(),
+    };
+    Outcome {
+        method: "rational fraction polynomials on orthogonal polynomials, order by what they split",
+        kind: "modes of the structure between the input of the responses and the sensors",
+        deviations: "scatter over the accepted orders (no noise model of the responses is known)",
+        record: format!("{} responses, {} lines, order {}", channels.len(), frequency_hz.len(), fit.order),
+        modes: fit.modes.iter().map(mode).collect(),
+        rejected: vec![("order splits a mode, or gives one that does not decay".into(), refused)],
+        sweep: sweep.filter(|pole| pole.damping_ratio > 0.0 && pole.damping_ratio < DAMPING_MAX).collect(),
+        synthesis: Some(Synthesis {
+            channel: channels[0].clone(),
+            unit,
+            measured: size(&responses[0]),
+            modelled: size(&fit.synthesised[0]),
+            x: frequency_hz.clone(),
+            over_frequency: true,
+        }),
+        spectrum: Some((frequency_hz, mean)),
+        channels,
+        advice: Vec::new(),
+        notes: spectra.iter().flat_map(|spectrum| spectrum.notes.clone()).collect(),
+    }
+}
