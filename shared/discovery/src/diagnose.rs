@@ -22,9 +22,9 @@ pub use report::{
     HeldOutChannel, HeldOutKind, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
 };
 
-use adoption::{Step, stand, step};
+use adoption::{stand, step};
 use screening::{Screening, screen};
-use showing::held_out;
+use showing::{Shown, held_out};
 
 use crate::filter::NoiseModel;
 use crate::fit::noise::{Search, maximise};
@@ -133,84 +133,118 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let nominal = standing(&engine, &stated)?;
     let (nominal_objective, nominal_noise) = (nominal.objective, nominal.noise.clone());
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
-    let mut best = nominal;
-    let mut adopted: Vec<Adopted> = Vec::new();
-    let mut unfitted: Vec<Unfitted> = Vec::new();
-    let mut screening = Screening::default();
-    let mut smaller = Vec::new();
-    // what noise of another kind gains on the standing plant
-    let mut unknown_noise = 0.0;
-    while adopted.len() < options.terms_max && unfitted.is_empty() {
-        let done = adopted.len() as f64 / options.terms_max as f64;
-        progress("score the catalogue", 0.2 + 0.6 * done);
-        let own = Engine::like(&engine, &best.problem).map_err(|error| error.to_string())?;
-        let found = screen(&own, &best, options, &mut notes);
-        progress("compete", 0.25 + 0.6 * done);
-        let Step { adopted: more, refit, unfitted: lost, null, smaller: own_smaller } =
-            step(&own, &best, &found, options.terms_max - adopted.len(), options);
-        let first = adopted.is_empty();
-        unfitted = lost;
-        if first {
-            screening = found;
-        }
-        let Some(refit) = refit else {
-            unknown_noise = (best.objective - null).max(0.0);
-            break;
-        };
-        // nearest first: without what this round adds, then its own smaller sets before that
-        let mut nearest: Vec<(Vec<Adopted>, Standing)> = Vec::new();
-        for (set, refit) in own_smaller {
-            nearest.push((adopted.iter().cloned().chain(set).collect(), stand(&refit)));
-        }
-        if !adopted.is_empty() {
-            nearest.push((adopted.clone(), best));
-        }
-        nearest.append(&mut smaller);
-        smaller = nearest;
-        best = stand(&refit);
-        adopted.extend(more);
-    }
+    let mut found = searched(&engine, nominal, options, &mut notes, progress)?;
     progress("held out", 0.85);
-    let mut shown = held_out(problem, &engine, &stated, &best, adopted.is_empty(), options);
-    let mut smaller = smaller.into_iter();
-    while !adopted.is_empty() && status(shown.gain.as_ref()) != Status::Confirmed {
-        // a term that held-out data do not bear takes no other with it
-        let Some((set, standing)) = smaller.next() else { break };
-        let again = held_out(problem, &engine, &stated, &standing, false, options);
-        if status(again.gain.as_ref()) == Status::Confirmed {
-            notes.push(format!(
-                "held-out data confirm {} of {} effects that this recording asks for",
-                set.len(),
-                adopted.len()
-            ));
-            (adopted, best, shown) = (set, standing, again);
-        }
-    }
+    let shown = borne_out(problem, (&engine, &stated), &mut found, options, &mut notes);
     let repeat = match &options.repeat {
-        Some(again) if !adopted.is_empty() => repeat::ask(again, (&engine, &stated, &nominal_noise), &best, &adopted),
+        Some(again) if !found.adopted.is_empty() => {
+            repeat::ask(again, (&engine, &stated, &nominal_noise), &found.best, &found.adopted)
+        }
         _ => None,
     };
     progress("a force that no law describes", 0.95);
-    let mut map = remainder(&engine, &best)?;
+    let mut map = remainder(&engine, &found.best)?;
     if let Some(map) = &mut map {
-        map.evidence -= unknown_noise;
+        map.evidence -= found.unknown_noise;
     }
     progress("report", 1.0);
     Ok(verdict::conclude(&verdict::Findings {
         engine: &engine,
         stated: &stated,
-        best: &best,
-        adopted: &adopted,
-        unfitted: &unfitted,
-        screening: &screening,
+        best: &found.best,
+        adopted: &found.adopted,
+        unfitted: &found.unfitted,
+        screening: &found.screening,
         noise_p,
         map: map.as_ref(),
-        explained: (nominal_objective - best.objective).max(0.0),
+        explained: (nominal_objective - found.best.objective).max(0.0),
         shown,
         repeat,
         notes,
         alpha: options.alpha,
     }))
+}
+
+/// What the search ends with.
+struct Found {
+    best: Standing,
+    adopted: Vec<Adopted>,
+    unfitted: Vec<Unfitted>,
+    /// The catalogue on the nominal plant.
+    screening: Screening,
+    /// Smaller sets that stood on the way, nearest first.
+    smaller: Vec<(Vec<Adopted>, Standing)>,
+    /// What noise of another kind gains on the standing plant.
+    unknown_noise: f64,
+}
+
+/// Sets of effects join the plant, round by round, until nothing more stands.
+fn searched(
+    engine: &Engine<'_>,
+    nominal: Standing,
+    options: &Options,
+    notes: &mut Vec<String>,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Found, String> {
+    let (adopted, unfitted, smaller) = (Vec::new(), Vec::new(), Vec::new());
+    let screening = Screening::default();
+    let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, unknown_noise: 0.0 };
+    while found.adopted.len() < options.terms_max && found.unfitted.is_empty() {
+        let done = found.adopted.len() as f64 / options.terms_max as f64;
+        progress("score the catalogue", 0.2 + 0.6 * done);
+        let own = Engine::like(engine, &found.best.problem).map_err(|error| error.to_string())?;
+        let screened = screen(&own, &found.best, options, notes);
+        progress("compete", 0.25 + 0.6 * done);
+        let step = step(&own, &found.best, &screened, options.terms_max - found.adopted.len(), options);
+        found.unfitted = step.unfitted;
+        if found.adopted.is_empty() {
+            found.screening = screened;
+        }
+        let Some(refit) = step.refit else {
+            found.unknown_noise = (found.best.objective - step.null).max(0.0);
+            break;
+        };
+        // nearest first: without what this round adds, then its own smaller sets before that
+        let mut nearest: Vec<(Vec<Adopted>, Standing)> = Vec::new();
+        for (set, refit) in step.smaller {
+            nearest.push((found.adopted.iter().cloned().chain(set).collect(), stand(&refit)));
+        }
+        let before = core::mem::replace(&mut found.best, stand(&refit));
+        if !found.adopted.is_empty() {
+            nearest.push((found.adopted.clone(), before));
+        }
+        nearest.append(&mut found.smaller);
+        found.smaller = nearest;
+        found.adopted.extend(step.adopted);
+    }
+    Ok(found)
+}
+
+/// Held-out data on what was found; where they do not confirm it, the nearest smaller set that they do takes its place.
+fn borne_out(
+    problem: &Problem,
+    (engine, stated): (&Engine<'_>, &Fit),
+    found: &mut Found,
+    options: &Options,
+    notes: &mut Vec<String>,
+) -> Shown {
+    let mut shown = held_out(problem, engine, stated, &found.best, found.adopted.is_empty(), options);
+    for (set, standing) in core::mem::take(&mut found.smaller) {
+        // a term that held-out data do not bear takes no other with it
+        if found.adopted.is_empty() || status(shown.gain.as_ref()) == Status::Confirmed {
+            break;
+        }
+        let again = held_out(problem, engine, stated, &standing, false, options);
+        if status(again.gain.as_ref()) == Status::Confirmed {
+            notes.push(format!(
+                "held-out data confirm {} of {} effects that this recording asks for",
+                set.len(),
+                found.adopted.len()
+            ));
+            (found.adopted, found.best, shown) = (set, standing, again);
+        }
+    }
+    shown
 }
 
 /// The map of force that the standing plant still lacks.

@@ -31,6 +31,34 @@ pub struct Linear {
 }
 
 impl Linear {
+    /// Room for every event and sample of `machine`'s run.
+    fn empty(machine: &Machine<'_>, layout: Layout, noise: &NoiseModel, initial_sigma: &[f64]) -> Self {
+        let (n, m, c) = (layout.tangent, layout.noise_inputs.len(), layout.clone);
+        let events = machine.timeline.events.len();
+        let samples = machine.timeline.value.len();
+        Self {
+            transition: vec![0.0; events * n * (n + m)],
+            measurement: vec![0.0; samples * (n + m + c)],
+            decay: vec![f64::NAN; samples],
+            initial_sigma: initial_sigma.to_vec(),
+            frozen: Frozen {
+                rows: layout.len(),
+                gain: Vec::with_capacity(samples * layout.len()),
+                first: Vec::with_capacity(events),
+            },
+            nu: vec![0.0; samples],
+            states: Vec::with_capacity(events * machine.x0.len()),
+            updated: Vec::with_capacity(events * machine.x0.len()),
+            held: Vec::with_capacity(events * m),
+            held_updated: Vec::with_capacity(events * m),
+            noise: NoiseModel { pole: vec![0.0; noise.pole.len()], ..noise.clone() },
+            names: super::tangent_names(&machine.system).into_iter().map(|(name, _)| name).collect(),
+            input_names: layout.noise_inputs.iter().map(|i| machine.system.inputs()[*i].name.clone()).collect(),
+            state_names: machine.system.states().iter().map(|state| state.name.clone()).collect(),
+            layout,
+        }
+    }
+
     pub fn row_len(&self) -> usize {
         self.layout.tangent + self.layout.noise_inputs.len() + self.layout.clone
     }
@@ -65,28 +93,7 @@ pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &
     let layout = machine.layout.clone();
     let (n, m, c) = (layout.tangent, layout.noise_inputs.len(), layout.clone);
     let events = machine.timeline.events.len();
-    let samples = machine.timeline.value.len();
-    let mut linear = Linear {
-        transition: vec![0.0; events * n * (n + m)],
-        measurement: vec![0.0; samples * (n + m + c)],
-        decay: vec![f64::NAN; samples],
-        initial_sigma: initial_sigma.to_vec(),
-        frozen: Frozen {
-            rows: layout.len(),
-            gain: Vec::with_capacity(samples * layout.len()),
-            first: Vec::with_capacity(events),
-        },
-        nu: vec![0.0; samples],
-        states: Vec::with_capacity(events * machine.x0.len()),
-        updated: Vec::with_capacity(events * machine.x0.len()),
-        held: Vec::with_capacity(events * m),
-        held_updated: Vec::with_capacity(events * m),
-        noise: NoiseModel { pole: vec![0.0; noise.pole.len()], ..noise.clone() },
-        names: super::tangent_names(&machine.system).into_iter().map(|(name, _)| name).collect(),
-        input_names: layout.noise_inputs.iter().map(|i| machine.system.inputs()[*i].name.clone()).collect(),
-        state_names: machine.system.states().iter().map(|state| state.name.clone()).collect(),
-        layout,
-    };
+    let mut linear = Linear::empty(machine, layout, noise, initial_sigma);
     let white = linear.noise.clone();
     let mut recursion = Recursion::new(&linear.layout, initial_sigma);
     let mut mean = machine.start();
