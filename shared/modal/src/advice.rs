@@ -35,8 +35,9 @@ impl std::fmt::Display for Advice {
             ),
             Self::RecordTooShort { frequency_hz, relative_deviation, record_s, longer_s } => write!(
                 f,
-                "record too short: the damping of {frequency_hz:.3} Hz is known to {:.0} % from {record_s:.3} s; about {longer_s:.3} s would give 10 %",
-                100.0 * relative_deviation
+                "record too short: the damping of {frequency_hz:.3} Hz is known to {:.0} % from {record_s:.3} s; {longer_s:.3} s of a steady response, or {:.0} decays, would give 10 %",
+                100.0 * relative_deviation,
+                longer_s / record_s
             ),
             Self::CloseModes { lower_hz, upper_hz, half_bandwidths } => write!(
                 f,
@@ -57,7 +58,8 @@ pub fn pulse_nulling(frequency_hz: f64, pulse_s: f64) -> Option<Advice> {
     let share = libm::sin(std::f64::consts::PI * cycles).abs();
     // The nearest odd number of half periods.
     let better_pulse_s = (libm::floor(cycles) + 0.5) / frequency_hz;
-    (share < NULLING).then_some(Advice::PulseNulled { frequency_hz, pulse_s, share, better_pulse_s })
+    // a pulse of less than half a period is a blow: it moves every mode below it alike
+    (share < NULLING && cycles > 0.5).then_some(Advice::PulseNulled { frequency_hz, pulse_s, share, better_pulse_s })
 }
 
 /// Advice on what a method found in a record of `record_s`; `residual_correlation` where the method has residuals.
@@ -66,9 +68,9 @@ pub fn advice(found: &[Estimate], record_s: f64, residual_correlation: Option<f6
     let mut all = Vec::new();
     for estimate in found {
         let Some(deviation) = estimate.deviation else { continue };
-        let relative_deviation = deviation.damping_ratio / estimate.damping_ratio;
+        let relative_deviation = (deviation.damping_ratio / estimate.damping_ratio).abs();
         if relative_deviation > DAMPING_UNKNOWN || relative_deviation.is_nan() {
-            // The variance falls with the length at least.
+            // The variance falls with the length of a steady response, and with the number of decays.
             let longer_s = record_s * (relative_deviation / 0.1) * (relative_deviation / 0.1);
             let frequency_hz = estimate.frequency_hz;
             all.push(Advice::RecordTooShort { frequency_hz, relative_deviation, record_s, longer_s });

@@ -248,17 +248,22 @@ pub fn fit(record: &Record, model: Model, start: &[c64]) -> Result<Fit, MlError>
         iterations += 1;
         let weights: Vec<f64> = now.squares.iter().map(|s| weight(*s, now.columns.rows as f64)).collect();
         let (information, score) = now.information(&weights);
-        let step = solve(&information, &score, damping).ok_or_else(blind)?;
-        let tried: Vec<c64> = poles.iter().zip(step.chunks_exact(2)).map(|(p, d)| p + c64::new(d[0], d[1])).collect();
-        let gain = 0.5 * dot(&step, &score);
+        // judged undamped: a short step is no minimum
+        let full = solve(&information, &score, 0.0).ok_or_else(blind)?;
+        let gain = 0.5 * dot(&full, &score);
         if !gain.is_finite() {
             return Err(blind());
         }
+        converged = gain < GAIN_MIN;
+        if converged {
+            break;
+        }
+        let step = solve(&information, &score, damping).ok_or_else(blind)?;
+        let tried: Vec<c64> = poles.iter().zip(step.chunks_exact(2)).map(|(p, d)| p + c64::new(d[0], d[1])).collect();
         let next = tried.iter().all(|pole| pole.im > 0.0).then(|| Evaluation::new(record, model, &outputs, &tried));
         match next {
-            Some(next) if next.cost() <= now.cost() || gain < GAIN_MIN => {
+            Some(next) if next.cost() <= now.cost() => {
                 (poles, now) = (tried, next);
-                converged = gain < GAIN_MIN;
                 damping = if damping > FIRST_DAMPING { 0.1 * damping } else { 0.0 };
             }
             _ => damping = (10.0 * damping).max(FIRST_DAMPING),

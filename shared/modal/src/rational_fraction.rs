@@ -163,6 +163,9 @@ fn denominator(
         return Err(RfpError::TooFewLines { lines, need });
     }
     let undetermined = RfpError::NotDetermined { lines };
+    if outputs.iter().flatten().all(|y| y.norm_sqr() == 0.0) {
+        return Err(undetermined);
+    }
     let scale = omega[lines - 1];
     let s: Vec<c64> = omega.iter().map(|omega| c64::new(0.0, omega / scale)).collect();
     let degree = known.iter().map(|(_, degree)| *degree).fold(order, usize::max);

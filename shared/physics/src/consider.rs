@@ -94,7 +94,7 @@ pub fn consider<const P: usize>(
     let estimate = pass.estimate().map_err(MomentumError::NotExcited)?;
     let moved = estimate.covariance * cross;
     let scaled = moved * SMatrix::<f64, CONSIDERED, CONSIDERED>::from_diagonal(&sheet.sigmas());
-    Ok(ConsideredEstimate { estimate, consider: scaled * scaled.transpose() })
+    Ok(ConsideredEstimate { estimate: momentum.scaled(estimate), consider: scaled * scaled.transpose() })
 }
 
 /// What a parameter's data did to its prior.

@@ -145,6 +145,10 @@ impl FlyingFilter {
         let sigma = [self.settings.sigma.omega0_rad_s, angle_1, angle_2, rate_1, rate_2];
         let (model, wrench) = (self.model, SVector::from(sample.wrench));
         let is_feasible = |state: &State| model.is_feasible(state);
+        let read = measured.iter().chain(&sample.acceleration_m_s2).chain(&sample.wrench);
+        if !read.into_iter().all(|x| x.is_finite()) {
+            return Err(UnscentedError::NotFinite);
+        }
         let mut nis = 0.0;
         if self.samples == 0 {
             self.begin(&measured, &sigma);

@@ -73,7 +73,12 @@ pub fn with_latency_and_drift(
         alpha = estimate.alpha;
         outcome = Some((estimate, pass.chi_square_per_row(&alpha)));
     }
-    Ok(outcome.expect("there is at least one pass"))
+    let (mut estimate, chi_square) = outcome.expect("there is at least one pass");
+    // an error of the momentum scales the parameters and the torque, not the latency
+    let mut moved = estimate.alpha * (momentum.sigma_h_nms / h_nms);
+    moved[LATENCY] = 0.0;
+    estimate.covariance += moved * moved.transpose();
+    Ok((estimate, chi_square))
 }
 
 /// `P` parameters and, last, the total momentum, from a wheel whose momentum is `wheel_nms(k)` at sample k; `A = P + 1`.

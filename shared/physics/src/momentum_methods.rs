@@ -53,7 +53,8 @@ impl KnownMomentum {
         if known { Ok(self) } else { Err(MomentumError::ScaleUnknown { h_nms, sigma_h_nms }) }
     }
 
-    fn scaled<const P: usize>(&self, mut estimate: Estimate<P>) -> Estimate<P> {
+    /// What an error of the momentum adds: every parameter moves with it.
+    pub(crate) fn scaled<const P: usize>(&self, mut estimate: Estimate<P>) -> Estimate<P> {
         let share = self.sigma_h_nms / self.h_nms;
         estimate.covariance += estimate.alpha * estimate.alpha.transpose() * (share * share);
         estimate

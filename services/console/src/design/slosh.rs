@@ -15,6 +15,8 @@ use plant::file;
 use std::fmt::Write;
 use std::path::PathBuf;
 
+/// Amplitude of the paper's thrust.
+const PAPER_THRUST_N: f64 = 44.0;
 /// Blocks of the planned arc.
 const CAPACITY: usize = 4096;
 const CYCLES: [u32; 5] = [1, 2, 3, 4, 6];
@@ -200,10 +202,15 @@ fn table(task: &Task<'_>, best: &Candidate) -> String {
     let sine = |t: f64| (std::f64::consts::TAU * 0.01 * t).sin();
     if let Some((amplitude, stroke, impulse, sigma)) = task.judge(&sine) {
         text += &task.line("sine of 0.01 Hz (paper), same limits", (amplitude, stroke, impulse, &sigma));
+        let _ = writeln!(
+            text,
+            "The paper's {PAPER_THRUST_N} N would move the slosh mass {:.0} m.",
+            stroke * PAPER_THRUST_N / amplitude
+        );
     }
     let _ = writeln!(
         text,
-        "\nBounds of one sigma with start, bias and thrust scale unknown, {:.0} s, {} (m/s)/sqrt(h).\nThe paper's 44 N sine would move the slosh mass 42 m.",
+        "\nBounds of one sigma with start, bias and thrust scale unknown, {:.0} s, {} (m/s)/sqrt(h).",
         task.arguments.duration_s, task.arguments.vrw_m_s_sqrt_h
     );
     text

@@ -100,3 +100,28 @@ fn an_unmoved_wheel_leaves_the_scale_unknown_and_momentum_without_h_is_refused()
     let refused = weighted(&samples, unknown, &sigma, &truth);
     assert!(matches!(refused, Err(MomentumError::ScaleUnknown { .. })));
 }
+
+#[test]
+fn an_uncertain_momentum_widens_parameters_and_torque_together_and_leaves_the_latency_alone() {
+    let truth = PlanarArm::default().minimal_parameters();
+    let (samples, sigma) = (noisy(&concealed(&truth), 3), benchmark_sigma());
+    let uncertain = KnownMomentum { sigma_h_nms: 0.01 * H_NMS, ..MOMENTUM };
+    let of = |momentum| with_latency_and_drift(&samples, INTERVAL_S, momentum, &sigma, &truth).expect("excited").0;
+    let (exact, wide) = (of(MOMENTUM), of(uncertain));
+    for i in 0..10 {
+        let share = if i == LATENCY { 0.0 } else { 0.01 * exact.alpha[i] };
+        let more = wide.covariance[(i, i)] - exact.covariance[(i, i)];
+        // rounding of the sum
+        assert!((more - share * share).abs() < 1e-9 * wide.covariance[(i, i)], "{i}: {more}");
+    }
+    let sheet = crate::consider::SensorSheet::default();
+    let of =
+        |momentum| crate::consider::consider(&samples, INTERVAL_S, momentum, &sigma, &sheet, &truth).expect("excited");
+    let (exact, wide) = (of(MOMENTUM).total(), of(uncertain).total());
+    for i in 0..8 {
+        let alpha = weighted(&samples, MOMENTUM, &sigma, &truth).expect("excited").0.alpha[i];
+        let more = wide[(i, i)] - exact[(i, i)];
+        // one step from the truth and a converged fit differ by the square of the error
+        assert!((more / (0.01 * alpha).powi(2) - 1.0).abs() < 0.05, "{i}: {more}");
+    }
+}
