@@ -71,7 +71,7 @@ const NAME_SHARE: f64 = 0.5;
 /// ΔBIC within which a rival is printed.
 pub const RIVAL_SPAN: f64 = 12.0;
 /// Relinearisations of the nominal fit; it ends where it has converged.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 6;
 
 /// A plant that stands as the best so far.
 struct Standing {

@@ -46,7 +46,7 @@ pub enum FitError {
 
 /// What remains of a prior counts as not found above this.
 pub const NOT_FOUND_RATIO: f64 = 0.98;
-/// Decrease of `−2 ln p` that ends the iteration: a hundredth of a standard error.
+/// Decrease of `−2 ln p` that ends the iteration, at noise of the size that the residuals have: a tenth of a standard error.
 const CONVERGED: f64 = 1e-2;
 /// Steps between relinearisations.
 const INNER_STEPS: usize = 3;
@@ -68,13 +68,15 @@ pub fn fit(
     let (mut converged, mut iterations) = (false, 0);
     let mut damping = 0.0;
     for round in 0..rounds {
-        let mut total = 0.0;
+        let (mut total, mut enough) = (0.0, CONVERGED);
         for _ in 0..INNER_STEPS {
             iterations += 1;
             board.take_jacobian(engine, plant, &theta);
             let normal = board.normal(engine, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
             let Some((step, predicted)) = normal.step(engine, &theta, damping) else { break };
-            if predicted < CONVERGED {
+            // a plant that is far off moves for ever in units of a noise that it does not reach
+            enough = CONVERGED * (normal.chi2 / board.samples().max(1) as f64).max(1.0);
+            if predicted < enough {
                 converged = true;
                 break;
             }
@@ -92,12 +94,12 @@ pub fn fit(
             }
             theta = moved;
             total += gained;
-            if gained < CONVERGED {
+            if gained < enough {
                 converged = true;
                 break;
             }
         }
-        if round + 1 < rounds && total > CONVERGED {
+        if round + 1 < rounds && total > enough {
             match Board::new(engine, plant, &theta, noise) {
                 Ok(fresh) => {
                     board = fresh;

@@ -23,7 +23,7 @@ pub struct Refit {
 /// What lasts as long as this has no end in any recording.
 const FOR_EVER_S: f64 = 1e8;
 /// Relinearisations of a refit.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 3;
 
 /// Fits `nominal` plus all `parts` (column, amplitudes along its directions); a start that comes below `good` ends the search.
 pub fn refit_all(

@@ -14,6 +14,8 @@ const LEVELS: usize = 5;
 /// Statistic from which a law is worth the work, and laws that are refined.
 const WORTH: f64 = 9.0;
 const LAWS: usize = 12;
+/// Samples of all columns that the refinement may cost: long recordings refine fewer laws.
+const WORK_MAX: f64 = 4e6;
 /// Gain of the statistic that is worth a column of its own.
 const GAINED: f64 = 0.5;
 
@@ -67,7 +69,7 @@ struct Climb {
 
 /// Columns of promising laws at better numbers than the grid's; empty where none is better.
 ///
-/// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS`] columns.
+/// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS`] columns, fewer laws where these are long.
 pub fn refined(
     engine: &Engine<'_>,
     board: &Board,
@@ -78,7 +80,9 @@ pub fn refined(
 ) -> Vec<Column> {
     let run = &engine.problem.runs[0];
     let duration_s = run.end_s - run.begin_s;
+    let laws = (WORK_MAX / (4.0 * LEVELS as f64 * engine.samples.max(1) as f64)) as usize;
     let mut climbs = starts(list, found, duration_s);
+    climbs.truncate(laws.clamp(2, LAWS));
     for _ in 0..LEVELS {
         let proposals: Vec<Vec<Candidate>> = climbs.iter().map(|climb| proposed(climb, duration_s)).collect();
         let flat: Vec<Candidate> = proposals.iter().flatten().cloned().collect();
