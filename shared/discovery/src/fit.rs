@@ -48,6 +48,8 @@ pub enum FitError {
 pub const NOT_FOUND_RATIO: f64 = 0.98;
 /// Decrease of `−2 ln p` that ends the iteration, at noise of the size that the residuals have: a tenth of a standard error.
 const CONVERGED: f64 = 1e-2;
+/// Share of the promised decrease above which sensitivities serve for the next step, too.
+const AS_PROMISED: f64 = 0.7;
 /// Steps between relinearisations.
 const INNER_STEPS: usize = 3;
 
@@ -69,9 +71,12 @@ pub fn fit(
     let mut damping = 0.0;
     for round in 0..rounds {
         let (mut total, mut enough) = (0.0, CONVERGED);
+        let mut stale = true;
         for _ in 0..INNER_STEPS {
             iterations += 1;
-            board.take_jacobian(engine, plant, &theta);
+            if stale {
+                board.take_jacobian(engine, plant, &theta);
+            }
             let normal = board.normal(engine, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
             let Some((step, predicted)) = normal.step(engine, &theta, damping) else { break };
             // a plant that is far off moves for ever in units of a noise that it does not reach
@@ -81,6 +86,10 @@ pub fn fit(
                 break;
             }
             let (moved, gained) = search(engine, plant, &mut board, &theta, &step, noise, normal.objective);
+            if gained <= 0.0 && !board.has_jacobian(&theta) {
+                stale = true;
+                continue;
+            }
             if gained <= 0.0 {
                 damping = if damping == 0.0 { 1e-2 } else { damping * 10.0 };
                 if damping > 1e3 {
@@ -94,6 +103,7 @@ pub fn fit(
             }
             theta = moved;
             total += gained;
+            stale = gained < AS_PROMISED * predicted;
             if gained < enough {
                 converged = true;
                 break;

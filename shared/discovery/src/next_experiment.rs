@@ -159,7 +159,7 @@ fn power(question: &Question<'_>, with: &Plant, duration_s: f64, threads: usize)
     let mut board = Board::new(&engine, plant, &theta, &engine.noise).ok()?;
     board.take_jacobian(&engine, plant, &theta);
     let both = [question.first.clone(), question.second.clone()];
-    let pair = columns(&engine, &board, plant, &theta, &both);
+    let pair = columns((&engine, &board), plant, &theta, &both);
     let found = scores(&engine, &board, &theta, &engine.noise, &pair);
     let own = |candidate: &Candidate| {
         found.iter().flatten().find(|score| pair[score.column].candidate.same_law(candidate)).cloned()

@@ -14,12 +14,14 @@ pub mod candidates;
 mod columns;
 pub(crate) mod forcing;
 mod lines;
+mod noise_free;
 pub mod refine;
 pub(crate) mod robust;
 
 pub use candidates::{Candidate, candidates};
 pub use columns::{Column, columns};
 pub use lines::{Lines, lines};
+pub use noise_free::noise_free;
 pub use robust::Robust;
 
 use crate::filter::NoiseModel;

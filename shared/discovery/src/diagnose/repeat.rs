@@ -50,7 +50,7 @@ pub(super) fn ask(
     let theta = carried(&engine, &first.problem.unknowns, &stated.theta);
     let fitted = fit(&engine, &stated.plant, &theta, noise, ROUNDS).ok()?;
     let list: Vec<_> = adopted.iter().map(|own| own.column.candidate.clone()).collect();
-    let found = columns(&engine, &fitted.board, &stated.plant, &fitted.theta, &list);
+    let found = columns((&engine, &fitted.board), &stated.plant, &fitted.theta, &list);
     let (board, theta) = (&fitted.board, &fitted.theta);
     let raw = joint(&found, adopted, board.nu.len());
     let search = Search { sweeps: 4, colour: true, scan: false };

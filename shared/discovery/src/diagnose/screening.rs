@@ -1,9 +1,9 @@
 //! Every effect at every site with its score: grids first, then the best numbers of what looks promising.
 
 use super::{Options, Standing};
-use crate::fit::Engine;
+use crate::fit::{Board, Engine};
 use crate::score::refine::refined;
-use crate::score::{Candidate, Column, Lines, Score, candidates, columns, lines, scores};
+use crate::score::{Candidate, Column, Lines, Score, candidates, columns, lines, noise_free, scores};
 
 /// Columns and their scores under the adapted noise.
 #[derive(Default)]
@@ -21,13 +21,20 @@ impl Screening {
 
 pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, notes: &mut Vec<String>) -> Screening {
     let (board, theta) = (&best.fit.board, &best.fit.theta);
+    let loops = noise_free(engine.problem, &best.plant, theta);
+    let loops = loops.as_ref().and_then(|problem| {
+        let own = Engine::at_other_values(engine, problem).ok()?;
+        let board = Board::new(&own, &best.plant, theta, &best.fit.noise).ok()?;
+        Some((own, board))
+    });
+    let along = loops.as_ref().map_or((engine, board), |(engine, board)| (engine, board));
     let period_s = engine.timelines[0].period_s;
     let lines = longest(engine, best);
     let mut list = candidates(engine.problem, &best.plant, &board.linears, period_s, &lines, &options.without);
     thin(engine, options, &mut list, notes);
-    let mut all = columns(engine, board, &best.plant, theta, &list);
+    let mut all = columns(along, &best.plant, theta, &list);
     let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
-    all.extend(refined(engine, board, &best.plant, theta, &best.noise, (&all, &found)));
+    all.extend(refined((engine, board), along, &best.plant, theta, &best.noise, (&all, &found)));
     let scores = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
     Screening { columns: all, scores }
 }

@@ -57,8 +57,8 @@ fn one(linear: &Linear, timeline: &Timeline, gains: &Gains, column: &mut [f64]) 
         }
         if event.count > 0 {
             let nu = &mut column[event.first..event.first + event.count];
-            old[..event.count].copy_from_slice(nu);
             for (slot, nu) in nu.iter_mut().enumerate() {
+                old[slot] = *nu;
                 let sample = event.first + slot;
                 let channel = timeline.channel[sample];
                 let row = &linear.measurement[sample * row_len..(sample + 1) * row_len];

@@ -13,8 +13,9 @@ pub struct Board {
     pub linears: Vec<Linear>,
     pub theta: Vec<f64>,
     pub nu: Vec<f64>,
-    /// `−∂ν/∂θ` per prior standard deviation.
+    /// `−∂ν/∂θ` per prior standard deviation, and where it was taken.
     pub jacobian: Vec<Vec<f64>>,
+    jacobian_theta: Option<Vec<f64>>,
 }
 
 /// Whitened normal equations with priors: unknowns in prior standard deviations, then extra columns.
@@ -33,6 +34,8 @@ pub struct Normal {
     pub room: Vec<[f64; 2]>,
 }
 
+/// Numbers to whiten from which threads are worth their start.
+const SPREAD_LEAST: usize = 100_000;
 /// Step of the differences in prior standard deviations, and in posterior ones where these are known.
 const STEP_PRIOR: f64 = 1e-3;
 
@@ -44,15 +47,24 @@ impl Board {
     pub fn new(engine: &Engine<'_>, plant: &Plant, theta: &[f64], noise: &NoiseModel) -> Result<Self, FitError> {
         let linears = engine.linearise(plant, theta, noise)?;
         let nu = linears.iter().flat_map(|linear| linear.nu.iter().copied()).collect();
-        Ok(Self { linears, theta: theta.to_vec(), nu, jacobian: Vec::new() })
+        Ok(Self { linears, theta: theta.to_vec(), nu, jacobian: Vec::new(), jacobian_theta: None })
     }
 
     pub fn samples(&self) -> usize {
         self.nu.len()
     }
 
-    /// Sensitivities to all unknowns by one pass each.
+    /// The sensitivities are those at `theta`.
+    pub fn has_jacobian(&self, theta: &[f64]) -> bool {
+        self.jacobian_theta.as_deref() == Some(theta)
+    }
+
+    /// Sensitivities to all unknowns by one pass each, if they are not there.
     pub fn take_jacobian(&mut self, engine: &Engine<'_>, plant: &Plant, theta: &[f64]) {
+        if self.has_jacobian(theta) {
+            return;
+        }
+        self.jacobian_theta = Some(theta.to_vec());
         let unknowns = &engine.problem.unknowns;
         let runs = &engine.problem.runs;
         self.jacobian = parallel(unknowns.len(), engine.threads, |i| {
@@ -84,7 +96,15 @@ impl Board {
             let found = gains(linear, timeline, noise)?;
             let range = engine.offsets[run]..engine.offsets[run] + timeline.value.len();
             let mut parts: Vec<&mut [f64]> = columns.iter_mut().map(|column| &mut column[range.clone()]).collect();
-            whiten(linear, timeline, &found, &mut parts);
+            let worth = parts.len() * timeline.value.len() > SPREAD_LEAST;
+            let threads = if worth { engine.threads.min(parts.len()).max(1) } else { 1 };
+            let each = parts.len().div_ceil(threads).max(1);
+            std::thread::scope(|scope| {
+                let mut shares = parts.chunks_mut(each);
+                let own = shares.next();
+                shares.for_each(|share| drop(scope.spawn(|| whiten(linear, timeline, &found, share))));
+                own.into_iter().for_each(|share| whiten(linear, timeline, &found, share));
+            });
             log_determinant += found.log_determinant;
         }
         log_determinant.is_finite().then_some(log_determinant)

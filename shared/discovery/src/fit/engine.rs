@@ -5,6 +5,7 @@ use crate::filter::{Linear, Machine, NoiseModel, equip, initial_sigmas, linearis
 use crate::problem::{Problem, Run, Timeline};
 use plant::description::Plant;
 use plant::system::System;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A problem with its timelines.
 #[derive(Clone)]
@@ -40,17 +41,12 @@ impl<'p> Engine<'p> {
     pub fn new(problem: &'p Problem, threads: usize) -> Result<Self, FitError> {
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
-        let lags: Vec<f64> = problem.plant.sensors.iter().map(|sensor| lag_s(&problem.plant, sensor)).collect();
-        let initial = |run: &Run| system.initial_state(&strip(&problem.plant, run), &|_| None);
-        let mut timelines = Vec::new();
+        let timelines = timelines(problem, &equipped, &system)?;
         let mut offsets = Vec::new();
         let mut samples = 0;
-        for run in &problem.runs {
-            let x0 = initial(run).map_err(|error| FitError::Filter(error.to_string()))?;
-            let timeline = Timeline::new(&equipped, &system, run, &lags, step_s(&system, &x0));
+        for timeline in &timelines {
             offsets.push(samples);
             samples += timeline.value.len();
-            timelines.push(timeline);
         }
         let command = |i: &usize| system.inputs()[*i].role == plant::system::InputRole::Command;
         let inputs: Vec<usize> = (0..system.inputs().len()).filter(command).collect();
@@ -94,6 +90,22 @@ impl<'p> Engine<'p> {
             offsets: other.offsets.clone(),
             samples: other.samples,
         })
+    }
+
+    /// Engine of the same plant with other commands and readings at the same instants.
+    ///
+    /// # Errors
+    /// The plant cannot be compiled, or the samples are not as many.
+    pub fn at_other_values<'q>(other: &Engine<'_>, problem: &'q Problem) -> Result<Engine<'q>, FitError> {
+        let mut engine = Engine::like(other, problem)?;
+        let equipped = equip(&problem.plant);
+        let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
+        let own = timelines(problem, &equipped, &system)?;
+        if !own.iter().zip(other.timelines.iter()).all(|(a, b)| a.channel == b.channel && a.stamp_s == b.stamp_s) {
+            return Err(FitError::Filter("the samples are others".to_owned()));
+        }
+        engine.timelines = std::sync::Arc::new(own);
+        Ok(engine)
     }
 
     /// Priors, with the values of unknowns of the same name from elsewhere.
@@ -220,6 +232,17 @@ impl<'p> Engine<'p> {
     }
 }
 
+/// Events of every run.
+fn timelines(problem: &Problem, equipped: &Plant, system: &System) -> Result<Vec<Timeline>, FitError> {
+    let lags: Vec<f64> = problem.plant.sensors.iter().map(|sensor| lag_s(&problem.plant, sensor)).collect();
+    let initial = |run: &Run| system.initial_state(&strip(&problem.plant, run), &|_| None);
+    let timeline = |run: &Run| {
+        let x0 = initial(run).map_err(|error| FitError::Filter(error.to_string()))?;
+        Ok(Timeline::new(equipped, system, run, &lags, step_s(system, &x0)))
+    };
+    problem.runs.iter().map(timeline).collect()
+}
+
 /// Places of the frozen filter's z in that of `machine`.
 fn places(machine: &Machine<'_>, linear: &Linear) -> Option<Vec<usize>> {
     if machine.layout == linear.layout { Some((0..linear.layout.len()).collect()) } else { machine.map_names(linear) }
@@ -249,17 +272,20 @@ fn lag_s(plant: &Plant, sensor: &plant::description::Sensor) -> f64 {
     sensor.delay_s.value + source.map_or(0.0, |source| source.clock_offset_s.value)
 }
 
-/// `f(0), …, f(count − 1)` on `threads` threads.
+/// `f(0), …, f(count − 1)` on `threads` threads, each taking the next that nobody has.
 pub fn parallel<T: Send>(count: usize, threads: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let threads = threads.clamp(1, count.max(1));
     if threads == 1 {
         return (0..count).map(f).collect();
     }
     let mut slots: Vec<Option<T>> = (0..count).map(|_| None).collect();
-    let f = &f;
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let taken = core::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed)).take_while(|i| *i < count);
+        taken.map(|i| (i, f(i))).collect::<Vec<_>>()
+    };
     std::thread::scope(|scope| {
-        let work = move |t: usize| (t..count).step_by(threads).map(move |i| (i, f(i))).collect::<Vec<_>>();
-        let handles: Vec<_> = (0..threads).map(|t| scope.spawn(move || work(t))).collect();
+        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
         for handle in handles {
             for (i, value) in handle.join().expect("a pass does not panic") {
                 slots[i] = Some(value);

@@ -4,7 +4,7 @@
 //! Coordinates: logarithm of every input's and channel's standard deviation, inverse hyperbolic tangent of every channel's pole. They are
 //! moved one after the other along parabolas through three points, a bounded number of sweeps.
 
-use super::{Board, Engine};
+use super::{Board, Engine, parallel};
 use crate::filter::NoiseModel;
 
 /// What is moved, and how far.
@@ -48,7 +48,7 @@ pub fn maximise(
     start: &NoiseModel,
     search: Search,
 ) -> Option<(NoiseModel, f64)> {
-    let value = |noise: &NoiseModel| {
+    let value = |noise: &NoiseModel| -> Option<f64> {
         Some(board.normal(engine, theta, noise, extra)?.minimum()?.0 + engine.disturbance_price(noise))
     };
     let size = board.linears.first().map_or(0, |linear| linear.layout.len());
@@ -68,7 +68,7 @@ pub fn maximise(
     for _ in 0..search.sweeps {
         let before = best;
         for (coordinate, step) in list.iter().zip(&mut steps) {
-            (noise, best) = along(&noise, best, *coordinate, step, &value);
+            (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, &value);
         }
         if before - best < 0.05 {
             break;
@@ -111,15 +111,16 @@ fn scan(
 
 /// One step along a coordinate: both neighbours, then the least point of the parabola.
 fn along(
-    noise: &NoiseModel,
-    best: f64,
+    threads: usize,
+    (noise, best): (&NoiseModel, f64),
     coordinate: Coordinate,
     step: &mut f64,
-    value: &dyn Fn(&NoiseModel) -> Option<f64>,
+    value: &(dyn Fn(&NoiseModel) -> Option<f64> + Sync),
 ) -> (NoiseModel, f64) {
     let h = *step;
     let at = |by: f64| value(&moved(noise, coordinate, by)).unwrap_or(f64::INFINITY);
-    let (up, down) = (at(h), at(-h));
+    let sides = parallel(2, threads, |side| at([h, -h][side]));
+    let (up, down) = (sides[0], sides[1]);
     let curvature = up + down - 2.0 * best;
     let mut points = vec![(0.0, best), (h, up), (-h, down)];
     let by = if curvature > 0.0 {

@@ -23,8 +23,7 @@ const TRIES: usize = 4;
 
 /// Columns of all candidates that change anything, in their order.
 pub fn columns(
-    engine: &Engine<'_>,
-    board: &Board,
+    (engine, board): (&Engine<'_>, &Board),
     plant: &Plant,
     theta: &[f64],
     candidates: &[Candidate],

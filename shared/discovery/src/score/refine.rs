@@ -67,12 +67,12 @@ struct Climb {
     steps: Vec<(usize, Step)>,
 }
 
-/// Columns of promising laws at better numbers than the grid's; empty where none is better.
+/// Columns of promising laws at better numbers than the grid's, taken `along`; empty where none is better.
 ///
 /// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS`] columns, fewer laws where these are long.
 pub fn refined(
-    engine: &Engine<'_>,
-    board: &Board,
+    (engine, board): (&Engine<'_>, &Board),
+    along: (&Engine<'_>, &Board),
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
@@ -86,7 +86,7 @@ pub fn refined(
     for _ in 0..LEVELS {
         let proposals: Vec<Vec<Candidate>> = climbs.iter().map(|climb| proposed(climb, duration_s)).collect();
         let flat: Vec<Candidate> = proposals.iter().flatten().cloned().collect();
-        let tried = columns(engine, board, plant, theta, &flat);
+        let tried = columns(along, plant, theta, &flat);
         let judged = scores(engine, board, theta, noise, &tried);
         for climb in &mut climbs {
             let own = |column: &Column| column.candidate.same_law(&climb.column.candidate);

@@ -81,7 +81,7 @@ mod tests {
                 rate: 0.0,
                 command: 0.0,
                 reading: 0.0,
-                body: state.body,
+                body: &state.body,
                 hidden: &no_hidden,
                 surroundings: &surroundings,
             };

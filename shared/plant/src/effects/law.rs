@@ -6,7 +6,7 @@ use crate::real::Real;
 /// Most states an effect can have of its own.
 pub const HIDDEN_MAX: usize = 4;
 
-/// Motion of the body a site belongs to (of a joint: the outboard body).
+/// Motion of the body a site belongs to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BodyState<T> {
     /// Body axes to inertial axes, row-major.
@@ -65,7 +65,8 @@ pub struct Local<'a, T> {
     pub command: T,
     /// What the sensor would read without this effect.
     pub reading: T,
-    pub body: BodyState<T>,
+    /// At rest for a law on a joint or a tank: their motion is all that acts there.
+    pub body: &'a BodyState<T>,
     /// The effect's own states.
     pub hidden: &'a [T],
     pub surroundings: &'a Surroundings,

@@ -271,3 +271,20 @@ fn a_part_that_cannot_be_built_is_refused_with_its_reason_and_the_plant_stays() 
     assert!(matches!(error, EffectError::Impossible { .. }), "{error}");
     assert_eq!(built, before);
 }
+
+/// They are not told it: a law that looked at it would find a body at rest.
+#[test]
+fn laws_of_joints_and_tanks_do_not_look_at_the_motion_of_the_body() {
+    let at = |effect: &Effect| effect.sites.iter().all(|site| matches!(site, SiteKind::Joint | SiteKind::Tank));
+    let mut laws = 0;
+    for effect in EFFECTS.iter().filter(|effect| matches!(effect.law, Law::Coordinate(_)) && at(effect)) {
+        for k in 0..8 {
+            let moving = Trial::random(k);
+            let still = Trial { body: BodyState::default(), ..moving };
+            let parameters = defaults(effect);
+            assert_eq!(moving.act(effect, &parameters), still.act(effect, &parameters), "{}", effect.kind);
+        }
+        laws += 1;
+    }
+    assert!(laws > 10, "only {laws} laws were looked at");
+}

@@ -123,7 +123,7 @@ impl Trial {
             displacement_rate: self.surroundings.site_axis.map(|a| a * self.rate),
             command: self.command,
             reading: self.reading,
-            body: self.body,
+            body: &self.body,
             hidden: &self.hidden[..effect.hidden_states],
             surroundings: &self.surroundings,
         };
@@ -152,7 +152,7 @@ impl Trial {
             displacement_rate: self.surroundings.site_axis.map(|a| d(self.rate, direction.rate).scale(a)),
             command: d(self.command, direction.command),
             reading: d(self.reading, direction.reading),
-            body,
+            body: &body,
             hidden: &hidden[..effect.hidden_states],
             surroundings: &self.surroundings,
         };

@@ -1,6 +1,7 @@
 //! What each actuator does with its number.
 
 use super::System;
+use super::effect_terms::body_state;
 use super::sites::Coordinate;
 use super::workspace::Workspace;
 use crate::effects::{Action, Local, Pick};
@@ -80,7 +81,8 @@ impl System {
     ) -> T {
         let mut action = Action { value: command, ..Action::default() };
         for term in &self.effects.actuators[actuator.effects.clone()] {
-            let local = Local { command, ..self.local(ws, t_s, x, term) };
+            let body = body_state(ws, term.link);
+            let local = Local { command, ..self.local(ws, t_s, x, term, &body) };
             (T::pick(&term.law))(&local, &term.values, &mut action);
             term.keep_hidden_rates(ws, &mut action);
         }

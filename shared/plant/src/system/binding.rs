@@ -273,6 +273,7 @@ fn hidden_states(
         coordinate,
         tank: Vec::new(),
         link: place.link,
+        carried: !matches!(kind, SiteKind::Joint | SiteKind::Tank),
         surroundings: place.surroundings,
     }
 }

@@ -23,6 +23,8 @@ pub(super) struct EffectTerm {
     pub tank: Vec<(Coordinate, [f64; 3])>,
     /// The body the site belongs to.
     pub link: usize,
+    /// The law is told the motion of that body.
+    pub carried: bool,
     pub surroundings: Surroundings,
 }
 
@@ -56,7 +58,8 @@ impl System {
         for term in &self.effects.coordinates {
             let Some(coordinate) = term.coordinate else { continue };
             let mut action = Action::default();
-            let local = Local { command: ws.effort[coordinate.v], ..self.local(ws, t_s, x, term) };
+            let body = if term.carried { body_state(ws, term.link) } else { BodyState::default() };
+            let local = Local { command: ws.effort[coordinate.v], ..self.local(ws, t_s, x, term, &body) };
             (T::pick(&term.law))(&local, &term.values, &mut action);
             term.keep_hidden_rates(ws, &mut action);
             ws.tau[coordinate.v] += action.force;
@@ -67,7 +70,8 @@ impl System {
         ws.added_mass.fill(T::zero());
         for term in &self.effects.bodies {
             let mut action = Action::default();
-            let local = Local { command: ws.thrust[term.link], ..self.local(ws, t_s, x, term) };
+            let body = body_state(ws, term.link);
+            let local = Local { command: ws.thrust[term.link], ..self.local(ws, t_s, x, term, &body) };
             (T::pick(&term.law))(&local, &term.values, &mut action);
             term.keep_hidden_rates(ws, &mut action);
             for (sum, part) in ws.wrench[term.link].iter_mut().zip(action.wrench) {
@@ -96,6 +100,7 @@ impl System {
         t_s: f64,
         x: &'a [T],
         term: &'a EffectTerm,
+        body: &'a BodyState<T>,
     ) -> Local<'a, T> {
         let at = self.effects.hidden_at;
         let position = term.coordinate.and_then(|coordinate| coordinate.position);
@@ -108,7 +113,7 @@ impl System {
             rate: term.coordinate.map_or(T::zero(), |coordinate| ws.velocity[coordinate.v]),
             command: T::zero(),
             reading: T::zero(),
-            body: body_state(ws, term.link),
+            body,
             hidden: &x[at + term.hidden.start..at + term.hidden.end],
             surroundings: &term.surroundings,
         }
@@ -129,7 +134,7 @@ fn tank_motion<T: Pick>(ws: &Workspace<T>, tank: &[(Coordinate, [f64; 3])]) -> (
 }
 
 /// Motion of a body against inertial space, accelerations zero.
-fn body_state<T: Pick>(ws: &Workspace<T>, link: usize) -> BodyState<T> {
+pub(super) fn body_state<T: Pick>(ws: &Workspace<T>, link: usize) -> BodyState<T> {
     let (origin, rotation) = ws.data.link_pose(link);
     let [wx, wy, wz, vx, vy, vz] = ws.data.link_velocity(link);
     BodyState {

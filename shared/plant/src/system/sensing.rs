@@ -1,7 +1,7 @@
 //! What sensors say at an instant.
 
 use super::System;
-use super::effect_terms::accelerated;
+use super::effect_terms::{accelerated, body_state};
 use super::geometry::{add, along, cross, rotation_vector, times, turn, turn_back};
 use super::sensors::{Flexure, Measured, SensorTerm};
 use super::workspace::Workspace;
@@ -53,9 +53,8 @@ impl System {
     fn with_effects<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], sensor: &SensorTerm, reading: T) -> T {
         let mut action = Action { value: reading, ..Action::default() };
         for term in &self.effects.sensors[sensor.effects.clone()] {
-            let local = self.local(ws, t_s, x, term);
-            let body = accelerated(ws, term.link, local.body);
-            let local = Local { reading: action.value, body, ..local };
+            let body = accelerated(ws, term.link, body_state(ws, term.link));
+            let local = Local { reading: action.value, ..self.local(ws, t_s, x, term, &body) };
             (T::pick(&term.law))(&local, &term.values, &mut action);
             term.keep_hidden_rates(ws, &mut action);
         }
