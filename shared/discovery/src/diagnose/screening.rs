@@ -21,7 +21,7 @@ impl Screening {
 
 pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, notes: &mut Vec<String>) -> Screening {
     let (board, theta) = (&best.fit.board, &best.fit.theta);
-    let loops = noise_free(engine.problem, &best.plant, theta);
+    let loops = noise_free(engine.problem, &best.plant, theta, &best.noise.sensor_sigma);
     let loops = loops.as_ref().and_then(|problem| {
         let own = Engine::at_other_values(engine, problem).ok()?;
         let board = Board::new(&own, &best.plant, theta, &best.fit.noise).ok()?;

@@ -11,10 +11,12 @@ use plant::simulation::Simulator;
 
 /// Share of a reading's own variation that the simulation may miss; a loop that does not follow its recording is none we know.
 const MISSED_MAX: f64 = 0.3;
+/// Noise may be this many times what is stated.
+const NOISE_MAX: f64 = 2.0;
 
 /// `problem` with commands and readings of `plant`'s loops at `theta`, without noise; `None` where nothing is recorded in a loop that the
-/// plant knows, or where the simulation is not near the recording.
-pub fn noise_free(problem: &Problem, plant: &Plant, theta: &[f64]) -> Option<Problem> {
+/// plant knows, or where the simulation is not near the recording. `sigma`: noise of one sample of each sensor.
+pub fn noise_free(problem: &Problem, plant: &Plant, theta: &[f64], sigma: &[f64]) -> Option<Problem> {
     let mut clean = problem.clone();
     let mut any = false;
     for (index, run) in problem.runs.iter().enumerate() {
@@ -23,7 +25,7 @@ pub fn noise_free(problem: &Problem, plant: &Plant, theta: &[f64]) -> Option<Pro
             matches!(drive.1, Drive::Held { .. }) && plant.controllers.iter().any(|c| c.actuator == *name)
         };
         if run.drives.iter().enumerate().any(|drive| closed(&drive)) {
-            clean.runs[index] = simulated(&quiet(problem.instance(plant, theta, index)), run)?;
+            clean.runs[index] = simulated(&quiet(problem.instance(plant, theta, index)), run, sigma)?;
             any = true;
         }
     }
@@ -43,7 +45,7 @@ fn quiet(mut plant: Plant) -> Plant {
 }
 
 /// The run as `plant` simulates it from its initial state; loops forget where they began.
-fn simulated(plant: &Plant, run: &Run) -> Option<Run> {
+fn simulated(plant: &Plant, run: &Run, sigma: &[f64]) -> Option<Run> {
     let mut simulator = Simulator::new(plant, 0, &plant.name).ok()?;
     simulator.restart(run.begin_s, &run.initial).ok()?;
     let mut commands: Vec<Samples> = vec![Samples::default(); plant.actuators.len()];
@@ -67,20 +69,70 @@ fn simulated(plant: &Plant, run: &Run) -> Option<Run> {
             *value = time_s.iter().map(|t| command.value[at(t) - 1]).collect();
         }
     }
-    for (samples, reading) in clean.samples.iter_mut().zip(&readings) {
+    for ((samples, reading), sigma) in clean.samples.iter_mut().zip(&readings).zip(sigma) {
         let recorded = core::mem::take(&mut samples.value);
         samples.value = samples.time_s.iter().map(|t| interpolate(&reading.time_s, &reading.value, *t)).collect();
-        if missed(&recorded, &samples.value) > MISSED_MAX {
+        if misses(&recorded, &samples.value, *sigma) {
             return None;
         }
     }
     Some(clean)
 }
 
-/// rms of the difference over rms of the variation.
-fn missed(recorded: &[f64], simulated: &[f64]) -> f64 {
-    let mean = recorded.iter().sum::<f64>() / recorded.len().max(1) as f64;
+/// The difference is more than noise and a share of the variation.
+fn misses(recorded: &[f64], simulated: &[f64], sigma: f64) -> bool {
+    let count = recorded.len().max(1) as f64;
+    let mean = recorded.iter().sum::<f64>() / count;
     let variation: f64 = recorded.iter().map(|y| (y - mean) * (y - mean)).sum();
     let apart: f64 = recorded.iter().zip(simulated).map(|(y, s)| (y - s) * (y - s)).sum();
-    if variation > 0.0 { (apart / variation).sqrt() } else { 0.0 }
+    apart > MISSED_MAX * MISSED_MAX * variation + NOISE_MAX * NOISE_MAX * count * sigma * sigma
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic::{off_priors, plant, problem, recording, sample_sigma};
+
+    fn prior(problem: &Problem) -> Vec<f64> {
+        problem.unknowns.iter().map(|unknown| unknown.prior).collect()
+    }
+
+    fn sigma(plant: &Plant) -> Vec<f64> {
+        plant.sensors.iter().map(|sensor| sample_sigma(plant, &sensor.name).unwrap()).collect()
+    }
+
+    #[test]
+    fn a_loop_without_noise_is_the_same_whatever_noise_was_recorded() {
+        let study = plant("study_case");
+        let of = |seed: u64| {
+            let recorded = problem(&study, recording(&study, seed, 2.0));
+            let clean = noise_free(&recorded, &study, &prior(&recorded), &sigma(&study)).unwrap();
+            (recorded, clean)
+        };
+        let ((a, clean_a), (b, clean_b)) = (of(1), of(2));
+        let values = |problem: &Problem| -> Vec<Vec<f64>> {
+            problem.runs[0].samples.iter().map(|samples| samples.value.clone()).collect()
+        };
+        assert_ne!(values(&a), values(&b));
+        assert_eq!(values(&clean_a), values(&clean_b));
+        let motor = study.actuators.iter().position(|a| a.name == study.controllers[0].actuator).unwrap();
+        let command = |problem: &Problem| match &problem.runs[0].drives[motor] {
+            Drive::Held { value, .. } => value.clone(),
+            other => panic!("{other:?} is not held"),
+        };
+        assert_ne!(command(&a), command(&b));
+        assert_eq!(command(&clean_a), command(&clean_b));
+    }
+
+    #[test]
+    fn a_loop_that_does_not_follow_its_recording_is_not_believed_and_without_a_loop_there_is_none() {
+        let study = plant("study_case");
+        let recorded = problem(&study, recording(&study, 1, 2.0));
+        let mut other = study.clone();
+        other.controllers.iter_mut().for_each(|controller| controller.reference.clear());
+        assert!(noise_free(&recorded, &other, &prior(&recorded), &sigma(&study)).is_none());
+        let open = plant("drive_rig");
+        let recorded = problem(&open, recording(&off_priors(&open, 1), 1, 2.0));
+        assert!(noise_free(&recorded, &open, &prior(&recorded), &sigma(&open)).is_none());
+    }
 }
