@@ -34,6 +34,8 @@ pub struct Machine<'a> {
     ws: Workspace<f64>,
     /// Inputs after delays and lags; empty: the timeline's.
     rows: Vec<f64>,
+    /// Change of every input from the beginning of an event's stretch to its end, about the row; empty: none.
+    tilts: Vec<f64>,
     finer: usize,
     midpoint: bool,
     sensors: Vec<Channel>,
@@ -71,6 +73,17 @@ pub struct Mean {
     pub lag_time_s: Vec<f64>,
 }
 
+/// Inputs that change during a step.
+#[derive(Clone, Copy)]
+struct Moving<'w> {
+    /// First of the three rows of the step, or the row of the event.
+    row: usize,
+    /// Share of the step (of the event's stretch) already done, and what this step does.
+    from: f64,
+    span: f64,
+    w: &'w [f64],
+}
+
 impl<'a> Machine<'a> {
     /// Machine of `plant` (not yet equipped) for run `run`.
     ///
@@ -99,7 +112,7 @@ impl<'a> Machine<'a> {
         let stiff = fastest * longest;
         let finer = if stiff > STEP_RATE_MAX { (libm::ceil(stiff / STEP_RATE_MAX) as usize).min(FINER_MAX) } else { 1 };
         let rows = timeline.rows_of(problem, &problem.runs[run], &equipped, &system).unwrap_or_default();
-        let rows = filtered_rows(&system, timeline, rows);
+        let (rows, tilts) = filtered_rows(&system, timeline, rows);
         let zeros = |n: usize| vec![0.0; n];
         let any_shifted = sensors.iter().zip(&timeline.shift_s).any(|(s, shift)| s.shifted(*shift));
         Ok(Self {
@@ -109,7 +122,8 @@ impl<'a> Machine<'a> {
             x0,
             rows,
             finer,
-            midpoint: stiff < MIDPOINT_RATE,
+            midpoint: stiff < MIDPOINT_RATE && tilts.is_empty(),
+            tilts,
             any_mean,
             any_shifted,
             sensors,
@@ -179,29 +193,32 @@ impl<'a> Machine<'a> {
         let h = event.step_s / self.finer as f64;
         for step in 0..event.steps {
             let t = event.t_s + step as f64 * event.step_s;
-            if !self.timeline.moving {
+            let (held, parts) = (!self.timeline.moving && self.tilts.is_empty(), self.finer as f64);
+            if held {
                 self.load(event.row, w);
-                for part in 0..self.finer {
-                    self.runge_kutta(t + part as f64 * h, h, x, None);
-                }
-                continue;
             }
-            let row = event.row + 2 * step;
             for part in 0..self.finer {
-                let from = part as f64 / self.finer as f64;
-                self.runge_kutta(t + part as f64 * h, h, x, Some((row, from, w)));
+                let from = part as f64 / parts;
+                let moving = if held {
+                    None
+                } else if self.timeline.moving {
+                    Some(Moving { row: event.row + 2 * step, from, span: 1.0 / parts, w })
+                } else {
+                    let steps = event.steps as f64;
+                    Some(Moving { row: event.row, from: (step as f64 + from) / steps, span: 1.0 / (steps * parts), w })
+                };
+                self.runge_kutta(t + part as f64 * h, h, x, moving);
             }
         }
     }
 
-    /// One step; `moving` = (first of the three rows of the step, share of the step already done, noise).
-    fn runge_kutta(&mut self, t: f64, h: f64, x: &mut [f64], moving: Option<(usize, f64, &[f64])>) {
-        let half = 0.5 / self.finer as f64;
+    /// One step.
+    fn runge_kutta(&mut self, t: f64, h: f64, x: &mut [f64], moving: Option<Moving<'_>>) {
         let stages = if self.midpoint { 2 } else { 4 };
         for k in 0..stages {
             let share = [0.0, 0.5, 0.5, 1.0][k];
-            if let Some((row, from, w)) = moving {
-                self.interpolate(row, from + [0.0, half, half, 2.0 * half][k], w);
+            if let Some(moving) = moving {
+                self.interpolate(moving.row, moving.from + share * moving.span, moving.w);
             }
             if k == 0 {
                 self.stage.copy_from_slice(x);
@@ -221,11 +238,16 @@ impl<'a> Machine<'a> {
         self.system.normalise(x);
     }
 
-    /// Inputs at a share of a step from its three rows (parabola).
+    /// Inputs at a share of a step from its three rows (parabola), or at a share of an event's stretch from its row and tilt.
     fn interpolate(&mut self, row: usize, share: f64, w: &[f64]) {
         let weights = [(1.0 - share) * (1.0 - 2.0 * share), 4.0 * share * (1.0 - share), share * (2.0 * share - 1.0)];
-        for i in 0..self.timeline.inputs {
-            self.u[i] = (0..3).map(|k| weights[k] * self.row(row + k)[i]).sum();
+        let inputs = self.timeline.inputs;
+        for i in 0..inputs {
+            self.u[i] = if self.timeline.moving {
+                (0..3).map(|k| weights[k] * self.row(row + k)[i]).sum()
+            } else {
+                self.row(row)[i] + (share - 0.5) * self.tilts[row * inputs + i]
+            };
         }
         for (input, w) in self.layout.noise_inputs.iter().zip(w) {
             self.u[*input] += w;
@@ -489,47 +511,68 @@ pub(crate) fn step_s(system: &System, x0: &[f64]) -> f64 {
     if rate > 0.0 { STEP_RATE / rate } else { f64::INFINITY }
 }
 
-/// Rows of inputs past the delays and lags that effects put on commands; those of the timeline where `rows` are empty. Empty where
-/// there is neither.
-fn filtered_rows(system: &System, timeline: &Timeline, mut rows: Vec<f64>) -> Vec<f64> {
+/// Rows of inputs past the delays and lags that effects put on commands, and their tilts; those of the timeline where `rows` are empty.
+/// Empty where there is neither.
+fn filtered_rows(system: &System, timeline: &Timeline, mut rows: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     let inputs = timeline.inputs;
+    let mut tilts = Vec::new();
     for filter in system.filters() {
         let FilterPlace::Input(input) = filter.place else { continue };
         if rows.is_empty() {
             rows.clone_from(&timeline.rows);
         }
+        if tilts.is_empty() && !timeline.moving {
+            tilts = vec![0.0; rows.len()];
+        }
         let held: Vec<f64> = timeline.events.iter().map(|event| rows[event.row * inputs + input]).collect();
         let acting = acting(&filter.kind, timeline, &held);
-        for (k, event) in timeline.events.iter().enumerate() {
+        for (event, [mean, tilt]) in timeline.events.iter().zip(acting) {
             let stages = if timeline.moving { 2 * event.steps + 1 } else { 1 };
             for row in event.row..event.row + stages {
-                rows[row * inputs + input] = acting[k];
+                rows[row * inputs + input] = mean;
+            }
+            if !timeline.moving {
+                tilts[event.row * inputs + input] = tilt;
             }
         }
     }
-    rows
+    (rows, tilts)
 }
 
-/// Mean over each interval between events of what acts when `held` is commanded.
-fn acting(kind: &FilterKind, timeline: &Timeline, held: &[f64]) -> Vec<f64> {
+/// Parts of an interval whose means give its first moment.
+const PARTS: usize = 16;
+
+/// Mean, and change of the straight line of the same first moment, of what acts over each interval between events when `held` is
+/// commanded: rates and positions at its end are those of what acts, not of its mean alone.
+fn acting(kind: &FilterKind, timeline: &Timeline, held: &[f64]) -> Vec<[f64; 2]> {
     let length = |k: usize| timeline.events[k].step_s * timeline.events[k].steps as f64;
     let delay_s = kind.delay_s();
     if delay_s > 0.0 {
         let integral = Integral::new(timeline, held);
-        return (0..held.len())
-            .map(|k| {
-                let (a, b) = (timeline.events[k].t_s - delay_s, timeline.events[k].t_s + length(k) - delay_s);
-                (integral.at(b) - integral.at(a)) / (b - a)
-            })
-            .collect();
+        let parts = |k: usize| {
+            let (begin, h) = (timeline.events[k].t_s - delay_s, length(k) / PARTS as f64);
+            let marks: [f64; PARTS + 1] = core::array::from_fn(|i| integral.at(begin + i as f64 * h));
+            line(core::array::from_fn(|i| (marks[i + 1] - marks[i]) / h))
+        };
+        return (0..held.len()).map(parts).collect();
     }
     if let Some(gate) = Gate::new(*kind) {
         let mut memory = 0.0;
-        return timeline.events.iter().zip(held).map(|(event, u)| gate.pass(&mut memory, event.t_s, *u)).collect();
+        let pass = |(event, u): (&crate::problem::Event, &f64)| [gate.pass(&mut memory, event.t_s, *u), 0.0];
+        return timeline.events.iter().zip(held).map(pass).collect();
     }
-    let Some(lag) = Lag::new(*kind) else { return held.to_vec() };
+    let Some(lag) = Lag::new(*kind) else { return held.iter().map(|u| [*u, 0.0]).collect() };
     let mut state = LagState::default();
-    (0..held.len()).map(|k| lag.hold(&mut state, held[k], length(k))).collect()
+    let mut parts = |k: usize| line(core::array::from_fn(|_| lag.hold(&mut state, held[k], length(k) / PARTS as f64)));
+    (0..held.len()).map(&mut parts).collect()
+}
+
+/// Mean and change of the straight line with the mean and first moment of equal parts with these means.
+fn line(parts: [f64; PARTS]) -> [f64; 2] {
+    let n = PARTS as f64;
+    let place = |i: usize| (i as f64 + 0.5) / n - 0.5;
+    let moment: f64 = (0..PARTS).map(|i| parts[i] * place(i)).sum::<f64>() / n;
+    [parts.iter().sum::<f64>() / n, 12.0 * moment / (1.0 - 1.0 / (n * n))]
 }
 
 /// Running integral of a held signal.

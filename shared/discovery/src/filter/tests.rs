@@ -68,3 +68,27 @@ fn what_nothing_drives_gets_a_disturbance() {
     assert_eq!(names(&plant("pendulum")), ["disturbance_pivot"]);
     assert_eq!(names(&plant("oscillator")), ["shaker"]);
 }
+
+/// What acts is late by a part of the sampling: position and rate at the samples feel it by different amounts, and the mean alone is the
+/// delay of neither.
+#[test]
+fn a_delay_or_a_lag_of_the_command_is_felt_by_angle_and_rate_as_the_simulation_has_it() {
+    let sites = [("actuator_delay", "delay", 1.3e-3), ("actuator_lag", "time_constant", 2.1e-3)];
+    for (kind, parameter, value) in sites {
+        let mut nominal = plant("drive_rig");
+        nominal.simulation.period_s = 10e-3;
+        let with = crate::synthetic::with_effect(&nominal, kind, "actuator:motor", &[(parameter, value)]);
+        let mut quiet = with.clone();
+        quiet.actuators.iter_mut().for_each(|actuator| actuator.noise.value = 0.0);
+        for sensor in &mut quiet.sensors {
+            sensor.noise = plant::description::Noise::default();
+            sensor.resolution.value = 0.0;
+        }
+        let problem = problem(&with, recording(&quiet, 1, 2.0));
+        let (engine, board) = board(&problem);
+        let sigma = |sample: usize| engine.noise.sensor_sigma[engine.timelines[0].channel[sample]];
+        let worst = board.nu.iter().enumerate().map(|(i, nu)| nu.abs() / sigma(i)).fold(0.0, f64::max);
+        // the parts of the interval leave 1/60 of what the tilt mends, which is a few standard deviations
+        assert!(worst < 0.1, "{kind}: {worst} standard deviations");
+    }
+}
