@@ -151,8 +151,8 @@ fn searched(name: &str, value: f64) -> bool {
 fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
     match name {
         "frequency" if kind != "thermal_snap" => Some(0.3 * value),
-        // a scale repeats once a turn: its orders are whole numbers
-        "order" if kind != "encoder_ripple" => Some(0.1 * value),
+        // a scale repeats once a turn: its orders are whole numbers, unless a gear lies between
+        "order" if kind != "encoder_ripple" || value.fract() != 0.0 => Some(0.1 * value),
         "damping_ratio" if kind.contains("left_out") || kind.contains("second_mode") => Some(0.05),
         "stribeck_rate" | "yield" | "presliding" | "half_gap" => Some(0.7 * value),
         "decay" | "time_constant" => Some(1.0 * value),

@@ -20,14 +20,13 @@ const WORK_MAX: f64 = 4e6;
 const GAINED: f64 = 0.5;
 
 /// What is moved: by addition (times) or by a factor (everything else); the first step.
-fn step_of(candidate: &Candidate, name: &str, value: f64, duration_s: f64) -> Option<Step> {
-    // whole numbers once a turn, and limits of a stop that lies where the motion ends
-    let whole = name == "order" && candidate.effect.kind == "encoder_ripple";
+fn step_of(name: &str, value: f64, duration_s: f64) -> Option<Step> {
     match name {
         "begin" => Some(Step::Shift(duration_s / 16.0)),
         "duration" => Some(Step::Factor(4.0)),
         "frequency" if value > 0.0 => Some(Step::Factor(1.0 + 0.5 / (duration_s * value))),
-        "order" if !whole => Some(Step::Factor(1.1)),
+        // an encoder before a gear repeats at no whole part of the joint's turn
+        "order" => Some(Step::Factor(1.1)),
         "stribeck_rate" | "half_gap" | "yield" | "presliding" | "decay" | "time_constant" | "orbit_rate"
             if value > 0.0 =>
         {
@@ -98,7 +97,10 @@ pub fn refined(
             }
         }
     }
-    climbs.into_iter().filter(|climb| climb.statistic > climb.begun_at + GAINED).map(|climb| climb.column).collect()
+    let free = libm::log(engine.samples.max(2) as f64);
+    // a whole order is the scale's own and free of charge; one that is not is a number found
+    let gained = |climb: &Climb| if climb.column.candidate.effect.kind == "encoder_ripple" { free } else { GAINED };
+    climbs.into_iter().filter(|c| c.statistic > c.begun_at + gained(c)).map(|climb| climb.column).collect()
 }
 
 /// The best point of every promising law that has numbers to move.
@@ -110,7 +112,7 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64) -> Vec<Climb> {
         let candidate = &list[score.column].candidate;
         let numbers = candidate.inner.iter().enumerate();
         let steps: Vec<(usize, Step)> =
-            numbers.filter_map(|(i, (name, value))| Some((i, step_of(candidate, name, *value, duration_s)?))).collect();
+            numbers.filter_map(|(i, (name, value))| Some((i, step_of(name, *value, duration_s)?))).collect();
         let known = climbs.iter().any(|climb| climb.column.candidate.same_law(candidate));
         if climbs.len() < LAWS && !steps.is_empty() && !known {
             let (column, statistic) = (list[score.column].clone(), score.statistic);
