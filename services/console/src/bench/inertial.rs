@@ -17,6 +17,7 @@ use nalgebra::{SMatrix, SVector};
 use physics::arm_smoother::{self, SmootherSettings, SmootherStep};
 use physics::dynamic_equation::ArmSample;
 use physics::excitation::{FourierJoint, FourierTrajectory};
+use physics::free_floating::PlanarArm;
 use physics::inertial_estimator::InertialSettings;
 use physics::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row};
 use physics::momentum_methods::KnownMomentum;
@@ -268,6 +269,23 @@ impl<const P: usize, const A: usize> Benchmark for Inertial<P, A> {
 pub fn truth<const P: usize>(plant: &Plant) -> SVector<f64, P> {
     let nine = minimal_parameters(plant).expect("the benchmark's plant is a free-floating arm of two links");
     SVector::from_fn(|i, _| nine[i])
+}
+
+/// The arm as the closed forms describe it, its base measured from its own centre of mass.
+///
+/// # Panics
+/// The plant has no hub with two links: it is not the benchmark's.
+#[must_use]
+pub fn planar_arm(plant: &Plant) -> PlanarArm {
+    let at = |name: &str| number(plant, name);
+    PlanarArm {
+        mass_kg: ["hub.mass", "link_1.mass", "link_2.mass"].map(at),
+        inertia_com_kg_m2: ["hub.inertia.zz", "link_1.inertia.zz", "link_2.inertia.zz"].map(at),
+        base_to_joint_m: ["x", "y"]
+            .map(|axis| at(&format!("shoulder.position.{axis}")) - at(&format!("hub.com.{axis}"))),
+        joint_to_com_m: ["link_1.com.x", "link_2.com.x"].map(at),
+        com_to_next_m: at("elbow.position.x") - at("link_1.com.x"),
+    }
 }
 
 /// Standard deviation of one sample of each sensor; quantisation adds lsb²/12.

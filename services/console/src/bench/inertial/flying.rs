@@ -3,7 +3,7 @@
 //! The bound is the covariance of the filter started at the truth along a noise-free record with a prior a hundred times wider than
 //! what is found: it contains the noise of every sensor and of the actuators, unlike the bound with perfect kinematics.
 
-use super::{CHANNELS, TORQUES, sigma};
+use super::{CHANNELS, TORQUES, planar_arm, sigma};
 use crate::bench::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
 use estimation::consistency::nees;
@@ -45,17 +45,8 @@ impl Flying {
 
     /// The arm as the closed form describes it, and the base's centre of mass from the accelerometer.
     fn arm(&self) -> (PlanarArm, [f64; 2]) {
-        let at = |name: &str| number(&self.plant, name);
-        let base_com_m = ["hub.com.x", "hub.com.y"].map(at);
-        let shoulder = ["shoulder.position.x", "shoulder.position.y"].map(at);
-        let arm = PlanarArm {
-            mass_kg: ["hub.mass", "link_1.mass", "link_2.mass"].map(at),
-            inertia_com_kg_m2: ["hub.inertia.zz", "link_1.inertia.zz", "link_2.inertia.zz"].map(at),
-            base_to_joint_m: [shoulder[0] - base_com_m[0], shoulder[1] - base_com_m[1]],
-            joint_to_com_m: ["link_1.com.x", "link_2.com.x"].map(at),
-            com_to_next_m: at("elbow.position.x") - at("link_1.com.x"),
-        };
-        (arm, base_com_m)
+        let base_com_m = ["hub.com.x", "hub.com.y"].map(|name| number(&self.plant, name));
+        (planar_arm(&self.plant), base_com_m)
     }
 
     /// π of the arm that is simulated.

@@ -3,15 +3,14 @@
 //! The momentum after capture is taken as known here; the chaser's data sheet is drawn anew for every record from the sigmas that the
 //! estimator is told.
 
-use super::Inertial;
 use super::flying::Flying;
 use super::methods::weighted;
+use super::{Inertial, planar_arm};
 use crate::bench::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::number;
 use estimation::consistency::nees;
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::Vector4;
-use physics::free_floating::PlanarArm;
 use physics::mated::Target;
 use physics::target::{ChaserPrior, Identified, TargetEstimate, recover};
 use plant::noise::Stream;
@@ -45,21 +44,10 @@ impl Chain {
         Vector4::new(at("target.mass"), at("target.com.x"), at("target.com.y"), at("target.inertia.zz"))
     }
 
-    fn arm(&self) -> PlanarArm {
-        let at = |name: &str| number(&self.after.plant, name);
-        PlanarArm {
-            mass_kg: ["hub.mass", "link_1.mass", "link_2.mass"].map(at),
-            inertia_com_kg_m2: ["hub.inertia.zz", "link_1.inertia.zz", "link_2.inertia.zz"].map(at),
-            base_to_joint_m: ["shoulder.position.x", "shoulder.position.y"].map(at),
-            joint_to_com_m: ["link_1.com.x", "link_2.com.x"].map(at),
-            com_to_next_m: at("elbow.position.x") - at("link_1.com.x"),
-        }
-    }
-
     /// The data sheet of one record: the truth, every number off by its sigma times a normal number.
     fn prior(&self, stream: Option<&Stream>) -> ChaserPrior {
         let drawn = |i: u64| stream.map_or(0.0, |stream| stream.normal(i));
-        let mut arm = self.arm();
+        let mut arm = planar_arm(&self.after.plant);
         let mass_relative_sd = [BASE_MASS_RELATIVE_SD, LINK_MASS_RELATIVE_SD, LINK_MASS_RELATIVE_SD];
         for (i, sd) in mass_relative_sd.iter().enumerate() {
             arm.mass_kg[i] *= (sd * drawn(i as u64)).exp();
