@@ -94,6 +94,8 @@ pub struct ArmFilter<const P: usize, const X: usize> {
     torque_sigma_n_m: f64,
     h_nms: Option<f64>,
     samples: u64,
+    /// The next sample is the first of a stretch: nothing predicts it.
+    begins: bool,
     nis: ChiSquareMean,
 }
 
@@ -139,8 +141,24 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
             torque_sigma_n_m: settings.torque_sigma_n_m,
             h_nms: settings.h_nms,
             samples: 0,
+            begins: true,
             nis: ChiSquareMean::default(),
         }
+    }
+
+    /// The same with a start whose errors hang together; `None`: the covariance is not positive definite.
+    #[must_use]
+    pub fn with_covariance(self, covariance: &SMatrix<f64, P, P>) -> Option<Self> {
+        let scale = &self.model.scale;
+        let scaled = SMatrix::from_fn(|i, j| covariance[(i, j)] / (scale[i] * scale[j]));
+        let mean: SVector<f64, P> = self.filter.mean().fixed_rows::<P>(MOTION).into_owned();
+        let filter = self.filter.with_block(MOTION, &mean, &scaled)?;
+        Some(Self { filter, ..self })
+    }
+
+    /// Samples are missing before the next one: the motion begins anew, the parameters keep what they have learnt.
+    pub fn interrupt(&mut self) {
+        self.begins = true;
     }
 
     /// Takes one sample: its measurements, then the step to the next one under its torque.
@@ -154,27 +172,19 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
         let measured = in_state_order(&sample.motion);
         let ([rate_1, rate_2], [angle_1, angle_2]) = (self.sigma.joint_rate_rad_s, self.sigma.joint_angle_rad);
         let sigma = [self.sigma.omega0_rad_s, angle_1, angle_2, rate_1, rate_2];
-        if self.samples == 0 {
-            self.begin(&measured, &sigma);
+        let begins = core::mem::take(&mut self.begins);
+        if begins {
+            self.filter.begin_at(&measured, &sigma);
         } else {
             self.take(&measured, &sigma)?;
         }
-        if self.samples.is_multiple_of(MOMENTUM_EVERY) && self.samples > 0 {
+        if self.samples.is_multiple_of(MOMENTUM_EVERY) && !begins {
             self.take_momentum()?;
         }
         let noise = self.torque_noise();
         self.filter.predict(&self.model, &SVector::from(sample.torque_n_m), &noise)?;
         self.samples += 1;
         Ok(())
-    }
-
-    /// The first measurement is the first state.
-    fn begin(&mut self, measured: &[f64; MOTION], sigma: &[f64; MOTION]) {
-        let (mut mean, mut sigmas) = (*self.filter.mean(), self.filter.sigmas());
-        for i in 0..MOTION {
-            (mean[i], sigmas[i]) = (measured[i], sigma[i]);
-        }
-        self.filter = UnscentedFilter::new(mean, sigmas);
     }
 
     fn take(&mut self, measured: &[f64; MOTION], sigma: &[f64; MOTION]) -> Result<(), UnscentedError> {

@@ -48,6 +48,8 @@ pub struct InertialEstimate<const P: usize> {
     pub alpha: SVector<f64, P>,
     /// Includes `(σ_h/h)² α α'`.
     pub covariance: SMatrix<f64, P, P>,
+    /// Of the samples' noise alone.
+    pub noise_covariance: SMatrix<f64, P, P>,
     pub rows: u64,
     /// Innovation squared over its variance, over the newer half of the record (between 1/2 and 3/4 of the rows); one per
     /// degree of freedom when model and sigmas hold.
@@ -112,7 +114,7 @@ impl<const P: usize> InertialEstimator<P> {
             // A one-pass estimate that still moves says nothing of the model: the first half of a record is forgotten.
             self.statistics = [self.statistics[1], InnovationStatistics::default()];
         }
-        if innovation.uncertainty_over_noise() < SETTLED_SHARE {
+        if self.settled(&innovation) {
             let normalised = innovation.normalised();
             for statistics in &mut self.statistics {
                 statistics.nis.push(normalised * normalised, 1);
@@ -120,6 +122,16 @@ impl<const P: usize> InertialEstimator<P> {
             }
         }
         Ok(innovation)
+    }
+
+    /// Whether the estimate that gave this innovation moves by little against the noise of one sample.
+    pub fn settled(&self, innovation: &Innovation) -> bool {
+        innovation.uncertainty_over_noise() < SETTLED_SHARE
+    }
+
+    /// The parameters as they are between refreshes: what weights and innovations are taken at.
+    pub fn reference(&self) -> &SVector<f64, P> {
+        &self.least_squares.reference().alpha
     }
 
     /// # Errors
@@ -132,6 +144,7 @@ impl<const P: usize> InertialEstimator<P> {
         Ok(InertialEstimate {
             alpha,
             covariance,
+            noise_covariance: estimate.covariance,
             rows: self.least_squares.rows(),
             nis: self.statistics[0].nis,
             whiteness: self.statistics[0].whiteness,

@@ -15,6 +15,7 @@
 //! | `weak_form` | the dynamic equation against test functions: no accelerations, no momentum |
 //! | `dynamic_equation_methods` | the same row by row: LS, TLS, IV, raw or filtered |
 //! | `arm_filter` | unscented filter of motion and parameters |
+//! | `arm_live` | momentum and filter together, sample by sample, as they fly |
 //! | `arm_smoother` | maximum likelihood over motion and parameters, and its bound |
 //! | `free_flying` | base with thrusters: eight linear parameters, their regressor, its momentum form, equations of motion |
 //! | `flying_filter` | unscented filter of the flying arm, and its weak form |
@@ -43,6 +44,7 @@ extern crate std;
 
 pub mod appendage;
 pub mod arm_filter;
+pub mod arm_live;
 pub mod arm_smoother;
 pub mod consider;
 pub mod dynamic_equation;
