@@ -9,7 +9,7 @@
 
 use crate::dynamic_equation::ArmSample;
 use crate::free_floating::{accelerations, dynamics};
-use crate::momentum::{ChannelSigma, MomentumSample, is_physically_consistent, momentum};
+use crate::momentum::{ChannelSigma, MomentumSample, is_physically_consistent, momentum, noisy_momentum_row};
 use crate::weak_form::{WeakSettings, weak_form};
 use estimation::consistency::ChiSquareMean;
 use estimation::unscented::{StateSpace, UnscentedError, UnscentedFilter};
@@ -21,8 +21,9 @@ use serde::{Deserialize, Serialize};
 pub const MOTION: usize = 5;
 /// `Y_h α = h` is taken at every so many samples: oftener says the same again.
 const MOMENTUM_EVERY: u64 = 10;
-/// Its sigma [N m s]: large beside the curvature of `Y_h α` over the sigma points, small beside what it shall teach.
-const MOMENTUM_SIGMA_NMS: f64 = 0.02;
+/// Its sigma as a share of the momentum's own noise at one sample, `s = √(Σ (σ_c ∂Y_h/∂c α)²)`: over a minute that loses a fortieth of the
+/// accuracy, and it stands above the curvature of `Y_h α` over the sigma points, whose motion is known far better than one sample says.
+const MOMENTUM_SIGMA_SHARE: f64 = 0.2;
 /// Innovations count as statistics from here on: before, the parameters still settle.
 const SETTLED_SAMPLES: u64 = 1000;
 
@@ -203,16 +204,17 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
     fn take_momentum(&mut self) -> Result<(), UnscentedError> {
         let Some(h_nms) = self.h_nms else { return Ok(()) };
         let model = self.model;
-        let observe = |state: &SVector<f64, X>| {
-            let sample = MomentumSample {
-                omega0_z_rad_s: state[0],
-                joint_rate_rad_s: [state[3], state[4]],
-                joint_angle_rad: [state[1], state[2]],
-            };
-            SVector::<f64, 1>::new(momentum(&model.alpha(state), &sample))
+        let motion = |state: &SVector<f64, X>| MomentumSample {
+            omega0_z_rad_s: state[0],
+            joint_rate_rad_s: [state[3], state[4]],
+            joint_angle_rad: [state[1], state[2]],
         };
+        let observe = |state: &SVector<f64, X>| SVector::<f64, 1>::new(momentum(&model.alpha(state), &motion(state)));
         let is_feasible = |state: &SVector<f64, X>| StateSpace::<X, 2, MOTION>::is_feasible(&model, state);
-        let noise = SMatrix::<f64, 1, 1>::new(MOMENTUM_SIGMA_NMS);
+        let mean = self.filter.mean();
+        let row = noisy_momentum_row::<P>(&motion(mean), h_nms, &self.sigma.in_channel_order());
+        let sigma_nms = MOMENTUM_SIGMA_SHARE * libm::sqrt(row.residual_variance(&model.alpha(mean)));
+        let noise = SMatrix::<f64, 1, 1>::new(sigma_nms);
         self.filter.update_with(observe, is_feasible, &SVector::<f64, 1>::new(h_nms), &noise).map(|_| ())
     }
 

@@ -156,6 +156,13 @@ pub enum Excitation {
     NotExcited,
 }
 
+impl Excitation {
+    /// As it travels in telemetry.
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+}
+
 /// By the ratio of posterior to prior sigma.
 pub fn excitation(posterior_sd: f64, prior_sd: f64) -> Excitation {
     assert!(prior_sd > 0.0);

@@ -32,6 +32,14 @@ pub struct InertialSettings<const P: usize> {
     pub prior_relative_sd: f64,
 }
 
+impl<const P: usize> InertialSettings<P> {
+    /// Standard deviations of the prior. A parameter expected at zero (a9 before capture) is uncertain on the scale of the others.
+    pub fn prior_sd(&self) -> SVector<f64, P> {
+        let scale = self.prior_alpha.norm() / libm::sqrt(P as f64);
+        self.prior_alpha.map(|value| self.prior_relative_sd * value.abs().max(0.01 * scale))
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InertialError {
     /// Momentum is zero or as uncertain as it is large: parameters have no scale. Spin up a wheel, or use torques.
@@ -90,12 +98,7 @@ impl<const P: usize> InertialEstimator<P> {
         assert!(sigma.iter().all(|value| *value >= 0.0));
         assert!(sigma.iter().any(|value| *value > 0.0));
         assert!(settings.prior_relative_sd > 0.0);
-        // A parameter expected at zero (a9 before capture) is uncertain on the scale of the others.
-        let scale = settings.prior_alpha.norm() / libm::sqrt(P as f64);
-        let information = settings.prior_alpha.map(|value| {
-            let sd = settings.prior_relative_sd * value.abs().max(0.01 * scale);
-            1.0 / (sd * sd)
-        });
+        let information = settings.prior_sd().map(|sd| 1.0 / (sd * sd));
         let least_squares = BiasCompensatedLeastSquares::new(settings.prior_alpha, information, ROWS_PER_REFRESH);
         Ok(Self { h_nms, sigma_h_nms, sigma, least_squares, statistics: Default::default() })
     }

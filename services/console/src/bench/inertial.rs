@@ -4,8 +4,12 @@
 //! noise-free sensors, not along the reference it follows: momentum known, torques with the momentum unknown, or both.
 
 pub mod flying;
+pub mod late;
 mod methods;
+pub mod operational;
+pub mod sheet;
 pub mod target;
+pub mod wheel;
 
 use super::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use super::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
@@ -23,6 +27,7 @@ use physics::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row};
 use physics::momentum_methods::KnownMomentum;
 use plant::arm_parameters::minimal_parameters;
 use plant::description::{Plant, Quantity, SignalKind};
+use plant::simulation::Row;
 
 /// The channels that momentum needs, then those of the dynamic equation.
 const CHANNELS: [&str; 5] = ["gyro", "shoulder_rate", "elbow_rate", "shoulder_angle", "elbow_angle"];
@@ -125,19 +130,15 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
     /// What all sensors say.
     pub fn arm_record(&self, seed: u64, record: usize) -> Vec<ArmSample> {
         let mut simulator = simulator(&self.plant, seed, record);
-        let channels = CHANNELS.map(|name| channel(&self.plant, name));
-        let torques = TORQUES.map(|name| channel(&self.plant, name));
-        let step = |_| {
-            let row = simulator.step();
-            let [omega0_z_rad_s, rate_1, rate_2, angle_1, angle_2] = channels.map(|channel| row.value(channel));
-            let motion = MomentumSample {
-                omega0_z_rad_s,
-                joint_rate_rad_s: [rate_1, rate_2],
-                joint_angle_rad: [angle_1, angle_2],
-            };
-            ArmSample { motion, torque_n_m: torques.map(|channel| row.value(channel)) }
-        };
-        (0..periods(&self.plant)).map(step).collect()
+        (0..periods(&self.plant)).map(|_| self.arm_sample(simulator.step())).collect()
+    }
+
+    fn arm_sample(&self, row: &Row) -> ArmSample {
+        let value = |name: &str| row.value(channel(&self.plant, name));
+        let [omega0_z_rad_s, rate_1, rate_2, angle_1, angle_2] = CHANNELS.map(value);
+        let motion =
+            MomentumSample { omega0_z_rad_s, joint_rate_rad_s: [rate_1, rate_2], joint_angle_rad: [angle_1, angle_2] };
+        ArmSample { motion, torque_n_m: TORQUES.map(value) }
     }
 
     /// What perfect sensors would say, the loop closed over them.
@@ -147,7 +148,11 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
     }
 
     fn perfect(&self) -> Vec<ArmSample> {
-        Self { plant: without_noise(&self.plant), ..self.clone() }.arm_record(0, 0)
+        self.without_noise().arm_record(0, 0)
+    }
+
+    fn without_noise(&self) -> Self {
+        Self { plant: without_noise(&self.plant), ..self.clone() }
     }
 
     fn wired(&self, mut samples: Vec<ArmSample>) -> Record {

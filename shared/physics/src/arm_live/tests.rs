@@ -23,7 +23,7 @@ fn settings(truth: &Alpha, h_nms: f64) -> LiveSettings<8> {
             prior_alpha: truth * 0.55,
             prior_relative_sd: 1000.0,
         },
-        torque_sigma_n_m: TORQUE_SIGMA_N_M,
+        torque_sigma_n_m: Some(TORQUE_SIGMA_N_M),
         interval_ns: INTERVAL_NS,
     }
 }
