@@ -125,6 +125,7 @@ impl Limits {
             &torque,
             "must be above 0",
         );
+        self.within(&key("known.joint_torque_scale_sigma"), known.joint_torque_scale_sigma, 0.0..=NUMBER_MAX);
         let prior = known.prior_relative_sd.unwrap_or(1.0);
         self.unless(prior > 0.0 && prior <= NUMBER_MAX, &key("known.prior_relative_sd"), &prior, "must be above 0");
         self.sheets(&key("known"), known);

@@ -254,6 +254,7 @@ fn settings<const P: usize>(known: &ArmKnown, interval_s: f64) -> LiveSettings<P
     LiveSettings {
         momentum,
         torque_sigma_n_m: known.joint_torque_sigma_nm,
+        torque_scale_sd: known.joint_torque_scale_sigma,
         interval_ns: (interval_s * 1e9).round().max(1.0) as u64,
     }
 }
@@ -303,11 +304,10 @@ fn fill<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstima
 
 /// The torques' estimate.
 fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstimators<P, X>) {
-    let Some(filter) = live.filter() else {
+    let (Some(filter), Some(estimate)) = (live.filter(), live.torque()) else {
         sample.status = NO_TORQUES;
         return;
     };
-    let estimate = filter.estimate();
     put(sample, &estimate.alpha, &estimate.covariance);
     sample.nis_mean = filter.nis().per_degree().unwrap_or(0.0);
     sample.nis_count = filter.nis().count() as f64;

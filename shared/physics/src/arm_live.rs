@@ -34,6 +34,8 @@ pub struct LiveSettings<const P: usize> {
     pub momentum: InertialSettings<P>,
     /// `None`: torques are not measured, and no filter runs.
     pub torque_sigma_n_m: Option<f64>,
+    /// Sigma of the torque sensors' common scale, relative: every parameter of the filter moves with it.
+    pub torque_scale_sd: f64,
     /// Between samples.
     pub interval_ns: u64,
 }
@@ -47,6 +49,13 @@ pub struct LiveEstimators<const P: usize, const X: usize> {
     filter: Option<ArmFilter<P, X>>,
     samples: u64,
     last_ns: Option<u64>,
+}
+
+impl<const P: usize> LiveSettings<P> {
+    /// The second sample is the next one: a hundredth of the interval is the jitter of a clock, a thousandth of the gyro's noise.
+    fn follows(&self, last_ns: u64, t_ns: u64) -> bool {
+        t_ns.wrapping_sub(last_ns).abs_diff(self.interval_ns) <= self.interval_ns / 100
+    }
 }
 
 impl<const P: usize, const X: usize> LiveEstimators<P, X> {
@@ -74,7 +83,7 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
             return Err(InertialError::SampleNotFinite);
         }
         let innovation = self.momentum.push(&sample.motion)?;
-        let follows = self.last_ns.is_none_or(|last| t_ns.wrapping_sub(last) == self.settings.interval_ns);
+        let follows = self.last_ns.is_none_or(|last| self.settings.follows(last, t_ns));
         if !follows {
             self.consider.interrupt();
         }
@@ -139,10 +148,17 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         self.filter.as_ref()
     }
 
+    /// The filter's estimate, the sigma of the torques' scale included.
+    pub fn torque(&self) -> Option<Estimate<P>> {
+        let Estimate { alpha, covariance } = self.filter.as_ref()?.estimate();
+        let scale_sd = self.settings.torque_scale_sd;
+        Some(Estimate { alpha, covariance: covariance + alpha * alpha.transpose() * (scale_sd * scale_sd) })
+    }
+
     /// The one of the two with the smaller relative variances: the momentum's while h is known better than torques tell; `None`: neither.
     pub fn best(&self) -> Option<Estimate<P>> {
         let momentum = self.estimate().ok().map(|found| Estimate { alpha: found.alpha, covariance: found.covariance });
-        let torque = self.filter.as_ref().map(ArmFilter::estimate);
+        let torque = self.torque();
         let relative = |found: &Estimate<P>| found.covariance.trace() / found.alpha.norm_squared();
         match (momentum, torque) {
             (Some(one), Some(two)) => Some(if relative(&one) <= relative(&two) { one } else { two }),

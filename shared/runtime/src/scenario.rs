@@ -76,6 +76,9 @@ pub struct ArmKnown {
     /// Of one sample of a joint's torque; without it torques are not used.
     #[serde(default)]
     pub joint_torque_sigma_nm: Option<f64>,
+    /// Of the torque sensors' common scale, relative.
+    #[serde(default)]
+    pub joint_torque_scale_sigma: f64,
     /// Sigma of the prior over its value; without it the prior is a number to start from.
     #[serde(default)]
     pub prior_relative_sd: Option<f64>,

@@ -24,6 +24,7 @@ fn settings(truth: &Alpha, h_nms: f64) -> LiveSettings<8> {
             prior_relative_sd: 1000.0,
         },
         torque_sigma_n_m: Some(TORQUE_SIGMA_N_M),
+        torque_scale_sd: 0.0,
         interval_ns: INTERVAL_NS,
     }
 }

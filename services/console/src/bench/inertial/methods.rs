@@ -233,7 +233,12 @@ fn unscented<const P: usize, const A: usize, const X: usize>(
 /// The filter as it flies beside the momentum's estimate, started by it.
 fn flown<const P: usize, const A: usize, const X: usize>(at: &Inertial<P, A>, record: &Record) -> Answer {
     let interval_ns = (1e9 * at.interval_s()).round() as u64;
-    let settings = LiveSettings { momentum: at.settings, torque_sigma_n_m: Some(at.torque_sigma_n_m()), interval_ns };
+    let settings = LiveSettings {
+        momentum: at.settings,
+        torque_sigma_n_m: Some(at.torque_sigma_n_m()),
+        torque_scale_sd: 0.0,
+        interval_ns,
+    };
     let mut live = LiveEstimators::<P, X>::new(&settings).expect("the momentum of the benchmark is known");
     for (k, sample) in record.samples.iter().enumerate() {
         live.push(k as u64 * interval_ns, sample).expect("simulated samples are finite");
