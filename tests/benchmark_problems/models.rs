@@ -113,7 +113,7 @@ fn every_kind_of_sensor_leaves_the_residual_its_row_claims() {
 }
 
 #[test]
-fn parameters_read_off_the_bodies_are_those_of_the_planar_arm() {
+fn parameters_read_off_the_bodies_are_those_of_the_closed_form() {
     const SCALED: [&str; 10] = [
         "hub.mass",
         "hub.inertia.zz",
