@@ -8,7 +8,11 @@ use crate::claims::{Claim, demand};
 use console::bench::campaign::{Benchmark, Campaign, statistics, statistics_against};
 use console::bench::inertial::Inertial;
 use console::bench::inertial::flying::Flying;
+use console::bench::inertial::late::Late;
+use console::bench::inertial::operational::Operational;
+use console::bench::inertial::sheet::Sheet;
 use console::bench::inertial::target::Chain;
+use console::bench::inertial::wheel::Wheel;
 use console::bench::modes::Modes;
 use console::bench::report::MethodReport;
 use console::bench::slosh::{self, Slosh};
@@ -170,6 +174,45 @@ fn the_target_is_weighed_through_the_whole_chain() {
     for (row, limit) in report.parameters.iter().zip([0.1, 0.13, 0.53, 0.6]) {
         claims.push(Claim::at_most(format!("{} p95 %", row.name), row.p95_percent, limit));
     }
+    demand(&claims);
+}
+
+#[test]
+fn latency_and_outside_torque_are_found_along_and_left_out_they_spoil_everything() {
+    let (records, bench) = (12, Late::bp1a());
+    let reports = methods(&bench, &bench, records);
+    let mut claims = honest(&reports[1], records);
+    // All ten in proportion to their bounds: the mean of the logarithms spreads as in `inertial_claims`.
+    let limit = 1.05 * (1.0 + 0.4 * spread(records));
+    claims.push(Claim::at_most("with the columns, RMSE/CRLB", reports[1].geomean_rmse_over_crlb, limit));
+    let worst = reports[0].parameters[..8].iter().filter_map(|row| row.rmse_over_crlb).fold(0.0, f64::max);
+    claims.push(Claim::within("without them, worst RMSE/CRLB", worst, 10.0, f64::INFINITY));
+    demand(&claims);
+}
+
+#[test]
+fn with_errors_of_the_sheets_drawn_at_random_only_the_considered_covariance_is_honest() {
+    let (records, bench) = (30, Sheet::bp1a());
+    let reports = methods(&bench, &bench, records);
+    let mut claims = honest(&reports[1], records);
+    claims.push(Claim::within("NEES of the noise alone", reports[0].nees, 20.0, f64::INFINITY));
+    demand(&claims);
+}
+
+#[test]
+fn an_ordinary_move_sharpens_the_prior_and_its_sigma_stays_honest() {
+    let (records, bench) = (40, Operational::bp1a());
+    demand(&honest(&methods(&bench, &bench, records)[0], records));
+}
+
+#[test]
+fn a_modulated_wheel_gives_the_nine_parameters_and_the_momentum_at_their_bound() {
+    let (records, bench) = (8, Wheel::mated());
+    let report = &methods(&bench, &bench, records)[0];
+    let mut claims = honest(report, records);
+    // One number, the scale, moves most of them together.
+    let limit = 1.0 + spread(records);
+    claims.push(Claim::at_most("wheel RMSE/CRLB", report.geomean_rmse_over_crlb, limit));
     demand(&claims);
 }
 

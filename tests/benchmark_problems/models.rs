@@ -3,12 +3,12 @@
 //! State by state the two are compared in `plant_dynamics`.
 
 use crate::claims::{Claim, demand};
-use console::bench::inertial::{Inertial, sigma, truth};
+use console::bench::inertial::{Inertial, planar_arm, sigma, truth};
 use console::bench::modes::{Modes, SENSORS};
 use console::bench::slosh::Slosh;
 use nalgebra::SVector;
 use physics::appendage::{Appendage, Mode, refit_free_decay_residual};
-use physics::free_floating::{Alpha, PlanarArm, accelerations};
+use physics::free_floating::{Alpha, accelerations};
 use physics::mated::{Target, mated_parameters};
 use physics::momentum::{ChannelSigma, momentum_regressor, noisy_momentum_row};
 use physics::slosh::{SloshParameters, SloshPropagator, SloshState};
@@ -112,17 +112,6 @@ fn every_kind_of_sensor_leaves_the_residual_its_row_claims() {
     }
 }
 
-fn closed_form(plant: &Plant) -> PlanarArm {
-    let at = |name: &str| number(plant, name);
-    PlanarArm {
-        mass_kg: ["hub.mass", "link_1.mass", "link_2.mass"].map(at),
-        inertia_com_kg_m2: ["hub.inertia.zz", "link_1.inertia.zz", "link_2.inertia.zz"].map(at),
-        base_to_joint_m: ["shoulder.position.x", "shoulder.position.y"].map(at),
-        joint_to_com_m: ["link_1.com.x", "link_2.com.x"].map(at),
-        com_to_next_m: at("elbow.position.x") - at("link_1.com.x"),
-    }
-}
-
 #[test]
 fn parameters_read_off_the_bodies_are_those_of_the_closed_form() {
     const SCALED: [&str; 10] = [
@@ -151,11 +140,11 @@ fn parameters_read_off_the_bodies_are_those_of_the_closed_form() {
             inertia_com_kg_m2: number(&mated, "target.inertia.zz"),
             grasp_to_com_m: ["target.com.x", "target.com.y"].map(|name| number(&mated, name)),
         };
-        let closed = mated_parameters(&closed_form(&mated), number(&mated, "grasp.position.x"), &target);
+        let closed = mated_parameters(&planar_arm(&mated), number(&mated, "grasp.position.x"), &target);
         assert!((truth::<9>(&mated) - closed).amax() < 1e-12 * closed.amax(), "mated, seed {seed}"); // rounding
         let mut alone = mated.clone();
         alone.bodies.retain(|body| body.name != "target");
-        let closed = closed_form(&alone).minimal_parameters();
+        let closed = planar_arm(&alone).minimal_parameters();
         assert!((truth::<8>(&alone) - closed).amax() < 1e-12 * closed.amax(), "seed {seed}");
     }
 }

@@ -1,6 +1,6 @@
 //! A plant of `deploy/plants` as equations, with its states and inputs by name.
 
-use physics::free_floating::PlanarArm;
+pub use console::bench::inertial::planar_arm as arm_of;
 use plant::description::{Plant, SiteKind};
 use plant::noise::Stream;
 use plant::system::{System, Totals, Workspace};
@@ -29,19 +29,6 @@ pub fn plant(name: &str, changes: &[(&str, f64)]) -> Plant {
 /// A number of the plant by its name.
 pub fn value(plant: &Plant, name: &str) -> f64 {
     plant.parameters().into_iter().find(|parameter| parameter.name == name).unwrap().value
-}
-
-/// The closed forms' description of the arm in `plant`, its base measured from its own centre of mass.
-pub fn arm_of(plant: &Plant) -> PlanarArm {
-    let at = |name: &str| value(plant, name);
-    PlanarArm {
-        mass_kg: ["hub.mass", "link_1.mass", "link_2.mass"].map(at),
-        inertia_com_kg_m2: ["hub.inertia.zz", "link_1.inertia.zz", "link_2.inertia.zz"].map(at),
-        base_to_joint_m: ["x", "y"]
-            .map(|axis| at(&format!("shoulder.position.{axis}")) - at(&format!("hub.com.{axis}"))),
-        joint_to_com_m: ["link_1.com.x", "link_2.com.x"].map(at),
-        com_to_next_m: at("elbow.position.x") - at("link_1.com.x"),
-    }
 }
 
 /// Unequal components of r0, a base whose centre of mass is not its origin: a swap of two of them shows.

@@ -29,6 +29,9 @@ pub struct Arguments {
     /// Of bp1a, mated, bp3a and bp3b only these methods, separated by commas
     #[arg(long, value_delimiter = ',')]
     methods: Vec<String>,
+    /// Of bp1a and mated: where methods that need a start are started, relative to the truth
+    #[arg(long)]
+    start: Option<f64>,
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -40,12 +43,24 @@ enum Problem {
     /// Inertial parameters of a free-floating arm: momentum and dynamic equation
     #[value(name = "bp1a")]
     Inertial,
+    /// The same with a late gyro and a torque from outside, both to be found
+    #[value(name = "bp1a-late")]
+    Late,
+    /// The same with the systematic errors that the sensors' sheets allow
+    #[value(name = "bp1a-sheet")]
+    Sheet,
+    /// The same without a designed input: what an ordinary move tells
+    #[value(name = "bp1a-operational")]
+    Operational,
     /// Inertial parameters of a free-flying arm, its mass among them
     #[value(name = "bp1b")]
     Flying,
     /// The nine parameters of the arm that holds a target
     #[value(name = "mated")]
     Mated,
+    /// The same with the momentum unknown and a wheel modulated
+    #[value(name = "mated-wheel")]
+    MatedWheel,
     /// Mass, centre of mass and inertia of the target, from before and after capture
     #[value(name = "target")]
     Target,
@@ -79,6 +94,10 @@ enum Problem {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match arguments.problem {
         Problem::Inertial => measure(arguments, &chosen(inertial::Inertial::bp1a(), arguments)?),
+        Problem::Late => measure(arguments, &inertial::late::Late::bp1a()),
+        Problem::Sheet => measure(arguments, &inertial::sheet::Sheet::bp1a()),
+        Problem::Operational => measure(arguments, &inertial::operational::Operational::bp1a()),
+        Problem::MatedWheel => measure(arguments, &inertial::wheel::Wheel::mated()),
         Problem::Flying => measure(arguments, &inertial::flying::Flying::bp1b()),
         Problem::Mated => measure(arguments, &chosen(inertial::Inertial::mated(), arguments)?),
         Problem::Target => measure(arguments, &inertial::target::Chain::bp1()),
@@ -118,6 +137,11 @@ fn chosen<const P: usize, const A: usize>(
     let known: Vec<&str> = all.methods().iter().map(|method| method.name).collect();
     ask(&arguments.methods, &known)?;
     let names: Vec<&str> = arguments.methods.iter().map(String::as_str).collect();
+    let all = match arguments.start {
+        None => all,
+        Some(share) if (0.01..=100.0).contains(&share) => all.starting_at(share),
+        Some(share) => return Err(Failure::Input(miette::miette!("--start {share}: between 0.01 and 100"))),
+    };
     Ok(if names.is_empty() { all } else { all.only(&names) })
 }
 

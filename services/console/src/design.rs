@@ -1,6 +1,7 @@
 //! `obsid design PROBLEM`: experiments that tell more, within what the hardware allows.
 
 mod inertial;
+mod minimise;
 mod slosh;
 
 use crate::Failure;

@@ -4,7 +4,7 @@
 //! scenario is refused before anything is started.
 
 use runtime::Scenario;
-use runtime::scenario::{ArmExperiment, Impossible, ModalExperiment, Need, SloshExperiment};
+use runtime::scenario::{ArmExperiment, ArmKnown, Impossible, ModalExperiment, Need, SloshExperiment};
 use std::ops::RangeInclusive;
 use telemetry::{ACCELEROMETERS_MAX, BATCH_MAX, Domain, TOPICS};
 
@@ -118,10 +118,49 @@ impl Limits {
         self.within(&key("known.joint_rate_sigma_rad_s"), known.joint_rate_sigma_rad_s, 0.0..=NUMBER_MAX);
         self.within(&key("known.joint_angle_sigma_rad"), known.joint_angle_sigma_rad, 0.0..=NUMBER_MAX);
         self.within(&key("known.gyro_arw_deg_sqrt_h"), known.gyro_arw_deg_sqrt_h, 0.0..=NUMBER_MAX);
+        let torque = known.joint_torque_sigma_nm.unwrap_or(1.0);
+        self.unless(
+            torque > 0.0 && torque <= NUMBER_MAX,
+            &key("known.joint_torque_sigma_nm"),
+            &torque,
+            "must be above 0",
+        );
+        self.within(&key("known.joint_torque_scale_sigma"), known.joint_torque_scale_sigma, 0.0..=NUMBER_MAX);
+        let prior = known.prior_relative_sd.unwrap_or(1.0);
+        self.unless(prior > 0.0 && prior <= NUMBER_MAX, &key("known.prior_relative_sd"), &prior, "must be above 0");
+        self.sheets(&key("known"), known);
         for number in &known.prior {
             self.within(&key("known.prior"), *number, -NUMBER_MAX..=NUMBER_MAX);
         }
         self.need(name, Domain::Inertial, &arm.need);
+    }
+
+    /// What is stated of sensors, arm and target must be possible.
+    fn sheets(&mut self, name: &str, known: &ArmKnown) {
+        let sheet = &known.sheet;
+        let errors = [
+            ("gyro_bias_rad_s", sheet.gyro_bias_rad_s),
+            ("gyro_scale", sheet.gyro_scale),
+            ("joint_rate_scale", sheet.joint_rate_scale),
+            ("joint_zero_rad", sheet.joint_zero_rad),
+            ("latency_s", sheet.latency_s),
+        ];
+        for (error, sigma) in errors {
+            self.within(&format!("{name}.sheet.{error}"), sigma, 0.0..=NUMBER_MAX);
+        }
+        if let Some(chaser) = &known.chaser {
+            let bodies = [chaser.mass_kg, chaser.mass_relative_sd, chaser.inertia_kg_m2, chaser.inertia_relative_sd];
+            for number in bodies.iter().flatten().chain([&chaser.length_sd_m, &chaser.link_1_length_sd_m]) {
+                let good = *number > 0.0 && *number <= NUMBER_MAX;
+                self.unless(good, &format!("{name}.chaser"), number, "masses, inertias and sigmas must be above 0");
+            }
+        }
+        if let Some(target) = &known.target {
+            for number in [&target.mass_kg, &target.inertia_kg_m2].into_iter().chain(&target.sigma) {
+                let good = *number > 0.0 && *number <= NUMBER_MAX;
+                self.unless(good, &format!("{name}.target"), number, "mass, inertia and sigmas must be above 0");
+            }
+        }
     }
 
     fn need(&mut self, name: &str, domain: Domain, need: &Need) {

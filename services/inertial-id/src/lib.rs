@@ -1,18 +1,25 @@
-//! Inertial parameters from the conservation of angular momentum: BP1A before capture, nine parameters mated.
+//! Inertial parameters before capture (eight, BP1A) and mated (nine): from the conservation of angular momentum and, where torques are
+//! measured, from the equations of motion, which need no momentum. After capture the target's own numbers.
 //!
 //! May import: physics, estimation, runtime, telemetry. Must never know: the plant, recordings.
 #![forbid(unsafe_code)]
 
+mod target;
+
 use nalgebra::{SMatrix, SVector};
-use physics::inertial_estimator::{InertialEstimator, InertialSettings};
-use physics::momentum::{ChannelSigma, MomentumSample};
+use physics::arm_live::{LiveEstimators, LiveSettings};
+use physics::consider::{SensorSheet, excitation};
+use physics::dynamic_equation::ArmSample;
+use physics::inertial_estimator::InertialSettings;
+use physics::momentum::{ChannelSigma, MomentumSample, is_physically_consistent};
 use runtime::experiment::{ExperimentWindow, Step};
 use runtime::pairs::rates_with_joints;
 use runtime::scenario::{ArmExperiment, ArmKnown};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    Domain, ESTIMATE_INERTIAL, Estimate, Experiment, IMU, Innovation, JOINTS, PartitionId, Sample, TopicId,
+    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Experiment, IMU, Innovation,
+    JOINTS, PartitionId, Sample, TopicId,
 };
 
 /// An estimate goes out every so many frames of an experiment.
@@ -25,20 +32,26 @@ const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
 const NOT_KNOWN: u32 = 1;
 const NOT_EXCITED: u32 = 2;
 const NO_SAMPLES: u32 = 3;
+const NO_TORQUES: u32 = 4;
+/// Where `Estimate::auxiliary` carries the excitation, behind the considered sigmas.
+const EXCITATION: usize = 9;
 
-/// The estimator of the phase: eight parameters before capture, nine with a target.
+/// The estimators of the phase: eight parameters before capture, nine with a target. In place: an experiment takes no memory.
 #[derive(Clone, Serialize, Deserialize)]
-enum Estimator {
-    FreeFloating(Box<InertialEstimator<8>>),
-    Mated(Box<InertialEstimator<9>>),
+#[allow(clippy::large_enum_variant)]
+enum Estimators {
+    FreeFloating(LiveEstimators<8, 13>),
+    Mated(LiveEstimators<9, 14>),
 }
 
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct State {
     window: ExperimentWindow,
-    estimator: Option<Estimator>,
+    estimators: Option<Estimators>,
     rows: u32,
     last: Option<(u64, estimation::Innovation)>,
+    /// The last estimate before capture: what the target's is taken from.
+    before: Option<target::Before>,
 }
 
 /// The partition.
@@ -79,9 +92,10 @@ impl Partition for InertialId {
         };
         match self.state.window.step(frame, mine) {
             Step::Idle => {}
-            Step::Abort => self.state.estimator = None,
+            Step::Abort => self.state.estimators = None,
             Step::Begin => {
-                self.state = State { window: self.state.window, ..State::default() };
+                self.state.estimators = None;
+                (self.state.rows, self.state.last) = (0, None);
                 self.take(frame);
             }
             Step::Go => {
@@ -92,8 +106,9 @@ impl Partition for InertialId {
             }
             Step::Close => {
                 self.publish(frame, true, out);
+                self.weigh_target(frame, out);
                 // What is closed need not be carried from checkpoint to checkpoint.
-                self.state.estimator = None;
+                self.state.estimators = None;
             }
         }
     }
@@ -109,58 +124,97 @@ impl Partition for InertialId {
 }
 
 impl InertialId {
-    /// The first sample says over what interval the gyro averages, and with it how noisy it is: then the estimator is made.
+    /// The first sample says over what interval the gyro averages, and with it how noisy it is: then the estimators are made.
     fn take(&mut self, frame: &Frame<'_>) {
         for (imu, joints) in rates_with_joints(frame) {
-            let sample = MomentumSample {
+            let motion = MomentumSample {
                 omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
                 joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],
                 joint_angle_rad: [joints.angle_rad[0], joints.angle_rad[1]],
             };
+            let sample = ArmSample { motion, torque_n_m: [joints.torque_nm[0], joints.torque_nm[1]] };
             if self.state.rows == 0 {
-                self.state.estimator = self.fresh_estimator(imu.interval_s);
+                self.make_estimators(imu.interval_s);
             }
-            let innovation = match &mut self.state.estimator {
-                Some(Estimator::FreeFloating(estimator)) => estimator.push(&sample),
-                Some(Estimator::Mated(estimator)) => estimator.push(&sample),
+            let t_ns = imu.header.t_meas_ns;
+            let innovation = match &mut self.state.estimators {
+                Some(Estimators::FreeFloating(live)) => live.push(t_ns, &sample),
+                Some(Estimators::Mated(live)) => live.push(t_ns, &sample),
                 None => return,
             };
             if let Ok(innovation) = innovation {
                 self.state.rows += 1;
-                self.state.last = Some((imu.header.t_meas_ns, innovation));
+                self.state.last = Some((t_ns, innovation));
             }
         }
+    }
+
+    fn is_mated(&self) -> bool {
+        self.state.window.experiment == Experiment::MatedInertial
+    }
+
+    /// What the present phase is told.
+    fn known(&self) -> Option<&ArmKnown> {
+        self.free_floating.as_ref().filter(|_| !self.is_mated()).or(self.mated.as_ref())
+    }
+
+    /// Momentum and prior are stated.
+    fn is_told(&self) -> bool {
+        let known = self.known();
+        known.is_some_and(|known| known.h_cm_sigma_nms < known.h_cm_nms.abs() && known.prior.iter().any(|a| *a != 0.0))
     }
 
     /// Eight parameters before capture, nine with a target; none where momentum or prior are not known.
-    fn fresh_estimator(&self, interval_s: f64) -> Option<Estimator> {
-        let mated = self.state.window.experiment == Experiment::MatedInertial;
-        let free = self.free_floating.as_ref().filter(|_| !mated);
-        match (free, self.mated.as_ref()) {
-            (Some(known), _) => InertialEstimator::new(&settings::<8>(known, interval_s))
-                .ok()
-                .map(|e| Estimator::FreeFloating(Box::new(e))),
-            (None, Some(known)) => {
-                InertialEstimator::new(&settings::<9>(known, interval_s)).ok().map(|e| Estimator::Mated(Box::new(e)))
+    fn make_estimators(&mut self, interval_s: f64) {
+        let eight = !self.is_mated() && self.free_floating.is_some();
+        self.state.estimators = self.known().filter(|_| interval_s > 0.0 && self.is_told()).and_then(|known| {
+            if eight {
+                LiveEstimators::new(&settings(known, interval_s)).ok().map(Estimators::FreeFloating)
+            } else {
+                LiveEstimators::new(&settings(known, interval_s)).ok().map(Estimators::Mated)
             }
-            (None, None) => None,
-        }
+        });
     }
 
-    fn publish(&mut self, frame: &Frame<'_>, closing: bool, out: &mut Outputs) {
+    fn empty(&self, frame: &Frame<'_>, closing: bool) -> Estimate {
         let mut sample = Estimate::zeroed_at(frame.t_ns);
         sample.frame = frame.number;
         sample.domain = Domain::Inertial.code();
         sample.phase = self.state.window.phase().code();
         sample.closing = u16::from(closing);
-        match &self.state.estimator {
-            Some(Estimator::FreeFloating(estimator)) => fill(&mut sample, estimator),
-            Some(Estimator::Mated(estimator)) => fill(&mut sample, estimator),
-            None if self.free_floating.is_none() && self.mated.is_none() => sample.status = NOT_KNOWN,
-            None => sample.status = NO_SAMPLES,
+        sample
+    }
+
+    fn publish(&mut self, frame: &Frame<'_>, closing: bool, out: &mut Outputs) {
+        let (mut sample, mut torque) = (self.empty(frame, closing), self.empty(frame, closing));
+        let status = if self.is_told() { NO_SAMPLES } else { NOT_KNOWN };
+        match (&self.state.estimators, self.known()) {
+            (Some(Estimators::FreeFloating(live)), Some(known)) => {
+                fill(&mut sample, live, known);
+                fill_torque(&mut torque, live);
+                self.state.before = Some(target::Before::of(live));
+            }
+            (Some(Estimators::Mated(live)), Some(known)) => {
+                fill(&mut sample, live, known);
+                fill_torque(&mut torque, live);
+            }
+            _ => (sample.status, torque.status) = (status, status),
         }
         sample.innovation = self.innovation();
+        torque.innovation.generation = self.state.window.generation.into();
         out.publish(ESTIMATE_INERTIAL, &sample);
+        out.publish(ESTIMATE_INERTIAL_TORQUE, &torque);
+    }
+
+    /// After capture, where the arm's data sheet is stated.
+    fn weigh_target(&self, frame: &Frame<'_>, out: &mut Outputs) {
+        let (Some(Estimators::Mated(after)), Some(known)) = (&self.state.estimators, self.known()) else { return };
+        let Some(chaser) = &known.chaser else { return };
+        for mut sample in target::samples(chaser, known.target.as_ref(), self.state.before.as_ref(), after) {
+            sample.header = telemetry::Header::at(frame.t_ns);
+            sample.frame = frame.number;
+            out.publish(ESTIMATE_TARGET, &sample);
+        }
     }
 
     fn innovation(&self) -> Innovation {
@@ -184,8 +238,8 @@ impl InertialId {
     }
 }
 
-fn settings<const P: usize>(known: &ArmKnown, interval_s: f64) -> InertialSettings<P> {
-    InertialSettings {
+fn settings<const P: usize>(known: &ArmKnown, interval_s: f64) -> LiveSettings<P> {
+    let momentum = InertialSettings {
         h_nms: known.h_cm_nms,
         sigma_h_nms: known.h_cm_sigma_nms,
         sigma: ChannelSigma::from_data_sheet(
@@ -195,16 +249,28 @@ fn settings<const P: usize>(known: &ArmKnown, interval_s: f64) -> InertialSettin
             known.joint_angle_sigma_rad,
         ),
         prior_alpha: SVector::from_fn(|i, _| known.prior.get(i).copied().unwrap_or(0.0)),
-        prior_relative_sd: PRIOR_RELATIVE_SD,
+        prior_relative_sd: known.prior_relative_sd.unwrap_or(PRIOR_RELATIVE_SD),
+    };
+    LiveSettings {
+        momentum,
+        torque_sigma_n_m: known.joint_torque_sigma_nm,
+        torque_scale_sd: known.joint_torque_scale_sigma,
+        interval_ns: (interval_s * 1e9).round().max(1.0) as u64,
     }
 }
 
-fn fill<const P: usize>(sample: &mut Estimate, estimator: &InertialEstimator<P>) {
-    let Ok(estimate) = estimator.estimate() else {
-        sample.status = NOT_EXCITED;
-        return;
-    };
-    let (alpha, covariance): (SVector<f64, P>, SMatrix<f64, P, P>) = (estimate.alpha, estimate.covariance);
+fn sheet(known: &ArmKnown) -> SensorSheet {
+    let stated = &known.sheet;
+    SensorSheet {
+        gyro_bias_rad_s: stated.gyro_bias_rad_s,
+        gyro_scale: stated.gyro_scale,
+        joint_rate_scale: [stated.joint_rate_scale; 2],
+        joint_zero_rad: [stated.joint_zero_rad; 2],
+        latency_s: stated.latency_s,
+    }
+}
+
+fn put<const P: usize>(sample: &mut Estimate, alpha: &SVector<f64, P>, covariance: &SMatrix<f64, P, P>) {
     sample.count = P as u16;
     for i in 0..P {
         sample.values[i] = alpha[i];
@@ -212,11 +278,37 @@ fn fill<const P: usize>(sample: &mut Estimate, estimator: &InertialEstimator<P>)
             sample.covariance[i][j] = covariance[(i, j)];
         }
     }
-    sample.consistent = u32::from(estimate.consistent);
+    sample.consistent = u32::from(is_physically_consistent(alpha));
+}
+
+/// The momentum's estimate, what the sensor sheet may have done to it, and what its data did to the prior.
+fn fill<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstimators<P, X>, known: &ArmKnown) {
+    let Ok(estimate) = live.estimate() else {
+        sample.status = NOT_EXCITED;
+        return;
+    };
+    put(sample, &estimate.alpha, &estimate.covariance);
     sample.nis_mean = estimate.nis.per_degree().unwrap_or(0.0);
     sample.nis_count = estimate.nis.count() as f64;
     for (scale, verdict) in estimate.whiteness.verdicts().iter().enumerate() {
         sample.block_length[scale] = verdict.block_samples.into();
         sample.block_z[scale] = verdict.z_score;
     }
+    if let Some(consider) = live.consider(&sheet(known)) {
+        (0..P).for_each(|i| sample.auxiliary[i] = consider[(i, i)].sqrt());
+    }
+    let prior = live.prior_sd();
+    let digit = |i: usize| excitation(estimate.noise_covariance[(i, i)].sqrt(), prior[i]).code();
+    sample.auxiliary[EXCITATION] = (0..P).rev().fold(0.0, |code, i| 4.0 * code + f64::from(digit(i)));
+}
+
+/// The torques' estimate.
+fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstimators<P, X>) {
+    let (Some(filter), Some(estimate)) = (live.filter(), live.torque()) else {
+        sample.status = NO_TORQUES;
+        return;
+    };
+    put(sample, &estimate.alpha, &estimate.covariance);
+    sample.nis_mean = filter.nis().per_degree().unwrap_or(0.0);
+    sample.nis_count = filter.nis().count() as f64;
 }

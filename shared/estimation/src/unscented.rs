@@ -81,11 +81,45 @@ impl<const X: usize> UnscentedFilter<X> {
         Self { mean, factor: SMatrix::from_diagonal(&sigma), spread: SPREAD }
     }
 
+    /// Components from `first` on, with their covariance, independent of those before; `None`: it is not positive definite.
+    #[must_use]
+    pub fn with_block<const B: usize>(
+        mut self,
+        first: usize,
+        mean: &SVector<f64, B>,
+        covariance: &SMatrix<f64, B, B>,
+    ) -> Option<Self> {
+        let factor = covariance.cholesky()?;
+        for i in 0..B {
+            self.mean[first + i] = mean[i];
+            self.factor.row_mut(first + i).fill(0.0);
+            for j in 0..=i {
+                self.factor[(first + i, first + j)] = factor.l_dirty()[(i, j)];
+            }
+        }
+        Some(self)
+    }
+
     /// Another spread, in standard deviations; below one the covariance is that of first differences.
     pub fn with_spread(mut self, spread: f64) -> Self {
         assert!(spread > 0.0);
         self.spread = spread;
         self
+    }
+
+    /// A first measurement of the leading components, after the start or after a gap: they are what it says, independent of the others,
+    /// of which nothing is forgotten.
+    pub fn begin_at(&mut self, measured: &[f64], sigma: &[f64]) {
+        assert_eq!(measured.len(), sigma.len());
+        assert!(measured.len() <= X);
+        let mut kept = self.factor.transpose();
+        kept.columns_mut(0, measured.len()).fill(0.0);
+        self.factor = SMatrix::zeros();
+        fold(&mut self.factor, kept);
+        for (i, (value, sd)) in measured.iter().zip(sigma).enumerate() {
+            self.mean[i] = *value;
+            self.factor[(i, i)] = *sd;
+        }
     }
 
     pub fn mean(&self) -> &SVector<f64, X> {

@@ -9,7 +9,7 @@
 
 use crate::dynamic_equation::ArmSample;
 use crate::free_floating::{accelerations, dynamics};
-use crate::momentum::{ChannelSigma, MomentumSample, is_physically_consistent, momentum};
+use crate::momentum::{ChannelSigma, MomentumSample, is_physically_consistent, momentum, noisy_momentum_row};
 use crate::weak_form::{WeakSettings, weak_form};
 use estimation::consistency::ChiSquareMean;
 use estimation::unscented::{StateSpace, UnscentedError, UnscentedFilter};
@@ -21,8 +21,9 @@ use serde::{Deserialize, Serialize};
 pub const MOTION: usize = 5;
 /// `Y_h α = h` is taken at every so many samples: oftener says the same again.
 const MOMENTUM_EVERY: u64 = 10;
-/// Its sigma [N m s]: large beside the curvature of `Y_h α` over the sigma points, small beside what it shall teach.
-const MOMENTUM_SIGMA_NMS: f64 = 0.02;
+/// Its sigma as a share of the momentum's own noise at one sample, `s = √(Σ (σ_c ∂Y_h/∂c α)²)`: over a minute that loses a fortieth of the
+/// accuracy, and it stands above the curvature of `Y_h α` over the sigma points, whose motion is known far better than one sample says.
+const MOMENTUM_SIGMA_SHARE: f64 = 0.2;
 /// Innovations count as statistics from here on: before, the parameters still settle.
 const SETTLED_SAMPLES: u64 = 1000;
 
@@ -94,6 +95,8 @@ pub struct ArmFilter<const P: usize, const X: usize> {
     torque_sigma_n_m: f64,
     h_nms: Option<f64>,
     samples: u64,
+    /// The next sample is the first of a stretch: nothing predicts it.
+    begins: bool,
     nis: ChiSquareMean,
 }
 
@@ -139,8 +142,24 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
             torque_sigma_n_m: settings.torque_sigma_n_m,
             h_nms: settings.h_nms,
             samples: 0,
+            begins: true,
             nis: ChiSquareMean::default(),
         }
+    }
+
+    /// The same with a start whose errors hang together; `None`: the covariance is not positive definite.
+    #[must_use]
+    pub fn with_covariance(self, covariance: &SMatrix<f64, P, P>) -> Option<Self> {
+        let scale = &self.model.scale;
+        let scaled = SMatrix::from_fn(|i, j| covariance[(i, j)] / (scale[i] * scale[j]));
+        let mean: SVector<f64, P> = self.filter.mean().fixed_rows::<P>(MOTION).into_owned();
+        let filter = self.filter.with_block(MOTION, &mean, &scaled)?;
+        Some(Self { filter, ..self })
+    }
+
+    /// Samples are missing before the next one: the motion begins anew, the parameters keep what they have learnt.
+    pub fn interrupt(&mut self) {
+        self.begins = true;
     }
 
     /// Takes one sample: its measurements, then the step to the next one under its torque.
@@ -154,27 +173,19 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
         let measured = in_state_order(&sample.motion);
         let ([rate_1, rate_2], [angle_1, angle_2]) = (self.sigma.joint_rate_rad_s, self.sigma.joint_angle_rad);
         let sigma = [self.sigma.omega0_rad_s, angle_1, angle_2, rate_1, rate_2];
-        if self.samples == 0 {
-            self.begin(&measured, &sigma);
+        let begins = core::mem::take(&mut self.begins);
+        if begins {
+            self.filter.begin_at(&measured, &sigma);
         } else {
             self.take(&measured, &sigma)?;
         }
-        if self.samples.is_multiple_of(MOMENTUM_EVERY) && self.samples > 0 {
+        if self.samples.is_multiple_of(MOMENTUM_EVERY) && !begins {
             self.take_momentum()?;
         }
         let noise = self.torque_noise();
         self.filter.predict(&self.model, &SVector::from(sample.torque_n_m), &noise)?;
         self.samples += 1;
         Ok(())
-    }
-
-    /// The first measurement is the first state.
-    fn begin(&mut self, measured: &[f64; MOTION], sigma: &[f64; MOTION]) {
-        let (mut mean, mut sigmas) = (*self.filter.mean(), self.filter.sigmas());
-        for i in 0..MOTION {
-            (mean[i], sigmas[i]) = (measured[i], sigma[i]);
-        }
-        self.filter = UnscentedFilter::new(mean, sigmas);
     }
 
     fn take(&mut self, measured: &[f64; MOTION], sigma: &[f64; MOTION]) -> Result<(), UnscentedError> {
@@ -193,16 +204,17 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
     fn take_momentum(&mut self) -> Result<(), UnscentedError> {
         let Some(h_nms) = self.h_nms else { return Ok(()) };
         let model = self.model;
-        let observe = |state: &SVector<f64, X>| {
-            let sample = MomentumSample {
-                omega0_z_rad_s: state[0],
-                joint_rate_rad_s: [state[3], state[4]],
-                joint_angle_rad: [state[1], state[2]],
-            };
-            SVector::<f64, 1>::new(momentum(&model.alpha(state), &sample))
+        let motion = |state: &SVector<f64, X>| MomentumSample {
+            omega0_z_rad_s: state[0],
+            joint_rate_rad_s: [state[3], state[4]],
+            joint_angle_rad: [state[1], state[2]],
         };
+        let observe = |state: &SVector<f64, X>| SVector::<f64, 1>::new(momentum(&model.alpha(state), &motion(state)));
         let is_feasible = |state: &SVector<f64, X>| StateSpace::<X, 2, MOTION>::is_feasible(&model, state);
-        let noise = SMatrix::<f64, 1, 1>::new(MOMENTUM_SIGMA_NMS);
+        let mean = self.filter.mean();
+        let row = noisy_momentum_row::<P>(&motion(mean), h_nms, &self.sigma.in_channel_order());
+        let sigma_nms = MOMENTUM_SIGMA_SHARE * libm::sqrt(row.residual_variance(&model.alpha(mean)));
+        let noise = SMatrix::<f64, 1, 1>::new(sigma_nms);
         self.filter.update_with(observe, is_feasible, &SVector::<f64, 1>::new(h_nms), &noise).map(|_| ())
     }
 

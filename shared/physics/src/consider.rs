@@ -6,7 +6,7 @@
 
 use crate::momentum::{CHANNELS, ChannelSigma, MomentumSample, channel_jacobian, noisy_momentum_row};
 use crate::momentum_methods::{KnownMomentum, MomentumError};
-use estimation::weighted_least_squares::Estimate;
+use estimation::weighted_least_squares::{Estimate, LeastSquaresError};
 use estimation::weighted_pass::WeightedPass;
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -62,9 +62,66 @@ fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64) -> 
     columns
 }
 
+/// Samples on either side of the one whose base acceleration is wanted.
+const REACH: usize = 5;
+const RING: usize = 2 * REACH + 1;
+
+/// `Σ w y y'` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the sheet. Fixed memory.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ConsiderSums<const P: usize> {
+    interval_s: f64,
+    information: SMatrix<f64, P, P>,
+    cross: SMatrix<f64, P, CONSIDERED>,
+    /// The last samples without a gap, oldest overwritten.
+    ring: [MomentumSample; RING],
+    filled: usize,
+    next: usize,
+}
+
+impl<const P: usize> ConsiderSums<P> {
+    /// Samples come every `interval_s`.
+    pub fn new(interval_s: f64) -> Self {
+        assert!(interval_s > 0.0);
+        let ring = [MomentumSample::default(); RING];
+        Self { interval_s, information: SMatrix::zeros(), cross: SMatrix::zeros(), ring, filled: 0, next: 0 }
+    }
+
+    /// A gap: accelerations are not taken across it.
+    pub fn interrupt(&mut self) {
+        self.filled = 0;
+    }
+
+    /// Takes one sample; weights are those at `reference`. The base's acceleration is a central difference over ten samples, enough for a
+    /// sensitivity, so the sums lag five samples behind. O(P² + P C).
+    pub fn push(&mut self, sample: &MomentumSample, h_nms: f64, sigma: &ChannelSigma, reference: &SVector<f64, P>) {
+        self.ring[self.next] = *sample;
+        self.next = (self.next + 1) % RING;
+        self.filled = (self.filled + 1).min(RING);
+        if self.filled < RING {
+            return;
+        }
+        // `next` is the oldest
+        let (oldest, middle) = (&self.ring[self.next], &self.ring[(self.next + REACH) % RING]);
+        let acceleration = (sample.omega0_z_rad_s - oldest.omega0_z_rad_s) / (2.0 * REACH as f64 * self.interval_s);
+        let row = noisy_momentum_row::<P>(middle, h_nms, &sigma.in_channel_order());
+        let weight = 1.0 / row.residual_variance(reference);
+        // r = h − y α: an error of the channels moves it by −(∂y/∂c δc)' α
+        let by_channel = channel_jacobian::<P>(middle).tr_mul(reference);
+        let by_error = -channels_by_error(middle, acceleration).tr_mul(&by_channel);
+        let weighted = row.regressor * weight;
+        self.information += weighted * row.regressor.transpose();
+        self.cross += weighted * by_error.transpose();
+    }
+
+    /// `(∂α/∂β) diag(σ_β²) (∂α/∂β)'`; `None` when the samples do not determine the parameters.
+    pub fn covariance(&self, sheet: &SensorSheet) -> Option<SMatrix<f64, P, P>> {
+        let moved = self.information.cholesky()?.solve(&self.cross);
+        let scaled = moved * SMatrix::<f64, CONSIDERED, CONSIDERED>::from_diagonal(&sheet.sigmas());
+        Some(scaled * scaled.transpose())
+    }
+}
+
 /// The weighted fit at `reference` (a converged α) with the consider covariance of `sheet`.
-///
-/// Accelerations of the base are central differences over ten samples, enough for a sensitivity.
 ///
 /// # Errors
 /// [`MomentumError::ScaleUnknown`], [`MomentumError::NotExcited`].
@@ -76,25 +133,16 @@ pub fn consider<const P: usize>(
     sheet: &SensorSheet,
     reference: &SVector<f64, P>,
 ) -> Result<ConsideredEstimate<P>, MomentumError> {
-    const REACH: usize = 5;
     let (h_nms, channels) = (momentum.checked()?.h_nms, sigma.in_channel_order());
-    let mut pass = WeightedPass::at(*reference);
-    let mut cross = SMatrix::<f64, P, CONSIDERED>::zeros();
-    for (k, sample) in samples.iter().enumerate() {
-        let row = noisy_momentum_row::<P>(sample, h_nms, &channels);
-        pass.push(&row);
-        let (before, after) = (k.saturating_sub(REACH), (k + REACH).min(samples.len() - 1));
-        let change = samples[after].omega0_z_rad_s - samples[before].omega0_z_rad_s;
-        let acceleration = change / ((after - before).max(1) as f64 * interval_s);
-        // r = h − y α: an error of the channels moves it by −(∂y/∂c δc)' α
-        let by_channel = channel_jacobian::<P>(sample).tr_mul(reference);
-        let by_error = -channels_by_error(sample, acceleration).tr_mul(&by_channel);
-        cross += row.regressor * by_error.transpose() / row.residual_variance(reference);
+    let (mut pass, mut sums) = (WeightedPass::at(*reference), ConsiderSums::new(interval_s));
+    for sample in samples {
+        pass.push(&noisy_momentum_row::<P>(sample, h_nms, &channels));
+        sums.push(sample, h_nms, sigma, reference);
     }
     let estimate = pass.estimate().map_err(MomentumError::NotExcited)?;
-    let moved = estimate.covariance * cross;
-    let scaled = moved * SMatrix::<f64, CONSIDERED, CONSIDERED>::from_diagonal(&sheet.sigmas());
-    Ok(ConsideredEstimate { estimate: momentum.scaled(estimate), consider: scaled * scaled.transpose() })
+    let not_excited = LeastSquaresError::InformationNotPositive { rows: samples.len() as u64, weakest: 0.0 };
+    let consider = sums.covariance(sheet).ok_or(MomentumError::NotExcited(not_excited))?;
+    Ok(ConsideredEstimate { estimate: momentum.scaled(estimate), consider })
 }
 
 /// What a parameter's data did to its prior.
@@ -106,6 +154,13 @@ pub enum Excitation {
     PriorKept,
     /// Posterior sigma within 1 % of the prior's: no trace in the data.
     NotExcited,
+}
+
+impl Excitation {
+    /// As it travels in telemetry.
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
 }
 
 /// By the ratio of posterior to prior sigma.

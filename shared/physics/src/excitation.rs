@@ -10,38 +10,40 @@ use crate::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row, predict_
 pub const HARMONICS: usize = 5;
 
 /// `θ(t) = q0 + Σ_k [a_k sin(k w t) − b_k cos(k w t)] / (k w)`, so that `θ̇ = Σ_k a_k cos(k w t) + b_k sin(k w t)`.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FourierJoint {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FourierJoint<const H: usize = HARMONICS> {
     pub offset_rad: f64,
-    pub cosine_rate_rad_s: [f64; HARMONICS],
-    pub sine_rate_rad_s: [f64; HARMONICS],
+    pub cosine_rate_rad_s: [f64; H],
+    pub sine_rate_rad_s: [f64; H],
 }
 
 /// Reference motion of both joints with one base period.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct FourierTrajectory {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FourierTrajectory<const H: usize = HARMONICS> {
     pub period_s: f64,
-    pub joints: [FourierJoint; 2],
+    pub joints: [FourierJoint<H>; 2],
 }
 
-/// Angles and rates of both joints at one time.
+/// Angles, rates and accelerations of both joints at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointReference {
     pub angle_rad: [f64; 2],
     pub rate_rad_s: [f64; 2],
+    pub acceleration_rad_s2: [f64; 2],
 }
 
-impl FourierTrajectory {
+impl<const H: usize> FourierTrajectory<H> {
     pub fn at(&self, time_s: f64) -> JointReference {
         let mut reference = JointReference::default();
         for (i, joint) in self.joints.iter().enumerate() {
             reference.angle_rad[i] = joint.offset_rad;
-            for k in 0..HARMONICS {
+            for k in 0..H {
                 let omega = (k + 1) as f64 * 2.0 * core::f64::consts::PI / self.period_s;
                 let (sine, cosine) = libm::sincos(omega * time_s);
                 let (a, b) = (joint.cosine_rate_rad_s[k], joint.sine_rate_rad_s[k]);
                 reference.angle_rad[i] += (a * sine - b * cosine) / omega;
                 reference.rate_rad_s[i] += a * cosine + b * sine;
+                reference.acceleration_rad_s2[i] += omega * (b * cosine - a * sine);
             }
         }
         reference
@@ -125,7 +127,7 @@ pub(crate) mod tests {
     pub const PLAN: MomentumPlan = MomentumPlan { h_nms: 68.0, sigma_h_nms: 0.0, duration_s: 60.0, rate_hz: 100.0 };
 
     #[test]
-    fn rate_is_the_derivative_of_the_angle() {
+    fn rate_is_the_derivative_of_the_angle_and_acceleration_that_of_the_rate() {
         let trajectory = trajectory_b();
         for k in 0..50 {
             let t = 0.7 * f64::from(k);
@@ -133,6 +135,8 @@ pub(crate) mod tests {
             for joint in 0..2 {
                 let difference = (next.angle_rad[joint] - last.angle_rad[joint]) / 2e-5;
                 assert!((difference - trajectory.at(t).rate_rad_s[joint]).abs() < 1e-9); // truncation 1e-10
+                let difference = (next.rate_rad_s[joint] - last.rate_rad_s[joint]) / 2e-5;
+                assert!((difference - trajectory.at(t).acceleration_rad_s2[joint]).abs() < 1e-9);
             }
         }
     }

@@ -151,7 +151,7 @@ impl FlyingFilter {
         }
         let mut nis = 0.0;
         if self.samples == 0 {
-            self.begin(&measured, &sigma);
+            self.filter.begin_at(&measured, &sigma);
         } else {
             for i in 0..MOTION {
                 let one = self.filter.update_component(i, measured[i], sigma[i], is_feasible)?.normalised();
@@ -172,15 +172,6 @@ impl FlyingFilter {
         self.filter.predict(&model, &wrench, &fresh)?;
         self.samples += 1;
         Ok(())
-    }
-
-    /// The first measurement is the first state.
-    fn begin(&mut self, measured: &[f64; MOTION], sigma: &[f64; MOTION]) {
-        let (mut mean, mut sigmas) = (*self.filter.mean(), self.filter.sigmas());
-        for i in 0..MOTION {
-            (mean[i], sigmas[i]) = (measured[i], sigma[i]);
-        }
-        self.filter = UnscentedFilter::new(mean, sigmas);
     }
 
     /// Innovations squared over their covariance since they settled.

@@ -32,6 +32,14 @@ pub struct InertialSettings<const P: usize> {
     pub prior_relative_sd: f64,
 }
 
+impl<const P: usize> InertialSettings<P> {
+    /// Standard deviations of the prior. A parameter expected at zero (a9 before capture) is uncertain on the scale of the others.
+    pub fn prior_sd(&self) -> SVector<f64, P> {
+        let scale = self.prior_alpha.norm() / libm::sqrt(P as f64);
+        self.prior_alpha.map(|value| self.prior_relative_sd * value.abs().max(0.01 * scale))
+    }
+}
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InertialError {
     /// Momentum is zero or as uncertain as it is large: parameters have no scale. Spin up a wheel, or use torques.
@@ -48,6 +56,8 @@ pub struct InertialEstimate<const P: usize> {
     pub alpha: SVector<f64, P>,
     /// Includes `(σ_h/h)² α α'`.
     pub covariance: SMatrix<f64, P, P>,
+    /// Of the samples' noise alone.
+    pub noise_covariance: SMatrix<f64, P, P>,
     pub rows: u64,
     /// Innovation squared over its variance, over the newer half of the record (between 1/2 and 3/4 of the rows); one per
     /// degree of freedom when model and sigmas hold.
@@ -88,12 +98,7 @@ impl<const P: usize> InertialEstimator<P> {
         assert!(sigma.iter().all(|value| *value >= 0.0));
         assert!(sigma.iter().any(|value| *value > 0.0));
         assert!(settings.prior_relative_sd > 0.0);
-        // A parameter expected at zero (a9 before capture) is uncertain on the scale of the others.
-        let scale = settings.prior_alpha.norm() / libm::sqrt(P as f64);
-        let information = settings.prior_alpha.map(|value| {
-            let sd = settings.prior_relative_sd * value.abs().max(0.01 * scale);
-            1.0 / (sd * sd)
-        });
+        let information = settings.prior_sd().map(|sd| 1.0 / (sd * sd));
         let least_squares = BiasCompensatedLeastSquares::new(settings.prior_alpha, information, ROWS_PER_REFRESH);
         Ok(Self { h_nms, sigma_h_nms, sigma, least_squares, statistics: Default::default() })
     }
@@ -112,7 +117,7 @@ impl<const P: usize> InertialEstimator<P> {
             // A one-pass estimate that still moves says nothing of the model: the first half of a record is forgotten.
             self.statistics = [self.statistics[1], InnovationStatistics::default()];
         }
-        if innovation.uncertainty_over_noise() < SETTLED_SHARE {
+        if self.settled(&innovation) {
             let normalised = innovation.normalised();
             for statistics in &mut self.statistics {
                 statistics.nis.push(normalised * normalised, 1);
@@ -120,6 +125,16 @@ impl<const P: usize> InertialEstimator<P> {
             }
         }
         Ok(innovation)
+    }
+
+    /// Whether the estimate that gave this innovation moves by little against the noise of one sample.
+    pub fn settled(&self, innovation: &Innovation) -> bool {
+        innovation.uncertainty_over_noise() < SETTLED_SHARE
+    }
+
+    /// The parameters as they are between refreshes: what weights and innovations are taken at.
+    pub fn reference(&self) -> &SVector<f64, P> {
+        &self.least_squares.reference().alpha
     }
 
     /// # Errors
@@ -132,6 +147,7 @@ impl<const P: usize> InertialEstimator<P> {
         Ok(InertialEstimate {
             alpha,
             covariance,
+            noise_covariance: estimate.covariance,
             rows: self.least_squares.rows(),
             nis: self.statistics[0].nis,
             whiteness: self.statistics[0].whiteness,

@@ -15,11 +15,14 @@
 //! | `weak_form` | the dynamic equation against test functions: no accelerations, no momentum |
 //! | `dynamic_equation_methods` | the same row by row: LS, TLS, IV, raw or filtered |
 //! | `arm_filter` | unscented filter of motion and parameters |
+//! | `arm_live` | momentum and filter together, sample by sample, as they fly |
 //! | `arm_smoother` | maximum likelihood over motion and parameters, and its bound |
 //! | `free_flying` | base with thrusters: eight linear parameters, their regressor, its momentum form, equations of motion |
+//! | `flying_bound` | the bound of the flying arm, by another recursion than its filter |
 //! | `flying_filter` | unscented filter of the flying arm, and its weak form |
 //! | `mated` | the nine parameters after capture of a rigid target |
-//! | `target` | the target's mass, centre and inertia from before and after capture; fusion with its own data |
+//! | `target` | the target's mass, centre and inertia from before and after capture |
+//! | `target_statement` | what a cooperative target states of itself: tested, fused |
 //! | `inertial_estimator` | momentum samples in, parameters with covariance and verdicts out |
 //! | `excitation` | Fourier trajectories of the joints and the bound they promise |
 //! | `experiment_design` | what a trajectory promises and what it asks of joints and base |
@@ -43,12 +46,14 @@ extern crate std;
 
 pub mod appendage;
 pub mod arm_filter;
+pub mod arm_live;
 pub mod arm_smoother;
 pub mod consider;
 pub mod dynamic_equation;
 pub mod dynamic_equation_methods;
 pub mod excitation;
 pub mod experiment_design;
+pub mod flying_bound;
 pub mod flying_filter;
 pub mod free_floating;
 pub mod free_flying;
@@ -77,4 +82,5 @@ pub mod slosh_scan;
 pub mod slosh_srivc;
 pub mod slosh_suspension;
 pub mod target;
+pub mod target_statement;
 pub mod weak_form;

@@ -84,7 +84,8 @@ pub fn with_latency_and_drift(
 /// `P` parameters and, last, the total momentum, from a wheel whose momentum is `wheel_nms(k)` at sample k; `A = P + 1`.
 ///
 /// # Errors
-/// [`MomentumError::NotExcited`]: the wheel did not move, or the arm did not.
+/// [`MomentumError::WheelUnmoved`]: the wheel's momentum does not vary by enough to show the scale; [`MomentumError::NotExcited`]: the arm
+/// did not move.
 pub fn with_wheel_modulation<const P: usize, const A: usize>(
     samples: &[MomentumSample],
     wheel_nms: impl Fn(usize) -> f64,
@@ -93,6 +94,7 @@ pub fn with_wheel_modulation<const P: usize, const A: usize>(
 ) -> Result<(Estimate<A>, f64), MomentumError> {
     const { assert!(A == P + 1) }
     let channels = sigma.in_channel_order();
+    wheel_shows(samples, &wheel_nms, &channels, start)?;
     let mut alpha = SVector::<f64, A>::from_fn(|i, _| if i < P { start[i] } else { 0.0 });
     let mut outcome = None;
     for _ in 0..PASSES {
@@ -106,6 +108,25 @@ pub fn with_wheel_modulation<const P: usize, const A: usize>(
         outcome = Some((estimate, pass.chi_square_per_row(&alpha)));
     }
     Ok(outcome.expect("there is at least one pass"))
+}
+
+/// The scale is told by the wheel's variation over the noise of the mean, `s/√N`: below five of these it is not known to a fifth.
+fn wheel_shows<const P: usize>(
+    samples: &[MomentumSample],
+    wheel_nms: &impl Fn(usize) -> f64,
+    channels: &[f64; CHANNELS],
+    start: &SVector<f64, P>,
+) -> Result<(), MomentumError> {
+    const TIMES: f64 = 5.0;
+    let n = samples.len().max(1) as f64;
+    let mean = (0..samples.len()).map(wheel_nms).sum::<f64>() / n;
+    let square = |k| (wheel_nms(k) - mean) * (wheel_nms(k) - mean);
+    let wheel_rms_nms = libm::sqrt((0..samples.len()).map(square).sum::<f64>() / n);
+    let of_row = |sample| noisy_momentum_row::<P>(sample, 0.0, channels).residual_variance(start);
+    let noise = libm::sqrt(samples.iter().map(of_row).sum::<f64>() / n);
+    let needed_nms = TIMES * noise / libm::sqrt(n);
+    let shows = wheel_rms_nms > needed_nms;
+    if shows { Ok(()) } else { Err(MomentumError::WheelUnmoved { wheel_rms_nms, needed_nms }) }
 }
 
 #[cfg(test)]

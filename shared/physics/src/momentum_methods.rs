@@ -37,6 +37,11 @@ pub enum MomentumError {
         h_nms: f64,
         sigma_h_nms: f64,
     },
+    /// The wheel's momentum moved by less than its noise can show: `(α, h)` are known up to a factor. Modulate it by more, or longer.
+    WheelUnmoved {
+        wheel_rms_nms: f64,
+        needed_nms: f64,
+    },
     NotExcited(LeastSquaresError),
     TotalLeastSquares(TlsError),
     Instruments(InstrumentError),

@@ -5,7 +5,7 @@
 //! and touches the target; the mass in π removes it, and the other two are internal to the chaser. Masses and inertias are estimated as
 //! logarithms: no step can make a body impossible.
 //!
-//! A cooperative target's own data are one more prior, taken only if they do not contradict ([`conflict`]).
+//! A cooperative target's own data are one more prior: `target_statement`.
 
 use crate::free_floating::{Alpha, PlanarArm};
 use crate::free_flying::{Pi, parameters};
@@ -180,29 +180,6 @@ fn assemble(
     Ok(normal)
 }
 
-/// χ² (4 degrees of freedom) of the difference between what was identified and what the target says of itself; refuse the fusion
-/// above [`CONFLICT_LIMIT`]. `None`: a covariance is not positive definite.
-pub fn conflict(identified: &TargetEstimate, stated: &TargetEstimate) -> Option<f64> {
-    let difference = identified.values() - stated.values();
-    let factor = (identified.covariance + stated.covariance).cholesky()?;
-    Some(difference.dot(&factor.solve(&difference)))
-}
-
-/// χ²(4), 99.9 %.
-pub const CONFLICT_LIMIT: f64 = 18.467;
-
-/// Both together, or `None` when they contradict each other at p < 0.001 or a covariance is not positive definite.
-pub fn fuse(identified: &TargetEstimate, stated: &TargetEstimate) -> Option<TargetEstimate> {
-    if conflict(identified, stated)? > CONFLICT_LIMIT {
-        return None;
-    }
-    let gain = identified.covariance * (identified.covariance + stated.covariance).cholesky()?.inverse();
-    let values = identified.values() + gain * (stated.values() - identified.values());
-    let target = Target { mass_kg: values[0], grasp_to_com_m: [values[1], values[2]], inertia_com_kg_m2: values[3] };
-    let covariance = identified.covariance - gain * identified.covariance;
-    Some(TargetEstimate { target, covariance, chi_square: identified.chi_square })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -257,18 +234,5 @@ mod tests {
         let sigma = |found: &TargetEstimate, i: usize| libm::sqrt(found.covariance[(i, i)]);
         assert!(sigma(&without, 0) > 5.0 * sigma(&with, 0), "{} {}", sigma(&without, 0), sigma(&with, 0));
         assert!(sigma(&without, 3) < 1.5 * sigma(&with, 3), "{} {}", sigma(&without, 3), sigma(&with, 3));
-    }
-
-    #[test]
-    fn data_of_a_cooperative_target_are_fused_when_they_agree_and_refused_when_they_do_not() {
-        let found = recover(&prior(), &identified(&chaser(), true), &GUESS).expect("converges");
-        let stated = |mass_kg: f64| TargetEstimate {
-            target: Target { mass_kg, ..TARGET },
-            covariance: SMatrix::from_diagonal(&Vector4::new(0.25, 1e-6, 1e-6, 0.04)),
-            chi_square: 0.0,
-        };
-        let fused = fuse(&found, &stated(150.2)).expect("agrees");
-        assert!((0..4).all(|i| fused.covariance[(i, i)] < found.covariance[(i, i)]));
-        assert_eq!(fuse(&found, &stated(155.0)), None);
     }
 }

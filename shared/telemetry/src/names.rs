@@ -161,6 +161,9 @@ pub const fn status_text(domain: Domain, status: u32) -> &'static str {
         (_, 0) => "valid",
         (Domain::Inertial, 1) => "momentum or prior are not known: state them in the scenario",
         (Domain::Inertial, 2) => "not excited enough: some direction carries more noise than signal",
+        (Domain::Inertial, 4) => {
+            "the motion's shape is not known yet, or no joint torques are: state joint_torque_sigma_nm"
+        }
         (Domain::Inertial, 3) => "no sample had a rate and both joints at one time",
         (Domain::Slosh, 1) => "the hub's mass is not known: state it in the scenario",
         (Domain::Slosh, 2) => "the arc is too short for its unknowns",

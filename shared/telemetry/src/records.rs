@@ -109,12 +109,51 @@ record! {
         consistent: u32, "-", "-", "1 when the parameters are physically possible";
         values: [f64; PARAMETERS_MAX], "see parameter list", "-", "parameters";
         covariance: [[f64; PARAMETERS_MAX]; PARAMETERS_MAX], "products of the units", "-", "covariance of the parameters";
-        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "slosh: displacement [m], rate [m/s] and time [s] at the end of the arc and accelerometer bias [m/s^2]; modal: dominant channel of each mode; 10, 11: numbers of a status";
+        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "inertial: consider sigma of each parameter [kg m^2], what the sensor sheet's systematic errors may do, 9: excitation, a base-4 digit a parameter from a1 on (0 identified, 1 prior kept, 2 not excited); slosh: displacement [m], rate [m/s] and time [s] at the end of the arc and accelerometer bias [m/s^2]; modal: dominant channel of each mode; 10, 11: numbers of a status";
         innovation: Innovation, "-", "-", "latest innovation record";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         nis_count: f64, "-", "-", "rows in that mean";
         block_length: [f64; 3], "rows", "-", "block lengths of the whiteness test";
         block_z: [f64; 3], "sigma", "-", "z-score of the mean squared block mean, per block length";
+    }
+}
+
+record! {
+    /// Mass, centre of mass and inertia of a target in the plane: as the target states them of itself, or as identified after its capture.
+    TargetEstimate {
+        header: Header, "-", "-", "header";
+        frame: u64, "-", "-", "frame it was made in";
+        epoch_ns: u64, "ns", "-", "time it speaks of";
+        origin: u16, "-", "-", "0 stated by the target, 1 identified, 2 identified and fused with what was stated";
+        status: u16, "-", "-", "0 valid; 1 crc wrong; 2 statement refused: it contradicts what was identified at p < 0.001; 3 no solution";
+        reserved: u32, "-", "-", "0";
+        values: [f64; 4], "kg, m, m, kg m^2", "stated: target; else grasp", "mass, centre of mass x, y, inertia about it";
+        covariance: [[f64; 4]; 4], "products of the units", "as values", "covariance";
+        grasp_position_m: [f64; 2], "m", "target", "grasp point";
+        grasp_angle_rad: f64, "rad", "target", "direction of the grasp frame's x axis";
+        chi_square: f64, "-", "-", "of identified against stated, 4 degrees of freedom; 0 for none";
+        crc32: u32, "-", "-", "CRC-32 (IEEE) over epoch_ns to chi_square";
+        reserved_too: u32, "-", "-", "0";
+    }
+}
+
+impl TargetEstimate {
+    fn sealed_bytes(&self) -> &[u8] {
+        let bytes = zerocopy::IntoBytes::as_bytes(self);
+        &bytes[size_of::<Header>() + size_of::<u64>()..bytes.len() - size_of::<u64>()]
+    }
+
+    /// The same with its crc.
+    #[must_use]
+    pub fn sealed(mut self) -> Self {
+        self.crc32 = crate::crc32(self.sealed_bytes());
+        self
+    }
+
+    /// Whether the crc is that of the numbers.
+    #[must_use]
+    pub fn is_intact(&self) -> bool {
+        self.crc32 == crate::crc32(self.sealed_bytes())
     }
 }
 

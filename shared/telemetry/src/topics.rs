@@ -148,6 +148,7 @@ impl_sample!(
     Tick,
     Progress,
     Estimate,
+    TargetEstimate,
     Verdict,
     Mode,
     Command,
@@ -170,6 +171,8 @@ samples! {
     HOUSEKEEPING "housekeeping": Housekeeping x 16, 0 a frame, Status, "1 Hz of wall time", "all" => "recorder";
     COMMAND "command": Command x 16, 0 a frame, Status, "on demand", "supervisor" => "all";
     EVENT "event": Event x 64, 0 a frame, Status, "on demand", "all" => "recorder";
+    ESTIMATE_INERTIAL_TORQUE "estimate/inertial-torque": Estimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "inertial-id" => "recorder";
+    ESTIMATE_TARGET "estimate/target": TargetEstimate x 16, 0 a frame, Feedback, "at the end of an experiment after capture", "inertial-id" => "recorder";
 }
 
 /// The topic called `name`.
@@ -204,7 +207,8 @@ pub const fn generation() -> u32 {
 #[cfg(test)]
 mod tests {
     use super::{
-        Delivery, MODE, Sample, TICK, TOPICS, Topic, TopicInfo, TopicVisitor, for_each_topic, is_result, topic_named,
+        Delivery, MODE, Sample, TICK, TOPICS, TargetEstimate, Topic, TopicInfo, TopicVisitor, for_each_topic,
+        is_result, topic_named,
     };
     use crate::PartitionId;
 
@@ -259,8 +263,18 @@ mod tests {
     #[test]
     fn estimates_verdicts_and_modes_are_results_and_nothing_else_is() {
         let results = TOPICS.iter().enumerate().filter(|(id, _)| is_result(*id)).map(|(_, info)| info.record);
-        assert!(results.eq(["Estimate", "Estimate", "Estimate", "Verdict", "Mode"]));
+        assert!(results.eq(["Estimate", "Estimate", "Estimate", "Verdict", "Mode", "Estimate", "TargetEstimate"]));
         assert!(is_result(MODE.id) && !is_result(TICK.id));
+    }
+
+    #[test]
+    fn a_statement_with_one_wrong_bit_is_not_intact() {
+        let sealed = TargetEstimate { values: [150.0, 0.6, 0.15, 40.0], ..TargetEstimate::zeroed_at(0) }.sealed();
+        assert!(sealed.is_intact());
+        let mut moved = sealed;
+        moved.values[3] = f64::from_bits(moved.values[3].to_bits() ^ 1);
+        assert!(!moved.is_intact());
+        assert!(!TargetEstimate { epoch_ns: 1, ..sealed }.is_intact());
     }
 
     #[test]

@@ -189,6 +189,7 @@ fn method_statistics(method: &Method, parameters: &[Parameter], answers: &[&Answ
     let nees: Vec<f64> = answers.iter().filter_map(|answer| answer.nees).collect();
     MethodReport {
         name: method.name,
+        geomean_sd: geomean_sd(parameters, answers),
         geomean_rmse_over_crlb: logarithms.map(|sum| (sum / rows.len() as f64).exp()),
         nees: mean(&nees),
         dof: parameters.len(),
@@ -200,6 +201,27 @@ fn method_statistics(method: &Method, parameters: &[Parameter], answers: &[&Answ
         ms_per_solve: None,
         parameters: rows,
     }
+}
+
+/// Relative standard deviation of the geometric mean of the ratios, the correlation of the parameters included: a record's share of it is half
+/// the mean of its squared errors over their mean squares. `None` below two complete records.
+fn geomean_sd(parameters: &[Parameter], answers: &[&Answer]) -> Option<f64> {
+    let errors = |answer: &&Answer| -> Option<Vec<f64>> {
+        answer
+            .found
+            .iter()
+            .zip(parameters)
+            .map(|(found, of)| Some((found.as_ref()?.value - of.truth).powi(2)))
+            .collect()
+    };
+    let squares: Vec<Vec<f64>> = answers.iter().filter_map(errors).collect();
+    let n = squares.len() as f64;
+    let means: Vec<f64> = (0..parameters.len()).map(|i| squares.iter().map(|row| row[i]).sum::<f64>() / n).collect();
+    let share = |row: &Vec<f64>| {
+        0.5 * row.iter().zip(&means).map(|(square, mean)| square / mean - 1.0).sum::<f64>() / means.len() as f64
+    };
+    let variance = squares.iter().map(|row| share(row).powi(2)).sum::<f64>() / (n - 1.0);
+    (squares.len() > 1).then(|| (variance / n).sqrt())
 }
 
 /// Worst of each mode over the records.
@@ -309,6 +331,21 @@ mod tests {
             assert!((value.expect("three records") - expected).abs() < 1e-12, "{value:?} {expected}"); // rounding
         }
         assert_eq!((report.failed, report.missed, report.spurious, report.dof), (0, 0, 3, 1));
+    }
+
+    #[test]
+    fn the_spread_of_the_mean_ratio_is_that_of_one_ratio_when_errors_are_common_and_smaller_when_they_are_not() {
+        let stream = plant::noise::Stream::new(1, "spread");
+        let parameters: Vec<Parameter> =
+            ["a", "b", "c", "d"].map(|name| Parameter { name, truth: 0.0, bound: 1.0 }).into();
+        let spread = |common: bool| {
+            let value = |k: u64, i: u64| stream.normal(if common { k } else { 4 * k + i });
+            let answers: Vec<Answer> = (0..2000).map(|k| Answer::bare((0..4).map(|i| value(k, i)))).collect();
+            geomean_sd(&parameters, &answers.iter().collect::<Vec<_>>()).expect("2000 records")
+        };
+        let one = (1.0 / 4000.0_f64).sqrt(); // an RMSE of n records spreads by 1/√(2n)
+        assert!((spread(true) / one - 1.0).abs() < 0.15); // a fourth moment of 2000 numbers
+        assert!((spread(false) / (0.5 * one) - 1.0).abs() < 0.15);
     }
 
     #[test]

@@ -4,8 +4,12 @@
 //! noise-free sensors, not along the reference it follows: momentum known, torques with the momentum unknown, or both.
 
 pub mod flying;
+pub mod late;
 mod methods;
+pub mod operational;
+pub mod sheet;
 pub mod target;
+pub mod wheel;
 
 use super::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use super::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
@@ -17,11 +21,13 @@ use nalgebra::{SMatrix, SVector};
 use physics::arm_smoother::{self, SmootherSettings, SmootherStep};
 use physics::dynamic_equation::ArmSample;
 use physics::excitation::{FourierJoint, FourierTrajectory};
+use physics::free_floating::PlanarArm;
 use physics::inertial_estimator::InertialSettings;
 use physics::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row};
 use physics::momentum_methods::KnownMomentum;
 use plant::arm_parameters::minimal_parameters;
 use plant::description::{Plant, Quantity, SignalKind};
+use plant::simulation::Row;
 
 /// The channels that momentum needs, then those of the dynamic equation.
 const CHANNELS: [&str; 5] = ["gyro", "shoulder_rate", "elbow_rate", "shoulder_angle", "elbow_angle"];
@@ -124,19 +130,15 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
     /// What all sensors say.
     pub fn arm_record(&self, seed: u64, record: usize) -> Vec<ArmSample> {
         let mut simulator = simulator(&self.plant, seed, record);
-        let channels = CHANNELS.map(|name| channel(&self.plant, name));
-        let torques = TORQUES.map(|name| channel(&self.plant, name));
-        let step = |_| {
-            let row = simulator.step();
-            let [omega0_z_rad_s, rate_1, rate_2, angle_1, angle_2] = channels.map(|channel| row.value(channel));
-            let motion = MomentumSample {
-                omega0_z_rad_s,
-                joint_rate_rad_s: [rate_1, rate_2],
-                joint_angle_rad: [angle_1, angle_2],
-            };
-            ArmSample { motion, torque_n_m: torques.map(|channel| row.value(channel)) }
-        };
-        (0..periods(&self.plant)).map(step).collect()
+        (0..periods(&self.plant)).map(|_| self.arm_sample(simulator.step())).collect()
+    }
+
+    fn arm_sample(&self, row: &Row) -> ArmSample {
+        let value = |name: &str| row.value(channel(&self.plant, name));
+        let [omega0_z_rad_s, rate_1, rate_2, angle_1, angle_2] = CHANNELS.map(value);
+        let motion =
+            MomentumSample { omega0_z_rad_s, joint_rate_rad_s: [rate_1, rate_2], joint_angle_rad: [angle_1, angle_2] };
+        ArmSample { motion, torque_n_m: TORQUES.map(value) }
     }
 
     /// What perfect sensors would say, the loop closed over them.
@@ -146,7 +148,11 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
     }
 
     fn perfect(&self) -> Vec<ArmSample> {
-        Self { plant: without_noise(&self.plant), ..self.clone() }.arm_record(0, 0)
+        self.without_noise().arm_record(0, 0)
+    }
+
+    fn without_noise(&self) -> Self {
+        Self { plant: without_noise(&self.plant), ..self.clone() }
     }
 
     fn wired(&self, mut samples: Vec<ArmSample>) -> Record {
@@ -268,6 +274,23 @@ impl<const P: usize, const A: usize> Benchmark for Inertial<P, A> {
 pub fn truth<const P: usize>(plant: &Plant) -> SVector<f64, P> {
     let nine = minimal_parameters(plant).expect("the benchmark's plant is a free-floating arm of two links");
     SVector::from_fn(|i, _| nine[i])
+}
+
+/// The arm as the closed forms describe it, its base measured from its own centre of mass.
+///
+/// # Panics
+/// The plant has no hub with two links: it is not the benchmark's.
+#[must_use]
+pub fn planar_arm(plant: &Plant) -> PlanarArm {
+    let at = |name: &str| number(plant, name);
+    PlanarArm {
+        mass_kg: ["hub.mass", "link_1.mass", "link_2.mass"].map(at),
+        inertia_com_kg_m2: ["hub.inertia.zz", "link_1.inertia.zz", "link_2.inertia.zz"].map(at),
+        base_to_joint_m: ["x", "y"]
+            .map(|axis| at(&format!("shoulder.position.{axis}")) - at(&format!("hub.com.{axis}"))),
+        joint_to_com_m: ["link_1.com.x", "link_2.com.x"].map(at),
+        com_to_next_m: at("elbow.position.x") - at("link_1.com.x"),
+    }
 }
 
 /// Standard deviation of one sample of each sensor; quantisation adds lsb²/12.

@@ -20,6 +20,8 @@ pub struct MethodReport {
     pub name: &'static str,
     pub parameters: Vec<ParameterReport>,
     pub geomean_rmse_over_crlb: Option<f64>,
+    /// Its relative standard deviation over campaigns of so many records.
+    pub geomean_sd: Option<f64>,
     /// Mean over the records; equals `dof` when the covariance is honest.
     pub nees: Option<f64>,
     pub dof: usize,
@@ -96,8 +98,9 @@ impl MethodReport {
         }
         let _ = writeln!(
             text,
-            "  geometric mean RMSE/CRLB {}   NEES {} for {}   failed {}   missed {}   spurious {}   {} us/sample   {} ms/solve",
+            "  geometric mean RMSE/CRLB {} +- {}   NEES {} for {}   failed {}   missed {}   spurious {}   {} us/sample   {} ms/solve",
             number(self.geomean_rmse_over_crlb, 3),
+            number(self.geomean_rmse_over_crlb.zip(self.geomean_sd).map(|(mean, sd)| mean * sd), 3),
             number(self.nees, 2),
             self.dof,
             self.failed,

@@ -1,34 +1,49 @@
 //! `obsid design bp1a`: Fourier trajectories of the two joints with the least bound, beside trajectory B under the same limits.
 //!
-//! The search is an evolution strategy with one parent and the one-fifth rule, restarted; every draw is a function of the seed. It is local:
-//! started in the corner of three limits where trajectory B lies, it gains one or two per cent. Its result
-//! is a plant file that `obsid simulate` and `obsid plant` take, the built-in arm with the new references.
+//! One period as long as the record, a dozen harmonics: what trajectory B does with five of half the length. Quasi-Newton descents from
+//! trajectory B and from random motions, each first within limits drawn in by a few per cent, then checked on a grid of a sample each and
+//! drawn in further until every limit holds there. Every draw is a function of the seed. The result is a plant file that
+//! `obsid simulate` and `obsid plant` take, the built-in arm with the new references.
 
-use crate::bench::inertial::{Inertial, commanded, sigma, truth};
+use super::minimise::minimise;
+use crate::bench::inertial::{Inertial, commanded, planar_arm, sigma, truth};
 use crate::plant_file::BUILT_IN;
 use crate::{Failure, print};
-use physics::excitation::{FourierTrajectory, HARMONICS};
-use physics::experiment_design::{ArmLimits, Assessment, Design};
+use physics::excitation::{FourierJoint, FourierTrajectory};
+use physics::experiment_design::{ArmLimits, Assessment, Design, Tank};
 use plant::noise::Stream;
 use serde::Deserialize;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
+/// Of a trajectory that is designed; its period is the record.
+const HARMONICS: usize = 12;
 /// Numbers of a trajectory: an offset and two amplitudes per harmonic of each joint.
 const NUMBERS: usize = 2 * (1 + 2 * HARMONICS);
-/// First step: rad/s of the amplitudes, ten times that in rad of the offsets.
-const FIRST_STEP: f64 = 0.02;
-const OFFSET_STEPS: f64 = 10.0;
+/// Random starts: sigma of a rate's amplitude [rad/s], falling with the root of the harmonic, and of the offsets [rad].
+const START_RATE: f64 = 0.12;
+const START_OFFSET: f64 = 1.2;
+/// Limits are drawn in by so much in a descent, then more, until the fine grid is content.
+const MARGINS: [f64; 5] = [0.01, 0.02, 0.03, 0.05, 0.08];
+/// A descent has settled when a step gains this share of the bound.
+const SETTLED: f64 = 1e-6;
+
+type Designed = FourierTrajectory<HARMONICS>;
 
 /// Joint motion that tells more of the inertial parameters, within limits
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// TOML with joint_angle_max_rad, joint_rate_max_rad_s, base_rate_max_rad_s, torque_max_n_m; trajectory B's without it
+    /// TOML with joint_angle_max_rad, joint_rate_max_rad_s, base_rate_max_rad_s, torque_max_n_m (trajectory B's without it), and
+    /// [slosh] with stroke_max_m, frequency_hz, damping_ratio, position_m
     #[arg(long)]
     limits: Option<PathBuf>,
-    /// Trajectories looked at
-    #[arg(long, default_value_t = 40_000)]
-    evaluations: u32,
+    /// Descents: one from trajectory B, the others from random motions
+    #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    starts: u32,
+    /// Steps of a descent
+    #[arg(long, default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    iterations: u32,
     /// The same seed gives the same trajectory
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -45,6 +60,17 @@ struct LimitsFile {
     joint_rate_max_rad_s: f64,
     base_rate_max_rad_s: f64,
     torque_max_n_m: f64,
+    slosh: Option<SloshFile>,
+}
+
+/// Propellant in the base; from the base's centre of mass.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SloshFile {
+    stroke_max_m: f64,
+    frequency_hz: f64,
+    damping_ratio: f64,
+    position_m: [f64; 2],
 }
 
 impl Default for LimitsFile {
@@ -54,6 +80,7 @@ impl Default for LimitsFile {
             joint_rate_max_rad_s: 0.355,
             base_rate_max_rad_s: 0.405,
             torque_max_n_m: 20.0,
+            slosh: None,
         }
     }
 }
@@ -61,153 +88,219 @@ impl Default for LimitsFile {
 /// # Errors
 /// See [`super::run`].
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let limits = limits(arguments.limits.as_deref())?;
-    let bench = Inertial::bp1a();
-    let design = Design {
+    let design = design(&Inertial::bp1a(), &limits(arguments.limits.as_deref())?);
+    let start = commanded(&Inertial::bp1a().plant);
+    let reference = design.assess_at(&start, fine(start.period_s, design.rate_hz));
+    let reference = reference.ok_or_else(|| Failure::Run("trajectory B excites nothing".into()))?;
+    let found = search(&design, &start, arguments.starts as usize, arguments.iterations as usize, arguments.seed);
+    let (trajectory, assessment) =
+        found.ok_or_else(|| Failure::Run("no trajectory was found that keeps these limits; widen them".into()))?;
+    print(&table(&design, &reference, &assessment));
+    let Some(out) = &arguments.out else { return Ok(()) };
+    std::fs::write(out, plant_text(&trajectory)).map_err(|error| Failure::Run(format!("{}: {error}", out.display())))
+}
+
+/// For the benchmark's arm and sensors.
+fn design(bench: &Inertial<8, 9>, said: &LimitsFile) -> Design {
+    let tank = said.slosh.map(|slosh| Tank {
+        arm: planar_arm(&bench.plant),
+        position_m: slosh.position_m,
+        frequency_hz: slosh.frequency_hz,
+        damping_ratio: slosh.damping_ratio,
+    });
+    Design {
         alpha: truth(&bench.plant),
         h_nms: bench.settings.h_nms,
         sigma: sigma(&bench.plant),
         rate_hz: 1.0 / bench.plant.simulation.period_s,
         duration_s: bench.plant.simulation.duration_s,
-        limits,
-    };
-    let start = commanded(&bench.plant);
-    let (found, assessment) = search(&design, &start, arguments.evaluations, arguments.seed)
-        .ok_or_else(|| Failure::Run("no trajectory keeps these limits; widen them".into()))?;
-    let reference = design.assess(&start).ok_or_else(|| Failure::Run("trajectory B excites nothing".into()))?;
-    print(&table(&design, &reference, &assessment));
-    let Some(out) = &arguments.out else { return Ok(()) };
-    std::fs::write(out, plant_text(&found)).map_err(|error| Failure::Run(format!("{}: {error}", out.display())))
+        limits: ArmLimits {
+            joint_angle_rad: said.joint_angle_max_rad,
+            joint_rate_rad_s: said.joint_rate_max_rad_s,
+            base_rate_rad_s: said.base_rate_max_rad_s,
+            torque_n_m: said.torque_max_n_m,
+            slosh_stroke_m: said.slosh.map_or(f64::INFINITY, |slosh| slosh.stroke_max_m),
+        },
+        tank,
+    }
 }
 
-fn limits(file: Option<&Path>) -> Result<ArmLimits, Failure> {
-    let said = match file {
-        None => LimitsFile::default(),
-        Some(file) => {
-            let bad = |error: String| {
-                Failure::Input(miette::miette!(
-                    help = "keys: joint_angle_max_rad, joint_rate_max_rad_s, base_rate_max_rad_s, torque_max_n_m",
-                    "{}: {error}",
-                    file.display()
-                ))
-            };
-            let text = std::fs::read_to_string(file).map_err(|error| bad(error.to_string()))?;
-            let said: LimitsFile = toml::from_str(&text).map_err(|error| bad(error.to_string()))?;
-            let all =
-                [said.joint_angle_max_rad, said.joint_rate_max_rad_s, said.base_rate_max_rad_s, said.torque_max_n_m];
-            if !all.iter().all(|limit| limit.is_finite() && *limit > 0.0) {
-                return Err(bad("a limit must be a positive number".into()));
-            }
-            said
-        }
+fn limits(file: Option<&Path>) -> Result<LimitsFile, Failure> {
+    let Some(file) = file else { return Ok(LimitsFile::default()) };
+    let bad = |error: String| {
+        Failure::Input(miette::miette!(
+            help = "keys: joint_angle_max_rad, joint_rate_max_rad_s, base_rate_max_rad_s, torque_max_n_m, and [slosh] with \
+                    stroke_max_m, frequency_hz, damping_ratio, position_m",
+            "{}: {error}",
+            file.display()
+        ))
     };
-    Ok(ArmLimits {
-        joint_angle_rad: said.joint_angle_max_rad,
-        joint_rate_rad_s: said.joint_rate_max_rad_s,
-        base_rate_rad_s: said.base_rate_max_rad_s,
-        torque_n_m: said.torque_max_n_m,
-    })
+    let text = std::fs::read_to_string(file).map_err(|error| bad(error.to_string()))?;
+    let said: LimitsFile = toml::from_str(&text).map_err(|error| bad(error.to_string()))?;
+    let mut positive =
+        vec![said.joint_angle_max_rad, said.joint_rate_max_rad_s, said.base_rate_max_rad_s, said.torque_max_n_m];
+    positive.extend(said.slosh.iter().flat_map(|slosh| [slosh.stroke_max_m, slosh.frequency_hz, slosh.damping_ratio]));
+    if !positive.iter().all(|limit| limit.is_finite() && *limit > 0.0) {
+        return Err(bad("a limit, a frequency, a damping ratio must be a positive number".into()));
+    }
+    if said.slosh.is_some_and(|slosh| slosh.damping_ratio >= 1.0) {
+        return Err(bad("damping_ratio must be below 1".into()));
+    }
+    if said.slosh.is_some_and(|slosh| !slosh.position_m.iter().all(|x| x.is_finite())) {
+        return Err(bad("position_m must be two numbers".into()));
+    }
+    Ok(said)
 }
 
-/// One evolution from `start`; the best trajectory that keeps every limit.
+/// Instants of a grid as fine as the samples.
+fn fine(period_s: f64, rate_hz: f64) -> usize {
+    (period_s * rate_hz).round().max(1.0) as usize
+}
+
+/// The best of all descents; on all cores, the same on any number of them.
 fn search(
     design: &Design,
-    start: &FourierTrajectory,
-    evaluations: u32,
+    b: &FourierTrajectory,
+    starts: usize,
+    iterations: usize,
     seed: u64,
-) -> Option<(FourierTrajectory, Assessment)> {
-    const GROW: f64 = 1.22; // one success in five keeps the step
+) -> Option<(Designed, Assessment)> {
     let stream = Stream::new(seed, "design.bp1a");
-    let mut parent = *start;
-    let keeps = |found: &Assessment| design.violations(found).iter().all(|over| *over == 0.0);
-    let first = design.assess(&parent);
-    let mut parent_cost = first.as_ref().map_or(f64::INFINITY, |found| design.cost(found));
-    let mut best = first.filter(keeps).map(|found| (parent_cost, parent, found));
-    let mut step = FIRST_STEP;
-    for evaluation in 0..evaluations {
-        let draw = u64::from(evaluation) * NUMBERS as u64;
-        let child = moved(&parent, |i| step * stream.normal(draw + i as u64));
-        let Some(found) = design.assess(&child) else { continue };
-        let cost = design.cost(&found);
-        // The penalty leads inside; once there, no step leads out again.
-        let kept = keeps(&found);
-        if kept && best.as_ref().is_none_or(|(least, ..)| cost < *least) {
-            if best.is_none() {
-                parent_cost = f64::INFINITY;
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut done = Vec::new();
+        loop {
+            let index = next.fetch_add(1, Ordering::Relaxed);
+            if index >= starts {
+                return done;
             }
-            best = Some((cost, child, found));
+            let start =
+                if index == 0 { repeated(b, design.duration_s) } else { random(&stream, index, design.duration_s) };
+            done.extend(descend(design, &start, iterations).map(|found| (index, found)));
         }
-        if cost < parent_cost && (kept || best.is_none()) {
-            (parent, parent_cost) = (child, cost);
-            step *= GROW;
-        } else {
-            step *= GROW.powf(-0.25);
-        }
-        if step < 1e-5 {
-            step = FIRST_STEP; // it has settled: look further away
-        }
-    }
-    best.map(|(_, trajectory, found)| (trajectory, found))
+    };
+    let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get).min(starts);
+    let mut all: Vec<(usize, (Designed, Assessment))> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|worker| worker.join().expect("a worker only computes")).collect()
+    });
+    all.sort_by_key(|(index, _)| *index);
+    all.into_iter().map(|(_, found)| found).min_by(|a, b| a.1.relative_rms().total_cmp(&b.1.relative_rms()))
 }
 
-fn moved(parent: &FourierTrajectory, draw: impl Fn(usize) -> f64) -> FourierTrajectory {
-    let mut child = *parent;
-    for (j, joint) in child.joints.iter_mut().enumerate() {
-        let first = j * (1 + 2 * HARMONICS);
-        joint.offset_rad += OFFSET_STEPS * draw(first);
-        for k in 0..HARMONICS {
-            joint.cosine_rate_rad_s[k] += draw(first + 1 + k);
-            joint.sine_rate_rad_s[k] += draw(first + 1 + HARMONICS + k);
+/// Least bound near `start` that keeps every limit at every sample; `None`: no margin was enough.
+fn descend(design: &Design, start: &Designed, iterations: usize) -> Option<(Designed, Assessment)> {
+    let mut numbers = numbers(start);
+    for (k, margin) in MARGINS.into_iter().enumerate() {
+        let inside = design.tightened(1.0 - margin);
+        let value =
+            |numbers: &[f64]| inside.assess(&trajectory(numbers, design.duration_s)).map(|found| inside.cost(&found));
+        // later descents only mend what is left
+        let steps = if k == 0 { iterations } else { iterations.div_ceil(4) };
+        (numbers, _) = minimise(numbers, steps, SETTLED, &value)?;
+        let found = trajectory(&numbers, design.duration_s);
+        let checked = design.assess_at(&found, fine(found.period_s, design.rate_hz))?;
+        if design.violations(&checked).iter().all(|over| *over == 0.0) {
+            return Some((found, checked));
         }
     }
-    child
+    None
+}
+
+/// Offset, then cosine and sine amplitudes, joint by joint; offsets in units of the period's first angle.
+fn numbers(of: &Designed) -> Vec<f64> {
+    let joint = |joint: &FourierJoint<HARMONICS>| {
+        let first = joint.offset_rad * OFFSET_UNIT;
+        core::iter::once(first).chain(joint.cosine_rate_rad_s).chain(joint.sine_rate_rad_s).collect::<Vec<_>>()
+    };
+    of.joints.iter().flat_map(joint).collect()
+}
+
+/// Offsets in a descent count in tens of rad: so they weigh like amplitudes in rad/s.
+const OFFSET_UNIT: f64 = 0.1;
+
+fn trajectory(numbers: &[f64], period_s: f64) -> Designed {
+    assert_eq!(numbers.len(), NUMBERS);
+    let joint = |joint: usize| {
+        let own = &numbers[joint * NUMBERS / 2..];
+        FourierJoint {
+            offset_rad: own[0] / OFFSET_UNIT,
+            cosine_rate_rad_s: core::array::from_fn(|k| own[1 + k]),
+            sine_rate_rad_s: core::array::from_fn(|k| own[1 + HARMONICS + k]),
+        }
+    };
+    FourierTrajectory { period_s, joints: [joint(0), joint(1)] }
+}
+
+/// A trajectory of a shorter period that divides `period_s`, as one of that period.
+fn repeated(of: &FourierTrajectory, period_s: f64) -> Designed {
+    let times = (period_s / of.period_s).round().max(1.0) as usize;
+    let spread = |amplitudes: &[f64]| {
+        core::array::from_fn(|k| {
+            if (k + 1).is_multiple_of(times) {
+                amplitudes.get((k + 1) / times - 1).copied().unwrap_or(0.0)
+            } else {
+                0.0
+            }
+        })
+    };
+    let joints = of.joints.map(|joint| FourierJoint {
+        offset_rad: joint.offset_rad,
+        cosine_rate_rad_s: spread(&joint.cosine_rate_rad_s),
+        sine_rate_rad_s: spread(&joint.sine_rate_rad_s),
+    });
+    FourierTrajectory { period_s, joints }
+}
+
+fn random(stream: &Stream, index: usize, period_s: f64) -> Designed {
+    let numbers: Vec<f64> = (0..NUMBERS)
+        .map(|i| {
+            let draw = stream.normal((index * NUMBERS + i) as u64);
+            match i % (NUMBERS / 2) {
+                0 => START_OFFSET * OFFSET_UNIT * draw,
+                k => START_RATE * draw / (((k - 1) % HARMONICS + 1) as f64).sqrt(),
+            }
+        })
+        .collect();
+    trajectory(&numbers, period_s)
 }
 
 fn table(design: &Design, reference: &Assessment, found: &Assessment) -> String {
     let mut text = format!("bp1a, {} s, bound of each parameter in %\n\n{:<12}", design.duration_s, "");
     (1..=8).for_each(|i| text.push_str(&format!("{:>9}", format!("a{i}"))));
-    let rms = |of: &Assessment| 100.0 * (of.relative_sigma.norm_squared() / 8.0).sqrt();
     for (name, of) in [("trajectory B", reference), ("designed", found)] {
         let _ = write!(text, "{:>9}\n{name:<12}", if name == "designed" { "" } else { "RMS" });
         of.relative_sigma.iter().for_each(|sigma| text.push_str(&format!("{:>9.4}", 100.0 * sigma)));
-        let _ = write!(text, "{:>9.4}", rms(of));
+        let _ = write!(text, "{:>9.4}", 100.0 * of.relative_rms());
     }
-    let _ = writeln!(text, "\n\n{:<22}{:>12}{:>12}{:>12}", "largest", "trajectory B", "designed", "limit");
-    let rows = [
-        (
-            "joint angle [rad]",
-            reference.peaks.joint_angle_rad,
-            found.peaks.joint_angle_rad,
-            design.limits.joint_angle_rad,
-        ),
-        (
-            "joint rate [rad/s]",
-            reference.peaks.joint_rate_rad_s,
-            found.peaks.joint_rate_rad_s,
-            design.limits.joint_rate_rad_s,
-        ),
-        (
-            "base rate [rad/s]",
-            reference.peaks.base_rate_rad_s,
-            found.peaks.base_rate_rad_s,
-            design.limits.base_rate_rad_s,
-        ),
-        ("torque [N m]", reference.peaks.torque_n_m, found.peaks.torque_n_m, design.limits.torque_n_m),
-    ];
-    for (name, reference, found, limit) in rows {
-        let _ = writeln!(text, "{name:<22}{reference:>12.3}{found:>12.3}{limit:>12.3}");
+    let gain = reference.relative_rms() / found.relative_rms();
+    let _ = writeln!(
+        text,
+        "\n\nThe designed motion's bound is {gain:.2} times as tight: a record {:.2} times as long would do as much.",
+        gain * gain
+    );
+    let _ = writeln!(text, "\n{:<22}{:>12}{:>12}{:>12}", "largest", "trajectory B", "designed", "limit");
+    let names = ["joint angle [rad]", "joint rate [rad/s]", "base rate [rad/s]", "torque [N m]", "slosh stroke [m]"];
+    let (reference, found, limits) = (reference.peaks.values(), found.peaks.values(), design.limits.values());
+    for (i, name) in names.into_iter().enumerate().filter(|(i, _)| limits[*i].is_finite()) {
+        let _ = writeln!(text, "{name:<22}{:>12.3}{:>12.3}{:>12.3}", reference[i], found[i], limits[i]);
     }
     text
 }
 
 /// The built-in arm with the references of `trajectory`, controller by controller.
-fn plant_text(trajectory: &FourierTrajectory) -> String {
+fn plant_text(trajectory: &Designed) -> String {
     let (_, text) = BUILT_IN.iter().find(|(name, _)| *name == "free_floating_arm").expect("the arm is built in");
     let (mut joint, mut out) = (0, String::new());
     let list = |values: &[f64; HARMONICS]| values.map(|value| format!("{value:.6}")).join(", ");
+    let mut in_reference = false;
     for line in text.lines() {
-        let coefficients = trajectory.joints.get(joint);
+        if line.starts_with('[') {
+            in_reference = line.starts_with("[controller.reference]");
+        }
+        let coefficients = trajectory.joints.get(joint).filter(|_| in_reference);
         let replaced = match (line.split_once(" = ").map(|(key, _)| key), coefficients) {
+            (Some("period"), Some(_)) => format!("period = \"{} s\"", trajectory.period_s),
             (Some("offset"), Some(joint)) => format!("offset = \"{:.6} rad\"", joint.offset_rad),
             (Some("sine"), Some(joint)) => {
                 format!("sine = {{ unit = \"rad/s\", values = [{}] }}", list(&joint.cosine_rate_rad_s))
@@ -227,40 +320,58 @@ fn plant_text(trajectory: &FourierTrajectory) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::inertial::Inertial;
-
-    fn design() -> (Design, FourierTrajectory) {
-        let bench = Inertial::bp1a();
-        let design = Design {
-            alpha: truth(&bench.plant),
-            h_nms: bench.settings.h_nms,
-            sigma: sigma(&bench.plant),
-            rate_hz: 100.0,
-            duration_s: 60.0,
-            limits: limits(None).expect("defaults"),
-        };
-        (design, commanded(&bench.plant))
-    }
 
     #[test]
     fn a_short_search_already_beats_trajectory_b_within_its_limits() {
-        let (design, start) = design();
-        let (_, found) = search(&design, &start, 4000, 1).expect("within the limits");
-        assert_eq!(design.violations(&found), [0.0; 4]);
-        assert!(design.cost(&found) < design.cost(&design.assess(&start).expect("exciting")) - 0.005);
+        let bench = Inertial::bp1a();
+        let (design, b) = (design(&bench, &LimitsFile::default()), commanded(&bench.plant));
+        let (_, found) = search(&design, &b, 2, 60, 1).expect("within the limits");
+        assert_eq!(design.violations(&found), [0.0; physics::experiment_design::LIMITS]);
+        let reference = design.assess_at(&b, 3000).expect("exciting").relative_rms();
+        assert!(found.relative_rms() < 0.9 * reference, "{} {reference}", found.relative_rms());
     }
 
     #[test]
-    fn the_plant_file_that_is_written_commands_the_trajectory_that_was_found() {
-        let (_, start) = design();
-        let wanted = moved(&start, |i| 1e-3 * i as f64);
+    fn a_tank_that_must_not_be_shaken_is_not_shaken() {
+        let slosh = SloshFile { stroke_max_m: 0.007, frequency_hz: 0.5, damping_ratio: 0.02, position_m: [-0.4, 0.1] };
+        let bench = Inertial::bp1a();
+        let b = repeated(&commanded(&bench.plant), 60.0);
+        let design = design(&bench, &LimitsFile { slosh: Some(slosh), ..LimitsFile::default() });
+        let before = design.assess_at(&b, 6000).expect("exciting");
+        assert!(before.peaks.slosh_stroke_m > 0.008, "trajectory B shakes it: {}", before.peaks.slosh_stroke_m);
+        let (_, found) = descend(&design, &b, 40).expect("within the limits");
+        assert_eq!(design.violations(&found), [0.0; physics::experiment_design::LIMITS]);
+    }
+
+    #[test]
+    fn the_plant_file_that_is_written_commands_the_trajectory_that_was_found_and_keeps_its_promise() {
+        let bench = Inertial::bp1a();
+        let wanted = random(&Stream::new(1, "test"), 1, 60.0);
         let plant = plant::file::parse("designed", &plant_text(&wanted)).expect("a plant file").plant;
-        let read = commanded(&plant);
-        for (read, wanted) in read.joints.iter().zip(&wanted.joints) {
-            assert!((read.offset_rad - wanted.offset_rad).abs() < 1e-6);
+        for (controller, wanted) in plant.controllers.iter().zip(&wanted.joints) {
+            let plant::description::SignalKind::Fourier { offset, period_s, sine, cosine } =
+                &controller.reference[0].kind
+            else {
+                panic!("{:?}", controller.reference);
+            };
+            assert!((offset.value - wanted.offset_rad).abs() < 1e-6 && period_s.value == 60.0); // six decimals
             for k in 0..HARMONICS {
-                assert!((read.cosine_rate_rad_s[k] - wanted.cosine_rate_rad_s[k]).abs() < 1e-6); // six decimals
-                assert!((read.sine_rate_rad_s[k] - wanted.sine_rate_rad_s[k]).abs() < 1e-6);
+                assert!((sine[k].value - wanted.cosine_rate_rad_s[k]).abs() < 1e-6);
+                assert!((cosine[k].value - wanted.sine_rate_rad_s[k]).abs() < 1e-6);
+            }
+        }
+        assert_eq!(plant.simulation.period_s, bench.plant.simulation.period_s);
+    }
+
+    #[test]
+    fn trajectory_b_as_one_long_period_is_the_same_motion() {
+        let b = commanded(&Inertial::bp1a().plant);
+        let long = repeated(&b, 60.0);
+        for t in [0.0, 13.7, 44.1] {
+            let (one, two) = (b.at(t), long.at(t));
+            for joint in 0..2 {
+                assert!((one.angle_rad[joint] - two.angle_rad[joint]).abs() < 1e-12);
+                assert!((one.rate_rad_s[joint] - two.rate_rad_s[joint]).abs() < 1e-12);
             }
         }
     }

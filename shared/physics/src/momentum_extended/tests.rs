@@ -93,9 +93,11 @@ fn a_modulated_wheel_gives_absolute_parameters_although_nobody_knows_the_momentu
 fn an_unmoved_wheel_leaves_the_scale_unknown_and_momentum_without_h_is_refused() {
     let (truth, sigma) = (arm(), benchmark_sigma());
     let samples: Vec<MomentumSample> = record(&truth, &sigma, 30, 1, 1.0).iter().map(|sample| sample.motion).collect();
-    let still = with_wheel_modulation::<8, 9>(&samples, |_| 0.0, &sigma, &truth);
-    // Homogeneous: refused, or the trivial answer nothing.
-    assert!(still.is_err() || still.is_ok_and(|(found, _)| found.alpha[0].abs() < 1.0));
+    // Neither a wheel at rest nor one that turns steadily says the scale.
+    for held_nms in [0.0, 25.0] {
+        let still = with_wheel_modulation::<8, 9>(&samples, |_| held_nms, &sigma, &truth);
+        assert!(matches!(still, Err(MomentumError::WheelUnmoved { .. })), "{still:?}");
+    }
     let unknown = KnownMomentum { h_nms: 68.0, sigma_h_nms: 100.0 };
     let refused = weighted(&samples, unknown, &sigma, &truth);
     assert!(matches!(refused, Err(MomentumError::ScaleUnknown { .. })));

@@ -1,13 +1,14 @@
 //! BP1B: the same arm on a base that thrusts. Eight parameters, all linear, the total mass among them, absolute.
 //!
-//! The bound is the covariance of the filter started at the truth along a noise-free record with a prior a hundred times wider than
-//! what is found: it contains the noise of every sensor and of the actuators, unlike the bound with perfect kinematics.
+//! The bound contains the noise of every sensor and of the actuators, unlike the bound with perfect kinematics; it comes from a covariance
+//! recursion of its own along the motion with perfect sensors (`physics::flying_bound`), its prior a hundred times wider than what is found.
 
-use super::{CHANNELS, TORQUES, sigma};
+use super::{CHANNELS, TORQUES, planar_arm, sigma};
 use crate::bench::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
 use estimation::consistency::nees;
 use estimation::weighted_least_squares::Estimate;
+use physics::flying_bound;
 use physics::flying_filter::{FlyingFilter, FlyingSample, FlyingSettings, weak_form};
 use physics::free_floating::PlanarArm;
 use physics::free_flying::{FlyingGeometry, Pi, parameters};
@@ -45,17 +46,8 @@ impl Flying {
 
     /// The arm as the closed form describes it, and the base's centre of mass from the accelerometer.
     fn arm(&self) -> (PlanarArm, [f64; 2]) {
-        let at = |name: &str| number(&self.plant, name);
-        let base_com_m = ["hub.com.x", "hub.com.y"].map(at);
-        let shoulder = ["shoulder.position.x", "shoulder.position.y"].map(at);
-        let arm = PlanarArm {
-            mass_kg: ["hub.mass", "link_1.mass", "link_2.mass"].map(at),
-            inertia_com_kg_m2: ["hub.inertia.zz", "link_1.inertia.zz", "link_2.inertia.zz"].map(at),
-            base_to_joint_m: [shoulder[0] - base_com_m[0], shoulder[1] - base_com_m[1]],
-            joint_to_com_m: ["link_1.com.x", "link_2.com.x"].map(at),
-            com_to_next_m: at("elbow.position.x") - at("link_1.com.x"),
-        };
-        (arm, base_com_m)
+        let base_com_m = ["hub.com.x", "hub.com.y"].map(|name| number(&self.plant, name));
+        (planar_arm(&self.plant), base_com_m)
     }
 
     /// π of the arm that is simulated.
@@ -137,13 +129,12 @@ impl Flying {
         Some(filter.estimate())
     }
 
-    /// Covariance no estimator can beat.
+    /// Covariance no estimator can beat, from a recursion of its own.
     #[must_use]
     pub fn bound(&self) -> Option<Estimate<8>> {
         let truth = self.truth();
-        let mut filter = FlyingFilter::new(&self.settings(truth, truth.map(|value| BOUND_PRIOR * value.abs())));
-        self.perfect().iter().try_for_each(|sample| filter.push(sample)).ok()?;
-        Some(filter.estimate())
+        let settings = self.settings(truth, truth.map(|value| BOUND_PRIOR * value.abs()));
+        Some(Estimate { alpha: truth, covariance: flying_bound::bound(&self.perfect(), &settings)? })
     }
 
     fn answer(&self, estimate: Option<Estimate<8>>, honest: bool) -> Answer {

@@ -5,6 +5,7 @@ use crate::bench::campaign::Method;
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::{SMatrix, SVector};
 use physics::arm_filter::{ArmFilter, ArmFilterSettings, self_start};
+use physics::arm_live::{LiveEstimators, LiveSettings};
 use physics::arm_smoother::{SmootherStep, smooth};
 use physics::dynamic_equation::ArmSample;
 use physics::dynamic_equation_methods::{self as row_by_row, RowFilter, Rows};
@@ -74,6 +75,7 @@ pub(super) fn before_capture() -> Vec<Estimator<8, 9>> {
         ("de-weak", ukf, Model::Torque, weak),
         ("ukf", ukf, Model::Torque, |at, record| unscented::<8, 9, 13>(at, record, false)),
         ("ukf-momentum", ukf, Model::Joint, |at, record| unscented::<8, 9, 13>(at, record, true)),
+        ("ukf-flight", ukf, Model::Torque, flown::<8, 9, 13>),
         ("ml-smoother-no-h", ukf, Model::Torque, |at, record| smoothed::<8, 9, 13>(at, record, false)),
         ("ml-smoother", ukf, Model::Joint, |at, record| smoothed::<8, 9, 13>(at, record, true)),
     ])
@@ -88,6 +90,7 @@ pub(super) fn after_capture() -> Vec<Estimator<9, 10>> {
         ("momentum-wls-bc-recursive", &[], Model::Momentum, momentum_recursive),
         ("de-weak", &[], Model::Torque, weak),
         ("ukf", &[], Model::Torque, |at, record| unscented::<9, 10, 14>(at, record, false)),
+        ("ukf-flight", &[], Model::Torque, flown::<9, 10, 14>),
         ("ml-smoother-no-h", &[], Model::Torque, |at, record| smoothed::<9, 10, 14>(at, record, false)),
         ("ml-smoother", &[], Model::Joint, |at, record| smoothed::<9, 10, 14>(at, record, true)),
     ])
@@ -225,6 +228,22 @@ fn unscented<const P: usize, const A: usize, const X: usize>(
     let mut filter = ArmFilter::<P, X>::new(&settings);
     let done = record.samples.iter().try_for_each(|sample| filter.push(sample));
     claimed(at, done.map(|()| filter.estimate()))
+}
+
+/// The filter as it flies beside the momentum's estimate, started by it.
+fn flown<const P: usize, const A: usize, const X: usize>(at: &Inertial<P, A>, record: &Record) -> Answer {
+    let interval_ns = (1e9 * at.interval_s()).round() as u64;
+    let settings = LiveSettings {
+        momentum: at.settings,
+        torque_sigma_n_m: Some(at.torque_sigma_n_m()),
+        torque_scale_sd: 0.0,
+        interval_ns,
+    };
+    let mut live = LiveEstimators::<P, X>::new(&settings).expect("the momentum of the benchmark is known");
+    for (k, sample) in record.samples.iter().enumerate() {
+        live.push(k as u64 * interval_ns, sample).expect("simulated samples are finite");
+    }
+    claimed(at, live.filter().map(|filter| filter.estimate()).ok_or(()))
 }
 
 fn smoothed<const P: usize, const A: usize, const X: usize>(

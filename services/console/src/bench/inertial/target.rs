@@ -1,23 +1,31 @@
 //! The target's mass, centre of mass and inertia: the whole chain before capture (BP1A, BP1B) and after it, simulated.
 //!
-//! The momentum after capture is taken as known here; the chaser's data sheet is drawn anew for every record from the sigmas that the
+//! The momentum after capture is known, or found from a modulated wheel; or it is known and the target states its own numbers with honest
+//! sigmas, which are tested and fused. The chaser's data sheet is drawn anew for every record from the sigmas that the
 //! estimator is told.
 
-use super::Inertial;
 use super::flying::Flying;
 use super::methods::weighted;
+use super::wheel::Wheel;
+use super::{Inertial, planar_arm};
 use crate::bench::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::number;
 use estimation::consistency::nees;
 use estimation::weighted_least_squares::Estimate;
-use nalgebra::Vector4;
-use physics::free_floating::PlanarArm;
+use nalgebra::{Matrix4, Vector4};
 use physics::mated::Target;
 use physics::target::{ChaserPrior, Identified, TargetEstimate, recover};
+use physics::target_statement::fuse;
 use plant::noise::Stream;
 
 const NAMES: [&str; 4] = ["m_t", "x_t", "y_t", "I_t"];
-const METHODS: &[Method] = &[Method { name: "alpha, alpha', pi", paper_percent: &[] }];
+const METHODS: &[Method] = &[
+    Method { name: "h' known", paper_percent: &[] },
+    Method { name: "h' from a wheel", paper_percent: &[] },
+    Method { name: "h' known, target states", paper_percent: &[] },
+];
+/// Sigmas of what the target states of itself.
+const STATED_SD: [f64; 4] = [0.05, 5e-4, 5e-4, 0.1];
 /// Sigmas of the chaser's data sheet.
 const BASE_MASS_RELATIVE_SD: f64 = 0.3;
 const LINK_MASS_RELATIVE_SD: f64 = 0.02;
@@ -33,11 +41,12 @@ pub struct Chain {
     before: Inertial<8, 9>,
     flying: Flying,
     after: Inertial<9, 10>,
+    wheel: Wheel,
 }
 
 impl Chain {
     pub fn bp1() -> Self {
-        Self { before: Inertial::bp1a(), flying: Flying::bp1b(), after: Inertial::mated() }
+        Self { before: Inertial::bp1a(), flying: Flying::bp1b(), after: Inertial::mated(), wheel: Wheel::mated() }
     }
 
     fn truth(&self) -> Vector4<f64> {
@@ -45,21 +54,10 @@ impl Chain {
         Vector4::new(at("target.mass"), at("target.com.x"), at("target.com.y"), at("target.inertia.zz"))
     }
 
-    fn arm(&self) -> PlanarArm {
-        let at = |name: &str| number(&self.after.plant, name);
-        PlanarArm {
-            mass_kg: ["hub.mass", "link_1.mass", "link_2.mass"].map(at),
-            inertia_com_kg_m2: ["hub.inertia.zz", "link_1.inertia.zz", "link_2.inertia.zz"].map(at),
-            base_to_joint_m: ["shoulder.position.x", "shoulder.position.y"].map(at),
-            joint_to_com_m: ["link_1.com.x", "link_2.com.x"].map(at),
-            com_to_next_m: at("elbow.position.x") - at("link_1.com.x"),
-        }
-    }
-
     /// The data sheet of one record: the truth, every number off by its sigma times a normal number.
     fn prior(&self, stream: Option<&Stream>) -> ChaserPrior {
         let drawn = |i: u64| stream.map_or(0.0, |stream| stream.normal(i));
-        let mut arm = self.arm();
+        let mut arm = planar_arm(&self.after.plant);
         let mass_relative_sd = [BASE_MASS_RELATIVE_SD, LINK_MASS_RELATIVE_SD, LINK_MASS_RELATIVE_SD];
         for (i, sd) in mass_relative_sd.iter().enumerate() {
             arm.mass_kg[i] *= (sd * drawn(i as u64)).exp();
@@ -83,11 +81,21 @@ impl Chain {
         }
     }
 
-    fn identified(&self, seed: u64, record: usize) -> Option<Identified> {
+    /// Before and after capture, the momentum known; and after capture from the wheel.
+    fn identified(&self, seed: u64, record: usize) -> Option<(Identified, Identified)> {
         let before = weighted(&self.before, &self.before.wired(self.before.arm_record(seed, record)))?;
         let after = weighted(&self.after, &self.after.wired(self.after.arm_record(seed, record)))?;
-        let flying = self.flying.filtered(&self.flying.record(seed, record))?;
-        Some(Identified { before, after, flying: Some(flying) })
+        let flying = Some(self.flying.filtered(&self.flying.record(seed, record))?);
+        let wheel = first_nine(&self.wheel.found(seed, record)?);
+        Some((Identified { before, after, flying }, Identified { before, after: wheel, flying }))
+    }
+
+    /// What the target says of itself, off by its sigmas.
+    fn stated(&self, stream: &Stream) -> TargetEstimate {
+        let v = Vector4::from_fn(|i, _| self.truth()[i] + STATED_SD[i] * stream.normal(100 + i as u64));
+        let target = Target { mass_kg: v[0], grasp_to_com_m: [v[1], v[2]], inertia_com_kg_m2: v[3] };
+        let covariance = Matrix4::from_diagonal(&Vector4::from(STATED_SD).map(|sd| sd * sd));
+        TargetEstimate { target, covariance, chi_square: 0.0 }
     }
 
     fn answer(&self, found: &TargetEstimate) -> Answer {
@@ -101,19 +109,26 @@ impl Chain {
         }
     }
 
-    /// Sigmas from the bounds of the three experiments.
-    fn bound(&self) -> Option<Vector4<f64>> {
-        let before = Estimate {
-            alpha: super::truth(&self.before.plant),
-            covariance: self.before.momentum_information().bound()?,
-        };
-        let after =
-            Estimate { alpha: super::truth(&self.after.plant), covariance: self.after.momentum_information().bound()? };
-        let flying = Estimate { alpha: self.flying.truth(), covariance: self.flying.bound()?.covariance };
-        let identified = Identified { before, after, flying: Some(flying) };
-        let found = recover(&self.prior(None), &identified, &GUESS).ok()?;
-        Some(found.covariance.diagonal().map(f64::sqrt))
+    /// Covariances from the bounds of the experiments: momentum known, from the wheel, known with what the target states.
+    fn bounds(&self) -> Option<[Matrix4<f64>; 3]> {
+        let alpha = super::truth(&self.before.plant);
+        let before = Estimate { alpha, covariance: self.before.momentum_information().bound()? };
+        let alpha = super::truth(&self.after.plant);
+        let after = Estimate { alpha, covariance: self.after.momentum_information().bound()? };
+        let wheel = self.wheel.information().bound()?.fixed_view::<9, 9>(0, 0).into_owned();
+        let flying = Some(Estimate { alpha: self.flying.truth(), covariance: self.flying.bound()?.covariance });
+        let of = |after| recover(&self.prior(None), &Identified { before, after, flying }, &GUESS).ok();
+        let (known, unknown) = (of(after)?, of(Estimate { alpha, covariance: wheel })?);
+        let stated = Matrix4::from_diagonal(&Vector4::from(STATED_SD).map(|sd| 1.0 / (sd * sd)));
+        let both = (known.covariance.try_inverse()? + stated).try_inverse()?;
+        Some([known.covariance, unknown.covariance, both])
     }
+}
+
+/// Without the momentum itself.
+fn first_nine(found: &Estimate<10>) -> Estimate<9> {
+    let alpha = found.alpha.fixed_rows::<9>(0).into_owned();
+    Estimate { alpha, covariance: found.covariance.fixed_view::<9, 9>(0, 0).into_owned() }
 }
 
 impl Benchmark for Chain {
@@ -122,8 +137,13 @@ impl Benchmark for Chain {
     }
 
     fn parameters(&self) -> Option<Vec<Parameter>> {
-        let (truth, bound) = (self.truth(), self.bound()?);
-        Some((0..4).map(|i| Parameter { name: NAMES[i], truth: truth[i], bound: bound[i] }).collect())
+        let (truth, [bound, ..]) = (self.truth(), self.bounds()?);
+        Some((0..4).map(|i| Parameter { name: NAMES[i], truth: truth[i], bound: bound[(i, i)].sqrt() }).collect())
+    }
+
+    fn method_bounds(&self) -> Option<Vec<Vec<f64>>> {
+        let sigmas = |bound: &Matrix4<f64>| bound.diagonal().map(f64::sqrt).as_slice().to_vec();
+        Some(self.bounds()?.iter().map(sigmas).collect())
     }
 
     fn methods(&self) -> &[Method] {
@@ -132,16 +152,18 @@ impl Benchmark for Chain {
 
     fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
         let stream = Stream::new(seed, &format!("record{record}.data_sheet"));
-        let found =
-            self.identified(seed, record).map(|identified| recover(&self.prior(Some(&stream)), &identified, &GUESS));
-        vec![match found {
-            Some(Ok(found)) => self.answer(&found),
-            _ => Answer::none(4),
-        }]
+        let Some((known, wheel)) = self.identified(seed, record) else { return vec![Answer::none(4); METHODS.len()] };
+        let found = |identified: &Identified| recover(&self.prior(Some(&stream)), identified, &GUESS).ok();
+        let (known, wheel) = (found(&known), found(&wheel));
+        let both = known.and_then(|known| fuse(&known, &self.stated(&stream)).ok().map(|(both, _)| both));
+        [known, wheel, both]
+            .iter()
+            .map(|found| found.as_ref().map_or_else(|| Answer::none(4), |found| self.answer(found)))
+            .collect()
     }
 
     fn costs(&self) -> Vec<Cost> {
-        let Some(identified) = self.identified(0, 0) else { return Vec::new() };
-        vec![cost(1, || recover(&self.prior(None), &identified, &GUESS), |_| ())]
+        let Some((identified, _)) = self.identified(0, 0) else { return Vec::new() };
+        (0..METHODS.len()).map(|_| cost(1, || recover(&self.prior(None), &identified, &GUESS), |_| ())).collect()
     }
 }

@@ -1,0 +1,93 @@
+//! What the partition that flies publishes in the default mission, read back from its recording: both estimates of the arm, the sensor
+//! sheet's sigma, what the data did to the prior, and the target's numbers.
+
+use console::bench::inertial::{Inertial, truth};
+use nalgebra::{SMatrix, SVector};
+use recording::RecordedRun;
+use std::process::Command;
+use telemetry::{ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Phase, TargetEstimate, Topic};
+
+/// One arm experiment and what follows; the default scenario without slosh and modal.
+fn flown(name: &str, change: impl Fn(&mut String)) -> RecordedRun {
+    let folder = std::env::temp_dir().join(format!("obsid-mission-{name}-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let default = concat!(env!("CARGO_MANIFEST_DIR"), "/deploy/scenarios/default.toml");
+    let text = std::fs::read_to_string(default).expect("the default scenario");
+    let (head, rest) = text.split_at(text.find("# BP3A").expect("modal comes first"));
+    let mut text = format!("{head}{}", &rest[rest.find("# BP1A").expect("then the arm")..]);
+    // Capture waits for the models that are left out here.
+    text = text.replace("operator_override = false", "operator_override = true");
+    change(&mut text);
+    let (scenario, file) = (folder.join("scenario.toml"), folder.join("flight.mcap"));
+    std::fs::write(&scenario, text).expect("a scenario");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_obsid"));
+    let run = command.args(["run", "--link", "lockstep", "--json", "--record"]).arg(&file).arg(&scenario);
+    let out = run.output().expect("it runs");
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let recorded = recording::read_mcap_topics(&file, telemetry::is_result).expect("a recording");
+    std::fs::remove_dir_all(&folder).expect("its own folder");
+    recorded
+}
+
+fn last(recorded: &RecordedRun, topic: Topic<Estimate>, phase: Phase) -> Estimate {
+    let closing = |estimate: &&Estimate| estimate.closing == 1 && estimate.phase == phase.code();
+    let all = recorded.of(topic).map(|(_, estimate)| estimate);
+    *all.filter(closing).last().expect("an experiment was closed")
+}
+
+fn nees<const P: usize>(estimate: &Estimate, truth: &SVector<f64, P>) -> f64 {
+    assert_eq!((estimate.status, usize::from(estimate.count)), (0, P));
+    let error = SVector::<f64, P>::from_fn(|i, _| estimate.values[i] - truth[i]);
+    let covariance = SMatrix::<f64, P, P>::from_fn(|i, j| estimate.covariance[i][j]);
+    error.dot(&covariance.cholesky().expect("positive").solve(&error))
+}
+
+fn targets(recorded: &RecordedRun) -> Vec<TargetEstimate> {
+    recorded.of(ESTIMATE_TARGET).map(|(_, target)| *target).collect()
+}
+
+fn target_nees(found: &TargetEstimate) -> f64 {
+    let error = SVector::<f64, 4>::from(found.values) - SVector::<f64, 4>::from([150.0, 0.60, 0.15, 40.0]);
+    let covariance = SMatrix::<f64, 4, 4>::from_fn(|i, j| found.covariance[i][j]);
+    error.dot(&covariance.cholesky().expect("positive").solve(&error))
+}
+
+/// χ², 99.9 %, of 4, 8 and 9 degrees of freedom.
+const CHI_SQUARE_4: f64 = 18.5;
+const CHI_SQUARE_8: f64 = 26.1;
+const CHI_SQUARE_9: f64 = 27.9;
+
+#[test]
+fn both_estimates_of_the_arm_are_published_in_both_phases_and_the_target_is_weighed() {
+    let recorded = flown("default", |_| ());
+    let (eight, nine) = (truth::<8>(&Inertial::bp1a().plant), truth::<9>(&Inertial::mated().plant));
+    for topic in [ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE] {
+        let (before, after) = (last(&recorded, topic, Phase::PreCapture), last(&recorded, topic, Phase::Mated));
+        let found = (nees(&before, &eight), nees(&after, &nine));
+        assert!(found.0 < CHI_SQUARE_8 && found.1 < CHI_SQUARE_9, "{found:?}");
+    }
+    let before = last(&recorded, ESTIMATE_INERTIAL, Phase::PreCapture);
+    for i in 0..8 {
+        let (consider, noise) = (before.auxiliary[i], before.covariance[i][i].sqrt());
+        assert!(consider > 0.1 * noise && consider < 20.0 * noise, "a{}: {consider} beside {noise}", i + 1);
+    }
+    assert!(before.auxiliary[9].abs() < 0.5, "every parameter is identified: {}", before.auxiliary[9]);
+    let [stated, found] = targets(&recorded)[..] else { panic!("stated and found") };
+    assert!(stated.is_intact() && found.is_intact());
+    assert_eq!((stated.origin, stated.status, found.origin, found.status), (0, 0, 2, 0));
+    assert!(target_nees(&found) < CHI_SQUARE_4, "{found:?}");
+    assert!(found.covariance[0][0].sqrt() < 0.75, "better than what was stated alone: {found:?}");
+}
+
+#[test]
+fn a_target_that_is_not_what_it_says_is_refused_and_so_is_a_statement_with_a_wrong_crc() {
+    // The mass is off by 10 kg, thirteen of its own sigmas and some twenty of what is found.
+    let lies = flown("lies", |text| *text = text.replace("mass_kg = 150.6", "mass_kg = 160.6"));
+    let [_, found] = targets(&lies)[..] else { panic!("stated and found") };
+    assert_eq!((found.origin, found.status), (1, 2));
+    assert!(found.chi_square > CHI_SQUARE_4, "{}", found.chi_square);
+    assert!(target_nees(&found) < CHI_SQUARE_4, "what is found stands alone: {found:?}");
+    let broken = flown("crc", |text| *text = text.replace("mass_kg = 150.6", "mass_kg = 150.6\ncrc32 = 1"));
+    let [stated, found] = targets(&broken)[..] else { panic!("stated and found") };
+    assert_eq!((stated.status, found.origin, found.status), (1, 1, 0));
+}
