@@ -26,6 +26,7 @@
 //! | `slosh` | propellant as spring, mass and damper on one axis |
 //! | `slosh_arc` | any record length in 2048 blocks |
 //! | `slosh_scan`, `slosh_likelihood`, `slosh_estimator` | global start and maximum likelihood over the arc |
+//! | `slosh_prior` | a tank believed before the record, and what the record did to it |
 //! | `slosh_filter` | the same parameters by a square-root unscented filter, one pass or two |
 //! | `slosh_observability` | what a formulation leaves without a trace |
 //! | `slosh_plan` | bound and stroke of an experiment before it is flown |
@@ -73,6 +74,7 @@ pub mod slosh_planar;
 pub mod slosh_planar_fit;
 pub mod slosh_planar_id;
 pub mod slosh_planar_scan;
+pub mod slosh_prior;
 pub mod slosh_scan;
 pub mod slosh_srivc;
 pub mod slosh_suspension;

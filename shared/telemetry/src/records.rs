@@ -109,7 +109,7 @@ record! {
         consistent: u32, "-", "-", "1 when the parameters are physically possible";
         values: [f64; PARAMETERS_MAX], "see parameter list", "-", "parameters";
         covariance: [[f64; PARAMETERS_MAX]; PARAMETERS_MAX], "products of the units", "-", "covariance of the parameters";
-        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "slosh: displacement [m], rate [m/s] and time [s] at the end of the arc and accelerometer bias [m/s^2]; modal: dominant channel of each mode; 10, 11: numbers of a status";
+        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "slosh: displacement [m], rate [m/s] and time [s] at the end of the arc, accelerometer bias [m/s^2], and of each parameter 1 identified, 2 prior kept, 3 not excited, 0 no prior; modal: dominant channel of each mode; 10, 11: numbers of a status";
         innovation: Innovation, "-", "-", "latest innovation record";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         nis_count: f64, "-", "-", "rows in that mean";
