@@ -188,6 +188,10 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     /// Keeps what the oldest `blocks` say of the parameters, about the estimate of now; nothing when there is none.
     fn remember(&mut self, blocks: usize) {
         let Ok(estimate) = self.estimate() else { return };
+        // A prior that was kept is no place to expand about: blocks that showed nothing leave nothing.
+        if self.last.is_none() {
+            return;
+        }
         let (at, SloshSettings { base_mass_kg, unknowns }) = (estimate.hypothesis, self.settings);
         let said = likelihood_until(&self.arc, blocks, base_mass_kg, &at, unknowns, |_| {});
         let mut now = Remembered { at, information: said.information, gradient: said.gradient };
@@ -246,11 +250,12 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     /// The prior as the answer of a record that shows no slosh; its misfit is that of the prior.
     fn keep(&self, prior: &TankPrior) -> Option<SloshEstimate> {
         let SloshSettings { base_mass_kg, unknowns } = self.settings;
-        let mut here = likelihood(&self.arc, base_mass_kg, &prior.hypothesis(), unknowns, |_| {});
-        let bias = here.gradient[3] / here.information[(3, 3)];
-        let hypothesis =
-            SloshHypothesis { bias_m_s2: if unknowns.kept() > 3 { bias } else { 0.0 }, ..prior.hypothesis() };
-        here.information = Matrix6::identity();
+        let mut hypothesis = prior.hypothesis();
+        let at = |hypothesis: &SloshHypothesis| likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |_| {});
+        let unbiased = at(&hypothesis);
+        // Zero where the bias is known.
+        hypothesis.bias_m_s2 = unbiased.gradient[3] / unbiased.information[(3, 3)];
+        let here = Likelihood { information: Matrix6::identity(), ..at(&hypothesis) };
         let kept = self.report(&hypothesis, &here, 0, true).ok()?.0;
         let covariance = Matrix3::from_diagonal(&prior.sigma.component_mul(&prior.sigma));
         let standing = Some(prior.standing_unseen(&self.arc, base_mass_kg));
@@ -294,7 +299,18 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
                 break;
             }
         }
-        outcome
+        self.or_near_the_prior(outcome)
+    }
+
+    /// The maximum next to the prior where that is the more likely one: the strongest line may be another mode's.
+    fn or_near_the_prior(&self, outcome: Result<Solved, SloshError>) -> Result<Solved, SloshError> {
+        let near = self.prior.map(|prior| self.maximise(&prior.hypothesis(), true));
+        let misfit = |solved: &Solved| self.likelihood(&solved.0.hypothesis).chi_square;
+        match (outcome, near) {
+            (Ok(found), Some(Ok(near))) => Ok(if misfit(&near) < misfit(&found) { near } else { found }),
+            (Err(_), Some(Ok(near))) => Ok(near),
+            (outcome, _) => outcome,
+        }
     }
 
     /// The reason why nothing was found, when it lies in the gaps.
