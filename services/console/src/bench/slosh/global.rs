@@ -42,8 +42,8 @@ impl RandomTanks {
         let mut tank = self.craft.clone();
         for (name, value) in [
             ("fuel.mass", slosh_mass_kg),
-            ("fuel.stiffness", mu * omega * omega),
-            ("fuel.damping", 2.0 * draw(2, 0.002, 0.05) * omega * mu),
+            ("fuel.stiffness.x", mu * omega * omega),
+            ("fuel.damping.x", 2.0 * draw(2, 0.002, 0.05) * omega * mu),
         ] {
             tank.plant.set_parameter(name, value).expect("the benchmark's tank has these numbers");
         }
