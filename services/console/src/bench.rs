@@ -73,6 +73,9 @@ enum Problem {
     /// The same within half a metre of stroke, with the paper's accelerometer and with a quieter one
     #[value(name = "bp2-stroke")]
     SloshStroke,
+    /// Tanks drawn at random, found from the scan alone
+    #[value(name = "bp2-global")]
+    SloshGlobal,
     /// Slosh on two springs in the plane, from accelerometer and gyro
     #[value(name = "bp2-planar")]
     SloshPlanar,
@@ -107,6 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             measure(arguments, &slosh::Slosh::stroke(1.0))?;
             measure(arguments, &slosh::Slosh::stroke(0.0013 / 0.008))
         }
+        Problem::SloshGlobal => measure(arguments, &slosh::global::RandomTanks::new()),
         Problem::SloshPlanar => measure(arguments, &slosh::planar::Planar::bp2()),
         Problem::SloshTankModel => {
             measure(arguments, &slosh::tank_model::TankModelChoice::pendulum())?;

@@ -100,6 +100,10 @@ impl Limits {
             let good = *number > 0.0 && *number <= NUMBER_MAX;
             self.unless(good, "slosh.known.expected", number, "mass, stiffness and damping must be above 0");
         }
+        for number in known.expected_sigma.iter().flatten() {
+            let good = *number > 0.0 && *number <= NUMBER_MAX;
+            self.unless(good, "slosh.known.expected_sigma", number, "standard deviations must be above 0");
+        }
         if slosh.plant.is_some() {
             let frames = known.interval_s / period_s;
             let whole = frames >= 0.999_999 && (frames - frames.round()).abs() < 1e-6;

@@ -63,7 +63,7 @@ pub fn arm(experiment: &ArmExperiment, grasped: bool, setting: Setting<'_>) -> R
     vehicle(used, &plant, setting)
 }
 
-/// The tank of an experiment under the experiment's thrust.
+/// The tank of an experiment under the experiment's thrust; under the plant's own where the scenario states none.
 ///
 /// # Errors
 /// See [`SystemsError`].
@@ -71,15 +71,17 @@ pub fn tank(experiment: &SloshExperiment, setting: Setting<'_>) -> Result<Option
     let Some(used) = &experiment.plant else { return Ok(None) };
     let mut plant = plant(used)?;
     plant.simulation.period_s = experiment.known.interval_s;
-    command(
-        &mut plant,
-        SignalKind::Sine {
-            amplitude: Quantity::known(experiment.force_amplitude_n),
-            frequency_hz: Quantity::known(experiment.force_frequency_hz),
-            phase_rad: Quantity::known(0.0),
-        },
-    )
-    .map_err(|reason| refused(used, reason))?;
+    if experiment.force_amplitude_n != 0.0 {
+        command(
+            &mut plant,
+            SignalKind::Sine {
+                amplitude: Quantity::known(experiment.force_amplitude_n),
+                frequency_hz: Quantity::known(experiment.force_frequency_hz),
+                phase_rad: Quantity::known(0.0),
+            },
+        )
+        .map_err(|reason| refused(used, reason))?;
+    }
     vehicle(used, &plant, setting)
 }
 

@@ -1,22 +1,36 @@
 //! Slosh mass, stiffness and damping on one axis (BP2, 1-D): maximum likelihood over a fixed-memory arc.
 //!
+//! Every sample goes into the arc as it comes; an answer is solved for when one is due. A record that begins late or has a
+//! gap leaves the slosh state unknown there, and it is estimated. With a prior (`expected` and `expected_sigma` of the
+//! scenario) any thrust will do, station keeping's too: each number says whether it was identified, whether the prior was
+//! kept, or whether nothing excited it (`auxiliary` 4 to 6: 1, 2, 3; 0 without a prior). All memory is taken at the start.
+//!
 //! May import: physics, estimation, runtime, telemetry. Must never know: the plant, recordings.
 #![forbid(unsafe_code)]
 
+use nalgebra::Vector3;
+use physics::consider::Excitation;
+use physics::slosh::SloshParameters;
 use physics::slosh_arc::SloshSample;
 use physics::slosh_estimator::{SloshError, SloshEstimate, SloshEstimator, SloshSettings};
 use physics::slosh_likelihood::SloshUnknowns;
+use physics::slosh_prior::TankPrior;
 use runtime::experiment::{ExperimentWindow, Step};
 use runtime::scenario::SloshKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    ACTUATORS, Domain, ESTIMATE_SLOSH, Estimate, Experiment, IMU, Innovation, PartitionId, Sample, TopicId,
+    ACTUATORS, Actuators, Domain, ESTIMATE_SLOSH, Estimate, Experiment, IMU, Imu, Innovation, PartitionId, Sample,
+    TopicId,
 };
 
 const PARAMETERS: usize = 3;
-/// Residuals beyond this many sigma are counted as not accepted by the record; the estimator uses them all.
-const GATE_SIGMA: f64 = 5.0;
+/// Innovations beyond this many sigma are marked as not accepted; the estimator uses them all.
+const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
+/// A first sample further than this many intervals behind the experiment's begin is late: what came before is not known.
+const LATE_INTERVALS: f64 = 1.5;
+/// Places of the three standings in `Estimate::auxiliary`.
+const STANDINGS: usize = 4;
 /// Places of the two numbers of a refusal in `Estimate::auxiliary`.
 const NUMBERS_OF_STATUS: usize = 10;
 /// `Estimate::status` when the scenario does not say what has to be known.
@@ -25,10 +39,12 @@ const STATUS_NOT_KNOWN: u32 = 1;
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct State {
     window: ExperimentWindow,
-    estimator: Option<Box<SloshEstimator>>,
+    /// Between the begin of an experiment and its closing estimate.
+    is_open: bool,
     rows: u32,
+    begin_ns: u64,
     /// Begin of the first interval: times of the arc count from there.
-    t_begin_ns: Option<u64>,
+    t_first_ns: Option<u64>,
     /// End of the last interval.
     t_end_ns: u64,
     /// End of the last interval with an acceleration.
@@ -38,6 +54,7 @@ struct State {
 /// The partition.
 pub struct SloshId {
     state: State,
+    estimator: Box<SloshEstimator>,
     known: Option<SloshKnown>,
     replays: bool,
 }
@@ -47,11 +64,8 @@ pub struct SloshId {
 /// # Errors
 /// None: what is not known is refused when an experiment asks for it.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
-    Ok(Box::new(SloshId {
-        state: State::default(),
-        known: run.scenario.slosh.as_ref().map(|slosh| slosh.known.clone()),
-        replays: run.replay.as_ref().is_some_and(|replay| replay.slosh),
-    }))
+    let replays = run.replay.as_ref().is_some_and(|replay| replay.slosh);
+    Ok(Box::new(SloshId::new(run.scenario.slosh.as_ref().map(|slosh| slosh.known.clone()), replays)))
 }
 
 impl Partition for SloshId {
@@ -68,114 +82,156 @@ impl Partition for SloshId {
             if self.replays { &[Experiment::Slosh, Experiment::Replay] } else { &[Experiment::Slosh] };
         match self.state.window.step(frame, mine) {
             Step::Idle => {}
-            Step::Abort => self.state.estimator = None,
+            Step::Abort => self.state.is_open = false,
             Step::Begin => {
-                self.begin();
-                self.take(frame);
+                self.begin(frame.t_ns);
+                self.take(frame.samples(IMU), frame.samples(ACTUATORS));
             }
             Step::Go => {
-                self.take(frame);
+                self.take(frame.samples(IMU), frame.samples(ACTUATORS));
                 if self.state.window.estimate_is_due(frame) {
-                    self.publish(frame, false, out);
+                    out.publish(ESTIMATE_SLOSH, &self.estimate(frame.number, frame.t_ns, false));
                 }
             }
             Step::Close => {
-                self.publish(frame, true, out);
+                out.publish(ESTIMATE_SLOSH, &self.estimate(frame.number, frame.t_ns, true));
                 // What is closed need not be carried from checkpoint to checkpoint.
-                self.state.estimator = None;
+                self.state.is_open = false;
             }
         }
     }
 
     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
-        runtime::save_state(&self.state, state)
+        runtime::save_state(&(&self.state, self.state.is_open.then_some(&self.estimator)), state)
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
-        self.state = runtime::restore_state(state)?;
+        let (small, estimator): (State, Option<Box<SloshEstimator>>) = runtime::restore_state(state)?;
+        self.state = small;
+        if let Some(estimator) = estimator {
+            self.estimator = estimator;
+        }
         Ok(())
     }
 }
 
 impl SloshId {
-    fn begin(&mut self) {
-        let estimator = self.known.as_ref().map(|known| {
-            // Not known to be at rest is not at rest: the state is then estimated with the rest.
-            let unknowns = match known.starts_at_rest {
-                Some(true) => SloshUnknowns::Parameters,
-                _ => SloshUnknowns::ParametersStateBias,
-            };
-            Box::new(SloshEstimator::new(SloshSettings { base_mass_kg: known.m_0_kg, unknowns }))
-        });
-        self.state = State { window: self.state.window, estimator, ..State::default() };
+    fn new(known: Option<SloshKnown>, replays: bool) -> Self {
+        Self { state: State::default(), estimator: fresh(known.as_ref(), false), known, replays }
+    }
+
+    fn begin(&mut self, begin_ns: u64) {
+        let window = self.state.window;
+        self.state = State { window, is_open: true, begin_ns, ..State::default() };
+        self.renew(true);
+    }
+
+    /// Begins with nothing, in the memory there is.
+    fn renew(&mut self, saw_the_begin: bool) {
+        if let Some(known) = &self.known {
+            *self.estimator = estimator(known, saw_the_begin);
+        }
     }
 
     /// Pairs force and acceleration of the same interval. An acceleration that is not valid leaves the force, which
     /// still drives the slosh (`runtime::pairs` would leave out both, and that is a gap).
-    fn take(&mut self, frame: &Frame<'_>) {
-        let State { estimator: Some(estimator), rows, t_begin_ns, t_end_ns, t_measured_ns, .. } = &mut self.state
-        else {
+    fn take(&mut self, imus: &[Imu], forces: &[Actuators]) {
+        let Some((axis, vrw)) = self.known.as_ref().map(|k| (k.axis.index(), k.accelerometer_vrw_m_s_sqrt_h)) else {
             return;
         };
-        let Some(known) = &self.known else { return };
-        let axis = known.axis.index();
-        let forces = frame.samples(ACTUATORS);
-        for imu in frame.samples(IMU) {
+        for imu in imus {
             let begin_ns = imu.header.t_meas_ns;
             let Some(force) = forces.iter().find(|force| force.header.t_meas_ns == begin_ns) else { continue };
             let (interval_s, force_n) = (imu.interval_s, force.force_b_n[axis]);
             let is_measured = imu.valid >> (3 + axis) & 1 == 1;
             let sample = if is_measured {
-                SloshSample {
-                    interval_s,
-                    force_n,
-                    acceleration_m_s2: imu.acceleration_b_m_s2[axis],
-                    sigma_m_s2: known.accelerometer_vrw_m_s_sqrt_h / 60.0 / interval_s.sqrt(),
-                }
+                let (acceleration_m_s2, sigma_m_s2) = (imu.acceleration_b_m_s2[axis], vrw / 60.0 / interval_s.sqrt());
+                SloshSample { interval_s, force_n, acceleration_m_s2, sigma_m_s2 }
             } else {
                 SloshSample::thrust_alone(interval_s, force_n)
             };
+            let first_ns = self.first(begin_ns, interval_s);
             // Seconds since the first interval, negative for a stamp from before it: the arc refuses that one.
-            let begin_s = begin_ns as i64 - *t_begin_ns.get_or_insert(begin_ns) as i64;
-            if estimator.push_at(begin_s as f64 * 1e-9, &sample).is_ok() {
-                *t_end_ns = begin_ns + (interval_s * 1e9).round() as u64;
+            let begin_s = begin_ns as i64 - first_ns as i64;
+            if self.estimator.push_at(begin_s as f64 * 1e-9, &sample).is_ok() {
+                self.state.t_end_ns = begin_ns + (interval_s * 1e9).round() as u64;
                 if is_measured {
-                    *rows += 1;
-                    *t_measured_ns = *t_end_ns;
+                    self.state.rows += 1;
+                    self.state.t_measured_ns = self.state.t_end_ns;
                 }
             }
         }
     }
 
-    fn publish(&mut self, frame: &Frame<'_>, closing: bool, out: &mut Outputs) {
-        let mut sample = Estimate::zeroed_at(frame.t_ns);
-        sample.frame = frame.number;
+    /// Begin of the first interval; when this one is it and comes late, the estimator learns that the start is not known.
+    fn first(&mut self, begin_ns: u64, interval_s: f64) -> u64 {
+        if let Some(first_ns) = self.state.t_first_ns {
+            return first_ns;
+        }
+        if begin_ns.saturating_sub(self.state.begin_ns) as f64 * 1e-9 > LATE_INTERVALS * interval_s {
+            self.renew(false);
+        }
+        self.state.t_first_ns = Some(begin_ns);
+        begin_ns
+    }
+
+    fn estimate(&mut self, frame: u64, t_ns: u64, closing: bool) -> Estimate {
+        let mut sample = Estimate::zeroed_at(t_ns);
+        sample.frame = frame;
         sample.domain = Domain::Slosh.code();
         sample.phase = self.state.window.phase().code();
         sample.closing = u16::from(closing);
-        sample.innovation.rows = self.state.rows;
-        sample.innovation.generation = self.state.window.generation.into();
-        match self.state.estimator.as_mut().map(|estimator| estimator.estimate()) {
-            Some(Ok(estimate)) => {
+        sample.innovation = Innovation {
+            rows: self.state.rows,
+            gate: GATE_SIGMA,
+            generation: self.state.window.generation.into(),
+            ..Innovation::default()
+        };
+        if self.known.is_none() {
+            sample.status = STATUS_NOT_KNOWN;
+            return sample;
+        }
+        match self.estimator.estimate() {
+            Ok(estimate) => {
                 fill(&mut sample, &estimate);
                 sample.auxiliary[2] = self.state.t_end_ns as f64 * 1e-9;
-                sample.innovation = Innovation {
-                    t_ns: self.state.t_measured_ns,
-                    ..innovation(estimate.last_residual, &sample.innovation)
-                };
+                sample.innovation.t_ns = self.state.t_measured_ns;
             }
-            Some(Err(error)) => refuse(&mut sample, &error),
-            None => sample.status = STATUS_NOT_KNOWN,
+            Err(error) => refuse(&mut sample, &error),
         }
-        out.publish(ESTIMATE_SLOSH, &sample);
+        sample
     }
 }
 
-/// The last block's residual in units of its standard deviation: its variance is one by construction.
-fn innovation(residual: f64, counts: &Innovation) -> Innovation {
-    let test_ratio = residual * residual / (GATE_SIGMA * GATE_SIGMA);
-    let accepted = u32::from(test_ratio <= 1.0);
-    Innovation { innovation: residual, variance: 1.0, test_ratio, gate: GATE_SIGMA, accepted, ..*counts }
+fn fresh(known: Option<&SloshKnown>, saw_the_begin: bool) -> Box<SloshEstimator> {
+    let nothing = SloshSettings { base_mass_kg: 1.0, unknowns: SloshUnknowns::Parameters };
+    Box::new(known.map_or_else(|| SloshEstimator::new(nothing), |known| estimator(known, saw_the_begin)))
+}
+
+/// Not known to be at rest is not at rest: the state is then estimated with the rest.
+fn estimator(known: &SloshKnown, saw_the_begin: bool) -> SloshEstimator {
+    let unknowns = match known.starts_at_rest {
+        Some(true) if saw_the_begin => SloshUnknowns::Parameters,
+        _ => SloshUnknowns::ParametersStateBias,
+    };
+    let estimator = SloshEstimator::new(SloshSettings { base_mass_kg: known.m_0_kg, unknowns });
+    let positive = known.expected.filter(|numbers| numbers.iter().all(|number| *number > 0.0));
+    let spread = known.expected_sigma.filter(|numbers| numbers.iter().all(|number| *number > 0.0));
+    match (positive, spread) {
+        (Some([slosh_mass_kg, stiffness_n_m, damping_n_s_m]), Some(sigma)) => estimator.with_prior(TankPrior {
+            parameters: SloshParameters { slosh_mass_kg, stiffness_n_m, damping_n_s_m },
+            sigma: Vector3::from(sigma),
+        }),
+        _ => estimator,
+    }
+}
+
+const fn code(standing: Excitation) -> f64 {
+    match standing {
+        Excitation::Identified => 1.0,
+        Excitation::PriorKept => 2.0,
+        Excitation::NotExcited => 3.0,
+    }
 }
 
 /// Codes of `telemetry::status_text` and the two numbers that prove them.
@@ -205,6 +261,15 @@ fn fill(sample: &mut Estimate, estimate: &SloshEstimate) {
     sample.auxiliary[0] = estimate.state_at_end.displacement_m;
     sample.auxiliary[1] = estimate.state_at_end.velocity_m_s;
     sample.auxiliary[3] = estimate.hypothesis.bias_m_s2;
+    if let Some(standing) = estimate.standing {
+        sample.auxiliary[STANDINGS..STANDINGS + PARAMETERS].copy_from_slice(&standing.map(code));
+    }
+    if let Some(newest) = estimate.innovation {
+        let record = &mut sample.innovation;
+        (record.innovation, record.variance) = (newest.innovation, newest.variance);
+        record.test_ratio = newest.innovation * newest.innovation / (GATE_SIGMA * GATE_SIGMA * newest.variance);
+        record.accepted = u32::from(record.test_ratio <= 1.0);
+    }
     sample.nis_mean = estimate.chi_square_per_degree();
     sample.nis_count = estimate.degrees_of_freedom as f64;
     for (scale, verdict) in estimate.whiteness.verdicts().iter().enumerate() {
@@ -212,3 +277,6 @@ fn fill(sample: &mut Estimate, estimate: &SloshEstimate) {
         sample.block_z[scale] = verdict.z_score;
     }
 }
+
+#[cfg(test)]
+mod tests;

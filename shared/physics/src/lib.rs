@@ -29,8 +29,10 @@
 //! | `slosh` | propellant as spring, mass and damper on one axis |
 //! | `slosh_arc` | any record length in 2048 blocks |
 //! | `slosh_scan`, `slosh_likelihood`, `slosh_estimator` | global start and maximum likelihood over the arc |
+//! | `slosh_prior` | a tank believed before the record, and what the record did to it |
 //! | `slosh_filter` | the same parameters by a square-root unscented filter, one pass or two |
 //! | `slosh_observability` | what a formulation leaves without a trace |
+//! | `slosh_calibration` | scale and delay of the thrust from a fast square wave |
 //! | `slosh_plan` | bound and stroke of an experiment before it is flown |
 //! | `slosh_planar` | propellant in the plane: springs, rail or pendulum on a free hub |
 //! | `slosh_planar_scan`, `slosh_planar_id`, `slosh_planar_fit` | modes from the gyro, global search, maximum likelihood |
@@ -69,6 +71,7 @@ mod seeded_noise;
 mod simulated_arm;
 pub mod slosh;
 pub mod slosh_arc;
+pub mod slosh_calibration;
 pub mod slosh_estimator;
 pub mod slosh_filter;
 pub mod slosh_likelihood;
@@ -78,6 +81,7 @@ pub mod slosh_planar;
 pub mod slosh_planar_fit;
 pub mod slosh_planar_id;
 pub mod slosh_planar_scan;
+pub mod slosh_prior;
 pub mod slosh_scan;
 pub mod slosh_srivc;
 pub mod slosh_suspension;

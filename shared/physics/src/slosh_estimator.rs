@@ -18,12 +18,14 @@ use estimation::cramer_rao::FisherInformation;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
+use crate::consider::Excitation;
 use crate::slosh::SloshState;
 use crate::slosh_arc::{FLIGHT_CAPACITY, SampleRejected, SloshArc, SloshBlock, SloshSample};
 use crate::slosh_likelihood::{
     Likelihood, SEGMENT_BLOCKS_MIN, SloshHypothesis, SloshUnknowns, likelihood, likelihood_until,
 };
-use crate::slosh_scan::{SloshCandidate, prefers_a_fast_mode, scan};
+use crate::slosh_prior::{Remembered, TankPrior};
+use crate::slosh_scan::{SloshCandidate, SloshScan, prefers_a_fast_mode, scan};
 
 /// Block lengths closer than this share one transition: sums of equal intervals differ by rounding only.
 pub(crate) const SAME_LENGTH: f64 = 1e-12;
@@ -73,8 +75,18 @@ pub struct SloshEstimate {
     pub scanned: bool,
     /// Frequencies of the last scan: slosh outside is neither found nor excluded.
     pub searched_hz: [f64; 2],
-    /// Residual of the last measured block over its standard deviation.
-    pub last_residual: f64,
+    /// What the record did to each of the three, where there was a prior.
+    pub standing: Option<[Excitation; 3]>,
+    /// The newest block against what the estimate before said of it; `None` for the first estimate.
+    pub innovation: Option<SloshInnovation>,
+}
+
+/// A block as it was predicted before it was used, in its own standard deviations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SloshInnovation {
+    pub innovation: f64,
+    /// One, and what parameters and state were uncertain by.
+    pub variance: f64,
 }
 
 impl SloshEstimate {
@@ -88,33 +100,18 @@ impl SloshEstimate {
     }
 }
 
-/// What blocks that have left the arc said of the parameters, bias and thrust: their log-likelihood to second order.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-struct Remembered {
-    at: SloshHypothesis,
-    information: Matrix6<f64>,
-    gradient: Vector6<f64>,
-}
-
-impl Remembered {
-    fn gradient_at(&self, hypothesis: &SloshHypothesis) -> Vector6<f64> {
-        self.gradient - self.information * hypothesis.offset_from(&self.at)
-    }
-
-    fn add_to(&self, here: &mut Likelihood, hypothesis: &SloshHypothesis) {
-        let offset = hypothesis.offset_from(&self.at);
-        here.chi_square += offset.dot(&(self.information * offset - self.gradient * 2.0));
-        here.gradient += self.gradient_at(hypothesis);
-        here.information += self.information;
-    }
-}
+/// And the covariance of all six unknowns.
+type Solved = (SloshEstimate, Matrix6<f64>);
 
 /// The estimator that flies. Fixed memory: the arc, one hypothesis and one quadratic.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SloshEstimator<const CAPACITY: usize = FLIGHT_CAPACITY> {
     settings: SloshSettings,
     arc: SloshArc<CAPACITY>,
+    prior: Option<TankPrior>,
     last: Option<SloshHypothesis>,
+    /// Covariance of the last estimate's six unknowns.
+    last_covariance: Matrix6<f64>,
     scanned_at_samples: u64,
     searched_hz: [f64; 2],
     /// Samples when merging was last found to lose a mode; zero while it does not.
@@ -128,12 +125,24 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         Self {
             settings,
             arc: SloshArc::default(),
+            prior: None,
             last: None,
+            last_covariance: Matrix6::zeros(),
             scanned_at_samples: 0,
             searched_hz: [0.0; 2],
             fast_mode_at_samples: 0,
             remembered: None,
         }
+    }
+
+    /// With what is believed of the tank: an answer then exists from the first blocks on, and each number of it says
+    /// what the record did to the prior. Operational use, where nothing was designed to show slosh.
+    pub fn with_prior(mut self, prior: TankPrior) -> Self {
+        assert!(prior.sigma.min() > 0.0);
+        assert!(prior.parameters.slosh_mass_kg > 0.0);
+        assert!(prior.parameters.stiffness_n_m > 0.0);
+        self.prior = Some(prior);
+        self
     }
 
     /// A sample that begins where the last one ended. Cost a few nanoseconds; a search for fast modes when the arc is
@@ -179,6 +188,10 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     /// Keeps what the oldest `blocks` say of the parameters, about the estimate of now; nothing when there is none.
     fn remember(&mut self, blocks: usize) {
         let Ok(estimate) = self.estimate() else { return };
+        // A prior that was kept is no place to expand about: blocks that showed nothing leave nothing.
+        if self.last.is_none() {
+            return;
+        }
         let (at, SloshSettings { base_mass_kg, unknowns }) = (estimate.hypothesis, self.settings);
         let said = likelihood_until(&self.arc, blocks, base_mass_kg, &at, unknowns, |_| {});
         let mut now = Remembered { at, information: said.information, gradient: said.gradient };
@@ -203,6 +216,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         if got < need {
             return Err(SloshError::ArcTooShort { got, need });
         }
+        let innovation = self.innovation();
         let doubled = self.arc.samples() >= 2 * self.scanned_at_samples;
         // What is remembered holds near the estimate of its time: the search begins there, whatever the arc alone says.
         let start = self.remembered.map(|remembered| self.last.unwrap_or(remembered.at));
@@ -211,8 +225,41 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
             Some(estimate) => Ok(estimate),
             None => self.maximise_from_scan(),
         };
-        self.last = outcome.ok().map(|estimate| estimate.hypothesis);
-        outcome
+        self.last = outcome.as_ref().ok().map(|(estimate, _)| estimate.hypothesis);
+        match (outcome, self.prior) {
+            (Ok((estimate, covariance)), _) => {
+                self.last_covariance = covariance;
+                Ok(SloshEstimate { innovation, ..estimate })
+            }
+            (Err(error), Some(prior)) => self.keep(&prior).ok_or(error),
+            (Err(error), None) => Err(error),
+        }
+    }
+
+    /// The newest block, were it not yet used, against the last estimate.
+    fn innovation(&self) -> Option<SloshInnovation> {
+        let SloshSettings { base_mass_kg, unknowns } = self.settings;
+        let newest = likelihood(&self.arc, base_mass_kg, &self.last?, unknowns, |_| {}).newest;
+        // A residual that the state has been fitted to is the predicted one times what of it was not.
+        let left = 1.0 - newest.leverage;
+        let uncertain = newest.by.dot(&(self.last_covariance * newest.by)) / (left * left);
+        Some(SloshInnovation { innovation: newest.residual / left, variance: 1.0 / left + uncertain })
+            .filter(|one| one.variance.is_finite() && one.variance > 0.0)
+    }
+
+    /// The prior as the answer of a record that shows no slosh; its misfit is that of the prior.
+    fn keep(&self, prior: &TankPrior) -> Option<SloshEstimate> {
+        let SloshSettings { base_mass_kg, unknowns } = self.settings;
+        let mut hypothesis = prior.hypothesis();
+        let at = |hypothesis: &SloshHypothesis| likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |_| {});
+        let unbiased = at(&hypothesis);
+        // Zero where the bias is known.
+        hypothesis.bias_m_s2 = unbiased.gradient[3] / unbiased.information[(3, 3)];
+        let here = Likelihood { information: Matrix6::identity(), ..at(&hypothesis) };
+        let kept = self.report(&hypothesis, &here, 0, true).ok()?.0;
+        let covariance = Matrix3::from_diagonal(&prior.sigma.component_mul(&prior.sigma));
+        let standing = Some(prior.standing_unseen(&self.arc, base_mass_kg));
+        Some(SloshEstimate { covariance, standing, ..kept })
     }
 
     /// Best tank of the grid: where the maximum likelihood, and any other local method, begins.
@@ -220,7 +267,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     /// # Errors
     /// [`SloshError::NoSloshFound`], [`SloshError::Fragmented`].
     pub fn start(&self) -> Result<SloshCandidate, SloshError> {
-        let scan = scan(&self.arc, self.settings.base_mass_kg, self.settings.unknowns);
+        let scan = self.scan();
         let (best, threshold) = (scan.candidates[0], scan.threshold);
         if best.gain > threshold {
             return Ok(best);
@@ -228,8 +275,14 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         Err(self.fragmented().unwrap_or(SloshError::NoSloshFound { gain: best.gain, threshold }))
     }
 
-    fn maximise_from_scan(&mut self) -> Result<SloshEstimate, SloshError> {
-        let scan = scan(&self.arc, self.settings.base_mass_kg, self.settings.unknowns);
+    fn scan(&self) -> SloshScan {
+        let SloshSettings { base_mass_kg, unknowns } = self.settings;
+        let ratio = self.prior.as_ref().map(|prior| prior.mass_ratio(base_mass_kg));
+        scan(&self.arc, base_mass_kg, unknowns, ratio)
+    }
+
+    fn maximise_from_scan(&mut self) -> Result<Solved, SloshError> {
+        let scan = self.scan();
         self.scanned_at_samples = self.arc.samples();
         self.searched_hz = scan.band_hz;
         let gain = scan.candidates[0].gain;
@@ -246,7 +299,18 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
                 break;
             }
         }
-        outcome
+        self.or_near_the_prior(outcome)
+    }
+
+    /// The maximum next to the prior where that is the more likely one: the strongest line may be another mode's.
+    fn or_near_the_prior(&self, outcome: Result<Solved, SloshError>) -> Result<Solved, SloshError> {
+        let near = self.prior.map(|prior| self.maximise(&prior.hypothesis(), true));
+        let misfit = |solved: &Solved| self.likelihood(&solved.0.hypothesis).chi_square;
+        match (outcome, near) {
+            (Ok(found), Some(Ok(near))) => Ok(if misfit(&near) < misfit(&found) { near } else { found }),
+            (Err(_), Some(Ok(near))) => Ok(near),
+            (outcome, _) => outcome,
+        }
     }
 
     /// The reason why nothing was found, when it lies in the gaps.
@@ -271,13 +335,14 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     fn likelihood(&self, hypothesis: &SloshHypothesis) -> Likelihood {
         let SloshSettings { base_mass_kg, unknowns } = self.settings;
         let mut here = likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |_| {});
-        if let Some(remembered) = &self.remembered {
-            remembered.add_to(&mut here, hypothesis);
+        let prior = self.prior.as_ref().map(TankPrior::quadratic);
+        for known in self.remembered.iter().chain(&prior) {
+            known.add_to(&mut here, hypothesis);
         }
         here
     }
 
-    fn maximise(&self, start: &SloshHypothesis, scanned: bool) -> Result<SloshEstimate, SloshError> {
+    fn maximise(&self, start: &SloshHypothesis, scanned: bool) -> Result<Solved, SloshError> {
         let (mut hypothesis, mut here) = (*start, self.likelihood(start));
         let (mut damping, mut step_sigmas) = (1e-3, f64::INFINITY);
         for iterations in 0..ITERATIONS_MAX {
@@ -311,7 +376,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         at: &Likelihood,
         iterations: u32,
         scanned: bool,
-    ) -> Result<SloshEstimate, SloshError> {
+    ) -> Result<Solved, SloshError> {
         if let Some(refusal) = self.unresolved(hypothesis) {
             return Err(refusal);
         }
@@ -321,9 +386,10 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         let singular = SloshError::NotConverged { iterations, step_sigmas: f64::INFINITY };
         let covariance = FisherInformation::<6> { matrix: at.information }.bound().ok_or(singular)?;
         let fitted = at.eliminated + unknowns.kept();
-        Ok(SloshEstimate {
+        let three: Matrix3<f64> = covariance.fixed_view::<3, 3>(0, 0).into();
+        let estimate = SloshEstimate {
             hypothesis: SloshHypothesis { state: at.start, ..*hypothesis },
-            covariance: covariance.fixed_view::<3, 3>(0, 0).into(),
+            covariance: three,
             state_at_end: at.end,
             chi_square: held.chi_square,
             degrees_of_freedom: at.blocks.saturating_sub(fitted) as u64,
@@ -331,8 +397,10 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
             iterations,
             scanned,
             searched_hz: self.searched_hz,
-            last_residual: at.last_residual,
-        })
+            standing: self.prior.map(|prior| prior.standing(&three.diagonal().map(libm::sqrt))),
+            innovation: None,
+        };
+        Ok((estimate, covariance))
     }
 }
 

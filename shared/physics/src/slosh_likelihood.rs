@@ -105,8 +105,18 @@ pub(crate) struct Likelihood {
     pub blocks: usize,
     /// Free states that were eliminated: two per free segment.
     pub eliminated: usize,
-    /// Residual of the last measured block over its standard deviation.
-    pub last_residual: f64,
+    /// The newest measured block.
+    pub newest: NewestBlock,
+}
+
+/// Residual of one block and its derivatives, all over the block's standard deviation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct NewestBlock {
+    pub residual: f64,
+    /// By `[ms, ks, cs, bias, thrust scale, thrust delay]`, the free state following.
+    pub by: Vector6<f64>,
+    /// Share of the block in the fit of its own free state, zero to one.
+    pub leverage: f64,
 }
 
 /// A segment that begins with an unknown state needs this many measured blocks: two go into the state, and a state that
@@ -145,7 +155,7 @@ pub(crate) fn likelihood_until<const N: usize>(
         end: SloshState::default(),
         blocks: 0,
         eliminated: 0,
-        last_residual: 0.0,
+        newest: NewestBlock::default(),
     };
     let mut walk = Walk::new(base_mass_kg, hypothesis, arc.block_length_s());
     for i in 0..arc.segments() {
@@ -170,6 +180,7 @@ pub(crate) fn likelihood_until<const N: usize>(
         sums.information.fill_row(known, 0.0);
         sums.information.fill_column(known, 0.0);
         sums.information[(known, known)] = 1.0;
+        sums.newest.by[known] = 0.0;
     }
     sums
 }
@@ -211,14 +222,16 @@ impl Likelihood {
         on_residual: &mut impl FnMut(f64),
     ) {
         let (mut information, mut gradient) = (Sensitivities::zeros(), Sensitivity::zeros());
+        let mut newest = None;
         for block in arc.blocks_of(segment) {
             let (predicted, sensitivity) = walk.step(&block);
             let weight = block.weight();
             let residual = block.delta_v_m_s - predicted;
             if block.is_measured() {
-                self.last_residual = residual * libm::sqrt(weight);
+                let over_sigma = libm::sqrt(weight);
+                newest = Some((residual * over_sigma, sensitivity * over_sigma));
                 self.blocks += 1;
-                on_residual(self.last_residual);
+                on_residual(residual * over_sigma);
             }
             self.chi_square += residual * residual * weight;
             gradient += sensitivity * (residual * weight);
@@ -228,6 +241,9 @@ impl Likelihood {
         const KEPT: [usize; 6] = [0, 1, 2, 5, 6, 7];
         self.information += Matrix6::from_fn(|i, j| information[(KEPT[i], KEPT[j])]);
         self.gradient += Vector6::from_fn(|i, _| gradient[KEPT[i]]);
+        if let Some((residual, by)) = newest {
+            self.newest = NewestBlock { residual, by: Vector6::from_fn(|i, _| by[KEPT[i]]), leverage: 0.0 };
+        }
         if is_free {
             self.eliminated += 2;
             let normal: Matrix2<f64> = information.fixed_view::<2, 2>(3, 3).into();
@@ -236,6 +252,11 @@ impl Likelihood {
             let rows =
                 Matrix2x6::from_columns(&core::array::from_fn::<_, 6, _>(|i| eliminate(&cross.row(i).transpose())));
             self.information -= cross * rows;
+            if let Some((_, by)) = newest {
+                let by_state: Vector2<f64> = by.fixed_rows::<2>(3).into();
+                self.newest.by -= rows.transpose() * by_state;
+                self.newest.leverage = by_state.dot(&eliminate(&by_state));
+            }
             // The state is at its best: its own gradient is zero but for rounding, nothing to carry over.
         }
     }
@@ -288,7 +309,7 @@ impl Walk {
         [zero, zero, Vector2::new(1.0, 0.0), Vector2::new(0.0, 1.0), zero, zero]
     };
 
-    fn restart(&mut self, state: Vector2<f64>, last_force_n: Option<f64>) {
+    pub(crate) fn restart(&mut self, state: Vector2<f64>, last_force_n: Option<f64>) {
         (self.state, self.derivatives, self.last_force_n) = (state, Self::START, last_force_n);
     }
 

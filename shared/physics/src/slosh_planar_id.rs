@@ -23,7 +23,7 @@ const PLACES: [f64; 7] = [-0.9, -0.6, -0.3, 0.05, 0.3, 0.6, 0.9];
 const DAMPING_RATIO: f64 = 0.01;
 /// Starts that are followed to their minimum.
 pub const STARTS_MAX: usize = 8;
-/// Samples of the coarse search: half a dozen periods tell a place.
+/// Driven samples of the coarse search: half a dozen periods tell a place.
 const COARSE_SAMPLES: usize = 900;
 /// χ² further than this from what it should be, in its standard deviations, is a wrong minimum or a wrong model.
 pub const GATE_Z: f64 = 5.0;
@@ -97,7 +97,7 @@ pub fn identify_springs(
     let modes = scan_modes(record.samples, record.interval_s, search.band_hz).frequency_hz.map(squared);
     let craft = |theta: &SVector<f64, SPRINGS>| springs(hub, theta);
     let mut starts = Best::new();
-    let coarse = PlanarRecord { samples: &record.samples[..record.samples.len().min(COARSE_SAMPLES)], ..*record };
+    let coarse = beginning(record);
     for_each_place(&hub, search, |mass_kg, position_m| {
         for stiffness in stiffness_from_modes(&hub, mass_kg, &position_m, modes).into_iter().flatten() {
             let damping = stiffness.map(|k| 2.0 * DAMPING_RATIO * libm::sqrt(k * mass_kg));
@@ -133,25 +133,38 @@ pub fn identify_one_axis(
 ) -> Result<PlanarAnswer<ONE_AXIS>, PlanarError> {
     let lambda = squared(mode_hz);
     let mut starts = Best::new();
-    let coarse = PlanarRecord { samples: &record.samples[..record.samples.len().min(COARSE_SAMPLES)], ..*record };
-    for_each_place(hub, search, |mass_kg, position_m| {
-        // Off the thrust line a mass on one axis is pushed over at once; the fit finds how far.
-        if position_m[1].abs() > 0.1 * search.reach_m {
+    let coarse = beginning(record);
+    for_each_place(hub, search, |mass_kg, place_m| {
+        // Across the thrust the place is found, not tried: a few centimetres turn the craft more than all the rest.
+        if place_m[1] != PLACES[0] * search.reach_m {
             return;
         }
         let damping = 4.0 * DAMPING_RATIO * libm::sqrt(lambda) * mass_kg;
-        let theta = SVector::<f64, ONE_AXIS>::from([
-            mass_kg,
-            second(mass_kg, &position_m, lambda),
-            damping,
-            position_m[0],
-            0.0,
-        ]);
-        if let Some(value) = chi_square(&coarse, craft, &theta) {
-            starts.offer(value, theta);
+        let at = |y: f64| {
+            let place_m = Vector2::new(place_m[0], y);
+            let number = second(mass_kg, &place_m, lambda);
+            SVector::<f64, ONE_AXIS>::from([mass_kg, number, damping, place_m[0], y])
+        };
+        let y = lowest(|y| chi_square(&coarse, craft, &at(y)), search.reach_m);
+        if let Some(value) = chi_square(&coarse, craft, &at(y)) {
+            starts.offer(value, at(y));
         }
     });
     follow(record, craft, &starts, search)
+}
+
+/// Where a nearly quadratic function is lowest within `reach` of zero, by parabolas over a third, a thirtieth and a three
+/// hundredth of the reach.
+fn lowest(value: impl Fn(f64) -> Option<f64>, reach: f64) -> f64 {
+    let mut best = 0.0;
+    for step in [0.3 * reach, 0.03 * reach, 0.003 * reach] {
+        let [Some(below), Some(here), Some(above)] = [best - step, best, best + step].map(&value) else { break };
+        let (slope, curvature) = (above - below, above - 2.0 * here + below);
+        if curvature > 0.0 {
+            best = (best - 0.5 * step * slope / curvature).clamp(-reach, reach);
+        }
+    }
+    best
 }
 
 /// Numbers of two lateral masses: `[ms, k, c, bx, by]` of each.
@@ -220,6 +233,13 @@ pub fn identify_second(
         (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),
         (Err(error), Err(_)) => Err(error),
     }
+}
+
+/// The record from its begin to [`COARSE_SAMPLES`] behind the first thrust: a craft at rest tells nothing.
+fn beginning<'a>(record: &PlanarRecord<'a>) -> PlanarRecord<'a> {
+    let is_driven = |sample: &PlanarSample| sample.wrench.force_n.amax() > 0.0 || sample.wrench.torque_n_m != 0.0;
+    let first = record.samples.iter().position(is_driven).unwrap_or(0);
+    PlanarRecord { samples: &record.samples[..record.samples.len().min(first + COARSE_SAMPLES)], ..*record }
 }
 
 fn for_each_place(hub: &PlanarHub, search: &PlanarSearch, mut visit: impl FnMut(f64, Vector2<f64>)) {

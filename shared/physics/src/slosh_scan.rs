@@ -52,9 +52,16 @@ pub struct SloshScan {
 }
 
 /// Searches all frequencies the arc tells, at the start state and bias `unknowns` says. Cost O(grid × blocks).
-pub fn scan<const N: usize>(arc: &SloshArc<N>, base_mass_kg: f64, unknowns: SloshUnknowns) -> SloshScan {
+///
+/// `mass_ratio` is what is known of β beforehand, and its standard deviation: a free swing alone does not tell it.
+pub fn scan<const N: usize>(
+    arc: &SloshArc<N>,
+    base_mass_kg: f64,
+    unknowns: SloshUnknowns,
+    mass_ratio: Option<[f64; 2]>,
+) -> SloshScan {
     let band_hz = [0.5 / arc.duration_s(), arc.resolved_rad_s() / (2.0 * core::f64::consts::PI)];
-    Projection { arc, base_mass_kg, unknowns, piece_blocks: usize::MAX }.search(band_hz)
+    Projection { arc, base_mass_kg, unknowns, mass_ratio, piece_blocks: usize::MAX }.search(band_hz)
 }
 
 /// True when the arc shows a mode that it would no longer tell once its blocks are merged: the gain of the band that
@@ -69,7 +76,7 @@ pub(crate) fn prefers_a_fast_mode<const N: usize>(
 ) -> bool {
     let to_hz = 1.0 / (2.0 * core::f64::consts::PI);
     let kept_hz = RESOLVED_MERGED / (2.0 * arc.resolution_s()) * to_hz;
-    let projection = Projection { arc, base_mass_kg, unknowns, piece_blocks: PIECE_BLOCKS };
+    let projection = Projection { arc, base_mass_kg, unknowns, mass_ratio: None, piece_blocks: PIECE_BLOCKS };
     let lost = projection.search([kept_hz, arc.resolved_rad_s() * to_hz]);
     if lost.candidates[0].gain <= lost.threshold {
         return false;
@@ -95,6 +102,7 @@ struct Projection<'a, const N: usize> {
     arc: &'a SloshArc<N>,
     base_mass_kg: f64,
     unknowns: SloshUnknowns,
+    mass_ratio: Option<[f64; 2]>,
     /// Segments are cut into stretches of so many blocks.
     piece_blocks: usize,
 }
@@ -182,7 +190,12 @@ impl<const N: usize> Projection<'_, N> {
             normal.matrix = Matrix2::new(normal.matrix[(0, 0)], 0.0, 0.0, 1.0);
             normal.vector[1] = 0.0;
         }
-        let solution = normal.matrix.cholesky()?.solve(&normal.vector);
+        let (mut matrix, mut vector) = (normal.matrix, normal.vector);
+        if let Some([expected, sigma]) = self.mass_ratio {
+            matrix[(0, 0)] += 1.0 / (sigma * sigma);
+            vector[0] += expected / (sigma * sigma);
+        }
+        let solution = matrix.cholesky()?.solve(&vector);
         let beta = solution[0];
         if !(beta > 0.0 && beta < 1.0) {
             return None;
@@ -193,7 +206,8 @@ impl<const N: usize> Projection<'_, N> {
             stiffness_n_m: point.kappa * mu,
             damping_n_s_m: point.gamma * mu,
         };
-        let gain = solution.dot(&normal.vector) + normal.explained - rigid;
+        // Of the record alone, wherever the solution was drawn to.
+        let gain = (normal.vector * 2.0 - normal.matrix * solution).dot(&solution) + normal.explained - rigid;
         Some(SloshCandidate { parameters, bias_m_s2: solution[1], gain })
     }
 

@@ -36,6 +36,8 @@ pub struct SrivcEstimate {
     /// Of `[ms, ks, cs]`.
     pub covariance: Matrix3<f64>,
     pub refinements: u32,
+    /// False where the refinements ended before they stood still: the covariance is then that of no fixed point.
+    pub is_converged: bool,
 }
 
 /// Refines `start` over a record. Cost about 60 ns per sample and refinement; no memory beyond the sums.
@@ -59,8 +61,9 @@ pub fn refined_instrumental_variables(
         }
         let moved = (vector(&parameters) - vector(&at)).component_div(&covariance.diagonal().map(libm::sqrt)).amax();
         at = parameters;
-        last = Some(SrivcEstimate { parameters, covariance, refinements: refinement });
-        if moved < STEP_SIGMAS {
+        let is_converged = moved < STEP_SIGMAS;
+        last = Some(SrivcEstimate { parameters, covariance, refinements: refinement, is_converged });
+        if is_converged {
             break;
         }
     }

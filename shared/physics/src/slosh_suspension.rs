@@ -87,20 +87,54 @@ impl SuspensionVerdict {
     }
 }
 
-/// Decides over a record of levels of `level_samples` each, at rest at the beginning.
+/// A stretch of constant axial thrust.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Level {
+    from: usize,
+    until: usize,
+    axial_n: f64,
+}
+
+/// A level is told from its neighbour by this part of the greatest axial thrust.
+const SAME_THRUST: f64 = 0.02;
+/// A level shorter than this many samples is a transition.
+const LEVEL_SAMPLES_MIN: usize = 64;
+/// Samples per period of the fastest mode that is looked for: the integration of the model is exact to 1e-5 there.
+const SAMPLES_PER_PERIOD: f64 = 8.0;
+
+/// The levels of a record, in order, coasting among them; of more than there is room for, the first.
+fn levels(record: &PlanarRecord<'_>) -> ([Level; LEVELS_MAX], usize) {
+    let axial = |k: usize| record.samples[k].wrench.force_n[0];
+    let greatest = record.samples.iter().map(|s| s.wrench.force_n[0].abs()).fold(0.0, f64::max);
+    let (mut found, mut count) = ([Level { from: 0, until: 0, axial_n: 0.0 }; LEVELS_MAX], 0);
+    let (mut from, end) = (0, record.samples.len());
+    while from < end && count < LEVELS_MAX {
+        let changed = |k: &usize| (axial(*k) - axial(from)).abs() > SAME_THRUST * greatest;
+        let until = (from..end).find(changed).unwrap_or(end);
+        if until - from >= LEVEL_SAMPLES_MIN {
+            found[count] = Level { from, until, axial_n: axial(from) };
+            count += 1;
+        }
+        from = until;
+    }
+    (found, count)
+}
+
+/// Decides over a record that is at rest at its beginning; its levels of axial thrust are read from it, a coast among them
+/// or none. `reach_m` is how far from the hub's centre of mass a tank may be.
 ///
 /// # Errors
-/// [`PlanarError`] when neither model has a minimum, or one has none.
-pub fn decide(
-    record: &PlanarRecord<'_>,
-    level_samples: usize,
-    hub: &PlanarHub,
-) -> Result<SuspensionVerdict, PlanarError> {
-    let first = &record.samples[..level_samples.min(record.samples.len())];
-    // The wrong model has no minimum worth finding: few starts.
-    let search = PlanarSearch { band_hz: [0.01, 0.1], reach_m: 1.2, starts: 3 };
-    let mode_hz = scan_modes(first, record.interval_s, search.band_hz).frequency_hz[0];
-    let axial_m_s2 = |mass_kg: f64| first.first().map_or(0.0, |s| s.wrench.force_n[0]) / (hub.mass_kg + mass_kg);
+/// [`PlanarError::NotObserved`] when no level is driven, or a model has no minimum.
+pub fn decide(record: &PlanarRecord<'_>, reach_m: f64, hub: &PlanarHub) -> Result<SuspensionVerdict, PlanarError> {
+    let (levels, count) = levels(record);
+    let levels = &levels[..count];
+    let by_thrust = |a: &&Level, b: &&Level| a.axial_n.total_cmp(&b.axial_n);
+    let strongest =
+        levels.iter().max_by(by_thrust).filter(|level| level.axial_n > 0.0).ok_or(PlanarError::NotObserved)?;
+    let samples = &record.samples[strongest.from..strongest.until];
+    let search = PlanarSearch { band_hz: band_hz(samples.len(), record.interval_s), reach_m, starts: STARTS };
+    let mode_hz = scan_modes(samples, record.interval_s, search.band_hz).frequency_hz[0];
+    let axial_m_s2 = |mass_kg: f64| strongest.axial_n / (hub.mass_kg + mass_kg);
     // λ = B k along y: B = 1/μ + x²/I0 (a mass on the thrust line).
     let stiffness = |mass_kg: f64, place: &Vector2<f64>, lambda: f64| {
         lambda / (1.0 / hub.mass_kg + 1.0 / mass_kg + place[0] * place[0] / hub.inertia_com_kg_m2)
@@ -112,7 +146,7 @@ pub fn decide(
     let pendulum_craft = |theta: &SVector<f64, ONE_AXIS>| pendulum(*hub, theta);
     let spring = identify_one_axis(record, hub, &search, mode_hz, &spring_craft, &stiffness)?;
     let pendulum = identify_one_axis(record, hub, &search, mode_hz, &pendulum_craft, &length)?;
-    let regression = regress(record, level_samples, hub, &spring, &pendulum);
+    let regression = regress(record, levels, hub, &spring, &pendulum);
     let mut verdict =
         SuspensionVerdict { kind: None, spring, pendulum, regression, rows: 3.0 * record.samples.len() as f64 };
     let margin = verdict.bic(SuspensionKind::Pendulum) - verdict.bic(SuspensionKind::Spring);
@@ -122,26 +156,34 @@ pub fn decide(
     Ok(verdict)
 }
 
+/// The wrong model has no minimum worth finding: few starts.
+const STARTS: usize = 3;
+
+/// From two periods in a stretch to what its samples tell.
+fn band_hz(samples: usize, interval_s: f64) -> [f64; 2] {
+    [2.0 / (samples as f64 * interval_s), 1.0 / (SAMPLES_PER_PERIOD * interval_s)]
+}
+
 /// Spring fits level by level, each with a free start, regressed on the axial acceleration.
 fn regress(
     record: &PlanarRecord<'_>,
-    level_samples: usize,
+    levels: &[Level],
     hub: &PlanarHub,
     spring: &PlanarAnswer<ONE_AXIS>,
     pendulum: &PlanarAnswer<ONE_AXIS>,
 ) -> StiffnessRegression {
-    let (mut normal, mut right, mut levels) = (Matrix2::zeros(), Vector2::zeros(), 0);
-    for samples in record.samples.chunks_exact(level_samples).take(LEVELS_MAX) {
-        let axial_m_s2 = samples[0].wrench.force_n[0] / (hub.mass_kg + spring.estimate.theta[0]);
-        let level = PlanarRecord { samples, ..*record };
-        let Some((stiffness, sigma)) = level_stiffness(&level, hub, axial_m_s2, spring, pendulum) else { continue };
+    let (mut normal, mut right, mut used) = (Matrix2::zeros(), Vector2::zeros(), 0);
+    for level in levels {
+        let axial_m_s2 = level.axial_n / (hub.mass_kg + spring.estimate.theta[0]);
+        let part = PlanarRecord { samples: &record.samples[level.from..level.until], ..*record };
+        let Some((stiffness, sigma)) = level_stiffness(&part, hub, axial_m_s2, spring, pendulum) else { continue };
         let row = Vector2::new(1.0, axial_m_s2);
         normal += row * row.transpose() / (sigma * sigma);
         right += row * (stiffness / (sigma * sigma));
-        levels += 1;
+        used += 1;
     }
-    let Some(covariance) = normal.try_inverse().filter(|_| levels >= 2) else {
-        return StiffnessRegression { levels, ..StiffnessRegression::default() };
+    let Some(covariance) = normal.try_inverse().filter(|_| used >= 2) else {
+        return StiffnessRegression { levels: used, ..StiffnessRegression::default() };
     };
     let solved = covariance * right;
     StiffnessRegression {
@@ -149,7 +191,7 @@ fn regress(
         offset_sigma: libm::sqrt(covariance[(0, 0)]),
         slope_kg_m: solved[1],
         slope_sigma: libm::sqrt(covariance[(1, 1)]),
-        levels,
+        levels: used,
     }
 }
 

@@ -188,6 +188,9 @@ pub struct SloshKnown {
     /// Tank expected before the experiment, `[m_s, k_s, c_s]`: its outcome is predicted from it.
     #[serde(default)]
     pub expected: Option<[f64; 3]>,
+    /// Standard deviations of `expected`: it is then a prior, and the estimate says what the record did to each number.
+    #[serde(default)]
+    pub expected_sigma: Option<[f64; 3]>,
     /// The slosh mass is at rest when the experiment begins. Unless stated: yes in a simulation, which starts so; not
     /// known in a recording.
     #[serde(default)]

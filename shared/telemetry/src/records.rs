@@ -109,7 +109,7 @@ record! {
         consistent: u32, "-", "-", "1 when the parameters are physically possible";
         values: [f64; PARAMETERS_MAX], "see parameter list", "-", "parameters";
         covariance: [[f64; PARAMETERS_MAX]; PARAMETERS_MAX], "products of the units", "-", "covariance of the parameters";
-        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "inertial: consider sigma of each parameter [kg m^2], what the sensor sheet's systematic errors may do, 9: excitation, a base-4 digit a parameter from a1 on (0 identified, 1 prior kept, 2 not excited); slosh: displacement [m], rate [m/s] and time [s] at the end of the arc and accelerometer bias [m/s^2]; modal: dominant channel of each mode; 10, 11: numbers of a status";
+        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "inertial: consider sigma of each parameter [kg m^2], what the sensor sheet's systematic errors may do, 9: excitation, a base-4 digit a parameter from a1 on (0 identified, 1 prior kept, 2 not excited); slosh: displacement [m], rate [m/s] and time [s] at the end of the arc, accelerometer bias [m/s^2], and of each parameter 1 identified, 2 prior kept, 3 not excited, 0 no prior; modal: dominant channel of each mode, from 6 on 16 x its identity plus advice (1 pulse nulled, 2 record short, 4 close modes, 8 input leaks); 10, 11: numbers of a status";
         innovation: Innovation, "-", "-", "latest innovation record";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         nis_count: f64, "-", "-", "rows in that mean";

@@ -5,6 +5,7 @@
 
 mod experiments;
 mod filters;
+pub mod global;
 mod paper;
 pub mod planar;
 pub mod tank_model;
@@ -18,7 +19,7 @@ use experiments::Bursts;
 use nalgebra::{Matrix3, Vector3};
 use physics::slosh::SloshParameters;
 use physics::slosh_arc::SloshSample;
-use physics::slosh_estimator::{SloshEstimator, SloshSettings};
+use physics::slosh_estimator::{SloshError, SloshEstimate, SloshEstimator, SloshSettings};
 use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
 use physics::slosh_observability::{ABSOLUTE_NAMES, Fixes, Unobservable, absolute, relative};
 use physics::slosh_plan::{PlannedStep, promise, stroke_m};
@@ -57,7 +58,8 @@ pub const SEED_FORM: usize = 0;
 pub const FLIGHT: usize = 2;
 /// Place of the refined instrumental variables.
 pub const REFINED: usize = 3;
-/// Place of the unscented filter in two passes.
+/// Place of the unscented filters in one pass, and in two.
+pub const ONE_PASS: usize = 4;
 pub const TWO_PASSES: usize = 5;
 
 /// Blocks with which a bound is computed: nothing is merged that the records show.
@@ -193,12 +195,20 @@ impl Slosh {
         answer(&estimate.hypothesis.parameters, &estimate.covariance, &self.truth())
     }
 
+    /// What the estimator that flies makes of a record, with its judgement of itself.
+    ///
+    /// # Errors
+    /// Those of [`SloshEstimator::estimate`].
+    pub fn estimate(&self, seed: u64, record: usize) -> Result<SloshEstimate, SloshError> {
+        self.flight(&self.record(seed, record)).estimate()
+    }
+
     /// From the scan of the estimator that flies.
     fn refined(&self, record: &[SloshSample]) -> Answer {
         let Ok(start) = self.flight(record).start() else { return Answer::none(PARAMETERS) };
         match refined_instrumental_variables(record, self.settings.base_mass_kg, &start.parameters) {
-            Ok(found) => answer(&found.parameters, &found.covariance, &self.truth()),
-            Err(_) => Answer::none(PARAMETERS),
+            Ok(found) if found.is_converged => answer(&found.parameters, &found.covariance, &self.truth()),
+            Ok(_) | Err(_) => Answer::none(PARAMETERS),
         }
     }
 

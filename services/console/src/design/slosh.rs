@@ -2,7 +2,8 @@
 //!
 //! Whole cycles of a square wave near the expected mode, once or repeated, then coasting: unlike a sine, that tells thrust
 //! scale, bias and start from the tank. The grid is small and searched completely; the amplitude is the greatest that all
-//! limits allow, for every bound falls with it. The result is a plant file that `obsid simulate` takes.
+//! limits allow, for every bound falls with it. The result is a plant file that `obsid simulate` takes, and a scenario that
+//! `obsid run` flies.
 
 use crate::bench::slosh::{Slosh, expected};
 use crate::plant_file::BUILT_IN;
@@ -13,10 +14,12 @@ use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
 use physics::slosh_plan::{PlannedStep, promise, stroke_m};
 use plant::file;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Amplitude of the paper's thrust.
 const PAPER_THRUST_N: f64 = 44.0;
+/// Of the accelerometer in the scenario: that of the built-in tank.
+const SCENARIO_INTERVAL_S: f64 = 0.1;
 /// Blocks of the planned arc.
 const CAPACITY: usize = 4096;
 const CYCLES: [u32; 5] = [1, 2, 3, 4, 6];
@@ -44,6 +47,9 @@ pub struct Arguments {
     /// Where the plant file with the new thrust goes
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Where a scenario that flies that plant goes
+    #[arg(long, requires = "out")]
+    scenario: Option<PathBuf>,
 }
 
 /// One burst record of unit amplitude.
@@ -184,8 +190,37 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     })?;
     print(&table(&task, &best));
     let Some(out) = &arguments.out else { return Ok(()) };
-    std::fs::write(out, plant_text(&best, arguments)?)
-        .map_err(|error| Failure::Run(format!("{}: {error}", out.display())))
+    write(out, &plant_text(&best, arguments)?)?;
+    let Some(scenario) = &arguments.scenario else { return Ok(()) };
+    write(scenario, &scenario_text(&task, &out.display().to_string()))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(path, text).map_err(|error| Failure::Run(format!("{}: {error}", path.display())))
+}
+
+/// A scenario that flies the designed plant: it states no thrust, so that the plant's own is flown.
+fn scenario_text(task: &Task<'_>, plant: &str) -> String {
+    let Arguments { duration_s, vrw_m_s_sqrt_h, .. } = task.arguments;
+    let [m_s, k_s, c_s] = task.truth.into();
+    format!(
+        "# Thrust for slosh, as 'obsid design slosh' found it.
+format = 1
+name = \"designed-slosh\"
+seed = 1
+
+[slosh]
+duration_s = {duration_s:.1}
+plant = {{ file = \"{plant}\" }}
+
+[slosh.known]
+m_0_kg = {}
+interval_s = {SCENARIO_INTERVAL_S}
+accelerometer_vrw_m_s_sqrt_h = {vrw_m_s_sqrt_h}
+expected = [{m_s}, {k_s}, {c_s}]
+",
+        task.settings.base_mass_kg
+    )
 }
 
 fn table(task: &Task<'_>, best: &Candidate) -> String {
@@ -257,6 +292,7 @@ mod tests {
         duration_s: 1200.0,
         vrw_m_s_sqrt_h: 0.008,
         out: None,
+        scenario: None,
     };
 
     fn designed(arguments: &Arguments) -> Candidate {

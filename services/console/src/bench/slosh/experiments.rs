@@ -38,3 +38,16 @@ impl Bursts {
         (0..bursts).map(move |k| f64::from(k) * self.repeat_s)
     }
 }
+
+/// Replaces the first actuator's command by single cycles of a square wave, one after the other, and the duration.
+pub(super) fn quicken(plant: &mut Plant, amplitude_n: f64, cycles_s: &[f64], duration_s: f64) {
+    let mut begin_s = 0.0;
+    let cycle = |cycle_s: &f64| {
+        let (amplitude, frequency_hz) = (Quantity::known(amplitude_n), Quantity::known(1.0 / cycle_s));
+        let signal = between(SignalKind::Square { amplitude, frequency_hz }, begin_s, begin_s + cycle_s);
+        begin_s += cycle_s;
+        signal
+    };
+    plant.actuators[0].command = cycles_s.iter().map(cycle).collect();
+    plant.simulation.duration_s = duration_s;
+}

@@ -1,21 +1,23 @@
 //! The Kalman filters of BP2 from a start that is wrong by 45 %: unscented, one pass and two, and extended.
 //!
-//! The extended filter is a baseline: same states, same model, sensitivities by central differences. It shows what the
-//! linearisation at a poor start costs, and that its covariance does not say so.
+//! The extended filter is a baseline in `[r, ṙ, ln ms, ln ks, ln cs]`, sensitivities by central differences. It shows what
+//! the linearisation at a poor start costs, and that its covariance does not say so.
 
 use super::PARAMETERS;
 use crate::bench::campaign::Answer;
-use estimation::unscented::StateSpace;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
-use physics::slosh::{SloshParameters, SloshState};
+use physics::slosh::{SloshParameters, SloshPropagator, SloshState};
 use physics::slosh_arc::SloshSample;
-use physics::slosh_filter::{FilteredSlosh, STATES, SloshFilter, SloshPrior, SloshStep, filter_twice};
+use physics::slosh_filter::{FilteredSlosh, STATES, SloshFilter, SloshPrior, filter_twice};
 
 /// Of the truth: where the filters begin.
 const START: f64 = 0.55;
 
 /// The sums of so many samples are filtered: the information is in the sums.
 const SAMPLES_SUMMED: usize = 5;
+
+/// Twelve decades about one: beyond, a divergent filter's numbers say nothing.
+const LOG_MAX: f64 = 27.0;
 
 /// What the filters are told before the first sample.
 pub(super) fn prior(truth: &Vector3<f64>) -> SloshPrior {
@@ -64,16 +66,16 @@ pub(super) fn extended(record: &[SloshSample], base_mass_kg: f64, prior: &SloshP
     let sigma = SVector::<f64, STATES>::from([s[0], s[1], l[0], l[1], l[2]]);
     let mut covariance = SMatrix::<f64, STATES, STATES>::from_diagonal(&sigma.component_mul(&sigma));
     for sample in record {
-        let model = SloshStep { base_mass_kg, interval_s: sample.interval_s };
-        let force = Vector1::new(sample.force_n);
-        let (h, noise) = (slope(&mean, |x| model.observe(x, &force)), sample.sigma_m_s2 * sample.sigma_m_s2);
+        let observe = |x: &SVector<f64, STATES>| Vector1::new(moved(base_mass_kg, sample, x).1);
+        let propagate = |x: &SVector<f64, STATES>| moved(base_mass_kg, sample, x).0;
+        let (h, noise) = (slope(&mean, observe), sample.sigma_m_s2 * sample.sigma_m_s2);
         let cross = covariance * h.transpose();
         let gain = cross / ((h * cross)[0] + noise);
-        mean += gain * (sample.acceleration_m_s2 - model.observe(&mean, &force)[0]);
+        mean += gain * (sample.acceleration_m_s2 - observe(&mean)[0]);
         let kept = SMatrix::<f64, STATES, STATES>::identity() - gain * h;
         covariance = kept * covariance * kept.transpose() + gain * gain.transpose() * noise;
-        let f = slope(&mean, |x| model.propagate(x, &force));
-        mean = model.propagate(&mean, &force);
+        let f = slope(&mean, propagate);
+        mean = propagate(&mean);
         covariance = f * covariance * f.transpose();
         if !mean.iter().all(|value| value.is_finite() && value.abs() < 1e6) {
             return None;
@@ -87,6 +89,18 @@ pub(super) fn extended(record: &[SloshSample], base_mass_kg: f64, prior: &SloshP
         covariance: scale * logarithms * scale,
         state: SloshState { displacement_m: mean[0], velocity_m_s: mean[1] },
     })
+}
+
+/// The state after the interval of a sample, and the mean acceleration over it.
+fn moved(base_mass_kg: f64, sample: &SloshSample, state: &SVector<f64, STATES>) -> (SVector<f64, STATES>, f64) {
+    let [slosh_mass_kg, stiffness_n_m, damping_n_s_m] = [2, 3, 4].map(|i| state[i].clamp(-LOG_MAX, LOG_MAX).exp());
+    let tank = SloshParameters { slosh_mass_kg, stiffness_n_m, damping_n_s_m };
+    let start = SloshState { displacement_m: state[0], velocity_m_s: state[1] };
+    let mut motion = SloshPropagator::new(tank, base_mass_kg, start);
+    let acceleration = motion.step(sample.interval_s, sample.force_n);
+    let mut next = *state;
+    (next[0], next[1]) = (motion.state().displacement_m, motion.state().velocity_m_s);
+    (next, acceleration)
 }
 
 /// Central differences; the states are of order one or enter linearly.

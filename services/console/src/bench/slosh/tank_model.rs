@@ -21,8 +21,8 @@ const METHODS: &[Method] = &[method("ml", &[])];
 const SPRING: [&str; ONE_AXIS] = ["m_s", "k", "c", "b_x", "b_y"];
 const PENDULUM: [&str; ONE_AXIS] = ["m_s", "L", "D", "d_x", "d_y"];
 
-/// Seconds of one level of thrust.
-pub const LEVEL_S: f64 = 600.0;
+/// How far from the hub's centre of mass a tank may be.
+const REACH_M: f64 = 1.2;
 
 /// A tank under three levels of thrust, and what it truly is.
 #[derive(Clone, Debug)]
@@ -83,7 +83,7 @@ impl TankModelChoice {
             rate_rad_s: self.noise.rate_rad_s * half,
         };
         let record = PlanarRecord { samples: &sums, interval_s, noise };
-        decide(&record, (LEVEL_S / interval_s) as usize, &self.hub).ok()
+        decide(&record, REACH_M, &self.hub).ok()
     }
 }
 
