@@ -17,7 +17,7 @@ use modal::mac::modal_assurance_criterion;
 use modal::maximum_likelihood::{self, Model};
 use modal::methods::{Deviation, Estimate, Settings, method};
 use modal::record::Record;
-use modal::{Config, ModalIdentifier, Mode};
+use modal::{Config, ModalIdentifier};
 use physics::appendage::MODES;
 use plant::description::Plant;
 use std::ops::Range;
@@ -274,7 +274,7 @@ impl Modes {
     fn answer(&self, name: &str, record: &Record, truth: &[TrueMode]) -> Answer {
         if name == FLIGHT {
             let modes = self.in_flight(record).identify().unwrap_or_default();
-            let found: Vec<Estimate> = modes.iter().map(as_estimate).collect();
+            let found: Vec<Estimate> = modes.iter().map(Estimate::from).collect();
             let answer = judge(truth, &found);
             let there = answer.found.iter().flatten().count() / 2;
             return Answer { spurious: (found.len() - there) as u32, ..answer };
@@ -318,20 +318,6 @@ fn judge(truth: &[TrueMode], found: &[Estimate]) -> Answer {
 fn square(d: &Deviation, e_f: f64, e_zeta: f64) -> f64 {
     let (x, y, r) = (e_f / d.frequency_hz, e_zeta / d.damping_ratio, d.correlation);
     (x * x - 2.0 * r * x * y + y * y) / (1.0 - r * r)
-}
-
-fn as_estimate(mode: &Mode) -> Estimate {
-    Estimate {
-        frequency_hz: mode.frequency_hz,
-        damping_ratio: mode.damping_ratio,
-        deviation: Some(Deviation {
-            frequency_hz: mode.sigma_frequency_hz,
-            damping_ratio: mode.sigma_damping,
-            correlation: mode.correlation,
-        }),
-        mode_shape: mode.mode_shape.clone(),
-        phase_collinearity: mode.phase_collinearity,
-    }
 }
 
 impl Benchmark for Modes {

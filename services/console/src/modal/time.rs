@@ -5,12 +5,12 @@ use crate::{Failure, recordings};
 use modal::advice::{Advice, advice, pulse_nulling};
 use modal::gram::output_gram;
 use modal::maximum_likelihood::{Model, modelled};
-use modal::methods::{Deviation, Estimate, estimates};
+use modal::methods::{Estimate, estimates};
 use modal::model_order::fit_of_any_order;
 use modal::po_moesp::po_moesp;
 use modal::record::Record;
 use modal::ssi_cov::{Pole, Realisation, realise};
-use modal::{Config, ModalIdentifier, Mode, OnsetGate, RejectedPole, Rejection, Selection, StabilityCriteria};
+use modal::{Config, ModalIdentifier, OnsetGate, RejectedPole, Rejection, Selection, StabilityCriteria};
 use recording::{Imported, Table};
 use report::Stability;
 
@@ -123,7 +123,7 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
     let Selection { modes, rejected } = identifier.identify_with_reasons().map_err(|error| {
         Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}"))
     })?;
-    let found: Vec<Estimate> = modes.iter().map(as_estimate).collect();
+    let found: Vec<Estimate> = modes.iter().map(Estimate::from).collect();
     let record_s = record.samples() as f64 / record.sample_rate_hz;
     let sweep = realise(&output_gram(record, BLOCK_ROWS), *arguments.orders.end())
         .map(|realisation| sweep(&realisation, arguments, record.sample_rate_hz))
@@ -209,20 +209,6 @@ fn pulse_s(record: &Record) -> Option<f64> {
 fn loudest(record: &Record) -> usize {
     let power = |c: usize| record.outputs.iter().skip(c).step_by(record.channels).map(|y| y * y).sum::<f64>();
     (0..record.channels).max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or(0)
-}
-
-fn as_estimate(mode: &Mode) -> Estimate {
-    Estimate {
-        frequency_hz: mode.frequency_hz,
-        damping_ratio: mode.damping_ratio,
-        deviation: Some(Deviation {
-            frequency_hz: mode.sigma_frequency_hz,
-            damping_ratio: mode.sigma_damping,
-            correlation: mode.correlation,
-        }),
-        mode_shape: mode.mode_shape.clone(),
-        phase_collinearity: mode.phase_collinearity,
-    }
 }
 
 fn found_mode(estimate: &Estimate) -> FoundMode {
