@@ -274,6 +274,28 @@ pub fn fit(record: &Record, model: Model, start: &[c64]) -> Result<Fit, MlError>
     finish(record, now, &poles, &order, (iterations, converged)).ok_or_else(blind)
 }
 
+/// As [`fit`]; of a record that moves before its input acts, the fit with that motion, and the model it is of.
+///
+/// The motion is part of the model when `2 ln L` gains more by it than its unknowns cost (Schwarz 1978): `Σ_i N ln(RSS_i / RSS_i')`
+/// against `unknowns · ln(numbers)`, at the poles of the fit without.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_with_motion(record: &Record, model: Model, start: &[c64]) -> Result<(Fit, Model), MlError> {
+    let at_rest = fit(record, model, start)?;
+    if model.initial_motion {
+        return Ok((at_rest, model));
+    }
+    let moving = Model { initial_motion: true, ..model };
+    let outputs = Outputs::new(record);
+    let cost = |model: Model| Evaluation::new(record, model, &outputs, &at_rest.poles).cost();
+    let price = (2 * start.len() * record.channels) as f64 * libm::log((record.samples() * record.channels) as f64);
+    if 2.0 * (cost(model) - cost(moving)) <= price {
+        return Ok((at_rest, model));
+    }
+    Ok((fit(record, moving, start)?, moving))
+}
+
 /// Covariance of (f₁, ζ₁, …) that no unbiased estimator can undercut: poles and outputs without noise, `sigma` per channel.
 ///
 /// The Cramér–Rao bound with residues, direct terms and biases unknown. `None` when a pole leaves no trace.

@@ -192,7 +192,7 @@ fn driven_or_decaying<'a>(record: &'a Record, settings: &Settings) -> (Cow<'a, R
 fn by_likelihood(record: &Record, settings: &Settings) -> Result<Vec<Estimate>, MethodError> {
     let (record, model) = driven_or_decaying(record, settings);
     let start = ml::start(&record, settings.modes)?;
-    Ok(estimates(&ml::fit(&record, model, &start)?))
+    Ok(estimates(&ml::fit_with_motion(&record, model, &start)?.0))
 }
 
 /// The modes of a maximum-likelihood fit.
