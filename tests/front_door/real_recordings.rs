@@ -113,13 +113,15 @@ fn modes(arguments: &[&str]) -> Vec<Value> {
 #[test]
 fn the_free_beams_six_modes_are_those_of_two_other_tools() {
     let Some(folder) = folder() else { return };
-    let points = [1, 2, 3].map(|point| folder.join(format!("free_beam_frf/meas_point_{point}.csv")).display().to_string());
+    let points =
+        [1, 2, 3].map(|point| folder.join(format!("free_beam_frf/meas_point_{point}.csv")).display().to_string());
     let found = modes(&points.each_ref().map(String::as_str));
     assert_eq!(found.len(), 6, "{found:?}");
     // Of the recording's README: sdypy-EMA LSCF of order 30, and a global rational fraction; they agree to 7 mHz and 10 %.
     let lscf = [51.5165, 142.1763, 278.6623, 460.3951, 687.1658, 958.5290];
     let rational = [51.5183, 142.1768, 278.6666, 460.4012, 687.1647, 958.5304];
-    let damping = [[0.0570, 0.0515], [0.0368, 0.0366], [0.0191, 0.0188], [0.0188, 0.0192], [0.0165, 0.0159], [0.0140, 0.0134]];
+    let damping =
+        [[0.0570, 0.0515], [0.0368, 0.0366], [0.0191, 0.0188], [0.0188, 0.0192], [0.0165, 0.0159], [0.0140, 0.0134]];
     for (k, mode) in found.iter().enumerate() {
         let (f, zeta) = (number(mode, "frequency_hz"), 100.0 * number(mode, "damping"));
         for (peer_f, peer_zeta) in [(lscf[k], damping[k][0]), (rational[k], damping[k][1])] {

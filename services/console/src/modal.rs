@@ -3,6 +3,7 @@
 //! A time record without inputs goes through the identifier that flies; with `--input` through maximum likelihood. Complex
 //! frequency responses go through rational fractions, magnitudes alone through their peaks. Every answer says whose modes it gives.
 
+mod csv_table;
 mod magnitude;
 mod page;
 mod responses;
@@ -127,7 +128,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         out.write(&page::page(&outcome, arguments, &again(arguments)))?;
     }
     if let Some(file) = &arguments.csv {
-        std::fs::write(file, csv::table(&outcome)).map_err(|error| Failure::Run(format!("{}: {error}", file.display())))?;
+        std::fs::write(file, csv_table::table(&outcome))
+            .map_err(|error| Failure::Run(format!("{}: {error}", file.display())))?;
     }
     let written = out.map(|out| out.path());
     let text = if arguments.json {

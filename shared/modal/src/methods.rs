@@ -4,7 +4,7 @@ use crate::era::era;
 use crate::gram::output_gram;
 use crate::lsce::lsce;
 use crate::mac::modal_phase_collinearity;
-use crate::maximum_likelihood::{self as ml, MlError, Model, linear_fit};
+use crate::maximum_likelihood::{self as ml, MlError, Model, linear_shapes};
 use crate::po_moesp::po_moesp;
 use crate::rational_fraction::{self, Orders, RfpError};
 use crate::record::Record;
@@ -231,8 +231,7 @@ fn by_fraction(record: &Record, settings: &Settings) -> Result<Vec<Estimate>, Me
 
 /// Shapes by linear least squares at poles found otherwise.
 fn with_shapes(record: &Record, model: Model, poles: &[c64]) -> Vec<Estimate> {
-    let (shapes, _) = linear_fit(record, model, poles);
-    poles.iter().zip(shapes).map(|(pole, shape)| Estimate::bare(*pole, shape)).collect()
+    poles.iter().zip(linear_shapes(record, model, poles)).map(|(pole, shape)| Estimate::bare(*pole, shape)).collect()
 }
 
 fn by_subspace(record: &Record, settings: &Settings, projection: Projection) -> Result<Vec<Estimate>, MethodError> {

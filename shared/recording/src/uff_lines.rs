@@ -36,6 +36,11 @@ impl<'a> Text<'a> {
         self.next_line().ok_or_else(|| self.error(format!("the file ends after line {before}"), CUT))
     }
 
+    /// Whether the dataset is closed so many bytes further on.
+    pub fn closes_behind(&self, length: usize) -> bool {
+        self.bytes.get(self.at.saturating_add(length)..).is_some_and(|rest| rest.trim_ascii_start().starts_with(b"-1"))
+    }
+
     pub fn block(&mut self, length: usize) -> Result<&'a [u8], RecordingError> {
         let found = self.bytes.len().saturating_sub(self.at);
         let block = self.bytes.get(self.at..self.at.saturating_add(length));

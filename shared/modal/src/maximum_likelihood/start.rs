@@ -2,9 +2,10 @@
 //!
 //! Block rows look ahead over so many samples; a mode far below the sample rate hardly moves meanwhile. So the rate is halved as
 //! often as the record lasts, inputs and outputs behind one filter, which leaves their relation as it is, and the poles that
-//! explain most of the record at its full rate are taken.
+//! explain most of the record at its full rate are taken; the first that leave it white end the search.
 
-use super::{MlError, Model, linear_fit};
+use super::evaluation::{Evaluation, Outputs};
+use super::{MlError, Model, correlation};
 use crate::decimation::HalfBand;
 use crate::gram::gram;
 use crate::po_moesp::po_moesp;
@@ -18,6 +19,8 @@ const BLOCK_ROWS: usize = 20;
 const SAMPLES_MIN: usize = 4 * BLOCK_ROWS;
 /// States tried beyond those of the modes: bias, drift, and modes that are not asked for.
 const SPARE_STATES: usize = 3;
+/// Correlation of residuals (1: white) below which a start leaves nothing that a slower rate could find.
+const WHITE: f64 = 2.0;
 /// Damping ratio above which an oscillation is none to start from.
 const DAMPING_MAX: f64 = 0.5;
 
@@ -32,15 +35,20 @@ pub fn start(record: &Record, modes: usize) -> Result<Vec<c64>, MlError> {
     let reduced = reduced(record, modes + 1)?;
     // What moves already is part of the model here, whatever is fitted later.
     let model = Model { initial_motion: true, bias: true };
+    let outputs = Outputs::new(&reduced);
     let mut best: Option<(f64, Vec<c64>)> = None;
     let mut found = 0;
     let mut at_rate = Cow::Borrowed(&reduced);
     while at_rate.samples() >= SAMPLES_MIN {
         match of_rate(&at_rate, modes) {
             Ok(poles) => {
-                let left = linear_fit(&reduced, model, &poles).1;
+                let evaluation = Evaluation::new(&reduced, model, &outputs, &poles);
+                let left: f64 = evaluation.squares.iter().sum();
                 if best.as_ref().is_none_or(|(smallest, _)| left < *smallest) {
                     best = Some((left, poles));
+                }
+                if correlation(&evaluation.residuals) < WHITE {
+                    break;
                 }
             }
             Err(MlError::NoStart { found: here, .. }) => found = found.max(here),
