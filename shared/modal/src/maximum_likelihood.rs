@@ -260,3 +260,19 @@ pub fn modelled(record: &Record, fit: &Fit) -> Vec<Vec<f64>> {
         })
         .collect()
 }
+
+/// What modes at `poles` found otherwise explain of a record, channel by channel: one linear least squares.
+#[must_use]
+pub fn explained(record: &Record, model: Model, poles: &[c64]) -> Vec<Vec<f64>> {
+    let outputs = Outputs::new(record);
+    let left = Evaluation::new(record, model, &outputs, poles).residuals;
+    outputs
+        .channels
+        .into_iter()
+        .zip(&left)
+        .map(|(mut y, left)| {
+            add(&mut y, -1.0, left);
+            y
+        })
+        .collect()
+}

@@ -3,9 +3,10 @@
 use super::{Arguments, FoundMode, Outcome, SweepPole, Synthesis};
 use crate::{Failure, recordings};
 use modal::advice::{Advice, advice, pulse_nulling};
+use modal::c64;
 use modal::drift::{self, Drift};
 use modal::gram::output_gram;
-use modal::maximum_likelihood::{Model, modelled};
+use modal::maximum_likelihood::{Model, explained, modelled};
 use modal::methods::{Estimate, estimates};
 use modal::model_order::fit_of_any_order;
 use modal::po_moesp::po_moesp;
@@ -156,11 +157,47 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
         rejected: reasons(&rejected),
         sweep,
         spectrum: Some(super::page::density_of(record)),
-        synthesis: None,
+        synthesis: correlation(&chosen, &found),
         advice: in_words(&advice(&found, record_s, None), &drift),
         drift,
         channels: chosen.names,
         notes: chosen.notes,
+    })
+}
+
+/// The correlation function of the loudest channel, and the decays at the poles found that come nearest to it: under white
+/// excitation it is a free decay, and so is that of a free decay.
+fn correlation(chosen: &Chosen, found: &[Estimate]) -> Option<Synthesis> {
+    const LAGS_MAX: usize = 2000;
+    let record = &chosen.record;
+    let slowest_hz = found.first()?.frequency_hz;
+    // Ten periods of the slowest mode, a tenth of the record, as far as they can be drawn.
+    let lags = ((10.0 * record.sample_rate_hz / slowest_hz) as usize).min(record.samples() / 10).min(LAGS_MAX);
+    let loudest = loudest(record);
+    let y: Vec<f64> = record.outputs.iter().skip(loudest).step_by(record.channels).copied().collect();
+    let mean = y.iter().sum::<f64>() / y.len() as f64;
+    let at = |lag: usize| y[lag..].iter().zip(&y).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / y.len() as f64;
+    // Lag 0 holds the noise of the sensor.
+    let measured: Vec<f64> = (1..lags).map(at).collect();
+    if measured.len() < 4 * found.len() + 2 {
+        return None;
+    }
+    let poles: Vec<c64> = found
+        .iter()
+        .map(|mode| {
+            let omega = core::f64::consts::TAU * mode.frequency_hz;
+            let damped = (1.0 - mode.damping_ratio * mode.damping_ratio).max(0.0).sqrt();
+            c64::new(-mode.damping_ratio, damped) * omega
+        })
+        .collect();
+    let decays = Record::of_outputs(record.sample_rate_hz, 1, measured.clone());
+    Some(Synthesis {
+        channel: format!("correlation of {}", chosen.names[loudest]),
+        unit: if chosen.unit == "-" { "-".into() } else { format!("({})^2", chosen.unit) },
+        x: (1..lags).map(|lag| lag as f64 / record.sample_rate_hz).collect(),
+        over_frequency: false,
+        modelled: explained(&decays, Model::FREE, &poles).swap_remove(0),
+        measured,
     })
 }
 

@@ -66,7 +66,7 @@ impl Dataset {
         };
         for line in values.chunks(per_line) {
             for (k, value) in line.iter().enumerate() {
-                let double = self.layout % 2 == 0 && self.layout != 2 && (self.even.is_some() || k % parts > 0);
+                let double = matches!(self.layout, 4 | 6) && (self.even.is_some() || k % parts > 0);
                 text += &if double { e20(*value) } else { e13(*value) };
             }
             text.push('\n');
