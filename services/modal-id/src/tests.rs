@@ -168,23 +168,27 @@ fn named(estimate: &Estimate) -> Vec<(u32, u32)> {
 }
 
 #[test]
-fn modes_keep_their_numbers_from_answer_to_answer_and_over_a_restart() {
+fn modes_keep_their_numbers_from_answer_to_answer_over_a_restart_and_in_the_next_experiment() {
     let mut partition = Case { seconds: 4.0, ..Case::new(2) }.run(known(&[]));
-    assert_eq!(named(&partition.estimate(0, false)), [(1, 0), (2, 0)]);
+    for _ in 0..2 {
+        assert_eq!(named(&partition.estimate(0, false)), [(1, 0), (2, 0)]);
+    }
     let mut bytes = Vec::new();
     partition.save(&mut bytes).unwrap();
-    // The same structure in another experiment: one mode more, below the others.
-    let mut again = Case { modes: vec![(0.8, 0.02), (1.5611, 0.008), (6.4844, 0.008)], ..Case::new(2) }.run(known(&[]));
-    let tracker = {
-        let mut restored = ModalId { state: State::default(), known: known(&[]), replays: true };
-        restored.restore(&bytes).unwrap();
-        restored.state.tracker.take()
+    let mut restored = ModalId { state: State::default(), known: known(&[]), replays: true };
+    restored.restore(&bytes).unwrap();
+    assert_eq!(named(&restored.estimate(0, false)), [(1, 0), (2, 0)]);
+    // Another record of the same structure shows one mode more, a third without the first.
+    let mut next = |modes: Vec<(f64, f64)>, skip: usize| {
+        let mut next = Case { modes, ..Case::new(2) }.run(known(&[]));
+        next.state.tracker = restored.state.tracker.take();
+        let numbers: Vec<u32> = named(&next.estimate(0, true)).iter().map(|(identity, _)| *identity).collect();
+        restored.state.tracker = next.state.tracker.take();
+        numbers[skip..].to_vec()
     };
-    again.state.tracker = tracker;
-    let numbers: Vec<u32> = named(&again.estimate(0, true)).iter().map(|(identity, _)| *identity).collect();
-    // Shapes of the case go by place in its list, so the second is known by frequency and the third has another shape.
-    assert_eq!(numbers.len(), 3);
-    assert!(numbers[0] == 3 && numbers.iter().all(|n| (1..=5).contains(n)), "{numbers:?}");
+    assert_eq!(next(vec![(1.5611, 0.008), (6.4844, 0.008), (17.67, 0.008)], 0), [1, 2, 3]);
+    assert_eq!(next(vec![(1.5611, 0.008)], 0), [1]);
+    assert_eq!(next(vec![(1.5611, 0.008), (6.4844, 0.008), (17.67, 0.008)], 1), [2, 3]);
 }
 
 #[test]
@@ -193,7 +197,7 @@ fn what_to_beware_of_stands_beside_the_mode_it_is_about() {
     // One second of torque and a mode at 1.02 Hz: 6 % of the largest decay are left.
     assert_eq!(bits(&Case { modes: vec![(1.02, 0.008), (6.4844, 0.008)], ..Case::new(2) }), [1, 0]);
     assert_eq!(bits(&Case { growth: 0.02, ..Case::new(1) }), [8]);
-    assert_eq!(bits(&Case { modes: vec![(5.0, 0.02), (5.3, 0.02)], seconds: 12.0, ..Case::new(2) }), [4, 4]);
+    assert_eq!(bits(&Case { modes: vec![(4.5, 0.02), (4.8, 0.02)], seconds: 12.0, ..Case::new(2) }), [4, 4]);
     // An alternating torque is no pulse.
     let mut pulse = Pulse::default();
     for n in 0..100 {
