@@ -36,9 +36,11 @@ impl<'a> Text<'a> {
         self.next_line().ok_or_else(|| self.error(format!("the file ends after line {before}"), CUT))
     }
 
-    /// Whether the dataset is closed so many bytes further on.
+    /// Whether the line `-1`, in its six columns, stands so many bytes further on; a line feed may stand between.
     pub fn closes_behind(&self, length: usize) -> bool {
-        self.bytes.get(self.at.saturating_add(length)..).is_some_and(|rest| rest.trim_ascii_start().starts_with(b"-1"))
+        let Some(rest) = self.bytes.get(self.at.saturating_add(length)..) else { return false };
+        let line = rest.strip_prefix(b"\r\n").or_else(|| rest.strip_prefix(b"\n")).unwrap_or(rest);
+        line.starts_with(b"    -1")
     }
 
     pub fn block(&mut self, length: usize) -> Result<&'a [u8], RecordingError> {
