@@ -102,3 +102,55 @@ fn collect(folder: &Path, found: &mut Vec<PathBuf>) {
         }
     }
 }
+
+/// The modes that `obsid modal` gives.
+fn modes(arguments: &[&str]) -> Vec<Value> {
+    let answer = ask(&[&["modal"], arguments, &["--json"]].concat());
+    assert_eq!(answer.code, Some(0), "{}", answer.stderr);
+    answer.object()["modes"].as_array().unwrap().clone()
+}
+
+#[test]
+fn the_free_beams_six_modes_are_those_of_two_other_tools() {
+    let Some(folder) = folder() else { return };
+    let points =
+        [1, 2, 3].map(|point| folder.join(format!("free_beam_frf/meas_point_{point}.csv")).display().to_string());
+    let found = modes(&points.each_ref().map(String::as_str));
+    assert_eq!(found.len(), 6, "{found:?}");
+    // Of the recording's README: sdypy-EMA LSCF of order 30, and a global rational fraction; they agree to 7 mHz and 10 %.
+    let lscf = [51.5165, 142.1763, 278.6623, 460.3951, 687.1658, 958.5290];
+    let rational = [51.5183, 142.1768, 278.6666, 460.4012, 687.1647, 958.5304];
+    let damping =
+        [[0.0570, 0.0515], [0.0368, 0.0366], [0.0191, 0.0188], [0.0188, 0.0192], [0.0165, 0.0159], [0.0140, 0.0134]];
+    for (k, mode) in found.iter().enumerate() {
+        let (f, zeta) = (number(mode, "frequency_hz"), 100.0 * number(mode, "damping"));
+        for (peer_f, peer_zeta) in [(lscf[k], damping[k][0]), (rational[k], damping[k][1])] {
+            assert!((f - peer_f).abs() < 0.010, "{f} Hz against {peer_f}");
+            assert!((zeta / peer_zeta - 1.0).abs() < 0.10, "{zeta} % against {peer_zeta}");
+        }
+        assert_eq!(mode["shape"].as_array().unwrap().len(), 3);
+        assert!(number(mode, "mpc") > 0.9, "a free beam has real modes: {mode}");
+    }
+}
+
+#[test]
+fn the_cantilevers_frequencies_are_those_of_its_spectrum() {
+    let Some(folder) = folder() else { return };
+    let found = modes(&[&folder.join("cantilever_impulse_fft/impulse_spectrum.csv.gz").display().to_string()]);
+    // Of the recording's README.
+    for frequency_hz in [6.604, 41.450, 117.920, 229.997, 380.334, 569.219] {
+        let near = |mode: &&Value| (number(mode, "frequency_hz") / frequency_hz - 1.0).abs() < 0.002;
+        assert_eq!(found.iter().filter(near).count(), 1, "{frequency_hz} Hz in {found:?}");
+    }
+}
+
+#[test]
+fn the_slabs_mode_is_known_with_its_deviation() {
+    let Some(folder) = folder() else { return };
+    let slab = folder.join("slab_vibration/slab_vibration.csv.gz").display().to_string();
+    // As the author does: the vertical axis, without the first 2000 rows.
+    let found = modes(&[&slab, "--channels", "acceleration_z", "--from", "4.71"]);
+    let near = |mode: &&Value| (17.6..=18.0).contains(&number(mode, "frequency_hz"));
+    let mode = found.iter().find(near).unwrap_or_else(|| panic!("{found:?}"));
+    assert!(number(mode, "frequency_sd") > 0.0 && number(mode, "frequency_sd") < 0.2, "{mode}");
+}

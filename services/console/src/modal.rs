@@ -3,6 +3,7 @@
 //! A time record without inputs goes through the identifier that flies; with `--input` through maximum likelihood. Complex
 //! frequency responses go through rational fractions, magnitudes alone through their peaks. Every answer says whose modes it gives.
 
+mod csv_table;
 mod magnitude;
 mod page;
 mod responses;
@@ -11,6 +12,7 @@ mod time;
 use crate::Failure;
 use crate::recordings::{self, ReportFile};
 use modal::c64;
+use modal::drift::Drift;
 use recording::{Imported, Spectrum};
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
@@ -24,9 +26,10 @@ use std::path::PathBuf;
   obsid modal slab.csv.gz --channels acceleration_z --from 5    one channel, the first seconds left out
   obsid modal panel.csv --input torque --out report             with a recorded input: maximum likelihood, modal.html
   obsid modal point_1.csv point_2.csv point_3.csv --json        frequency responses of one structure, as one object
+  obsid modal beam.uff --csv modes.csv                          a universal file (dataset 58); the modes as a table
   obsid modal run.mcap --orders 2..60                           order sweep up to 60")]
 pub struct Arguments {
-    /// CSV, CSV.gz or MCAP; several files of frequency responses are channels of one structure
+    /// CSV, CSV.gz, UFF or MCAP; several files of frequency responses are channels of one structure
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// A channel that drives the structure, held from sample to sample
@@ -47,6 +50,9 @@ pub struct Arguments {
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
+    /// Write the modes to this file, a row for each
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
     /// Write modal.html, one page with figures, to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -108,6 +114,8 @@ struct Outcome {
     spectrum: Option<(Vec<f64>, Vec<f64>)>,
     synthesis: Option<Synthesis>,
     advice: Vec<String>,
+    /// From the first half of the record to the second.
+    drift: Vec<Drift>,
     notes: Vec<String>,
 }
 
@@ -118,6 +126,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let outcome = outcome(arguments)?;
     if let Some(out) = &out {
         out.write(&page::page(&outcome, arguments, &again(arguments)))?;
+    }
+    if let Some(file) = &arguments.csv {
+        std::fs::write(file, csv_table::table(&outcome))
+            .map_err(|error| Failure::Run(format!("{}: {error}", file.display())))?;
     }
     let written = out.map(|out| out.path());
     let text = if arguments.json {
@@ -162,6 +174,7 @@ fn again(arguments: &Arguments) -> String {
     words.extend(["--orders".into(), format!("{}..{}", arguments.orders.start(), arguments.orders.end())]);
     words.extend(arguments.from.iter().flat_map(|t| ["--from".into(), t.to_string()]));
     words.extend(arguments.to.iter().flat_map(|t| ["--to".into(), t.to_string()]));
+    words.extend(arguments.csv.iter().flat_map(|file| ["--csv".into(), file.display().to_string()]));
     words.extend(arguments.out.iter().flat_map(|out| ["--out".into(), out.display().to_string()]));
     recordings::command_line(&words)
 }
@@ -177,10 +190,14 @@ fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<&str>) -> V
     };
     let rejected: Vec<Value> =
         outcome.rejected.iter().map(|(reason, poles)| json!({ "reason": reason, "poles": poles })).collect();
+    let drift = |drift: &Drift| {
+        json!({ "frequency_hz": drift.frequency_hz, "frequency_change_hz": drift.frequency_change_hz, "frequency_z": drift.frequency_z,
+            "damping": drift.damping_ratio, "damping_change": drift.damping_change, "damping_z": drift.damping_z })
+    };
     json!({ "files": arguments.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         "method": outcome.method, "kind": outcome.kind, "standard_deviations": outcome.deviations,
         "channels": outcome.channels, "modes": outcome.modes.iter().map(mode).collect::<Vec<_>>(),
-        "rejected": rejected, "advice": outcome.advice, "notes": outcome.notes, "report": written })
+        "rejected": rejected, "drift": outcome.drift.iter().map(drift).collect::<Vec<_>>(), "advice": outcome.advice, "notes": outcome.notes, "report": written })
 }
 
 fn in_words(outcome: &Outcome, written: Option<&str>) -> String {

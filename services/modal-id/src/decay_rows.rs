@@ -34,12 +34,18 @@ pub struct DecayRows {
 }
 
 impl DecayRows {
+    /// Takes the memory for rows of `channels` values.
+    pub fn new(channels: usize) -> Self {
+        Self { values: Vec::with_capacity(ROWS_MAX * channels), ..Self::default() }
+    }
+
     /// A segment begins. It replaces the one before unless that one had [`FULL_ROWS`] rows.
     pub fn begin_segment(&mut self) {
         if self.kept >= FULL_ROWS {
             self.complete = true;
         } else {
-            *self = DecayRows::default();
+            self.values.clear();
+            (self.kept, self.seen, self.last_t_ns) = (0, 0, 0);
         }
     }
 

@@ -9,14 +9,19 @@
 //!
 //! Status: 0 valid; 1 no rows, or channels asked for that the record does not have; 2 record too short
 //! (`auxiliary[10]` samples, `auxiliary[11]` needed); 3 no mode found; 4 flat channels; 5 decomposition failed;
-//! 6 excited throughout.
+//! 6 excited throughout. Where the status is 0, `auxiliary[k]` is the dominant channel of mode k, and `auxiliary[6 + k]` says which
+//! mode it is over all answers and experiments so far, and what to beware of ([`advice_bits`]).
 //! May import: modal, physics, runtime, telemetry. Must never know: the plant, recordings.
 #![forbid(unsafe_code)]
 
+mod advice_bits;
 mod decay_rows;
 
+use advice_bits::{IDENTITY_UNIT, Pulse};
 use decay_rows::DecayRows;
 use estimation::consistency::Whiteness;
+use modal::methods::Estimate as Found;
+use modal::tracking::ModeTracker;
 use modal::{Config, ModalError, ModalIdentifier, Mode, OnsetGate};
 use physics::appendage;
 use runtime::experiment::{ExperimentWindow, Step};
@@ -37,6 +42,11 @@ const GATE_SIGMA: f64 = 5.0;
 /// Where a record that is too short says how long it is and how long it would have to be.
 const SAMPLES_AT: usize = 10;
 const NEED_AT: usize = 11;
+/// Where the identities of valid modes begin.
+const IDENTITY_AT: usize = 6;
+const _: () = assert!(IDENTITY_AT + MODES_MAX <= PARAMETERS_MAX);
+/// Standard deviations of the mean innovation, or of a block of them, beyond which something acts that is not known.
+const LEAK_SIGMA: f64 = 5.0;
 
 /// Why there is no estimate.
 mod status {
@@ -53,8 +63,9 @@ struct State {
     window: ExperimentWindow,
     identifier: Option<ModalIdentifier>,
     gate: OnsetGate,
-    /// The record's channels in use, from 0.
+    /// The record's channels in use, from 0, of so many.
     channels: Vec<usize>,
+    available: usize,
     forced: bool,
     rows: u32,
     /// Time of the last row.
@@ -64,6 +75,9 @@ struct State {
     /// Rows between excitations; those before the first one do not count.
     free_rows: u32,
     tested: DecayRows,
+    pulse: Pulse,
+    /// Stays from experiment to experiment.
+    tracker: Option<ModeTracker>,
 }
 
 /// The partition.
@@ -101,7 +115,8 @@ impl Partition for ModalId {
             Step::Idle => {}
             Step::Abort => self.state.identifier = None,
             Step::Begin => {
-                self.state = State { window: self.state.window, ..State::default() };
+                let tracker = self.state.tracker.take();
+                self.state = State { window: self.state.window, tracker, ..State::default() };
                 self.take(frame);
             }
             Step::Go => {
@@ -137,6 +152,7 @@ impl ModalId {
     }
 
     fn take_commands(&mut self, commands: &[Actuators]) {
+        commands.iter().filter(|command| is_excited(command)).for_each(|command| self.state.pulse.excited(command));
         // A frame in which the excitation ends is still an excited one.
         let forced = if commands.is_empty() { self.state.forced } else { commands.iter().any(is_excited) };
         if forced != self.state.forced {
@@ -150,6 +166,9 @@ impl ModalId {
         let begins = state.forced && !state.decays;
         state.decays |= state.forced;
         state.tested.begin_segment();
+        if !state.forced {
+            state.pulse.ended();
+        }
         if begins {
             (state.gate, state.free_rows) = (OnsetGate::default(), 0);
         }
@@ -166,28 +185,36 @@ impl ModalId {
 
     /// Memory is taken with the first batch, which says how many channels there are.
     fn take_batch(&mut self, batch: &Accelerometers) {
-        let channels = self.known.channels_of((batch.channels as usize).min(ACCELEROMETERS_MAX));
-        if channels.is_empty() {
-            return;
-        }
+        let available = (batch.channels as usize).min(ACCELEROMETERS_MAX);
         if self.state.identifier.is_none() {
-            let rate_hz = 1e9 / batch.interval_ns.max(1) as f64;
-            let mut config = Config::new(channels.len(), rate_hz);
-            config.band_hz = self.known.band_hz.map(|[low, high]| (low, high));
-            self.state.identifier = Some(ModalIdentifier::new(config));
-            self.state.channels.clone_from(&channels);
-            self.turn_segment();
+            self.begin_record(available, batch.interval_ns);
         }
-        if self.state.channels != channels {
+        let used = self.state.channels.len();
+        let unlike = available != self.state.available && self.known.channels_of(available) != self.state.channels;
+        if self.state.identifier.is_none() || unlike {
             return;
         }
         let mut row = [0.0; ACCELEROMETERS_MAX];
         for (values, offset_ns) in batch.acceleration_m_s2.iter().zip(batch.offset_ns).take(batch.count as usize) {
-            for (used, &channel) in row.iter_mut().zip(&channels) {
+            for (used, &channel) in row.iter_mut().zip(&self.state.channels) {
                 *used = values[channel];
             }
-            self.take_row(&row[..channels.len()], batch.header.t_meas_ns + u64::from(offset_ns), batch.interval_ns);
+            self.take_row(&row[..used], batch.header.t_meas_ns + u64::from(offset_ns), batch.interval_ns);
         }
+    }
+
+    fn begin_record(&mut self, available: usize, interval_ns: u64) {
+        let channels = self.known.channels_of(available);
+        if channels.is_empty() {
+            return;
+        }
+        let mut config = Config::new(channels.len(), 1e9 / interval_ns.max(1) as f64);
+        config.band_hz = self.known.band_hz.map(|[low, high]| (low, high));
+        self.state.identifier = Some(ModalIdentifier::new(config));
+        self.state.tested = DecayRows::new(channels.len());
+        self.state.tracker.get_or_insert_with(|| ModeTracker::new(channels.len()));
+        (self.state.channels, self.state.available) = (channels, available);
+        self.turn_segment();
     }
 
     fn take_row(&mut self, row: &[f64], t_ns: u64, interval_ns: u64) {
@@ -235,13 +262,31 @@ impl ModalId {
         match self.state.identifier.as_mut().map(ModalIdentifier::identify) {
             Some(_) if self.state.free_rows == 0 => sample.status = status::EXCITED_THROUGHOUT,
             Some(Ok(modes)) => {
-                fill(&mut sample, modes, &self.state.channels);
+                let modes = best_known(modes);
+                fill(&mut sample, &modes, &self.state.channels);
                 self.test_decay(&mut sample);
+                self.name(&mut sample, &modes);
             }
             Some(Err(error)) => refuse(&mut sample, &error),
             None => sample.status = status::NOTHING_TO_WORK_ON,
         }
         sample
+    }
+
+    /// Which mode each is, and what to beware of.
+    fn name(&mut self, sample: &mut Estimate, modes: &[Mode]) {
+        let state = &mut self.state;
+        let (Some(identifier), Some(tracker)) = (&state.identifier, &mut state.tracker) else { return };
+        let found: Vec<Found> = modes.iter().map(Found::from).collect();
+        let nis_z = (sample.nis_mean - 1.0) * (0.5 * sample.nis_count).sqrt();
+        let tested = sample.nis_count > 0.0;
+        let leaks = tested && (nis_z > LEAK_SIGMA || sample.block_z.iter().any(|z| *z > LEAK_SIGMA));
+        let record_s = f64::from(state.free_rows) / identifier.config().sample_rate_hz;
+        let bits = advice_bits::bits(&found, record_s, state.pulse.length_s(), leaks);
+        let identities = tracker.identities(modes);
+        for (at, (identity, bits)) in sample.auxiliary[IDENTITY_AT..].iter_mut().zip(identities.iter().zip(bits)) {
+            *at = f64::from(IDENTITY_UNIT * identity + bits);
+        }
     }
 
     /// Innovations of a free decay: what its modes leave unexplained of it, against the sensor noise. An operational
@@ -293,12 +338,17 @@ fn refuse(sample: &mut Estimate, error: &ModalError) {
     };
 }
 
-/// The modes that are known best, in order of frequency; `channels` are the record's channels in use, from 0.
-fn fill(sample: &mut Estimate, mut modes: Vec<Mode>, channels: &[usize]) {
+/// The modes that are known best, in order of frequency.
+fn best_known(mut modes: Vec<Mode>) -> Vec<Mode> {
     let relative = |mode: &Mode| mode.sigma_frequency_hz / mode.frequency_hz;
     modes.sort_by(|a, b| relative(a).total_cmp(&relative(b)));
     modes.truncate(MODES_MAX);
     modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    modes
+}
+
+/// `channels` are the record's channels in use, from 0.
+fn fill(sample: &mut Estimate, modes: &[Mode], channels: &[usize]) {
     sample.count = 2 * modes.len() as u16;
     sample.consistent = u32::from(!modes.is_empty() && modes.iter().all(|mode| mode.damping_ratio > 0.0));
     for (i, mode) in modes.iter().enumerate() {

@@ -2,6 +2,9 @@
 
 use super::*;
 
+#[global_allocator]
+static ALLOCATOR: runtime::sys::CountingAllocator = runtime::sys::CountingAllocator;
+
 const SIGMA_M_S2: f64 = 3.1e-4;
 const CHANNELS: usize = 3;
 
@@ -49,7 +52,7 @@ impl Case {
             let t_s = n as f64 / self.rate_hz;
             let mut command = Actuators::zeroed_at((t_s * 1e9) as u64);
             command.torque_b_nm[2] = f64::from(t_s < 1.0) * 2.0 + self.torque_sigma_nm * normal(1_000_000 + n);
-            command.excited = u64::from((self.excited)(t_s));
+            (command.excited, command.interval_s) = (u64::from((self.excited)(t_s)), 1.0 / self.rate_hz);
             partition.take_commands(&[command]);
             let mut batch = Accelerometers::zeroed_at((t_s * 1e9).round() as u64);
             (batch.count, batch.channels, batch.interval_ns) = (1, CHANNELS as u32, (1e9 / self.rate_hz) as u64);
@@ -156,4 +159,68 @@ fn the_dominant_channel_is_numbered_as_in_the_file_and_covariances_are_possible(
             assert!(i == j || covariance[i][j] * covariance[i][j] < covariance[i][i] * covariance[j][j]);
         }
     }
+}
+
+/// Identities and bits of the modes.
+fn named(estimate: &Estimate) -> Vec<(u32, u32)> {
+    let of = |k: usize| estimate.auxiliary[IDENTITY_AT + k] as u32;
+    (0..usize::from(estimate.count) / 2).map(|k| (of(k) / IDENTITY_UNIT, of(k) % IDENTITY_UNIT)).collect()
+}
+
+#[test]
+fn modes_keep_their_numbers_from_answer_to_answer_over_a_restart_and_in_the_next_experiment() {
+    let mut partition = Case { seconds: 4.0, ..Case::new(2) }.run(known(&[]));
+    for _ in 0..2 {
+        assert_eq!(named(&partition.estimate(0, false)), [(1, 0), (2, 0)]);
+    }
+    let mut bytes = Vec::new();
+    partition.save(&mut bytes).unwrap();
+    let mut restored = ModalId { state: State::default(), known: known(&[]), replays: true };
+    restored.restore(&bytes).unwrap();
+    assert_eq!(named(&restored.estimate(0, false)), [(1, 0), (2, 0)]);
+    // Another record of the same structure shows one mode more, a third without the first.
+    let mut next = |modes: Vec<(f64, f64)>, skip: usize| {
+        let mut next = Case { modes, ..Case::new(2) }.run(known(&[]));
+        next.state.tracker = restored.state.tracker.take();
+        let numbers: Vec<u32> = named(&next.estimate(0, true)).iter().map(|(identity, _)| *identity).collect();
+        restored.state.tracker = next.state.tracker.take();
+        numbers[skip..].to_vec()
+    };
+    assert_eq!(next(vec![(1.5611, 0.008), (6.4844, 0.008), (17.67, 0.008)], 0), [1, 2, 3]);
+    assert_eq!(next(vec![(1.5611, 0.008)], 0), [1]);
+    assert_eq!(next(vec![(1.5611, 0.008), (6.4844, 0.008), (17.67, 0.008)], 1), [2, 3]);
+}
+
+#[test]
+fn what_to_beware_of_stands_beside_the_mode_it_is_about() {
+    let bits = |case: &Case| named(&case.estimate()).iter().map(|(_, bits)| *bits).collect::<Vec<_>>();
+    // One second of torque and a mode at 1.02 Hz: 6 % of the largest decay are left.
+    assert_eq!(bits(&Case { modes: vec![(1.02, 0.008), (6.4844, 0.008)], ..Case::new(2) }), [1, 0]);
+    assert_eq!(bits(&Case { growth: 0.02, ..Case::new(1) }), [8]);
+    assert_eq!(bits(&Case { modes: vec![(4.5, 0.02), (4.8, 0.02)], seconds: 12.0, ..Case::new(2) }), [4, 4]);
+    // An alternating torque is no pulse.
+    let mut pulse = Pulse::default();
+    for n in 0..100 {
+        let mut command = Actuators::zeroed_at(0);
+        (command.interval_s, command.torque_b_nm[2]) = (0.01, if n % 2 == 0 { 1.0 } else { -0.5 });
+        pulse.excited(&command);
+    }
+    assert_eq!(pulse.length_s(), None);
+}
+
+#[test]
+fn rows_of_a_decay_take_no_memory_after_the_first() {
+    let mut partition = Case { seconds: 1.5, ..Case::new(2) }.run(known(&[]));
+    let mut batch = Accelerometers::zeroed_at(0);
+    (batch.count, batch.channels, batch.interval_ns) = (1, CHANNELS as u32, 5_000_000);
+    let before = runtime::sys::allocations();
+    let mut t_ns = 1_500_000_000;
+    for n in 0..20_000 {
+        batch.header.t_meas_ns = t_ns;
+        batch.acceleration_m_s2[0][..CHANNELS].copy_from_slice(&[normal(n), 0.0, 1.0]);
+        // One list of channels a batch.
+        partition.take_batch(&batch);
+        t_ns += 5_000_000;
+    }
+    assert_eq!(runtime::sys::allocations() - before, 0);
 }

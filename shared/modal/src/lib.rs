@@ -3,14 +3,15 @@
 //! May import: faer (single-threaded), libm, serde. Must never know: telemetry, partitions, clocks, files, spacecraft.
 //!
 //! Two halves. What flies: [`identifier`], samples one by one in fixed memory, [`Mode`]s when asked. On the ground: [`methods`], one
-//! list over whole [`record`]s, [`maximum_likelihood`] with known inputs the estimator of record; [`frequency_responses`]; [`advice`].
+//! list over whole [`record`]s, [`maximum_likelihood`] with known inputs the estimator of record; [`frequency_responses`]; [`advice`] and [`drift`].
 //!
 //! Below the first: [`streaming`] (exact block-Hankel Gram matrix), [`decimation`], [`ssi_cov`] (all orders from one factorisation),
-//! [`stabilisation`] and [`selection`] (which poles are modes), [`uncertainty`], [`mac`]. Before it: [`onset`] (a jump ends a segment).
+//! [`stabilisation`] and [`selection`] (which poles are modes), [`uncertainty`], [`mac`]; [`tracking`] (which mode is which). Before it: [`onset`] (a jump ends a segment).
 #![forbid(unsafe_code)]
 
 pub mod advice;
 pub mod decimation;
+pub mod drift;
 pub mod era;
 pub mod frequency_responses;
 pub mod gram;
@@ -35,6 +36,7 @@ pub mod streaming;
 #[cfg(test)]
 #[path = "../tests/cases/noise.rs"]
 mod test_noise;
+pub mod tracking;
 pub mod uncertainty;
 pub mod weighting;
 

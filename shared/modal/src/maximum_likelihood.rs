@@ -9,14 +9,16 @@
 //! Cost per iteration: 4 N m² + 2 N m l multiply-adds for m linear columns and l channels.
 
 mod basis;
+mod evaluation;
+mod information;
 mod start;
 
 use crate::mac::modal_phase_collinearity;
-use crate::projection::{Basis, add, dot};
+use crate::projection::{add, dot};
 use crate::record::Record;
-use basis::Columns;
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side, c64};
+use evaluation::{Evaluation, Outputs, mode_shape};
+use faer::c64;
+use information::{covariance, solve};
 
 pub(crate) use basis::free_columns;
 pub use start::start;
@@ -26,8 +28,6 @@ const ITERATIONS_MAX: usize = 60;
 const GAIN_MIN: f64 = 1e-8;
 /// First damping of a step that made matters worse, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
-/// Part of a channel's power that counts as rounding.
-const ROUNDING: f64 = 1e-26;
 
 /// What belongs to the model beside forced modes and direct terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,115 +115,22 @@ impl Fit {
     /// Mean square of the residuals' correlations at lags 1–20 over that of white noise: 1 when nothing is left to explain.
     #[must_use]
     pub fn residual_correlation(&self) -> f64 {
-        const LAGS: usize = 20;
-        let mut sum = 0.0;
-        for residual in &self.residuals {
-            let power = dot(residual, residual);
-            for lag in 1..=LAGS.min(residual.len() - 1) {
-                let correlation =
-                    dot(&residual[lag..], &residual[..residual.len() - lag]) / power.max(f64::MIN_POSITIVE);
-                sum += correlation * correlation * residual.len() as f64;
-            }
-        }
-        sum / (LAGS * self.residuals.len()) as f64
+        correlation(&self.residuals)
     }
 }
 
-/// The model at one set of poles.
-struct Evaluation {
-    columns: Columns,
-    basis: Basis,
-    /// Coefficients of the linear columns, per channel.
-    coefficients: Vec<Vec<f64>>,
-    residuals: Vec<Vec<f64>>,
-    /// Residual sum of squares per channel.
-    squares: Vec<f64>,
-}
-
-/// Outputs channel by channel, and the power below which a channel's residual is rounding.
-struct Outputs {
-    channels: Vec<Vec<f64>>,
-    floor: Vec<f64>,
-}
-
-impl Outputs {
-    fn new(record: &Record) -> Self {
-        let channels: Vec<Vec<f64>> = (0..record.channels).map(|c| record.channel(c, 0..record.samples())).collect();
-        let floor = channels.iter().map(|y| ROUNDING * dot(y, y)).collect();
-        Self { channels, floor }
-    }
-}
-
-impl Evaluation {
-    fn new(record: &Record, model: Model, outputs: &Outputs, poles: &[c64]) -> Self {
-        let columns = Columns::new(record, model, poles);
-        let basis = Basis::new(columns.linear.clone(), columns.rows);
-        let (mut coefficients, mut residuals, mut squares) = (Vec::new(), Vec::new(), Vec::new());
-        for (y, floor) in outputs.channels.iter().zip(&outputs.floor) {
-            let mut residual = y.clone();
-            coefficients.push(basis.coefficients(basis.project_out(&mut residual)));
-            squares.push(dot(&residual, &residual).max(*floor));
-            residuals.push(residual);
+/// Mean square of the correlations at lags 1–20 of some residuals over that of white noise.
+fn correlation(residuals: &[Vec<f64>]) -> f64 {
+    const LAGS: usize = 20;
+    let mut sum = 0.0;
+    for residual in residuals {
+        let power = dot(residual, residual).max(f64::MIN_POSITIVE);
+        for lag in 1..=LAGS.min(residual.len() - 1) {
+            let at_lag = dot(&residual[lag..], &residual[..residual.len() - lag]) / power;
+            sum += at_lag * at_lag * residual.len() as f64;
         }
-        Self { columns, basis, coefficients, residuals, squares }
     }
-
-    /// `Σ N/2 ln RSS_i`: minus the log-likelihood with the variances at their best.
-    fn cost(&self) -> f64 {
-        let logarithms = self.squares.iter().filter(|s| **s > 0.0).map(|s| libm::log(*s));
-        0.5 * self.columns.rows as f64 * logarithms.sum::<f64>()
-    }
-
-    /// `s`: the derivative of one channel by one real or imaginary part, as coefficients of the derivative columns of that mode.
-    fn direction(&self, channel: usize, parameter: usize) -> Vec<f64> {
-        let (mode, imaginary) = (parameter / 2, parameter % 2 == 1);
-        let width = 2 * self.columns.pairs;
-        let of_mode = &self.coefficients[channel][mode * width..(mode + 1) * width];
-        // y = a Re z + b Im z; ∂z/∂Re λ = w, ∂z/∂Im λ = i w.
-        let turn = |ab: &[f64]| if imaginary { [ab[1], -ab[0]] } else { [ab[0], ab[1]] };
-        of_mode.chunks_exact(2).flat_map(turn).collect()
-    }
-
-    /// Information matrix and score of (Re λ₁, Im λ₁, …) with a weight (inverse variance) per channel.
-    fn information(&self, weights: &[f64]) -> (Mat<f64>, Vec<f64>) {
-        let rows = self.columns.rows;
-        let width = 2 * self.columns.pairs;
-        let mut beside = self.columns.derivative.clone();
-        for column in beside.chunks_exact_mut(rows) {
-            self.basis.project_out(column);
-        }
-        let columns: Vec<&[f64]> = beside.chunks_exact(rows).collect();
-        let gram =
-            Mat::from_fn(columns.len(), columns.len(), |a, b| if a <= b { dot(columns[a], columns[b]) } else { 0.0 });
-        let parameters = columns.len() / self.columns.pairs;
-        let mut information = Mat::zeros(parameters, parameters);
-        let mut score = vec![0.0; parameters];
-        for (channel, weight) in weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0) {
-            let directions: Vec<Vec<f64>> = (0..parameters).map(|p| self.direction(channel, p)).collect();
-            let pull: Vec<f64> = columns.iter().map(|w| dot(w, &self.residuals[channel])).collect();
-            for p in 0..parameters {
-                let at_p = p / 2 * width;
-                score[p] += weight * dot(&directions[p], &pull[at_p..at_p + width]);
-                for q in 0..=p {
-                    let at_q = q / 2 * width;
-                    let mut sum = 0.0;
-                    for (j, s) in directions[p].iter().enumerate() {
-                        for (k, t) in directions[q].iter().enumerate() {
-                            let (a, b) = (at_p + j, at_q + k);
-                            sum += s * t * gram[(a.min(b), a.max(b))];
-                        }
-                    }
-                    information[(p, q)] += weight * sum;
-                }
-            }
-        }
-        for p in 0..parameters {
-            for q in p + 1..parameters {
-                information[(p, q)] = information[(q, p)];
-            }
-        }
-        (information, score)
-    }
+    sum / (LAGS * residuals.len()) as f64
 }
 
 /// Maximum likelihood poles from `start` (continuous time, imaginary parts positive).
@@ -274,6 +181,28 @@ pub fn fit(record: &Record, model: Model, start: &[c64]) -> Result<Fit, MlError>
     finish(record, now, &poles, &order, (iterations, converged)).ok_or_else(blind)
 }
 
+/// As [`fit`]; of a record that moves before its input acts, the fit with that motion, and the model it is of.
+///
+/// The motion is part of the model when `2 ln L` gains more by it than its unknowns cost (Schwarz 1978): `Σ_i N ln(RSS_i / RSS_i')`
+/// against `unknowns · ln(numbers)`, at the poles of the fit without.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_with_motion(record: &Record, model: Model, start: &[c64]) -> Result<(Fit, Model), MlError> {
+    let at_rest = fit(record, model, start)?;
+    if model.initial_motion {
+        return Ok((at_rest, model));
+    }
+    let moving = Model { initial_motion: true, ..model };
+    let outputs = Outputs::new(record);
+    let cost = |model: Model| Evaluation::new(record, model, &outputs, &at_rest.poles).cost();
+    let price = (2 * start.len() * record.channels) as f64 * libm::log((record.samples() * record.channels) as f64);
+    if 2.0 * (cost(model) - cost(moving)) <= price {
+        return Ok((at_rest, model));
+    }
+    Ok((fit(record, moving, start)?, moving))
+}
+
 /// Covariance of (f₁, ζ₁, …) that no unbiased estimator can undercut: poles and outputs without noise, `sigma` per channel.
 ///
 /// The Cramér–Rao bound with residues, direct terms and biases unknown. `None` when a pole leaves no trace.
@@ -312,71 +241,10 @@ fn finish(
     })
 }
 
-/// Residues of the pair of columns that carries most of the mode's power.
-fn mode_shape(at: &Evaluation, mode: usize) -> Vec<c64> {
-    let (pairs, rows) = (at.columns.pairs, at.columns.rows);
-    let residues = |pair: usize| -> Vec<c64> {
-        let column = 2 * (mode * pairs + pair);
-        at.coefficients.iter().map(|c| c64::new(c[column], -c[column + 1])).collect()
-    };
-    let power = |pair: usize| {
-        let column = 2 * (mode * pairs + pair);
-        let z = &at.columns.linear[column * rows..(column + 2) * rows];
-        dot(z, z) * residues(pair).iter().map(c64::norm_sqr).sum::<f64>()
-    };
-    let mut best = 0;
-    for pair in 1..pairs {
-        if power(pair) > power(best) {
-            best = pair;
-        }
-    }
-    crate::mac::normalised(residues(best).into_iter())
-}
-
-/// `(F + damping · diag F)⁻¹ s`.
-fn solve(information: &Mat<f64>, score: &[f64], damping: f64) -> Option<Vec<f64>> {
-    let n = score.len();
-    let scale: Vec<f64> = (0..n).map(|p| 1.0 / information[(p, p)].sqrt()).collect();
-    if scale.iter().any(|s| !s.is_finite()) {
-        return None;
-    }
-    let scaled =
-        Mat::from_fn(n, n, |p, q| information[(p, q)] * scale[p] * scale[q] + if p == q { damping } else { 0.0 });
-    let factor = scaled.llt(Side::Lower).ok()?;
-    let right = Mat::from_fn(n, 1, |p, _| score[p] * scale[p]);
-    let solved = factor.solve(&right);
-    Some((0..n).map(|p| solved[(p, 0)] * scale[p]).collect())
-}
-
-/// Inverse information in (f [Hz], ζ) of every pole.
-fn covariance(information: &Mat<f64>, poles: &[c64]) -> Option<Vec<f64>> {
-    let n = 2 * poles.len();
-    let mut inverse = Mat::<f64>::zeros(n, n);
-    for column in 0..n {
-        let unit: Vec<f64> = (0..n).map(|row| f64::from(u8::from(row == column))).collect();
-        for (row, x) in solve(information, &unit, 0.0)?.into_iter().enumerate() {
-            inverse[(row, column)] = x;
-        }
-    }
-    // f = |λ|/2π, ζ = −Re λ/|λ|
-    let mut slope = Mat::<f64>::zeros(n, n);
-    for (k, pole) in poles.iter().enumerate() {
-        let omega = pole.norm_sqr().sqrt();
-        let cube = omega * omega * omega;
-        slope[(2 * k, 2 * k)] = pole.re / (2.0 * std::f64::consts::PI * omega);
-        slope[(2 * k, 2 * k + 1)] = pole.im / (2.0 * std::f64::consts::PI * omega);
-        slope[(2 * k + 1, 2 * k)] = -pole.im * pole.im / cube;
-        slope[(2 * k + 1, 2 * k + 1)] = pole.re * pole.im / cube;
-    }
-    let all = &slope * &inverse * slope.transpose();
-    Some((0..n * n).map(|k| all[(k / n, k % n)]).collect())
-}
-
-/// What the modes at `poles` explain of a record, and with which shapes: one linear least squares.
-pub(crate) fn linear_fit(record: &Record, model: Model, poles: &[c64]) -> (Vec<Vec<c64>>, f64) {
+/// Shapes of the modes at `poles` in a record: one linear least squares.
+pub(crate) fn linear_shapes(record: &Record, model: Model, poles: &[c64]) -> Vec<Vec<c64>> {
     let evaluation = Evaluation::new(record, model, &Outputs::new(record), poles);
-    let shapes = (0..poles.len()).map(|k| mode_shape(&evaluation, k)).collect();
-    (shapes, evaluation.squares.iter().sum())
+    (0..poles.len()).map(|k| mode_shape(&evaluation, k)).collect()
 }
 
 /// The modelled outputs of a fit, channel by channel.
@@ -388,6 +256,22 @@ pub fn modelled(record: &Record, fit: &Fit) -> Vec<Vec<f64>> {
         .map(|(c, residual)| {
             let mut y = record.channel(c, 0..record.samples());
             add(&mut y, -1.0, residual);
+            y
+        })
+        .collect()
+}
+
+/// What modes at `poles` found otherwise explain of a record, channel by channel: one linear least squares.
+#[must_use]
+pub fn explained(record: &Record, model: Model, poles: &[c64]) -> Vec<Vec<f64>> {
+    let outputs = Outputs::new(record);
+    let left = Evaluation::new(record, model, &outputs, poles).residuals;
+    outputs
+        .channels
+        .into_iter()
+        .zip(&left)
+        .map(|(mut y, left)| {
+            add(&mut y, -1.0, left);
             y
         })
         .collect()

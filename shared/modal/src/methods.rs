@@ -4,13 +4,15 @@ use crate::era::era;
 use crate::gram::output_gram;
 use crate::lsce::lsce;
 use crate::mac::modal_phase_collinearity;
-use crate::maximum_likelihood::{self as ml, MlError, Model, linear_fit};
+use crate::maximum_likelihood::{self as ml, MlError, Model, linear_shapes};
 use crate::po_moesp::po_moesp;
 use crate::rational_fraction::{self, Orders, RfpError};
 use crate::record::Record;
+use crate::selection::Mode;
 use crate::ssi_cov::{Pole, Projection, Realisation, SsiError, realise_by};
 use crate::uncertainty::pole_deviations;
 use faer::c64;
+use std::borrow::Cow;
 
 /// Further roots that take part in the fit of the shapes of LSCE's modes.
 const SHAPE_COMPANIONS: usize = 4;
@@ -157,6 +159,22 @@ impl Estimate {
     }
 }
 
+impl From<&Mode> for Estimate {
+    fn from(mode: &Mode) -> Self {
+        Self {
+            frequency_hz: mode.frequency_hz,
+            damping_ratio: mode.damping_ratio,
+            deviation: Some(Deviation {
+                frequency_hz: mode.sigma_frequency_hz,
+                damping_ratio: mode.sigma_damping,
+                correlation: mode.correlation,
+            }),
+            mode_shape: mode.mode_shape.clone(),
+            phase_collinearity: mode.phase_collinearity,
+        }
+    }
+}
+
 /// The longest segment as a record without inputs: a free decay.
 #[must_use]
 pub fn longest_segment(record: &Record) -> Record {
@@ -164,16 +182,17 @@ pub fn longest_segment(record: &Record) -> Record {
     Record::of_outputs(record.sample_rate_hz, record.channels, record.rows(&longest).to_vec())
 }
 
+/// A record with its inputs, at rest before; or of one without, the longest decay, which moves from its first sample.
+fn driven_or_decaying<'a>(record: &'a Record, settings: &Settings) -> (Cow<'a, Record>, Model) {
+    let initial_motion = record.inputs == 0;
+    let record = if initial_motion { Cow::Owned(longest_segment(record)) } else { Cow::Borrowed(record) };
+    (record, Model { initial_motion, bias: settings.bias })
+}
+
 fn by_likelihood(record: &Record, settings: &Settings) -> Result<Vec<Estimate>, MethodError> {
-    let decay;
-    let (record, initial_motion) = if record.inputs > 0 {
-        (record, false)
-    } else {
-        decay = longest_segment(record);
-        (&decay, true)
-    };
-    let start = ml::start(record, settings.modes)?;
-    Ok(estimates(&ml::fit(record, Model { initial_motion, bias: settings.bias }, &start)?))
+    let (record, model) = driven_or_decaying(record, settings);
+    let start = ml::start(&record, settings.modes)?;
+    Ok(estimates(&ml::fit_with_motion(&record, model, &start)?.0))
 }
 
 /// The modes of a maximum-likelihood fit.
@@ -204,22 +223,15 @@ fn by_lsce(record: &Record, settings: &Settings) -> Result<Vec<Estimate>, Method
 }
 
 fn by_fraction(record: &Record, settings: &Settings) -> Result<Vec<Estimate>, MethodError> {
-    let decay;
-    let (record, initial_motion) = if record.inputs > 0 {
-        (record, false)
-    } else {
-        decay = longest_segment(record);
-        (&decay, true)
-    };
+    let (record, model) = driven_or_decaying(record, settings);
     let band_hz = settings.band_hz.unwrap_or((0.0, 0.5 * record.sample_rate_hz));
-    let poles = rational_fraction::of_record(record, band_hz, Orders::of_modes(settings.modes))?;
-    Ok(with_shapes(record, Model { initial_motion, bias: settings.bias }, &poles))
+    let poles = rational_fraction::of_record(&record, band_hz, Orders::of_modes(settings.modes))?;
+    Ok(with_shapes(&record, model, &poles))
 }
 
 /// Shapes by linear least squares at poles found otherwise.
 fn with_shapes(record: &Record, model: Model, poles: &[c64]) -> Vec<Estimate> {
-    let (shapes, _) = linear_fit(record, model, poles);
-    poles.iter().zip(shapes).map(|(pole, shape)| Estimate::bare(*pole, shape)).collect()
+    poles.iter().zip(linear_shapes(record, model, poles)).map(|(pole, shape)| Estimate::bare(*pole, shape)).collect()
 }
 
 fn by_subspace(record: &Record, settings: &Settings, projection: Projection) -> Result<Vec<Estimate>, MethodError> {

@@ -1,6 +1,7 @@
 //! How many modes a record holds, by likelihood: one more as long as it pays for its unknowns.
 
 use crate::maximum_likelihood::{Fit, MlError, Model, fit, start};
+use crate::projection::dot;
 use crate::record::Record;
 
 /// Numbers of modes tried in vain before the search ends: two close modes may only pay together.
@@ -53,6 +54,7 @@ fn criterion(record: &Record, model: Model, fit: &Fit) -> f64 {
         + usize::from(model.bias);
     let unknowns = (2 * fit.poles.len() + record.channels * per_channel) as f64;
     let samples = record.samples() as f64;
-    let logarithms = fit.channel_sigma.iter().filter(|sigma| **sigma > 0.0).map(|sigma| libm::log(*sigma));
-    2.0 * samples * logarithms.sum::<f64>() + unknowns * libm::log(samples * record.channels as f64)
+    // The likelihood is largest at RSS/N; the deviations of a fit are larger, by the freedom that its unknowns took.
+    let squares = fit.residuals.iter().map(|residual| dot(residual, residual) / samples).filter(|square| *square > 0.0);
+    samples * squares.map(libm::log).sum::<f64>() + unknowns * libm::log(samples * record.channels as f64)
 }

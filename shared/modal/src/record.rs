@@ -55,6 +55,13 @@ impl Record {
         self.segments.iter().map(Range::len).sum()
     }
 
+    /// A stretch of samples with its inputs, as one segment.
+    #[must_use]
+    pub fn part(&self, over: Range<usize>) -> Self {
+        let input = self.input[over.start * self.inputs..over.end * self.inputs].to_vec();
+        Self::of_outputs(self.sample_rate_hz, self.channels, self.rows(&over).to_vec()).with_input(self.inputs, input)
+    }
+
     /// One channel over a stretch of samples.
     pub(crate) fn channel(&self, channel: usize, over: Range<usize>) -> Vec<f64> {
         over.map(|t| self.outputs[t * self.channels + channel]).collect()

@@ -4,9 +4,10 @@ mod cases;
 
 use cases::appendage::{Appendage, CHANNELS, SAMPLE_RATE_HZ, SIGMA_M_S2};
 use cases::noise::Noise;
+use modal::drift::of_halves;
 use modal::gram::output_gram;
 use modal::mac::modal_assurance_criterion;
-use modal::maximum_likelihood::{Model, bound, fit, start};
+use modal::maximum_likelihood::{Model, bound, fit, fit_with_motion, start};
 use modal::methods::{METHODS, MethodError, Settings, method};
 use modal::model_order::fit_of_any_order;
 use modal::record::Record;
@@ -190,5 +191,90 @@ fn projection_and_product_agree_on_a_decay_and_a_method_without_its_input_says_s
         assert!((method.identify)(&short, &settings()).is_err(), "{} on eight samples", method.name);
         let flat = Record { outputs: vec![0.0; record.outputs.len()], ..record.clone() };
         assert!((method.identify)(&flat, &settings()).is_err(), "{}", method.name);
+    }
+}
+
+#[test]
+fn likelihood_of_a_record_that_begins_in_motion_is_that_of_its_motion_too() {
+    let truth = Appendage::new();
+    let (torque, rows) = truth.forced(8, SIGMA_M_S2);
+    // The recorder was switched on in the middle of the pulse.
+    let late = PULSE_SAMPLES / 2;
+    let record =
+        Record::of_outputs(SAMPLE_RATE_HZ, CHANNELS, rows[late..].concat()).with_input(1, torque[late..].to_vec());
+    let found = (method("ml").unwrap().identify)(&record, &settings()).unwrap();
+    for mode in &truth.modes {
+        let estimate = nearest(&found, mode.frequency_hz);
+        let sigma = estimate.deviation.unwrap();
+        let z = [
+            (estimate.frequency_hz - mode.frequency_hz) / sigma.frequency_hz,
+            (estimate.damping_ratio - mode.damping_ratio) / sigma.damping_ratio,
+        ];
+        assert!(z.iter().all(|z| z.abs() < 4.0), "{z:?}");
+    }
+    let at_rest = fit(&record, Model::FORCED, &poles(&truth)).unwrap();
+    assert!(at_rest.residual_correlation() > 10.0, "the motion left out would not be seen otherwise");
+    // And a record at rest is not burdened with it.
+    let whole = forced(&truth, 8, SIGMA_M_S2);
+    assert_eq!(fit_with_motion(&whole, Model::FORCED, &poles(&truth)).unwrap().1, Model::FORCED);
+}
+
+#[test]
+fn a_start_is_found_however_far_the_sample_rate_lies_above_the_modes() {
+    // 20 block rows at 10 kHz look 2 ms ahead, a five-hundredth of the period of the first mode.
+    let (modes, rate_hz, samples, sigma) = ([(1.0, 0.01), (3.1, 0.02)], 10_000.0, 60_000, 0.05);
+    let mut noise = Noise::new(3);
+    let input: Vec<f64> = (0..samples).map(|t| f64::from(u8::from(t < samples / 10))).collect();
+    let mut outputs = vec![0.0; 2 * samples];
+    for (k, (f, zeta)) in modes.iter().enumerate() {
+        let (lambda, mut z) = (pole(*f, *zeta), c64::new(0.0, 0.0));
+        let turn = lambda / rate_hz;
+        let (sine, cosine) = libm::sincos(turn.im);
+        let step = c64::new(cosine, sine) * libm::exp(turn.re);
+        for (row, u) in outputs.chunks_exact_mut(2).zip(&input) {
+            row[0] += 4.0 * z.im;
+            row[1] += 4.0 * [1.0, -1.0][k] * z.im;
+            z = step * z + (step - 1.0) / lambda * *u;
+        }
+    }
+    outputs.iter_mut().for_each(|y| *y += sigma * noise.normal());
+    let record = Record::of_outputs(rate_hz, 2, outputs).with_input(1, input);
+    let start = start(&record, 2).unwrap();
+    for (found, (f, _)) in start.iter().zip(modes) {
+        let near = |pole: &c64| (pole.norm_sqr().sqrt() / (2.0 * std::f64::consts::PI * f) - 1.0).abs();
+        assert!(start.iter().any(|pole| near(pole) < 0.02), "{f} Hz: {found} of {start:?}");
+    }
+    assert!(fit(&record, Model::FORCED, &start).unwrap().converged);
+}
+
+/// Free decay of one mode on two channels whose damping or frequency depends on its amplitude, white noise.
+fn nonlinear_decay(seed: u64, damping_growth: f64, stiffening: f64) -> Record {
+    let (f, zeta, rate_hz, sigma) = (1.5, 0.008, 100.0, 2e-3);
+    let mut noise = Noise::new(seed);
+    let (mut amplitude, mut phase, mut outputs) = (1.0, 0.3, Vec::new());
+    for _ in 0..800 {
+        let y: f64 = amplitude * libm::cos(phase);
+        outputs.extend([y + sigma * noise.normal(), 0.5 * y + sigma * noise.normal()]);
+        let omega = 2.0 * std::f64::consts::PI * f * (1.0 + stiffening * amplitude * amplitude);
+        amplitude *= libm::exp(-(zeta + damping_growth * amplitude) * omega / rate_hz);
+        phase += omega / rate_hz;
+    }
+    Record::of_outputs(rate_hz, 2, outputs)
+}
+
+#[test]
+fn damping_and_frequency_that_depend_on_amplitude_drift_and_those_of_a_linear_decay_do_not() {
+    let drift = |record: &Record| {
+        let whole = fit(record, Model::FREE, &start(record, 1).unwrap()).unwrap();
+        of_halves(record, Model::FREE, &whole.poles)
+    };
+    for seed in 0..20 {
+        let linear = drift(&nonlinear_decay(seed, 0.0, 0.0));
+        assert!(linear.len() == 1 && !linear[0].stands_out(), "{linear:?}");
+        let damping = drift(&nonlinear_decay(seed, 0.002, 0.0))[0];
+        assert!(damping.damping_z < -10.0 && damping.frequency_z.abs() < 4.0, "{damping:?}");
+        assert!(damping.to_string().contains("the damping of 1.500 Hz changes by -"), "{damping}");
+        let frequency = drift(&nonlinear_decay(seed, 0.0, 0.001))[0];
+        assert!(frequency.frequency_z < -10.0 && frequency.damping_z.abs() < 4.0, "{frequency:?}");
     }
 }

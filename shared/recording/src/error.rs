@@ -59,6 +59,10 @@ pub enum RecordingError {
     #[diagnostic(help("{cure}"))]
     UnknownFormat { file: String, found: String, cure: String },
 
+    #[error("{file}: line {line}: {found}")]
+    #[diagnostic(help("{cure}"))]
+    BadUff { file: String, line: u64, found: String, cure: String },
+
     #[error("{file}: the format `{format}` cannot hold {what}")]
     #[diagnostic(help(
         "tables and spectra are written as .csv or .csv.gz, runs as .mcap, channels as either; several recordings one by one"

@@ -33,6 +33,9 @@ mod series;
 mod spectrum;
 mod table;
 pub mod timing;
+mod uff;
+mod uff_dataset;
+mod uff_lines;
 pub mod units;
 mod whole_file;
 
@@ -96,7 +99,7 @@ pub trait Format: Sync {
 }
 
 /// All formats, the more certain sniffers first.
-pub static FORMATS: &[&dyn Format] = &[&mcap_format::Mcap, &csv::Csv];
+pub static FORMATS: &[&dyn Format] = &[&mcap_format::Mcap, &uff::Uff, &csv::Csv];
 
 /// Formats that are recognised and not read: first bytes, name, cure.
 const FOREIGN: &[(&[u8], &str, &str)] = &[
@@ -131,7 +134,7 @@ pub fn read(path: &Path) -> Result<Imported, RecordingError> {
             let first = &head[..head.len().min(8)];
             Err(unknown(
                 format!("not a known format, the first bytes are {first:02x?}"),
-                "give CSV (`time [s],name [unit],...`), CSV.gz or an MCAP file of obsid",
+                "give CSV (`time [s],name [unit],...`), CSV.gz, a universal file (UFF 58) or an MCAP file of obsid",
             ))
         }
     }

@@ -46,6 +46,7 @@ pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Out
         spectrum: Some(visible.unzip()),
         synthesis: None,
         advice: vec!["no phase: shapes and signs cannot be had, and damping has the width of the window in it".into()],
+        drift: Vec::new(),
         notes: spectrum.notes.clone(),
     })
 }

@@ -103,6 +103,7 @@ fn described(
         spectrum: Some((frequency_hz, mean)),
         channels,
         advice: Vec::new(),
+        drift: Vec::new(),
         notes: spectra.iter().flat_map(|spectrum| spectrum.notes.clone()).collect(),
     }
 }

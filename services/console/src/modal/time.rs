@@ -3,16 +3,19 @@
 use super::{Arguments, FoundMode, Outcome, SweepPole, Synthesis};
 use crate::{Failure, recordings};
 use modal::advice::{Advice, advice, pulse_nulling};
+use modal::c64;
+use modal::drift::{self, Drift};
 use modal::gram::output_gram;
-use modal::maximum_likelihood::{Model, modelled};
-use modal::methods::{Deviation, Estimate, estimates};
+use modal::maximum_likelihood::{Model, explained, modelled};
+use modal::methods::{Estimate, estimates};
 use modal::model_order::fit_of_any_order;
 use modal::po_moesp::po_moesp;
 use modal::record::Record;
 use modal::ssi_cov::{Pole, Realisation, realise};
-use modal::{Config, ModalIdentifier, Mode, OnsetGate, RejectedPole, Rejection, Selection, StabilityCriteria};
+use modal::{Config, ModalError, ModalIdentifier, OnsetGate, RejectedPole, Rejection, Selection, StabilityCriteria};
 use recording::{Imported, Table};
 use report::Stability;
+use std::ops::Range;
 
 /// Modes that are tried at most where the number is found by likelihood: half the orders, and this.
 const MODES_MAX: usize = 12;
@@ -95,6 +98,12 @@ fn notes(table: &Table) -> Vec<String> {
     table.notes.iter().cloned().chain(table.timing.repairs()).collect()
 }
 
+/// Advice, and the drifts that stand out.
+fn in_words(advice: &[Advice], drift: &[Drift]) -> Vec<String> {
+    let drifts = drift.iter().filter(|drift| drift.stands_out()).map(ToString::to_string);
+    advice.iter().map(ToString::to_string).chain(drifts).collect()
+}
+
 fn record_in_words(chosen: &Chosen) -> String {
     let Chosen { names, record, .. } = chosen;
     format!(
@@ -106,24 +115,35 @@ fn record_in_words(chosen: &Chosen) -> String {
     )
 }
 
-/// Output only: the identifier that flies, segments at gaps and where the record jumps.
-fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> {
+/// The identifier that flies on some rows, segments at gaps and where the record jumps.
+fn fly(arguments: &Arguments, chosen: &Chosen, rows: Range<usize>) -> Result<Selection, ModalError> {
     let record = &chosen.record;
     let mut config = Config::new(record.channels, record.sample_rate_hz);
     config.selection.order_max = *arguments.orders.end();
     let (mut identifier, mut gate) = (ModalIdentifier::new(config), OnsetGate::default());
-    for (k, row) in record.outputs.chunks_exact(record.channels).enumerate() {
+    for k in rows {
         if chosen.gaps.contains(&k) {
             gate.end_segment(&mut identifier);
             identifier.open_segment();
         }
-        gate.push(row, &mut identifier);
+        gate.push(&record.outputs[k * record.channels..(k + 1) * record.channels], &mut identifier);
     }
     gate.end_segment(&mut identifier);
-    let Selection { modes, rejected } = identifier.identify_with_reasons().map_err(|error| {
+    identifier.identify_with_reasons()
+}
+
+/// Output only: the identifier that flies.
+fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> {
+    let record = &chosen.record;
+    let Selection { modes, rejected } = fly(arguments, &chosen, 0..record.samples()).map_err(|error| {
         Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}"))
     })?;
-    let found: Vec<Estimate> = modes.iter().map(as_estimate).collect();
+    let middle = record.samples() / 2;
+    let half = |rows: Range<usize>| -> Vec<Estimate> {
+        fly(arguments, &chosen, rows).map(|found| found.modes.iter().map(Estimate::from).collect()).unwrap_or_default()
+    };
+    let drift = drift::between(&half(0..middle), &half(middle..record.samples()));
+    let found: Vec<Estimate> = modes.iter().map(Estimate::from).collect();
     let record_s = record.samples() as f64 / record.sample_rate_hz;
     let sweep = realise(&output_gram(record, BLOCK_ROWS), *arguments.orders.end())
         .map(|realisation| sweep(&realisation, arguments, record.sample_rate_hz))
@@ -137,10 +157,47 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
         rejected: reasons(&rejected),
         sweep,
         spectrum: Some(super::page::density_of(record)),
-        synthesis: None,
-        advice: advice(&found, record_s, None).iter().map(ToString::to_string).collect(),
+        synthesis: correlation(&chosen, &found),
+        advice: in_words(&advice(&found, record_s, None), &drift),
+        drift,
         channels: chosen.names,
         notes: chosen.notes,
+    })
+}
+
+/// The correlation function of the loudest channel, and the decays at the poles found that come nearest to it: under white
+/// excitation it is a free decay, and so is that of a free decay.
+fn correlation(chosen: &Chosen, found: &[Estimate]) -> Option<Synthesis> {
+    const LAGS_MAX: usize = 2000;
+    let record = &chosen.record;
+    let slowest_hz = found.first()?.frequency_hz;
+    // Ten periods of the slowest mode, a tenth of the record, as far as they can be drawn.
+    let lags = ((10.0 * record.sample_rate_hz / slowest_hz) as usize).min(record.samples() / 10).min(LAGS_MAX);
+    let loudest = loudest(record);
+    let y: Vec<f64> = record.outputs.iter().skip(loudest).step_by(record.channels).copied().collect();
+    let mean = y.iter().sum::<f64>() / y.len() as f64;
+    let at = |lag: usize| y[lag..].iter().zip(&y).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / y.len() as f64;
+    // Lag 0 holds the noise of the sensor.
+    let measured: Vec<f64> = (1..lags).map(at).collect();
+    if measured.len() < 4 * found.len() + 2 {
+        return None;
+    }
+    let poles: Vec<c64> = found
+        .iter()
+        .map(|mode| {
+            let omega = core::f64::consts::TAU * mode.frequency_hz;
+            let damped = (1.0 - mode.damping_ratio * mode.damping_ratio).max(0.0).sqrt();
+            c64::new(-mode.damping_ratio, damped) * omega
+        })
+        .collect();
+    let decays = Record::of_outputs(record.sample_rate_hz, 1, measured.clone());
+    Some(Synthesis {
+        channel: format!("correlation of {}", chosen.names[loudest]),
+        unit: if chosen.unit == "-" { "-".into() } else { format!("({})^2", chosen.unit) },
+        x: (1..lags).map(|lag| lag as f64 / record.sample_rate_hz).collect(),
+        over_frequency: false,
+        modelled: explained(&decays, Model::FREE, &poles).swap_remove(0),
+        measured,
     })
 }
 
@@ -155,7 +212,8 @@ fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failu
         )));
     }
     let modes_max = (arguments.orders.end() / 2).clamp(1, MODES_MAX);
-    let fit = fit_of_any_order(record, Model { initial_motion: true, bias: true }, modes_max).map_err(|error| {
+    let model = Model { initial_motion: true, bias: true };
+    let fit = fit_of_any_order(record, model, modes_max).map_err(|error| {
         Failure::Input(miette::miette!(help = "is the input the one that drives these channels?", "{error}"))
     })?;
     let found = estimates(&fit);
@@ -164,6 +222,7 @@ fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failu
     if let Some(pulse_s) = pulse_s(record) {
         said.extend(found.iter().filter_map(|estimate: &Estimate| pulse_nulling(estimate.frequency_hz, pulse_s)));
     }
+    let drift = drift::of_halves(record, model, &fit.poles);
     let sweep = po_moesp(
         record,
         BLOCK_ROWS.min(record.samples() / (4 * (record.channels + 1))).max(4),
@@ -190,7 +249,8 @@ fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failu
         sweep,
         spectrum: Some(super::page::density_of(record)),
         synthesis: Some(synthesis),
-        advice: said.iter().map(Advice::to_string).collect(),
+        advice: in_words(&said, &drift),
+        drift,
         channels: chosen.names,
         notes: chosen.notes,
     })
@@ -209,20 +269,6 @@ fn pulse_s(record: &Record) -> Option<f64> {
 fn loudest(record: &Record) -> usize {
     let power = |c: usize| record.outputs.iter().skip(c).step_by(record.channels).map(|y| y * y).sum::<f64>();
     (0..record.channels).max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or(0)
-}
-
-fn as_estimate(mode: &Mode) -> Estimate {
-    Estimate {
-        frequency_hz: mode.frequency_hz,
-        damping_ratio: mode.damping_ratio,
-        deviation: Some(Deviation {
-            frequency_hz: mode.sigma_frequency_hz,
-            damping_ratio: mode.sigma_damping,
-            correlation: mode.correlation,
-        }),
-        mode_shape: mode.mode_shape.clone(),
-        phase_collinearity: mode.phase_collinearity,
-    }
 }
 
 fn found_mode(estimate: &Estimate) -> FoundMode {

@@ -15,6 +15,7 @@ mod series;
 mod spectra_and_segments;
 mod tables;
 mod throughput;
+mod universal_files;
 
 use std::path::PathBuf;
 

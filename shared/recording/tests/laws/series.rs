@@ -55,7 +55,8 @@ fn channels_written_and_read_are_bit_for_bit_the_same_in_every_format() {
 #[test]
 fn the_formats_write_channels_and_the_same_channels_give_the_same_bytes() {
     let written = random_set();
-    for (format, name) in recording::FORMATS.iter().zip(["formats.mcap", "formats.csv"]) {
+    for name in ["formats.mcap", "formats.csv"] {
+        let format = recording::FORMATS.iter().find(|format| name.ends_with(format.name())).unwrap();
         let path = scratch(name);
         format.write(&Imported::Series(written.clone()), &path).unwrap();
         let first = std::fs::read(&path).unwrap();
