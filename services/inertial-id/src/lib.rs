@@ -192,7 +192,9 @@ impl InertialId {
             (Some(Estimators::FreeFloating(live)), Some(known)) => {
                 fill(&mut sample, live, known);
                 fill_torque(&mut torque, live);
-                self.state.before = Some(target::Before::of(live));
+                // a record that was broken off, or told nothing, takes no earlier one's place
+                let before = closing.then(|| target::Before::of(live, &sheet(known))).flatten();
+                self.state.before = before.or(self.state.before);
             }
             (Some(Estimators::Mated(live)), Some(known)) => {
                 fill(&mut sample, live, known);
@@ -210,7 +212,9 @@ impl InertialId {
     fn weigh_target(&self, frame: &Frame<'_>, out: &mut Outputs) {
         let (Some(Estimators::Mated(after)), Some(known)) = (&self.state.estimators, self.known()) else { return };
         let Some(chaser) = &known.chaser else { return };
-        for mut sample in target::samples(chaser, known.target.as_ref(), self.state.before.as_ref(), after) {
+        for mut sample in
+            target::samples(chaser, known.target.as_ref(), self.state.before.as_ref(), (after, &sheet(known)))
+        {
             sample.header = telemetry::Header::at(frame.t_ns);
             sample.frame = frame.number;
             out.publish(ESTIMATE_TARGET, &sample);

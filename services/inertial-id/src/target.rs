@@ -3,6 +3,7 @@
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::{SMatrix, SVector, Vector4};
 use physics::arm_live::LiveEstimators;
+use physics::consider::SensorSheet;
 use physics::free_floating::PlanarArm;
 use physics::mated::Target;
 use physics::target::{self, ChaserPrior, Identified, recover};
@@ -31,12 +32,10 @@ pub struct Before {
 }
 
 impl Before {
-    pub fn of(live: &LiveEstimators<8, 13>) -> Self {
-        let Estimate { alpha, covariance } = live.best().unwrap_or(Estimate {
-            alpha: SVector::zeros(),
-            covariance: SMatrix::zeros(), // not positive: no target is found from it
-        });
-        Self { alpha, covariance }
+    /// `None`: nothing was identified.
+    pub fn of(live: &LiveEstimators<8, 13>, sheet: &SensorSheet) -> Option<Self> {
+        let Estimate { alpha, covariance } = live.best(sheet)?;
+        Some(Self { alpha, covariance })
     }
 }
 
@@ -45,10 +44,10 @@ pub fn samples(
     chaser: &ChaserSheet,
     statement: Option<&TargetStatement>,
     before: Option<&Before>,
-    after: &LiveEstimators<9, 14>,
+    (after, sheet): (&LiveEstimators<9, 14>, &SensorSheet),
 ) -> impl Iterator<Item = TargetEstimate> {
     let stated = statement.map(stated);
-    let identified = before.zip(after.best()).and_then(|(before, after)| {
+    let identified = before.zip(after.best(sheet)).and_then(|(before, after)| {
         let before = Estimate { alpha: before.alpha, covariance: before.covariance };
         recover(&prior(chaser), &Identified { before, after, flying: None }, &GUESS).ok()
     });

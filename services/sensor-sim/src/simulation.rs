@@ -153,10 +153,10 @@ impl Simulation {
             }
             Which::Grasp => {
                 self.grasp_when_due(state, frame.number);
-                self.vehicle_frame(frame.number - state.entered_frame, false, frame.t_ns, out);
+                self.vehicle_frame(frame.number.saturating_sub(state.entered_frame), false, frame.t_ns, out);
             }
             Which::MatedArm => {
-                self.vehicle_frame(frame.number - state.entered_frame, excited, frame.t_ns, out);
+                self.vehicle_frame(frame.number.saturating_sub(state.entered_frame), excited, frame.t_ns, out);
             }
             _ => self.idle_frame(frame, out),
         }

@@ -81,6 +81,10 @@ pub fn fit(
             let Some((step, predicted)) = normal.step(engine, &theta, damping) else { break };
             // a plant that is far off moves for ever in units of a noise that it does not reach
             enough = CONVERGED * (normal.chi2 / board.samples().max(1) as f64).max(1.0);
+            if predicted < enough && !board.has_jacobian(&theta) {
+                stale = true;
+                continue;
+            }
             if predicted < enough {
                 converged = true;
                 break;

@@ -200,7 +200,7 @@ pub fn fit_with_motion(record: &Record, model: Model, start: &[c64]) -> Result<(
     if 2.0 * (cost(model) - cost(moving)) <= price {
         return Ok((at_rest, model));
     }
-    Ok((fit(record, moving, start)?, moving))
+    Ok(fit(record, moving, start).map_or((at_rest, model), |found| (found, moving)))
 }
 
 /// Covariance of (f₁, ζ₁, …) that no unbiased estimator can undercut: poles and outputs without noise, `sigma` per channel.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 /// Modes that are remembered.
 pub const TRACKS_MAX: usize = 16;
-/// Answers a mode may miss: at two per second, half a minute.
+/// Answers a mode may miss: at one per second, a minute.
 pub const GAP_MAX: u32 = 60;
 /// Agreement of shapes that keeps a number. Looser than what makes a pole stable: a shape known from a short record scatters.
 const MAC_KEEPS: f64 = 0.6;
@@ -72,8 +72,7 @@ impl ModeTracker {
                 self.tracks[t].see(&modes[m]);
             }
         }
-        for (track, seen) in self.tracks.iter_mut().zip(seen).filter(|(track, seen)| track.identity > 0 && !seen) {
-            debug_assert!(!seen);
+        for (track, _) in self.tracks.iter_mut().zip(seen).filter(|(track, seen)| track.identity > 0 && !seen) {
             track.missed += 1;
             if track.missed > GAP_MAX {
                 track.identity = 0;

@@ -77,11 +77,8 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
     /// Takes the sample of time `t_ns`; the innovation is that of the momentum.
     ///
     /// # Errors
-    /// [`InertialError::SampleNotFinite`]; the state is untouched then.
+    /// [`InertialError::SampleNotFinite`] for the motion; the state is untouched then. A torque that is no number interrupts its filter alone.
     pub fn push(&mut self, t_ns: u64, sample: &ArmSample) -> Result<Innovation, InertialError> {
-        if !sample.is_finite() {
-            return Err(InertialError::SampleNotFinite);
-        }
         let innovation = self.momentum.push(&sample.motion)?;
         let follows = self.last_ns.is_none_or(|last| self.settings.follows(last, t_ns));
         if !follows {
@@ -90,6 +87,9 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         if self.momentum.settled(&innovation) {
             let settings = &self.settings.momentum;
             self.consider.push(&sample.motion, settings.h_nms, &settings.sigma, self.momentum.reference());
+        } else {
+            // its differences must not reach over what is left out
+            self.consider.interrupt();
         }
         self.run_filter(sample, follows);
         self.last_ns = Some(t_ns);
@@ -100,10 +100,10 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
     /// A filter that fails is given up and starts again from the momentum.
     fn run_filter(&mut self, sample: &ArmSample, follows: bool) {
         if let Some(filter) = &mut self.filter {
-            if !follows {
+            if !(follows && sample.is_finite()) {
                 filter.interrupt();
             }
-            if filter.push(sample).is_err() {
+            if sample.is_finite() && filter.push(sample).is_err() {
                 self.filter = None;
             }
         } else if self.samples.is_multiple_of(LOOK_EVERY) {
@@ -148,16 +148,21 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         self.filter.as_ref()
     }
 
-    /// The filter's estimate, the sigma of the torques' scale included.
+    /// The filter's estimate, the sigma of the torques' scale included; `None` while it has predicted nothing and says what it began with.
     pub fn torque(&self) -> Option<Estimate<P>> {
-        let Estimate { alpha, covariance } = self.filter.as_ref()?.estimate();
+        let filter = self.filter.as_ref().filter(|filter| filter.nis().count() > 0)?;
+        let Estimate { alpha, covariance } = filter.estimate();
         let scale_sd = self.settings.torque_scale_sd;
         Some(Estimate { alpha, covariance: covariance + alpha * alpha.transpose() * (scale_sd * scale_sd) })
     }
 
-    /// The one of the two with the smaller relative variances: the momentum's while h is known better than torques tell; `None`: neither.
-    pub fn best(&self) -> Option<Estimate<P>> {
-        let momentum = self.estimate().ok().map(|found| Estimate { alpha: found.alpha, covariance: found.covariance });
+    /// The one of the two with the smaller relative variances: the momentum's, with what the sensor sheet may have done to it, while h is
+    /// known better than torques tell; `None`: neither.
+    pub fn best(&self, sheet: &SensorSheet) -> Option<Estimate<P>> {
+        let systematic = self.consider(sheet).unwrap_or_else(SMatrix::zeros);
+        let total =
+            |found: InertialEstimate<P>| Estimate { alpha: found.alpha, covariance: found.covariance + systematic };
+        let momentum = self.estimate().ok().map(total);
         let torque = self.torque();
         let relative = |found: &Estimate<P>| found.covariance.trace() / found.alpha.norm_squared();
         match (momentum, torque) {

@@ -70,8 +70,8 @@ pub struct Design {
 const INSTANTS_PER_HARMONIC: usize = 20;
 /// Weight of the excess.
 const PENALTY: f64 = 1e4;
-/// Periods that the propellant is given to forget its start.
-const SETTLING_PERIODS: usize = 1;
+/// Periods after the record that begins at rest: where the motion would go on, the stroke settles.
+const SETTLED_PERIODS: usize = 1;
 
 /// Base and joints at one instant.
 struct Motion {
@@ -137,7 +137,7 @@ impl Design {
         Some(Motion { joints, omega0_rad_s, omega0_dot_rad_s2, torque_n_m: [effort[1], effort[2]] })
     }
 
-    /// Displacement of the propellant at each instant of one period, after [`SETTLING_PERIODS`].
+    /// Displacement of the propellant at each instant of a record that begins at rest, and of [`SETTLED_PERIODS`] after it.
     ///
     /// In axes that do not turn, `z̈ + 2 ζ Ω (ż − w ẑ×z) + Ω² z = −a`: neither Coriolis nor centrifugal terms, and the length of z is that of
     /// the displacement. Exact for the tank's acceleration held at its value midway between instants: stable however stiff the spring.
@@ -151,7 +151,7 @@ impl Design {
         let dt = trajectory.period_s / instants as f64;
         let free = FreeStep::new(tank, dt);
         let (mut z, mut v, mut attitude_rad) = (Vector2::zeros(), Vector2::zeros(), 0.0);
-        for k in 0..(SETTLING_PERIODS + 1) * instants {
+        for k in 0..(SETTLED_PERIODS + 1) * instants {
             let motion = self.motion(trajectory, dt * ((k % instants) as f64 + 0.5))?;
             attitude_rad += 0.5 * dt * motion.omega0_rad_s;
             let (sine, cosine) = libm::sincos(attitude_rad);
@@ -160,9 +160,7 @@ impl Design {
             let pull = -Vector2::new(cosine * a[0] - sine * a[1], sine * a[0] + cosine * a[1])
                 + across(&z) * (2.0 * free.decay_rate * motion.omega0_rad_s);
             (z, v) = free.step(&z, &v, &pull);
-            if k >= SETTLING_PERIODS * instants {
-                note(z.norm());
-            }
+            note(z.norm());
         }
         Some(())
     }

@@ -8,8 +8,8 @@
 //! remembered as a quadratic about the estimate of that time, for the start of a record often says the most. Every answer names the frequencies
 //! that were searched, and a mode the blocks do not tell is refused.
 //!
-//! *Why not a Kalman filter?* On the benchmark's sine (1000 s) one pass of an unscented filter loses a factor 1.3–1.9
-//! to the Cramér–Rao bound and its covariance is wrong by as much; this attains the bound in the same memory and says so
+//! *Why not a Kalman filter?* A bank of unscented filters ([`slosh_filter`](crate::slosh_filter)) attains the bound in one pass too, at
+//! seven filters' cost a sample; this searches the frequencies from the data alone, needs no prior, and tells its misfit
 //! in χ² and block means. *Why not the literature's total least squares?* It integrates a noisy accelerometer twice;
 //! its damping error grows with the length of the record.
 
@@ -94,9 +94,9 @@ impl SloshEstimate {
         self.covariance.diagonal().map(libm::sqrt)
     }
 
-    /// One when the model and the sensor sigma hold; its own spread is `√(2/dof)`.
+    /// One when the model and the sensor sigma hold; its own spread is `√(2/dof)`. Zero without a degree of freedom.
     pub fn chi_square_per_degree(&self) -> f64 {
-        self.chi_square / self.degrees_of_freedom as f64
+        if self.degrees_of_freedom == 0 { 0.0 } else { self.chi_square / self.degrees_of_freedom as f64 }
     }
 }
 
@@ -135,7 +135,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         }
     }
 
-    /// With what is believed of the tank: an answer then exists from the first blocks on, and each number of it says
+    /// With what is believed of the tank: where the record shows no slosh the prior is the answer, and each number of it says
     /// what the record did to the prior. Operational use, where nothing was designed to show slosh.
     pub fn with_prior(mut self, prior: TankPrior) -> Self {
         assert!(prior.sigma.min() > 0.0);
@@ -253,8 +253,9 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         let mut hypothesis = prior.hypothesis();
         let at = |hypothesis: &SloshHypothesis| likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |_| {});
         let unbiased = at(&hypothesis);
-        // Zero where the bias is known.
-        hypothesis.bias_m_s2 = unbiased.gradient[3] / unbiased.information[(3, 3)];
+        // Zero where the bias is known, and where no segment is long enough to tell it.
+        let told = unbiased.information[(3, 3)];
+        hypothesis.bias_m_s2 = if told > 0.0 { unbiased.gradient[3] / told } else { 0.0 };
         let here = Likelihood { information: Matrix6::identity(), ..at(&hypothesis) };
         let kept = self.report(&hypothesis, &here, 0, true).ok()?.0;
         let covariance = Matrix3::from_diagonal(&prior.sigma.component_mul(&prior.sigma));

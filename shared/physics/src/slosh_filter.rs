@@ -174,8 +174,13 @@ impl<const X: usize> SloshFilter<X> {
     /// Uses the acceleration where there is one, then moves on; the innovation of what was used.
     ///
     /// # Errors
-    /// [`UnscentedError`] of the last filter, when none is left: the bank is empty then.
+    /// [`UnscentedError::NotFinite`] for such a sample, the bank is untouched then; that of the last filter, when none is left: the bank
+    /// is empty then.
     pub fn step(&mut self, sample: &SloshSample) -> Result<Option<Innovation>, UnscentedError> {
+        let heard = sample.sigma_m_s2.is_infinite() || sample.acceleration_m_s2.is_finite();
+        if !(heard && sample.interval_s.is_finite() && sample.force_n.is_finite()) {
+            return Err(UnscentedError::NotFinite);
+        }
         let model = SloshStep { base_mass_kg: self.base_mass_kg, interval_s: sample.interval_s };
         let (mut seen, mut last) = (Mixture::default(), UnscentedError::MeanInfeasible);
         let best = self.weights().fold(f64::NEG_INFINITY, f64::max);

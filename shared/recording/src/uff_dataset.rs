@@ -133,7 +133,8 @@ pub(crate) fn read_function(text: &mut Text<'_>, number_line: &str) -> Result<Fu
     let denominator = quantity(&text.needed_line()?);
     text.needed_line()?; // z axis
     let domain = match (abscissa.kind, kind) {
-        (17, _) | (0 | 1, 0 | 1) => Domain::Time,
+        // 7, 8: correlations, over lag
+        (17, _) | (0 | 1, 0 | 1 | 7 | 8) => Domain::Time,
         (18, _) | (0 | 1, _) => Domain::Frequency,
         (other, _) => {
             let found = format!("the abscissa is neither time (17) nor frequency (18) but of kind {other}");
@@ -210,6 +211,10 @@ fn record_7(text: &mut Text<'_>) -> Result<Layout, RecordingError> {
     };
     let even = spacing == 1;
     let values = usize::try_from(values).ok().filter(|values| *values >= 2).ok_or_else(|| wrong(text))?;
+    if values > text.left() {
+        // every value takes a byte at least
+        return Err(text.error(format!("{values} values are announced, more than the file has bytes"), EXPORT));
+    }
     if even && !(step > 0.0 && first.is_finite()) {
         return Err(text.error(format!("the abscissa begins at {first} and grows by {step}"), EXPORT));
     }

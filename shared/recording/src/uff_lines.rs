@@ -22,13 +22,19 @@ impl<'a> Text<'a> {
         RecordingError::BadUff { file: self.file.into(), line: self.line, found, cure: cure.into() }
     }
 
-    /// The next line without its end; bytes that are no UTF-8 are replaced.
+    /// Bytes that were not read yet.
+    pub fn left(&self) -> usize {
+        self.bytes.len().saturating_sub(self.at)
+    }
+
+    /// The next line without its end; columns are bytes, so that what is no ASCII becomes one `?` a byte.
     pub fn next_line(&mut self) -> Option<String> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         let length = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
         self.at += length + 1;
         self.line += 1;
-        Some(String::from_utf8_lossy(&rest[..length]).trim_end_matches('\r').to_string())
+        let ascii = rest[..length].iter().map(|byte| if byte.is_ascii() { char::from(*byte) } else { '?' });
+        Some(ascii.collect::<String>().trim_end_matches('\r').to_string())
     }
 
     pub fn needed_line(&mut self) -> Result<String, RecordingError> {

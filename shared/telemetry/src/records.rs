@@ -125,7 +125,7 @@ record! {
         frame: u64, "-", "-", "frame it was made in";
         epoch_ns: u64, "ns", "-", "time it speaks of";
         origin: u16, "-", "-", "0 stated by the target, 1 identified, 2 identified and fused with what was stated";
-        status: u16, "-", "-", "0 valid; 1 crc wrong; 2 statement refused: it contradicts what was identified at p < 0.001; 3 no solution";
+        status: u16, "-", "-", "0 valid; 1 crc wrong; 2 statement refused: it contradicts what was identified at p < 0.001, or its covariance is not positive; 3 no solution";
         reserved: u32, "-", "-", "0";
         values: [f64; 4], "kg, m, m, kg m^2", "stated: target; else grasp", "mass, centre of mass x, y, inertia about it";
         covariance: [[f64; 4]; 4], "products of the units", "as values", "covariance";

@@ -192,7 +192,17 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let Some(out) = &arguments.out else { return Ok(()) };
     write(out, &plant_text(&best, arguments)?)?;
     let Some(scenario) = &arguments.scenario else { return Ok(()) };
-    write(scenario, &scenario_text(&task, &out.display().to_string()))
+    write(scenario, &scenario_text(&task, &plant_from(scenario, out)?))
+}
+
+/// The plant file as a scenario names it: from its own folder, or whole.
+fn plant_from(scenario: &Path, plant: &Path) -> Result<String, Failure> {
+    let beside = scenario.parent() == plant.parent();
+    let path = match plant.file_name().filter(|_| beside) {
+        Some(name) => name.into(),
+        None => std::path::absolute(plant).map_err(|error| Failure::Run(format!("{}: {error}", plant.display())))?,
+    };
+    Ok(toml::Value::String(path.display().to_string()).to_string())
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {
@@ -211,7 +221,7 @@ seed = 1
 
 [slosh]
 duration_s = {duration_s:.1}
-plant = {{ file = \"{plant}\" }}
+plant = {{ file = {plant} }}
 
 [slosh.known]
 m_0_kg = {}

@@ -12,9 +12,6 @@ const STEP_RATE: f64 = 0.4;
 const STEP_RATE_MAX: f64 = 1.0;
 /// Finest subdivision of a step for a stiff variant.
 const FINER_MAX: usize = 8;
-/// Product of step and fastest rate up to which the midpoint rule, of two evaluations, does: its phase is off by the square of it over
-/// six, 2e-5 of what passes. Recordings far faster than the motion are the long ones.
-const MIDPOINT_RATE: f64 = 0.01;
 
 /// Frozen gains of one run: per event rows of z times columns of samples, one after the other, and their first places.
 #[derive(Clone, Debug, Default)]
@@ -37,7 +34,6 @@ pub struct Machine<'a> {
     /// Change of every input from the beginning of an event's stretch to its end, about the row; empty: none.
     tilts: Vec<f64>,
     finer: usize,
-    midpoint: bool,
     sensors: Vec<Channel>,
     any_mean: bool,
     any_shifted: bool,
@@ -122,7 +118,6 @@ impl<'a> Machine<'a> {
             x0,
             rows,
             finer,
-            midpoint: stiff < MIDPOINT_RATE && tilts.is_empty(),
             tilts,
             any_mean,
             any_shifted,
@@ -214,8 +209,7 @@ impl<'a> Machine<'a> {
 
     /// One step.
     fn runge_kutta(&mut self, t: f64, h: f64, x: &mut [f64], moving: Option<Moving<'_>>) {
-        let stages = if self.midpoint { 2 } else { 4 };
-        for k in 0..stages {
+        for k in 0..4 {
             let share = [0.0, 0.5, 0.5, 1.0][k];
             if let Some(moving) = moving {
                 self.interpolate(moving.row, moving.from + share * moving.span, moving.w);
@@ -233,7 +227,7 @@ impl<'a> Machine<'a> {
         }
         let [a, b, c, d] = &self.slopes;
         for (i, x) in x.iter_mut().enumerate() {
-            *x += if self.midpoint { b[i] * h } else { (a[i] + 2.0 * (b[i] + c[i]) + d[i]) * (h / 6.0) };
+            *x += (a[i] + 2.0 * (b[i] + c[i]) + d[i]) * (h / 6.0);
         }
         self.system.normalise(x);
     }
@@ -532,7 +526,8 @@ fn filtered_rows(system: &System, timeline: &Timeline, mut rows: Vec<f64>) -> (V
                 rows[row * inputs + input] = mean;
             }
             if !timeline.moving {
-                tilts[event.row * inputs + input] = tilt;
+                // what a filter before this one left, to first order
+                tilts[event.row * inputs + input] += tilt;
             }
         }
     }
@@ -543,7 +538,8 @@ fn filtered_rows(system: &System, timeline: &Timeline, mut rows: Vec<f64>) -> (V
 const PARTS: usize = 16;
 
 /// Mean, and change of the straight line of the same first moment, of what acts over each interval between events when `held` is
-/// commanded: rates and positions at its end are those of what acts, not of its mean alone.
+/// commanded: rates and positions at its end are those of what acts, not of its mean alone. Readings that feel the command
+/// itself are told the mean.
 fn acting(kind: &FilterKind, timeline: &Timeline, held: &[f64]) -> Vec<[f64; 2]> {
     let length = |k: usize| timeline.events[k].step_s * timeline.events[k].steps as f64;
     let delay_s = kind.delay_s();

@@ -4,7 +4,7 @@
 //! not independent of the innovations that it is projected on: with coloured noise the score invents physics. Along the loop simulated
 //! without noise it is, and differs from the other by what noise does to the effect.
 
-use crate::problem::{Drive, Problem, Run, Samples};
+use crate::problem::{Course, Drive, Problem, Run, Samples};
 use crate::series::interpolate;
 use plant::description::{Noise, Plant, Quantity};
 use plant::simulation::Simulator;
@@ -24,6 +24,9 @@ pub fn noise_free(problem: &Problem, plant: &Plant, theta: &[f64], sigma: &[f64]
             let name = &plant.actuators[drive.0].name;
             matches!(drive.1, Drive::Held { .. }) && plant.controllers.iter().any(|c| c.actuator == *name)
         };
+        if run.drives.iter().any(|drive| matches!(drive, Drive::Motion { course: Course::Recorded(_), .. })) {
+            return None;
+        }
         if run.drives.iter().enumerate().any(|drive| closed(&drive)) {
             clean.runs[index] = simulated(&quiet(problem.instance(plant, theta, index)), run, sigma)?;
             any = true;
@@ -61,16 +64,25 @@ fn simulated(plant: &Plant, run: &Run, sigma: &[f64]) -> Option<Run> {
         simulator.check_finite().ok()?;
     }
     let mut clean = run.clone();
-    for (drive, command) in clean.drives.iter_mut().zip(&commands) {
+    for ((drive, command), actuator) in clean.drives.iter_mut().zip(&commands).zip(&plant.actuators) {
         if let Drive::Held { time_s, value } = drive {
+            let recorded = core::mem::take(value);
             // what holds just after the stamp
             let at =
                 |t: &f64| command.time_s.partition_point(|own| *own <= t + 1e-9 * plant.simulation.period_s).max(1);
             *value = time_s.iter().map(|t| command.value[at(t) - 1]).collect();
+            let closed = plant.controllers.iter().any(|controller| controller.actuator == actuator.name);
+            // outside the loops the simulation is told the plant's own signal: it must be what was flown
+            if !closed && misses(&recorded, value, 0.0) {
+                return None;
+            }
         }
     }
     for ((samples, reading), sigma) in clean.samples.iter_mut().zip(&readings).zip(sigma) {
         let recorded = core::mem::take(&mut samples.value);
+        if reading.time_s.is_empty() && !recorded.is_empty() {
+            return None;
+        }
         samples.value = samples.time_s.iter().map(|t| interpolate(&reading.time_s, &reading.value, *t)).collect();
         if misses(&recorded, &samples.value, *sigma) {
             return None;
