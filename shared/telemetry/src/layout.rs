@@ -157,9 +157,10 @@ mod tests {
                 };
                 let of_type = match (field.length, field.ros) {
                     (0, _) => element,
-                    // Rows of twelve: an array of arrays, which the document shows by its size.
-                    (rows, "float64") if field.size == rows * 12 * 8 => {
-                        layout_hash(layout_hash(element, &12_u32.to_le_bytes()), &(rows as u32).to_le_bytes())
+                    // An array of arrays, which the document shows by its size.
+                    (rows, "float64") if field.size > rows * 8 => {
+                        let columns = (field.size / (rows * 8)) as u32;
+                        layout_hash(layout_hash(element, &columns.to_le_bytes()), &(rows as u32).to_le_bytes())
                     }
                     (count, _) => layout_hash(element, &(count as u32).to_le_bytes()),
                 };
