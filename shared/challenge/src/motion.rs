@@ -4,7 +4,7 @@
 //! its rate is zero, sticking where the force that holds it exceeds what friction can hold; both instants are roots on the dense
 //! output. The stuck coordinate is held by a constraint, not by a steep slope.
 
-use crate::equations::{Equations, Vector};
+use crate::equations::{DOF_MAX, Equations, Vector};
 use crate::hidden::Faults;
 use differential_equations::prelude::{CrossingDirection, Event, EventConfig, ExplicitRungeKutta, IVP, ODE, Status};
 
@@ -12,6 +12,12 @@ use differential_equations::prelude::{CrossingDirection, Event, EventConfig, Exp
 const TOLERANCE: (f64, f64) = (1e-9, 1e-12);
 /// Rate past zero at which sliding is taken to have ended: below what integration resolves.
 const STOP_RATE: f64 = 1e-11;
+/// Most inputs, sensors and hidden states of a machine.
+const INPUTS_MAX: usize = 3;
+const SENSORS_MAX: usize = 3;
+const HIDDEN_MAX: usize = 2;
+/// Most numbers of a state; those beyond a machine's own stay zero.
+const STATES_MAX: usize = 2 * DOF_MAX + HIDDEN_MAX + INPUTS_MAX + SENSORS_MAX;
 /// Changes of contact in one stretch; more is chatter and the rest is left as it is.
 const CHANGES_MAX: usize = 60;
 
@@ -22,6 +28,8 @@ pub enum Contact {
     Sliding(f64),
 }
 
+pub type State = [f64; STATES_MAX];
+
 /// A machine with what is hidden in it.
 pub struct Rig {
     pub equations: Box<dyn Equations>,
@@ -31,8 +39,10 @@ pub struct Rig {
 /// State and contacts.
 #[derive(Clone, Debug)]
 pub struct Motion {
-    pub x: Vec<f64>,
+    pub x: State,
     pub contacts: Vec<Contact>,
+    /// Largest step that was taken in the last stretch [s]; zero: none yet.
+    step_s: f64,
 }
 
 /// Where things are in the state.
@@ -55,12 +65,13 @@ impl Rig {
     /// At rest or moving as `q`, `v` say; lags settled on nothing.
     pub fn begin(&self, q: &[f64], v: &[f64]) -> Motion {
         let places = self.places();
-        let mut x = vec![0.0; places.sensors + self.faults.sensors.len()];
+        let mut x = [0.0; STATES_MAX];
+        assert!(places.sensors + self.faults.sensors.len() <= STATES_MAX, "the machine has room for its states");
         x[..q.len()].copy_from_slice(q);
         x[places.n..places.n + v.len()].copy_from_slice(v);
         let contact = |rate: f64| if rate == 0.0 { Contact::Stuck } else { Contact::Sliding(rate.signum()) };
         let contacts = self.faults.dry.iter().map(|dry| contact(x[places.n + dry.coordinate])).collect();
-        Motion { x, contacts }
+        Motion { x, contacts, step_s: 0.0 }
     }
 
     pub fn coordinates(&self, x: &[f64]) -> (Vector, Vector) {
@@ -71,20 +82,23 @@ impl Rig {
 
     /// Inputs as they act `t_s` into a stretch: through their lags, which are exponentials of a held input and no stiff states.
     /// `x` holds where each lag was when the stretch began.
-    fn acting(&self, t_s: f64, x: &[f64], u: &[f64]) -> Vec<f64> {
+    fn acting(&self, t_s: f64, x: &[f64], u: &[f64]) -> [f64; INPUTS_MAX] {
         let from = self.places().inputs;
-        let lag = |(k, u): (usize, &f64)| match self.faults.inputs[k].lag_s {
-            lag_s if lag_s > 0.0 => u + (x[from + k] - u) * libm::exp(-t_s / lag_s),
-            _ => *u,
-        };
-        u.iter().enumerate().map(lag).collect()
+        let mut acting = [0.0; INPUTS_MAX];
+        for (k, (acting, u)) in acting.iter_mut().zip(u).enumerate() {
+            *acting = match self.faults.inputs[k].lag_s {
+                lag_s if lag_s > 0.0 => u + (x[from + k] - u) * libm::exp(-t_s / lag_s),
+                _ => *u,
+            };
+        }
+        acting
     }
 
     /// q'' and, per contact, the force that friction exerts (sliding) or must exert (stuck).
     pub fn acceleration(&self, t_s: f64, x: &[f64], u: &[f64], contacts: &[Contact]) -> (Vector, Vec<f64>) {
         let places = self.places();
         let (q, v) = self.coordinates(x);
-        let mut force = self.equations.force(&q, &v, &self.acting(t_s, x, u));
+        let mut force = self.equations.force(&q, &v, &self.acting(t_s, x, u)[..u.len()]);
         for (i, law) in &self.faults.forces {
             force[*i] += law.at(q[*i], v[*i], &x[places.hidden..places.inputs]);
         }
@@ -135,8 +149,9 @@ impl Rig {
                 break;
             }
             let field = Field { rig: self, u, contacts: motion.contacts.clone() };
+            let begin_s = motion.step_s.min(dt_s - done);
             let method = ExplicitRungeKutta::dopri5().rtol(TOLERANCE.0).atol(TOLERANCE.1).max_steps(100_000);
-            let problem = IVP::ode(&field, done, dt_s, motion.x.clone()).method(method);
+            let problem = IVP::ode(&field, done, dt_s, motion.x).method(method.h0(begin_s));
             let solved = if motion.contacts.is_empty() { problem.solve() } else { problem.event(&field).solve() };
             let (Ok(solution), true) = (solved, motion.x.iter().all(|x| x.is_finite())) else {
                 return motion.x.fill(f64::NAN);
@@ -144,7 +159,8 @@ impl Rig {
             let (Some(t), Some(x)) = (solution.t.last(), solution.y.last()) else {
                 return motion.x.fill(f64::NAN);
             };
-            (done, motion.x) = (*t, x.clone());
+            (done, motion.x) = (*t, *x);
+            motion.step_s = solution.t.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
             if !matches!(solution.status, Status::Interrupted) {
                 break;
             }
@@ -153,7 +169,7 @@ impl Rig {
         }
         let acting = self.acting(dt_s, &motion.x, u);
         let from = self.places().inputs;
-        motion.x[from..from + acting.len()].copy_from_slice(&acting);
+        motion.x[from..from + u.len()].copy_from_slice(&acting[..u.len()]);
     }
 
     /// What has come to rest is stuck for now.
@@ -195,8 +211,8 @@ struct Field<'a> {
     contacts: Vec<Contact>,
 }
 
-impl ODE<f64, Vec<f64>> for Field<'_> {
-    fn diff(&self, t_s: f64, x: &Vec<f64>, x_dot: &mut Vec<f64>) {
+impl ODE<f64, State> for Field<'_> {
+    fn diff(&self, t_s: f64, x: &State, x_dot: &mut State) {
         let (rig, places) = (self.rig, self.rig.places());
         let (a, _) = rig.acceleration(t_s, x, self.u, &self.contacts);
         x_dot.fill(0.0);
@@ -216,13 +232,13 @@ impl ODE<f64, Vec<f64>> for Field<'_> {
     }
 }
 
-impl Event<f64, Vec<f64>> for Field<'_> {
+impl Event<f64, State> for Field<'_> {
     fn config(&self) -> EventConfig {
         EventConfig::new(CrossingDirection::Negative, Some(1))
     }
 
     /// The least distance of any contact from its change; its scale is of no matter to the root.
-    fn event(&self, t_s: f64, x: &Vec<f64>) -> f64 {
+    fn event(&self, t_s: f64, x: &State) -> f64 {
         let n = self.rig.equations.dof();
         let (_, reactions) = self.rig.acceleration(t_s, x, self.u, &self.contacts);
         let list = self.rig.faults.dry.iter().zip(&self.contacts).zip(&reactions);

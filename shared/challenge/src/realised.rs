@@ -15,13 +15,13 @@ use crate::whiten::Whitener;
 use nalgebra::{DMatrix, DVector};
 
 /// Share of a prior's sigma over which a sensitivity is taken.
-const SHARE: f64 = 0.1;
+const SHARE: f64 = 1e-3;
 /// Change of an initial coordinate over which a sensitivity is taken [rad or m, per second].
-const INITIAL: f64 = 1e-4;
+const INITIAL: f64 = 1e-5;
 
-/// Chord steps, and halvings of each.
+/// Chord steps, and the dampings of each: what a record hardly shows must not move far.
 const STEPS: usize = 12;
-const HALVINGS: i32 = 4;
+const DAMPINGS: [f64; 5] = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
 /// Share of the cost that ends the descent: two percent of d².
 const GAIN: f64 = 0.02;
 
@@ -47,7 +47,7 @@ pub struct Lab<'a> {
     whitener: Whitener,
     /// Columns: numbers in units of their prior, then the initial state.
     jacobian: DMatrix<f64>,
-    factor: Option<nalgebra::Cholesky<f64, nalgebra::Dyn>>,
+    normal: DMatrix<f64>,
     /// The nominal record, where commands do not depend on readings.
     base: Option<Trace>,
 }
@@ -86,7 +86,7 @@ impl<'a> Lab<'a> {
             priors,
             whitener,
             jacobian: DMatrix::zeros(0, 0),
-            factor: None,
+            normal: DMatrix::zeros(0, 0),
             base: None,
         };
         lab.linearise();
@@ -139,29 +139,30 @@ impl<'a> Lab<'a> {
             // free unknowns get what keeps the factor regular: a millionth of a millionth of what they show
             normal[(i, i)] += if i < self.priors.len() { 1.0 } else { 1e-10 * normal[(i, i)] + 1e-12 };
         }
-        self.factor = normal.cholesky();
+        self.normal = normal;
     }
 
-    /// Step towards the least of `|r − J δ|² + |prior (β + δ)|²`.
-    fn step(&self, residual: &DVector<f64>, beta: &DVector<f64>) -> DVector<f64> {
+    /// Step towards the least of `|r − J δ|² + |prior (β + δ)|²`, damped by a share of the curvature, of one where that is less.
+    fn step(&self, residual: &DVector<f64>, beta: &DVector<f64>, damping: f64) -> DVector<f64> {
         let mut gradient = self.jacobian.transpose() * residual;
         for i in 0..self.priors.len() {
             gradient[i] -= beta[i];
         }
-        self.factor.as_ref().map_or_else(|| DVector::zeros(beta.len()), |factor| factor.solve(&gradient))
+        let mut damped = self.normal.clone();
+        (0..beta.len()).for_each(|i| damped[(i, i)] += damping * damped[(i, i)].max(1.0));
+        damped.cholesky().map_or_else(|| DVector::zeros(beta.len()), |factor| factor.solve(&gradient))
     }
 
     fn cost(&self, residual: &DVector<f64>, beta: &DVector<f64>) -> f64 {
         residual.norm_squared() + beta.rows(0, self.priors.len()).norm_squared()
     }
 
-    /// Chord steps, each halved until the cost falls.
+    /// Chord steps, each damped until the cost falls.
     fn descend(&self, with: &Trace, mut best: Point) -> Point {
         for _ in 0..STEPS {
             let (cost, beta, residual) = &best;
-            let step = self.step(residual, beta);
-            let tried = (0..HALVINGS).find_map(|halvings| {
-                let beta = beta + &step * 0.5f64.powi(halvings);
+            let tried = DAMPINGS.into_iter().find_map(|damping| {
+                let beta = beta + self.step(residual, beta, damping);
                 let residual = self.difference(with, &self.moved(&beta, &with.command));
                 let tried = self.cost(&residual, &beta);
                 (tried < *cost).then_some((tried, beta, residual))
@@ -189,12 +190,12 @@ impl<'a> Lab<'a> {
         let best = if curved {
             self.descend(&with, (raw, start, residual))
         } else {
-            let first = self.step(&residual, &start);
+            let first = self.step(&residual, &start, 0.0);
             let linear = &residual - &self.jacobian * &first;
             (self.cost(&linear, &first), first, linear)
         };
         let (cost, beta, direction) = best;
-        let spread = self.factor.as_ref().map(nalgebra::Cholesky::inverse);
+        let spread = self.normal.clone().cholesky().map(|factor| factor.inverse());
         let sigma = |i: usize| spread.as_ref().map_or(1.0, |spread| spread[(i, i)].max(0.0).sqrt());
         let shift = |(i, (name, _)): (usize, &(String, f64))| (name.clone(), beta[i] / sigma(i).max(1e-12));
         Realised {

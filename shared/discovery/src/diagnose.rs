@@ -26,6 +26,7 @@ use adoption::{stand, step};
 use screening::{Screening, screen};
 use showing::{Shown, held_out};
 
+use crate::compete::Refit;
 use crate::filter::NoiseModel;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
@@ -174,6 +175,8 @@ struct Found {
     screening: Screening,
     /// Smaller sets that stood on the way, nearest first.
     smaller: Vec<(Vec<Adopted>, Standing)>,
+    /// Sets that the recording does not exclude beside the last one adopted.
+    rivals: Vec<(Vec<Adopted>, Standing)>,
     /// What noise of another kind gains on the standing plant.
     unknown_noise: f64,
 }
@@ -186,9 +189,9 @@ fn searched(
     notes: &mut Vec<String>,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Found, String> {
-    let (adopted, unfitted, smaller) = (Vec::new(), Vec::new(), Vec::new());
+    let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let screening = Screening::default();
-    let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, unknown_noise: 0.0 };
+    let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 };
     while found.adopted.len() < options.terms_max && found.unfitted.is_empty() {
         let done = found.adopted.len() as f64 / options.terms_max as f64;
         progress("score the catalogue", 0.2 + 0.6 * done);
@@ -205,10 +208,11 @@ fn searched(
             break;
         };
         // nearest first: without what this round adds, then its own smaller sets before that
-        let mut nearest: Vec<(Vec<Adopted>, Standing)> = Vec::new();
-        for (set, refit) in step.smaller {
-            nearest.push((found.adopted.iter().cloned().chain(set).collect(), stand(&refit)));
-        }
+        let joined = |(set, refit): (Vec<Adopted>, Refit)| {
+            (found.adopted.iter().cloned().chain(set).collect::<Vec<_>>(), stand(&refit))
+        };
+        let mut nearest: Vec<(Vec<Adopted>, Standing)> = step.smaller.into_iter().map(joined).collect();
+        found.rivals = step.rivals.into_iter().map(joined).collect();
         let before = core::mem::replace(&mut found.best, stand(&refit));
         if !found.adopted.is_empty() {
             nearest.push((found.adopted.clone(), before));
@@ -220,7 +224,8 @@ fn searched(
     Ok(found)
 }
 
-/// Held-out data on what was found; where they do not confirm it, the nearest smaller set that they do takes its place.
+/// Held-out data on what was found; where they refuse it, the best rival that they confirm takes its place, where they do not confirm it,
+/// the nearest smaller set that they do.
 fn borne_out(
     problem: &Problem,
     (engine, stated): (&Engine<'_>, &Fit),
@@ -229,6 +234,18 @@ fn borne_out(
     notes: &mut Vec<String>,
 ) -> Shown {
     let mut shown = held_out(problem, engine, stated, &found.best, found.adopted.is_empty(), options);
+    for (set, standing) in core::mem::take(&mut found.rivals) {
+        if status(shown.gain.as_ref()) != Status::Refused {
+            break;
+        }
+        let again = held_out(problem, engine, stated, &standing, false, options);
+        if status(again.gain.as_ref()) == Status::Confirmed {
+            let kinds =
+                |set: &[Adopted]| set.iter().map(|a| a.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ");
+            notes.push(format!("held-out data refuse {} and confirm {}", kinds(&found.adopted), kinds(&set)));
+            (found.adopted, found.best, shown) = (set, standing, again);
+        }
+    }
     for (set, standing) in core::mem::take(&mut found.smaller) {
         // a term that held-out data do not bear takes no other with it
         if found.adopted.is_empty() || status(shown.gain.as_ref()) == Status::Confirmed {

@@ -15,6 +15,7 @@
 //! far below what the sensors see.
 
 mod gains;
+mod lagged;
 mod linear;
 mod machine;
 mod noise_model;

@@ -50,10 +50,13 @@ pub const NOT_FOUND_RATIO: f64 = 0.98;
 const CONVERGED: f64 = 1e-2;
 /// Share of the promised decrease above which sensitivities serve for the next step, too.
 const AS_PROMISED: f64 = 0.7;
+/// Relinearisations beyond those asked for, as long as each takes this share off the sum of squares: a start far off is no minimum.
+const ROUNDS_MORE: usize = 14;
+const FAR: f64 = 0.02;
 /// Steps between relinearisations.
 const INNER_STEPS: usize = 3;
 
-/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations.
+/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations, some more where the start was far off.
 ///
 /// # Errors
 /// The first linearisation fails; later failures end the iteration with what is there.
@@ -69,8 +72,8 @@ pub fn fit(
     let mut board = Board::new(engine, plant, &theta, noise)?;
     let (mut converged, mut iterations) = (false, 0);
     let mut damping = 0.0;
-    for round in 0..rounds {
-        let (mut total, mut enough) = (0.0, CONVERGED);
+    for round in 0..rounds + ROUNDS_MORE {
+        let (mut total, mut enough, mut far) = (0.0, CONVERGED, f64::INFINITY);
         let mut stale = true;
         for _ in 0..INNER_STEPS {
             iterations += 1;
@@ -81,6 +84,7 @@ pub fn fit(
             let Some((step, predicted)) = normal.step(engine, &theta, damping) else { break };
             // a plant that is far off moves for ever in units of a noise that it does not reach
             enough = CONVERGED * (normal.chi2 / board.samples().max(1) as f64).max(1.0);
+            far = FAR * normal.chi2;
             if predicted < enough && !board.has_jacobian(&theta) {
                 stale = true;
                 continue;
@@ -113,7 +117,7 @@ pub fn fit(
                 break;
             }
         }
-        if round + 1 < rounds && total > enough {
+        if total > if round + 1 < rounds { enough } else { far } {
             match Board::new(engine, plant, &theta, noise) {
                 Ok(fresh) => {
                     board = fresh;

@@ -11,6 +11,9 @@ use crate::held_out::{block_s, blocks};
 use crate::problem::Problem;
 use crate::score::{Column, cosine};
 
+/// Relinearisations of the standing plant, once more from elsewhere.
+const NULL_ROUNDS: usize = 3;
+
 /// What one round of the search found.
 #[derive(Default)]
 pub(super) struct Step {
@@ -21,6 +24,8 @@ pub(super) struct Step {
     pub null: f64,
     /// Smaller sets that stand too, larger ones first: for the case that held-out data do not confirm the one adopted.
     pub smaller: Vec<(Vec<Adopted>, Refit)>,
+    /// Sets of the same size that stand and are not excluded: for the case that held-out data refuse the one adopted.
+    pub rivals: Vec<(Vec<Adopted>, Refit)>,
 }
 
 /// The next set of effects, if any stands, and those that are significant but could not be fitted.
@@ -35,9 +40,9 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
     while let Some(at) = outcome.best(alpha, ranking.tried, &better) {
         let contender = &outcome.contenders[at];
         let refit = contender.refit.clone().expect("only refitted sets stand");
-        // once more from the other side: the nominal plant with the noise that suits the set
+        // once more from the other side: the nominal plant with the noise and the numbers that suit the set
         if !tried.contains(&contender.subset.members)
-            && let Some(null) = nominal_with(engine, best, &refit.noise)
+            && let Some(null) = nominal_with(engine, best, &refit)
             && null < outcome.null - 1.0
         {
             tried.push(contender.subset.members.clone());
@@ -51,7 +56,8 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
         }
         let adopted = adopt(found, &outcome, at, &ranking);
         let smaller = smaller(found, &outcome, at, &ranking, alpha);
-        return Step { adopted, refit: Some(refit), unfitted: Vec::new(), null: outcome.null, smaller };
+        let rivals = rivals(found, &outcome, at, &ranking, alpha);
+        return Step { adopted, refit: Some(refit), unfitted: Vec::new(), null: outcome.null, smaller, rivals };
     }
     let lost = outcome.contenders.iter().filter(|c| {
         c.p < alpha && c.veto != Veto::Vetoed && c.refit.is_none() && c.bic < 0.0 && c.subset.members.len() == 1
@@ -77,6 +83,22 @@ fn smaller(
     let sizes = (1..size(&outcome.contenders[at])).rev();
     let best = sizes.filter_map(|own| outcome.contenders.iter().position(|c| size(c) == own && c.stands(alpha)));
     best.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
+}
+
+/// The other sets of the size of contender `at` that stand within the span of rivals, best first.
+fn rivals(
+    found: &Screening,
+    outcome: &Outcome,
+    at: usize,
+    ranking: &Ranking,
+    alpha: f64,
+) -> Vec<(Vec<Adopted>, Refit)> {
+    let winner = &outcome.contenders[at];
+    let near = |c: &Contender| {
+        c.subset.members.len() == winner.subset.members.len() && c.stands(alpha) && c.bic - winner.bic <= RIVAL_SPAN
+    };
+    let others = (0..outcome.contenders.len()).filter(|i| *i != at && near(&outcome.contenders[*i]));
+    others.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
 }
 
 /// Parts of the recording are predicted from the others better by `large` than by `small`, by more than the standard error of blocks:
@@ -157,13 +179,18 @@ pub(super) fn stand(refit: &Refit) -> Standing {
     }
 }
 
-/// Least objective of the standing plant from another start of the noise, its parameters fitted again under it.
-fn nominal_with(engine: &Engine<'_>, best: &Standing, noise: &NoiseModel) -> Option<f64> {
-    let search = Search { sweeps: 2, colour: true, scan: false };
-    let (noise, objective) = maximise(engine, &best.fit.board, &best.fit.theta, &[], noise, search)?;
-    let again = fit(engine, &best.plant, &best.fit.theta, &noise, 2).ok();
-    let refitted = again.and_then(|again| maximise(engine, &again.board, &again.theta, &[], &noise, search));
-    Some(refitted.map_or(objective, |(_, refitted)| refitted.min(objective)))
+/// Least objective of the standing plant under the noise of `refit`: its own numbers and those of `refit`, fitted again, then the noise.
+fn nominal_with(engine: &Engine<'_>, best: &Standing, refit: &Refit) -> Option<f64> {
+    let search = Search { sweeps: 4, colour: true, scan: false };
+    let own = maximise(engine, &best.fit.board, &best.fit.theta, &[], &refit.noise, search)?;
+    let theirs = engine.start_from(&refit.problem.unknowns, &refit.fit.theta);
+    let from = |(theta, noise): (&Vec<f64>, &NoiseModel)| {
+        let again = fit(engine, &best.plant, theta, noise, NULL_ROUNDS).ok()?;
+        let (noise, _) = maximise(engine, &again.board, &again.theta, &[], noise, search)?;
+        let again = fit(engine, &best.plant, &again.theta, &noise, 1).ok()?;
+        Some(maximise(engine, &again.board, &again.theta, &[], &noise, search)?.1)
+    };
+    Some([(&best.fit.theta, &own.0), (&theirs, &refit.noise)].into_iter().filter_map(from).fold(own.1, f64::min))
 }
 
 /// The amplitude of an effect is within two of its standard errors of nothing.

@@ -1,9 +1,14 @@
 //! Every effect at every site with its score: grids first, then the best numbers of what looks promising.
 
 use super::{Options, Standing};
+use crate::compete::subsets::ladder;
+use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine};
 use crate::score::refine::refined;
 use crate::score::{Candidate, Column, Lines, Score, candidates, columns, lines, noise_free, scores};
+
+/// A disturbance this many times as large as stated may have swallowed something.
+const GROWN: f64 = 3.0;
 
 /// Columns and their scores under the adapted noise.
 #[derive(Default)]
@@ -34,9 +39,25 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, no
     thin(engine, options, &mut list, notes);
     let mut all = columns(along, &best.plant, theta, &list);
     let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
-    all.extend(refined((engine, board), along, &best.plant, theta, &best.noise, (&all, &found)));
+    let mut finer = refined((engine, board), along, &best.plant, theta, &best.noise, (&all, &found));
+    if let Some(stated) = quieter(engine, best) {
+        // disturbances that have swallowed an effect hide its numbers too
+        let found: Vec<Score> = scores(engine, board, theta, &stated, &all).into_iter().flatten().collect();
+        finer.extend(refined((engine, board), along, &best.plant, theta, &stated, (&all, &found)));
+    }
+    all.extend(finer);
     let scores = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
     Screening { columns: all, scores }
+}
+
+/// The last rung of the ladder, disturbances as stated, at the size that the innovations then have; `None` where it is the adapted noise.
+fn quieter(engine: &Engine<'_>, best: &Standing) -> Option<NoiseModel> {
+    let grown = best.noise.input_sigma.iter().zip(&engine.noise.input_sigma).any(|(s, stated)| *s > GROWN * stated);
+    let mut noise = ladder(engine, &best.noise).pop().filter(|_| grown)?;
+    let normal = best.fit.board.normal(engine, &best.fit.theta, &noise, &[])?;
+    let scale = (normal.chi2 / engine.samples.max(1) as f64).sqrt();
+    noise.input_sigma.iter_mut().chain(&mut noise.sensor_sigma).for_each(|sigma| *sigma *= scale);
+    Some(noise)
 }
 
 /// Lines of the innovations of the longest run.

@@ -4,13 +4,16 @@ use super::report::{HeldOutKind, Overlay};
 use super::{Options, Standing, figures};
 use crate::filter::{NoiseModel, gains};
 use crate::fit::bounded::bounded;
-use crate::fit::{Board, Engine, Fit};
+use crate::fit::{Board, Engine, Fit, fit};
 use crate::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, free_run, gain};
 use crate::problem::{Problem, Unknown};
 use crate::score::event_of_sample;
+use plant::description::{Plant, Quantity, Scope};
 
 /// Parts of a recording, each of which is predicted from the others, where no other recording is given.
 const FOLDS: usize = 8;
+/// Relinearisations where a recording's own numbers are fitted.
+const OWN_ROUNDS: usize = 3;
 
 /// What held-out data say: kind, free runs before and after, gain, and whiteness.
 pub(super) struct Shown {
@@ -54,7 +57,7 @@ type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
 type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Vec<Overlay>);
 
-/// Parameters as fitted; those of single recordings at their priors.
+/// Shared parameters frozen as fitted; what belongs to single recordings and segments is fitted on them, on both sides alike.
 fn on_recording(
     other: &Problem,
     engine: &Engine<'_>,
@@ -62,13 +65,38 @@ fn on_recording(
     best: &Standing,
     options: &Options,
 ) -> Option<ShownParts> {
-    let before_problem = other.with_plant(&stated.plant);
-    let after_problem = other.with_plant(&best.plant);
+    let before_problem = other.with_plant(&frozen(&stated.plant, &engine.problem.unknowns, &stated.theta));
+    let after_problem = other.with_plant(&frozen(&best.plant, &best.problem.unknowns, &best.fit.theta));
     let before = Engine::new(&before_problem, options.threads).ok()?;
     let after = Engine::like(&before, &after_problem).ok()?;
-    let theta_before = carried(&before, &engine.problem.unknowns, &stated.theta);
-    let theta_after = carried(&after, &best.problem.unknowns, &best.fit.theta);
-    compare_on(HeldOutKind::Recording, (&before, stated, &theta_before), (&after, best, &theta_after))
+    // one noise for both, the augmented plant's: else the gain is that of a noise model
+    let (theta_before, theta_after) = (own_numbers(&before, &best.noise), own_numbers(&after, &best.noise));
+    let nominal = Predictor { plant: &before_problem.plant, theta: &theta_before, noise: &best.noise };
+    let augmented = Predictor { plant: &after_problem.plant, theta: &theta_after, noise: &best.noise };
+    let gain = gain(&before, nominal, (&after, augmented));
+    let overlays = figures::overlays((&before, nominal), (&after, augmented));
+    Some((HeldOutKind::Recording, free_run(&before, nominal), free_run(&after, augmented), gain, overlays))
+}
+
+/// `plant` with its shared unknowns known as `theta` has them.
+fn frozen(plant: &Plant, unknowns: &[Unknown], theta: &[f64]) -> Plant {
+    let mut plant = plant.clone();
+    plant.visit_quantities(&mut |name, _, quantity| {
+        let at = unknowns.iter().position(|unknown| unknown.name == name);
+        if let Some(at) = at.filter(|_| quantity.scope == Scope::Shared) {
+            *quantity = Quantity::known(theta[at]);
+        }
+    });
+    plant
+}
+
+/// The numbers that a recording has for itself, fitted on it; at their priors where that fails.
+fn own_numbers(engine: &Engine<'_>, noise: &NoiseModel) -> Vec<f64> {
+    let prior = engine.prior();
+    if prior.is_empty() {
+        return prior;
+    }
+    fit(engine, &engine.problem.plant, &prior, noise, OWN_ROUNDS).map_or(prior, |fit| fit.theta)
 }
 
 /// Values of shared unknowns of the same name; those of single recordings and segments belong to theirs and stand at their priors.
@@ -167,17 +195,4 @@ fn instants_s(engine: &Engine<'_>) -> Vec<f64> {
         origin += timeline.events.last().map_or(0.0, |event| event.t_s - first) + 10.0 * BLOCK_S;
     }
     times
-}
-
-fn compare_on(
-    kind: HeldOutKind,
-    (before, stated, theta_before): (&Engine<'_>, &Fit, &[f64]),
-    (after, best, theta_after): (&Engine<'_>, &Standing, &[f64]),
-) -> Option<ShownParts> {
-    // one noise for both, the augmented plant's: else the gain is that of a noise model
-    let nominal = Predictor { plant: &stated.plant, theta: theta_before, noise: &best.noise };
-    let augmented = Predictor { plant: &best.plant, theta: theta_after, noise: &best.noise };
-    let gain = gain(before, nominal, (after, augmented));
-    let overlays = figures::overlays((before, nominal), (after, augmented));
-    Some((kind, free_run(before, nominal), free_run(after, augmented), gain, overlays))
 }

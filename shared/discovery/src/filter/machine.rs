@@ -34,7 +34,7 @@ pub struct Machine<'a> {
     /// Change of every input from the beginning of an event's stretch to its end, about the row; empty: none.
     tilts: Vec<f64>,
     finer: usize,
-    sensors: Vec<Channel>,
+    pub(super) sensors: Vec<Channel>,
     any_mean: bool,
     any_shifted: bool,
     slopes: [Vec<f64>; 4],
@@ -46,13 +46,13 @@ pub struct Machine<'a> {
     x_begin: Vec<f64>,
 }
 
-struct Channel {
-    mean: bool,
+pub(super) struct Channel {
+    pub(super) mean: bool,
     /// Stamp = (1 + skew) t + offset; delay on top.
     offset_s: f64,
     skew: f64,
     delay_s: f64,
-    lag: Option<Lag>,
+    pub(super) lag: Option<Lag>,
 }
 
 /// What the pass carries from event to event.
@@ -270,28 +270,30 @@ impl<'a> Machine<'a> {
             if self.sensors[channel].mean {
                 out[slot] = self.read_mean(k, sample, behind, x, w, clone);
             } else if behind != 0.0 {
-                out[slot] = self.read_earlier(k, channel, behind, x, w);
+                out[slot] = self.read_at(k, channel, behind, behind > 0.0, x, w);
             }
         }
     }
 
     /// By how much the instant that the sample is about lies before its event [s].
-    fn behind(&self, sample: usize, channel: usize) -> f64 {
+    pub(super) fn behind(&self, sample: usize, channel: usize) -> f64 {
         let sensor = &self.sensors[channel];
         let stamp = self.timeline.stamp_s[sample];
         let truth = (stamp - sensor.offset_s) / (1.0 + sensor.skew);
         stamp - truth + sensor.delay_s - self.timeline.shift_s[channel]
     }
 
-    fn read_earlier(&mut self, k: usize, channel: usize, behind: f64, x: &[f64], w: &[f64]) -> f64 {
+    /// Reading of an instant that lies `behind` event `k`; `before`: under what acted until the event, else under what acts from it on.
+    pub(super) fn read_at(&mut self, k: usize, channel: usize, behind: f64, before: bool, x: &[f64], w: &[f64]) -> f64 {
         let event = self.timeline.events[k];
-        // what acted before the event, or acts after it
-        let at = if behind > 0.0 && k > 0 { k - 1 } else { k };
+        let at = if before && k > 0 { k - 1 } else { k };
         let row = if self.timeline.moving { event.row } else { self.timeline.events[at].row };
         self.load(row, w);
         let mut moved = core::mem::take(&mut self.x_at);
         moved.copy_from_slice(x);
-        self.runge_kutta(event.t_s, -behind, &mut moved, None);
+        if behind != 0.0 {
+            self.runge_kutta(event.t_s, -behind, &mut moved, None);
+        }
         let Self { system, ws, u, y, .. } = self;
         system.read(ws, event.t_s - behind, &moved, u, y);
         self.x_at = moved;
@@ -315,39 +317,6 @@ impl<'a> Machine<'a> {
         system.read_mean(ws, event.t_s - dt - behind, dt, &begin, u, &end, u_end, y);
         (self.x_at, self.x_begin) = (end, begin);
         self.y[channel]
-    }
-
-    /// Readings as the sensors tell them: past their lags. Call once per event, before the update.
-    pub fn predict(&mut self, k: usize, mean: &mut Mean, out: &mut [f64]) {
-        let event = self.timeline.events[k];
-        self.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_row), out);
-        if self.layout.lags == 0 {
-            return;
-        }
-        for (slot, out) in out.iter_mut().enumerate().take(event.count) {
-            let channel = self.timeline.channel[event.first + slot];
-            let Some(lag) = &self.sensors[channel].lag else { continue };
-            let input = *out;
-            if mean.lag_started[channel] {
-                let h = event.t_s - mean.lag_time_s[channel];
-                if h > 0.0 {
-                    lag.ramp(&mut mean.lag[channel], mean.lag_input[channel], input, h);
-                }
-            } else {
-                mean.lag[channel] = LagState::settled(input);
-            }
-            mean.lag_started[channel] = true;
-            mean.lag_time_s[channel] = event.t_s;
-            mean.lag_input[channel] = input;
-            *out = mean.lag[channel].output;
-        }
-    }
-
-    /// Share of a lag's old output that is left after `h_s`.
-    pub fn lag_decay(&self, channel: usize, h_s: f64) -> f64 {
-        let Some(lag) = &self.sensors[channel].lag else { return 0.0 };
-        let mut state = LagState::settled(1.0);
-        if h_s > 0.0 { lag.ramp(&mut state, 0.0, 0.0, h_s) } else { 1.0 }
     }
 
     /// `z ← z ⊕ change` for the parts that the pass carries.

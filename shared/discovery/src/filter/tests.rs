@@ -92,3 +92,27 @@ fn a_delay_or_a_lag_of_the_command_is_felt_by_angle_and_rate_as_the_simulation_h
         assert!(worst < 0.1, "{kind}: {worst} standard deviations");
     }
 }
+
+/// A lag far below the sampling shows the slope at the sample, and is continuous where the command jumps into the reading.
+#[test]
+fn a_lag_of_an_accelerometer_is_felt_as_the_simulation_has_it() {
+    for time_constant_s in [0.3e-3, 4e-3] {
+        let mut nominal = plant("oscillator");
+        nominal.simulation.period_s = 8e-3;
+        let values = [("time_constant", time_constant_s)];
+        let with = crate::synthetic::with_effect(&nominal, "sensor_lag", "sensor:acceleration", &values);
+        let mut quiet = with.clone();
+        quiet.actuators.iter_mut().for_each(|actuator| actuator.noise.value = 0.0);
+        for sensor in &mut quiet.sensors {
+            sensor.noise = plant::description::Noise::default();
+            sensor.resolution.value = 0.0;
+        }
+        let problem = problem(&with, recording(&quiet, 1, 2.0));
+        let (engine, board) = board(&problem);
+        let sigma = engine.noise.sensor_sigma[1];
+        let own = board.nu.iter().zip(&engine.timelines[0].channel).filter(|(_, channel)| **channel == 1);
+        let worst = own.skip(10).map(|(nu, _)| nu.abs() / sigma).fold(0.0, f64::max);
+        // the parabola leaves a third order in period times frequency; a line between readings leaves forty standard deviations
+        assert!(worst < 0.4, "{time_constant_s}: {worst} standard deviations");
+    }
+}

@@ -212,7 +212,8 @@ fn points(effect: &Effect, parameter: &EffectParameter, setting: &Setting<'_>, m
         "order" => {
             let turn = core::f64::consts::TAU;
             let fastest = 0.3 * turn / setting.period_s / rate.max(1e-12);
-            let slowest = 2.0 / range.max(1e-12);
+            // less than a period over all that was travelled is no ripple but a scale or a spring
+            let slowest = turn / range.max(1e-12);
             let known = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 100.0, 160.0];
             let fitting: Vec<f64> = known.into_iter().filter(|n| *n >= slowest && *n <= fastest).collect();
             if fitting.is_empty() { clamp(vec![slowest.min(fastest)]) } else { fitting }
@@ -234,7 +235,8 @@ fn points(effect: &Effect, parameter: &EffectParameter, setting: &Setting<'_>, m
         "begin" => (0..TIMES).map(|i| setting.begin_s + duration * (i as f64 + 0.5) / TIMES as f64).collect(),
         "decay" => clamp(vec![duration / 20.0]),
         "time_constant" => clamp(vec![duration / 5.0]),
-        "duration" => vec![parameter.default],
+        // to the end, or a while
+        "duration" => vec![parameter.default, duration / 4.0],
         _ => vec![parameter.default],
     }
 }

@@ -9,8 +9,9 @@ use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine};
 use plant::description::Plant;
 
-/// Halvings of the step.
-const LEVELS: usize = 5;
+/// Rounds of steps, and halvings of a step that can be told from none.
+const LEVELS: usize = 14;
+const HALVINGS: usize = 4;
 /// Statistic from which a law is worth the work, and laws that are refined.
 const WORTH: f64 = 9.0;
 const LAWS: usize = 12;
@@ -63,12 +64,30 @@ struct Climb {
     column: Column,
     statistic: f64,
     begun_at: f64,
-    steps: Vec<(usize, Step)>,
+    steps: Vec<Stride>,
+}
+
+/// One number of a law and how it is moved.
+struct Stride {
+    number: usize,
+    step: Step,
+    /// Halvings that are left.
+    left: usize,
+}
+
+impl Climb {
+    /// Nothing was better: finer steps of what can still be told from none.
+    fn halve(&mut self) {
+        self.steps.retain(|stride| stride.left > 0);
+        for stride in &mut self.steps {
+            (stride.step, stride.left) = (stride.step.halved(), stride.left - 1);
+        }
+    }
 }
 
 /// Columns of promising laws at better numbers than the grid's, taken `along`; empty where none is better.
 ///
-/// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS`] columns, fewer laws where these are long.
+/// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS`] columns, fewer laws where these are long; a law whose steps are all halved out is done.
 pub fn refined(
     (engine, board): (&Engine<'_>, &Board),
     along: (&Engine<'_>, &Board),
@@ -79,12 +98,16 @@ pub fn refined(
 ) -> Vec<Column> {
     let run = &engine.problem.runs[0];
     let duration_s = run.end_s - run.begin_s;
-    let laws = (WORK_MAX / (4.0 * LEVELS as f64 * engine.samples.max(1) as f64)) as usize;
-    let mut climbs = starts(list, found, duration_s);
+    let laws = (WORK_MAX / (4.0 * HALVINGS as f64 * engine.samples.max(1) as f64)) as usize;
+    // an edge in time is as sharp as a sample
+    let edges = libm::log2((duration_s / (16.0 * engine.timelines[0].period_s)).max(1.0)).ceil() as usize;
+    let mut climbs = starts(list, found, duration_s, edges);
     climbs.truncate(laws.clamp(2, LAWS));
     for _ in 0..LEVELS {
-        let proposals: Vec<Vec<Candidate>> = climbs.iter().map(|climb| proposed(climb, duration_s)).collect();
-        let flat: Vec<Candidate> = proposals.iter().flatten().cloned().collect();
+        let flat: Vec<Candidate> = climbs.iter().flat_map(|climb| proposed(climb, duration_s)).collect();
+        if flat.is_empty() {
+            break;
+        }
         let tried = columns(along, plant, theta, &flat);
         let judged = scores(engine, board, theta, noise, &tried);
         for climb in &mut climbs {
@@ -93,7 +116,7 @@ pub fn refined(
             let best = better.max_by(|a, b| a.statistic.total_cmp(&b.statistic));
             match best.filter(|best| best.statistic > climb.statistic) {
                 Some(best) => (climb.column, climb.statistic) = (tried[best.column].clone(), best.statistic),
-                None => climb.steps.iter_mut().for_each(|(_, step)| *step = step.halved()),
+                None => climb.halve(),
             }
         }
     }
@@ -104,15 +127,18 @@ pub fn refined(
 }
 
 /// The best point of every promising law that has numbers to move.
-fn starts(list: &[Column], found: &[Score], duration_s: f64) -> Vec<Climb> {
+fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Vec<Climb> {
     let mut order: Vec<&Score> = found.iter().filter(|score| score.statistic > WORTH).collect();
     order.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
     let mut climbs: Vec<Climb> = Vec::new();
     for score in order {
         let candidate = &list[score.column].candidate;
         let numbers = candidate.inner.iter().enumerate();
-        let steps: Vec<(usize, Step)> =
-            numbers.filter_map(|(i, (name, value))| Some((i, step_of(name, *value, duration_s)?))).collect();
+        let stride = |(number, (name, value)): (usize, &(&str, f64))| {
+            let left = if matches!(*name, "begin" | "duration") { edges.max(HALVINGS) } else { HALVINGS };
+            Some(Stride { number, step: step_of(name, *value, duration_s)?, left })
+        };
+        let steps: Vec<Stride> = numbers.filter_map(stride).collect();
         let known = climbs.iter().any(|climb| climb.column.candidate.same_law(candidate));
         if climbs.len() < LAWS && !steps.is_empty() && !known {
             let (column, statistic) = (list[score.column].clone(), score.statistic);
@@ -122,23 +148,33 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64) -> Vec<Climb> {
     climbs
 }
 
-/// Neighbours of a law's present point, one number moved in each.
+/// Neighbours of a law's present point, one number moved in each; what begins and lasts may begin elsewhere and end where it did.
 fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
     let candidate = &climb.column.candidate;
-    let mut list = Vec::with_capacity(2 * climb.steps.len());
-    for (i, step) in &climb.steps {
-        let (name, value) = candidate.inner[*i];
+    let place = |name: &str| candidate.inner.iter().position(|(own, _)| *own == name);
+    let lasts = place("duration");
+    let mut list = Vec::with_capacity(4 * climb.steps.len());
+    for Stride { number, step, .. } in &climb.steps {
+        let (name, value) = candidate.inner[*number];
         let range =
             candidate.effect.parameters.iter().find(|p| p.name == name).map_or([value, value], |p| [p.low, p.high]);
         // what lasts beyond the end has no neighbours but by lasting less
         let value = if name == "duration" { value.min(duration_s) } else { value };
         for moved in step.neighbours(value) {
             let moved = moved.clamp(range[0], range[1]);
-            if moved != value {
-                let mut next = candidate.clone();
-                next.inner[*i].1 = moved;
-                list.push(next);
+            if moved == value {
+                continue;
             }
+            let mut next = candidate.clone();
+            next.inner[*number].1 = moved;
+            if let Some(lasts) = lasts.filter(|_| name == "begin") {
+                let mut same_end = next.clone();
+                same_end.inner[lasts].1 -= moved - value;
+                if same_end.inner[lasts].1 > 0.0 && same_end.inner[lasts].1 < duration_s {
+                    list.push(same_end);
+                }
+            }
+            list.push(next);
         }
     }
     list
