@@ -135,8 +135,14 @@ pub fn equip(plant: &Plant) -> Plant {
     equipped
 }
 
-/// Prior standard deviation of every number of a small change of the initial state: stated, else wide by its unit.
-pub fn initial_sigmas(plant: &Plant, system: &plant::system::System, initial: &Initial) -> Vec<f64> {
+/// Prior standard deviation of every number of a small change of the initial state: stated, else as `hardly_seen` has it, else wide by
+/// its unit.
+pub fn initial_sigmas(
+    plant: &Plant,
+    system: &plant::system::System,
+    initial: &Initial,
+    hardly_seen: &[(String, f64)],
+) -> Vec<f64> {
     let names = tangent_names(system);
     let stated = |name: &str| {
         let (coordinate, rate) = name.strip_suffix(".rate").map_or((name, false), |n| (n, true));
@@ -145,7 +151,11 @@ pub fn initial_sigmas(plant: &Plant, system: &plant::system::System, initial: &I
         // an angle of a free body is stated as a rotation vector, its tangent is one too
         quantity.sigma
     };
-    names.iter().map(|(name, unit)| stated(name).unwrap_or_else(|| wide(plant, name, unit))).collect()
+    let unstated = |name: &str, unit: &str| {
+        let hardly = hardly_seen.iter().find(|(own, _)| own == name);
+        hardly.map_or_else(|| wide(plant, name, unit), |(_, sigma)| *sigma)
+    };
+    names.iter().map(|(name, unit)| stated(name).unwrap_or_else(|| unstated(name, unit))).collect()
 }
 
 /// Largest free motion of a slosh mass [m] or a mode [√kg m] that nobody stated.

@@ -8,6 +8,7 @@ pub mod board;
 pub mod bounded;
 pub mod engine;
 pub mod noise;
+mod start;
 
 pub use board::{Board, Normal};
 pub use engine::{Engine, parallel};

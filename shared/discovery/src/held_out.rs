@@ -4,8 +4,9 @@
 //! fit % = 100 (1 − |e| / |y − mean y|) per channel behind that stretch) and the gain in one-step log-likelihood, summed in blocks of 2 s
 //! whose scatter gives its standard error. Above zero by two standard errors: confirmed; below: refused.
 
-use crate::filter::{Frozen, Machine, NoiseModel, gains, initial_sigmas, whiten};
+use crate::filter::{Machine, NoiseModel, gains, initial_sigmas, whiten};
 use crate::fit::Engine;
+use crate::fit::engine::open;
 use crate::problem::Timeline;
 use crate::statistics::student_two_sided;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -172,7 +173,7 @@ pub fn free_residual(engine: &Engine<'_>, predictor: Predictor<'_>, run: usize) 
     let first = ((events as f64 * FIRST_SHARE) as usize).clamp(events.min(8), FIRST_EVENTS_MAX.max(8)).min(events);
     let stretch = head(timeline, first);
     let mut machine = Machine::new(engine.problem, run, &instance, &stretch).ok()?;
-    let sigmas = initial_sigmas(&instance, &machine.system, &engine.problem.runs[run].initial);
+    let sigmas = initial_sigmas(&instance, &machine.system, &engine.problem.runs[run].initial, &[]);
     let x0 = initial(&mut machine, &sigmas, predictor.noise)?;
     let mut machine = Machine::new(engine.problem, run, &instance, timeline).ok()?;
     machine.x0 = x0;
@@ -189,11 +190,6 @@ fn head(timeline: &Timeline, events: usize) -> Timeline {
     head.stamp_s.truncate(samples);
     head.interval_s.truncate(samples);
     head
-}
-
-/// Gains of a free run: none.
-fn open(machine: &Machine<'_>) -> Frozen {
-    Frozen { rows: 0, gain: Vec::new(), first: vec![0; machine.timeline.events.len()] }
 }
 
 /// Initial state by Levenberg–Marquardt on the free run of a stretch, from the filter's first estimates.

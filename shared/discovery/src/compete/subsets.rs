@@ -335,7 +335,7 @@ impl Judge<'_> {
             .iter_mut()
             .zip(&self.engine.noise.input_sigma)
             .for_each(|(s, floor)| *s = (*s * scale).max(*floor));
-        noise.sensor_sigma.iter_mut().for_each(|s| *s *= scale);
+        noise.sensor_sigma.iter_mut().chain(&mut noise.jitter_s).for_each(|s| *s *= scale);
         let mut at = 0;
         let amplitudes = set.iter().map(|g| {
             let count = self.layout.groups[*g].count;

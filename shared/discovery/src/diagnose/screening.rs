@@ -56,7 +56,8 @@ fn quieter(engine: &Engine<'_>, best: &Standing) -> Option<NoiseModel> {
     let mut noise = ladder(engine, &best.noise).pop().filter(|_| grown)?;
     let normal = best.fit.board.normal(engine, &best.fit.theta, &noise, &[])?;
     let scale = (normal.chi2 / engine.samples.max(1) as f64).sqrt();
-    noise.input_sigma.iter_mut().chain(&mut noise.sensor_sigma).for_each(|sigma| *sigma *= scale);
+    let sizes = noise.input_sigma.iter_mut().chain(&mut noise.sensor_sigma).chain(&mut noise.jitter_s);
+    sizes.for_each(|sigma| *sigma *= scale);
     Some(noise)
 }
 

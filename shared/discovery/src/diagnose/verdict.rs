@@ -48,7 +48,8 @@ pub(super) fn noise_p(engine: &Engine<'_>, stated: &Fit, adapted: &Fit, noise: &
             *own = *found;
         }
     }
-    let freedom = (noise.input_sigma.len() + 2 * noise.sensor_sigma.len()) as f64;
+    let jittering = noise.jitter_s.iter().filter(|jitter| **jitter > 0.0).count();
+    let freedom = (noise.input_sigma.len() + 2 * noise.sensor_sigma.len() + jittering) as f64;
     let least = |fit: &Fit| Some(fit.board.normal(engine, &fit.theta, &as_stated, &[])?.minimum()?.0);
     match [least(stated), least(adapted)].into_iter().flatten().min_by(f64::total_cmp) {
         Some(before) => chi_squared_tail((before - objective).max(0.0), freedom),
@@ -221,6 +222,12 @@ fn changed_noise(engine: &Engine<'_>, noise: &NoiseModel) -> String {
     for (i, sensor) in engine.problem.plant.sensors.iter().enumerate() {
         let factor = noise.sensor_sigma[i] / engine.noise.sensor_sigma[i];
         list.push((libm::log(factor).abs(), format!("{} x{factor:.2}", sensor.name)));
+        let jitter = noise.jitter_s[i] / engine.timelines[0].period_s;
+        if jitter > 0.0 {
+            // an hundredth of an interval is as telling as a factor of e
+            let text = format!("stamps of {} jitter by {:.1} % of the interval", sensor.name, 100.0 * jitter);
+            list.push((libm::log(1.0 + 100.0 * jitter), text));
+        }
         list.push((
             libm::atanh(noise.pole[i].abs().min(0.999)),
             format!("{} correlated, pole {:.2}", sensor.name, noise.pole[i]),

@@ -51,7 +51,7 @@ pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option
             let samples = event.first..event.first + event.count;
             let rows = &linear.measurement[event.first * row_len..(event.first + event.count) * row_len];
             let channels = &timeline.channel[samples.clone()];
-            if !recursion.update(noise, channels, rows, &linear.decay[samples]) {
+            if !recursion.update(noise, channels, rows, (&linear.decay[samples.clone()], &linear.slope[samples])) {
                 return None;
             }
             out.gain.extend_from_slice(&recursion.gain);
@@ -171,7 +171,13 @@ impl Recursion {
     }
 
     /// Coloured noise and lags move on, then the measurement: `gain`, `factor` and P.
-    pub fn update(&mut self, noise: &NoiseModel, channels: &[usize], rows: &[f64], decay: &[f64]) -> bool {
+    pub fn update(
+        &mut self,
+        noise: &NoiseModel,
+        channels: &[usize],
+        rows: &[f64],
+        (decay, slope): (&[f64], &[f64]),
+    ) -> bool {
         let (s, count) = (self.size, channels.len());
         let row_len = rows.len() / count;
         for (slot, channel) in channels.iter().enumerate() {
@@ -201,7 +207,8 @@ impl Recursion {
             }
             let sigma = noise.sensor_sigma[*channel];
             let white = if self.layout.colour_of[*channel].is_some() { WHITE_SHARE * sigma } else { sigma };
-            self.factor[a * count + a] += white * white;
+            let early = noise.jitter_s[*channel] * slope[a];
+            self.factor[a * count + a] += white * white + early * early;
         }
         if !cholesky(&mut self.factor, count) {
             return false;

@@ -3,6 +3,7 @@
 use super::gains::Recursion;
 use super::machine::{Frozen, Machine};
 use super::{Layout, NoiseModel};
+use crate::problem::Timeline;
 
 /// Transition and measurement of one run about its filtered trajectory.
 #[derive(Clone, Debug)]
@@ -12,6 +13,8 @@ pub struct Linear {
     pub transition: Vec<f64>,
     /// Per sample: `tangent + noise inputs + clone` numbers.
     pub measurement: Vec<f64>,
+    /// Per sample: rate of change of the predicted reading [SI unit of the channel per s].
+    pub slope: Vec<f64>,
     /// Per sample: share of the lag's old output; NaN where the channel does not lag.
     pub decay: Vec<f64>,
     pub initial_sigma: Vec<f64>,
@@ -39,6 +42,7 @@ impl Linear {
         Self {
             transition: vec![0.0; events * n * (n + m)],
             measurement: vec![0.0; samples * (n + m + c)],
+            slope: vec![0.0; samples],
             decay: vec![f64::NAN; samples],
             initial_sigma: initial_sigma.to_vec(),
             frozen: Frozen {
@@ -51,7 +55,11 @@ impl Linear {
             updated: Vec::with_capacity(events * machine.x0.len()),
             held: Vec::with_capacity(events * m),
             held_updated: Vec::with_capacity(events * m),
-            noise: NoiseModel { pole: vec![0.0; noise.pole.len()], ..noise.clone() },
+            noise: NoiseModel {
+                pole: vec![0.0; noise.pole.len()],
+                jitter_s: vec![0.0; noise.pole.len()],
+                ..noise.clone()
+            },
             names: super::tangent_names(&machine.system).into_iter().map(|(name, _)| name).collect(),
             input_names: layout.noise_inputs.iter().map(|i| machine.system.inputs()[*i].name.clone()).collect(),
             state_names: machine.system.states().iter().map(|state| state.name.clone()).collect(),
@@ -123,7 +131,8 @@ pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &
             let rows = &linear.measurement[event.first * (n + m + c)..(event.first + event.count) * (n + m + c)];
             let channels = &machine.timeline.channel[event.first..event.first + event.count];
             let decay = &linear.decay[event.first..event.first + event.count];
-            if !recursion.update(&white, channels, rows, decay) {
+            let slope = &linear.slope[event.first..event.first + event.count];
+            if !recursion.update(&white, channels, rows, (decay, slope)) {
                 return Err(format!("the filter's covariance is not positive at {} s", event.t_s));
             }
             linear.frozen.gain.extend_from_slice(&recursion.gain);
@@ -152,7 +161,23 @@ pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &
             recursion.propagate(transition);
         }
     }
+    linear.slope = slopes(&linear.nu, machine.timeline);
     Ok(linear)
+}
+
+/// Rates of change of the predicted readings, between the neighbours in the same channel.
+fn slopes(nu: &[f64], timeline: &Timeline) -> Vec<f64> {
+    let mut slope = vec![0.0; nu.len()];
+    for channel in 0..timeline.channel.iter().max().map_or(0, |last| last + 1) {
+        let own: Vec<usize> = (0..nu.len()).filter(|i| timeline.channel[*i] == channel).collect();
+        for at in 0..own.len() {
+            let [before, after] = [own[at.saturating_sub(1)], own[(at + 1).min(own.len() - 1)]];
+            let predicted = |i: usize| timeline.value[i] - nu[i];
+            let dt_s = timeline.stamp_s[after] - timeline.stamp_s[before];
+            slope[own[at]] = if dt_s > 0.0 { (predicted(after) - predicted(before)) / dt_s } else { 0.0 };
+        }
+    }
+    slope
 }
 
 struct Scratch {

@@ -147,6 +147,19 @@ impl<'a> Machine<'a> {
         }
     }
 
+    /// How far each number of a change of state goes from the start under the commands alone; infinite where the motion ends.
+    pub fn reach(&mut self) -> Vec<f64> {
+        let (w, start) = (vec![0.0; self.layout.noise_inputs.len()], self.x0.clone());
+        let (mut x, mut change) = (start.clone(), vec![0.0; self.layout.tangent]);
+        let mut reach = vec![0.0f64; self.layout.tangent];
+        for k in 0..self.timeline.events.len().saturating_sub(1) {
+            self.flow(k, &mut x, &w);
+            self.system.difference(&start, &x, &mut change);
+            reach.iter_mut().zip(&change).for_each(|(reach, change)| *reach = reach.max(change.abs()));
+        }
+        reach.iter().map(|reach| if reach.is_finite() { *reach } else { f64::INFINITY }).collect()
+    }
+
     fn row(&self, index: usize) -> &[f64] {
         let rows = if self.rows.is_empty() { &self.timeline.rows } else { &self.rows };
         let inputs = self.timeline.inputs;

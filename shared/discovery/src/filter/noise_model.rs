@@ -14,6 +14,8 @@ pub struct NoiseModel {
     pub sensor_sigma: Vec<f64>,
     /// Pole of each channel's noise per sample; zero: white.
     pub pole: Vec<f64>,
+    /// Of each channel's stamps [s]: adds the reading's slope times it; zero: none.
+    pub jitter_s: Vec<f64>,
 }
 
 impl NoiseModel {
@@ -23,7 +25,12 @@ impl NoiseModel {
         let input_sigma = noise_inputs.iter().map(|input| actuator(input).noise.value).collect();
         let sensor_sigma =
             (0..equipped.sensors.len()).map(|channel| sensor_sigma(problem, equipped, channel)).collect();
-        Self { input_sigma, sensor_sigma, pole: vec![0.0; equipped.sensors.len()] }
+        Self {
+            input_sigma,
+            sensor_sigma,
+            pole: vec![0.0; equipped.sensors.len()],
+            jitter_s: vec![0.0; equipped.sensors.len()],
+        }
     }
 }
 

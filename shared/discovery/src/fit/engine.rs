@@ -1,7 +1,7 @@
 //! Passes over all runs, side by side on threads; results are folded in the order of their indices.
 
 use super::FitError;
-use crate::filter::{Linear, Machine, NoiseModel, equip, initial_sigmas, linearise, step_s};
+use crate::filter::{Frozen, Linear, Machine, NoiseModel, equip, initial_sigmas, linearise, step_s};
 use crate::problem::{Problem, Run, Timeline};
 use plant::description::Plant;
 use plant::system::System;
@@ -19,6 +19,8 @@ pub struct Engine<'p> {
     pub noise_names: Vec<String>,
     /// Prior standard deviation of the level of a disturbance that nobody states; infinite where it is stated.
     pub disturbance_sigma: Vec<f64>,
+    /// Per run, names and standard deviations of initial states that the recording hardly shows.
+    pub hardly_seen: std::sync::Arc<Vec<Vec<(String, f64)>>>,
     /// First sample of each run in the vector of all.
     pub offsets: Vec<usize>,
     pub samples: usize,
@@ -60,7 +62,11 @@ impl<'p> Engine<'p> {
         let timelines = std::sync::Arc::new(timelines);
         let disturbance_sigma = vec![f64::INFINITY; noise.input_sigma.len()];
         let threads = threads.max(1);
-        let mut engine = Self { problem, timelines, threads, noise, noise_names, disturbance_sigma, offsets, samples };
+        let hardly_seen = std::sync::Arc::new(vec![Vec::new(); problem.runs.len()]);
+        let mut engine =
+            Self { problem, timelines, threads, noise, noise_names, disturbance_sigma, hardly_seen, offsets, samples };
+        let runs = parallel(problem.runs.len(), threads, |run| super::start::hardly_seen(&engine, run));
+        engine.hardly_seen = std::sync::Arc::new(runs);
         let unstated: Vec<usize> =
             (0..engine.noise.input_sigma.len()).filter(|k| engine.noise.input_sigma[*k] <= 0.0).collect();
         engine.set_floors()?;
@@ -87,6 +93,7 @@ impl<'p> Engine<'p> {
             noise: other.noise.clone(),
             noise_names: other.noise_names.clone(),
             disturbance_sigma: other.disturbance_sigma.clone(),
+            hardly_seen: other.hardly_seen.clone(),
             offsets: other.offsets.clone(),
             samples: other.samples,
         })
@@ -156,7 +163,7 @@ impl<'p> Engine<'p> {
         timeline.channel.truncate(last);
         let plant = self.problem.instance(&self.problem.plant, &theta, 0);
         let mut machine = Machine::new(self.problem, 0, &plant, &timeline).map_err(FitError::Filter)?;
-        let sigmas = initial_sigmas(&plant, &machine.system, &self.problem.runs[0].initial);
+        let sigmas = initial_sigmas(&plant, &machine.system, &self.problem.runs[0].initial, &[]);
         let mut start = self.noise.clone();
         // noise enough that the filter follows whatever the priors are
         let linear = linearise(&mut machine, &start, &sigmas).or_else(|_| {
@@ -192,7 +199,8 @@ impl<'p> Engine<'p> {
             // a staircase has no slope: gains are those of its chord
             let smooth = without_steps(&instance);
             let mut machine = Machine::new(self.problem, run, &smooth, &self.timelines[run])?;
-            let sigmas = initial_sigmas(&smooth, &machine.system, &self.problem.runs[run].initial);
+            let initial = &self.problem.runs[run].initial;
+            let sigmas = initial_sigmas(&smooth, &machine.system, initial, &self.hardly_seen[run]);
             let mut linear = linearise(&mut machine, noise, &sigmas)?;
             if smooth.effects.len() != instance.effects.len() {
                 let mut exact = Machine::new(self.problem, run, &instance, &self.timelines[run])?;
@@ -241,6 +249,11 @@ fn timelines(problem: &Problem, equipped: &Plant, system: &System) -> Result<Vec
         Ok(Timeline::new(equipped, system, run, &lags, step_s(system, &x0)))
     };
     problem.runs.iter().map(timeline).collect()
+}
+
+/// Gains of a free run: none.
+pub(crate) fn open(machine: &Machine<'_>) -> Frozen {
+    Frozen { rows: 0, gain: Vec::new(), first: vec![0; machine.timeline.events.len()] }
 }
 
 /// Places of the frozen filter's z in that of `machine`.

@@ -22,11 +22,16 @@ const SIZE_MAX: usize = 26;
 /// Largest pole: slower noise is a drift.
 const POLE_MAX: f64 = 0.98;
 
+/// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which one is taken up.
+const JITTER_SHARES: [f64; 3] = [3e-3, 0.02, 0.1];
+const JITTER_GAIN: f64 = 10.0;
+
 #[derive(Clone, Copy, Debug)]
 enum Coordinate {
     Input(usize),
     Sensor(usize),
     Pole(usize),
+    Jitter(usize),
 }
 
 fn moved(noise: &NoiseModel, coordinate: Coordinate, by: f64) -> NoiseModel {
@@ -34,6 +39,7 @@ fn moved(noise: &NoiseModel, coordinate: Coordinate, by: f64) -> NoiseModel {
     match coordinate {
         Coordinate::Input(k) => moved.input_sigma[k] *= libm::exp(by),
         Coordinate::Sensor(k) => moved.sensor_sigma[k] *= libm::exp(by),
+        Coordinate::Jitter(k) => moved.jitter_s[k] *= libm::exp(by),
         Coordinate::Pole(k) => moved.pole[k] = libm::tanh(libm::atanh(moved.pole[k]) + by).clamp(-0.5, POLE_MAX),
     }
     moved
@@ -63,7 +69,9 @@ pub fn maximise(
     let mut best = value(&noise)?;
     if search.scan && size <= SIZE_MAX {
         (noise, best) = scan(engine, &noise, best, &value);
+        (noise, best) = jitter(engine, &noise, best, &value);
     }
+    list.extend((0..noise.jitter_s.len()).filter(|k| noise.jitter_s[*k] > 0.0).map(Coordinate::Jitter));
     let mut steps: Vec<f64> = list.iter().map(|c| if matches!(c, Coordinate::Sensor(_)) { 0.1 } else { 0.3 }).collect();
     for _ in 0..search.sweeps {
         let before = best;
@@ -103,6 +111,28 @@ fn scan(
                 if worse == 2 {
                     break;
                 }
+            }
+        }
+    }
+    (noise, best)
+}
+
+/// Jitter of stamps, where it explains a channel better than noise of one size: shares of the sampling interval.
+fn jitter(
+    engine: &Engine<'_>,
+    start: &NoiseModel,
+    least: f64,
+    value: &dyn Fn(&NoiseModel) -> Option<f64>,
+) -> (NoiseModel, f64) {
+    let (mut noise, mut best) = (start.clone(), least);
+    let stated = |k: usize| start.sensor_sigma[k].min(engine.noise.sensor_sigma[k]);
+    for k in 0..noise.jitter_s.len() {
+        for share in JITTER_SHARES {
+            let mut tried = noise.clone();
+            tried.jitter_s[k] = share * engine.timelines[0].period_s;
+            tried.sensor_sigma[k] = stated(k);
+            if let Some(found) = value(&tried).filter(|found| *found < best - JITTER_GAIN) {
+                (noise, best) = (tried, found);
             }
         }
     }
