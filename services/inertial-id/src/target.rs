@@ -20,6 +20,7 @@ const FUSED: u16 = 2;
 const CRC_WRONG: u16 = 1;
 const REFUSED: u16 = 2;
 const NO_SOLUTION: u16 = 3;
+const CONTRADICTED: u16 = 4;
 
 /// A start without weight for the search: of the order of the arm's own links.
 const GUESS: Target = Target { mass_kg: 100.0, inertia_com_kg_m2: 60.0, grasp_to_com_m: [0.5, 0.0] };
@@ -53,6 +54,10 @@ pub fn samples(
     });
     let result = match (&identified, &stated) {
         (None, _) => TargetEstimate { origin: IDENTIFIED, status: NO_SOLUTION, ..TargetEstimate::zeroed_at(0) },
+        // what contradicts itself is not weighed against another's word
+        (Some(found), _) if found.is_contradicted() => {
+            TargetEstimate { status: CONTRADICTED, ..sample(IDENTIFIED, found) }
+        }
         (Some(found), Some((statement, said))) if statement.status == 0 => match fuse(found, said) {
             Ok((both, chi_square)) => TargetEstimate { chi_square, ..sample(FUSED, &both) },
             Err(FusionError::Conflict { chi_square }) => {
@@ -67,7 +72,14 @@ pub fn samples(
 
 fn sample(origin: u16, found: &target::TargetEstimate) -> TargetEstimate {
     let covariance = core::array::from_fn(|i| core::array::from_fn(|j| found.covariance[(i, j)]));
-    TargetEstimate { origin, values: found.values().into(), covariance, ..TargetEstimate::zeroed_at(0) }
+    TargetEstimate {
+        origin,
+        values: found.values().into(),
+        covariance,
+        fit_chi_square: found.chi_square,
+        fit_degrees: found.degrees,
+        ..TargetEstimate::zeroed_at(0)
+    }
 }
 
 /// As received, and brought to the grasp point.
@@ -106,5 +118,6 @@ fn prior(chaser: &ChaserSheet) -> ChaserPrior {
         length_sd_m: chaser.length_sd_m,
         link_1_length_sd_m: chaser.link_1_length_sd_m,
         grasp_m: chaser.grasp_m,
+        grasp_sd_m: chaser.grasp_sd_m,
     }
 }
