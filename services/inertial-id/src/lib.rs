@@ -18,8 +18,8 @@ use runtime::scenario::{ArmExperiment, ArmKnown};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Experiment, IMU, Innovation,
-    JOINTS, PartitionId, Sample, TopicId,
+    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Experiment, IMU, Imu, Innovation,
+    JOINTS, Joints, PartitionId, Sample, TopicId,
 };
 
 /// An estimate goes out every so many frames of an experiment.
@@ -143,24 +143,28 @@ impl InertialId {
     /// The first rows say over what interval the gyro averages, and with it how noisy it is: then the estimators are made.
     fn take(&mut self, frame: &Frame<'_>) {
         for (imu, joints) in rates_with_joints(frame) {
-            let motion = MomentumSample {
-                omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
-                joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],
-                joint_angle_rad: [joints.angle_rad[0], joints.angle_rad[1]],
-            };
-            // a torque that was not measured is no number: it interrupts the filter, not the momentum
-            let measured = joints.torque_valid & BOTH_TORQUES == BOTH_TORQUES;
-            let torque_n_m = if measured { [joints.torque_nm[0], joints.torque_nm[1]] } else { [f64::NAN; 2] };
-            let (t_ns, sample) = (imu.header.t_meas_ns, ArmSample { motion, torque_n_m });
-            if self.state.waiting < FIRST_ROWS {
-                self.state.first[self.state.waiting] = FirstRow { t_ns, interval_s: imu.interval_s, sample };
-                self.state.waiting += 1;
-                if self.state.waiting == FIRST_ROWS {
-                    self.take_first();
-                }
-            } else {
-                self.push(t_ns, &sample);
+            self.take_row(imu, joints);
+        }
+    }
+
+    fn take_row(&mut self, imu: &Imu, joints: &Joints) {
+        let motion = MomentumSample {
+            omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
+            joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],
+            joint_angle_rad: [joints.angle_rad[0], joints.angle_rad[1]],
+        };
+        // a torque that was not measured is no number: it interrupts the filter, not the momentum
+        let measured = joints.torque_valid & BOTH_TORQUES == BOTH_TORQUES;
+        let torque_n_m = if measured { [joints.torque_nm[0], joints.torque_nm[1]] } else { [f64::NAN; 2] };
+        let (t_ns, sample) = (imu.header.t_meas_ns, ArmSample { motion, torque_n_m });
+        if self.state.waiting < FIRST_ROWS {
+            self.state.first[self.state.waiting] = FirstRow { t_ns, interval_s: imu.interval_s, sample };
+            self.state.waiting += 1;
+            if self.state.waiting == FIRST_ROWS {
+                self.take_first();
             }
+        } else {
+            self.push(t_ns, &sample);
         }
     }
 
@@ -365,3 +369,6 @@ fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &Liv
     sample.nis_mean = filter.nis().per_degree().unwrap_or(0.0);
     sample.nis_count = filter.nis().count() as f64;
 }
+
+#[cfg(test)]
+mod tests;

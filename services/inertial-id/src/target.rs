@@ -10,17 +10,12 @@ use physics::target::{self, ChaserPrior, Identified, recover};
 use physics::target_statement::{FusionError, Statement, fuse};
 use runtime::scenario::{ChaserSheet, TargetStatement};
 use serde::{Deserialize, Serialize};
-use telemetry::{Sample, TargetEstimate};
+use telemetry::{Sample, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REFUSED, TargetEstimate};
 
 /// `TargetEstimate::origin`.
 const STATED: u16 = 0;
 const IDENTIFIED: u16 = 1;
 const FUSED: u16 = 2;
-/// `TargetEstimate::status`.
-const CRC_WRONG: u16 = 1;
-const REFUSED: u16 = 2;
-const NO_SOLUTION: u16 = 3;
-const CONTRADICTED: u16 = 4;
 
 /// A start without weight for the search: of the order of the arm's own links.
 const GUESS: Target = Target { mass_kg: 100.0, inertia_com_kg_m2: 60.0, grasp_to_com_m: [0.5, 0.0] };
@@ -53,17 +48,19 @@ pub fn samples(
         recover(&prior(chaser), &Identified { before, after, flying: None }, &GUESS).ok()
     });
     let result = match (&identified, &stated) {
-        (None, _) => TargetEstimate { origin: IDENTIFIED, status: NO_SOLUTION, ..TargetEstimate::zeroed_at(0) },
+        (None, _) => TargetEstimate { origin: IDENTIFIED, status: TARGET_NOT_SOLVED, ..TargetEstimate::zeroed_at(0) },
         // what contradicts itself is not weighed against another's word
         (Some(found), _) if found.is_contradicted() => {
-            TargetEstimate { status: CONTRADICTED, ..sample(IDENTIFIED, found) }
+            TargetEstimate { status: TARGET_CONTRADICTED, ..sample(IDENTIFIED, found) }
         }
         (Some(found), Some((statement, said))) if statement.status == 0 => match fuse(found, said) {
             Ok((both, chi_square)) => TargetEstimate { chi_square, ..sample(FUSED, &both) },
             Err(FusionError::Conflict { chi_square }) => {
-                TargetEstimate { chi_square, status: REFUSED, ..sample(IDENTIFIED, found) }
+                TargetEstimate { chi_square, status: TARGET_REFUSED, ..sample(IDENTIFIED, found) }
             }
-            Err(FusionError::CovarianceNotPositive) => TargetEstimate { status: REFUSED, ..sample(IDENTIFIED, found) },
+            Err(FusionError::CovarianceNotPositive) => {
+                TargetEstimate { status: TARGET_REFUSED, ..sample(IDENTIFIED, found) }
+            }
         },
         (Some(found), _) => sample(IDENTIFIED, found),
     };
@@ -99,7 +96,7 @@ fn stated(said: &TargetStatement) -> (TargetEstimate, target::TargetEstimate) {
     }
     .sealed();
     if said.crc32.is_some_and(|crc32| crc32 != sample.crc32) {
-        sample = TargetEstimate { status: CRC_WRONG, ..sample }.sealed();
+        sample = TargetEstimate { status: TARGET_CRC_WRONG, ..sample }.sealed();
     }
     (sample, about_grasp)
 }

@@ -281,7 +281,8 @@ mod tests {
         let told = recover(&ChaserPrior { grasp_sd_m: sd, ..prior() }, &identified(&arm, true), &GUESS);
         let added = told.expect("converges").covariance - known.covariance;
         // the arm at hand carries the target 2 mm further out than the data sheet says
-        let off = Identified { after: exact(mated_parameters(&arm, 1.898 + sd, &TARGET), 1e-3), ..identified(&arm, true) };
+        let off =
+            Identified { after: exact(mated_parameters(&arm, 1.898 + sd, &TARGET), 1e-3), ..identified(&arm, true) };
         let off = recover(&prior(), &off, &GUESS).expect("converges");
         let moved = off.values() - known.values();
         assert!((moved[1] - sd).abs() < 1e-3 * sd, "{moved}"); // the sigmas of `after` are relative: their weights change by 1e-3

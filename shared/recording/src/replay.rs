@@ -268,7 +268,11 @@ impl TableFrames {
     }
 
     fn joint_torques_measured(&self) -> u64 {
-        JOINT_TORQUE.enumerate().filter(|(_, at)| self.channels.column(*at).is_some()).map(|(joint, _)| 1 << joint).sum()
+        JOINT_TORQUE
+            .enumerate()
+            .filter(|(_, at)| self.channels.column(*at).is_some())
+            .map(|(joint, _)| 1 << joint)
+            .sum()
     }
 
     fn imu_sample(&self, row: usize) -> Imu {
