@@ -56,6 +56,7 @@ fn target_nees(found: &TargetEstimate) -> f64 {
 const CHI_SQUARE_4: f64 = 18.5;
 const CHI_SQUARE_8: f64 = 26.1;
 const CHI_SQUARE_9: f64 = 27.9;
+const CHI_SQUARE_13: f64 = 34.5;
 
 #[test]
 fn both_estimates_of_the_arm_are_published_in_both_phases_and_the_target_is_weighed() {
@@ -76,6 +77,8 @@ fn both_estimates_of_the_arm_are_published_in_both_phases_and_the_target_is_weig
     assert!(stated.is_intact() && found.is_intact());
     assert_eq!((stated.origin, stated.status, found.origin, found.status), (0, 0, 2, 0));
     assert!(target_nees(&found) < CHI_SQUARE_4, "{found:?}");
+    // eight and nine parameters, eleven numbers of the data sheet, fifteen unknowns
+    assert!(found.fit_degrees == 13 && found.fit_chi_square < CHI_SQUARE_13, "{found:?}");
     assert!(found.covariance[0][0].sqrt() < 0.75, "better than what was stated alone: {found:?}");
 }
 
@@ -90,4 +93,18 @@ fn a_target_that_is_not_what_it_says_is_refused_and_so_is_a_statement_with_a_wro
     let broken = flown("crc", |text| *text = text.replace("mass_kg = 150.6", "mass_kg = 150.6\ncrc32 = 1"));
     let [stated, found] = targets(&broken)[..] else { panic!("stated and found") };
     assert_eq!((stated.status, found.origin, found.status), (1, 1, 0));
+}
+
+#[test]
+fn an_arm_that_is_not_the_one_of_the_data_sheet_is_noticed_by_the_targets_fit() {
+    // The sheet puts the shoulder 50 mm off and claims to know it to 0.1 mm: a4 over a5 says otherwise, whatever the masses.
+    let told = |text: &mut String| {
+        let lengths = text.replace("\nlength_sd_m = 0.01\n", "\nlength_sd_m = 0.0001\n");
+        assert!(lengths != *text, "the sheet's sigma stands in the default scenario");
+        *text = lengths.replace("shoulder_m = [0.99, 0.99]", "shoulder_m = [0.94, 0.99]");
+    };
+    let recorded = flown("other-arm", told);
+    let [_, found] = targets(&recorded)[..] else { panic!("stated and found") };
+    assert_eq!((found.origin, found.status), (1, telemetry::TARGET_CONTRADICTED), "{found:?}");
+    assert!(found.fit_chi_square > CHI_SQUARE_13);
 }

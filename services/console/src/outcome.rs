@@ -1,7 +1,10 @@
 //! What a run came to, read from its recording: modes, estimates with verdicts, partitions, digest.
 
+mod arm;
+
 use crate::launch::{Finished, LinkKind};
 use crate::{paper, truth};
+pub use arm::{ArmResults, ArmRow};
 use recording::{McapRecorder, RecordedRun, RecordingError};
 use runtime::RunConfig;
 use runtime::statistics::PartitionRow;
@@ -53,6 +56,8 @@ impl ParameterRow {
 pub struct Outcome {
     pub modes: Vec<ModeRow>,
     pub parameters: Vec<ParameterRow>,
+    /// From torques, and of the target.
+    pub arm: ArmResults,
     pub partitions: Vec<PartitionRow>,
     /// None when nothing was recorded.
     pub digest: Option<String>,
@@ -67,7 +72,7 @@ impl Outcome {
     #[must_use]
     pub fn read(run: &RunConfig, finished: Finished, recorded: bool) -> Self {
         let Finished { rows, wall_s, link, mut failure } = finished;
-        let (mut modes, mut parameters, mut digest) = (Vec::new(), Vec::new(), None);
+        let (mut modes, mut parameters, mut arm, mut digest) = (Vec::new(), Vec::new(), ArmResults::default(), None);
         let found = if recorded {
             recorded_results(&run.record, failure.is_some()).map_err(|error| error.explain())
         } else {
@@ -76,6 +81,7 @@ impl Outcome {
         match found {
             Ok((recorded, identity)) => {
                 (modes, parameters) = results(run, &recorded);
+                arm = ArmResults::read(run, &recorded);
                 digest = Some(identity);
             }
             Err(reason) => {
@@ -83,7 +89,7 @@ impl Outcome {
                 failure.get_or_insert(reason);
             }
         }
-        Outcome { modes, parameters, partitions: rows, digest, wall_s, link, failure }
+        Outcome { modes, parameters, arm, partitions: rows, digest, wall_s, link, failure }
     }
 
     /// The object that `--json` prints.
@@ -102,6 +108,9 @@ impl Outcome {
             "digest": self.digest,
             "wall_s": self.wall_s,
         });
+        for (name, rows) in self.arm.json() {
+            object["estimates"][name] = rows;
+        }
         if let Some(failure) = &self.failure {
             object["failure"] = json!(failure);
         }

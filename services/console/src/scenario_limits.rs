@@ -158,6 +158,7 @@ impl Limits {
                 let good = *number > 0.0 && *number <= NUMBER_MAX;
                 self.unless(good, &format!("{name}.chaser"), number, "masses, inertias and sigmas must be above 0");
             }
+            self.within(&format!("{name}.chaser.grasp_sd_m"), chaser.grasp_sd_m, 0.0..=NUMBER_MAX);
         }
         if let Some(target) = &known.target {
             for number in [&target.mass_kg, &target.inertia_kg_m2].into_iter().chain(&target.sigma) {

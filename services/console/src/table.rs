@@ -1,7 +1,7 @@
 //! Tables for a terminal: aligned on the decimal point, with sigmas.
 
 use crate::launch::LinkKind;
-use crate::outcome::{Outcome, ParameterRow};
+use crate::outcome::{ArmRow, Outcome, ParameterRow};
 use std::fmt::Write;
 use telemetry::{Domain, PartitionId};
 
@@ -43,11 +43,13 @@ fn parameters(outcome: &Outcome, text: &mut String) {
             row.name,
             row.unit,
             optional(row.truth, 6),
-            with_sigma(row),
+            with_sigma(row.value, row.sigma),
             optional(row.error_percent(), 4),
             optional(row.paper_error_percent, 2),
         );
     }
+    arm("torques", &outcome.arm.torques, text);
+    arm("target", &outcome.arm.target, text);
     for row in one_per_model(&outcome.parameters) {
         let _ = writeln!(
             text,
@@ -59,6 +61,24 @@ fn parameters(outcome: &Outcome, text: &mut String) {
             yes(row.accepted),
             row.reason
         );
+    }
+}
+
+/// The arm from motion and torques, or the target.
+fn arm(domain: &str, rows: &[ArmRow], text: &mut String) {
+    for row in rows {
+        let line = format!(
+            "{domain:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}  {}",
+            row.of,
+            row.name,
+            row.unit,
+            optional(row.truth, 6),
+            with_sigma(row.value, row.sigma),
+            optional(row.error_percent(), 4),
+            optional(row.paper_error_percent, 2),
+            row.remark,
+        );
+        let _ = writeln!(text, "{}", line.trim_end());
     }
 }
 
@@ -122,8 +142,8 @@ fn yes(value: Option<bool>) -> &'static str {
 }
 
 /// Value and sigma with the decimals that the sigma gives meaning to.
-fn with_sigma(row: &ParameterRow) -> String {
-    let (Some(value), Some(sigma)) = (row.value, row.sigma) else { return "-".into() };
+fn with_sigma(value: Option<f64>, sigma: Option<f64>) -> String {
+    let (Some(value), Some(sigma)) = (value, sigma) else { return "-".into() };
     let decimals =
         if sigma > 0.0 && sigma.is_finite() { (1.0 - sigma.log10().floor()).clamp(0.0, 12.0) as usize } else { 6 };
     format!("{value:.decimals$} +- {sigma:.decimals$}")

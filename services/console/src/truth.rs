@@ -35,6 +35,19 @@ pub fn parameters(run: &RunConfig, domain: Domain, phase: Phase) -> Vec<f64> {
     found.unwrap_or_default()
 }
 
+/// Mass, centre of mass and inertia of what is grasped, from its grasp point; `None`: nothing was simulated, or nothing is grasped.
+#[must_use]
+pub fn target(run: &RunConfig) -> Option<[f64; 4]> {
+    let mated = run.scenario.mated.as_ref()?;
+    let (plant, name) = (systems::plant(mated.plant.as_ref()?).ok()?, mated.grasps.as_ref()?);
+    let numbers = plant.parameters();
+    let of = |number: &str| {
+        let wanted = format!("{name}.{number}");
+        numbers.iter().find(|parameter| parameter.name == wanted).map(|parameter| parameter.value)
+    };
+    Some([of("mass")?, of("com.x")?, of("com.y")?, of("inertia.zz")?])
+}
+
 /// Mass, stiffness and damping of the only slosh mass; `None`: the plant has no such tank.
 #[must_use]
 pub fn tank(plant: &Plant) -> Option<[f64; 3]> {

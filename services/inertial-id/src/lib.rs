@@ -18,12 +18,16 @@ use runtime::scenario::{ArmExperiment, ArmKnown};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Experiment, IMU, Innovation,
-    JOINTS, PartitionId, Sample, TopicId,
+    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Experiment, IMU, Imu, Innovation,
+    JOINTS, Joints, PartitionId, Sample, TopicId,
 };
 
 /// An estimate goes out every so many frames of an experiment.
 const ESTIMATE_EVERY_FRAMES: u64 = 100;
+/// The sample interval is the median of the first rows': one that is late, or the first of a recording, says nothing of the others.
+const FIRST_ROWS: usize = 11;
+/// Bits of `Joints::torque_valid` that the equations of motion need.
+const BOTH_TORQUES: u64 = 0b11;
 /// Prior: a number to start from, information 1e-6/a².
 const PRIOR_RELATIVE_SD: f64 = 1000.0;
 /// Innovations beyond this many sigma are marked as not accepted in the record; the estimator uses them all.
@@ -48,10 +52,21 @@ enum Estimators {
 struct State {
     window: ExperimentWindow,
     estimators: Option<Estimators>,
+    /// Rows of an experiment that wait until their interval is known.
+    first: [FirstRow; FIRST_ROWS],
+    waiting: usize,
     rows: u32,
     last: Option<(u64, estimation::Innovation)>,
     /// The last estimate before capture: what the target's is taken from.
     before: Option<target::Before>,
+}
+
+/// A row, its time and the interval that its gyro averages over.
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+struct FirstRow {
+    t_ns: u64,
+    interval_s: f64,
+    sample: ArmSample,
 }
 
 /// The partition.
@@ -95,7 +110,7 @@ impl Partition for InertialId {
             Step::Abort => self.state.estimators = None,
             Step::Begin => {
                 self.state.estimators = None;
-                (self.state.rows, self.state.last) = (0, None);
+                (self.state.waiting, self.state.rows, self.state.last) = (0, 0, None);
                 self.take(frame);
             }
             Step::Go => {
@@ -105,6 +120,7 @@ impl Partition for InertialId {
                 }
             }
             Step::Close => {
+                self.take_first();
                 self.publish(frame, true, out);
                 self.weigh_target(frame, out);
                 // What is closed need not be carried from checkpoint to checkpoint.
@@ -124,28 +140,54 @@ impl Partition for InertialId {
 }
 
 impl InertialId {
-    /// The first sample says over what interval the gyro averages, and with it how noisy it is: then the estimators are made.
+    /// The first rows say over what interval the gyro averages, and with it how noisy it is: then the estimators are made.
     fn take(&mut self, frame: &Frame<'_>) {
         for (imu, joints) in rates_with_joints(frame) {
-            let motion = MomentumSample {
-                omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
-                joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],
-                joint_angle_rad: [joints.angle_rad[0], joints.angle_rad[1]],
-            };
-            let sample = ArmSample { motion, torque_n_m: [joints.torque_nm[0], joints.torque_nm[1]] };
-            if self.state.rows == 0 {
-                self.make_estimators(imu.interval_s);
+            self.take_row(imu, joints);
+        }
+    }
+
+    fn take_row(&mut self, imu: &Imu, joints: &Joints) {
+        let motion = MomentumSample {
+            omega0_z_rad_s: imu.omega_bi_b_rad_s[2],
+            joint_rate_rad_s: [joints.rate_rad_s[0], joints.rate_rad_s[1]],
+            joint_angle_rad: [joints.angle_rad[0], joints.angle_rad[1]],
+        };
+        // a torque that was not measured is no number: it interrupts the filter, not the momentum
+        let measured = joints.torque_valid & BOTH_TORQUES == BOTH_TORQUES;
+        let torque_n_m = if measured { [joints.torque_nm[0], joints.torque_nm[1]] } else { [f64::NAN; 2] };
+        let (t_ns, sample) = (imu.header.t_meas_ns, ArmSample { motion, torque_n_m });
+        if self.state.waiting < FIRST_ROWS {
+            self.state.first[self.state.waiting] = FirstRow { t_ns, interval_s: imu.interval_s, sample };
+            self.state.waiting += 1;
+            if self.state.waiting == FIRST_ROWS {
+                self.take_first();
             }
-            let t_ns = imu.header.t_meas_ns;
-            let innovation = match &mut self.state.estimators {
-                Some(Estimators::FreeFloating(live)) => live.push(t_ns, &sample),
-                Some(Estimators::Mated(live)) => live.push(t_ns, &sample),
-                None => return,
-            };
-            if let Ok(innovation) = innovation {
-                self.state.rows += 1;
-                self.state.last = Some((t_ns, innovation));
-            }
+        } else {
+            self.push(t_ns, &sample);
+        }
+    }
+
+    /// Makes the estimators from the rows that wait, and gives them these; of a record that is shorter, at its end.
+    fn take_first(&mut self) {
+        let rows = self.state.first;
+        let rows = &rows[..self.state.waiting];
+        if rows.is_empty() || self.state.estimators.is_some() {
+            return;
+        }
+        self.make_estimators(median(rows.iter().map(|row| row.interval_s)));
+        rows.iter().for_each(|row| self.push(row.t_ns, &row.sample));
+    }
+
+    fn push(&mut self, t_ns: u64, sample: &ArmSample) {
+        let innovation = match &mut self.state.estimators {
+            Some(Estimators::FreeFloating(live)) => live.push(t_ns, sample),
+            Some(Estimators::Mated(live)) => live.push(t_ns, sample),
+            None => return,
+        };
+        if let Ok(innovation) = innovation {
+            self.state.rows += 1;
+            self.state.last = Some((t_ns, innovation));
         }
     }
 
@@ -242,6 +284,17 @@ impl InertialId {
     }
 }
 
+/// Of at most [`FIRST_ROWS`] numbers, the upper of two; what is no number sorts last.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sorted, mut count) = ([f64::INFINITY; FIRST_ROWS], 0);
+    for (slot, value) in sorted.iter_mut().zip(values) {
+        *slot = value;
+        count += 1;
+    }
+    sorted.sort_by(f64::total_cmp);
+    sorted[count / 2]
+}
+
 fn settings<const P: usize>(known: &ArmKnown, interval_s: f64) -> LiveSettings<P> {
     let momentum = InertialSettings {
         h_nms: known.h_cm_nms,
@@ -316,3 +369,6 @@ fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &Liv
     sample.nis_mean = filter.nis().per_degree().unwrap_or(0.0);
     sample.nis_count = filter.nis().count() as f64;
 }
+
+#[cfg(test)]
+mod tests;

@@ -10,16 +10,12 @@ use physics::target::{self, ChaserPrior, Identified, recover};
 use physics::target_statement::{FusionError, Statement, fuse};
 use runtime::scenario::{ChaserSheet, TargetStatement};
 use serde::{Deserialize, Serialize};
-use telemetry::{Sample, TargetEstimate};
+use telemetry::{Sample, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REFUSED, TargetEstimate};
 
 /// `TargetEstimate::origin`.
 const STATED: u16 = 0;
 const IDENTIFIED: u16 = 1;
 const FUSED: u16 = 2;
-/// `TargetEstimate::status`.
-const CRC_WRONG: u16 = 1;
-const REFUSED: u16 = 2;
-const NO_SOLUTION: u16 = 3;
 
 /// A start without weight for the search: of the order of the arm's own links.
 const GUESS: Target = Target { mass_kg: 100.0, inertia_com_kg_m2: 60.0, grasp_to_com_m: [0.5, 0.0] };
@@ -52,13 +48,19 @@ pub fn samples(
         recover(&prior(chaser), &Identified { before, after, flying: None }, &GUESS).ok()
     });
     let result = match (&identified, &stated) {
-        (None, _) => TargetEstimate { origin: IDENTIFIED, status: NO_SOLUTION, ..TargetEstimate::zeroed_at(0) },
+        (None, _) => TargetEstimate { origin: IDENTIFIED, status: TARGET_NOT_SOLVED, ..TargetEstimate::zeroed_at(0) },
+        // what contradicts itself is not weighed against another's word
+        (Some(found), _) if found.is_contradicted() => {
+            TargetEstimate { status: TARGET_CONTRADICTED, ..sample(IDENTIFIED, found) }
+        }
         (Some(found), Some((statement, said))) if statement.status == 0 => match fuse(found, said) {
             Ok((both, chi_square)) => TargetEstimate { chi_square, ..sample(FUSED, &both) },
             Err(FusionError::Conflict { chi_square }) => {
-                TargetEstimate { chi_square, status: REFUSED, ..sample(IDENTIFIED, found) }
+                TargetEstimate { chi_square, status: TARGET_REFUSED, ..sample(IDENTIFIED, found) }
             }
-            Err(FusionError::CovarianceNotPositive) => TargetEstimate { status: REFUSED, ..sample(IDENTIFIED, found) },
+            Err(FusionError::CovarianceNotPositive) => {
+                TargetEstimate { status: TARGET_REFUSED, ..sample(IDENTIFIED, found) }
+            }
         },
         (Some(found), _) => sample(IDENTIFIED, found),
     };
@@ -67,7 +69,14 @@ pub fn samples(
 
 fn sample(origin: u16, found: &target::TargetEstimate) -> TargetEstimate {
     let covariance = core::array::from_fn(|i| core::array::from_fn(|j| found.covariance[(i, j)]));
-    TargetEstimate { origin, values: found.values().into(), covariance, ..TargetEstimate::zeroed_at(0) }
+    TargetEstimate {
+        origin,
+        values: found.values().into(),
+        covariance,
+        fit_chi_square: found.chi_square,
+        fit_degrees: found.degrees,
+        ..TargetEstimate::zeroed_at(0)
+    }
 }
 
 /// As received, and brought to the grasp point.
@@ -87,7 +96,7 @@ fn stated(said: &TargetStatement) -> (TargetEstimate, target::TargetEstimate) {
     }
     .sealed();
     if said.crc32.is_some_and(|crc32| crc32 != sample.crc32) {
-        sample = TargetEstimate { status: CRC_WRONG, ..sample }.sealed();
+        sample = TargetEstimate { status: TARGET_CRC_WRONG, ..sample }.sealed();
     }
     (sample, about_grasp)
 }
@@ -106,5 +115,6 @@ fn prior(chaser: &ChaserSheet) -> ChaserPrior {
         length_sd_m: chaser.length_sd_m,
         link_1_length_sd_m: chaser.link_1_length_sd_m,
         grasp_m: chaser.grasp_m,
+        grasp_sd_m: chaser.grasp_sd_m,
     }
 }

@@ -180,7 +180,10 @@ fn publish_joints(row: &Row, slots: &[Slot], count: usize, t_ns: u64, out: &mut 
         match slots[sample.channel] {
             Slot::JointAngle(joint) => joints.angle_rad[joint] = sample.value,
             Slot::JointRate(joint) => joints.rate_rad_s[joint] = sample.value,
-            Slot::JointTorque(joint) => joints.torque_nm[joint] = sample.value,
+            Slot::JointTorque(joint) => {
+                joints.torque_nm[joint] = sample.value;
+                joints.torque_valid |= 1 << joint;
+            }
             _ => {}
         }
     }

@@ -67,7 +67,10 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         Ok(Self {
             settings: *settings,
             momentum: InertialEstimator::new(&settings.momentum)?,
-            consider: ConsiderSums::new(1e-9 * settings.interval_ns as f64),
+            consider: ConsiderSums::new(
+                1e-9 * settings.interval_ns as f64,
+                &settings.momentum.prior_sd().map(|sd| 1.0 / (sd * sd)),
+            ),
             filter: None,
             samples: 0,
             last_ns: None,

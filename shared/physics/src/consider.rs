@@ -1,7 +1,8 @@
 //! The second sigma of an estimate: what the sensor sheet's systematic errors may have done to it (Schmidt's consider covariance).
 //!
 //! White noise averages out, a bias does not. Errors β that are not estimated (gyro bias, scales, zeros, latency) with sheet sigmas
-//! `σ_β` move the momentum fit by `∂α/∂β = (F − B)⁻¹ Σ w y ∂r/∂β`; their covariance `(∂α/∂β) diag(σ_β²) (∂α/∂β)'` stands beside that of the
+//! `σ_β` move the momentum fit by `∂α/∂β = (Λ + F − B)⁻¹ Σ w y ∂r/∂β` (Λ the prior's information: what the prior holds, no error of a
+//! sensor moves); their covariance `(∂α/∂β) diag(σ_β²) (∂α/∂β)'` stands beside that of the
 //! noise, never mixed into it: more data shrink the one and not the other. Misalignment of the gyro acts as a scale (its cosine) in the plane.
 
 use crate::momentum::{CHANNELS, ChannelSigma, MomentumSample, channel_jacobian, noisy_momentum_row};
@@ -66,12 +67,13 @@ fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64) -> 
 const REACH: usize = 5;
 const RING: usize = 2 * REACH + 1;
 
-/// `Σ w y y'` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the sheet. Fixed memory.
+/// `Λ + Σ w (y y' − S)` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the sheet. Fixed memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConsiderSums<const P: usize> {
     interval_s: f64,
     information: SMatrix<f64, P, P>,
     cross: SMatrix<f64, P, CONSIDERED>,
+    rows: u64,
     /// The last samples without a gap, oldest overwritten.
     ring: [MomentumSample; RING],
     filled: usize,
@@ -79,11 +81,12 @@ pub struct ConsiderSums<const P: usize> {
 }
 
 impl<const P: usize> ConsiderSums<P> {
-    /// Samples come every `interval_s`.
-    pub fn new(interval_s: f64) -> Self {
+    /// Samples come every `interval_s`; `prior_information` is the diagonal of Λ, zero without a prior.
+    pub fn new(interval_s: f64, prior_information: &SVector<f64, P>) -> Self {
         assert!(interval_s > 0.0);
         let ring = [MomentumSample::default(); RING];
-        Self { interval_s, information: SMatrix::zeros(), cross: SMatrix::zeros(), ring, filled: 0, next: 0 }
+        let information = SMatrix::from_diagonal(prior_information);
+        Self { interval_s, information, cross: SMatrix::zeros(), rows: 0, ring, filled: 0, next: 0 }
     }
 
     /// A gap: accelerations are not taken across it.
@@ -109,13 +112,21 @@ impl<const P: usize> ConsiderSums<P> {
         let by_channel = channel_jacobian::<P>(middle).tr_mul(reference);
         let by_error = -channels_by_error(middle, acceleration).tr_mul(&by_channel);
         let weighted = row.regressor * weight;
-        self.information += weighted * row.regressor.transpose();
+        self.information += weighted * row.regressor.transpose() - row.noise * row.noise.transpose() * weight;
         self.cross += weighted * by_error.transpose();
+        // noise stands in y and in the error of a scale alike: E[n_c J_c · (−n_c J_c' α)] is no motion of the fit
+        for (error, channel) in [(1, 0), (2, 1), (3, 2)] {
+            let noise = row.noise.column(channel);
+            let mut column = self.cross.column_mut(error);
+            column.axpy(weight * noise.dot(reference), &noise, 1.0);
+        }
+        self.rows += 1;
     }
 
     /// `(∂α/∂β) diag(σ_β²) (∂α/∂β)'`; `None` when the samples do not determine the parameters.
     pub fn covariance(&self, sheet: &SensorSheet) -> Option<SMatrix<f64, P, P>> {
-        let moved = self.information.cholesky()?.solve(&self.cross);
+        let factor = if self.rows > 0 { self.information.cholesky() } else { None };
+        let moved = factor?.solve(&self.cross);
         let scaled = moved * SMatrix::<f64, CONSIDERED, CONSIDERED>::from_diagonal(&sheet.sigmas());
         Some(scaled * scaled.transpose())
     }
@@ -134,7 +145,7 @@ pub fn consider<const P: usize>(
     reference: &SVector<f64, P>,
 ) -> Result<ConsideredEstimate<P>, MomentumError> {
     let (h_nms, channels) = (momentum.checked()?.h_nms, sigma.in_channel_order());
-    let (mut pass, mut sums) = (WeightedPass::at(*reference), ConsiderSums::new(interval_s));
+    let (mut pass, mut sums) = (WeightedPass::at(*reference), ConsiderSums::new(interval_s, &SVector::zeros()));
     for sample in samples {
         pass.push(&noisy_momentum_row::<P>(sample, h_nms, &channels));
         sums.push(sample, h_nms, sigma, reference);

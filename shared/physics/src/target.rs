@@ -10,6 +10,7 @@
 use crate::free_floating::{Alpha, PlanarArm};
 use crate::free_flying::{Pi, parameters};
 use crate::mated::{MatedAlpha, Target, mated_parameters};
+use estimation::consistency::chi_square_quantile;
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::{SMatrix, SVector, Vector4};
 
@@ -34,6 +35,8 @@ pub struct ChaserPrior {
     pub link_1_length_sd_m: f64,
     /// Joint 2 to the grasp point.
     pub grasp_m: f64,
+    /// Its sigma: all of it goes into the target's centre of mass along the link, for the arm feels only their sum.
+    pub grasp_sd_m: f64,
 }
 
 /// What was identified.
@@ -52,6 +55,8 @@ pub struct TargetEstimate {
     pub covariance: SMatrix<f64, 4, 4>,
     /// χ² of all data and priors at the solution.
     pub chi_square: f64,
+    /// Its degrees of freedom: data and priors less unknowns; 0 where nothing was fitted.
+    pub degrees: u32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,6 +68,12 @@ pub enum TargetError {
 }
 
 impl TargetEstimate {
+    /// Whether data and priors contradict each other at p < 0.001: one of the estimates, or the data sheet, is not of this arm.
+    pub fn is_contradicted(&self) -> bool {
+        let limit = |degrees: u32| chi_square_quantile(0.999, f64::from(degrees));
+        self.degrees > 0 && self.chi_square > limit(self.degrees)
+    }
+
     pub fn values(&self) -> Vector4<f64> {
         let [x, y] = self.target.grasp_to_com_m;
         Vector4::new(self.target.mass_kg, x, y, self.target.inertia_com_kg_m2)
@@ -140,8 +151,10 @@ pub fn recover(prior: &ChaserPrior, identified: &Identified, guess: &Target) -> 
             // d mass = mass d log mass
             let scale = Vector4::new(target.mass_kg, 1.0, 1.0, target.inertia_com_kg_m2);
             let block = covariance.fixed_view::<4, 4>(CHASER, CHASER);
-            let covariance = SMatrix::from_fn(|i, j| block[(i, j)] * scale[i] * scale[j]);
-            return Ok(TargetEstimate { target, covariance, chi_square: normal.chi_square });
+            let mut covariance = SMatrix::<f64, 4, 4>::from_fn(|i, j| block[(i, j)] * scale[i] * scale[j]);
+            covariance[(1, 1)] += prior.grasp_sd_m * prior.grasp_sd_m;
+            let degrees = (CHASER + 8 + 9 + identified.flying.map_or(0, |_| 8) - UNKNOWNS) as u32;
+            return Ok(TargetEstimate { target, covariance, chi_square: normal.chi_square, degrees });
         }
     }
     Err(TargetError::NotConverged { last_step_sigmas })
@@ -183,6 +196,7 @@ fn assemble(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::seeded_noise::SeededNoise;
 
     const TARGET: Target = Target { mass_kg: 150.0, inertia_com_kg_m2: 40.0, grasp_to_com_m: [0.60, 0.15] };
     const GUESS: Target = Target { mass_kg: 100.0, inertia_com_kg_m2: 60.0, grasp_to_com_m: [0.5, 0.0] };
@@ -195,6 +209,7 @@ mod tests {
             length_sd_m: 0.05,
             link_1_length_sd_m: 1e-4,
             grasp_m: 1.898,
+            grasp_sd_m: 0.0,
         }
     }
 
@@ -225,6 +240,54 @@ mod tests {
         for i in 0..4 {
             assert!(error[i].abs() < 0.5 * libm::sqrt(found.covariance[(i, i)]), "{i}: {error}");
         }
+    }
+
+    #[test]
+    fn data_drawn_from_their_sigmas_have_a_chi_square_of_their_degrees_and_an_estimate_of_another_arm_is_noticed() {
+        let (mut noise, trials, mut sum, mut refused) = (SeededNoise::new(1), 400, 0.0, 0);
+        let mut drawn = |wrong: f64| {
+            // the data sheet is the truth of a chaser off by its sigmas
+            let mut arm = PlanarArm::default();
+            (0..3).for_each(|i| arm.mass_kg[i] *= libm::exp(0.02 * noise.normal()));
+            (0..3).for_each(|i| arm.inertia_com_kg_m2[i] *= libm::exp(0.3 * noise.normal()));
+            let mut moved = |length: &mut f64, sd: f64| *length += sd * noise.normal();
+            arm.base_to_joint_m.iter_mut().chain(&mut arm.joint_to_com_m).for_each(|length| moved(length, 0.05));
+            arm.com_to_next_m = 2.068 - arm.joint_to_com_m[0];
+            moved(&mut arm.com_to_next_m, 1e-4);
+            let mut data = identified(&arm, true);
+            let mut spoil = |value: &mut f64, variance: f64| *value += libm::sqrt(variance) * noise.normal();
+            (0..8).for_each(|i| spoil(&mut data.before.alpha[i], data.before.covariance[(i, i)]));
+            (0..9).for_each(|i| spoil(&mut data.after.alpha[i], data.after.covariance[(i, i)]));
+            let flying = data.flying.as_mut().expect("with mass");
+            (0..8).for_each(|i| spoil(&mut flying.alpha[i], flying.covariance[(i, i)]));
+            data.before.alpha[1] *= wrong;
+            recover(&prior(), &data, &GUESS).expect("converges")
+        };
+        for _ in 0..trials {
+            let found = drawn(1.0);
+            sum += found.chi_square / f64::from(found.degrees);
+            refused += u32::from(found.is_contradicted());
+        }
+        let (mean, degrees) = (sum / f64::from(trials), 21.0);
+        assert!((mean - 1.0).abs() < 4.0 * libm::sqrt(2.0 / (degrees * f64::from(trials))), "{mean}");
+        assert!(refused <= 4, "{refused}"); // 0.4 expected
+        assert!(drawn(1.003).is_contradicted()); // thirty sigmas of a2
+    }
+
+    #[test]
+    fn what_is_not_known_of_the_grasp_goes_into_the_centre_of_mass_along_the_link_and_nowhere_else() {
+        let (arm, sd) = (PlanarArm::default(), 2e-3);
+        let known = recover(&prior(), &identified(&arm, true), &GUESS).expect("converges");
+        let told = recover(&ChaserPrior { grasp_sd_m: sd, ..prior() }, &identified(&arm, true), &GUESS);
+        let added = told.expect("converges").covariance - known.covariance;
+        // the arm at hand carries the target 2 mm further out than the data sheet says
+        let off =
+            Identified { after: exact(mated_parameters(&arm, 1.898 + sd, &TARGET), 1e-3), ..identified(&arm, true) };
+        let off = recover(&prior(), &off, &GUESS).expect("converges");
+        let moved = off.values() - known.values();
+        assert!((moved[1] - sd).abs() < 1e-3 * sd, "{moved}"); // the sigmas of `after` are relative: their weights change by 1e-3
+        assert!(moved[2].abs() < 1e-2 * sd);
+        assert!((added[(1, 1)] - sd * sd).abs() < 1e-12 && added.abs().sum() < 1.001 * sd * sd);
     }
 
     #[test]

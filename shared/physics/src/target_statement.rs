@@ -39,6 +39,7 @@ impl Statement {
             target: Target { mass_kg: v[0], grasp_to_com_m: [v[1], v[2]], inertia_com_kg_m2: v[3] },
             covariance: turn * self.covariance * turn.transpose(),
             chi_square: 0.0,
+            degrees: 0,
         }
     }
 }
@@ -69,7 +70,7 @@ pub fn fuse(identified: &TargetEstimate, stated: &TargetEstimate) -> Result<(Tar
     let target = Target { mass_kg: values[0], grasp_to_com_m: [values[1], values[2]], inertia_com_kg_m2: values[3] };
     let covariance = identified.covariance - gain * identified.covariance;
     let covariance = (covariance + covariance.transpose()) * 0.5;
-    Ok((TargetEstimate { target, covariance, chi_square: identified.chi_square }, chi_square))
+    Ok((TargetEstimate { target, covariance, ..*identified }, chi_square))
 }
 
 #[cfg(test)]
@@ -83,7 +84,7 @@ mod tests {
         let target =
             Target { mass_kg: values[0], grasp_to_com_m: [values[1], values[2]], inertia_com_kg_m2: values[3] };
         let covariance = SMatrix::from_diagonal(&Vector4::from(sigma).map(|sd| sd * sd));
-        TargetEstimate { target, covariance, chi_square: 0.0 }
+        TargetEstimate { target, covariance, chi_square: 0.0, degrees: 0 }
     }
 
     fn truth() -> Vector4<f64> {

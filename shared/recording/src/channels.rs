@@ -134,7 +134,7 @@ impl Channels {
         self.columns[range].iter().any(Option::is_some)
     }
 
-    /// Joints that have angle and rate; those without torque are replayed with torque 0.
+    /// Joints that have angle and rate; those without torque are replayed with torque 0, not valid.
     #[must_use]
     pub fn joints(&self) -> usize {
         self.joints

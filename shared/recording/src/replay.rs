@@ -267,6 +267,14 @@ impl TableFrames {
         core::array::from_fn(|i| self.channels.column(range.start + i).map_or(0.0, |column| self.columns[column][row]))
     }
 
+    fn joint_torques_measured(&self) -> u64 {
+        JOINT_TORQUE
+            .enumerate()
+            .filter(|(_, at)| self.channels.column(*at).is_some())
+            .map(|(joint, _)| 1 << joint)
+            .sum()
+    }
+
     fn imu_sample(&self, row: usize) -> Imu {
         Imu {
             header: Header::at(self.t_ns[row]),
@@ -284,6 +292,7 @@ impl TableFrames {
             angle_rad: self.values(ANGLE, row),
             rate_rad_s: self.values(JOINT_RATE, row),
             torque_nm: self.values(JOINT_TORQUE, row),
+            torque_valid: self.joint_torques_measured(),
         }
     }
 

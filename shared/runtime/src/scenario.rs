@@ -125,6 +125,8 @@ pub struct ChaserSheet {
     pub link_1_length_sd_m: f64,
     /// Joint 2 to the grasp point.
     pub grasp_m: f64,
+    #[serde(default)]
+    pub grasp_sd_m: f64,
 }
 
 /// Mass properties as a target states them, in its own frame.

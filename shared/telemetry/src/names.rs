@@ -154,6 +154,25 @@ pub(crate) const fn hash_of_codes(hash: u32) -> u32 {
     hash
 }
 
+/// `TargetEstimate::status`.
+pub const TARGET_CRC_WRONG: u16 = 1;
+pub const TARGET_REFUSED: u16 = 2;
+pub const TARGET_NOT_SOLVED: u16 = 3;
+pub const TARGET_CONTRADICTED: u16 = 4;
+
+/// What is wrong with numbers of a target; empty when nothing is.
+#[must_use]
+pub const fn target_status_text(status: u16) -> &'static str {
+    match status {
+        0 => "",
+        TARGET_CRC_WRONG => "crc wrong",
+        TARGET_REFUSED => "what the target states contradicts what was identified",
+        TARGET_NOT_SOLVED => "no solution: both experiments and the arm's data sheet are needed",
+        TARGET_CONTRADICTED => "the estimates before and after capture and the arm's data sheet contradict each other",
+        _ => "unknown status",
+    }
+}
+
 /// Why an estimator has no estimate (`Estimate::status`); its numbers stand in `auxiliary` 10 and 11.
 #[must_use]
 pub const fn status_text(domain: Domain, status: u32) -> &'static str {

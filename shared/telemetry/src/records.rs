@@ -31,6 +31,7 @@ record! {
         angle_rad: [f64; 4], "rad", "joint", "joint angles";
         rate_rad_s: [f64; 4], "rad/s", "joint", "joint rates";
         torque_nm: [f64; 4], "N m", "joint", "joint torques held from t_meas for one frame";
+        torque_valid: u64, "-", "-", "bit 0..3: the torque of joint 1..4 is measured";
     }
 }
 
@@ -125,14 +126,15 @@ record! {
         frame: u64, "-", "-", "frame it was made in";
         epoch_ns: u64, "ns", "-", "time it speaks of";
         origin: u16, "-", "-", "0 stated by the target, 1 identified, 2 identified and fused with what was stated";
-        status: u16, "-", "-", "0 valid; 1 crc wrong; 2 statement refused: it contradicts what was identified at p < 0.001, or its covariance is not positive; 3 no solution";
-        reserved: u32, "-", "-", "0";
+        status: u16, "-", "-", "0 valid; 1 crc wrong; 2 statement refused: it contradicts what was identified at p < 0.001, or its covariance is not positive; 3 no solution; 4 what was identified before and after capture and the chaser's data sheet contradict each other at p < 0.001";
+        fit_degrees: u32, "-", "-", "degrees of freedom of fit_chi_square; 0 where nothing was fitted";
         values: [f64; 4], "kg, m, m, kg m^2", "stated: target; else grasp", "mass, centre of mass x, y, inertia about it";
         covariance: [[f64; 4]; 4], "products of the units", "as values", "covariance";
         grasp_position_m: [f64; 2], "m", "target", "grasp point";
         grasp_angle_rad: f64, "rad", "target", "direction of the grasp frame's x axis";
         chi_square: f64, "-", "-", "of identified against stated, 4 degrees of freedom; 0 for none";
-        crc32: u32, "-", "-", "CRC-32 (IEEE) over epoch_ns to chi_square";
+        fit_chi_square: f64, "-", "-", "of estimates and data sheet at the solution";
+        crc32: u32, "-", "-", "CRC-32 (IEEE) over epoch_ns to fit_chi_square";
         reserved_too: u32, "-", "-", "0";
     }
 }

@@ -27,6 +27,7 @@ use physics::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row};
 use physics::momentum_methods::KnownMomentum;
 use plant::arm_parameters::minimal_parameters;
 use plant::description::{Plant, Quantity, SignalKind};
+use plant::noise::Stream;
 use plant::simulation::Row;
 
 /// The channels that momentum needs, then those of the dynamic equation.
@@ -39,6 +40,10 @@ const PRIOR_RELATIVE_SD: f64 = 1000.0;
 /// Sigma of a momentum called exact, relative: far below any sensor, far above rounding.
 const EXACT: f64 = 1e-8;
 
+/// Sigma of the torque sensors' common scale where a method is told of one, and of what is believed of the momentum then; relative.
+const TORQUE_SCALE_SD: f64 = 1e-3;
+const BELIEVED_MOMENTUM_SD: f64 = 0.1;
+
 const NAMES: [&str; 9] = ["a1", "a2", "a3", "a4", "a5", "a6", "a7", "a8", "a9"];
 
 /// Which model a method fits, and with it which bound it is measured against.
@@ -50,6 +55,8 @@ pub enum Model {
     RankOne,
     /// Motion and torques, momentum unknown.
     Torque,
+    /// The same, the torque sensors' common scale known to [`TORQUE_SCALE_SD`].
+    ScaledTorque,
     /// Motion, torques and the momentum.
     Joint,
 }
@@ -71,6 +78,21 @@ pub struct Inertial<const P: usize, const A: usize> {
 pub(crate) struct Record {
     pub samples: Vec<ArmSample>,
     pub motions: Vec<MomentumSample>,
+    pub unknown: Unknown,
+}
+
+/// What is drawn anew for every record besides the noise: by so much, relative, the torque sensors and the belief of the momentum are off.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Unknown {
+    pub torque_scale: f64,
+    pub momentum: f64,
+}
+
+impl Unknown {
+    fn of_record(seed: u64, record: usize) -> Self {
+        let stream = Stream::new(seed, &format!("record{record}.unknown"));
+        Self { torque_scale: TORQUE_SCALE_SD * stream.normal(0), momentum: BELIEVED_MOMENTUM_SD * stream.normal(1) }
+    }
 }
 
 impl Inertial<8, 9> {
@@ -115,6 +137,12 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
         self
     }
 
+    /// The same arm and sensors in another experiment.
+    #[must_use]
+    pub fn flying(self, plant: Plant) -> Self {
+        Self { plant, ..self }
+    }
+
     /// The same from another start, relative to the truth.
     #[must_use]
     pub fn starting_at(mut self, share: f64) -> Self {
@@ -147,7 +175,8 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
         self.perfect().into_iter().map(|sample| sample.motion).collect()
     }
 
-    fn perfect(&self) -> Vec<ArmSample> {
+    /// What all perfect sensors would say.
+    pub(crate) fn perfect(&self) -> Vec<ArmSample> {
         self.without_noise().arm_record(0, 0)
     }
 
@@ -157,7 +186,8 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
 
     fn wired(&self, mut samples: Vec<ArmSample>) -> Record {
         samples.iter_mut().for_each(|sample| sample.motion = (self.wiring)(sample.motion));
-        Record { motions: samples.iter().map(|sample| sample.motion).collect(), samples }
+        let motions = samples.iter().map(|sample| sample.motion).collect();
+        Record { motions, samples, unknown: Unknown::default() }
     }
 
     fn momentum(&self) -> KnownMomentum {
@@ -211,6 +241,11 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
             Model::Momentum => self.momentum_information().bound()?,
             Model::RankOne => methods::rank_one_bound(&truth(&self.plant), &self.momentum_information().bound()?)?,
             Model::Torque => smoother(self, &self.perfect(), false)?,
+            Model::ScaledTorque => {
+                let truth = truth::<P>(&self.plant);
+                let scale = truth * truth.transpose() * (TORQUE_SCALE_SD * TORQUE_SCALE_SD);
+                smoother(self, &self.perfect(), false)? + scale
+            }
             Model::Joint => smoother(self, &self.perfect(), true)?,
         };
         Some(covariance.diagonal().map(f64::sqrt))
@@ -256,7 +291,8 @@ impl<const P: usize, const A: usize> Benchmark for Inertial<P, A> {
     }
 
     fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
-        let record = self.wired(self.arm_record(seed, record));
+        let unknown = Unknown::of_record(seed, record);
+        let record = Record { unknown, ..self.wired(self.arm_record(seed, record)) };
         self.estimators.iter().map(|estimator| (estimator.find)(self, &record)).collect()
     }
 

@@ -5,17 +5,19 @@
 //! drawn in further until every limit holds there. Every draw is a function of the seed. The result is a plant file that
 //! `obsid simulate` and `obsid plant` take, the built-in arm with the new references.
 
+mod verify;
+mod words;
+
 use super::minimise::minimise;
 use crate::bench::inertial::{Inertial, commanded, planar_arm, sigma, truth};
-use crate::plant_file::BUILT_IN;
 use crate::{Failure, print};
 use physics::excitation::{FourierJoint, FourierTrajectory};
 use physics::experiment_design::{ArmLimits, Assessment, Design, Tank};
 use plant::noise::Stream;
 use serde::Deserialize;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
+use words::{plant_text, table};
 
 /// Of a trajectory that is designed; its period is the record.
 const HARMONICS: usize = 12;
@@ -47,6 +49,9 @@ pub struct Arguments {
     /// The same seed gives the same trajectory
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Records simulated with the motion that was found: their errors over what is promised
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    verify: u32,
     /// Where the plant file with the new motion goes
     #[arg(long)]
     out: Option<PathBuf>,
@@ -96,6 +101,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (trajectory, assessment) =
         found.ok_or_else(|| Failure::Run("no trajectory was found that keeps these limits; widen them".into()))?;
     print(&table(&design, &reference, &assessment));
+    if arguments.verify > 0 {
+        let verified = verify::verify(&design, &trajectory, &assessment, arguments.verify as usize, arguments.seed);
+        let verified = verified.ok_or_else(|| Failure::Run("the motion that was found excites nothing".into()))?;
+        print(&verified.lines(&design.limits));
+    }
     let Some(out) = &arguments.out else { return Ok(()) };
     std::fs::write(out, plant_text(&trajectory)).map_err(|error| Failure::Run(format!("{}: {error}", out.display())))
 }
@@ -265,68 +275,23 @@ fn random(stream: &Stream, index: usize, period_s: f64) -> Designed {
     trajectory(&numbers, period_s)
 }
 
-fn table(design: &Design, reference: &Assessment, found: &Assessment) -> String {
-    let mut text = format!("bp1a, {} s, bound of each parameter in %\n\n{:<12}", design.duration_s, "");
-    (1..=8).for_each(|i| text.push_str(&format!("{:>9}", format!("a{i}"))));
-    for (name, of) in [("trajectory B", reference), ("designed", found)] {
-        let _ = write!(text, "{:>9}\n{name:<12}", if name == "designed" { "" } else { "RMS" });
-        of.relative_sigma.iter().for_each(|sigma| text.push_str(&format!("{:>9.4}", 100.0 * sigma)));
-        let _ = write!(text, "{:>9.4}", 100.0 * of.relative_rms());
-    }
-    let gain = reference.relative_rms() / found.relative_rms();
-    let _ = writeln!(
-        text,
-        "\n\nThe designed motion's bound is {gain:.2} times as tight: a record {:.2} times as long would do as much.",
-        gain * gain
-    );
-    let _ = writeln!(text, "\n{:<22}{:>12}{:>12}{:>12}", "largest", "trajectory B", "designed", "limit");
-    let names = ["joint angle [rad]", "joint rate [rad/s]", "base rate [rad/s]", "torque [N m]", "slosh stroke [m]"];
-    let (reference, found, limits) = (reference.peaks.values(), found.peaks.values(), design.limits.values());
-    for (i, name) in names.into_iter().enumerate().filter(|(i, _)| limits[*i].is_finite()) {
-        let _ = writeln!(text, "{name:<22}{:>12.3}{:>12.3}{:>12.3}", reference[i], found[i], limits[i]);
-    }
-    text
-}
-
-/// The built-in arm with the references of `trajectory`, controller by controller.
-fn plant_text(trajectory: &Designed) -> String {
-    let (_, text) = BUILT_IN.iter().find(|(name, _)| *name == "free_floating_arm").expect("the arm is built in");
-    let (mut joint, mut out) = (0, String::new());
-    let list = |values: &[f64; HARMONICS]| values.map(|value| format!("{value:.6}")).join(", ");
-    let mut in_reference = false;
-    for line in text.lines() {
-        if line.starts_with('[') {
-            in_reference = line.starts_with("[controller.reference]");
-        }
-        let coefficients = trajectory.joints.get(joint).filter(|_| in_reference);
-        let replaced = match (line.split_once(" = ").map(|(key, _)| key), coefficients) {
-            (Some("period"), Some(_)) => format!("period = \"{} s\"", trajectory.period_s),
-            (Some("offset"), Some(joint)) => format!("offset = \"{:.6} rad\"", joint.offset_rad),
-            (Some("sine"), Some(joint)) => {
-                format!("sine = {{ unit = \"rad/s\", values = [{}] }}", list(&joint.cosine_rate_rad_s))
-            }
-            (Some("cosine"), Some(of)) => {
-                joint += 1;
-                format!("cosine = {{ unit = \"rad/s\", values = [{}] }}", list(&of.sine_rate_rad_s))
-            }
-            _ => line.to_owned(),
-        };
-        out.push_str(&replaced);
-        out.push('\n');
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_short_search_already_beats_trajectory_b_within_its_limits() {
+    fn a_short_search_already_beats_trajectory_b_within_its_limits_and_its_records_are_as_good_as_promised() {
         let bench = Inertial::bp1a();
         let (design, b) = (design(&bench, &LimitsFile::default()), commanded(&bench.plant));
-        let (_, found) = search(&design, &b, 2, 60, 1).expect("within the limits");
+        let (motion, found) = search(&design, &b, 2, 60, 1).expect("within the limits");
         assert_eq!(design.violations(&found), [0.0; physics::experiment_design::LIMITS]);
+        let flown = verify::verify(&design, &motion, &found, 60, 1).expect("exciting");
+        let ratio = flown.report.geomean_rmse_over_crlb.expect("every record has an answer");
+        assert!((ratio - 1.0).abs() < 0.1, "{ratio}"); // 60 records spread it by 0.03
+        for (peak, limit) in flown.peaks.values().into_iter().zip(design.limits.values()) {
+            // the controllers follow the motion to a few mrad, and their torques carry what that needs
+            assert!(peak < 1.02 * limit, "{peak} of {limit}");
+        }
         let reference = design.assess_at(&b, 3000).expect("exciting").relative_rms();
         assert!(found.relative_rms() < 0.9 * reference, "{} {reference}", found.relative_rms());
     }
@@ -339,8 +304,11 @@ mod tests {
         let design = design(&bench, &LimitsFile { slosh: Some(slosh), ..LimitsFile::default() });
         let before = design.assess_at(&b, 6000).expect("exciting");
         assert!(before.peaks.slosh_stroke_m > 0.008, "trajectory B shakes it: {}", before.peaks.slosh_stroke_m);
-        let (_, found) = descend(&design, &b, 40).expect("within the limits");
+        let (motion, found) = descend(&design, &b, 40).expect("within the limits");
         assert_eq!(design.violations(&found), [0.0; physics::experiment_design::LIMITS]);
+        let finer = design.assess_at(&motion, 24_000).expect("exciting");
+        // between two samples a stroke of half a hertz moves by a tenth of a per cent
+        assert!(finer.peaks.slosh_stroke_m < 1.001 * slosh.stroke_max_m, "{}", finer.peaks.slosh_stroke_m);
     }
 
     #[test]

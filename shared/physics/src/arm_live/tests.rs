@@ -116,6 +116,53 @@ fn what_the_sheet_may_do_is_the_same_live_and_in_batch() {
 }
 
 #[test]
+fn where_the_prior_holds_the_fit_the_sheet_moves_it_only_as_far_as_the_estimator_itself_moves() {
+    let (truth, seconds) = (skewed(), 12);
+    let sheet = SensorSheet {
+        gyro_bias_rad_s: 5e-5,
+        gyro_scale: 1e-3,
+        joint_rate_scale: [1e-3; 2],
+        joint_zero_rad: [1e-3; 2],
+        latency_s: 0.0,
+    };
+    let samples = record(&truth, &benchmark_sigma(), seconds, 4, 1.0);
+    let mut told = settings(&truth, H_NMS);
+    // a fifth of what the record itself says of its weakest parameter
+    (told.momentum.prior_alpha, told.momentum.prior_relative_sd) = (truth, 1e-3);
+    let run = |spoil: &dyn Fn(&mut ArmSample)| {
+        let mut live = LiveEstimators::<8, 13>::new(&told).expect("h known");
+        for (k, sample) in samples.iter().enumerate() {
+            let mut sample = *sample;
+            spoil(&mut sample);
+            live.push(k as u64 * INTERVAL_NS, &sample).expect("finite");
+        }
+        live
+    };
+    let as_is = run(&|_| ());
+    let at = as_is.estimate().expect("excited").alpha;
+    let errors: [&dyn Fn(&mut ArmSample); 6] = [
+        &|s| s.motion.omega0_z_rad_s += 5e-5,
+        &|s| s.motion.omega0_z_rad_s *= 1.0 + 1e-3,
+        &|s| s.motion.joint_rate_rad_s[0] *= 1.0 + 1e-3,
+        &|s| s.motion.joint_rate_rad_s[1] *= 1.0 + 1e-3,
+        &|s| s.motion.joint_angle_rad[0] += 1e-3,
+        &|s| s.motion.joint_angle_rad[1] += 1e-3,
+    ];
+    let mut moved = Alpha::zeros();
+    for spoil in errors {
+        let change = run(spoil).estimate().expect("excited").alpha - at;
+        moved += change.component_mul(&change);
+    }
+    let said = as_is.consider(&sheet).expect("settled");
+    for i in 0..8 {
+        let ratio = libm::sqrt(said[(i, i)] / moved[i]);
+        println!("a{}: said over moved {ratio:.3}", i + 1);
+        // five samples at either end, and those before the estimate has settled, are left out
+        assert!((ratio - 1.0).abs() < 0.15, "a{}: {ratio}", i + 1);
+    }
+}
+
+#[test]
 fn an_arm_at_rest_starts_no_filter() {
     let still = record(&skewed(), &benchmark_sigma(), 1, 3, 0.0)[0];
     assert!(live(&std::vec![still; 3000], H_NMS).filter().is_none());

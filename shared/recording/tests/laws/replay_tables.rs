@@ -66,7 +66,7 @@ fn actuators_and_joints_carry_their_columns() {
     assert_eq!(joints.count, 2);
     assert_eq!(joints.angle_rad, [4002.0, 7002.0, 0.0, 0.0]);
     assert_eq!(joints.rate_rad_s, [5002.0, 8002.0, 0.0, 0.0]);
-    assert_eq!(joints.torque_nm, [6002.0, 0.0, 0.0, 0.0]);
+    assert_eq!((joints.torque_nm, joints.torque_valid), ([6002.0, 0.0, 0.0, 0.0], 0b0001));
     assert_eq!(actuators.force_b_n, [0.0, 1002.0, 0.0]);
     assert_eq!(actuators.torque_b_nm, [0.0, 0.0, 2002.0]);
     // Force and torque rise evenly and never pause: nothing is behind them.

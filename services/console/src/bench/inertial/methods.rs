@@ -1,6 +1,6 @@
 //! The methods of the benchmark by name: one line each in the list, one function each below.
 
-use super::{Answer, Inertial, Model, Record, commanded};
+use super::{Answer, Inertial, Model, Record, TORQUE_SCALE_SD, commanded};
 use crate::bench::campaign::Method;
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::{SMatrix, SVector};
@@ -76,6 +76,7 @@ pub(super) fn before_capture() -> Vec<Estimator<8, 9>> {
         ("ukf", ukf, Model::Torque, |at, record| unscented::<8, 9, 13>(at, record, false)),
         ("ukf-momentum", ukf, Model::Joint, |at, record| unscented::<8, 9, 13>(at, record, true)),
         ("ukf-flight", ukf, Model::Torque, flown::<8, 9, 13>),
+        ("ukf-flight-scale", ukf, Model::ScaledTorque, flown_scaled::<8, 9, 13>),
         ("ml-smoother-no-h", ukf, Model::Torque, |at, record| smoothed::<8, 9, 13>(at, record, false)),
         ("ml-smoother", ukf, Model::Joint, |at, record| smoothed::<8, 9, 13>(at, record, true)),
     ])
@@ -91,6 +92,7 @@ pub(super) fn after_capture() -> Vec<Estimator<9, 10>> {
         ("de-weak", &[], Model::Torque, weak),
         ("ukf", &[], Model::Torque, |at, record| unscented::<9, 10, 14>(at, record, false)),
         ("ukf-flight", &[], Model::Torque, flown::<9, 10, 14>),
+        ("ukf-flight-scale", &[], Model::ScaledTorque, flown_scaled::<9, 10, 14>),
         ("ml-smoother-no-h", &[], Model::Torque, |at, record| smoothed::<9, 10, 14>(at, record, false)),
         ("ml-smoother", &[], Model::Joint, |at, record| smoothed::<9, 10, 14>(at, record, true)),
     ])
@@ -232,18 +234,35 @@ fn unscented<const P: usize, const A: usize, const X: usize>(
 
 /// The filter as it flies beside the momentum's estimate, started by it.
 fn flown<const P: usize, const A: usize, const X: usize>(at: &Inertial<P, A>, record: &Record) -> Answer {
-    let interval_ns = (1e9 * at.interval_s()).round() as u64;
-    let settings = LiveSettings {
+    claimed(at, live::<P, X>(&record.samples, &live_settings(at)).ok_or(()))
+}
+
+/// The same with the momentum believed wrongly and torque sensors whose common scale is off by a sigma that is declared.
+fn flown_scaled<const P: usize, const A: usize, const X: usize>(at: &Inertial<P, A>, record: &Record) -> Answer {
+    let mut settings = LiveSettings { torque_scale_sd: TORQUE_SCALE_SD, ..live_settings(at) };
+    settings.momentum.h_nms *= 1.0 + record.unknown.momentum;
+    let mut samples = record.samples.clone();
+    let scaled = |torque_n_m: f64| torque_n_m * (1.0 + record.unknown.torque_scale);
+    samples.iter_mut().for_each(|sample| sample.torque_n_m = sample.torque_n_m.map(scaled));
+    claimed(at, live::<P, X>(&samples, &settings).ok_or(()))
+}
+
+fn live_settings<const P: usize, const A: usize>(at: &Inertial<P, A>) -> LiveSettings<P> {
+    LiveSettings {
         momentum: at.settings,
         torque_sigma_n_m: Some(at.torque_sigma_n_m()),
         torque_scale_sd: 0.0,
-        interval_ns,
-    };
-    let mut live = LiveEstimators::<P, X>::new(&settings).expect("the momentum of the benchmark is known");
-    for (k, sample) in record.samples.iter().enumerate() {
-        live.push(k as u64 * interval_ns, sample).expect("simulated samples are finite");
+        interval_ns: (1e9 * at.interval_s()).round() as u64,
     }
-    claimed(at, live.filter().map(|filter| filter.estimate()).ok_or(()))
+}
+
+/// From motion and torques, as it is published.
+fn live<const P: usize, const X: usize>(samples: &[ArmSample], settings: &LiveSettings<P>) -> Option<Estimate<P>> {
+    let mut live = LiveEstimators::<P, X>::new(settings).ok()?;
+    for (k, sample) in samples.iter().enumerate() {
+        live.push(k as u64 * settings.interval_ns, sample).ok()?;
+    }
+    live.torque()
 }
 
 fn smoothed<const P: usize, const A: usize, const X: usize>(

@@ -78,6 +78,7 @@ impl Chain {
             length_sd_m: LENGTH_SD_M,
             link_1_length_sd_m: LINK_1_LENGTH_SD_M,
             grasp_m: number(&self.after.plant, "grasp.position.x"),
+            grasp_sd_m: 0.0,
         }
     }
 
@@ -95,7 +96,7 @@ impl Chain {
         let v = Vector4::from_fn(|i, _| self.truth()[i] + STATED_SD[i] * stream.normal(100 + i as u64));
         let target = Target { mass_kg: v[0], grasp_to_com_m: [v[1], v[2]], inertia_com_kg_m2: v[3] };
         let covariance = Matrix4::from_diagonal(&Vector4::from(STATED_SD).map(|sd| sd * sd));
-        TargetEstimate { target, covariance, chi_square: 0.0 }
+        TargetEstimate { target, covariance, chi_square: 0.0, degrees: 0 }
     }
 
     fn answer(&self, found: &TargetEstimate) -> Answer {

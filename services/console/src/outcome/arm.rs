@@ -1,0 +1,109 @@
+//! What the arm's experiments say beside the momentum's parameters: the same parameters from motion and torques, and the target's own numbers.
+
+use crate::{paper, truth};
+use recording::RecordedRun;
+use runtime::RunConfig;
+use serde_json::{Value, json};
+use telemetry::{Domain, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Phase, TargetEstimate};
+
+/// Of mass, centre of mass and inertia.
+const TARGET: [(&str, &str); 4] = [("m_t", "kg"), ("x_t", "m"), ("y_t", "m"), ("I_t", "kg m^2")];
+
+/// One number; without a value the `remark` says why.
+pub struct ArmRow {
+    /// The phase, or whose word it is.
+    pub of: &'static str,
+    pub name: &'static str,
+    pub unit: &'static str,
+    pub truth: Option<f64>,
+    pub value: Option<f64>,
+    pub sigma: Option<f64>,
+    pub paper_error_percent: Option<f64>,
+    pub remark: &'static str,
+}
+
+impl ArmRow {
+    #[must_use]
+    pub fn error_percent(&self) -> Option<f64> {
+        let (truth, value) = (self.truth?, self.value?);
+        Some(100.0 * ((value - truth) / truth).abs())
+    }
+
+    fn json(&self, key: &str) -> Value {
+        json!({
+            key: self.of, "name": self.name, "unit": self.unit, "truth": self.truth, "value": self.value, "sigma": self.sigma,
+            "error_percent": self.error_percent(), "paper_error_percent": self.paper_error_percent, "remark": self.remark,
+        })
+    }
+}
+
+/// Of a whole run.
+#[derive(Default)]
+pub struct ArmResults {
+    /// The arm's parameters from motion and torques.
+    pub torques: Vec<ArmRow>,
+    /// The target as it states itself, as it was identified, or as both together say.
+    pub target: Vec<ArmRow>,
+}
+
+impl ArmResults {
+    #[must_use]
+    pub fn read(run: &RunConfig, recorded: &RecordedRun) -> Self {
+        let of_phase = |phase: Phase| {
+            let all = recorded.of(ESTIMATE_INERTIAL_TORQUE).map(|(_, estimate)| estimate);
+            let last = all.filter(|found| found.closing == 1 && found.phase == phase.code()).last();
+            last.map_or_else(Vec::new, |found| torque_rows(run, phase, found))
+        };
+        let torques = Phase::ALL.iter().flat_map(|&phase| of_phase(phase)).collect();
+        let truth = truth::target(run);
+        let target = recorded.of(ESTIMATE_TARGET).flat_map(|(_, found)| target_rows(truth, found)).collect();
+        Self { torques, target }
+    }
+
+    /// As `estimates` of the object that `--json` prints.
+    #[must_use]
+    pub fn json(&self) -> [(&'static str, Value); 2] {
+        let list = |rows: &[ArmRow], key| Value::Array(rows.iter().map(|row| row.json(key)).collect());
+        [("inertial_torque", list(&self.torques, "phase")), ("target", list(&self.target, "origin"))]
+    }
+}
+
+fn torque_rows(run: &RunConfig, phase: Phase, found: &Estimate) -> Vec<ArmRow> {
+    let truth = truth::parameters(run, Domain::Inertial, phase);
+    let valid = found.status == 0;
+    let remark = if valid { "" } else { telemetry::status_text(Domain::Inertial, found.status) };
+    // of what was not found one row says why
+    let count = if valid { usize::from(found.count) } else { 1 };
+    let row = |i: usize| ArmRow {
+        of: phase.text(),
+        name: telemetry::parameters(Domain::Inertial)[i].name,
+        unit: telemetry::parameters(Domain::Inertial)[i].unit,
+        truth: truth.get(i).copied(),
+        value: valid.then(|| found.values[i]),
+        sigma: valid.then(|| found.covariance[i][i].sqrt()),
+        paper_error_percent: paper::torque_error_percent(phase, i),
+        remark,
+    };
+    (0..count.min(telemetry::parameters(Domain::Inertial).len())).map(row).collect()
+}
+
+fn target_rows(truth: Option<[f64; 4]>, found: &TargetEstimate) -> Vec<ArmRow> {
+    let of = match found.origin {
+        0 => "stated",
+        1 => "identified",
+        _ => "fused",
+    };
+    let has_values = found.status != telemetry::TARGET_NOT_SOLVED;
+    let row = |(i, &(name, unit)): (usize, &(&'static str, &'static str))| ArmRow {
+        of,
+        name,
+        unit,
+        // what is stated is stated in the target's own frame; mass and inertia are the same in every frame
+        truth: truth.filter(|_| found.origin > 0 || i == 0 || i == 3).map(|truth| truth[i]),
+        value: has_values.then(|| found.values[i]),
+        sigma: has_values.then(|| found.covariance[i][i].sqrt()),
+        paper_error_percent: None,
+        remark: telemetry::target_status_text(found.status),
+    };
+    TARGET.iter().enumerate().map(row).take(if has_values { 4 } else { 1 }).collect()
+}

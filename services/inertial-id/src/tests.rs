@@ -1,0 +1,104 @@
+//! Laws of the partition: what a row must say, and what it may leave out.
+
+use super::*;
+use physics::free_floating::PlanarArm;
+use physics::momentum::predict_base_rate;
+
+const INTERVAL_S: f64 = 0.01;
+const H_NMS: f64 = 68.0;
+const ARM: PlanarArm = PlanarArm {
+    mass_kg: [400.0, 12.1, 11.7],
+    inertia_com_kg_m2: [66.67, 17.27, 14.10],
+    base_to_joint_m: [0.99, 0.99],
+    joint_to_com_m: [1.9, 1.73],
+    com_to_next_m: 0.168,
+};
+
+fn partition(h_cm_nms: f64) -> InertialId {
+    let truth = ARM.minimal_parameters();
+    let known = ArmKnown {
+        h_cm_nms,
+        h_cm_sigma_nms: 0.0,
+        prior: truth.iter().map(|value| 0.55 * value).collect(),
+        gyro_arw_deg_sqrt_h: 0.09,
+        joint_rate_sigma_rad_s: 1e-4,
+        joint_angle_sigma_rad: 1.25e-5,
+        joint_torque_sigma_nm: Some(50.0),
+        joint_torque_scale_sigma: 0.0,
+        prior_relative_sd: None,
+        sheet: Default::default(),
+        chaser: None,
+        target: None,
+    };
+    InertialId { state: State::default(), free_floating: Some(known), mated: None, replays: false }
+}
+
+/// Two joints that swing at six frequencies, the base as momentum demands.
+fn rows(seconds: f64) -> Vec<(Imu, Joints)> {
+    let truth = ARM.minimal_parameters();
+    let row = |k: usize| {
+        let t_s = k as f64 * INTERVAL_S;
+        let swing = |w: [f64; 3]| {
+            let angle: f64 = w.iter().map(|w| 0.5 * (w * t_s).sin()).sum();
+            let rate: f64 = w.iter().map(|w| 0.5 * w * (w * t_s).cos()).sum();
+            (angle, rate)
+        };
+        let ((a1, d1), (a2, d2)) = (swing([0.21, 0.43, 0.71]), swing([0.31, 0.57, 0.89]));
+        let w0 = predict_base_rate(&truth, H_NMS, [a1, a2], [d1, d2]).expect("true parameters");
+        let t_ns = (t_s * 1e9).round() as u64;
+        let (mut imu, mut joints) = (Imu::zeroed_at(t_ns), Joints::zeroed_at(t_ns));
+        (imu.interval_s, imu.valid, imu.omega_bi_b_rad_s[2]) = (INTERVAL_S, 0b100, w0);
+        (joints.count, joints.torque_valid) = (2, 0b11);
+        (joints.angle_rad, joints.rate_rad_s) = ([a1, a2, 0.0, 0.0], [d1, d2, 0.0, 0.0]);
+        (imu, joints)
+    };
+    (0..(seconds / INTERVAL_S) as usize).map(row).collect()
+}
+
+fn fed(rows: &[(Imu, Joints)]) -> LiveEstimators<8, 13> {
+    let mut partition = partition(H_NMS);
+    rows.iter().for_each(|(imu, joints)| partition.take_row(imu, joints));
+    partition.take_first();
+    match partition.state.estimators {
+        Some(Estimators::FreeFloating(live)) => live,
+        _ => panic!("momentum and prior are stated"),
+    }
+}
+
+#[test]
+fn the_interval_is_that_of_most_rows_and_not_of_the_first() {
+    let mut rows = rows(5.0);
+    let even = fed(&rows);
+    for odd in [0.0, 0.5, f64::NAN] {
+        rows[0].0.interval_s = odd;
+        assert!(fed(&rows) == even, "{odd}");
+    }
+}
+
+#[test]
+fn a_record_shorter_than_the_rows_that_wait_is_taken_at_its_end() {
+    let mut partition = partition(H_NMS);
+    rows(0.05).iter().for_each(|(imu, joints)| partition.take_row(imu, joints));
+    assert_eq!(partition.state.rows, 0);
+    partition.take_first();
+    assert_eq!(partition.state.rows, 5);
+}
+
+#[test]
+fn torques_that_are_not_measured_are_not_taken_for_zero() {
+    let mut rows = rows(40.0);
+    assert!(fed(&rows).torque().is_some());
+    for valid in [0b00, 0b01, 0b10] {
+        rows.iter_mut().for_each(|(_, joints)| joints.torque_valid = valid);
+        let live = fed(&rows);
+        assert!(live.torque().is_none(), "{valid:b}");
+        assert!(live.estimate().is_ok());
+    }
+}
+
+#[test]
+fn without_a_momentum_nothing_is_estimated() {
+    let mut partition = partition(0.0);
+    rows(1.0).iter().for_each(|(imu, joints)| partition.take_row(imu, joints));
+    assert!(partition.state.estimators.is_none());
+}
