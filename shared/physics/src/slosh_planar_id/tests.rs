@@ -3,7 +3,7 @@
 use super::*;
 use crate::seeded_noise::SeededNoise;
 use crate::slosh_planar::Wrench;
-use crate::slosh_planar_fit::{PlanarNoise, bound, whiteness};
+use crate::slosh_planar_fit::{PlanarNoise, PlanarPrior, bound, whiteness};
 use crate::slosh_planar_scan::PlanarSample;
 use nalgebra::vector;
 use std::vec::Vec;
@@ -33,7 +33,7 @@ fn wrench(t: f64) -> Wrench {
 }
 
 fn samples(truth: &SVector<f64, SPRINGS>, seconds: u32, seed: Option<u64>) -> Vec<PlanarSample> {
-    let PlanarCraft { hub, masses, mut start } = springs(HUB, truth).expect("exists");
+    let PlanarCraft { hub, masses, mut start, .. } = springs(HUB, truth).expect("exists");
     let mut noise = SeededNoise::new(seed.unwrap_or(0));
     let scale = if seed.is_some() { 1.0 } else { 0.0 };
     (0..seconds)
@@ -48,6 +48,7 @@ fn samples(truth: &SVector<f64, SPRINGS>, seconds: u32, seed: Option<u64>) -> Ve
                     noisy(seen[1], NOISE.acceleration_m_s2) - 2e-5
                 ],
                 rate_rad_s: noisy(seen[2], NOISE.rate_rad_s) + 3e-6,
+                ..PlanarSample::default()
             }
         })
         .collect()
@@ -58,7 +59,7 @@ fn bound_of_the_planar_experiment_is_that_of_an_independent_study() {
     let truth = SVector::from(TRUTH);
     let samples = samples(&truth, 1800, None);
     let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
-    let covariance = bound(&record, &|theta| springs(HUB, theta), &truth, &truth.abs()).expect("seen");
+    let covariance = bound(&record, &|theta| springs(HUB, theta), (&truth, &truth.abs()), &PlanarPrior::none()).expect("seen");
     for (i, printed) in [0.57, 0.55, 0.55, 1.43, 1.23, 0.45, 0.65].into_iter().enumerate() {
         let percent = 100.0 * covariance[(i, i)].sqrt() / truth[i].abs();
         assert!((percent / printed - 1.0).abs() < 0.03, "{i}: {percent} {printed}"); // edges of the bursts, digits
@@ -71,7 +72,7 @@ fn all_seven_numbers_are_found_from_the_scan_alone() {
     for seed in 1..3 {
         let samples = samples(&truth, 1800, Some(seed));
         let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
-        let answer = identify_springs(&record, HUB, &SEARCH).expect("a minimum");
+        let answer = identify_springs(&record, HUB, PlanarThrust::default(), &SEARCH).expect("a minimum");
         assert!(answer.is_explained, "{answer:?}");
         let z = (answer.estimate.theta - truth).component_div(&answer.estimate.sigmas());
         assert!(z.amax() < 4.0, "{z}"); // 7 unit normal numbers
