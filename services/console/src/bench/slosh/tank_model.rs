@@ -66,6 +66,10 @@ impl TankModelChoice {
         [tank.mass_kg.value, second, third, x.value, y.value].into()
     }
 
+    fn names(&self) -> [&'static str; ONE_AXIS] {
+        if self.truth == SuspensionKind::Spring { SPRING } else { PENDULUM }
+    }
+
     pub fn record(&self, seed: u64, record: usize) -> Vec<PlanarSample> {
         samples(&self.plant, seed, record, [0.0; 3])
     }
@@ -103,7 +107,7 @@ impl Benchmark for TankModelChoice {
         scale[4] = 0.3;
         let craft = |theta: &SVector<f64, ONE_AXIS>| self.truth.craft(self.hub, theta);
         let bound = bound(&self.told(&samples), &craft, (&truth, &scale), &PlanarPrior::none())?.diagonal().map(f64::sqrt);
-        let names = if self.truth == SuspensionKind::Spring { SPRING } else { PENDULUM };
+        let names = self.names();
         // The last one is zero: there is no relative error of it.
         Some((0..ONE_AXIS - 1).map(|i| Parameter { name: names[i], truth: truth[i], bound: bound[i] }).collect())
     }
@@ -148,11 +152,14 @@ impl Benchmark for TankModelChoice {
             format!("{low:.1} to {high:.1}")
         };
         let other = self.truth.other();
+        let second = |v: &SuspensionVerdict| (v.estimate(self.truth).estimate.theta[1] / self.numbers()[1] - 1.0).abs();
         remarks.push(format!(
-            "First {} records: z of the right model {}, of the wrong one {}; BIC wrong - right {};\nstiffness per level k(a) = k0 + k1 a: k0/sigma {}, k1/sigma {}.",
+            "First {} records: z of the right model {}, of the wrong one {}; {} within {:.3} %; BIC wrong - right {};\nstiffness per level k(a) = k0 + k1 a: k0/sigma {}, k1/sigma {}.",
             verdicts.len(),
             of(&|v| v.estimate(self.truth).estimate.z_score()),
             of(&|v| v.estimate(other).estimate.z_score()),
+            self.names()[1],
+            100.0 * verdicts.iter().map(second).fold(0.0, f64::max),
             of(&|v| v.bic(other) - v.bic(self.truth)),
             of(&|v| v.regression.offset_sigmas()),
             of(&|v| v.regression.slope_sigmas()),
