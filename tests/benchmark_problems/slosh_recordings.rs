@@ -12,9 +12,7 @@ use physics::slosh_estimator::{SloshEstimator, SloshSettings};
 use physics::slosh_likelihood::SloshUnknowns;
 use physics::slosh_planar::{PlanarHub, Wrench};
 use physics::slosh_planar_fit::{PlanarNoise, PlanarRecord, whiteness};
-use physics::slosh_planar_id::{
-    ONE_AXIS, PlanarAnswer, PlanarSearch, STARTS_MAX, identify_one_axis, lateral_spring,
-};
+use physics::slosh_planar_id::{ONE_AXIS, PlanarAnswer, PlanarSearch, STARTS_MAX, identify_one_axis, lateral_spring};
 use physics::slosh_planar_scan::{PlanarSample, scan_modes};
 use physics::slosh_planar_second::identify_second;
 use physics::slosh_suspension::{SuspensionKind, SuspensionVerdict, decide};

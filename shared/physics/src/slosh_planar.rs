@@ -52,10 +52,7 @@ impl Wrench {
     /// This and `share` of another.
     #[must_use]
     pub fn plus(&self, other: &Self, share: f64) -> Self {
-        Self {
-            force_n: self.force_n + other.force_n * share,
-            torque_n_m: self.torque_n_m + other.torque_n_m * share,
-        }
+        Self { force_n: self.force_n + other.force_n * share, torque_n_m: self.torque_n_m + other.torque_n_m * share }
     }
 }
 

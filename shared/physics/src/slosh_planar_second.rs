@@ -17,7 +17,9 @@ use libm::{exp, log, sqrt};
 use nalgebra::{SMatrix, SVector, Vector2};
 
 use crate::slosh_planar::{PlanarHub, PlanarSlosh, Suspension};
-use crate::slosh_planar_fit::{PlanarCraft, PlanarError, PlanarEstimate, PlanarPrior, PlanarRecord, chi_square, fit, fit_with};
+use crate::slosh_planar_fit::{
+    PlanarCraft, PlanarError, PlanarEstimate, PlanarPrior, PlanarRecord, chi_square, fit, fit_with,
+};
 use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place, lateral_spring};
 
 /// Numbers of two slosh masses: `[ms, k, c, bx, by]` of each.
@@ -230,7 +232,11 @@ impl<'a> Search<'a> {
     }
 
     /// The points that count, at every damping ratio, and the best of them.
-    fn mixed(&self, search: &PlanarSearch, grid: &[[Option<Walked>; POINTS_MAX]; 2]) -> Option<(Mixture, (Point, Fit))> {
+    fn mixed(
+        &self,
+        search: &PlanarSearch,
+        grid: &[[Option<Walked>; POINTS_MAX]; 2],
+    ) -> Option<(Mixture, (Point, Fit))> {
         let mut best: Option<(Point, Fit)> = None;
         let lowest = grid.iter().flatten().flatten().map(|(chi_square, _)| *chi_square).fold(f64::INFINITY, f64::min);
         let mut mixture: Option<Mixture> = None;
@@ -369,3 +375,6 @@ pub fn identify_second(
     let is_sharp = mixed.frequency_sigma_hz < walk.line_hz;
     Ok(walk.joint(&point, &best).filter(|_| is_sharp).unwrap_or(mixed))
 }
+
+#[cfg(test)]
+mod tests;

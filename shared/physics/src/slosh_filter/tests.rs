@@ -34,12 +34,9 @@ fn prior() -> SloshPrior {
 #[test]
 fn the_step_in_closed_form_is_that_of_the_matrix_exponential() {
     // Light and heavy damping, critical damping, a spring that hardly is one.
-    for (k, c) in [
-        (0.16, 0.03),
-        (0.16, 9.0),
-        (1e-7, 0.01),
-        (0.16, 2.0 * libm::sqrt(0.16 * TANK.reduced_mass_kg(BASE_MASS_KG))),
-    ] {
+    for (k, c) in
+        [(0.16, 0.03), (0.16, 9.0), (1e-7, 0.01), (0.16, 2.0 * libm::sqrt(0.16 * TANK.reduced_mass_kg(BASE_MASS_KG)))]
+    {
         let tank = SloshParameters { stiffness_n_m: k, damping_n_s_m: c, ..TANK };
         let start = SloshState { displacement_m: 0.4, velocity_m_s: -0.03 };
         let mut exact = SloshPropagator::new(tank, BASE_MASS_KG, start);
@@ -63,8 +60,8 @@ fn one_pass_from_half_the_truth_is_honest_and_so_are_two() {
         for (sum, pass) in sums.iter_mut().zip(passes) {
             let p = pass.parameters;
             let error = vector![p.slosh_mass_kg - 28.7, p.stiffness_n_m - 0.16, p.damping_n_s_m - 0.03];
-            *sum += estimation::consistency::nees(&error, &pass.covariance).expect("positive")
-                / f64::from(seeds as u32);
+            *sum +=
+                estimation::consistency::nees(&error, &pass.covariance).expect("positive") / f64::from(seeds as u32);
         }
     }
     // 40 values of χ²(3): their mean spreads by √(6/40) = 0.39.

@@ -10,8 +10,7 @@ fn sensitivities_of_every_unknown_equal_central_differences() {
     let mut arc = SloshArc::<64>::default();
     for k in 0..300 {
         let force_n = if k % 90 < 40 { 44.0 } else { -20.0 };
-        arc.push(&SloshSample { interval_s: 1.0, force_n, acceleration_m_s2: 0.0, sigma_m_s2: 1.0 })
-            .expect("finite");
+        arc.push(&SloshSample { interval_s: 1.0, force_n, acceleration_m_s2: 0.0, sigma_m_s2: 1.0 }).expect("finite");
     }
     let at = SloshHypothesis {
         parameters: TANK,

@@ -59,7 +59,8 @@ fn bound_of_the_planar_experiment_is_that_of_an_independent_study() {
     let truth = SVector::from(TRUTH);
     let samples = samples(&truth, 1800, None);
     let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
-    let covariance = bound(&record, &|theta| springs(HUB, theta), (&truth, &truth.abs()), &PlanarPrior::none()).expect("seen");
+    let covariance =
+        bound(&record, &|theta| springs(HUB, theta), (&truth, &truth.abs()), &PlanarPrior::none()).expect("seen");
     for (i, printed) in [0.57, 0.55, 0.55, 1.43, 1.23, 0.45, 0.65].into_iter().enumerate() {
         let percent = 100.0 * covariance[(i, i)].sqrt() / truth[i].abs();
         assert!((percent / printed - 1.0).abs() < 0.03, "{i}: {percent} {printed}"); // edges of the bursts, digits

@@ -118,7 +118,8 @@ impl Planar {
 
     /// What the bursts of a record tell of the thrusters.
     pub fn calibrations(&self, seed: u64, record: usize) -> Option<[ThrustCalibration; 2]> {
-        let along = |axis| calibrate_thrust(&self.calibration_burst(seed, record, axis), self.hub.mass_kg, Some(0.0)).ok();
+        let along =
+            |axis| calibrate_thrust(&self.calibration_burst(seed, record, axis), self.hub.mass_kg, Some(0.0)).ok();
         Some([along(0)?, along(1)?])
     }
 

@@ -106,7 +106,8 @@ impl Benchmark for TankModelChoice {
         let mut scale = truth.abs();
         scale[4] = 0.3;
         let craft = |theta: &SVector<f64, ONE_AXIS>| self.truth.craft(self.hub, theta);
-        let bound = bound(&self.told(&samples), &craft, (&truth, &scale), &PlanarPrior::none())?.diagonal().map(f64::sqrt);
+        let bound =
+            bound(&self.told(&samples), &craft, (&truth, &scale), &PlanarPrior::none())?.diagonal().map(f64::sqrt);
         let names = self.names();
         // The last one is zero: there is no relative error of it.
         Some((0..ONE_AXIS - 1).map(|i| Parameter { name: names[i], truth: truth[i], bound: bound[i] }).collect())
