@@ -2,9 +2,11 @@
 
 use super::*;
 use crate::seeded_noise::SeededNoise;
+use crate::slosh_calibration::ThrustCalibration;
 use crate::slosh_planar::Wrench;
 use crate::slosh_planar_fit::{PlanarNoise, PlanarPrior, bound, whiteness};
 use crate::slosh_planar_scan::PlanarSample;
+use crate::slosh_planar_thrust::{SPRINGS_AND_THRUST, identify_springs_and_thrust};
 use nalgebra::vector;
 use std::vec::Vec;
 
@@ -80,4 +82,43 @@ fn all_seven_numbers_are_found_from_the_scan_alone() {
         let white = whiteness(&record, &|theta| springs(HUB, theta), &answer.estimate).expect("exists");
         assert!(white.iter().all(|white| white.worst_z_score() < 5.0), "{white:?}");
     }
+}
+
+/// What a burst says of a thruster whose scale is 1 + `error`, good to `sigma`.
+fn calibration(error: f64, sigma: f64) -> ThrustCalibration {
+    ThrustCalibration {
+        scale_error: error,
+        delay_s: 0.0,
+        scale_sigma: sigma,
+        delay_sigma_s: 1e-4,
+        scale_delay_covariance_s: 0.3 * sigma * 1e-4,
+        chi_square: 0.0,
+        degrees_of_freedom: 0.0,
+    }
+}
+
+#[test]
+fn what_a_calibration_leaves_of_the_thrusts_scale_is_part_of_every_sigma() {
+    let truth = SVector::from(TRUTH);
+    let mut samples = samples(&truth, 1800, Some(1));
+    for sample in &mut samples {
+        sample.wrench.force_n.component_mul_assign(&vector![1.0 / 1.01, 1.0 / 0.994]); // what was commanded
+    }
+    let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
+    // Both wrong by one of their own sigmas.
+    let identified = |sigma: f64| {
+        let both = [calibration(0.01 + sigma, sigma), calibration(-0.006 - sigma, sigma)];
+        identify_springs_and_thrust(&record, HUB, &SEARCH, &both).expect("a minimum")
+    };
+    let (good, poor) = (identified(4e-4), identified(1e-2));
+    for found in [&good, &poor] {
+        assert!(found.is_explained, "{found:?}");
+        let error = found.estimate.theta.fixed_rows::<SPRINGS>(0) - truth;
+        let z = error.component_div(&found.estimate.sigmas().fixed_rows::<SPRINGS>(0));
+        assert!(z.amax() < 4.0, "{z}"); // 7 unit normal numbers
+    }
+    // Known thrusters: 0.57 %. A scale good to 0.04 % costs less than a tenth of that, one good to 1 % more than all of it.
+    let percent = |found: &PlanarAnswer<SPRINGS_AND_THRUST>| 100.0 * found.estimate.sigmas()[0] / truth[0];
+    assert!(percent(&good) > 0.5 && percent(&good) < 0.62, "{}", percent(&good));
+    assert!(percent(&poor) > 2.0 * percent(&good), "{} {}", percent(&poor), percent(&good));
 }
