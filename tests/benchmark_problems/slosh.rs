@@ -108,11 +108,14 @@ fn a_thrust_scale_error_hides_in_the_sine_and_shows_in_burst_and_coast() {
         let [hidden_off, seen_off] = [&hidden, &seen].map(|estimate| off(estimate.hypothesis.parameters.slosh_mass_kg));
         let worst = |estimate: &physics::slosh_estimator::SloshEstimate| estimate.whiteness.worst_z_score();
         demand(&[
-            // The independent study: −10.4 % with z of 0.5 and 0.3; −0.6 % with z of 6 and, on 10 s means, 50.
+            // The independent study: −10.4 % with z of 0.5 and 0.3.
             Claim::within("sine: error of m_s", hidden_off, -0.13, -0.08),
             Claim::at_most("sine: worst z of block means", Some(worst(&hidden)), 5.0),
-            // Misled as well, by less than half as much.
-            Claim::at_most("burst: error of m_s over the sine's", Some((seen_off / hidden_off).abs()), 0.5),
+            // Without noise −2.2 % of m_s, −1.8 % of k_s and −9.1 % of c_s: what does not fit goes into the start of the slosh
+            // (1.1 m). Four sigma of 0.4 % about it. Three cycles over 1000 s move by −0.36, −0.22 and −2.0 % (the study's
+            // −0.6, −0.5 and −2.8 % hold its noise draw of −0.3, −0.3 and −0.9 %). No degeneracy: with the scale free
+            // the bound of m_s stays 0.40 %.
+            Claim::within("burst: error of m_s", seen_off, -0.038, -0.006),
             Claim::within("burst: worst z of block means", worst(&seen), 20.0, f64::INFINITY),
         ]);
     }

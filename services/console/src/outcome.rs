@@ -42,6 +42,8 @@ pub struct ParameterRow {
     pub reason: String,
     /// Modal: the channel on which the mode shows most, numbered from 1.
     pub dominant_channel: Option<u32>,
+    /// Slosh with a prior: what the record did to the number.
+    pub standing: Option<&'static str>,
 }
 
 impl ParameterRow {
@@ -226,10 +228,23 @@ fn parameter_rows(
             dominant_channel: found
                 .filter(|_| domain == Domain::Modal)
                 .map(|estimate| estimate.auxiliary[i / 2] as u32),
+            standing: found.filter(|_| domain == Domain::Slosh).and_then(|estimate| standing(estimate, i)),
         }
     };
     let expected = if truth.is_empty() { found.max(usize::from(found == 0)) } else { truth.len().max(found) };
     (0..expected.min(names.len())).map(row).collect()
+}
+
+/// What `slosh-id` says of number i; nothing without a prior.
+fn standing(estimate: &Estimate, i: usize) -> Option<&'static str> {
+    /// Places of the standings in `Estimate::auxiliary`.
+    const STANDINGS: usize = 4;
+    match *estimate.auxiliary.get(STANDINGS + i)? as u32 {
+        1 => Some("identified"),
+        2 => Some("prior kept"),
+        3 => Some("not excited"),
+        _ => None,
+    }
 }
 
 /// The supervisor's words, and the estimator's when it has no estimate.
@@ -258,6 +273,9 @@ fn parameter_json(row: &ParameterRow) -> Value {
     });
     if let Some(channel) = row.dominant_channel {
         object["dominant_channel"] = json!(channel);
+    }
+    if let Some(standing) = row.standing {
+        object["standing"] = json!(standing);
     }
     object
 }

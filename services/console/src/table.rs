@@ -35,9 +35,10 @@ fn parameters(outcome: &Outcome, text: &mut String) {
         "domain", "phase", "name", "unit", "truth", "estimate +- sigma", "error %", "paper %"
     );
     for row in &outcome.parameters {
+        let standing = row.standing.map_or(String::new(), |standing| format!("  {standing}"));
         let _ = writeln!(
             text,
-            "{:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}",
+            "{:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}{standing}",
             row.domain,
             row.phase,
             row.name,

@@ -36,6 +36,8 @@
 //! | `slosh_plan` | bound and stroke of an experiment before it is flown |
 //! | `slosh_planar` | propellant in the plane: springs, rail or pendulum on a free hub |
 //! | `slosh_planar_scan`, `slosh_planar_id`, `slosh_planar_fit` | modes from the gyro, global search, maximum likelihood |
+//! | `slosh_planar_second` | a second slosh mass: posterior over its frequency, damping and axis |
+//! | `slosh_planar_thrust` | the planar tank and its calibrated thrusters, jointly |
 //! | `slosh_suspension` | spring or pendulum, from levels of thrust |
 //! | `slosh_srivc` | refined instrumental variables: the literature's estimator with the right prefilter |
 //! | `appendage` | modes of a flexible appendage on a free hub, bound and held-out check of a free decay |
@@ -81,6 +83,8 @@ pub mod slosh_planar;
 pub mod slosh_planar_fit;
 pub mod slosh_planar_id;
 pub mod slosh_planar_scan;
+pub mod slosh_planar_second;
+pub mod slosh_planar_thrust;
 pub mod slosh_prior;
 pub mod slosh_scan;
 pub mod slosh_srivc;

@@ -13,7 +13,7 @@
 //! its error (ω dt)⁵/120 per step is hidden by any noise. Units: SI.
 
 use libm::{cos, sin};
-use nalgebra::{Matrix3, Vector2, Vector3};
+use nalgebra::{Vector2, Vector3};
 
 /// What is known of the craft without its propellant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +48,14 @@ pub struct Wrench {
     pub torque_n_m: f64,
 }
 
+impl Wrench {
+    /// This and `share` of another.
+    #[must_use]
+    pub fn plus(&self, other: &Self, share: f64) -> Self {
+        Self { force_n: self.force_n + other.force_n * share, torque_n_m: self.torque_n_m + other.torque_n_m * share }
+    }
+}
+
 /// Of hub and M slosh masses: rate, coordinates (the second of a mass on one axis is not used) and their rates. Of a
 /// pendulum the coordinate is its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,7 +81,8 @@ fn turned(v: &Vector2<f64>) -> Vector2<f64> {
     Vector2::new(-v[1], v[0])
 }
 
-/// Place, prescribed part of the acceleration, own force and direction of one mass.
+/// Place, own force and direction of one mass.
+#[derive(Clone, Copy)]
 struct Hanging {
     place_m: Vector2<f64>,
     /// What the hub's turning adds to `a + ω̇ w`.
@@ -87,6 +96,16 @@ struct Hanging {
 }
 
 impl Hanging {
+    const NOTHING: Self = Self {
+        place_m: Vector2::new(0.0, 0.0),
+        carried_m_s2: Vector2::new(0.0, 0.0),
+        force_n: Vector2::new(0.0, 0.0),
+        direction: Vector2::new(0.0, 0.0),
+        reach_m: 1.0,
+        is_free: true,
+    };
+
+    #[inline]
     fn new(suspension: &Suspension, omega: f64, at: &Vector2<f64>, speed: &Vector2<f64>) -> Self {
         let carried = |q: &Vector2<f64>, q_dot: &Vector2<f64>| turned(q_dot) * (2.0 * omega) - q * (omega * omega);
         match *suspension {
@@ -103,7 +122,7 @@ impl Hanging {
                 Self { place_m, carried_m_s2, force_n, direction, reach_m: 1.0, is_free: false }
             }
             Suspension::Pendulum { pivot_m, length_m, damping_n_s_m } => {
-                let (sine, cosine) = (sin(at[0]), cos(at[0]));
+                let (sine, cosine) = sine_cosine(at[0]);
                 let (radial, direction) = (Vector2::new(-cosine, sine), Vector2::new(sine, cosine));
                 let (place_m, speed_m_s) = (pivot_m + radial * length_m, length_m * speed[0]);
                 let centripetal = radial * (-length_m * speed[0] * speed[0]);
@@ -118,32 +137,82 @@ impl Hanging {
             }
         }
     }
+}
 
-    /// `P v`.
-    fn prescribed(&self, v: &Vector2<f64>) -> Vector2<f64> {
-        if self.is_free { Vector2::zeros() } else { v - self.direction * self.direction.dot(v) }
+/// Hub and what the suspensions carry along: `(diag(m0, m0, I0) + Σ m g g') [a, ω̇] = right`.
+struct Equations {
+    /// Lower triangle, by rows.
+    matrix: [f64; 6],
+    right: Vector3<f64>,
+}
+
+impl Equations {
+    fn new(hub: &PlanarHub, wrench: &Wrench) -> Self {
+        let (m0, force_n) = (hub.mass_kg, wrench.force_n);
+        Self {
+            matrix: [m0, 0.0, m0, 0.0, 0.0, hub.inertia_com_kg_m2],
+            right: Vector3::new(force_n[0], force_n[1], wrench.torque_n_m),
+        }
     }
+
+    /// `P = n n'`, n across the direction: `g = [n, n·w]`.
+    #[inline]
+    fn add(&mut self, mass_kg: f64, hung: &Hanging) {
+        let (w, force_n) = (turned(&hung.place_m), hung.force_n);
+        self.right -= Vector3::new(force_n[0], force_n[1], w.dot(&force_n));
+        if hung.is_free {
+            return;
+        }
+        let n = turned(&hung.direction);
+        let g = Vector3::new(n[0], n[1], n.dot(&w));
+        let mg = g * mass_kg;
+        self.right -= mg * n.dot(&hung.carried_m_s2);
+        let own = [mg[0] * g[0], mg[1] * g[0], mg[1] * g[1], mg[2] * g[0], mg[2] * g[1], mg[2] * g[2]];
+        for (entry, own) in self.matrix.iter_mut().zip(own) {
+            *entry += own;
+        }
+    }
+
+    /// By `L D L'`; `None` where a pivot is not positive.
+    #[inline]
+    fn solve(&self) -> Option<Vector3<f64>> {
+        let [a, b, c, d, e, f] = self.matrix;
+        let r = self.right;
+        let (l1, l2) = (b / a, d / a);
+        let pivot = c - l1 * b;
+        let below = e - l2 * b;
+        let l3 = below / pivot;
+        let last = f - l2 * d - l3 * below;
+        if !(a > 0.0 && pivot > 0.0 && last > 0.0) {
+            return None;
+        }
+        let (y1, y0) = (r[1] - l1 * r[0], r[0]);
+        let x2 = (r[2] - l2 * y0 - l3 * y1) / last;
+        let x1 = y1 / pivot - l3 * x2;
+        Some(Vector3::new(y0 / a - l1 * x1 - l2 * x2, x1, x2))
+    }
+}
+
+/// Of the small angles of one step without a library's detour: the series to x⁷ is exact to 2e-18.
+fn sine_cosine(angle: f64) -> (f64, f64) {
+    if angle.abs() > 0.02 {
+        return (sin(angle), cos(angle));
+    }
+    let square = angle * angle;
+    let sine = angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0)));
+    (sine, 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0)))
 }
 
 impl<const M: usize> PlanarState<M> {
     fn slope(&self, hub: &PlanarHub, masses: &[PlanarSlosh; M], wrench: &Wrench) -> Option<Slope<M>> {
         let omega = self.rate_rad_s;
-        let hanging: [Hanging; M] =
-            core::array::from_fn(|i| Hanging::new(&masses[i].suspension, omega, &self.place[i], &self.speed[i]));
-        let mut matrix = Matrix3::from_diagonal(&Vector3::new(hub.mass_kg, hub.mass_kg, hub.inertia_com_kg_m2));
-        let mut right = Vector3::new(wrench.force_n[0], wrench.force_n[1], wrench.torque_n_m);
-        for (mass, hung) in masses.iter().zip(&hanging) {
-            let (m, w) = (mass.mass_kg, turned(&hung.place_m));
-            let own = hung.prescribed(&hung.carried_m_s2) * m + hung.force_n;
-            right -= Vector3::new(own[0], own[1], w.dot(&own));
-            let columns = [Vector2::x(), Vector2::y(), w].map(|v| hung.prescribed(&v) * m);
-            for (j, column) in columns.iter().enumerate() {
-                matrix[(0, j)] += column[0];
-                matrix[(1, j)] += column[1];
-                matrix[(2, j)] += w.dot(column);
-            }
+        let mut equations = Equations::new(hub, wrench);
+        let mut hanging = [Hanging::NOTHING; M];
+        for (i, hung) in hanging.iter_mut().enumerate() {
+            *hung = Hanging::new(&masses[i].suspension, omega, &self.place[i], &self.speed[i]);
+            equations.add(masses[i].mass_kg, hung);
         }
-        let solved = matrix.cholesky()?.solve(&right);
+        let solved = equations.solve()?;
         let (a, alpha) = (Vector2::new(solved[0], solved[1]), solved[2]);
         let mut state = Self { rate_rad_s: alpha, place: self.speed, speed: [Vector2::zeros(); M] };
         for ((rate, mass), hung) in state.speed.iter_mut().zip(masses).zip(&hanging) {
@@ -155,11 +224,13 @@ impl<const M: usize> PlanarState<M> {
     }
 
     fn moved(&self, slope: &Self, dt: f64) -> Self {
-        Self {
-            rate_rad_s: self.rate_rad_s + slope.rate_rad_s * dt,
-            place: core::array::from_fn(|i| self.place[i] + slope.place[i] * dt),
-            speed: core::array::from_fn(|i| self.speed[i] + slope.speed[i] * dt),
+        let mut moved = *self;
+        moved.rate_rad_s += slope.rate_rad_s * dt;
+        for i in 0..M {
+            moved.place[i] += slope.place[i] * dt;
+            moved.speed[i] += slope.speed[i] * dt;
         }
+        moved
     }
 
     /// One sample: `[mean acceleration of the sensor (mid-interval body axes), mean rate]`; the state moves on. `None`
@@ -171,20 +242,31 @@ impl<const M: usize> PlanarState<M> {
         wrench: &Wrench,
         dt: f64,
     ) -> Option<Vector3<f64>> {
+        self.step_along(hub, masses, &[*wrench; 3], dt)
+    }
+
+    /// As [`Self::step`] under what acts at the beginning, in the middle and at the end: a straight line.
+    pub fn step_along(
+        &mut self,
+        hub: &PlanarHub,
+        masses: &[PlanarSlosh; M],
+        [begin, middle, end]: &[Wrench; 3],
+        dt: f64,
+    ) -> Option<Vector3<f64>> {
         let start = *self;
-        let k1 = start.slope(hub, masses, wrench)?;
+        let k1 = start.slope(hub, masses, begin)?;
         let at2 = start.moved(&k1.state, dt / 2.0);
-        let k2 = at2.slope(hub, masses, wrench)?;
+        let k2 = at2.slope(hub, masses, middle)?;
         let at3 = start.moved(&k2.state, dt / 2.0);
-        let k3 = at3.slope(hub, masses, wrench)?;
+        let k3 = at3.slope(hub, masses, middle)?;
         let at4 = start.moved(&k3.state, dt);
-        let k4 = at4.slope(hub, masses, wrench)?;
+        let k4 = at4.slope(hub, masses, end)?;
         let rates = [start.rate_rad_s, at2.rate_rad_s, at3.rate_rad_s, at4.rate_rad_s];
         let angle = dt / 6.0 * (rates[0] + 2.0 * rates[1] + 2.0 * rates[2] + rates[3]);
         // Attitude of each stage, from mid-interval: velocity is integrated in one frame.
         let attitudes = [0.0, rates[0] * dt / 2.0, rates[1] * dt / 2.0, rates[2] * dt].map(|a| a - angle / 2.0);
         let turn = |v: &Vector2<f64>, angle: f64| {
-            let (sine, cosine) = (sin(angle), cos(angle));
+            let (sine, cosine) = sine_cosine(angle);
             Vector2::new(cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1])
         };
         let mean = turn(&k1.sensor_m_s2, attitudes[0])

@@ -1,14 +1,14 @@
 //! Maximum likelihood of slosh in the plane: output error over accelerometer and gyro, bias and trend of every channel
 //! projected out.
 //!
-//! A model is a function from N numbers to hub, slosh masses and start; sensitivities are central differences of 2N runs
+//! A model is a function from N numbers to hub, slosh masses, thrusters and start; sensitivities are differences of N runs
 //! beside the nominal one. Levenberg–Marquardt converges to the nearest minimum: begin where the modes are right
 //! (`slosh_planar_scan`), and look at χ², which tells a wrong minimum (66 per degree of freedom against 1).
 
 use estimation::consistency::Whiteness;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
 
-use crate::slosh_planar::{PlanarHub, PlanarSlosh, PlanarState};
+use crate::slosh_planar::{PlanarHub, PlanarSlosh, PlanarState, Wrench};
 use crate::slosh_planar_scan::PlanarSample;
 
 /// Bound of the iterations.
@@ -39,12 +39,83 @@ pub struct PlanarRecord<'a> {
     pub noise: PlanarNoise,
 }
 
+/// What the thrusters along x and y make of a command: `scale (f(t − delay))`; the torque is as commanded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarThrust {
+    pub scale: Vector2<f64>,
+    /// Less than an interval.
+    pub delay_s: Vector2<f64>,
+}
+
+impl Default for PlanarThrust {
+    fn default() -> Self {
+        Self { scale: Vector2::repeat(1.0), delay_s: Vector2::zeros() }
+    }
+}
+
+impl PlanarThrust {
+    /// What acts at the beginning, in the middle and at the end of interval k; before the record the first command was held.
+    fn acting(&self, record: &PlanarRecord<'_>, k: usize) -> [Wrench; 3] {
+        let sample = &record.samples[k];
+        let edge_n = sample.wrench.force_n - record.samples[k.saturating_sub(1)].wrench.force_n;
+        let late = self.delay_s / record.interval_s;
+        let late_n = edge_n.component_mul(&late);
+        // First moment of an edge that comes late: an edge of one at x has the line 6 x (1 − x).
+        let bent_n = edge_n.component_mul(&late.map(|x| 6.0 * x * (1.0 - x)));
+        let scaled = |wrench: &Wrench, late_n: Vector2<f64>| Wrench {
+            force_n: (wrench.force_n - late_n).component_mul(&self.scale),
+            ..*wrench
+        };
+        let mean = scaled(&sample.wrench, late_n);
+        let change = scaled(&sample.wrench_change, -bent_n);
+        [mean.plus(&change, -0.5), mean, mean.plus(&change, 0.5)]
+    }
+}
+
 /// What a hypothesis of N numbers says of the craft.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarCraft<const M: usize> {
     pub hub: PlanarHub,
     pub masses: [PlanarSlosh; M],
+    pub thrust: PlanarThrust,
     pub start: PlanarState<M>,
+}
+
+impl<const M: usize> PlanarCraft<M> {
+    /// At rest under thrusters that do as they are told.
+    pub fn at_rest(hub: PlanarHub, masses: [PlanarSlosh; M]) -> Self {
+        Self { hub, masses, thrust: PlanarThrust::default(), start: PlanarState::default() }
+    }
+
+    fn step(&mut self, record: &PlanarRecord<'_>, k: usize) -> Option<Vector3<f64>> {
+        let acting = self.thrust.acting(record, k);
+        self.start.step_along(&self.hub, &self.masses, &acting, record.interval_s)
+    }
+}
+
+/// What is known of the numbers before the record: `(θ − mean)' information (θ − mean)` is added to χ².
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarPrior<const N: usize> {
+    pub mean: SVector<f64, N>,
+    /// Zero of what is not known.
+    pub information: SMatrix<f64, N, N>,
+}
+
+impl<const N: usize> PlanarPrior<N> {
+    /// Nothing is known.
+    pub fn none() -> Self {
+        Self { mean: SVector::zeros(), information: SMatrix::zeros() }
+    }
+
+    fn chi_square(&self, theta: &SVector<f64, N>) -> f64 {
+        let off = theta - self.mean;
+        off.dot(&(self.information * off))
+    }
+
+    /// How many numbers it speaks of.
+    fn rows(&self) -> usize {
+        self.information.diagonal().iter().filter(|value| **value > 0.0).count()
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +157,16 @@ struct Quadratic<const N: usize> {
     offsets: [Vector2<f64>; CHANNELS],
 }
 
+impl<const N: usize> Quadratic<N> {
+    /// With what is known before the record.
+    fn beside(mut self, prior: &PlanarPrior<N>, theta: &SVector<f64, N>) -> Self {
+        self.chi_square += prior.chi_square(theta);
+        self.gradient -= prior.information * (theta - prior.mean);
+        self.information += prior.information;
+        self
+    }
+}
+
 /// Sums of one channel: `[1, t]` against itself, the residual and the sensitivities.
 struct Offsets<const N: usize> {
     normal: Matrix2<f64>,
@@ -113,42 +194,63 @@ pub fn fit<const N: usize, const M: usize>(
     start: &SVector<f64, N>,
     scale: &SVector<f64, N>,
 ) -> Result<PlanarEstimate<N>, PlanarError> {
+    fit_with(record, craft, (start, scale), &PlanarPrior::none(), ITERATIONS_MAX)
+}
+
+/// As [`fit`], from `(start, scale)`, beside what is known of the numbers and in at most `iterations_max`.
+///
+/// # Errors
+/// [`PlanarError`].
+pub fn fit_with<const N: usize, const M: usize>(
+    record: &PlanarRecord<'_>,
+    craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
+    (start, scale): (&SVector<f64, N>, &SVector<f64, N>),
+    prior: &PlanarPrior<N>,
+    iterations_max: u32,
+) -> Result<PlanarEstimate<N>, PlanarError> {
     let (got, need) = (record.samples.len(), 2 * N);
     if got < need {
         return Err(PlanarError::TooShort { got, need });
     }
+    let at = |theta: &SVector<f64, N>| {
+        quadratic(record, craft, theta, scale).map(|here| here.beside(prior, theta)).ok_or(PlanarError::NotObserved)
+    };
     let mut theta = *start;
-    let mut here = quadratic(record, craft, &theta, scale).ok_or(PlanarError::NotObserved)?;
+    let mut here = at(&theta)?;
     let mut damping = 1e-3;
-    for iterations in 0..ITERATIONS_MAX {
+    for iterations in 0..iterations_max {
         let full = damped_step(&here, 0.0).ok_or(PlanarError::NotObserved)?;
         let step_sigmas = libm::sqrt(full.dot(&here.gradient).max(0.0));
         if step_sigmas <= STEP_SIGMAS {
-            return report(record, theta, &here, (iterations, true));
+            return report(record, theta, &here, prior, (iterations, true));
         }
         let trial = theta + damped_step(&here, damping).ok_or(PlanarError::NotObserved)?;
-        match chi_square(record, craft, &trial).filter(|chi_square| *chi_square < here.chi_square) {
+        let reached = chi_square(record, craft, &trial).map(|value| value + prior.chi_square(&trial));
+        match reached.filter(|chi_square| *chi_square < here.chi_square) {
             Some(_) => {
                 theta = trial;
-                here = quadratic(record, craft, &theta, scale).ok_or(PlanarError::NotObserved)?;
+                here = at(&theta)?;
                 damping *= 0.1;
             }
             // At the bottom rounding of χ² decides.
-            None if step_sigmas < 0.02 && damping < 1e-6 => return report(record, theta, &here, (iterations, true)),
+            None if step_sigmas < 0.02 && damping < 1e-6 => {
+                return report(record, theta, &here, prior, (iterations, true));
+            }
             None => damping *= 10.0,
         }
     }
-    report(record, theta, &here, (ITERATIONS_MAX, false))
+    report(record, theta, &here, prior, (iterations_max, false))
 }
 
 fn report<const N: usize>(
     record: &PlanarRecord<'_>,
     theta: SVector<f64, N>,
     here: &Quadratic<N>,
+    prior: &PlanarPrior<N>,
     (iterations, is_converged): (u32, bool),
 ) -> Result<PlanarEstimate<N>, PlanarError> {
     let channels = record.noise.weights().iter().filter(|weight| **weight > 0.0).count();
-    let rows = channels * record.samples.len();
+    let rows = channels * record.samples.len() + prior.rows();
     let covariance = estimation::cramer_rao::FisherInformation::<N> { matrix: here.information }.bound();
     Ok(PlanarEstimate {
         theta,
@@ -160,35 +262,16 @@ fn report<const N: usize>(
     })
 }
 
-/// Cramér–Rao bound of `theta` under these forces: what is measured does not matter. `None`: some number leaves no trace.
+/// Cramér–Rao bound of `theta` under these forces, beside what is known before: what is measured does not matter. `None`:
+/// some number leaves no trace.
 pub fn bound<const N: usize, const M: usize>(
     record: &PlanarRecord<'_>,
     craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
-    theta: &SVector<f64, N>,
-    scale: &SVector<f64, N>,
+    (theta, scale): (&SVector<f64, N>, &SVector<f64, N>),
+    prior: &PlanarPrior<N>,
 ) -> Option<SMatrix<f64, N, N>> {
-    let here = quadratic(record, craft, theta, scale)?;
+    let here = quadratic(record, craft, theta, scale)?.beside(prior, theta);
     estimation::cramer_rao::FisherInformation::<N> { matrix: here.information }.bound()
-}
-
-/// What the estimate leaves of the record, in place of what was measured: forces stay, so that a further mode can be
-/// looked for. `residuals` is as long as the record. `None`: the estimate is no craft.
-pub fn residuals<const N: usize, const M: usize>(
-    record: &PlanarRecord<'_>,
-    craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
-    theta: &SVector<f64, N>,
-    residuals: &mut [PlanarSample],
-) -> Option<()> {
-    let PlanarCraft { hub, masses, mut start } = craft(theta)?;
-    for (residual, sample) in residuals.iter_mut().zip(record.samples) {
-        let left = measured(sample) - start.step(&hub, &masses, &sample.wrench, record.interval_s)?;
-        *residual = PlanarSample {
-            wrench: sample.wrench,
-            acceleration_m_s2: Vector2::new(left[0], left[1]),
-            rate_rad_s: left[2],
-        };
-    }
-    Some(())
 }
 
 /// Residuals of each channel on block means at several scales.
@@ -198,10 +281,10 @@ pub fn whiteness<const N: usize, const M: usize>(
     estimate: &PlanarEstimate<N>,
 ) -> Option<[Whiteness; CHANNELS]> {
     let here = quadratic(record, craft, &estimate.theta, &estimate.sigmas())?;
-    let PlanarCraft { hub, masses, mut start } = craft(&estimate.theta)?;
+    let mut craft = craft(&estimate.theta)?;
     let mut white = [Whiteness::default(); CHANNELS];
     for (k, sample) in record.samples.iter().enumerate() {
-        let residual = measured(sample) - start.step(&hub, &masses, &sample.wrench, record.interval_s)?;
+        let residual = measured(sample) - craft.step(record, k)?;
         for (c, weight) in record.noise.weights().into_iter().enumerate().filter(|(_, weight)| *weight > 0.0) {
             white[c].push((residual[c] - here.offsets[c].dot(&ramp(record, k))) * libm::sqrt(weight));
         }
@@ -225,11 +308,11 @@ pub fn chi_square<const N: usize, const M: usize>(
     craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
     theta: &SVector<f64, N>,
 ) -> Option<f64> {
-    let PlanarCraft { hub, masses, mut start } = craft(theta)?;
+    let mut craft = craft(theta)?;
     let weights = record.noise.weights();
     let (mut sum, mut normal, mut right) = (0.0, Matrix2::zeros(), [Vector2::zeros(); CHANNELS]);
     for (k, sample) in record.samples.iter().enumerate() {
-        let residual = measured(sample) - start.step(&hub, &masses, &sample.wrench, record.interval_s)?;
+        let residual = measured(sample) - craft.step(record, k)?;
         let ramp = ramp(record, k);
         normal += ramp * ramp.transpose();
         for c in 0..CHANNELS {
@@ -248,21 +331,15 @@ fn quadratic<const N: usize, const M: usize>(
     theta: &SVector<f64, N>,
     scale: &SVector<f64, N>,
 ) -> Option<Quadratic<N>> {
-    /// Of the scale: truncation 1e-8, rounding 1e-12 of the sensitivity.
-    const PART: f64 = 1e-4;
-    let beside = |i: usize, sign: f64| {
-        let mut moved = *theta;
-        moved[i] += sign * PART * scale[i];
-        craft(&moved)
-    };
+    /// Of the scale, forward: truncation 1e-5, rounding 1e-11 of the sensitivity; both are lost in any noise.
+    const PART: f64 = 1e-5;
     let mut nominal = craft(theta)?;
-    let mut pairs = [[nominal; 2]; N];
-    for (i, pair) in pairs.iter_mut().enumerate() {
-        *pair = [beside(i, 1.0)?, beside(i, -1.0)?];
+    let mut beside = [nominal; N];
+    for (i, beside) in beside.iter_mut().enumerate() {
+        let mut moved = *theta;
+        moved[i] += PART * scale[i];
+        *beside = craft(&moved)?;
     }
-    let run = |craft: &mut PlanarCraft<M>, sample: &PlanarSample| {
-        craft.start.step(&craft.hub, &craft.masses, &sample.wrench, record.interval_s)
-    };
     let weights = record.noise.weights();
     let mut sums = Quadratic {
         chi_square: 0.0,
@@ -272,11 +349,11 @@ fn quadratic<const N: usize, const M: usize>(
     };
     let mut offsets = [const { Offsets::<N>::zero() }; CHANNELS];
     for (k, sample) in record.samples.iter().enumerate() {
-        let residual = measured(sample) - run(&mut nominal, sample)?;
+        let expected = nominal.step(record, k)?;
+        let residual = measured(sample) - expected;
         let mut sensitivity = SMatrix::<f64, CHANNELS, N>::zeros();
-        for (i, [plus, minus]) in pairs.iter_mut().enumerate() {
-            let difference = run(plus, sample)? - run(minus, sample)?;
-            sensitivity.set_column(i, &(difference / (2.0 * PART * scale[i])));
+        for (i, beside) in beside.iter_mut().enumerate() {
+            sensitivity.set_column(i, &((beside.step(record, k)? - expected) / (PART * scale[i])));
         }
         let ramp = ramp(record, k);
         for c in 0..CHANNELS {

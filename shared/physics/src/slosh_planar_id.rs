@@ -6,9 +6,9 @@
 
 use nalgebra::{SVector, Vector2};
 
-use crate::slosh_planar::{PlanarHub, PlanarSlosh, PlanarState, Suspension, stiffness_from_modes};
-use crate::slosh_planar_fit::{PlanarCraft, PlanarError, PlanarEstimate, PlanarRecord, chi_square, fit};
-use crate::slosh_planar_scan::{PlanarSample, scan_beside, scan_modes};
+use crate::slosh_planar::{PlanarHub, PlanarSlosh, Suspension, stiffness_from_modes};
+use crate::slosh_planar_fit::{PlanarCraft, PlanarError, PlanarEstimate, PlanarRecord, PlanarThrust, chi_square, fit};
+use crate::slosh_planar_scan::{PlanarSample, scan_modes};
 
 /// `[ms, kx, ky, cx, cy, bx, by]`.
 pub const SPRINGS: usize = 7;
@@ -57,7 +57,7 @@ pub fn springs(hub: PlanarHub, theta: &SVector<f64, SPRINGS>) -> Option<PlanarCr
     };
     let masses = [PlanarSlosh { mass_kg: theta[0], suspension }];
     let exists = theta[0] > 0.0 && theta[1] > 0.0 && theta[2] > 0.0;
-    exists.then(|| PlanarCraft { hub, masses, start: PlanarState::default() })
+    exists.then(|| PlanarCraft::at_rest(hub, masses))
 }
 
 /// A slosh mass on a spring across the thrust, along y.
@@ -69,7 +69,7 @@ pub fn lateral_spring(hub: PlanarHub, theta: &SVector<f64, ONE_AXIS>) -> Option<
         damping_n_s_m: theta[2],
     };
     let masses = [PlanarSlosh { mass_kg: theta[0], suspension }];
-    (theta[0] > 0.0 && theta[1] > 0.0).then(|| PlanarCraft { hub, masses, start: PlanarState::default() })
+    (theta[0] > 0.0 && theta[1] > 0.0).then(|| PlanarCraft::at_rest(hub, masses))
 }
 
 /// A pendulum that hangs along −x under thrust along +x.
@@ -77,7 +77,7 @@ pub fn pendulum(hub: PlanarHub, theta: &SVector<f64, ONE_AXIS>) -> Option<Planar
     let suspension =
         Suspension::Pendulum { pivot_m: Vector2::new(theta[3], theta[4]), length_m: theta[1], damping_n_s_m: theta[2] };
     let masses = [PlanarSlosh { mass_kg: theta[0], suspension }];
-    (theta[0] > 0.0 && theta[1] > 0.0).then(|| PlanarCraft { hub, masses, start: PlanarState::default() })
+    (theta[0] > 0.0 && theta[1] > 0.0).then(|| PlanarCraft::at_rest(hub, masses))
 }
 
 fn squared(hertz: f64) -> f64 {
@@ -85,17 +85,18 @@ fn squared(hertz: f64) -> f64 {
     omega * omega
 }
 
-/// All seven numbers of a slosh mass on two springs, at rest at the beginning. Cost: some 2000 walks of the record.
+/// All seven numbers of a slosh mass on two springs, at rest at the beginning, under thrusters that do as stated. Cost: some 2000 walks of the record.
 ///
 /// # Errors
 /// [`PlanarError`] when no start could be followed.
 pub fn identify_springs(
     record: &PlanarRecord<'_>,
     hub: PlanarHub,
+    thrust: PlanarThrust,
     search: &PlanarSearch,
 ) -> Result<PlanarAnswer<SPRINGS>, PlanarError> {
     let modes = scan_modes(record.samples, record.interval_s, search.band_hz).frequency_hz.map(squared);
-    let craft = |theta: &SVector<f64, SPRINGS>| springs(hub, theta);
+    let craft = |theta: &SVector<f64, SPRINGS>| springs(hub, theta).map(|craft| PlanarCraft { thrust, ..craft });
     let mut starts = Best::new();
     let coarse = beginning(record);
     for_each_place(&hub, search, |mass_kg, position_m| {
@@ -167,74 +168,6 @@ fn lowest(value: impl Fn(f64) -> Option<f64>, reach: f64) -> f64 {
     best
 }
 
-/// Numbers of two lateral masses: `[ms, k, c, bx, by]` of each.
-pub const TWO_MASSES: usize = 2 * ONE_AXIS;
-
-/// Axis along which the second of two slosh masses moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SecondAxis {
-    X,
-    Y,
-}
-
-impl SecondAxis {
-    fn direction(self) -> Vector2<f64> {
-        if self == Self::X { Vector2::x() } else { Vector2::y() }
-    }
-}
-
-/// A mass on a spring along y and one along `axis`.
-pub fn two_masses(hub: PlanarHub, axis: SecondAxis, theta: &SVector<f64, TWO_MASSES>) -> Option<PlanarCraft<2>> {
-    let first = lateral_spring(hub, &theta.fixed_rows::<ONE_AXIS>(0).into_owned())?.masses[0];
-    let suspension = Suspension::Rail {
-        position_m: Vector2::new(theta[8], theta[9]),
-        direction: axis.direction(),
-        stiffness_n_m: theta[6],
-        damping_n_s_m: theta[7],
-    };
-    let masses = [first, PlanarSlosh { mass_kg: theta[5], suspension }];
-    (theta[5] > 0.0 && theta[6] > 0.0).then(|| PlanarCraft { hub, masses, start: PlanarState::default() })
-}
-
-/// A second slosh mass beside a first that does not explain the record: its line is looked for in `residuals` (see
-/// [`residuals`](crate::slosh_planar_fit::residuals)), then all ten numbers are estimated, with the second along x and along y.
-/// Returns the better one. `first_hz` is the mode of the first.
-///
-/// # Errors
-/// [`PlanarError`] when no start could be followed.
-pub fn identify_second(
-    record: &PlanarRecord<'_>,
-    residuals: &[PlanarSample],
-    hub: PlanarHub,
-    search: &PlanarSearch,
-    first: (&SVector<f64, ONE_AXIS>, f64),
-) -> Result<(SecondAxis, PlanarAnswer<TWO_MASSES>), PlanarError> {
-    let (first, first_hz) = first;
-    let lambda = squared(scan_beside(residuals, record.interval_s, search.band_hz, first_hz).0);
-    let along = |axis: SecondAxis| {
-        let craft = |theta: &SVector<f64, TWO_MASSES>| two_masses(hub, axis, theta);
-        let mut starts = Best::new();
-        for_each_place(&hub, search, |mass_kg, position_m| {
-            let lever = axis.direction().perp(&position_m);
-            let per = 1.0 / hub.mass_kg + 1.0 / mass_kg + lever * lever / hub.inertia_com_kg_m2;
-            let damping = 2.0 * DAMPING_RATIO * libm::sqrt(lambda) * mass_kg;
-            let mut theta = SVector::<f64, TWO_MASSES>::zeros();
-            theta.fixed_rows_mut::<ONE_AXIS>(0).copy_from(first);
-            let second = [mass_kg, lambda / per, damping, position_m[0], position_m[1]];
-            theta.fixed_rows_mut::<ONE_AXIS>(ONE_AXIS).copy_from_slice(&second);
-            if let Some(value) = chi_square(record, &craft, &theta) {
-                starts.offer(value, theta);
-            }
-        });
-        follow(record, &craft, &starts, search).map(|answer| (axis, answer))
-    };
-    match (along(SecondAxis::X), along(SecondAxis::Y)) {
-        (Ok(x), Ok(y)) => Ok(if x.1.estimate.chi_square <= y.1.estimate.chi_square { x } else { y }),
-        (Ok(one), Err(_)) | (Err(_), Ok(one)) => Ok(one),
-        (Err(error), Err(_)) => Err(error),
-    }
-}
-
 /// The record from its begin to [`COARSE_SAMPLES`] behind the first thrust: a craft at rest tells nothing.
 fn beginning<'a>(record: &PlanarRecord<'a>) -> PlanarRecord<'a> {
     let is_driven = |sample: &PlanarSample| sample.wrench.force_n.amax() > 0.0 || sample.wrench.torque_n_m != 0.0;
@@ -242,7 +175,7 @@ fn beginning<'a>(record: &PlanarRecord<'a>) -> PlanarRecord<'a> {
     PlanarRecord { samples: &record.samples[..record.samples.len().min(first + COARSE_SAMPLES)], ..*record }
 }
 
-fn for_each_place(hub: &PlanarHub, search: &PlanarSearch, mut visit: impl FnMut(f64, Vector2<f64>)) {
+pub(crate) fn for_each_place(hub: &PlanarHub, search: &PlanarSearch, mut visit: impl FnMut(f64, Vector2<f64>)) {
     for share in MASS_SHARES {
         for x in PLACES {
             for y in PLACES {
@@ -260,8 +193,7 @@ fn follow<const N: usize, const M: usize>(
     search: &PlanarSearch,
 ) -> Result<PlanarAnswer<N>, PlanarError> {
     let mut best: Result<PlanarAnswer<N>, PlanarError> = Err(PlanarError::NotObserved);
-    let kept = starts.kept.iter().filter(|(value, _)| value.is_finite());
-    for (count, (_, start)) in kept.take(search.starts).enumerate() {
+    for (count, start) in starts.found().take(search.starts).enumerate() {
         // Places may be zero; what is small against the rest is no place.
         let scale = start.map(|value| if value == 0.0 { 0.3 * search.reach_m } else { value.abs() });
         match fit(record, craft, start, &scale) {
@@ -283,16 +215,21 @@ fn follow<const N: usize, const M: usize>(
 }
 
 /// The best few starts, best first.
-struct Best<const N: usize> {
+pub(crate) struct Best<const N: usize> {
     kept: [(f64, SVector<f64, N>); STARTS_MAX],
 }
 
 impl<const N: usize> Best<N> {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { kept: [(f64::INFINITY, SVector::zeros()); STARTS_MAX] }
     }
 
-    fn offer(&mut self, value: f64, theta: SVector<f64, N>) {
+    /// Best first.
+    pub(crate) fn found(&self) -> impl Iterator<Item = &SVector<f64, N>> {
+        self.kept.iter().filter(|(value, _)| value.is_finite()).map(|(_, theta)| theta)
+    }
+
+    pub(crate) fn offer(&mut self, value: f64, theta: SVector<f64, N>) {
         if value < self.kept[STARTS_MAX - 1].0 {
             self.kept[STARTS_MAX - 1] = (value, theta);
             self.kept.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));

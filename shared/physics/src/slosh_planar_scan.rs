@@ -32,11 +32,32 @@ const POINTS_MAX: usize = 4096;
 /// Thrust and torque held, and what was measured, over one interval; all intervals of a record are of one length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanarSample {
+    /// Mean over the interval.
     pub wrench: Wrench,
+    /// End less begin of the straight line through that mean which has the first moment of what acted; zero where it was
+    /// held. An edge within a sum of samples is told by it: without, sums of 2 s move a mass by one sigma.
+    pub wrench_change: Wrench,
     /// Of the sensor, mean over the interval, in the body axes of its middle.
     pub acceleration_m_s2: Vector2<f64>,
     /// Mean over the interval.
     pub rate_rad_s: f64,
+}
+
+impl PlanarSample {
+    /// The mean of neighbouring samples. The body must not turn much within.
+    pub fn mean(samples: &[Self]) -> Self {
+        let (share, mut mean) = (1.0 / samples.len() as f64, Self::default());
+        for (k, sample) in samples.iter().enumerate() {
+            let place = (k as f64 + 0.5) * share - 0.5;
+            mean.wrench = mean.wrench.plus(&sample.wrench, share);
+            // ∫ τ² dτ over the interval is a twelfth; a line within a part adds the part's own.
+            mean.wrench_change = mean.wrench_change.plus(&sample.wrench, 12.0 * place * share);
+            mean.wrench_change = mean.wrench_change.plus(&sample.wrench_change, share * share);
+            mean.acceleration_m_s2 += sample.acceleration_m_s2 * share;
+            mean.rate_rad_s += sample.rate_rad_s * share;
+        }
+        mean
+    }
 }
 
 /// Modes and what they explain.
@@ -74,20 +95,6 @@ pub fn scan_modes(record: &[PlanarSample], interval_s: f64, band_hz: [f64; 2]) -
         }
     }
     PlanarModes { frequency_hz, explained: [alone - rigid, explained - rigid] }
-}
-
-/// The strongest mode of `residuals` further than some lines from one that has been taken out: what is left of that one is
-/// not a mode. Returns its frequency and the sum of squares it explains.
-pub fn scan_beside(residuals: &[PlanarSample], interval_s: f64, band_hz: [f64; 2], taken_out_hz: f64) -> (f64, f64) {
-    /// Of what is left of a mode, three quarters lie within so many lines.
-    const SKIRT: f64 = 4.0;
-    let search = Search { record: residuals, interval_s };
-    let line_hz = 1.0 / (residuals.len() as f64 * interval_s);
-    let rigid = search.explained([None, None]);
-    let (hertz, explained) = search.best(band_hz, line_hz / 4.0, |hertz| {
-        if (hertz - taken_out_hz).abs() < SKIRT * line_hz { [None, None] } else { [Some(hertz), None] }
-    });
-    (hertz, explained - rigid)
 }
 
 struct Search<'a> {

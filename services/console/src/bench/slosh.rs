@@ -239,6 +239,28 @@ impl Slosh {
         text
     }
 
+    /// Shortest of some runs on this machine: the maximum likelihood over the whole record with its scan, the scan of a thousand
+    /// samples, a step of the filters.
+    fn times(&self) -> String {
+        const SCANNED: usize = 1000;
+        let (record, base_mass_kg) = (self.record(0, 0), self.settings.base_mass_kg);
+        let likelihood = cost(record.len(), || self.flight(&record), |estimator| estimator.estimate().is_ok());
+        let thousand = filters::summed_by(&record, record.len() / SCANNED);
+        let scan = cost(thousand.len(), || self.flight(&thousand), |estimator| estimator.start().is_ok());
+        let (sums, prior) = (filters::summed(&record), filters::prior(&self.truth()));
+        let bank = cost(sums.len(), || filters::one_pass(&sums, base_mass_kg, &prior), |_| ());
+        let filters = filters::filters_at_work(&sums, base_mass_kg, &prior);
+        format!(
+            "On one core: maximum likelihood with its scan of {} samples {:.1} ms; scan of {} samples {:.1} ms; step of the bank {:.1} us, {filters:.1} filters at work, {:.2} us each.",
+            record.len(),
+            likelihood.ms_per_solve,
+            thousand.len(),
+            scan.ms_per_solve,
+            bank.us_per_sample,
+            bank.us_per_sample / filters
+        )
+    }
+
     fn knows_all_but_the_tank(&self) -> bool {
         self.settings.unknowns == SloshUnknowns::Parameters
     }
@@ -319,6 +341,7 @@ impl Benchmark for Slosh {
             ));
             remarks.push(trend::table(self, campaign));
             remarks.push(self.observability());
+            remarks.push(self.times());
         } else {
             remarks.push(
                 "Start state, accelerometer bias (2e-5 m/s^2) and thrust scale (1 %) are wrong and unknown; ml estimates them."

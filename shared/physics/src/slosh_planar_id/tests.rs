@@ -2,9 +2,11 @@
 
 use super::*;
 use crate::seeded_noise::SeededNoise;
+use crate::slosh_calibration::ThrustCalibration;
 use crate::slosh_planar::Wrench;
-use crate::slosh_planar_fit::{PlanarNoise, bound, whiteness};
+use crate::slosh_planar_fit::{PlanarNoise, PlanarPrior, bound, whiteness};
 use crate::slosh_planar_scan::PlanarSample;
+use crate::slosh_planar_thrust::{SPRINGS_AND_THRUST, identify_springs_and_thrust};
 use nalgebra::vector;
 use std::vec::Vec;
 
@@ -33,7 +35,7 @@ fn wrench(t: f64) -> Wrench {
 }
 
 fn samples(truth: &SVector<f64, SPRINGS>, seconds: u32, seed: Option<u64>) -> Vec<PlanarSample> {
-    let PlanarCraft { hub, masses, mut start } = springs(HUB, truth).expect("exists");
+    let PlanarCraft { hub, masses, mut start, .. } = springs(HUB, truth).expect("exists");
     let mut noise = SeededNoise::new(seed.unwrap_or(0));
     let scale = if seed.is_some() { 1.0 } else { 0.0 };
     (0..seconds)
@@ -48,6 +50,7 @@ fn samples(truth: &SVector<f64, SPRINGS>, seconds: u32, seed: Option<u64>) -> Ve
                     noisy(seen[1], NOISE.acceleration_m_s2) - 2e-5
                 ],
                 rate_rad_s: noisy(seen[2], NOISE.rate_rad_s) + 3e-6,
+                ..PlanarSample::default()
             }
         })
         .collect()
@@ -58,7 +61,8 @@ fn bound_of_the_planar_experiment_is_that_of_an_independent_study() {
     let truth = SVector::from(TRUTH);
     let samples = samples(&truth, 1800, None);
     let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
-    let covariance = bound(&record, &|theta| springs(HUB, theta), &truth, &truth.abs()).expect("seen");
+    let covariance =
+        bound(&record, &|theta| springs(HUB, theta), (&truth, &truth.abs()), &PlanarPrior::none()).expect("seen");
     for (i, printed) in [0.57, 0.55, 0.55, 1.43, 1.23, 0.45, 0.65].into_iter().enumerate() {
         let percent = 100.0 * covariance[(i, i)].sqrt() / truth[i].abs();
         assert!((percent / printed - 1.0).abs() < 0.03, "{i}: {percent} {printed}"); // edges of the bursts, digits
@@ -71,11 +75,50 @@ fn all_seven_numbers_are_found_from_the_scan_alone() {
     for seed in 1..3 {
         let samples = samples(&truth, 1800, Some(seed));
         let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
-        let answer = identify_springs(&record, HUB, &SEARCH).expect("a minimum");
+        let answer = identify_springs(&record, HUB, PlanarThrust::default(), &SEARCH).expect("a minimum");
         assert!(answer.is_explained, "{answer:?}");
         let z = (answer.estimate.theta - truth).component_div(&answer.estimate.sigmas());
         assert!(z.amax() < 4.0, "{z}"); // 7 unit normal numbers
         let white = whiteness(&record, &|theta| springs(HUB, theta), &answer.estimate).expect("exists");
         assert!(white.iter().all(|white| white.worst_z_score() < 5.0), "{white:?}");
     }
+}
+
+/// What a burst says of a thruster whose scale is 1 + `error`, good to `sigma`.
+fn calibration(error: f64, sigma: f64) -> ThrustCalibration {
+    ThrustCalibration {
+        scale_error: error,
+        delay_s: 0.0,
+        scale_sigma: sigma,
+        delay_sigma_s: 1e-4,
+        scale_delay_covariance_s: 0.3 * sigma * 1e-4,
+        chi_square: 0.0,
+        degrees_of_freedom: 0.0,
+    }
+}
+
+#[test]
+fn what_a_calibration_leaves_of_the_thrusts_scale_is_part_of_every_sigma() {
+    let truth = SVector::from(TRUTH);
+    let mut samples = samples(&truth, 1800, Some(1));
+    for sample in &mut samples {
+        sample.wrench.force_n.component_mul_assign(&vector![1.0 / 1.01, 1.0 / 0.994]); // what was commanded
+    }
+    let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
+    // Both wrong by one of their own sigmas.
+    let identified = |sigma: f64| {
+        let both = [calibration(0.01 + sigma, sigma), calibration(-0.006 - sigma, sigma)];
+        identify_springs_and_thrust(&record, HUB, &SEARCH, &both).expect("a minimum")
+    };
+    let (good, poor) = (identified(4e-4), identified(1e-2));
+    for found in [&good, &poor] {
+        assert!(found.is_explained, "{found:?}");
+        let error = found.estimate.theta.fixed_rows::<SPRINGS>(0) - truth;
+        let z = error.component_div(&found.estimate.sigmas().fixed_rows::<SPRINGS>(0));
+        assert!(z.amax() < 4.0, "{z}"); // 7 unit normal numbers
+    }
+    // Known thrusters: 0.57 %. A scale good to 0.04 % costs less than a tenth of that, one good to 1 % more than all of it.
+    let percent = |found: &PlanarAnswer<SPRINGS_AND_THRUST>| 100.0 * found.estimate.sigmas()[0] / truth[0];
+    assert!(percent(&good) > 0.5 && percent(&good) < 0.62, "{}", percent(&good));
+    assert!(percent(&poor) > 2.0 * percent(&good), "{} {}", percent(&poor), percent(&good));
 }

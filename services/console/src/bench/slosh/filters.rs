@@ -30,8 +30,13 @@ pub(super) fn prior(truth: &Vector3<f64>) -> SloshPrior {
     }
 }
 
-/// Sums of neighbouring samples, as samples of longer intervals.
+/// What the filters are given.
 pub(super) fn summed(record: &[SloshSample]) -> Vec<SloshSample> {
+    summed_by(record, SAMPLES_SUMMED)
+}
+
+/// Sums of neighbouring samples, as samples of longer intervals.
+pub(super) fn summed_by(record: &[SloshSample], count: usize) -> Vec<SloshSample> {
     let sum = |group: &[SloshSample]| {
         let interval_s: f64 = group.iter().map(|sample| sample.interval_s).sum();
         let mean = |of: fn(&SloshSample) -> f64| {
@@ -44,13 +49,23 @@ pub(super) fn summed(record: &[SloshSample]) -> Vec<SloshSample> {
             sigma_m_s2: group[0].sigma_m_s2 / (group.len() as f64).sqrt(),
         }
     };
-    record.chunks(SAMPLES_SUMMED).map(sum).collect()
+    record.chunks(count).map(sum).collect()
 }
 
 pub(super) fn one_pass(record: &[SloshSample], base_mass_kg: f64, prior: &SloshPrior) -> Option<FilteredSlosh> {
     let mut filter = SloshFilter::<STATES>::new(base_mass_kg, prior);
     record.iter().try_for_each(|sample| filter.step(sample).map(|_| ())).ok()?;
     Some(filter.estimate())
+}
+
+/// Filters of the bank at work, mean over the samples of a record.
+pub(super) fn filters_at_work(record: &[SloshSample], base_mass_kg: f64, prior: &SloshPrior) -> f64 {
+    let mut filter = SloshFilter::<STATES>::new(base_mass_kg, prior);
+    let count = |sample: &SloshSample| {
+        let at_work = filter.filters();
+        filter.step(sample).map_or(0, |_| at_work)
+    };
+    record.iter().map(count).sum::<usize>() as f64 / record.len() as f64
 }
 
 /// The second of two passes.

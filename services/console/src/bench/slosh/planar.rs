@@ -2,26 +2,31 @@
 
 use super::method;
 use crate::bench::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};
-use crate::bench::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
+use crate::bench::simulated::{built_in, channel, number, periods, sample_sigma, simulator};
 use estimation::consistency::nees;
 use nalgebra::{SVector, Vector2};
 use physics::slosh_arc::SloshSample;
 use physics::slosh_calibration::{ThrustCalibration, calibrate_thrust};
 use physics::slosh_planar::{PlanarHub, Wrench};
-use physics::slosh_planar_fit::{PlanarNoise, PlanarRecord, bound, fit};
-use physics::slosh_planar_id::{PlanarAnswer, PlanarSearch, SPRINGS, STARTS_MAX, identify_springs, springs};
+use physics::slosh_planar_fit::{PlanarNoise, PlanarRecord, bound};
+use physics::slosh_planar_id::{PlanarAnswer, PlanarSearch, SPRINGS, STARTS_MAX, springs};
 use physics::slosh_planar_scan::PlanarSample;
+use physics::slosh_planar_thrust::{
+    SPRINGS_AND_THRUST, calibrated, identify_springs_and_thrust, scale_of, springs_and_thrust,
+};
 use plant::description::{Plant, Quantity, Signal, SignalKind, TankModel};
 
 const NAMES: [&str; SPRINGS] = ["m_s", "k_x", "k_y", "c_x", "c_y", "b_x", "b_y"];
 const METHODS: &[Method] = &[method("ml", &[])];
 
-/// What is not known of the thrust before its calibration.
-const SCALE_ERROR: f64 = 0.01;
-/// Amplitude, frequency and length of the calibration burst.
+/// What is not known of the thrusters along x and y before their calibration.
+const SCALE_ERROR: [f64; 2] = [0.01, -0.006];
+/// Amplitude, frequency and length of a calibration burst.
 const CALIBRATION: (f64, f64, f64) = (44.0, 0.5, 60.0);
 /// Bursts from which the remark on the calibration is made.
 const BURSTS: usize = 200;
+/// The bursts along x and along y come before the record: sensor noise of their own, from other seeds.
+const BURST_SEEDS: [u64; 2] = [1 << 32, 2 << 32];
 
 /// Bias of accelerometers and gyro, which nobody knows.
 const BIAS: [f64; 3] = [1e-5, -2e-5, 3e-6];
@@ -73,13 +78,19 @@ impl Planar {
         [tank.mass_kg.value, k[0].value, k[1].value, c[0].value, c[1].value, x.value, y.value].into()
     }
 
-    /// What the sensors say, biased.
+    /// What the sensors say, biased, and what was commanded.
     pub fn record(&self, seed: u64, record: usize) -> Vec<PlanarSample> {
-        samples(&self.plant, seed, record, BIAS)
+        let mut samples = samples(&self.plant, seed, record, BIAS);
+        for sample in &mut samples {
+            for (axis, error) in SCALE_ERROR.into_iter().enumerate() {
+                sample.wrench.force_n[axis] /= 1.0 + error;
+            }
+        }
+        samples
     }
 
-    /// The minute of fast thrust along x that comes before: its samples, as the calibration receives them.
-    pub fn calibration_burst(&self, seed: u64, record: usize) -> Vec<SloshSample> {
+    /// The minute of fast thrust along x (0) or y (1) that comes before: its samples, as the calibration receives them.
+    fn calibration_burst(&self, seed: u64, record: usize, axis: usize) -> Vec<SloshSample> {
         let (amplitude_n, frequency_hz, duration_s) = CALIBRATION;
         let mut plant = self.plant.clone();
         (plant.simulation.duration_s, plant.simulation.period_s, plant.simulation.step_s) = (duration_s, 0.1, 0.05);
@@ -93,65 +104,72 @@ impl Planar {
             begin_s: Quantity::known(begin_s),
             end_s: Some(Quantity::known(end_s)),
         };
-        plant.actuators[0].command =
+        plant.actuators[axis].command =
             vec![square(amplitude_n, 0.0, quarter_s), square(-amplitude_n, quarter_s, duration_s)];
-        let sigma_m_s2 = sample_sigma(&plant, "acceleration_x");
+        let sigma_m_s2 = sample_sigma(&plant, ["acceleration_x", "acceleration_y"][axis]);
         let told = |sample: PlanarSample| SloshSample {
             interval_s: plant.simulation.period_s,
-            force_n: sample.wrench.force_n[0] / (1.0 + SCALE_ERROR),
-            acceleration_m_s2: sample.acceleration_m_s2[0],
+            force_n: sample.wrench.force_n[axis] / (1.0 + SCALE_ERROR[axis]),
+            acceleration_m_s2: sample.acceleration_m_s2[axis],
             sigma_m_s2,
         };
-        samples(&plant, seed, record, BIAS).into_iter().map(told).collect()
+        samples(&plant, seed ^ BURST_SEEDS[axis], record, BIAS).into_iter().map(told).collect()
     }
 
-    /// RMSE of the scale over some bursts, the sigma they state, and what a scale wrong by so much does to each number.
+    /// What the bursts of a record tell of the thrusters.
+    pub fn calibrations(&self, seed: u64, record: usize) -> Option<[ThrustCalibration; 2]> {
+        let along =
+            |axis| calibrate_thrust(&self.calibration_burst(seed, record, axis), self.hub.mass_kg, Some(0.0)).ok();
+        Some([along(0)?, along(1)?])
+    }
+
+    /// RMSE of the scale over some bursts, the sigma they state, and the bound were scales and delays known.
     fn calibration_remark(&self, seed: u64) -> Option<String> {
-        let found: Vec<_> = (0..BURSTS)
-            .map(|record| calibrate_thrust(&self.calibration_burst(seed, record), self.hub.mass_kg))
-            .collect::<Result<_, _>>()
-            .ok()?;
+        let found: Vec<ThrustCalibration> =
+            (0..BURSTS).map(|record| self.calibrations(seed, record).map(|both| both[0])).collect::<Option<_>>()?;
         let mean = |of: &dyn Fn(&ThrustCalibration) -> f64| found.iter().map(of).sum::<f64>() / found.len() as f64;
-        let rmse = mean(&|one| (one.scale_error - SCALE_ERROR).powi(2)).sqrt();
+        let rmse = mean(&|one| (one.scale_error - SCALE_ERROR[0]).powi(2)).sqrt();
         let sigma = mean(&|one| one.scale_sigma * one.scale_sigma).sqrt();
         let late = mean(&|one| one.delay_s * one.delay_s).sqrt();
-        let by_scale = self.by_thrust_scale()?.component_div(&self.truth()) * rmse * 100.0;
-        let moved: Vec<String> = by_scale.iter().map(|percent| format!("{:.3}", percent.abs())).collect();
+        let (with, without) = (self.bounds(self.noise, 1.0)?, self.bounds(self.noise, 1e-3)?);
+        let part: Vec<String> = (0..SPRINGS).map(|i| format!("{:.3}", with[i] / without[i])).collect();
         Some(format!(
-            "A minute of {} N at {} Hz before it tells the thrust scale (1 % unknown): RMSE {:.3} % over {BURSTS} bursts, {:.3} % stated, delay to {:.3} ms;\nwhat is left of the scale moves the seven numbers by {} %.",
+            "A minute of {} N at {} Hz along x and one along y tell the thrusters' scales ({} and {} % unknown): RMSE along x {:.3} % over {BURSTS} bursts, {:.3} % stated, delay to {:.3} ms.\nTheir error is part of every sigma: bounds over those with known thrusters {}.",
             CALIBRATION.0,
             CALIBRATION.1,
+            100.0 * SCALE_ERROR[0],
+            100.0 * SCALE_ERROR[1],
             100.0 * rmse,
             100.0 * sigma,
             1e3 * late,
-            moved.join(" / ")
+            part.join(" / ")
         ))
     }
 
-    /// Derivative of the seven numbers by the scale of the thrust the estimator believes.
-    fn by_thrust_scale(&self) -> Option<SVector<f64, SPRINGS>> {
-        const STEP: f64 = 1e-3;
-        let truth = self.truth();
-        let mut quiet = samples(&without_noise(&self.plant), 0, 0, BIAS);
-        quiet.iter_mut().for_each(|sample| sample.wrench.force_n *= 1.0 + STEP);
-        let found = fit(&self.told(&quiet), &|theta| springs(self.hub, theta), &truth, &truth.abs()).ok()?;
-        Some((found.theta - truth) / STEP)
-    }
-
-    pub fn identify(&self, samples: &[PlanarSample]) -> Option<PlanarAnswer<SPRINGS>> {
-        identify_springs(&self.told(samples), self.hub, &SEARCH).ok()
+    pub fn identify(
+        &self,
+        samples: &[PlanarSample],
+        calibrations: &[ThrustCalibration; 2],
+    ) -> Option<PlanarAnswer<SPRINGS_AND_THRUST>> {
+        identify_springs_and_thrust(&self.told(samples), self.hub, &SEARCH, calibrations).ok()
     }
 
     fn told<'a>(&self, samples: &'a [PlanarSample]) -> PlanarRecord<'a> {
         PlanarRecord { samples, interval_s: self.plant.simulation.period_s, noise: self.noise }
     }
 
-    /// Bound of each number [same unit], with these sensors.
-    fn bounds(&self, noise: PlanarNoise) -> Option<SVector<f64, SPRINGS>> {
-        let samples = samples(&self.plant, 0, 0, BIAS);
-        let (record, truth) = (PlanarRecord { noise, ..self.told(&samples) }, self.truth());
-        let covariance = bound(&record, &|theta| springs(self.hub, theta), &truth, &truth.abs())?;
-        Some(covariance.diagonal().map(f64::sqrt))
+    /// Bound of each number [same unit], with these sensors and bursts whose sigmas are `share` of the real ones.
+    fn bounds(&self, noise: PlanarNoise, share: f64) -> Option<SVector<f64, SPRINGS>> {
+        let samples = self.record(0, 0);
+        let mut prior = calibrated(&self.calibrations(0, 0)?)?;
+        prior.information /= share * share;
+        let mut truth = SVector::<f64, SPRINGS_AND_THRUST>::zeros();
+        truth.fixed_rows_mut::<SPRINGS>(0).copy_from(&self.truth());
+        (truth[SPRINGS], truth[SPRINGS + 2]) = (1.0 + SCALE_ERROR[0], 1.0 + SCALE_ERROR[1]);
+        let record = PlanarRecord { noise, ..self.told(&samples) };
+        let craft = |theta: &SVector<f64, SPRINGS_AND_THRUST>| springs_and_thrust(self.hub, theta);
+        let covariance = bound(&record, &craft, (&truth, &scale_of(&truth)), &prior)?;
+        Some(covariance.fixed_view::<SPRINGS, SPRINGS>(0, 0).diagonal().map(f64::sqrt))
     }
 
     /// Greatest displacement of the slosh mass.
@@ -195,25 +213,15 @@ pub(super) fn samples(plant: &Plant, seed: u64, record: usize, bias: [f64; 3]) -
             wrench: Wrench { force_n: Vector2::new(row.commands[0], row.commands[1]), torque_n_m: row.commands[2] },
             acceleration_m_s2: Vector2::new(x, y),
             rate_rad_s: rate,
+            ..PlanarSample::default()
         }
     };
     (0..periods(plant)).map(step).collect()
 }
 
-/// Means of neighbouring samples. The forces must not change within; the body must not turn much.
+/// Means of neighbouring samples.
 pub fn summed(samples: &[PlanarSample], count: usize) -> Vec<PlanarSample> {
-    let mean = |group: &[PlanarSample]| {
-        let share = 1.0 / group.len() as f64;
-        PlanarSample {
-            wrench: Wrench {
-                force_n: group.iter().map(|s| s.wrench.force_n).sum::<Vector2<f64>>() * share,
-                torque_n_m: group.iter().map(|s| s.wrench.torque_n_m).sum::<f64>() * share,
-            },
-            acceleration_m_s2: group.iter().map(|s| s.acceleration_m_s2).sum::<Vector2<f64>>() * share,
-            rate_rad_s: group.iter().map(|s| s.rate_rad_s).sum::<f64>() * share,
-        }
-    };
-    samples.chunks_exact(count).map(mean).collect()
+    samples.chunks_exact(count).map(PlanarSample::mean).collect()
 }
 
 impl Benchmark for Planar {
@@ -222,7 +230,7 @@ impl Benchmark for Planar {
     }
 
     fn parameters(&self) -> Option<Vec<Parameter>> {
-        let (truth, bound) = (self.truth(), self.bounds(self.noise)?);
+        let (truth, bound) = (self.truth(), self.bounds(self.noise, 1.0)?);
         Some((0..SPRINGS).map(|i| Parameter { name: NAMES[i], truth: truth[i], bound: bound[i] }).collect())
     }
 
@@ -232,13 +240,16 @@ impl Benchmark for Planar {
 
     /// A minimum that χ² does not accept is no answer.
     fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
-        let Some(PlanarAnswer { estimate, is_explained: true, .. }) = self.identify(&self.record(seed, record)) else {
+        let calibrations = self.calibrations(seed, record);
+        let answer = calibrations.and_then(|both| self.identify(&self.record(seed, record), &both));
+        let Some(PlanarAnswer { estimate, is_explained: true, .. }) = answer else {
             return vec![Answer::none(SPRINGS)];
         };
-        let (theta, sigmas) = (estimate.theta, estimate.sigmas());
+        let (theta, sigmas) = (estimate.theta.fixed_rows::<SPRINGS>(0).into_owned(), estimate.sigmas());
+        let covariance = estimate.covariance.fixed_view::<SPRINGS, SPRINGS>(0, 0).into_owned();
         vec![Answer {
             found: (0..SPRINGS).map(|i| Some(Found { value: theta[i], sigma: Some(sigmas[i]) })).collect(),
-            nees: nees(&(theta - self.truth()), &estimate.covariance),
+            nees: nees(&(theta - self.truth()), &covariance),
             spurious: 0,
             ..Answer::default()
         }]
@@ -246,20 +257,21 @@ impl Benchmark for Planar {
 
     fn costs(&self) -> Vec<Cost> {
         let record = self.record(0, 0);
-        vec![cost(record.len(), || (), |()| self.identify(&record))]
+        let calibrations = self.calibrations(0, 0).expect("the burst excites");
+        vec![cost(record.len(), || (), |()| self.identify(&record, &calibrations))]
     }
 
     fn remarks(&self, campaign: &Campaign) -> Vec<String> {
         let truth = self.truth();
         let percent = |noise| {
-            let bound = self.bounds(noise).map(|bound| bound.component_div(&truth.abs()) * 100.0);
+            let bound = self.bounds(noise, 1.0).map(|bound| bound.component_div(&truth.abs()) * 100.0);
             bound.map_or("-".into(), |b| b.iter().map(|v| format!("{v:.2}")).collect::<Vec<_>>().join(" / "))
         };
         let blind = PlanarNoise { rate_rad_s: f64::INFINITY, ..self.noise };
         let still = PlanarNoise { acceleration_m_s2: f64::INFINITY, ..self.noise };
         let mut remarks = vec![
             format!(
-                "The slosh mass moves {:.2} m. Every record starts from the scan alone; bias and trend of every channel are unknown.",
+                "The slosh mass moves {:.2} m. Every record starts from the scan alone; bias and trend of every channel are unknown, thrusters as calibrated.",
                 self.stroke_m()
             ),
             format!("Bound % without gyro:          {}", percent(blind)),

@@ -1,0 +1,380 @@
+//! A second slosh mass beside a first that does not explain the record: posterior over its frequency, damping and axis.
+//!
+//! A second mass is often seen by what it adds to mass and inertia rather than by its own swing; its frequency then has
+//! many near-equal minima, and the curvature of any one of them promises too much. Frequency f, damping ratio ζ and axis are
+//! therefore walked on a grid; at each point the eight other numbers (five of the first, mass and place of the second) are
+//! fitted together, and the points are mixed:
+//!
+//! ```text
+//! ln w = −χ²/2 + ½ ln |C8| + ln p(ζ) + ln p(f)        Laplace's approximation of what the point explains
+//! mean = Σ w θ,   covariance = Σ w (J C8 J' + θθ') − mean mean'        θ: [ms, k, c, bx, by] of both
+//! ```
+//!
+//! `p(ζ)` log-normal about 1 % by a factor of e, `p(f)` even in ln f over the band, both axes alike. Where the mixture lies
+//! within one line (1/T) the record decides alone, and the joint fit of all ten is the answer.
+
+use libm::{exp, log, sqrt};
+use nalgebra::{SMatrix, SVector, Vector2};
+
+use crate::slosh_planar::{PlanarHub, PlanarSlosh, Suspension};
+use crate::slosh_planar_fit::{
+    PlanarCraft, PlanarError, PlanarEstimate, PlanarPrior, PlanarRecord, chi_square, fit, fit_with,
+};
+use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place, lateral_spring};
+
+/// Numbers of two slosh masses: `[ms, k, c, bx, by]` of each.
+pub const TWO_MASSES: usize = 2 * ONE_AXIS;
+/// Those of the first, mass and place of the second.
+const AT_A_POINT: usize = ONE_AXIS + 3;
+
+/// Frequencies of the grid, whatever band and record.
+const POINTS_MAX: usize = 256;
+/// Damping ratios of the grid and their logarithmic prior, up to a constant: the median first.
+const RATIOS: [(f64, f64); 3] = [(0.01, 0.0), (0.003_679, -0.5), (0.027_18, -0.5)];
+/// Iterations from the neighbour on the grid, and of a point that counts.
+const ITERATIONS: [u32; 2] = [2, 4];
+/// A point further than this in χ² from the best does not count: e⁻⁷.
+const COUNTS: f64 = 14.0;
+/// A neighbour further than this from the best is no start.
+const STARTS_FROM: f64 = 60.0;
+/// Starts at the top of the band, where the second mass nearly stands still and the rest is nearly all there is.
+const STARTS: usize = 3;
+
+const AXES: [SecondAxis; 2] = [SecondAxis::X, SecondAxis::Y];
+
+/// Axis along which the second of two slosh masses moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SecondAxis {
+    X,
+    Y,
+}
+
+impl SecondAxis {
+    fn direction(self) -> Vector2<f64> {
+        if self == Self::X { Vector2::x() } else { Vector2::y() }
+    }
+
+    /// Acceleration of the second mass against the hub per force between them.
+    fn per_force(self, hub: &PlanarHub, mass_kg: f64, position_m: &Vector2<f64>) -> f64 {
+        let lever = self.direction().perp(position_m);
+        1.0 / hub.mass_kg + 1.0 / mass_kg + lever * lever / hub.inertia_com_kg_m2
+    }
+}
+
+/// What the record says of two masses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SecondMass {
+    /// `[ms, k, c, bx, by]` of the first, then of the second.
+    pub theta: SVector<f64, TWO_MASSES>,
+    pub covariance: SMatrix<f64, TWO_MASSES, TWO_MASSES>,
+    /// Probability that the second moves along x; along y otherwise.
+    pub along_x: f64,
+    pub frequency_hz: f64,
+    pub frequency_sigma_hz: f64,
+    /// Of the best point.
+    pub chi_square: f64,
+    pub degrees_of_freedom: f64,
+    /// One minimum holds all: ten numbers fitted jointly, without a prior.
+    pub is_joint: bool,
+}
+
+impl SecondMass {
+    pub fn sigmas(&self) -> SVector<f64, TWO_MASSES> {
+        self.covariance.diagonal().map(sqrt)
+    }
+
+    /// `(χ² − dof)/√(2 dof)`.
+    pub fn z_score(&self) -> f64 {
+        (self.chi_square - self.degrees_of_freedom) / sqrt(2.0 * self.degrees_of_freedom)
+    }
+}
+
+/// A mass on a spring along y and one along `axis`.
+pub fn two_masses(hub: PlanarHub, axis: SecondAxis, theta: &SVector<f64, TWO_MASSES>) -> Option<PlanarCraft<2>> {
+    let first = lateral_spring(hub, &theta.fixed_rows::<ONE_AXIS>(0).into_owned())?.masses[0];
+    let suspension = Suspension::Rail {
+        position_m: Vector2::new(theta[8], theta[9]),
+        direction: axis.direction(),
+        stiffness_n_m: theta[6],
+        damping_n_s_m: theta[7],
+    };
+    let masses = [first, PlanarSlosh { mass_kg: theta[5], suspension }];
+    (theta[5] > 0.0 && theta[6] > 0.0).then(|| PlanarCraft::at_rest(hub, masses))
+}
+
+/// A place on the grid.
+#[derive(Clone, Copy)]
+struct Point {
+    axis: SecondAxis,
+    hertz: f64,
+    ratio: f64,
+}
+
+impl Point {
+    /// All ten numbers of the eight.
+    fn ten(&self, hub: &PlanarHub, eight: &SVector<f64, AT_A_POINT>) -> SVector<f64, TWO_MASSES> {
+        let (mass_kg, place_m) = (eight[5], Vector2::new(eight[6], eight[7]));
+        let omega = 2.0 * core::f64::consts::PI * self.hertz;
+        let per_force = self.axis.per_force(hub, mass_kg, &place_m);
+        let mut ten = SVector::<f64, TWO_MASSES>::zeros();
+        ten.fixed_rows_mut::<ONE_AXIS>(0).copy_from(&eight.fixed_rows::<ONE_AXIS>(0));
+        let second = [mass_kg, omega * omega / per_force, 2.0 * self.ratio * omega / per_force, place_m[0], place_m[1]];
+        ten.fixed_rows_mut::<ONE_AXIS>(ONE_AXIS).copy_from_slice(&second);
+        ten
+    }
+
+    /// Derivative of the ten by the eight.
+    fn jacobian(
+        &self,
+        hub: &PlanarHub,
+        eight: &SVector<f64, AT_A_POINT>,
+        scale: &SVector<f64, AT_A_POINT>,
+    ) -> SMatrix<f64, TWO_MASSES, AT_A_POINT> {
+        const PART: f64 = 1e-5;
+        let mut jacobian = SMatrix::<f64, TWO_MASSES, AT_A_POINT>::zeros();
+        for (i, scale) in scale.iter().enumerate() {
+            let (mut above, mut below) = (*eight, *eight);
+            above[i] += PART * scale;
+            below[i] -= PART * scale;
+            jacobian.set_column(i, &((self.ten(hub, &above) - self.ten(hub, &below)) / (2.0 * PART * scale)));
+        }
+        jacobian
+    }
+}
+
+struct Search<'a> {
+    record: &'a PlanarRecord<'a>,
+    hub: PlanarHub,
+    line_hz: f64,
+    scale: SVector<f64, AT_A_POINT>,
+    prior: PlanarPrior<AT_A_POINT>,
+}
+
+type Fit = PlanarEstimate<AT_A_POINT>;
+/// χ² and the eight numbers of a point.
+type Walked = (f64, SVector<f64, AT_A_POINT>);
+
+impl<'a> Search<'a> {
+    fn new(
+        record: &'a PlanarRecord<'a>,
+        hub: PlanarHub,
+        search: &PlanarSearch,
+        first: &SVector<f64, ONE_AXIS>,
+    ) -> Self {
+        let mut scale = SVector::<f64, AT_A_POINT>::repeat(0.3 * search.reach_m);
+        scale.fixed_rows_mut::<3>(0).copy_from(&first.fixed_rows::<3>(0).abs());
+        scale[5] = 0.01 * hub.mass_kg;
+        // A tank is within reach: where the second leaves no trace of its place that is all there is to know.
+        let mut prior = PlanarPrior::<AT_A_POINT>::none();
+        let within = 1.0 / (search.reach_m * search.reach_m);
+        (prior.information[(6, 6)], prior.information[(7, 7)]) = (within, within);
+        let line_hz = 1.0 / (record.samples.len() as f64 * record.interval_s);
+        Self { record, hub, line_hz, scale, prior }
+    }
+
+    fn fit(&self, point: &Point, start: &SVector<f64, AT_A_POINT>, iterations: u32) -> Option<Fit> {
+        let craft = |eight: &SVector<f64, AT_A_POINT>| {
+            if eight[5] <= 0.0 {
+                return None;
+            }
+            two_masses(self.hub, point.axis, &point.ten(&self.hub, eight))
+        };
+        fit_with(self.record, &craft, (start, &self.scale), &self.prior, iterations).ok()
+    }
+
+    /// The best of some starts with the first as it was found alone.
+    fn start(&self, point: &Point, search: &PlanarSearch, first: &SVector<f64, ONE_AXIS>) -> Option<Fit> {
+        let mut starts = Best::<AT_A_POINT>::new();
+        for_each_place(&self.hub, search, |mass_kg, place_m| {
+            let mut eight = SVector::<f64, AT_A_POINT>::zeros();
+            eight.fixed_rows_mut::<ONE_AXIS>(0).copy_from(first);
+            (eight[5], eight[6], eight[7]) = (mass_kg, place_m[0], place_m[1]);
+            let craft = two_masses(self.hub, point.axis, &point.ten(&self.hub, &eight));
+            if let Some(value) = chi_square(self.record, &|_: &SVector<f64, 1>| craft, &SVector::zeros()) {
+                starts.offer(value, eight);
+            }
+        });
+        let fits = starts.found().take(STARTS).filter_map(|start| self.fit(point, start, ITERATIONS[1]));
+        fits.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square))
+    }
+
+    /// The fits of one axis from the top of the band to its bottom, each from its neighbour.
+    fn down_the_band(
+        &self,
+        axis: SecondAxis,
+        search: &PlanarSearch,
+        first: &SVector<f64, ONE_AXIS>,
+        found: &mut [Option<Walked>; POINTS_MAX],
+    ) {
+        let Some(mut start) = self.start(&self.point(axis, 0, search), search, first).map(|fit| fit.theta) else {
+            return;
+        };
+        let mut lowest = f64::INFINITY;
+        for (k, found) in found.iter_mut().enumerate() {
+            let point = self.point(axis, k, search);
+            if point.hertz < search.band_hz[0] {
+                break;
+            }
+            let Some(Fit { theta, chi_square, .. }) = self.fit(&point, &start, ITERATIONS[0]) else { continue };
+            lowest = lowest.min(chi_square);
+            if chi_square < lowest + STARTS_FROM {
+                start = theta;
+            }
+            *found = Some((chi_square, theta));
+        }
+    }
+
+    /// Point k of the grid at the median of the damping.
+    fn point(&self, axis: SecondAxis, k: usize, search: &PlanarSearch) -> Point {
+        let [bottom_hz, top_hz] = search.band_hz;
+        let step_hz = self.line_hz.max((top_hz - bottom_hz) / POINTS_MAX as f64);
+        Point { axis, hertz: top_hz - k as f64 * step_hz, ratio: RATIOS[0].0 }
+    }
+
+    /// The points that count, at every damping ratio, and the best of them.
+    fn mixed(
+        &self,
+        search: &PlanarSearch,
+        grid: &[[Option<Walked>; POINTS_MAX]; 2],
+    ) -> Option<(Mixture, (Point, Fit))> {
+        let mut best: Option<(Point, Fit)> = None;
+        let lowest = grid.iter().flatten().flatten().map(|(chi_square, _)| *chi_square).fold(f64::INFINITY, f64::min);
+        let mut mixture: Option<Mixture> = None;
+        for (axis, found) in AXES.into_iter().zip(grid) {
+            for (k, walked) in found.iter().enumerate() {
+                let Some((_, theta)) = walked.filter(|(chi_square, _)| *chi_square < lowest + COUNTS) else { continue };
+                for (ratio, log_prior) in RATIOS {
+                    let point = Point { ratio, ..self.point(axis, k, search) };
+                    let Some(fit) = self.fit(&point, &theta, ITERATIONS[1]) else { continue };
+                    let mixture = mixture.get_or_insert_with(|| Mixture::new(point.ten(&self.hub, &fit.theta)));
+                    mixture.add(&self.hub, &self.scale, &point, log_prior, &fit);
+                    if best.is_none_or(|(_, best)| fit.chi_square < best.chi_square) {
+                        best = Some((point, fit));
+                    }
+                }
+            }
+        }
+        mixture.zip(best)
+    }
+
+    /// All ten together, from the best point of the grid: where the record decides alone.
+    fn joint(&self, point: &Point, best: &Fit) -> Option<SecondMass> {
+        const PART: f64 = 1e-5;
+        let (hub, start) = (self.hub, point.ten(&self.hub, &best.theta));
+        let craft = |ten: &SVector<f64, TWO_MASSES>| two_masses(hub, point.axis, ten);
+        // A place may be zero.
+        let mut scale = start.abs();
+        for place in [3, 4, 8, 9] {
+            scale[place] = self.scale[3];
+        }
+        let fit = fit(self.record, &craft, &start, &scale).ok()?;
+        let hertz = |ten: &SVector<f64, TWO_MASSES>| {
+            let per_force = point.axis.per_force(&hub, ten[5], &Vector2::new(ten[8], ten[9]));
+            sqrt(ten[6] * per_force) / (2.0 * core::f64::consts::PI)
+        };
+        let frequency_hz = hertz(&fit.theta);
+        let slope = SVector::<f64, TWO_MASSES>::from_fn(|i, _| {
+            let mut moved = fit.theta;
+            moved[i] += PART * scale[i];
+            (hertz(&moved) - frequency_hz) / (PART * scale[i])
+        });
+        (fit.is_converged && fit.theta[7] > 0.0).then(|| SecondMass {
+            theta: fit.theta,
+            covariance: fit.covariance,
+            along_x: if point.axis == SecondAxis::X { 1.0 } else { 0.0 },
+            frequency_hz,
+            frequency_sigma_hz: sqrt(slope.dot(&(fit.covariance * slope))),
+            chi_square: fit.chi_square,
+            degrees_of_freedom: fit.degrees_of_freedom,
+            is_joint: true,
+        })
+    }
+}
+
+/// Sum over the grid, weights relative to the greatest so far; moments about a reference.
+struct Mixture {
+    log_weight: f64,
+    weight: f64,
+    along_x: f64,
+    reference: SVector<f64, TWO_MASSES>,
+    mean: SVector<f64, TWO_MASSES>,
+    second: SMatrix<f64, TWO_MASSES, TWO_MASSES>,
+    hertz: Vector2<f64>,
+}
+
+impl Mixture {
+    fn new(reference: SVector<f64, TWO_MASSES>) -> Self {
+        Self {
+            log_weight: f64::NEG_INFINITY,
+            weight: 0.0,
+            along_x: 0.0,
+            reference,
+            mean: SVector::zeros(),
+            second: SMatrix::zeros(),
+            hertz: Vector2::zeros(),
+        }
+    }
+
+    fn add(&mut self, hub: &PlanarHub, scale: &SVector<f64, AT_A_POINT>, point: &Point, log_prior: f64, fit: &Fit) {
+        let scaling = SMatrix::<f64, AT_A_POINT, AT_A_POINT>::from_diagonal(&scale.map(|value| 1.0 / value));
+        let Some(factor) = (scaling * fit.covariance * scaling).cholesky() else { return };
+        let half_log_det: f64 = factor.l_dirty().diagonal().iter().map(|value| log(*value)).sum();
+        let log_weight = log_prior - log(point.hertz) - fit.chi_square / 2.0 + half_log_det;
+        if log_weight > self.log_weight {
+            let shrink = exp(self.log_weight - log_weight);
+            self.weight *= shrink;
+            self.along_x *= shrink;
+            self.mean *= shrink;
+            self.second *= shrink;
+            self.hertz *= shrink;
+            self.log_weight = log_weight;
+        }
+        let weight = exp(log_weight - self.log_weight);
+        let ten = point.ten(hub, &fit.theta) - self.reference;
+        let jacobian = point.jacobian(hub, &fit.theta, scale);
+        self.weight += weight;
+        self.along_x += if point.axis == SecondAxis::X { weight } else { 0.0 };
+        self.mean += ten * weight;
+        self.second += (jacobian * fit.covariance * jacobian.transpose() + ten * ten.transpose()) * weight;
+        self.hertz += Vector2::new(point.hertz, point.hertz * point.hertz) * weight;
+    }
+
+    fn report(&self, best: &Fit) -> SecondMass {
+        let (mean, hertz) = (self.mean / self.weight, self.hertz / self.weight);
+        SecondMass {
+            theta: self.reference + mean,
+            covariance: self.second / self.weight - mean * mean.transpose(),
+            along_x: self.along_x / self.weight,
+            frequency_hz: hertz[0],
+            frequency_sigma_hz: sqrt((hertz[1] - hertz[0] * hertz[0]).max(0.0)),
+            chi_square: best.chi_square,
+            degrees_of_freedom: best.degrees_of_freedom,
+            is_joint: false,
+        }
+    }
+}
+
+/// Both masses of a record whose first, `[ms, k, c, bx, by]` along y, was fitted as if it were alone. Cost: some 8000 walks
+/// of the record; sum its samples to a dozen per period of the fastest mode that is looked for.
+///
+/// # Errors
+/// [`PlanarError::NotObserved`] when no start could be followed.
+pub fn identify_second(
+    record: &PlanarRecord<'_>,
+    hub: PlanarHub,
+    search: &PlanarSearch,
+    first: &SVector<f64, ONE_AXIS>,
+) -> Result<SecondMass, PlanarError> {
+    let walk = Search::new(record, hub, search, first);
+    let mut grid = [[None; POINTS_MAX]; 2];
+    for (axis, found) in AXES.into_iter().zip(&mut grid) {
+        walk.down_the_band(axis, search, first, found);
+    }
+    let (mixture, (point, best)) = walk.mixed(search, &grid).ok_or(PlanarError::NotObserved)?;
+    let mixed = mixture.report(&best);
+    let is_sharp = mixed.frequency_sigma_hz < walk.line_hz;
+    Ok(walk.joint(&point, &best).filter(|_| is_sharp).unwrap_or(mixed))
+}
+
+#[cfg(test)]
+mod tests;
