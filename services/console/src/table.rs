@@ -60,6 +60,9 @@ fn parameters(outcome: &Outcome, text: &mut String) {
             row.reason
         );
     }
+    for row in &outcome.comparisons {
+        let _ = writeln!(text, "{:<9} {:<12} {}", "both", row.phase, row.reason);
+    }
 }
 
 fn one_per_model(rows: &[ParameterRow]) -> impl Iterator<Item = &ParameterRow> {
