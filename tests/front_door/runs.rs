@@ -136,8 +136,7 @@ fn a_damaged_sample_is_counted_and_dropped_and_changes_nothing() {
 /// What the scenario of one body says of its inertia, with a line of it changed.
 fn compared(line: (&str, &str)) -> Value {
     let text = std::fs::read_to_string(scenario("one_body.toml")).unwrap();
-    let plants = format!("{}/deploy/plants/", workspace().display());
-    let text = text.replace("../plants/", &plants);
+    let text = text.replace("../plants/", &format!("{}/deploy/plants/", workspace().display()));
     assert!(text.contains(line.0));
     let folder = Folder::new("one-body");
     let file = folder.file("scenario.toml", text.replace(line.0, line.1));
