@@ -280,17 +280,22 @@ fn damping_and_frequency_that_depend_on_amplitude_drift_and_those_of_a_linear_de
 }
 
 #[test]
-fn below_eighty_samples_a_start_is_refused_by_length_and_stated_poles_are_still_fitted() {
+fn a_record_too_short_for_a_start_is_refused_by_length_and_not_for_a_fit_from_stated_poles() {
     let truth = Appendage::new();
     let (torque, rows) = truth.forced(1, SIGMA_M_S2);
-    let of = |samples: usize| {
-        Record::of_outputs(SAMPLE_RATE_HZ, CHANNELS, rows[190..190 + samples].concat())
-            .with_input(1, torque[190..190 + samples].to_vec())
+    let decay = |samples: usize| {
+        Record::of_outputs(SAMPLE_RATE_HZ, CHANNELS, rows[PULSE_SAMPLES..PULSE_SAMPLES + samples].concat())
     };
-    let refused = start(&of(79), 2).unwrap_err();
-    assert_eq!(refused, MlError::RecordTooShort { samples: 79, need: 80 });
-    assert!(start(&of(80), 1).is_ok());
-    assert!(fit(&of(79), Model::FREE, &poles(&truth)).is_ok());
+    let driven = |samples: usize| {
+        Record::of_outputs(SAMPLE_RATE_HZ, CHANNELS, rows[..samples].concat()).with_input(1, torque[..samples].to_vec())
+    };
+    // 2 × 20 block rows of one input and two combinations of channels: 120 rows need 120 columns of 40 samples.
+    for (record, need) in [(decay(79), 80), (driven(158), 159)] {
+        let samples = record.samples();
+        assert_eq!(start(&record, 1).unwrap_err(), MlError::RecordTooShort { samples, need });
+    }
+    assert!(!matches!(start(&driven(159), 1), Err(MlError::RecordTooShort { .. })));
+    assert!(!matches!(fit(&decay(79), Model::FREE, &poles(&truth)), Err(MlError::RecordTooShort { .. })));
 }
 
 #[test]
