@@ -264,3 +264,36 @@ fn a_channel_that_is_missing_is_named_with_the_line_of_a_map() {
     let answer = folder.ask(&["diagnose", "renamed.csv", "--plant", "drive_rig"]);
     answer.refuses(&["renamed.csv", "no channel 'angle'", "angle = \"angle_1\""]);
 }
+
+#[test]
+fn modes_that_drift_are_evidence_in_the_list_that_modal_prints_and_those_that_do_not_raise_no_alarm() {
+    let folder = Folder::new("diagnose-modes");
+    let list = |name: &str, hide: &[&str]| {
+        let mut simulate = vec!["simulate", "hub_appendage", "--seed", "3", "--out", "panel.csv"];
+        hide.iter().for_each(|effect| simulate.extend(["--hide", effect]));
+        folder.ask(&simulate).ends_with(0);
+        let channels: Vec<String> = (1..=10).map(|k| format!("acceleration_{k}")).collect();
+        let answer = folder
+            .ask(&["modal", "panel.csv", "--input", "torque", "--channels", &channels.join(","), "--json"])
+            .ends_with(0);
+        std::fs::write(folder.path().join(name), &answer.stdout).unwrap();
+        answer.object()
+    };
+    let written = list("linear.json", &[]);
+    assert!(written["tracks"].as_array().unwrap().len() == 2, "{}", written["tracks"]);
+    let linear = diagnosed(&folder, &["linear.json", "--plant", "hub_appendage"]);
+    check_object(&linear);
+    assert!(
+        linear["notes"].as_array().unwrap().iter().any(|n| n.as_str().unwrap().contains("none drifts")),
+        "{linear}"
+    );
+    list("cubic.json", &["mode_duffing@mode:bending_1 stiffness=4000"]);
+    let cubic = diagnosed(&folder, &["cubic.json", "--plant", "hub_appendage"]);
+    check_object(&cubic);
+    assert_eq!(cubic["verdict"], "not_in_catalogue", "{cubic}");
+    let reason = cubic["reason"].as_str().unwrap();
+    assert!(reason.contains("frequency of the mode at 1.56") && reason.contains("is not constant"), "{reason}");
+    folder
+        .ask(&["diagnose", "cubic.json", "panel.csv", "--plant", "hub_appendage"])
+        .refuses(&["cubic.json", "on its own"]);
+}

@@ -1,6 +1,6 @@
 //! `obsid run`: the benchmark's mission, its keys, and the same bytes over either link.
 
-use crate::desk::{ask, estimates, number, scenario};
+use crate::desk::{Folder, ask, estimates, number, scenario, workspace};
 use serde_json::Value;
 use std::sync::LazyLock;
 
@@ -131,4 +131,34 @@ fn a_damaged_sample_is_counted_and_dropped_and_changes_nothing() {
     assert_eq!(bad(&good, "inertial-id"), 0);
     assert_eq!(bad(&damaged, "inertial-id"), 1);
     assert_eq!(good["digest"], damaged["digest"]);
+}
+
+/// What the scenario of one body says of its inertia, with a line of it changed.
+fn compared(line: (&str, &str)) -> Value {
+    let text = std::fs::read_to_string(scenario("one_body.toml")).unwrap();
+    let text = text.replace("../plants/", &format!("{}/deploy/plants/", workspace().display()));
+    assert!(text.contains(line.0));
+    let folder = Folder::new("one-body");
+    let file = folder.file("scenario.toml", text.replace(line.0, line.1));
+    let result = folder.ask(&["run", file, "--link", "lockstep", "--json"]).ends_with(0).object();
+    let [row] = &result["comparisons"].as_array().unwrap()[..] else { panic!("{}", result["comparisons"]) };
+    row.clone()
+}
+
+#[test]
+fn the_inertias_of_one_body_by_modes_and_by_momentum_agree_and_a_momentum_mis_stated_is_doubted() {
+    let row = compared(("h_cm_nms = 68.0", "h_cm_nms = 68.0"));
+    assert!(row["agree"] == true && row["doubt"].is_null() && number(&row, "z").abs() <= 3.0, "{row}");
+    // Of the plant, arm at 0.6 and -1.1 rad, about the centre of mass of the whole.
+    assert!((number(&row, "modal_kg_m2") / 536.2423 - 1.0).abs() < 0.003, "{row}");
+    // Every parameter 5 % too large, every test of the inertial model passed.
+    let row = compared(("h_cm_nms = 68.0", "h_cm_nms = 71.4"));
+    assert!(row["agree"] == false && row["doubt"] == "inertial" && number(&row, "z") < -3.0, "{row}");
+}
+
+#[test]
+fn the_experiments_of_the_benchmark_are_separate_bodies_and_that_is_said() {
+    let [row] = &DEFAULT["comparisons"].as_array().unwrap()[..] else { panic!("{}", DEFAULT["comparisons"]) };
+    assert!(row["agree"].is_null() && row["doubt"].is_null(), "{row}");
+    assert!(row["reason"].as_str().unwrap().contains("separate bodies"), "{row}");
 }

@@ -7,6 +7,7 @@ mod channel_map;
 mod features;
 mod figures;
 mod files;
+mod modes_file;
 mod object;
 mod page;
 mod paragraph;
@@ -20,6 +21,7 @@ use discovery::diagnose::{Diagnosis, Options};
 use discovery::doctor::{Finding, examine_with};
 use discovery::problem::{Problem, ProblemError};
 use files::OutFiles;
+use modes_file::ModesFile;
 use plant::description::Plant;
 use recording::{SeriesSet, Spectrum};
 use std::path::{Path, PathBuf};
@@ -30,6 +32,7 @@ use std::path::{Path, PathBuf};
   obsid diagnose swing.csv --plant pendulum.toml --out report      what is missing; report/report.html, report/augmented.toml
   obsid diagnose a.csv b.csv --plant rig.toml --held-out c.csv     fitted jointly to two, asked on a third
   obsid diagnose log.csv --plant rig.toml --map map.toml --json    your own column names; one JSON object
+  obsid diagnose modes.json --plant panel.toml                     modes as `obsid modal --json` prints them, and their drift
 
 A map is TOML, left the name in the plant, right the name in the recording:
   [channels]
@@ -39,7 +42,8 @@ A map is TOML, left the name in the plant, right the name in the recording:
 Without --held-out, blocks of the recordings are predicted from the others. Only what held-out data confirm enters augmented.toml.
 Any diagnosis is an answer, also that nothing can be decided: the exit code is 0.")]
 pub struct Arguments {
-    /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is several
+    /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is several. Or one spectrum, or one list of
+    /// modes (.json, as `obsid modal --json` prints it)
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The plant file that is held against them, or the name of one that comes with the program
@@ -75,6 +79,8 @@ struct Case {
     repeat: Vec<Loaded>,
     /// Evidence over frequency, and the digest of its file.
     spectra: Vec<(Spectrum, String)>,
+    /// Evidence that modes are.
+    modes: Option<ModesFile>,
     command: String,
 }
 
@@ -97,10 +103,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |what, share| {
             bar.phase(what, DOCTOR_SHARE + (1.0 - DOCTOR_SHARE) * share);
         }),
-        None => case.spectra.first().map_or_else(
-            || Diagnosis::cannot_decide("there is no evidence".into()),
-            |(spectrum, _)| features::diagnose(&case.plant, spectrum),
-        ),
+        None => match (&case.modes, case.spectra.first()) {
+            (Some(modes), _) => modes_file::diagnose(&case.plant, modes),
+            (None, Some((spectrum, _))) => features::diagnose(&case.plant, spectrum),
+            (None, None) => Diagnosis::cannot_decide("there is no evidence".into()),
+        },
     };
     bar.end();
     let mut diagnosed = Diagnosed { case, findings, diagnosis };
@@ -125,7 +132,10 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
     let rename = |set: &mut SeriesSet| map.as_ref().map_or(Ok(()), |map| map.apply(set));
     let evidence = |path: &Path| recordings::read_evidence(path, &plant, &rename);
     let (mut fitted, mut spectra) = (Vec::new(), Vec::new());
-    for path in &arguments.recordings {
+    let (lists, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
+        arguments.recordings.iter().partition(|path| modes_file::is_one(path));
+    let modes = alone(&lists, &others)?.map(modes_file::read).transpose()?;
+    for path in others {
         match evidence(path)? {
             Evidence::Time(loaded) => fitted.extend(loaded),
             Evidence::Spectrum { spectrum, digest } => spectra.push((spectrum, digest)),
@@ -148,7 +158,20 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
     used_twice(&fitted, &held_out, "--held-out", "data that were fitted confirm nothing: give another recording")?;
     used_twice(&fitted, &repeat, "--repeat", "give the same experiment flown once more, not the same file")?;
     let plant_file = arguments.plant.display().to_string();
-    Ok(Case { plant, plant_file, plant_digest, fitted, held_out, repeat, spectra, command: again(arguments) })
+    Ok(Case { plant, plant_file, plant_digest, fitted, held_out, repeat, spectra, modes, command: again(arguments) })
+}
+
+/// The list of modes, if there is one: then it is all there is.
+fn alone<'a>(lists: &[&'a PathBuf], others: &[&'a PathBuf]) -> Result<Option<&'a Path>, Failure> {
+    match (lists, others) {
+        ([], _) => Ok(None),
+        ([list], []) => Ok(Some(list.as_path())),
+        ([list, ..], _) => Err(Failure::Input(miette::miette!(
+            help = "a list of modes is diagnosed on its own: give one, and compare the answers",
+            "{}: a list of modes among other recordings",
+            list.display()
+        ))),
+    }
 }
 
 /// Time records, or one spectrum.

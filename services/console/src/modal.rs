@@ -12,7 +12,7 @@ mod time;
 use crate::Failure;
 use crate::recordings::{self, ReportFile};
 use modal::c64;
-use modal::drift::Drift;
+use modal::drift::{Drift, Track};
 use recording::{Imported, Spectrum};
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
@@ -27,6 +27,7 @@ use std::path::PathBuf;
   obsid modal panel.csv --input torque --out report             with a recorded input: maximum likelihood, modal.html
   obsid modal point_1.csv point_2.csv point_3.csv --json        frequency responses of one structure, as one object
   obsid modal beam.uff --csv modes.csv                          a universal file (dataset 58); the modes as a table
+  obsid modal panel.csv --input torque --json > modes.json      what `obsid diagnose modes.json --plant FILE` asks for drift
   obsid modal run.mcap --orders 2..60                           order sweep up to 60")]
 pub struct Arguments {
     /// CSV, CSV.gz, UFF or MCAP; several files of frequency responses are channels of one structure
@@ -116,6 +117,8 @@ struct Outcome {
     advice: Vec<String>,
     /// From the first half of the record to the second.
     drift: Vec<Drift>,
+    /// The modes through the parts of the record.
+    tracks: Vec<Track>,
     notes: Vec<String>,
 }
 
@@ -194,10 +197,17 @@ fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<&str>) -> V
         json!({ "frequency_hz": drift.frequency_hz, "frequency_change_hz": drift.frequency_change_hz, "frequency_z": drift.frequency_z,
             "damping": drift.damping_ratio, "damping_change": drift.damping_change, "damping_z": drift.damping_z })
     };
+    let track = |track: &Track| {
+        let parts = track.points.iter().map(|p| {
+            json!({ "begin_s": p.begin_s, "end_s": p.end_s, "amplitude": p.amplitude, "frequency_hz": p.frequency_hz,
+                "frequency_sd": p.frequency_sd, "damping": p.damping_ratio, "damping_sd": p.damping_sd })
+        });
+        json!({ "frequency_hz": track.frequency_hz, "damping": track.damping_ratio, "parts": parts.collect::<Vec<_>>() })
+    };
     json!({ "files": arguments.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         "method": outcome.method, "kind": outcome.kind, "standard_deviations": outcome.deviations,
         "channels": outcome.channels, "modes": outcome.modes.iter().map(mode).collect::<Vec<_>>(),
-        "rejected": rejected, "drift": outcome.drift.iter().map(drift).collect::<Vec<_>>(), "advice": outcome.advice, "notes": outcome.notes, "report": written })
+        "rejected": rejected, "drift": outcome.drift.iter().map(drift).collect::<Vec<_>>(), "tracks": outcome.tracks.iter().map(track).collect::<Vec<_>>(), "advice": outcome.advice, "notes": outcome.notes, "report": written })
 }
 
 fn in_words(outcome: &Outcome, written: Option<&str>) -> String {

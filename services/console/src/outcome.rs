@@ -14,7 +14,8 @@ use std::path::Path;
 use supervisor::mode::Event;
 use supervisor::validation;
 use telemetry::{
-    Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, Estimate, MODE, Mode, ModeState, Phase, VERDICT, Verdict,
+    Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, Estimate, MODE, Mode, ModeState, Phase, Reason, VERDICT,
+    Verdict,
 };
 
 /// One change of mode.
@@ -54,12 +55,28 @@ impl ParameterRow {
     }
 }
 
+/// The inertia by the modes beside that by the momentum.
+pub struct ComparisonRow {
+    pub phase: Phase,
+    pub agree: Option<bool>,
+    /// Domain to be doubted.
+    pub doubt: Option<Domain>,
+    pub modal_kg_m2: Option<f64>,
+    pub inertial_kg_m2: Option<f64>,
+    /// Of the difference.
+    pub sigma_kg_m2: Option<f64>,
+    pub z: Option<f64>,
+    pub reason: String,
+}
+
 /// The result of a run.
 pub struct Outcome {
     pub modes: Vec<ModeRow>,
     pub parameters: Vec<ParameterRow>,
     /// From torques, and of the target.
     pub arm: ArmResults,
+    /// What two estimates of one number say of each other.
+    pub comparisons: Vec<ComparisonRow>,
     pub partitions: Vec<PartitionRow>,
     /// None when nothing was recorded.
     pub digest: Option<String>,
@@ -74,7 +91,8 @@ impl Outcome {
     #[must_use]
     pub fn read(run: &RunConfig, finished: Finished, recorded: bool) -> Self {
         let Finished { rows, wall_s, link, mut failure } = finished;
-        let (mut modes, mut parameters, mut arm, mut digest) = (Vec::new(), Vec::new(), ArmResults::default(), None);
+        let (mut modes, mut parameters, mut arm) = (Vec::new(), Vec::new(), ArmResults::default());
+        let (mut comparisons, mut digest) = (Vec::new(), None);
         let found = if recorded {
             recorded_results(&run.record, failure.is_some()).map_err(|error| error.explain())
         } else {
@@ -84,6 +102,7 @@ impl Outcome {
             Ok((recorded, identity)) => {
                 (modes, parameters) = results(run, &recorded);
                 arm = ArmResults::read(run, &recorded);
+                comparisons = recorded.of(VERDICT).filter_map(|(_, verdict)| comparison(verdict)).collect();
                 digest = Some(identity);
             }
             Err(reason) => {
@@ -91,7 +110,7 @@ impl Outcome {
                 failure.get_or_insert(reason);
             }
         }
-        Outcome { modes, parameters, arm, partitions: rows, digest, wall_s, link, failure }
+        Outcome { modes, parameters, arm, comparisons, partitions: rows, digest, wall_s, link, failure }
     }
 
     /// The object that `--json` prints.
@@ -106,6 +125,7 @@ impl Outcome {
                 "frame": row.frame, "t_s": row.t_s, "from": row.from, "to": row.to, "cause": row.cause,
             })).collect::<Vec<_>>(),
             "estimates": { "inertial": of(Domain::Inertial), "slosh": of(Domain::Slosh), "modal": of(Domain::Modal) },
+            "comparisons": self.comparisons.iter().map(comparison_json).collect::<Vec<_>>(),
             "partitions": self.partitions.iter().map(|row| self.partition_json(row)).collect::<Vec<_>>(),
             "digest": self.digest,
             "wall_s": self.wall_s,
@@ -158,11 +178,43 @@ fn results(run: &RunConfig, recorded: &RecordedRun) -> (Vec<ModeRow>, Vec<Parame
             let of_phase = |code: u16| code == phase.code();
             let estimate =
                 recorded.of(topic).map(|(_, estimate)| estimate).filter(|e| e.closing == 1 && of_phase(e.phase)).last();
-            let verdict = verdicts.iter().rfind(|v| v.domain == domain.code() && of_phase(v.phase)).copied();
+            let verdict =
+                verdicts.iter().rfind(|v| v.domain == domain.code() && of_phase(v.phase) && !compares(v)).copied();
             parameters.extend(parameter_rows(run, domain, phase, estimate, verdict));
         }
     }
     (modes, parameters)
+}
+
+fn compares(verdict: &Verdict) -> bool {
+    Reason::from_code(verdict.reason).is_some_and(Reason::compares)
+}
+
+fn comparison(verdict: &Verdict) -> Option<ComparisonRow> {
+    let reason = Reason::from_code(verdict.reason).filter(|reason| reason.compares())?;
+    let compared = !matches!(reason, Reason::SeparateBodies | Reason::InertiaNotFound);
+    Some(ComparisonRow {
+        phase: Phase::from_code(verdict.phase)?,
+        agree: compared.then_some(reason == Reason::InertiaAgrees),
+        doubt: match reason {
+            Reason::InertiaModalDoubted => Some(Domain::Modal),
+            Reason::InertiaInertialDoubted => Some(Domain::Inertial),
+            _ => None,
+        },
+        modal_kg_m2: compared.then_some(verdict.held_out_rms),
+        inertial_kg_m2: compared.then_some(verdict.held_out_noise),
+        sigma_kg_m2: compared.then_some(verdict.held_out_count),
+        z: compared.then_some(verdict.measured),
+        reason: validation::explain(verdict),
+    })
+}
+
+fn comparison_json(row: &ComparisonRow) -> Value {
+    json!({
+        "of": "inertia", "phase": row.phase.text(), "agree": row.agree, "doubt": row.doubt.map(Domain::text),
+        "modal_kg_m2": row.modal_kg_m2, "inertial_kg_m2": row.inertial_kg_m2, "sigma_kg_m2": row.sigma_kg_m2, "z": row.z,
+        "reason": row.reason,
+    })
 }
 
 /// Frames that a run will have, about.

@@ -4,7 +4,7 @@
 //! scenario is refused before anything is started.
 
 use runtime::Scenario;
-use runtime::scenario::{ArmExperiment, ArmKnown, Impossible, ModalExperiment, Need, SloshExperiment};
+use runtime::scenario::{AppendageKnown, ArmExperiment, ArmKnown, Impossible, ModalExperiment, Need, SloshExperiment};
 use std::ops::RangeInclusive;
 use telemetry::{ACCELEROMETERS_MAX, BATCH_MAX, Domain, TOPICS};
 
@@ -87,7 +87,24 @@ impl Limits {
             self.unless(good, "modal.known.expected", &text, "needs a frequency above 0 and a damping ratio of 0 to 1");
         }
         self.within("modal.known.expected_amplitude_m_s2", known.expected_amplitude_m_s2, 0.0..=NUMBER_MAX);
+        if let Some(appendage) = &known.appendage {
+            self.appendage(appendage);
+        }
         self.need("modal", Domain::Modal, &modal.need);
+    }
+
+    fn appendage(&mut self, known: &AppendageKnown) {
+        let key = |key: &str| format!("modal.known.appendage.{key}");
+        let taken: f64 = known.coupling_sqrt_kg_m.iter().map(|c| c * c).sum();
+        let why = format!("must be above {taken}, which the modes take along (the squares of their couplings)");
+        self.unless(known.inertia_kg_m2 > taken, &key("inertia_kg_m2"), &known.inertia_kg_m2, &why);
+        self.within(&key("inertia_relative_sd"), known.inertia_relative_sd, 0.0..=1.0);
+        self.within(&key("coupling_relative_sd"), known.coupling_relative_sd, 0.0..=1.0);
+        for [frequency_hz, damping] in &known.locked {
+            let text = format!("[{frequency_hz}, {damping}]");
+            let good = *frequency_hz > 0.0 && *damping > 0.0 && *damping < 1.0;
+            self.unless(good, &key("locked"), &text, "needs a frequency above 0 and a damping ratio between 0 and 1");
+        }
     }
 
     fn slosh(&mut self, slosh: &SloshExperiment, period_s: f64) {

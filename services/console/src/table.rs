@@ -63,6 +63,9 @@ fn parameters(outcome: &Outcome, text: &mut String) {
             row.reason
         );
     }
+    for row in &outcome.comparisons {
+        let _ = writeln!(text, "{:<9} {:<12} {}", "both", row.phase, row.reason);
+    }
 }
 
 /// The arm from motion and torques, or the target.

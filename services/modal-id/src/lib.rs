@@ -10,12 +10,15 @@
 //! Status: 0 valid; 1 no rows, or channels asked for that the record does not have; 2 record too short
 //! (`auxiliary[10]` samples, `auxiliary[11]` needed); 3 no mode found; 4 flat channels; 5 decomposition failed;
 //! 6 excited throughout. Where the status is 0, `auxiliary[k]` is the dominant channel of mode k, and `auxiliary[6 + k]` says which
-//! mode it is over all answers and experiments so far, and what to beware of ([`advice_bits`]).
+//! mode it is over all answers and experiments so far, and what to beware of ([`advice_bits`]). Told of the appendage's geometry
+//! (`[modal.known.appendage]`) it gives five modes at most, and `auxiliary[5]`, `[11]` are the inertia about the hub's axis that
+//! they imply and its sigma; 0 where they imply none.
 //! May import: modal, physics, runtime, telemetry. Must never know: the plant, recordings.
 #![forbid(unsafe_code)]
 
 mod advice_bits;
 mod decay_rows;
+mod inertia;
 
 use advice_bits::{IDENTITY_UNIT, Pulse};
 use decay_rows::DecayRows;
@@ -31,7 +34,8 @@ use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
     ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, Domain, ESTIMATE_MODAL, Estimate,
-    Experiment, PARAMETERS_MAX, PartitionId, Sample, TopicId,
+    Experiment, HUB_INERTIA_AT, HUB_INERTIA_SIGMA_AT, MODES_BESIDE_INERTIA, PARAMETERS_MAX, PartitionId, Sample,
+    TopicId,
 };
 
 const MODES_MAX: usize = PARAMETERS_MAX / 2;
@@ -45,6 +49,9 @@ const NEED_AT: usize = 11;
 /// Where the identities of valid modes begin.
 const IDENTITY_AT: usize = 6;
 const _: () = assert!(IDENTITY_AT + MODES_MAX <= PARAMETERS_MAX);
+/// The inertia stands in the places of the sixth mode.
+const _: () = assert!(HUB_INERTIA_AT == MODES_BESIDE_INERTIA);
+const _: () = assert!(HUB_INERTIA_SIGMA_AT == IDENTITY_AT + MODES_BESIDE_INERTIA);
 /// Standard deviations of the mean innovation, or of a block of them, beyond which something acts that is not known.
 const LEAK_SIGMA: f64 = 5.0;
 
@@ -262,8 +269,13 @@ impl ModalId {
         match self.state.identifier.as_mut().map(ModalIdentifier::identify) {
             Some(_) if self.state.free_rows == 0 => sample.status = status::EXCITED_THROUGHOUT,
             Some(Ok(modes)) => {
-                let modes = best_known(modes);
+                let known = self.known.appendage.as_ref();
+                let modes = best_known(modes, if known.is_some() { MODES_BESIDE_INERTIA } else { MODES_MAX });
                 fill(&mut sample, &modes, &self.state.channels);
+                if let Some((inertia, sigma)) = known.and_then(|known| inertia::of_modes(known, &modes)) {
+                    sample.auxiliary[HUB_INERTIA_AT] = inertia;
+                    sample.auxiliary[HUB_INERTIA_SIGMA_AT] = sigma;
+                }
                 self.test_decay(&mut sample);
                 self.name(&mut sample, &modes);
             }
@@ -339,10 +351,10 @@ fn refuse(sample: &mut Estimate, error: &ModalError) {
 }
 
 /// The modes that are known best, in order of frequency.
-fn best_known(mut modes: Vec<Mode>) -> Vec<Mode> {
+fn best_known(mut modes: Vec<Mode>, most: usize) -> Vec<Mode> {
     let relative = |mode: &Mode| mode.sigma_frequency_hz / mode.frequency_hz;
     modes.sort_by(|a, b| relative(a).total_cmp(&relative(b)));
-    modes.truncate(MODES_MAX);
+    modes.truncate(most);
     modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     modes
 }

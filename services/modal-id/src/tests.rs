@@ -1,6 +1,7 @@
 //! Laws of the partition: which rows count, which are tested, and what it says when it has no estimate.
 
 use super::*;
+use runtime::scenario::AppendageKnown;
 
 #[global_allocator]
 static ALLOCATOR: runtime::sys::CountingAllocator = runtime::sys::CountingAllocator;
@@ -223,4 +224,56 @@ fn rows_of_a_decay_take_no_memory_after_the_first() {
         t_ns += 5_000_000;
     }
     assert_eq!(runtime::sys::allocations() - before, 0);
+}
+
+#[test]
+fn rows_before_and_behind_a_blow_and_a_gap_take_no_memory_after_the_first() {
+    let mut partition = ModalId { state: State::default(), known: known(&[]), replays: true };
+    let mut batch = Accelerometers::zeroed_at(0);
+    (batch.count, batch.channels, batch.interval_ns) = (1, CHANNELS as u32, 5_000_000);
+    let (mut before, mut t_ns) = (0, 0);
+    for n in 0..6000 {
+        // Three blows of a slow mode out of a rest, and gaps between.
+        let since = (n % 2000) as f64 - 800.0;
+        let decay = if since < 0.0 { 0.0 } else { (-0.003 * since).exp() * (0.2 * since).cos() };
+        let rows = [decay, 0.5 * decay, -decay].map(|y| y + SIGMA_M_S2 * normal(n));
+        batch.header.t_meas_ns = t_ns;
+        batch.acceleration_m_s2[0][..CHANNELS].copy_from_slice(&rows);
+        partition.take_batch(&batch);
+        t_ns += if n % 2000 == 1999 { 500_000_000 } else { 5_000_000 };
+        if n == 0 {
+            before = runtime::sys::allocations();
+        }
+    }
+    assert_eq!(runtime::sys::allocations() - before, 0);
+}
+
+#[test]
+fn told_of_the_appendage_it_gives_the_inertia_that_the_modes_imply_and_at_most_five_modes() {
+    let told = |case: &Case| {
+        let appendage = Some(AppendageKnown {
+            // The benchmark's, 3 % off.
+            inertia_kg_m2: 183.0,
+            inertia_relative_sd: 0.05,
+            coupling_sqrt_kg_m: [10.231_943_38, 2.121_261_81],
+            coupling_relative_sd: 0.0,
+            locked: [[1.001_027_19, 0.005], [6.273_330_30, 0.008]],
+            arm_angle_rad: None,
+        });
+        case.run(ModalKnown { appendage, ..known(&[]) }).estimate(0, true)
+    };
+    let given = |estimate: &Estimate| (estimate.auxiliary[HUB_INERTIA_AT], estimate.auxiliary[HUB_INERTIA_SIGMA_AT]);
+    for modes in [2, 3, 6] {
+        let estimate = told(&Case::new(modes));
+        assert_eq!((estimate.status, usize::from(estimate.count)), (0, 2 * modes.min(MODES_BESIDE_INERTIA)));
+        let (inertia, sigma) = given(&estimate);
+        // Of 1.5611 and 6.4844 Hz instead of 1.56109992 and 6.48442584: 177.50 within a thousandth of a sigma.
+        assert!(sigma > 0.0 && sigma < 1.0 && (inertia - 177.50).abs() < 4.0 * sigma, "{modes}: {inertia} ± {sigma}");
+    }
+    assert_eq!(
+        given(&told(&Case { modes: vec![(1.5611, 0.008)], ..Case::new(1) })),
+        (0.0, 0.0),
+        "one mode says nothing"
+    );
+    assert_eq!(given(&Case::new(2).estimate()), (0.0, 0.0), "nor does a geometry that is not known");
 }

@@ -8,6 +8,7 @@
 //! | `mode` | the mode table and the machine that evaluates it, once a frame |
 //! | `validation` | two verdicts on a model: complete, adequate |
 //! | `held_out` | the last fifth of an experiment, simulated with an estimate that never saw it |
+//! | `inertia` | the inertia by the modes against that by the momentum, and which to doubt |
 //! | `contact` | contact recognised from a jump of the momentum, or of the base rate |
 //! | `verdicts` | what is said of experiments that give no model |
 //! | `mission` | from the scenario to the plan, the needs and the predictions |
@@ -17,6 +18,7 @@
 
 pub mod contact;
 pub mod held_out;
+mod inertia;
 mod measured;
 mod mission;
 pub mod mode;
@@ -26,6 +28,7 @@ pub mod validation;
 mod verdicts;
 
 use contact::{ContactDetector, FreeArm};
+use inertia::Inertias;
 use measured::Measured;
 use mission::Mission;
 use mode::{ContactMeasure, ModeMachine, Situation, Stimulus};
@@ -59,6 +62,7 @@ struct State {
     /// While the target is in reach.
     contact: Option<ContactDetector>,
     ledger: Ledger,
+    inertias: Inertias,
 }
 
 /// The partition.
@@ -85,6 +89,7 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         free_arm: None,
         contact: None,
         ledger: Ledger::default(),
+        inertias: Inertias::default(),
     };
     Ok(Box::new(Supervisor { mission, state }))
 }
@@ -185,6 +190,9 @@ impl Supervisor {
         let verdict = validation::validate(estimate, held_out, need, frame.number, frame.t_ns);
         let sigma_over_need = validation::sigma_over_need(estimate, need);
         self.publish_verdict(&verdict, out);
+        if let Some(compared) = self.state.inertias.take(estimate, &verdict, self.mission.modal.appendage.as_ref()) {
+            out.publish(VERDICT, &compared);
+        }
         if domain == Domain::Inertial && phase != Phase::Mated {
             // A model that serves to look for contact need not be accepted: its covariance is taken into account.
             self.state.free_arm = FreeArm::of(estimate).or(self.state.free_arm);

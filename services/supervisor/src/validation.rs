@@ -218,6 +218,9 @@ pub fn explain(verdict: &Verdict) -> String {
     let Some(reason) = Reason::from_code(verdict.reason) else {
         return format!("unknown reason {}", verdict.reason);
     };
+    if reason.compares() {
+        return crate::inertia::explain(verdict, reason);
+    }
     let domain = Domain::from_code(verdict.domain);
     let unit = if domain == Some(Domain::Inertial) { "rad/s" } else { "m/s^2" };
     let parameter = domain.and_then(|domain| parameters(domain).get(usize::from(verdict.parameter)));

@@ -9,10 +9,12 @@
 //! trusted to, mode by mode; without one the size of the discrepancy is estimated.
 
 mod changes;
+mod drift;
 mod likelihood;
 mod matching;
 mod peaks;
 
+pub use drift::{ModeInPart, ModeTrack};
 pub use peaks::{MeasuredMode, Spectrum};
 
 use crate::diagnose::{
@@ -64,6 +66,19 @@ pub fn diagnose_modes(plant: &Plant, name: &str, measured: &[MeasuredMode], opti
         Ok(comparison) => comparison.conclude(options),
         Err(reason) => Diagnosis::cannot_decide(reason),
     }
+}
+
+/// As [`diagnose_modes`], with the same modes over parts of their record: what is not constant over them is reported beside.
+pub fn diagnose_tracked_modes(
+    plant: &Plant,
+    name: &str,
+    measured: &[MeasuredMode],
+    tracks: &[ModeTrack],
+    options: &FeatureOptions,
+) -> Diagnosis {
+    let mut diagnosis = diagnose_modes(plant, name, measured, options);
+    drift::add_drifts(&mut diagnosis, tracks, options.alpha);
+    diagnosis
 }
 
 /// Plant and measurement side by side.

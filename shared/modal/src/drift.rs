@@ -61,19 +61,7 @@ impl std::fmt::Display for Drift {
 #[must_use]
 pub fn between(earlier: &[Estimate], later: &[Estimate]) -> Vec<Drift> {
     let of = |before: &Estimate| {
-        let apart = |after: &&Estimate| (after.frequency_hz - before.frequency_hz).abs();
-        let width = |after: &&Estimate| {
-            3.0 * before.damping_ratio.max(after.damping_ratio) * before.frequency_hz
-                + WORTH_A_WORD_SIGMA
-                    * before
-                        .deviation
-                        .map_or(0.0, |d| d.frequency_hz)
-                        .hypot(after.deviation.map_or(0.0, |d| d.frequency_hz))
-        };
-        let alike = |after: &&Estimate| {
-            modal_assurance_criterion(&before.mode_shape, &after.mode_shape) > SAME_SHAPE && apart(after) < width(after)
-        };
-        let after = later.iter().filter(alike).min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
+        let after = alike(before, later)?;
         let (a, b) = (before.deviation?, after.deviation?);
         let (frequency_change_hz, damping_change) =
             (after.frequency_hz - before.frequency_hz, after.damping_ratio - before.damping_ratio);
@@ -87,6 +75,121 @@ pub fn between(earlier: &[Estimate], later: &[Estimate]) -> Vec<Drift> {
         })
     };
     earlier.iter().filter_map(of).collect()
+}
+
+/// The nearest of like shape, within three half-power widths and what the deviations allow.
+fn alike<'a>(mode: &Estimate, among: &'a [Estimate]) -> Option<&'a Estimate> {
+    let apart = |other: &&Estimate| (other.frequency_hz - mode.frequency_hz).abs();
+    let deviation = |estimate: &Estimate| estimate.deviation.map_or(0.0, |d| d.frequency_hz);
+    let width = |other: &&Estimate| {
+        3.0 * mode.damping_ratio.max(other.damping_ratio) * mode.frequency_hz
+            + WORTH_A_WORD_SIGMA * deviation(mode).hypot(deviation(other))
+    };
+    let like = |other: &&Estimate| {
+        modal_assurance_criterion(&mode.mode_shape, &other.mode_shape) > SAME_SHAPE && apart(other) < width(other)
+    };
+    among.iter().filter(like).min_by(|a, b| apart(a).total_cmp(&apart(b)))
+}
+
+/// Modes of one part of a record.
+#[derive(Clone, Debug)]
+pub struct PartOfRecord {
+    /// Behind the record's first sample.
+    pub begin_s: f64,
+    pub end_s: f64,
+    /// Root mean square over all channels, mean of each removed: how strongly the structure moved, all modes together.
+    pub amplitude: f64,
+    pub modes: Vec<Estimate>,
+}
+
+/// A mode in one part.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackPoint {
+    pub begin_s: f64,
+    pub end_s: f64,
+    pub amplitude: f64,
+    pub frequency_hz: f64,
+    pub frequency_sd: f64,
+    pub damping_ratio: f64,
+    pub damping_sd: f64,
+}
+
+/// A mode of the whole record and what its parts say of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    pub frequency_hz: f64,
+    pub damping_ratio: f64,
+    pub points: Vec<TrackPoint>,
+}
+
+/// Periods of the slowest mode that a part holds at least.
+const PERIODS_MIN: f64 = 3.0;
+/// Parts at most: time and amplitude are told apart by four, and each still knows its modes to twice the whole record's sigma.
+const PARTS_MAX: usize = 4;
+
+/// Equal parts of a record worth fitting: four, or fewer where the slowest mode would not turn three times in each; at least two.
+#[must_use]
+pub fn parts_of(record: &Record, slowest_hz: f64) -> Vec<Range<usize>> {
+    let samples = record.samples();
+    let periods = samples as f64 / record.sample_rate_hz * slowest_hz;
+    let count = ((periods / PERIODS_MIN) as usize).clamp(2, PARTS_MAX);
+    (0..count).map(|k| k * samples / count..(k + 1) * samples / count).collect()
+}
+
+/// A part with modes found in whatever way.
+#[must_use]
+pub fn part(record: &Record, over: &Range<usize>, modes: Vec<Estimate>) -> PartOfRecord {
+    let (l, rows) = (record.channels, record.rows(over));
+    let count = over.len().max(1) as f64;
+    let power = (0..l).map(|c| {
+        let mean = rows.iter().skip(c).step_by(l).sum::<f64>() / count;
+        rows.iter().skip(c).step_by(l).map(|y| (y - mean) * (y - mean)).sum::<f64>()
+    });
+    PartOfRecord {
+        begin_s: over.start as f64 / record.sample_rate_hz,
+        end_s: over.end as f64 / record.sample_rate_hz,
+        amplitude: (power.sum::<f64>() / (count * l as f64)).sqrt(),
+        modes,
+    }
+}
+
+/// Every part of [`parts_of`] by maximum likelihood from the `poles` of the whole; a part that cannot be fitted has no modes.
+///
+/// Cost: one fit of the record's length in all.
+#[must_use]
+pub fn parts_by_likelihood(record: &Record, model: Model, poles: &[c64]) -> Vec<PartOfRecord> {
+    let slowest_hz = poles.iter().map(|p| p.norm_sqr().sqrt()).fold(f64::INFINITY, f64::min) / core::f64::consts::TAU;
+    let fitted = |over: &Range<usize>| {
+        let moving = Model { initial_motion: model.initial_motion || over.start > 0, ..model };
+        let found = fit(&record.part(over.clone()), moving, poles).ok().filter(|fit| fit.converged);
+        part(record, over, found.map(|fit| estimates(&fit)).unwrap_or_default())
+    };
+    parts_of(record, slowest_hz).iter().map(fitted).collect()
+}
+
+/// The modes of the whole through its parts; of parts in which none is like it there is no point.
+#[must_use]
+pub fn tracks(whole: &[Estimate], parts: &[PartOfRecord]) -> Vec<Track> {
+    let track = |mode: &Estimate| Track {
+        frequency_hz: mode.frequency_hz,
+        damping_ratio: mode.damping_ratio,
+        points: parts.iter().filter_map(|part| point(mode, part)).collect(),
+    };
+    whole.iter().map(track).filter(|track| track.points.len() > 1).collect()
+}
+
+fn point(mode: &Estimate, part: &PartOfRecord) -> Option<TrackPoint> {
+    let found = alike(mode, &part.modes)?;
+    let deviation = found.deviation?;
+    Some(TrackPoint {
+        begin_s: part.begin_s,
+        end_s: part.end_s,
+        amplitude: part.amplitude,
+        frequency_hz: found.frequency_hz,
+        frequency_sd: deviation.frequency_hz,
+        damping_ratio: found.damping_ratio,
+        damping_sd: deviation.damping_ratio,
+    })
 }
 
 /// Drift of the modes at `poles` (of the whole record) between the halves of a record, each fitted by maximum likelihood.

@@ -36,6 +36,11 @@ impl SlidingHistory {
         &self.buffer[self.cursor * self.channels..(self.cursor + self.depth) * self.channels]
     }
 
+    /// Numbers kept, with the room to slide.
+    pub(crate) fn numbers(&self) -> usize {
+        self.buffer.len()
+    }
+
     pub(crate) fn clear(&mut self) {
         self.buffer.fill(0.0);
         self.cursor = self.depth;

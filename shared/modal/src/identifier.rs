@@ -31,6 +31,8 @@ pub struct Config {
     pub band_hz: Option<(f64, f64)>,
     /// Number of times the rate is halved; each costs half the accumulation of the one before.
     pub halvings: usize,
+    /// Blocks kept at each rate for the spread along the record; as many as pay when none is stated. One: the newest segment alone.
+    pub blocks: Option<usize>,
     pub selection: SelectionSettings,
 }
 
@@ -44,6 +46,7 @@ impl Config {
             block_rows: 40,
             band_hz: None,
             halvings: 3,
+            blocks: None,
             selection: SelectionSettings::default(),
         }
     }
@@ -88,8 +91,12 @@ impl ModalIdentifier {
         assert!(config.sample_rate_hz > 0.0);
         assert!(config.selection.order_max > 0);
         let stages = (0..config.halvings).map(|_| HalfBand::new(config.channels)).collect();
-        let covariances =
-            (0..=config.halvings).map(|_| StreamingCovariance::new(config.channels, config.block_rows)).collect();
+        let (channels, block_rows) = (config.channels, config.block_rows);
+        let accumulator = || match config.blocks {
+            Some(blocks) => StreamingCovariance::with_blocks(channels, block_rows, blocks),
+            None => StreamingCovariance::new(channels, block_rows),
+        };
+        let covariances = (0..=config.halvings).map(|_| accumulator()).collect();
         Self { config, stages, covariances }
     }
 

@@ -48,7 +48,7 @@ impl Model {
 /// Why there is no estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MlError {
-    /// As many unknowns as samples.
+    /// As many unknowns as samples, or too few of them to find a start.
     RecordTooShort { samples: usize, need: usize },
     /// All channels are flat.
     NoSignal,

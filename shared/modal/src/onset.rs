@@ -47,12 +47,13 @@ impl OnsetGate {
             identifier.push(row);
             return;
         }
+        let most = LASTING_COLUMNS * 2 * identifier.config().block_rows;
         if self.mean.is_empty() {
-            self.mean = vec![0.0; row.len()];
+            self.take_memory(row.len(), most);
         }
         self.powers.push_back(row.iter().zip(&self.mean).map(|(y, mean)| (y - mean) * (y - mean)).sum());
         self.values.extend(row);
-        if self.powers.len() < LASTING_COLUMNS * 2 * identifier.config().block_rows {
+        if self.powers.len() < most {
             return;
         }
         if self.jumps() {
@@ -67,7 +68,22 @@ impl OnsetGate {
         while !self.powers.is_empty() {
             self.release(identifier);
         }
-        *self = Self::default();
+        self.forget();
+    }
+
+    /// With the first row, for all that will ever wait.
+    fn take_memory(&mut self, channels: usize, rows: usize) {
+        self.mean = vec![0.0; channels];
+        self.row.reserve_exact(channels);
+        self.powers.reserve_exact(rows);
+        // what waits, and the row that is on its way out
+        self.values.reserve_exact((rows + 1) * channels);
+    }
+
+    /// What is known of the segment; memory stays.
+    fn forget(&mut self) {
+        self.mean.fill(0.0);
+        (self.rows, self.squares) = (0, 0.0);
     }
 
     /// Whether a jump begins with the oldest row that waits.
@@ -86,11 +102,19 @@ impl OnsetGate {
             }
         }
         identifier.open_segment();
-        let mut waiting = std::mem::take(self);
-        let channels = waiting.mean.len();
-        waiting.values.drain(..strongest * channels);
-        // A segment without rows behind it is not judged: what waits again passes on or keeps waiting.
-        waiting.values.make_contiguous().chunks_exact(channels).for_each(|row| self.push(row, identifier));
+        self.forget();
+        let channels = self.mean.len();
+        self.powers.drain(..strongest);
+        self.values.drain(..strongest * channels);
+        // Against the mean of a segment of which nothing is known.
+        let rows = self.values.make_contiguous().chunks_exact(channels);
+        for (power, row) in self.powers.iter_mut().zip(rows) {
+            *power = row.iter().map(|y| y * y).sum();
+        }
+        // A segment without rows behind it is not judged: what waits in full length passes on.
+        if strongest == 0 {
+            self.release(identifier);
+        }
     }
 
     fn release(&mut self, identifier: &mut ModalIdentifier) {

@@ -232,12 +232,19 @@ impl Realisation {
         }
         let Ok(eigen) = a.eigen() else { return Vec::new() };
         let right = eigen.U();
-        let left = right.partial_piv_lu().solve(Mat::<c64>::identity(order, order));
-        let mut poles: Vec<Pole> = (0..order)
-            .filter(|&k| eigen.S().column_vector()[k].im >= 0.0)
-            .filter_map(|k| {
-                let right: Vec<c64> = (0..order).map(|row| right[(row, k)]).collect();
-                let left: Vec<c64> = (0..order).map(|column| left[(k, column)]).collect();
+        let one_of_each_pair: Vec<usize> = (0..order).filter(|&k| eigen.S().column_vector()[k].im >= 0.0).collect();
+        // Rows of the inverse: Uᵀ x = e_k.
+        let mut left = Mat::<c64>::zeros(order, one_of_each_pair.len());
+        for (column, &k) in one_of_each_pair.iter().enumerate() {
+            left[(k, column)] = c64::new(1.0, 0.0);
+        }
+        right.partial_piv_lu().solve_transpose_in_place(left.as_mut());
+        let mut poles: Vec<Pole> = one_of_each_pair
+            .iter()
+            .enumerate()
+            .filter_map(|(column, &k)| {
+                let right: Vec<c64> = right.col(k).iter().copied().collect();
+                let left: Vec<c64> = left.col(column).iter().copied().collect();
                 self.pole(order, eigen.S().column_vector()[k], right, left, sample_rate_hz)
             })
             .collect();

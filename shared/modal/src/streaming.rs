@@ -63,8 +63,18 @@ impl StreamingCovariance {
     /// Takes all memory: 16 to 32 blocks of `2il² + 5il` numbers. A segment is open from the start.
     #[must_use]
     pub fn new(channels: usize, block_rows: usize) -> Self {
+        let width = 2 * block_rows * channels;
+        let blocks = (BLOCK_GRAM_BYTES / (8 * width * width)).clamp(BLOCKS_FLOOR, BLOCKS_MAX);
+        Self::with_blocks(channels, block_rows, blocks)
+    }
+
+    /// The same with so many blocks. Of one block it is the newest segment alone, of any length, without a spread along it: what a decay
+    /// needs, in 99 kB for ten channels and i = 40.
+    #[must_use]
+    pub fn with_blocks(channels: usize, block_rows: usize, blocks: usize) -> Self {
         assert!(channels > 0);
         assert!(block_rows > 1);
+        assert!(blocks > 0);
         let width = 2 * block_rows * channels;
         let empty = Block {
             segment: 0,
@@ -76,8 +86,9 @@ impl StreamingCovariance {
         Self {
             channels,
             block_rows,
-            block_length: FIRST_BLOCK_LENGTH * 2 * block_rows as u64,
-            blocks: vec![empty; (BLOCK_GRAM_BYTES / (8 * width * width)).clamp(BLOCKS_FLOOR, BLOCKS_MAX)],
+            // One block has no neighbour to join: it is never full.
+            block_length: if blocks == 1 { u64::MAX } else { FIRST_BLOCK_LENGTH * 2 * block_rows as u64 },
+            blocks: vec![empty; blocks],
             used: 1,
             segment: 0,
             open: true,
@@ -131,6 +142,13 @@ impl StreamingCovariance {
                 *sum += y * y_lagged;
             }
         }
+    }
+
+    /// Memory of the sums and samples kept [bytes].
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let numbers = |block: &Block| block.lag_sums.len() + block.head.len() + block.tail.len();
+        size_of::<f64>() * (self.blocks.iter().map(numbers).sum::<usize>() + self.history.numbers())
     }
 
     /// Samples that stand in the sums.
@@ -369,6 +387,21 @@ mod tests {
         }
         assert_eq!(streaming.discarded_samples(), 10);
         assert!(relative_difference(&streaming.gram().matrix, &batch_gram(&kept, l, i)) < 1e-12);
+    }
+
+    #[test]
+    fn one_block_holds_the_newest_segment_of_any_length_in_less_than_100_kb() {
+        assert!(StreamingCovariance::with_blocks(10, 40, 1).bytes() < 100_000);
+        let mut noise = Noise::new(6);
+        let (l, i) = (2, 4);
+        let (first, second) = (decaying_record(&mut noise, 500, l), decaying_record(&mut noise, 3000, l));
+        let mut streaming = StreamingCovariance::with_blocks(l, i, 1);
+        first.iter().for_each(|sample| streaming.push(sample));
+        streaming.open_segment();
+        second.iter().for_each(|sample| streaming.push(sample));
+        assert_eq!((streaming.samples(), streaming.discarded_samples()), (3000, 500));
+        assert!(streaming.block_grams().is_empty());
+        assert!(relative_difference(&streaming.gram().matrix, &batch_gram(&[second], l, i)) < 1e-12);
     }
 
     #[test]

@@ -4,10 +4,10 @@ mod cases;
 
 use cases::appendage::{Appendage, CHANNELS, SAMPLE_RATE_HZ, SIGMA_M_S2};
 use cases::noise::Noise;
-use modal::drift::of_halves;
+use modal::drift::{of_halves, parts_by_likelihood, tracks};
 use modal::gram::output_gram;
 use modal::mac::modal_assurance_criterion;
-use modal::maximum_likelihood::{Model, bound, fit, fit_with_motion, start};
+use modal::maximum_likelihood::{MlError, Model, bound, fit, fit_with_motion, start};
 use modal::methods::{METHODS, MethodError, Settings, method};
 use modal::model_order::fit_of_any_order;
 use modal::record::Record;
@@ -277,4 +277,49 @@ fn damping_and_frequency_that_depend_on_amplitude_drift_and_those_of_a_linear_de
         let frequency = drift(&nonlinear_decay(seed, 0.0, 0.001))[0];
         assert!(frequency.frequency_z < -10.0 && frequency.damping_z.abs() < 4.0, "{frequency:?}");
     }
+}
+
+#[test]
+fn a_record_too_short_for_a_start_is_refused_by_length_and_not_for_a_fit_from_stated_poles() {
+    let truth = Appendage::new();
+    let (torque, rows) = truth.forced(1, SIGMA_M_S2);
+    let decay = |samples: usize| {
+        Record::of_outputs(SAMPLE_RATE_HZ, CHANNELS, rows[PULSE_SAMPLES..PULSE_SAMPLES + samples].concat())
+    };
+    let driven = |samples: usize| {
+        Record::of_outputs(SAMPLE_RATE_HZ, CHANNELS, rows[..samples].concat()).with_input(1, torque[..samples].to_vec())
+    };
+    // 2 × 20 block rows of one input and two combinations of channels: 120 rows need 120 columns of 40 samples.
+    for (record, need) in [(decay(79), 80), (driven(158), 159)] {
+        let samples = record.samples();
+        assert_eq!(start(&record, 1).unwrap_err(), MlError::RecordTooShort { samples, need });
+    }
+    assert!(!matches!(start(&driven(159), 1), Err(MlError::RecordTooShort { .. })));
+    assert!(!matches!(fit(&decay(79), Model::FREE, &poles(&truth)), Err(MlError::RecordTooShort { .. })));
+}
+
+#[test]
+fn modes_through_the_parts_of_a_linear_record_scatter_as_they_claim() {
+    let (truth, mut squares, mut count) = (Appendage::new(), 0.0, 0.0);
+    for seed in 0..40 {
+        let record = forced(&truth, seed, SIGMA_M_S2);
+        let whole = modal::methods::estimates(&fit(&record, Model::FORCED, &poles(&truth)).unwrap());
+        let parts = parts_by_likelihood(&record, Model::FORCED, &poles(&truth));
+        // 7.8 periods of the first mode in the record: two parts of three at least.
+        assert!(parts.len() == 2 && parts[0].end_s == 2.5 && parts[0].amplitude > 0.0);
+        let tracks = tracks(&whole, &parts);
+        assert_eq!(tracks.len(), 2);
+        for (track, mode) in tracks.iter().zip(&truth.modes) {
+            for point in &track.points {
+                let z = [
+                    (point.frequency_hz - mode.frequency_hz) / point.frequency_sd,
+                    (point.damping_ratio - mode.damping_ratio) / point.damping_sd,
+                ];
+                squares += z[0] * z[0] + z[1] * z[1];
+                count += 2.0;
+            }
+        }
+    }
+    // 320 squares: their mean spreads by 0.08; four of it.
+    assert!((squares / count - 1.0).abs() < 0.32, "{}", squares / count);
 }

@@ -8,6 +8,8 @@
 //! `w_k`, `ζ_k` belong to the hub held fast (**hub-locked**); what torque-excited acceleration shows are the modes of
 //! the whole (**hub-free**), in the benchmark 56 % higher in the first mode. A report must say which it gives.
 
+pub mod parts;
+
 use estimation::cramer_rao::FisherInformation;
 use nalgebra::{Complex, Matrix4, SMatrix, SVector};
 use serde::{Deserialize, Serialize};

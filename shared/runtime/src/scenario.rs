@@ -256,6 +256,28 @@ pub struct ModalKnown {
     pub band_hz: Option<[f64; 2]>,
     /// Channels used, all when empty (numbered from 1).
     pub channels: Vec<usize>,
+    /// Hub and appendage by analysis: with it the inertia about the hub's axis follows from the modes.
+    pub appendage: Option<AppendageKnown>,
+}
+
+/// A hub with one flexible appendage, about its axis; of a body that floats, about its centre of mass with the translation free.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AppendageKnown {
+    /// Of the whole with the appendage undeformed, as the mass-property sheet says, and the sheet's relative sigma (0: none is stated).
+    pub inertia_kg_m2: f64,
+    #[serde(default)]
+    pub inertia_relative_sd: f64,
+    /// Momentum of each unit mode about the axis, and the relative sigma that they share.
+    pub coupling_sqrt_kg_m: [f64; 2],
+    #[serde(default)]
+    pub coupling_relative_sd: f64,
+    /// Modes with the rotation held fast, `[f_hz, zeta]`: their ratio is that of the geometry, the rest is found.
+    pub locked: [[f64; 2]; 2],
+    /// Joint angles of the arm during the modal experiment, if that is the body which the arm's experiment weighs: the two
+    /// inertias are then compared. Without it they are of separate bodies.
+    #[serde(default)]
+    pub arm_angle_rad: Option<[f64; 2]>,
 }
 
 impl ModalKnown {
@@ -279,6 +301,7 @@ impl Default for ModalKnown {
             expected_amplitude_m_s2: 0.0,
             band_hz: None,
             channels: Vec::new(),
+            appendage: None,
         }
     }
 }

@@ -117,6 +117,12 @@ coded! {
         OutOfReach = 11 "skipped: its predicted sigma cannot meet the need",
         InputsLost = 12 "aborted: a sensor fell silent",
         NotReached = 13 "not flown",
+        InertiaAgrees = 14 "the inertia that the modes imply and the one that the momentum implies agree",
+        InertiaModalDoubted = 15 "the inertias of modes and momentum disagree: doubt the modal model",
+        InertiaInertialDoubted = 16 "the inertias of modes and momentum disagree: doubt the inertial model",
+        InertiaUndecided = 17 "the inertias of modes and momentum disagree: nothing says which to doubt",
+        SeparateBodies = 18 "inertias of modes and momentum are not comparable: separate bodies",
+        InertiaNotFound = 19 "inertias of modes and momentum are not comparable: one of them was not found",
     }
 }
 
@@ -133,6 +139,14 @@ coded! {
         GivenUp = 4 "partition given up",
         /// Frames done.
         Ended = 5 "ended",
+    }
+}
+
+impl Reason {
+    /// Whether it speaks of two estimates side by side, not of one.
+    #[must_use]
+    pub const fn compares(self) -> bool {
+        self.code() >= Self::InertiaAgrees.code()
     }
 }
 

@@ -110,7 +110,7 @@ record! {
         consistent: u32, "-", "-", "1 when the parameters are physically possible";
         values: [f64; PARAMETERS_MAX], "see parameter list", "-", "parameters";
         covariance: [[f64; PARAMETERS_MAX]; PARAMETERS_MAX], "products of the units", "-", "covariance of the parameters";
-        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "inertial: consider sigma of each parameter [kg m^2], what the sensor sheet's systematic errors may do, 9: excitation, a base-4 digit a parameter from a1 on (0 identified, 1 prior kept, 2 not excited); slosh: displacement [m], rate [m/s] and time [s] at the end of the arc, accelerometer bias [m/s^2], and of each parameter 1 identified, 2 prior kept, 3 not excited, 0 no prior; modal: dominant channel of each mode, from 6 on 16 x its identity plus advice (1 pulse nulled, 2 record short, 4 close modes, 8 input leaks); 10, 11: numbers of a status";
+        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "inertial: consider sigma of each parameter [kg m^2], what the sensor sheet's systematic errors may do, 9: excitation, a base-4 digit a parameter from a1 on (0 identified, 1 prior kept, 2 not excited); slosh: displacement [m], rate [m/s] and time [s] at the end of the arc, accelerometer bias [m/s^2], and of each parameter 1 identified, 2 prior kept, 3 not excited, 0 no prior; modal: dominant channel of each mode, from 6 on 16 x its identity plus advice (1 pulse nulled, 2 record short, 4 close modes, 8 input leaks), with up to five modes 5 and 11 the inertia about the hub's axis that they imply and its sigma [kg m^2], 0: none; 10, 11: numbers of a status";
         innovation: Innovation, "-", "-", "latest innovation record";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         nis_count: f64, "-", "-", "rows in that mean";
@@ -160,7 +160,7 @@ impl TargetEstimate {
 }
 
 record! {
-    /// What the supervisor says of an estimate, and which test failed.
+    /// What the supervisor says of an estimate, and which test failed; by the reasons that compare inertias, of two estimates.
     Verdict {
         header: Header, "-", "-", "header";
         frame: u64, "-", "-", "frame of the decision";
@@ -171,15 +171,15 @@ record! {
         adequate: u16, "-", "-", "1: held-out simulation error below the need; 2: not decidable";
         accepted: u16, "-", "-", "1: adequate with honest sigmas and physically consistent";
         reason: u16, "-", "-", "reason code";
-        parameter: u16, "-", "-", "parameter the reason speaks of, 65535 for none";
+        parameter: u16, "-", "-", "parameter the reason speaks of, 65535 for none; inertias compared: 0 decided by their own tests, 1 by the stated inertia";
         reserved: u16, "-", "-", "0";
         measured: f64, "of the failed test", "-", "measured figure of that test";
         limit: f64, "of the failed test", "-", "its limit";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         block_z_worst: f64, "sigma", "-", "largest z-score of the block means";
-        held_out_rms: f64, "rad/s or m/s^2", "-", "rms error of a simulation over data not used for the fit; NaN: none";
-        held_out_noise: f64, "rad/s or m/s^2", "-", "rms that sensor noise alone would give";
-        held_out_count: f64, "-", "-", "rows held out";
+        held_out_rms: f64, "rad/s or m/s^2", "-", "rms error of a simulation over data not used for the fit; NaN: none; inertias compared: of the modes [kg m^2]";
+        held_out_noise: f64, "rad/s or m/s^2", "-", "rms that sensor noise alone would give; inertias compared: of the momentum [kg m^2]";
+        held_out_count: f64, "-", "-", "rows held out; inertias compared: sigma of their difference [kg m^2]";
     }
 }
 

@@ -12,6 +12,11 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 pub const TOPICS_MAX: usize = 16;
 /// Most parameters an estimate carries.
 pub const PARAMETERS_MAX: usize = 12;
+/// Most modes of a modal estimate that also carries an inertia.
+pub const MODES_BESIDE_INERTIA: usize = 5;
+/// Where in `Estimate::auxiliary` it then carries the inertia about the hub's axis, and its sigma (0: none).
+pub const HUB_INERTIA_AT: usize = 5;
+pub const HUB_INERTIA_SIGMA_AT: usize = 11;
 
 /// What every sample type can do.
 #[cfg(not(feature = "iceoryx2"))]

@@ -26,7 +26,11 @@ pub fn object(diagnosed: &Diagnosed) -> Value {
         let columns: Vec<_> = s.columns.iter().map(|c| json!({ "name": c.name, "unit": c.unit })).collect();
         json!({ "file": s.file, "digest": digest, "lines": s.frequency_hz.len(), "columns": columns })
     });
-    object.insert("recordings".into(), all(&case.fitted).into_iter().chain(spectra).collect());
+    let modes = case
+        .modes
+        .iter()
+        .map(|m| json!({ "file": m.file, "digest": m.digest, "modes": m.modes.len(), "tracks": m.tracks.len() }));
+    object.insert("recordings".into(), all(&case.fitted).into_iter().chain(spectra).chain(modes).collect());
     object.insert("held_out_recordings".into(), all(&case.held_out).into());
     object.insert("repeat_recordings".into(), all(&case.repeat).into());
     object.insert("command".into(), case.command.as_str().into());

@@ -27,10 +27,12 @@ pub fn page(diagnosed: &Diagnosed, next_experiment: Option<&str>) -> Page {
     let loaded = case.fitted.iter().chain(&case.held_out).chain(&case.repeat);
     let mut digests: Vec<(String, String)> = loaded.map(|l| (l.file.clone(), l.digest.clone())).collect();
     digests.extend(case.spectra.iter().map(|(spectrum, digest)| (spectrum.file.clone(), digest.clone())));
+    digests.extend(case.modes.iter().map(|modes| (modes.file.clone(), modes.digest.clone())));
     digests.dedup();
     digests.push((case.plant_file.clone(), case.plant_digest.clone()));
     let files = case.fitted.iter().map(|l| l.recording.name.as_str());
-    let files: Vec<&str> = files.chain(case.spectra.iter().map(|(s, _)| s.file.as_str())).collect();
+    let files = files.chain(case.spectra.iter().map(|(s, _)| s.file.as_str()));
+    let files: Vec<&str> = files.chain(case.modes.iter().map(|modes| modes.file.as_str())).collect();
     let what = if files.len() > 3 { format!("{} recordings", files.len()) } else { files.join(", ") };
     Page {
         title: format!("{what} against {}: {}", case.plant_file, verdict_words(diagnosis.verdict)),
@@ -241,6 +243,9 @@ fn recordings(diagnosed: &Diagnosed) -> Vec<Block> {
     }
     lines
         .extend(case.spectra.iter().map(|(s, _)| format!("{}: {} lines over frequency", s.file, s.frequency_hz.len())));
+    lines.extend(
+        case.modes.iter().map(|m| format!("{}: {} modes, {} through its parts", m.file, m.modes.len(), m.tracks.len())),
+    );
     lines.extend(diagnosed.diagnosis.notes.iter().cloned());
     let mut blocks = vec![Block::List(lines)];
     if !diagnosed.findings.is_empty() {

@@ -59,6 +59,7 @@ mod tests {
             synthesis: None,
             advice: Vec::new(),
             drift: Vec::new(),
+            tracks: Vec::new(),
             notes: Vec::new(),
         };
         let text = table(&outcome);

@@ -47,6 +47,7 @@ pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Out
         synthesis: None,
         advice: vec!["no phase: shapes and signs cannot be had, and damping has the width of the window in it".into()],
         drift: Vec::new(),
+        tracks: Vec::new(),
         notes: spectrum.notes.clone(),
     })
 }

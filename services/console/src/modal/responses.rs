@@ -104,6 +104,7 @@ fn described(
         channels,
         advice: Vec::new(),
         drift: Vec::new(),
+        tracks: Vec::new(),
         notes: spectra.iter().flat_map(|spectrum| spectrum.notes.clone()).collect(),
     }
 }

@@ -4,9 +4,9 @@ use super::{Arguments, FoundMode, Outcome, SweepPole, Synthesis};
 use crate::{Failure, recordings};
 use modal::advice::{Advice, advice, pulse_nulling};
 use modal::c64;
-use modal::drift::{self, Drift};
+use modal::drift::{self, Drift, PartOfRecord};
 use modal::gram::output_gram;
-use modal::maximum_likelihood::{Model, explained, modelled};
+use modal::maximum_likelihood::{MlError, Model, explained, modelled};
 use modal::methods::{Estimate, estimates};
 use modal::model_order::fit_of_any_order;
 use modal::po_moesp::po_moesp;
@@ -139,11 +139,17 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
         Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}"))
     })?;
     let middle = record.samples() / 2;
-    let half = |rows: Range<usize>| -> Vec<Estimate> {
+    let of_part = |rows: Range<usize>| -> Vec<Estimate> {
         fly(arguments, &chosen, rows).map(|found| found.modes.iter().map(Estimate::from).collect()).unwrap_or_default()
     };
-    let drift = drift::between(&half(0..middle), &half(middle..record.samples()));
+    let drift = drift::between(&of_part(0..middle), &of_part(middle..record.samples()));
     let found: Vec<Estimate> = modes.iter().map(Estimate::from).collect();
+    let slowest_hz = found.first().map_or(0.0, |mode| mode.frequency_hz);
+    let parts: Vec<PartOfRecord> = drift::parts_of(record, slowest_hz)
+        .into_iter()
+        .map(|over| drift::part(record, &over, of_part(over.clone())))
+        .collect();
+    let tracks = drift::tracks(&found, &parts);
     let record_s = record.samples() as f64 / record.sample_rate_hz;
     let sweep = realise(&output_gram(record, BLOCK_ROWS), *arguments.orders.end())
         .map(|realisation| sweep(&realisation, arguments, record.sample_rate_hz))
@@ -160,6 +166,7 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
         synthesis: correlation(&chosen, &found),
         advice: in_words(&advice(&found, record_s, None), &drift),
         drift,
+        tracks,
         channels: chosen.names,
         notes: chosen.notes,
     })
@@ -176,7 +183,14 @@ fn correlation(chosen: &Chosen, found: &[Estimate]) -> Option<Synthesis> {
     let loudest = loudest(record);
     let y: Vec<f64> = record.outputs.iter().skip(loudest).step_by(record.channels).copied().collect();
     let mean = y.iter().sum::<f64>() / y.len() as f64;
-    let at = |lag: usize| y[lag..].iter().zip(&y).map(|(a, b)| (a - mean) * (b - mean)).sum::<f64>() / y.len() as f64;
+    // No product reaches over a gap.
+    let ends: Vec<usize> = chosen.gaps.iter().copied().chain([y.len()]).collect();
+    let starts = std::iter::once(0).chain(chosen.gaps.iter().copied());
+    let stretches: Vec<&[f64]> = starts.zip(&ends).map(|(start, end)| &y[start..*end]).collect();
+    let products = |stretch: &[f64], lag: usize| -> f64 {
+        stretch.iter().skip(lag).zip(stretch).map(|(a, b)| (a - mean) * (b - mean)).sum()
+    };
+    let at = |lag: usize| stretches.iter().map(|stretch| products(stretch, lag)).sum::<f64>() / y.len() as f64;
     // Lag 0 holds the noise of the sensor.
     let measured: Vec<f64> = (1..lags).map(at).collect();
     if measured.len() < 4 * found.len() + 2 {
@@ -214,7 +228,13 @@ fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failu
     let modes_max = (arguments.orders.end() / 2).clamp(1, MODES_MAX);
     let model = Model { initial_motion: true, bias: true };
     let fit = fit_of_any_order(record, model, modes_max).map_err(|error| {
-        Failure::Input(miette::miette!(help = "is the input the one that drives these channels?", "{error}"))
+        let help = match error {
+            MlError::RecordTooShort { need, .. } => {
+                format!("give a longer record: below {need} samples there is nothing to start from")
+            }
+            _ => "is the input the one that drives these channels?".into(),
+        };
+        Failure::Input(miette::miette!(help = help, "{error}"))
     })?;
     let found = estimates(&fit);
     let record_s = record.samples() as f64 / record.sample_rate_hz;
@@ -223,6 +243,7 @@ fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failu
         said.extend(found.iter().filter_map(|estimate: &Estimate| pulse_nulling(estimate.frequency_hz, pulse_s)));
     }
     let drift = drift::of_halves(record, model, &fit.poles);
+    let tracks = drift::tracks(&found, &drift::parts_by_likelihood(record, model, &fit.poles));
     let sweep = po_moesp(
         record,
         BLOCK_ROWS.min(record.samples() / (4 * (record.channels + 1))).max(4),
@@ -251,6 +272,7 @@ fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failu
         synthesis: Some(synthesis),
         advice: in_words(&said, &drift),
         drift,
+        tracks,
         channels: chosen.names,
         notes: chosen.notes,
     })

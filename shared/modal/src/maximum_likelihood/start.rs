@@ -28,10 +28,19 @@ const DAMPING_MAX: f64 = 0.5;
 /// rates the one whose poles leave the smallest residual.
 ///
 /// # Errors
-/// [`MlError`] when no order of any rate shows so many.
+/// [`MlError::RecordTooShort`] below 80 samples, or with m inputs below `40 (m + l + 1) − 1`, l at most one more than the modes: state the
+/// poles and [`fit`](super::fit) at once. [`MlError`] when no order of any rate shows so many.
 ///
 /// Cost: twice that of the full rate, and one linear least squares per rate.
 pub fn start(record: &Record, modes: usize) -> Result<Vec<c64>, MlError> {
+    // With inputs as many columns as rows, each a window of past and future long.
+    let need = match record.inputs {
+        0 => SAMPLES_MIN,
+        inputs => 2 * BLOCK_ROWS * (inputs + record.channels.min(modes + 1) + 1) - 1,
+    };
+    if record.samples() < need {
+        return Err(MlError::RecordTooShort { samples: record.samples(), need });
+    }
     let reduced = reduced(record, modes + 1)?;
     // What moves already is part of the model here, whatever is fitted later.
     let model = Model { initial_motion: true, bias: true };

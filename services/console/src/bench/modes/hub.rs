@@ -1,74 +1,21 @@
 //! What the hub-free modes say of the parts: modes with the hub held fast, and the inertia of the hub.
 //!
-//! Four numbers are measured (frequency and damping of two hub-free modes); a uniform beam clamped to a hub has four unknowns (one
-//! stiffness for both locked frequencies, two damping ratios, the inertia), so the map is solved by Newton and the covariance carried
-//! through its slope. Coupling and the ratio of the locked frequencies are those of the beam's geometry.
+//! [`physics::appendage::parts`] over records of the campaign: errors, and whether they are what is claimed.
 
 use super::Modes;
 use crate::bench::campaign::Campaign;
 use modal::maximum_likelihood::{self as ml, Fit, Model};
 use nalgebra::{Matrix4, Vector4};
 use physics::appendage::Appendage;
+use physics::appendage::parts::Parts;
 
 /// Records of a campaign that are worked on here: an RMSE is then known to 5 %.
 const RECORDS_MAX: usize = 200;
-const ITERATIONS_MAX: usize = 30;
 const NAMES: [&str; 4] = ["locked f1 [Hz]", "locked zeta1 [-]", "locked zeta2 [-]", "inertia [kg m^2]"];
-
-/// Locked frequency of the first mode, locked damping ratios, inertia of hub and beam.
-type Parts = Vector4<f64>;
-
-fn appendage(nominal: &Appendage, parts: &Parts) -> Appendage {
-    let mut appendage = *nominal;
-    let stiffer = parts[0] / nominal.locked[0].frequency_hz;
-    for (mode, zeta) in appendage.locked.iter_mut().zip([parts[1], parts[2]]) {
-        mode.frequency_hz *= stiffer;
-        mode.damping_ratio = zeta;
-    }
-    appendage.inertia_kg_m2 = parts[3];
-    appendage
-}
-
-/// f1, zeta1, f2, zeta2 with the hub free.
-fn free(nominal: &Appendage, parts: &Parts) -> Option<Vector4<f64>> {
-    let [a, b] = appendage(nominal, parts).hub_free_modes()?;
-    Some(Vector4::new(a.frequency_hz, a.damping_ratio, b.frequency_hz, b.damping_ratio))
-}
-
-fn slope(nominal: &Appendage, parts: &Parts) -> Option<Matrix4<f64>> {
-    let mut slope = Matrix4::zeros();
-    for k in 0..4 {
-        let step = 1e-5 * parts[k];
-        let mut moved = [*parts, *parts];
-        moved[0][k] += step;
-        moved[1][k] -= step;
-        slope.set_column(k, &((free(nominal, &moved[0])? - free(nominal, &moved[1])?) / (2.0 * step)));
-    }
-    Some(slope)
-}
-
-/// The parts that have these hub-free modes, and their covariance.
-pub(super) fn parts(
-    nominal: &Appendage,
-    modes: &Vector4<f64>,
-    covariance: &Matrix4<f64>,
-) -> Option<(Parts, Matrix4<f64>)> {
-    let [a, b] = nominal.locked;
-    let mut parts = Vector4::new(a.frequency_hz, a.damping_ratio, b.damping_ratio, nominal.inertia_kg_m2);
-    for _ in 0..ITERATIONS_MAX {
-        let inverse = slope(nominal, &parts)?.try_inverse()?;
-        let step = inverse * (modes - free(nominal, &parts)?);
-        parts += step;
-        if step.component_div(&parts).amax() < 1e-10 {
-            return Some((parts, inverse * covariance * inverse.transpose()));
-        }
-    }
-    None
-}
 
 fn of_fit(nominal: &Appendage, fit: &Fit) -> Option<(Parts, Matrix4<f64>)> {
     let modes = Vector4::from_fn(|p, _| if p % 2 == 0 { fit.frequency_hz(p / 2) } else { fit.damping_ratio(p / 2) });
-    parts(nominal, &modes, &Matrix4::from_fn(|r, c| fit.covariance[4 * r + c]))
+    nominal.parts(&modes, &Matrix4::from_fn(|r, c| fit.covariance[4 * r + c]))
 }
 
 /// One part over some records.
@@ -87,7 +34,7 @@ fn statistics(benchmark: &Modes, seed: u64, records: usize) -> Option<Vec<Part>>
     let [a, b] = nominal.locked;
     let truth = Vector4::new(a.frequency_hz, a.damping_ratio, b.damping_ratio, nominal.inertia_kg_m2);
     // What is solved for must not lean on the nominal model.
-    let assumed = appendage(&nominal, &truth.component_mul(&Vector4::new(1.01, 1.3, 0.8, 0.97)));
+    let assumed = nominal.with_parts(&truth.component_mul(&Vector4::new(1.01, 1.3, 0.8, 0.97)));
     let (mut squares, mut held, mut claimed) = (Parts::zeros(), Parts::zeros(), Parts::zeros());
     for k in 0..records {
         let record = benchmark.record(seed, k);
@@ -129,15 +76,6 @@ pub(super) fn remark(benchmark: &Modes, campaign: &Campaign) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_parts_come_back_from_the_modes_of_the_whole() {
-        let nominal = Modes::bp3a().nominal().unwrap();
-        let truth = Vector4::new(1.07, 0.011, 0.004, 150.0);
-        let modes = free(&nominal, &truth).unwrap();
-        let found = parts(&nominal, &modes, &Matrix4::identity()).unwrap().0;
-        assert!((found - truth).component_div(&truth).amax() < 1e-9, "{found} {truth}"); // Newton ends within 1e-10
-    }
 
     #[test]
     fn the_parts_scatter_as_much_as_they_claim() {

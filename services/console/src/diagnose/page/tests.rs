@@ -152,6 +152,7 @@ fn diagnosed(diagnosis: Diagnosis) -> Diagnosed {
         held_out: vec![loaded("other.csv")],
         repeat: Vec::new(),
         spectra: Vec::new(),
+        modes: None,
         command: "obsid diagnose swing.csv --plant pendulum.toml".into(),
     };
     Diagnosed { case, findings: Vec::new(), diagnosis }

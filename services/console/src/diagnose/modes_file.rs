@@ -1,0 +1,133 @@
+//! Modes as evidence: the object that `obsid modal --json` prints, with the modes of the record's parts where it has them.
+
+use crate::{Failure, recordings};
+use discovery::diagnose::Diagnosis;
+use discovery::features::{self, FeatureOptions, MeasuredMode, ModeInPart, ModeTrack};
+use plant::description::Plant;
+use serde::Deserialize;
+use std::path::Path;
+
+/// A list of modes and where it was read.
+pub struct ModesFile {
+    pub file: String,
+    pub digest: String,
+    pub modes: Vec<MeasuredMode>,
+    pub tracks: Vec<ModeTrack>,
+    /// What was left out.
+    notes: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Object {
+    modes: Vec<Mode>,
+    #[serde(default)]
+    tracks: Vec<Track>,
+}
+
+#[derive(Deserialize)]
+struct Mode {
+    frequency_hz: f64,
+    frequency_sd: Option<f64>,
+    damping: Option<f64>,
+    damping_sd: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct Track {
+    frequency_hz: f64,
+    damping: f64,
+    parts: Vec<Part>,
+}
+
+#[derive(Deserialize)]
+struct Part {
+    begin_s: f64,
+    end_s: f64,
+    amplitude: f64,
+    frequency_hz: f64,
+    frequency_sd: f64,
+    damping: f64,
+    damping_sd: f64,
+}
+
+/// Whether a file is taken for a list of modes: by its ending.
+pub fn is_one(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
+}
+
+/// # Errors
+/// [`Failure::Input`] for a file that is no such object, or in which no mode has a standard deviation.
+pub fn read(path: &Path) -> Result<ModesFile, Failure> {
+    let file = path.display().to_string();
+    let refuse = |why: String| {
+        Failure::Input(miette::miette!(
+            help = "write it with `obsid modal RECORDING --json > modes.json`",
+            "{file}: {why}"
+        ))
+    };
+    let text = std::fs::read_to_string(path).map_err(|error| refuse(format!("cannot be read: {error}")))?;
+    let (modes, tracks, notes) = parse(&text).map_err(refuse)?;
+    Ok(ModesFile { digest: recordings::digest_of(path), file, modes, tracks, notes })
+}
+
+type Parsed = (Vec<MeasuredMode>, Vec<ModeTrack>, Vec<String>);
+
+fn parse(text: &str) -> Result<Parsed, String> {
+    let object: Object = serde_json::from_str(text).map_err(|error| format!("no list of modes: {error}"))?;
+    let measured = |mode: &Mode| {
+        let sigma_hz = mode.frequency_sd.filter(|sigma| *sigma > 0.0 && mode.frequency_hz > 0.0)?;
+        Some(MeasuredMode {
+            frequency_hz: mode.frequency_hz,
+            sigma_hz,
+            damping_ratio: mode.damping.unwrap_or(f64::NAN),
+            damping_sigma: mode.damping_sd.unwrap_or(f64::NAN),
+            prominence: f64::NAN,
+        })
+    };
+    let modes: Vec<MeasuredMode> = object.modes.iter().filter_map(measured).collect();
+    if modes.is_empty() {
+        return Err("no mode with a frequency and its standard deviation".into());
+    }
+    let left_out = object.modes.len() - modes.len();
+    let notes = (left_out > 0).then(|| format!("{left_out} modes without a standard deviation are left out"));
+    Ok((modes, object.tracks.iter().map(track).collect(), notes.into_iter().collect()))
+}
+
+fn track(track: &Track) -> ModeTrack {
+    let part = |part: &Part| ModeInPart {
+        begin_s: part.begin_s,
+        end_s: part.end_s,
+        amplitude: part.amplitude,
+        frequency_hz: (part.frequency_hz, part.frequency_sd),
+        damping_ratio: (part.damping, part.damping_sd),
+    };
+    ModeTrack {
+        frequency_hz: track.frequency_hz,
+        damping_ratio: track.damping,
+        parts: track.parts.iter().map(part).collect(),
+    }
+}
+
+/// What is missing from `plant` according to the modes.
+pub fn diagnose(plant: &Plant, from: &ModesFile) -> Diagnosis {
+    let options = FeatureOptions::default();
+    let mut diagnosis = features::diagnose_tracked_modes(plant, &from.file, &from.modes, &from.tracks, &options);
+    diagnosis.notes.extend(from.notes.iter().map(|note| format!("{}: {note}", from.file)));
+    diagnosis
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse;
+
+    #[test]
+    fn modes_without_a_deviation_are_left_out_and_said_and_a_list_of_none_is_refused() {
+        let text = r#"{"modes":[{"frequency_hz":1.5,"frequency_sd":0.01,"damping":null,"damping_sd":null},
+            {"frequency_hz":3.0,"frequency_sd":null,"damping":0.01,"damping_sd":null}]}"#;
+        let (modes, tracks, notes) = parse(text).unwrap();
+        assert!(modes.len() == 1 && modes[0].sigma_hz == 0.01 && tracks.is_empty());
+        assert!(notes[0].starts_with("1 modes without"), "{notes:?}");
+        assert!(parse(r#"{"modes":[]}"#).unwrap_err().contains("no mode"));
+        assert!(parse(r#"{"peaks":[]}"#).unwrap_err().contains("no list of modes"));
+    }
+}
