@@ -15,6 +15,7 @@ mod repeat;
 mod report;
 mod screening;
 mod showing;
+mod stamps;
 mod verdict;
 
 pub use report::{
@@ -118,10 +119,17 @@ struct Unfitted {
 
 /// Diagnoses `problem`. `progress` is told a phase and the share done.
 pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Diagnosis {
-    match run(problem, options, progress) {
-        Ok(diagnosis) => diagnosis,
-        Err(reason) => Diagnosis::cannot_decide(reason),
-    }
+    let found = match stamps::evened(problem, options.threads) {
+        None => run(problem, options, progress),
+        Some(mut even) => {
+            even.notes
+                .push("the readings are even and their stamps are not: they were put back on their grid".to_owned());
+            let again = |other: &Option<Problem>| other.as_ref().map(|p| stamps::even(p).unwrap_or_else(|| p.clone()));
+            let (held_out, repeat) = (again(&options.held_out), again(&options.repeat));
+            run(&even, &Options { held_out, repeat, ..options.clone() }, progress)
+        }
+    };
+    found.unwrap_or_else(Diagnosis::cannot_decide)
 }
 
 fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Result<Diagnosis, String> {

@@ -1,0 +1,104 @@
+//! Stamps that jitter about an even grid.
+//!
+//! A sensor that is read evenly and stamped unevenly is told too early or too late; beside an edge of a command it is told on the wrong
+//! side of it, which no noise describes. Whether the readings are even, or truly uneven, the recording says: the nominal plant is
+//! fitted to both and the better one is kept.
+
+use crate::fit::{Engine, fit};
+use crate::problem::{Problem, Samples};
+
+/// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first even already, beyond the second not a grid.
+const STAMPS_LEAST: usize = 16;
+const EVEN_SHARE: f64 = 1e-3;
+const GRID_SHARE: f64 = 0.35;
+/// Gain in `−2 ln p` from which even readings are believed.
+const GAIN: f64 = 10.0;
+/// Relinearisations of each fit.
+const ROUNDS: usize = 3;
+
+/// `problem` with even stamps, where its recording is better explained by them.
+pub(super) fn evened(problem: &Problem, threads: usize) -> Option<Problem> {
+    let even = even(problem)?;
+    let objective = |problem: &Problem| {
+        let engine = Engine::new(problem, threads).ok()?;
+        Some(fit(&engine, &problem.plant, &engine.prior(), &engine.noise, ROUNDS).ok()?.objective)
+    };
+    (objective(&even)? < objective(problem)? - GAIN).then_some(even)
+}
+
+/// Every channel on the grid that its stamps jitter about; `None` where none does.
+pub(super) fn even(problem: &Problem) -> Option<Problem> {
+    let mut even = problem.clone();
+    let mut moved = false;
+    for samples in even.runs.iter_mut().flat_map(|run| &mut run.samples) {
+        if let Some(grid) = grid(samples) {
+            samples.time_s = grid;
+            moved = true;
+        }
+    }
+    moved.then_some(even)
+}
+
+/// The straight line through stamps over their number, where they scatter about it by a part of the interval.
+fn grid(samples: &Samples) -> Option<Vec<f64>> {
+    let n = samples.time_s.len();
+    if n < STAMPS_LEAST {
+        return None;
+    }
+    let middle = 0.5 * (n - 1) as f64;
+    let mean = samples.time_s.iter().sum::<f64>() / n as f64;
+    let slope = samples.time_s.iter().enumerate().map(|(i, t)| (i as f64 - middle) * (t - mean)).sum::<f64>();
+    let interval_s = slope / (n as f64 * (n as f64 * n as f64 - 1.0) / 12.0);
+    let grid: Vec<f64> = (0..n).map(|i| mean + interval_s * (i as f64 - middle)).collect();
+    let apart = samples.time_s.iter().zip(&grid).map(|(t, g)| (t - g).abs() / interval_s).fold(0.0, f64::max);
+    (interval_s > 0.0 && apart > EVEN_SHARE && apart < GRID_SHARE).then_some(grid)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic::{plant, problem, recording};
+
+    fn jittered(problem: &mut Problem, share: f64) {
+        let period_s = problem.plant.simulation.period_s;
+        let mut draw = crate::noise::Noise::new(7);
+        for samples in problem.runs.iter_mut().flat_map(|run| &mut run.samples) {
+            samples.time_s.iter_mut().for_each(|t| *t += share * period_s * draw.normal());
+        }
+    }
+
+    #[test]
+    fn even_readings_with_uneven_stamps_are_put_back_on_their_grid() {
+        let nominal = plant("oscillator");
+        let straight = problem(&nominal, recording(&nominal, 3, 2.0));
+        assert!(evened(&straight, 1).is_none());
+        let mut uneven = straight.clone();
+        jittered(&mut uneven, 0.05);
+        let even = evened(&uneven, 1).expect("the even grid explains the readings better");
+        let pairs = even.runs[0].samples[0].time_s.iter().zip(&straight.runs[0].samples[0].time_s);
+        // mean of n stamps of 5 % each, and the slope's share at the ends
+        let n = even.runs[0].samples[0].time_s.len() as f64;
+        let worst = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / nominal.simulation.period_s;
+        assert!(worst < 4.0 * 2.0 * 0.05 / n.sqrt(), "{worst}");
+    }
+
+    #[test]
+    fn readings_that_are_truly_uneven_stay_where_they_are() {
+        let nominal = plant("oscillator");
+        let mut uneven = problem(&nominal, recording(&nominal, 3, 2.0));
+        jittered(&mut uneven, 0.05);
+        // read where the stamps say, as the straight line between the simulated readings has it
+        let period_s = nominal.simulation.period_s;
+        for samples in uneven.runs.iter_mut().flat_map(|run| &mut run.samples) {
+            let value = samples.value.clone();
+            for (i, y) in samples.value.iter_mut().enumerate() {
+                let at = samples.time_s[i] / period_s;
+                let from = (at.max(0.0) as usize).min(value.len() - 2);
+                *y = value[from] + (at - from as f64) * (value[from + 1] - value[from]);
+            }
+        }
+        uneven.runs[0].samples.truncate(1);
+        uneven.runs[0].samples.push(Samples::default());
+        assert!(evened(&uneven, 1).is_none());
+    }
+}
