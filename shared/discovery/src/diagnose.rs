@@ -242,16 +242,19 @@ fn borne_out(
     notes: &mut Vec<String>,
 ) -> Shown {
     let mut shown = held_out(problem, engine, stated, &found.best, found.adopted.is_empty(), options);
-    for (set, standing) in core::mem::take(&mut found.rivals) {
+    let rivals = core::mem::take(&mut found.rivals);
+    // the best of several confirmations is one by chance more often
+    let alpha = 0.05 / rivals.len().max(1) as f64;
+    for (set, standing) in rivals {
         if status(shown.gain.as_ref()) != Status::Refused {
             break;
         }
         let again = held_out(problem, engine, stated, &standing, false, options);
-        if status(again.gain.as_ref()) == Status::Confirmed {
+        if again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0) {
             let kinds =
                 |set: &[Adopted]| set.iter().map(|a| a.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ");
             notes.push(format!("held-out data refuse {} and confirm {}", kinds(&found.adopted), kinds(&set)));
-            (found.adopted, found.best, shown) = (set, standing, again);
+            (found.adopted, found.best, found.unknown_noise, shown) = (set, standing, 0.0, again);
         }
     }
     for (set, standing) in core::mem::take(&mut found.smaller) {
@@ -266,7 +269,7 @@ fn borne_out(
                 set.len(),
                 found.adopted.len()
             ));
-            (found.adopted, found.best, shown) = (set, standing, again);
+            (found.adopted, found.best, found.unknown_noise, shown) = (set, standing, 0.0, again);
         }
     }
     shown

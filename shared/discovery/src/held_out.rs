@@ -45,8 +45,13 @@ pub struct Gain {
 
 impl Gain {
     pub fn interval95(&self) -> [f64; 2] {
+        self.interval(0.05)
+    }
+
+    /// Two-sided, missed with probability `alpha`.
+    pub fn interval(&self, alpha: f64) -> [f64; 2] {
         // the spread is that of few blocks
-        let t = student_two_sided(0.05, (self.blocks.max(2) - 1) as f64);
+        let t = student_two_sided(alpha, (self.blocks.max(2) - 1) as f64);
         [self.loglik_gain - t * self.gain_se, self.loglik_gain + t * self.gain_se]
     }
 

@@ -67,6 +67,8 @@ pub struct Run {
     pub drives: Vec<Drive>,
     /// Per sensor of the plant; empty where the recording does not hold it.
     pub samples: Vec<Samples>,
+    /// Begins where another run was cut: what the plant states of a start is not about this one.
+    pub is_rest: bool,
 }
 
 /// The problem.
@@ -104,7 +106,12 @@ impl Problem {
     #[must_use]
     pub fn with_plant(&self, plant: &Plant) -> Self {
         let unknowns = unknown::unknowns(plant, self.recordings.len(), &self.runs);
-        Self { plant: plant.clone(), unknowns, ..self.clone() }
+        let mut other = Self { plant: plant.clone(), unknowns, ..self.clone() };
+        other
+            .runs
+            .iter_mut()
+            .for_each(|run| run.drives.iter_mut().zip(&plant.actuators).for_each(|(d, a)| d.renew(plant, a)));
+        other
     }
 
     /// The beginnings and the ends of all runs, divided at `share` of their time.
@@ -124,6 +131,7 @@ impl Problem {
                     run.end_s = at;
                 } else {
                     run.begin_s = at;
+                    run.is_rest = true;
                     // where the state is by then nobody stated
                     run.initial.values.iter_mut().for_each(|value| {
                         (value.position.sigma, value.rate.sigma) = (None, None);

@@ -68,7 +68,7 @@ impl StreamingCovariance {
         Self::with_blocks(channels, block_rows, blocks)
     }
 
-    /// The same with so many blocks. Of one block it is the newest segment alone, of any length, without a spread along it: what a decay
+    /// The same with so many blocks. Of one block it is the newest segment alone (a missing sample begins a new one), of any length, without a spread along it: what a decay
     /// needs, in 99 kB for ten channels and i = 40.
     #[must_use]
     pub fn with_blocks(channels: usize, block_rows: usize, blocks: usize) -> Self {

@@ -58,7 +58,7 @@ pub struct Ranking {
     pub tried: usize,
 }
 
-/// Rungs of input noise between adapted and stated, and with the colour of the sensors' noise undone.
+/// Rungs of input noise between adapted and stated, and with the colour and jitter of the sensors' noise undone.
 const RUNGS: [(f64, f64); 6] = [(0.0, 1.0), (0.3, 1.0), (0.6, 1.0), (0.0, 0.0), (0.5, 0.0), (1.0, 0.0)];
 /// Largest work of one Gram matrix [multiplications].
 const WORK_MAX: f64 = 2e8;
@@ -118,7 +118,8 @@ pub fn rank(
 
 /// Noise from adapted to stated, geometrically.
 pub(crate) fn ladder(engine: &Engine<'_>, adapted: &NoiseModel) -> Vec<NoiseModel> {
-    let coloured = adapted.pole.iter().any(|pole| pole.abs() > 0.05);
+    let jitters = adapted.jitter_s.iter().any(|jitter| *jitter > 0.0);
+    let coloured = jitters || adapted.pole.iter().any(|pole| pole.abs() > 0.05);
     let mut noises: Vec<NoiseModel> = Vec::new();
     for (share, colour) in RUNGS {
         if colour == 1.0 && share > 0.0 && !coloured {
@@ -128,7 +129,7 @@ pub(crate) fn ladder(engine: &Engine<'_>, adapted: &NoiseModel) -> Vec<NoiseMode
         for (sigma, stated) in noise.input_sigma.iter_mut().zip(&engine.noise.input_sigma) {
             *sigma = libm::exp((1.0 - share) * libm::log(*sigma) + share * libm::log(stated.min(*sigma)));
         }
-        noise.pole.iter_mut().for_each(|pole| *pole *= colour);
+        noise.pole.iter_mut().chain(&mut noise.jitter_s).for_each(|number| *number *= colour);
         if !noises.contains(&noise) {
             noises.push(noise);
         }

@@ -97,7 +97,12 @@ fn rivals(
     let near = |c: &Contender| {
         c.subset.members.len() == winner.subset.members.len() && c.stands(alpha) && c.bic - winner.bic <= RIVAL_SPAN
     };
+    let there = |c: &Contender| {
+        let refit = c.refit.as_ref();
+        refit.is_some_and(|refit| !c.subset.members.iter().any(|m| vanishes(refit, &found.columns[*m])))
+    };
     let others = (0..outcome.contenders.len()).filter(|i| *i != at && near(&outcome.contenders[*i]));
+    let others = others.filter(|i| there(&outcome.contenders[*i]));
     others.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
 }
 

@@ -52,7 +52,8 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, no
 
 /// The last rung of the ladder, disturbances as stated, at the size that the innovations then have; `None` where it is the adapted noise.
 fn quieter(engine: &Engine<'_>, best: &Standing) -> Option<NoiseModel> {
-    let grown = best.noise.input_sigma.iter().zip(&engine.noise.input_sigma).any(|(s, stated)| *s > GROWN * stated);
+    let louder = best.noise.input_sigma.iter().zip(&engine.noise.input_sigma).any(|(s, stated)| *s > GROWN * stated);
+    let grown = louder || best.noise.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let mut noise = ladder(engine, &best.noise).pop().filter(|_| grown)?;
     let normal = best.fit.board.normal(engine, &best.fit.theta, &noise, &[])?;
     let scale = (normal.chi2 / engine.samples.max(1) as f64).sqrt();

@@ -70,7 +70,8 @@ fn on_recording(
     let before = Engine::new(&before_problem, options.threads).ok()?;
     let after = Engine::like(&before, &after_problem).ok()?;
     // one noise for both, the augmented plant's: else the gain is that of a noise model
-    let (theta_before, theta_after) = (own_numbers(&before, &best.noise), own_numbers(&after, &best.noise));
+    let own = own_numbers(&before, &best.noise).zip(own_numbers(&after, &best.noise));
+    let (theta_before, theta_after) = own.unwrap_or_else(|| (before.prior(), after.prior()));
     let nominal = Predictor { plant: &before_problem.plant, theta: &theta_before, noise: &best.noise };
     let augmented = Predictor { plant: &after_problem.plant, theta: &theta_after, noise: &best.noise };
     let gain = gain(&before, nominal, (&after, augmented));
@@ -90,13 +91,13 @@ fn frozen(plant: &Plant, unknowns: &[Unknown], theta: &[f64]) -> Plant {
     plant
 }
 
-/// The numbers that a recording has for itself, fitted on it; at their priors where that fails.
-fn own_numbers(engine: &Engine<'_>, noise: &NoiseModel) -> Vec<f64> {
+/// The numbers that a recording has for itself, fitted on it.
+fn own_numbers(engine: &Engine<'_>, noise: &NoiseModel) -> Option<Vec<f64>> {
     let prior = engine.prior();
     if prior.is_empty() {
-        return prior;
+        return Some(prior);
     }
-    fit(engine, &engine.problem.plant, &prior, noise, OWN_ROUNDS).map_or(prior, |fit| fit.theta)
+    fit(engine, &engine.problem.plant, &prior, noise, OWN_ROUNDS).ok().map(|fit| fit.theta)
 }
 
 /// Values of shared unknowns of the same name; those of single recordings and segments belong to theirs and stand at their priors.

@@ -5,12 +5,14 @@
 //! fitted to both and the better one is kept.
 
 use crate::fit::{Engine, fit};
-use crate::problem::{Problem, Samples};
+use crate::problem::{Drive, Problem, Samples};
 
 /// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first even already, beyond the second not a grid.
 const STAMPS_LEAST: usize = 16;
 const EVEN_SHARE: f64 = 1e-3;
 const GRID_SHARE: f64 = 0.35;
+/// Standard deviations of the grid within which an edge of a command is where the reading is.
+const EDGE_SIGMAS: f64 = 4.0;
 /// Gain in `−2 ln p` from which even readings are believed.
 const GAIN: f64 = 10.0;
 /// Relinearisations of each fit.
@@ -30,17 +32,39 @@ pub(super) fn evened(problem: &Problem, threads: usize) -> Option<Problem> {
 pub(super) fn even(problem: &Problem) -> Option<Problem> {
     let mut even = problem.clone();
     let mut moved = false;
-    for samples in even.runs.iter_mut().flat_map(|run| &mut run.samples) {
-        if let Some(grid) = grid(samples) {
-            samples.time_s = grid;
-            moved = true;
+    for run in &mut even.runs {
+        let edges = edges(&run.drives);
+        for samples in &mut run.samples {
+            if let Some((mut grid, sigma_s)) = grid(samples) {
+                grid.iter_mut().for_each(|t| *t = beside(*t, &edges, EDGE_SIGMAS * sigma_s));
+                samples.time_s = grid;
+                moved = true;
+            }
         }
     }
     moved.then_some(even)
 }
 
-/// The straight line through stamps over their number, where they scatter about it by a part of the interval.
-fn grid(samples: &Samples) -> Option<Vec<f64>> {
+/// Instants at which recorded commands change.
+fn edges(drives: &[Drive]) -> Vec<f64> {
+    let held =
+        drives.iter().filter_map(|drive| if let Drive::Held { time_s, .. } = drive { Some(time_s) } else { None });
+    let mut edges: Vec<f64> = held.flatten().copied().collect();
+    edges.sort_by(f64::total_cmp);
+    edges
+}
+
+/// The edge next to `t_s` where one is as near as the grid can be wrong: the side of an edge is not told by a mean of stamps.
+fn beside(t_s: f64, edges: &[f64], apart_s: f64) -> f64 {
+    let after = edges.partition_point(|edge| *edge < t_s);
+    let near = edges[after.saturating_sub(1)..(after + 1).min(edges.len())].iter();
+    let nearest = near.copied().min_by(|a, b| (a - t_s).abs().total_cmp(&(b - t_s).abs()));
+    nearest.filter(|edge| (edge - t_s).abs() < apart_s).unwrap_or(t_s)
+}
+
+/// The straight line through stamps over their number, where they scatter about it by a part of the interval, and its standard
+/// deviation at the ends.
+fn grid(samples: &Samples) -> Option<(Vec<f64>, f64)> {
     let n = samples.time_s.len();
     if n < STAMPS_LEAST {
         return None;
@@ -50,8 +74,11 @@ fn grid(samples: &Samples) -> Option<Vec<f64>> {
     let slope = samples.time_s.iter().enumerate().map(|(i, t)| (i as f64 - middle) * (t - mean)).sum::<f64>();
     let interval_s = slope / (n as f64 * (n as f64 * n as f64 - 1.0) / 12.0);
     let grid: Vec<f64> = (0..n).map(|i| mean + interval_s * (i as f64 - middle)).collect();
-    let apart = samples.time_s.iter().zip(&grid).map(|(t, g)| (t - g).abs() / interval_s).fold(0.0, f64::max);
-    (interval_s > 0.0 && apart > EVEN_SHARE && apart < GRID_SHARE).then_some(grid)
+    let residual = || samples.time_s.iter().zip(&grid).map(|(t, g)| (t - g).abs());
+    let apart = residual().fold(0.0, f64::max) / interval_s;
+    // of a mean 1, of a line at its ends 2 over the root of n
+    let sigma_s = 2.0 * (residual().map(|r| r * r).sum::<f64>()).sqrt() / n as f64;
+    (interval_s > 0.0 && apart > EVEN_SHARE && apart < GRID_SHARE).then_some((grid, sigma_s))
 }
 
 #[cfg(test)]

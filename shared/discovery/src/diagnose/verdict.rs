@@ -222,7 +222,7 @@ fn changed_noise(engine: &Engine<'_>, noise: &NoiseModel) -> String {
     for (i, sensor) in engine.problem.plant.sensors.iter().enumerate() {
         let factor = noise.sensor_sigma[i] / engine.noise.sensor_sigma[i];
         list.push((libm::log(factor).abs(), format!("{} x{factor:.2}", sensor.name)));
-        let jitter = noise.jitter_s[i] / engine.timelines[0].period_s;
+        let jitter = noise.jitter_s[i] / engine.interval_s(i);
         if jitter > 0.0 {
             // an hundredth of an interval is as telling as a factor of e
             let text = format!("stamps of {} jitter by {:.1} % of the interval", sensor.name, 100.0 * jitter);

@@ -90,10 +90,12 @@ fn drift(mode: usize, track: &ModeTrack, of: Of, tested: f64) -> Option<Drift> {
     let p = (chi_squared_tail(constant.left, freedom) * tested).min(1.0);
     let in_time = line(&values, Some(&time))?;
     let in_amplitude = line(&values, Some(&amplitude));
-    let borne_out = |line: &Line| freedom < 2.0 || chi_squared_tail(line.left, freedom - 1.0) > LEFT_P;
+    let borne_out = |line: &Line| chi_squared_tail(line.left, freedom - 1.0) > LEFT_P;
     let law = match &in_amplitude {
         Some(other) if freedom > 1.0 && in_time.left + TIE < other.left && borne_out(&in_time) => Law::Time,
         Some(other) if freedom > 1.0 && other.left + TIE < in_time.left && borne_out(other) => Law::Amplitude,
+        // equal amplitudes exclude a law over amplitude
+        None if freedom > 1.0 && borne_out(&in_time) => Law::Time,
         _ => Law::Undecided,
     };
     Some(Drift { mode, of, law, per_second: in_time.slope, per_amplitude: in_amplitude.map(|line| line.slope), p })

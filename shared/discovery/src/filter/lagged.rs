@@ -30,8 +30,8 @@ impl Machine<'_> {
         if !mean.lag_started[channel] {
             mean.lag[channel] = LagState::settled(input);
         } else if h_s > 0.0 {
-            let (middle, to) =
-                self.until(k, sample, h_s, mean).unwrap_or((0.5 * (mean.lag_input[channel] + input), input));
+            let line = (0.5 * (mean.lag_input[channel] + input), input);
+            let (middle, to) = self.until(k, sample, h_s, mean).unwrap_or(line);
             if let Some(lag) = &self.sensors[channel].lag {
                 lag.arc(&mut mean.lag[channel], [mean.lag_input[channel], middle, to], h_s);
             }
@@ -42,15 +42,18 @@ impl Machine<'_> {
         mean.lag[channel].output
     }
 
-    /// Readings half an interval before event `k` and right before it; `None` where readings are means.
+    /// Readings half an interval before event `k` and right before it; `None` where readings are means, where the commands move, or where
+    /// more than one held command acted since the last sample: there the line serves.
     fn until(&mut self, k: usize, sample: usize, h_s: f64, mean: &Mean) -> Option<(f64, f64)> {
         let channel = self.timeline.channel[sample];
-        if self.sensors[channel].mean {
+        let since_last = k > 0 && self.timeline.events[k - 1].t_s <= mean.lag_time_s[channel];
+        if self.sensors[channel].mean || self.timeline.moving || !since_last {
             return None;
         }
         let behind = self.behind(sample, channel);
-        let middle = self.read_at(k, channel, behind + 0.5 * h_s, true, &mean.x, &mean.w);
-        let to = self.read_at(k, channel, behind, true, &mean.x, &mean.w);
+        let halfway = behind + 0.5 * h_s;
+        let middle = self.read_at(k, channel, halfway, halfway > 0.0, &mean.x, &mean.w);
+        let to = self.read_at(k, channel, behind, behind >= 0.0, &mean.x, &mean.w);
         Some((middle, to))
     }
 

@@ -147,7 +147,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// How far each number of a change of state goes from the start under the commands alone; infinite where the motion ends.
+    /// How far each number of a change of state goes from the start under the commands alone.
     pub fn reach(&mut self) -> Vec<f64> {
         let (w, start) = (vec![0.0; self.layout.noise_inputs.len()], self.x0.clone());
         let (mut x, mut change) = (start.clone(), vec![0.0; self.layout.tangent]);
@@ -157,7 +157,7 @@ impl<'a> Machine<'a> {
             self.system.difference(&start, &x, &mut change);
             reach.iter_mut().zip(&change).for_each(|(reach, change)| *reach = reach.max(change.abs()));
         }
-        reach.iter().map(|reach| if reach.is_finite() { *reach } else { f64::INFINITY }).collect()
+        reach
     }
 
     fn row(&self, index: usize) -> &[f64] {
@@ -305,7 +305,12 @@ impl<'a> Machine<'a> {
         let mut moved = core::mem::take(&mut self.x_at);
         moved.copy_from_slice(x);
         if behind != 0.0 {
-            self.runge_kutta(event.t_s, -behind, &mut moved, None);
+            // as finely as the flow
+            let step_s = self.timeline.events[at].step_s / self.finer as f64;
+            let steps = if step_s > 0.0 { libm::ceil(behind.abs() / step_s).max(1.0) } else { 1.0 };
+            for step in 0..steps as usize {
+                self.runge_kutta(event.t_s - behind * step as f64 / steps, -behind / steps, &mut moved, None);
+            }
         }
         let Self { system, ws, u, y, .. } = self;
         system.read(ws, event.t_s - behind, &moved, u, y);

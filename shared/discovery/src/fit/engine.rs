@@ -121,6 +121,15 @@ impl<'p> Engine<'p> {
         self.problem.unknowns.iter().map(|unknown| known(&unknown.name).unwrap_or(unknown.prior)).collect()
     }
 
+    /// Mean interval between the samples of `channel` in the run that has most of them [s].
+    pub fn interval_s(&self, channel: usize) -> f64 {
+        let stamps = |run: &'p Run| &run.samples[channel].time_s;
+        let longest = self.problem.runs.iter().map(stamps).max_by_key(|stamps| stamps.len());
+        longest.filter(|stamps| stamps.len() > 1).map_or(self.timelines[0].period_s, |stamps| {
+            (stamps[stamps.len() - 1] - stamps[0]) / (stamps.len() - 1) as f64
+        })
+    }
+
     pub fn prior(&self) -> Vec<f64> {
         self.problem.unknowns.iter().map(|unknown| unknown.prior).collect()
     }

@@ -25,6 +25,8 @@ const POLE_MAX: f64 = 0.98;
 /// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which one is taken up.
 const JITTER_SHARES: [f64; 3] = [3e-3, 0.02, 0.1];
 const JITTER_GAIN: f64 = 10.0;
+/// Sweeps over a channel's size, and over its size and jitter.
+const JITTER_SWEEPS: usize = 3;
 
 #[derive(Clone, Copy, Debug)]
 enum Coordinate {
@@ -117,23 +119,37 @@ fn scan(
     (noise, best)
 }
 
-/// Jitter of stamps, where it explains a channel better than noise of one size: shares of the sampling interval.
+/// Jitter of stamps, where it explains a channel better than noise of the size that suits it best.
 fn jitter(
     engine: &Engine<'_>,
     start: &NoiseModel,
     least: f64,
-    value: &dyn Fn(&NoiseModel) -> Option<f64>,
+    value: &(dyn Fn(&NoiseModel) -> Option<f64> + Sync),
 ) -> (NoiseModel, f64) {
-    let (mut noise, mut best) = (start.clone(), least);
-    let stated = |k: usize| start.sensor_sigma[k].min(engine.noise.sensor_sigma[k]);
-    for k in 0..noise.jitter_s.len() {
-        for share in JITTER_SHARES {
-            let mut tried = noise.clone();
-            tried.jitter_s[k] = share * engine.timelines[0].period_s;
-            tried.sensor_sigma[k] = stated(k);
-            if let Some(found) = value(&tried).filter(|found| *found < best - JITTER_GAIN) {
-                (noise, best) = (tried, found);
+    let climbed = |noise: &NoiseModel, best: f64, coordinates: &[Coordinate]| {
+        let (mut noise, mut best) = (noise.clone(), best);
+        let mut steps = vec![0.3; coordinates.len()];
+        for _ in 0..JITTER_SWEEPS {
+            for (coordinate, step) in coordinates.iter().zip(&mut steps) {
+                (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, value);
             }
+        }
+        (noise, best)
+    };
+    let (mut noise, mut best) = (start.clone(), least);
+    for k in 0..noise.jitter_s.len() {
+        (noise, best) = climbed(&noise, best, &[Coordinate::Sensor(k)]);
+        let trial = |share: &f64| {
+            let mut tried = noise.clone();
+            tried.jitter_s[k] = share * engine.interval_s(k);
+            tried.sensor_sigma[k] = tried.sensor_sigma[k].min(engine.noise.sensor_sigma[k]);
+            value(&tried).map(|found| (tried, found))
+        };
+        let best_share = JITTER_SHARES.iter().filter_map(trial).min_by(|a, b| a.1.total_cmp(&b.1));
+        let Some((tried, found)) = best_share else { continue };
+        let (tried, found) = climbed(&tried, found, &[Coordinate::Sensor(k), Coordinate::Jitter(k)]);
+        if found < best - JITTER_GAIN {
+            (noise, best) = (tried, found);
         }
     }
     (noise, best)

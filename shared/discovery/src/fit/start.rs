@@ -9,10 +9,10 @@ use super::engine::{Engine, open};
 use crate::filter::{Machine, initial_sigmas, tangent_names};
 
 /// A state is hardly seen where all readings together narrow its wide prior by less than this.
-const NARROWED: f64 = 100.0;
+const NARROWED: f64 = 30.0;
 /// What is hardly seen starts within this many times what the commands do to it, and within this share of its wide prior at least.
 const REACHES: f64 = 10.0;
-const LEAST: f64 = 1e-3;
+const LEAST: f64 = 1.0 / NARROWED;
 /// Share of the prior's standard deviation over which a sensitivity is taken.
 const SHARE: f64 = 1e-4;
 
@@ -22,6 +22,9 @@ pub(super) fn hardly_seen(engine: &Engine<'_>, run: usize) -> Vec<(String, f64)>
 }
 
 fn found(engine: &Engine<'_>, run: usize) -> Option<Vec<(String, f64)>> {
+    if engine.problem.runs[run].is_rest {
+        return None;
+    }
     let instance = engine.problem.instance(&engine.problem.plant, &engine.prior(), run);
     let initial = &engine.problem.runs[run].initial;
     let mut machine = Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()?;

@@ -72,6 +72,15 @@ pub(super) fn drive(
 }
 
 impl Drive {
+    /// A command that the plant states takes the numbers that `plant` has for it.
+    pub(super) fn renew(&mut self, plant: &Plant, actuator: &Actuator) {
+        if let Self::Signal(signal) = self
+            && let Ok(fresh) = SignalSum::new(&actuator.command, plant.simulation.duration_s, &actuator.name)
+        {
+            *signal = fresh;
+        }
+    }
+
     /// Held command at `t_s`; of a motion nothing.
     pub fn held_at(&self, t_s: f64) -> f64 {
         match self {

@@ -46,7 +46,7 @@ pub(super) fn runs(
             // a segment that the recording does not hold
             continue;
         }
-        found.push(Run { recording: index, segment, begin_s, end_s, initial, drives, samples });
+        found.push(Run { recording: index, segment, begin_s, end_s, initial, drives, samples, is_rest: false });
     }
     if found.is_empty() {
         let begin_s = plant.segments.first().map_or(f64::NEG_INFINITY, |segment| segment.begin_s.value);

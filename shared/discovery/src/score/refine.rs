@@ -12,11 +12,13 @@ use plant::description::Plant;
 /// Rounds of steps, and halvings of a step that can be told from none.
 const LEVELS: usize = 14;
 const HALVINGS: usize = 4;
+/// Columns that a law takes on its way up, about.
+const COLUMNS: usize = 40;
 /// Statistic from which a law is worth the work, and laws that are refined.
 const WORTH: f64 = 9.0;
 const LAWS: usize = 12;
 /// Samples of all columns that the refinement may cost: long recordings refine fewer laws.
-const WORK_MAX: f64 = 4e6;
+const WORK_MAX: f64 = 5e6;
 /// Gain of the statistic that is worth a column of its own.
 const GAINED: f64 = 0.5;
 
@@ -98,12 +100,12 @@ pub fn refined(
 ) -> Vec<Column> {
     let run = &engine.problem.runs[0];
     let duration_s = run.end_s - run.begin_s;
-    let laws = (WORK_MAX / (4.0 * HALVINGS as f64 * engine.samples.max(1) as f64)) as usize;
+    let laws = (WORK_MAX / (COLUMNS as f64 * engine.samples.max(1) as f64)) as usize;
     // an edge in time is as sharp as a sample
     let edges = libm::log2((duration_s / (16.0 * engine.timelines[0].period_s)).max(1.0)).ceil() as usize;
     let mut climbs = starts(list, found, duration_s, edges);
     climbs.truncate(laws.clamp(2, LAWS));
-    for _ in 0..LEVELS {
+    for _ in 0..LEVELS.max(2 * edges) {
         let flat: Vec<Candidate> = climbs.iter().flat_map(|climb| proposed(climb, duration_s)).collect();
         if flat.is_empty() {
             break;
@@ -170,7 +172,9 @@ fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
             if let Some(lasts) = lasts.filter(|_| name == "begin") {
                 let mut same_end = next.clone();
                 same_end.inner[lasts].1 -= moved - value;
-                if same_end.inner[lasts].1 > 0.0 && same_end.inner[lasts].1 < duration_s {
+                let range = candidate.effect.parameters.iter().find(|p| p.name == "duration");
+                let possible = range.is_some_and(|p| (p.low..=p.high).contains(&same_end.inner[lasts].1));
+                if possible && same_end.inner[lasts].1 > 0.0 && same_end.inner[lasts].1 < duration_s {
                     list.push(same_end);
                 }
             }
