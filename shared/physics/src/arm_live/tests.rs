@@ -174,8 +174,7 @@ fn the_momentum_stands_for_nothing_while_what_the_sheet_did_to_it_is_not_known()
     let truth = skewed();
     let (samples, told) = (record(&truth, &benchmark_sigma(), 12, 4, 1.0), settings(&truth, H_NMS));
     let sheet = SensorSheet { gyro_bias_rad_s: 5e-5, ..SensorSheet::default() };
-    let mut live =
-        LiveEstimators::<8, 13>::new(&LiveSettings { torque_sigma_n_m: None, ..told }).expect("h known");
+    let mut live = LiveEstimators::<8, 13>::new(&LiveSettings { torque_sigma_n_m: None, ..told }).expect("h known");
     let mut unknown = 0;
     for (k, sample) in samples.iter().enumerate() {
         live.push(k as u64 * INTERVAL_NS, sample).expect("finite");
