@@ -217,6 +217,11 @@ fn evidence_over_frequency_is_an_answer_and_no_time_record() {
     folder
         .ask(&["diagnose", "sound.csv", "--plant", "pendulum", "--held-out", "frf.csv"])
         .refuses(&["--held-out frf.csv", "spectrum"]);
+    folder.ask(&["diagnose", "frf.csv", "--plant", "pendulum", "--repeat", "sound.csv"]).refuses(&[
+        "--repeat",
+        "a spectrum",
+        "leave",
+    ]);
 }
 
 #[test]
@@ -296,4 +301,17 @@ fn modes_that_drift_are_evidence_in_the_list_that_modal_prints_and_those_that_do
     folder
         .ask(&["diagnose", "cubic.json", "panel.csv", "--plant", "hub_appendage"])
         .refuses(&["cubic.json", "on its own"]);
+    for flag in ["--held-out", "--repeat"] {
+        folder.ask(&["diagnose", "cubic.json", "--plant", "hub_appendage", flag, "panel.csv"]).refuses(&[
+            flag,
+            "a list of modes",
+            "leave",
+        ]);
+    }
+    folder.file("map.toml", "[channels]\nacceleration_1 = \"a\"\n");
+    folder.ask(&["diagnose", "cubic.json", "--plant", "hub_appendage", "--map", "map.toml"]).refuses(&[
+        "--map",
+        "a list of modes",
+        "leave",
+    ]);
 }

@@ -142,6 +142,7 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
         }
     }
     one_kind(&fitted, &spectra)?;
+    unused(arguments, modes.is_some(), !spectra.is_empty())?;
     let time_only = |path: &Path, flag: &str| match evidence(path)? {
         Evidence::Time(loaded) => Ok(loaded),
         Evidence::Spectrum { spectrum, .. } => Err(Failure::Input(miette::miette!(
@@ -189,6 +190,27 @@ fn one_kind(fitted: &[Loaded], spectra: &[(Spectrum, String)]) -> Result<(), Fai
             second.file
         ))),
         _ => Ok(()),
+    }
+}
+
+/// What would be read and then left aside: only time records are predicted, and modes have no channels to rename.
+fn unused(arguments: &Arguments, modes: bool, spectrum: bool) -> Result<(), Failure> {
+    let what = match (modes, spectrum) {
+        (true, _) => "a list of modes",
+        (_, true) => "a spectrum",
+        _ => return Ok(()),
+    };
+    let given = [
+        ("--held-out", !arguments.held_out.is_empty()),
+        ("--repeat", arguments.repeat.is_some()),
+        ("--map", modes && arguments.map.is_some()),
+    ];
+    match given.iter().find(|(_, given)| *given) {
+        Some((flag, _)) => Err(Failure::Input(miette::miette!(
+            help = format!("leave {flag} out for a diagnosis of {what}"),
+            "{flag} says nothing of {what}"
+        ))),
+        None => Ok(()),
     }
 }
 

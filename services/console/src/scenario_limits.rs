@@ -54,6 +54,12 @@ impl Limits {
         self.unless(!value.is_finite() || range.contains(&value), key, &format!("{value:?}"), &why);
     }
 
+    /// The same for what is named nowhere else: a value that is not finite is refused.
+    fn within_and_finite(&mut self, key: &str, value: f64, range: RangeInclusive<f64>) {
+        let why = format!("must be {} to {}", range.start(), range.end());
+        self.unless(range.contains(&value), key, &format!("{value:?}"), &why);
+    }
+
     fn window(&mut self, frames: u64) {
         let carried = TOPICS.iter().filter(|topic| topic.per_frame > 0);
         let most = carried.map(|topic| topic.depth as u64 / 2 / topic.per_frame as u64).min().unwrap_or(1);
@@ -96,13 +102,19 @@ impl Limits {
     fn appendage(&mut self, known: &AppendageKnown) {
         let key = |key: &str| format!("modal.known.appendage.{key}");
         let taken: f64 = known.coupling_sqrt_kg_m.iter().map(|c| c * c).sum();
-        let why = format!("must be above {taken}, which the modes take along (the squares of their couplings)");
-        self.unless(known.inertia_kg_m2 > taken, &key("inertia_kg_m2"), &known.inertia_kg_m2, &why);
-        self.within(&key("inertia_relative_sd"), known.inertia_relative_sd, 0.0..=1.0);
-        self.within(&key("coupling_relative_sd"), known.coupling_relative_sd, 0.0..=1.0);
+        let why = format!(
+            "must be above {taken}, which the modes take along (the squares of their couplings), and at most {NUMBER_MAX:e}"
+        );
+        let good = known.inertia_kg_m2 > taken && known.inertia_kg_m2 <= NUMBER_MAX;
+        self.unless(good, &key("inertia_kg_m2"), &known.inertia_kg_m2, &why);
+        self.within_and_finite(&key("inertia_relative_sd"), known.inertia_relative_sd, 0.0..=1.0);
+        self.within_and_finite(&key("coupling_relative_sd"), known.coupling_relative_sd, 0.0..=1.0);
+        for angle in known.arm_angle_rad.iter().flatten() {
+            self.within_and_finite(&key("arm_angle_rad"), *angle, -NUMBER_MAX..=NUMBER_MAX);
+        }
         for [frequency_hz, damping] in &known.locked {
             let text = format!("[{frequency_hz}, {damping}]");
-            let good = *frequency_hz > 0.0 && *damping > 0.0 && *damping < 1.0;
+            let good = *frequency_hz > 0.0 && *frequency_hz <= NUMBER_MAX && *damping > 0.0 && *damping < 1.0;
             self.unless(good, &key("locked"), &text, "needs a frequency above 0 and a damping ratio between 0 and 1");
         }
     }
@@ -146,7 +158,11 @@ impl Limits {
             &torque,
             "must be above 0",
         );
-        self.within(&key("known.joint_torque_scale_sigma"), known.joint_torque_scale_sigma, 0.0..=NUMBER_MAX);
+        self.within_and_finite(
+            &key("known.joint_torque_scale_sigma"),
+            known.joint_torque_scale_sigma,
+            0.0..=NUMBER_MAX,
+        );
         let prior = known.prior_relative_sd.unwrap_or(1.0);
         self.unless(prior > 0.0 && prior <= NUMBER_MAX, &key("known.prior_relative_sd"), &prior, "must be above 0");
         self.sheets(&key("known"), known);
@@ -167,7 +183,7 @@ impl Limits {
             ("latency_s", sheet.latency_s),
         ];
         for (error, sigma) in errors {
-            self.within(&format!("{name}.sheet.{error}"), sigma, 0.0..=NUMBER_MAX);
+            self.within_and_finite(&format!("{name}.sheet.{error}"), sigma, 0.0..=NUMBER_MAX);
         }
         if let Some(chaser) = &known.chaser {
             let bodies = [chaser.mass_kg, chaser.mass_relative_sd, chaser.inertia_kg_m2, chaser.inertia_relative_sd];
@@ -175,7 +191,7 @@ impl Limits {
                 let good = *number > 0.0 && *number <= NUMBER_MAX;
                 self.unless(good, &format!("{name}.chaser"), number, "masses, inertias and sigmas must be above 0");
             }
-            self.within(&format!("{name}.chaser.grasp_sd_m"), chaser.grasp_sd_m, 0.0..=NUMBER_MAX);
+            self.within_and_finite(&format!("{name}.chaser.grasp_sd_m"), chaser.grasp_sd_m, 0.0..=NUMBER_MAX);
         }
         if let Some(target) = &known.target {
             for number in [&target.mass_kg, &target.inertia_kg_m2].into_iter().chain(&target.sigma) {
@@ -191,6 +207,34 @@ impl Limits {
             let why = format!("{domain} has the parameters {}", names.join(", "));
             let key = format!("{name}.need.sigma_percent.{parameter}");
             self.unless(names.contains(&parameter.as_str()), &key, percent, &why);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ONE_BODY: &str = include_str!("../../../deploy/scenarios/one_body.toml");
+
+    /// Keys that are refused once `from` reads `to`.
+    fn refused(from: &str, to: &str) -> Vec<String> {
+        assert!(ONE_BODY.contains(from));
+        let scenario: Scenario = toml::from_str(&ONE_BODY.replace(from, to)).unwrap();
+        beyond(&scenario).into_iter().map(|impossible| impossible.key).collect()
+    }
+
+    #[test]
+    fn numbers_of_an_appendage_that_are_none_are_refused() {
+        assert_eq!(refused("", ""), [""; 0]);
+        for (from, to, key) in [
+            ("arm_angle_rad = [0.6, -1.1]", "arm_angle_rad = [0.6, nan]", "arm_angle_rad"),
+            ("[4.03270332, 0.005]", "[inf, 0.005]", "locked"),
+            ("inertia_kg_m2 = 539.5", "inertia_kg_m2 = inf", "inertia_kg_m2"),
+            ("inertia_relative_sd = 0.01", "inertia_relative_sd = nan", "inertia_relative_sd"),
+            ("coupling_relative_sd = 1.0e-4", "coupling_relative_sd = nan", "coupling_relative_sd"),
+        ] {
+            assert_eq!(refused(from, to), [format!("modal.known.appendage.{key}")], "{to}");
         }
     }
 }

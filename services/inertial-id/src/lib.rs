@@ -284,15 +284,15 @@ impl InertialId {
     }
 }
 
-/// Of at most [`FIRST_ROWS`] numbers, the upper of two; what is no number sorts last.
+/// Of at most [`FIRST_ROWS`] intervals, the upper of two; one that is no interval does not count. 0: there is none.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sorted, mut count) = ([f64::INFINITY; FIRST_ROWS], 0);
-    for (slot, value) in sorted.iter_mut().zip(values) {
+    for (slot, value) in sorted.iter_mut().zip(values.filter(|value| value.is_finite() && *value > 0.0)) {
         *slot = value;
         count += 1;
     }
     sorted.sort_by(f64::total_cmp);
-    sorted[count / 2]
+    if count > 0 { sorted[count / 2] } else { 0.0 }
 }
 
 fn settings<const P: usize>(known: &ArmKnown, interval_s: f64) -> LiveSettings<P> {
@@ -338,7 +338,7 @@ fn put<const P: usize>(sample: &mut Estimate, alpha: &SVector<f64, P>, covarianc
     sample.consistent = u32::from(is_physically_consistent(alpha));
 }
 
-/// The momentum's estimate, what the sensor sheet may have done to it, and what its data did to the prior.
+/// The momentum's estimate, what the sensor sheet may have done to it (NaN: not known), and what its data did to the prior.
 fn fill<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstimators<P, X>, known: &ArmKnown) {
     let Ok(estimate) = live.estimate() else {
         sample.status = NOT_EXCITED;
@@ -351,9 +351,8 @@ fn fill<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstima
         sample.block_length[scale] = verdict.block_samples.into();
         sample.block_z[scale] = verdict.z_score;
     }
-    if let Some(consider) = live.consider(&sheet(known)) {
-        (0..P).for_each(|i| sample.auxiliary[i] = consider[(i, i)].sqrt());
-    }
+    let consider = live.consider(&sheet(known));
+    (0..P).for_each(|i| sample.auxiliary[i] = consider.map_or(f64::NAN, |consider| consider[(i, i)].sqrt()));
     let prior = live.prior_sd();
     let digit = |i: usize| excitation(estimate.noise_covariance[(i, i)].sqrt(), prior[i]).code();
     sample.auxiliary[EXCITATION] = (0..P).rev().fold(0.0, |code, i| 4.0 * code + f64::from(digit(i)));

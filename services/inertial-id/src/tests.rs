@@ -73,6 +73,28 @@ fn the_interval_is_that_of_most_rows_and_not_of_the_first() {
         rows[0].0.interval_s = odd;
         assert!(fed(&rows) == even, "{odd}");
     }
+    // Of rows without an interval however many: those that have one say it.
+    for none in [0.0, f64::NAN, f64::INFINITY] {
+        rows[..8].iter_mut().for_each(|(imu, _)| imu.interval_s = none);
+        assert!(fed(&rows) == even, "{none}");
+    }
+    assert_eq!(median([f64::NAN, 0.0, INTERVAL_S].into_iter()), INTERVAL_S);
+    assert_eq!(median([f64::NAN].into_iter()), 0.0);
+}
+
+#[test]
+fn what_the_sheet_may_have_done_is_no_number_until_it_is_known() {
+    let mut known = partition(H_NMS).free_floating.expect("stated");
+    let said = |known: &ArmKnown, seconds: f64| {
+        let mut sample = Estimate::zeroed_at(0);
+        fill(&mut sample, &fed(&rows(seconds)), known);
+        assert_eq!((sample.status, sample.count), (0, 8));
+        sample.auxiliary[..8].to_vec()
+    };
+    assert!(said(&known, 1.0).iter().all(|sigma| *sigma == 0.0), "a sheet of no errors");
+    known.sheet.gyro_bias_rad_s = 5e-5;
+    assert!(said(&known, 1.0).iter().all(|sigma| sigma.is_nan()), "not settled");
+    assert!(said(&known, 60.0).iter().all(|sigma| *sigma > 0.0));
 }
 
 #[test]

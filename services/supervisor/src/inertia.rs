@@ -5,8 +5,10 @@
 //! held-out simulation. So does a coupling that is not that of the panel. Side by side they show.
 //!
 //! **Which to doubt**, in this order: the one that fails its own tests (innovations, NIS, held-out, physical consistency) while the other
-//! passes; else the one that the stated inertia contradicts by three sigmas while it bears the other out; else nothing says.
+//! passes; a model that was not tested does neither. Else the one that the stated inertia contradicts by three sigmas while it bears the other out; else nothing says.
 
+use crate::validation::NIS_FALSE_ALARM;
+use estimation::consistency::mean_square_band;
 use nalgebra::SVector;
 use physics::momentum::{MomentumSample, momentum_regressor};
 use runtime::scenario::AppendageKnown;
@@ -25,8 +27,8 @@ const PARAMETERS: usize = 8;
 struct Stated {
     inertia_kg_m2: f64,
     sigma_kg_m2: f64,
-    /// The model behind it passes its own tests.
-    sound: bool,
+    /// The model behind it passes its own tests; `None`: no innovation was tested, and nothing else is against it.
+    sound: Option<bool>,
 }
 
 /// An experiment that has ended, with the inertia if it gave one.
@@ -63,13 +65,14 @@ pub struct Inertias {
 }
 
 impl Inertias {
-    /// Takes the closing `estimate` of an experiment and the verdict on it; the comparison when it is the second of the two.
+    /// Takes the closing `estimate` of an experiment and the verdict on it; the comparison when it is the second of the two. Where no appendage
+    /// is `known` the modes imply no inertia, and there is nothing to say.
     pub fn take(&mut self, estimate: &Estimate, judged: &Verdict, known: Option<&AppendageKnown>) -> Option<Verdict> {
+        let known = known?;
         let phase = Phase::from_code(estimate.phase).filter(|phase| *phase != Phase::Mated)?;
-        let sound = judged.complete == 1
-            && ![Reason::HeldOutTooLarge.code(), Reason::NotConsistent.code()].contains(&judged.reason);
+        let sound = sound(estimate, judged);
         let stated = |(inertia_kg_m2, sigma_kg_m2)| Stated { inertia_kg_m2, sigma_kg_m2, sound };
-        let posture = known.and_then(|known| known.arm_angle_rad);
+        let posture = known.arm_angle_rad;
         match Domain::from_code(estimate.domain)? {
             Domain::Modal => {
                 self.modal = Some(Ended { frame: estimate.frame, stated: of_modes(estimate).map(stated) });
@@ -85,11 +88,18 @@ impl Inertias {
         verdict.estimate_frame = modal.frame.max(inertial.frame);
         match (posture, modal.stated, inertial.stated) {
             (None, ..) => verdict.reason = Reason::SeparateBodies.code(),
-            (_, Some(modal), Some(inertial)) => compare(&mut verdict, modal, inertial, known.and_then(sheet)),
+            (_, Some(modal), Some(inertial)) => compare(&mut verdict, modal, inertial, sheet(known)),
             _ => verdict.reason = Reason::InertiaNotFound.code(),
         }
         Some(verdict)
     }
+}
+
+/// Whether the model passes its own tests; one whose innovations were too few to test has neither passed nor failed by them.
+fn sound(estimate: &Estimate, judged: &Verdict) -> Option<bool> {
+    let tested = mean_square_band(estimate.nis_count, NIS_FALSE_ALARM).is_some();
+    let contradicted = [Reason::HeldOutTooLarge.code(), Reason::NotConsistent.code()].contains(&judged.reason);
+    (tested || contradicted).then_some(judged.complete == 1 && !contradicted)
 }
 
 /// Inertia and sigma as the mass-property sheet states them.
@@ -105,7 +115,7 @@ fn of_modes(estimate: &Estimate) -> Option<(f64, f64)> {
 }
 
 /// `J = yᵀ α` of the arm held at `posture`, `y = ∂Y_h/∂w0`. Its variance is `yᵀ P y` and, for what the sensor sheet's systematic errors may
-/// do, `(Σ |y_i| s_i)²`: their correlations are not told, and as if all pulled one way is the most they can.
+/// do, `(Σ |y_i| s_i)²`: their correlations are not told, and as if all pulled one way is the most they can. `None` where that is not known.
 fn of_momentum(estimate: &Estimate, posture: [f64; 2]) -> Option<(f64, f64)> {
     if estimate.status != 0 || usize::from(estimate.count) != PARAMETERS {
         return None;
@@ -161,8 +171,8 @@ fn doubt(modal: Stated, inertial: Stated, sheet: Option<(f64, f64)>) -> (Reason,
     };
     let blamed = |modal: bool| if modal { Reason::InertiaModalDoubted } else { Reason::InertiaInertialDoubted };
     match ((modal.sound, inertial.sound), (contradicted(modal), contradicted(inertial))) {
-        ((false, true), _) => (blamed(true), By::OwnTests),
-        ((true, false), _) => (blamed(false), By::OwnTests),
+        ((Some(false), Some(true)), _) => (blamed(true), By::OwnTests),
+        ((Some(true), Some(false)), _) => (blamed(false), By::OwnTests),
         (_, (true, false)) => (blamed(true), By::StatedInertia),
         (_, (false, true)) => (blamed(false), By::StatedInertia),
         _ => (Reason::InertiaUndecided, By::Nothing),

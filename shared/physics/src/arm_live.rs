@@ -160,12 +160,13 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
     }
 
     /// The one of the two with the smaller relative variances: the momentum's, with what the sensor sheet may have done to it, while h is
-    /// known better than torques tell; `None`: neither.
+    /// known better than torques tell. The momentum's does not stand where what the sheet may have done to it is not known. `None`: neither.
     pub fn best(&self, sheet: &SensorSheet) -> Option<Estimate<P>> {
-        let systematic = self.consider(sheet).unwrap_or_else(SMatrix::zeros);
-        let total =
-            |found: InertialEstimate<P>| Estimate { alpha: found.alpha, covariance: found.covariance + systematic };
-        let momentum = self.estimate().ok().map(total);
+        let total = |(found, systematic): (InertialEstimate<P>, SMatrix<f64, P, P>)| Estimate {
+            alpha: found.alpha,
+            covariance: found.covariance + systematic,
+        };
+        let momentum = self.estimate().ok().zip(self.consider(sheet)).map(total);
         let torque = self.torque();
         let relative = |found: &Estimate<P>| found.covariance.trace() / found.alpha.norm_squared();
         match (momentum, torque) {
@@ -179,9 +180,10 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         self.settings.momentum.prior_sd()
     }
 
-    /// What the errors of the sensor sheet may have done to the momentum's estimate; `None` until it has settled.
+    /// What the errors of the sensor sheet may have done to the momentum's estimate; `None` until it has settled, and where the samples since
+    /// do not determine the parameters.
     pub fn consider(&self, sheet: &SensorSheet) -> Option<SMatrix<f64, P, P>> {
-        self.consider.covariance(sheet)
+        self.consider.covariance(sheet, self.samples)
     }
 }
 

@@ -1,8 +1,8 @@
 //! The second sigma of an estimate: what the sensor sheet's systematic errors may have done to it (Schmidt's consider covariance).
 //!
 //! White noise averages out, a bias does not. Errors β that are not estimated (gyro bias, scales, zeros, latency) with sheet sigmas
-//! `σ_β` move the momentum fit by `∂α/∂β = (Λ + F − B)⁻¹ Σ w y ∂r/∂β` (Λ the prior's information: what the prior holds, no error of a
-//! sensor moves); their covariance `(∂α/∂β) diag(σ_β²) (∂α/∂β)'` stands beside that of the
+//! `σ_β` move the momentum fit by `∂α/∂β = (Λ + F − B)⁻¹ Σ w y ∂r/∂β` (F − B the data's information, Λ the prior's: what the prior holds, no
+//! error of a sensor moves); their covariance `(∂α/∂β) diag(σ_β²) (∂α/∂β)'` stands beside that of the
 //! noise, never mixed into it: more data shrink the one and not the other. Misalignment of the gyro acts as a scale (its cosine) in the plane.
 
 use crate::momentum::{CHANNELS, ChannelSigma, MomentumSample, channel_jacobian, noisy_momentum_row};
@@ -67,10 +67,12 @@ fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64) -> 
 const REACH: usize = 5;
 const RING: usize = 2 * REACH + 1;
 
-/// `Λ + Σ w (y y' − S)` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the sheet. Fixed memory.
+/// `F − B = Σ w (y y' − S)` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the sheet. Fixed memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConsiderSums<const P: usize> {
     interval_s: f64,
+    /// Diagonal of Λ, apart from the sums: the fit has it once, however many of its rows are in them.
+    prior_information: SVector<f64, P>,
     information: SMatrix<f64, P, P>,
     cross: SMatrix<f64, P, CONSIDERED>,
     rows: u64,
@@ -85,8 +87,8 @@ impl<const P: usize> ConsiderSums<P> {
     pub fn new(interval_s: f64, prior_information: &SVector<f64, P>) -> Self {
         assert!(interval_s > 0.0);
         let ring = [MomentumSample::default(); RING];
-        let information = SMatrix::from_diagonal(prior_information);
-        Self { interval_s, information, cross: SMatrix::zeros(), rows: 0, ring, filled: 0, next: 0 }
+        let (information, cross, prior_information) = (SMatrix::zeros(), SMatrix::zeros(), *prior_information);
+        Self { interval_s, prior_information, information, cross, rows: 0, ring, filled: 0, next: 0 }
     }
 
     /// A gap: accelerations are not taken across it.
@@ -123,10 +125,18 @@ impl<const P: usize> ConsiderSums<P> {
         self.rows += 1;
     }
 
-    /// `(∂α/∂β) diag(σ_β²) (∂α/∂β)'`; `None` when the samples do not determine the parameters.
-    pub fn covariance(&self, sheet: &SensorSheet) -> Option<SMatrix<f64, P, P>> {
-        let factor = if self.rows > 0 { self.information.cholesky() } else { None };
-        let moved = factor?.solve(&self.cross);
+    /// `(∂α/∂β) diag(σ_β²) (∂α/∂β)'`, `∂α/∂β = (Λ + r (F − B))⁻¹ r Σ w y ∂r/∂β`: the fit has `rows_of_fit` rows, `r` times those in the sums,
+    /// which stand for the others. Zero for a sheet that states no error; `None` when the samples do not determine the parameters.
+    pub fn covariance(&self, sheet: &SensorSheet, rows_of_fit: u64) -> Option<SMatrix<f64, P, P>> {
+        if *sheet == SensorSheet::default() {
+            return Some(SMatrix::zeros());
+        }
+        if self.rows == 0 {
+            return None;
+        }
+        let share = self.rows as f64 / rows_of_fit as f64;
+        let information = self.information + SMatrix::from_diagonal(&(self.prior_information * share));
+        let moved = information.cholesky()?.solve(&self.cross);
         let scaled = moved * SMatrix::<f64, CONSIDERED, CONSIDERED>::from_diagonal(&sheet.sigmas());
         Some(scaled * scaled.transpose())
     }
@@ -152,7 +162,7 @@ pub fn consider<const P: usize>(
     }
     let estimate = pass.estimate().map_err(MomentumError::NotExcited)?;
     let not_excited = LeastSquaresError::InformationNotPositive { rows: samples.len() as u64, weakest: 0.0 };
-    let consider = sums.covariance(sheet).ok_or(MomentumError::NotExcited(not_excited))?;
+    let consider = sums.covariance(sheet, samples.len() as u64).ok_or(MomentumError::NotExcited(not_excited))?;
     Ok(ConsideredEstimate { estimate: momentum.scaled(estimate), consider })
 }
 

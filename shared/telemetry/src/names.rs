@@ -181,7 +181,9 @@ pub const fn target_status_text(status: u16) -> &'static str {
         0 => "",
         TARGET_CRC_WRONG => "crc wrong",
         TARGET_REFUSED => "what the target states contradicts what was identified",
-        TARGET_NOT_SOLVED => "no solution: both experiments and the arm's data sheet are needed",
+        TARGET_NOT_SOLVED => {
+            "no solution: both experiments and the arm's data sheet are needed; or a covariance was not positive, or the search did not converge"
+        }
         TARGET_CONTRADICTED => "the estimates before and after capture and the arm's data sheet contradict each other",
         _ => "unknown status",
     }

@@ -110,7 +110,7 @@ record! {
         consistent: u32, "-", "-", "1 when the parameters are physically possible";
         values: [f64; PARAMETERS_MAX], "see parameter list", "-", "parameters";
         covariance: [[f64; PARAMETERS_MAX]; PARAMETERS_MAX], "products of the units", "-", "covariance of the parameters";
-        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "inertial: consider sigma of each parameter [kg m^2], what the sensor sheet's systematic errors may do, 9: excitation, a base-4 digit a parameter from a1 on (0 identified, 1 prior kept, 2 not excited); slosh: displacement [m], rate [m/s] and time [s] at the end of the arc, accelerometer bias [m/s^2], and of each parameter 1 identified, 2 prior kept, 3 not excited, 0 no prior; modal: dominant channel of each mode, from 6 on 16 x its identity plus advice (1 pulse nulled, 2 record short, 4 close modes, 8 input leaks), with up to five modes 5 and 11 the inertia about the hub's axis that they imply and its sigma [kg m^2], 0: none; 10, 11: numbers of a status";
+        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "inertial: consider sigma of each parameter [kg m^2], what the sensor sheet's systematic errors may do (NaN while it is not known), 9: excitation, a base-4 digit a parameter from a1 on (0 identified, 1 prior kept, 2 not excited); slosh: displacement [m], rate [m/s] and time [s] at the end of the arc, accelerometer bias [m/s^2], and of each parameter 1 identified, 2 prior kept, 3 not excited, 0 no prior; modal: dominant channel of each mode, from 6 on 16 x its identity plus advice (1 pulse nulled, 2 record short, 4 close modes, 8 input leaks), with up to five modes 5 and 11 the inertia about the hub's axis that they imply and its sigma [kg m^2], 0: none; 10, 11: numbers of a status";
         innovation: Innovation, "-", "-", "latest innovation record";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         nis_count: f64, "-", "-", "rows in that mean";
@@ -126,7 +126,7 @@ record! {
         frame: u64, "-", "-", "frame it was made in";
         epoch_ns: u64, "ns", "-", "time it speaks of";
         origin: u16, "-", "-", "0 stated by the target, 1 identified, 2 identified and fused with what was stated";
-        status: u16, "-", "-", "0 valid; 1 crc wrong; 2 statement refused: it contradicts what was identified at p < 0.001, or its covariance is not positive; 3 no solution; 4 what was identified before and after capture and the chaser's data sheet contradict each other at p < 0.001";
+        status: u16, "-", "-", "0 valid; 1 crc wrong; 2 statement refused: it contradicts what was identified at p < 0.001, or its covariance is not positive; 3 no solution: an estimate or the data sheet is missing, a covariance is not positive, or the search did not converge; 4 what was identified before and after capture and the chaser's data sheet contradict each other at p < 0.001";
         fit_degrees: u32, "-", "-", "degrees of freedom of fit_chi_square; 0 where nothing was fitted";
         values: [f64; 4], "kg, m, m, kg m^2", "stated: target; else grasp", "mass, centre of mass x, y, inertia about it";
         covariance: [[f64; 4]; 4], "products of the units", "as values", "covariance";

@@ -43,11 +43,11 @@ struct Track {
 struct Part {
     begin_s: f64,
     end_s: f64,
-    amplitude: f64,
+    amplitude: Option<f64>,
     frequency_hz: f64,
-    frequency_sd: f64,
-    damping: f64,
-    damping_sd: f64,
+    frequency_sd: Option<f64>,
+    damping: Option<f64>,
+    damping_sd: Option<f64>,
 }
 
 /// Whether a file is taken for a list of modes: by its ending.
@@ -88,23 +88,33 @@ fn parse(text: &str) -> Result<Parsed, String> {
     if modes.is_empty() {
         return Err("no mode with a frequency and its standard deviation".into());
     }
-    let left_out = object.modes.len() - modes.len();
-    let notes = (left_out > 0).then(|| format!("{left_out} modes without a standard deviation are left out"));
-    Ok((modes, object.tracks.iter().map(track).collect(), notes.into_iter().collect()))
+    let tracks: Vec<ModeTrack> = object.tracks.iter().map(track).collect();
+    let modes_left_out = object.modes.len() - modes.len();
+    let given: usize = object.tracks.iter().map(|track| track.parts.len()).sum();
+    let parts_left_out = given - tracks.iter().map(|track| track.parts.len()).sum::<usize>();
+    let notes = [
+        (modes_left_out, "modes without a standard deviation are left out"),
+        (parts_left_out, "parts of modes without amplitude, damping or a standard deviation are left out"),
+    ];
+    let notes = notes.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+    Ok((modes, tracks, notes))
 }
 
+/// With the parts of which everything is known.
 fn track(track: &Track) -> ModeTrack {
-    let part = |part: &Part| ModeInPart {
-        begin_s: part.begin_s,
-        end_s: part.end_s,
-        amplitude: part.amplitude,
-        frequency_hz: (part.frequency_hz, part.frequency_sd),
-        damping_ratio: (part.damping, part.damping_sd),
+    let part = |part: &Part| {
+        Some(ModeInPart {
+            begin_s: part.begin_s,
+            end_s: part.end_s,
+            amplitude: part.amplitude?,
+            frequency_hz: (part.frequency_hz, part.frequency_sd?),
+            damping_ratio: (part.damping?, part.damping_sd?),
+        })
     };
     ModeTrack {
         frequency_hz: track.frequency_hz,
         damping_ratio: track.damping,
-        parts: track.parts.iter().map(part).collect(),
+        parts: track.parts.iter().filter_map(part).collect(),
     }
 }
 
@@ -129,5 +139,30 @@ mod tests {
         assert!(notes[0].starts_with("1 modes without"), "{notes:?}");
         assert!(parse(r#"{"modes":[]}"#).unwrap_err().contains("no mode"));
         assert!(parse(r#"{"peaks":[]}"#).unwrap_err().contains("no list of modes"));
+    }
+
+    #[test]
+    fn a_part_without_a_number_is_left_out_and_said_and_the_others_are_kept() {
+        let part = |begin: u32, sd: &str, damping_sd: &str, amplitude: &str| {
+            format!(
+                r#"{{"begin_s":{begin},"end_s":{},"amplitude":{amplitude},"frequency_hz":1.5,"frequency_sd":{sd},"damping":0.01,"damping_sd":{damping_sd}}}"#,
+                begin + 5
+            )
+        };
+        let all = [
+            part(0, "0.01", "0.001", "1.0"),
+            part(5, "null", "0.001", "1.0"),
+            part(10, "0.01", "null", "1.0"),
+            part(15, "0.01", "0.001", "null"),
+            part(20, "0.02", "0.002", "0.5"),
+        ];
+        let text = format!(
+            r#"{{"modes":[{{"frequency_hz":1.5,"frequency_sd":0.01}}],"tracks":[{{"frequency_hz":1.5,"damping":0.01,"parts":[{}]}}]}}"#,
+            all.join(",")
+        );
+        let (_, tracks, notes) = parse(&text).unwrap();
+        let begins: Vec<f64> = tracks[0].parts.iter().map(|part| part.begin_s).collect();
+        assert_eq!(begins, [0.0, 20.0]);
+        assert!(notes.len() == 1 && notes[0].starts_with("3 parts of modes without"), "{notes:?}");
     }
 }

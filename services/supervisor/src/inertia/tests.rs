@@ -105,6 +105,29 @@ fn of_two_that_disagree_the_one_that_fails_its_own_tests_is_doubted_even_against
 }
 
 #[test]
+fn a_model_that_was_not_tested_is_not_blamed_for_failing_tests() {
+    let untested = |mut estimate: Estimate| {
+        (estimate.nis_mean, estimate.nis_count) = (0.0, 0.0);
+        estimate
+    };
+    let pair = || [untested(modal(INERTIA, 0.1)), inertial(INERTIA * 1.05, 0.1)];
+    assert_eq!(outcome(&one_body(0.0), pair()), (Reason::InertiaUndecided, u16::MAX));
+    // What is stated decides as it does between two that passed.
+    assert_eq!(outcome(&one_body(0.01), pair()), (Reason::InertiaInertialDoubted, 1));
+    // Parameters that no body has are against it all the same.
+    let [mut nobody, passed] = pair();
+    nobody.consistent = 0;
+    assert_eq!(outcome(&one_body(0.0), [nobody, passed]), (Reason::InertiaModalDoubted, 0));
+}
+
+#[test]
+fn a_systematic_sigma_that_is_not_known_is_not_taken_for_zero() {
+    let mut unsettled = inertial(INERTIA, 0.4);
+    unsettled.auxiliary[..8].fill(f64::NAN);
+    assert_eq!(outcome(&one_body(0.0), [modal(INERTIA, 0.3), unsettled]).0, Reason::InertiaNotFound);
+}
+
+#[test]
 fn of_two_that_pass_their_own_tests_the_one_that_the_stated_inertia_contradicts_is_doubted() {
     // A momentum mis-stated by 5 %, then a coupling wrong by 2.5 %; the sheet knows the inertia to 1 %.
     let known = one_body(0.01);
@@ -126,9 +149,10 @@ fn without_a_third_statement_that_tells_them_apart_nothing_is_blamed() {
 #[test]
 fn separate_bodies_are_not_compared_and_that_is_said() {
     let two = || [modal(INERTIA, 0.1), inertial(1.5 * INERTIA, 0.1)];
-    assert_eq!(said(None, two()).unwrap().reason, Reason::SeparateBodies.code());
     let elsewhere = AppendageKnown { arm_angle_rad: None, ..one_body(0.0) };
     assert_eq!(outcome(&elsewhere, two()).0, Reason::SeparateBodies);
+    // Nothing is known of an appendage: nothing is said, also not that the bodies are two.
+    assert_eq!(said(None, two()), None);
 }
 
 #[test]
