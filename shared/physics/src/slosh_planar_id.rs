@@ -88,13 +88,14 @@ fn squared(hertz: f64) -> f64 {
 /// All seven numbers of a slosh mass on two springs, at rest at the beginning, under thrusters that do as stated. Cost: some 2000 walks of the record.
 ///
 /// # Errors
-/// [`PlanarError`] when no start could be followed.
+/// [`PlanarError::DelayedSums`] for late thrusters and sums of samples; [`PlanarError`] when no start could be followed.
 pub fn identify_springs(
     record: &PlanarRecord<'_>,
     hub: PlanarHub,
     thrust: PlanarThrust,
     search: &PlanarSearch,
 ) -> Result<PlanarAnswer<SPRINGS>, PlanarError> {
+    thrust.check(record)?;
     let modes = scan_modes(record.samples, record.interval_s, search.band_hz).frequency_hz.map(squared);
     let craft = |theta: &SVector<f64, SPRINGS>| springs(hub, theta).map(|craft| PlanarCraft { thrust, ..craft });
     let mut starts = Best::new();
@@ -172,7 +173,7 @@ fn lowest(value: impl Fn(f64) -> Option<f64>, reach: f64) -> f64 {
 fn beginning<'a>(record: &PlanarRecord<'a>) -> PlanarRecord<'a> {
     let is_driven = |sample: &PlanarSample| sample.wrench.force_n.amax() > 0.0 || sample.wrench.torque_n_m != 0.0;
     let first = record.samples.iter().position(is_driven).unwrap_or(0);
-    PlanarRecord { samples: &record.samples[..record.samples.len().min(first + COARSE_SAMPLES)], ..*record }
+    record.part(0, record.samples.len().min(first + COARSE_SAMPLES))
 }
 
 pub(crate) fn for_each_place(hub: &PlanarHub, search: &PlanarSearch, mut visit: impl FnMut(f64, Vector2<f64>)) {

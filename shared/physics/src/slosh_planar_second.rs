@@ -7,18 +7,21 @@
 //!
 //! ```text
 //! ln w = −χ²/2 + ½ ln |C8| + ln p(ζ) + ln p(f)        Laplace's approximation of what the point explains
-//! mean = Σ w θ,   covariance = Σ w (J C8 J' + θθ') − mean mean'        θ: [ms, k, c, bx, by] of both
+//! mean = Σ w θ,   covariance = Σ w (J C8 J' + h²/12 θ_f θ_f' + θθ') − mean mean'      θ: [ms, k, c, bx, by] of both
 //! ```
 //!
-//! `p(ζ)` log-normal about 1 % by a factor of e, `p(f)` even in ln f over the band, both axes alike. Where the mixture lies
-//! within one line (1/T) the record decides alone, and the joint fit of all ten is the answer.
+//! A point stands for its cell of the grid, one line (h = 1/T) wide; `θ_f` is what the ten move by per hertz, the eight at
+//! their best: `θ_f = ∂θ/∂f + J cov(eight, f)/var(f)`, from the covariance of the nine.
+//! `p(ζ)` log-normal about 1 % by a factor of e (Gauss–Hermite, three points), `p(f)` even in ln f over the band, both axes
+//! alike. Where the mixture lies within one line and on one axis the record decides alone, and the joint fit of all ten is
+//! the answer.
 
 use libm::{exp, log, sqrt};
 use nalgebra::{SMatrix, SVector, Vector2};
 
 use crate::slosh_planar::{PlanarHub, PlanarSlosh, Suspension};
 use crate::slosh_planar_fit::{
-    PlanarCraft, PlanarError, PlanarEstimate, PlanarPrior, PlanarRecord, chi_square, fit, fit_with,
+    PlanarCraft, PlanarError, PlanarEstimate, PlanarPrior, PlanarRecord, bound, chi_square, fit, fit_with,
 };
 use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place, lateral_spring};
 
@@ -26,15 +29,20 @@ use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place, later
 pub const TWO_MASSES: usize = 2 * ONE_AXIS;
 /// Those of the first, mass and place of the second.
 const AT_A_POINT: usize = ONE_AXIS + 3;
+/// These and the frequency.
+const ALONG_THE_BAND: usize = AT_A_POINT + 1;
 
-/// Frequencies of the grid, whatever band and record.
+/// Frequencies of the grid, a line apart.
 const POINTS_MAX: usize = 256;
-/// Damping ratios of the grid and their logarithmic prior, up to a constant: the median first.
-const RATIOS: [(f64, f64); 3] = [(0.01, 0.0), (0.003_679, -0.5), (0.027_18, -0.5)];
-/// Iterations from the neighbour on the grid, and of a point that counts.
-const ITERATIONS: [u32; 2] = [2, 4];
-/// A point further than this in χ² from the best does not count: e⁻⁷.
-const COUNTS: f64 = 14.0;
+/// Damping ratios of the grid and their logarithmic prior, up to a constant, the median first: nodes 0, ∓√3 and weights
+/// 2/3, 1/6, 1/6 of Gauss and Hermite for `ln(ζ/0.01)` of unit variance.
+const RATIOS: [(f64, f64); 3] = [(0.01, 0.0), (0.001_769_2, -1.386_294), (0.056_522, -1.386_294)];
+/// Iterations from the neighbour on the grid, of a start, and of a point that counts, which must converge.
+const ITERATIONS: [u32; 3] = [2, 4, 15];
+/// A point whose ln w is further than this below the greatest does not count: e⁻⁷.
+const COUNTS: f64 = 7.0;
+/// An axis of less probability than this is not that of the second mass.
+const OTHER_AXIS: f64 = 1e-3;
 /// A neighbour further than this from the best is no start.
 const STARTS_FROM: f64 = 60.0;
 /// Starts at the top of the band, where the second mass nearly stands still and the rest is nearly all there is.
@@ -69,6 +77,8 @@ pub struct SecondMass {
     pub covariance: SMatrix<f64, TWO_MASSES, TWO_MASSES>,
     /// Probability that the second moves along x; along y otherwise.
     pub along_x: f64,
+    /// Of the second mass on its spring against the bare hub, `√(k per_force)/2π`: not a mode of the craft, which the first
+    /// mass shifts.
     pub frequency_hz: f64,
     pub frequency_sigma_hz: f64,
     /// Of the best point.
@@ -81,6 +91,11 @@ pub struct SecondMass {
 impl SecondMass {
     pub fn sigmas(&self) -> SVector<f64, TWO_MASSES> {
         self.covariance.diagonal().map(sqrt)
+    }
+
+    /// Within one line and on one axis.
+    fn is_sharp(&self, line_hz: f64) -> bool {
+        self.frequency_sigma_hz < line_hz && (self.along_x - 0.5).abs() > 0.5 - OTHER_AXIS
     }
 
     /// `(χ² − dof)/√(2 dof)`.
@@ -151,7 +166,7 @@ struct Search<'a> {
 }
 
 type Fit = PlanarEstimate<AT_A_POINT>;
-/// χ² and the eight numbers of a point.
+/// ln w and the eight numbers of a point.
 type Walked = (f64, SVector<f64, AT_A_POINT>);
 
 impl<'a> Search<'a> {
@@ -198,63 +213,114 @@ impl<'a> Search<'a> {
         fits.min_by(|a, b| a.chi_square.total_cmp(&b.chi_square))
     }
 
-    /// The fits of one axis from the top of the band to its bottom, each from its neighbour.
+    /// ln w but for the prior of the damping.
+    fn log_weight(&self, point: &Point, fit: &Fit) -> Option<f64> {
+        let scaling = SMatrix::<f64, AT_A_POINT, AT_A_POINT>::from_diagonal(&self.scale.map(|value| 1.0 / value));
+        let factor = (scaling * fit.covariance * scaling).cholesky()?;
+        let half_log_det: f64 = factor.l_dirty().diagonal().iter().map(|value| log(*value)).sum();
+        Some(half_log_det - log(point.hertz) - fit.chi_square / 2.0).filter(|value| value.is_finite())
+    }
+
+    /// What the ten move by per hertz, the eight at their best.
+    fn slope_per_hz(&self, point: &Point, eight: &SVector<f64, AT_A_POINT>) -> SVector<f64, TWO_MASSES> {
+        const PART: f64 = 1e-5;
+        let at = |hertz: f64, eight: &SVector<f64, AT_A_POINT>| Point { hertz, ..*point }.ten(&self.hub, eight);
+        let craft = |nine: &SVector<f64, ALONG_THE_BAND>| {
+            two_masses(self.hub, point.axis, &at(nine[AT_A_POINT], &nine.fixed_rows::<AT_A_POINT>(0).into_owned()))
+        };
+        let mut prior = PlanarPrior::<ALONG_THE_BAND>::none();
+        prior.information.fixed_view_mut::<AT_A_POINT, AT_A_POINT>(0, 0).copy_from(&self.prior.information);
+        let (nine, scale) = (eight.push(point.hertz), self.scale.push(point.hertz));
+        // A frequency that leaves no trace moves nothing else.
+        let along = bound(self.record, &craft, (&nine, &scale), &prior).map_or(SVector::zeros(), |covariance| {
+            covariance.fixed_view::<AT_A_POINT, 1>(0, AT_A_POINT) / covariance[(AT_A_POINT, AT_A_POINT)]
+        });
+        let step_hz = PART * point.hertz;
+        let ends = [step_hz, -step_hz].map(|step_hz| at(point.hertz + step_hz, &(eight + along * step_hz)));
+        (ends[0] - ends[1]) / (2.0 * step_hz)
+    }
+
+    /// What a fit says of the cell of its point.
+    fn cell(&self, point: &Point, fit: &Fit, log_weight: f64) -> Cell {
+        let jacobian = point.jacobian(&self.hub, &fit.theta, &self.scale);
+        let slope = self.slope_per_hz(point, &fit.theta);
+        let covariance = jacobian * fit.covariance * jacobian.transpose();
+        let width_hz = self.line_hz;
+        Cell {
+            axis: point.axis,
+            hertz: point.hertz,
+            width_hz,
+            log_weight,
+            theta: point.ten(&self.hub, &fit.theta),
+            covariance: covariance + slope * slope.transpose() * (width_hz * width_hz / 12.0),
+        }
+    }
+
+    /// The fits of one axis from the top of the band to its bottom, each from its neighbour. `None` without a start.
     fn down_the_band(
         &self,
         axis: SecondAxis,
         search: &PlanarSearch,
         first: &SVector<f64, ONE_AXIS>,
         found: &mut [Option<Walked>; POINTS_MAX],
-    ) {
-        let Some(mut start) = self.start(&self.point(axis, 0, search), search, first).map(|fit| fit.theta) else {
-            return;
-        };
+    ) -> Option<()> {
+        let mut start = self.start(&self.point(axis, 0, search), search, first)?.theta;
         let mut lowest = f64::INFINITY;
         for (k, found) in found.iter_mut().enumerate() {
             let point = self.point(axis, k, search);
             if point.hertz < search.band_hz[0] {
                 break;
             }
-            let Some(Fit { theta, chi_square, .. }) = self.fit(&point, &start, ITERATIONS[0]) else { continue };
-            lowest = lowest.min(chi_square);
-            if chi_square < lowest + STARTS_FROM {
-                start = theta;
+            let Some(fit) = self.fit(&point, &start, ITERATIONS[0]) else { continue };
+            lowest = lowest.min(fit.chi_square);
+            if fit.chi_square < lowest + STARTS_FROM {
+                start = fit.theta;
             }
-            *found = Some((chi_square, theta));
+            *found = self.log_weight(&point, &fit).map(|log_weight| (log_weight, fit.theta));
         }
+        Some(())
     }
 
     /// Point k of the grid at the median of the damping.
     fn point(&self, axis: SecondAxis, k: usize, search: &PlanarSearch) -> Point {
-        let [bottom_hz, top_hz] = search.band_hz;
-        let step_hz = self.line_hz.max((top_hz - bottom_hz) / POINTS_MAX as f64);
-        Point { axis, hertz: top_hz - k as f64 * step_hz, ratio: RATIOS[0].0 }
+        Point { axis, hertz: search.band_hz[1] - k as f64 * self.line_hz, ratio: RATIOS[0].0 }
     }
 
-    /// The points that count, at every damping ratio, and the best of them.
+    /// The points that count, at every damping ratio, and the best of them. `None` where an axis has points that count and
+    /// none of them converges: the other would win by that alone.
     fn mixed(
         &self,
         search: &PlanarSearch,
         grid: &[[Option<Walked>; POINTS_MAX]; 2],
     ) -> Option<(Mixture, (Point, Fit))> {
-        let mut best: Option<(Point, Fit)> = None;
-        let lowest = grid.iter().flatten().flatten().map(|(chi_square, _)| *chi_square).fold(f64::INFINITY, f64::min);
-        let mut mixture: Option<Mixture> = None;
+        let walked = grid.iter().flatten().flatten();
+        let greatest = walked.map(|(log_weight, _)| *log_weight).fold(f64::NEG_INFINITY, f64::max);
+        let counts = |(log_weight, _): &Walked| *log_weight > greatest - COUNTS;
+        let (mut mixture, mut best) = (Mixture::new(), None::<(Point, Fit)>);
         for (axis, found) in AXES.into_iter().zip(grid) {
+            let mut has_any = false;
+            let before = mixture.cells;
             for (k, walked) in found.iter().enumerate() {
-                let Some((_, theta)) = walked.filter(|(chi_square, _)| *chi_square < lowest + COUNTS) else { continue };
+                let Some((_, theta)) = walked.filter(counts) else { continue };
+                has_any = true;
                 for (ratio, log_prior) in RATIOS {
                     let point = Point { ratio, ..self.point(axis, k, search) };
-                    let Some(fit) = self.fit(&point, &theta, ITERATIONS[1]) else { continue };
-                    let mixture = mixture.get_or_insert_with(|| Mixture::new(point.ten(&self.hub, &fit.theta)));
-                    mixture.add(&self.hub, &self.scale, &point, log_prior, &fit);
+                    let fit = self.fit(&point, &theta, ITERATIONS[2]).filter(|fit| fit.is_converged);
+                    let Some((fit, log_weight)) = fit.and_then(|fit| Some((fit, self.log_weight(&point, &fit)?)))
+                    else {
+                        continue;
+                    };
+                    mixture.add(&self.cell(&point, &fit, log_weight + log_prior));
                     if best.is_none_or(|(_, best)| fit.chi_square < best.chi_square) {
                         best = Some((point, fit));
                     }
                 }
             }
+            if has_any && mixture.cells == before {
+                return None;
+            }
         }
-        mixture.zip(best)
+        best.map(|best| (mixture, best))
     }
 
     /// All ten together, from the best point of the grid: where the record decides alone.
@@ -291,8 +357,19 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Sum over the grid, weights relative to the greatest so far; moments about a reference.
+/// What a point of the grid says of the ten, for all its cell.
+struct Cell {
+    axis: SecondAxis,
+    hertz: f64,
+    width_hz: f64,
+    log_weight: f64,
+    theta: SVector<f64, TWO_MASSES>,
+    covariance: SMatrix<f64, TWO_MASSES, TWO_MASSES>,
+}
+
+/// Sum over the grid, weights relative to the greatest so far; moments about the first cell.
 struct Mixture {
+    cells: usize,
     log_weight: f64,
     weight: f64,
     along_x: f64,
@@ -303,40 +380,41 @@ struct Mixture {
 }
 
 impl Mixture {
-    fn new(reference: SVector<f64, TWO_MASSES>) -> Self {
+    fn new() -> Self {
         Self {
+            cells: 0,
             log_weight: f64::NEG_INFINITY,
             weight: 0.0,
             along_x: 0.0,
-            reference,
+            reference: SVector::zeros(),
             mean: SVector::zeros(),
             second: SMatrix::zeros(),
             hertz: Vector2::zeros(),
         }
     }
 
-    fn add(&mut self, hub: &PlanarHub, scale: &SVector<f64, AT_A_POINT>, point: &Point, log_prior: f64, fit: &Fit) {
-        let scaling = SMatrix::<f64, AT_A_POINT, AT_A_POINT>::from_diagonal(&scale.map(|value| 1.0 / value));
-        let Some(factor) = (scaling * fit.covariance * scaling).cholesky() else { return };
-        let half_log_det: f64 = factor.l_dirty().diagonal().iter().map(|value| log(*value)).sum();
-        let log_weight = log_prior - log(point.hertz) - fit.chi_square / 2.0 + half_log_det;
-        if log_weight > self.log_weight {
-            let shrink = exp(self.log_weight - log_weight);
+    fn add(&mut self, cell: &Cell) {
+        if self.cells == 0 {
+            self.reference = cell.theta;
+        }
+        if cell.log_weight > self.log_weight {
+            let shrink = exp(self.log_weight - cell.log_weight);
             self.weight *= shrink;
             self.along_x *= shrink;
             self.mean *= shrink;
             self.second *= shrink;
             self.hertz *= shrink;
-            self.log_weight = log_weight;
+            self.log_weight = cell.log_weight;
         }
-        let weight = exp(log_weight - self.log_weight);
-        let ten = point.ten(hub, &fit.theta) - self.reference;
-        let jacobian = point.jacobian(hub, &fit.theta, scale);
+        let weight = exp(cell.log_weight - self.log_weight);
+        let ten = cell.theta - self.reference;
+        self.cells += 1;
         self.weight += weight;
-        self.along_x += if point.axis == SecondAxis::X { weight } else { 0.0 };
+        self.along_x += if cell.axis == SecondAxis::X { weight } else { 0.0 };
         self.mean += ten * weight;
-        self.second += (jacobian * fit.covariance * jacobian.transpose() + ten * ten.transpose()) * weight;
-        self.hertz += Vector2::new(point.hertz, point.hertz * point.hertz) * weight;
+        self.second += (cell.covariance + ten * ten.transpose()) * weight;
+        let within = cell.width_hz * cell.width_hz / 12.0;
+        self.hertz += Vector2::new(cell.hertz, cell.hertz * cell.hertz + within) * weight;
     }
 
     fn report(&self, best: &Fit) -> SecondMass {
@@ -358,7 +436,8 @@ impl Mixture {
 /// of the record; sum its samples to a dozen per period of the fastest mode that is looked for.
 ///
 /// # Errors
-/// [`PlanarError::NotObserved`] when no start could be followed.
+/// [`PlanarError::NotObserved`] when an axis has no start, or no point that counts converges;
+/// [`PlanarError::BandTooWide`] for a band of more lines than the grid has points: minima between them would be missed.
 pub fn identify_second(
     record: &PlanarRecord<'_>,
     hub: PlanarHub,
@@ -366,14 +445,18 @@ pub fn identify_second(
     first: &SVector<f64, ONE_AXIS>,
 ) -> Result<SecondMass, PlanarError> {
     let walk = Search::new(record, hub, search, first);
+    let lines = (search.band_hz[1] - search.band_hz[0]) / walk.line_hz;
+    if lines >= POINTS_MAX as f64 {
+        return Err(PlanarError::BandTooWide { lines, most: POINTS_MAX });
+    }
     let mut grid = [[None; POINTS_MAX]; 2];
     for (axis, found) in AXES.into_iter().zip(&mut grid) {
-        walk.down_the_band(axis, search, first, found);
+        walk.down_the_band(axis, search, first, found).ok_or(PlanarError::NotObserved)?;
     }
     let (mixture, (point, best)) = walk.mixed(search, &grid).ok_or(PlanarError::NotObserved)?;
     let mixed = mixture.report(&best);
-    let is_sharp = mixed.frequency_sigma_hz < walk.line_hz;
-    Ok(walk.joint(&point, &best).filter(|_| is_sharp).unwrap_or(mixed))
+    let joint = if mixed.is_sharp(walk.line_hz) { walk.joint(&point, &best) } else { None };
+    Ok(joint.unwrap_or(mixed))
 }
 
 #[cfg(test)]

@@ -21,6 +21,8 @@ use crate::slosh_planar_id::{GATE_Z, PlanarAnswer, PlanarSearch, SPRINGS, identi
 pub const SPRINGS_AND_THRUST: usize = SPRINGS + 4;
 /// Steps of the sensitivities: of a scale, of a delay in seconds.
 const THRUST_SCALES: [f64; 2] = [1.0, 0.1];
+/// Least step of a place.
+const PLACE_SCALE_M: f64 = 0.3;
 
 /// A slosh mass on springs under thrusters with scale and delay.
 pub fn springs_and_thrust(hub: PlanarHub, theta: &SVector<f64, SPRINGS_AND_THRUST>) -> Option<PlanarCraft<1>> {
@@ -49,9 +51,12 @@ pub fn calibrated(calibrations: &[ThrustCalibration; 2]) -> Option<PlanarPrior<S
     Some(prior)
 }
 
-/// Steps of the sensitivities about `theta`.
+/// Steps of the sensitivities about `theta`; a place may be zero.
 pub fn scale_of(theta: &SVector<f64, SPRINGS_AND_THRUST>) -> SVector<f64, SPRINGS_AND_THRUST> {
     let mut scale = theta.abs();
+    for place in [5, 6] {
+        scale[place] = scale[place].max(PLACE_SCALE_M);
+    }
     scale.fixed_rows_mut::<2>(SPRINGS).copy_from_slice(&THRUST_SCALES);
     scale.fixed_rows_mut::<2>(SPRINGS + 2).copy_from_slice(&THRUST_SCALES);
     scale
@@ -61,6 +66,7 @@ pub fn scale_of(theta: &SVector<f64, SPRINGS_AND_THRUST>) -> SVector<f64, SPRING
 /// of each thruster. Cost: that of [`identify_springs`] and a dozen walks of the record per iteration.
 ///
 /// # Errors
+/// [`PlanarError::DelayedSums`] for sums of samples with edges of a command within: its delay is estimated;
 /// [`PlanarError`] when no start could be followed.
 pub fn identify_springs_and_thrust(
     record: &PlanarRecord<'_>,
@@ -73,6 +79,8 @@ pub fn identify_springs_and_thrust(
         scale: Vector2::from(calibrations.map(|one| 1.0 + one.scale_error)),
         delay_s: Vector2::from(calibrations.map(|one| one.delay_s)),
     };
+    // Whatever the calibrations say, delays beside theirs are tried.
+    PlanarThrust { delay_s: Vector2::repeat(record.interval_s), ..thrust }.check(record)?;
     let believed = identify_springs(record, hub, thrust, search)?;
     let mut start = prior.mean;
     start.fixed_rows_mut::<SPRINGS>(0).copy_from(&believed.estimate.theta);

@@ -175,7 +175,7 @@ fn regress(
     let (mut normal, mut right, mut used) = (Matrix2::zeros(), Vector2::zeros(), 0);
     for level in levels {
         let axial_m_s2 = level.axial_n / (hub.mass_kg + spring.estimate.theta[0]);
-        let part = PlanarRecord { samples: &record.samples[level.from..level.until], ..*record };
+        let part = record.part(level.from, level.until);
         let Some((stiffness, sigma)) = level_stiffness(&part, hub, axial_m_s2, spring, pendulum) else { continue };
         let row = Vector2::new(1.0, axial_m_s2);
         normal += row * row.transpose() / (sigma * sigma);

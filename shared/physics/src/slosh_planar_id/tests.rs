@@ -6,7 +6,7 @@ use crate::slosh_calibration::ThrustCalibration;
 use crate::slosh_planar::Wrench;
 use crate::slosh_planar_fit::{PlanarNoise, PlanarPrior, bound, whiteness};
 use crate::slosh_planar_scan::PlanarSample;
-use crate::slosh_planar_thrust::{SPRINGS_AND_THRUST, identify_springs_and_thrust};
+use crate::slosh_planar_thrust::{SPRINGS_AND_THRUST, identify_springs_and_thrust, scale_of};
 use nalgebra::vector;
 use std::vec::Vec;
 
@@ -60,7 +60,7 @@ fn samples(truth: &SVector<f64, SPRINGS>, seconds: u32, seed: Option<u64>) -> Ve
 fn bound_of_the_planar_experiment_is_that_of_an_independent_study() {
     let truth = SVector::from(TRUTH);
     let samples = samples(&truth, 1800, None);
-    let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
+    let record = PlanarRecord::new(&samples, 1.0, NOISE);
     let covariance =
         bound(&record, &|theta| springs(HUB, theta), (&truth, &truth.abs()), &PlanarPrior::none()).expect("seen");
     for (i, printed) in [0.57, 0.55, 0.55, 1.43, 1.23, 0.45, 0.65].into_iter().enumerate() {
@@ -74,7 +74,7 @@ fn all_seven_numbers_are_found_from_the_scan_alone() {
     let truth = SVector::from(TRUTH);
     for seed in 1..3 {
         let samples = samples(&truth, 1800, Some(seed));
-        let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
+        let record = PlanarRecord::new(&samples, 1.0, NOISE);
         let answer = identify_springs(&record, HUB, PlanarThrust::default(), &SEARCH).expect("a minimum");
         assert!(answer.is_explained, "{answer:?}");
         let z = (answer.estimate.theta - truth).component_div(&answer.estimate.sigmas());
@@ -104,7 +104,7 @@ fn what_a_calibration_leaves_of_the_thrusts_scale_is_part_of_every_sigma() {
     for sample in &mut samples {
         sample.wrench.force_n.component_mul_assign(&vector![1.0 / 1.01, 1.0 / 0.994]); // what was commanded
     }
-    let record = PlanarRecord { samples: &samples, interval_s: 1.0, noise: NOISE };
+    let record = PlanarRecord::new(&samples, 1.0, NOISE);
     // Both wrong by one of their own sigmas.
     let identified = |sigma: f64| {
         let both = [calibration(0.01 + sigma, sigma), calibration(-0.006 - sigma, sigma)];
@@ -121,4 +121,16 @@ fn what_a_calibration_leaves_of_the_thrusts_scale_is_part_of_every_sigma() {
     let percent = |found: &PlanarAnswer<SPRINGS_AND_THRUST>| 100.0 * found.estimate.sigmas()[0] / truth[0];
     assert!(percent(&good) > 0.5 && percent(&good) < 0.62, "{}", percent(&good));
     assert!(percent(&poor) > 2.0 * percent(&good), "{} {}", percent(&poor), percent(&good));
+}
+
+#[test]
+fn a_tank_on_an_axis_has_steps_of_its_place_and_sums_with_edges_within_tell_no_delay() {
+    let mut theta = SVector::<f64, SPRINGS_AND_THRUST>::repeat(1.0);
+    theta.fixed_rows_mut::<SPRINGS>(0).copy_from_slice(&[28.7, 0.16, 0.12, 0.03, 0.025, 0.0, 0.0]);
+    assert!(scale_of(&theta).min() > 0.0, "{}", scale_of(&theta));
+    let samples = samples(&SVector::from(TRUTH), 200, None);
+    let sums: Vec<PlanarSample> = samples.chunks_exact(4).map(PlanarSample::mean).collect();
+    let both = [calibration(0.0, 1e-3); 2];
+    let refused = identify_springs_and_thrust(&PlanarRecord::new(&sums, 4.0, NOISE), HUB, &SEARCH, &both);
+    assert_eq!(refused.err(), Some(PlanarError::DelayedSums));
 }

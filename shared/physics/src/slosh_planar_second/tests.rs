@@ -53,17 +53,102 @@ fn samples(truth: &SVector<f64, TWO_MASSES>, seed: u64) -> Vec<PlanarSample> {
         .collect()
 }
 
+fn truth() -> SVector<f64, TWO_MASSES> {
+    SVector::from_iterator(FIRST.into_iter().chain(SECOND))
+}
+
+const SEARCH: PlanarSearch = PlanarSearch { band_hz: [0.006, 0.03], reach_m: 1.0, starts: 3 };
+
+/// A cell of one line of 1 mHz whose ten numbers are known but for its width.
+fn cell(axis: SecondAxis, hertz: f64, log_weight: f64) -> Cell {
+    let (theta, covariance) = (truth() * hertz, SMatrix::zeros());
+    Cell { axis, hertz, width_hz: 1e-3, log_weight, theta, covariance }
+}
+
+fn mixed(cells: &[Cell]) -> SecondMass {
+    let mut mixture = Mixture::new();
+    cells.iter().for_each(|cell| mixture.add(cell));
+    let (theta, covariance) = (SVector::zeros(), SMatrix::zeros());
+    let fit = Fit { theta, covariance, chi_square: 0.0, degrees_of_freedom: 1.0, iterations: 0, is_converged: true };
+    mixture.report(&fit)
+}
+
+#[test]
+fn axes_that_explain_a_record_alike_at_one_frequency_are_not_sharp() {
+    use SecondAxis::{X, Y};
+    assert!(mixed(&[cell(X, 0.02, 0.0)]).is_sharp(1e-3) && mixed(&[cell(Y, 0.02, 0.0)]).is_sharp(1e-3));
+    assert!(!mixed(&[cell(X, 0.02, 0.0), cell(Y, 0.02, 0.0)]).is_sharp(1e-3));
+    assert!(mixed(&[cell(X, 0.02, 0.0), cell(Y, 0.02, -8.0)]).is_sharp(1e-3)); // e⁻⁸ of the weight
+    assert!(!mixed(&[cell(X, 0.02, 0.0), cell(X, 0.023, 0.0)]).is_sharp(1e-3));
+}
+
+#[test]
+fn a_point_of_the_grid_stands_for_its_cell_and_the_ten_numbers_move_within_it() {
+    let one = mixed(&[cell(SecondAxis::X, 0.02, 0.0)]);
+    assert!((one.frequency_sigma_hz - 1e-3 / 12.0_f64.sqrt()).abs() < 1e-9, "{one:?}"); // rounding of hertz²
+    let truth = truth();
+    let samples = samples(&truth, 1);
+    let record = PlanarRecord::new(&samples, INTERVAL_S, NOISE);
+    let walk = Search::new(&record, HUB, &SEARCH, &SVector::from(FIRST));
+    let point = Point { axis: SecondAxis::X, hertz: 0.02442, ratio: 0.0073 };
+    let start = SVector::<f64, AT_A_POINT>::from([28.7, 0.16, 0.03, -0.45, 0.2, 9.0, 0.35, -0.15]);
+    let at = |hertz: f64| {
+        let point = Point { hertz, ..point };
+        (walk.fit(&point, &start, 30).expect("seen"), point)
+    };
+    let ten = |(fit, point): (Fit, Point)| point.ten(&HUB, &fit.theta);
+    let moved = (ten(at(0.02442 + 2e-5)) - ten(at(0.02442 - 2e-5))) / 4e-5;
+    let fit = at(0.02442).0;
+    let off = (walk.slope_per_hz(&point, &fit.theta) - moved) * walk.line_hz;
+    // Within a tenth: where a cell's width is all that is not known, a line is √12 sigmas.
+    let sigmas = walk.cell(&point, &fit, 0.0).covariance.diagonal().map(f64::sqrt);
+    assert!(off.component_div(&sigmas).amax() < 0.35, "{}", off.component_div(&sigmas));
+    assert!(moved.component_div(&sigmas).amax() * walk.line_hz > 1.0, "{moved}"); // there is something to move
+}
+
+#[test]
+fn damping_ratios_have_the_moments_of_the_stated_prior() {
+    let moment = |power: i32| {
+        let sum =
+            |power: i32| RATIOS.iter().map(|(ratio, ln_w)| ln_w.exp() * (ratio / 0.01).ln().powi(power)).sum::<f64>();
+        sum(power) / sum(0)
+    };
+    for (power, normal) in [(1, 0.0), (2, 1.0), (3, 0.0), (4, 3.0)] {
+        assert!((moment(power) - normal).abs() < 1e-3, "{power}: {}", moment(power)); // digits of the table
+    }
+}
+
+#[test]
+fn what_the_grid_cannot_tell_is_an_error() {
+    let truth = truth();
+    let samples = samples(&truth, 1);
+    let (record, first) = (PlanarRecord::new(&samples, INTERVAL_S, NOISE), SVector::from(FIRST));
+    // 1500 s: 256 lines are 0.171 Hz.
+    let wide = PlanarSearch { band_hz: [0.006, 0.18], ..SEARCH };
+    let refused = identify_second(&record, HUB, &wide, &first);
+    assert!(matches!(refused, Err(PlanarError::BandTooWide { most: POINTS_MAX, .. })), "{refused:?}");
+    let blind = PlanarNoise { acceleration_m_s2: f64::INFINITY, rate_rad_s: f64::INFINITY };
+    let blind = PlanarRecord::new(&samples, INTERVAL_S, blind);
+    assert_eq!(identify_second(&blind, HUB, &SEARCH, &first), Err(PlanarError::NotObserved));
+    // An axis whose points fail does not leave the other as the certain one.
+    let walk = Search::new(&record, HUB, &SEARCH, &first);
+    let mut eight = SVector::<f64, AT_A_POINT>::from([28.7, 0.16, 0.03, -0.45, 0.2, 9.0, 0.35, -0.15]);
+    let mut grid = [[None; POINTS_MAX]; 2];
+    grid[0][8] = Some((0.0, eight)); // 24.7 mHz
+    assert!(walk.mixed(&SEARCH, &grid).is_some());
+    eight[5] = -1.0;
+    grid[1][8] = Some((0.0, eight));
+    assert!(walk.mixed(&SEARCH, &grid).is_none());
+}
+
 #[test]
 fn a_second_mass_that_swings_is_found_with_its_axis_and_all_ten_numbers() {
-    let mut truth = SVector::<f64, TWO_MASSES>::zeros();
-    truth.fixed_rows_mut::<ONE_AXIS>(0).copy_from_slice(&FIRST);
-    truth.fixed_rows_mut::<ONE_AXIS>(ONE_AXIS).copy_from_slice(&SECOND);
+    let truth = truth();
     let samples = samples(&truth, 1);
-    let record = PlanarRecord { samples: &samples, interval_s: INTERVAL_S, noise: NOISE };
-    let search = PlanarSearch { band_hz: [0.006, 0.03], reach_m: 1.0, starts: 3 };
+    let record = PlanarRecord::new(&samples, INTERVAL_S, NOISE);
     // The first as it is found alone: off by what the second does.
     let first = SVector::<f64, ONE_AXIS>::from(FIRST).component_mul(&vector![0.96, 0.96, 1.1, 1.03, 1.0]);
-    let found = identify_second(&record, HUB, &search, &first).expect("a minimum");
+    let found = identify_second(&record, HUB, &SEARCH, &first).expect("a minimum");
     assert!(found.is_joint && found.along_x == 1.0, "{found:?}");
     let z = (found.theta - truth).component_div(&found.sigmas());
     assert!(z.amax() < 4.0, "{z} {found:?}"); // ten unit normal numbers

@@ -155,7 +155,7 @@ impl Planar {
     }
 
     fn told<'a>(&self, samples: &'a [PlanarSample]) -> PlanarRecord<'a> {
-        PlanarRecord { samples, interval_s: self.plant.simulation.period_s, noise: self.noise }
+        PlanarRecord::new(samples, self.plant.simulation.period_s, self.noise)
     }
 
     /// Bound of each number [same unit], with these sensors and bursts whose sigmas are `share` of the real ones.

@@ -75,7 +75,7 @@ impl TankModelChoice {
     }
 
     fn told<'a>(&self, samples: &'a [PlanarSample]) -> PlanarRecord<'a> {
-        PlanarRecord { samples, interval_s: self.plant.simulation.period_s, noise: self.noise }
+        PlanarRecord::new(samples, self.plant.simulation.period_s, self.noise)
     }
 
     /// What the record says of the suspension, from sums of four samples: 23 per period, whose integration is exact to 5e-5
@@ -88,7 +88,7 @@ impl TankModelChoice {
             acceleration_m_s2: self.noise.acceleration_m_s2 * share,
             rate_rad_s: self.noise.rate_rad_s * share,
         };
-        let record = PlanarRecord { samples: &sums, interval_s, noise };
+        let record = PlanarRecord::new(&sums, interval_s, noise);
         decide(&record, REACH_M, &self.hub).ok()
     }
 }
