@@ -81,10 +81,12 @@ fn parse(text: &str) -> Result<Parsed, String> {
             sigma_hz,
             damping_ratio: mode.damping.unwrap_or(f64::NAN),
             damping_sigma: mode.damping_sd.unwrap_or(f64::NAN),
-            prominence: f64::NAN,
+            // a list says of none that it is fainter than another
+            prominence: 1.0,
         })
     };
-    let modes: Vec<MeasuredMode> = object.modes.iter().filter_map(measured).collect();
+    let mut modes: Vec<MeasuredMode> = object.modes.iter().filter_map(measured).collect();
+    modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     if modes.is_empty() {
         return Err("no mode with a frequency and its standard deviation".into());
     }

@@ -9,8 +9,9 @@ use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine};
 use plant::description::Plant;
 
-/// Rounds of steps, and halvings of a step that can be told from none.
-const LEVELS: usize = 14;
+/// Rounds of steps, of what has sharp edges in time and of everything else, and halvings of a step that can be told from none.
+const LEVELS_OF_EDGES: usize = 14;
+const LEVELS: usize = 5;
 const HALVINGS: usize = 4;
 /// Columns that a law takes on its way up, about.
 const COLUMNS: usize = 40;
@@ -78,6 +79,11 @@ struct Stride {
 }
 
 impl Climb {
+    /// The law begins and ends at once.
+    fn has_edges(&self) -> bool {
+        self.column.candidate.inner.iter().any(|(name, _)| *name == "duration")
+    }
+
     /// Nothing was better: finer steps of what can still be told from none.
     fn halve(&mut self) {
         self.steps.retain(|stride| stride.left > 0);
@@ -105,8 +111,9 @@ pub fn refined(
     let edges = libm::log2((duration_s / (16.0 * engine.timelines[0].period_s)).max(1.0)).ceil() as usize;
     let mut climbs = starts(list, found, duration_s, edges);
     climbs.truncate(laws.clamp(2, LAWS));
-    for _ in 0..LEVELS.max(2 * edges) {
-        let flat: Vec<Candidate> = climbs.iter().flat_map(|climb| proposed(climb, duration_s)).collect();
+    for level in 0..LEVELS_OF_EDGES.max(2 * edges) {
+        let goes_on = |climb: &&Climb| level < LEVELS || climb.has_edges();
+        let flat: Vec<Candidate> = climbs.iter().filter(goes_on).flat_map(|climb| proposed(climb, duration_s)).collect();
         if flat.is_empty() {
             break;
         }
