@@ -10,8 +10,7 @@
 //! mean = Σ w θ,   covariance = Σ w (J C8 J' + h²/12 θ_f θ_f' + θθ') − mean mean'      θ: [ms, k, c, bx, by] of both
 //! ```
 //!
-//! A point stands for its cell of the grid, one line (h = 1/T) wide; `θ_f` is what the ten move by per hertz, the eight at
-//! their best: `θ_f = ∂θ/∂f + J cov(eight, f)/var(f)`, from the covariance of the nine.
+//! A point stands for its cell of the grid, one line (h = 1/T) wide; `θ_f` is ∂θ/∂f, the eight held.
 //! `p(ζ)` log-normal about 1 % by a factor of e (Gauss–Hermite, three points), `p(f)` even in ln f over the band, both axes
 //! alike. Where the mixture lies within one line and on one axis the record decides alone, and the joint fit of all ten is
 //! the answer.
@@ -21,7 +20,7 @@ use nalgebra::{SMatrix, SVector, Vector2};
 
 use crate::slosh_planar::{PlanarHub, PlanarSlosh, Suspension};
 use crate::slosh_planar_fit::{
-    PlanarCraft, PlanarError, PlanarEstimate, PlanarPrior, PlanarRecord, bound, chi_square, fit, fit_with,
+    PlanarCraft, PlanarError, PlanarEstimate, PlanarPrior, PlanarRecord, chi_square, fit, fit_with,
 };
 use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place, lateral_spring};
 
@@ -29,8 +28,6 @@ use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place, later
 pub const TWO_MASSES: usize = 2 * ONE_AXIS;
 /// Those of the first, mass and place of the second.
 const AT_A_POINT: usize = ONE_AXIS + 3;
-/// These and the frequency.
-const ALONG_THE_BAND: usize = AT_A_POINT + 1;
 
 /// Frequencies of the grid, a line apart.
 const POINTS_MAX: usize = 256;
@@ -221,23 +218,12 @@ impl<'a> Search<'a> {
         Some(half_log_det - log(point.hertz) - fit.chi_square / 2.0).filter(|value| value.is_finite())
     }
 
-    /// What the ten move by per hertz, the eight at their best.
+    /// What the ten move by per hertz, the eight held.
     fn slope_per_hz(&self, point: &Point, eight: &SVector<f64, AT_A_POINT>) -> SVector<f64, TWO_MASSES> {
         const PART: f64 = 1e-5;
-        let at = |hertz: f64, eight: &SVector<f64, AT_A_POINT>| Point { hertz, ..*point }.ten(&self.hub, eight);
-        let craft = |nine: &SVector<f64, ALONG_THE_BAND>| {
-            two_masses(self.hub, point.axis, &at(nine[AT_A_POINT], &nine.fixed_rows::<AT_A_POINT>(0).into_owned()))
-        };
-        let mut prior = PlanarPrior::<ALONG_THE_BAND>::none();
-        prior.information.fixed_view_mut::<AT_A_POINT, AT_A_POINT>(0, 0).copy_from(&self.prior.information);
-        let (nine, scale) = (eight.push(point.hertz), self.scale.push(point.hertz));
-        // A frequency that leaves no trace moves nothing else.
-        let along = bound(self.record, &craft, (&nine, &scale), &prior).map_or(SVector::zeros(), |covariance| {
-            covariance.fixed_view::<AT_A_POINT, 1>(0, AT_A_POINT) / covariance[(AT_A_POINT, AT_A_POINT)]
-        });
+        let at = |hertz: f64| Point { hertz, ..*point }.ten(&self.hub, eight);
         let step_hz = PART * point.hertz;
-        let ends = [step_hz, -step_hz].map(|step_hz| at(point.hertz + step_hz, &(eight + along * step_hz)));
-        (ends[0] - ends[1]) / (2.0 * step_hz)
+        (at(point.hertz + step_hz) - at(point.hertz - step_hz)) / (2.0 * step_hz)
     }
 
     /// What a fit says of the cell of its point.

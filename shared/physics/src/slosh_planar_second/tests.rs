@@ -83,27 +83,9 @@ fn axes_that_explain_a_record_alike_at_one_frequency_are_not_sharp() {
 }
 
 #[test]
-fn a_point_of_the_grid_stands_for_its_cell_and_the_ten_numbers_move_within_it() {
+fn a_point_of_the_grid_is_as_wide_as_its_cell() {
     let one = mixed(&[cell(SecondAxis::X, 0.02, 0.0)]);
     assert!((one.frequency_sigma_hz - 1e-3 / 12.0_f64.sqrt()).abs() < 1e-9, "{one:?}"); // rounding of hertz²
-    let truth = truth();
-    let samples = samples(&truth, 1);
-    let record = PlanarRecord::new(&samples, INTERVAL_S, NOISE);
-    let walk = Search::new(&record, HUB, &SEARCH, &SVector::from(FIRST));
-    let point = Point { axis: SecondAxis::X, hertz: 0.02442, ratio: 0.0073 };
-    let start = SVector::<f64, AT_A_POINT>::from([28.7, 0.16, 0.03, -0.45, 0.2, 9.0, 0.35, -0.15]);
-    let at = |hertz: f64| {
-        let point = Point { hertz, ..point };
-        (walk.fit(&point, &start, 30).expect("seen"), point)
-    };
-    let ten = |(fit, point): (Fit, Point)| point.ten(&HUB, &fit.theta);
-    let moved = (ten(at(0.02442 + 2e-5)) - ten(at(0.02442 - 2e-5))) / 4e-5;
-    let fit = at(0.02442).0;
-    let off = (walk.slope_per_hz(&point, &fit.theta) - moved) * walk.line_hz;
-    // Within a tenth: where a cell's width is all that is not known, a line is √12 sigmas.
-    let sigmas = walk.cell(&point, &fit, 0.0).covariance.diagonal().map(f64::sqrt);
-    assert!(off.component_div(&sigmas).amax() < 0.35, "{}", off.component_div(&sigmas));
-    assert!(moved.component_div(&sigmas).amax() * walk.line_hz > 1.0, "{moved}"); // there is something to move
 }
 
 #[test]
