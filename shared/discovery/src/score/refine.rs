@@ -95,7 +95,7 @@ impl Climb {
 
 /// Columns of promising laws at better numbers than the grid's, taken `along`; empty where none is better.
 ///
-/// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS`] columns, fewer laws where these are long; a law whose steps are all halved out is done.
+/// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS_OF_EDGES`] columns, fewer laws where these are long; a law whose steps are all halved out is done.
 pub fn refined(
     (engine, board): (&Engine<'_>, &Board),
     along: (&Engine<'_>, &Board),
@@ -113,7 +113,8 @@ pub fn refined(
     climbs.truncate(laws.clamp(2, LAWS));
     for level in 0..LEVELS_OF_EDGES.max(2 * edges) {
         let goes_on = |climb: &&Climb| level < LEVELS || climb.has_edges();
-        let flat: Vec<Candidate> = climbs.iter().filter(goes_on).flat_map(|climb| proposed(climb, duration_s)).collect();
+        let flat: Vec<Candidate> =
+            climbs.iter().filter(goes_on).flat_map(|climb| proposed(climb, duration_s)).collect();
         if flat.is_empty() {
             break;
         }
