@@ -277,8 +277,8 @@ pub fn fit_with<const N: usize, const M: usize>(
                 here = at(&theta)?;
                 damping *= 0.1;
             }
-            // At the bottom rounding of χ² decides.
-            None if step_sigmas < 0.02 && damping < 1e-6 => {
+            // At the bottom rounding of χ², and of the differences that its gradient is made of, decides.
+            None if step_sigmas < 0.02 => {
                 return report(record, theta, &here, prior, (iterations, true));
             }
             None => damping *= 10.0,
