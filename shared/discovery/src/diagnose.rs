@@ -232,8 +232,8 @@ fn searched(
     Ok(found)
 }
 
-/// Held-out data on what was found; where they refuse it, the best rival that they confirm takes its place, where they do not confirm it,
-/// the nearest smaller set that they do.
+/// Held-out data on what was found; where they do not confirm it, the best rival that they do confirm takes its place, else the nearest
+/// smaller set.
 fn borne_out(
     problem: &Problem,
     (engine, stated): (&Engine<'_>, &Fit),
@@ -246,14 +246,14 @@ fn borne_out(
     // the best of several confirmations is one by chance more often
     let alpha = 0.05 / rivals.len().max(1) as f64;
     for (set, standing) in rivals {
-        if status(shown.gain.as_ref()) != Status::Refused {
+        if status(shown.gain.as_ref()) == Status::Confirmed {
             break;
         }
         let again = held_out(problem, engine, stated, &standing, false, options);
         if again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0) {
             let kinds =
                 |set: &[Adopted]| set.iter().map(|a| a.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ");
-            notes.push(format!("held-out data refuse {} and confirm {}", kinds(&found.adopted), kinds(&set)));
+            notes.push(format!("held-out data do not confirm {} but {}", kinds(&found.adopted), kinds(&set)));
             (found.adopted, found.best, found.unknown_noise, shown) = (set, standing, 0.0, again);
         }
     }
