@@ -137,7 +137,8 @@ fn jitter(
         (noise, best)
     };
     let (mut noise, mut best) = (start.clone(), least);
-    for k in 0..noise.jitter_s.len() {
+    // stamps that are even to the last digit do not jitter
+    for k in (0..noise.jitter_s.len()).filter(|k| engine.has_uneven_stamps(*k)) {
         (noise, best) = climbed(&noise, best, &[Coordinate::Sensor(k)]);
         let trial = |share: &f64| {
             let mut tried = noise.clone();
