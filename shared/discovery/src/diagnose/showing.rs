@@ -14,6 +14,8 @@ use plant::description::{Plant, Quantity, Scope};
 const FOLDS: usize = 8;
 /// Relinearisations where a recording's own numbers are fitted.
 const OWN_ROUNDS: usize = 3;
+/// They stand within this many sigma of their priors, where the fitted recordings' do.
+const OWN_REACH: f64 = 3.0;
 
 /// What held-out data say: kind, free runs before and after, gain, and whiteness.
 pub(super) struct Shown {
@@ -65,8 +67,8 @@ fn on_recording(
     best: &Standing,
     options: &Options,
 ) -> Option<ShownParts> {
-    let before_problem = other.with_plant(&frozen(&stated.plant, &engine.problem.unknowns, &stated.theta));
-    let after_problem = other.with_plant(&frozen(&best.plant, &best.problem.unknowns, &best.fit.theta));
+    let before_problem = for_show(other, &stated.plant, &engine.problem.unknowns, &stated.theta);
+    let after_problem = for_show(other, &best.plant, &best.problem.unknowns, &best.fit.theta);
     let before = Engine::new(&before_problem, options.threads).ok()?;
     let after = Engine::like(&before, &after_problem).ok()?;
     // one noise for both, the augmented plant's: else the gain is that of a noise model
@@ -77,6 +79,19 @@ fn on_recording(
     let gain = gain(&before, nominal, (&after, augmented));
     let overlays = figures::overlays((&before, nominal), (&after, augmented));
     Some((HeldOutKind::Recording, free_run(&before, nominal), free_run(&after, augmented), gain, overlays))
+}
+
+/// `other` with shared numbers known as fitted; its own are as far from their priors as were those of the fitted recordings, and three
+/// sigma at least: what nobody expects of a sensor tells nothing of a model.
+fn for_show(other: &Problem, plant: &Plant, unknowns: &[Unknown], theta: &[f64]) -> Problem {
+    let mut problem = other.with_plant(&frozen(plant, unknowns, theta));
+    for own in &mut problem.unknowns {
+        let fitted = unknowns.iter().zip(theta).filter(|(unknown, _)| unknown.parameter == own.parameter);
+        let off = fitted.map(|(unknown, value)| (value - unknown.prior).abs());
+        let reach = off.fold(OWN_REACH * own.sigma, f64::max);
+        (own.low, own.high) = (own.low.max(own.prior - reach), own.high.min(own.prior + reach));
+    }
+    problem
 }
 
 /// `plant` with its shared unknowns known as `theta` has them.

@@ -4,7 +4,7 @@ use crate::desk::{diagnosed, folder, part, read, rig};
 use discovery::series::Recording;
 
 #[test]
-fn a_law_with_memory_is_named_from_two_records_and_explains_more_of_three_others() {
+fn a_law_with_memory_is_named_from_two_records_and_explains_more_than_half_of_three_others() {
     let Some(folder) = folder("brfd_friction_backlash") else { return };
     // 512 Hz
     let take = |file: &str| -> Recording { part(&read(&folder, file)[0], 0.0, 1e9, 2) };
@@ -16,7 +16,5 @@ fn a_law_with_memory_is_named_from_two_records_and_explains_more_of_three_others
     let law = law.unwrap_or_else(|| panic!("{:?}", found.effects));
     let force = law.parameters.iter().find(|p| p.name == "force").expect("free");
     assert!(force.value > 4.0 * force.sigma, "{force:?}");
-    // 22.9 of 8.3 %: a resonance above the sampling stands in the place of the sensor's lag, with which it was 67.6 %
-    let channel = &found.held_out.channels[0];
-    assert!(channel.fit_percent_after > 2.0 * channel.fit_percent_before, "{:?}", found.held_out.channels);
+    assert!(found.held_out.channels[0].fit_percent_after > 50.0, "{:?}", found.held_out.channels);
 }
