@@ -142,6 +142,9 @@ impl Rig {
 
     /// Moves over `dt_s` under held `u`. A motion that cannot be integrated ends in NaN.
     pub fn advance(&self, motion: &mut Motion, u: &[f64], dt_s: f64) {
+        if motion.x.iter().any(|x| !x.is_finite()) {
+            return; // it ran away in an earlier stretch
+        }
         let mut done = 0.0;
         let own = self.places().sensors + self.faults.sensors.len();
         self.settle(0.0, motion, u);
