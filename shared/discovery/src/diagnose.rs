@@ -33,6 +33,7 @@ use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
 use crate::force_map::{self, ForceMap as ForceMapFound};
 use crate::held_out::{Gain, Status};
+use crate::omnibus::{Loudest, loudest};
 use crate::problem::Problem;
 use crate::score::{Candidate, Column, Score};
 use plant::description::Plant;
@@ -156,6 +157,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     if let Some(map) = &mut map {
         map.evidence -= found.unknown_noise;
     }
+    let odd = left_over(&engine, &found.best)?;
     progress("report", 1.0);
     Ok(verdict::conclude(&verdict::Findings {
         engine: &engine,
@@ -166,6 +168,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         screening: &found.screening,
         noise_p,
         map: map.as_ref(),
+        odd,
         explained: (nominal_objective - found.best.objective).max(0.0),
         shown,
         repeat,
@@ -279,6 +282,13 @@ fn borne_out(
 fn remainder(engine: &Engine<'_>, best: &Standing) -> Result<Option<ForceMapFound>, String> {
     let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
     Ok(force_map::best(&own, &best.fit.board, &best.fit.theta, &best.noise))
+}
+
+/// Where the innovations of the standing plant are least like white noise.
+fn left_over(engine: &Engine<'_>, best: &Standing) -> Result<Option<Loudest>, String> {
+    let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
+    let mut r = [best.fit.board.nu.clone()];
+    Ok(best.fit.board.whiten(&own, &best.noise, &mut r).and_then(|_| loudest(&own, &r[0])))
 }
 
 /// Noise maximised, parameters fitted under it, noise once more.

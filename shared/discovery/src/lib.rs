@@ -17,6 +17,7 @@ pub mod fit;
 pub mod force_map;
 pub mod held_out;
 pub mod next_experiment;
+pub mod omnibus;
 pub mod problem;
 pub mod score;
 pub mod series;

@@ -12,6 +12,7 @@ use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
 use crate::force_map::ForceMap;
 use crate::held_out::Status;
+use crate::omnibus::Loudest;
 use crate::score::Score;
 use crate::statistics::chi_squared_tail;
 use plant::description::SiteKind;
@@ -25,6 +26,8 @@ pub(super) struct Findings<'a> {
     pub screening: &'a Screening,
     pub noise_p: f64,
     pub map: Option<&'a ForceMap>,
+    /// The loudest tile of what is left.
+    pub odd: Option<Loudest>,
     /// Decrease of `−2 ln p` by all adopted effects.
     pub explained: f64,
     pub shown: Shown,
@@ -39,22 +42,41 @@ const NAME_WEIGHT: f64 = 0.9;
 /// Share of alpha for the noise model.
 const NOISE_SHARE: f64 = 0.25;
 
-/// p of the stated noise against the adapted one; disturbances that nobody stated count only upwards.
-pub(super) fn noise_p(engine: &Engine<'_>, stated: &Fit, adapted: &Fit, noise: &NoiseModel, objective: f64) -> f64 {
-    let mut as_stated = engine.noise.clone();
-    for ((own, found), actuator) in as_stated.input_sigma.iter_mut().zip(&noise.input_sigma).zip(&engine.noise_names) {
+/// The stated noise; disturbances that nobody stated count only upwards.
+fn as_stated(engine: &Engine<'_>, found: &NoiseModel) -> NoiseModel {
+    let mut stated = engine.noise.clone();
+    for ((own, found), actuator) in stated.input_sigma.iter_mut().zip(&found.input_sigma).zip(&engine.noise_names) {
         let known = engine.problem.plant.actuator(actuator).is_some_and(|a| a.noise.value > 0.0);
         if !known && *found < *own {
             *own = *found;
         }
     }
+    stated
+}
+
+/// Least `−2 ln p` of `fit` under `noise`, its numbers free.
+fn least(engine: &Engine<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
+    Some(fit.board.normal(engine, &fit.theta, noise, &[])?.minimum()?.0)
+}
+
+/// p of the stated noise against the adapted one.
+pub(super) fn noise_p(engine: &Engine<'_>, stated: &Fit, adapted: &Fit, noise: &NoiseModel, objective: f64) -> f64 {
+    let as_stated = as_stated(engine, noise);
     let jittering = noise.jitter_s.iter().filter(|jitter| **jitter > 0.0).count();
     let freedom = (noise.input_sigma.len() + 2 * noise.sensor_sigma.len() + jittering) as f64;
-    let least = |fit: &Fit| Some(fit.board.normal(engine, &fit.theta, &as_stated, &[])?.minimum()?.0);
-    match [least(stated), least(adapted)].into_iter().flatten().min_by(f64::total_cmp) {
+    match [stated, adapted].into_iter().filter_map(|fit| least(engine, fit, &as_stated)).min_by(f64::total_cmp) {
         Some(before) => chi_squared_tail((before - objective).max(0.0), freedom),
         None => 0.0,
     }
+}
+
+/// Share of the misfit under the stated noise that the adopted effects remove; the rest went into louder noise.
+fn share_explained(findings: &Findings<'_>) -> Option<f64> {
+    let (engine, best) = (findings.engine, findings.best);
+    let noise = as_stated(engine, &best.noise);
+    let own = Engine::like(engine, &best.problem).ok()?;
+    let (before, after) = (least(engine, findings.stated, &noise)?, least(&own, &best.fit, &noise)?);
+    Some((before - after) / (before - best.objective).max(f64::MIN_POSITIVE))
 }
 
 pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
@@ -81,6 +103,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     if let Some(first) = findings.adopted.first() {
         diagnosis.located.extend(locate(engine, &before, &first.column, &first.score, first.p));
     }
+    diagnosis.located.extend(odd(findings).map(|tile| loud(engine, tile)));
     (diagnosis.verdict, diagnosis.reason) = verdict(findings);
     let unknown = remainder(findings).filter(|_| diagnosis.verdict == Verdict::NotInCatalogue);
     let as_stated = (&findings.stated.board, &engine.noise);
@@ -111,8 +134,30 @@ fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f ForceMap> {
     })
 }
 
-/// Share of all that was explained which a name must explain to stand beside a remainder.
+/// Share which names must explain to stand: of all that was explained beside a remainder, and of the misfit under the stated noise.
 const NAMED_SHARE: f64 = 0.75;
+
+/// A tile that is louder than chance allows.
+fn odd<'f>(findings: &'f Findings<'_>) -> Option<&'f Loudest> {
+    findings.odd.as_ref().filter(|tile| tile.stands(NOISE_SHARE * findings.alpha))
+}
+
+fn loud(engine: &Engine<'_>, tile: &Loudest) -> Where {
+    let channel = engine.problem.plant.sensors[tile.channel].name.clone();
+    Where { site: channel.clone(), channel, time: tile.time_s, band_hz: tile.band_hz, states: Vec::new(), p: tile.p() }
+}
+
+fn told(findings: &Findings<'_>, tile: &Loudest) -> String {
+    format!(
+        "{} from {:.3} to {:.3} s between {:.3} and {:.3} Hz (evidence {:.0})",
+        findings.engine.problem.plant.sensors[tile.channel].name,
+        tile.time_s[0],
+        tile.time_s[1],
+        tile.band_hz[0],
+        tile.band_hz[1],
+        tile.evidence
+    )
+}
 
 fn located(engine: &Engine<'_>, map: &ForceMap, alpha: f64) -> Where {
     let (begin, end) = engine
@@ -147,6 +192,17 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
         .iter()
         .map(|a| format!("{} at {}", a.column.candidate.effect.kind, a.column.candidate.site))
         .collect();
+    if let Some(share) = share_explained(findings).filter(|share| *share < NAMED_SHARE) {
+        let reason = format!(
+            "something is missing (p = {:.1e}), but {} explain only {:.0} % of the misfit under the stated noise, and nothing else in the \
+             catalogue explains the rest{}",
+            first.p,
+            kinds.join(" and "),
+            100.0 * share.max(0.0),
+            odd(findings).map_or(String::new(), |tile| format!("; loudest: {}", told(findings, tile)))
+        );
+        return (Verdict::NotInCatalogue, reason);
+    }
     let weight = findings.adopted.iter().map(|a| a.weight).fold(1.0, f64::min);
     let sensor = findings.adopted.iter().all(|a| a.column.candidate.site.kind == SiteKind::Sensor);
     let state = status(findings.shown.gain.as_ref());
@@ -190,6 +246,14 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
         let reason = format!(
             "{} at {} is significant (p = {:.1e}), but no model with it could be fitted",
             candidate.effect.kind, candidate.site, lost.p
+        );
+        return (Verdict::CannotDecide, reason);
+    }
+    if let Some(tile) = odd(findings) {
+        let reason = format!(
+            "no effect of the catalogue and no steady noise explains {}: a law that is not in the catalogue, or a disturbance of that \
+             time; repeat the experiment: what comes again at the same states is a law",
+            told(findings, tile)
         );
         return (Verdict::CannotDecide, reason);
     }

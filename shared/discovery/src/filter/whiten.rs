@@ -12,14 +12,21 @@ use super::gains::Gains;
 use super::linear::Linear;
 use crate::problem::Timeline;
 
+/// Columns that go through the recursion side by side: each alone waits for its own last sum.
+const LANES: usize = 4;
+
 /// Whitens `columns` (each as long as the samples of the run) in place.
 pub fn whiten(linear: &Linear, timeline: &Timeline, gains: &Gains, columns: &mut [&mut [f64]]) {
-    for column in columns.iter_mut() {
-        if gains.same_as_frozen {
-            scale(timeline, gains, column);
-        } else {
-            one(linear, timeline, gains, column);
-        }
+    if gains.same_as_frozen {
+        return columns.iter_mut().for_each(|column| scale(timeline, gains, column));
+    }
+    let mut bundles = columns.chunks_exact_mut(LANES);
+    for bundle in &mut bundles {
+        let bundle: &mut [&mut [f64]; LANES] = bundle.try_into().expect("chunks are of this length");
+        together(linear, timeline, gains, bundle);
+    }
+    for column in bundles.into_remainder() {
+        together(linear, timeline, gains, core::array::from_mut(column));
     }
 }
 
@@ -41,67 +48,112 @@ fn solve(factor: &[f64], b: &mut [f64]) {
     }
 }
 
-fn one(linear: &Linear, timeline: &Timeline, gains: &Gains, column: &mut [f64]) {
+/// One number of every column.
+type Lane<const W: usize> = [f64; W];
+
+/// `sum += factor · x`, column by column.
+fn add<const W: usize>(sum: &mut Lane<W>, factor: f64, x: &Lane<W>) {
+    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += factor * x);
+}
+
+fn product<const W: usize>(row: &[f64], x: &[Lane<W>]) -> Lane<W> {
+    let mut sum = [0.0; W];
+    row.iter().zip(x).for_each(|(factor, x)| add(&mut sum, *factor, x));
+    sum
+}
+
+fn together<const W: usize>(linear: &Linear, timeline: &Timeline, gains: &Gains, columns: &mut [&mut [f64]; W]) {
     let layout = &gains.layout;
     let (n, m, c, s) = (layout.tangent, layout.noise_inputs.len(), layout.clone, layout.len());
-    let (row_len, len) = (n + m + c, n + m);
-    let frozen_rows = linear.frozen.rows;
-    let mut d = vec![0.0; s];
-    let mut next = vec![0.0; n];
-    let mut old = vec![0.0; timeline.events.iter().map(|event| event.count).max().unwrap_or(0)];
+    let len = n + m;
+    let mut d = vec![[0.0; W]; s];
+    let mut next = vec![[0.0; W]; n];
+    let most = timeline.events.iter().map(|event| event.count).max().unwrap_or(0);
+    let (mut old, mut new) = (vec![[0.0; W]; most], vec![[0.0; W]; most]);
     for (k, event) in timeline.events.iter().enumerate() {
         for i in 0..m {
             if event.reset >> layout.noise_inputs[i].min(63) & 1 == 1 {
-                d[n + i] = 0.0;
+                d[n + i] = [0.0; W];
             }
         }
         if event.count > 0 {
-            let nu = &mut column[event.first..event.first + event.count];
-            for (slot, nu) in nu.iter_mut().enumerate() {
-                old[slot] = *nu;
+            let (old, new) = (&mut old[..event.count], &mut new[..event.count]);
+            for slot in 0..event.count {
                 let sample = event.first + slot;
-                let channel = timeline.channel[sample];
-                let row = &linear.measurement[sample * row_len..(sample + 1) * row_len];
-                let direct: f64 = row[..len].iter().zip(&d).map(|(h, d)| h * d).sum::<f64>()
-                    + row[len..].iter().zip(&d[layout.clone_at()..]).map(|(h, d)| h * d).sum::<f64>();
-                let felt = match layout.lag_of[channel] {
-                    None => direct,
-                    Some(place) => {
-                        let at = layout.lags_at() + place;
-                        d[at] = linear.decay[sample] * d[at] + (1.0 - linear.decay[sample]) * direct;
-                        d[at]
-                    }
-                };
-                let colour = layout.colour_of[channel].map_or(0.0, |place| {
-                    let at = layout.colours_at() + place;
-                    d[at] *= gains.pole[channel];
-                    d[at]
-                });
-                *nu -= felt + colour;
-            }
-            let gain = &gains.gain[gains.first[k]..];
-            let frozen = &linear.frozen.gain[linear.frozen.first[k]..];
-            for (i, d) in d.iter_mut().enumerate() {
-                for slot in 0..event.count {
-                    *d += gain[i * event.count + slot] * nu[slot];
-                    if i < frozen_rows {
-                        *d -= frozen[i * event.count + slot] * old[slot];
-                    }
+                let felt = felt(linear, timeline, gains, sample, &mut d);
+                for (w, column) in columns.iter().enumerate() {
+                    old[slot][w] = column[sample];
+                    new[slot][w] = column[sample] - felt[w];
                 }
             }
-            solve(&gains.factor[gains.factor_first[k]..], nu);
+            correct(linear, gains, k, &mut d, (old, new));
+            let factor = &gains.factor[gains.factor_first[k]..];
+            for (w, column) in columns.iter_mut().enumerate() {
+                let white = &mut column[event.first..event.first + event.count];
+                white.iter_mut().zip(&*new).for_each(|(white, new)| *white = new[w]);
+                solve(factor, white);
+            }
         }
         if event.begins_mean && c > 0 {
-            for i in 0..n {
-                d[layout.clone_at() + i] = d[i];
-            }
+            d.copy_within(..n, layout.clone_at());
         }
         if k + 1 < timeline.events.len() {
             let transition = &linear.transition[k * n * len..(k + 1) * n * len];
             for (i, next) in next.iter_mut().enumerate() {
-                *next = transition[i * len..(i + 1) * len].iter().zip(&d).map(|(f, d)| f * d).sum();
+                *next = product(&transition[i * len..(i + 1) * len], &d);
             }
             d[..n].copy_from_slice(&next);
+        }
+    }
+}
+
+/// `H d + v̂` of a sample; lags and coloured noise move on.
+fn felt<const W: usize>(
+    linear: &Linear,
+    timeline: &Timeline,
+    gains: &Gains,
+    sample: usize,
+    d: &mut [Lane<W>],
+) -> Lane<W> {
+    let layout = &gains.layout;
+    let len = layout.tangent + layout.noise_inputs.len();
+    let row_len = len + layout.clone;
+    let channel = timeline.channel[sample];
+    let (own, clone) = linear.measurement[sample * row_len..(sample + 1) * row_len].split_at(len);
+    let mut felt = product(own, d);
+    add(&mut felt, 1.0, &product(clone, &d[layout.clone_at()..]));
+    if let Some(place) = layout.lag_of[channel] {
+        let lagged = &mut d[layout.lags_at() + place];
+        let decay = linear.decay[sample];
+        lagged.iter_mut().zip(felt).for_each(|(d, felt)| *d = decay * *d + (1.0 - decay) * felt);
+        felt = *lagged;
+    }
+    if let Some(place) = layout.colour_of[channel] {
+        let colour = &mut d[layout.colours_at() + place];
+        colour.iter_mut().for_each(|d| *d *= gains.pole[channel]);
+        let colour = *colour;
+        add(&mut felt, 1.0, &colour);
+    }
+    felt
+}
+
+/// `d ← d + K' ν' − K ν` at event `k`.
+fn correct<const W: usize>(
+    linear: &Linear,
+    gains: &Gains,
+    k: usize,
+    d: &mut [Lane<W>],
+    (old, new): (&[Lane<W>], &[Lane<W>]),
+) {
+    let count = new.len();
+    let gain = &gains.gain[gains.first[k]..];
+    let frozen = &linear.frozen.gain[linear.frozen.first[k]..];
+    for (i, d) in d.iter_mut().enumerate() {
+        for slot in 0..count {
+            add(d, gain[i * count + slot], &new[slot]);
+            if i < linear.frozen.rows {
+                add(d, -frozen[i * count + slot], &old[slot]);
+            }
         }
     }
 }

@@ -28,16 +28,23 @@ pub fn robust(c: &[f64], r: &[f64], events: &[usize]) -> Robust {
     }
     let carrying = total * total / fourth;
     let lag = lag(&s);
-    let product = |l: usize| (l..instants).map(|t| s[t] * s[t - l]).sum::<f64>();
-    let mut variance = product(0);
-    for l in 1..=lag {
-        variance += 2.0 * (1.0 - l as f64 / (lag + 1) as f64) * product(l);
-    }
-    // a window can turn negative where products alternate
-    let variance = variance.max(0.25 * product(0));
+    // below that where products alternate: such a window tells little
+    let variance = long_run(&s, lag).max(0.25 * s.iter().map(|s| s * s).sum::<f64>());
     let sum: f64 = s.iter().sum();
     let z = if variance > 0.0 { sum / variance.sqrt() } else { 0.0 };
     Robust { z, lag, instants: carrying, ceiling: (carrying / (lag + 1) as f64).sqrt() }
+}
+
+/// `Σ s² + 2 Σ w_l Σ s_t s_{t−l}` with `w_l = 1 − l / (lag + 1)`: the mean square of all sums of `lag + 1` neighbours, zero beyond the ends.
+fn long_run(s: &[f64], lag: usize) -> f64 {
+    let width = lag + 1;
+    let (mut total, mut sum) = (0.0, 0.0);
+    for t in 0..s.len() + lag {
+        sum += s.get(t).unwrap_or(&0.0);
+        sum -= t.checked_sub(width).map_or(0.0, |left| s[left]);
+        total += sum * sum;
+    }
+    total / width as f64
 }
 
 /// Newey and West's rule, longer where the products themselves go on.
@@ -45,9 +52,10 @@ fn lag(s: &[f64]) -> usize {
     let n = s.len();
     let rule = 4.0 * libm::pow(n as f64 / 100.0, 2.0 / 9.0);
     let mean = s.iter().sum::<f64>() / n as f64;
+    let off: Vec<f64> = s.iter().map(|x| x - mean).collect();
+    let own: f64 = off.iter().map(|x| x * x).sum();
     let rho = |l: usize| -> f64 {
-        let cross: f64 = (l..n).map(|t| (s[t] - mean) * (s[t - l] - mean)).sum();
-        let own: f64 = s.iter().map(|x| (x - mean) * (x - mean)).sum();
+        let cross: f64 = off[l..].iter().zip(&off).map(|(a, b)| a * b).sum();
         if own > 0.0 { cross / own } else { 0.0 }
     };
     let significant = 2.0 / (n as f64).sqrt();
