@@ -27,16 +27,40 @@ pub struct ModeRow {
     pub cause: &'static str,
 }
 
-/// One parameter: what was simulated, what was found, what the paper found, what the supervisor says.
-pub struct ParameterRow {
-    pub domain: Domain,
-    pub phase: Phase,
+/// One number: what was simulated, what was found, what the paper found.
+pub struct FoundNumber {
     pub name: &'static str,
     pub unit: &'static str,
     pub truth: Option<f64>,
     pub value: Option<f64>,
     pub sigma: Option<f64>,
     pub paper_error_percent: Option<f64>,
+}
+
+impl FoundNumber {
+    #[must_use]
+    pub fn error_percent(&self) -> Option<f64> {
+        let (truth, value) = (self.truth?, self.value?);
+        Some(100.0 * (value - truth).abs() / truth.abs())
+    }
+
+    /// Behind what `object` holds.
+    fn append_to(&self, object: &mut Value) {
+        object["name"] = json!(self.name);
+        object["unit"] = json!(self.unit);
+        object["truth"] = json!(self.truth);
+        object["value"] = json!(self.value);
+        object["sigma"] = json!(self.sigma);
+        object["error_percent"] = json!(self.error_percent());
+        object["paper_error_percent"] = json!(self.paper_error_percent);
+    }
+}
+
+/// One parameter and what the supervisor says of its model.
+pub struct ParameterRow {
+    pub domain: Domain,
+    pub phase: Phase,
+    pub number: FoundNumber,
     pub complete: Option<bool>,
     pub adequate: Option<bool>,
     pub accepted: Option<bool>,
@@ -45,14 +69,6 @@ pub struct ParameterRow {
     pub dominant_channel: Option<u32>,
     /// Slosh with a prior: what the record did to the number.
     pub standing: Option<&'static str>,
-}
-
-impl ParameterRow {
-    #[must_use]
-    pub fn error_percent(&self) -> Option<f64> {
-        let (truth, value) = (self.truth?, self.value?);
-        Some(100.0 * (value - truth).abs() / truth.abs())
-    }
 }
 
 /// The inertia by the modes beside that by the momentum.
@@ -267,12 +283,14 @@ fn parameter_rows(
         ParameterRow {
             domain,
             phase,
-            name: names[i].name,
-            unit: names[i].unit,
-            truth: truth.get(i).copied(),
-            value: found.map(|estimate| estimate.values[i]),
-            sigma: found.map(|estimate| estimate.covariance[i][i].sqrt()),
-            paper_error_percent: paper::error_percent(domain, phase, i),
+            number: FoundNumber {
+                name: names[i].name,
+                unit: names[i].unit,
+                truth: truth.get(i).copied(),
+                value: found.map(|estimate| estimate.values[i]),
+                sigma: found.map(|estimate| estimate.covariance[i][i].sqrt()),
+                paper_error_percent: paper::error_percent(domain, phase, i),
+            },
             complete: verdict.map(|verdict| verdict.complete == 1),
             adequate: verdict.and_then(|verdict| (verdict.adequate < 2).then_some(verdict.adequate == 1)),
             accepted: verdict.map(|verdict| verdict.accepted == 1),
@@ -318,11 +336,12 @@ fn reason(estimate: Option<&Estimate>, verdict: Option<&Verdict>) -> String {
 }
 
 fn parameter_json(row: &ParameterRow) -> Value {
-    let mut object = json!({
-        "phase": row.phase.text(), "name": row.name, "unit": row.unit, "truth": row.truth, "value": row.value, "sigma": row.sigma,
-        "error_percent": row.error_percent(), "paper_error_percent": row.paper_error_percent,
-        "complete": row.complete, "adequate": row.adequate, "accepted": row.accepted, "reason": row.reason,
-    });
+    let mut object = json!({ "phase": row.phase.text() });
+    row.number.append_to(&mut object);
+    object["complete"] = json!(row.complete);
+    object["adequate"] = json!(row.adequate);
+    object["accepted"] = json!(row.accepted);
+    object["reason"] = json!(row.reason);
     if let Some(channel) = row.dominant_channel {
         object["dominant_channel"] = json!(channel);
     }
