@@ -35,7 +35,7 @@ fn parameters(outcome: &Outcome, text: &mut String) {
         "domain", "phase", "name", "unit", "truth", "estimate +- sigma", "error %", "paper %"
     );
     for row in &outcome.parameters {
-        number(row.domain.text(), row.phase.text(), &row.number, row.standing.unwrap_or(""), text);
+        number(row.domain.text(), row.phase.text(), &row.number, &row.remark(), text);
     }
     for (domain, rows) in [("torques", &outcome.arm.torques), ("target", &outcome.arm.target)] {
         rows.iter().for_each(|row| number(domain, row.of, &row.number, row.remark, text));
