@@ -4,7 +4,7 @@ mod arm;
 
 use crate::launch::{Finished, LinkKind};
 use crate::{paper, truth};
-pub use arm::{ArmResults, ArmRow};
+pub use arm::ArmResults;
 use nalgebra::SMatrix;
 use physics::mated::{MatedAlpha, OFF_AXIS_SIGMAS, off_axis_sigmas};
 use recording::{McapRecorder, RecordedRun, RecordingError};
