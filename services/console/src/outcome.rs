@@ -4,7 +4,9 @@ mod arm;
 
 use crate::launch::{Finished, LinkKind};
 use crate::{paper, truth};
-pub use arm::{ArmResults, ArmRow};
+pub use arm::ArmResults;
+use nalgebra::SMatrix;
+use physics::mated::{MatedAlpha, OFF_AXIS_SIGMAS, off_axis_sigmas};
 use recording::{McapRecorder, RecordedRun, RecordingError};
 use runtime::RunConfig;
 use runtime::statistics::PartitionRow;
@@ -27,31 +29,64 @@ pub struct ModeRow {
     pub cause: &'static str,
 }
 
-/// One parameter: what was simulated, what was found, what the paper found, what the supervisor says.
-pub struct ParameterRow {
-    pub domain: Domain,
-    pub phase: Phase,
+/// One number: what was simulated, what was found, what the paper found.
+pub struct FoundNumber {
     pub name: &'static str,
     pub unit: &'static str,
     pub truth: Option<f64>,
     pub value: Option<f64>,
     pub sigma: Option<f64>,
     pub paper_error_percent: Option<f64>,
+}
+
+impl FoundNumber {
+    #[must_use]
+    pub fn error_percent(&self) -> Option<f64> {
+        let (truth, value) = (self.truth?, self.value?);
+        Some(100.0 * (value - truth).abs() / truth.abs())
+    }
+
+    /// Behind what `object` holds.
+    fn append_to(&self, object: &mut Value) {
+        object["name"] = json!(self.name);
+        object["unit"] = json!(self.unit);
+        object["truth"] = json!(self.truth);
+        object["value"] = json!(self.value);
+        object["sigma"] = json!(self.sigma);
+        object["error_percent"] = json!(self.error_percent());
+        object["paper_error_percent"] = json!(self.paper_error_percent);
+    }
+}
+
+/// One parameter and what the supervisor says of its model.
+pub struct ParameterRow {
+    pub domain: Domain,
+    pub phase: Phase,
+    pub number: FoundNumber,
     pub complete: Option<bool>,
     pub adequate: Option<bool>,
     pub accepted: Option<bool>,
     pub reason: String,
     /// Modal: the channel on which the mode shows most, numbered from 1.
     pub dominant_channel: Option<u32>,
-    /// Slosh with a prior: what the record did to the number.
+    /// With a prior: what the record did to the number.
     pub standing: Option<&'static str>,
+    /// Inertial: what the sensors' systematic errors may have done, beside the noise's sigma.
+    pub consider_sigma: Option<f64>,
+    /// Mated, of a9: the centre of mass of link 2 and what it holds lies so many sigmas off the link's axis.
+    pub off_axis_sigmas: Option<f64>,
 }
 
 impl ParameterRow {
+    /// What stands behind the number in the table.
     #[must_use]
-    pub fn error_percent(&self) -> Option<f64> {
-        let (truth, value) = (self.truth?, self.value?);
-        Some(100.0 * (value - truth).abs() / truth.abs())
+    pub fn remark(&self) -> String {
+        let off_axis = self.off_axis_sigmas.map(|sigmas| match sigmas.abs() > OFF_AXIS_SIGMAS {
+            true => format!("{:.0} sigma off the axis: holds a target", sigmas.abs()),
+            false => format!("{:.1} sigma off the axis: no target shows", sigmas.abs()),
+        });
+        let words = self.standing.map(str::to_string).into_iter().chain(off_axis);
+        words.collect::<Vec<_>>().join("; ")
     }
 }
 
@@ -267,12 +302,14 @@ fn parameter_rows(
         ParameterRow {
             domain,
             phase,
-            name: names[i].name,
-            unit: names[i].unit,
-            truth: truth.get(i).copied(),
-            value: found.map(|estimate| estimate.values[i]),
-            sigma: found.map(|estimate| estimate.covariance[i][i].sqrt()),
-            paper_error_percent: paper::error_percent(domain, phase, i),
+            number: FoundNumber {
+                name: names[i].name,
+                unit: names[i].unit,
+                truth: truth.get(i).copied(),
+                value: found.map(|estimate| estimate.values[i]),
+                sigma: found.map(|estimate| estimate.covariance[i][i].sqrt()),
+                paper_error_percent: paper::error_percent(domain, phase, i),
+            },
             complete: verdict.map(|verdict| verdict.complete == 1),
             adequate: verdict.and_then(|verdict| (verdict.adequate < 2).then_some(verdict.adequate == 1)),
             accepted: verdict.map(|verdict| verdict.accepted == 1),
@@ -280,7 +317,13 @@ fn parameter_rows(
             dominant_channel: found
                 .filter(|_| domain == Domain::Modal)
                 .map(|estimate| estimate.auxiliary[i / 2] as u32),
-            standing: found.filter(|_| domain == Domain::Slosh).and_then(|estimate| standing(estimate, i)),
+            standing: found.and_then(|estimate| match domain {
+                Domain::Slosh => slosh_standing(estimate, i),
+                Domain::Inertial if has_arm_prior(run, phase) => arm_standing(estimate, i),
+                _ => None,
+            }),
+            consider_sigma: found.and_then(|estimate| consider_sigma(estimate, i)),
+            off_axis_sigmas: found.filter(|_| i == OFF_AXIS_AT).and_then(off_axis),
         }
     };
     let expected = if truth.is_empty() { found.max(usize::from(found == 0)) } else { truth.len().max(found) };
@@ -288,7 +331,7 @@ fn parameter_rows(
 }
 
 /// What `slosh-id` says of number i; nothing without a prior.
-fn standing(estimate: &Estimate, i: usize) -> Option<&'static str> {
+fn slosh_standing(estimate: &Estimate, i: usize) -> Option<&'static str> {
     /// Places of the standings in `Estimate::auxiliary`.
     const STANDINGS: usize = 4;
     match *estimate.auxiliary.get(STANDINGS + i)? as u32 {
@@ -297,6 +340,37 @@ fn standing(estimate: &Estimate, i: usize) -> Option<&'static str> {
         3 => Some("not excited"),
         _ => None,
     }
+}
+
+fn has_arm_prior(run: &RunConfig, phase: Phase) -> bool {
+    let arm = if phase == Phase::Mated { &run.scenario.mated } else { &run.scenario.inertial };
+    arm.as_ref().is_some_and(|arm| arm.known.prior_relative_sd.is_some())
+}
+
+/// What `inertial-id` says of number i.
+fn arm_standing(estimate: &Estimate, i: usize) -> Option<&'static str> {
+    /// Place in `Estimate::auxiliary` of a base-4 digit a parameter.
+    const EXCITATION: usize = 9;
+    let digits = estimate.auxiliary[EXCITATION] as u64;
+    ["identified", "prior kept", "not excited"].get((digits >> (2 * i) & 0b11) as usize).copied()
+}
+
+/// `None`: no sheet was stated, or it is not known yet.
+fn consider_sigma(estimate: &Estimate, i: usize) -> Option<f64> {
+    let sigma = *estimate.auxiliary.get(i)?;
+    (estimate.domain == Domain::Inertial.code() && sigma > 0.0).then_some(sigma)
+}
+
+/// The parameter that is zero while link 2 holds nothing off its axis.
+const OFF_AXIS_AT: usize = 8;
+
+/// In sigmas of noise and sheet together.
+fn off_axis(estimate: &Estimate) -> Option<f64> {
+    let mated = estimate.domain == Domain::Inertial.code() && estimate.phase == Phase::Mated.code();
+    let alpha = MatedAlpha::from_fn(|i, _| estimate.values[i]);
+    let mut covariance = SMatrix::<f64, 9, 9>::from_fn(|i, j| estimate.covariance[i][j]);
+    covariance[(OFF_AXIS_AT, OFF_AXIS_AT)] += consider_sigma(estimate, OFF_AXIS_AT).map_or(0.0, |sigma| sigma * sigma);
+    off_axis_sigmas(&alpha, &covariance).filter(|_| mated)
 }
 
 /// The supervisor's words, and the estimator's when it has no estimate.
@@ -318,16 +392,23 @@ fn reason(estimate: Option<&Estimate>, verdict: Option<&Verdict>) -> String {
 }
 
 fn parameter_json(row: &ParameterRow) -> Value {
-    let mut object = json!({
-        "phase": row.phase.text(), "name": row.name, "unit": row.unit, "truth": row.truth, "value": row.value, "sigma": row.sigma,
-        "error_percent": row.error_percent(), "paper_error_percent": row.paper_error_percent,
-        "complete": row.complete, "adequate": row.adequate, "accepted": row.accepted, "reason": row.reason,
-    });
+    let mut object = json!({ "phase": row.phase.text() });
+    row.number.append_to(&mut object);
+    object["complete"] = json!(row.complete);
+    object["adequate"] = json!(row.adequate);
+    object["accepted"] = json!(row.accepted);
+    object["reason"] = json!(row.reason);
     if let Some(channel) = row.dominant_channel {
         object["dominant_channel"] = json!(channel);
     }
     if let Some(standing) = row.standing {
         object["standing"] = json!(standing);
+    }
+    if let Some(sigma) = row.consider_sigma {
+        object["consider_sigma"] = json!(sigma);
+    }
+    if let Some(sigmas) = row.off_axis_sigmas {
+        object["off_axis_sigmas"] = json!(sigmas);
     }
     object
 }

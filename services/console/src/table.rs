@@ -1,7 +1,7 @@
 //! Tables for a terminal: aligned on the decimal point, with sigmas.
 
 use crate::launch::LinkKind;
-use crate::outcome::{ArmRow, Outcome, ParameterRow};
+use crate::outcome::{FoundNumber, Outcome, ParameterRow};
 use std::fmt::Write;
 use telemetry::{Domain, PartitionId};
 
@@ -35,22 +35,11 @@ fn parameters(outcome: &Outcome, text: &mut String) {
         "domain", "phase", "name", "unit", "truth", "estimate +- sigma", "error %", "paper %"
     );
     for row in &outcome.parameters {
-        let standing = row.standing.map_or(String::new(), |standing| format!("  {standing}"));
-        let _ = writeln!(
-            text,
-            "{:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}{standing}",
-            row.domain,
-            row.phase,
-            row.name,
-            row.unit,
-            optional(row.truth, 6),
-            with_sigma(row.value, row.sigma),
-            optional(row.error_percent(), 4),
-            optional(row.paper_error_percent, 2),
-        );
+        number(row.domain.text(), row.phase.text(), &row.number, &row.remark(), text);
     }
-    arm("torques", &outcome.arm.torques, text);
-    arm("target", &outcome.arm.target, text);
+    for (domain, rows) in [("torques", &outcome.arm.torques), ("target", &outcome.arm.target)] {
+        rows.iter().for_each(|row| number(domain, row.of, &row.number, row.remark, text));
+    }
     for row in one_per_model(&outcome.parameters) {
         let _ = writeln!(
             text,
@@ -68,22 +57,18 @@ fn parameters(outcome: &Outcome, text: &mut String) {
     }
 }
 
-/// The arm from motion and torques, or the target.
-fn arm(domain: &str, rows: &[ArmRow], text: &mut String) {
-    for row in rows {
-        let line = format!(
-            "{domain:<9} {:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}  {}",
-            row.of,
-            row.name,
-            row.unit,
-            optional(row.truth, 6),
-            with_sigma(row.value, row.sigma),
-            optional(row.error_percent(), 4),
-            optional(row.paper_error_percent, 2),
-            row.remark,
-        );
-        let _ = writeln!(text, "{}", line.trim_end());
-    }
+/// A line of the table: whose number it is, of which phase or origin, the number, and what is to be said of it.
+fn number(domain: &str, of: &str, number: &FoundNumber, remark: &str, text: &mut String) {
+    let line = format!(
+        "{domain:<9} {of:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}  {remark}",
+        number.name,
+        number.unit,
+        optional(number.truth, 6),
+        with_sigma(number.value, number.sigma),
+        optional(number.error_percent(), 4),
+        optional(number.paper_error_percent, 2),
+    );
+    let _ = writeln!(text, "{}", line.trim_end());
 }
 
 fn one_per_model(rows: &[ParameterRow]) -> impl Iterator<Item = &ParameterRow> {

@@ -233,14 +233,14 @@ impl InertialId {
         match (&self.state.estimators, self.known()) {
             (Some(Estimators::FreeFloating(live)), Some(known)) => {
                 fill(&mut sample, live, known);
-                fill_torque(&mut torque, live);
+                fill_torque(&mut torque, live, known);
                 // a record that was broken off, or told nothing, takes no earlier one's place
                 let before = closing.then(|| target::Before::of(live, &sheet(known))).flatten();
                 self.state.before = before.or(self.state.before);
             }
             (Some(Estimators::Mated(live)), Some(known)) => {
                 fill(&mut sample, live, known);
-                fill_torque(&mut torque, live);
+                fill_torque(&mut torque, live, known);
             }
             _ => (sample.status, torque.status) = (status, status),
         }
@@ -353,13 +353,17 @@ fn fill<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstima
     }
     let consider = live.consider(&sheet(known));
     (0..P).for_each(|i| sample.auxiliary[i] = consider.map_or(f64::NAN, |consider| consider[(i, i)].sqrt()));
-    let prior = live.prior_sd();
-    let digit = |i: usize| excitation(estimate.noise_covariance[(i, i)].sqrt(), prior[i]).code();
-    sample.auxiliary[EXCITATION] = (0..P).rev().fold(0.0, |code, i| 4.0 * code + f64::from(digit(i)));
+    sample.auxiliary[EXCITATION] = excitation_code(&estimate.noise_covariance, &live.prior_sd());
 }
 
-/// The torques' estimate.
-fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstimators<P, X>) {
+/// A base-4 digit a parameter: what the data did to its prior.
+fn excitation_code<const P: usize>(covariance: &SMatrix<f64, P, P>, prior_sd: &SVector<f64, P>) -> f64 {
+    let digit = |i: usize| excitation(covariance[(i, i)].sqrt(), prior_sd[i]).code();
+    (0..P).rev().fold(0.0, |code, i| 4.0 * code + f64::from(digit(i)))
+}
+
+/// The torques' estimate. What a sensor sheet that states errors may have done to it is not known (NaN).
+fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstimators<P, X>, known: &ArmKnown) {
     let (Some(filter), Some(estimate)) = (live.filter(), live.torque()) else {
         sample.status = NO_TORQUES;
         return;
@@ -367,6 +371,9 @@ fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &Liv
     put(sample, &estimate.alpha, &estimate.covariance);
     sample.nis_mean = filter.nis().per_degree().unwrap_or(0.0);
     sample.nis_count = filter.nis().count() as f64;
+    let states_none = sheet(known) == SensorSheet::default();
+    sample.auxiliary[..P].fill(if states_none { 0.0 } else { f64::NAN });
+    sample.auxiliary[EXCITATION] = excitation_code(&estimate.covariance, &live.prior_sd());
 }
 
 #[cfg(test)]

@@ -132,6 +132,20 @@ fn torques_that_are_not_measured_are_not_taken_for_zero() {
 }
 
 #[test]
+fn what_the_sheet_does_to_the_torques_estimate_is_not_called_zero_unless_the_sheet_states_no_error() {
+    let live = fed(&rows(40.0));
+    let mut known = partition(H_NMS).free_floating.expect("told");
+    let mut sample = Estimate::zeroed_at(0);
+    fill_torque(&mut sample, &live, &known);
+    assert_eq!(sample.auxiliary[..8], [0.0; 8]);
+    known.sheet.gyro_bias_rad_s = 1e-6;
+    fill_torque(&mut sample, &live, &known);
+    assert!(sample.auxiliary[..8].iter().all(|sigma| sigma.is_nan()));
+    // without a prior worth the name all eight are identified
+    assert_eq!(sample.auxiliary[EXCITATION], 0.0);
+}
+
+#[test]
 fn without_a_momentum_nothing_is_estimated() {
     let mut partition = partition(0.0);
     rows(1.0).iter().for_each(|(imu, joints)| partition.take_row(imu, joints));

@@ -7,15 +7,13 @@
 //! **Which to doubt**, in this order: the one that fails its own tests (innovations, NIS, held-out, physical consistency) while the other
 //! passes; a model that was not tested does neither. Else the one that the stated inertia contradicts by three sigmas while it bears the other out; else nothing says.
 
-use crate::validation::NIS_FALSE_ALARM;
+use crate::validation::{NIS_FALSE_ALARM, empty_verdict};
 use estimation::consistency::mean_square_band;
 use nalgebra::SVector;
 use physics::momentum::{MomentumSample, momentum_regressor};
 use runtime::scenario::AppendageKnown;
 use serde::{Deserialize, Serialize};
-use telemetry::{
-    Domain, Estimate, HUB_INERTIA_AT, HUB_INERTIA_SIGMA_AT, Header, MODES_BESIDE_INERTIA, Phase, Reason, Verdict,
-};
+use telemetry::{Domain, Estimate, HUB_INERTIA_AT, HUB_INERTIA_SIGMA_AT, MODES_BESIDE_INERTIA, Phase, Reason, Verdict};
 
 /// Joint standard deviations from which two statements disagree.
 pub const DISAGREE_SIGMA: f64 = 3.0;
@@ -132,23 +130,10 @@ fn of_momentum(estimate: &Estimate, posture: [f64; 2]) -> Option<(f64, f64)> {
     (inertia > 0.0 && sigma > 0.0 && sigma.is_finite()).then_some((inertia, sigma))
 }
 
+/// Nothing compared yet, of the experiment that `judged` speaks of.
 fn empty(phase: Phase, judged: &Verdict) -> Verdict {
-    Verdict {
-        header: Header::at(judged.header.t_meas_ns),
-        complete: 0,
-        adequate: 2,
-        accepted: 0,
-        phase: phase.code(),
-        parameter: By::Nothing.code(),
-        measured: 0.0,
-        limit: 0.0,
-        nis_mean: 0.0,
-        block_z_worst: 0.0,
-        held_out_rms: f64::NAN,
-        held_out_noise: f64::NAN,
-        held_out_count: f64::NAN,
-        ..*judged
-    }
+    let blank = empty_verdict(judged.domain, phase.code(), judged.frame, judged.header.t_meas_ns);
+    Verdict { held_out_count: f64::NAN, ..blank }
 }
 
 fn compare(verdict: &mut Verdict, modal: Stated, inertial: Stated, sheet: Option<(f64, f64)>) {

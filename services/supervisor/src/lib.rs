@@ -23,7 +23,10 @@ mod measured;
 mod mission;
 pub mod mode;
 #[cfg(test)]
+#[path = "../../../shared/estimation/src/seeded_noise.rs"]
 mod seeded_noise;
+#[cfg(test)]
+mod specimen;
 pub mod validation;
 mod verdicts;
 

@@ -16,7 +16,7 @@
 //!
 //! Every limit follows from a stated false-alarm probability and the number of blocks behind the figure.
 
-use estimation::consistency::{DEGREES_MIN, mean_square_band, z_score_limit};
+use estimation::consistency::{coloured_scale, mean_square_band, tested_scales};
 use serde::{Deserialize, Serialize};
 use telemetry::{Domain, Estimate, Header, PARAMETERS_MAX, Phase, Reason, Verdict, parameters};
 
@@ -99,7 +99,8 @@ pub fn no_model(domain: Domain, phase: Phase, (reason, measured, limit): Missing
 /// Why there is no model, with figure and limit.
 pub type Missing = (Reason, f64, f64);
 
-fn empty_verdict(domain: u16, phase: u16, frame: u64, t_ns: u64) -> Verdict {
+/// A verdict that nothing has been written into yet, of which nothing can be said.
+pub(crate) fn empty_verdict(domain: u16, phase: u16, frame: u64, t_ns: u64) -> Verdict {
     Verdict {
         header: Header::at(t_ns),
         frame,
@@ -142,31 +143,20 @@ fn nis_failure(estimate: &Estimate) -> Option<Finding> {
 
 /// The worst block length that lies above its limit. A length of which no three blocks were completed is not tested.
 fn whiteness_failure(estimate: &Estimate) -> Option<Finding> {
-    tested_scales(estimate)
-        .filter_map(|(z, limit)| {
-            // A NaN is no proof of whiteness.
-            let white = z <= limit;
-            (!white).then(|| (z / limit, Finding::new(Reason::InnovationsBiased, z, limit)))
-        })
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|worst| worst.1)
+    let (z, limit) = coloured_scale(tested(estimate))?;
+    Some(Finding::new(Reason::InnovationsBiased, z, limit))
 }
 
 /// z-score and limit of every block length that has enough blocks.
-fn tested_scales(estimate: &Estimate) -> impl Iterator<Item = (f64, f64)> + '_ {
-    let blocks = |index: usize| {
-        let length = estimate.block_length[index];
-        if length > 0.0 { (estimate.nis_count / length).floor() } else { 0.0 }
-    };
-    let tested = (0..estimate.block_z.len()).filter(|index| blocks(*index) >= DEGREES_MIN).count();
-    let false_alarm = WHITENESS_FALSE_ALARM / tested.max(1) as f64;
-    (0..estimate.block_z.len())
-        .filter_map(move |index| Some((estimate.block_z[index], z_score_limit(blocks(index), false_alarm)?)))
+fn tested(estimate: &Estimate) -> impl Iterator<Item = (f64, f64)> {
+    let blocks = |length: f64| if length > 0.0 { (estimate.nis_count / length).floor() } else { 0.0 };
+    let scales = estimate.block_length.iter().zip(&estimate.block_z).map(move |(length, z)| (blocks(*length), *z));
+    tested_scales(scales, WHITENESS_FALSE_ALARM)
 }
 
 /// Largest magnitude of a tested z-score, with its sign; 0 when none was tested.
 fn worst_z(estimate: &Estimate) -> f64 {
-    tested_scales(estimate).map(|(z, _)| z).max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+    tested(estimate).map(|(z, _)| z).max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
 }
 
 /// Held-out error first, then the standard deviations; what cannot be decided counts only when nothing else fails.
@@ -267,41 +257,16 @@ pub fn explain(verdict: &Verdict) -> String {
 mod tests {
     use super::*;
     use crate::seeded_noise::SeededNoise;
+    use crate::specimen::closing;
     use estimation::consistency::Whiteness;
-    use telemetry::Innovation;
 
     fn estimate() -> Estimate {
         let mut covariance = [[0.0; PARAMETERS_MAX]; PARAMETERS_MAX];
         for (index, row) in covariance.iter_mut().enumerate() {
             row[index] = 1e-4; // sigma 0.01 on values of 100: 0.01 %
         }
-        Estimate {
-            header: Header::at(0),
-            frame: 5000,
-            domain: Domain::Inertial.code(),
-            phase: Phase::PreCapture.code(),
-            count: 8,
-            closing: 1,
-            status: 0,
-            consistent: 1,
-            values: [100.0; PARAMETERS_MAX],
-            covariance,
-            auxiliary: [0.0; PARAMETERS_MAX],
-            innovation: Innovation {
-                t_ns: 0,
-                innovation: 0.0,
-                variance: 1.0,
-                test_ratio: 0.0,
-                gate: 5.0,
-                accepted: 1,
-                rows: 6000,
-                generation: 1,
-            },
-            nis_mean: 1.0,
-            nis_count: 6000.0,
-            block_length: [1.0, 10.0, 100.0],
-            block_z: [0.0; 3],
-        }
+        let values = [100.0; PARAMETERS_MAX];
+        Estimate { frame: 5000, count: 8, values, covariance, ..closing(Domain::Inertial) }
     }
 
     const NEED: Need = {

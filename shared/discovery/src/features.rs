@@ -24,6 +24,7 @@ use crate::diagnose::{
 use crate::held_out::{ChannelFit, Status};
 use crate::statistics::fisher_tail;
 use changes::{Change, frequencies};
+use estimation::consistency::normal_two_sided_tail;
 use likelihood::{Evidence, Likelihood, golden};
 use nalgebra::DMatrix;
 use plant::description::Plant;
@@ -459,11 +460,6 @@ fn fit_percent(rms: f64) -> f64 {
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
     crate::statistics::rms(&difference)
-}
-
-/// Probability that a normal number lies farther out than `z`.
-fn normal_two_sided_tail(z: f64) -> f64 {
-    libm::erfc(z.abs() / core::f64::consts::SQRT_2)
 }
 
 /// Derivatives of ln f by every number with a prior, times its sigma.

@@ -28,6 +28,7 @@ use crate::filter::NoiseModel;
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine};
 use crate::statistics::chi_squared_tail;
+use estimation::consistency::score_statistic;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Score of one candidate.
@@ -155,13 +156,8 @@ fn score(
         return None;
     }
     // r is at the maximum along the unknowns, so that the prior's rows of r add nothing along c
-    let g = DVector::from_fn(k, |i, _| dot(&raw[i], &projector.residual));
-    let mut regular = matrix.clone();
-    for i in 0..k {
-        regular[(i, i)] *= 1.0 + 1e-9;
-    }
-    let solved = Cholesky::new(regular)?.solve(&g);
-    let statistic = solved.dot(&g);
+    let mut solved: Vec<f64> = raw.iter().map(|c| dot(c, &projector.residual)).collect();
+    let statistic = score_statistic(&mut solved, matrix.clone().as_mut_slice())?;
     let one_sided = k == 1 && column.candidate.one_sided;
     let wrong_sign = one_sided && solved[0] < 0.0;
     let p = chi_squared_tail(statistic, k as f64);
@@ -173,7 +169,7 @@ fn score(
         statistic: if wrong_sign { 0.0 } else { statistic },
         freedom: k,
         p,
-        amplitude: solved.iter().copied().collect(),
+        amplitude: solved,
         kappa: (1.0 - left / whole).max(0.0),
         limit: LIMIT_D / weakest.sqrt(),
         robust: robust::robust(&along, &projector.residual, events),

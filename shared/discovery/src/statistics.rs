@@ -1,8 +1,9 @@
 //! Statistics shared by the checks: quantiles of the standard laws, robust location and scale, least squares with a
 //! covariance that holds for correlated residuals, and the level of the white noise under a signal.
 
+use estimation::consistency::{bartlett_weight, normal_quantile};
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, FisherSnedecor, Normal, StudentsT};
+use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
 #[must_use]
 pub fn mean(x: &[f64]) -> f64 {
@@ -43,7 +44,7 @@ pub fn quantile(x: &mut [f64], q: f64) -> f64 {
 /// `z` with two-sided normal tail probability `p`.
 #[must_use]
 pub fn normal_two_sided(p: f64) -> f64 {
-    -Normal::standard().inverse_cdf(0.5 * p.clamp(1e-300, 1.0))
+    -normal_quantile(0.5 * p.clamp(1e-300, 1.0))
 }
 
 /// `t` with two-sided tail probability `p` of Student's law.
@@ -149,9 +150,8 @@ fn long_run_products(a: &DMatrix<f64>, e: &[f64], lag: usize) -> DMatrix<f64> {
     let mut sum = scores.tr_mul(&scores);
     let n = scores.nrows();
     for k in 1..=lag.min(n.saturating_sub(1)) {
-        let weight = 1.0 - k as f64 / (lag + 1) as f64;
         let cross = scores.rows(0, n - k).tr_mul(&scores.rows(k, n - k));
-        sum += (&cross + cross.transpose()) * weight;
+        sum += (&cross + cross.transpose()) * bartlett_weight(k, lag);
     }
     sum
 }

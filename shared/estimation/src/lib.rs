@@ -11,7 +11,7 @@
 //! | `generalised_total_least_squares` | noise covariance of the columns, observation exact |
 //! | `total_least_squares` | the seed's estimator, streamed through the Givens factor of `[Y b]` |
 //! | `unscented` | square-root unscented Kalman filter; the trait of models in state space |
-//! | `consistency` | NEES, NIS, multi-scale whiteness, χ² bands |
+//! | `consistency` | NEES, NIS, χ² bands; whiteness on block means and by Ljung and Box; score tests |
 //! | `cramer_rao` | Fisher information and the bound it implies |
 //! | `cusum` | a lasting change of a mean: cumulative sums, jump from a running mean |
 //!

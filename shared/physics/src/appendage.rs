@@ -379,7 +379,7 @@ mod tests {
     use std::vec::Vec;
 
     /// Benchmark page 3, section 1.
-    const BEAM: Appendage = Appendage {
+    pub(super) const BEAM: Appendage = Appendage {
         inertia_kg_m2: 177.503_333_33,
         coupling: [10.231_943_38, 2.121_261_81],
         locked: [

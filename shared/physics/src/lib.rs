@@ -68,6 +68,7 @@ pub mod momentum_extended;
 pub mod momentum_methods;
 pub mod rank_one;
 #[cfg(test)]
+#[path = "../../estimation/src/seeded_noise.rs"]
 mod seeded_noise;
 #[cfg(test)]
 mod simulated_arm;

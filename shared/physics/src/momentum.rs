@@ -70,15 +70,19 @@ impl ChannelSigma {
     }
 }
 
+/// Of base and link 1, base and link 2, and both links: the sum of their rates, sine and cosine of the angle between them.
+fn pairs(sample: &MomentumSample) -> [(f64, f64, f64); 3] {
+    let (w0, [d1, d2], [th1, th2]) = (sample.omega0_z_rad_s, sample.joint_rate_rad_s, sample.joint_angle_rad);
+    let ((s1, c1), (s2, c2)) = (sincos(th1), sincos(th2));
+    let (c12, s12) = (c1 * c2 - s1 * s2, s1 * c2 + c1 * s2);
+    [(2.0 * w0 + d1, s1, c1), (2.0 * w0 + d1 + d2, s12, c12), (2.0 * w0 + 2.0 * d1 + d2, s2, c2)]
+}
+
 /// Row `Y_h` with `Y_h α = h_cm` (benchmark page 1, section 1.2).
 pub fn momentum_regressor<const P: usize>(sample: &MomentumSample) -> SVector<f64, P> {
     const { assert!(P == 8 || P == 9) }
-    let w0 = sample.omega0_z_rad_s;
-    let [d1, d2] = sample.joint_rate_rad_s;
-    let [th1, th2] = sample.joint_angle_rad;
-    let (u1, u12, u2) = (2.0 * w0 + d1, 2.0 * w0 + d1 + d2, 2.0 * w0 + 2.0 * d1 + d2);
-    let ((s1, c1), (s2, c2)) = (sincos(th1), sincos(th2));
-    let (c12, s12) = (c1 * c2 - s1 * s2, s1 * c2 + c1 * s2);
+    let (w0, [d1, d2]) = (sample.omega0_z_rad_s, sample.joint_rate_rad_s);
+    let [(u1, s1, c1), (u12, s12, c12), (u2, s2, c2)] = pairs(sample);
     let columns = [w0, w0 + d1, w0 + d1 + d2, u1 * c1, u1 * s1, u12 * c12, u12 * s12, u2 * c2, u2 * s2];
     SVector::from_fn(|i, _| columns[i])
 }
@@ -86,12 +90,7 @@ pub fn momentum_regressor<const P: usize>(sample: &MomentumSample) -> SVector<f6
 /// Columns `∂Y_h/∂channel` in the order (w0, d1, d2, th1, th2).
 pub fn channel_jacobian<const P: usize>(sample: &MomentumSample) -> SMatrix<f64, P, CHANNELS> {
     const { assert!(P == 8 || P == 9) }
-    let w0 = sample.omega0_z_rad_s;
-    let [d1, d2] = sample.joint_rate_rad_s;
-    let [th1, th2] = sample.joint_angle_rad;
-    let (u1, u12, u2) = (2.0 * w0 + d1, 2.0 * w0 + d1 + d2, 2.0 * w0 + 2.0 * d1 + d2);
-    let ((s1, c1), (s2, c2)) = (sincos(th1), sincos(th2));
-    let (c12, s12) = (c1 * c2 - s1 * s2, s1 * c2 + c1 * s2);
+    let [(u1, s1, c1), (u12, s12, c12), (u2, s2, c2)] = pairs(sample);
     let (x1, y1) = (-u1 * s1, u1 * c1);
     let (x12, y12) = (-u12 * s12, u12 * c12);
     let rows = [

@@ -1,5 +1,6 @@
 //! What the arm's experiments say beside the momentum's parameters: the same parameters from motion and torques, and the target's own numbers.
 
+use super::FoundNumber;
 use crate::{paper, truth};
 use recording::RecordedRun;
 use runtime::RunConfig;
@@ -13,27 +14,16 @@ const TARGET: [(&str, &str); 4] = [("m_t", "kg"), ("x_t", "m"), ("y_t", "m"), ("
 pub struct ArmRow {
     /// The phase, or whose word it is.
     pub of: &'static str,
-    pub name: &'static str,
-    pub unit: &'static str,
-    pub truth: Option<f64>,
-    pub value: Option<f64>,
-    pub sigma: Option<f64>,
-    pub paper_error_percent: Option<f64>,
+    pub number: FoundNumber,
     pub remark: &'static str,
 }
 
 impl ArmRow {
-    #[must_use]
-    pub fn error_percent(&self) -> Option<f64> {
-        let (truth, value) = (self.truth?, self.value?);
-        Some(100.0 * ((value - truth) / truth).abs())
-    }
-
     fn json(&self, key: &str) -> Value {
-        json!({
-            key: self.of, "name": self.name, "unit": self.unit, "truth": self.truth, "value": self.value, "sigma": self.sigma,
-            "error_percent": self.error_percent(), "paper_error_percent": self.paper_error_percent, "remark": self.remark,
-        })
+        let mut object = json!({ key: self.of });
+        self.number.append_to(&mut object);
+        object["remark"] = json!(self.remark);
+        object
     }
 }
 
@@ -76,12 +66,14 @@ fn torque_rows(run: &RunConfig, phase: Phase, found: &Estimate) -> Vec<ArmRow> {
     let count = if valid { usize::from(found.count) } else { 1 };
     let row = |i: usize| ArmRow {
         of: phase.text(),
-        name: telemetry::parameters(Domain::Inertial)[i].name,
-        unit: telemetry::parameters(Domain::Inertial)[i].unit,
-        truth: truth.get(i).copied(),
-        value: valid.then(|| found.values[i]),
-        sigma: valid.then(|| found.covariance[i][i].sqrt()),
-        paper_error_percent: paper::torque_error_percent(phase, i),
+        number: FoundNumber {
+            name: telemetry::parameters(Domain::Inertial)[i].name,
+            unit: telemetry::parameters(Domain::Inertial)[i].unit,
+            truth: truth.get(i).copied(),
+            value: valid.then(|| found.values[i]),
+            sigma: valid.then(|| found.covariance[i][i].sqrt()),
+            paper_error_percent: paper::torque_error_percent(phase, i),
+        },
         remark,
     };
     (0..count.min(telemetry::parameters(Domain::Inertial).len())).map(row).collect()
@@ -96,13 +88,15 @@ fn target_rows(truth: Option<[f64; 4]>, found: &TargetEstimate) -> Vec<ArmRow> {
     let has_values = found.status != telemetry::TARGET_NOT_SOLVED;
     let row = |(i, &(name, unit)): (usize, &(&'static str, &'static str))| ArmRow {
         of,
-        name,
-        unit,
-        // what is stated is stated in the target's own frame; mass and inertia are the same in every frame
-        truth: truth.filter(|_| found.origin > 0 || i == 0 || i == 3).map(|truth| truth[i]),
-        value: has_values.then(|| found.values[i]),
-        sigma: has_values.then(|| found.covariance[i][i].sqrt()),
-        paper_error_percent: None,
+        number: FoundNumber {
+            name,
+            unit,
+            // what is stated is stated in the target's own frame; mass and inertia are the same in every frame
+            truth: truth.filter(|_| found.origin > 0 || i == 0 || i == 3).map(|truth| truth[i]),
+            value: has_values.then(|| found.values[i]),
+            sigma: has_values.then(|| found.covariance[i][i].sqrt()),
+            paper_error_percent: None,
+        },
         remark: telemetry::target_status_text(found.status),
     };
     TARGET.iter().enumerate().map(row).take(if has_values { 4 } else { 1 }).collect()

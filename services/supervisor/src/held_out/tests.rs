@@ -2,10 +2,11 @@
 
 use super::*;
 use crate::seeded_noise::SeededNoise;
+use crate::specimen::closing;
 use nalgebra::SVector;
 use physics::momentum::{MomentumSample, predict_base_rate};
 use physics::slosh::{SloshParameters, SloshPropagator, SloshState};
-use telemetry::{ACCELEROMETERS_MAX, Domain, Header, Innovation, Phase};
+use telemetry::{ACCELEROMETERS_MAX, Domain, Innovation};
 
 const WINDOW: Window =
     Window { start_frame: 500, duration_frames: 6000, generation: 2, frame_period_s: 0.01, lead_frames: 0 };
@@ -19,34 +20,9 @@ fn gyro_rad_s(interval_s: f64) -> f64 {
 
 fn estimate(domain: Domain, frame: u64, values: &[f64], auxiliary: &[f64]) -> Estimate {
     let padded = |numbers: &[f64]| core::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0));
-    let innovation = Innovation {
-        t_ns: 0,
-        innovation: 0.0,
-        variance: 1.0,
-        test_ratio: 0.0,
-        gate: 5.0,
-        accepted: 1,
-        rows: 100,
-        generation: 2,
-    };
-    Estimate {
-        header: Header::at(0),
-        frame,
-        domain: domain.code(),
-        phase: Phase::PreCapture.code(),
-        count: values.len() as u16,
-        closing: 0,
-        status: 0,
-        consistent: 1,
-        values: padded(values),
-        covariance: [[0.0; PARAMETERS_MAX]; PARAMETERS_MAX],
-        auxiliary: padded(auxiliary),
-        innovation,
-        nis_mean: 1.0,
-        nis_count: 100.0,
-        block_length: [1.0, 10.0, 100.0],
-        block_z: [0.0; 3],
-    }
+    let innovation = Innovation { generation: 2, ..closing(domain).innovation };
+    let (count, values, auxiliary) = (values.len() as u16, padded(values), padded(auxiliary));
+    Estimate { frame, count, closing: 0, values, auxiliary, innovation, ..closing(domain) }
 }
 
 /// Flies the whole window at 100 Hz with the arm of `ALPHA`; the estimate of frame 5000 says `values`.

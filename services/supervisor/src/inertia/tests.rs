@@ -1,8 +1,9 @@
 //! Two statements side by side: when they agree, which is doubted, and when they are not compared.
 
 use super::*;
+use crate::specimen::closing;
 use crate::validation::{Need, validate};
-use telemetry::{Innovation, PARAMETERS_MAX, Sample};
+use telemetry::PARAMETERS_MAX;
 
 const POSTURE: [f64; 2] = [0.6, -1.1];
 const INERTIA: f64 = 177.5;
@@ -17,15 +18,6 @@ fn one_body(sheet: f64) -> AppendageKnown {
         locked: [[1.0, 0.005], [6.3, 0.008]],
         arm_angle_rad: Some(POSTURE),
     }
-}
-
-fn closing(domain: Domain) -> Estimate {
-    let mut estimate = Estimate::zeroed_at(0);
-    (estimate.domain, estimate.phase, estimate.closing) = (domain.code(), Phase::PreCapture.code(), 1);
-    (estimate.consistent, estimate.nis_mean, estimate.nis_count) = (1, 1.0, 6000.0);
-    estimate.block_length = [1.0, 10.0, 100.0];
-    estimate.innovation = Innovation { rows: 6000, ..Innovation::default() };
-    estimate
 }
 
 fn modal(inertia: f64, sigma: f64) -> Estimate {

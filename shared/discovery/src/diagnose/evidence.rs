@@ -6,6 +6,7 @@ use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit};
 use crate::score::{Column, Score};
 use crate::statistics::chi_squared_tail;
+use estimation::consistency::ljung_box;
 
 const LAGS: usize = 20;
 
@@ -23,24 +24,10 @@ pub fn whiteness_p(engine: &Engine<'_>, fit: &Fit, noise: &NoiseModel) -> Option
             // the first samples pay for the initial state
             series.extend(own.map(|s| r[0][offset + s]).skip(5));
         }
-        least = least.min(ljung_box(&series));
+        // too short or silent: nothing speaks against it
+        least = least.min(ljung_box(&series, LAGS).map_or(1.0, |statistic| chi_squared_tail(statistic, LAGS as f64)));
     }
     Some((least * channels as f64).min(1.0))
-}
-
-fn ljung_box(x: &[f64]) -> f64 {
-    let n = x.len();
-    let power: f64 = x.iter().map(|v| v * v).sum();
-    if n < 3 * LAGS || power <= 0.0 {
-        return 1.0;
-    }
-    let sum: f64 = (1..=LAGS)
-        .map(|l| {
-            let rho = (l..n).map(|t| x[t] * x[t - l]).sum::<f64>() / power;
-            rho * rho / (n - l) as f64
-        })
-        .sum();
-    chi_squared_tail(n as f64 * (n as f64 + 2.0) * sum, LAGS as f64)
 }
 
 /// Channel, time and site of an effect's evidence: the channel with most of `Σ c' r'`, the time of its middle eight tenths.

@@ -4,6 +4,7 @@ use super::{Check, FALSE_ALARM, Finding, Severity, probability, short, usable};
 use crate::series::{Channel, Recording, Role, common_grid};
 use crate::spectrum::{Averaging, cross_spectrum, density};
 use crate::statistics::{chi_squared_tail, difference_dependence, difference_sigma, fisher_tail, mean, white_floor};
+use estimation::consistency::ljung_box;
 
 /// A converter's filter should leave the top of the band this far below the peak: 20 dB.
 const NYQUIST_SHARE: f64 = 0.01;
@@ -132,12 +133,7 @@ fn no_signal(channel: &Channel, inputs: &[&Channel]) -> Option<Finding> {
     let centred: Vec<f64> = u.value.iter().map(|v| v - m).collect();
     let power: f64 = centred.iter().map(|v| v * v).sum();
     const LAGS: usize = 20;
-    let ljung_box: f64 = (1..=LAGS)
-        .map(|k| ((0..n - k).map(|i| centred[i] * centred[i + k]).sum::<f64>() / power).powi(2) / (n - k) as f64)
-        .sum::<f64>()
-        * n as f64
-        * (n as f64 + 2.0);
-    if chi_squared_tail(ljung_box, LAGS as f64) < 0.01 {
+    if ljung_box(&centred, LAGS).is_some_and(|statistic| chi_squared_tail(statistic, LAGS as f64) < 0.01) {
         return None;
     }
     for input in inputs {

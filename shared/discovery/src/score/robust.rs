@@ -1,5 +1,7 @@
 //! Significance that does not believe the noise model: Bartlett window over the products of column and residual.
 
+use estimation::consistency::long_run_score;
+
 /// Robust form of one score.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Robust {
@@ -12,7 +14,7 @@ pub struct Robust {
     pub ceiling: f64,
 }
 
-/// `z = Σ s / √(Σ s² + 2 Σ w_l Σ s_t s_{t−l})`, `s` the products summed per instant; not centred: the mean is zero under the null.
+/// [`long_run_score`] of the products of column and residual, summed per instant.
 pub fn robust(c: &[f64], r: &[f64], events: &[usize]) -> Robust {
     let instants = events.last().map_or(0, |last| last + 1);
     let mut s = vec![0.0; instants];
@@ -27,41 +29,6 @@ pub fn robust(c: &[f64], r: &[f64], events: &[usize]) -> Robust {
         return Robust::default();
     }
     let carrying = total * total / fourth;
-    let lag = lag(&s);
-    // below that where products alternate: such a window tells little
-    let variance = long_run(&s, lag).max(0.25 * s.iter().map(|s| s * s).sum::<f64>());
-    let sum: f64 = s.iter().sum();
-    let z = if variance > 0.0 { sum / variance.sqrt() } else { 0.0 };
-    Robust { z, lag, instants: carrying, ceiling: (carrying / (lag + 1) as f64).sqrt() }
-}
-
-/// `Σ s² + 2 Σ w_l Σ s_t s_{t−l}` with `w_l = 1 − l / (lag + 1)`: the mean square of all sums of `lag + 1` neighbours, zero beyond the ends.
-fn long_run(s: &[f64], lag: usize) -> f64 {
-    let width = lag + 1;
-    let (mut total, mut sum) = (0.0, 0.0);
-    for t in 0..s.len() + lag {
-        sum += s.get(t).unwrap_or(&0.0);
-        sum -= t.checked_sub(width).map_or(0.0, |left| s[left]);
-        total += sum * sum;
-    }
-    total / width as f64
-}
-
-/// Newey and West's rule, longer where the products themselves go on.
-fn lag(s: &[f64]) -> usize {
-    let n = s.len();
-    let rule = 4.0 * libm::pow(n as f64 / 100.0, 2.0 / 9.0);
-    let mean = s.iter().sum::<f64>() / n as f64;
-    let off: Vec<f64> = s.iter().map(|x| x - mean).collect();
-    let own: f64 = off.iter().map(|x| x * x).sum();
-    let rho = |l: usize| -> f64 {
-        let cross: f64 = off[l..].iter().zip(&off).map(|(a, b)| a * b).sum();
-        if own > 0.0 { cross / own } else { 0.0 }
-    };
-    let significant = 2.0 / (n as f64).sqrt();
-    let mut reach = 0;
-    while reach < n / 20 && rho(reach + 1) > significant {
-        reach += 1;
-    }
-    (rule as usize).max(3 * reach).min(n / 10).max(1)
+    let score = long_run_score(&s);
+    Robust { z: score.z, lag: score.lag, instants: carrying, ceiling: (carrying / (score.lag + 1) as f64).sqrt() }
 }

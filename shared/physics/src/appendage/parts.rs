@@ -101,16 +101,8 @@ impl Appendage {
 
 #[cfg(test)]
 mod tests {
+    use super::super::tests::BEAM as NOMINAL;
     use super::*;
-
-    const NOMINAL: Appendage = Appendage {
-        inertia_kg_m2: 177.503_333_33,
-        coupling: [10.231_943_38, 2.121_261_81],
-        locked: [
-            Mode { frequency_hz: 1.001_027_19, damping_ratio: 0.005 },
-            Mode { frequency_hz: 6.273_330_30, damping_ratio: 0.008 },
-        ],
-    };
 
     #[test]
     fn the_parts_come_back_from_the_modes_of_the_whole() {

@@ -1,6 +1,7 @@
 //! Trajectory B with what nobody told the estimator: the gyro is 5 ms late and an external torque of 1e-3 N m acts on the base.
 //!
-//! Plain weighted least squares beside the fit with the two columns, each parameter against the bound of all ten together.
+//! Plain weighted least squares beside the fit with the two columns, each against the bound of its own model: the eight alone, as if nothing
+//! were hidden, and all ten together.
 
 use super::{Inertial, NAMES, truth};
 use crate::bench::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};
@@ -85,6 +86,14 @@ impl Benchmark for Late {
 
     fn methods(&self) -> &[Method] {
         METHODS
+    }
+
+    fn method_bounds(&self) -> Option<Vec<Vec<f64>>> {
+        let ten: Vec<f64> = self.parameters()?.iter().map(|parameter| parameter.bound).collect();
+        let eight = self.actual.momentum_information().sigmas()?;
+        // the plain fit says nothing of the last two
+        let plain = eight.iter().chain(&ten[LATENCY..]).copied().collect();
+        Some(vec![plain, ten])
     }
 
     fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
