@@ -2,9 +2,7 @@
 
 Every tool sees the same fitting record and is asked on the same held-out record. Of the peers several settings are tried; the one with
 the smallest rms in free run on the last 30 % of the fitting record (of several fitting records: on the last) is fitted again to all of it.
-PySINDy: derivatives by Savitzky-Golay, a library of the terms that a user would put there, STLSQ over a ladder of thresholds; in free run
-from a state fitted to the first stretch, by RK4 on the model's own equations (its solve_ivp takes minutes where there is a sign()).
-SysIdentPy: polynomial NARX by FROLS, order by AIC or BIC, in free run from the first samples measured. Time is CPU time of all settings.
+The settings are in `discrepancy_models.py`. Time is CPU time of all settings.
 Cut recordings are written to a temporary folder, never beside the originals. Exit status 0 when all tools ran.
 """
 import csv
@@ -19,13 +17,13 @@ import time
 import warnings
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.signal import savgol_filter
+
+from discrepancy_models import narx_settings, sindy_settings
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RIGS = ROOT / "deploy/plants/rigs"
 ASKED = {}
-THRESHOLDS = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1]  # of the norm of what is explained, columns of unit norm
 WHEEL_ON_S = [6.1, 59.3]  # of the recording's documentation: the peers are told, obsid is not
 
 
@@ -39,8 +37,8 @@ def read(path):
 class Case:
     """One recording: files for obsid, arrays `(t, y, u)` for the peers."""
 
-    def __init__(self, name, rig, form, terms, window, dissipative, start, decimate=(1,)):
-        self.name, self.rig, self.form, self.terms, self.window = name, rig, form, terms, window
+    def __init__(self, name, rig, form, terms, dissipative, start, decimate=(1,)):
+        self.name, self.rig, self.form, self.terms = name, rig, form, terms
         self.dissipative, self.start, self.decimate = dissipative, start, decimate
         self.fit, self.held, self.fit_files, self.held_files, self.channel = [], [], [], [], None
 
@@ -48,7 +46,7 @@ class Case:
         """Rows that `keep` chooses, written for obsid; of them those of `peers` for the peers."""
         header, text, data = read(path)
         rows = np.flatnonzero(keep(data))
-        file = FOLDER / f"{self.name.replace(' ', '_')}_{'held_out' if held else 'fit'}_{len(self.held if held else self.fit)}.csv"
+        file = FOLDER / f"{self.name.replace(',', '').replace(' ', '_')}_{'held_out' if held else 'fit'}_{len(self.held if held else self.fit)}.csv"
         with open(file, "w", newline="") as out:
             csv.writer(out, lineterminator="\n").writerows([header, *(text[row] for row in rows)])
         if peers is not None:
@@ -65,7 +63,7 @@ def pendulum(recordings):
     terms = {"1": lambda y, v: 1 + 0 * y, "y": lambda y, v: y, "sin y": lambda y, v: np.sin(y), "cos y": lambda y, v: np.cos(y),
              "y^3": lambda y, v: y**3, "v": lambda y, v: v, "|v|v": lambda y, v: abs(v) * v, "v^3": lambda y, v: v**3,
              "sign v": lambda y, v: np.sign(v)}
-    case = Case("single pendulum", "single_pendulum", "second", terms, 11, ["v", "|v|v", "v^3", "sign v"], 50, (1, 5, 10))
+    case = Case("single pendulum", "single_pendulum", "second", terms, ["v", "|v|v", "v^3", "sign v"], 50, (1, 5, 10))
     case.channel = "angle"
     path = recordings / "multiarm_pendulum/single_free_swing.csv.gz"
     slow = lambda d: np.arange(len(d)) % 10 == 0  # 100 Hz, as the documentation's own fits
@@ -82,7 +80,7 @@ def damper(recordings):
     terms = {"x": lambda y, x, v: x, "x^3": lambda y, x, v: x**3, "v": lambda y, x, v: v, "|v|v": lambda y, x, v: abs(v) * v,
              "sign v": lambda y, x, v: np.sign(v), "F": lambda y, x, v: y, "F|v|": lambda y, x, v: y * abs(v),
              "|F|v": lambda y, x, v: abs(y) * v, "F^2 v": lambda y, x, v: y * y * v, "1": lambda y, x, v: 1 + 0 * y}
-    case = Case("friction damper", "friction_damper", "memory", terms, 21, ["F|v|", "F"], 1, (4, 8, 16))
+    case = Case("friction damper", "friction_damper", "memory", terms, ["F|v|", "F"], 1, (8, 16))
     case.channel, case.static = "force", ["x", "x^3", "v", "|v|v", "sign v", "1"]
     for held, file in [(False, "0.5Hz_1in"), (False, "1Hz_0.5in"), (True, "1Hz_1in"), (True, "2Hz_0.5in"), (True, "0.5Hz_0.5in")]:
         path = recordings / f"brfd_friction_backlash/sine_{file}_30lb.csv"
@@ -94,7 +92,7 @@ def damper(recordings):
 def cubesat(recordings):
     terms = {"on": lambda y, v, u: u, "w": lambda y, v, u: y, "|w|w": lambda y, v, u: abs(y) * y, "sign w": lambda y, v, u: np.sign(y),
              "w'": lambda y, v, u: v, "|w|w'": lambda y, v, u: abs(y) * v, "1": lambda y, v, u: 1 + 0 * y}
-    case = Case("cubesat gyro step", "cubesat_gyro_step", "either", terms, 15, ["w", "|w|w", "sign w"], 1, (1, 3))
+    case = Case("cubesat gyro step", "cubesat_gyro_step", "either", terms, ["w", "|w|w", "sign w"], 1, (1, 3))
     case.channel = "rate_z"
     on = lambda d: np.any([(d[:, 0] >= begin) & (d[:, 0] < begin + 40) for begin in WHEEL_ON_S], axis=0)[:, None] * 1.0
     for held, begin, end, first, last in [(False, 0, 45, 0, 32), (True, 45, 101, 50, 84)]:  # the plant's segments for the peers
@@ -107,12 +105,12 @@ def disc(recordings, channel):
     spin = channel == "rate_z"
     if spin:
         terms = {"1": lambda y: 1 + 0 * y, "w": lambda y: y, "|w|w": lambda y: abs(y) * y, "sign w": lambda y: np.sign(y)}
-        case = Case("thrown disc, spin", "thrown_disc", "first", terms, 15, ["w", "|w|w", "sign w"], 20)
+        case = Case("thrown disc, spin", "thrown_disc", "first", terms, ["w", "|w|w", "sign w"], 20)
     else:  # the measured rates are given as inputs
         names = {"wx": 0, "wy": 1, "wz": 2}
         terms = {"1": lambda y, *u: 1 + 0 * y} | {name: (lambda y, *u, k=k: u[k]) for name, k in names.items()}
         terms |= {f"{a} {b}": (lambda y, *u, i=i, j=j: u[i] * u[j]) for a, i in names.items() for b, j in names.items() if i <= j}
-        case = Case("thrown disc, acc. x", "thrown_disc", "static", terms, 15, [], 1)
+        case = Case("thrown disc, acc. x", "thrown_disc", "static", terms, [], 1)
     case.channel = channel
     free = lambda d: (d[:, 1] >= 1612) & (d[:, 1] < 1822)
     for held, begin, end in [(False, 0, 1717), (True, 1717, 1e9)]:
@@ -124,7 +122,7 @@ def disc(recordings, channel):
 
 def ball(recordings, name):
     terms = {"1": lambda y, v: 1 + 0 * y, "v": lambda y, v: v, "|v|v": lambda y, v: abs(v) * v, "y": lambda y, v: y}
-    case = Case(name.replace("_", " "), "ball_drop", "second", terms, 9, ["v", "|v|v"], 10)
+    case = Case(name.replace("_", " "), "ball_drop", "second", terms, ["v", "|v|v"], 10)
     case.channel = "height"
     for held in (False, True):
         case.add(held, recordings / f"ball_drops/{name}.csv", lambda d: d[:, 1] == 1 + held, lambda d: d[:, 2], none)
@@ -140,145 +138,6 @@ def scores(measured, predicted):
         return None
     spread = np.concatenate([y - y.mean() for y in measured])
     return np.sqrt(np.mean(error**2)), 100 * (1 - np.linalg.norm(error) / np.linalg.norm(spread))
-
-
-class Sindy:
-    """One setting of PySINDy: which form of states, which terms, which threshold."""
-
-    def __init__(self, case, form, names, threshold, window):
-        self.case, self.form, self.names, self.threshold, self.window = case, form, names, threshold, window
-
-    def states(self, record):
-        t, y, _ = record
-        dt, smooth = t[1] - t[0], lambda deriv: savgol_filter(y, self.window, 3, deriv=deriv, delta=dt)
-        if self.form == "static":
-            return y[:, None], y[:, None]
-        if self.form == "first":
-            return smooth(0)[:, None], smooth(1)[:, None]
-        return np.c_[smooth(0), smooth(1)], np.c_[smooth(1), smooth(2)]
-
-    def term(self, name):  # the library of the either-case has a rate argument that first-order models lack
-        function = self.case.terms[name]
-        return (lambda y, u: function(y, 0 * y, u)) if self.case.form == "either" and self.form == "first" else function
-
-    def fit(self, records):
-        import pysindy
-
-        pairs = [self.states(record) for record in records]
-        inputs = [record[2] for record in records] if records[0][2].shape[1] else None
-        functions = [self.term(name) for name in self.names]
-        arity = pairs[0][0].shape[1] + records[0][2].shape[1]
-        fixed = [eval(f"lambda {','.join('abcdef'[:arity])}: f({','.join('abcdef'[:arity])})", {"f": f}) for f in functions]
-        scale = np.linalg.norm(np.concatenate([x_dot[:, -1] for _, x_dot in pairs]))
-        optimizer = pysindy.STLSQ(threshold=self.threshold * scale, alpha=1e-9, normalize_columns=True)
-        model = pysindy.SINDy(optimizer=optimizer, feature_library=pysindy.CustomLibrary(fixed, interaction_only=True))
-        dt = records[0][0][1] - records[0][0][0]
-        model.fit([x for x, _ in pairs], t=dt, x_dot=[d for _, d in pairs], u=inputs)
-        self.law, self.functions = np.asarray(model.coefficients())[-1], functions
-        return self
-
-    def slope(self, x, u):
-        with np.errstate(all="ignore"):
-            last = sum(c * f(*x, *u) for c, f in zip(self.law, self.functions) if c)
-        return np.array([last]) if len(x) == 1 else np.array([x[1], last])
-
-    def run(self, x, t, u):
-        out = [x]
-        for k in range(len(t) - 1):
-            dt, a, b = t[k + 1] - t[k], u[k], u[k + 1]
-            k1 = self.slope(x, a)
-            k2 = self.slope(x + dt / 2 * k1, (a + b) / 2)
-            k3 = self.slope(x + dt / 2 * k2, (a + b) / 2)
-            x = x + dt / 6 * (k1 + 2 * k2 + 2 * k3 + self.slope(x + dt * k3, b))
-            if not np.all(np.abs(x) < 1e9):
-                return None
-            out.append(x)
-        return np.asarray(out)[:, 0]
-
-    def predict(self, record):
-        t, y, u = record
-        if self.form == "static":
-            return sum(c * f(y, *u.T) for c, f in zip(self.law, self.functions)) + 0 * y
-        start, n = self.states(record)[0][0], self.case.start
-        if n > 1:
-            def residual(x):
-                said = self.run(x, t[:n], u[:n])
-                return np.full(n, 1e6) if said is None else said - y[:n]
-            start = least_squares(residual, start, x_scale="jac", max_nfev=20).x
-        return self.run(start, t, u)
-
-    def terms(self):
-        return int(np.count_nonzero(self.law))
-
-    def physical(self):
-        if not self.case.dissipative and self.form == "static":
-            return "yes"
-        # Damping and friction slow down (in the force of a damper: they are added).
-        sign, names = (-1, ["v", "|v|v", "sign v"]) if self.case.form == "memory" and self.form == "static" else (1, self.case.dissipative)
-        wrong = [name for name, c in zip(self.names, self.law) if name in names and sign * c > 0]
-        return f"no: {', '.join(wrong)} drives" if wrong else "yes"
-
-
-class Narx:
-    """One setting of SysIdentPy: degree, lags, inputs, criterion."""
-
-    def __init__(self, degree, lags, criterion, sign):
-        self.degree, self.lags, self.criterion, self.sign = degree, lags, criterion, sign
-
-    def inputs(self, u):  # its documentation feeds the sign of the rate where there is hysteresis
-        return np.c_[u, np.sign(u[:, -1])] if self.sign else u
-
-    def fit(self, records):
-        from sysidentpy.basis_function import Polynomial
-        from sysidentpy.model_structure_selection import FROLS
-        from sysidentpy.parameter_estimation import LeastSquares
-
-        y = np.concatenate([record[1] for record in records])[:, None]
-        u = np.concatenate([self.inputs(record[2]) for record in records])
-        lags = list(range(1, self.lags + 1))
-        self.none = u.shape[1] == 0
-        self.model = FROLS(order_selection=True, n_info_values=20, info_criteria=self.criterion, ylag=self.lags, estimator=LeastSquares(),
-                           xlag=lags if u.shape[1] == 1 else [lags] * u.shape[1], basis_function=Polynomial(degree=self.degree),
-                           model_type="NAR" if self.none else "NARMAX")
-        self.model.fit(X=None if self.none else u, y=y)
-        return self
-
-    def predict(self, record):
-        _, y, u = record
-        first, u = y[: self.model.max_lag, None], self.inputs(u)
-        with np.errstate(all="ignore"):
-            if self.none:
-                said = self.model.predict(X=None, y=first, forecast_horizon=len(y) - len(first))
-            else:
-                said = self.model.predict(X=u, y=first)
-        return said[: len(y), 0] if len(said) >= len(y) else None
-
-    def terms(self):
-        return len(self.model.final_model)
-
-    def physical(self):
-        return "has no physical terms"
-
-
-def sindy_settings(case, decimate):
-    forms = {"memory": ["first", "static"], "either": ["first", "second"]}.get(case.form, [case.form])
-    for form in forms:
-        names = list(case.terms)
-        if form == "static" and case.form == "memory":
-            names = case.static
-        if form == "first" and case.form == "either":
-            names = [name for name in names if "'" not in name]
-        window = max(5, case.window // decimate // 2 * 2 + 1)
-        for threshold in THRESHOLDS:
-            yield Sindy(case, form, names, threshold, window)
-
-
-def narx_settings(case, decimate):
-    for degree in (1, 2, 3):
-        for lags in (2, 3) if case.form == "second" or degree > 1 else (2, 4, 8):
-            for criterion in ("aic", "bic"):
-                for sign in (False, True) if case.form == "memory" else (False,):
-                    yield Narx(degree, lags, criterion, sign)
 
 
 def slower(records, step):
@@ -306,7 +165,7 @@ def peer(case, settings):
     for step in case.decimate:
         fit = slower(case.fit, step)
         first, last = validation(fit)
-        for setting in settings(case, step):
+        for setting in settings(case):
             found = tried(setting, first, last)
             if found and (best is None or found[0] < best[0]):
                 best = found[0], setting, step
