@@ -40,6 +40,7 @@ class Case:
     def __init__(self, name, rig, form, terms, dissipative, start, decimate=(1,)):
         self.name, self.rig, self.form, self.terms = name, rig, form, terms
         self.dissipative, self.start, self.decimate = dissipative, start, decimate
+        self.small = []  # names of a smaller library that a user who knows the rig would put there; both are tried
         self.fit, self.held, self.fit_files, self.held_files, self.channel = [], [], [], [], None
 
     def add(self, held, path, keep, output, inputs, peers=None):
@@ -64,7 +65,7 @@ def pendulum(recordings):
              "y^3": lambda y, v: y**3, "v": lambda y, v: v, "|v|v": lambda y, v: abs(v) * v, "v^3": lambda y, v: v**3,
              "sign v": lambda y, v: np.sign(v)}
     case = Case("single pendulum", "single_pendulum", "second", terms, ["v", "|v|v", "v^3", "sign v"], 50, (1, 5, 10))
-    case.channel = "angle"
+    case.channel, case.small = "angle", ["sin y", "v", "|v|v", "sign v"]
     path = recordings / "multiarm_pendulum/single_free_swing.csv.gz"
     slow = lambda d: np.arange(len(d)) % 10 == 0  # 100 Hz, as the documentation's own fits
     for held, begin, end in [(False, 0.05, 40.05), (True, 40.05, 54.9)]:
@@ -81,7 +82,7 @@ def damper(recordings):
              "sign v": lambda y, x, v: np.sign(v), "F": lambda y, x, v: y, "F|v|": lambda y, x, v: y * abs(v),
              "|F|v": lambda y, x, v: abs(y) * v, "F^2 v": lambda y, x, v: y * y * v, "1": lambda y, x, v: 1 + 0 * y}
     case = Case("friction damper", "friction_damper", "memory", terms, ["F|v|", "F"], 1, (8, 16))
-    case.channel, case.static = "force", ["x", "x^3", "v", "|v|v", "sign v", "1"]
+    case.channel, case.small, case.static = "force", ["v", "F|v|"], ["x", "x^3", "v", "|v|v", "sign v", "1"]
     for held, file in [(False, "0.5Hz_1in"), (False, "1Hz_0.5in"), (True, "1Hz_1in"), (True, "2Hz_0.5in"), (True, "0.5Hz_0.5in")]:
         path = recordings / f"brfd_friction_backlash/sine_{file}_30lb.csv"
         case.add(held, path, lambda d: d[:, 0] >= 0, lambda d: d[:, 3] / 1e3, inputs)
@@ -93,7 +94,7 @@ def cubesat(recordings):
     terms = {"on": lambda y, v, u: u, "w": lambda y, v, u: y, "|w|w": lambda y, v, u: abs(y) * y, "sign w": lambda y, v, u: np.sign(y),
              "w'": lambda y, v, u: v, "|w|w'": lambda y, v, u: abs(y) * v, "1": lambda y, v, u: 1 + 0 * y}
     case = Case("cubesat gyro step", "cubesat_gyro_step", "either", terms, ["w", "|w|w", "sign w"], 1, (1, 3))
-    case.channel = "rate_z"
+    case.channel, case.small = "rate_z", ["on", "w", "w'"]
     on = lambda d: np.any([(d[:, 0] >= begin) & (d[:, 0] < begin + 40) for begin in WHEEL_ON_S], axis=0)[:, None] * 1.0
     for held, begin, end, first, last in [(False, 0, 45, 0, 32), (True, 45, 101, 50, 84)]:  # the plant's segments for the peers
         case.add(held, recordings / "cubesat_adcs/step_response.csv", lambda d: (d[:, 0] >= begin) & (d[:, 0] < end),
@@ -121,9 +122,9 @@ def disc(recordings, channel):
 
 
 def ball(recordings, name):
-    terms = {"1": lambda y, v: 1 + 0 * y, "v": lambda y, v: v, "|v|v": lambda y, v: abs(v) * v, "y": lambda y, v: y}
+    terms = {"1": lambda y, v: 1 + 0 * y, "v": lambda y, v: v, "|v|v": lambda y, v: abs(v) * v}
     case = Case(name.replace("_", " "), "ball_drop", "second", terms, ["v", "|v|v"], 10)
-    case.channel = "height"
+    case.channel, case.small = "height", ["1", "|v|v"]
     for held in (False, True):
         case.add(held, recordings / f"ball_drops/{name}.csv", lambda d: d[:, 1] == 1 + held, lambda d: d[:, 2], none)
     return case

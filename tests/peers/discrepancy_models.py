@@ -13,7 +13,7 @@ from scipy.signal import savgol_filter
 
 LIBRARY_MAX = 100  # candidate terms of a polynomial NARX: FROLS needs minutes beyond
 WINDOWS = [5, 9, 19]  # of Savitzky and Golay [samples]
-THRESHOLDS = [1e-3, 1e-2, 0.1, 0.3, 1.0]  # of the norm of what is explained, columns of unit norm
+THRESHOLDS = [1e-3, 1e-2, 0.1, 0.5]  # of the norm of what is explained, columns of unit norm
 
 
 class Sindy:
@@ -136,15 +136,14 @@ class Narx:
 
 def sindy_settings(case):
     forms = {"memory": ["first", "static"], "either": ["first", "second"]}.get(case.form, [case.form])
-    for form in forms:
-        names = list(case.terms)
+    for form, names in itertools.product(forms, [list(case.terms), case.small]):
         if form == "static" and case.form == "memory":
-            names = case.static
+            names = [name for name in names if name in case.static]
         if form == "first" and case.form == "either":
             names = [name for name in names if "'" not in name]
-        for window in WINDOWS if form != "static" else WINDOWS[:1]:
-            for threshold in THRESHOLDS:
-                yield Sindy(case, form, names, threshold, window)
+        windows = WINDOWS if form != "static" else WINDOWS[:1]
+        for window, threshold in itertools.product(windows, THRESHOLDS) if names else []:
+            yield Sindy(case, form, names, threshold, window)
 
 
 def narx_settings(case):
