@@ -13,7 +13,7 @@ from scipy.signal import savgol_filter
 
 LIBRARY_MAX = 100  # candidate terms of a polynomial NARX: FROLS needs minutes beyond
 WINDOWS = [5, 9, 19]  # of Savitzky and Golay [samples]
-THRESHOLDS = [1e-3, 1e-2, 0.1, 0.5]  # of the norm of what is explained, columns of unit norm
+THRESHOLDS = [1e-3, 1e-2, 0.05, 0.2]  # of the norm of what is explained, columns of unit norm
 
 
 class Sindy:
