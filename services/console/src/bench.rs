@@ -76,6 +76,9 @@ enum Problem {
     /// Tanks drawn at random, found from the scan alone
     #[value(name = "bp2-global")]
     SloshGlobal,
+    /// Spring or pendulum, record by record: right and wrong verdicts, both models' z
+    #[value(name = "bp2-suspension")]
+    SloshSuspension,
     /// Slosh on two springs in the plane, from accelerometer and gyro
     #[value(name = "bp2-planar")]
     SloshPlanar,
@@ -111,6 +114,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             measure(arguments, &slosh::Slosh::stroke(0.0013 / 0.008))
         }
         Problem::SloshGlobal => measure(arguments, &slosh::global::RandomTanks::new()),
+        Problem::SloshSuspension => {
+            judge(arguments, &slosh::tank_model::TankModelChoice::pendulum())?;
+            judge(arguments, &slosh::tank_model::TankModelChoice::spring())
+        }
         Problem::SloshPlanar => measure(arguments, &slosh::planar::Planar::bp2()),
         Problem::SloshTankModel => {
             measure(arguments, &slosh::tank_model::TankModelChoice::pendulum())?;
@@ -175,6 +182,16 @@ fn measure(arguments: &Arguments, benchmark: &impl Benchmark) -> Result<(), Fail
     bar.finish_and_clear();
     let report = campaign.report(benchmark, &parameters, &answers);
     print(&if arguments.json { report.json() } else { report.table() });
+    Ok(())
+}
+
+fn judge(arguments: &Arguments, choice: &slosh::tank_model::TankModelChoice) -> Result<(), Failure> {
+    let campaign = Campaign::new(arguments.trials as usize, arguments.seed);
+    let bar = progress_bar(u64::from(arguments.trials));
+    let verdicts = slosh::suspension::verdicts(choice, &campaign, &|| bar.inc(1));
+    bar.finish_and_clear();
+    let verdicts = verdicts.ok_or_else(|| Failure::Run("bp2-suspension: no record could be judged".into()))?;
+    print(&if arguments.json { verdicts.json() } else { verdicts.table() });
     Ok(())
 }
 

@@ -35,6 +35,7 @@
 //! | `slosh_calibration` | scale and delay of the thrust from a fast square wave |
 //! | `slosh_plan` | bound and stroke of an experiment before it is flown |
 //! | `slosh_planar` | propellant in the plane: springs, rail or pendulum on a free hub |
+//! | `slosh_planar_record` | what is told of a flight in the plane: samples, noise, thrusters |
 //! | `slosh_planar_scan`, `slosh_planar_id`, `slosh_planar_fit` | modes from the gyro, global search, maximum likelihood |
 //! | `slosh_planar_second` | a second slosh mass: posterior over its frequency, damping and axis |
 //! | `slosh_planar_thrust` | the planar tank and its calibrated thrusters, jointly |
@@ -83,6 +84,7 @@ pub mod slosh_plan;
 pub mod slosh_planar;
 pub mod slosh_planar_fit;
 pub mod slosh_planar_id;
+pub mod slosh_planar_record;
 pub mod slosh_planar_scan;
 pub mod slosh_planar_second;
 pub mod slosh_planar_thrust;

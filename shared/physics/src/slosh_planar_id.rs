@@ -7,7 +7,8 @@
 use nalgebra::{SVector, Vector2};
 
 use crate::slosh_planar::{PlanarHub, PlanarSlosh, Suspension, stiffness_from_modes};
-use crate::slosh_planar_fit::{PlanarCraft, PlanarError, PlanarEstimate, PlanarRecord, PlanarThrust, chi_square, fit};
+use crate::slosh_planar_fit::{PlanarCraft, PlanarEstimate, chi_square, fit};
+use crate::slosh_planar_record::{PlanarError, PlanarRecord, PlanarThrust};
 use crate::slosh_planar_scan::{PlanarSample, scan_modes};
 
 /// `[ms, kx, ky, cx, cy, bx, by]`.

@@ -15,19 +15,19 @@
 //! alike. Where the mixture lies within one line and on one axis the record decides alone, and the joint fit of all ten is
 //! the answer.
 
-use libm::{exp, log, sqrt};
-use nalgebra::{SMatrix, SVector, Vector2};
+mod grid;
+mod mixture;
 
-use crate::slosh_planar::{PlanarHub, PlanarSlosh, Suspension};
-use crate::slosh_planar_fit::{
-    PlanarCraft, PlanarError, PlanarEstimate, PlanarPrior, PlanarRecord, chi_square, fit, fit_with,
-};
-use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place, lateral_spring};
+use libm::{log, sqrt};
+use nalgebra::{SMatrix, SVector};
 
-/// Numbers of two slosh masses: `[ms, k, c, bx, by]` of each.
-pub const TWO_MASSES: usize = 2 * ONE_AXIS;
-/// Those of the first, mass and place of the second.
-const AT_A_POINT: usize = ONE_AXIS + 3;
+use self::grid::{AT_A_POINT, Point, derivative};
+pub use self::grid::{SecondAxis, TWO_MASSES, two_masses};
+use self::mixture::{Cell, Mixture};
+use crate::slosh_planar::PlanarHub;
+use crate::slosh_planar_fit::{PlanarEstimate, PlanarPrior, chi_square, fit, fit_with};
+use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place};
+use crate::slosh_planar_record::{PlanarError, PlanarRecord};
 
 /// Frequencies of the grid, a line apart.
 const POINTS_MAX: usize = 256;
@@ -46,25 +46,6 @@ const STARTS_FROM: f64 = 60.0;
 const STARTS: usize = 3;
 
 const AXES: [SecondAxis; 2] = [SecondAxis::X, SecondAxis::Y];
-
-/// Axis along which the second of two slosh masses moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SecondAxis {
-    X,
-    Y,
-}
-
-impl SecondAxis {
-    fn direction(self) -> Vector2<f64> {
-        if self == Self::X { Vector2::x() } else { Vector2::y() }
-    }
-
-    /// Acceleration of the second mass against the hub per force between them.
-    fn per_force(self, hub: &PlanarHub, mass_kg: f64, position_m: &Vector2<f64>) -> f64 {
-        let lever = self.direction().perp(position_m);
-        1.0 / hub.mass_kg + 1.0 / mass_kg + lever * lever / hub.inertia_com_kg_m2
-    }
-}
 
 /// What the record says of two masses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,59 +79,6 @@ impl SecondMass {
     /// `(χ² − dof)/√(2 dof)`.
     pub fn z_score(&self) -> f64 {
         (self.chi_square - self.degrees_of_freedom) / sqrt(2.0 * self.degrees_of_freedom)
-    }
-}
-
-/// A mass on a spring along y and one along `axis`.
-pub fn two_masses(hub: PlanarHub, axis: SecondAxis, theta: &SVector<f64, TWO_MASSES>) -> Option<PlanarCraft<2>> {
-    let first = lateral_spring(hub, &theta.fixed_rows::<ONE_AXIS>(0).into_owned())?.masses[0];
-    let suspension = Suspension::Rail {
-        position_m: Vector2::new(theta[8], theta[9]),
-        direction: axis.direction(),
-        stiffness_n_m: theta[6],
-        damping_n_s_m: theta[7],
-    };
-    let masses = [first, PlanarSlosh { mass_kg: theta[5], suspension }];
-    (theta[5] > 0.0 && theta[6] > 0.0).then(|| PlanarCraft::at_rest(hub, masses))
-}
-
-/// A place on the grid.
-#[derive(Clone, Copy)]
-struct Point {
-    axis: SecondAxis,
-    hertz: f64,
-    ratio: f64,
-}
-
-impl Point {
-    /// All ten numbers of the eight.
-    fn ten(&self, hub: &PlanarHub, eight: &SVector<f64, AT_A_POINT>) -> SVector<f64, TWO_MASSES> {
-        let (mass_kg, place_m) = (eight[5], Vector2::new(eight[6], eight[7]));
-        let omega = 2.0 * core::f64::consts::PI * self.hertz;
-        let per_force = self.axis.per_force(hub, mass_kg, &place_m);
-        let mut ten = SVector::<f64, TWO_MASSES>::zeros();
-        ten.fixed_rows_mut::<ONE_AXIS>(0).copy_from(&eight.fixed_rows::<ONE_AXIS>(0));
-        let second = [mass_kg, omega * omega / per_force, 2.0 * self.ratio * omega / per_force, place_m[0], place_m[1]];
-        ten.fixed_rows_mut::<ONE_AXIS>(ONE_AXIS).copy_from_slice(&second);
-        ten
-    }
-
-    /// Derivative of the ten by the eight.
-    fn jacobian(
-        &self,
-        hub: &PlanarHub,
-        eight: &SVector<f64, AT_A_POINT>,
-        scale: &SVector<f64, AT_A_POINT>,
-    ) -> SMatrix<f64, TWO_MASSES, AT_A_POINT> {
-        const PART: f64 = 1e-5;
-        let mut jacobian = SMatrix::<f64, TWO_MASSES, AT_A_POINT>::zeros();
-        for (i, scale) in scale.iter().enumerate() {
-            let (mut above, mut below) = (*eight, *eight);
-            above[i] += PART * scale;
-            below[i] -= PART * scale;
-            jacobian.set_column(i, &((self.ten(hub, &above) - self.ten(hub, &below)) / (2.0 * PART * scale)));
-        }
-        jacobian
     }
 }
 
@@ -218,18 +146,10 @@ impl<'a> Search<'a> {
         Some(half_log_det - log(point.hertz) - fit.chi_square / 2.0).filter(|value| value.is_finite())
     }
 
-    /// What the ten move by per hertz, the eight held.
-    fn slope_per_hz(&self, point: &Point, eight: &SVector<f64, AT_A_POINT>) -> SVector<f64, TWO_MASSES> {
-        const PART: f64 = 1e-5;
-        let at = |hertz: f64| Point { hertz, ..*point }.ten(&self.hub, eight);
-        let step_hz = PART * point.hertz;
-        (at(point.hertz + step_hz) - at(point.hertz - step_hz)) / (2.0 * step_hz)
-    }
-
     /// What a fit says of the cell of its point.
     fn cell(&self, point: &Point, fit: &Fit, log_weight: f64) -> Cell {
         let jacobian = point.jacobian(&self.hub, &fit.theta, &self.scale);
-        let slope = self.slope_per_hz(point, &fit.theta);
+        let slope = point.slope_per_hz(&self.hub, &fit.theta);
         let covariance = jacobian * fit.covariance * jacobian.transpose();
         let width_hz = self.line_hz;
         Cell {
@@ -311,7 +231,6 @@ impl<'a> Search<'a> {
 
     /// All ten together, from the best point of the grid: where the record decides alone.
     fn joint(&self, point: &Point, best: &Fit) -> Option<SecondMass> {
-        const PART: f64 = 1e-5;
         let (hub, start) = (self.hub, point.ten(&self.hub, &best.theta));
         let craft = |ten: &SVector<f64, TWO_MASSES>| two_masses(hub, point.axis, ten);
         // A place may be zero.
@@ -320,16 +239,9 @@ impl<'a> Search<'a> {
             scale[place] = self.scale[3];
         }
         let fit = fit(self.record, &craft, &start, &scale).ok()?;
-        let hertz = |ten: &SVector<f64, TWO_MASSES>| {
-            let per_force = point.axis.per_force(&hub, ten[5], &Vector2::new(ten[8], ten[9]));
-            sqrt(ten[6] * per_force) / (2.0 * core::f64::consts::PI)
-        };
+        let hertz = |ten: &SVector<f64, TWO_MASSES>| point.axis.frequency_hz(&hub, ten);
         let frequency_hz = hertz(&fit.theta);
-        let slope = SVector::<f64, TWO_MASSES>::from_fn(|i, _| {
-            let mut moved = fit.theta;
-            moved[i] += PART * scale[i];
-            (hertz(&moved) - frequency_hz) / (PART * scale[i])
-        });
+        let slope = derivative(|ten| SVector::<f64, 1>::new(hertz(ten)), &fit.theta, &scale).transpose();
         (fit.is_converged && fit.theta[7] > 0.0).then(|| SecondMass {
             theta: fit.theta,
             covariance: fit.covariance,
@@ -340,81 +252,6 @@ impl<'a> Search<'a> {
             degrees_of_freedom: fit.degrees_of_freedom,
             is_joint: true,
         })
-    }
-}
-
-/// What a point of the grid says of the ten, for all its cell.
-struct Cell {
-    axis: SecondAxis,
-    hertz: f64,
-    width_hz: f64,
-    log_weight: f64,
-    theta: SVector<f64, TWO_MASSES>,
-    covariance: SMatrix<f64, TWO_MASSES, TWO_MASSES>,
-}
-
-/// Sum over the grid, weights relative to the greatest so far; moments about the first cell.
-struct Mixture {
-    cells: usize,
-    log_weight: f64,
-    weight: f64,
-    along_x: f64,
-    reference: SVector<f64, TWO_MASSES>,
-    mean: SVector<f64, TWO_MASSES>,
-    second: SMatrix<f64, TWO_MASSES, TWO_MASSES>,
-    hertz: Vector2<f64>,
-}
-
-impl Mixture {
-    fn new() -> Self {
-        Self {
-            cells: 0,
-            log_weight: f64::NEG_INFINITY,
-            weight: 0.0,
-            along_x: 0.0,
-            reference: SVector::zeros(),
-            mean: SVector::zeros(),
-            second: SMatrix::zeros(),
-            hertz: Vector2::zeros(),
-        }
-    }
-
-    fn add(&mut self, cell: &Cell) {
-        if self.cells == 0 {
-            self.reference = cell.theta;
-        }
-        if cell.log_weight > self.log_weight {
-            let shrink = exp(self.log_weight - cell.log_weight);
-            self.weight *= shrink;
-            self.along_x *= shrink;
-            self.mean *= shrink;
-            self.second *= shrink;
-            self.hertz *= shrink;
-            self.log_weight = cell.log_weight;
-        }
-        let weight = exp(cell.log_weight - self.log_weight);
-        let ten = cell.theta - self.reference;
-        self.cells += 1;
-        self.weight += weight;
-        self.along_x += if cell.axis == SecondAxis::X { weight } else { 0.0 };
-        self.mean += ten * weight;
-        self.second += (cell.covariance + ten * ten.transpose()) * weight;
-        let within = cell.width_hz * cell.width_hz / 12.0;
-        self.hertz += Vector2::new(cell.hertz, cell.hertz * cell.hertz + within) * weight;
-    }
-
-    fn report(&self, best: &Fit) -> SecondMass {
-        let (mean, hertz) = (self.mean / self.weight, self.hertz / self.weight);
-        SecondMass {
-            theta: self.reference + mean,
-            covariance: self.second / self.weight - mean * mean.transpose(),
-            along_x: self.along_x / self.weight,
-            frequency_hz: hertz[0],
-            frequency_sigma_hz: sqrt((hertz[1] - hertz[0] * hertz[0]).max(0.0)),
-            chi_square: best.chi_square,
-            degrees_of_freedom: best.degrees_of_freedom,
-            is_joint: false,
-        }
     }
 }
 

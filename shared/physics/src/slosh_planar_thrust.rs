@@ -12,10 +12,9 @@ use nalgebra::{Matrix2, SVector, Vector2};
 
 use crate::slosh_calibration::ThrustCalibration;
 use crate::slosh_planar::PlanarHub;
-use crate::slosh_planar_fit::{
-    ITERATIONS_MAX, PlanarCraft, PlanarError, PlanarPrior, PlanarRecord, PlanarThrust, fit_with,
-};
+use crate::slosh_planar_fit::{ITERATIONS_MAX, PlanarCraft, PlanarPrior, fit_with};
 use crate::slosh_planar_id::{GATE_Z, PlanarAnswer, PlanarSearch, SPRINGS, identify_springs, springs};
+use crate::slosh_planar_record::{PlanarError, PlanarRecord, PlanarThrust};
 
 /// `[ms, kx, ky, cx, cy, bx, by]`, scale and delay of the thruster along x, and of that along y.
 pub const SPRINGS_AND_THRUST: usize = SPRINGS + 4;

@@ -8,8 +8,9 @@
 use nalgebra::{Matrix2, SVector, Vector2};
 
 use crate::slosh_planar::{PlanarHub, PlanarState};
-use crate::slosh_planar_fit::{PlanarCraft, PlanarError, PlanarRecord, fit};
+use crate::slosh_planar_fit::{PlanarCraft, fit};
 use crate::slosh_planar_id::{ONE_AXIS, PlanarAnswer, PlanarSearch, identify_one_axis, lateral_spring, pendulum};
+use crate::slosh_planar_record::{PlanarError, PlanarRecord};
 use crate::slosh_planar_scan::scan_modes;
 
 /// Levels a record can have.

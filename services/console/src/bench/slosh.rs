@@ -8,6 +8,7 @@ mod filters;
 pub mod global;
 mod paper;
 pub mod planar;
+pub mod suspension;
 pub mod tank_model;
 pub mod trend;
 

@@ -1,43 +1,41 @@
-//! Late thrusters; the estimator itself is tested with the searches that use it (`slosh_planar_id`, `slosh_planar_second`).
+//! Sensitivities; the estimator itself is tested with the searches that use it (`slosh_planar_id`, `slosh_planar_second`).
 
 use super::*;
+use crate::slosh_planar::{Suspension, Wrench};
+use crate::slosh_planar_record::PlanarNoise;
 use nalgebra::vector;
+use std::vec::Vec;
 
-const NOISE: PlanarNoise = PlanarNoise { acceleration_m_s2: 1e-4, rate_rad_s: 1e-5 };
-/// A tenth and a fifth of an interval of two seconds.
-const LATE: PlanarThrust = PlanarThrust { scale: Vector2::new(1.0, 1.0), delay_s: Vector2::new(0.2, 0.4) };
+const HUB: PlanarHub = PlanarHub { mass_kg: 1004.5, inertia_com_kg_m2: 480.0, sensor_m: Vector2::new(0.5, -0.3) };
 
-fn sample(x_n: f64, y_n: f64) -> PlanarSample {
-    PlanarSample { wrench: Wrench { force_n: vector![x_n, y_n], torque_n_m: 0.0 }, ..PlanarSample::default() }
-}
-
-/// Mean force over interval k.
-fn force_n(record: &PlanarRecord<'_>, k: usize) -> Option<Vector2<f64>> {
-    LATE.acting(record, k).map(|[_, middle, _]| middle.force_n)
-}
-
-#[test]
-fn before_its_record_a_craft_at_rest_has_no_thrust_and_a_part_of_a_record_has_the_one_before_it() {
-    let samples = [sample(1.0, 2.0), sample(1.0, -2.0), sample(0.0, 0.0)];
-    let record = PlanarRecord::new(&samples, 2.0, NOISE);
-    let near = |found: Option<Vector2<f64>>, x_n: f64, y_n: f64| {
-        assert!((found.expect("held") - vector![x_n, y_n]).amax() < 1e-12, "{found:?}"); // rounding
+/// `[ms, k, c, bx, by]`.
+fn craft(theta: &SVector<f64, 5>) -> Option<PlanarCraft<1>> {
+    let suspension = Suspension::Rail {
+        position_m: vector![theta[3], theta[4]],
+        direction: Vector2::y(),
+        stiffness_n_m: theta[1],
+        damping_n_s_m: theta[2],
     };
-    near(force_n(&record, 0), 0.9, 1.6);
-    near(force_n(&record, 1), 1.0, -1.2);
-    near(force_n(&record.part(1, 3), 0), 1.0, -1.2);
-    near(force_n(&PlanarRecord { force_before_n: vector![1.0, 2.0], ..record }, 0), 1.0, 2.0);
+    Some(PlanarCraft::at_rest(HUB, [PlanarSlosh { mass_kg: theta[0], suspension }]))
 }
 
 #[test]
-fn sums_with_edges_within_are_refused_where_thrusters_are_late() {
-    let held = [sample(0.0, 0.0), sample(0.0, 0.0), sample(0.0, 1.0), sample(0.0, 1.0)];
-    let sums = [PlanarSample::mean(&held[..3]), PlanarSample::mean(&held[3..])];
-    let record = PlanarRecord::new(&sums, 2.0, NOISE);
-    assert_eq!(LATE.check(&record), Err(PlanarError::DelayedSums));
-    assert!(force_n(&record, 0).is_none() && force_n(&record, 1).is_none()); // itself, and through what came before
-    assert_eq!(LATE.check(&PlanarRecord::new(&held, 2.0, NOISE)), Ok(()));
-    // Prompt along the axis of the edge.
-    let along_x = PlanarThrust { delay_s: vector![0.2, 0.0], ..LATE };
-    assert!(along_x.check(&record).is_ok() && along_x.acting(&record, 1).is_some());
+fn an_hour_of_slosh_promises_the_same_sigmas_whatever_small_change_its_sensitivities_are_taken_over() {
+    let driven = |k: u32| if k < 250 && k % 80 < 40 { 0.25 } else { -0.05 };
+    let samples: Vec<PlanarSample> = (0..1800)
+        .map(|k| PlanarSample {
+            wrench: Wrench { force_n: vector![0.1, driven(k)], torque_n_m: 0.0 },
+            ..PlanarSample::default()
+        })
+        .collect();
+    let record = PlanarRecord::new(&samples, 2.0, PlanarNoise { acceleration_m_s2: 1e-4, rate_rad_s: 2e-5 });
+    let truth = SVector::from([28.7, 0.16, 0.03, -0.45, 0.2]);
+    let sigmas = |share: f64| {
+        let covariance = bound(&record, &craft, (&truth, &(truth.abs() * share)), &PlanarPrior::none());
+        covariance.expect("observed").diagonal().map(libm::sqrt)
+    };
+    let (near, far) = (sigmas(0.1), sigmas(5.0));
+    // Truncation: 1e-7 of five times the scale, through 130 rad of phase and a correlation of mass and stiffness of 0.999.
+    let off = (far.component_div(&near) - SVector::<f64, 5>::repeat(1.0)).amax();
+    assert!(off < 5e-3, "{off}");
 }

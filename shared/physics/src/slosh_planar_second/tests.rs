@@ -4,9 +4,9 @@
 use super::*;
 use crate::seeded_noise::SeededNoise;
 use crate::slosh_planar::{PlanarState, Wrench};
-use crate::slosh_planar_fit::PlanarNoise;
+use crate::slosh_planar_record::PlanarNoise;
 use crate::slosh_planar_scan::PlanarSample;
-use nalgebra::vector;
+use nalgebra::{Vector2, vector};
 use std::vec::Vec;
 
 const HUB: PlanarHub = PlanarHub { mass_kg: 1004.5, inertia_com_kg_m2: 480.0, sensor_m: Vector2::new(0.5, -0.3) };

@@ -8,8 +8,9 @@ use nalgebra::{SVector, Vector2};
 use physics::slosh_arc::SloshSample;
 use physics::slosh_calibration::{ThrustCalibration, calibrate_thrust};
 use physics::slosh_planar::{PlanarHub, Wrench};
-use physics::slosh_planar_fit::{PlanarNoise, PlanarRecord, bound};
+use physics::slosh_planar_fit::bound;
 use physics::slosh_planar_id::{PlanarAnswer, PlanarSearch, SPRINGS, STARTS_MAX, springs};
+use physics::slosh_planar_record::{PlanarNoise, PlanarRecord};
 use physics::slosh_planar_scan::PlanarSample;
 use physics::slosh_planar_thrust::{
     SPRINGS_AND_THRUST, calibrated, identify_springs_and_thrust, scale_of, springs_and_thrust,
