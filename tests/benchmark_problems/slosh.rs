@@ -9,6 +9,7 @@ use console::bench::slosh::planar::Planar;
 use console::bench::slosh::tank_model::TankModelChoice;
 use console::bench::slosh::{self, Concealed, Slosh, suspension, trend};
 use physics::slosh_likelihood::SloshUnknowns;
+use physics::slosh_suspension::SuspensionKind;
 
 fn efficiency(report: &MethodReport, limit: f64) -> Vec<Claim> {
     let say = |name: &str| format!("{} {name} RMSE/CRLB", report.name);
@@ -83,7 +84,15 @@ fn a_pendulum_is_told_from_a_spring_by_three_levels_of_thrust() {
             Claim::within("z of the right model, least", judged.z_right.low, -4.0, 4.0),
             Claim::within("z of the right model, greatest", judged.z_right.high, -4.0, 4.0),
             Claim::within("z of the wrong model", judged.z_wrong.low, 50.0, f64::INFINITY),
+            Claim::within("mass, least error in sigmas", judged.mass_sigmas.low, -3.0, 3.0),
+            Claim::within("mass, greatest error in sigmas", judged.mass_sigmas.high, -3.0, 3.0),
         ]);
+        if truth.truth == SuspensionKind::Pendulum {
+            demand(&[
+                Claim::within("least error of L %", judged.error_percent.low, -0.2, 0.2),
+                Claim::within("greatest error of L %", judged.error_percent.high, -0.2, 0.2),
+            ]);
+        }
     }
 }
 

@@ -82,7 +82,7 @@ impl ParameterRow {
     #[must_use]
     pub fn remark(&self) -> String {
         let off_axis = self.off_axis_sigmas.map(|sigmas| match sigmas.abs() > OFF_AXIS_SIGMAS {
-            true => format!("{:.0} sigma off the axis: holds a target", sigmas.abs()),
+            true => format!("{:.0} sigma off the axis: holds a target, or joint 2 has an offset", sigmas.abs()),
             false => format!("{:.1} sigma off the axis: no target shows", sigmas.abs()),
         });
         let words = self.standing.map(str::to_string).into_iter().chain(off_axis);
@@ -323,7 +323,7 @@ fn parameter_rows(
                 _ => None,
             }),
             consider_sigma: found.and_then(|estimate| consider_sigma(estimate, i)),
-            off_axis_sigmas: found.filter(|_| i == OFF_AXIS_AT).and_then(off_axis),
+            off_axis_sigmas: found.filter(|_| i == OFF_AXIS_AT).and_then(|estimate| off_axis(run, estimate)),
         }
     };
     let expected = if truth.is_empty() { found.max(usize::from(found == 0)) } else { truth.len().max(found) };
@@ -364,13 +364,22 @@ fn consider_sigma(estimate: &Estimate, i: usize) -> Option<f64> {
 /// The parameter that is zero while link 2 holds nothing off its axis.
 const OFF_AXIS_AT: usize = 8;
 
-/// In sigmas of noise and sheet together.
-fn off_axis(estimate: &Estimate) -> Option<f64> {
-    let mated = estimate.domain == Domain::Inertial.code() && estimate.phase == Phase::Mated.code();
+/// In sigmas of noise and sheet together; none where the sheet's part is not known, or the number is its prior's. An error of the momentum
+/// scales all numbers and moves no zero: its part `(σ_h / h)² α α'` of the covariance is taken out.
+fn off_axis(run: &RunConfig, estimate: &Estimate) -> Option<f64> {
+    let is_mated = estimate.domain == Domain::Inertial.code() && estimate.phase == Phase::Mated.code();
+    let known = &run.scenario.mated.as_ref().filter(|_| is_mated)?.known;
+    let is_prior = known.prior_relative_sd.is_some() && arm_standing(estimate, OFF_AXIS_AT) != Some("identified");
+    let sheet = *estimate.auxiliary.get(OFF_AXIS_AT)?;
+    if is_prior || sheet.is_nan() {
+        return None;
+    }
     let alpha = MatedAlpha::from_fn(|i, _| estimate.values[i]);
+    let scale = if known.h_cm_sigma_nms > 0.0 { known.h_cm_sigma_nms / known.h_cm_nms } else { 0.0 };
     let mut covariance = SMatrix::<f64, 9, 9>::from_fn(|i, j| estimate.covariance[i][j]);
-    covariance[(OFF_AXIS_AT, OFF_AXIS_AT)] += consider_sigma(estimate, OFF_AXIS_AT).map_or(0.0, |sigma| sigma * sigma);
-    off_axis_sigmas(&alpha, &covariance).filter(|_| mated)
+    covariance -= alpha * alpha.transpose() * (scale * scale);
+    covariance[(OFF_AXIS_AT, OFF_AXIS_AT)] += sheet * sheet;
+    off_axis_sigmas(&alpha, &covariance)
 }
 
 /// The supervisor's words, and the estimator's when it has no estimate.

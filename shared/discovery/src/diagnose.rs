@@ -29,6 +29,7 @@ use showing::{Shown, held_out};
 
 use crate::compete::Refit;
 use crate::filter::NoiseModel;
+use crate::fit::bounded::bounded;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
 use crate::force_map::{self, ForceMap as ForceMapFound};
@@ -287,8 +288,17 @@ fn remainder(engine: &Engine<'_>, best: &Standing) -> Result<Option<ForceMapFoun
 /// Where the innovations of the standing plant are least like white noise.
 fn left_over(engine: &Engine<'_>, best: &Standing) -> Result<Option<Loudest>, String> {
     let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
-    let mut r = [best.fit.board.nu.clone()];
-    Ok(best.fit.board.whiten(&own, &best.noise, &mut r).and_then(|_| loudest(&own, &r[0])))
+    let left = || {
+        let normal = best.fit.board.normal(&own, &best.fit.theta, &best.noise, &[])?;
+        let all: Vec<usize> = (0..normal.unknowns).collect();
+        let (_, step) = bounded(&normal.matrix, &normal.right, &normal.room, &all)?;
+        let mut r = normal.r;
+        for (column, step) in normal.columns.iter().zip(&step) {
+            r.iter_mut().zip(column).for_each(|(r, c)| *r -= c * step);
+        }
+        loudest(&own, &r)
+    };
+    Ok(left())
 }
 
 /// Noise maximised, parameters fitted under it, noise once more.

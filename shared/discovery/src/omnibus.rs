@@ -22,6 +22,8 @@ const BEGINNING: usize = 5;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loudest {
     pub channel: usize,
+    pub run: usize,
+    /// In the recording's time.
     pub time_s: [f64; 2],
     pub band_hz: [f64; 2],
     /// Decrease of `−2 ln p` were the tile's variance free.
@@ -52,26 +54,42 @@ struct Band {
     edges: [f64; 2],
 }
 
+/// Whitened innovations of one channel in one run.
+struct Series {
+    channel: usize,
+    run: usize,
+    stamp_s: Vec<f64>,
+    r: Vec<f64>,
+}
+
 /// The loudest tile of whitened innovations `r` of all runs; none where every run is too short.
 #[must_use]
 pub fn loudest(engine: &Engine<'_>, r: &[f64]) -> Option<Loudest> {
-    let (mut best, mut tried): (Option<Loudest>, usize) = (None, 0);
+    let mut list = Vec::new();
     for channel in 0..engine.problem.plant.sensors.len() {
-        for (timeline, offset) in engine.timelines.iter().zip(&engine.offsets) {
+        for (run, (timeline, offset)) in engine.timelines.iter().zip(&engine.offsets).enumerate() {
             let own = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel);
             let own: Vec<usize> = own.skip(BEGINNING).collect();
-            let series: Vec<f64> = own.iter().map(|s| r[offset + s]).collect();
-            for band in bands(&series) {
-                let (tile, count) = within(&band.w);
-                tried += count;
-                let Some((evidence, from, n)) = tile else { continue };
-                if best.as_ref().is_none_or(|best| evidence > best.evidence) {
-                    let stamp_s = |k: usize| timeline.stamp_s[own[k.min(own.len() - 1)]];
-                    let time_s = [stamp_s(from * band.span), stamp_s((from + n) * band.span - 1)];
-                    let rate_hz = 1.0 / engine.interval_s(channel);
-                    let band_hz = band.edges.map(|edge| edge * rate_hz);
-                    best = Some(Loudest { channel, time_s, band_hz, evidence, tried: 0 });
-                }
+            let stamp_s = own.iter().map(|s| timeline.stamp_s[*s]).collect();
+            list.push(Series { channel, run, stamp_s, r: own.iter().map(|s| r[offset + s]).collect() });
+        }
+    }
+    among(&list)
+}
+
+fn among(list: &[Series]) -> Option<Loudest> {
+    let (mut best, mut tried): (Option<Loudest>, usize) = (None, 0);
+    for Series { channel, run, stamp_s, r } in list.iter().filter(|series| series.r.len() > 1) {
+        let last = stamp_s.len() - 1;
+        let rate_hz = last as f64 / (stamp_s[last] - stamp_s[0]);
+        for band in bands(r) {
+            let (tile, count) = within(&band.w);
+            tried += count;
+            let Some((evidence, from, n)) = tile else { continue };
+            if best.as_ref().is_none_or(|best| evidence > best.evidence) {
+                let time_s = [stamp_s[from * band.span], stamp_s[(from + n) * band.span - 1]];
+                let band_hz = band.edges.map(|edge| edge * rate_hz);
+                best = Some(Loudest { channel: *channel, run: *run, time_s, band_hz, evidence, tried: 0 });
             }
         }
     }
@@ -123,44 +141,40 @@ mod tests {
     use super::*;
     use crate::noise::Noise;
 
-    #[test]
-    fn the_transform_keeps_the_energy_and_the_loudest_of_white_noise_stands_as_often_as_it_should() {
-        let alpha = 0.05;
-        let mut stood = 0;
-        for seed in 0..400 {
-            let x = Noise::new(seed).series(1024, 1.0);
-            let list = bands(&x);
-            let energy = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>();
-            let parts: f64 = list[1..].iter().map(|band| energy(&band.w)).sum();
-            assert!((parts / energy(&x) - 1.0).abs() < 1e-12);
-            let tiles = list.iter().map(|band| within(&band.w));
-            let (mut most, mut tried) = (0.0f64, 0);
-            for (tile, count) in tiles {
-                most = most.max(tile.map_or(0.0, |tile| tile.0));
-                tried += count;
-            }
-            let found = Loudest { channel: 0, time_s: [0.0; 2], band_hz: [0.0; 2], evidence: most, tried };
-            stood += usize::from(found.stands(alpha));
-        }
-        // At most as promised (20 of 400, and three standard deviations of that), and not idle: overlapping tiles and the price of a
-        // free variance keep it below.
-        assert!(stood <= 33, "{stood}");
+    fn series(run: usize, interval_s: f64, r: Vec<f64>) -> Series {
+        Series { channel: 0, run, stamp_s: (0..r.len()).map(|k| interval_s * k as f64).collect(), r }
     }
 
     #[test]
-    fn a_spike_and_a_burst_in_one_octave_are_found_where_they_are() {
-        let mut x = Noise::new(3).series(2048, 1.0);
-        x[700] += 9.0;
-        let (tile, _) = within(&bands(&x)[0].w);
-        assert_eq!(tile.map(|tile| (tile.1, tile.2)), Some((700, 1)));
-        let mut x = Noise::new(4).series(2048, 1.0);
-        // twice the amplitude, alternating in pairs: a quarter of the sampling frequency, in the second octave
-        (1024..1280).for_each(|k| x[k] += if k % 4 < 2 { 2.0 } else { -2.0 });
-        let list = bands(&x);
-        let best = |band: &Band| within(&band.w).0.expect("long enough");
-        let loudest = (0..list.len()).max_by(|a, b| best(&list[*a]).0.total_cmp(&best(&list[*b]).0)).expect("bands");
-        let (_, from, n) = best(&list[loudest]);
-        assert_eq!(loudest, 2);
-        assert!(from * 4 >= 960 && (from + n) * 4 <= 1344, "{from} {n}");
+    fn the_transform_keeps_the_energy_and_the_loudest_of_white_noise_stands_as_often_as_it_should() {
+        let mut stood = [0; 2];
+        for seed in 0..400 {
+            let x = Noise::new(seed).series(1024, 1.0);
+            let energy = |w: &[f64]| w.iter().map(|w| w * w).sum::<f64>();
+            let parts: f64 = bands(&x)[1..].iter().map(|band| energy(&band.w)).sum();
+            assert!((parts / energy(&x) - 1.0).abs() < 1e-12);
+            let found = among(&[series(0, 0.01, x)]).expect("long enough");
+            stood[0] += usize::from(found.stands(0.05));
+            stood[1] += usize::from(found.stands(1.0));
+        }
+        // At most as promised (20 of 400, and three standard deviations of that); windows overlap and a free variance has its price, but
+        // where every loudest of a chance of one may stand, some do.
+        assert!(stood[0] <= 33 && stood[1] >= 10, "{stood:?}");
+    }
+
+    #[test]
+    fn a_spike_and_a_burst_in_one_octave_are_found_in_their_run_at_their_time_and_frequency() {
+        let mut spiked = Noise::new(3).series(2048, 1.0);
+        spiked[700] += 9.0;
+        let list = [series(0, 0.01, Noise::new(5).series(900, 1.0)), series(1, 0.02, spiked)];
+        let found = among(&list).expect("long enough");
+        assert!(found.stands(1e-6));
+        assert_eq!((found.run, found.time_s, found.band_hz), (1, [14.0, 14.0], [0.0, 25.0]));
+        let mut burst = Noise::new(4).series(2048, 1.0);
+        // amplitude two, alternating in pairs: a quarter of the sampling frequency, between the first and second octave's middle
+        (1024..1280).for_each(|k| burst[k] += if k % 4 < 2 { 2.0 } else { -2.0 });
+        let found = among(&[series(0, 0.01, burst)]).expect("long enough");
+        assert_eq!(found.band_hz, [12.5, 25.0]);
+        assert!(found.time_s[0] >= 9.59 && found.time_s[1] <= 13.45, "{found:?}");
     }
 }

@@ -97,8 +97,8 @@ pub fn with_wheel_modulation<const P: usize, const A: usize>(
     wheel_shows(samples, &wheel_nms, &channels, start)?;
     let mut alpha = SVector::<f64, A>::from_fn(|i, _| if i < P { start[i] } else { 0.0 });
     let mut outcome = None;
-    for _ in 0..PASSES {
-        let mut pass = WeightedPass::at(alpha);
+    for count in 0..2 * PASSES {
+        let mut pass = if count < PASSES { WeightedPass::at(alpha) } else { WeightedPass::likely_at(alpha) };
         for (k, sample) in samples.iter().enumerate() {
             let row = noisy_momentum_row::<P>(sample, -wheel_nms(k), &channels);
             pass.push(&widened::<P, A>(&row, &[-1.0]));

@@ -117,6 +117,11 @@ impl Campaign {
 
     /// Answers record by record; `after_each` is called from any thread.
     pub fn run(&self, benchmark: &impl Benchmark, after_each: &(dyn Fn() + Sync)) -> Vec<Vec<Answer>> {
+        self.each(&|record| benchmark.answers(self.seed, record), after_each)
+    }
+
+    /// `make` of every record on all threads, in the order of the records.
+    pub fn each<T: Send>(&self, make: &(dyn Fn(usize) -> T + Sync), after_each: &(dyn Fn() + Sync)) -> Vec<T> {
         let next = AtomicUsize::new(0);
         let work = || {
             let mut done = Vec::new();
@@ -125,7 +130,7 @@ impl Campaign {
                 if record >= self.trials {
                     return done;
                 }
-                done.push((record, benchmark.answers(self.seed, record)));
+                done.push((record, make(record)));
                 after_each();
             }
         };
@@ -136,7 +141,7 @@ impl Campaign {
             workers.into_iter().flat_map(join).collect::<Vec<_>>()
         });
         all.sort_by_key(|(record, _)| *record);
-        all.into_iter().map(|(_, answers)| answers).collect()
+        all.into_iter().map(|(_, made)| made).collect()
     }
 
     /// Statistics of the answers, with the measured times.

@@ -67,8 +67,11 @@ fn on_recording(
     best: &Standing,
     options: &Options,
 ) -> Option<ShownParts> {
-    let before_problem = for_show(other, &stated.plant, &engine.problem.unknowns, &stated.theta);
-    let after_problem = for_show(other, &best.plant, &best.problem.unknowns, &best.fit.theta);
+    let fitted = [(&engine.problem.unknowns[..], &stated.theta[..]), (&best.problem.unknowns, &best.fit.theta)];
+    let show = |plant: &Plant, own: (&[Unknown], &[f64])| {
+        within_reach(other.with_plant(&frozen(plant, own.0, own.1)), &fitted)
+    };
+    let (before_problem, after_problem) = (show(&stated.plant, fitted[0]), show(&best.plant, fitted[1]));
     let before = Engine::new(&before_problem, options.threads).ok()?;
     let after = Engine::like(&before, &after_problem).ok()?;
     // one noise for both, the augmented plant's: else the gain is that of a noise model
@@ -81,13 +84,12 @@ fn on_recording(
     Some((HeldOutKind::Recording, free_run(&before, nominal), free_run(&after, augmented), gain, overlays))
 }
 
-/// `other` with shared numbers known as fitted; its own are as far from their priors as were those of the fitted recordings, and three
-/// sigma at least: what nobody expects of a sensor tells nothing of a model.
-fn for_show(other: &Problem, plant: &Plant, unknowns: &[Unknown], theta: &[f64]) -> Problem {
-    let mut problem = other.with_plant(&frozen(plant, unknowns, theta));
+/// Own numbers stay as far from their priors as those of the fitted recordings were, by any of the fits, and three sigma at least: what
+/// nobody expects of a sensor tells nothing of a model.
+fn within_reach(mut problem: Problem, fits: &[(&[Unknown], &[f64])]) -> Problem {
     for own in &mut problem.unknowns {
-        let fitted = unknowns.iter().zip(theta).filter(|(unknown, _)| unknown.parameter == own.parameter);
-        let off = fitted.map(|(unknown, value)| (value - unknown.prior).abs());
+        let all = fits.iter().flat_map(|(unknowns, theta)| unknowns.iter().zip(*theta));
+        let off = all.filter(|(u, _)| u.parameter == own.parameter).map(|(u, value)| (value - u.prior).abs());
         let reach = off.fold(OWN_REACH * own.sigma, f64::max);
         (own.low, own.high) = (own.low.max(own.prior - reach), own.high.min(own.prior + reach));
     }

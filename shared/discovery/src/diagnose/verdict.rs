@@ -70,13 +70,18 @@ pub(super) fn noise_p(engine: &Engine<'_>, stated: &Fit, adapted: &Fit, noise: &
     }
 }
 
-/// Share of the misfit under the stated noise that the adopted effects remove; the rest went into louder noise.
+/// Share of the misfit that the adopted effects remove while no noise is louder than stated; what is left took louder noise. Quieter
+/// noise, its colour and jitter are granted.
 fn share_explained(findings: &Findings<'_>) -> Option<f64> {
     let (engine, best) = (findings.engine, findings.best);
-    let noise = as_stated(engine, &best.noise);
+    let mut noise = best.noise.clone();
+    let capped = |found: &mut [f64], stated: &[f64]| found.iter_mut().zip(stated).for_each(|(f, s)| *f = f.min(*s));
+    capped(&mut noise.input_sigma, &engine.noise.input_sigma);
+    capped(&mut noise.sensor_sigma, &engine.noise.sensor_sigma);
     let own = Engine::like(engine, &best.problem).ok()?;
-    let (before, after) = (least(engine, findings.stated, &noise)?, least(&own, &best.fit, &noise)?);
-    Some((before - after) / (before - best.objective).max(f64::MIN_POSITIVE))
+    let before = least(engine, findings.stated, &noise)?;
+    let (after, free) = (least(&own, &best.fit, &noise)?, least(&own, &best.fit, &best.noise)?);
+    Some((before - after) / (before - free).max(f64::MIN_POSITIVE))
 }
 
 pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
@@ -134,7 +139,8 @@ fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f ForceMap> {
     })
 }
 
-/// Share which names must explain to stand: of all that was explained beside a remainder, and of the misfit under the stated noise.
+/// Share which names must explain to stand: of all that was explained beside a remainder, and of the misfit where held-out data do not
+/// confirm them.
 const NAMED_SHARE: f64 = 0.75;
 
 /// A tile that is louder than chance allows.
@@ -147,10 +153,16 @@ fn loud(engine: &Engine<'_>, tile: &Loudest) -> Where {
     Where { site: channel.clone(), channel, time: tile.time_s, band_hz: tile.band_hz, states: Vec::new(), p: tile.p() }
 }
 
+/// The recording in whose time a tile stands.
+fn recording<'e>(engine: &'e Engine<'_>, tile: &Loudest) -> &'e str {
+    &engine.problem.recordings[engine.problem.runs[tile.run].recording]
+}
+
 fn told(findings: &Findings<'_>, tile: &Loudest) -> String {
     format!(
-        "{} from {:.3} to {:.3} s between {:.3} and {:.3} Hz (evidence {:.0})",
+        "{} of {} from {:.3} to {:.3} s between {:.3} and {:.3} Hz, evidence {:.0}",
         findings.engine.problem.plant.sensors[tile.channel].name,
+        recording(findings.engine, tile),
         tile.time_s[0],
         tile.time_s[1],
         tile.band_hz[0],
@@ -192,17 +204,6 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
         .iter()
         .map(|a| format!("{} at {}", a.column.candidate.effect.kind, a.column.candidate.site))
         .collect();
-    if let Some(share) = share_explained(findings).filter(|share| *share < NAMED_SHARE) {
-        let reason = format!(
-            "something is missing (p = {:.1e}), but {} explain only {:.0} % of the misfit under the stated noise, and nothing else in the \
-             catalogue explains the rest{}",
-            first.p,
-            kinds.join(" and "),
-            100.0 * share.max(0.0),
-            odd(findings).map_or(String::new(), |tile| format!("; loudest: {}", told(findings, tile)))
-        );
-        return (Verdict::NotInCatalogue, reason);
-    }
     let weight = findings.adopted.iter().map(|a| a.weight).fold(1.0, f64::min);
     let sensor = findings.adopted.iter().all(|a| a.column.candidate.site.kind == SiteKind::Sensor);
     let state = status(findings.shown.gain.as_ref());
@@ -217,6 +218,18 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
             repeat.z,
             repeat.expected,
             if repeat.silent() { "; the repeat is too short or too quiet to decide" } else { "" }
+        );
+        return (Verdict::CannotDecide, reason);
+    }
+    let is_sure = state == Status::Confirmed || findings.repeat.is_some();
+    let share = if is_sure { 1.0 } else { share_explained(findings).unwrap_or(0.0) };
+    if share < NAMED_SHARE {
+        let reason = format!(
+            "{} explain {:.0} % of the misfit under noise as loud as stated, and held-out data do not confirm them; the rest is an unknown law \
+             or an unknown disturbance: repeat the experiment, what comes again at the same states is a law{}",
+            kinds.join(" and "),
+            100.0 * share.max(0.0),
+            odd(findings).map_or(String::new(), |tile| format!(" (loudest: {})", told(findings, tile)))
         );
         return (Verdict::CannotDecide, reason);
     }
@@ -246,14 +259,6 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
         let reason = format!(
             "{} at {} is significant (p = {:.1e}), but no model with it could be fitted",
             candidate.effect.kind, candidate.site, lost.p
-        );
-        return (Verdict::CannotDecide, reason);
-    }
-    if let Some(tile) = odd(findings) {
-        let reason = format!(
-            "no effect of the catalogue and no steady noise explains {}: a law that is not in the catalogue, or a disturbance of that \
-             time; repeat the experiment: what comes again at the same states is a law",
-            told(findings, tile)
         );
         return (Verdict::CannotDecide, reason);
     }

@@ -1,10 +1,10 @@
 //! `obsid bench bp2-suspension`: spring or pendulum, record by record of new noise, each truth in turn.
 //!
-//! What is asked: the right name always, a right model that explains its record (z within 4) and a wrong one that does not
-//! (z above 50).
+//! What is asked: the right name always, a right model that explains its record (z within 4) with its length within 0.2 % and its mass
+//! within three sigma, and a wrong one that does not explain it (z above 50).
 
 use super::tank_model::TankModelChoice;
-use crate::bench::campaign::{Answer, Benchmark, Campaign, Cost, Method, Parameter};
+use crate::bench::campaign::Campaign;
 use physics::slosh_suspension::SuspensionKind;
 use serde::Serialize;
 use std::fmt::Write;
@@ -12,13 +12,15 @@ use std::fmt::Write;
 /// What was made of one record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judged {
-    /// 1 where the name is the true one, else 0.
-    pub is_right: f64,
+    /// Whether the name is the true one; none: not named.
+    pub is_right: Option<bool>,
     /// z of χ² of the true model and of the other.
     pub z_right: f64,
     pub z_wrong: f64,
     /// Of rod or stiffness, relative.
     pub error: f64,
+    /// Error of the slosh mass in its sigmas.
+    pub mass_sigmas: f64,
     /// Information criterion of the other model less that of the true one.
     pub margin: f64,
     /// Of `k(a) = k0 + k1 a`, in their sigmas.
@@ -26,7 +28,7 @@ pub struct Judged {
     pub slope_sigmas: f64,
 }
 
-/// Least and greatest over the records.
+/// Least and greatest over the records that were judged; NaN where one of them is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Range {
     pub low: f64,
@@ -36,86 +38,60 @@ pub struct Range {
 /// A truth over all records.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdicts {
-    pub truth: &'static str,
-    pub records: usize,
+    pub problem: &'static str,
+    pub trials: usize,
     pub seed: u64,
     pub right: usize,
-    /// Named, but wrongly, or not named.
+    /// Named, but wrongly.
     pub wrong: usize,
+    /// Both models were fitted, neither stands.
+    pub undecided: usize,
+    /// A model could not be fitted.
+    pub failed: usize,
     pub z_right: Range,
     pub z_wrong: Range,
     pub error_percent: Range,
     pub error_percent_rms: f64,
+    pub mass_sigmas: Range,
     pub margin: Range,
     pub offset_sigmas: Range,
     pub slope_sigmas: Range,
 }
 
-/// A campaign's records, judged.
-struct Records<'a>(&'a TankModelChoice);
-
-impl Benchmark for Records<'_> {
-    fn name(&self) -> &'static str {
-        "bp2-suspension"
-    }
-
-    fn parameters(&self) -> Option<Vec<Parameter>> {
-        None
-    }
-
-    fn methods(&self) -> &[Method] {
-        &[]
-    }
-
-    fn answers(&self, seed: u64, record: usize) -> Vec<Answer> {
-        let judged = self.0.judge(seed, record);
-        judged.map_or_else(Vec::new, |judged| vec![Answer::bare(judged.numbers())])
-    }
-
-    fn costs(&self) -> Vec<Cost> {
-        Vec::new()
-    }
-}
-
-impl Judged {
-    fn numbers(&self) -> [f64; 7] {
-        let Self { is_right, z_right, z_wrong, error, margin, offset_sigmas, slope_sigmas } = *self;
-        [is_right, z_right, z_wrong, error, margin, offset_sigmas, slope_sigmas]
-    }
-}
-
 /// All records of a campaign; `None` where no record could be judged.
 pub fn verdicts(choice: &TankModelChoice, campaign: &Campaign, after_each: &(dyn Fn() + Sync)) -> Option<Verdicts> {
-    let judged: Vec<Vec<f64>> = campaign
-        .run(&Records(choice), after_each)
-        .iter()
-        .flatten()
-        .map(|answer| answer.found.iter().flatten().map(|found| found.value).collect())
-        .collect();
-    let range = |place: usize, factor: f64| {
-        let values = judged.iter().map(|one| factor * one[place]);
-        values.fold(Range { low: f64::INFINITY, high: f64::NEG_INFINITY }, |range, value| Range {
-            low: range.low.min(value),
-            high: range.high.max(value),
-        })
+    let all = campaign.each(&|record| choice.judge(campaign.seed, record), after_each);
+    let judged: Vec<Judged> = all.into_iter().flatten().collect();
+    let named = |kind: Option<bool>| judged.iter().filter(|one| one.is_right == kind).count();
+    let range = |of: fn(&Judged) -> f64| {
+        let wider = |range: Range, one: f64| Range {
+            low: if one < range.low || one.is_nan() { one } else { range.low },
+            high: if one > range.high || one.is_nan() { one } else { range.high },
+        };
+        judged.iter().map(of).fold(Range { low: f64::INFINITY, high: f64::NEG_INFINITY }, wider)
     };
-    let right = judged.iter().filter(|one| one[0] == 1.0).count();
-    let square: f64 = judged.iter().map(|one| one[3] * one[3]).sum();
+    let square: f64 = judged.iter().map(|one| one.error * one.error).sum();
     (!judged.is_empty()).then(|| Verdicts {
-        truth: if choice.truth == SuspensionKind::Spring { "spring" } else { "pendulum" },
-        records: campaign.trials,
+        problem: if choice.truth == SuspensionKind::Spring { SPRING } else { PENDULUM },
+        trials: campaign.trials,
         seed: campaign.seed,
-        right,
-        wrong: campaign.trials - right,
-        z_right: range(1, 1.0),
-        z_wrong: range(2, 1.0),
-        error_percent: range(3, 100.0),
+        right: named(Some(true)),
+        wrong: named(Some(false)),
+        undecided: named(None),
+        failed: campaign.trials - judged.len(),
+        z_right: range(|one| one.z_right),
+        z_wrong: range(|one| one.z_wrong),
+        error_percent: range(|one| 100.0 * one.error),
         error_percent_rms: 100.0 * (square / judged.len() as f64).sqrt(),
-        margin: range(4, 1.0),
-        offset_sigmas: range(5, 1.0),
-        slope_sigmas: range(6, 1.0),
+        mass_sigmas: range(|one| one.mass_sigmas),
+        margin: range(|one| one.margin),
+        offset_sigmas: range(|one| one.offset_sigmas),
+        slope_sigmas: range(|one| one.slope_sigmas),
     })
 }
+
+const SPRING: &str = "bp2-suspension, truth: spring";
+const PENDULUM: &str = "bp2-suspension, truth: pendulum";
 
 impl Verdicts {
     /// One line.
@@ -124,14 +100,15 @@ impl Verdicts {
     }
 
     pub fn table(&self) -> String {
-        let mut text =
-            format!("bp2-suspension, truth: {}, {} records, seed {}\n\n", self.truth, self.records, self.seed);
-        let _ = writeln!(text, "  right verdicts {}   wrong or none {}", self.right, self.wrong);
-        let second = if self.truth == "spring" { "k" } else { "L" };
+        let Self { problem, trials, seed, right, wrong, undecided, failed, .. } = self;
+        let mut text = format!("{problem}, {trials} records, seed {seed}\n\n");
+        let _ = writeln!(text, "  right {right}   wrong {wrong}   undecided {undecided}   failed {failed}");
+        let second = if *problem == SPRING { "k" } else { "L" };
         for (name, range) in [
             ("z of the right model".to_owned(), self.z_right),
             ("z of the wrong model".to_owned(), self.z_wrong),
             (format!("error of {second} %"), self.error_percent),
+            ("error of the mass, sigmas".to_owned(), self.mass_sigmas),
             ("BIC wrong - right".to_owned(), self.margin),
             ("k0 of k(a) = k0 + k1 a, sigmas".to_owned(), self.offset_sigmas),
             ("k1, sigmas".to_owned(), self.slope_sigmas),

@@ -99,10 +99,11 @@ impl TankModelChoice {
         let verdict = self.decide(&self.record(seed, record))?;
         let (right, wrong) = (verdict.estimate(self.truth).estimate, verdict.estimate(self.truth.other()).estimate);
         Some(Judged {
-            is_right: f64::from(u8::from(verdict.kind == Some(self.truth))),
+            is_right: verdict.kind.map(|kind| kind == self.truth),
             z_right: right.z_score(),
             z_wrong: wrong.z_score(),
             error: right.theta[1] / self.numbers()[1] - 1.0,
+            mass_sigmas: (right.theta[0] - self.numbers()[0]) / right.sigmas()[0],
             margin: verdict.bic(self.truth.other()) - verdict.bic(self.truth),
             offset_sigmas: verdict.regression.offset_sigmas(),
             slope_sigmas: verdict.regression.slope_sigmas(),
