@@ -4,7 +4,7 @@ use super::report::{HeldOutKind, Overlay};
 use super::{Options, Standing, figures};
 use crate::filter::{NoiseModel, gains};
 use crate::fit::bounded::bounded;
-use crate::fit::{Board, Engine, Fit, fit};
+use crate::fit::{Board, Engine, Fit, NOT_FOUND_RATIO, fit};
 use crate::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, free_run, gain};
 use crate::problem::{Problem, Unknown};
 use crate::score::event_of_sample;
@@ -59,7 +59,8 @@ type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
 type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Vec<Overlay>);
 
-/// Shared parameters frozen as fitted; what belongs to single recordings and segments is fitted on them, on both sides alike.
+/// Shared parameters frozen as fitted; what belongs to single recordings and segments, and what of the nominal plant the fitted recordings
+/// did not show, is fitted on the others, on both sides alike.
 fn on_recording(
     other: &Problem,
     engine: &Engine<'_>,
@@ -68,8 +69,10 @@ fn on_recording(
     options: &Options,
 ) -> Option<ShownParts> {
     let fitted = [(&engine.problem.unknowns[..], &stated.theta[..]), (&best.problem.unknowns, &best.fit.theta)];
+    let pairs = engine.problem.unknowns.iter().zip(&stated.ratio);
+    let unseen: Vec<&str> = pairs.filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO).map(|(u, _)| &*u.name).collect();
     let show = |plant: &Plant, own: (&[Unknown], &[f64])| {
-        within_reach(other.with_plant(&frozen(plant, own.0, own.1)), &fitted)
+        within_reach(other.with_plant(&frozen(plant, own, &unseen)), &fitted)
     };
     let (before_problem, after_problem) = (show(&stated.plant, fitted[0]), show(&best.plant, fitted[1]));
     let before = Engine::new(&before_problem, options.threads).ok()?;
@@ -96,11 +99,11 @@ fn within_reach(mut problem: Problem, fits: &[(&[Unknown], &[f64])]) -> Problem 
     problem
 }
 
-/// `plant` with its shared unknowns known as `theta` has them.
-fn frozen(plant: &Plant, unknowns: &[Unknown], theta: &[f64]) -> Plant {
+/// `plant` with its shared unknowns known as fitted, but for those of which the fitted recordings showed nothing.
+fn frozen(plant: &Plant, (unknowns, theta): (&[Unknown], &[f64]), unseen: &[&str]) -> Plant {
     let mut plant = plant.clone();
     plant.visit_quantities(&mut |name, _, quantity| {
-        let at = unknowns.iter().position(|unknown| unknown.name == name);
+        let at = unknowns.iter().position(|unknown| unknown.name == name && !unseen.contains(&name));
         if let Some(at) = at.filter(|_| quantity.scope == Scope::Shared) {
             *quantity = Quantity::known(theta[at]);
         }

@@ -26,7 +26,7 @@ impl Unknown {
 }
 
 /// Last words of numbers that cannot be negative.
-const NOT_NEGATIVE: [&str; 18] = [
+const NOT_NEGATIVE: [&str; 19] = [
     "mass",
     "inertia",
     "xx",
@@ -45,6 +45,7 @@ const NOT_NEGATIVE: [&str; 18] = [
     "delay",
     "constant",
     "gear",
+    "period",
 ];
 
 /// Unknowns in file order, each scope expanded. Initial values, noise levels, ranges and resolutions are left to the filter.
@@ -54,7 +55,9 @@ pub(super) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Un
         let Some(sigma) = parameter.sigma else { continue };
         let last = parameter.name.rsplit('.').next().unwrap_or("");
         let skip = parameter.name.starts_with("initial") || parameter.name.starts_with("segment.");
-        if skip || ["noise", "range", "resolution", "period"].contains(&last) {
+        // when a sensor looks is no unknown, when a command comes again may be
+        let is_clock = last == "period" && !parameter.name.contains(".command.");
+        if skip || is_clock || ["noise", "range", "resolution"].contains(&last) {
             continue;
         }
         let words: Vec<&str> = parameter.name.split('.').collect();
