@@ -7,8 +7,8 @@
 mod target;
 
 use nalgebra::{SMatrix, SVector};
-use physics::arm_live::{LiveEstimators, LiveSettings};
-use physics::consider::{SensorSheet, excitation};
+use physics::arm_live::{LiveEstimators, LiveSettings, SCALE_SD};
+use physics::consider::{Excitation, SensorSheet, excitation};
 use physics::dynamic_equation::ArmSample;
 use physics::inertial_estimator::InertialSettings;
 use physics::momentum::{ChannelSigma, MomentumSample, is_physically_consistent};
@@ -353,13 +353,14 @@ fn fill<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstima
     }
     let consider = live.consider(&sheet(known));
     (0..P).for_each(|i| sample.auxiliary[i] = consider.map_or(f64::NAN, |consider| consider[(i, i)].sqrt()));
-    sample.auxiliary[EXCITATION] = excitation_code(&estimate.noise_covariance, &live.prior_sd());
+    let prior = live.prior_sd();
+    let told = |i: usize| excitation(estimate.noise_covariance[(i, i)].sqrt(), prior[i]);
+    sample.auxiliary[EXCITATION] = excitation_code::<P>(told);
 }
 
 /// A base-4 digit a parameter: what the data did to its prior.
-fn excitation_code<const P: usize>(covariance: &SMatrix<f64, P, P>, prior_sd: &SVector<f64, P>) -> f64 {
-    let digit = |i: usize| excitation(covariance[(i, i)].sqrt(), prior_sd[i]).code();
-    (0..P).rev().fold(0.0, |code, i| 4.0 * code + f64::from(digit(i)))
+fn excitation_code<const P: usize>(told: impl Fn(usize) -> Excitation) -> f64 {
+    (0..P).rev().fold(0.0, |code, i| 4.0 * code + f64::from(told(i).code()))
 }
 
 /// The torques' estimate. What a sensor sheet that states errors may have done to it is not known (NaN).
@@ -373,7 +374,11 @@ fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &Liv
     sample.nis_count = filter.nis().count() as f64;
     let states_none = sheet(known) == SensorSheet::default();
     sample.auxiliary[..P].fill(if states_none { 0.0 } else { f64::NAN });
-    sample.auxiliary[EXCITATION] = excitation_code(&estimate.covariance, &live.prior_sd());
+    // the filter begins once the shape is found; what it may keep of its start is the common scale
+    let scale_variance =
+        estimate.alpha.dot(&(estimate.covariance * estimate.alpha)) / estimate.alpha.norm_squared().powi(2);
+    let scale = excitation(scale_variance.sqrt(), SCALE_SD);
+    sample.auxiliary[EXCITATION] = excitation_code::<P>(|_| scale);
 }
 
 #[cfg(test)]

@@ -56,7 +56,10 @@ fn rows(seconds: f64) -> Vec<(Imu, Joints)> {
 }
 
 fn fed(rows: &[(Imu, Joints)]) -> LiveEstimators<8, 13> {
-    let mut partition = partition(H_NMS);
+    fed_to(partition(H_NMS), rows)
+}
+
+fn fed_to(mut partition: InertialId, rows: &[(Imu, Joints)]) -> LiveEstimators<8, 13> {
     rows.iter().for_each(|(imu, joints)| partition.take_row(imu, joints));
     partition.take_first();
     match partition.state.estimators {
@@ -133,7 +136,7 @@ fn torques_that_are_not_measured_are_not_taken_for_zero() {
 
 #[test]
 fn what_the_sheet_does_to_the_torques_estimate_is_not_called_zero_unless_the_sheet_states_no_error() {
-    let live = fed(&rows(40.0));
+    let live = fed(&rows(80.0));
     let mut known = partition(H_NMS).free_floating.expect("told");
     let mut sample = Estimate::zeroed_at(0);
     fill_torque(&mut sample, &live, &known);
@@ -141,7 +144,22 @@ fn what_the_sheet_does_to_the_torques_estimate_is_not_called_zero_unless_the_she
     known.sheet.gyro_bias_rad_s = 1e-6;
     fill_torque(&mut sample, &live, &known);
     assert!(sample.auxiliary[..8].iter().all(|sigma| sigma.is_nan()));
-    // without a prior worth the name all eight are identified
+    // eighty seconds of torques find their common scale
+    assert_eq!(sample.auxiliary[EXCITATION], 0.0);
+}
+
+#[test]
+fn a_torques_estimate_is_excited_where_torques_found_the_common_scale_whatever_the_momentum_s_prior() {
+    let mut partition = partition(H_NMS);
+    let known = partition.free_floating.as_mut().expect("told");
+    // a prior that the momentum can hardly better, and torques whose own scale is known to twice that
+    known.prior = ARM.minimal_parameters().iter().copied().collect();
+    (known.prior_relative_sd, known.joint_torque_scale_sigma) = (Some(0.005), 0.01);
+    let known = known.clone();
+    let live = fed_to(partition, &rows(40.0));
+    let mut sample = Estimate::zeroed_at(0);
+    fill_torque(&mut sample, &live, &known);
+    assert!(live.torque().is_some());
     assert_eq!(sample.auxiliary[EXCITATION], 0.0);
 }
 
