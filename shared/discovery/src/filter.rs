@@ -15,6 +15,7 @@
 //! far below what the sensors see.
 
 mod gains;
+mod initial;
 mod lagged;
 mod linear;
 mod machine;
@@ -22,6 +23,7 @@ mod noise_model;
 mod whiten;
 
 pub use gains::{Gains, gains};
+pub use initial::Start;
 pub use linear::{Linear, linearise};
 pub(crate) use machine::step_s;
 pub use machine::{Frozen, Machine};

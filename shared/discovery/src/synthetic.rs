@@ -13,6 +13,7 @@ pub fn plant(name: &str) -> Plant {
         "drive_rig" => include_str!("../../../deploy/plants/drive_rig.toml"),
         "double_pendulum" => include_str!("../../../deploy/plants/double_pendulum.toml"),
         "tank_planar" => include_str!("../../../deploy/plants/tank_planar.toml"),
+        "hub_appendage" => include_str!("../../../deploy/plants/hub_appendage.toml"),
         "study_case" => include_str!("../../../deploy/plants/study_case.toml"),
         other => panic!("no plant {other}"),
     };

@@ -38,7 +38,7 @@ pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option
         })
         .collect();
     let mut recursion = Recursion::new(&layout, &linear.initial_sigma);
-    let same_as_frozen = layout.colours == 0 && linear.noise == *noise;
+    let same_as_frozen = layout.colours == 0 && linear.noise == *noise && linear.is_wide;
     let (n, m) = (layout.tangent, layout.noise_inputs.len());
     let row_len = linear.row_len();
     let mut out = Gains { pole: noise.pole.clone(), same_as_frozen, ..Gains::default() };

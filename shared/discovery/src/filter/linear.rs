@@ -1,7 +1,9 @@
 //! What is linear about a pass: transitions and rows of measurement along it, by differences of its own functions.
 
-use super::gains::Recursion;
+use super::gains::{Recursion, gains};
+use super::initial::{Start, response};
 use super::machine::{Frozen, Machine};
+use super::whiten::whiten;
 use super::{Layout, NoiseModel};
 use crate::problem::Timeline;
 
@@ -18,7 +20,14 @@ pub struct Linear {
     /// Per sample: share of the lag's old output; NaN where the channel does not lag.
     pub decay: Vec<f64>,
     pub initial_sigma: Vec<f64>,
-    /// Gains of the pass and the innovations it gave.
+    /// Where the pass starts: change from the mean of the prior; what that mean adds to the innovations of a pass from there.
+    pub start: Vec<f64>,
+    pub pull: Vec<f64>,
+    /// The gains are those of the prior's width.
+    pub is_wide: bool,
+    /// Parts that a step of integration was taken in.
+    pub finer: usize,
+    /// Gains of the pass, and its innovations, those of a start at the prior's mean.
     pub frozen: Frozen,
     pub nu: Vec<f64>,
     /// Filtered state at every event, before its update and after it, and the noise inputs likewise.
@@ -35,7 +44,8 @@ pub struct Linear {
 
 impl Linear {
     /// Room for every event and sample of `machine`'s run.
-    fn empty(machine: &Machine<'_>, layout: Layout, noise: &NoiseModel, initial_sigma: &[f64]) -> Self {
+    fn empty(machine: &Machine<'_>, noise: &NoiseModel, initial_sigma: &[f64], start: &Start) -> Self {
+        let layout = machine.layout.clone();
         let (n, m, c) = (layout.tangent, layout.noise_inputs.len(), layout.clone);
         let events = machine.timeline.events.len();
         let samples = machine.timeline.value.len();
@@ -45,6 +55,10 @@ impl Linear {
             slope: vec![0.0; samples],
             decay: vec![f64::NAN; samples],
             initial_sigma: initial_sigma.to_vec(),
+            start: start.change.clone(),
+            pull: vec![0.0; samples],
+            is_wide: start.sigma == initial_sigma,
+            finer: machine.finer,
             frozen: Frozen {
                 rows: layout.len(),
                 gain: Vec::with_capacity(samples * layout.len()),
@@ -71,6 +85,20 @@ impl Linear {
         self.layout.tangent + self.layout.noise_inputs.len() + self.layout.clone
     }
 
+    /// Largest innovation of the pass, in standard deviations of its sensor.
+    pub fn peak(&self, timeline: &Timeline) -> f64 {
+        let pass = self.nu.iter().zip(&self.pull).map(|(nu, pull)| (nu - pull).abs());
+        pass.zip(&timeline.channel).map(|(nu, c)| nu / self.noise.sensor_sigma[*c]).fold(0.0, f64::max)
+    }
+
+    /// `−2 ln p` of the run under the noise of the pass; infinite where it has none.
+    pub fn objective(&self, timeline: &Timeline) -> f64 {
+        let Some(found) = gains(self, timeline, &self.noise) else { return f64::INFINITY };
+        let mut r = self.nu.clone();
+        whiten(self, timeline, &found, &mut [&mut r]);
+        found.log_determinant + r.iter().map(|r| r * r).sum::<f64>()
+    }
+
     /// Largest change of a state over one interval per unit of noise input `input`.
     pub fn kick(&self, input: usize) -> f64 {
         let (n, m) = (self.layout.tangent, self.layout.noise_inputs.len());
@@ -94,16 +122,21 @@ impl Linear {
 /// Step of the differences: readings and states are of the order of one in SI; curvature below 1e-4 of it is not seen.
 const STEP: f64 = 1e-6;
 
-/// Extended Kalman filter over a run with white noise: its gains, innovations and linear model.
+/// Extended Kalman filter over a run with white noise, from `start`, which `machine` is moved to: its gains, innovations and linear model.
 ///
 /// Cost: `tangent + inputs + clone + 1` flows and readings an event.
-pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &[f64]) -> Result<Linear, String> {
-    let layout = machine.layout.clone();
-    let (n, m, c) = (layout.tangent, layout.noise_inputs.len(), layout.clone);
+pub fn linearise(
+    machine: &mut Machine<'_>,
+    noise: &NoiseModel,
+    initial_sigma: &[f64],
+    start: &Start,
+) -> Result<Linear, String> {
+    machine.begin(&start.change);
+    let mut linear = Linear::empty(machine, noise, initial_sigma, start);
+    let (n, m, c) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.layout.clone);
     let events = machine.timeline.events.len();
-    let mut linear = Linear::empty(machine, layout, noise, initial_sigma);
     let white = linear.noise.clone();
-    let mut recursion = Recursion::new(&linear.layout, initial_sigma);
+    let mut recursion = Recursion::new(&linear.layout, &start.sigma);
     let mut mean = machine.start();
     let mut scratch = Scratch::new(machine);
     let mut predicted = vec![0.0; white.sensor_sigma.len()];
@@ -162,6 +195,10 @@ pub fn linearise(machine: &mut Machine<'_>, noise: &NoiseModel, initial_sigma: &
         }
     }
     linear.slope = slopes(&linear.nu, machine.timeline);
+    if start.change.iter().any(|change| *change != 0.0) {
+        linear.pull = response(&linear, machine.timeline, &start.change);
+        linear.nu.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
+    }
     Ok(linear)
 }
 

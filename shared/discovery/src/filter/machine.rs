@@ -9,7 +9,7 @@ use plant::system::{FilterPlace, System, Workspace, spectral_radius};
 
 /// Product of step and fastest rate that a step of integration keeps to, and the one beyond which a variant takes finer steps.
 const STEP_RATE: f64 = 0.4;
-const STEP_RATE_MAX: f64 = 1.0;
+const STEP_RATE_MAX: f64 = 0.5;
 /// Finest subdivision of a step for a stiff variant.
 const FINER_MAX: usize = 8;
 
@@ -33,7 +33,7 @@ pub struct Machine<'a> {
     rows: Vec<f64>,
     /// Change of every input from the beginning of an event's stretch to its end, about the row; empty: none.
     tilts: Vec<f64>,
-    finer: usize,
+    pub(super) finer: usize,
     pub(super) sensors: Vec<Channel>,
     any_mean: bool,
     any_shifted: bool,
@@ -145,6 +145,24 @@ impl<'a> Machine<'a> {
             lag_started: vec![false; channels],
             lag_time_s: vec![0.0; channels],
         }
+    }
+
+    /// The run begins elsewhere than at the mean of the prior.
+    pub fn begin(&mut self, change: &[f64]) {
+        let mean = self.x0.clone();
+        self.system.retract(&mean, change, &mut self.x0);
+    }
+
+    /// The run begins where the pass of `linear` began and, where the states are the same, is integrated in the same steps; `map` gives
+    /// the place of its numbers in a change of state here.
+    pub fn begin_as(&mut self, linear: &super::Linear, map: &[usize]) {
+        if self.layout == linear.layout {
+            // another division of a step is a jump that no derivative may see
+            self.finer = linear.finer;
+        }
+        let mut change = vec![0.0; self.layout.tangent];
+        linear.start.iter().zip(map).for_each(|(start, at)| change[*at] = *start);
+        self.begin(&change);
     }
 
     /// How far each number of a change of state goes from the start under the commands alone.

@@ -49,6 +49,33 @@ fn on_a_linear_plant_whitening_for_another_noise_is_the_filter_of_that_noise() {
     assert!(whitened(&engine, &first, &engine.noise).iter().zip(&a).any(|(a, b)| (a - b).abs() > 0.1));
 }
 
+/// Three accelerometers see eight states: what the first readings hardly tell swings in the wide filter by a thousand sigma.
+#[test]
+fn where_the_pass_starts_leaves_the_likelihood_as_it_was_and_takes_the_swings_out_of_the_innovations() {
+    let mut slow = plant("hub_appendage");
+    slow.simulation.period_s = 12e-3;
+    let nominal = crate::synthetic::with_effect(
+        &slow,
+        "mode_left_out",
+        "mode:bending_2",
+        &[("mass_ratio", 0.04), ("frequency", 17.0), ("damping_ratio", 0.02)],
+    );
+    let problem = problem(&nominal, recording(&nominal, 3, 3.0));
+    let (engine, narrow) = board(&problem);
+    let timeline = &engine.timelines[0];
+    let mut machine = Machine::new(&problem, 0, &problem.instance(&problem.plant, &narrow.theta, 0), timeline).unwrap();
+    let sigmas = narrow.linears[0].initial_sigma.clone();
+    let wide = linearise(&mut machine, &engine.noise, &sigmas, &Start::prior(&sigmas)).unwrap();
+    let [swing, none] = [&wide, &narrow.linears[0]].map(|linear| linear.peak(timeline));
+    assert!(none < 6.0 && swing > 100.0, "{none} {swing}");
+    let mut other = narrow.clone();
+    (other.nu, other.linears) = (wide.nu.clone(), vec![wide]);
+    let objective = |board: &Board| board.objective(&engine, &board.nu, &board.theta, &engine.noise).unwrap();
+    let apart = objective(&narrow) - objective(&other);
+    // both are about other trajectories, and centrifugal terms are not linear
+    assert!(apart.abs() < 0.5, "{apart}");
+}
+
 #[test]
 fn coloured_noise_is_whitened_by_its_pole() {
     let nominal = plant("oscillator");

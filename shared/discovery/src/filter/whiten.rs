@@ -8,6 +8,7 @@
 //!
 //! The map ν → r is linear, and the same for innovations and for columns of sensitivities.
 
+use super::Layout;
 use super::gains::Gains;
 use super::linear::Linear;
 use crate::problem::Timeline;
@@ -49,7 +50,7 @@ fn solve(factor: &[f64], b: &mut [f64]) {
 }
 
 /// One number of every column.
-type Lane<const W: usize> = [f64; W];
+pub(super) type Lane<const W: usize> = [f64; W];
 
 /// `sum += factor · x`, column by column.
 fn add<const W: usize>(sum: &mut Lane<W>, factor: f64, x: &Lane<W>) {
@@ -80,7 +81,7 @@ fn together<const W: usize>(linear: &Linear, timeline: &Timeline, gains: &Gains,
             let (old, new) = (&mut old[..event.count], &mut new[..event.count]);
             for slot in 0..event.count {
                 let sample = event.first + slot;
-                let felt = felt(linear, timeline, gains, sample, &mut d);
+                let felt = felt(linear, timeline, (layout, &gains.pole), sample, &mut d);
                 for (w, column) in columns.iter().enumerate() {
                     old[slot][w] = column[sample];
                     new[slot][w] = column[sample] - felt[w];
@@ -108,14 +109,13 @@ fn together<const W: usize>(linear: &Linear, timeline: &Timeline, gains: &Gains,
 }
 
 /// `H d + v̂` of a sample; lags and coloured noise move on.
-fn felt<const W: usize>(
+pub(super) fn felt<const W: usize>(
     linear: &Linear,
     timeline: &Timeline,
-    gains: &Gains,
+    (layout, pole): (&Layout, &[f64]),
     sample: usize,
     d: &mut [Lane<W>],
 ) -> Lane<W> {
-    let layout = &gains.layout;
     let len = layout.tangent + layout.noise_inputs.len();
     let row_len = len + layout.clone;
     let channel = timeline.channel[sample];
@@ -130,7 +130,7 @@ fn felt<const W: usize>(
     }
     if let Some(place) = layout.colour_of[channel] {
         let colour = &mut d[layout.colours_at() + place];
-        colour.iter_mut().for_each(|d| *d *= gains.pole[channel]);
+        colour.iter_mut().for_each(|d| *d *= pole[channel]);
         let colour = *colour;
         add(&mut felt, 1.0, &colour);
     }

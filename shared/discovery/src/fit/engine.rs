@@ -1,7 +1,7 @@
 //! Passes over all runs, side by side on threads; results are folded in the order of their indices.
 
 use super::FitError;
-use crate::filter::{Frozen, Linear, Machine, NoiseModel, equip, initial_sigmas, linearise, step_s};
+use crate::filter::{Frozen, Linear, Machine, NoiseModel, Start, equip, initial_sigmas, linearise, step_s};
 use crate::problem::{Problem, Run, Timeline};
 use plant::description::Plant;
 use plant::system::System;
@@ -34,6 +34,11 @@ const DISTURBANCE_SHARE: f64 = 0.01;
 const KICK_MAX: f64 = 1e-2;
 /// A disturbance may always grow to this many times its floor.
 const FLOORS_LEAST: f64 = 10.0;
+/// A start at the prior that makes innovations this many times as large as one at the posterior makes swings. Elsewhere it stays: a wide
+/// filter follows what the plant cannot explain yet.
+const SWING: f64 = 2.0;
+/// Both have the same `−2 ln p` as far as the plant is linear about them; worse by more than this, the posterior is that of another plant.
+const APART: f64 = 1.0;
 /// Events that decide on the floor.
 const FLOOR_EVENTS: usize = 400;
 
@@ -183,9 +188,10 @@ impl<'p> Engine<'p> {
         let sigmas = initial_sigmas(&plant, &machine.system, &self.problem.runs[0].initial, &[]);
         let mut start = self.noise.clone();
         // noise enough that the filter follows whatever the priors are
-        let linear = linearise(&mut machine, &start, &sigmas).or_else(|_| {
+        let begin = Start::prior(&sigmas);
+        let linear = linearise(&mut machine, &start, &sigmas, &begin).or_else(|_| {
             missing.iter().for_each(|k| start.input_sigma[*k] = 1.0);
-            linearise(&mut machine, &start, &sigmas)
+            linearise(&mut machine, &start, &sigmas, &begin)
         });
         let linear = linear.map_err(FitError::Filter)?;
         let determinant =
@@ -215,16 +221,27 @@ impl<'p> Engine<'p> {
             let instance = self.problem.instance(plant, theta, run);
             // a staircase has no slope: gains are those of its chord
             let smooth = without_steps(&instance);
-            let mut machine = Machine::new(self.problem, run, &smooth, &self.timelines[run])?;
+            let machine = || Machine::new(self.problem, run, &smooth, &self.timelines[run]);
+            let mut wide = machine()?;
             let initial = &self.problem.runs[run].initial;
-            let sigmas = initial_sigmas(&smooth, &machine.system, initial, &self.hardly_seen[run]);
-            let mut linear = linearise(&mut machine, noise, &sigmas)?;
+            let sigmas = initial_sigmas(&smooth, &wide.system, initial, &self.hardly_seen[run]);
+            let mut linear = linearise(&mut wide, noise, &sigmas, &Start::prior(&sigmas))?;
+            let timeline = &self.timelines[run];
+            if let Some(start) = Start::posterior(&linear, timeline)
+                && let Ok(narrow) = linearise(&mut machine()?, noise, &sigmas, &start)
+                && linear.peak(timeline) > SWING * narrow.peak(timeline)
+                && narrow.objective(timeline) < linear.objective(timeline) + APART
+            {
+                linear = narrow;
+            }
             if smooth.effects.len() != instance.effects.len() {
                 let mut exact = Machine::new(self.problem, run, &instance, &self.timelines[run])?;
                 let map = exact.map_names(&linear).ok_or_else(|| "the variant lacks a state".to_owned())?;
+                exact.begin_as(&linear, &map);
                 if !exact.pass(&linear.frozen, &map, &mut linear.nu) {
                     return Err("the filtered state runs away".to_owned());
                 }
+                linear.nu.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
             }
             Ok(linear)
         });
@@ -249,9 +266,11 @@ impl<'p> Engine<'p> {
             let instance = self.problem.instance(plant, theta, run);
             let mut machine = Machine::new(self.problem, run, &instance, &self.timelines[run]).ok()?;
             let map = places(&machine, linear)?;
+            machine.begin_as(linear, &map);
             if !machine.pass(&linear.frozen, &map, part) {
                 return None;
             }
+            part.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
         }
         Some(nu)
     }

@@ -24,6 +24,39 @@ fn estimates_are_within_the_sigmas_they_state() {
     assert!(within / count > 0.85, "{}", within / count);
 }
 
+/// A sensitivity that is the swing of a start and not the number's makes its sigma too small by as much as it swings.
+#[test]
+fn a_hidden_mode_costs_as_many_sigma_as_it_is_off_and_is_found_from_afar() {
+    let at = |values: [f64; 3]| {
+        let names = ["mass_ratio", "frequency", "damping_ratio"];
+        let values: Vec<(&str, f64)> = names.into_iter().zip(values).collect();
+        with_effect(&plant("hub_appendage"), "mode_left_out", "mode:bending_2", &values)
+    };
+    let truth = at([0.04, 17.0, 0.02]);
+    let mut start = at([0.055, 17.1, 0.03]);
+    start.effects[0].values.iter_mut().for_each(|(_, quantity)| quantity.sigma = Some(0.5 * quantity.value));
+    let problem = problem(&start, recording(&truth, 3, 4.0));
+    let engine = Engine::new(&problem, 1).unwrap();
+    let fitted = fit(&engine, &start, &engine.prior(), &engine.noise, 6).unwrap();
+    for (name, truth) in [("mass_ratio", 0.04), ("frequency", 17.0), ("damping_ratio", 0.02)] {
+        let i = problem
+            .unknowns
+            .iter()
+            .position(|unknown| unknown.name.ends_with(&format!("left_out@mode:bending_2.{name}")));
+        let i = i.unwrap();
+        let z = (fitted.theta[i] - truth) / fitted.sigma[i];
+        assert!(z.abs() < 4.0, "{name}: {} ± {}", fitted.theta[i], fitted.sigma[i]);
+        // alone, by its own curvature: half as much again is what it may bend
+        let normal = fitted.board.normal(&engine, &fitted.theta, &engine.noise, &[]).unwrap();
+        let alone = problem.unknowns[i].sigma / normal.matrix[(i, i)].sqrt();
+        let mut moved = fitted.theta.clone();
+        moved[i] += 3.0 * alone;
+        let nu = engine.innovations(&start, &moved, &fitted.board.linears, &|_| true).unwrap();
+        let cost = fitted.board.objective(&engine, &nu, &moved, &engine.noise).unwrap() - fitted.objective;
+        assert!((6.0..13.5).contains(&cost), "{name}: {cost}");
+    }
+}
+
 #[test]
 fn a_masked_parameter_is_corrected_by_the_effect_that_masked_it() {
     let nominal = plant("pendulum");

@@ -39,7 +39,7 @@ pub fn sources(linear: &Linear, base: &mut Machine<'_>, other: &mut Machine<'_>,
     let mut out = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
     let widest = timeline.events.iter().map(|event| event.count).max().unwrap_or(0).max(linear.layout.lag_of.len());
     let mut scratch = Scratch::new(x, n, widest);
-    let mut clone = (base.x0.clone(), 0);
+    let mut clone = (linear.states[..x].to_vec(), 0);
     for k in (0..events).step_by(every) {
         let event = timeline.events[k];
         let before = &linear.states[k * x..(k + 1) * x];
