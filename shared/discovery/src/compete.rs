@@ -10,8 +10,8 @@
 mod refit;
 pub mod subsets;
 
-pub use refit::{Refit, refit_all};
-pub use subsets::{Ranking, Subset, rank};
+pub use refit::{Refit, refit_all, settled};
+pub use subsets::{Ranking, Subset, Trials, rank};
 
 use crate::filter::NoiseModel;
 use crate::fit::board::dot;
@@ -25,7 +25,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 #[derive(Clone, Debug)]
 pub struct Contender {
     pub subset: Subset,
-    /// Ratio of likelihoods, noise maximised on both sides, and its p times the number of sets tried.
+    /// Least `−2 ln p`: as physics, else on the linear model.
+    pub objective: f64,
+    /// Ratio of likelihoods, noise maximised on both sides, and its p times the price of the search.
     pub ratio: f64,
     pub p: f64,
     pub noise: NoiseModel,
@@ -50,6 +52,8 @@ pub enum Veto {
 pub struct Outcome {
     pub contenders: Vec<Contender>,
     pub null: f64,
+    /// Logarithm of the number of samples.
+    samples: f64,
 }
 
 /// The nominal plant as the sets meet it.
@@ -70,11 +74,6 @@ const VETO_LEVEL: f64 = 0.01;
 /// Energy of an effect in less than this many independent instants counts as brief.
 const CEILING_SPARE: f64 = 1.15;
 
-/// Sets of `size` of `columns`.
-pub fn sets(columns: usize, size: usize) -> f64 {
-    (0..size).map(|i| (columns.saturating_sub(i)) as f64 / (i + 1) as f64).product::<f64>().max(1.0)
-}
-
 /// Likelihoods and refits of the most promising sets of `ranking`.
 pub fn compete(
     engine: &Engine<'_>,
@@ -84,17 +83,8 @@ pub fn compete(
     alpha: f64,
 ) -> Outcome {
     let samples = libm::log(engine.samples.max(2) as f64);
-    let list = shortlist(columns, ranking, samples, alpha);
-    let p_veto = VETO_LEVEL / list.len().max(1) as f64;
-    let (parts, threads) = (list.len(), engine.threads);
-    let single = Engine { threads: 1, ..engine.clone() };
-    let found = parallel(parts, threads, |i| one(&single, nominal, columns, &list[i], p_veto));
-    let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective };
-    for (contender, without) in found.into_iter().flatten() {
-        outcome.null = outcome.null.min(without);
-        outcome.contenders.push(contender);
-    }
-    settle(&mut outcome, ranking.tried, samples);
+    let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective, samples };
+    outcome.enter(engine, nominal, columns, ranking, &shortlist(columns, ranking, samples, alpha));
     outcome
 }
 
@@ -118,7 +108,9 @@ fn one(
     let (_, amplitude) = board.normal(engine, theta, &noise, &extra).and_then(|normal| normal.minimum())?;
     let amplitudes = signed(columns, subset, &amplitude)?;
     let veto = [nominal.noise, &noise].map(|noise| veto(engine, nominal.fit, columns, subset, noise, p_veto));
-    let veto = if veto.contains(&Veto::Passed) { Veto::Passed } else { veto[0] };
+    // noise that has swallowed the effect has no say in it
+    let says = |own: Veto| veto.contains(&own).then_some(own);
+    let veto = says(Veto::Passed).or(says(Veto::Silent)).unwrap_or(Veto::Vetoed);
     let subset = Subset { amplitudes, ..subset.clone() };
     let parts: Vec<(&Column, &[f64])> =
         subset.members.iter().zip(&subset.amplitudes).map(|(c, a)| (&columns[*c], a.as_slice())).collect();
@@ -127,16 +119,8 @@ fn one(
     // a refit that lost most of what the line promised has not converged
     let refit = refit.flatten().filter(|refit| null - refit.objective > 0.5 * ratio);
     let free = refit.as_ref().map_or(subset.free, |refit| refit.free);
-    Some((Contender { subset, ratio: objective, p: 1.0, noise, veto, refit, bic: 0.0, free }, without))
-}
-
-/// Ratios, p and BIC against the null as it now stands; until here `ratio` holds the objective on the linear model.
-fn settle(outcome: &mut Outcome, tried: usize, samples: f64) {
-    for contender in &mut outcome.contenders {
-        let objective = contender.refit.as_ref().map_or(contender.ratio, |refit| refit.objective);
-        contender.judge(outcome.null - objective, tried, samples);
-    }
-    outcome.sort();
+    let objective = refit.as_ref().map_or(objective, |refit| refit.objective);
+    Some((Contender { subset, objective, ratio: 0.0, p: 1.0, noise, veto, refit, bic: 0.0, free }, without))
 }
 
 impl Contender {
@@ -145,24 +129,40 @@ impl Contender {
         self.p < alpha && self.veto != Veto::Vetoed && self.refit.is_some() && self.bic < 0.0
     }
 
-    fn judge(&mut self, ratio: f64, tried: usize, samples: f64) {
-        self.ratio = ratio;
-        let tail = chi_squared_tail(ratio.max(0.0), self.free as f64);
-        self.p = (tail * sets(tried, self.subset.members.len())).min(1.0);
-        self.bic = self.free as f64 * samples - ratio;
+    fn judge(&mut self, null: f64, trials: &Trials, samples: f64) {
+        self.ratio = null - self.objective;
+        let tail = chi_squared_tail(self.ratio.max(0.0), self.free as f64);
+        self.p = (tail * trials.price(&self.subset.members)).min(1.0);
+        self.bic = self.free as f64 * samples - self.ratio;
     }
 }
 
 impl Outcome {
-    /// The nominal plant was found to do better than was known.
-    pub fn lower_null(&mut self, null: f64, tried: usize, samples: usize) {
-        let over = self.null - null;
-        if over > 0.0 {
-            self.null = null;
-            let samples = libm::log(samples.max(2) as f64);
-            self.contenders.iter_mut().for_each(|c| c.judge(c.ratio - over, tried, samples));
-            self.sort();
+    /// The sets of `list` meet the others.
+    pub fn enter(
+        &mut self,
+        engine: &Engine<'_>,
+        nominal: &Nominal<'_>,
+        columns: &[Column],
+        ranking: &Ranking,
+        list: &[Subset],
+    ) {
+        let p_veto = VETO_LEVEL / (self.contenders.len() + list.len()).max(1) as f64;
+        let single = Engine { threads: 1, ..engine.clone() };
+        let found = parallel(list.len(), engine.threads, |i| one(&single, nominal, columns, &list[i], p_veto));
+        let mut null = self.null;
+        for (contender, without) in found.into_iter().flatten() {
+            null = null.min(without);
+            self.contenders.push(contender);
         }
+        self.settle(null, &ranking.trials);
+    }
+
+    /// Ratios, p, BIC and order against a nominal plant that does as well as `null`.
+    pub fn settle(&mut self, null: f64, trials: &Trials) {
+        self.null = null.min(self.null);
+        self.contenders.iter_mut().for_each(|c| c.judge(self.null, trials, self.samples));
+        self.sort();
     }
 
     /// Best first; twins in the order of the catalogue.
@@ -173,7 +173,7 @@ impl Outcome {
 
     /// The set to adopt: the best that stands; a larger one must beat every smaller one that stands at `alpha`, and predict what it was
     /// not fitted to better than it (`better`).
-    pub fn best(&self, alpha: f64, tried: usize, better: &dyn Fn(&Contender, &Contender) -> bool) -> Option<usize> {
+    pub fn best(&self, alpha: f64, trials: &Trials, better: &dyn Fn(&Contender, &Contender) -> bool) -> Option<usize> {
         let mut best: Option<usize> = None;
         for size in 1..=SHORTLIST.len() {
             let own = |i: &usize| self.contenders[*i].subset.members.len() == size && self.contenders[*i].stands(alpha);
@@ -181,10 +181,12 @@ impl Outcome {
             let challenger = &self.contenders[i];
             let holder = best.map(|b| &self.contenders[b]);
             let wins = holder.is_none_or(|holder| {
-                let more = (size - holder.subset.members.len()) as i32;
+                let more = size - holder.subset.members.len();
+                let mut price: Vec<f64> = challenger.subset.members.iter().map(|m| trials.of(*m)).collect();
+                price.sort_by(|a, b| b.total_cmp(a));
                 let free = challenger.free.saturating_sub(holder.free).max(1);
                 let gained = (challenger.ratio - holder.ratio).max(0.0);
-                let p = chi_squared_tail(gained, free as f64) * (tried.max(1) as f64).powi(more);
+                let p = chi_squared_tail(gained, free as f64) * price[..more].iter().product::<f64>();
                 challenger.bic < holder.bic && p < alpha
             });
             if wins && holder.is_none_or(|holder| better(holder, challenger)) {
@@ -203,7 +205,7 @@ fn shortlist(columns: &[Column], ranking: &Ranking, samples: f64, alpha: f64) ->
         let mut own: Vec<&Subset> = Vec::new();
         for subset in ranked {
             let ratio = subset.free as f64 * samples - subset.bic;
-            let p = chi_squared_tail(ratio.max(0.0), subset.free as f64) * sets(ranking.tried, size + 1);
+            let p = chi_squared_tail(ratio.max(0.0), subset.free as f64) * ranking.trials.price(&subset.members);
             let same = |other: &&&Subset| {
                 let law = |a: &usize, b: &usize| columns[*a].candidate.same_law(&columns[*b].candidate);
                 other.members.iter().zip(&subset.members).all(|(a, b)| law(a, b))

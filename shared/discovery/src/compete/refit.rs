@@ -24,6 +24,10 @@ pub struct Refit {
 const FOR_EVER_S: f64 = 1e8;
 /// Relinearisations of a refit.
 const ROUNDS: usize = 3;
+/// Turns of what is adopted between numbers and noise, relinearisations of each, and the gain in `−2 ln p` that ends them.
+const TURNS: usize = 6;
+const SETTLING_ROUNDS: usize = 6;
+const SETTLED: f64 = 0.1;
 
 /// Fits `nominal` plus all `parts` (column, amplitudes along its directions); a start that comes below `good` ends the search.
 pub fn refit_all(
@@ -61,6 +65,24 @@ pub fn refit_all(
             best = Some(Refit { plant, problem, fit: fitted, noise: adapted, objective, free });
         }
         if objective < good {
+            break;
+        }
+    }
+    best
+}
+
+/// `refit` at the end of its valley: numbers and noise in turn until neither gains; as it is where it cannot be moved.
+pub fn settled(engine: &Engine<'_>, refit: Refit) -> Refit {
+    let search = Search { sweeps: 3, colour: true, scan: false };
+    let mut best = refit;
+    for _ in 0..TURNS {
+        let Ok(own) = Engine::like(engine, &best.problem) else { break };
+        let Ok(fitted) = fit(&own, &best.plant, &best.fit.theta, &best.noise, SETTLING_ROUNDS) else { break };
+        let found = maximise(&own, &fitted.board, &fitted.theta, &[], &best.noise, search);
+        let Some((noise, objective)) = found.filter(|found| found.1 < best.objective) else { break };
+        let gained = best.objective - objective;
+        best = Refit { fit: fitted, noise, objective, ..best };
+        if gained < SETTLED {
             break;
         }
     }

@@ -54,8 +54,37 @@ pub struct Subset {
 #[derive(Clone, Debug, Default)]
 pub struct Ranking {
     pub sizes: Vec<Vec<Subset>>,
-    /// Points of grids that the columns were picked from.
-    pub tried: usize,
+    pub trials: Trials,
+}
+
+/// What was tried: every law (an effect at a site) has the same share of the level, whatever the size of its grid.
+#[derive(Clone, Debug, Default)]
+pub struct Trials {
+    laws: f64,
+    /// Of each column, points of its law's grid.
+    points: Vec<f64>,
+}
+
+impl Trials {
+    pub fn new(columns: &[Column]) -> Self {
+        let law = |a: &Column, b: &Column| a.candidate.same_law(&b.candidate);
+        let first = |c: usize| !columns[..c].iter().any(|other| law(other, &columns[c]));
+        let points = |own: &Column| columns.iter().filter(|c| law(c, own)).map(|c| c.candidate.tries as f64).sum();
+        Self {
+            laws: (0..columns.len()).filter(|c| first(*c)).count() as f64,
+            points: columns.iter().map(points).collect(),
+        }
+    }
+
+    /// Chances that the law of a column had beside all others.
+    pub fn of(&self, column: usize) -> f64 {
+        (self.laws * self.points[column]).max(1.0)
+    }
+
+    /// Factor on p of a set (Bonferroni, weighted by law).
+    pub fn price(&self, members: &[usize]) -> f64 {
+        members.iter().enumerate().map(|(i, m)| self.of(*m) / (i + 1) as f64).product::<f64>().max(1.0)
+    }
 }
 
 /// Rungs of input noise between adapted and stated, and with the colour and jitter of the sensors' noise undone.
@@ -113,7 +142,7 @@ pub fn rank(
             if size == 1 { last } else { quick.into_iter().take(EXTENDED).map(|(_, set)| set).collect() };
         last = layout.extended(&seeds);
     }
-    Ranking { sizes, tried: columns.iter().map(|column| column.candidate.tries).sum() }
+    Ranking { sizes, trials: Trials::new(columns) }
 }
 
 /// Noise from adapted to stated, geometrically.

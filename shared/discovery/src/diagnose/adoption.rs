@@ -3,7 +3,9 @@
 use super::screening::Screening;
 use super::showing::block_terms;
 use super::{Adopted, Contested, NAME_SHARE, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::{Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Veto, compete, rank, weights};
+use crate::compete::{
+    Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Subset, Veto, compete, rank, settled, weights,
+};
 use crate::filter::NoiseModel;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
@@ -13,6 +15,10 @@ use crate::score::{Column, cosine};
 
 /// Relinearisations of the standing plant, once more from elsewhere.
 const NULL_ROUNDS: usize = 3;
+
+/// BIC on the rungs within which a rival of the best set is fitted as physics, too, and how many at most.
+const NEAR: f64 = 6.0;
+const NEAR_MAX: usize = 8;
 
 /// What one round of the search found.
 #[derive(Default)]
@@ -35,9 +41,9 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
     let ranking = rank(engine, board, theta, &found.columns, &best.noise, room.min(SET_MAX));
     let nominal = Nominal { fit: &best.fit, noise: &best.noise, objective: best.objective };
     let mut outcome = compete(engine, &nominal, &found.columns, &ranking, alpha);
-    let mut tried: Vec<Vec<usize>> = Vec::new();
+    let (mut tried, mut asked): (Vec<Vec<usize>>, Vec<Subset>) = (Vec::new(), Vec::new());
     let better = |small: &Contender, large: &Contender| predicts_better(engine, small, large);
-    while let Some(at) = outcome.best(alpha, ranking.tried, &better) {
+    while let Some(at) = outcome.best(alpha, &ranking.trials, &better) {
         let contender = &outcome.contenders[at];
         let refit = contender.refit.clone().expect("only refitted sets stand");
         // once more from the other side: the nominal plant with the noise and the numbers that suit the set
@@ -46,10 +52,17 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
             && null < outcome.null - 1.0
         {
             tried.push(contender.subset.members.clone());
-            outcome.lower_null(null, ranking.tried, engine.samples);
+            outcome.settle(null, &ranking.trials);
             continue;
         }
-        if contender.subset.members.iter().any(|c| vanishes(&refit, &found.columns[*c])) {
+        let near = unmet(found, &outcome, at, &ranking, &asked);
+        if !near.is_empty() {
+            outcome.enter(engine, &nominal, &found.columns, &ranking, &near);
+            asked.extend(near);
+            continue;
+        }
+        let members = &contender.subset.members;
+        if members.len() > 1 && members.iter().any(|c| vanishes(&refit, &found.columns[*c])) {
             // what was gained was the noise's, or the other members'
             outcome.contenders.remove(at);
             continue;
@@ -57,7 +70,8 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
         let adopted = adopt(found, &outcome, at, &ranking);
         let smaller = smaller(found, &outcome, at, &ranking, alpha);
         let rivals = rivals(found, &outcome, at, &ranking, alpha);
-        return Step { adopted, refit: Some(refit), unfitted: Vec::new(), null: outcome.null, smaller, rivals };
+        let refit = Some(settled(engine, refit));
+        return Step { adopted, refit, unfitted: Vec::new(), null: outcome.null, smaller, rivals };
     }
     let lost = outcome.contenders.iter().filter(|c| {
         c.p < alpha && c.veto != Veto::Vetoed && c.refit.is_none() && c.bic < 0.0 && c.subset.members.len() == 1
@@ -69,6 +83,26 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
         Some(Unfitted { column: found.columns[column].clone(), score, amplitude, ratio: c.ratio, p: c.p })
     });
     Step { unfitted: unfitted.collect(), null: outcome.null, ..Step::default() }
+}
+
+/// Sets of laws that have not met the others and differ from contender `at` in one member, as near on the rungs as a rival.
+fn unmet(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, asked: &[Subset]) -> Vec<Subset> {
+    let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
+    let alike = |a: &[usize], b: &[usize]| a.iter().filter(|m| b.iter().any(|o| law(**m, *o))).count();
+    let members = &outcome.contenders[at].subset.members;
+    let ranked = &ranking.sizes[members.len() - 1];
+    let own = ranked.iter().filter(|s| alike(&s.members, members) == members.len()).map(|s| s.bic);
+    let own = own.fold(f64::INFINITY, f64::min);
+    let mut list: Vec<Subset> = Vec::new();
+    for set in ranked.iter().filter(|s| s.bic < own + NEAR && alike(&s.members, members) + 1 == members.len()) {
+        let mut met = outcome.contenders.iter().map(|c| &c.subset).chain(asked).chain(&list);
+        let same =
+            |s: &Subset| s.members.len() == set.members.len() && alike(&s.members, &set.members) == set.members.len();
+        if !met.any(same) && asked.len() + list.len() < NEAR_MAX {
+            list.push(set.clone());
+        }
+    }
+    list
 }
 
 /// The best set of every size below that of contender `at` that stands.
@@ -99,7 +133,8 @@ fn rivals(
     };
     let there = |c: &Contender| {
         let refit = c.refit.as_ref();
-        refit.is_some_and(|refit| !c.subset.members.iter().any(|m| vanishes(refit, &found.columns[*m])))
+        let single = c.subset.members.len() == 1;
+        refit.is_some_and(|refit| single || !c.subset.members.iter().any(|m| vanishes(refit, &found.columns[*m])))
     };
     let others = (0..outcome.contenders.len()).filter(|i| *i != at && near(&outcome.contenders[*i]));
     let others = others.filter(|i| there(&outcome.contenders[*i]));
@@ -198,7 +233,8 @@ fn nominal_with(engine: &Engine<'_>, best: &Standing, refit: &Refit) -> Option<f
     Some([(&best.fit.theta, &own.0), (&theirs, &refit.noise)].into_iter().filter_map(from).fold(own.1, f64::min))
 }
 
-/// The amplitude of an effect is within two of its standard errors of nothing.
+/// The amplitude of an effect is within two of its standard errors of nothing. Of one among others; whether a single one is there the ratio
+/// of likelihoods has said (a lag's jump shows the lag, and not how long it is).
 fn vanishes(refit: &Refit, column: &Column) -> bool {
     let effect = column.candidate.effect;
     let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
