@@ -237,7 +237,7 @@ fn searched(
 }
 
 /// Held-out data on what was found; where they do not confirm it, the best rival that they do confirm takes its place, else the nearest
-/// smaller set.
+/// smaller set that they confirm or at least find better.
 fn borne_out(
     problem: &Problem,
     (engine, stated): (&Engine<'_>, &Fit),
@@ -267,9 +267,12 @@ fn borne_out(
             break;
         }
         let again = held_out(problem, engine, stated, &standing, false, options);
-        if status(again.gain.as_ref()) == Status::Confirmed {
+        let gain = |shown: &Shown| shown.gain.as_ref().map_or(f64::NEG_INFINITY, |gain| gain.loglik_gain);
+        let is_confirmed = status(again.gain.as_ref()) == Status::Confirmed;
+        if is_confirmed || gain(&again) > gain(&shown) {
+            let word = if is_confirmed { "confirm" } else { "are better predicted by" };
             notes.push(format!(
-                "held-out data confirm {} of {} effects that this recording asks for",
+                "held-out data {word} {} of {} effects that this recording asks for",
                 set.len(),
                 found.adopted.len()
             ));

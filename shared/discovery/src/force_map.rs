@@ -13,6 +13,7 @@ use crate::filter::{DISTURBANCE, Linear, NoiseModel};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine};
 use crate::held_out::{BLOCK_S, Gain, block_s, blocks};
+use crate::problem::Timeline;
 use crate::score::event_of_sample;
 use crate::score::forcing::{Sources, respond};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
@@ -23,6 +24,8 @@ const SIDE: usize = 5;
 const WIDTH: f64 = 0.8;
 /// Parts of the recording, each predicted from the others.
 const FOLDS: usize = 8;
+/// Pairs of coordinates of one input.
+const PAIRS_MAX: usize = 5;
 /// Cells of the map that is told, along one coordinate.
 const CELLS: usize = 9;
 
@@ -32,8 +35,16 @@ pub struct Place {
     /// Index of the noise input that pushes there.
     pub input: usize,
     pub site: String,
-    /// Indices of the two states.
-    pub states: [usize; 2],
+    pub along: [Coordinate; 2],
+}
+
+/// What a force may depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coordinate {
+    /// Index of a state.
+    State(usize),
+    /// Index in `u` of a command.
+    Command(usize),
 }
 
 /// One value of a map.
@@ -77,7 +88,7 @@ pub fn best(engine: &Engine<'_>, board: &Board, theta: &[f64], adapted: &NoiseMo
     let noises = ladder(engine, adapted);
     let mut found: Option<Leader> = None;
     for place in &places {
-        let Some(span) = visited(board, place) else { continue };
+        let Some(span) = visited(engine, board, place) else { continue };
         let columns = columns(engine, board, place, span);
         let extra: Vec<&Vec<f64>> = columns.iter().collect();
         let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
@@ -94,12 +105,17 @@ pub fn best(engine: &Engine<'_>, board: &Board, theta: &[f64], adapted: &NoiseMo
     }
     let Leader { evidence, place, columns, ridge, noise, span } = found?;
     let held_out = predicted(engine, board, theta, &columns, &ridge, &noise)?;
-    let names = place.states.map(|state| board.linears[0].state_names[state].clone());
+    let first = &board.linears[0];
+    let names = place.along.map(|coordinate| match coordinate {
+        Coordinate::State(state) => first.state_names[state].clone(),
+        Coordinate::Command(_) => format!("actuator:{}", first.input_names[place.input]),
+    });
     let cells = ridge.cells(span);
     Some(ForceMap { place, names, cells, evidence, tried: places.len(), held_out })
 }
 
-/// Noise inputs that act on a coordinate, with pairs of states: its own position and rate, its rate with every other rate.
+/// Noise inputs that act on a coordinate, with pairs: its own position and rate, the input's command and its rate, its rate with every other
+/// rate.
 fn places(linear: &Linear) -> Vec<Place> {
     let states = &linear.state_names;
     let find = |name: &str| states.iter().position(|state| state == name);
@@ -124,12 +140,12 @@ fn places(linear: &Linear) -> Vec<Place> {
         let Some(rate) = pushed else { continue };
         let coordinate = states[rate].trim_end_matches(".rate").to_owned();
         let mut pairs = Vec::new();
-        if let Some(position) = find(&coordinate) {
-            pairs.push([position, rate]);
-        }
-        pairs.extend(rates.iter().filter(|other| **other != rate).map(|other| [*other, rate]));
+        let with = |other: Coordinate| [other, Coordinate::State(rate)];
+        pairs.extend(find(&coordinate).map(|position| with(Coordinate::State(position))));
+        pairs.push(with(Coordinate::Command(linear.layout.noise_inputs[input])));
+        pairs.extend(rates.iter().filter(|other| **other != rate).map(|other| with(Coordinate::State(*other))));
         let site = coordinate;
-        list.extend(pairs.into_iter().take(4).map(|states| Place { input, site: site.clone(), states }));
+        list.extend(pairs.into_iter().take(PAIRS_MAX).map(|along| Place { input, site: site.clone(), along }));
     }
     list
 }
@@ -156,23 +172,26 @@ fn columns(engine: &Engine<'_>, board: &Board, place: &Place, span: Span) -> Vec
         let (n, m, x) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.state_names.len());
         let events = timeline.events.len();
         let row_len = linear.row_len();
-        let mut values = vec![0.0; events * SIDE * SIDE];
-        let mut ends = vec![0.0; events * SIDE * SIDE];
+        // as an interval begins, as it ends, and as an instant is read
+        let [mut begins, mut ends, mut reads] = [0; 3].map(|_| vec![0.0; events * SIDE * SIDE]);
         for k in 0..events {
-            let at = |states: &[f64]| place.states.map(|s| states[k * x + s]);
+            let at = |states: &[f64], acts: usize| {
+                place.along.map(|coordinate| value(timeline, acts, &states[k * x..(k + 1) * x], coordinate))
+            };
             let slot = k * SIDE * SIDE..(k + 1) * SIDE * SIDE;
-            basis(span, at(&linear.updated), &mut values[slot.clone()]);
-            basis(span, at(&linear.states), &mut ends[slot]);
+            basis(span, at(&linear.updated, k), &mut begins[slot.clone()]);
+            basis(span, at(&linear.states, k.saturating_sub(1)), &mut ends[slot.clone()]);
+            basis(span, at(&linear.states, k), &mut reads[slot]);
         }
         for (i, column) in columns.iter_mut().enumerate() {
             let mut sources = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
             for (k, event) in timeline.events.iter().enumerate() {
                 for sample in event.first..event.first + event.count {
                     let direct = linear.measurement[sample * row_len + n + place.input];
-                    sources.reading[sample] = direct * ends[k * SIDE * SIDE + i];
+                    sources.reading[sample] = direct * reads[k * SIDE * SIDE + i];
                 }
                 if k + 1 < events {
-                    let mean = 0.5 * (values[k * SIDE * SIDE + i] + ends[(k + 1) * SIDE * SIDE + i]);
+                    let mean = 0.5 * (begins[k * SIDE * SIDE + i] + ends[(k + 1) * SIDE * SIDE + i]);
                     for row in 0..n {
                         let at = k * n * (n + m) + row * (n + m) + n + place.input;
                         sources.state[k * n + row] = linear.transition[at] * mean;
@@ -188,13 +207,22 @@ fn columns(engine: &Engine<'_>, board: &Board, place: &Place, span: Span) -> Vec
     columns
 }
 
+/// A coordinate in state `x` under what acts from event `k` on.
+fn value(timeline: &Timeline, k: usize, x: &[f64], coordinate: Coordinate) -> f64 {
+    match coordinate {
+        Coordinate::State(state) => x[state],
+        Coordinate::Command(input) => timeline.rows[timeline.events[k].row * timeline.inputs + input],
+    }
+}
+
 /// The middle 98 % of both coordinates; `None` where one stands still.
-fn visited(board: &Board, place: &Place) -> Option<Span> {
+fn visited(engine: &Engine<'_>, board: &Board, place: &Place) -> Option<Span> {
     let mut span = [[0.0; 2]; 2];
-    for (side, state) in span.iter_mut().zip(place.states) {
+    for (side, coordinate) in span.iter_mut().zip(place.along) {
         let mut values: Vec<f64> = Vec::new();
-        for linear in &board.linears {
-            values.extend(linear.updated.chunks(linear.state_names.len()).map(|x| x[state]));
+        for (linear, timeline) in board.linears.iter().zip(engine.timelines.iter()) {
+            let states = linear.updated.chunks(linear.state_names.len()).enumerate();
+            values.extend(states.map(|(k, x)| value(timeline, k, x, coordinate)));
         }
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];

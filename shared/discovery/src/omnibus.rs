@@ -1,7 +1,8 @@
-//! What no law was asked about: tiles of time, octave and channel that are louder than white noise.
+//! What no law was asked about: tiles of time, octave and channel that are louder than white noise, and lines of a channel's spectrum.
 //!
-//! Whitened innovations of every channel and run go through an orthonormal Haar transform, which leaves white noise white. A tile is a
-//! window of `n` coefficients of one octave (or of the samples themselves); with energy `E` its evidence against unit variance is
+//! Whitened innovations of every channel and run go through an orthonormal Haar transform and, whole, a Fourier transform; both leave white
+//! noise white. A tile is a window of `n` coefficients of one octave (or of the samples themselves), or of the real and imaginary parts of
+//! neighbouring lines of the spectrum; with energy `E` its evidence against unit variance is
 //!
 //! ```text
 //! 2 ln p(E) / p(E | 1) = E − n − n ln(E / n),   E > n
@@ -10,6 +11,7 @@
 //! It tells that something is left and where, never what: an unknown law and unknown noise look alike here.
 
 use crate::fit::Engine;
+use realfft::RealFftPlanner;
 
 /// Octaves from half the sampling frequency down; what is slower is one more band.
 const OCTAVES: usize = 5;
@@ -46,12 +48,35 @@ impl Loudest {
     }
 }
 
-/// A band of coefficients, each of which spans `span` samples.
+/// A band of coefficients.
 struct Band {
     w: Vec<f64>,
-    span: usize,
-    /// Shares of the sampling frequency.
-    edges: [f64; 2],
+    along: Along,
+}
+
+#[derive(Clone, Copy)]
+enum Along {
+    /// Each coefficient spans so many samples; edges in shares of the sampling frequency.
+    Time { span: usize, edges: [f64; 2] },
+    /// Two coefficients a line, so many lines below half the sampling frequency.
+    Frequency { lines: usize },
+}
+
+impl Along {
+    /// Time and band of `n` coefficients from number `from` on.
+    fn place(self, from: usize, n: usize, stamp_s: &[f64]) -> ([f64; 2], [f64; 2]) {
+        let last = stamp_s.len() - 1;
+        let rate_hz = last as f64 / (stamp_s[last] - stamp_s[0]);
+        match self {
+            Self::Time { span, edges } => {
+                ([stamp_s[from * span], stamp_s[(from + n) * span - 1]], edges.map(|edge| edge * rate_hz))
+            }
+            Self::Frequency { lines } => {
+                let edge = |at: usize| (at as f64 / 2.0 + 0.5) * 0.5 * rate_hz / lines as f64;
+                ([stamp_s[0], stamp_s[last]], [edge(from), edge(from + n)])
+            }
+        }
+    }
 }
 
 /// Whitened innovations of one channel in one run.
@@ -80,15 +105,12 @@ pub fn loudest(engine: &Engine<'_>, r: &[f64]) -> Option<Loudest> {
 fn among(list: &[Series]) -> Option<Loudest> {
     let (mut best, mut tried): (Option<Loudest>, usize) = (None, 0);
     for Series { channel, run, stamp_s, r } in list.iter().filter(|series| series.r.len() > 1) {
-        let last = stamp_s.len() - 1;
-        let rate_hz = last as f64 / (stamp_s[last] - stamp_s[0]);
-        for band in bands(r) {
-            let (tile, count) = within(&band.w);
+        for Band { w, along } in bands(r).into_iter().chain(spectrum(r)) {
+            let (tile, count) = within(&w, along);
             tried += count;
             let Some((evidence, from, n)) = tile else { continue };
             if best.as_ref().is_none_or(|best| evidence > best.evidence) {
-                let time_s = [stamp_s[from * band.span], stamp_s[(from + n) * band.span - 1]];
-                let band_hz = band.edges.map(|edge| edge * rate_hz);
+                let (time_s, band_hz) = along.place(from, n, stamp_s);
                 best = Some(Loudest { channel: *channel, run: *run, time_s, band_hz, evidence, tried: 0 });
             }
         }
@@ -98,30 +120,44 @@ fn among(list: &[Series]) -> Option<Loudest> {
 
 /// The samples themselves, the octaves of their Haar transform, and what is slower.
 fn bands(series: &[f64]) -> Vec<Band> {
-    let mut list = vec![Band { w: series.to_vec(), span: 1, edges: [0.0, 0.5] }];
+    let time = |w: Vec<f64>, span: usize, edges: [f64; 2]| Band { w, along: Along::Time { span, edges } };
+    let mut list = vec![time(series.to_vec(), 1, [0.0, 0.5])];
     let mut slow = series.to_vec();
     let mut span = 1;
     for _ in 0..OCTAVES {
         let pairs = slow.chunks_exact(2);
         let fast = pairs.clone().map(|pair| core::f64::consts::FRAC_1_SQRT_2 * (pair[0] - pair[1])).collect();
         slow = pairs.map(|pair| core::f64::consts::FRAC_1_SQRT_2 * (pair[0] + pair[1])).collect();
-        list.push(Band { w: fast, span: 2 * span, edges: [0.25, 0.5].map(|edge| edge / span as f64) });
+        list.push(time(fast, 2 * span, [0.25, 0.5].map(|edge| edge / span as f64)));
         span *= 2;
     }
-    list.push(Band { w: slow, span, edges: [0.0, 0.5 / span as f64] });
+    list.push(time(slow, span, [0.0, 0.5 / span as f64]));
     list
 }
 
+/// Real and imaginary parts of the lines between zero and half the sampling frequency, of unit variance each for white noise of unit variance.
+fn spectrum(series: &[f64]) -> Option<Band> {
+    let lines = (series.len() - 1) / 2;
+    let transform = RealFftPlanner::new().plan_fft_forward(series.len());
+    let mut out = transform.make_output_vec();
+    transform.process(&mut series.to_vec(), &mut out).ok()?;
+    let scale = (2.0 / series.len() as f64).sqrt();
+    let w = out[1..=lines].iter().flat_map(|line| [scale * line.re, scale * line.im]).collect();
+    (lines > 0).then_some(Band { w, along: Along::Frequency { lines } })
+}
+
 /// Evidence, first coefficient and length of the loudest window, and how many there were. Windows overlap by half.
-fn within(w: &[f64]) -> (Option<(f64, usize, usize)>, usize) {
+fn within(w: &[f64], along: Along) -> (Option<(f64, usize, usize)>, usize) {
     let mut sums = Vec::with_capacity(w.len() + 1);
     sums.push(0.0);
     for w in w {
         sums.push(sums[sums.len() - 1] + w * w);
     }
     let (mut best, mut count) = (None::<(f64, usize, usize)>, 0);
-    for n in LENGTHS.into_iter().filter(|n| *n <= w.len()) {
-        for from in (0..=w.len() - n).step_by((n / 2).max(1)) {
+    // a line has two coefficients
+    let least = if matches!(along, Along::Frequency { .. }) { 2 } else { 1 };
+    for n in LENGTHS.map(|n| n * least).into_iter().filter(|n| *n <= w.len()) {
+        for from in (0..=w.len() - n).step_by((n / 2).max(least)) {
             count += 1;
             let found = evidence(sums[from + n] - sums[from], n as f64);
             if best.is_none_or(|(best, ..)| found > best) {
@@ -160,6 +196,17 @@ mod tests {
         // At most as promised (20 of 400, and three standard deviations of that); windows overlap and a free variance has its price, but
         // where every loudest of a chance of one may stand, some do.
         assert!(stood[0] <= 33 && stood[1] >= 10, "{stood:?}");
+    }
+
+    #[test]
+    fn a_tone_that_no_window_of_time_shows_is_found_at_its_line() {
+        let mut tone = Noise::new(8).series(2000, 1.0);
+        // d = 0.4 √1000 = 12.6 over the whole, drowned by noise in any window
+        tone.iter_mut().enumerate().for_each(|(k, y)| *y += 0.4 * (0.43 * k as f64 + 0.2).sin());
+        let found = among(&[series(0, 0.01, tone)]).expect("long enough");
+        let hz = 0.43 / (0.01 * core::f64::consts::TAU);
+        assert!(found.stands(1e-6) && found.band_hz[0] < hz && hz < found.band_hz[1], "{found:?}");
+        assert!(found.band_hz[1] - found.band_hz[0] < 0.11 && found.time_s == [0.0, 0.01 * 1999.0], "{found:?}");
     }
 
     #[test]
