@@ -32,6 +32,8 @@ pub struct Bench {
     sensors: &'static [&'static str],
     pub closed: Option<Gains>,
     pub menu: &'static [Entry],
+    /// What is never hidden here and a hidden effect may be taken for, beside the menu.
+    pub rivals: &'static [Entry],
 }
 
 /// `u = kp (r − y) + kd (r' − y')`.
@@ -49,7 +51,8 @@ macro_rules! plant_text {
     };
 }
 
-const OPEN: Bench = Bench { plant: "", text: "", period_s: 0.0, samples: 0, sensors: &[], closed: None, menu: &[] };
+const OPEN: Bench =
+    Bench { plant: "", text: "", period_s: 0.0, samples: 0, sensors: &[], closed: None, menu: &[], rivals: &[] };
 
 const DRIVE: Bench = Bench {
     plant: "drive_rig",
@@ -57,6 +60,7 @@ const DRIVE: Bench = Bench {
     period_s: 0.015,
     samples: 400,
     menu: menus::DRIVE,
+    rivals: menus::DRIVE_RIVALS,
     ..OPEN
 };
 
@@ -66,6 +70,7 @@ const OSCILLATOR: Bench = Bench {
     period_s: 0.008,
     samples: 400,
     menu: menus::OSCILLATOR,
+    rivals: menus::OSCILLATOR_RIVALS,
     ..OPEN
 };
 
@@ -100,6 +105,7 @@ pub static BENCHES: &[Bench] = &[
         period_s: 3.0,
         samples: 320,
         menu: menus::TANK,
+        rivals: menus::TANK_RIVALS,
         ..OPEN
     },
     Bench {
@@ -109,6 +115,7 @@ pub static BENCHES: &[Bench] = &[
         samples: 360,
         sensors: &["acceleration_3", "acceleration_6", "acceleration_10"],
         menu: menus::PANEL,
+        rivals: menus::PANEL_RIVALS,
         ..OPEN
     },
 ];

@@ -118,6 +118,7 @@ impl Force {
 pub struct InputFault {
     pub bias: f64,
     pub dead: f64,
+    pub gain: f64,
     pub delay_s: f64,
     pub lag_s: f64,
 }
@@ -127,7 +128,7 @@ impl InputFault {
     #[must_use]
     pub fn acting(&self, u: f64) -> f64 {
         let live = if u.abs() > self.dead { u - self.dead * u.signum() } else { 0.0 };
-        live + self.bias
+        (1.0 + self.gain) * live + self.bias
     }
 }
 
@@ -248,6 +249,7 @@ fn input(fault: &mut InputFault, hidden: &Hidden) {
     let a = hidden.value(0);
     match hidden.kind.as_str() {
         "actuator_bias" => fault.bias = a,
+        "motor_constant_error" => fault.gain = a,
         "actuator_dead_zone" => fault.dead = a,
         "actuator_delay" => fault.delay_s = a,
         "actuator_lag" => fault.lag_s = a,

@@ -43,8 +43,47 @@ const fn cubic(site: &'static str, coordinate: usize, start: f64) -> Entry {
 }
 
 const fn scale(site: &'static str, sensor: usize) -> Entry {
-    entry("sensor_scale", site, Sensor(sensor), ("error", 3e-3, 0.25), true)
+    kin(entry("sensor_scale", site, Sensor(sensor), ("error", 3e-3, 0.25), true), &["sensor_misalignment"])
 }
+
+const fn stiffness(site: &'static str, coordinate: usize, start: f64, most: f64) -> Entry {
+    kin(entry("joint_stiffness", site, Coordinate(coordinate), ("stiffness", start, most), false), &["joint_looseness"])
+}
+
+const fn drift(site: &'static str, sensor: usize, start: f64, most: f64) -> Entry {
+    kin(entry("sensor_drift", site, Sensor(sensor), ("rate", start, most), true), &["sensor_warm_up"])
+}
+
+/// What nothing hides and much is like: the scale of a sensor, the bias and the gain of an actuator.
+const fn rival_scale(site: &'static str, sensor: usize) -> Entry {
+    entry("sensor_scale", site, Sensor(sensor), ("error", 3e-3, 0.25), false)
+}
+
+const fn rival_bias(site: &'static str, input: usize, start: f64) -> Entry {
+    entry("actuator_bias", site, Input(input), ("bias", start, 1e3 * start), false)
+}
+
+const fn rival_gain(site: &'static str, input: usize) -> Entry {
+    entry("motor_constant_error", site, Input(input), ("error", 0.03, 0.5), false)
+}
+
+pub static DRIVE_RIVALS: &[Entry] =
+    &[rival_scale("sensor:angle", 0), rival_bias("actuator:motor", 0, 5e-2), rival_gain("actuator:motor", 0)];
+pub static OSCILLATOR_RIVALS: &[Entry] =
+    &[rival_scale("sensor:displacement", 0), rival_bias("actuator:shaker", 0, 1e-2), rival_gain("actuator:shaker", 0)];
+pub static TANK_RIVALS: &[Entry] = &[
+    rival_scale("sensor:acceleration_y", 1),
+    rival_bias("actuator:force_x", 0, 1e-3),
+    rival_gain("actuator:force_x", 0),
+    rival_gain("actuator:force_y", 1),
+    rival_gain("actuator:torque", 2),
+];
+pub static PANEL_RIVALS: &[Entry] = &[
+    rival_scale("sensor:acceleration_3", 0),
+    rival_scale("sensor:acceleration_10", 2),
+    rival_bias("actuator:torque", 0, 1e-2),
+    rival_gain("actuator:torque", 0),
+];
 
 const fn step(site: &'static str, sensor: usize, start: f64) -> Entry {
     entry("sensor_step", site, Sensor(sensor), ("step", start, 1e3 * start), true)
@@ -63,7 +102,7 @@ pub static PENDULUM: &[Entry] = &[
         entry("encoder_ripple", "sensor:angle", Sensor(0), ("amplitude", 1e-4, 0.05), false),
         &[("order", 3.0, 20.0), ("phase", 0.1, 3.0)],
     ),
-    entry("sensor_drift", "sensor:angle", Sensor(0), ("rate", 1e-5, 1.0), true),
+    drift("sensor:angle", 0, 1e-5, 1.0),
     shaped(step("sensor:angle", 0, 2e-4), &[("begin", 4.0, 8.0), ("duration", 1.0, 4.0)]),
     shaped(
         entry("sensor_tone", "sensor:angle", Sensor(0), ("amplitude", 1e-4, 1.0), false),
@@ -82,7 +121,7 @@ pub static DRIVE: &[Entry] = &[
     ),
     quadratic("joint:drive", 0, 1e-2),
     cubic_damping("joint:drive", 0, 5e-3),
-    entry("joint_stiffness", "joint:drive", Coordinate(0), ("stiffness", 2e-2, 1e3), false),
+    stiffness("joint:drive", 0, 2e-2, 1e3),
     cubic("joint:drive", 0, 2e-2),
     shaped(
         entry("joint_gear_ripple", "joint:drive", Coordinate(0), ("sine", 5e-3, 10.0), true),
@@ -90,7 +129,7 @@ pub static DRIVE: &[Entry] = &[
     ),
     kin(
         entry("joint_torque_bias", "joint:drive", Coordinate(0), ("force", 5e-3, 10.0), true),
-        &["actuator_bias", "joint_stiffness", "constant_torque"],
+        &["actuator_bias", "joint_stiffness", "constant_torque", "joint_asymmetric_friction"],
     ),
     shaped(
         kin(
@@ -125,7 +164,7 @@ pub static DRIVE: &[Entry] = &[
         entry("encoder_ripple", "sensor:angle", Sensor(0), ("amplitude", 2e-5, 0.05), false),
         &[("order", 4.0, 30.0), ("phase", 0.1, 3.0)],
     ),
-    entry("sensor_drift", "sensor:rate", Sensor(1), ("rate", 3e-4, 1.0), true),
+    drift("sensor:rate", 1, 3e-4, 1.0),
     shaped(step("sensor:rate", 1, 1e-3), &[("begin", 2.0, 4.0), ("duration", 0.5, 2.0)]),
     shaped(
         entry("sensor_tone", "sensor:rate", Sensor(1), ("amplitude", 5e-4, 1.0), false),
@@ -140,14 +179,14 @@ pub static DOUBLE_PENDULUM: &[Entry] = &[
     quadratic("joint:pivot_2", 1, 1e-4),
     cubic("joint:pivot_1", 0, 1e-2),
     cubic("joint:pivot_2", 1, 5e-3),
-    entry("joint_stiffness", "joint:pivot_2", Coordinate(1), ("stiffness", 3e-3, 10.0), false),
+    stiffness("joint:pivot_2", 1, 3e-3, 10.0),
     scale("sensor:angle_1", 0),
     scale("sensor:angle_2", 1),
     shaped(
         entry("encoder_ripple", "sensor:angle_2", Sensor(1), ("amplitude", 2e-4, 0.05), false),
         &[("order", 3.0, 20.0), ("phase", 0.1, 3.0)],
     ),
-    entry("sensor_drift", "sensor:angle_1", Sensor(0), ("rate", 1e-4, 1.0), true),
+    drift("sensor:angle_1", 0, 1e-4, 1.0),
     shaped(step("sensor:angle_2", 1, 3e-4), &[("begin", 1.5, 3.0), ("duration", 0.5, 1.5)]),
     shaped(
         entry("sensor_tone", "sensor:angle_1", Sensor(0), ("amplitude", 2e-4, 1.0), false),
@@ -186,7 +225,7 @@ pub static OSCILLATOR: &[Entry] = &[
         entry("sensor_delay", "sensor:acceleration", Sensor(1), ("delay", 3e-5, 5e-3), false),
         &["sensor_lag", "clock_offset"],
     ),
-    entry("sensor_drift", "sensor:displacement", Sensor(0), ("rate", 1e-6, 1e-2), true),
+    drift("sensor:displacement", 0, 1e-6, 1e-2),
     shaped(step("sensor:displacement", 0, 1e-6), &[("begin", 1.0, 2.0), ("duration", 0.3, 1.0)]),
     shaped(
         entry("sensor_tone", "sensor:acceleration", Sensor(1), ("amplitude", 5e-3, 5.0), false),
@@ -206,7 +245,7 @@ pub static TANK: &[Entry] = &[
     entry("slosh_quadratic_damping", "tank:fuel", Coordinate(3), ("damping", 1.0, 1e5), false),
     scale("sensor:rate", 2),
     scale("sensor:acceleration_x", 0),
-    entry("sensor_drift", "sensor:rate", Sensor(2), ("rate", 1e-9, 1e-3), true),
+    drift("sensor:rate", 2, 1e-9, 1e-3),
     shaped(step("sensor:acceleration_y", 1, 5e-5), &[("begin", 300.0, 600.0), ("duration", 100.0, 300.0)]),
     entry("actuator_bias", "actuator:torque", Input(2), ("bias", 1e-4, 1.0), true),
     entry("actuator_bias", "actuator:force_y", Input(1), ("bias", 1e-3, 10.0), true),

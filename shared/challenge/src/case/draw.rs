@@ -185,9 +185,9 @@ fn choose(lab: &Lab<'_>, class: Class, planned: f64, draw: &mut Draw) -> Chosen 
 
 /// Largest cosine with entries that stay in the catalogue when this one is left out.
 fn rival_outside(lab: &Lab<'_>, entry: &Entry, found: &Realised, draw: &mut Draw) -> f64 {
-    let (rho, name) =
-        rival(lab, &Hidden { kind: entry.kind.into(), site: entry.site.into(), values: vec![] }, found, draw);
-    if entry.kin.iter().any(|kin| name.starts_with(kin)) { 0.0 } else { rho }
+    let own = Hidden { kind: entry.kind.into(), site: entry.site.into(), values: vec![] };
+    let stays = |other: &Entry| other.kind != entry.kind && !entry.kin.contains(&other.kind);
+    rival(lab, &own, found, draw, &stays).0
 }
 
 /// The number that is led furthest astray.
@@ -220,7 +220,7 @@ pub fn case(seed: u64, case: u64) -> Sealed {
     let chosen = if class == Class::Null { None } else { Some((setup.lab(), planned)) }.map(|(lab, planned)| {
         let chosen = choose(&lab, class, planned, &mut draw);
         let near = match (&chosen.list[..], &chosen.realised[..]) {
-            ([(hidden, _)], [found]) => rival(&lab, hidden, found, &mut draw),
+            ([(hidden, _)], [found]) => rival(&lab, hidden, found, &mut draw, &|_| true),
             _ => (0.0, String::new()),
         };
         (chosen, near)

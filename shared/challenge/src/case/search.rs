@@ -48,13 +48,20 @@ pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64) -> Opt
     best.filter(|(_, found)| found.d > 0.6 * planned && found.d < 1.7 * planned)
 }
 
-/// Largest |cosine| with the other entries of the menu, each at the amplitude where searches begin.
-pub fn rival(lab: &Lab<'_>, own: &Hidden, direction: &Realised, draw: &mut Draw) -> (f64, String) {
+/// Largest |cosine| with the other entries of the menu and the bench's rivals that `are_there`, each at the amplitude where searches begin.
+pub fn rival(
+    lab: &Lab<'_>,
+    own: &Hidden,
+    direction: &Realised,
+    draw: &mut Draw,
+    are_there: &dyn Fn(&Entry) -> bool,
+) -> (f64, String) {
     let mut most = (0.0, String::new());
-    for entry in lab.bench.menu.iter().filter(|e| e.kind != own.kind || e.site != own.site) {
+    let others = lab.bench.menu.iter().chain(lab.bench.rivals);
+    for entry in others.filter(|e| e.kind != own.kind || e.site != own.site) {
         let rival = lab.realised(&[(shaped(entry, draw), entry.seat)], false);
         let rho = cosine(&direction.direction, &rival.direction).abs();
-        if rho > most.0 {
+        if rho > most.0 && are_there(entry) {
             most = (rho, format!("{}@{}", entry.kind, entry.site));
         }
     }
