@@ -39,14 +39,14 @@ pub(super) fn off_axis(known: &ArmKnown, estimate: &Estimate, i: usize) -> Optio
     let is_prior =
         known.prior_relative_sd.is_some() && arm_standing(known, estimate, OFF_AXIS_AT) != Some("identified");
     let sheet = estimate.auxiliary[OFF_AXIS_AT];
-    if i != OFF_AXIS_AT || !is_mated || is_prior || sheet.is_nan() {
+    if i != OFF_AXIS_AT || !is_mated || is_prior {
         return None;
     }
     let alpha = MatedAlpha::from_fn(|i, _| estimate.values[i]);
     let scale = if known.h_cm_sigma_nms > 0.0 { known.h_cm_sigma_nms / known.h_cm_nms } else { 0.0 };
     let mut covariance = SMatrix::<f64, 9, 9>::from_fn(|i, j| estimate.covariance[i][j]);
     covariance -= alpha * alpha.transpose() * (scale * scale);
-    covariance[(OFF_AXIS_AT, OFF_AXIS_AT)] += sheet * sheet;
+    covariance[(OFF_AXIS_AT, OFF_AXIS_AT)] += sheet * sheet; // NaN: no variance, nothing is said
     off_axis_sigmas(&alpha, &covariance)
 }
 
