@@ -4,13 +4,32 @@
 use console::bench::inertial::{Inertial, truth};
 use nalgebra::{SMatrix, SVector};
 use recording::RecordedRun;
+use std::path::PathBuf;
 use std::process::Command;
-use telemetry::{ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Phase, TargetEstimate, Topic};
+use telemetry::{
+    ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, EXCITATION_AT, Estimate, Phase, TargetEstimate, Topic,
+};
+
+/// A run's own folder, gone when the run is.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("obsid-mission-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a folder");
+        Folder(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
 
 /// One arm experiment and what follows; the default scenario without slosh and modal.
 fn flown(name: &str, change: impl Fn(&mut String)) -> RecordedRun {
-    let folder = std::env::temp_dir().join(format!("obsid-mission-{name}-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).expect("a folder");
+    let folder = Folder::new(name);
     let default = concat!(env!("CARGO_MANIFEST_DIR"), "/deploy/scenarios/default.toml");
     let text = std::fs::read_to_string(default).expect("the default scenario");
     let (head, rest) = text.split_at(text.find("# BP3A").expect("modal comes first"));
@@ -18,15 +37,13 @@ fn flown(name: &str, change: impl Fn(&mut String)) -> RecordedRun {
     // Capture waits for the models that are left out here.
     text = text.replace("operator_override = false", "operator_override = true");
     change(&mut text);
-    let (scenario, file) = (folder.join("scenario.toml"), folder.join("flight.mcap"));
+    let (scenario, file) = (folder.0.join("scenario.toml"), folder.0.join("flight.mcap"));
     std::fs::write(&scenario, text).expect("a scenario");
     let mut command = Command::new(env!("CARGO_BIN_EXE_obsid"));
     let run = command.args(["run", "--link", "lockstep", "--json", "--record"]).arg(&file).arg(&scenario);
     let out = run.output().expect("it runs");
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
-    let recorded = recording::read_mcap_topics(&file, telemetry::is_result).expect("a recording");
-    std::fs::remove_dir_all(&folder).expect("its own folder");
-    recorded
+    recording::read_mcap_topics(&file, telemetry::is_result).expect("a recording")
 }
 
 fn last(recorded: &RecordedRun, topic: Topic<Estimate>, phase: Phase) -> Estimate {
@@ -72,7 +89,7 @@ fn both_estimates_of_the_arm_are_published_in_both_phases_and_the_target_is_weig
         let (consider, noise) = (before.auxiliary[i], before.covariance[i][i].sqrt());
         assert!(consider > 0.1 * noise && consider < 20.0 * noise, "a{}: {consider} beside {noise}", i + 1);
     }
-    assert!(before.auxiliary[9].abs() < 0.5, "every parameter is identified: {}", before.auxiliary[9]);
+    assert!(before.auxiliary[EXCITATION_AT].abs() < 0.5, "every parameter is identified: {before:?}");
     let [stated, found] = targets(&recorded)[..] else { panic!("stated and found") };
     assert!(stated.is_intact() && found.is_intact());
     assert_eq!((stated.origin, stated.status, found.origin, found.status), (0, 0, 2, 0));

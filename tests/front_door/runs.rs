@@ -5,6 +5,8 @@ use serde_json::Value;
 use std::sync::LazyLock;
 
 static DEFAULT: LazyLock<Value> = LazyLock::new(|| ask(&["run", "--link", "lockstep", "--json"]).result());
+static SHORT: LazyLock<Value> =
+    LazyLock::new(|| ask(&["run", &scenario("short.toml"), "--link", "lockstep", "--json"]).result());
 
 /// Domain, phase and names of every model of the default mission.
 const MODELS: [(&str, &str, &[&str]); 4] = [
@@ -68,6 +70,33 @@ fn every_parameter_has_its_truth_and_lies_within_four_sigma_of_it() {
 }
 
 #[test]
+fn what_the_sensor_sheet_may_have_done_stands_beside_each_number_of_the_arm_null_where_it_is_not_known() {
+    for row in estimates(&DEFAULT, "inertial") {
+        assert!(number(row, "consider_sigma") > 0.0, "{row}");
+    }
+    let torques = estimates(&DEFAULT, "inertial_torque");
+    assert!(torques.iter().all(|row| row["value"].is_number()) && torques.len() == 17, "{torques:?}");
+    assert!(torques.iter().all(|row| row.get("consider_sigma").is_some_and(Value::is_null)), "{torques:?}");
+    let others = ["slosh", "modal", "target"].iter().flat_map(|domain| estimates(&DEFAULT, domain));
+    // the short scenario's sheet states no error
+    let silent = ["inertial", "inertial_torque"].iter().flat_map(|domain| estimates(&SHORT, domain));
+    for row in others.chain(silent) {
+        assert!(row.get("consider_sigma").is_none(), "{row}");
+    }
+}
+
+#[test]
+fn the_ninth_number_alone_says_how_far_off_the_axis_it_lies_and_without_a_prior_no_number_has_a_standing() {
+    for row in ["inertial", "slosh", "modal"].iter().flat_map(|domain| estimates(&DEFAULT, domain)) {
+        assert_eq!(row.get("off_axis_sigmas").is_some(), row["name"] == "a9", "{row}");
+        assert!(row.get("standing").is_none(), "{row}");
+    }
+    let [.., a9] = &rows(&DEFAULT, "inertial", "mated")[..] else { panic!("nine") };
+    // 150 kg are held: far beyond the five sigmas that show a target
+    assert!(number(a9, "off_axis_sigmas") < -100.0, "{a9}");
+}
+
+#[test]
 fn every_model_is_complete_adequate_and_accepted_and_the_mission_ends_mated_in_standby() {
     for (domain, phase, _) in MODELS {
         for row in rows(&DEFAULT, domain, phase) {
@@ -96,8 +125,7 @@ fn every_model_is_complete_adequate_and_accepted_and_the_mission_ends_mated_in_s
 
 #[test]
 fn processes_over_shared_memory_and_one_thread_give_the_same_digest_and_another_seed_another() {
-    let short = scenario("short.toml");
-    let lockstep = ask(&["run", &short, "--link", "lockstep", "--json"]).result();
+    let (short, lockstep) = (scenario("short.toml"), &*SHORT);
     let shm = ask(&["run", &short, "--link", "shm", "--json"]).result();
     assert_eq!(lockstep["digest"], shm["digest"]);
     assert_eq!(lockstep["estimates"], shm["estimates"]);
@@ -120,15 +148,14 @@ fn without_json_the_table_shows_every_parameter_and_the_digest() {
 
 #[test]
 fn a_damaged_sample_is_counted_and_dropped_and_changes_nothing() {
-    let short = scenario("short.toml");
-    let good = ask(&["run", &short, "--link", "lockstep", "--json"]).result();
+    let (short, good) = (scenario("short.toml"), &*SHORT);
     // Frame 1500 lies in the arm experiment: its inertial sample is taken by three partitions.
     let damaged = ask(&["run", &short, "--link", "lockstep", "--corrupt", "1500", "--json"]).result();
     let bad = |result: &Value, name: &str| {
         let rows = result["partitions"].as_array().unwrap();
         rows.iter().find(|row| row["name"] == name).unwrap()["bad"].as_u64().unwrap()
     };
-    assert_eq!(bad(&good, "inertial-id"), 0);
+    assert_eq!(bad(good, "inertial-id"), 0);
     assert_eq!(bad(&damaged, "inertial-id"), 1);
     assert_eq!(good["digest"], damaged["digest"]);
 }

@@ -1,14 +1,15 @@
 //! What a run came to, read from its recording: modes, estimates with verdicts, partitions, digest.
 
 mod arm;
+mod remarks;
 
 use crate::launch::{Finished, LinkKind};
 use crate::{paper, truth};
 pub use arm::ArmResults;
-use nalgebra::SMatrix;
-use physics::mated::{MatedAlpha, OFF_AXIS_SIGMAS, off_axis_sigmas};
+use physics::mated::OFF_AXIS_SIGMAS;
 use recording::{McapRecorder, RecordedRun, RecordingError};
 use runtime::RunConfig;
+use runtime::scenario::ArmKnown;
 use runtime::statistics::PartitionRow;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -71,7 +72,8 @@ pub struct ParameterRow {
     pub dominant_channel: Option<u32>,
     /// With a prior: what the record did to the number.
     pub standing: Option<&'static str>,
-    /// Inertial: what the sensors' systematic errors may have done, beside the noise's sigma.
+    /// Inertial: what the sensors' systematic errors may have done, beside the noise's sigma (NaN: not known);
+    /// none where the sheet states no error.
     pub consider_sigma: Option<f64>,
     /// Mated, of a9: the centre of mass of link 2 and what it holds lies so many sigmas off the link's axis.
     pub off_axis_sigmas: Option<f64>,
@@ -297,6 +299,7 @@ fn parameter_rows(
     let truth = truth::parameters(run, domain, phase);
     let found = estimate.filter(|estimate| estimate.status == 0).map_or(0, |estimate| usize::from(estimate.count));
     let names = telemetry::parameters(domain);
+    let arm = arm_known(run, phase).filter(|_| domain == Domain::Inertial);
     let row = |i: usize| {
         let found = estimate.filter(|_| i < found);
         ParameterRow {
@@ -318,68 +321,23 @@ fn parameter_rows(
                 .filter(|_| domain == Domain::Modal)
                 .map(|estimate| estimate.auxiliary[i / 2] as u32),
             standing: found.and_then(|estimate| match domain {
-                Domain::Slosh => slosh_standing(estimate, i),
-                Domain::Inertial if has_arm_prior(run, phase) => arm_standing(estimate, i),
-                _ => None,
+                Domain::Slosh => remarks::slosh_standing(estimate, i),
+                Domain::Inertial => remarks::arm_standing(arm?, estimate, i),
+                Domain::Modal => None,
             }),
-            consider_sigma: found.and_then(|estimate| consider_sigma(estimate, i)),
-            off_axis_sigmas: found.filter(|_| i == OFF_AXIS_AT).and_then(|estimate| off_axis(run, estimate)),
+            consider_sigma: found.and_then(|estimate| remarks::consider_sigma(arm?, estimate, i)),
+            off_axis_sigmas: found.and_then(|estimate| remarks::off_axis(arm?, estimate, i)),
         }
     };
     let expected = if truth.is_empty() { found.max(usize::from(found == 0)) } else { truth.len().max(found) };
     (0..expected.min(names.len())).map(row).collect()
 }
 
-/// What `slosh-id` says of number i; nothing without a prior.
-fn slosh_standing(estimate: &Estimate, i: usize) -> Option<&'static str> {
-    /// Places of the standings in `Estimate::auxiliary`.
-    const STANDINGS: usize = 4;
-    match *estimate.auxiliary.get(STANDINGS + i)? as u32 {
-        1 => Some("identified"),
-        2 => Some("prior kept"),
-        3 => Some("not excited"),
-        _ => None,
-    }
-}
-
-fn has_arm_prior(run: &RunConfig, phase: Phase) -> bool {
-    let arm = if phase == Phase::Mated { &run.scenario.mated } else { &run.scenario.inertial };
-    arm.as_ref().is_some_and(|arm| arm.known.prior_relative_sd.is_some())
-}
-
-/// What `inertial-id` says of number i.
-fn arm_standing(estimate: &Estimate, i: usize) -> Option<&'static str> {
-    /// Place in `Estimate::auxiliary` of a base-4 digit a parameter.
-    const EXCITATION: usize = 9;
-    let digits = estimate.auxiliary[EXCITATION] as u64;
-    ["identified", "prior kept", "not excited"].get((digits >> (2 * i) & 0b11) as usize).copied()
-}
-
-/// `None`: no sheet was stated, or it is not known yet.
-fn consider_sigma(estimate: &Estimate, i: usize) -> Option<f64> {
-    let sigma = *estimate.auxiliary.get(i)?;
-    (estimate.domain == Domain::Inertial.code() && sigma > 0.0).then_some(sigma)
-}
-
-/// The parameter that is zero while link 2 holds nothing off its axis.
-const OFF_AXIS_AT: usize = 8;
-
-/// In sigmas of noise and sheet together; none where the sheet's part is not known, or the number is its prior's. An error of the momentum
-/// scales all numbers and moves no zero: its part `(σ_h / h)² α α'` of the covariance is taken out.
-fn off_axis(run: &RunConfig, estimate: &Estimate) -> Option<f64> {
-    let is_mated = estimate.domain == Domain::Inertial.code() && estimate.phase == Phase::Mated.code();
-    let known = &run.scenario.mated.as_ref().filter(|_| is_mated)?.known;
-    let is_prior = known.prior_relative_sd.is_some() && arm_standing(estimate, OFF_AXIS_AT) != Some("identified");
-    let sheet = *estimate.auxiliary.get(OFF_AXIS_AT)?;
-    if is_prior || sheet.is_nan() {
-        return None;
-    }
-    let alpha = MatedAlpha::from_fn(|i, _| estimate.values[i]);
-    let scale = if known.h_cm_sigma_nms > 0.0 { known.h_cm_sigma_nms / known.h_cm_nms } else { 0.0 };
-    let mut covariance = SMatrix::<f64, 9, 9>::from_fn(|i, j| estimate.covariance[i][j]);
-    covariance -= alpha * alpha.transpose() * (scale * scale);
-    covariance[(OFF_AXIS_AT, OFF_AXIS_AT)] += sheet * sheet;
-    off_axis_sigmas(&alpha, &covariance)
+/// What the estimator of the arm was told: as it chooses it itself.
+fn arm_known(run: &RunConfig, phase: Phase) -> Option<&ArmKnown> {
+    let scenario = &run.scenario;
+    let arm = scenario.inertial.as_ref().filter(|_| phase != Phase::Mated).or(scenario.mated.as_ref());
+    arm.map(|arm| &arm.known)
 }
 
 /// The supervisor's words, and the estimator's when it has no estimate.

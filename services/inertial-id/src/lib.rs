@@ -18,8 +18,8 @@ use runtime::scenario::{ArmExperiment, ArmKnown};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Experiment, IMU, Imu, Innovation,
-    JOINTS, Joints, PartitionId, Sample, TopicId,
+    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, EXCITATION_AT, Estimate, Experiment, IMU,
+    Imu, Innovation, JOINTS, Joints, PartitionId, Sample, TopicId,
 };
 
 /// An estimate goes out every so many frames of an experiment.
@@ -37,8 +37,6 @@ const NOT_KNOWN: u32 = 1;
 const NOT_EXCITED: u32 = 2;
 const NO_SAMPLES: u32 = 3;
 const NO_TORQUES: u32 = 4;
-/// Where `Estimate::auxiliary` carries the excitation, behind the considered sigmas.
-const EXCITATION: usize = 9;
 
 /// The estimators of the phase: eight parameters before capture, nine with a target. In place: an experiment takes no memory.
 #[derive(Clone, Serialize, Deserialize)]
@@ -355,7 +353,7 @@ fn fill<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstima
     (0..P).for_each(|i| sample.auxiliary[i] = consider.map_or(f64::NAN, |consider| consider[(i, i)].sqrt()));
     let prior = live.prior_sd();
     let told = |i: usize| excitation(estimate.noise_covariance[(i, i)].sqrt(), prior[i]);
-    sample.auxiliary[EXCITATION] = excitation_code::<P>(told);
+    sample.auxiliary[EXCITATION_AT] = excitation_code::<P>(told);
 }
 
 /// A base-4 digit a parameter: what the data did to its prior.
@@ -378,7 +376,7 @@ fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &Liv
     let scale_variance =
         estimate.alpha.dot(&(estimate.covariance * estimate.alpha)) / estimate.alpha.norm_squared().powi(2);
     let scale = excitation(scale_variance.sqrt(), SCALE_SD);
-    sample.auxiliary[EXCITATION] = excitation_code::<P>(|_| scale);
+    sample.auxiliary[EXCITATION_AT] = excitation_code::<P>(|_| scale);
 }
 
 #[cfg(test)]

@@ -145,7 +145,7 @@ fn what_the_sheet_does_to_the_torques_estimate_is_not_called_zero_unless_the_she
     fill_torque(&mut sample, &live, &known);
     assert!(sample.auxiliary[..8].iter().all(|sigma| sigma.is_nan()));
     // eighty seconds of torques find their common scale
-    assert_eq!(sample.auxiliary[EXCITATION], 0.0);
+    assert_eq!(sample.auxiliary[EXCITATION_AT], 0.0);
 }
 
 #[test]
@@ -160,7 +160,7 @@ fn a_torques_estimate_is_excited_where_torques_found_the_common_scale_whatever_t
     let mut sample = Estimate::zeroed_at(0);
     fill_torque(&mut sample, &live, &known);
     assert!(live.torque().is_some());
-    assert_eq!(sample.auxiliary[EXCITATION], 0.0);
+    assert_eq!(sample.auxiliary[EXCITATION_AT], 0.0);
 }
 
 #[test]

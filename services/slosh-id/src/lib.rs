@@ -20,8 +20,8 @@ use runtime::scenario::SloshKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    ACTUATORS, Actuators, Domain, ESTIMATE_SLOSH, Estimate, Experiment, IMU, Imu, Innovation, PartitionId, Sample,
-    TopicId,
+    ACTUATORS, Actuators, Domain, ESTIMATE_SLOSH, Estimate, Experiment, IMU, Imu, Innovation, PartitionId,
+    STANDINGS_AT, Sample, TopicId,
 };
 
 const PARAMETERS: usize = 3;
@@ -29,8 +29,6 @@ const PARAMETERS: usize = 3;
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
 /// A first sample further than this many intervals behind the experiment's begin is late: what came before is not known.
 const LATE_INTERVALS: f64 = 1.5;
-/// Places of the three standings in `Estimate::auxiliary`.
-const STANDINGS: usize = 4;
 /// Places of the two numbers of a refusal in `Estimate::auxiliary`.
 const NUMBERS_OF_STATUS: usize = 10;
 /// `Estimate::status` when the scenario does not say what has to be known.
@@ -262,7 +260,7 @@ fn fill(sample: &mut Estimate, estimate: &SloshEstimate) {
     sample.auxiliary[1] = estimate.state_at_end.velocity_m_s;
     sample.auxiliary[3] = estimate.hypothesis.bias_m_s2;
     if let Some(standing) = estimate.standing {
-        sample.auxiliary[STANDINGS..STANDINGS + PARAMETERS].copy_from_slice(&standing.map(code));
+        sample.auxiliary[STANDINGS_AT..STANDINGS_AT + PARAMETERS].copy_from_slice(&standing.map(code));
     }
     if let Some(newest) = estimate.innovation {
         let record = &mut sample.innovation;

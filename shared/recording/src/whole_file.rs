@@ -53,15 +53,32 @@ pub(crate) fn replace_stream(
 mod tests {
     use super::*;
 
-    fn scratch(name: &str) -> PathBuf {
-        let folder = std::env::temp_dir().join(format!("obsid-whole-file-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        folder.join(name)
+    /// A test's own folder, gone when the test is.
+    struct Folder(PathBuf);
+
+    impl Folder {
+        fn new(test: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("obsid-whole-file-{test}-{}", std::process::id()));
+            std::fs::create_dir_all(&path).unwrap();
+            Folder(path)
+        }
+
+        fn files(&self) -> Vec<String> {
+            let name = |entry: std::io::Result<std::fs::DirEntry>| entry.unwrap().file_name().into_string().unwrap();
+            std::fs::read_dir(&self.0).unwrap().map(name).collect()
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
     }
 
     #[test]
     fn the_old_file_stands_until_the_new_one_is_complete() {
-        let path = scratch("complete");
+        let folder = Folder::new("complete");
+        let path = folder.0.join("complete");
         std::fs::write(&path, "old").unwrap();
         replace_stream(&path, |out| {
             out.write_all(b"half")?;
@@ -72,18 +89,13 @@ mod tests {
         })
         .unwrap();
         assert_eq!(std::fs::read(&path).unwrap(), b"half and half");
-        assert_eq!(
-            std::fs::read_dir(path.parent().unwrap())
-                .unwrap()
-                .filter(|e| e.as_ref().unwrap().file_name() == "complete.writing")
-                .count(),
-            0
-        );
+        assert_eq!(folder.files(), ["complete"]);
     }
 
     #[test]
     fn a_write_that_fails_leaves_the_old_file_and_nothing_beside_it() {
-        let path = scratch("failed");
+        let folder = Folder::new("failed");
+        let path = folder.0.join("failed");
         std::fs::write(&path, "old").unwrap();
         let error = replace_stream(&path, |out| {
             out.write_all(b"half")?;
@@ -92,15 +104,15 @@ mod tests {
         let error = error.unwrap_err().explain();
         assert!(error.contains("failed: cannot write: no space"), "{error}");
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
-        assert!(!scratch("failed.writing").exists());
+        assert_eq!(folder.files(), ["failed"]);
     }
 
     #[cfg(unix)]
     #[test]
     fn a_link_stays_a_link_and_a_device_a_device() {
-        let (target, link) = (scratch("target"), scratch("link"));
+        let folder = Folder::new("link");
+        let (target, link) = (folder.0.join("target"), folder.0.join("link"));
         std::fs::write(&target, "old").unwrap();
-        let _ = std::fs::remove_file(&link);
         std::os::unix::fs::symlink(&target, &link).unwrap();
         replace_stream(&link, |out| out.write_all(b"new")).unwrap();
         assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());

@@ -148,46 +148,55 @@ fn read_slot(path: &Path) -> Option<(u64, Vec<u8>)> {
 mod tests {
     use super::{Checkpoint, Store};
 
-    fn folder(name: &str) -> std::path::PathBuf {
-        let folder = std::env::temp_dir().join(format!("obsid-checkpoint-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&folder).unwrap();
-        folder
+    /// A test's own folder, gone when the test is.
+    struct Folder(std::path::PathBuf);
+
+    impl Folder {
+        fn new(test: &str) -> Self {
+            let path = std::env::temp_dir().join(format!("obsid-checkpoint-{test}-{}", std::process::id()));
+            std::fs::create_dir_all(&path).unwrap();
+            Folder(path)
+        }
+    }
+
+    impl Drop for Folder {
+        fn drop(&mut self) {
+            let _ = std::fs::remove_dir_all(&self.0);
+        }
     }
 
     #[test]
     fn a_write_cut_at_any_byte_leaves_the_checkpoint_before() {
-        let folder = folder("cut");
+        let folder = Folder::new("cut");
         let older = Checkpoint { frames: 25, state: vec![7; 40], ..Checkpoint::default() };
         let newer = Checkpoint { frames: 50, state: vec![9; 40], ..Checkpoint::default() };
-        let mut store = Store::new(&folder, "any");
+        let mut store = Store::new(&folder.0, "any");
         store.save(&older).unwrap();
         store.save(&newer).unwrap();
-        let path = folder.join("any.0");
+        let path = folder.0.join("any.0");
         let whole = std::fs::read(&path).unwrap();
         for cut in 0..whole.len() {
             std::fs::write(&path, &whole[..cut]).unwrap();
-            assert_eq!(Store::new(&folder, "any").load().unwrap().as_ref(), Some(&older), "cut at byte {cut}");
+            assert_eq!(Store::new(&folder.0, "any").load().unwrap().as_ref(), Some(&older), "cut at byte {cut}");
         }
         std::fs::write(&path, &whole).unwrap();
-        assert_eq!(Store::new(&folder, "any").load().unwrap().as_ref(), Some(&newer));
-        std::fs::remove_dir_all(folder).unwrap();
+        assert_eq!(Store::new(&folder.0, "any").load().unwrap().as_ref(), Some(&newer));
     }
 
     #[test]
     fn a_flipped_bit_is_not_taken_up() {
-        let folder = folder("flip");
+        let folder = Folder::new("flip");
         let older = Checkpoint { frames: 25, ..Checkpoint::default() };
-        let mut store = Store::new(&folder, "any");
+        let mut store = Store::new(&folder.0, "any");
         store.save(&older).unwrap();
         store.save(&Checkpoint { frames: 50, ..Checkpoint::default() }).unwrap();
-        let path = folder.join("any.0");
+        let path = folder.0.join("any.0");
         let whole = std::fs::read(&path).unwrap();
         for byte in 0..whole.len() {
             let mut damaged = whole.clone();
             damaged[byte] ^= 4;
             std::fs::write(&path, damaged).unwrap();
-            assert_eq!(Store::new(&folder, "any").load().unwrap().as_ref(), Some(&older), "byte {byte}");
+            assert_eq!(Store::new(&folder.0, "any").load().unwrap().as_ref(), Some(&older), "byte {byte}");
         }
-        std::fs::remove_dir_all(folder).unwrap();
     }
 }

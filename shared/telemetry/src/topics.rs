@@ -17,6 +17,11 @@ pub const MODES_BESIDE_INERTIA: usize = 5;
 /// Where in `Estimate::auxiliary` it then carries the inertia about the hub's axis, and its sigma (0: none).
 pub const HUB_INERTIA_AT: usize = 5;
 pub const HUB_INERTIA_SIGMA_AT: usize = 11;
+/// Where `Estimate::auxiliary` carries the standing of each slosh parameter (1 identified, 2 prior kept, 3 not excited; 0: no prior).
+pub const STANDINGS_AT: usize = 4;
+/// Where it carries the excitation of the inertial parameters, behind their considered sigmas: a base-4 digit each (0 identified,
+/// 1 prior kept, 2 not excited).
+pub const EXCITATION_AT: usize = 9;
 
 /// What every sample type can do.
 #[cfg(not(feature = "iceoryx2"))]

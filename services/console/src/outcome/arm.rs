@@ -1,6 +1,6 @@
 //! What the arm's experiments say beside the momentum's parameters: the same parameters from motion and torques, and the target's own numbers.
 
-use super::FoundNumber;
+use super::{FoundNumber, arm_known, remarks};
 use crate::{paper, truth};
 use recording::RecordedRun;
 use runtime::RunConfig;
@@ -16,6 +16,8 @@ pub struct ArmRow {
     pub of: &'static str,
     pub number: FoundNumber,
     pub remark: &'static str,
+    /// As of [`super::ParameterRow`].
+    pub consider_sigma: Option<f64>,
 }
 
 impl ArmRow {
@@ -23,6 +25,9 @@ impl ArmRow {
         let mut object = json!({ key: self.of });
         self.number.append_to(&mut object);
         object["remark"] = json!(self.remark);
+        if let Some(sigma) = self.consider_sigma {
+            object["consider_sigma"] = json!(sigma);
+        }
         object
     }
 }
@@ -60,6 +65,7 @@ impl ArmResults {
 
 fn torque_rows(run: &RunConfig, phase: Phase, found: &Estimate) -> Vec<ArmRow> {
     let truth = truth::parameters(run, Domain::Inertial, phase);
+    let known = arm_known(run, phase);
     let valid = found.status == 0;
     let remark = if valid { "" } else { telemetry::status_text(Domain::Inertial, found.status) };
     // of what was not found one row says why
@@ -75,6 +81,7 @@ fn torque_rows(run: &RunConfig, phase: Phase, found: &Estimate) -> Vec<ArmRow> {
             paper_error_percent: paper::torque_error_percent(phase, i),
         },
         remark,
+        consider_sigma: known.filter(|_| valid).and_then(|known| remarks::consider_sigma(known, found, i)),
     };
     (0..count.min(telemetry::parameters(Domain::Inertial).len())).map(row).collect()
 }
@@ -98,6 +105,7 @@ fn target_rows(truth: Option<[f64; 4]>, found: &TargetEstimate) -> Vec<ArmRow> {
             paper_error_percent: None,
         },
         remark: telemetry::target_status_text(found.status),
+        consider_sigma: None,
     };
     TARGET.iter().enumerate().map(row).take(if has_values { 4 } else { 1 }).collect()
 }

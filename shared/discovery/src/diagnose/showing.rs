@@ -217,3 +217,6 @@ fn instants_s(engine: &Engine<'_>) -> Vec<f64> {
     }
     times
 }
+
+#[cfg(test)]
+mod tests;

@@ -143,3 +143,28 @@ fn a_lag_of_an_accelerometer_is_felt_as_the_simulation_has_it() {
         assert!(worst < 0.4, "{time_constant_s}: {worst} standard deviations");
     }
 }
+
+/// They go through the recursion in fours and one by one: each feels its own numbers only, in the same order.
+#[test]
+fn columns_whitened_together_are_bit_for_bit_those_whitened_alone() {
+    let nominal = plant("oscillator");
+    let lagged =
+        crate::synthetic::with_effect(&nominal, "sensor_lag", "sensor:displacement", &[("time_constant", 3e-3)]);
+    let problem = problem(&lagged, recording(&lagged, 2, 0.6));
+    let (engine, board) = board(&problem);
+    let mut other = engine.noise.clone();
+    other.input_sigma[0] *= 7.0;
+    other.pole.fill(0.6);
+    // two fours and one more, no two alike
+    let turned = |k: usize| [&board.nu[37 * k..], &board.nu[..37 * k]].concat();
+    let columns: Vec<Vec<f64>> = (0..9).map(turned).collect();
+    for noise in [&engine.noise, &other] {
+        let mut together = columns.clone();
+        board.whiten(&engine, noise, &mut together).unwrap();
+        for (k, (column, together)) in columns.iter().zip(&together).enumerate() {
+            let mut alone = [column.clone()];
+            board.whiten(&engine, noise, &mut alone).unwrap();
+            assert!(together.iter().zip(&alone[0]).all(|(a, b)| a.to_bits() == b.to_bits()), "column {k}");
+        }
+    }
+}

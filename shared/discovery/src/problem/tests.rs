@@ -172,3 +172,24 @@ fn unknown_numbers_of_the_plants_own_command_reach_the_rows_and_a_step_between_s
         );
     }
 }
+
+#[test]
+fn when_a_command_comes_again_may_be_unknown_and_when_a_sensor_looks_is_not() {
+    use plant::description::{Quantity, Signal, SignalKind};
+    let known = Quantity::known;
+    let periods = |period_s: Quantity| {
+        let mut nominal = plant("oscillator");
+        nominal.sensors[0].period_s = Some(Quantity::with_prior(nominal.simulation.period_s, 1e-5));
+        nominal.actuators[0].recorded = false;
+        let pulses = SignalKind::Pulse { size: known(2.0), width_s: known(0.01), period_s: Some(period_s) };
+        let tones = SignalKind::Multisine { rms: known(1.0), period_s, first: 1, last: 3 };
+        let signal = |kind| Signal { kind, begin_s: known(0.0), end_s: None };
+        nominal.actuators[0].command = [pulses, tones].map(signal).to_vec();
+        let mut recorded = recording(&nominal, 1, 0.2);
+        recorded.channels.retain(|channel| channel.name != nominal.actuators[0].name);
+        let unknowns = Problem::new(&nominal, &[recorded], &[]).unwrap().unknowns;
+        unknowns.into_iter().map(|u| u.name).filter(|name| name.ends_with("period")).collect::<Vec<_>>()
+    };
+    assert_eq!(periods(Quantity::with_prior(0.05, 1e-3)), ["shaker.command.1.period", "shaker.command.2.period"]);
+    assert!(periods(known(0.05)).is_empty());
+}
