@@ -278,3 +278,42 @@ fn initial(machine: &mut Machine<'_>, sigmas: &[f64], noise: &NoiseModel) -> Opt
     }
     Some(x)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+
+    fn gain(sums: &[f64]) -> Gain {
+        blocks(&sums.iter().enumerate().map(|(k, d)| (k as f64 + 0.5, *d)).collect::<Vec<_>>(), 1.0)
+    }
+
+    #[test]
+    fn a_gain_that_few_blocks_hold_stands_where_none_is_against_it_and_a_loss_likewise() {
+        let mut sums = vec![1.0; 30];
+        sums.extend([150.0, 40.0, 25.0]);
+        (0..30).for_each(|k| sums[k] += 0.3 * (k as f64).sin());
+        assert_eq!(gain(&sums).status(), Status::Confirmed);
+        sums.iter_mut().for_each(|d| *d = -*d);
+        assert_eq!(gain(&sums).status(), Status::Refused);
+        // as much of the same by half of the blocks is chance
+        sums.iter_mut().enumerate().for_each(|(k, d)| *d = if k % 2 == 0 { d.abs() } else { -d.abs() });
+        assert_eq!(gain(&sums).status(), Status::Unconfirmed);
+    }
+
+    #[test]
+    fn the_interval_of_skewed_gains_holds_their_mean_as_often_as_it_says_on_either_side() {
+        // chi-squared of two degrees less its mean: skewness two
+        let (mut hall, mut student) = ([0; 3], [0; 3]);
+        for seed in 0..4000 {
+            let x = Noise::new(seed).series(60, 1.0);
+            let sums: Vec<f64> = x.chunks(2).map(|x| 0.5 * (x[0] * x[0] + x[1] * x[1]) - 1.0).collect();
+            let found = gain(&sums);
+            hall[found.status() as usize] += 1;
+            student[Gain { skewness: 0.0, ..found }.status() as usize] += 1;
+        }
+        // confirmed, unconfirmed, refused; 100 ± 10 on each side, fewer for the neighbours that may count as correlated
+        assert!((50..=130).contains(&hall[0]) && (50..=130).contains(&hall[2]), "{hall:?}");
+        assert!(student[0] < 30 && student[2] > 200, "{student:?}");
+    }
+}

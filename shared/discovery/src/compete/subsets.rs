@@ -389,3 +389,31 @@ impl Judge<'_> {
         Some((rung.chi2 - decrease, x.split_off(u)))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::Candidate;
+    use plant::effects::EFFECTS;
+
+    fn column(kind: &str, site: &str, tries: usize) -> Column {
+        let effect = EFFECTS.iter().find(|effect| effect.kind == kind).unwrap();
+        let (site, directions) = (site.parse().unwrap(), vec![Vec::new()]);
+        let candidate = Candidate { effect, site, inner: Vec::new(), directions, one_sided: false, high: 1.0, tries };
+        Column { candidate, raw: Vec::new(), step: 1.0 }
+    }
+
+    #[test]
+    fn every_law_has_the_same_share_of_the_level_whatever_its_grid() {
+        let tone = |tries| column("sensor_tone", "sensor:angle", tries);
+        let columns =
+            [column("joint_coulomb", "joint:pivot", 1), tone(1), tone(400), column("sensor_scale", "sensor:angle", 1)];
+        let trials = Trials::new(&columns);
+        assert_eq!(trials.price(&[0]), 3.0);
+        assert_eq!(trials.price(&[2]), 3.0 * 401.0);
+        // an unordered pair
+        assert_eq!(trials.price(&[0, 3]), 4.5);
+        let spent: f64 = (0..4).map(|c| columns[c].candidate.tries as f64 / trials.of(c)).sum();
+        assert!((spent - 1.0).abs() < 1e-12);
+    }
+}
