@@ -31,6 +31,24 @@ fn a_wrong_noise_model_is_called_that_and_nothing_else() {
     }
 }
 
+/// What noise of any size and colour would swallow leaves a line of the spectrum or a force over the command.
+#[test]
+fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
+    let cases: [Case; 3] = [
+        ("drive_rig", 2.0, "sensor_tone", "sensor:rate", &[("amplitude", 4e-3), ("frequency", 29.0)]),
+        ("oscillator", 1.0, "sensor_tone", "sensor:acceleration", &[("amplitude", 0.1), ("frequency", 26.0)]),
+        ("oscillator", 2.0, "actuator_dead_zone", "actuator:shaker", &[("half_width", 0.05)]),
+    ];
+    for (name, duration_s, kind, site, values) in cases {
+        let nominal = plant(name);
+        let recorded = recording(&with_effect(&nominal, kind, site, values), 21, duration_s);
+        let options = Options { threads: 2, without: vec![kind.to_owned()], ..Options::default() };
+        let found = diagnose(&problem(&nominal, recorded), &options, &mut |_, _| {});
+        let abstains = matches!(found.verdict, Verdict::CannotDecide | Verdict::NotInCatalogue);
+        assert!(abstains && found.augmented_plant.is_none(), "{name} {kind}: {:?} {}", found.verdict, found.reason);
+    }
+}
+
 /// Plant, duration, effect, site, values.
 type Case = (&'static str, f64, &'static str, &'static str, &'static [(&'static str, f64)]);
 
