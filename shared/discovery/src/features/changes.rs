@@ -102,7 +102,7 @@ impl Change {
         }
     }
 
-    /// Amplitudes in question: both signs, or positive ones by size.
+    /// Amplitudes in question, rising, that neighbours bracket what lies between them: both signs, or positive ones.
     pub fn grid(&self, plant: &Plant) -> Vec<f64> {
         let both = |most: f64| (-20..=20).map(|k| most * f64::from(k) / 20.0).filter(|a| *a != 0.0).collect();
         let by_size = |unit: f64| (0..=32).map(|k| unit * libm::exp(0.25 * f64::from(k) - 6.0)).collect();
@@ -127,8 +127,10 @@ impl Change {
                 let parameter = &EFFECTS[*entry].parameters[0];
                 let size = parameter.default.abs().max(1e-9);
                 let inside = |a: &f64| *a != 0.0 && *a >= parameter.low && *a <= parameter.high;
-                let sizes: Vec<f64> = (-8..=8).map(|k| size * libm::pow(2.0, f64::from(k))).collect();
-                sizes.iter().flat_map(|a| [-a, *a]).filter(inside).collect()
+                let sizes = (-8..=8).map(|k| size * libm::pow(2.0, f64::from(k)));
+                let mut values: Vec<f64> = sizes.flat_map(|a| [-a, a]).filter(inside).collect();
+                values.sort_by(f64::total_cmp);
+                values
             }
         }
     }

@@ -169,3 +169,13 @@ fn peaks_of_another_kind_do_not_disturb_the_match() {
     assert!((found.effects[0].parameters[0].value - 0.9).abs() < 2e-3);
     assert!(found.notes.iter().any(|note| note.contains("150.")), "{:?}", found.notes);
 }
+
+#[test]
+fn amplitudes_in_question_rise_so_that_neighbours_bracket_what_lies_between_them() {
+    for plant in [cantilever(), crate::synthetic::plant("drive_rig"), crate::synthetic::plant("hub_appendage")] {
+        for change in changes::Change::all(&plant) {
+            let grid = change.grid(&plant);
+            assert!(grid.len() > 1 && grid.windows(2).all(|pair| pair[0] < pair[1]), "{}: {grid:?}", plant.name);
+        }
+    }
+}

@@ -37,6 +37,8 @@ const FLOORS_LEAST: f64 = 10.0;
 /// A start at the prior that makes innovations this many times as large as one at the posterior makes swings. Elsewhere it stays: a wide
 /// filter follows what the plant cannot explain yet.
 const SWING: f64 = 2.0;
+/// Innovations within this many standard deviations do not swing.
+const QUIET: f64 = 5.0;
 /// Both have the same `−2 ln p` as far as the plant is linear about them; worse by more than this, the posterior is that of another plant.
 const APART: f64 = 1.0;
 /// Events that decide on the floor.
@@ -227,7 +229,8 @@ impl<'p> Engine<'p> {
             let sigmas = initial_sigmas(&smooth, &wide.system, initial, &self.hardly_seen[run]);
             let mut linear = linearise(&mut wide, noise, &sigmas, &Start::prior(&sigmas))?;
             let timeline = &self.timelines[run];
-            if let Some(start) = Start::posterior(&linear, timeline)
+            if linear.peak(timeline) > QUIET
+                && let Some(start) = Start::posterior(&linear, timeline)
                 && let Ok(narrow) = linearise(&mut machine()?, noise, &sigmas, &start)
                 && linear.peak(timeline) > SWING * narrow.peak(timeline)
                 && narrow.objective(timeline) < linear.objective(timeline) + APART
