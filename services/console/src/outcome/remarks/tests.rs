@@ -32,10 +32,8 @@ fn mated(known: &ArmKnown) -> Estimate {
     (estimate.domain, estimate.phase, estimate.count) = (Domain::Inertial.code(), Phase::Mated.code(), 9);
     estimate.values[..9].copy_from_slice(&ALPHA);
     let scale = known.h_cm_sigma_nms / known.h_cm_nms;
-    for i in 0..9 {
-        for j in 0..9 {
-            estimate.covariance[i][j] = scale * scale * ALPHA[i] * ALPHA[j];
-        }
+    for (i, a) in ALPHA.iter().enumerate() {
+        ALPHA.iter().enumerate().for_each(|(j, b)| estimate.covariance[i][j] = scale * scale * a * b);
         estimate.covariance[i][i] += NOISE * NOISE;
     }
     estimate
