@@ -58,8 +58,8 @@ struct Band {
 enum Along {
     /// Each coefficient spans so many samples; edges in shares of the sampling frequency.
     Time { span: usize, edges: [f64; 2] },
-    /// Two coefficients a line, so many lines below half the sampling frequency.
-    Frequency { lines: usize },
+    /// Two coefficients a line from the first on, of the spectrum of so many samples.
+    Frequency { samples: usize },
 }
 
 impl Along {
@@ -71,8 +71,8 @@ impl Along {
             Self::Time { span, edges } => {
                 ([stamp_s[from * span], stamp_s[(from + n) * span - 1]], edges.map(|edge| edge * rate_hz))
             }
-            Self::Frequency { lines } => {
-                let edge = |at: usize| (at as f64 / 2.0 + 0.5) * 0.5 * rate_hz / lines as f64;
+            Self::Frequency { samples } => {
+                let edge = |at: usize| (at as f64 / 2.0 + 0.5) * rate_hz / samples as f64;
                 ([stamp_s[0], stamp_s[last]], [edge(from), edge(from + n)])
             }
         }
@@ -143,7 +143,7 @@ fn spectrum(series: &[f64]) -> Option<Band> {
     transform.process(&mut series.to_vec(), &mut out).ok()?;
     let scale = (2.0 / series.len() as f64).sqrt();
     let w = out[1..=lines].iter().flat_map(|line| [scale * line.re, scale * line.im]).collect();
-    (lines > 0).then_some(Band { w, along: Along::Frequency { lines } })
+    (lines > 0).then_some(Band { w, along: Along::Frequency { samples: series.len() } })
 }
 
 /// Evidence, first coefficient and length of the loudest window, and how many there were. Windows overlap by half.
@@ -200,13 +200,16 @@ mod tests {
 
     #[test]
     fn a_tone_that_no_window_of_time_shows_is_found_at_its_line() {
-        let mut tone = Noise::new(8).series(2000, 1.0);
-        // d = 0.4 √1000 = 12.6 over the whole, drowned by noise in any window
-        tone.iter_mut().enumerate().for_each(|(k, y)| *y += 0.4 * (0.43 * k as f64 + 0.2).sin());
-        let found = among(&[series(0, 0.01, tone)]).expect("long enough");
-        let hz = 0.43 / (0.01 * core::f64::consts::TAU);
-        assert!(found.stands(1e-6) && found.band_hz[0] < hz && hz < found.band_hz[1], "{found:?}");
-        assert!(found.band_hz[1] - found.band_hz[0] < 0.11 && found.time_s == [0.0, 0.01 * 1999.0], "{found:?}");
+        for turn in [0.43, 2.9] {
+            let mut tone = Noise::new(8).series(2000, 1.0);
+            // d = 0.4 √1000 = 12.6 over the whole, drowned by noise in any window
+            tone.iter_mut().enumerate().for_each(|(k, y)| *y += 0.4 * (turn * k as f64 + 0.2).sin());
+            let found = among(&[series(0, 0.01, tone)]).expect("long enough");
+            let hz = turn / (0.01 * core::f64::consts::TAU);
+            assert!(found.stands(1e-6) && found.band_hz[0] < hz && hz < found.band_hz[1], "{hz} {found:?}");
+            let whole = found.time_s == [0.0, 0.01 * 1999.0];
+            assert!(whole && found.band_hz[1] - found.band_hz[0] < 0.11, "{found:?}");
+        }
     }
 
     #[test]
