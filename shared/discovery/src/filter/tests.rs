@@ -77,6 +77,25 @@ fn where_the_pass_starts_leaves_the_likelihood_as_it_was_and_takes_the_swings_ou
 }
 
 #[test]
+fn pull_is_what_a_pass_of_the_same_gains_from_the_mean_of_the_prior_sees_more() {
+    let nominal = plant("oscillator");
+    let problem = problem(&nominal, recording(&nominal, 2, 0.6));
+    let (engine, board) = board(&problem);
+    let timeline = &engine.timelines[0];
+    let machine = || Machine::new(&problem, 0, &problem.instance(&problem.plant, &board.theta, 0), timeline).unwrap();
+    let sigmas = board.linears[0].initial_sigma.clone();
+    // a millimetre and two centimetres per second off, and gains that hardly mend it
+    let start = Start { change: vec![1e-3, -0.02], sigma: vec![1e-5, 1e-4] };
+    let linear = linearise(&mut machine(), &engine.noise, &sigmas, &start).unwrap();
+    let mut nu = vec![0.0; timeline.value.len()];
+    assert!(machine().pass(&linear.frozen, &(0..linear.layout.len()).collect::<Vec<_>>(), &mut nu));
+    let sigma = |k: usize| engine.noise.sensor_sigma[timeline.channel[k]];
+    let most = |list: &[f64]| list.iter().enumerate().map(|(k, x)| x.abs() / sigma(k)).fold(0.0, f64::max);
+    let apart: Vec<f64> = nu.iter().zip(&linear.nu).map(|(a, b)| a - b).collect();
+    assert!(most(&linear.pull) > 50.0 && most(&apart) < 1e-3, "{} {}", most(&linear.pull), most(&apart));
+}
+
+#[test]
 fn coloured_noise_is_whitened_by_its_pole() {
     let nominal = plant("oscillator");
     let problem = problem(&nominal, crate::synthetic::coloured(&nominal, 4, 2.0, 0.8));
