@@ -10,7 +10,7 @@
 mod refit;
 pub mod subsets;
 
-pub use refit::{Refit, refit_all, settled};
+pub use refit::{Refit, refit_all};
 pub use subsets::{Ranking, Subset, Trials, rank};
 
 use crate::filter::NoiseModel;
@@ -18,6 +18,7 @@ use crate::fit::board::dot;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, parallel};
 use crate::score::{Column, Score, scores};
+use refit::settled;
 use crate::statistics::{chi_squared_quantile, chi_squared_tail};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -33,6 +34,8 @@ pub struct Contender {
     pub noise: NoiseModel,
     pub veto: Veto,
     pub refit: Option<Refit>,
+    /// The refit was taken to the end of its valley.
+    pub is_settled: bool,
     /// `−2 ln p + k ln n`, relative to the nominal plant's.
     pub bic: f64,
     pub free: usize,
@@ -71,6 +74,8 @@ pub const SET_MAX: usize = 3;
 const FOLLOWED: f64 = 10.0;
 /// Family-wise level of the veto among the sets that are looked at.
 const VETO_LEVEL: f64 = 0.01;
+/// Noise this many times as loud without an effect as with it has swallowed some of it.
+const SWALLOWED: f64 = 1.5;
 /// Energy of an effect in less than this many independent instants counts as brief.
 const CEILING_SPARE: f64 = 1.15;
 
@@ -107,10 +112,14 @@ fn one(
     let null = without.min(nominal.objective);
     let (_, amplitude) = board.normal(engine, theta, &noise, &extra).and_then(|normal| normal.minimum())?;
     let amplitudes = signed(columns, subset, &amplitude)?;
-    let veto = [nominal.noise, &noise].map(|noise| veto(engine, nominal.fit, columns, subset, noise, p_veto));
-    // noise that has swallowed the effect has no say in it
-    let says = |own: Veto| veto.contains(&own).then_some(own);
-    let veto = says(Veto::Passed).or(says(Veto::Silent)).unwrap_or(Veto::Vetoed);
+    let says = |noise: &NoiseModel| veto(engine, nominal.fit, columns, subset, noise, p_veto);
+    let veto = match (says(&noise), says(nominal.noise)) {
+        (Veto::Passed, _) | (_, Veto::Passed) => Veto::Passed,
+        // noise that has swallowed the effect has no say in it
+        (Veto::Silent, Veto::Silent) => Veto::Silent,
+        (Veto::Silent, _) if nominal.noise.is_louder(&noise, SWALLOWED) => Veto::Silent,
+        _ => Veto::Vetoed,
+    };
     let subset = Subset { amplitudes, ..subset.clone() };
     let parts: Vec<(&Column, &[f64])> =
         subset.members.iter().zip(&subset.amplitudes).map(|(c, a)| (&columns[*c], a.as_slice())).collect();
@@ -120,13 +129,32 @@ fn one(
     let refit = refit.flatten().filter(|refit| null - refit.objective > 0.5 * ratio);
     let free = refit.as_ref().map_or(subset.free, |refit| refit.free);
     let objective = refit.as_ref().map_or(objective, |refit| refit.objective);
-    Some((Contender { subset, objective, ratio: 0.0, p: 1.0, noise, veto, refit, bic: 0.0, free }, without))
+    let (ratio, p, bic, is_settled) = (0.0, 1.0, 0.0, false);
+    Some((Contender { subset, objective, ratio, p, noise, veto, refit, is_settled, bic, free }, without))
 }
 
 impl Contender {
     /// Significant, fitted as physics, better than nothing by BIC, and not vetoed.
     pub fn stands(&self, alpha: f64) -> bool {
         self.p < alpha && self.veto != Veto::Vetoed && self.refit.is_some() && self.bic < 0.0
+    }
+
+    /// Fits its plant to the end of its valley.
+    ///
+    /// # Panics
+    /// There is no refit.
+    pub fn settle(&mut self, engine: &Engine<'_>) -> Refit {
+        let refit = settled(engine, self.refit.take().expect("only refitted sets stand"));
+        (self.objective, self.is_settled) = (refit.objective, true);
+        self.refit.insert(refit).clone()
+    }
+
+    /// No amplitude is within two of its standard errors of nothing. Of one among others; whether a single one is there the ratio of likelihoods
+    /// has said (a lag's jump shows the lag, and not how long it is).
+    pub fn is_there(&self, columns: &[Column]) -> bool {
+        let members = &self.subset.members;
+        let vanishes = |refit: &Refit| members.iter().any(|member| refit.vanishes(&columns[*member]));
+        self.refit.as_ref().is_some_and(|refit| members.len() == 1 || !vanishes(refit))
     }
 
     fn judge(&mut self, null: f64, trials: &Trials, samples: f64) {

@@ -285,7 +285,7 @@ fn borne_out(
 /// The map of force that the standing plant still lacks.
 fn remainder(engine: &Engine<'_>, best: &Standing) -> Result<Option<ForceMapFound>, String> {
     let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
-    Ok(force_map::best(&own, &best.fit.board, &best.fit.theta, &best.noise))
+    Ok(force_map::best(&own, &best.plant, &best.fit.board, &best.fit.theta, &best.noise))
 }
 
 /// Where the innovations of the standing plant are least like white noise.

@@ -9,14 +9,14 @@
 //! force acts where a noise input acts.
 
 use crate::compete::subsets::{Rung, ladder};
-use crate::filter::{DISTURBANCE, Linear, NoiseModel};
+use crate::filter::{DISTURBANCE, Linear, Machine, NoiseModel};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine};
 use crate::held_out::{BLOCK_S, Gain, block_s, blocks};
-use crate::problem::Timeline;
 use crate::score::event_of_sample;
 use crate::score::forcing::{Sources, respond};
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+use plant::description::Plant;
 
 /// Basis functions along one coordinate.
 const SIDE: usize = 5;
@@ -83,13 +83,23 @@ struct Leader {
 }
 
 /// The map of most evidence about `theta`; `None` where nothing can push.
-pub fn best(engine: &Engine<'_>, board: &Board, theta: &[f64], adapted: &NoiseModel) -> Option<ForceMap> {
+pub fn best(
+    engine: &Engine<'_>,
+    plant: &Plant,
+    board: &Board,
+    theta: &[f64],
+    adapted: &NoiseModel,
+) -> Option<ForceMap> {
     let places = places(board.linears.first()?);
     let noises = ladder(engine, adapted);
+    let machine = |run: usize| {
+        Machine::new(engine.problem, run, &engine.problem.instance(plant, theta, run), &engine.timelines[run]).ok()
+    };
+    let machines: Vec<Machine<'_>> = (0..board.linears.len()).map(machine).collect::<Option<_>>()?;
     let mut found: Option<Leader> = None;
     for place in &places {
-        let Some(span) = visited(engine, board, place) else { continue };
-        let columns = columns(engine, board, place, span);
+        let Some(span) = visited(board, &machines, place) else { continue };
+        let columns = columns((engine, &machines), board, place, span);
         let extra: Vec<&Vec<f64>> = columns.iter().collect();
         let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
         let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
@@ -165,23 +175,28 @@ fn basis(span: Span, at: [f64; 2], out: &mut [f64]) {
 }
 
 /// `−∂ν/∂w` of every basis function over `span`.
-fn columns(engine: &Engine<'_>, board: &Board, place: &Place, span: Span) -> Vec<Vec<f64>> {
+fn columns(
+    (engine, machines): (&Engine<'_>, &[Machine<'_>]),
+    board: &Board,
+    place: &Place,
+    span: Span,
+) -> Vec<Vec<f64>> {
     let mut columns = vec![vec![0.0; board.nu.len()]; SIDE * SIDE];
-    for (run, linear) in board.linears.iter().enumerate() {
-        let timeline = &engine.timelines[run];
+    for (run, (linear, machine)) in board.linears.iter().zip(machines).enumerate() {
+        let timeline = machine.timeline;
         let (n, m, x) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.state_names.len());
         let events = timeline.events.len();
         let row_len = linear.row_len();
         // as an interval begins, as it ends, and as an instant is read
         let [mut begins, mut ends, mut reads] = [0; 3].map(|_| vec![0.0; events * SIDE * SIDE]);
         for k in 0..events {
-            let at = |states: &[f64], acts: usize| {
-                place.along.map(|coordinate| value(timeline, acts, &states[k * x..(k + 1) * x], coordinate))
+            let at = |states: &[f64], acts: (usize, bool)| {
+                place.along.map(|coordinate| value(machine, acts, &states[k * x..(k + 1) * x], coordinate))
             };
             let slot = k * SIDE * SIDE..(k + 1) * SIDE * SIDE;
-            basis(span, at(&linear.updated, k), &mut begins[slot.clone()]);
-            basis(span, at(&linear.states, k.saturating_sub(1)), &mut ends[slot.clone()]);
-            basis(span, at(&linear.states, k), &mut reads[slot]);
+            basis(span, at(&linear.updated, (k, false)), &mut begins[slot.clone()]);
+            basis(span, at(&linear.states, (k.saturating_sub(1), k > 0)), &mut ends[slot.clone()]);
+            basis(span, at(&linear.states, (k, false)), &mut reads[slot]);
         }
         for (i, column) in columns.iter_mut().enumerate() {
             let mut sources = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
@@ -207,22 +222,22 @@ fn columns(engine: &Engine<'_>, board: &Board, place: &Place, span: Span) -> Vec
     columns
 }
 
-/// A coordinate in state `x` under what acts from event `k` on.
-fn value(timeline: &Timeline, k: usize, x: &[f64], coordinate: Coordinate) -> f64 {
+/// A coordinate in state `x` under what acts as event `k` begins its stretch, or ends it.
+fn value(machine: &Machine<'_>, (k, end): (usize, bool), x: &[f64], coordinate: Coordinate) -> f64 {
     match coordinate {
         Coordinate::State(state) => x[state],
-        Coordinate::Command(input) => timeline.rows[timeline.events[k].row * timeline.inputs + input],
+        Coordinate::Command(input) => machine.acting(k, end, input),
     }
 }
 
 /// The middle 98 % of both coordinates; `None` where one stands still.
-fn visited(engine: &Engine<'_>, board: &Board, place: &Place) -> Option<Span> {
+fn visited(board: &Board, machines: &[Machine<'_>], place: &Place) -> Option<Span> {
     let mut span = [[0.0; 2]; 2];
     for (side, coordinate) in span.iter_mut().zip(place.along) {
         let mut values: Vec<f64> = Vec::new();
-        for (linear, timeline) in board.linears.iter().zip(engine.timelines.iter()) {
+        for (linear, machine) in board.linears.iter().zip(machines) {
             let states = linear.updated.chunks(linear.state_names.len()).enumerate();
-            values.extend(states.map(|(k, x)| value(timeline, k, x, coordinate)));
+            values.extend(states.map(|(k, x)| value(machine, (k, false), x, coordinate)));
         }
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values[((values.len() - 1) as f64 * share) as usize];

@@ -129,7 +129,7 @@ pub static DRIVE: &[Entry] = &[
     ),
     kin(
         entry("joint_torque_bias", "joint:drive", Coordinate(0), ("force", 5e-3, 10.0), true),
-        &["actuator_bias", "joint_stiffness", "constant_torque", "joint_asymmetric_friction"],
+        &["actuator_bias", "joint_stiffness", "constant_torque", "joint_asymmetric_friction", "thermal_snap"],
     ),
     shaped(
         kin(

@@ -20,6 +20,20 @@ pub struct Refit {
     pub free: usize,
 }
 
+impl Refit {
+    /// Every amplitude of the effect is within two of its standard errors of nothing.
+    pub fn vanishes(&self, column: &Column) -> bool {
+        let effect = column.candidate.effect;
+        let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
+        let amplitudes = effect.parameters.iter().take(effect.amplitudes.max(1));
+        let place = |p: &plant::effects::EffectParameter| {
+            self.problem.unknowns.iter().position(|unknown| unknown.parameter == format!("{prefix}{}", p.name))
+        };
+        let places: Vec<usize> = amplitudes.filter_map(place).collect();
+        !places.is_empty() && places.iter().all(|at| self.fit.theta[*at].abs() <= 2.0 * self.fit.sigma[*at])
+    }
+}
+
 /// What lasts as long as this has no end in any recording.
 const FOR_EVER_S: f64 = 1e8;
 /// Relinearisations of a refit.

@@ -4,14 +4,14 @@ use super::screening::Screening;
 use super::showing::block_terms;
 use super::{Adopted, Contested, NAME_SHARE, Options, RIVAL_SPAN, Standing, Unfitted};
 use crate::compete::{
-    Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Subset, Veto, compete, rank, settled, weights,
+    Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Subset, Veto, compete, rank, weights,
 };
 use crate::filter::NoiseModel;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
 use crate::held_out::{block_s, blocks};
 use crate::problem::Problem;
-use crate::score::{Column, cosine};
+use crate::score::cosine;
 
 /// Relinearisations of the standing plant, once more from elsewhere.
 const NULL_ROUNDS: usize = 3;
@@ -41,17 +41,13 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
     let ranking = rank(engine, board, theta, &found.columns, &best.noise, room.min(SET_MAX));
     let nominal = Nominal { fit: &best.fit, noise: &best.noise, objective: best.objective };
     let mut outcome = compete(engine, &nominal, &found.columns, &ranking, alpha);
-    let (mut tried, mut asked): (Vec<Vec<usize>>, Vec<Subset>) = (Vec::new(), Vec::new());
+    let mut asked: Vec<Subset> = Vec::new();
     let better = |small: &Contender, large: &Contender| predicts_better(engine, small, large);
     while let Some(at) = outcome.best(alpha, &ranking.trials, &better) {
-        let contender = &outcome.contenders[at];
-        let refit = contender.refit.clone().expect("only refitted sets stand");
-        // once more from the other side: the nominal plant with the noise and the numbers that suit the set
-        if !tried.contains(&contender.subset.members)
-            && let Some(null) = nominal_with(engine, best, &refit)
-            && null < outcome.null - 1.0
-        {
-            tried.push(contender.subset.members.clone());
+        if !outcome.contenders[at].is_settled {
+            // its fit to the end, and once more from the other side: the nominal plant with the noise and the numbers that suit the set
+            let refit = outcome.contenders[at].settle(engine);
+            let null = nominal_with(engine, best, &refit).unwrap_or(outcome.null);
             outcome.settle(null, &ranking.trials);
             continue;
         }
@@ -61,16 +57,20 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
             asked.extend(near);
             continue;
         }
-        let members = &contender.subset.members;
-        if members.len() > 1 && members.iter().any(|c| vanishes(&refit, &found.columns[*c])) {
+        if let Some(rival) = unsettled(&outcome, at, alpha) {
+            outcome.contenders[rival].settle(engine);
+            outcome.settle(outcome.null, &ranking.trials);
+            continue;
+        }
+        if !outcome.contenders[at].is_there(&found.columns) {
             // what was gained was the noise's, or the other members'
-            outcome.contenders.remove(at);
+            asked.push(outcome.contenders.remove(at).subset);
             continue;
         }
         let adopted = adopt(found, &outcome, at, &ranking);
         let smaller = smaller(found, &outcome, at, &ranking, alpha);
         let rivals = rivals(found, &outcome, at, &ranking, alpha);
-        let refit = Some(settled(engine, refit));
+        let refit = outcome.contenders[at].refit.clone();
         return Step { adopted, refit, unfitted: Vec::new(), null: outcome.null, smaller, rivals };
     }
     let lost = outcome.contenders.iter().filter(|c| {
@@ -105,6 +105,20 @@ fn unmet(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, ask
     list
 }
 
+/// A set that stands beside contender `at` within the span of rivals and was not fitted to its end.
+fn unsettled(outcome: &Outcome, at: usize, alpha: f64) -> Option<usize> {
+    let winner = &outcome.contenders[at];
+    let open = |c: &Contender| !c.is_settled && is_rival(c, winner, alpha);
+    (0..outcome.contenders.len()).find(|i| *i != at && open(&outcome.contenders[*i]))
+}
+
+/// Of the same size, standing, and not excluded.
+fn is_rival(contender: &Contender, winner: &Contender, alpha: f64) -> bool {
+    contender.subset.members.len() == winner.subset.members.len()
+        && contender.stands(alpha)
+        && contender.bic - winner.bic <= RIVAL_SPAN
+}
+
 /// The best set of every size below that of contender `at` that stands.
 fn smaller(
     found: &Screening,
@@ -128,16 +142,8 @@ fn rivals(
     alpha: f64,
 ) -> Vec<(Vec<Adopted>, Refit)> {
     let winner = &outcome.contenders[at];
-    let near = |c: &Contender| {
-        c.subset.members.len() == winner.subset.members.len() && c.stands(alpha) && c.bic - winner.bic <= RIVAL_SPAN
-    };
-    let there = |c: &Contender| {
-        let refit = c.refit.as_ref();
-        let single = c.subset.members.len() == 1;
-        refit.is_some_and(|refit| single || !c.subset.members.iter().any(|m| vanishes(refit, &found.columns[*m])))
-    };
-    let others = (0..outcome.contenders.len()).filter(|i| *i != at && near(&outcome.contenders[*i]));
-    let others = others.filter(|i| there(&outcome.contenders[*i]));
+    let stands = |c: &Contender| is_rival(c, winner, alpha) && c.is_there(&found.columns);
+    let others = (0..outcome.contenders.len()).filter(|i| *i != at && stands(&outcome.contenders[*i]));
     others.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
 }
 
@@ -231,15 +237,4 @@ fn nominal_with(engine: &Engine<'_>, best: &Standing, refit: &Refit) -> Option<f
         Some(maximise(engine, &again.board, &again.theta, &[], &noise, search)?.1)
     };
     Some([(&best.fit.theta, &own.0), (&theirs, &refit.noise)].into_iter().filter_map(from).fold(own.1, f64::min))
-}
-
-/// The amplitude of an effect is within two of its standard errors of nothing. Of one among others; whether a single one is there the ratio
-/// of likelihoods has said (a lag's jump shows the lag, and not how long it is).
-fn vanishes(refit: &Refit, column: &Column) -> bool {
-    let effect = column.candidate.effect;
-    let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
-    let amplitudes = effect.parameters.iter().take(effect.amplitudes.max(1)).map(|p| format!("{prefix}{}", p.name));
-    let place = |name: String| refit.problem.unknowns.iter().position(|unknown| unknown.parameter == name);
-    let mut found = amplitudes.filter_map(place);
-    !found.any(|at| refit.fit.theta[at].abs() > 2.0 * refit.fit.sigma[at])
 }

@@ -178,6 +178,13 @@ impl<'a> Machine<'a> {
         reach
     }
 
+    /// Input `input` as event `k` begins its stretch, or as it ends it, past the plant's own delays and lags.
+    pub fn acting(&self, k: usize, end: bool, input: usize) -> f64 {
+        let event = self.timeline.events[k];
+        let moved = if end && self.timeline.moving { 2 * event.steps } else { 0 };
+        self.row(event.row + moved)[input]
+    }
+
     fn row(&self, index: usize) -> &[f64] {
         let rows = if self.rows.is_empty() { &self.timeline.rows } else { &self.rows };
         let inputs = self.timeline.inputs;

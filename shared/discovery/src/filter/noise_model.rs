@@ -32,6 +32,12 @@ impl NoiseModel {
             jitter_s: vec![0.0; equipped.sensors.len()],
         }
     }
+
+    /// Some input or channel has more than `factor` times the standard deviation that it has in `other`.
+    pub fn is_louder(&self, other: &Self, factor: f64) -> bool {
+        let sizes = |noise: &Self| [&noise.input_sigma[..], &noise.sensor_sigma[..]].concat();
+        sizes(self).iter().zip(sizes(other)).any(|(own, other)| *own > factor * other)
+    }
 }
 
 fn sensor_sigma(problem: &Problem, plant: &Plant, channel: usize) -> f64 {
