@@ -121,7 +121,7 @@ pub fn fit(
         if total > if round + 1 < rounds { enough } else { far } {
             match Board::new(engine, plant, &theta, noise) {
                 Ok(fresh) => {
-                    board = fresh;
+                    board = fresh.with_steps_of(&board);
                     converged = false;
                 }
                 Err(_) => break,
@@ -145,8 +145,8 @@ fn finish(
     board: Board,
     (converged, iterations): (bool, usize),
 ) -> Result<Fit, FitError> {
-    let mut board =
-        if board.theta == theta { board } else { Board::new(engine, plant, &theta, noise).unwrap_or(board) };
+    let fresh = |board: &Board| Board::new(engine, plant, &theta, noise).map(|fresh| fresh.with_steps_of(board));
+    let mut board = if board.theta == theta { board } else { fresh(&board).unwrap_or(board) };
     board.take_jacobian(engine, plant, &theta);
     let normal = board.normal(engine, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
     let sigma = normal.sigmas(engine);

@@ -16,6 +16,8 @@ pub struct Board {
     /// `−∂ν/∂θ` per prior standard deviation, and where it was taken.
     pub jacobian: Vec<Vec<f64>>,
     jacobian_theta: Option<Vec<f64>>,
+    /// Steps of the differences [prior standard deviations].
+    steps: Vec<f64>,
 }
 
 /// Whitened normal equations with priors: unknowns in prior standard deviations, then extra columns.
@@ -36,8 +38,15 @@ pub struct Normal {
 
 /// Numbers to whiten from which threads are worth their start.
 const SPREAD_LEAST: usize = 100_000;
-/// Step of the differences in prior standard deviations, and in posterior ones where these are known.
+/// First step of the differences [prior standard deviations].
 const STEP_PRIOR: f64 = 1e-3;
+/// Change of the innovations [standard deviations of the sensors, over all samples] that a step aims at, and beyond which it is taken again:
+/// curvature over the step would tell unknowns apart that the recording cannot.
+const FELT: f64 = 1.0;
+const FELT_MAX: f64 = 10.0;
+/// A step that the plant does not survive is shortened by this.
+const SHORTENED: f64 = 1e-2;
+const TRIES: usize = 3;
 
 impl Board {
     /// Linearises at `theta`.
@@ -47,7 +56,13 @@ impl Board {
     pub fn new(engine: &Engine<'_>, plant: &Plant, theta: &[f64], noise: &NoiseModel) -> Result<Self, FitError> {
         let linears = engine.linearise(plant, theta, noise)?;
         let nu = linears.iter().flat_map(|linear| linear.nu.iter().copied()).collect();
-        Ok(Self { linears, theta: theta.to_vec(), nu, jacobian: Vec::new(), jacobian_theta: None })
+        let steps = vec![STEP_PRIOR; theta.len()];
+        Ok(Self { linears, theta: theta.to_vec(), nu, jacobian: Vec::new(), jacobian_theta: None, steps })
+    }
+
+    /// The same unknowns about another point: the steps that `other` found serve here, too.
+    pub fn with_steps_of(self, other: &Self) -> Self {
+        Self { steps: other.steps.clone(), ..self }
     }
 
     pub fn samples(&self) -> usize {
@@ -59,33 +74,50 @@ impl Board {
         self.jacobian_theta.as_deref() == Some(theta)
     }
 
-    /// Sensitivities to all unknowns by one pass each, if they are not there.
+    /// Sensitivities to all unknowns by one pass each, if they are not there; more where the first step was felt too much.
     pub fn take_jacobian(&mut self, engine: &Engine<'_>, plant: &Plant, theta: &[f64]) {
         if self.has_jacobian(theta) {
             return;
         }
         self.jacobian_theta = Some(theta.to_vec());
-        let unknowns = &engine.problem.unknowns;
-        let runs = &engine.problem.runs;
-        self.jacobian = parallel(unknowns.len(), engine.threads, |i| {
-            let unknown = &unknowns[i];
-            let concerned = |run: usize| unknown.concerns(&runs[run]);
+        let taken = parallel(theta.len(), engine.threads, |i| self.sensitivity(engine, plant, theta, i));
+        (self.jacobian, self.steps) = taken.into_iter().unzip();
+    }
+
+    /// `−∂ν/∂θ_i` per prior standard deviation, and the step it was taken over; zero where the plant survives none.
+    fn sensitivity(&self, engine: &Engine<'_>, plant: &Plant, theta: &[f64], i: usize) -> (Vec<f64>, f64) {
+        let unknown = &engine.problem.unknowns[i];
+        let concerned = |run: usize| unknown.concerns(&engine.problem.runs[run]);
+        // away from the edge of what is possible
+        let sign = if theta[i] + STEP_PRIOR * unknown.sigma > unknown.high { -1.0 } else { 1.0 };
+        let mut step = self.steps[i];
+        for _ in 0..TRIES {
             let mut moved = theta.to_vec();
-            // away from the edge of what is possible
-            let sign = if theta[i] + STEP_PRIOR * unknown.sigma > unknown.high { -1.0 } else { 1.0 };
-            let step = sign * STEP_PRIOR * unknown.sigma;
-            moved[i] += step;
-            let Some(nu) = engine.innovations(plant, &moved, &self.linears, &concerned) else {
-                return vec![0.0; self.nu.len()];
-            };
-            let mut column: Vec<f64> = nu.iter().zip(&self.nu).map(|(a, b)| (b - a) / (sign * STEP_PRIOR)).collect();
-            for (run, offset) in engine.offsets.iter().enumerate() {
-                if !concerned(run) {
-                    column[*offset..offset + engine.timelines[run].value.len()].fill(0.0);
+            moved[i] += sign * step * unknown.sigma;
+            let change = engine.innovations(plant, &moved, &self.linears, &concerned);
+            let change = change.map(|nu| nu.iter().zip(&self.nu).map(|(a, b)| b - a).collect::<Vec<f64>>());
+            match change.map(|change| (self.felt(engine, &change, &concerned), change)) {
+                Some((felt, mut change)) if felt <= FELT_MAX => {
+                    change.iter_mut().for_each(|c| *c /= sign * step);
+                    engine.silence(&mut change, &concerned);
+                    return (change, step);
                 }
+                Some((felt, _)) if felt.is_finite() => step *= FELT / felt,
+                _ => step *= SHORTENED,
             }
-            column
-        });
+        }
+        (vec![0.0; self.nu.len()], step)
+    }
+
+    /// Norm of a change of the innovations in standard deviations of their sensors, over the runs that are concerned.
+    fn felt(&self, engine: &Engine<'_>, change: &[f64], concerned: &dyn Fn(usize) -> bool) -> f64 {
+        let runs = (0..engine.timelines.len()).filter(|run| concerned(*run));
+        let of = |run: usize| -> f64 {
+            let channels = &engine.timelines[run].channel;
+            let own = change[engine.offsets[run]..].iter().zip(channels);
+            own.map(|(change, channel)| (change / engine.noise.sensor_sigma[*channel]).powi(2)).sum()
+        };
+        runs.map(of).sum::<f64>().sqrt()
     }
 
     /// Whitens `columns` under `noise`; returns `Σ ln |S|`.

@@ -251,6 +251,14 @@ impl<'p> Engine<'p> {
         runs.into_iter().collect::<Result<Vec<_>, String>>().map_err(FitError::Filter)
     }
 
+    /// Nothing happens in the runs that are not concerned.
+    pub(super) fn silence(&self, column: &mut [f64], concerned: &dyn Fn(usize) -> bool) {
+        for run in (0..self.timelines.len()).filter(|run| !concerned(*run)) {
+            let offset = self.offsets[run];
+            column[offset..offset + self.timelines[run].value.len()].fill(0.0);
+        }
+    }
+
     /// Innovations of `plant` with the gains of `linears`; runs that `concerned` denies keep theirs from `linears`.
     pub fn innovations(
         &self,

@@ -78,3 +78,22 @@ fn a_masked_parameter_is_corrected_by_the_effect_that_masked_it() {
     assert!((corrected.theta[force] - 4e-3).abs() < 4.0 * corrected.sigma[force]);
     assert!(corrected.objective < biased.objective - 20.0);
 }
+
+/// Unknowns that a recording tells apart only together: a sensitivity bent by its own step would tell them apart alone.
+#[test]
+fn what_a_recording_tells_does_not_hang_on_how_wide_a_prior_is() {
+    let nominal = plant("double_pendulum");
+    let truth = with_effect(&nominal, "joint_quadratic_damping", "joint:pivot_1", &[("damping", 1e-4)]);
+    let recorded = recording(&truth, 3, 6.0);
+    let sigma = |prior: f64| {
+        let mut start = truth.clone();
+        start.effects[0].values[0].1.sigma = Some(prior);
+        let problem = problem(&start, recorded.clone());
+        let engine = Engine::new(&problem, 1).unwrap();
+        let fitted = fit(&engine, &start, &engine.prior(), &engine.noise, 4).unwrap();
+        let damping = problem.unknowns.iter().position(|unknown| unknown.name.contains("damping@")).unwrap();
+        fitted.sigma[damping]
+    };
+    let (narrow, wide) = (sigma(1e-3), sigma(1.0));
+    assert!((0.8..1.25).contains(&(wide / narrow)), "{narrow:e} {wide:e}");
+}
