@@ -18,9 +18,9 @@ use crate::fit::board::dot;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, parallel};
 use crate::score::{Column, Score, scores};
-use refit::settled;
 use crate::statistics::{chi_squared_quantile, chi_squared_tail};
 use nalgebra::{Cholesky, DMatrix, DVector};
+use refit::settled;
 
 /// One set of effects that came this far.
 #[derive(Clone, Debug)]

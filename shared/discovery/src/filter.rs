@@ -73,6 +73,12 @@ impl Layout {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
+
+    /// Places in z of the numbers of a row of measurement.
+    fn places<'r>(&self, row: &'r [f64]) -> impl Iterator<Item = (usize, f64)> + use<'r> {
+        let (before, clone_at) = (self.lags_at(), self.clone_at());
+        row.iter().enumerate().map(move |(i, h)| (if i < before { i } else { clone_at + i - before }, *h))
+    }
 }
 
 /// Prefix of the actuators that stand for disturbances.

@@ -3,9 +3,7 @@
 use super::screening::Screening;
 use super::showing::block_terms;
 use super::{Adopted, Contested, NAME_SHARE, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::{
-    Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Subset, Veto, compete, rank, weights,
-};
+use crate::compete::{Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Subset, Veto, compete, rank, weights};
 use crate::filter::NoiseModel;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};

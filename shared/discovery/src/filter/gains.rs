@@ -1,4 +1,12 @@
 //! Covariance recursion: gains and innovation covariances of any noise on one linear model.
+//!
+//! Samples of one event are taken up one after the other, which needs no factorisation and gives its numbers all the same:
+//!
+//! ```text
+//! v_a = P h_a / √s_a,   s_a = h_aᵀ P h_a + R_a,   P ← P − v_a v_aᵀ;   V = [v_0 v_1 …] = P Hᵀ L⁻ᵀ,   L_ab = h_aᵀ v_b,   K = V L⁻¹
+//! ```
+//!
+//! The recursion is compiled for every small size of z by itself ([`Row`]); larger ones share one.
 
 use super::linear::Linear;
 use super::{Layout, NoiseModel};
@@ -24,6 +32,51 @@ pub struct Gains {
 /// White part of coloured noise, as a share of its standard deviation: keeps covariances positive.
 const WHITE_SHARE: f64 = 1e-2;
 
+/// Numbers beside each other, one for every entry of z.
+pub(super) trait Row {
+    fn zeros(size: usize) -> Self;
+    fn numbers(&self) -> &[f64];
+    fn numbers_mut(&mut self) -> &mut [f64];
+    /// The numbers, out of their place: they come back when they are done.
+    fn taken(&mut self) -> Self;
+}
+
+impl<const S: usize> Row for [f64; S] {
+    fn zeros(_: usize) -> Self {
+        [0.0; S]
+    }
+
+    fn numbers(&self) -> &[f64] {
+        self
+    }
+
+    fn numbers_mut(&mut self) -> &mut [f64] {
+        self
+    }
+
+    fn taken(&mut self) -> Self {
+        *self
+    }
+}
+
+impl Row for Vec<f64> {
+    fn zeros(size: usize) -> Self {
+        vec![0.0; size]
+    }
+
+    fn numbers(&self) -> &[f64] {
+        self
+    }
+
+    fn numbers_mut(&mut self) -> &mut [f64] {
+        self
+    }
+
+    fn taken(&mut self) -> Self {
+        core::mem::take(self)
+    }
+}
+
 /// Gains of `noise` on `linear`; `None` where a covariance is not positive.
 pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option<Gains> {
     let mut layout = linear.layout.clone();
@@ -37,12 +90,40 @@ pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option
             place
         })
         .collect();
-    let mut recursion = Recursion::new(&layout, &linear.initial_sigma);
+    let recurse = match layout.len() {
+        1 => recurse::<[f64; 1]>,
+        2 => recurse::<[f64; 2]>,
+        3 => recurse::<[f64; 3]>,
+        4 => recurse::<[f64; 4]>,
+        5 => recurse::<[f64; 5]>,
+        6 => recurse::<[f64; 6]>,
+        7 => recurse::<[f64; 7]>,
+        8 => recurse::<[f64; 8]>,
+        9 => recurse::<[f64; 9]>,
+        10 => recurse::<[f64; 10]>,
+        11 => recurse::<[f64; 11]>,
+        12 => recurse::<[f64; 12]>,
+        _ => recurse::<Vec<f64>>,
+    };
+    recurse(linear, timeline, noise, layout)
+}
+
+fn recurse<R: Row>(linear: &Linear, timeline: &Timeline, noise: &NoiseModel, layout: Layout) -> Option<Gains> {
+    let mut recursion = Recursion::<R>::new(&layout, &linear.initial_sigma);
     let same_as_frozen = layout.colours == 0 && linear.noise == *noise && linear.is_wide;
     let (n, m) = (layout.tangent, layout.noise_inputs.len());
     let row_len = linear.row_len();
-    let mut out = Gains { pole: noise.pole.clone(), same_as_frozen, ..Gains::default() };
     let events = timeline.events.len();
+    let mut out = Gains {
+        pole: noise.pole.clone(),
+        same_as_frozen,
+        gain: Vec::with_capacity(timeline.value.len() * layout.len()),
+        factor: Vec::with_capacity(timeline.value.len()),
+        first: Vec::with_capacity(events),
+        factor_first: Vec::with_capacity(events),
+        ..Gains::default()
+    };
+    let mut roots = Product::default();
     for (k, event) in timeline.events.iter().enumerate() {
         recursion.renew(event.reset, noise);
         out.first.push(out.gain.len());
@@ -56,9 +137,7 @@ pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option
             }
             out.gain.extend_from_slice(&recursion.gain);
             out.factor.extend_from_slice(&recursion.factor);
-            for i in 0..event.count {
-                out.log_determinant += 2.0 * libm::log(recursion.factor[i * event.count + i]);
-            }
+            recursion.factor.iter().step_by(event.count + 1).for_each(|root| roots.times(*root));
         }
         if event.begins_mean {
             recursion.begin_mean();
@@ -68,48 +147,83 @@ pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option
         }
     }
     out.layout = layout;
+    out.log_determinant = 2.0 * roots.ln();
     out.log_determinant.is_finite().then_some(out)
 }
 
+/// Product of many numbers, kept where it neither overflows nor vanishes: few logarithms for all of them.
+struct Product {
+    ln: f64,
+    rest: f64,
+}
+
+impl Default for Product {
+    fn default() -> Self {
+        Self { ln: 0.0, rest: 1.0 }
+    }
+}
+
+impl Product {
+    /// `x` is a square root: its own range leaves room beside that of the rest.
+    fn times(&mut self, x: f64) {
+        if !(1e-100..1e100).contains(&self.rest) {
+            self.ln += libm::log(self.rest);
+            self.rest = 1.0;
+        }
+        self.rest *= x;
+    }
+
+    fn ln(&self) -> f64 {
+        self.ln + libm::log(self.rest)
+    }
+}
+
 /// Covariance of z and scratch of its recursion.
-pub(super) struct Recursion {
+pub(super) struct Recursion<R> {
     layout: Layout,
     size: usize,
-    p: Vec<f64>,
+    /// P by rows.
+    p: Vec<R>,
     /// Rows of z × samples.
     pub gain: Vec<f64>,
     /// Lower Cholesky factor of S.
     pub factor: Vec<f64>,
-    ph: Vec<f64>,
-    h: Vec<f64>,
-    work: Vec<f64>,
+    /// Per sample of the event: row of measurement, `v`, column of the gain.
+    h: Vec<R>,
+    v: Vec<R>,
+    k: Vec<R>,
+    /// `F P`, rows of the state.
+    moved: Vec<R>,
 }
 
-impl Recursion {
+/// `sum += factor · x`.
+#[inline(always)]
+fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
+    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += factor * x);
+}
+
+#[inline(always)]
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl<R: Row> Recursion<R> {
     pub fn new(layout: &Layout, initial_sigma: &[f64]) -> Self {
         let size = layout.len();
-        let mut p = vec![0.0; size * size];
+        let zeros = |count: usize| (0..count).map(|_| R::zeros(size)).collect::<Vec<R>>();
+        let mut p = zeros(size);
         for (i, sigma) in initial_sigma.iter().enumerate() {
-            p[i * size + i] = sigma * sigma;
+            p[i].numbers_mut()[i] = sigma * sigma;
         }
-        Self {
-            layout: layout.clone(),
-            size,
-            p,
-            gain: Vec::new(),
-            factor: Vec::new(),
-            ph: Vec::new(),
-            h: Vec::new(),
-            work: vec![0.0; size * size],
-        }
+        let moved = zeros(layout.tangent);
+        let (gain, factor) = (Vec::new(), Vec::new());
+        Self { layout: layout.clone(), size, p, gain, factor, h: zeros(0), v: zeros(0), k: zeros(0), moved }
     }
 
     fn clear(&mut self, i: usize, variance: f64) {
-        for j in 0..self.size {
-            self.p[i * self.size + j] = 0.0;
-            self.p[j * self.size + i] = 0.0;
-        }
-        self.p[i * self.size + i] = variance;
+        self.p[i].numbers_mut().fill(0.0);
+        self.p.iter_mut().for_each(|row| row.numbers_mut()[i] = 0.0);
+        self.p[i].numbers_mut()[i] = variance;
     }
 
     /// Fresh actuator noise.
@@ -123,49 +237,40 @@ impl Recursion {
 
     /// The clone becomes the state.
     pub fn begin_mean(&mut self) {
-        let (n, s, at) = (self.layout.clone, self.size, self.layout.clone_at());
+        let (n, at) = (self.layout.clone, self.layout.clone_at());
         for i in 0..n {
-            for j in 0..s {
-                self.p[(at + i) * s + j] = self.p[i * s + j];
-            }
+            let state = self.p[i].taken();
+            self.p[at + i].numbers_mut().copy_from_slice(state.numbers());
+            self.p[i] = state;
         }
-        for i in 0..n {
-            for j in 0..s {
-                self.p[j * s + at + i] = self.p[j * s + i];
-            }
-        }
+        self.p.iter_mut().for_each(|row| row.numbers_mut().copy_within(..n, at));
     }
 
     /// To the next event: `P ← F P Fᵀ`, F the identity but for the rows of the state.
     pub fn propagate(&mut self, transition: &[f64]) {
-        let (n, m, s) = (self.layout.tangent, self.layout.noise_inputs.len(), self.size);
-        let len = n + m;
-        let work = &mut self.work[..n * s];
-        for i in 0..n {
-            let row = &transition[i * len..(i + 1) * len];
-            let out = &mut work[i * s..(i + 1) * s];
-            out.fill(0.0);
-            for (k, f) in row.iter().enumerate() {
+        let n = self.layout.tangent;
+        let len = n + self.layout.noise_inputs.len();
+        for (moved, row) in self.moved.iter_mut().zip(transition.chunks_exact(len.max(1))) {
+            let mut sum = moved.taken();
+            sum.numbers_mut().fill(0.0);
+            for (f, p) in row.iter().zip(&self.p) {
                 if *f != 0.0 {
-                    for (out, p) in out.iter_mut().zip(&self.p[k * s..(k + 1) * s]) {
-                        *out += f * p;
-                    }
+                    add(sum.numbers_mut(), *f, p.numbers());
                 }
             }
+            *moved = sum;
         }
-        self.p[..n * s].copy_from_slice(&self.work[..n * s]);
-        // columns: rows beyond n by symmetry, the corner by a second product
-        for i in 0..n {
-            for j in n..s {
-                self.p[j * s + i] = self.p[i * s + j];
+        // columns: rows beyond the state by symmetry, the corner by a second product
+        for (i, moved) in self.moved.iter().enumerate() {
+            let moved = moved.numbers();
+            for (j, row) in transition.chunks_exact(len).enumerate().skip(i) {
+                let sum = product(row, moved);
+                self.p[i].numbers_mut()[j] = sum;
+                self.p[j].numbers_mut()[i] = sum;
             }
-        }
-        for i in 0..n {
-            for j in i..n {
-                let row = &transition[j * len..(j + 1) * len];
-                let sum: f64 = row.iter().zip(&self.work[i * s..i * s + len]).map(|(f, p)| f * p).sum();
-                self.p[i * s + j] = sum;
-                self.p[j * s + i] = sum;
+            for (j, own) in moved.iter().enumerate().skip(n) {
+                self.p[i].numbers_mut()[j] = *own;
+                self.p[j].numbers_mut()[i] = *own;
             }
         }
     }
@@ -178,139 +283,121 @@ impl Recursion {
         rows: &[f64],
         (decay, slope): (&[f64], &[f64]),
     ) -> bool {
-        let (s, count) = (self.size, channels.len());
+        let count = channels.len();
         let row_len = rows.len() / count;
+        while self.h.len() < count {
+            [&mut self.h, &mut self.v, &mut self.k].into_iter().for_each(|list| list.push(R::zeros(self.size)));
+        }
+        self.factor.clear();
+        self.factor.resize(count * count, 0.0);
         for (slot, channel) in channels.iter().enumerate() {
             self.colour(noise, *channel);
             self.lag(*channel, &rows[slot * row_len..(slot + 1) * row_len], decay[slot]);
         }
-        self.h.clear();
-        self.h.resize(count * s, 0.0);
         for (slot, channel) in channels.iter().enumerate() {
             self.fill_row(slot, *channel, &rows[slot * row_len..(slot + 1) * row_len]);
-        }
-        self.ph.clear();
-        self.ph.resize(s * count, 0.0);
-        for i in 0..s {
-            let p = &self.p[i * s..(i + 1) * s];
-            for slot in 0..count {
-                let h = &self.h[slot * s..(slot + 1) * s];
-                self.ph[i * count + slot] = p.iter().zip(h).map(|(p, h)| p * h).sum();
-            }
-        }
-        self.factor.clear();
-        self.factor.resize(count * count, 0.0);
-        for (a, channel) in channels.iter().enumerate() {
-            for b in 0..=a {
-                let sum: f64 = (0..s).map(|i| self.h[a * s + i] * self.ph[i * count + b]).sum();
-                self.factor[a * count + b] = sum;
-            }
             let sigma = noise.sensor_sigma[*channel];
             let white = if self.layout.colour_of[*channel].is_some() { WHITE_SHARE * sigma } else { sigma };
-            let early = noise.jitter_s[*channel] * slope[a];
-            self.factor[a * count + a] += white * white + early * early;
+            let early = noise.jitter_s[*channel] * slope[slot];
+            if !self.absorb(slot, count, white * white + early * early) {
+                return false;
+            }
         }
-        if !cholesky(&mut self.factor, count) {
-            return false;
+        for (i, row) in self.p.iter_mut().enumerate() {
+            row.numbers_mut()[i] = row.numbers()[i].max(0.0);
         }
-        self.absorb(count);
+        self.solve(count);
         true
     }
 
     fn colour(&mut self, noise: &NoiseModel, channel: usize) {
         let Some(place) = self.layout.colour_of[channel] else { return };
-        let (at, s, a) = (self.layout.colours_at() + place, self.size, noise.pole[channel]);
+        let (at, a) = (self.layout.colours_at() + place, noise.pole[channel]);
         let sigma = noise.sensor_sigma[channel];
-        if self.p[at * s + at] == 0.0 {
+        if self.p[at].numbers()[at] == 0.0 {
             // stationary from the first sample on
-            self.p[at * s + at] = sigma * sigma;
+            self.p[at].numbers_mut()[at] = sigma * sigma;
         }
-        for j in 0..s {
-            self.p[at * s + j] *= a;
-            self.p[j * s + at] *= a;
-        }
-        self.p[at * s + at] += (1.0 - a * a) * sigma * sigma;
+        self.p[at].numbers_mut().iter_mut().for_each(|p| *p *= a);
+        self.p.iter_mut().for_each(|row| row.numbers_mut()[at] *= a);
+        self.p[at].numbers_mut()[at] += (1.0 - a * a) * sigma * sigma;
     }
 
     fn lag(&mut self, channel: usize, row: &[f64], decay: f64) {
         let Some(place) = self.layout.lag_of[channel] else { return };
-        let (at, s) = (self.layout.lags_at() + place, self.size);
-        let mut mixed: Vec<f64> = (0..s).map(|j| decay * self.p[at * s + j]).collect();
-        for (i, h) in self.expand(row) {
-            for (j, mixed) in mixed.iter_mut().enumerate() {
-                *mixed += (1.0 - decay) * h * self.p[i * s + j];
-            }
+        let at = self.layout.lags_at() + place;
+        let mut mixed = self.p[at].taken();
+        mixed.numbers_mut().iter_mut().for_each(|p| *p *= decay);
+        // what the lag takes in lies before and behind it
+        for (i, h) in self.layout.places(row) {
+            add(mixed.numbers_mut(), (1.0 - decay) * h, self.p[i].numbers());
         }
-        let own = decay * mixed[at] + self.expand(row).map(|(i, h)| (1.0 - decay) * h * mixed[i]).sum::<f64>();
-        for (j, mixed) in mixed.iter().enumerate() {
-            self.p[at * s + j] = *mixed;
-            self.p[j * s + at] = *mixed;
+        let own = decay * mixed.numbers()[at]
+            + self.layout.places(row).map(|(i, h)| (1.0 - decay) * h * mixed.numbers()[i]).sum::<f64>();
+        mixed.numbers_mut()[at] = own;
+        self.p[at] = mixed;
+        for j in 0..self.size {
+            self.p[j].numbers_mut()[at] = self.p[at].numbers()[j];
         }
-        self.p[at * s + at] = own;
-    }
-
-    /// Places in z of the numbers of a row of measurement.
-    fn expand<'r>(&self, row: &'r [f64]) -> impl Iterator<Item = (usize, f64)> + use<'r> {
-        let (before, clone_at) = (self.layout.tangent + self.layout.noise_inputs.len(), self.layout.clone_at());
-        row.iter().enumerate().map(move |(i, h)| (if i < before { i } else { clone_at + i - before }, *h))
     }
 
     fn fill_row(&mut self, slot: usize, channel: usize, row: &[f64]) {
-        let s = self.size;
+        let h = self.h[slot].numbers_mut();
+        h.fill(0.0);
         if let Some(place) = self.layout.lag_of[channel] {
-            self.h[slot * s + self.layout.lags_at() + place] = 1.0;
+            h[self.layout.lags_at() + place] = 1.0;
         } else {
-            for (i, h) in self.expand(row) {
-                self.h[slot * s + i] = h;
-            }
+            self.layout.places(row).for_each(|(i, own)| h[i] = own);
         }
         if let Some(place) = self.layout.colour_of[channel] {
-            self.h[slot * s + self.layout.colours_at() + place] = 1.0;
+            h[self.layout.colours_at() + place] = 1.0;
         }
     }
 
-    /// `V = P Hᵀ L⁻ᵀ`, `K = V L⁻¹`, `P ← P − V Vᵀ`.
-    fn absorb(&mut self, count: usize) {
-        let s = self.size;
-        self.gain.clear();
-        self.gain.resize(s * count, 0.0);
-        for i in 0..s {
-            let v = &mut self.ph[i * count..(i + 1) * count];
-            for a in 0..count {
-                let known: f64 = (0..a).map(|b| self.factor[a * count + b] * v[b]).sum();
-                v[a] = (v[a] - known) / self.factor[a * count + a];
-            }
-            let k = &mut self.gain[i * count..(i + 1) * count];
-            for a in (0..count).rev() {
-                let known: f64 = (a + 1..count).map(|b| self.factor[b * count + a] * k[b]).sum();
-                k[a] = (v[a] - known) / self.factor[a * count + a];
+    /// Takes up one sample of variance `own`: its `v`, its row of the factor and P; false where its innovation's variance is not positive.
+    fn absorb(&mut self, slot: usize, count: usize, own: f64) -> bool {
+        let mut v = self.v[slot].taken();
+        v.numbers_mut().fill(0.0);
+        let h = self.h[slot].numbers();
+        for (h, p) in h.iter().zip(&self.p) {
+            if *h != 0.0 {
+                add(v.numbers_mut(), *h, p.numbers());
             }
         }
-        for i in 0..s {
-            for j in i..s {
-                let taken: f64 = (0..count).map(|a| self.ph[i * count + a] * self.ph[j * count + a]).sum();
-                let left = self.p[i * s + j] - taken;
-                self.p[i * s + j] = left;
-                self.p[j * s + i] = left;
-            }
-            self.p[i * s + i] = self.p[i * s + i].max(0.0);
-        }
-    }
-}
-
-/// Lower factor in place; false where not positive.
-fn cholesky(a: &mut [f64], n: usize) -> bool {
-    for j in 0..n {
-        let sum: f64 = (0..j).map(|k| a[j * n + k] * a[j * n + k]).sum();
-        let d = a[j * n + j] - sum;
-        if !(d > 0.0 && d.is_finite()) {
+        let variance = product(h, v.numbers()) + own;
+        if !(variance > 0.0 && variance.is_finite()) {
             return false;
         }
-        a[j * n + j] = d.sqrt();
-        for i in j + 1..n {
-            let sum: f64 = (0..j).map(|k| a[i * n + k] * a[j * n + k]).sum();
-            a[i * n + j] = (a[i * n + j] - sum) / a[j * n + j];
+        let root = variance.sqrt();
+        self.factor[slot * count + slot] = root;
+        let share = 1.0 / root;
+        v.numbers_mut().iter_mut().for_each(|v| *v *= share);
+        for (before, factor) in self.v[..slot].iter().zip(&mut self.factor[slot * count..]) {
+            *factor = product(h, before.numbers());
+        }
+        for (p, taken) in self.p.iter_mut().zip(v.numbers()) {
+            add(p.numbers_mut(), -taken, v.numbers());
+        }
+        self.v[slot] = v;
+        true
+    }
+
+    /// `K = V L⁻¹`, from the last sample to the first.
+    fn solve(&mut self, count: usize) {
+        self.gain.clear();
+        self.gain.resize(self.size * count, 0.0);
+        for a in (0..count).rev() {
+            let mut k = self.k[a].taken();
+            k.numbers_mut().copy_from_slice(self.v[a].numbers());
+            for (b, later) in self.k.iter().enumerate().take(count).skip(a + 1) {
+                add(k.numbers_mut(), -self.factor[b * count + a], later.numbers());
+            }
+            let share = 1.0 / self.factor[a * count + a];
+            for (k, gain) in k.numbers_mut().iter_mut().zip(self.gain.chunks_exact_mut(count)) {
+                *k *= share;
+                gain[a] = *k;
+            }
+            self.k[a] = k;
         }
     }
-    true
 }

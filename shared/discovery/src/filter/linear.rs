@@ -136,7 +136,7 @@ pub fn linearise(
     let (n, m, c) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.layout.clone);
     let events = machine.timeline.events.len();
     let white = linear.noise.clone();
-    let mut recursion = Recursion::new(&linear.layout, &start.sigma);
+    let mut recursion = Recursion::<Vec<f64>>::new(&linear.layout, &start.sigma);
     let mut mean = machine.start();
     let mut scratch = Scratch::new(machine);
     let mut predicted = vec![0.0; white.sensor_sigma.len()];
