@@ -31,7 +31,7 @@ use crate::compete::Refit;
 use crate::filter::NoiseModel;
 use crate::fit::bounded::bounded;
 use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit, fit};
+use crate::fit::{Engine, Fit, fit, fit_from_afar};
 use crate::force_map::{self, ForceMap as ForceMapFound};
 use crate::held_out::{Gain, Status};
 use crate::omnibus::{Loudest, loudest};
@@ -137,8 +137,7 @@ pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&
 fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Result<Diagnosis, String> {
     progress("fit the nominal plant", 0.0);
     let engine = Engine::new(problem, options.threads).map_err(|error| error.to_string())?;
-    let stated =
-        fit(&engine, &problem.plant, &engine.prior(), &engine.noise, ROUNDS).map_err(|error| error.to_string())?;
+    let stated = fit_from_afar(&engine, ROUNDS).map_err(|error| error.to_string())?;
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();
     let nominal = standing(&engine, &stated)?;

@@ -4,12 +4,14 @@
 //! relinearisation. Noise is estimated apart, on the linear model ([`noise`]): sizes and poles that maximise
 //! `ln p = −½ (Σ ln |S| + |r|² + |θ − θ₀|²_prior)`, the parameters being maximised along.
 
+mod afar;
 pub mod board;
 pub mod bounded;
 pub mod engine;
 pub mod noise;
 mod start;
 
+pub use afar::fit_from_afar;
 pub use board::{Board, Normal};
 pub use engine::{Engine, parallel};
 

@@ -54,12 +54,10 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, no
 fn quieter(engine: &Engine<'_>, best: &Standing) -> Option<NoiseModel> {
     let louder = best.noise.input_sigma.iter().zip(&engine.noise.input_sigma).any(|(s, stated)| *s > GROWN * stated);
     let grown = louder || best.noise.jitter_s.iter().any(|jitter| *jitter > 0.0);
-    let mut noise = ladder(engine, &best.noise).pop().filter(|_| grown)?;
+    let noise = ladder(engine, &best.noise).pop().filter(|_| grown)?;
     let normal = best.fit.board.normal(engine, &best.fit.theta, &noise, &[])?;
     let scale = (normal.chi2 / engine.samples.max(1) as f64).sqrt();
-    let sizes = noise.input_sigma.iter_mut().chain(&mut noise.sensor_sigma).chain(&mut noise.jitter_s);
-    sizes.for_each(|sigma| *sigma *= scale);
-    Some(noise)
+    Some(noise.louder(scale))
 }
 
 /// Lines of the innovations of the longest run.

@@ -33,6 +33,15 @@ impl NoiseModel {
         }
     }
 
+    /// Every standard deviation `factor` times as large.
+    #[must_use]
+    pub fn louder(&self, factor: f64) -> Self {
+        let mut louder = self.clone();
+        let sizes = louder.input_sigma.iter_mut().chain(&mut louder.sensor_sigma).chain(&mut louder.jitter_s);
+        sizes.for_each(|sigma| *sigma *= factor);
+        louder
+    }
+
     /// Some input or channel has more than `factor` times the standard deviation that it has in `other`.
     pub fn is_louder(&self, other: &Self, factor: f64) -> bool {
         let sizes = |noise: &Self| [&noise.input_sigma[..], &noise.sensor_sigma[..]].concat();

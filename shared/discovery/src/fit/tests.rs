@@ -97,3 +97,24 @@ fn what_a_recording_tells_does_not_hang_on_how_wide_a_prior_is() {
     let (narrow, wide) = (sigma(1e-3), sigma(1.0));
     assert!((0.8..1.25).contains(&(wide / narrow)), "{narrow:e} {wide:e}");
 }
+
+/// A slosh mass whose frequency is off by more than a cycle over the recording: the nearest maximum is another plant's.
+#[test]
+fn a_slosh_frequency_that_slips_cycles_is_found_by_way_of_disturbances() {
+    let nominal = plant("tank_planar");
+    let (stiffness_n_m, mass_kg) = (0.1257, 34.4);
+    let mut truth = nominal.clone();
+    truth.set_parameter("fuel.stiffness.y", stiffness_n_m).unwrap();
+    truth.set_parameter("fuel.mass", mass_kg).unwrap();
+    let problem = problem(&nominal, recording(&truth, 1, 1500.0));
+    let engine = Engine::new(&problem, 1).unwrap();
+    let direct = fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
+    let found = fit_from_afar(&engine, 6).unwrap();
+    assert!(direct.chi2_per_sample > 10.0, "{}", direct.chi2_per_sample);
+    assert!((0.85..1.15).contains(&found.chi2_per_sample), "{}", found.chi2_per_sample);
+    for (name, value) in [("fuel.stiffness.y", stiffness_n_m), ("fuel.mass", mass_kg)] {
+        let at = problem.unknowns.iter().position(|unknown| unknown.name == name).unwrap();
+        let z = (found.theta[at] - value) / found.sigma[at];
+        assert!(z.abs() < 4.0, "{name}: {} ± {}", found.theta[at], found.sigma[at]);
+    }
+}

@@ -1,0 +1,55 @@
+//! A fit whose start may be far off: disturbances large enough to explain the misfit at first, smaller step by step.
+//!
+//! A number that the recording tells to a thousandth of its prior (the frequency of a slosh mass over many of its periods) has a likelihood with many
+//! maxima, one for each cycle that the model slips. A filter that is told of large disturbances believes its sensors and forgets: its
+//! innovations feel a wrong frequency over its memory alone, which makes one maximum of them. As the disturbances shrink the
+//! memory grows, and the next fit starts within the cycle that the last one found.
+
+use super::{Board, Engine, Fit, FitError, fit};
+
+/// Mean square of the whitened innovations up to which a fit is taken as it is.
+const NEAR: f64 = 2.0;
+/// Factor between one loudness of the disturbances and the next, and how many there are at most.
+const QUIETER: f64 = 10.0;
+const STEPS: usize = 6;
+
+/// Fits the plant of `engine`'s problem under its stated noise from the priors; where something is left that the noise does not explain, once more by
+/// way of larger disturbances, and the better of both.
+///
+/// # Errors
+/// Those of [`fit`].
+pub fn fit_from_afar(engine: &Engine<'_>, rounds: usize) -> Result<Fit, FitError> {
+    let plant = &engine.problem.plant;
+    let direct = fit(engine, plant, &engine.prior(), &engine.noise, rounds);
+    if direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < NEAR) {
+        return direct;
+    }
+    let approached = approached(engine, rounds).and_then(|theta| fit(engine, plant, &theta, &engine.noise, rounds));
+    match (direct, approached) {
+        (Ok(a), Ok(b)) => Ok(if b.objective < a.objective { b } else { a }),
+        (a, b) => a.or(b),
+    }
+}
+
+/// Where fits under ever quieter disturbances end, from those on that explain the misfit at the priors.
+fn approached(engine: &Engine<'_>, rounds: usize) -> Result<Vec<f64>, FitError> {
+    let plant = &engine.problem.plant;
+    let mut theta = engine.prior();
+    let driven = |power: usize| {
+        let mut noise = engine.noise.clone();
+        noise.input_sigma.iter_mut().for_each(|sigma| *sigma *= libm::pow(QUIETER, power as f64));
+        noise
+    };
+    let explains = |power: &usize| {
+        let noise = driven(*power);
+        let board = Board::new(engine, plant, &theta, &noise).ok();
+        let normal = board.and_then(|board| board.normal(engine, &theta, &noise, &[]));
+        normal.is_some_and(|normal| normal.chi2 < NEAR * engine.samples as f64)
+    };
+    let loudest = (1..=STEPS).find(explains).unwrap_or(STEPS);
+    for power in (1..=loudest).rev() {
+        let fitted = fit(engine, plant, &theta, &driven(power), rounds)?;
+        theta = fitted.theta;
+    }
+    Ok(theta)
+}
