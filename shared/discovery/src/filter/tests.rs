@@ -163,7 +163,7 @@ fn a_lag_of_an_accelerometer_is_felt_as_the_simulation_has_it() {
     }
 }
 
-/// They go through the recursion in fours and one by one: each feels its own numbers only, in the same order.
+/// They go through the recursion in eights and what is left of them: each feels its own numbers only, in the same order.
 #[test]
 fn columns_whitened_together_are_bit_for_bit_those_whitened_alone() {
     let nominal = plant("oscillator");
@@ -174,9 +174,9 @@ fn columns_whitened_together_are_bit_for_bit_those_whitened_alone() {
     let mut other = engine.noise.clone();
     other.input_sigma[0] *= 7.0;
     other.pole.fill(0.6);
-    // two fours and one more, no two alike
+    // an eight and the rest, no two alike
     let turned = |k: usize| [&board.nu[37 * k..], &board.nu[..37 * k]].concat();
-    let columns: Vec<Vec<f64>> = (0..9).map(turned).collect();
+    let columns: Vec<Vec<f64>> = (0..11).map(turned).collect();
     for noise in [&engine.noise, &other] {
         let mut together = columns.clone();
         board.whiten(&engine, noise, &mut together).unwrap();

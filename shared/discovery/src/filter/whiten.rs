@@ -14,21 +14,30 @@ use super::linear::Linear;
 use crate::problem::Timeline;
 
 /// Columns that go through the recursion side by side: each alone waits for its own last sum.
-const LANES: usize = 4;
+const LANES: usize = 8;
 
 /// Whitens `columns` (each as long as the samples of the run) in place.
 pub fn whiten(linear: &Linear, timeline: &Timeline, gains: &Gains, columns: &mut [&mut [f64]]) {
     if gains.same_as_frozen {
         return columns.iter_mut().for_each(|column| scale(timeline, gains, column));
     }
-    let mut bundles = columns.chunks_exact_mut(LANES);
-    for bundle in &mut bundles {
-        let bundle: &mut [&mut [f64]; LANES] = bundle.try_into().expect("chunks are of this length");
-        together(linear, timeline, gains, bundle);
+    for bundle in columns.chunks_mut(LANES) {
+        let whitened = match bundle.len() {
+            1 => side_by_side::<1>,
+            2 => side_by_side::<2>,
+            3 => side_by_side::<3>,
+            4 => side_by_side::<4>,
+            5 => side_by_side::<5>,
+            6 => side_by_side::<6>,
+            7 => side_by_side::<7>,
+            _ => side_by_side::<LANES>,
+        };
+        whitened(linear, timeline, gains, bundle);
     }
-    for column in bundles.into_remainder() {
-        together(linear, timeline, gains, core::array::from_mut(column));
-    }
+}
+
+fn side_by_side<const W: usize>(linear: &Linear, timeline: &Timeline, gains: &Gains, columns: &mut [&mut [f64]]) {
+    together::<W>(linear, timeline, gains, columns.try_into().expect("a bundle is as wide as its length says"));
 }
 
 fn scale(timeline: &Timeline, gains: &Gains, column: &mut [f64]) {
