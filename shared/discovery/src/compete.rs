@@ -15,7 +15,7 @@ pub use subsets::{Ranking, Subset, Trials, rank};
 
 use crate::filter::NoiseModel;
 use crate::fit::board::dot;
-use crate::fit::noise::{Search, least, maximise};
+use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, parallel};
 use crate::score::{Column, Score, scores};
 use crate::statistics::{chi_squared_quantile, chi_squared_tail};
@@ -104,10 +104,9 @@ fn one(
     let extra: Vec<&Vec<f64>> = subset.members.iter().flat_map(|c| &columns[*c].raw).collect();
     let search = Search { sweeps: 3, colour: true, scan: false };
     let (board, theta) = (&nominal.fit.board, &nominal.fit.theta);
-    let starts = [&subset.noise, nominal.noise].into_iter();
-    let known = starts.filter_map(|start| Some((start, least(engine, board, theta, &extra, start)?)));
-    let (start, _) = known.min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let (noise, objective) = maximise(engine, board, theta, &extra, start, search)?;
+    let starts = [&subset.noise, nominal.noise];
+    let found = starts.iter().filter_map(|start| maximise(engine, board, theta, &extra, start, search));
+    let (noise, objective) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
     // the noise found with the effects may be the better one without them, too
     let without = maximise(engine, board, theta, &[], &noise, search).map_or(nominal.objective, |found| found.1);
     let null = without.min(nominal.objective);

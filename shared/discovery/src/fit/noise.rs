@@ -25,8 +25,6 @@ const POLE_MAX: f64 = 0.98;
 /// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which one is taken up.
 const JITTER_SHARES: [f64; 3] = [3e-3, 0.02, 0.1];
 const JITTER_GAIN: f64 = 10.0;
-/// Gain in `−2 ln p` below which a coordinate waits for a sweep.
-const IDLE: f64 = 0.01;
 /// Sweeps over a channel's size, and over its size and jitter.
 const JITTER_SWEEPS: usize = 3;
 
@@ -49,17 +47,6 @@ fn moved(noise: &NoiseModel, coordinate: Coordinate, by: f64) -> NoiseModel {
     moved
 }
 
-/// Least `−2 ln p` over unknowns and `extra` columns under `noise`.
-pub fn least(
-    engine: &Engine<'_>,
-    board: &Board,
-    theta: &[f64],
-    extra: &[&Vec<f64>],
-    noise: &NoiseModel,
-) -> Option<f64> {
-    Some(board.normal(engine, theta, noise, extra)?.minimum()?.0 + engine.disturbance_price(noise))
-}
-
 /// Noise that minimises `−2 ln p` over noise, unknowns and `extra` columns from `start`; returns it with that minimum.
 pub fn maximise(
     engine: &Engine<'_>,
@@ -69,7 +56,9 @@ pub fn maximise(
     start: &NoiseModel,
     search: Search,
 ) -> Option<(NoiseModel, f64)> {
-    let value = |noise: &NoiseModel| least(engine, board, theta, extra, noise);
+    let value = |noise: &NoiseModel| -> Option<f64> {
+        Some(board.normal(engine, theta, noise, extra)?.minimum()?.0 + engine.disturbance_price(noise))
+    };
     let size = board.linears.first().map_or(0, |linear| linear.layout.len());
     let mut list: Vec<Coordinate> = (0..start.sensor_sigma.len()).map(Coordinate::Sensor).collect();
     if size <= SIZE_MAX {
@@ -86,17 +75,10 @@ pub fn maximise(
     }
     list.extend((0..noise.jitter_s.len()).filter(|k| noise.jitter_s[*k] > 0.0).map(Coordinate::Jitter));
     let mut steps: Vec<f64> = list.iter().map(|c| if matches!(c, Coordinate::Sensor(_)) { 0.1 } else { 0.3 }).collect();
-    let mut rests = vec![false; list.len()];
     for _ in 0..search.sweeps {
         let before = best;
-        for ((coordinate, step), rests) in list.iter().zip(&mut steps).zip(&mut rests) {
-            // what has just gained nothing waits for the others to move
-            if core::mem::take(rests) {
-                continue;
-            }
-            let last = best;
+        for (coordinate, step) in list.iter().zip(&mut steps) {
             (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, &value);
-            *rests = last - best < IDLE;
         }
         if before - best < 0.05 {
             break;
