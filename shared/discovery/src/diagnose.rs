@@ -27,7 +27,6 @@ use adoption::{stand, step};
 use screening::{Screening, screen};
 use showing::{Shown, held_out};
 
-use crate::compete::Refit;
 use crate::filter::NoiseModel;
 use crate::fit::bounded::bounded;
 use crate::fit::noise::{Search, maximise};
@@ -74,6 +73,8 @@ impl Default for Options {
 const NAME_SHARE: f64 = 0.5;
 /// ΔBIC within which a rival is printed.
 pub const RIVAL_SPAN: f64 = 12.0;
+/// Logarithm of the odds from which another recording's word on rivals is taken: twenty to one.
+const FAVOURED: f64 = 3.0;
 /// Relinearisations of the nominal fit; it ends where it has converged.
 const ROUNDS: usize = 6;
 
@@ -186,8 +187,8 @@ struct Found {
     screening: Screening,
     /// Smaller sets that stood on the way, nearest first.
     smaller: Vec<(Vec<Adopted>, Standing)>,
-    /// Sets that the recording does not exclude beside the last one adopted.
-    rivals: Vec<(Vec<Adopted>, Standing)>,
+    /// Sets that the recording does not exclude beside the last one adopted, and by how much in BIC they are behind.
+    rivals: Vec<(Vec<Adopted>, Standing, f64)>,
     /// What noise of another kind gains on the standing plant.
     unknown_noise: f64,
 }
@@ -219,11 +220,11 @@ fn searched(
             break;
         };
         // nearest first: without what this round adds, then its own smaller sets before that
-        let joined = |(set, refit): (Vec<Adopted>, Refit)| {
-            (found.adopted.iter().cloned().chain(set).collect::<Vec<_>>(), stand(&refit))
-        };
-        let mut nearest: Vec<(Vec<Adopted>, Standing)> = step.smaller.into_iter().map(joined).collect();
-        found.rivals = step.rivals.into_iter().map(joined).collect();
+        let joined = |set: Vec<Adopted>| found.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
+        let mut nearest: Vec<(Vec<Adopted>, Standing)> =
+            step.smaller.into_iter().map(|(set, refit)| (joined(set), stand(&refit))).collect();
+        found.rivals =
+            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), stand(&refit), behind)).collect();
         let before = core::mem::replace(&mut found.best, stand(&refit));
         if !found.adopted.is_empty() {
             nearest.push((found.adopted.clone(), before));
@@ -235,8 +236,9 @@ fn searched(
     Ok(found)
 }
 
-/// Held-out data on what was found; where they do not confirm it, the best rival that they do confirm takes its place, else the nearest
-/// smaller set that they confirm or at least find better.
+/// Held-out data on what was found. Another recording is evidence on names, too: the rival that both recordings together favour takes the place of what
+/// this one favours, and any that is confirmed the place of what is not; else the nearest smaller set that they confirm or at least find
+/// better.
 fn borne_out(
     problem: &Problem,
     (engine, stated): (&Engine<'_>, &Fit),
@@ -248,16 +250,24 @@ fn borne_out(
     let rivals = core::mem::take(&mut found.rivals);
     // the best of several confirmations is one by chance more often
     let alpha = 0.05 / rivals.len().max(1) as f64;
-    for (set, standing) in rivals {
-        if status(shown.gain.as_ref()) == Status::Confirmed {
+    let mut lead = 0.0;
+    for (set, standing, behind) in rivals {
+        let is_confirmed = status(shown.gain.as_ref()) == Status::Confirmed;
+        if is_confirmed && options.held_out.is_none() {
             break;
         }
         let again = held_out(problem, engine, stated, &standing, false, options);
-        if again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0) {
+        let (Some(gain), had) = (again.gain.as_ref(), shown.gain.as_ref().map_or(0.0, |gain| gain.loglik_gain)) else {
+            continue;
+        };
+        // logarithm of the odds by both recordings
+        let ahead = gain.loglik_gain - had - 0.5 * (behind - lead);
+        if gain.interval(alpha)[0] > 0.0 && (!is_confirmed || ahead > FAVOURED) {
             let kinds =
                 |set: &[Adopted]| set.iter().map(|a| a.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ");
-            notes.push(format!("held-out data do not confirm {} but {}", kinds(&found.adopted), kinds(&set)));
-            (found.adopted, found.best, found.unknown_noise, shown) = (set, standing, 0.0, again);
+            let word = if is_confirmed { "are better predicted by" } else { "confirm" };
+            notes.push(format!("held-out data {word} {}, not {}", kinds(&set), kinds(&found.adopted)));
+            (found.adopted, found.best, found.unknown_noise, shown, lead) = (set, standing, 0.0, again, behind);
         }
     }
     for (set, standing) in core::mem::take(&mut found.smaller) {

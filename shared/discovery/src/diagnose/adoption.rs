@@ -28,8 +28,8 @@ pub(super) struct Step {
     pub null: f64,
     /// Smaller sets that stand too, larger ones first: for the case that held-out data do not confirm the one adopted.
     pub smaller: Vec<(Vec<Adopted>, Refit)>,
-    /// Sets of the same size that stand and are not excluded: for the case that held-out data refuse the one adopted.
-    pub rivals: Vec<(Vec<Adopted>, Refit)>,
+    /// Sets of the same size that stand and are not excluded, and by how much in BIC they are behind: held-out data may know better.
+    pub rivals: Vec<(Vec<Adopted>, Refit, f64)>,
 }
 
 /// The next set of effects, if any stands, and those that are significant but could not be fitted.
@@ -138,11 +138,15 @@ fn rivals(
     at: usize,
     ranking: &Ranking,
     alpha: f64,
-) -> Vec<(Vec<Adopted>, Refit)> {
+) -> Vec<(Vec<Adopted>, Refit, f64)> {
     let winner = &outcome.contenders[at];
     let stands = |c: &Contender| is_rival(c, winner, alpha) && c.is_there(&found.columns);
     let others = (0..outcome.contenders.len()).filter(|i| *i != at && stands(&outcome.contenders[*i]));
-    others.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
+    let told = |i: usize| {
+        let rival = &outcome.contenders[i];
+        Some((adopt(found, outcome, i, ranking), rival.refit.clone()?, rival.bic - winner.bic))
+    };
+    others.filter_map(told).collect()
 }
 
 /// Parts of the recording are predicted from the others better by `large` than by `small`, by more than the standard error of blocks:
