@@ -165,14 +165,9 @@ impl<'p> Engine<'p> {
         }
     }
 
-    /// `−2 ln p` of the levels of unstated disturbances: half-Cauchy about the floor (Gelman, Bayesian Analysis 1, 2006), which makes them pay as
-    /// any effect that nobody states does and leaves them large where they are, and normal beyond what is small beside the forces at work.
+    /// `−2 ln p` of the levels of unstated disturbances.
     pub fn disturbance_price(&self, noise: &NoiseModel) -> f64 {
-        let levels = noise.input_sigma.iter().zip(&self.noise.input_sigma).zip(&self.disturbance_sigma);
-        let price = |((level, floor), sigma): ((&f64, &f64), &f64)| {
-            (level / sigma).powi(2) + 2.0 * libm::log1p((level / floor).powi(2))
-        };
-        levels.filter(|(_, sigma)| sigma.is_finite()).map(price).sum()
+        noise.input_sigma.iter().zip(&self.disturbance_sigma).map(|(level, sigma)| (level / sigma).powi(2)).sum()
     }
 
     /// Gives inputs without stated noise the level that inflates the innovations by [`FLOOR_INFLATION`].
