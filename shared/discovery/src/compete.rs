@@ -34,8 +34,9 @@ pub struct Contender {
     pub noise: NoiseModel,
     pub veto: Veto,
     pub refit: Option<Refit>,
-    /// The refit was taken to the end of its valley.
+    /// The refit was taken to the end of its valley, and the nominal plant was fitted from there.
     pub is_settled: bool,
+    pub is_met: bool,
     /// `−2 ln p + k ln n`, relative to the nominal plant's.
     pub bic: f64,
     pub free: usize,
@@ -115,9 +116,9 @@ fn one(
     let says = |noise: &NoiseModel| veto(engine, nominal.fit, columns, subset, noise, p_veto);
     let veto = match (says(&noise), says(nominal.noise)) {
         (Veto::Passed, _) | (_, Veto::Passed) => Veto::Passed,
-        // noise that has swallowed the effect has no say in it
         (Veto::Silent, Veto::Silent) => Veto::Silent,
-        (Veto::Silent, _) if nominal.noise.is_louder(&noise, SWALLOWED) => Veto::Silent,
+        // noise that has swallowed the effect has no say in it
+        (Veto::Silent, _) if nominal.noise.is_louder(&noise, &engine.noise, SWALLOWED) => Veto::Silent,
         _ => Veto::Vetoed,
     };
     let subset = Subset { amplitudes, ..subset.clone() };
@@ -129,8 +130,8 @@ fn one(
     let refit = refit.flatten().filter(|refit| null - refit.objective > 0.5 * ratio);
     let free = refit.as_ref().map_or(subset.free, |refit| refit.free);
     let objective = refit.as_ref().map_or(objective, |refit| refit.objective);
-    let (ratio, p, bic, is_settled) = (0.0, 1.0, 0.0, false);
-    Some((Contender { subset, objective, ratio, p, noise, veto, refit, is_settled, bic, free }, without))
+    let (ratio, p, bic, is_settled, is_met) = (0.0, 1.0, 0.0, false, false);
+    Some((Contender { subset, objective, ratio, p, noise, veto, refit, is_settled, is_met, bic, free }, without))
 }
 
 impl Contender {
@@ -139,17 +140,18 @@ impl Contender {
         self.p < alpha && self.veto != Veto::Vetoed && self.refit.is_some() && self.bic < 0.0
     }
 
-    /// Fits its plant to the end of its valley.
-    ///
-    /// # Panics
-    /// There is no refit.
-    pub fn settle(&mut self, engine: &Engine<'_>) -> Refit {
-        let refit = settled(engine, self.refit.take().expect("only refitted sets stand"));
-        (self.objective, self.is_settled) = (refit.objective, true);
-        self.refit.insert(refit).clone()
+    /// Fits its plant to the end of its valley, once.
+    pub fn settle(&mut self, engine: &Engine<'_>) {
+        if !core::mem::replace(&mut self.is_settled, true)
+            && let Some(refit) = self.refit.take()
+        {
+            let refit = settled(engine, refit);
+            self.objective = refit.objective;
+            self.refit = Some(refit);
+        }
     }
 
-    /// No amplitude is within two of its standard errors of nothing. Of one among others; whether a single one is there the ratio of likelihoods
+    /// No member has all its amplitudes within two of their standard errors of nothing. Of one among others; whether a single one is there the ratio of likelihoods
     /// has said (a lag's jump shows the lag, and not how long it is).
     pub fn is_there(&self, columns: &[Column]) -> bool {
         let members = &self.subset.members;

@@ -236,9 +236,9 @@ fn searched(
     Ok(found)
 }
 
-/// Held-out data on what was found. Another recording is evidence on names, too: the rival that both recordings together favour takes the place of what
-/// this one favours, and any that is confirmed the place of what is not; else the nearest smaller set that they confirm or at least find
-/// better.
+/// Held-out data on what was found. Another recording is evidence on names, too: the rival that both recordings together favour, each law under its
+/// own noise, takes the place of what this one favours, and any that is confirmed the place of what is not; else the nearest smaller set
+/// that they confirm or at least find better. Weights stay those of this recording.
 fn borne_out(
     problem: &Problem,
     (engine, stated): (&Engine<'_>, &Fit),
@@ -253,16 +253,14 @@ fn borne_out(
     let mut lead = 0.0;
     for (set, standing, behind) in rivals {
         let is_confirmed = status(shown.gain.as_ref()) == Status::Confirmed;
-        if is_confirmed && options.held_out.is_none() {
+        if is_confirmed && shown.loglik.is_none() {
             break;
         }
         let again = held_out(problem, engine, stated, &standing, false, options);
-        let (Some(gain), had) = (again.gain.as_ref(), shown.gain.as_ref().map_or(0.0, |gain| gain.loglik_gain)) else {
-            continue;
-        };
         // logarithm of the odds by both recordings
-        let ahead = gain.loglik_gain - had - 0.5 * (behind - lead);
-        if gain.interval(alpha)[0] > 0.0 && (!is_confirmed || ahead > FAVOURED) {
+        let ahead = again.loglik.zip(shown.loglik).map_or(0.0, |(rival, own)| rival - own - 0.5 * (behind - lead));
+        let bears = again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0);
+        if bears && (!is_confirmed || ahead > FAVOURED) {
             let kinds =
                 |set: &[Adopted]| set.iter().map(|a| a.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ");
             let word = if is_confirmed { "are better predicted by" } else { "confirm" };

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! What two or three blocks hold against the others' word is no skewness but chance: Hall's interval takes the place of Student's only where the
-//! blocks agree, `|Σ ±√|d|| / √Σ|d|` (of variance one under random signs) beyond the quantile.
+//! blocks agree with their sum: `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
 
 use crate::filter::{Machine, NoiseModel, gains, initial_sigmas, whiten};
 use crate::fit::Engine;
@@ -64,7 +64,8 @@ impl Gain {
     pub fn interval(&self, alpha: f64) -> [f64; 2] {
         // the spread is that of few blocks
         let t = student_two_sided(alpha, (self.blocks.max(2) - 1) as f64);
-        let at = |t: f64| if self.agreement.abs() > t.abs() { self.studentised(t) } else { t };
+        let agrees = self.agreement * self.loglik_gain.signum();
+        let at = |t: f64| if agrees > t.abs() { self.studentised(t) } else { t };
         [t, -t].map(|t| self.loglik_gain - at(t) * self.gain_se)
     }
 
@@ -101,6 +102,11 @@ pub fn gain(engine: &Engine<'_>, before: Predictor<'_>, after: (&Engine<'_>, Pre
     let a = terms(engine, before)?;
     let b = terms(after.0, after.1)?;
     Some(blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(engine)))
+}
+
+/// Log-likelihood of all runs under the predictor's own noise.
+pub fn loglik(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<f64> {
+    Some(terms(engine, predictor)?.iter().map(|(_, term)| term).sum())
 }
 
 /// Length of a block [s]: two seconds, a few samples at least, a thirtieth of the recorded time at most.
@@ -307,6 +313,9 @@ mod tests {
         assert_eq!(gain(&sums).status(), Status::Refused);
         // three blocks that the others do not bear out are chance, whatever they hold
         sums = (0..30).map(|k| 0.3 * (k as f64).sin()).chain([150.0, 40.0, 25.0]).collect();
+        assert_eq!(gain(&sums).status(), Status::Unconfirmed);
+        // nor where most are against it
+        sums = (0..303).map(|k| if k % 101 == 50 { 1000.0 } else { -1.0 }).collect();
         assert_eq!(gain(&sums).status(), Status::Unconfirmed);
         // as much of the same by half of the blocks is chance
         sums.iter_mut().enumerate().for_each(|(k, d)| *d = if k % 2 == 0 { d.abs() } else { -d.abs() });

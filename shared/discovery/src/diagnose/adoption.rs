@@ -42,11 +42,13 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
     let mut asked: Vec<Subset> = Vec::new();
     let better = |small: &Contender, large: &Contender| predicts_better(engine, small, large);
     while let Some(at) = outcome.best(alpha, &ranking.trials, &better) {
-        if !outcome.contenders[at].is_settled {
+        if !outcome.contenders[at].is_met {
             // its fit to the end, and once more from the other side: the nominal plant with the noise and the numbers that suit the set
-            let refit = outcome.contenders[at].settle(engine);
-            let null = nominal_with(engine, best, &refit).unwrap_or(outcome.null);
-            outcome.settle(null, &ranking.trials);
+            let contender = &mut outcome.contenders[at];
+            contender.settle(engine);
+            contender.is_met = true;
+            let null = contender.refit.as_ref().and_then(|refit| nominal_with(engine, best, refit));
+            outcome.settle(null.unwrap_or(outcome.null), &ranking.trials);
             continue;
         }
         let near = unmet(found, &outcome, at, &ranking, &asked);
@@ -103,11 +105,14 @@ fn unmet(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, ask
     list
 }
 
-/// A set that stands beside contender `at` within the span of rivals and was not fitted to its end.
+/// A set that was not fitted to its end and stands beside contender `at` within the span of rivals, or as the best of a smaller size.
 fn unsettled(outcome: &Outcome, at: usize, alpha: f64) -> Option<usize> {
-    let winner = &outcome.contenders[at];
-    let open = |c: &Contender| !c.is_settled && is_rival(c, winner, alpha);
-    (0..outcome.contenders.len()).find(|i| *i != at && open(&outcome.contenders[*i]))
+    let (list, winner) = (&outcome.contenders, &outcome.contenders[at]);
+    let size = |c: &Contender| c.subset.members.len();
+    let best_of = |own: usize| list.iter().position(|c| size(c) == own && c.stands(alpha));
+    let smaller = (1..size(winner)).filter_map(best_of);
+    let rivals = (0..list.len()).filter(|i| *i != at && is_rival(&list[*i], winner, alpha));
+    smaller.chain(rivals).find(|i| !list[*i].is_settled)
 }
 
 /// Of the same size, standing, and not excluded.

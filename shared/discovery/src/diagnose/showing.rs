@@ -5,7 +5,7 @@ use super::{Options, Standing, figures};
 use crate::filter::{NoiseModel, gains};
 use crate::fit::bounded::bounded;
 use crate::fit::{Board, Engine, Fit, NOT_FOUND_RATIO, fit};
-use crate::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, free_run, gain};
+use crate::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, free_run, gain, loglik};
 use crate::problem::{Problem, Unknown};
 use crate::score::event_of_sample;
 use plant::description::{Plant, Quantity, Scope};
@@ -23,6 +23,8 @@ pub(super) struct Shown {
     pub before: Vec<ChannelFit>,
     pub after: Vec<ChannelFit>,
     pub gain: Option<Gain>,
+    /// Log-likelihood of another recording under the augmented plant and its own noise.
+    pub loglik: Option<f64>,
     pub compare: Vec<ChannelFit>,
     pub overlays: Vec<Overlay>,
 }
@@ -39,7 +41,7 @@ pub(super) fn held_out(
     let compare = free_run(engine, nominal);
     let none = |compare| {
         let (before, after, overlays) = (Vec::new(), Vec::new(), Vec::new());
-        Shown { kind: HeldOutKind::None, before, after, gain: None, compare, overlays }
+        Shown { kind: HeldOutKind::None, before, after, gain: None, loglik: None, compare, overlays }
     };
     if nothing {
         return none(compare);
@@ -49,7 +51,9 @@ pub(super) fn held_out(
         None => on_blocks(problem, engine, stated, best, options),
     };
     match shown {
-        Some((kind, before, after, gain, overlays)) => Shown { kind, before, after, gain, compare, overlays },
+        Some((kind, before, after, gain, loglik, overlays)) => {
+            Shown { kind, before, after, gain, loglik, compare, overlays }
+        }
         None => none(compare),
     }
 }
@@ -57,7 +61,7 @@ pub(super) fn held_out(
 /// Time and log-likelihood of every instant.
 type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
-type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Vec<Overlay>);
+type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Option<f64>, Vec<Overlay>);
 
 /// Shared parameters frozen as fitted; what belongs to single recordings and segments, and what of the nominal plant the fitted recordings
 /// did not show, is fitted on the others, on both sides alike.
@@ -84,7 +88,8 @@ fn on_recording(
     let augmented = Predictor { plant: &after_problem.plant, theta: &theta_after, noise: &best.noise };
     let gain = gain(&before, nominal, (&after, augmented));
     let overlays = figures::overlays((&before, nominal), (&after, augmented));
-    Some((HeldOutKind::Recording, free_run(&before, nominal), free_run(&after, augmented), gain, overlays))
+    let (free_before, free_after) = (free_run(&before, nominal), free_run(&after, augmented));
+    Some((HeldOutKind::Recording, free_before, free_after, gain, loglik(&after, augmented), overlays))
 }
 
 /// Own numbers stay as far from their priors as those of the fitted recordings were, by any of the fits, and three sigma at least: what
@@ -152,7 +157,14 @@ fn on_blocks(
     let nominal = Predictor { plant: &stated.plant, theta: &before.1, noise: &best.noise };
     let with = Predictor { plant: &best.plant, theta: &after.1, noise: &best.noise };
     let overlays = figures::overlays((&test_before, nominal), (&test_after, with));
-    Some((HeldOutKind::Blocks, free_run(&test_before, nominal), free_run(&test_after, with), Some(gain), overlays))
+    Some((
+        HeldOutKind::Blocks,
+        free_run(&test_before, nominal),
+        free_run(&test_after, with),
+        Some(gain),
+        None,
+        overlays,
+    ))
 }
 
 /// Log-likelihood of every instant with parameters from the other folds, and the parameters without the last fold.

@@ -65,7 +65,7 @@ pub(super) fn noise_p(engine: &Engine<'_>, stated: &Fit, adapted: &Fit, noise: &
     let jittering = noise.jitter_s.iter().filter(|jitter| **jitter > 0.0).count();
     let freedom = (noise.input_sigma.len() + 2 * noise.sensor_sigma.len() + jittering) as f64;
     match [stated, adapted].into_iter().filter_map(|fit| least(engine, fit, &as_stated)).min_by(f64::total_cmp) {
-        Some(before) => chi_squared_tail((before - objective).max(0.0), freedom),
+        Some(before) => chi_squared_tail((before - objective + engine.disturbance_price(noise)).max(0.0), freedom),
         None => 0.0,
     }
 }

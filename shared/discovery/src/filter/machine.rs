@@ -178,7 +178,8 @@ impl<'a> Machine<'a> {
         reach
     }
 
-    /// Input `input` as event `k` begins its stretch, or as it ends it, past the plant's own delays and lags.
+    /// Input `input` as event `k` begins its stretch, or as it ends it, past the plant's own delays and lags; of an input that is held between
+    /// events its mean.
     pub fn acting(&self, k: usize, end: bool, input: usize) -> f64 {
         let event = self.timeline.events[k];
         let moved = if end && self.timeline.moving { 2 * event.steps } else { 0 };

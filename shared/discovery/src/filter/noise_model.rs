@@ -42,10 +42,14 @@ impl NoiseModel {
         louder
     }
 
-    /// Some input or channel has more than `factor` times the standard deviation that it has in `other`.
-    pub fn is_louder(&self, other: &Self, factor: f64) -> bool {
+    /// Some input or channel has more than `factor` times the standard deviation that it has in `other`, and than is `felt`.
+    pub fn is_louder(&self, other: &Self, felt: &Self, factor: f64) -> bool {
         let sizes = |noise: &Self| [&noise.input_sigma[..], &noise.sensor_sigma[..]].concat();
-        sizes(self).iter().zip(sizes(other)).any(|(own, other)| *own > factor * other)
+        sizes(self)
+            .iter()
+            .zip(sizes(other))
+            .zip(sizes(felt))
+            .any(|((own, other), felt)| *own > factor * other.max(felt))
     }
 }
 

@@ -14,14 +14,14 @@ const QUIETER: f64 = 10.0;
 const STEPS: usize = 6;
 
 /// Fits the plant of `engine`'s problem under its stated noise from the priors; where something is left that the noise does not explain, once more by
-/// way of larger disturbances, and the better of both.
+/// way of larger disturbances, those that the plant states of its actuators among them, and the better of both.
 ///
 /// # Errors
 /// Those of [`fit`].
 pub fn fit_from_afar(engine: &Engine<'_>, rounds: usize) -> Result<Fit, FitError> {
     let plant = &engine.problem.plant;
     let direct = fit(engine, plant, &engine.prior(), &engine.noise, rounds);
-    if direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < NEAR) {
+    if engine.noise.input_sigma.is_empty() || direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < NEAR) {
         return direct;
     }
     let approached = approached(engine, rounds).and_then(|theta| fit(engine, plant, &theta, &engine.noise, rounds));

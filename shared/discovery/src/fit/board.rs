@@ -84,29 +84,39 @@ impl Board {
         (self.jacobian, self.steps) = taken.into_iter().unzip();
     }
 
-    /// `−∂ν/∂θ_i` per prior standard deviation, and the step it was taken over; zero where the plant survives none.
+    /// `−∂ν/∂θ_i` per prior standard deviation, and the step it was taken over: of a law that jumps one that it feels; zero where the plant
+    /// survives none.
     fn sensitivity(&self, engine: &Engine<'_>, plant: &Plant, theta: &[f64], i: usize) -> (Vec<f64>, f64) {
         let unknown = &engine.problem.unknowns[i];
         let concerned = |run: usize| unknown.concerns(&engine.problem.runs[run]);
         // away from the edge of what is possible
         let sign = if theta[i] + STEP_PRIOR * unknown.sigma > unknown.high { -1.0 } else { 1.0 };
         let mut step = self.steps[i];
+        let mut found = (vec![0.0; self.nu.len()], step);
         for _ in 0..TRIES {
             let mut moved = theta.to_vec();
             moved[i] += sign * step * unknown.sigma;
             let change = engine.innovations(plant, &moved, &self.linears, &concerned);
             let change = change.map(|nu| nu.iter().zip(&self.nu).map(|(a, b)| b - a).collect::<Vec<f64>>());
-            match change.map(|change| (self.felt(engine, &change, &concerned), change)) {
-                Some((felt, mut change)) if felt <= FELT_MAX => {
-                    change.iter_mut().for_each(|c| *c /= sign * step);
-                    engine.silence(&mut change, &concerned);
-                    return (change, step);
-                }
-                Some((felt, _)) if felt.is_finite() => step *= FELT / felt,
-                _ => step *= SHORTENED,
+            let Some((felt, mut change)) = change.map(|change| (self.felt(engine, &change, &concerned), change)) else {
+                step *= SHORTENED;
+                continue;
+            };
+            if !felt.is_finite() {
+                step *= SHORTENED;
+                continue;
             }
+            if felt > 0.0 {
+                change.iter_mut().for_each(|c| *c /= sign * step);
+                engine.silence(&mut change, &concerned);
+                found = (change, step);
+            }
+            if felt <= FELT_MAX {
+                break;
+            }
+            step *= FELT / felt;
         }
-        (vec![0.0; self.nu.len()], step)
+        found
     }
 
     /// Norm of a change of the innovations in standard deviations of their sensors, over the runs that are concerned.
