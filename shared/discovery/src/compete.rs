@@ -151,8 +151,8 @@ impl Contender {
         }
     }
 
-    /// No member has all its amplitudes within two of their standard errors of nothing. Of one among others; whether a single one is there the ratio of likelihoods
-    /// has said (a lag's jump shows the lag, and not how long it is).
+    /// No member has all its amplitudes within two of their standard errors of nothing. Of one among others; whether a single one is there
+    /// the ratio of likelihoods has said (a lag's jump shows the lag, and not how long it is).
     pub fn is_there(&self, columns: &[Column]) -> bool {
         let members = &self.subset.members;
         let vanishes = |refit: &Refit| members.iter().any(|member| refit.vanishes(&columns[*member]));
