@@ -401,3 +401,69 @@ impl<R: Row> Recursion<R> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+    use nalgebra::{Cholesky, DMatrix};
+
+    /// Taken up one by one, samples of one event have the gain and the factor of the joint update, and so has what is left of P.
+    fn one_by_one_is_the_joint_update<R: Row>(count: usize) {
+        let (n, m, s) = (3, 1, 4);
+        let drawn = |seed: u64, rows: usize, columns: usize| {
+            DMatrix::from_row_slice(rows, columns, &Noise::new(seed).series(rows * columns, 1.0))
+        };
+        let layout = Layout {
+            tangent: n,
+            noise_inputs: vec![0; m],
+            lag_of: vec![None; count],
+            colour_of: vec![None; count],
+            ..Layout::default()
+        };
+        let mut recursion = Recursion::<R>::new(&layout, &vec![1.0; n]);
+        let root = drawn(1, s, s);
+        let p = &root * root.transpose();
+        for i in 0..s {
+            (0..s).for_each(|j| recursion.p[i].numbers_mut()[j] = p[(i, j)]);
+        }
+        let h = drawn(2, count, s);
+        let noise = NoiseModel {
+            input_sigma: vec![1.0; m],
+            sensor_sigma: (0..count).map(|c| 0.3 + 0.2 * c as f64).collect(),
+            pole: vec![0.0; count],
+            jitter_s: (0..count).map(|c| 0.1 * c as f64).collect(),
+        };
+        let slope: Vec<f64> = (0..count).map(|c| 1.0 + c as f64).collect();
+        let channels: Vec<usize> = (0..count).collect();
+        let rows: Vec<f64> = h.transpose().iter().copied().collect();
+        assert!(recursion.update(&noise, &channels, &rows, (&vec![0.0; count], &slope)));
+        let variance = |c: usize| noise.sensor_sigma[c].powi(2) + (noise.jitter_s[c] * slope[c]).powi(2);
+        let covariance =
+            &h * &p * h.transpose() + DMatrix::from_fn(count, count, |i, j| if i == j { variance(i) } else { 0.0 });
+        let gain = &p * h.transpose() * covariance.clone().try_inverse().unwrap();
+        let factor = Cholesky::new(covariance.clone()).unwrap().l();
+        let left = &p - &gain * &covariance * gain.transpose();
+        let apart = |a: &DMatrix<f64>, b: &DMatrix<f64>| (a - b).amax();
+        assert!(apart(&DMatrix::from_row_slice(s, count, &recursion.gain), &gain) < 1e-10);
+        assert!(apart(&DMatrix::from_row_slice(count, count, &recursion.factor), &factor) < 1e-10);
+        assert!(apart(&DMatrix::from_fn(s, s, |i, j| recursion.p[i].numbers()[j]), &left) < 1e-10);
+    }
+
+    #[test]
+    fn samples_of_an_event_taken_up_one_by_one_are_the_joint_update() {
+        for count in 1..=4 {
+            one_by_one_is_the_joint_update::<[f64; 4]>(count);
+            one_by_one_is_the_joint_update::<Vec<f64>>(count);
+        }
+    }
+
+    #[test]
+    fn a_product_of_many_numbers_has_the_sum_of_their_logarithms() {
+        let numbers: Vec<f64> = (0..2000).map(|k| libm::exp(150.0 * libm::sin(k as f64))).collect();
+        let mut product = Product::default();
+        numbers.iter().for_each(|x| product.times(*x));
+        let sum: f64 = numbers.iter().map(|x| libm::log(*x)).sum();
+        assert!((product.ln() - sum).abs() < 1e-8 * numbers.len() as f64, "{} {sum}", product.ln());
+    }
+}
