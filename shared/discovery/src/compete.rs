@@ -7,6 +7,7 @@
 //! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set counts when its ratio passes χ² at `alpha` over all sets of
 //! its size, when it beats the best smaller set by as much, and when the robust score of its joint direction does not veto it.
 
+mod hops;
 mod refit;
 pub mod subsets;
 
@@ -19,6 +20,7 @@ use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, parallel};
 use crate::score::{Column, Score, scores};
 use crate::statistics::{chi_squared_quantile, chi_squared_tail};
+use hops::hopped;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use refit::settled;
 
@@ -140,12 +142,13 @@ impl Contender {
         self.p < alpha && self.veto != Veto::Vetoed && self.refit.is_some() && self.bic < 0.0
     }
 
-    /// Fits its plant to the end of its valley, once.
-    pub fn settle(&mut self, engine: &Engine<'_>) {
+    /// Fits its plant to the end of its valley and looks into those beside it, once.
+    pub fn settle(&mut self, engine: &Engine<'_>, columns: &[Column]) {
         if !core::mem::replace(&mut self.is_settled, true)
             && let Some(refit) = self.refit.take()
         {
-            let refit = settled(engine, refit);
+            let members: Vec<&Column> = self.subset.members.iter().map(|member| &columns[*member]).collect();
+            let refit = hopped(engine, settled(engine, refit), &members);
             self.objective = refit.objective;
             self.refit = Some(refit);
         }

@@ -19,8 +19,8 @@ mod stamps;
 mod verdict;
 
 pub use report::{
-    Angles, Compare, DetectionLimit, Diagnosis, EffectReport, EvidenceCurve, Figures, ForceCell, ForceMap, HeldOut,
-    HeldOutChannel, HeldOutKind, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
+    Angles, Compare, DetectionLimit, Diagnosis, EffectReport, EvidenceCurve, Figures, HeldOut, HeldOutChannel,
+    HeldOutKind, LawCell, LawMap, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
 };
 
 use adoption::{stand, step};
@@ -31,11 +31,11 @@ use crate::filter::NoiseModel;
 use crate::fit::bounded::bounded;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit, fit_from_afar};
-use crate::force_map::{self, ForceMap as ForceMapFound};
 use crate::held_out::{Gain, Status};
 use crate::omnibus::{Loudest, loudest};
 use crate::problem::Problem;
 use crate::score::{Candidate, Column, Score};
+use crate::unknown_law::{self, UnknownLaw};
 use plant::description::Plant;
 
 /// Bounds and levels.
@@ -153,7 +153,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         }
         _ => None,
     };
-    progress("a force that no law describes", 0.95);
+    progress("a law that is not in the catalogue", 0.95);
     let mut map = remainder(&engine, &found.best)?;
     if let Some(map) = &mut map {
         map.evidence -= found.unknown_noise;
@@ -289,10 +289,10 @@ fn borne_out(
     shown
 }
 
-/// The map of force that the standing plant still lacks.
-fn remainder(engine: &Engine<'_>, best: &Standing) -> Result<Option<ForceMapFound>, String> {
+/// The law that the standing plant still lacks.
+fn remainder(engine: &Engine<'_>, best: &Standing) -> Result<Option<UnknownLaw>, String> {
     let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
-    Ok(force_map::best(&own, &best.plant, &best.fit.board, &best.fit.theta, &best.noise))
+    Ok(unknown_law::best(&own, &best.plant, &best.fit.board, &best.fit.theta, &best.noise))
 }
 
 /// Where the innovations of the standing plant are least like white noise.

@@ -14,7 +14,6 @@ pub mod doctor;
 pub mod features;
 pub mod filter;
 pub mod fit;
-pub mod force_map;
 pub mod held_out;
 pub mod next_experiment;
 pub mod omnibus;
@@ -23,6 +22,7 @@ pub mod score;
 pub mod series;
 pub mod spectrum;
 pub mod statistics;
+pub mod unknown_law;
 
 #[cfg(test)]
 mod noise;

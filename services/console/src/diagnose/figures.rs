@@ -1,7 +1,7 @@
 //! What the engine measured, as figures: tiles before and after, evidence over time, maps of the force, angles of rivals, held-out overlays.
 
 use super::paragraph::percent;
-use discovery::diagnose::{Angles, Diagnosis, EvidenceCurve, ForceMap, Overlay as Shown, Tile};
+use discovery::diagnose::{Angles, Diagnosis, EvidenceCurve, LawMap, Overlay as Shown, Tile};
 use report::text::short;
 use report::{Cumulative, Curve, Figure, Matrix, Overlay, Role, Scatter, StateMap, TileMap, Tiles};
 
@@ -134,20 +134,19 @@ fn half_of(curve: &EvidenceCurve) -> Option<(f64, f64)> {
     Some((at(0.25)?, at(0.75)?))
 }
 
-/// Every map of a force: the data, the fitted law on the same scale, and both along each coordinate.
-pub fn forces(diagnosis: &Diagnosis) -> Vec<Figure> {
-    diagnosis.figures.force_maps.iter().take(EACH_MAX).flat_map(force).collect()
+/// Every map of a law: the data, the fitted law on the same scale, and both along each coordinate.
+pub fn laws(diagnosis: &Diagnosis) -> Vec<Figure> {
+    diagnosis.figures.law_maps.iter().take(EACH_MAX).flat_map(law).collect()
 }
 
-fn force(map: &ForceMap) -> Vec<Figure> {
+fn law(map: &LawMap) -> Vec<Figure> {
     let (xs, ys) = (steps(map.cells.iter().map(|c| c.x)), steps(map.cells.iter().map(|c| c.y)));
     let mut figures = Vec::new();
     let law = map.cells.iter().any(|c| c.law.is_finite());
     if let (Some(x), Some(y)) = (&xs, &ys) {
-        let all = map.cells.iter().flat_map(|c| [c.force, c.law]).filter(|f| f.is_finite());
+        let all = map.cells.iter().flat_map(|c| [c.value, c.law]).filter(|f| f.is_finite());
         let range = all.fold(None, |r: Option<(f64, f64)>, v| Some(r.map_or((v, v), |(l, h)| (l.min(v), h.max(v)))));
-        let quantity = format!("force at {}", map.site);
-        let draw = |value: fn(&discovery::diagnose::ForceCell) -> f64, claim: &str| {
+        let draw = |value: fn(&discovery::diagnose::LawCell) -> f64, claim: &str| {
             let mut rows = vec![vec![f64::NAN; x.count]; y.count];
             map.cells.iter().for_each(|cell| rows[y.place(cell.y)][x.place(cell.x)] = value(cell));
             StateMap {
@@ -155,7 +154,7 @@ fn force(map: &ForceMap) -> Vec<Figure> {
                 x_range: x.ends(),
                 y: (&map.y.0, &map.y.1),
                 y_range: y.ends(),
-                force: (&quantity, &map.unit),
+                force: (&map.quantity, &map.unit),
                 range,
                 rows,
                 visited: (&[], &[]),
@@ -163,9 +162,9 @@ fn force(map: &ForceMap) -> Vec<Figure> {
             .draw(claim)
         };
         let over = format!("over {} and {}", map.x.0, map.y.0);
-        figures.push(draw(|c| c.force, &format!("{}: the force that the data ask for {over}", map.site)));
+        figures.push(draw(|c| c.value, &format!("{} that the data ask for {over}", map.quantity)));
         if law {
-            figures.push(draw(|c| c.law, &format!("{}: the fitted law {over}, on the same scale", map.site)));
+            figures.push(draw(|c| c.law, &format!("{}: the fitted law {over}, on the same scale", map.quantity)));
         }
     }
     if xs.is_some() {
@@ -205,18 +204,14 @@ fn steps(values: impl Iterator<Item = f64>) -> Option<Steps> {
     (2.0..=1000.0).contains(&count).then_some(Steps { first, step, count: count as usize })
 }
 
-/// The force along one coordinate, cells of equal coordinate averaged by their variances.
-fn profile(
-    map: &ForceMap,
-    axis: &(String, String),
-    along: fn(&discovery::diagnose::ForceCell) -> f64,
-) -> Option<Figure> {
+/// The law along one coordinate, cells of equal coordinate averaged by their variances.
+fn profile(map: &LawMap, axis: &(String, String), along: fn(&discovery::diagnose::LawCell) -> f64) -> Option<Figure> {
     let steps = steps(map.cells.iter().map(along))?;
     let mut sums = vec![[0.0_f64; 3]; steps.count];
-    for cell in map.cells.iter().filter(|c| c.force.is_finite() && c.sigma > 0.0 && c.sigma.is_finite()) {
+    for cell in map.cells.iter().filter(|c| c.value.is_finite() && c.sigma > 0.0 && c.sigma.is_finite()) {
         let weight = 1.0 / (cell.sigma * cell.sigma);
         let sum = &mut sums[steps.place(along(cell))];
-        *sum = [sum[0] + weight, sum[1] + weight * cell.force, sum[2] + weight * cell.law];
+        *sum = [sum[0] + weight, sum[1] + weight * cell.value, sum[2] + weight * cell.law];
     }
     let seen: Vec<usize> = (0..steps.count).filter(|k| sums[*k][0] > 0.0).collect();
     let x: Vec<f64> = seen.iter().map(|k| steps.first + *k as f64 * steps.step).collect();
@@ -226,13 +221,14 @@ fn profile(
     if law.iter().any(|v| v.is_finite()) {
         curves.push(Curve { label: "fitted law", role: Role::After, x: &x, y: &law });
     }
-    let quantity = format!("force at {}", map.site);
     let (low, high) = force.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-    let claim =
-        format!("{}: along {} the force runs from {} to {} {}", map.site, axis.0, short(low), short(high), map.unit);
-    let figure = Scatter { x: (&axis.0, &axis.1), y: (&quantity, &map.unit), curves, band: None };
-    (x.len() > 1)
-        .then(|| figure.draw(&claim).caption("Mean over the other coordinate, weighted by the variances of the cells."))
+    let claim = format!("{} along {}: from {} to {} {}", map.quantity, axis.0, short(low), short(high), map.unit);
+    let figure = Scatter { x: (&axis.0, &axis.1), y: (&map.quantity, &map.unit), curves, band: None };
+    (x.len() > 1).then(|| {
+        figure
+            .draw(&claim)
+            .caption("Mean over the other coordinate, if there is one, weighted by the variances of the cells.")
+    })
 }
 
 /// Angles between what candidates leave in the data; small ones cannot be told apart.

@@ -56,7 +56,7 @@ fn missing(diagnosis: &Diagnosis) -> Section {
         blocks.extend(rivals(diagnosis).map(Block::Table));
     }
     blocks.extend(figures::evidence(diagnosis).map(Block::Figure));
-    blocks.extend(all(figures::forces(diagnosis)));
+    blocks.extend(all(figures::laws(diagnosis)));
     blocks.extend(figures::angles(&diagnosis.figures.angles).map(Block::Figure));
     Section::new("What is missing", blocks)
 }

@@ -18,9 +18,32 @@ pub struct Refit {
     pub objective: f64,
     /// Numbers of the effect that were free.
     pub free: usize,
+    /// Other ends of the fit that are nearly as good.
+    pub valleys: Vec<Valley>,
+}
+
+/// Where else a fit ends.
+#[derive(Clone, Debug)]
+pub struct Valley {
+    pub objective: f64,
+    pub theta: Vec<f64>,
+    pub sigma: Vec<f64>,
 }
 
 impl Refit {
+    /// Posterior standard deviations over all valleys.
+    pub fn sigma(&self) -> Vec<f64> {
+        let weight = |valley: &Valley| libm::exp(-0.5 * (valley.objective - self.objective));
+        let whole = 1.0 + self.valleys.iter().map(weight).sum::<f64>();
+        let over = |i: usize| {
+            let off = |valley: &Valley| {
+                weight(valley) * (valley.sigma[i].powi(2) + (valley.theta[i] - self.fit.theta[i]).powi(2))
+            };
+            (self.fit.sigma[i].powi(2) + self.valleys.iter().map(off).sum::<f64>()) / whole
+        };
+        (0..self.fit.sigma.len()).map(|i| over(i).sqrt()).collect()
+    }
+
     /// Every amplitude of the effect is within two of its standard errors of nothing.
     pub fn vanishes(&self, column: &Column) -> bool {
         let effect = column.candidate.effect;
@@ -37,7 +60,7 @@ impl Refit {
 /// What lasts as long as this has no end in any recording.
 const FOR_EVER_S: f64 = 1e8;
 /// Relinearisations of a refit.
-const ROUNDS: usize = 3;
+pub(super) const ROUNDS: usize = 3;
 /// Turns of what is adopted between numbers and noise, relinearisations of each, and the gain in `−2 ln p` that ends them.
 const TURNS: usize = 6;
 const SETTLING_ROUNDS: usize = 6;
@@ -76,7 +99,7 @@ pub fn refit_all(
         let better = best.as_ref().is_none_or(|best| objective < best.objective);
         if better {
             drop(own);
-            best = Some(Refit { plant, problem, fit: fitted, noise: adapted, objective, free });
+            best = Some(Refit { plant, problem, fit: fitted, noise: adapted, objective, free, valleys: Vec::new() });
         }
         if objective < good {
             break;
@@ -188,7 +211,7 @@ fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
     match name {
         "frequency" if kind != "thermal_snap" => Some(0.3 * value),
         // a scale repeats once a turn: its orders are whole numbers, unless a gear lies between
-        "order" if kind != "encoder_ripple" || value.fract() != 0.0 => Some(0.1 * value),
+        "order" if kind != "encoder_ripple" || value.fract() != 0.0 => Some(0.5 * value),
         "damping_ratio" if kind.contains("left_out") || kind.contains("second_mode") => Some(0.05),
         "stribeck_rate" | "yield" | "presliding" | "half_gap" => Some(0.7 * value),
         "decay" | "time_constant" => Some(1.0 * value),

@@ -87,8 +87,16 @@ impl Trials {
     }
 }
 
-/// Rungs of input noise between adapted and stated, and with the colour and jitter of the sensors' noise undone.
-const RUNGS: [(f64, f64); 6] = [(0.0, 1.0), (0.3, 1.0), (0.6, 1.0), (0.0, 0.0), (0.5, 0.0), (1.0, 0.0)];
+/// Shares of the way from adapted to stated noise: of the inputs, of the colour and jitter of the sensors, of their size.
+const RUNGS: [[f64; 3]; 7] = [
+    [0.0, 0.0, 0.0],
+    [0.3, 0.0, 0.0],
+    [0.6, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [0.5, 1.0, 0.0],
+    [1.0, 1.0, 0.0],
+    [1.0, 1.0, 1.0],
+];
 /// Largest work of one Gram matrix [multiplications].
 const WORK_MAX: f64 = 2e8;
 /// Subsets of each size that are looked at with their constraints, and pairs that are extended.
@@ -150,15 +158,19 @@ pub(crate) fn ladder(engine: &Engine<'_>, adapted: &NoiseModel) -> Vec<NoiseMode
     let jitters = adapted.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let coloured = jitters || adapted.pole.iter().any(|pole| pole.abs() > 0.05);
     let mut noises: Vec<NoiseModel> = Vec::new();
-    for (share, colour) in RUNGS {
-        if colour == 1.0 && share > 0.0 && !coloured {
+    for [inputs, colour, sizes] in RUNGS {
+        if colour == 0.0 && inputs > 0.0 && !coloured {
             continue;
         }
         let mut noise = adapted.clone();
-        for (sigma, stated) in noise.input_sigma.iter_mut().zip(&engine.noise.input_sigma) {
-            *sigma = libm::exp((1.0 - share) * libm::log(*sigma) + share * libm::log(stated.min(*sigma)));
-        }
-        noise.pole.iter_mut().chain(&mut noise.jitter_s).for_each(|number| *number *= colour);
+        let quieter = |found: &mut [f64], stated: &[f64], share: f64| {
+            found.iter_mut().zip(stated).for_each(|(sigma, stated)| {
+                *sigma = libm::exp((1.0 - share) * libm::log(*sigma) + share * libm::log(stated.min(*sigma)));
+            });
+        };
+        quieter(&mut noise.input_sigma, &engine.noise.input_sigma, inputs);
+        quieter(&mut noise.sensor_sigma, &engine.noise.sensor_sigma, sizes);
+        noise.pole.iter_mut().chain(&mut noise.jitter_s).for_each(|number| *number *= 1.0 - colour);
         if !noises.contains(&noise) {
             noises.push(noise);
         }

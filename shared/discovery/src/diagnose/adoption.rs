@@ -45,7 +45,7 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
         if !outcome.contenders[at].is_met {
             // its fit to the end, and once more from the other side: the nominal plant with the noise and the numbers that suit the set
             let contender = &mut outcome.contenders[at];
-            contender.settle(engine);
+            contender.settle(engine, &found.columns);
             contender.is_met = true;
             let null = contender.refit.as_ref().and_then(|refit| nominal_with(engine, best, refit));
             outcome.settle(null.unwrap_or(outcome.null), &ranking.trials);
@@ -58,7 +58,7 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
             continue;
         }
         if let Some(rival) = unsettled(&outcome, at, alpha) {
-            outcome.contenders[rival].settle(engine);
+            outcome.contenders[rival].settle(engine, &found.columns);
             outcome.settle(outcome.null, &ranking.trials);
             continue;
         }
@@ -226,7 +226,7 @@ pub(super) fn stand(refit: &Refit) -> Standing {
     Standing {
         plant: refit.plant.clone(),
         problem: refit.problem.clone(),
-        fit: refit.fit.clone(),
+        fit: Fit { sigma: refit.sigma(), ..refit.fit.clone() },
         noise: refit.noise.clone(),
         objective: refit.objective,
     }

@@ -1,12 +1,12 @@
 //! What the report draws, thinned to what an eye can see.
 
-use super::report::{Angles, EvidenceCurve, Figures, ForceCell, ForceMap, Overlay, Tile};
+use super::report::{Angles, EvidenceCurve, Figures, LawCell, LawMap, Overlay, Tile};
 use super::{Adopted, Screening, Standing};
 use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine};
-use crate::force_map;
 use crate::held_out::{Predictor, free_residual};
 use crate::score::cosine;
+use crate::unknown_law::{Acts, Cell, Coordinate, UnknownLaw};
 use core::f64::consts::TAU;
 
 /// Windows of a recording, and points of a curve.
@@ -21,7 +21,7 @@ pub(super) fn figures(
     best: &Standing,
     adopted: &[Adopted],
     screening: &Screening,
-    map: Option<&force_map::ForceMap>,
+    map: Option<&UnknownLaw>,
 ) -> Figures {
     let whitened = |(board, noise): (&Board, &NoiseModel)| {
         let mut r = [board.nu.clone()];
@@ -35,7 +35,7 @@ pub(super) fn figures(
     Figures {
         tiles: tiles(engine, &b, &a),
         evidence: evidence(engine, &fair, &a, adopted),
-        force_maps: map.map(|map| state_map(engine, map)).into_iter().collect(),
+        law_maps: map.map(|map| state_map(engine, map)).into_iter().collect(),
         angles: angles(screening),
         overlays: Vec::new(),
     }
@@ -127,26 +127,36 @@ fn evidence(engine: &Engine<'_>, before: &[f64], after: &[f64], adopted: &[Adopt
     vec![curve]
 }
 
-fn state_map(engine: &Engine<'_>, map: &force_map::ForceMap) -> ForceMap {
-    let unit = |name: &str| -> String {
-        let plant = &engine.problem.plant;
+fn state_map(engine: &Engine<'_>, map: &UnknownLaw) -> LawMap {
+    let plant = &engine.problem.plant;
+    let site = &map.place.site;
+    let of_joint = |name: &str| -> String {
         let joint = name.trim_start_matches("joint:").trim_end_matches(".rate");
         let slides = plant.bodies.iter().any(|body| {
             body.joint.name == joint && matches!(body.joint.kind, plant::description::JointKind::Prismatic { .. })
         });
-        let base = if slides || name.starts_with("tank:") { "m" } else { "rad" };
-        if name.ends_with(".rate") { format!("{base}/s") } else { base.to_owned() }
+        if slides || name.starts_with("tank:") { "m".to_owned() } else { "rad".to_owned() }
     };
-    let force = if unit(&map.place.site) == "m" { "N" } else { "N m" };
-    let cell =
-        |c: &force_map::Cell| ForceCell { x: c.at[0], y: c.at[1], force: c.force, sigma: c.sigma, law: f64::NAN };
-    ForceMap {
-        site: map.place.site.clone(),
-        unit: force.to_owned(),
-        x: (map.names[0].clone(), unit(&map.names[0])),
-        y: (map.names[1].clone(), unit(&map.names[1])),
-        cells: map.cells.iter().map(cell).collect(),
-    }
+    let (quantity, own) = match map.place.acts {
+        Acts::Force(_) => (format!("force at {site}"), if of_joint(site) == "m" { "N" } else { "N m" }),
+        Acts::Reading(channel) => (format!("error of {site}"), plant.sensor_unit(&plant.sensors[channel])),
+    };
+    let axis = |k: usize| {
+        let (Some(name), Some(coordinate)) = (map.names.get(k), map.place.along.get(k)) else {
+            return (String::new(), String::new());
+        };
+        let unit = match coordinate {
+            Coordinate::Time => "s".to_owned(),
+            Coordinate::Reading => own.to_owned(),
+            Coordinate::ReadingRate => format!("{own}/s"),
+            Coordinate::Command(_) => own.to_owned(),
+            Coordinate::State(_) if name.ends_with(".rate") => format!("{}/s", of_joint(name)),
+            Coordinate::State(_) => of_joint(name),
+        };
+        (name.clone(), unit)
+    };
+    let cell = |c: &Cell| LawCell { x: c.at[0], y: c.at[1], value: c.value, sigma: c.sigma, law: f64::NAN };
+    LawMap { quantity, unit: own.to_owned(), x: axis(0), y: axis(1), cells: map.cells.iter().map(cell).collect() }
 }
 
 /// Cosines among the candidates of largest score, one of each law.

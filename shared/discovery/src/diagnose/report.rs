@@ -126,22 +126,23 @@ pub struct EvidenceCurve {
     pub gain: Vec<f64>,
 }
 
-/// A force over two coordinates: what the data say in each cell, and what the fitted law says there.
+/// A law over two coordinates, or over `x` alone: what the data say in each cell, and what the fitted law says there.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ForceMap {
-    pub site: String,
+pub struct LawMap {
+    /// What it is and where, and its unit.
+    pub quantity: String,
     pub unit: String,
     /// Name and unit of each coordinate.
     pub x: (String, String),
     pub y: (String, String),
-    pub cells: Vec<ForceCell>,
+    pub cells: Vec<LawCell>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub struct ForceCell {
+pub struct LawCell {
     pub x: f64,
     pub y: f64,
-    pub force: f64,
+    pub value: f64,
     pub sigma: f64,
     /// NaN where no law was fitted.
     pub law: f64,
@@ -170,7 +171,7 @@ pub struct Overlay {
 pub struct Figures {
     pub tiles: Vec<Tile>,
     pub evidence: Vec<EvidenceCurve>,
-    pub force_maps: Vec<ForceMap>,
+    pub law_maps: Vec<LawMap>,
     pub angles: Angles,
     pub overlays: Vec<Overlay>,
 }

@@ -34,7 +34,8 @@ fn a_wrong_noise_model_is_called_that_and_nothing_else() {
 /// What noise of any size and colour would swallow leaves a line of the spectrum or a force over the command.
 #[test]
 fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
-    let cases: [Case; 3] = [
+    let cases: [Case; 4] = [
+        ("drive_rig", 2.0, "sensor_step", "sensor:rate", &[("step", 0.02), ("begin", 0.7), ("duration", 0.6)]),
         ("drive_rig", 2.0, "sensor_tone", "sensor:rate", &[("amplitude", 4e-3), ("frequency", 29.0)]),
         ("oscillator", 1.0, "sensor_tone", "sensor:acceleration", &[("amplitude", 0.1), ("frequency", 26.0)]),
         ("oscillator", 2.0, "actuator_dead_zone", "actuator:shaker", &[("half_width", 0.05)]),

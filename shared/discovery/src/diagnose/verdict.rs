@@ -10,11 +10,11 @@ use super::showing::Shown;
 use super::{Adopted, Standing, Unfitted, status};
 use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
-use crate::force_map::ForceMap;
 use crate::held_out::Status;
 use crate::omnibus::Loudest;
 use crate::score::Score;
 use crate::statistics::chi_squared_tail;
+use crate::unknown_law::{Acts, UnknownLaw};
 use plant::description::SiteKind;
 
 pub(super) struct Findings<'a> {
@@ -25,7 +25,7 @@ pub(super) struct Findings<'a> {
     pub unfitted: &'a [Unfitted],
     pub screening: &'a Screening,
     pub noise_p: f64,
-    pub map: Option<&'a ForceMap>,
+    pub map: Option<&'a UnknownLaw>,
     /// The loudest tile of what is left.
     pub odd: Option<Loudest>,
     /// Decrease of `−2 ln p` by all adopted effects.
@@ -132,7 +132,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
 }
 
 /// A map that stands: evidence beyond what trying so many buys, and confirmed on parts that it was not fitted to.
-fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f ForceMap> {
+fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     findings.map.filter(|map| {
         let price = 2.0 * libm::log(map.tried.max(1) as f64 / (NOISE_SHARE * findings.alpha));
         map.evidence > price && map.held_out.status() == Status::Confirmed
@@ -171,18 +171,19 @@ fn told(findings: &Findings<'_>, tile: &Loudest) -> String {
     )
 }
 
-fn located(engine: &Engine<'_>, map: &ForceMap, alpha: f64) -> Where {
+fn located(engine: &Engine<'_>, map: &UnknownLaw, alpha: f64) -> Where {
     let (begin, end) = engine
         .problem
         .runs
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(b, e), run| (b.min(run.begin_s), e.max(run.end_s)));
+    let channel = if let Acts::Reading(channel) = map.place.acts { channel } else { 0 };
     Where {
-        channel: engine.problem.plant.sensors.first().map_or(String::new(), |sensor| sensor.name.clone()),
+        channel: engine.problem.plant.sensors.get(channel).map_or(String::new(), |sensor| sensor.name.clone()),
         site: map.place.site.clone(),
         time: [begin, end],
         band_hz: [0.0, 0.5 / engine.timelines[0].period_s],
-        states: map.names.to_vec(),
+        states: map.names.clone(),
         p: (libm::exp(-0.5 * map.evidence) * map.tried as f64).min(alpha),
     }
 }
@@ -190,11 +191,15 @@ fn located(engine: &Engine<'_>, map: &ForceMap, alpha: f64) -> Where {
 fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
     let explained = if findings.adopted.is_empty() { 0.0 } else { findings.explained };
     if let Some(map) = remainder(findings).filter(|map| explained < NAMED_SHARE * (explained + map.evidence)) {
-        let names = format!("{} and {}", map.names[0], map.names[1]);
+        let what = if matches!(map.place.acts, Acts::Force(_)) { "force" } else { "error of the reading" };
         let reason = format!(
-            "something acts at {} that no effect of the catalogue describes: a smooth force over {names} gains {:.0} in evidence \
+            "something acts at {} that no effect of the catalogue describes: a smooth {what} over {} gains {:.0} in evidence \
              and predicts what it was not fitted to (gain {:.1} ± {:.1})",
-            map.place.site, map.evidence, map.held_out.loglik_gain, map.held_out.gain_se
+            map.place.site,
+            map.names.join(" and "),
+            map.evidence,
+            map.held_out.loglik_gain,
+            map.held_out.gain_se
         );
         return (Verdict::NotInCatalogue, reason);
     }
@@ -241,7 +246,7 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
         first.p
     );
     let left = remainder(findings).map_or(String::new(), |map| {
-        format!("; a smaller force at {} stays without a name (evidence {:.0})", map.place.site, map.evidence)
+        format!("; something smaller at {} stays without a name (evidence {:.0})", map.place.site, map.evidence)
     });
     let again = findings.repeat.map_or(String::new(), |repeat| {
         format!("; the repeat shows it too (z = {:.1}, expected {:.1})", repeat.z, repeat.expected)

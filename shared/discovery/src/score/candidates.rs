@@ -242,7 +242,7 @@ fn points(effect: &Effect, parameter: &EffectParameter, setting: &Setting<'_>, m
 }
 
 /// Range and rates of a site's coordinate along the filtered trajectories.
-fn motion(plant: &Plant, linears: &[Linear], site: &Site) -> Option<Motion> {
+pub(crate) fn motion(plant: &Plant, linears: &[Linear], site: &Site) -> Option<Motion> {
     let name = match site.kind {
         SiteKind::Joint => format!("joint:{}", site.name),
         SiteKind::Tank => format!("tank:{}", site.name),

@@ -39,16 +39,16 @@ fn tiles() -> Vec<Tile> {
     tiles
 }
 
-fn force_map() -> ForceMap {
+fn law_map() -> LawMap {
     let cell = |i: i32, j: i32| {
         let (x, y) = (0.2 * f64::from(i), 0.5 * f64::from(j));
-        let force = if (i, j) == (0, 0) { f64::NAN } else { 0.3 * (y + 0.25).signum() };
-        ForceCell { x, y, force, sigma: 0.01, law: 0.3 * (y + 0.25).signum() }
+        let value = if (i, j) == (0, 0) { f64::NAN } else { 0.3 * (y + 0.25).signum() };
+        LawCell { x, y, value, sigma: 0.01, law: 0.3 * (y + 0.25).signum() }
     };
     let cells = (-4..4).flat_map(|i| (-3..3).map(move |j| cell(i, j))).collect();
     let named = |name: &str, unit: &str| (name.to_owned(), unit.to_owned());
-    ForceMap {
-        site: "joint:pivot".into(),
+    LawMap {
+        quantity: "force at joint:pivot".into(),
         unit: "N*m".into(),
         x: named("pivot", "rad"),
         y: named("rate of pivot", "rad/s"),
@@ -76,7 +76,7 @@ fn figures() -> Figures {
     Figures {
         tiles: tiles(),
         evidence: vec![curve("joint_coulomb", 9.0), curve("joint_viscous", 2.0)],
-        force_maps: vec![force_map()],
+        law_maps: vec![law_map()],
         angles: Angles {
             names: vec!["joint_coulomb@joint:pivot".into(), "joint_viscous@joint:pivot".into()],
             cosine: vec![vec![1.0, 0.8], vec![0.8, 1.0]],
@@ -220,7 +220,7 @@ fn figures_of_numbers_that_are_none_are_left_out_and_nothing_panics() {
         z_after: 1.0,
     });
     d.figures.evidence.push(EvidenceCurve { kind: "a".into(), site: "b".into(), time_s: vec![0.0], gain: Vec::new() });
-    d.figures.force_maps[0].cells.iter_mut().for_each(|c| (c.force, c.law, c.sigma) = (f64::NAN, f64::NAN, 0.0));
+    d.figures.law_maps[0].cells.iter_mut().for_each(|c| (c.value, c.law, c.sigma) = (f64::NAN, f64::NAN, 0.0));
     d.figures.angles.cosine = vec![vec![f64::NAN]];
     d.figures.overlays[0].before = vec![f64::NAN; 3];
     d.held_out.channels[0].fit_percent_before = f64::NEG_INFINITY;

@@ -1,0 +1,231 @@
+//! From one valley of a likelihood to the next.
+//!
+//! Some numbers inside a law have a likelihood with many maxima: the order of a ripple has one for each period more over what was
+//! travelled, a frequency one for each period more over what was recorded, a width inside friction one on each side of what was visited.
+//! A fit climbs the one it starts in; what stands starts once more from both neighbours of every such number. A valley that is nearly as
+//! good widens what is known: `σ² = Σ w (σ_k² + (θ_k − θ)²)`, `w ∝ exp(−½ Δ)` of `−2 ln p`.
+//!
+//! The rate over which a sign turns is no physics where it is numerics alone: a sharper turn stands where it fits better.
+
+use super::refit::{ROUNDS, Refit, Valley, settled};
+use crate::fit::{Engine, fit};
+use crate::score::Column;
+use crate::score::candidates::motion;
+use plant::description::Plant;
+use plant::effects::EffectParameter;
+
+/// Gain in `−2 ln p` from which a neighbour is a better valley, and not the same one seen from its other side.
+const BETTER: f64 = 0.5;
+/// Loss in `−2 ln p` up to which a valley is remembered, and distance in standard errors from which it is another one.
+const REMEMBERED: f64 = 12.0;
+const APART: f64 = 3.0;
+/// Neighbour of a width, a rate or a time; sharper turn of a sign, and how often it is sharpened.
+const FACTOR: f64 = 3.0;
+const SHARPER: f64 = 5.0;
+const SHARPENED: usize = 2;
+
+/// `refit` of `members`, or a better valley beside it, as far as hops gain.
+///
+/// Cost: two fits a number of that kind; where a sign turns as many and one more for every turn that is sharper.
+pub(super) fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
+    let mut best = refit;
+    for column in members {
+        // a sharper turn may have its best numbers elsewhere
+        let mut plant = Some(best.plant.clone());
+        for sharpness in 0..=SHARPENED {
+            let Some(own) = plant else { break };
+            plant = sharper(&own, column);
+            let straight = (sharpness > 0).then_some(None);
+            let hops = numbers(&best, column).into_iter().flat_map(|(place, parameter)| {
+                let moved = neighbours(engine, &best, column, (parameter, best.fit.theta[place]));
+                moved.into_iter().flatten().map(move |moved| Some((place, moved)))
+            });
+            for moved in straight.into_iter().chain(hops).collect::<Vec<_>>() {
+                if let Some(found) = from(engine, &best, own.clone(), moved) {
+                    take(&mut best, found);
+                }
+            }
+        }
+    }
+    best
+}
+
+/// Places among the unknowns of the numbers of the effect of `column`.
+fn numbers(refit: &Refit, column: &Column) -> Vec<(usize, &'static EffectParameter)> {
+    let candidate = &column.candidate;
+    let place = |p: &'static EffectParameter| {
+        let name = format!("effect.{}@{}.{}", candidate.effect.kind, candidate.site, p.name);
+        let at = refit.problem.unknowns.iter().position(|unknown| unknown.parameter == name);
+        at.map(|at| (at, p))
+    };
+    candidate.effect.parameters.iter().filter_map(place).collect()
+}
+
+/// The better of both is kept, the other one remembered where it is nearly as good.
+fn take(best: &mut Refit, found: Refit) {
+    let is_better = found.objective < best.objective - BETTER;
+    let other = if is_better { core::mem::replace(best, found) } else { found };
+    let elsewhere = |(theta, sigma): (&Vec<f64>, &Vec<f64>)| {
+        theta.iter().zip(&best.fit.theta).zip(sigma).any(|((a, b), sigma)| (a - b).abs() > APART * sigma)
+    };
+    let is_near = other.objective < best.objective + REMEMBERED && other.fit.theta.len() == best.fit.theta.len();
+    let mut valleys = other.valleys;
+    if is_near && elsewhere((&other.fit.theta, &other.fit.sigma)) {
+        valleys.push(Valley { objective: other.objective, theta: other.fit.theta, sigma: other.fit.sigma });
+    }
+    best.valleys.extend(valleys);
+}
+
+/// `plant` with the sign of the effect of `column` turning over a smaller rate.
+fn sharper(plant: &Plant, column: &Column) -> Option<Plant> {
+    let (candidate, mut plant) = (&column.candidate, plant.clone());
+    let own = plant.effects.iter_mut().find(|e| e.kind == candidate.effect.kind && e.site == candidate.site)?;
+    let (_, rate) = own.values.iter_mut().find(|(name, _)| name == "smooth_rate")?;
+    let low = candidate.effect.parameters.iter().find(|p| p.name == "smooth_rate")?.low;
+    let sharp = rate.value / SHARPER;
+    (sharp >= low).then(|| rate.value = sharp)?;
+    Some(plant)
+}
+
+/// Where the next valleys of a number may lie; `None` where it has one.
+fn neighbours(
+    engine: &Engine<'_>,
+    refit: &Refit,
+    column: &Column,
+    (parameter, value): (&EffectParameter, f64),
+) -> Option<[f64; 2]> {
+    match parameter.name {
+        "frequency" => {
+            let longest = engine.problem.runs.iter().map(|run| run.end_s - run.begin_s).fold(0.0, f64::max);
+            (longest > 0.0).then(|| [value - 1.0 / longest, value + 1.0 / longest])
+        }
+        "order" => {
+            let visited = motion(&refit.plant, &refit.fit.board.linears, &column.candidate.site)?;
+            let lobe = core::f64::consts::TAU / (visited.high - visited.low);
+            lobe.is_finite().then_some([value - lobe, value + lobe])
+        }
+        "stribeck_rate" | "half_gap" | "yield" | "presliding" | "decay" | "time_constant" => {
+            Some([value / FACTOR, value * FACTOR])
+        }
+        _ => None,
+    }
+}
+
+/// Where a fit of `plant` from the numbers of `best`, one of them `moved`, ends.
+fn from(engine: &Engine<'_>, best: &Refit, plant: Plant, moved: Option<(usize, f64)>) -> Option<Refit> {
+    let mut theta = best.fit.theta.clone();
+    if let Some((place, value)) = moved {
+        let unknown = &best.problem.unknowns[place];
+        theta[place] = value.clamp(unknown.low, unknown.high);
+        (theta[place] != best.fit.theta[place]).then_some(())?;
+    }
+    let problem = engine.problem.with_plant(&plant);
+    let own = Engine::like(engine, &problem).ok()?;
+    let present = best.fit.board.normal(&own, &best.fit.theta, &best.noise, &[])?.objective;
+    let fitted = fit(&own, &plant, &theta, &best.noise, ROUNDS).ok()?;
+    if std::env::var("HOPS").is_ok() {
+        eprintln!("   fit {moved:?} present {present:.1} fitted {:.1} {:?}", fitted.objective, fitted.theta);
+    }
+    (fitted.objective < present + REMEMBERED).then_some(())?;
+    drop(own);
+    let start = Refit { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..best.clone() };
+    Some(settled(engine, start))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::refit::refit_all;
+    use super::*;
+    use crate::fit::{Board, Fit};
+    use crate::score::{Candidate, columns};
+    use crate::synthetic::{plant, problem, recording, with_effect};
+    use plant::effects::EFFECTS;
+
+    /// Truth, and the same law fitted from `inner` on: before its hops and after them, and its numbers' names.
+    fn fitted(
+        (name, duration_s): (&str, f64),
+        (kind, site): (&str, &str),
+        hidden: &[(&str, f64)],
+        inner: &dyn Fn(&Board) -> Vec<(&'static str, f64)>,
+    ) -> [Refit; 2] {
+        let nominal = plant(name);
+        let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, hidden), 5, duration_s));
+        let engine = Engine::new(&problem, 1).unwrap();
+        let fit: Fit = fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
+        let effect = EFFECTS.iter().find(|effect| effect.kind == kind).unwrap();
+        let along = |k: usize| (0..effect.amplitudes).map(move |i| (effect.parameters[i].name, f64::from(i == k)));
+        let directions = if effect.amplitudes > 1 {
+            (0..effect.amplitudes)
+                .map(|k| along(k).map(|(n, s)| (n, f64::from(u8::from(s != 0.0)))).collect())
+                .collect()
+        } else {
+            vec![Vec::new()]
+        };
+        let candidate = Candidate {
+            effect,
+            site: site.parse().unwrap(),
+            inner: inner(&fit.board),
+            directions,
+            one_sided: effect.amplitudes == 1,
+            high: effect.parameters[0].high,
+            tries: 1,
+        };
+        let list = columns((&engine, &fit.board), &nominal, &fit.theta, &[candidate]);
+        let extra: Vec<&Vec<f64>> = list[0].raw.iter().collect();
+        let normal = fit.board.normal(&engine, &fit.theta, &engine.noise, &extra).unwrap();
+        let (_, amplitude) = normal.minimum().unwrap();
+        let refit = refit_all(&engine, &fit, &[(&list[0], &amplitude)], &engine.noise, f64::NEG_INFINITY).unwrap();
+        let start = settled(&engine, refit);
+        [start.clone(), hopped(&engine, start, &[&list[0]])]
+    }
+
+    fn number(refit: &Refit, name: &str) -> [f64; 2] {
+        let at = refit.problem.unknowns.iter().position(|unknown| unknown.parameter.ends_with(name)).unwrap();
+        [refit.fit.theta[at], refit.sigma()[at]]
+    }
+
+    #[test]
+    fn a_ripple_that_was_taken_for_one_of_a_period_more_or_less_finds_its_order() {
+        let hidden = [("sine", 0.03), ("order", 14.0)];
+        let site = "joint:pivot".parse().unwrap();
+        let astray = |board: &Board| {
+            let visited = motion(&plant("pendulum"), &board.linears, &site).unwrap();
+            vec![("order", 14.0 + core::f64::consts::TAU / (visited.high - visited.low))]
+        };
+        let [start, end] = fitted(("pendulum", 12.0), ("joint_gear_ripple", "joint:pivot"), &hidden, &astray);
+        assert!(number(&start, ".order")[0] > 16.0, "{:?}", number(&start, ".order"));
+        let ([order, sigma], [sine, sigma_sine]) = (number(&end, ".order"), number(&end, ".sine"));
+        assert!((order - 14.0).abs() < 3.0 * sigma && sigma < 0.3, "{order} {sigma}");
+        assert!(
+            (sine - 0.03).abs() < 3.0 * sigma_sine && end.objective < start.objective - 20.0,
+            "{sine} {sigma_sine}"
+        );
+    }
+
+    #[test]
+    fn friction_that_turns_sharply_is_not_blamed_on_another_rate() {
+        let hidden = [("force", 0.3), ("stribeck_rate", 0.15), ("smooth_rate", 1e-3)];
+        let blunt = |_: &Board| vec![("stribeck_rate", 0.4), ("smooth_rate", 0.1)];
+        let [start, end] = fitted(("drive_rig", 4.0), ("joint_stribeck", "joint:drive"), &hidden, &blunt);
+        let off = |refit: &Refit| {
+            let [rate, sigma] = number(refit, ".stribeck_rate");
+            (rate - 0.15).abs() / sigma
+        };
+        assert!(off(&start) > 4.0 && off(&end) < 3.0, "{} {}", off(&start), off(&end));
+        assert!(end.objective < start.objective - 20.0, "{} {}", start.objective, end.objective);
+    }
+
+    #[test]
+    fn a_valley_that_is_as_good_widens_what_is_known_to_the_distance_between_both() {
+        let hidden = [("sine", 0.03), ("order", 14.0)];
+        let [start, _] =
+            fitted(("pendulum", 6.0), ("joint_gear_ripple", "joint:pivot"), &hidden, &|_| vec![("order", 14.0)]);
+        let mut two = Refit { valleys: Vec::new(), ..start };
+        let alone = two.sigma();
+        assert!(alone.iter().zip(&two.fit.sigma).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
+        let theta = two.fit.theta.iter().zip(&two.fit.sigma).map(|(t, s)| t + 6.0 * s).collect();
+        two.valleys.push(Valley { objective: two.objective, theta, sigma: two.fit.sigma.clone() });
+        // (σ² + σ² + 36 σ²) / 2
+        assert!(two.sigma().iter().zip(&alone).all(|(both, one)| (both / one - 19f64.sqrt()).abs() < 1e-9));
+    }
+}

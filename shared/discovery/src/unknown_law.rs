@@ -1,0 +1,227 @@
+//! A law that no entry of the catalogue describes: a smooth map of a force, or of a reading's error.
+//!
+//! ```text
+//! f(a, b) = Σ w_i φ_i(a, b),   φ Gaussians on a 5 × 5 grid over the visited box (25 along one coordinate),   w ~ N(0, s²)
+//! ```
+//!
+//! The weights have one prior scale s, which maximises the evidence; every place has its map, the best evidence wins. It counts when it
+//! predicts parts of the recording that it was not fitted to. Columns come from the forcing of the linear model: a force acts where a
+//! noise input acts, an error where its channel is read.
+
+mod places;
+mod ridge;
+
+pub use places::{Acts, Coordinate, Place};
+pub use ridge::Cell;
+
+use crate::compete::subsets::{Rung, ladder};
+use crate::filter::{Linear, Machine, NoiseModel};
+use crate::fit::board::dot;
+use crate::fit::{Board, Engine};
+use crate::held_out::{BLOCK_S, Gain, block_s, blocks};
+use crate::score::event_of_sample;
+use crate::score::forcing::{Sources, respond};
+use nalgebra::Cholesky;
+use places::{FUNCTIONS, Span, basis, places, samples_of, visited};
+use plant::description::Plant;
+use ridge::Ridge;
+
+/// Parts of the recording, each predicted from the others; stretches that a part is made of where the law is one of time.
+const FOLDS: usize = 8;
+const STRETCHES: usize = 8;
+
+/// The best map.
+#[derive(Clone, Debug)]
+pub struct UnknownLaw {
+    pub place: Place,
+    pub names: Vec<String>,
+    pub cells: Vec<Cell>,
+    /// Twice the logarithm of the evidence above no map, noise maximised along the rungs on both sides.
+    pub evidence: f64,
+    /// Maps that were tried.
+    pub tried: usize,
+    /// Gain on parts of the recording that the weights were not fitted to.
+    pub held_out: Gain,
+}
+
+/// The map that leads so far.
+struct Leader {
+    evidence: f64,
+    place: Place,
+    columns: Vec<Vec<f64>>,
+    ridge: Ridge,
+    noise: NoiseModel,
+    span: Span,
+}
+
+/// The map of most evidence about `theta`; `None` where nothing varies.
+///
+/// Cost: [`FUNCTIONS`] columns a place, whitened once a rung.
+pub fn best(
+    engine: &Engine<'_>,
+    plant: &Plant,
+    board: &Board,
+    theta: &[f64],
+    adapted: &NoiseModel,
+) -> Option<UnknownLaw> {
+    let mut places = places(plant, board.linears.first()?);
+    // time is another one in every run
+    places.retain(|place| board.linears.len() == 1 || !place.is_of_time());
+    let noises = ladder(engine, adapted);
+    let machine = |run: usize| {
+        Machine::new(engine.problem, run, &engine.problem.instance(plant, theta, run), &engine.timelines[run]).ok()
+    };
+    let machines: Vec<Machine<'_>> = (0..board.linears.len()).map(machine).collect::<Option<_>>()?;
+    let mut found: Option<Leader> = None;
+    for place in &places {
+        let Some(span) = visited(board, &machines, place) else { continue };
+        let columns = columns((engine, &machines), board, place, &span);
+        let extra: Vec<&Vec<f64>> = columns.iter().collect();
+        let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
+        let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
+        let null = rungs.iter().map(|rung| rung.at(rung.reduced_chi2, samples)).fold(f64::INFINITY, f64::min);
+        for rung in &rungs {
+            let Some(ridge) = Ridge::new(rung, samples) else { continue };
+            let evidence = null - ridge.objective;
+            if found.as_ref().is_none_or(|best| evidence > best.evidence) {
+                let (place, columns, noise) = (place.clone(), columns.clone(), rung.noise.clone());
+                found = Some(Leader { evidence, place, columns, ridge, noise, span: span.clone() });
+            }
+        }
+    }
+    let leader = found?;
+    let held_out = predicted(engine, board, theta, &leader)?;
+    let Leader { evidence, place, ridge, span, .. } = leader;
+    let names = place.names(&board.linears[0]);
+    Some(UnknownLaw { place, names, cells: ridge.cells(&span), evidence, tried: places.len(), held_out })
+}
+
+/// `−∂ν/∂w` of every function over `span`.
+fn columns(
+    (engine, machines): (&Engine<'_>, &[Machine<'_>]),
+    board: &Board,
+    place: &Place,
+    span: &Span,
+) -> Vec<Vec<f64>> {
+    let mut columns = vec![vec![0.0; board.nu.len()]; FUNCTIONS];
+    for (run, (linear, machine)) in board.linears.iter().zip(machines).enumerate() {
+        let sources: Box<dyn Fn(usize) -> Sources> = match place.acts {
+            Acts::Force(input) => Box::new(forces(linear, machine, (place, input), span)),
+            Acts::Reading(channel) => Box::new(errors(linear, machine, (place, channel), span)),
+        };
+        for (i, column) in columns.iter_mut().enumerate() {
+            let change = respond(linear, machine.timeline, &sources(i));
+            for (c, change) in column[engine.offsets[run]..].iter_mut().zip(change) {
+                *c = -change;
+            }
+        }
+    }
+    columns
+}
+
+/// What each function does as a force at a noise input: mean of both ends of an interval, and what an instant reads.
+fn forces<'l>(
+    linear: &'l Linear,
+    machine: &'l Machine<'_>,
+    (place, input): (&Place, usize),
+    span: &Span,
+) -> impl Fn(usize) -> Sources + use<'l> {
+    let timeline = machine.timeline;
+    let (n, m, x) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.state_names.len());
+    let events = timeline.events.len();
+    let row_len = linear.row_len();
+    let [mut begins, mut ends, mut reads] = [0; 3].map(|_| vec![0.0; events * FUNCTIONS]);
+    let mut at = vec![0.0; place.along.len()];
+    for k in 0..events {
+        let slot = k * FUNCTIONS..(k + 1) * FUNCTIONS;
+        let mut fill = |states: &[f64], acts: (usize, bool), out: &mut [f64]| {
+            place.at_state(machine, acts, &states[k * x..(k + 1) * x], &mut at);
+            basis(span, &at, out);
+        };
+        fill(&linear.updated, (k, false), &mut begins[slot.clone()]);
+        fill(&linear.states, (k.saturating_sub(1), k > 0), &mut ends[slot.clone()]);
+        fill(&linear.states, (k, false), &mut reads[slot]);
+    }
+    move |i| {
+        let mut sources = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
+        for (k, event) in timeline.events.iter().enumerate() {
+            for sample in event.first..event.first + event.count {
+                sources.reading[sample] = linear.measurement[sample * row_len + n + input] * reads[k * FUNCTIONS + i];
+            }
+            if k + 1 < events {
+                let mean = 0.5 * (begins[k * FUNCTIONS + i] + ends[(k + 1) * FUNCTIONS + i]);
+                for row in 0..n {
+                    sources.state[k * n + row] = linear.transition[(k * n + row) * (n + m) + n + input] * mean;
+                }
+            }
+        }
+        sources
+    }
+}
+
+/// What each function does as an error of a channel's readings.
+fn errors<'l>(
+    linear: &'l Linear,
+    machine: &'l Machine<'_>,
+    (place, channel): (&Place, usize),
+    span: &Span,
+) -> impl Fn(usize) -> Sources + use<'l> {
+    let samples: Vec<usize> = samples_of(machine, channel).collect();
+    let mut values = vec![0.0; samples.len() * FUNCTIONS];
+    let mut at = vec![0.0; place.along.len()];
+    for (sample, values) in samples.iter().zip(values.chunks_exact_mut(FUNCTIONS)) {
+        place.at_sample(linear, machine, *sample, &mut at);
+        basis(span, &at, values);
+    }
+    let (states, readings) = (machine.timeline.events.len() * linear.layout.tangent, machine.timeline.value.len());
+    move |i| {
+        let mut sources = Sources { state: vec![0.0; states], reading: vec![0.0; readings] };
+        samples.iter().zip(values.chunks_exact(FUNCTIONS)).for_each(|(s, values)| sources.reading[*s] = values[i]);
+        sources
+    }
+}
+
+/// Gain in log-likelihood of every fold with weights and unknowns from the others.
+fn predicted(engine: &Engine<'_>, board: &Board, theta: &[f64], map: &Leader) -> Option<Gain> {
+    let extra: Vec<&Vec<f64>> = map.columns.iter().collect();
+    let normal = board.normal(engine, theta, &map.noise, &extra)?;
+    let events = event_of_sample(engine);
+    let instants = events.last().map_or(0, |last| last + 1);
+    let (u, n) = (normal.unknowns, normal.columns.len());
+    // variance that the rung's scale left open
+    let scale = normal.chi2 / engine.samples.max(1) as f64;
+    let mut gained = vec![0.0; instants];
+    let stretches = if map.place.is_of_time() { STRETCHES } else { 1 };
+    let fold_of = |sample: usize| (events[sample] * FOLDS * stretches / instants.max(1)) % FOLDS;
+    for fold in 0..FOLDS {
+        let own: Vec<usize> = (0..events.len()).filter(|s| fold_of(*s) == fold).collect();
+        let part = |c: &[f64]| -> Vec<f64> { own.iter().map(|s| c[*s]).collect() };
+        let parts: Vec<Vec<f64>> = normal.columns.iter().map(|c| part(c)).collect();
+        let r = part(&normal.r);
+        let (mut matrix, mut right) = (normal.matrix.clone(), normal.right.clone());
+        for i in 0..n {
+            for j in 0..n {
+                matrix[(i, j)] -= dot(&parts[i], &parts[j]);
+            }
+            right[i] -= dot(&parts[i], &r);
+        }
+        let bare = Cholesky::new(matrix.view((0, 0), (u, u)).into_owned())?.solve(&right.rows(0, u).into_owned());
+        for i in u..n {
+            matrix[(i, i)] += map.ridge.precision;
+        }
+        let full = Cholesky::new(matrix)?.solve(&right);
+        for (k, s) in own.iter().enumerate() {
+            let without = r[k] - (0..u).map(|i| parts[i][k] * bare[i]).sum::<f64>();
+            let with = r[k] - (0..n).map(|i| parts[i][k] * full[i]).sum::<f64>();
+            gained[events[*s]] += 0.5 * (without * without - with * with) / scale;
+        }
+    }
+    let mut times = Vec::with_capacity(instants);
+    let mut origin = 0.0;
+    for timeline in engine.timelines.iter() {
+        let first = timeline.events.first().map_or(0.0, |event| event.t_s);
+        times.extend(timeline.events.iter().filter(|event| event.count > 0).map(|event| origin + event.t_s - first));
+        origin += timeline.events.last().map_or(0.0, |event| event.t_s - first) + 10.0 * BLOCK_S;
+    }
+    Some(blocks(&times.into_iter().zip(gained).collect::<Vec<_>>(), block_s(engine)))
+}

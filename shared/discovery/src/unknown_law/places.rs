@@ -1,0 +1,179 @@
+//! Where an unknown law may act, on what it may depend, and the functions it is made of.
+
+use crate::filter::{DISTURBANCE, Linear, Machine};
+use crate::fit::Board;
+use plant::description::Plant;
+
+/// Functions along each of two coordinates, and along one that is alone: as many in all.
+const SIDE: usize = 5;
+pub(super) const FUNCTIONS: usize = SIDE * SIDE;
+/// Width of a Gaussian in distances of the grid.
+const WIDTH: f64 = 0.8;
+/// Pairs of coordinates of one input.
+const PAIRS_MAX: usize = 5;
+
+/// Where a law may act and on what it may depend: one coordinate or two.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    pub acts: Acts,
+    pub site: String,
+    pub along: Vec<Coordinate>,
+}
+
+/// What a law may add to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acts {
+    /// The force at a noise input.
+    Force(usize),
+    /// The reading of a channel.
+    Reading(usize),
+}
+
+/// What a law may depend on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coordinate {
+    /// Index of a state.
+    State(usize),
+    /// Index in `u` of a command.
+    Command(usize),
+    /// What the channel is predicted to read, and its rate of change.
+    Reading,
+    ReadingRate,
+    Time,
+}
+
+/// Lower and upper end of each coordinate.
+pub(super) type Span = Vec<[f64; 2]>;
+
+impl Place {
+    /// A law of time is told between its neighbours in time, one of states elsewhere.
+    pub fn is_of_time(&self) -> bool {
+        self.along == [Coordinate::Time]
+    }
+
+    /// Names of the coordinates.
+    pub fn names(&self, linear: &Linear) -> Vec<String> {
+        let name = |coordinate: &Coordinate| match (coordinate, self.acts) {
+            (Coordinate::State(state), _) => linear.state_names[*state].clone(),
+            (Coordinate::Command(_), Acts::Force(input)) => format!("actuator:{}", linear.input_names[input]),
+            (Coordinate::Command(_) | Coordinate::Reading, _) => self.site.clone(),
+            (Coordinate::ReadingRate, _) => format!("{}.rate", self.site),
+            (Coordinate::Time, _) => "time".to_owned(),
+        };
+        self.along.iter().map(name).collect()
+    }
+
+    /// Coordinates of a force in state `x` under what acts as event `k` begins its stretch, or ends it.
+    pub fn at_state(&self, machine: &Machine<'_>, (k, end): (usize, bool), x: &[f64], out: &mut [f64]) {
+        for (out, coordinate) in out.iter_mut().zip(&self.along) {
+            *out = match coordinate {
+                Coordinate::State(state) => x[*state],
+                Coordinate::Command(input) => machine.acting(k, end, *input),
+                _ => machine.timeline.events[if end { k + 1 } else { k }].t_s,
+            };
+        }
+    }
+
+    /// Coordinates of a reading at one of its samples.
+    pub fn at_sample(&self, linear: &Linear, machine: &Machine<'_>, sample: usize, out: &mut [f64]) {
+        for (out, coordinate) in out.iter_mut().zip(&self.along) {
+            *out = match coordinate {
+                Coordinate::Reading => machine.timeline.value[sample] - (linear.nu[sample] - linear.pull[sample]),
+                Coordinate::ReadingRate => linear.slope[sample],
+                _ => machine.timeline.stamp_s[sample],
+            };
+        }
+    }
+}
+
+/// Every place of a plant: forces that act on a coordinate with their pairs, its position alone and time; readings over what is read, over it and
+/// its rate, and over time.
+pub(super) fn places(plant: &Plant, linear: &Linear) -> Vec<Place> {
+    let forces = (0..linear.input_names.len()).flat_map(|input| of_input(linear, input));
+    let readings = plant.sensors.iter().enumerate().flat_map(|(channel, sensor)| {
+        let (reading, rate, time) = (Coordinate::Reading, Coordinate::ReadingRate, Coordinate::Time);
+        let along = [vec![reading], vec![reading, rate], vec![time]];
+        along.map(|along| Place { acts: Acts::Reading(channel), site: format!("sensor:{}", sensor.name), along })
+    });
+    forces.chain(readings).collect()
+}
+
+/// Its own position and rate, the input's command and its rate, its rate with every other rate; its position alone; time.
+fn of_input(linear: &Linear, input: usize) -> Vec<Place> {
+    let states = &linear.state_names;
+    let find = |name: &str| states.iter().position(|state| state == name);
+    let name = &linear.input_names[input];
+    let target = name.strip_prefix(DISTURBANCE).unwrap_or(name);
+    let (n, m) = (linear.layout.tangent, linear.layout.noise_inputs.len());
+    let gamma = |row: usize| linear.transition.get(row * (n + m) + n + input).copied().unwrap_or(0.0);
+    let named = find(&format!("joint:{target}.rate"));
+    // a torque whose name is not its joint's pushes the rate that it moves most
+    let pushed = named.or_else(|| {
+        let moved = linear.names.iter().enumerate().filter(|(_, name)| name.ends_with(".rate"));
+        let most = moved.max_by(|a, b| gamma(a.0).abs().total_cmp(&gamma(b.0).abs()))?;
+        find(most.1)
+    });
+    let Some(rate) = pushed else { return Vec::new() };
+    let site = states[rate].trim_end_matches(".rate").to_owned();
+    let own = find(&site).map(Coordinate::State);
+    let command = Coordinate::Command(linear.layout.noise_inputs[input]);
+    let rates = (0..states.len()).filter(|i| *i != rate && states[*i].ends_with(".rate")).map(Coordinate::State);
+    let pairs = own.into_iter().chain([command]).chain(rates).take(PAIRS_MAX);
+    let pairs = pairs.map(|other| vec![other, Coordinate::State(rate)]);
+    let along = pairs.chain(own.map(|own| vec![own])).chain([vec![Coordinate::Time]]);
+    along.map(|along| Place { acts: Acts::Force(input), site: site.clone(), along }).collect()
+}
+
+/// Functions along each coordinate.
+pub(super) fn sides(span: &Span) -> usize {
+    if span.len() == 1 { FUNCTIONS } else { SIDE }
+}
+
+/// Every function at a point of the box.
+pub(super) fn basis(span: &Span, at: &[f64], out: &mut [f64]) {
+    let side = sides(span);
+    let along = |k: usize, i: usize| {
+        let step = (span[k][1] - span[k][0]) / (side - 1) as f64;
+        let z = (at[k] - span[k][0] - i as f64 * step) / (WIDTH * step);
+        libm::exp(-0.5 * z * z)
+    };
+    if span.len() == 1 {
+        return out.iter_mut().enumerate().for_each(|(i, out)| *out = along(0, i));
+    }
+    let second: [f64; SIDE] = core::array::from_fn(|j| along(1, j));
+    for (i, row) in out.chunks_exact_mut(SIDE).enumerate() {
+        let first = along(0, i);
+        row.iter_mut().zip(&second).for_each(|(out, second)| *out = first * second);
+    }
+}
+
+/// The middle 98 % of every coordinate; `None` where one stands still.
+pub(super) fn visited(board: &Board, machines: &[Machine<'_>], place: &Place) -> Option<Span> {
+    let mut values: Vec<Vec<f64>> = vec![Vec::new(); place.along.len()];
+    let mut at = vec![0.0; place.along.len()];
+    for (linear, machine) in board.linears.iter().zip(machines) {
+        let mut take = |at: &[f64]| values.iter_mut().zip(at).for_each(|(values, at)| values.push(*at));
+        match place.acts {
+            Acts::Force(_) => linear.updated.chunks(linear.state_names.len()).enumerate().for_each(|(k, x)| {
+                place.at_state(machine, (k, false), x, &mut at);
+                take(&at);
+            }),
+            Acts::Reading(channel) => samples_of(machine, channel).for_each(|sample| {
+                place.at_sample(linear, machine, sample, &mut at);
+                take(&at);
+            }),
+        }
+    }
+    let span = |mut values: Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        let at = |share: f64| values.get((values.len().saturating_sub(1) as f64 * share) as usize).copied();
+        let ends = [at(0.01)?, at(0.99)?];
+        (ends[1] - ends[0] > 1e-9 * (1.0 + ends[0].abs())).then_some(ends)
+    };
+    values.into_iter().map(span).collect()
+}
+
+pub(super) fn samples_of(machine: &Machine<'_>, channel: usize) -> impl Iterator<Item = usize> {
+    let timeline = machine.timeline;
+    (0..timeline.value.len()).filter(move |sample| timeline.channel[*sample] == channel)
+}

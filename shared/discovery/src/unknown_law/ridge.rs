@@ -1,0 +1,77 @@
+//! Weights of a map with one prior scale, and what the map says.
+
+use super::places::{FUNCTIONS, Span, basis};
+use crate::compete::subsets::Rung;
+use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
+
+/// Cells of the map that is told, along each of two coordinates and along one.
+const CELLS: usize = 9;
+const CELLS_ALONE: usize = 49;
+
+/// One value of a map; a map over one coordinate has all cells at zero of the other.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    pub at: [f64; 2],
+    pub value: f64,
+    pub sigma: f64,
+}
+
+/// Weights with one prior scale, by eigenvectors of their information.
+pub(super) struct Ridge {
+    pub objective: f64,
+    weights: DVector<f64>,
+    covariance: DMatrix<f64>,
+    /// `1/s²`.
+    pub precision: f64,
+}
+
+impl Ridge {
+    /// The scale that maximises the evidence on `rung`.
+    pub fn new(rung: &Rung, samples: f64) -> Option<Self> {
+        let eigen = SymmetricEigen::try_new(rung.reduced.clone(), 1e-12, 10_000)?;
+        let g = eigen.eigenvectors.tr_mul(&rung.reduced_right);
+        let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
+        if largest <= 0.0 {
+            return None;
+        }
+        let mut best: Option<(f64, f64, f64)> = None;
+        for step in 0..40 {
+            // from a prior that allows nothing to one that is felt nowhere
+            let variance = libm::exp(0.5 * (step as f64 - 8.0)) / largest;
+            let (mut gain, mut price) = (0.0, 0.0);
+            for (l, g) in eigen.eigenvalues.iter().zip(g.iter()) {
+                let seen = variance * l.max(0.0);
+                gain += variance * g * g / (1.0 + seen);
+                price += libm::log(1.0 + seen);
+            }
+            let objective = rung.at(rung.reduced_chi2 - gain, samples) + price;
+            if best.is_none_or(|best| objective < best.0) {
+                best = Some((objective, variance, gain));
+            }
+        }
+        let (objective, variance, gain) = best?;
+        let scale = (rung.reduced_chi2 - gain).max(0.0) / samples;
+        let n = rung.reduced.nrows();
+        let factor = Cholesky::new(&rung.reduced + DMatrix::identity(n, n) / variance)?;
+        let weights = factor.solve(&rung.reduced_right);
+        Some(Self { objective, weights, covariance: factor.inverse() * scale, precision: 1.0 / variance })
+    }
+
+    /// Values over the box.
+    pub fn cells(&self, span: &Span) -> Vec<Cell> {
+        let mut phi = vec![0.0; FUNCTIONS];
+        let (side, other) = if span.len() == 1 { (CELLS_ALONE, 1) } else { (CELLS, CELLS) };
+        let mut cells = Vec::with_capacity(side * other);
+        for (i, j) in (0..side).flat_map(|i| (0..other).map(move |j| (i, j))) {
+            let along = |k: usize, i: usize, side: usize| {
+                span.get(k).map_or(0.0, |[low, high]| low + (high - low) * i as f64 / (side - 1) as f64)
+            };
+            let at = [along(0, i, side), along(1, j, other)];
+            basis(span, &at, &mut phi);
+            let phi = DVector::from_column_slice(&phi);
+            let sigma = phi.dot(&(&self.covariance * &phi)).max(0.0).sqrt();
+            cells.push(Cell { at, value: phi.dot(&self.weights), sigma });
+        }
+        cells
+    }
+}
