@@ -14,6 +14,7 @@ mod next;
 mod repeat;
 mod report;
 mod screening;
+mod search;
 mod showing;
 mod stamps;
 mod verdict;
@@ -23,8 +24,8 @@ pub use report::{
     HeldOutKind, LawCell, LawMap, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
 };
 
-use adoption::{stand, step};
-use screening::{Screening, screen};
+use screening::Screening;
+use search::{Found, searched};
 use showing::{Shown, held_out};
 
 use crate::filter::NoiseModel;
@@ -176,64 +177,6 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         notes,
         alpha: options.alpha,
     }))
-}
-
-/// What the search ends with.
-struct Found {
-    best: Standing,
-    adopted: Vec<Adopted>,
-    unfitted: Vec<Unfitted>,
-    /// The catalogue on the nominal plant.
-    screening: Screening,
-    /// Smaller sets that stood on the way, nearest first.
-    smaller: Vec<(Vec<Adopted>, Standing)>,
-    /// Sets that the recording does not exclude beside the last one adopted, and by how much in BIC they are behind.
-    rivals: Vec<(Vec<Adopted>, Standing, f64)>,
-    /// What noise of another kind gains on the standing plant.
-    unknown_noise: f64,
-}
-
-/// Sets of effects join the plant, round by round, until nothing more stands.
-fn searched(
-    engine: &Engine<'_>,
-    nominal: Standing,
-    options: &Options,
-    notes: &mut Vec<String>,
-    progress: &mut dyn FnMut(&str, f64),
-) -> Result<Found, String> {
-    let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let screening = Screening::default();
-    let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 };
-    while found.adopted.len() < options.terms_max && found.unfitted.is_empty() {
-        let done = found.adopted.len() as f64 / options.terms_max as f64;
-        progress("score the catalogue", 0.2 + 0.6 * done);
-        let own = Engine::like(engine, &found.best.problem).map_err(|error| error.to_string())?;
-        let screened = screen(&own, &found.best, options, notes);
-        progress("compete", 0.25 + 0.6 * done);
-        let step = step(&own, &found.best, &screened, options.terms_max - found.adopted.len(), options);
-        found.unfitted = step.unfitted;
-        if found.adopted.is_empty() {
-            found.screening = screened;
-        }
-        let Some(refit) = step.refit else {
-            found.unknown_noise = (found.best.objective - step.null).max(0.0);
-            break;
-        };
-        // nearest first: without what this round adds, then its own smaller sets before that
-        let joined = |set: Vec<Adopted>| found.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
-        let mut nearest: Vec<(Vec<Adopted>, Standing)> =
-            step.smaller.into_iter().map(|(set, refit)| (joined(set), stand(&refit))).collect();
-        found.rivals =
-            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), stand(&refit), behind)).collect();
-        let before = core::mem::replace(&mut found.best, stand(&refit));
-        if !found.adopted.is_empty() {
-            nearest.push((found.adopted.clone(), before));
-        }
-        nearest.append(&mut found.smaller);
-        found.smaller = nearest;
-        found.adopted.extend(step.adopted);
-    }
-    Ok(found)
 }
 
 /// Held-out data on what was found. Another recording is evidence on names, too: the rival that both recordings together favour, each law under its

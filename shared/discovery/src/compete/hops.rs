@@ -104,7 +104,7 @@ fn neighbours(
             let lobe = core::f64::consts::TAU / (visited.high - visited.low);
             lobe.is_finite().then_some([value - lobe, value + lobe])
         }
-        "stribeck_rate" | "half_gap" | "yield" | "presliding" | "decay" | "time_constant" => {
+        "stribeck_rate" | "half_gap" | "yield" | "presliding" | "decay" | "time_constant" | "compliance" => {
             Some([value / FACTOR, value * FACTOR])
         }
         _ => None,
@@ -168,6 +168,7 @@ mod tests {
             directions,
             one_sided: effect.amplitudes == 1,
             high: effect.parameters[0].high,
+            at: None,
             tries: 1,
         };
         let list = columns((&engine, &fit.board), &nominal, &fit.theta, &[candidate]);

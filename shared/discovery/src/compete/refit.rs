@@ -44,6 +44,21 @@ impl Refit {
         (0..self.fit.sigma.len()).map(|i| over(i).sqrt()).collect()
     }
 
+    /// Fitted again without the effect of `column`, and how many of its numbers were free.
+    pub fn without(&self, engine: &Engine<'_>, column: &Column) -> Option<(Self, usize)> {
+        let candidate = &column.candidate;
+        let mut plant = self.plant.clone();
+        plant.effects.retain(|used| used.kind != candidate.effect.kind || used.site != candidate.site);
+        let problem = engine.problem.with_plant(&plant);
+        let own = Engine::like(engine, &problem).ok()?;
+        let theta = own.start_from(&self.problem.unknowns, &self.fit.theta);
+        let fitted = fit(&own, &plant, &theta, &self.noise, ROUNDS).ok()?;
+        drop(own);
+        let numbers = self.problem.unknowns.len() - problem.unknowns.len();
+        let start = Self { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..self.clone() };
+        Some((settled(engine, start), numbers))
+    }
+
     /// Every amplitude of the effect is within two of its standard errors of nothing.
     pub fn vanishes(&self, column: &Column) -> bool {
         let effect = column.candidate.effect;
@@ -141,7 +156,7 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
     };
     let largest = amplitude.iter().fold(column.step.abs(), |most, a| most.max(a.abs()));
     let floor = if candidate.one_sided { 1e-3 * column.step.abs() } else { f64::NEG_INFINITY };
-    let start = (share * size).clamp(parameters[0].low.max(floor), parameters[0].high);
+    let start = (share * candidate.at.unwrap_or(size)).clamp(parameters[0].low.max(floor), parameters[0].high);
     let mut values = Vec::new();
     let mut free = 0;
     for (place, parameter) in parameters.iter().enumerate() {
@@ -213,6 +228,7 @@ fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
         // a scale repeats once a turn: its orders are whole numbers, unless a gear lies between
         "order" if kind != "encoder_ripple" || value.fract() != 0.0 => Some(0.5 * value),
         "damping_ratio" if kind.contains("left_out") || kind.contains("second_mode") => Some(0.05),
+        "damping_ratio" if kind == "joint_flexibility" => Some(value),
         "stribeck_rate" | "yield" | "presliding" | "half_gap" => Some(0.7 * value),
         "decay" | "time_constant" => Some(1.0 * value),
         "begin" if kind == "thermal_snap" || kind == "sensor_step" => None,

@@ -308,6 +308,9 @@ impl<'a> Machine<'a> {
             let behind = if self.any_shifted { self.behind(sample, channel) } else { 0.0 };
             if self.sensors[channel].mean {
                 out[slot] = self.read_mean(k, sample, behind, x, w, clone);
+            } else if behind > 0.0 && event.t_s - behind < self.timeline.events[0].t_s {
+                // what acted before the recording nobody knows: the reading tells nothing
+                out[slot] = self.timeline.value[sample];
             } else if behind != 0.0 {
                 out[slot] = self.read_at(k, channel, behind, behind > 0.0, x, w);
             }

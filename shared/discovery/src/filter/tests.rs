@@ -187,3 +187,21 @@ fn columns_whitened_together_are_bit_for_bit_those_whitened_alone() {
         }
     }
 }
+
+#[test]
+fn a_delayed_reading_of_an_instant_before_the_recording_tells_nothing() {
+    let nominal = crate::synthetic::with_effect(&plant("drive_rig"), "sensor_delay", "sensor:rate", &[("delay", 4e-3)]);
+    let mut recorded = recording(&nominal, 5, 1.0);
+    let rate = recorded.channels.iter_mut().find(|channel| channel.name == "rate").unwrap();
+    // whatever it reads
+    rate.value[0] += 10.0;
+    let problem = problem(&nominal, recorded);
+    let (engine, board) = board(&problem);
+    let (linear, timeline) = (&board.linears[0], &engine.timelines[0]);
+    let channel = nominal.sensors.iter().position(|sensor| sensor.name == "rate").unwrap();
+    let first = (0..timeline.value.len()).find(|sample| timeline.channel[*sample] == channel).unwrap();
+    let row = &linear.measurement[first * linear.row_len()..(first + 1) * linear.row_len()];
+    assert!(linear.nu[first] == 0.0 && row.iter().all(|h| *h == 0.0), "{} {row:?}", linear.nu[first]);
+    let r = whitened(&engine, &board, &engine.noise);
+    assert!(r.iter().all(|r| r.abs() < 5.0), "{:?}", r.iter().fold(0.0f64, |most, r| most.max(r.abs())));
+}

@@ -18,6 +18,8 @@ pub struct Candidate {
     /// The amplitude cannot be negative.
     pub one_sided: bool,
     pub high: f64,
+    /// Amplitude at which the law is looked at, where it changes its shape with it (a compliance sets what resonates); fits begin there.
+    pub at: Option<f64>,
     /// Points that this one was picked from.
     pub tries: usize,
 }
@@ -89,6 +91,9 @@ const ANGLES: [&str; 5] = ["azimuth", "axis_azimuth", "clock", "phase", "elevati
 /// Points of a grid over frequency and over time.
 const FREQUENCIES: usize = 9;
 const TIMES: usize = 8;
+/// Compliances that are looked at, in default ones: resonances an octave apart, damped so that each is felt as far as the next.
+const COMPLIANCES: [f64; 5] = [0.25, 1.0, 4.0, 16.0, 64.0];
+const DAMPED: f64 = 0.1;
 
 /// Every candidate of `plant`; `without` names effects that are left out of the catalogue.
 pub fn candidates(
@@ -144,7 +149,8 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             .collect();
     }
     let directions = directions(effect, setting.planar);
-    for inner in grid {
+    let amplitudes = amplitudes(effect);
+    for (inner, at) in grid.iter().flat_map(|inner| amplitudes.iter().map(move |at| (inner.clone(), *at))) {
         let picked = inner.iter().any(|(name, value)| *name == "frequency" && (setting.lines)(site).contains(value));
         let first = &effect.parameters[0];
         let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes <= 1;
@@ -155,9 +161,19 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             directions: directions.clone(),
             one_sided,
             high: first.high,
+            at,
             tries: if picked { setting.looked.max(1) / (setting.lines)(site).len().max(1) } else { 1 },
         });
     }
+}
+
+/// Amplitudes at which a law is looked at; one that is free where the law is near enough a line.
+fn amplitudes(effect: &Effect) -> Vec<Option<f64>> {
+    let first = &effect.parameters[0];
+    if first.name != "compliance" {
+        return vec![None];
+    }
+    COMPLIANCES.iter().map(|factor| Some((factor * first.default).clamp(first.low, first.high))).collect()
 }
 
 /// Directions that span what the angles can do.
@@ -209,6 +225,7 @@ fn points(effect: &Effect, parameter: &EffectParameter, setting: &Setting<'_>, m
             (0..FREQUENCIES).map(|i| low * step.powi(i as i32)).collect()
         }
         "damping_ratio" if effect.kind.contains("left_out") || effect.kind.contains("second_mode") => vec![0.03],
+        "damping_ratio" if effect.kind == "joint_flexibility" => vec![DAMPED],
         "order" => {
             let turn = core::f64::consts::TAU;
             let fastest = 0.3 * turn / setting.period_s / rate.max(1e-12);

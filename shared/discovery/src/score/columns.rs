@@ -49,7 +49,8 @@ fn column(
     column.candidate.directions.clear();
     for direction in 0..candidate.directions.len() {
         // a direction that does nothing (out of the plane) would make the others singular
-        let forced = forced(engine, board, plant, theta, (candidate, direction));
+        let forced =
+            candidate.at.is_none().then(|| forced(engine, board, plant, theta, (candidate, direction))).flatten();
         let found = forced.unwrap_or_else(|| along(engine, board, plant, theta, (candidate, direction), found));
         let Some((raw, step)) = found else { continue };
         column.candidate.directions.push(candidate.directions[direction].clone());
@@ -134,6 +135,10 @@ fn along(
     found: &[Gains],
 ) -> Option<(Vec<f64>, f64)> {
     let default = candidate.effect.parameters[0].default.abs();
+    if let Some(step) = candidate.at {
+        let change = change(engine, board, plant, theta, candidate, (step, direction))?;
+        return change.iter().all(|c| c.is_finite()).then(|| (change.iter().map(|d| -d / step).collect(), step));
+    }
     let mut step = if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high };
     let mut best: Option<(Vec<f64>, f64)> = None;
     for _ in 0..TRIES {

@@ -1,0 +1,113 @@
+//! The search: sets of effects join the plant, and what a later one has taken the place of leaves it.
+
+use super::adoption::{stand, step};
+use super::screening::{Screening, screen};
+use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
+use crate::compete::{Refit, weights};
+use crate::fit::Engine;
+use crate::score::cosine;
+
+/// What the search ends with.
+pub(super) struct Found {
+    pub best: Standing,
+    pub adopted: Vec<Adopted>,
+    pub unfitted: Vec<Unfitted>,
+    /// The catalogue on the nominal plant.
+    pub screening: Screening,
+    /// Smaller sets that stood on the way, nearest first.
+    pub smaller: Vec<(Vec<Adopted>, Standing)>,
+    /// Sets that the recording does not exclude beside the last one adopted, and by how much in BIC they are behind.
+    pub rivals: Vec<(Vec<Adopted>, Standing, f64)>,
+    /// What noise of another kind gains on the standing plant.
+    pub unknown_noise: f64,
+}
+
+/// Sets of effects join the plant, round by round, until nothing more stands.
+pub(super) fn searched(
+    engine: &Engine<'_>,
+    nominal: Standing,
+    options: &Options,
+    notes: &mut Vec<String>,
+    progress: &mut dyn FnMut(&str, f64),
+) -> Result<Found, String> {
+    let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let screening = Screening::default();
+    let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 };
+    for round in 0..options.terms_max {
+        if found.adopted.len() >= options.terms_max || !found.unfitted.is_empty() {
+            break;
+        }
+        let done = round as f64 / options.terms_max as f64;
+        progress("score the catalogue", 0.2 + 0.6 * done);
+        let own = Engine::like(engine, &found.best.problem).map_err(|error| error.to_string())?;
+        let screened = screen(&own, &found.best, options, notes);
+        progress("compete", 0.25 + 0.6 * done);
+        let step = step(&own, &found.best, &screened, options.terms_max - found.adopted.len(), options);
+        found.unfitted = step.unfitted;
+        if found.adopted.is_empty() {
+            found.screening = screened;
+        }
+        let Some(refit) = step.refit else {
+            found.unknown_noise = (found.best.objective - step.null).max(0.0);
+            break;
+        };
+        // nearest first: without what this round adds, then its own smaller sets before that
+        let joined = |set: Vec<Adopted>| found.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
+        let mut nearest: Vec<(Vec<Adopted>, Standing)> =
+            step.smaller.into_iter().map(|(set, refit)| (joined(set), stand(&refit))).collect();
+        found.rivals =
+            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), stand(&refit), behind)).collect();
+        let (refit, left) = relieved(engine, refit, &found.adopted);
+        let before = core::mem::replace(&mut found.best, stand(&refit));
+        let gained = before.objective - found.best.objective;
+        if !found.adopted.is_empty() {
+            nearest.push((found.adopted.clone(), before));
+        }
+        nearest.append(&mut found.smaller);
+        found.smaller = nearest;
+        let (gone, stay) = found.adopted.into_iter().zip(left).partition::<Vec<_>, _>(|(_, left)| *left);
+        found.adopted = stay.into_iter().map(|(adopted, _)| adopted).collect();
+        let mut new = step.adopted;
+        if let ([new], [(gone, _)]) = (&mut new[..], &gone[..]) {
+            new.replace(gone, gained);
+        }
+        found.adopted.extend(new);
+    }
+    Ok(found)
+}
+
+impl Adopted {
+    /// Stands where `gone` stood, by so much better in `−2 ln p`: with its significance, and with it as a rival.
+    fn replace(&mut self, gone: &Self, gained: f64) {
+        let behind = gained.max(0.0);
+        self.p = self.p.min(gone.p);
+        self.d = (gone.d * gone.d + gained).max(0.0).sqrt();
+        if behind <= RIVAL_SPAN {
+            self.rivals.push(Contested {
+                candidate: gone.column.candidate.clone(),
+                kind: gone.column.candidate.effect.kind,
+                site: gone.column.candidate.site.to_string(),
+                weight: 0.0,
+                bic: behind,
+                cosine: cosine(&self.score, &gone.score),
+            });
+        }
+        let bic: Vec<f64> = core::iter::once(0.0).chain(self.rivals.iter().map(|rival| rival.bic)).collect();
+        let weights = weights(&bic, RIVAL_SPAN);
+        self.weight = weights[0];
+        self.rivals.iter_mut().zip(&weights[1..]).for_each(|(rival, weight)| rival.weight = *weight);
+    }
+}
+
+/// `refit` without the effects of `adopted` that are nothing beside those that joined later, where BIC agrees; which of them left.
+fn relieved(engine: &Engine<'_>, refit: Refit, adopted: &[Adopted]) -> (Refit, Vec<bool>) {
+    let price = libm::log(engine.samples.max(2) as f64);
+    let mut best = refit;
+    let leaves = |earlier: &Adopted| {
+        let found = best.vanishes(&earlier.column).then(|| best.without(engine, &earlier.column)).flatten();
+        let found = found.filter(|(found, numbers)| found.objective < best.objective + price * *numbers as f64);
+        found.map(|(found, _)| best = found).is_some()
+    };
+    let left = adopted.iter().map(leaves).collect();
+    (best, left)
+}
