@@ -245,8 +245,8 @@ fn left_over(engine: &Engine<'_>, best: &Standing) -> Result<Option<Loudest>, St
         let normal = best.fit.board.normal(&own, &best.fit.theta, &best.noise, &[])?;
         let all: Vec<usize> = (0..normal.unknowns).collect();
         let (_, step) = bounded(&normal.matrix, &normal.right, &normal.room, &all)?;
-        let mut r = normal.r;
-        for (column, step) in normal.columns.iter().zip(&step) {
+        let (mut r, columns) = best.fit.board.whitened(&own, &best.noise, &[])?;
+        for (column, step) in columns.iter().zip(&step) {
             r.iter_mut().zip(column).for_each(|(r, c)| *r -= c * step);
         }
         loudest(&own, &r)

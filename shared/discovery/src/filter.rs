@@ -14,6 +14,7 @@
 //! Process noise: what the plant states of its actuators, and a disturbance at every joint and free body that nothing drives, at first
 //! far below what the sensors see.
 
+mod equations;
 mod gains;
 mod initial;
 mod lagged;
@@ -21,7 +22,9 @@ mod linear;
 mod machine;
 mod noise_model;
 mod whiten;
+mod wide;
 
+pub use equations::products;
 pub use gains::{Gains, gains};
 pub use initial::Start;
 pub use linear::{Linear, linearise};

@@ -185,9 +185,10 @@ fn errors<'l>(
 fn predicted(engine: &Engine<'_>, board: &Board, theta: &[f64], map: &Leader) -> Option<Gain> {
     let extra: Vec<&Vec<f64>> = map.columns.iter().collect();
     let normal = board.normal(engine, theta, &map.noise, &extra)?;
+    let (r, white) = board.whitened(engine, &map.noise, &extra)?;
     let events = event_of_sample(engine);
     let instants = events.last().map_or(0, |last| last + 1);
-    let (u, n) = (normal.unknowns, normal.columns.len());
+    let (u, n) = (normal.unknowns, white.len());
     // variance that the rung's scale left open
     let scale = normal.chi2 / engine.samples.max(1) as f64;
     let mut gained = vec![0.0; instants];
@@ -196,8 +197,8 @@ fn predicted(engine: &Engine<'_>, board: &Board, theta: &[f64], map: &Leader) ->
     for fold in 0..FOLDS {
         let own: Vec<usize> = (0..events.len()).filter(|s| fold_of(*s) == fold).collect();
         let part = |c: &[f64]| -> Vec<f64> { own.iter().map(|s| c[*s]).collect() };
-        let parts: Vec<Vec<f64>> = normal.columns.iter().map(|c| part(c)).collect();
-        let r = part(&normal.r);
+        let parts: Vec<Vec<f64>> = white.iter().map(|c| part(c)).collect();
+        let r = part(&r);
         let (mut matrix, mut right) = (normal.matrix.clone(), normal.right.clone());
         for i in 0..n {
             for j in 0..n {

@@ -11,6 +11,7 @@
 //! Source: R. Featherstone, Rigid Body Dynamics Algorithms (2008). Every algorithm works in *world axes at each link's origin* with
 //! classical accelerations: a link is rotated once, articulated inertias are only translated.
 
+mod apart;
 mod base_parameters;
 mod carried;
 mod data;

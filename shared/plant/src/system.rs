@@ -16,6 +16,7 @@
 //! A prescribed base accelerates the frame in which everything else is written: states are relative to it, readings are not.
 
 mod actuation;
+mod apart;
 mod binding;
 mod compile;
 mod effect_terms;
@@ -92,6 +93,8 @@ pub struct System {
     reach: sensors::Reach,
     /// Some actuator, environment or effect pushes bodies.
     pushed: bool,
+    /// 1 / inertia of every coordinate where none feels another.
+    lightness_apart: Option<Vec<f64>>,
     /// Per velocity coordinate: all but those of free joints.
     all_but_base: Vec<bool>,
     /// Links with a quaternion.

@@ -175,6 +175,7 @@ pub(super) fn block_terms(
     noise: &NoiseModel,
 ) -> Option<(Terms, Vec<f64>)> {
     let normal = board.normal(engine, theta, noise, &[])?;
+    let (r, columns) = board.whitened(engine, noise, &[])?;
     let events = event_of_sample(engine);
     let instants = events.last().map_or(0, |last| last + 1);
     let times: Vec<f64> = instants_s(engine);
@@ -187,14 +188,14 @@ pub(super) fn block_terms(
         let (mut matrix, mut right) = (normal.matrix.clone(), normal.right.clone());
         for i in 0..n {
             for j in 0..n {
-                matrix[(i, j)] -= own.iter().map(|s| normal.columns[i][*s] * normal.columns[j][*s]).sum::<f64>();
+                matrix[(i, j)] -= own.iter().map(|s| columns[i][*s] * columns[j][*s]).sum::<f64>();
             }
-            right[i] -= own.iter().map(|s| normal.columns[i][*s] * normal.r[*s]).sum::<f64>();
+            right[i] -= own.iter().map(|s| columns[i][*s] * r[*s]).sum::<f64>();
         }
         let (_, step) = bounded(&matrix, &right, &normal.room, &(0..n).collect::<Vec<_>>())?;
         for s in own {
-            let r = normal.r[s] - (0..n).map(|i| normal.columns[i][s] * step[i]).sum::<f64>();
-            sum[events[s]] -= 0.5 * r * r;
+            let left = r[s] - (0..n).map(|i| columns[i][s] * step[i]).sum::<f64>();
+            sum[events[s]] -= 0.5 * left * left;
         }
         if k + 1 == FOLDS {
             for (i, unknown) in engine.problem.unknowns.iter().enumerate() {

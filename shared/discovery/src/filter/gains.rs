@@ -6,11 +6,13 @@
 //! v_a = P h_a / √s_a,   s_a = h_aᵀ P h_a + R_a,   P ← P − v_a v_aᵀ;   V = [v_0 v_1 …] = P Hᵀ L⁻ᵀ,   L_ab = h_aᵀ v_b,   K = V L⁻¹
 //! ```
 //!
-//! The recursion is compiled for every small size of z by itself ([`Row`]); larger ones share one.
+//! The recursion is compiled for every few sizes of z by itself ([`Row`]), rows filled up with zeros to whole vectors; large ones share one.
 
 use super::linear::Linear;
+use super::wide::wide;
 use super::{Layout, NoiseModel};
 use crate::problem::Timeline;
+use core::ops::Range;
 
 /// Gains of one run under one noise, innovations' Cholesky factors, and their log-determinant.
 #[derive(Clone, Debug, Default)]
@@ -32,6 +34,9 @@ pub struct Gains {
 /// White part of coloured noise, as a share of its standard deviation: keeps covariances positive.
 const WHITE_SHARE: f64 = 1e-2;
 
+/// Rows are whole fours of numbers.
+const QUAD: usize = 4;
+
 /// Numbers beside each other, one for every entry of z.
 pub(super) trait Row {
     fn zeros(size: usize) -> Self;
@@ -46,14 +51,17 @@ impl<const S: usize> Row for [f64; S] {
         [0.0; S]
     }
 
+    #[inline(always)]
     fn numbers(&self) -> &[f64] {
         self
     }
 
+    #[inline(always)]
     fn numbers_mut(&mut self) -> &mut [f64] {
         self
     }
 
+    #[inline(always)]
     fn taken(&mut self) -> Self {
         *self
     }
@@ -64,14 +72,17 @@ impl Row for Vec<f64> {
         vec![0.0; size]
     }
 
+    #[inline(always)]
     fn numbers(&self) -> &[f64] {
         self
     }
 
+    #[inline(always)]
     fn numbers_mut(&mut self) -> &mut [f64] {
         self
     }
 
+    #[inline(always)]
     fn taken(&mut self) -> Self {
         core::mem::take(self)
     }
@@ -79,6 +90,20 @@ impl Row for Vec<f64> {
 
 /// Gains of `noise` on `linear`; `None` where a covariance is not positive.
 pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option<Gains> {
+    let mut whole = Gains::default();
+    let log_determinant =
+        gains_in_parts(linear, timeline, noise, usize::MAX, &mut |part, _| whole = core::mem::take(part))?;
+    Some(Gains { log_determinant, ..whole })
+}
+
+/// Gains of `each` events after the other, told as they are found: places in a part count from its own first event. Returns `Σ ln |S|`.
+pub fn gains_in_parts(
+    linear: &Linear,
+    timeline: &Timeline,
+    noise: &NoiseModel,
+    each: usize,
+    told: &mut dyn FnMut(&mut Gains, Range<usize>),
+) -> Option<f64> {
     let mut layout = linear.layout.clone();
     layout.colours = 0;
     layout.colour_of = noise
@@ -90,65 +115,54 @@ pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option
             place
         })
         .collect();
-    let recurse = match layout.len() {
-        1 => recurse::<[f64; 1]>,
-        2 => recurse::<[f64; 2]>,
-        3 => recurse::<[f64; 3]>,
-        4 => recurse::<[f64; 4]>,
-        5 => recurse::<[f64; 5]>,
-        6 => recurse::<[f64; 6]>,
-        7 => recurse::<[f64; 7]>,
-        8 => recurse::<[f64; 8]>,
-        9 => recurse::<[f64; 9]>,
-        10 => recurse::<[f64; 10]>,
-        11 => recurse::<[f64; 11]>,
-        12 => recurse::<[f64; 12]>,
+    let recurse = match layout.len().div_ceil(QUAD) {
+        0 | 1 => recurse::<[f64; 4]>,
+        2 => recurse::<[f64; 8]>,
+        3 => recurse::<[f64; 12]>,
+        4 => recurse::<[f64; 16]>,
+        5 => recurse::<[f64; 20]>,
+        6 => recurse::<[f64; 24]>,
         _ => recurse::<Vec<f64>>,
     };
-    recurse(linear, timeline, noise, layout)
+    recurse((linear, timeline, noise), layout, each, told)
 }
 
-fn recurse<R: Row>(linear: &Linear, timeline: &Timeline, noise: &NoiseModel, layout: Layout) -> Option<Gains> {
+fn recurse<R: Row>(
+    (linear, timeline, noise): (&Linear, &Timeline, &NoiseModel),
+    layout: Layout,
+    each: usize,
+    told: &mut dyn FnMut(&mut Gains, Range<usize>),
+) -> Option<f64> {
     let mut recursion = Recursion::<R>::new(&layout, &linear.initial_sigma);
     let same_as_frozen = layout.colours == 0 && linear.noise == *noise && linear.is_wide;
-    let (n, m) = (layout.tangent, layout.noise_inputs.len());
-    let row_len = linear.row_len();
-    let events = timeline.events.len();
-    let mut out = Gains {
-        pole: noise.pole.clone(),
-        same_as_frozen,
-        gain: Vec::with_capacity(timeline.value.len() * layout.len()),
-        factor: Vec::with_capacity(timeline.value.len()),
-        first: Vec::with_capacity(events),
-        factor_first: Vec::with_capacity(events),
-        ..Gains::default()
-    };
+    let mut part = Gains { pole: noise.pole.clone(), same_as_frozen, layout, ..Gains::default() };
     let mut roots = Product::default();
-    for (k, event) in timeline.events.iter().enumerate() {
-        recursion.renew(event.reset, noise);
-        out.first.push(out.gain.len());
-        out.factor_first.push(out.factor.len());
-        if event.count > 0 {
-            let samples = event.first..event.first + event.count;
-            let rows = &linear.measurement[event.first * row_len..(event.first + event.count) * row_len];
-            let channels = &timeline.channel[samples.clone()];
-            if !recursion.update(noise, channels, rows, (&linear.decay[samples.clone()], &linear.slope[samples])) {
-                return None;
-            }
-            out.gain.extend_from_slice(&recursion.gain);
-            out.factor.extend_from_slice(&recursion.factor);
-            recursion.factor.iter().step_by(event.count + 1).for_each(|root| roots.times(*root));
+    let events = timeline.events.len();
+    let mut begin = 0;
+    while begin < events {
+        let range = begin..begin.saturating_add(each).min(events);
+        begin = range.end;
+        part.clear();
+        let is_positive = wide(
+            #[inline(always)]
+            || recursion.advance((linear, timeline, noise), range.clone(), &mut part, &mut roots),
+        );
+        if !is_positive {
+            return None;
         }
-        if event.begins_mean {
-            recursion.begin_mean();
-        }
-        if k + 1 < events {
-            recursion.propagate(&linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)]);
-        }
+        told(&mut part, range);
     }
-    out.layout = layout;
-    out.log_determinant = 2.0 * roots.ln();
-    out.log_determinant.is_finite().then_some(out)
+    let log_determinant = 2.0 * roots.ln();
+    log_determinant.is_finite().then_some(log_determinant)
+}
+
+impl Gains {
+    fn clear(&mut self) {
+        self.gain.clear();
+        self.factor.clear();
+        self.first.clear();
+        self.factor_first.clear();
+    }
 }
 
 /// Product of many numbers, kept where it neither overflows nor vanishes: few logarithms for all of them.
@@ -165,6 +179,7 @@ impl Default for Product {
 
 impl Product {
     /// `x` is a square root: its own range leaves room beside that of the rest.
+    #[inline(always)]
     fn times(&mut self, x: f64) {
         if !(1e-100..1e100).contains(&self.rest) {
             self.ln += libm::log(self.rest);
@@ -192,41 +207,93 @@ pub(super) struct Recursion<R> {
     h: Vec<R>,
     v: Vec<R>,
     k: Vec<R>,
-    /// `F P`, rows of the state.
+    /// `F P`, rows of the state, and the columns of F.
     moved: Vec<R>,
+    columns: Vec<R>,
 }
 
 /// `sum += factor · x`.
 #[inline(always)]
 fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
-    sum.iter_mut().zip(x).for_each(|(sum, x)| *sum += factor * x);
+    for (sum, x) in sum.iter_mut().zip(x) {
+        *sum += factor * x;
+    }
 }
 
 #[inline(always)]
 fn product(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let mut sums = [0.0; QUAD];
+    for (a, b) in a.chunks_exact(QUAD).zip(b.chunks_exact(QUAD)) {
+        for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += a * b;
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
 }
 
 impl<R: Row> Recursion<R> {
     pub fn new(layout: &Layout, initial_sigma: &[f64]) -> Self {
         let size = layout.len();
-        let zeros = |count: usize| (0..count).map(|_| R::zeros(size)).collect::<Vec<R>>();
+        let zeros = |count: usize| (0..count).map(|_| R::zeros(size.next_multiple_of(QUAD))).collect::<Vec<R>>();
         let mut p = zeros(size);
         for (i, sigma) in initial_sigma.iter().enumerate() {
             p[i].numbers_mut()[i] = sigma * sigma;
         }
         let moved = zeros(layout.tangent);
+        let columns = zeros(layout.tangent + layout.noise_inputs.len());
         let (gain, factor) = (Vec::new(), Vec::new());
-        Self { layout: layout.clone(), size, p, gain, factor, h: zeros(0), v: zeros(0), k: zeros(0), moved }
+        Self { layout: layout.clone(), size, p, gain, factor, h: zeros(0), v: zeros(0), k: zeros(0), moved, columns }
     }
 
+    /// Goes on over `range`; false where a covariance is not positive.
+    #[inline(always)]
+    fn advance(
+        &mut self,
+        (linear, timeline, noise): (&Linear, &Timeline, &NoiseModel),
+        range: Range<usize>,
+        out: &mut Gains,
+        roots: &mut Product,
+    ) -> bool {
+        let (n, m, row_len) = (self.layout.tangent, self.layout.noise_inputs.len(), linear.row_len());
+        for k in range {
+            let event = &timeline.events[k];
+            self.renew(event.reset, noise);
+            out.first.push(out.gain.len());
+            out.factor_first.push(out.factor.len());
+            if event.count > 0 {
+                let samples = event.first..event.first + event.count;
+                let rows = &linear.measurement[event.first * row_len..(event.first + event.count) * row_len];
+                let channels = &timeline.channel[samples.clone()];
+                if !self.update(noise, channels, rows, (&linear.decay[samples.clone()], &linear.slope[samples])) {
+                    return false;
+                }
+                out.gain.extend_from_slice(&self.gain);
+                out.factor.extend_from_slice(&self.factor);
+                for slot in 0..event.count {
+                    roots.times(self.factor[slot * (event.count + 1)]);
+                }
+            }
+            if event.begins_mean {
+                self.begin_mean();
+            }
+            if k + 1 < timeline.events.len() {
+                self.propagate(&linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)]);
+            }
+        }
+        true
+    }
+
+    #[inline(always)]
     fn clear(&mut self, i: usize, variance: f64) {
         self.p[i].numbers_mut().fill(0.0);
-        self.p.iter_mut().for_each(|row| row.numbers_mut()[i] = 0.0);
+        for row in &mut self.p {
+            row.numbers_mut()[i] = 0.0;
+        }
         self.p[i].numbers_mut()[i] = variance;
     }
 
     /// Fresh actuator noise.
+    #[inline(always)]
     pub fn renew(&mut self, reset: u64, noise: &NoiseModel) {
         for k in 0..self.layout.noise_inputs.len() {
             if reset >> self.layout.noise_inputs[k].min(63) & 1 == 1 {
@@ -236,6 +303,7 @@ impl<R: Row> Recursion<R> {
     }
 
     /// The clone becomes the state.
+    #[inline(always)]
     pub fn begin_mean(&mut self) {
         let (n, at) = (self.layout.clone, self.layout.clone_at());
         for i in 0..n {
@@ -247,6 +315,7 @@ impl<R: Row> Recursion<R> {
     }
 
     /// To the next event: `P ← F P Fᵀ`, F the identity but for the rows of the state.
+    #[inline(always)]
     pub fn propagate(&mut self, transition: &[f64]) {
         let n = self.layout.tangent;
         let len = n + self.layout.noise_inputs.len();
@@ -260,22 +329,33 @@ impl<R: Row> Recursion<R> {
             }
             *moved = sum;
         }
-        // columns: rows beyond the state by symmetry, the corner by a second product
+        for (i, row) in transition.chunks_exact(len.max(1)).enumerate() {
+            for (column, f) in self.columns.iter_mut().zip(row) {
+                column.numbers_mut()[i] = *f;
+            }
+        }
+        // rows of the state by the columns of F, what is beside the state as it is
         for (i, moved) in self.moved.iter().enumerate() {
             let moved = moved.numbers();
-            for (j, row) in transition.chunks_exact(len).enumerate().skip(i) {
-                let sum = product(row, moved);
-                self.p[i].numbers_mut()[j] = sum;
-                self.p[j].numbers_mut()[i] = sum;
+            let mut sum = self.p[i].taken();
+            sum.numbers_mut().fill(0.0);
+            for (share, column) in moved.iter().zip(&self.columns) {
+                add(sum.numbers_mut(), *share, column.numbers());
             }
-            for (j, own) in moved.iter().enumerate().skip(n) {
-                self.p[i].numbers_mut()[j] = *own;
-                self.p[j].numbers_mut()[i] = *own;
+            sum.numbers_mut()[n..].copy_from_slice(&moved[n..]);
+            self.p[i] = sum;
+        }
+        for i in 0..n {
+            let row = self.p[i].taken();
+            for (p, own) in self.p[i + 1..].iter_mut().zip(&row.numbers()[i + 1..]) {
+                p.numbers_mut()[i] = *own;
             }
+            self.p[i] = row;
         }
     }
 
     /// Coloured noise and lags move on, then the measurement: `gain`, `factor` and P.
+    #[inline(always)]
     pub fn update(
         &mut self,
         noise: &NoiseModel,
@@ -286,7 +366,8 @@ impl<R: Row> Recursion<R> {
         let count = channels.len();
         let row_len = rows.len() / count;
         while self.h.len() < count {
-            [&mut self.h, &mut self.v, &mut self.k].into_iter().for_each(|list| list.push(R::zeros(self.size)));
+            let size = self.size.next_multiple_of(QUAD);
+            [&mut self.h, &mut self.v, &mut self.k].into_iter().for_each(|list| list.push(R::zeros(size)));
         }
         self.factor.clear();
         self.factor.resize(count * count, 0.0);
@@ -310,6 +391,7 @@ impl<R: Row> Recursion<R> {
         true
     }
 
+    #[inline(always)]
     fn colour(&mut self, noise: &NoiseModel, channel: usize) {
         let Some(place) = self.layout.colour_of[channel] else { return };
         let (at, a) = (self.layout.colours_at() + place, noise.pole[channel]);
@@ -318,11 +400,16 @@ impl<R: Row> Recursion<R> {
             // stationary from the first sample on
             self.p[at].numbers_mut()[at] = sigma * sigma;
         }
-        self.p[at].numbers_mut().iter_mut().for_each(|p| *p *= a);
-        self.p.iter_mut().for_each(|row| row.numbers_mut()[at] *= a);
+        for p in self.p[at].numbers_mut() {
+            *p *= a;
+        }
+        for row in &mut self.p {
+            row.numbers_mut()[at] *= a;
+        }
         self.p[at].numbers_mut()[at] += (1.0 - a * a) * sigma * sigma;
     }
 
+    #[inline(always)]
     fn lag(&mut self, channel: usize, row: &[f64], decay: f64) {
         let Some(place) = self.layout.lag_of[channel] else { return };
         let at = self.layout.lags_at() + place;
@@ -341,6 +428,7 @@ impl<R: Row> Recursion<R> {
         }
     }
 
+    #[inline(always)]
     fn fill_row(&mut self, slot: usize, channel: usize, row: &[f64]) {
         let h = self.h[slot].numbers_mut();
         h.fill(0.0);
@@ -355,6 +443,7 @@ impl<R: Row> Recursion<R> {
     }
 
     /// Takes up one sample of variance `own`: its `v`, its row of the factor and P; false where its innovation's variance is not positive.
+    #[inline(always)]
     fn absorb(&mut self, slot: usize, count: usize, own: f64) -> bool {
         let mut v = self.v[slot].taken();
         v.numbers_mut().fill(0.0);
@@ -371,7 +460,9 @@ impl<R: Row> Recursion<R> {
         let root = variance.sqrt();
         self.factor[slot * count + slot] = root;
         let share = 1.0 / root;
-        v.numbers_mut().iter_mut().for_each(|v| *v *= share);
+        for v in v.numbers_mut() {
+            *v *= share;
+        }
         for (before, factor) in self.v[..slot].iter().zip(&mut self.factor[slot * count..]) {
             *factor = product(h, before.numbers());
         }
@@ -383,6 +474,7 @@ impl<R: Row> Recursion<R> {
     }
 
     /// `K = V L⁻¹`, from the last sample to the first.
+    #[inline(always)]
     fn solve(&mut self, count: usize) {
         self.gain.clear();
         self.gain.resize(self.size * count, 0.0);

@@ -3,7 +3,7 @@
 use super::FitError;
 use super::bounded::bounded;
 use super::engine::{Engine, parallel};
-use crate::filter::{Linear, NoiseModel, gains, whiten};
+use crate::filter::{Linear, NoiseModel, gains, products, whiten};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use plant::description::Plant;
 
@@ -22,8 +22,6 @@ pub struct Board {
 
 /// Whitened normal equations with priors: unknowns in prior standard deviations, then extra columns.
 pub struct Normal {
-    pub r: Vec<f64>,
-    pub columns: Vec<Vec<f64>>,
     /// Number of unknowns; extra columns follow.
     pub unknowns: usize,
     pub matrix: DMatrix<f64>,
@@ -161,6 +159,19 @@ impl Board {
         total.is_finite().then_some(total)
     }
 
+    /// Innovations, and sensitivities with raw `extra` columns behind them, whitened under `noise`.
+    pub fn whitened(
+        &self,
+        engine: &Engine<'_>,
+        noise: &NoiseModel,
+        extra: &[&Vec<f64>],
+    ) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
+        let columns = self.jacobian.iter().chain(extra.iter().copied());
+        let mut columns: Vec<Vec<f64>> = core::iter::once(&self.nu).chain(columns).cloned().collect();
+        self.whiten(engine, noise, &mut columns)?;
+        Some((columns.remove(0), columns))
+    }
+
     /// Normal equations at `theta` under `noise`, with raw `extra` columns (`−∂ν/∂φ`) behind the unknowns.
     pub fn normal(
         &self,
@@ -169,13 +180,16 @@ impl Board {
         noise: &NoiseModel,
         extra: &[&Vec<f64>],
     ) -> Option<Normal> {
-        let mut columns = Vec::with_capacity(1 + self.jacobian.len() + extra.len());
-        columns.push(self.nu.clone());
-        columns.extend(self.jacobian.iter().cloned());
-        columns.extend(extra.iter().map(|column| (*column).clone()));
-        let log_determinant = self.whiten(engine, noise, &mut columns)?;
-        let r = columns.remove(0);
-        Normal::new(engine, theta, r, columns, self.jacobian.len(), log_determinant)
+        let unknowns = self.jacobian.iter().chain(extra.iter().copied());
+        let columns: Vec<&Vec<f64>> = core::iter::once(&self.nu).chain(unknowns).collect();
+        let mut sums = vec![0.0; columns.len() * columns.len()];
+        let mut log_determinant = 0.0;
+        for ((linear, timeline), offset) in self.linears.iter().zip(engine.timelines.iter()).zip(&engine.offsets) {
+            let own = *offset..offset + timeline.value.len();
+            let own: Vec<&[f64]> = columns.iter().map(|column| &column[own.clone()]).collect();
+            log_determinant += products((linear, timeline), noise, &own, &mut sums)?;
+        }
+        Normal::new(engine, theta, &sums, self.jacobian.len(), log_determinant)
     }
 }
 
@@ -185,36 +199,22 @@ pub fn prior_chi2(engine: &Engine<'_>, theta: &[f64]) -> f64 {
 }
 
 impl Normal {
-    fn new(
-        engine: &Engine<'_>,
-        theta: &[f64],
-        r: Vec<f64>,
-        columns: Vec<Vec<f64>>,
-        unknowns: usize,
-        log_determinant: f64,
-    ) -> Option<Self> {
-        let n = columns.len();
-        let mut matrix = DMatrix::zeros(n, n);
-        let mut right = DVector::zeros(n);
-        for i in 0..n {
-            for j in i..n {
-                let product = dot(&columns[i], &columns[j]);
-                matrix[(i, j)] = product;
-                matrix[(j, i)] = product;
-            }
-            right[i] = dot(&columns[i], &r);
-        }
+    /// Of products of the whitened innovations, sensitivities and further columns, row by row, j ≥ i.
+    fn new(engine: &Engine<'_>, theta: &[f64], sums: &[f64], unknowns: usize, log_determinant: f64) -> Option<Self> {
+        let width = sums.len().isqrt();
+        let n = width - 1;
+        let product = |i: usize, j: usize| sums[i.min(j) * width + i.max(j)];
+        let mut matrix = DMatrix::from_fn(n, n, |i, j| product(1 + i, 1 + j));
+        let mut right = DVector::from_fn(n, |i, _| product(0, 1 + i));
         for (i, unknown) in engine.problem.unknowns.iter().enumerate().take(unknowns) {
             matrix[(i, i)] += 1.0;
             right[i] += (unknown.prior - theta[i]) / unknown.sigma;
         }
         let own = engine.problem.unknowns.iter().zip(theta).take(unknowns);
         let room = own.map(|(u, t)| [((u.low - t) / u.sigma).min(0.0), ((u.high - t) / u.sigma).max(0.0)]).collect();
-        let chi2 = dot(&r, &r);
+        let chi2 = product(0, 0);
         let objective = chi2 + log_determinant + prior_chi2(engine, theta);
         (objective.is_finite() && matrix.iter().all(|v: &f64| v.is_finite())).then_some(Self {
-            r,
-            columns,
             unknowns,
             matrix,
             right,

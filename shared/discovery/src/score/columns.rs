@@ -1,11 +1,11 @@
 //! Columns of candidates: by the forcing of the linear model where a law is linear in its amplitude, else by passes at finite amplitude.
 
 use super::Candidate;
-use super::forcing::{Sources, comparable, respond, sources};
+use super::forcing::{Course, Sources, comparable, respond};
 use crate::filter::{Gains, Machine, gains, whiten};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine, parallel};
-use plant::description::Plant;
+use plant::description::{Plant, SiteKind};
 
 /// One candidate with what it does to the innovations.
 #[derive(Clone, Debug)]
@@ -32,25 +32,32 @@ pub fn columns(
         .map(|(linear, timeline)| gains(linear, timeline, &linear.noise))
         .collect();
     let Some(found) = found else { return Vec::new() };
-    let list =
-        parallel(candidates.len(), engine.threads, |i| column(engine, board, plant, theta, &candidates[i], &found));
-    list.into_iter().flatten().collect()
+    let courses: Option<Vec<Course<'_>>> = (board.linears.iter().enumerate())
+        .map(|(run, linear)| Some(Course::new(linear, machine(engine, plant, theta, run)?)))
+        .collect();
+    let Some(courses) = courses else { return Vec::new() };
+    let own = |i: usize| column((engine, board), plant, theta, &candidates[i], (&found, &courses));
+    parallel(candidates.len(), engine.threads, own).into_iter().flatten().collect()
+}
+
+fn machine<'a>(engine: &'a Engine<'_>, plant: &Plant, theta: &[f64], run: usize) -> Option<Machine<'a>> {
+    let instance = engine.problem.instance(plant, theta, run);
+    Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()
 }
 
 fn column(
-    engine: &Engine<'_>,
-    board: &Board,
+    (engine, board): (&Engine<'_>, &Board),
     plant: &Plant,
     theta: &[f64],
     candidate: &Candidate,
-    found: &[Gains],
+    (found, courses): (&[Gains], &[Course<'_>]),
 ) -> Option<Column> {
     let mut column = Column { candidate: candidate.clone(), raw: Vec::new(), step: 0.0 };
     column.candidate.directions.clear();
     for direction in 0..candidate.directions.len() {
         // a direction that does nothing (out of the plane) would make the others singular
-        let forced =
-            candidate.at.is_none().then(|| forced(engine, board, plant, theta, (candidate, direction))).flatten();
+        let forced = || forced(engine, board, (plant, courses), theta, (candidate, direction));
+        let forced = candidate.at.is_none().then(forced).flatten();
         let found = forced.unwrap_or_else(|| along(engine, board, plant, theta, (candidate, direction), found));
         let Some((raw, step)) = found else { continue };
         column.candidate.directions.push(candidate.directions[direction].clone());
@@ -71,7 +78,7 @@ const ASKED: usize = 60;
 fn forced(
     engine: &Engine<'_>,
     board: &Board,
-    plant: &Plant,
+    (plant, courses): (&Plant, &[Course<'_>]),
     theta: &[f64],
     (candidate, direction): (&Candidate, usize),
 ) -> Option<Option<(Vec<f64>, f64)>> {
@@ -83,24 +90,23 @@ fn forced(
         Some(with)
     };
     let (small, large_plant) = (with(SMALL * large)?, with(large)?);
+    // what a sensor says moves nothing: commands are those recorded
+    let readings_alone = candidate.site.kind == SiteKind::Sensor;
     let mut raw = vec![0.0; board.nu.len()];
     let mut any = false;
-    for (run, linear) in board.linears.iter().enumerate() {
+    for (run, (linear, course)) in board.linears.iter().zip(courses).enumerate() {
         let timeline = &engine.timelines[run];
-        let machine = |plant: &Plant| {
-            Machine::new(engine.problem, run, &engine.problem.instance(plant, theta, run), timeline).ok()
-        };
-        let (mut base, mut other) = (machine(plant)?, machine(&small)?);
-        if !comparable(&base, &other) {
+        let mut other = machine(engine, &small, theta, run)?;
+        if !comparable(&course.base, &other) {
             return None;
         }
         let every = (timeline.events.len() / ASKED).max(1);
-        let mut much = machine(&large_plant)?;
-        let few = sources(linear, &mut base, &mut other, every);
-        if bent(&few, &sources(linear, &mut base, &mut much, every)) > BENT {
+        let mut much = machine(engine, &large_plant, theta, run)?;
+        let few = course.sources(&mut other, readings_alone, every);
+        if bent(&few, &course.sources(&mut much, readings_alone, every)) > BENT {
             return None;
         }
-        let all = sources(linear, &mut base, &mut other, 1);
+        let all = course.sources(&mut other, readings_alone, 1);
         let change = respond(linear, timeline, &all);
         any |= change.iter().any(|c| *c != 0.0);
         if !change.iter().all(|c| c.is_finite()) {

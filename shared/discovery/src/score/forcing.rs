@@ -31,97 +31,118 @@ pub fn comparable(base: &Machine<'_>, other: &Machine<'_>) -> bool {
         && base.system.states().len() == other.system.states().len()
 }
 
-/// Sources of `other` against `base`, both machines of the run that `linear` belongs to; `every`: only each so-manieth event.
-pub fn sources(linear: &Linear, base: &mut Machine<'_>, other: &mut Machine<'_>, every: usize) -> Sources {
-    let timeline = base.timeline;
-    let (n, x, m) = (linear.layout.tangent, base.x0.len(), linear.layout.noise_inputs.len());
-    let events = timeline.events.len();
-    let mut out = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
-    let widest = timeline.events.iter().map(|event| event.count).max().unwrap_or(0).max(linear.layout.lag_of.len());
-    let mut scratch = Scratch::new(x, n, widest);
-    let mut clone = (linear.states[..x].to_vec(), 0);
-    for k in (0..events).step_by(every) {
-        let event = timeline.events[k];
-        let before = &linear.states[k * x..(k + 1) * x];
-        if event.count > 0 {
-            let held = &linear.held[k * m..(k + 1) * m];
-            base.read(k, before, held, (&clone.0, clone.1), &mut scratch.ours);
-            other.read(k, before, held, (&clone.0, clone.1), &mut scratch.theirs);
-            for slot in 0..event.count {
-                out.reading[event.first + slot] = scratch.theirs[slot] - scratch.ours[slot];
-            }
-        }
-        let after = &linear.updated[k * x..(k + 1) * x];
-        if event.begins_mean {
-            clone.0.copy_from_slice(after);
-            clone.1 = event.row;
-        }
-        if k + 1 < events && n > 0 {
-            let held = &linear.held_updated[k * m..(k + 1) * m];
-            let push = &mut out.state[k * n..(k + 1) * n];
-            if event.steps > 1 {
-                scratch.flows(base, other, k, (after, held), push);
-            } else {
-                let next = &linear.states[(k + 1) * x..(k + 2) * x];
-                let transition = &linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
-                scratch.trapezoid((base, other), k, (after, next, held), (transition, n + m), push);
-            }
-        }
-    }
-    out
-}
-
-struct Scratch {
-    ours: Vec<f64>,
-    theirs: Vec<f64>,
-    a: Vec<f64>,
-    b: Vec<f64>,
+/// The plant as it is along the filtered trajectory of one run: found once, it serves every change of it.
+pub struct Course<'a> {
+    pub base: Machine<'a>,
+    linear: &'a Linear,
+    /// Per event `x'` as its stretch begins and as it ends; where it takes several steps the end of the flow instead of the first.
     begin: Vec<f64>,
     end: Vec<f64>,
+    /// Per sample.
+    reading: Vec<f64>,
 }
 
-impl Scratch {
-    fn new(x: usize, n: usize, widest: usize) -> Self {
-        let zeros = |n: usize| vec![0.0; n];
-        Self { ours: zeros(widest), theirs: zeros(widest), a: zeros(x), b: zeros(x), begin: zeros(n), end: zeros(n) }
-    }
-
-    fn flows(
-        &mut self,
-        base: &mut Machine<'_>,
-        other: &mut Machine<'_>,
-        k: usize,
-        (from, held): (&[f64], &[f64]),
-        push: &mut [f64],
-    ) {
-        self.a.copy_from_slice(from);
-        self.b.copy_from_slice(from);
-        base.flow(k, &mut self.a, held);
-        other.flow(k, &mut self.b, held);
-        base.system.difference(&self.a, &self.b, push);
-    }
-
-    fn trapezoid(
-        &mut self,
-        (base, other): (&mut Machine<'_>, &mut Machine<'_>),
-        k: usize,
-        (from, to, held): (&[f64], &[f64], &[f64]),
-        (transition, row): (&[f64], usize),
-        push: &mut [f64],
-    ) {
-        let half = 0.5 * base.timeline.events[k].step_s;
-        for (state, end, out) in [(from, false, 0), (to, true, 1)] {
-            base.slope(k, end, state, held, &mut self.a);
-            other.slope(k, end, state, held, &mut self.b);
-            for (b, (a, x)) in self.b.iter_mut().zip(self.a.iter().zip(state)) {
-                *b = x + half * (*b - a);
+impl<'a> Course<'a> {
+    pub fn new(linear: &'a Linear, mut base: Machine<'a>) -> Self {
+        let (x, events) = (base.x0.len(), base.timeline.events.len());
+        let mut reading = vec![0.0; base.timeline.value.len()];
+        let (mut begin, mut end) = (vec![0.0; events * x], vec![0.0; events * x]);
+        let mut mean = MeanBegin::new(linear, x);
+        for k in 0..events {
+            let event = base.timeline.events[k];
+            mean.read(linear, &mut base, k, &mut reading[event.first..event.first + event.count]);
+            mean.keep(linear, &base, k);
+            if k + 1 < events {
+                let own = k * x..(k + 1) * x;
+                motion(linear, &mut base, k, (&mut begin[own.clone()], &mut end[own]));
             }
-            let out = if out == 0 { &mut self.begin } else { &mut self.end };
-            base.system.difference(state, &self.b, out);
         }
-        for (i, push) in push.iter_mut().enumerate() {
-            let carried: f64 = transition[i * row..].iter().zip(&self.begin).map(|(f, d)| f * d).sum();
-            *push = carried + self.end[i];
+        Self { base, linear, begin, end, reading }
+    }
+
+    /// Sources of `other`, of the same run; `every`: only each so-manieth event. What changes `readings_alone` pushes no state.
+    pub fn sources(&self, other: &mut Machine<'_>, readings_alone: bool, every: usize) -> Sources {
+        let (linear, timeline) = (self.linear, self.base.timeline);
+        let (n, x, m) = (linear.layout.tangent, self.base.x0.len(), linear.layout.noise_inputs.len());
+        let events = timeline.events.len();
+        let mut out = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
+        let mut mean = MeanBegin::new(linear, x);
+        let zeros = |n: usize| vec![0.0; n];
+        let (mut begin, mut end, mut pushed) = (zeros(x), zeros(x), [zeros(n), zeros(n)]);
+        for k in 0..events {
+            let event = timeline.events[k];
+            let is_asked = k % every == 0;
+            if is_asked {
+                let samples = event.first..event.first + event.count;
+                let (theirs, ours) = (&mut out.reading[samples.clone()], &self.reading[samples]);
+                mean.read(linear, other, k, theirs);
+                theirs.iter_mut().zip(ours).for_each(|(theirs, ours)| *theirs -= ours);
+            }
+            mean.keep(linear, other, k);
+            if !is_asked || k + 1 == events || n == 0 || readings_alone {
+                continue;
+            }
+            motion(linear, other, k, (&mut begin, &mut end));
+            let push = &mut out.state[k * n..(k + 1) * n];
+            let ours = [&self.begin[k * x..(k + 1) * x], &self.end[k * x..(k + 1) * x]];
+            if event.steps > 1 {
+                self.base.system.difference(ours[0], &begin, push);
+                continue;
+            }
+            let states = [&linear.updated[k * x..(k + 1) * x], &linear.states[(k + 1) * x..(k + 2) * x]];
+            for ((theirs, pushed), (ours, state)) in
+                [&mut begin, &mut end].into_iter().zip(&mut pushed).zip(ours.into_iter().zip(states))
+            {
+                for (theirs, (ours, x)) in theirs.iter_mut().zip(ours.iter().zip(state)) {
+                    *theirs = x + 0.5 * event.step_s * (*theirs - ours);
+                }
+                self.base.system.difference(state, theirs, pushed);
+            }
+            let transition = linear.transition[k * n * (n + m)..].chunks_exact(n + m);
+            for ((push, row), end) in push.iter_mut().zip(transition).zip(&pushed[1]) {
+                *push = row.iter().zip(&pushed[0]).map(|(f, d)| f * d).sum::<f64>() + end;
+            }
+        }
+        out
+    }
+}
+
+/// `x'` of `machine` along the trajectory as the stretch behind event `k` begins and as it ends, or the end of its flow.
+fn motion(linear: &Linear, machine: &mut Machine<'_>, k: usize, (begin, end): (&mut [f64], &mut [f64])) {
+    let (x, m) = (begin.len(), linear.layout.noise_inputs.len());
+    let (after, held) = (&linear.updated[k * x..(k + 1) * x], &linear.held_updated[k * m..(k + 1) * m]);
+    if machine.timeline.events[k].steps > 1 {
+        begin.copy_from_slice(after);
+        machine.flow(k, begin, held);
+    } else {
+        machine.slope(k, false, after, held, begin);
+        machine.slope(k, true, &linear.states[(k + 1) * x..(k + 2) * x], held, end);
+    }
+}
+
+/// Where the present mean began: state and row of inputs.
+struct MeanBegin {
+    x: Vec<f64>,
+    row: usize,
+}
+
+impl MeanBegin {
+    fn new(linear: &Linear, x: usize) -> Self {
+        Self { x: linear.states[..x].to_vec(), row: 0 }
+    }
+
+    /// Readings of `machine` along the trajectory at event `k`.
+    fn read(&self, linear: &Linear, machine: &mut Machine<'_>, k: usize, out: &mut [f64]) {
+        let (x, m) = (self.x.len(), linear.layout.noise_inputs.len());
+        let (state, held) = (&linear.states[k * x..(k + 1) * x], &linear.held[k * m..(k + 1) * m]);
+        machine.read(k, state, held, (&self.x, self.row), out);
+    }
+
+    fn keep(&mut self, linear: &Linear, machine: &Machine<'_>, k: usize) {
+        let (event, x) = (machine.timeline.events[k], self.x.len());
+        if event.begins_mean {
+            self.x.copy_from_slice(&linear.updated[k * x..(k + 1) * x]);
+            self.row = event.row;
         }
     }
 }
@@ -198,10 +219,10 @@ mod tests {
         let machine = |plant: &plant::description::Plant| {
             Machine::new(&problem, 0, &problem.instance(plant, &theta, 0), timeline).unwrap()
         };
-        let (mut base, mut other) = (machine(&nominal), machine(&with));
+        let (base, mut other) = (machine(&nominal), machine(&with));
         assert!(comparable(&base, &other));
         let linear = &board.linears[0];
-        let forced = respond(linear, timeline, &sources(linear, &mut base, &mut other, 1));
+        let forced = respond(linear, timeline, &Course::new(linear, base).sources(&mut other, false, 1));
         let full = engine.innovations(&with, &theta, &board.linears, &|_| true).unwrap();
         let change: Vec<f64> = full.iter().zip(&board.nu).map(|(a, b)| a - b).collect();
         let distance: f64 = forced.iter().zip(&change).map(|(a, b)| (a - b) * (a - b)).sum();

@@ -51,7 +51,8 @@ pub(super) fn compile(plant: &Plant, find: Find) -> Result<System, SystemError> 
     // laws of actuators look at links
     let lowest = if effects.actuators.is_empty() { Reach::State } else { Reach::Motion };
     let reach = sensors.iter().map(|sensor| sensor.reach(&layout.prescribed_flags)).fold(lowest, Reach::max);
-    Ok(System {
+    let mut system = System {
+        lightness_apart: None,
         pushed,
         reach,
         space: plant.space,
@@ -68,7 +69,9 @@ pub(super) fn compile(plant: &Plant, find: Find) -> Result<System, SystemError> 
         effects,
         sensors,
         filters,
-    })
+    };
+    system.lightness_apart = system.lightness_apart();
+    Ok(system)
 }
 
 /// Copy of the plant with the parts and numbers that effects of structure add.

@@ -14,6 +14,9 @@ impl System {
     ///
     /// Cost: one articulated-body pass and a walk over springs, actuators and effects; no allocation.
     pub fn derivative<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], x_dot: &mut [T]) {
+        if let Some(lightness) = &self.lightness_apart {
+            return self.derivative_apart(ws, lightness, (t_s, x, u), x_dot);
+        }
         self.evaluate(ws, t_s, x, u);
         self.hidden_rates_of_sensors(ws, t_s, x);
         self.write_rates(ws, x_dot);

@@ -143,3 +143,34 @@ fn a_shaken_base_is_a_joint_that_moves_the_same_way() {
         assert!((one - other).abs() < 1e-13, "{one} {other}");
     }
 }
+
+/// A turning and a sliding body side by side, friction and springs on both: the short way is the articulated one.
+#[test]
+fn axes_that_stand_apart_accelerate_as_the_articulated_bodies_do() {
+    for space in [Space::Planar, Space::Spatial] {
+        let mut hinge = joint("shaft", JointKind::Revolute { axis: Z }, [0.3, 0.0, 0.0]);
+        (hinge.viscous_friction, hinge.rotor_inertia, hinge.stiffness) = (known(0.2), known(0.03), known(1.5));
+        let mut rail = joint("rail", JointKind::Prismatic { axis: [0.6, 0.8, 0.0] }, [0.0; 3]);
+        rail.viscous_friction = known(0.7);
+        let mut plant = Plant {
+            space,
+            bodies: vec![
+                body("rotor", None, hinge, 1.0, [0.1, 0.2, 0.0], [0.01, 0.02, 0.03]),
+                body("carriage", None, rail, 4.0, [0.0; 3], [0.1; 3]),
+            ],
+            actuators: vec![torque_of("shaft"), torque_of("rail")],
+            ..Plant::default()
+        };
+        plant.add_effect("joint_coulomb", &"joint:shaft".parse().unwrap(), &[("force", 0.4)]).unwrap();
+        let system = System::new(&plant).unwrap();
+        assert!(system.lightness_apart.is_some());
+        let (x, u) = (random_state(&system, 3), [0.7, -1.3]);
+        let mut whole = vec![0.0; x.len()];
+        system.derivative_and_read(&mut Workspace::new(&system), 0.0, &x, &u, &mut whole, &mut []);
+        for (short, whole) in rates(&system, &x, &u).iter().zip(&whole) {
+            assert!((short - whole).abs() <= 1e-14 * whole.abs(), "{short} {whole}");
+        }
+        plant.environment.gravity_m_s2 = three([0.0, -9.81, 0.0]);
+        assert!(System::new(&plant).unwrap().lightness_apart.is_none());
+    }
+}
