@@ -11,7 +11,8 @@ mod hops;
 mod refit;
 pub mod subsets;
 
-pub use refit::{Refit, refit_all};
+pub use hops::hopped;
+pub use refit::{Refit, free_numbers, refit_all};
 pub use subsets::{Ranking, Subset, Trials, rank};
 
 use crate::filter::NoiseModel;
@@ -20,7 +21,6 @@ use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, parallel};
 use crate::score::{Column, Score, scores};
 use crate::statistics::{chi_squared_quantile, chi_squared_tail};
-use hops::hopped;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use refit::settled;
 

@@ -15,6 +15,7 @@ mod columns;
 pub(crate) mod forcing;
 mod lines;
 mod noise_free;
+mod orders;
 pub mod refine;
 pub(crate) mod robust;
 
@@ -22,6 +23,7 @@ pub use candidates::{Candidate, candidates};
 pub use columns::{Column, columns};
 pub use lines::{Lines, lines};
 pub use noise_free::noise_free;
+pub use orders::{Orders, orders};
 pub use robust::Robust;
 
 use crate::filter::NoiseModel;

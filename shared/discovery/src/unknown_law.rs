@@ -226,3 +226,41 @@ fn predicted(engine: &Engine<'_>, board: &Board, theta: &[f64], map: &Leader) ->
     }
     Some(blocks(&times.into_iter().zip(gained).collect::<Vec<_>>(), block_s(engine)))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::held_out::Status;
+    use crate::synthetic::{plant, problem, recording, with_effect};
+
+    /// The best map where `kind` was left out, and whether it stands.
+    fn found(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> UnknownLaw {
+        let nominal = plant(name);
+        let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, values), 6, duration_s));
+        let engine = Engine::new(&problem, 1).unwrap();
+        let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
+        best(&engine, &nominal, &board, &engine.prior(), &engine.noise).unwrap()
+    }
+
+    #[test]
+    fn an_error_of_a_reading_is_found_at_its_channel_over_what_it_depends_on() {
+        let map = found("drive_rig", 2.0, "sensor_quadratic", "sensor:rate", &[("coefficient", 2e-3)]);
+        assert_eq!((map.place.acts, map.place.site.as_str()), (Acts::Reading(1), "sensor:rate"));
+        assert!(map.names[0] == "sensor:rate" && map.held_out.status() == Status::Confirmed, "{:?}", map.names);
+        let step = [("step", 0.03), ("begin", 0.7), ("duration", 0.6)];
+        let map = found("drive_rig", 2.0, "sensor_step", "sensor:rate", &step);
+        assert!(map.place.is_of_time() && map.place.site == "sensor:rate" && map.evidence > 50.0, "{:?}", map.place);
+        // inside the step and well outside
+        let at = |t_s: f64| {
+            map.cells.iter().min_by(|a, b| (a.at[0] - t_s).abs().total_cmp(&(b.at[0] - t_s).abs())).unwrap().value
+        };
+        assert!((at(1.0) - at(0.3) - 0.03).abs() < 0.01, "{} {}", at(1.0), at(0.3));
+    }
+
+    #[test]
+    fn a_force_over_a_position_is_found_at_its_joint() {
+        let map = found("pendulum", 8.0, "joint_gear_ripple", "joint:pivot", &[("sine", 0.05), ("order", 6.0)]);
+        assert!(matches!(map.place.acts, Acts::Force(_)) && map.place.site == "joint:pivot", "{:?}", map.place);
+        assert!(map.evidence > 100.0 && map.held_out.status() == Status::Confirmed, "{}", map.evidence);
+    }
+}

@@ -3,7 +3,7 @@
 //! Some numbers inside a law have a likelihood with many maxima: the order of a ripple has one for each period more over what was
 //! travelled, a frequency one for each period more over what was recorded, a width inside friction one on each side of what was visited.
 //! A fit climbs the one it starts in; what stands starts once more from both neighbours of every such number. A valley that is nearly as
-//! good widens what is known: `σ² = Σ w (σ_k² + (θ_k − θ)²)`, `w ∝ exp(−½ Δ)` of `−2 ln p`.
+//! good widens what is known: `σ² = Σ w (σ_k² + (θ_k − θ)²)`, `w ∝ exp(−½ Δ)` of `−2 ln p` (all valleys taken as equally wide).
 //!
 //! The rate over which a sign turns is no physics where it is numerics alone: a sharper turn stands where it fits better.
 
@@ -24,10 +24,10 @@ const FACTOR: f64 = 3.0;
 const SHARPER: f64 = 5.0;
 const SHARPENED: usize = 2;
 
-/// `refit` of `members`, or a better valley beside it, as far as hops gain.
+/// `refit` of `members`, or a better valley beside it: one hop down and up from every number, at every sharpness.
 ///
 /// Cost: two fits a number of that kind; where a sign turns as many and one more for every turn that is sharper.
-pub(super) fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
+pub fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
     let mut best = refit;
     for column in members {
         // a sharper turn may have its best numbers elsewhere
@@ -61,19 +61,23 @@ fn numbers(refit: &Refit, column: &Column) -> Vec<(usize, &'static EffectParamet
     candidate.effect.parameters.iter().filter_map(place).collect()
 }
 
-/// The better of both is kept, the other one remembered where it is nearly as good.
+/// The better of both is kept, and every other valley that is nearly as good, once.
 fn take(best: &mut Refit, found: Refit) {
-    let is_better = found.objective < best.objective - BETTER;
-    let other = if is_better { core::mem::replace(best, found) } else { found };
-    let elsewhere = |(theta, sigma): (&Vec<f64>, &Vec<f64>)| {
-        theta.iter().zip(&best.fit.theta).zip(sigma).any(|((a, b), sigma)| (a - b).abs() > APART * sigma)
-    };
-    let is_near = other.objective < best.objective + REMEMBERED && other.fit.theta.len() == best.fit.theta.len();
-    let mut valleys = other.valleys;
-    if is_near && elsewhere((&other.fit.theta, &other.fit.sigma)) {
-        valleys.push(Valley { objective: other.objective, theta: other.fit.theta, sigma: other.fit.sigma });
+    let other = if found.objective < best.objective - BETTER { core::mem::replace(best, found) } else { found };
+    let mut list = core::mem::take(&mut best.valleys);
+    list.extend(other.valleys);
+    list.push(Valley { objective: other.objective, theta: other.fit.theta, sigma: other.fit.sigma });
+    list.sort_by(|a, b| a.objective.total_cmp(&b.objective));
+    for valley in list {
+        let is_same = |theta: &[f64]| {
+            let numbers = theta.iter().zip(&valley.theta).zip(&valley.sigma);
+            theta.len() == valley.theta.len() && numbers.clone().all(|((a, b), s)| (a - b).abs() <= APART * s)
+        };
+        let is_near = valley.objective < best.objective + REMEMBERED && valley.theta.len() == best.fit.theta.len();
+        if is_near && !is_same(&best.fit.theta) && !best.valleys.iter().any(|known| is_same(&known.theta)) {
+            best.valleys.push(valley);
+        }
     }
-    best.valleys.extend(valleys);
 }
 
 /// `plant` with the sign of the effect of `column` turning over a smaller rate.
@@ -111,21 +115,20 @@ fn neighbours(
     }
 }
 
-/// Where a fit of `plant` from the numbers of `best`, one of them `moved`, ends.
-fn from(engine: &Engine<'_>, best: &Refit, plant: Plant, moved: Option<(usize, f64)>) -> Option<Refit> {
+/// Where a fit of `plant` from the numbers of `best`, one of them `moved` and its prior with it, ends.
+fn from(engine: &Engine<'_>, best: &Refit, mut plant: Plant, moved: Option<(usize, f64)>) -> Option<Refit> {
     let mut theta = best.fit.theta.clone();
     if let Some((place, value)) = moved {
         let unknown = &best.problem.unknowns[place];
-        theta[place] = value.clamp(unknown.low, unknown.high);
-        (theta[place] != best.fit.theta[place]).then_some(())?;
+        let value = value.clamp(unknown.low, unknown.high);
+        (value != theta[place]).then_some(())?;
+        theta[place] = value;
+        plant.set_parameter(&unknown.parameter, value).ok()?;
     }
     let problem = engine.problem.with_plant(&plant);
     let own = Engine::like(engine, &problem).ok()?;
     let present = best.fit.board.normal(&own, &best.fit.theta, &best.noise, &[])?.objective;
     let fitted = fit(&own, &plant, &theta, &best.noise, ROUNDS).ok()?;
-    if std::env::var("HOPS").is_ok() {
-        eprintln!("   fit {moved:?} present {present:.1} fitted {:.1} {:?}", fitted.objective, fitted.theta);
-    }
     (fitted.objective < present + REMEMBERED).then_some(())?;
     drop(own);
     let start = Refit { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..best.clone() };

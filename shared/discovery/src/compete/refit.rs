@@ -44,8 +44,8 @@ impl Refit {
         (0..self.fit.sigma.len()).map(|i| over(i).sqrt()).collect()
     }
 
-    /// Fitted again without the effect of `column`, and how many of its numbers were free.
-    pub fn without(&self, engine: &Engine<'_>, column: &Column) -> Option<(Self, usize)> {
+    /// Fitted again without the effect of `column`.
+    pub fn without(&self, engine: &Engine<'_>, column: &Column) -> Option<Self> {
         let candidate = &column.candidate;
         let mut plant = self.plant.clone();
         plant.effects.retain(|used| used.kind != candidate.effect.kind || used.site != candidate.site);
@@ -54,9 +54,8 @@ impl Refit {
         let theta = own.start_from(&self.problem.unknowns, &self.fit.theta);
         let fitted = fit(&own, &plant, &theta, &self.noise, ROUNDS).ok()?;
         drop(own);
-        let numbers = self.problem.unknowns.len() - problem.unknowns.len();
         let start = Self { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..self.clone() };
-        Some((settled(engine, start), numbers))
+        Some(settled(engine, start))
     }
 
     /// Every amplitude of the effect is within two of its standard errors of nothing.
@@ -226,7 +225,7 @@ fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
     match name {
         "frequency" if kind != "thermal_snap" => Some(0.3 * value),
         // a scale repeats once a turn: its orders are whole numbers, unless a gear lies between
-        "order" if kind != "encoder_ripple" || value.fract() != 0.0 => Some(0.5 * value),
+        "order" if kind != "encoder_ripple" || value.fract() != 0.0 => Some(0.1 * value),
         "damping_ratio" if kind.contains("left_out") || kind.contains("second_mode") => Some(0.05),
         "damping_ratio" if kind == "joint_flexibility" => Some(value),
         "stribeck_rate" | "yield" | "presliding" | "half_gap" => Some(0.7 * value),

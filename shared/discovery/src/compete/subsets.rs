@@ -153,7 +153,7 @@ pub fn rank(
     Ranking { sizes, trials: Trials::new(columns) }
 }
 
-/// Noise from adapted to stated, geometrically.
+/// Noise from adapted to stated, geometrically; what is quieter than stated stays, and rungs are scaled as a whole.
 pub(crate) fn ladder(engine: &Engine<'_>, adapted: &NoiseModel) -> Vec<NoiseModel> {
     let jitters = adapted.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let coloured = jitters || adapted.pole.iter().any(|pole| pole.abs() > 0.05);

@@ -5,7 +5,7 @@ use crate::compete::subsets::ladder;
 use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine};
 use crate::score::refine::refined;
-use crate::score::{Candidate, Column, Lines, Score, candidates, columns, lines, noise_free, scores};
+use crate::score::{Candidate, Column, Lines, Orders, Score, candidates, columns, lines, noise_free, orders, scores};
 
 /// A disturbance this many times as large as stated may have swallowed something.
 const GROWN: f64 = 3.0;
@@ -34,8 +34,9 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, no
     });
     let along = loops.as_ref().map_or((engine, board), |(engine, board)| (engine, board));
     let period_s = engine.timelines[0].period_s;
-    let lines = longest(engine, best);
-    let mut list = candidates(engine.problem, &best.plant, &board.linears, period_s, &lines, &options.without);
+    let (lines, orders) = longest(engine, best);
+    let found = (&lines, &orders[..]);
+    let mut list = candidates(engine.problem, &best.plant, &board.linears, period_s, found, &options.without);
     thin(engine, options, &mut list, notes);
     let mut all = columns(along, &best.plant, theta, &list);
     let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
@@ -60,11 +61,12 @@ fn quieter(engine: &Engine<'_>, best: &Standing) -> Option<NoiseModel> {
     Some(noise.louder(scale))
 }
 
-/// Lines of the innovations of the longest run.
-fn longest(engine: &Engine<'_>, best: &Standing) -> Lines {
+/// Lines of the innovations of the longest run, and orders at which they repeat over a joint.
+fn longest(engine: &Engine<'_>, best: &Standing) -> (Lines, Vec<Orders>) {
     let runs = best.fit.board.linears.iter().zip(engine.timelines.iter());
-    let longest = runs.max_by_key(|(linear, _)| linear.nu.len());
-    longest.map_or_else(Lines::default, |(linear, timeline)| lines(linear, timeline, engine.noise.sensor_sigma.len()))
+    let Some((linear, timeline)) = runs.max_by_key(|(linear, _)| linear.nu.len()) else { return Default::default() };
+    let sigma = &engine.noise.sensor_sigma;
+    (lines(linear, timeline, sigma.len()), orders(linear, timeline, &best.plant, sigma))
 }
 
 /// Bounds the work: whole laws stay, points of their grids go.

@@ -3,9 +3,9 @@
 use super::adoption::{stand, step};
 use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::{Refit, weights};
+use crate::compete::{Refit, free_numbers, hopped, weights};
 use crate::fit::Engine;
-use crate::score::cosine;
+use crate::score::{Column, cosine};
 
 /// What the search ends with.
 pub(super) struct Found {
@@ -33,6 +33,7 @@ pub(super) fn searched(
     let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let screening = Screening::default();
     let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 };
+    let mut last: Option<Refit> = None;
     for round in 0..options.terms_max {
         if found.adopted.len() >= options.terms_max || !found.unfitted.is_empty() {
             break;
@@ -60,7 +61,11 @@ pub(super) fn searched(
         let (refit, left) = relieved(engine, refit, &found.adopted);
         let before = core::mem::replace(&mut found.best, stand(&refit));
         let gained = before.objective - found.best.objective;
-        if !found.adopted.is_empty() {
+        if left.contains(&true) {
+            // they hold what has left
+            found.rivals.clear();
+            nearest.clear();
+        } else if !found.adopted.is_empty() {
             nearest.push((found.adopted.clone(), before));
         }
         nearest.append(&mut found.smaller);
@@ -68,19 +73,28 @@ pub(super) fn searched(
         let (gone, stay) = found.adopted.into_iter().zip(left).partition::<Vec<_>, _>(|(_, left)| *left);
         found.adopted = stay.into_iter().map(|(adopted, _)| adopted).collect();
         let mut new = step.adopted;
-        if let ([new], [(gone, _)]) = (&mut new[..], &gone[..]) {
-            new.replace(gone, gained);
+        if let ([new], [(gone, _)]) = (&mut new[..], &gone[..])
+            && found.adopted.is_empty()
+        {
+            new.replace(gone, gained, engine.samples.max(2) as f64);
         }
         found.adopted.extend(new);
+        last = Some(refit);
+    }
+    if let Some(refit) = last.filter(|_| found.adopted.len() > 1) {
+        // valleys of what came earlier were those of a smaller set
+        let columns: Vec<&Column> = found.adopted.iter().map(|adopted| &adopted.column).collect();
+        found.best = stand(&hopped(engine, refit, &columns));
     }
     Ok(found)
 }
 
 impl Adopted {
-    /// Stands where `gone` stood, by so much better in `−2 ln p`: with its significance, and with it as a rival.
-    fn replace(&mut self, gone: &Self, gained: f64) {
-        let behind = gained.max(0.0);
-        self.p = self.p.min(gone.p);
+    /// Stands where `gone` stood, alone and by so much better in `−2 ln p`: with it as a rival, and no more significant than either was.
+    fn replace(&mut self, gone: &Self, gained: f64, samples: f64) {
+        let numbers = |adopted: &Self| free_numbers(&adopted.column.candidate, adopted.column.raw.len()) as f64;
+        let behind = gained + libm::log(samples) * (numbers(gone) - numbers(self));
+        self.p = self.p.max(gone.p);
         self.d = (gone.d * gone.d + gained).max(0.0).sqrt();
         if behind <= RIVAL_SPAN {
             self.rivals.push(Contested {
@@ -104,9 +118,11 @@ fn relieved(engine: &Engine<'_>, refit: Refit, adopted: &[Adopted]) -> (Refit, V
     let price = libm::log(engine.samples.max(2) as f64);
     let mut best = refit;
     let leaves = |earlier: &Adopted| {
-        let found = best.vanishes(&earlier.column).then(|| best.without(engine, &earlier.column)).flatten();
-        let found = found.filter(|(found, numbers)| found.objective < best.objective + price * *numbers as f64);
-        found.map(|(found, _)| best = found).is_some()
+        let column = &earlier.column;
+        let numbers = free_numbers(&column.candidate, column.raw.len()) as f64;
+        let found = best.vanishes(column).then(|| best.without(engine, column)).flatten();
+        let found = found.filter(|found| found.objective < best.objective + price * numbers);
+        found.map(|found| best = found).is_some()
     };
     let left = adopted.iter().map(leaves).collect();
     (best, left)

@@ -110,7 +110,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     }
     diagnosis.located.extend(odd(findings).map(|tile| loud(engine, tile)));
     (diagnosis.verdict, diagnosis.reason) = verdict(findings);
-    let unknown = remainder(findings).filter(|_| diagnosis.verdict == Verdict::NotInCatalogue);
+    let unknown = outweighing(findings);
     let as_stated = (&findings.stated.board, &engine.noise);
     let (best, adopted) = (findings.best, findings.adopted);
     diagnosis.figures = figures(engine, as_stated, best, adopted, findings.screening, unknown);
@@ -120,7 +120,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
         diagnosis.effects.clear();
         diagnosis.located.push(located(engine, map, findings.alpha));
     }
-    if diagnosis.verdict != Verdict::NotInCatalogue {
+    if unknown.is_none() {
         diagnosis.augmented_plant = augmented(findings);
         match next(engine, findings.best, findings.adopted) {
             Next::NothingOpen => {}
@@ -177,9 +177,12 @@ fn located(engine: &Engine<'_>, map: &UnknownLaw, alpha: f64) -> Where {
         .runs
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(b, e), run| (b.min(run.begin_s), e.max(run.end_s)));
-    let channel = if let Acts::Reading(channel) = map.place.acts { channel } else { 0 };
+    let channel = match map.place.acts {
+        Acts::Reading(channel) => engine.problem.plant.sensors[channel].name.clone(),
+        Acts::Force(_) => String::new(),
+    };
     Where {
-        channel: engine.problem.plant.sensors.get(channel).map_or(String::new(), |sensor| sensor.name.clone()),
+        channel,
         site: map.place.site.clone(),
         time: [begin, end],
         band_hz: [0.0, 0.5 / engine.timelines[0].period_s],
@@ -188,20 +191,34 @@ fn located(engine: &Engine<'_>, map: &UnknownLaw, alpha: f64) -> Where {
     }
 }
 
-fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
+/// A map that stands beside names that explain too little to stand themselves.
+fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     let explained = if findings.adopted.is_empty() { 0.0 } else { findings.explained };
-    if let Some(map) = remainder(findings).filter(|map| explained < NAMED_SHARE * (explained + map.evidence)) {
-        let what = if matches!(map.place.acts, Acts::Force(_)) { "force" } else { "error of the reading" };
-        let reason = format!(
-            "something acts at {} that no effect of the catalogue describes: a smooth {what} over {} gains {:.0} in evidence \
-             and predicts what it was not fitted to (gain {:.1} ± {:.1})",
-            map.place.site,
-            map.names.join(" and "),
-            map.evidence,
-            map.held_out.loglik_gain,
-            map.held_out.gain_se
-        );
-        return (Verdict::NotInCatalogue, reason);
+    remainder(findings).filter(|map| explained < NAMED_SHARE * (explained + map.evidence))
+}
+
+fn not_named(map: &UnknownLaw) -> (Verdict, String) {
+    let what = if matches!(map.place.acts, Acts::Force(_)) { "force" } else { "error of the reading" };
+    let reason = format!(
+        "something acts at {} that no effect of the catalogue describes: a smooth {what} over {} gains {:.0} in evidence \
+         and predicts what it was not fitted to (gain {:.1} ± {:.1})",
+        map.place.site,
+        map.names.join(" and "),
+        map.evidence,
+        map.held_out.loglik_gain,
+        map.held_out.gain_se
+    );
+    if map.place.is_of_time() {
+        let cure =
+            "an unknown law or a disturbance: repeat the experiment, what comes again at the same states is a law";
+        return (Verdict::CannotDecide, format!("{reason}; {cure}"));
+    }
+    (Verdict::NotInCatalogue, reason)
+}
+
+fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
+    if let Some(map) = outweighing(findings) {
+        return not_named(map);
     }
     let Some(first) = findings.adopted.first() else { return nothing_named(findings) };
     let kinds: Vec<String> = findings

@@ -52,6 +52,7 @@ pub(super) struct Channel {
     offset_s: f64,
     skew: f64,
     delay_s: f64,
+    delay_is_unknown: bool,
     pub(super) lag: Option<Lag>,
 }
 
@@ -306,15 +307,24 @@ impl<'a> Machine<'a> {
         for (slot, sample) in samples.enumerate() {
             let channel = self.timeline.channel[sample];
             let behind = if self.any_shifted { self.behind(sample, channel) } else { 0.0 };
-            if self.sensors[channel].mean {
-                out[slot] = self.read_mean(k, sample, behind, x, w, clone);
-            } else if behind > 0.0 && event.t_s - behind < self.timeline.events[0].t_s {
-                // what acted before the recording nobody knows: the reading tells nothing
+            if self.tells_nothing(k, sample) {
                 out[slot] = self.timeline.value[sample];
+            } else if self.sensors[channel].mean {
+                out[slot] = self.read_mean(k, sample, behind, x, w, clone);
             } else if behind != 0.0 {
                 out[slot] = self.read_at(k, channel, behind, behind > 0.0, x, w);
             }
         }
+    }
+
+    /// The sample is about an instant before the recording, where nobody knows what acted: the first of a channel whose delay is unknown,
+    /// whatever that is, and those that a known delay puts there.
+    fn tells_nothing(&self, k: usize, sample: usize) -> bool {
+        let channel = self.timeline.channel[sample];
+        let shift_s = self.timeline.shift_s[channel];
+        let (first_s, period_s) = (self.timeline.events[0].t_s, self.timeline.period_s);
+        let is_before = shift_s > 0.0 && self.timeline.stamp_s[sample] - shift_s < first_s - 1e-6 * period_s;
+        is_before || k == 0 && self.sensors[channel].delay_is_unknown
     }
 
     /// By how much the instant that the sample is about lies before its event [s].
@@ -495,6 +505,7 @@ fn channel(plant: &Plant, system: &System, sensor: &Sensor, index: usize) -> Cha
         offset_s: source.map_or(0.0, |source| source.clock_offset_s.value),
         skew: source.map_or(0.0, |source| source.clock_skew.value),
         delay_s: sensor.delay_s.value + own().map(|filter| filter.kind.delay_s()).sum::<f64>(),
+        delay_is_unknown: sensor.delay_s.sigma.is_some() || own().any(|f| matches!(f.kind, FilterKind::Delay { .. })),
         lag: Lag::new(FilterKind::FirstOrder { time_constant_s: total }),
     }
 }

@@ -1,6 +1,6 @@
 //! The catalogue laid out over a plant: every effect at every site, with grids for the numbers inside its law.
 
-use super::Lines;
+use super::{Lines, Orders};
 use crate::filter::Linear;
 use crate::problem::Problem;
 use plant::description::{Plant, Site, SiteKind, Space};
@@ -84,6 +84,8 @@ struct Setting<'a> {
     lines: &'a dyn Fn(&Site) -> Vec<f64>,
     /// Frequencies among which the lines were found.
     looked: usize,
+    /// Orders of ripples that a site can be the cause of.
+    orders: &'a dyn Fn(&Site) -> Option<&'a Orders>,
     planar: bool,
 }
 
@@ -101,13 +103,19 @@ pub fn candidates(
     plant: &Plant,
     linears: &[Linear],
     period_s: f64,
-    found: &Lines,
+    (found, ripples): (&Lines, &[Orders]),
     without: &[String],
 ) -> Vec<Candidate> {
     let motion = |site: &Site| motion(plant, linears, site);
     let lines = |site: &Site| {
         let channel = plant.sensors.iter().position(|sensor| site.kind == SiteKind::Sensor && sensor.name == site.name);
         channel.and_then(|c| found.channels.get(c)).unwrap_or(&found.pooled).clone()
+    };
+    let orders = |site: &Site| {
+        ripples.iter().find(|own| match own.channel {
+            None => site.kind == SiteKind::Joint && own.joint == site.name,
+            Some(channel) => site.kind == SiteKind::Sensor && plant.sensors[channel].name == site.name,
+        })
     };
     let run = &problem.runs[0];
     let setting = Setting {
@@ -117,6 +125,7 @@ pub fn candidates(
         motion: &motion,
         lines: &lines,
         looked: found.looked,
+        orders: &orders,
         planar: plant.space == Space::Planar,
     };
     let mut list = Vec::new();
@@ -143,6 +152,9 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
         if parameter.name == "frequency" && points.len() > 1 {
             points.extend((setting.lines)(site).into_iter().map(|f| f.clamp(parameter.low, parameter.high)));
         }
+        if parameter.name == "order" {
+            points.extend((setting.orders)(site).into_iter().flat_map(|found| found.list.iter().copied()));
+        }
         grid = grid
             .into_iter()
             .flat_map(|inner| points.iter().map(move |value| [inner.clone(), vec![(parameter.name, *value)]].concat()))
@@ -151,7 +163,15 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     let directions = directions(effect, setting.planar);
     let amplitudes = amplitudes(effect);
     for (inner, at) in grid.iter().flat_map(|inner| amplitudes.iter().map(move |at| (inner.clone(), *at))) {
-        let picked = inner.iter().any(|(name, value)| *name == "frequency" && (setting.lines)(site).contains(value));
+        let picked = |(name, value): &(&str, f64)| {
+            match *name {
+                "frequency" => Some((setting.looked, (setting.lines)(site))),
+                "order" => (setting.orders)(site).map(|found| (found.looked, found.list.clone())),
+                _ => None,
+            }
+            .filter(|(_, list)| list.contains(value))
+        };
+        let tries = inner.iter().find_map(picked).map_or(1, |(looked, list)| looked.max(1) / list.len().max(1));
         let first = &effect.parameters[0];
         let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes <= 1;
         list.push(Candidate {
@@ -162,7 +182,7 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             one_sided,
             high: first.high,
             at,
-            tries: if picked { setting.looked.max(1) / (setting.lines)(site).len().max(1) } else { 1 },
+            tries: tries.max(1),
         });
     }
 }

@@ -36,7 +36,7 @@ pub enum Coordinate {
     State(usize),
     /// Index in `u` of a command.
     Command(usize),
-    /// What the channel is predicted to read, and its rate of change.
+    /// What the channel is predicted to read (past its lag), and its rate of change.
     Reading,
     ReadingRate,
     Time,
@@ -46,7 +46,7 @@ pub enum Coordinate {
 pub(super) type Span = Vec<[f64; 2]>;
 
 impl Place {
-    /// A law of time is told between its neighbours in time, one of states elsewhere.
+    /// It depends on time alone: told between neighbours in time it is no law yet, and of one run alone.
     pub fn is_of_time(&self) -> bool {
         self.along == [Coordinate::Time]
     }
