@@ -107,10 +107,13 @@ mod tests {
     use crate::fit::{Board, Engine};
     use crate::synthetic::{plant, problem, recording, with_effect};
 
+    /// Effect, site, values, channel.
+    type Case = (&'static str, &'static str, &'static [(&'static str, f64)], Option<usize>);
+
     #[test]
     fn the_order_of_a_ripple_is_found_between_the_orders_that_everybody_knows() {
         let nominal = plant("drive_rig");
-        let cases: [(&str, &str, &[(&str, f64)], Option<usize>); 2] = [
+        let cases: [Case; 2] = [
             ("encoder_ripple", "sensor:angle", &[("amplitude", 3e-4), ("order", 22.5)], Some(0)),
             ("joint_gear_ripple", "joint:drive", &[("sine", 0.05), ("order", 19.3)], None),
         ];
