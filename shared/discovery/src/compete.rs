@@ -12,7 +12,7 @@ mod refit;
 pub mod subsets;
 
 pub use hops::hopped;
-pub use refit::{Refit, free_numbers, refit_all};
+pub use refit::{Refit, free_numbers, refit_all, settled};
 pub use subsets::{Ranking, Subset, Trials, rank};
 
 use crate::filter::NoiseModel;
@@ -22,7 +22,6 @@ use crate::fit::{Engine, Fit, parallel};
 use crate::score::{Column, Score, scores};
 use crate::statistics::{chi_squared_quantile, chi_squared_tail};
 use nalgebra::{Cholesky, DMatrix, DVector};
-use refit::settled;
 
 /// One set of effects that came this far.
 #[derive(Clone, Debug)]

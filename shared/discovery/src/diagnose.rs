@@ -203,10 +203,11 @@ fn borne_out(
         // logarithm of the odds by both recordings
         let ahead = again.loglik.zip(shown.loglik).map_or(0.0, |(rival, own)| rival - own - 0.5 * (behind - lead));
         let bears = again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0);
-        if bears && (!is_confirmed || ahead > FAVOURED) {
+        // of two that nothing confirms the better predicted one, too
+        if (bears || !is_confirmed) && ahead > FAVOURED || bears && !is_confirmed {
             let kinds =
                 |set: &[Adopted]| set.iter().map(|a| a.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ");
-            let word = if is_confirmed { "are better predicted by" } else { "confirm" };
+            let word = if bears && !is_confirmed { "confirm" } else { "are better predicted by" };
             notes.push(format!("held-out data {word} {}, not {}", kinds(&set), kinds(&found.adopted)));
             (found.adopted, found.best, found.unknown_noise, shown, lead) = (set, standing, 0.0, again, behind);
         }

@@ -3,9 +3,9 @@
 use super::adoption::{stand, step};
 use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::{Refit, free_numbers, hopped, weights};
+use crate::compete::{Refit, free_numbers, hopped, refit_all, settled, weights};
 use crate::fit::Engine;
-use crate::score::{Column, cosine};
+use crate::score::{Candidate, Column, Score, columns, cosine, scores};
 
 /// What the search ends with.
 pub(super) struct Found {
@@ -33,7 +33,7 @@ pub(super) fn searched(
     let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let screening = Screening::default();
     let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 };
-    let mut last: Option<Refit> = None;
+    let mut last: Option<(Refit, usize)> = None;
     for round in 0..options.terms_max {
         if found.adopted.len() >= options.terms_max || !found.unfitted.is_empty() {
             break;
@@ -78,20 +78,70 @@ pub(super) fn searched(
         {
             new.replace(gone, gained, engine.samples.max(2) as f64);
         }
+        last = Some((refit, found.adopted.len()));
         found.adopted.extend(new);
-        last = Some(refit);
     }
-    if let Some(refit) = last.filter(|_| found.adopted.len() > 1) {
-        // valleys of what came earlier were those of a smaller set
+    if let Some((refit, earlier)) = last.filter(|(_, earlier)| *earlier > 0) {
+        // valleys and rivals of what came earlier were those of a smaller set
         let columns: Vec<&Column> = found.adopted.iter().map(|adopted| &adopted.column).collect();
-        found.best = stand(&hopped(engine, refit, &columns));
+        let refit = hopped(engine, refit, &columns);
+        found.rivals.extend((0..earlier).flat_map(|place| substitutes(engine, &refit, &found.adopted, place)));
+        found.best = stand(&refit);
     }
     Ok(found)
 }
 
+/// Rivals in the place of one of `adopted` that are tried beside all others, and their least weight.
+const SUBSTITUTES: usize = 2;
+const SUBSTITUTE_WEIGHT: f64 = 0.05;
+
+/// `refit` with a rival of the effect at `place` instead, and by how much it is behind in BIC.
+///
+/// Cost: a fit without the effect, and one a rival.
+fn substitutes(
+    engine: &Engine<'_>,
+    refit: &Refit,
+    adopted: &[Adopted],
+    place: usize,
+) -> Vec<(Vec<Adopted>, Standing, f64)> {
+    let own = &adopted[place];
+    let mut rivals: Vec<&Contested> = own.rivals.iter().filter(|rival| rival.weight > SUBSTITUTE_WEIGHT).collect();
+    rivals.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    rivals.truncate(SUBSTITUTES);
+    if rivals.is_empty() {
+        return Vec::new();
+    }
+    let Some(without) = refit.without(engine, &own.column) else { return Vec::new() };
+    let instead = |rival: &&Contested| {
+        let (column, score, found) = with(engine, &without, &rival.candidate)?;
+        let mut set = adopted.to_vec();
+        set[place] = Adopted { column, score, rivals: Vec::new(), ..own.clone() };
+        let gained = refit.objective - found.objective;
+        let behind = set[place].replace(own, gained, engine.samples.max(2) as f64);
+        (-behind <= RIVAL_SPAN).then(|| (set, stand(&found), -behind))
+    };
+    rivals.iter().filter_map(instead).collect()
+}
+
+/// `refit` with `candidate` beside what it has.
+fn with(engine: &Engine<'_>, refit: &Refit, candidate: &Candidate) -> Option<(Column, Score, Refit)> {
+    let own = Engine::like(engine, &refit.problem).ok()?;
+    let (board, theta, noise) = (&refit.fit.board, &refit.fit.theta, &refit.noise);
+    let column = columns((&own, board), &refit.plant, theta, core::slice::from_ref(candidate)).pop()?;
+    let score = scores(&own, board, theta, noise, core::slice::from_ref(&column)).pop()??;
+    let extra: Vec<&Vec<f64>> = column.raw.iter().collect();
+    let (_, amplitudes) = board.normal(&own, theta, noise, &extra)?.minimum()?;
+    let [low, high] = column.candidate.range();
+    amplitudes.iter().all(|a| (low..=high).contains(a)).then_some(())?;
+    let found = refit_all(&own, &refit.fit, &[(&column, &amplitudes)], noise, f64::NEG_INFINITY)?;
+    drop(own);
+    Some((column, score, settled(engine, found)))
+}
+
 impl Adopted {
     /// Stands where `gone` stood, alone and by so much better in `−2 ln p`: with it as a rival, and no more significant than either was.
-    fn replace(&mut self, gone: &Self, gained: f64, samples: f64) {
+    /// How far that is behind in BIC.
+    fn replace(&mut self, gone: &Self, gained: f64, samples: f64) -> f64 {
         let numbers = |adopted: &Self| free_numbers(&adopted.column.candidate, adopted.column.raw.len()) as f64;
         let behind = gained + libm::log(samples) * (numbers(gone) - numbers(self));
         self.p = self.p.max(gone.p);
@@ -110,6 +160,7 @@ impl Adopted {
         let weights = weights(&bic, RIVAL_SPAN);
         self.weight = weights[0];
         self.rivals.iter_mut().zip(&weights[1..]).for_each(|(rival, weight)| rival.weight = *weight);
+        behind
     }
 }
 
