@@ -2,8 +2,8 @@
 //!
 //! Order of work: fit the nominal plant; maximise its noise; score every effect at every site under the stated and under the adapted
 //! noise; let the best compete with two-sided likelihoods; fit them as physics; repeat with the enlarged plant, at most three
-//! times; freeze everything and ask recordings that were not used. Nothing is named that the robust score vetoes or the held-out
-//! recording refuses; a significant score whose model cannot be fitted is reported as that.
+//! times, what a later effect takes the place of leaving again; freeze everything and ask recordings that were not used. Nothing is
+//! named that the robust score vetoes or the held-out recording refuses; a significant score whose model cannot be fitted is reported as that.
 //!
 //! Every loop is bounded by [`Options`]; what was cut is said.
 

@@ -191,10 +191,15 @@ fn located(engine: &Engine<'_>, map: &UnknownLaw, alpha: f64) -> Where {
     }
 }
 
-/// A map that stands beside names that explain too little to stand themselves.
+/// A map that stands beside names that explain too little to stand themselves. An error of a reading over itself, or over time, comes near
+/// any law that moves the reading: it speaks where nothing has a name.
 fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
-    let explained = if findings.adopted.is_empty() { 0.0 } else { findings.explained };
-    remainder(findings).filter(|map| explained < NAMED_SHARE * (explained + map.evidence))
+    let map = remainder(findings)?;
+    if findings.adopted.is_empty() {
+        return Some(map);
+    }
+    let is_force = matches!(map.place.acts, Acts::Force(_)) && !map.place.is_of_time();
+    (is_force && findings.explained < NAMED_SHARE * (findings.explained + map.evidence)).then_some(map)
 }
 
 fn not_named(map: &UnknownLaw) -> (Verdict, String) {

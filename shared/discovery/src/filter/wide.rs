@@ -1,4 +1,4 @@
-//! Inner loops compiled for the widest vectors that the processor has.
+//! Inner loops compiled for vectors of four numbers (AVX2) where the processor has them.
 //!
 //! Vectors change how many numbers are taken at once, never a number: products and sums stay apart and in their order, so every processor
 //! gives the same bits.
