@@ -192,14 +192,15 @@ fn located(engine: &Engine<'_>, map: &UnknownLaw, alpha: f64) -> Where {
 }
 
 /// A map that stands beside names that explain too little to stand themselves. An error of a reading over itself, or over time, comes near
-/// any law that moves the reading: it speaks where nothing has a name.
+/// any law that moves the reading: it speaks where nothing has a name, or no other recording has judged the names.
 fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     let map = remainder(findings)?;
     if findings.adopted.is_empty() {
         return Some(map);
     }
     let is_force = matches!(map.place.acts, Acts::Force(_)) && !map.place.is_of_time();
-    (is_force && findings.explained < NAMED_SHARE * (findings.explained + map.evidence)).then_some(map)
+    let may = is_force || findings.shown.kind != HeldOutKind::Recording;
+    (may && findings.explained < NAMED_SHARE * (findings.explained + map.evidence)).then_some(map)
 }
 
 fn not_named(map: &UnknownLaw) -> (Verdict, String) {
