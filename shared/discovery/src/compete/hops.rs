@@ -144,7 +144,7 @@ mod tests {
     use crate::synthetic::{plant, problem, recording, with_effect};
     use plant::effects::EFFECTS;
 
-    /// Truth, and the same law fitted from `inner` on: before its hops and after them, and its numbers' names.
+    /// The hidden law fitted from `inner` on: before its hops and after them.
     fn fitted(
         (name, duration_s): (&str, f64),
         (kind, site): (&str, &str),

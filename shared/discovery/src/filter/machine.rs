@@ -307,7 +307,7 @@ impl<'a> Machine<'a> {
         for (slot, sample) in samples.enumerate() {
             let channel = self.timeline.channel[sample];
             let behind = if self.any_shifted { self.behind(sample, channel) } else { 0.0 };
-            if self.tells_nothing(k, sample) {
+            if self.tells_nothing(k, channel) {
                 out[slot] = self.timeline.value[sample];
             } else if self.sensors[channel].mean {
                 out[slot] = self.read_mean(k, sample, behind, x, w, clone);
@@ -318,13 +318,11 @@ impl<'a> Machine<'a> {
     }
 
     /// The sample is about an instant before the recording, where nobody knows what acted: the first of a channel whose delay is unknown,
-    /// whatever that is, and those that a known delay puts there.
-    fn tells_nothing(&self, k: usize, sample: usize) -> bool {
-        let channel = self.timeline.channel[sample];
-        let shift_s = self.timeline.shift_s[channel];
-        let (first_s, period_s) = (self.timeline.events[0].t_s, self.timeline.period_s);
-        let is_before = shift_s > 0.0 && self.timeline.stamp_s[sample] - shift_s < first_s - 1e-6 * period_s;
-        is_before || k == 0 && self.sensors[channel].delay_is_unknown
+    /// whatever that is, or known to reach there.
+    fn tells_nothing(&self, k: usize, channel: usize) -> bool {
+        let sensor = &self.sensors[channel];
+        let reaches = sensor.delay_s > self.timeline.shift_s[channel] + 1e-6 * self.timeline.period_s;
+        k == 0 && (sensor.delay_is_unknown || reaches)
     }
 
     /// By how much the instant that the sample is about lies before its event [s].

@@ -205,3 +205,24 @@ fn a_delayed_reading_of_an_instant_before_the_recording_tells_nothing() {
     let r = whitened(&engine, &board, &engine.noise);
     assert!(r.iter().all(|r| r.abs() < 5.0), "{:?}", r.iter().fold(0.0f64, |most, r| most.max(r.abs())));
 }
+
+#[test]
+fn readings_that_a_stated_delay_puts_before_the_recording_tell_nothing_and_the_others_are_as_the_simulation_has_them() {
+    let mut nominal = plant("drive_rig");
+    let period_s = nominal.simulation.period_s;
+    let channel = nominal.sensors.iter().position(|sensor| sensor.name == "rate").unwrap();
+    let every_s = nominal.sensors[channel].period_s.map_or(period_s, |period| period.value);
+    nominal.sensors[channel].delay_s = plant::description::Quantity::known(2.5 * every_s);
+    let problem = problem(&nominal, recording(&nominal, 5, 1.0));
+    let (engine, board) = board(&problem);
+    let (linear, timeline) = (&board.linears[0], &engine.timelines[0]);
+    let own: Vec<usize> = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect();
+    let silent = |s: &&usize| {
+        let row = &linear.measurement[*s * linear.row_len()..(*s + 1) * linear.row_len()];
+        linear.nu[**s] == 0.0 && row.iter().all(|h| *h == 0.0)
+    };
+    let told: Vec<f64> = own.iter().filter(|s| !silent(s)).map(|s| timeline.stamp_s[*s]).collect();
+    assert!(told.iter().all(|stamp| *stamp > 2.5 * every_s) && told[0] < 3.5 * every_s, "{:?}", &told[..3]);
+    let r = whitened(&engine, &board, &engine.noise);
+    assert!(r.iter().all(|r| r.abs() < 5.0), "{:?}", r.iter().fold(0.0f64, |most, r| most.max(r.abs())));
+}

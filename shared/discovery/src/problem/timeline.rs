@@ -270,7 +270,8 @@ fn marks(plant: &Plant, run: &Run, shift_s: &[f64]) -> Vec<(f64, Mark)> {
                     marks.push((t, Mark::MeanBegins));
                     marks.push((t + interval_s, sample));
                 }
-            } else {
+            } else if t >= run.begin_s - SAME_S || shift_s[channel] <= 0.0 {
+                // what a stated delay puts before the recording is about what nobody knows
                 marks.push((t.max(run.begin_s), sample));
             }
         }

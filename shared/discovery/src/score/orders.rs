@@ -71,7 +71,7 @@ impl Grid {
         let fastest = FASTEST * core::f64::consts::TAU / (timeline.period_s * speed);
         let step = 0.5 * first;
         let looked = ((fastest - first) / step).min(LOOKED_MAX as f64);
-        (looked >= 2.0).then_some(Self { q, first, step, looked: looked as usize })
+        (looked >= 2.0 && first.is_finite()).then_some(Self { q, first, step, looked: looked as usize })
     }
 
     /// Power of a channel at every order.
