@@ -8,11 +8,12 @@
 //!   the bench's menu (the catalogue has more entries: again a little high).
 //! - Set: first name and rivals with a weight of [`IN_SET`](crate::answer::IN_SET) or more.
 //! - Left out, d ≥ 15: abstained are `not_in_catalogue` and `cannot_decide`; a false name has a probability above 0.9.
+//! - Pairs: both are named and held-out data refuse neither.
 //! - Masked: the number that was led astray stands within two of its sigmas of the truth.
 //! - Held out: of first names, right or wrong, of d ≥ 7 on the held-out recording, those confirmed.
 //! - Brier: mean of (probability of the first name − it is right)² over all cases that name something.
 
-use crate::answer::Answer;
+use crate::answer::{Answer, Name};
 use crate::case::{Class, Truth};
 use crate::disturb::NoiseKind;
 use serde::Serialize;
@@ -190,7 +191,8 @@ fn pairs<'a>(cases: impl Iterator<Item = &'a Opened>) -> Pairs {
     let strong = |o: &&Opened| o.truth.d.len() == 2 && o.truth.d.iter().all(|d| *d >= 10.0);
     cases.filter(strong).fold(Pairs::default(), |sum, o| {
         let found = |hidden: &crate::hidden::Hidden| {
-            o.answer.names.iter().any(|name| name.kind == hidden.kind && name.site == hidden.site)
+            let is_it = |name: &Name| name.kind == hidden.kind && name.site == hidden.site && name.status != "refused";
+            o.answer.names.iter().any(is_it)
         };
         let both = o.answer.detects() && o.truth.effects.iter().all(found);
         Pairs { n: sum.n + 1, both_named: sum.both_named + usize::from(both) }

@@ -10,6 +10,7 @@
 mod adoption;
 mod evidence;
 mod figures;
+mod judged;
 mod next;
 mod repeat;
 mod report;
@@ -24,9 +25,9 @@ pub use report::{
     HeldOutKind, LawCell, LawMap, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
 };
 
+use judged::judged;
 use screening::Screening;
-use search::{Found, searched};
-use showing::{Shown, held_out};
+use search::searched;
 
 use crate::filter::NoiseModel;
 use crate::fit::bounded::bounded;
@@ -74,12 +75,11 @@ impl Default for Options {
 const NAME_SHARE: f64 = 0.5;
 /// ΔBIC within which a rival is printed.
 pub const RIVAL_SPAN: f64 = 12.0;
-/// Logarithm of the odds from which another recording's word on rivals is taken: twenty to one.
-const FAVOURED: f64 = 3.0;
 /// Relinearisations of the nominal fit; it ends where it has converged.
 const ROUNDS: usize = 6;
 
 /// A plant that stands as the best so far.
+#[derive(Clone)]
 struct Standing {
     plant: Plant,
     problem: Problem,
@@ -147,7 +147,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
     let mut found = searched(&engine, nominal, options, &mut notes, progress)?;
     progress("held out", 0.85);
-    let shown = borne_out(problem, (&engine, &stated), &mut found, options, &mut notes);
+    let judged = judged(problem, (&engine, &stated), &mut found, options, &mut notes);
     let repeat = match &options.repeat {
         Some(again) if !found.adopted.is_empty() => {
             repeat::ask(again, (&engine, &stated, &nominal_noise), &found.best, &found.adopted)
@@ -172,65 +172,11 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         map: map.as_ref(),
         odd,
         explained: (nominal_objective - found.best.objective).max(0.0),
-        shown,
+        judged,
         repeat,
         notes,
         alpha: options.alpha,
     }))
-}
-
-/// Held-out data on what was found. Another recording is evidence on names, too: the rival that both recordings together favour, each law under its
-/// own noise, takes the place of what this one favours, and any that is confirmed the place of what is not; else the nearest smaller set
-/// that they confirm or at least find better. Weights stay those of this recording.
-fn borne_out(
-    problem: &Problem,
-    (engine, stated): (&Engine<'_>, &Fit),
-    found: &mut Found,
-    options: &Options,
-    notes: &mut Vec<String>,
-) -> Shown {
-    let mut shown = held_out(problem, engine, stated, &found.best, found.adopted.is_empty(), options);
-    let rivals = core::mem::take(&mut found.rivals);
-    // the best of several confirmations is one by chance more often
-    let alpha = 0.05 / rivals.len().max(1) as f64;
-    let mut lead = 0.0;
-    for (set, standing, behind) in rivals {
-        let is_confirmed = status(shown.gain.as_ref()) == Status::Confirmed;
-        if is_confirmed && shown.loglik.is_none() {
-            break;
-        }
-        let again = held_out(problem, engine, stated, &standing, false, options);
-        // logarithm of the odds by both recordings
-        let ahead = again.loglik.zip(shown.loglik).map_or(0.0, |(rival, own)| rival - own - 0.5 * (behind - lead));
-        let bears = again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0);
-        // of two that nothing confirms the better predicted one, too
-        if (bears || !is_confirmed) && ahead > FAVOURED || bears && !is_confirmed {
-            let kinds =
-                |set: &[Adopted]| set.iter().map(|a| a.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ");
-            let word = if bears && !is_confirmed { "confirm" } else { "are better predicted by" };
-            notes.push(format!("held-out data {word} {}, not {}", kinds(&set), kinds(&found.adopted)));
-            (found.adopted, found.best, found.unknown_noise, shown, lead) = (set, standing, 0.0, again, behind);
-        }
-    }
-    for (set, standing) in core::mem::take(&mut found.smaller) {
-        // a term that held-out data do not bear takes no other with it
-        if found.adopted.is_empty() || status(shown.gain.as_ref()) == Status::Confirmed {
-            break;
-        }
-        let again = held_out(problem, engine, stated, &standing, false, options);
-        let gain = |shown: &Shown| shown.gain.as_ref().map_or(f64::NEG_INFINITY, |gain| gain.loglik_gain);
-        let is_confirmed = status(again.gain.as_ref()) == Status::Confirmed;
-        if is_confirmed || gain(&again) > gain(&shown) {
-            let word = if is_confirmed { "confirm" } else { "are better predicted by" };
-            notes.push(format!(
-                "held-out data {word} {} of {} effects that this recording asks for",
-                set.len(),
-                found.adopted.len()
-            ));
-            (found.adopted, found.best, found.unknown_noise, shown) = (set, standing, 0.0, again);
-        }
-    }
-    shown
 }
 
 /// The law that the standing plant still lacks.

@@ -39,8 +39,7 @@ pub fn verdict_words(verdict: Verdict) -> &'static str {
 }
 
 fn headline(diagnosis: &Diagnosis) -> String {
-    let standing: Vec<&EffectReport> = diagnosis.effects.iter().filter(|e| e.status != Status::NotConverged).collect();
-    let all = standing.iter().map(|effect| in_words(effect)).collect::<Vec<_>>().join("; and ");
+    let all = held_up(diagnosis).map(in_words).collect::<Vec<_>>().join("; and ");
     match diagnosis.verdict {
         Verdict::None if diagnosis.reason.is_empty() => "Nothing is missing that these recordings could show.".into(),
         Verdict::None => sentence(&diagnosis.reason),
@@ -89,7 +88,12 @@ fn set(diagnosis: &Diagnosis) -> String {
         all.extend(e.rivals.iter().filter(|r| r.probability >= 0.005).map(|r| named(&r.kind, &r.site, r.probability)));
         all.join(", or ")
     };
-    diagnosis.effects.iter().filter(|e| e.status != Status::NotConverged).map(each).collect::<Vec<_>>().join("; and ")
+    held_up(diagnosis).map(each).collect::<Vec<_>>().join("; and ")
+}
+
+/// What stands behind the verdict.
+fn held_up(diagnosis: &Diagnosis) -> impl Iterator<Item = &EffectReport> {
+    diagnosis.effects.iter().filter(|e| !matches!(e.status, Status::NotConverged | Status::Refused))
 }
 
 fn place(diagnosis: &Diagnosis) -> Option<String> {
@@ -131,14 +135,24 @@ pub fn held_out_words(kind: HeldOutKind) -> Option<&'static str> {
 }
 
 fn standing(diagnosis: &Diagnosis) -> Option<String> {
-    let status = diagnosis.effects.iter().map(|e| e.status).find(|status| *status != Status::NotConverged)?;
+    let fitted: Vec<&EffectReport> = diagnosis.effects.iter().filter(|e| e.status != Status::NotConverged).collect();
+    let name = |effect: &EffectReport| if fitted.len() == 1 { "it".to_owned() } else { effect.kind.clone() };
+    let of = |status| fitted.iter().filter(|e| e.status == status).map(|e| name(e)).collect::<Vec<_>>();
+    let [confirmed, open, refused] = [Status::Confirmed, Status::Unconfirmed, Status::Refused].map(of);
     let numbers = gain_words(diagnosis).map_or(String::new(), |gain| format!(" ({gain})"));
-    Some(match status {
-        Status::Confirmed => format!("Held-out data confirm it{numbers}."),
-        Status::Unconfirmed => format!("Held-out data do not decide yet{numbers}; it is not in the augmented plant."),
-        Status::Refused => format!("Held-out data refuse it{numbers}; it is not in the augmented plant."),
-        Status::NotConverged => return None,
-    })
+    let left_out = |kinds: &[String], does: &str, numbers: &str| {
+        let is = if kinds.len() == 1 { "is" } else { "are" };
+        format!("Held-out data {does} {}{numbers}, which {is} not in the augmented plant.", kinds.join(" and "))
+    };
+    let mut sentences = Vec::new();
+    if !confirmed.is_empty() {
+        sentences.push(format!("Held-out data confirm {}{numbers}.", confirmed.join(" and ")));
+    }
+    for (kinds, does) in [(&open, "do not decide yet on"), (&refused, "refuse")] {
+        let numbers = if confirmed.is_empty() { &*numbers } else { "" };
+        sentences.extend((!kinds.is_empty()).then(|| left_out(kinds, does, numbers)));
+    }
+    (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
 /// `gain in log-likelihood 184 ± 22, 95 %: 140 to 228`.

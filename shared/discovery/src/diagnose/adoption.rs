@@ -222,13 +222,23 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
     list
 }
 
-pub(super) fn stand(refit: &Refit) -> Standing {
-    Standing {
-        plant: refit.plant.clone(),
-        problem: refit.problem.clone(),
-        fit: Fit { sigma: refit.sigma(), ..refit.fit.clone() },
-        noise: refit.noise.clone(),
-        objective: refit.objective,
+impl Standing {
+    /// As `refit` has it, its sigmas over all valleys.
+    pub(super) fn of(refit: &Refit) -> Self {
+        Self {
+            plant: refit.plant.clone(),
+            problem: refit.problem.clone(),
+            fit: Fit { sigma: refit.sigma(), ..refit.fit.clone() },
+            noise: refit.noise.clone(),
+            objective: refit.objective,
+        }
+    }
+}
+
+impl From<Standing> for Refit {
+    fn from(best: Standing) -> Self {
+        let Standing { plant, problem, fit, noise, objective } = best;
+        Self { plant, problem, fit, noise, objective, free: 0, valleys: Vec::new() }
     }
 }
 

@@ -1,11 +1,12 @@
 //! The search: sets of effects join the plant, and what a later one has taken the place of leaves it.
 
-use super::adoption::{stand, step};
+use super::adoption::step;
 use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::{Refit, free_numbers, hopped, refit_all, settled, weights};
+use crate::compete::subsets::TIE;
+use crate::compete::{Refit, free_numbers, hopped, weights};
 use crate::fit::Engine;
-use crate::score::{Candidate, Column, Score, columns, cosine, scores};
+use crate::score::{Column, cosine};
 
 /// What the search ends with.
 pub(super) struct Found {
@@ -55,11 +56,11 @@ pub(super) fn searched(
         // nearest first: without what this round adds, then its own smaller sets before that
         let joined = |set: Vec<Adopted>| found.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
         let mut nearest: Vec<(Vec<Adopted>, Standing)> =
-            step.smaller.into_iter().map(|(set, refit)| (joined(set), stand(&refit))).collect();
+            step.smaller.into_iter().map(|(set, refit)| (joined(set), Standing::of(&refit))).collect();
         found.rivals =
-            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), stand(&refit), behind)).collect();
+            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), Standing::of(&refit), behind)).collect();
         let (refit, left) = relieved(engine, refit, &found.adopted);
-        let before = core::mem::replace(&mut found.best, stand(&refit));
+        let before = core::mem::replace(&mut found.best, Standing::of(&refit));
         let gained = before.objective - found.best.objective;
         if left.contains(&true) {
             // they hold what has left
@@ -82,68 +83,69 @@ pub(super) fn searched(
         found.adopted.extend(new);
     }
     if let Some((refit, earlier)) = last.filter(|(_, earlier)| *earlier > 0) {
-        // valleys and rivals of what came earlier were those of a smaller set
+        // valleys of what came earlier were those of a smaller set
         let columns: Vec<&Column> = found.adopted.iter().map(|adopted| &adopted.column).collect();
+        let before = refit.objective;
         let refit = hopped(engine, refit, &columns);
-        found.rivals.extend((0..earlier).flat_map(|place| substitutes(engine, &refit, &found.adopted, place)));
-        found.best = stand(&refit);
+        found.rivals.iter_mut().for_each(|(.., behind)| *behind += before - refit.objective);
+        found.best = Standing::of(&refit);
+        progress("look again at what came first", 0.8);
+        (0..earlier).fold(refit, |refit, place| reconsidered(engine, refit, &mut found, place, options));
     }
     Ok(found)
 }
 
-/// Rivals in the place of one of `adopted` that are tried beside all others, and their least weight.
-const SUBSTITUTES: usize = 2;
-const SUBSTITUTE_WEIGHT: f64 = 0.05;
-
-/// `refit` with a rival of the effect at `place` instead, and by how much it is behind in BIC.
+/// Looks once more for the effect at `place` beside all others: what fits best alone need not be what fits best beside them. `refit` with what
+/// was found, if that is better by BIC; what the recording does not exclude there joins the rivals.
 ///
-/// Cost: a fit without the effect, and one a rival.
-fn substitutes(
-    engine: &Engine<'_>,
-    refit: &Refit,
-    adopted: &[Adopted],
-    place: usize,
-) -> Vec<(Vec<Adopted>, Standing, f64)> {
-    let own = &adopted[place];
-    let mut rivals: Vec<&Contested> = own.rivals.iter().filter(|rival| rival.weight > SUBSTITUTE_WEIGHT).collect();
-    rivals.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    rivals.truncate(SUBSTITUTES);
-    if rivals.is_empty() {
-        return Vec::new();
-    }
-    let Some(without) = refit.without(engine, &own.column) else { return Vec::new() };
-    let instead = |rival: &&Contested| {
-        let (column, score, found) = with(engine, &without, &rival.candidate)?;
-        let mut set = adopted.to_vec();
-        set[place] = Adopted { column, score, rivals: Vec::new(), ..own.clone() };
-        let gained = refit.objective - found.objective;
-        let behind = set[place].replace(own, gained, engine.samples.max(2) as f64);
-        (-behind <= RIVAL_SPAN).then(|| (set, stand(&found), -behind))
+/// Cost: a round of the search.
+fn reconsidered(engine: &Engine<'_>, refit: Refit, found: &mut Found, place: usize, options: &Options) -> Refit {
+    let gone = &found.adopted[place];
+    let Some(without) = refit.without(engine, &gone.column).map(|without| Standing::of(&without)) else { return refit };
+    let Ok(own) = Engine::like(engine, &without.problem) else { return refit };
+    let screened = screen(&own, &without, options, &mut Vec::new());
+    let step = step(&own, &without, &screened, 1, options);
+    let (Some(again), Some(new)) = (step.refit, step.adopted.into_iter().next()) else { return refit };
+    let same = |other: &Adopted| other.column.candidate.same_law(&gone.column.candidate);
+    let price = libm::log(engine.samples.max(2) as f64) * (new.numbers() - gone.numbers());
+    let ahead = refit.objective - again.objective - price;
+    let wins = ahead > if same(&new) { 0.0 } else { TIE };
+    // what the recording does not exclude beside the best of the two
+    let behind = if wins { 0.0 } else { (-ahead).max(0.0) };
+    let others = step.rivals.iter().filter_map(|(set, rival, more)| Some((set.first()?, rival, behind + more)));
+    let own = (!wins).then_some((&new, &again, behind));
+    let open = own.into_iter().chain(others).filter(|(new, _, behind)| *behind <= RIVAL_SPAN && !same(new));
+    let instead = |new: &Adopted| {
+        let mut set = found.adopted.clone();
+        set[place] = new.clone();
+        set
     };
-    rivals.iter().filter_map(instead).collect()
-}
-
-/// `refit` with `candidate` beside what it has.
-fn with(engine: &Engine<'_>, refit: &Refit, candidate: &Candidate) -> Option<(Column, Score, Refit)> {
-    let own = Engine::like(engine, &refit.problem).ok()?;
-    let (board, theta, noise) = (&refit.fit.board, &refit.fit.theta, &refit.noise);
-    let column = columns((&own, board), &refit.plant, theta, core::slice::from_ref(candidate)).pop()?;
-    let score = scores(&own, board, theta, noise, core::slice::from_ref(&column)).pop()??;
-    let extra: Vec<&Vec<f64>> = column.raw.iter().collect();
-    let (_, amplitudes) = board.normal(&own, theta, noise, &extra)?.minimum()?;
-    let [low, high] = column.candidate.range();
-    amplitudes.iter().all(|a| (low..=high).contains(a)).then_some(())?;
-    let found = refit_all(&own, &refit.fit, &[(&column, &amplitudes)], noise, f64::NEG_INFINITY)?;
-    drop(own);
-    Some((column, score, settled(engine, found)))
+    let mut rivals: Vec<_> = open.map(|(new, rival, behind)| (instead(new), Standing::of(rival), behind)).collect();
+    if wins && !same(&new) && ahead <= RIVAL_SPAN {
+        rivals.push((found.adopted.clone(), found.best.clone(), ahead));
+    }
+    // its rivals were those beside fewer
+    let settles = wins || same(&new);
+    if wins {
+        found.rivals.iter_mut().for_each(|(.., behind)| *behind += ahead);
+        found.best = Standing::of(&again);
+    }
+    found.rivals.extend(rivals);
+    if settles {
+        found.adopted[place] = new;
+    }
+    if wins { again } else { refit }
 }
 
 impl Adopted {
+    /// Numbers that it leaves free.
+    fn numbers(&self) -> f64 {
+        free_numbers(&self.column.candidate, self.column.raw.len()) as f64
+    }
+
     /// Stands where `gone` stood, alone and by so much better in `−2 ln p`: with it as a rival, and no more significant than either was.
-    /// How far that is behind in BIC.
-    fn replace(&mut self, gone: &Self, gained: f64, samples: f64) -> f64 {
-        let numbers = |adopted: &Self| free_numbers(&adopted.column.candidate, adopted.column.raw.len()) as f64;
-        let behind = gained + libm::log(samples) * (numbers(gone) - numbers(self));
+    fn replace(&mut self, gone: &Self, gained: f64, samples: f64) {
+        let behind = gained + libm::log(samples) * (gone.numbers() - self.numbers());
         self.p = self.p.max(gone.p);
         self.d = (gone.d * gone.d + gained).max(0.0).sqrt();
         if behind <= RIVAL_SPAN {
@@ -160,7 +162,6 @@ impl Adopted {
         let weights = weights(&bic, RIVAL_SPAN);
         self.weight = weights[0];
         self.rivals.iter_mut().zip(&weights[1..]).for_each(|(rival, weight)| rival.weight = *weight);
-        behind
     }
 }
 
@@ -170,9 +171,8 @@ fn relieved(engine: &Engine<'_>, refit: Refit, adopted: &[Adopted]) -> (Refit, V
     let mut best = refit;
     let leaves = |earlier: &Adopted| {
         let column = &earlier.column;
-        let numbers = free_numbers(&column.candidate, column.raw.len()) as f64;
         let found = best.vanishes(column).then(|| best.without(engine, column)).flatten();
-        let found = found.filter(|found| found.objective < best.objective + price * numbers);
+        let found = found.filter(|found| found.objective < best.objective + price * earlier.numbers());
         found.map(|found| best = found).is_some()
     };
     let left = adopted.iter().map(leaves).collect();

@@ -2,11 +2,11 @@
 
 use super::evidence::{locate, whiteness_p};
 use super::figures::figures;
+use super::judged::Judged;
 use super::next::{Next, next, posterior};
 use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
-use super::showing::Shown;
 use super::{Adopted, Standing, Unfitted, status};
 use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
@@ -30,7 +30,7 @@ pub(super) struct Findings<'a> {
     pub odd: Option<Loudest>,
     /// Decrease of `−2 ln p` by all adopted effects.
     pub explained: f64,
-    pub shown: Shown,
+    pub judged: Judged,
     /// What the repeat says of what was adopted, where there is one.
     pub repeat: Option<Repeat>,
     pub notes: Vec<String>,
@@ -87,9 +87,13 @@ fn share_explained(findings: &Findings<'_>) -> Option<f64> {
 pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     let mut diagnosis = Diagnosis::cannot_decide(String::new());
     let engine = findings.engine;
-    diagnosis.compare.channels.clone_from(&findings.shown.compare);
+    diagnosis.compare.channels.clone_from(&findings.judged.shown.compare);
     diagnosis.notes.clone_from(&findings.notes);
-    diagnosis.effects = findings.adopted.iter().map(|a| effect(findings, a)).collect();
+    let judged = findings.judged.status.iter();
+    diagnosis.effects =
+        findings.adopted.iter().zip(judged).map(|(own, status)| effect(findings.best, own, *status)).collect();
+    let refused = findings.judged.refused.iter();
+    diagnosis.effects.extend(refused.map(|(own, with)| effect(with, own, Status::Refused)));
     diagnosis.nominal = nominal(findings);
     diagnosis.detection_limits = limits(findings);
     diagnosis.not_found = (engine.problem.unknowns.iter().zip(&findings.stated.ratio))
@@ -114,7 +118,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     let as_stated = (&findings.stated.board, &engine.noise);
     let (best, adopted) = (findings.best, findings.adopted);
     diagnosis.figures = figures(engine, as_stated, best, adopted, findings.screening, unknown);
-    diagnosis.figures.overlays.clone_from(&findings.shown.overlays);
+    diagnosis.figures.overlays.clone_from(&findings.judged.shown.overlays);
     if let Some(map) = unknown {
         // what only comes near an unknown law is no name for it
         diagnosis.effects.clear();
@@ -199,7 +203,7 @@ fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
         return Some(map);
     }
     let is_force = matches!(map.place.acts, Acts::Force(_)) && !map.place.is_of_time();
-    let may = is_force || findings.shown.kind != HeldOutKind::Recording;
+    let may = is_force || findings.judged.shown.kind != HeldOutKind::Recording;
     (may && findings.explained < NAMED_SHARE * (findings.explained + map.evidence)).then_some(map)
 }
 
@@ -234,7 +238,7 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
         .collect();
     let weight = findings.adopted.iter().map(|a| a.weight).fold(1.0, f64::min);
     let sensor = findings.adopted.iter().all(|a| a.column.candidate.site.kind == SiteKind::Sensor);
-    let state = status(findings.shown.gain.as_ref());
+    let state = status(findings.judged.shown.gain.as_ref());
     if state == Status::Refused {
         let reason = format!("{} explained this recording, but held-out data refuse it", kinds.join(" and "));
         return (Verdict::CannotDecide, reason);
@@ -262,8 +266,11 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
         return (Verdict::CannotDecide, reason);
     }
     let word = if state == Status::Confirmed { "confirmed" } else { "not yet confirmed" };
+    let open = findings.adopted.iter().zip(&findings.judged.status).filter(|(_, own)| **own != state);
+    let open: Vec<&str> = open.map(|(adopted, _)| adopted.column.candidate.effect.kind).collect();
+    let but = if open.is_empty() { String::new() } else { format!(" without {}", open.join(" and ")) };
     let reason = format!(
-        "{} (probability {:.2}, {word} on held-out data; p = {:.1e} over everything tried)",
+        "{} (probability {:.2}, {word} on held-out data{but}; p = {:.1e} over everything tried)",
         kinds.join(" and "),
         weight,
         first.p
@@ -349,7 +356,7 @@ fn changed_noise(engine: &Engine<'_>, noise: &NoiseModel) -> String {
     list.into_iter().take(3).map(|(_, text)| text).collect::<Vec<_>>().join(", ")
 }
 
-fn effect(findings: &Findings<'_>, adopted: &Adopted) -> EffectReport {
+fn effect(best: &Standing, adopted: &Adopted, status: Status) -> EffectReport {
     let rivals = adopted.rivals.iter().map(|rival| Rival {
         kind: rival.kind.to_owned(),
         site: rival.site.clone(),
@@ -364,9 +371,9 @@ fn effect(findings: &Findings<'_>, adopted: &Adopted) -> EffectReport {
         kind: candidate.effect.kind.to_owned(),
         site: candidate.site.to_string(),
         probability: adopted.weight,
-        status: status(findings.shown.gain.as_ref()),
+        status,
         rivals: rivals.collect(),
-        parameters: parameters(findings.best, candidate.effect.kind, &candidate.site.to_string()),
+        parameters: parameters(best, candidate.effect.kind, &candidate.site.to_string()),
         kappa: adopted.score.kappa,
         d: adopted.d,
     }
@@ -452,7 +459,7 @@ fn limits(findings: &Findings<'_>) -> Vec<DetectionLimit> {
 }
 
 fn held_out(findings: &Findings<'_>, diagnosis: &mut Diagnosis) {
-    let shown = &findings.shown;
+    let shown = &findings.judged.shown;
     let held = &mut diagnosis.held_out;
     held.kind = shown.kind;
     held.channels = (shown.before.iter().zip(&shown.after))
@@ -474,8 +481,8 @@ fn held_out(findings: &Findings<'_>, diagnosis: &mut Diagnosis) {
 
 /// Plant file with estimates and confirmed effects.
 fn augmented(findings: &Findings<'_>) -> Option<String> {
-    if findings.adopted.is_empty() || status(findings.shown.gain.as_ref()) != Status::Confirmed {
+    if findings.adopted.is_empty() || status(findings.judged.shown.gain.as_ref()) != Status::Confirmed {
         return None;
     }
-    Some(plant::file::write(&posterior(findings.best)))
+    Some(plant::file::write(&posterior(&findings.judged.model)))
 }
