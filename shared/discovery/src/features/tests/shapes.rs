@@ -6,8 +6,8 @@ use plant::description::{Quantity, SensorKind};
 
 /// Places of the sensors, in lengths of the beam.
 const PLACES: [f64; 6] = [0.2, 0.35, 0.5, 0.65, 0.8, 1.0];
-/// √ of the beam's mass.
-const ROOT_MASS: f64 = 1.245_591;
+/// √ of the beam's mass, from the file's shape at the tip: 2 over it.
+const ROOT_MASS: f64 = 2.0 / 1.605_68;
 
 /// Shape of a clamped beam with eigenvalue `z` whose end carries no moment, whatever mass it carries.
 fn clamped(z: f64, x: f64) -> f64 {
