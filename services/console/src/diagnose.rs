@@ -11,6 +11,8 @@ mod modes_file;
 mod object;
 mod page;
 mod paragraph;
+mod responses;
+mod sensor_names;
 mod words;
 
 use crate::progress::Share;
@@ -33,6 +35,7 @@ use std::path::{Path, PathBuf};
   obsid diagnose a.csv b.csv --plant rig.toml --held-out c.csv     fitted jointly to two, asked on a third
   obsid diagnose log.csv --plant rig.toml --map map.toml --json    your own column names; one JSON object
   obsid diagnose modes.json --plant panel.toml                     modes as `obsid modal --json` prints them, and their drift
+  obsid diagnose panel.uff --plant panel.toml                      frequency responses: their frequencies, damping and shapes
 
 A map is TOML, left the name in the plant, right the name in the recording:
   [channels]
@@ -42,8 +45,9 @@ A map is TOML, left the name in the plant, right the name in the recording:
 Without --held-out, blocks of the recordings are predicted from the others. Only what held-out data confirm enters augmented.toml.
 Any diagnosis is an answer, also that nothing can be decided: the exit code is 0.")]
 pub struct Arguments {
-    /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is several. Or one spectrum, or one list of
-    /// modes (.json, as `obsid modal --json` prints it)
+    /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is several. Or one magnitude
+    /// spectrum, frequency responses of one structure (UFF, or CSV with columns `NAME_real`, `NAME_imag`), or one list of modes (.json, as `obsid
+    /// modal --json` prints it)
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The plant file that is held against them, or the name of one that comes with the program
@@ -79,7 +83,7 @@ struct Case {
     repeat: Vec<Loaded>,
     /// Evidence over frequency, and the digest of its file.
     spectra: Vec<(Spectrum, String)>,
-    /// Evidence that modes are.
+    /// Evidence that modes are: a list of them, or what the responses in `spectra` show.
     modes: Option<ModesFile>,
     command: String,
 }
@@ -134,14 +138,17 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
     let (mut fitted, mut spectra) = (Vec::new(), Vec::new());
     let (lists, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
         arguments.recordings.iter().partition(|path| modes_file::is_one(path));
-    let modes = alone(&lists, &others)?.map(modes_file::read).transpose()?;
+    let mut modes = alone(&lists, &others)?.map(modes_file::read).transpose()?;
     for path in others {
         match evidence(path)? {
             Evidence::Time(loaded) => fitted.extend(loaded),
             Evidence::Spectrum { spectrum, digest } => spectra.push((spectrum, digest)),
         }
     }
-    one_kind(&fitted, &spectra)?;
+    if fitted.is_empty() && modes.is_none() {
+        modes = responses::modes_or_peaks(&mut spectra)?;
+    }
+    one_kind(&fitted, &spectra, modes.is_some())?;
     unused(arguments, modes.is_some(), !spectra.is_empty())?;
     let time_only = |path: &Path, flag: &str| match evidence(path)? {
         Evidence::Time(loaded) => Ok(loaded),
@@ -175,8 +182,8 @@ fn alone<'a>(lists: &[&'a PathBuf], others: &[&'a PathBuf]) -> Result<Option<&'a
     }
 }
 
-/// Time records, or one spectrum.
-fn one_kind(fitted: &[Loaded], spectra: &[(Spectrum, String)]) -> Result<(), Failure> {
+/// Time records, one spectrum, or the responses that modes were found in.
+fn one_kind(fitted: &[Loaded], spectra: &[(Spectrum, String)], responses: bool) -> Result<(), Failure> {
     match (spectra, fitted) {
         ([(spectrum, _), ..], [record, ..]) => Err(Failure::Input(miette::miette!(
             help = "diagnose spectra and time records apart; each gives its own answer",
@@ -184,7 +191,7 @@ fn one_kind(fitted: &[Loaded], spectra: &[(Spectrum, String)]) -> Result<(), Fai
             spectrum.file,
             record.file
         ))),
-        ([_, (second, _), ..], []) => Err(Failure::Input(miette::miette!(
+        ([_, (second, _), ..], []) if !responses => Err(Failure::Input(miette::miette!(
             help = "a spectrum is diagnosed on its own: give one, and compare the answers",
             "{}: a second spectrum",
             second.file
@@ -196,7 +203,8 @@ fn one_kind(fitted: &[Loaded], spectra: &[(Spectrum, String)]) -> Result<(), Fai
 /// What would be read and then left aside: only time records are predicted, and modes have no channels to rename.
 fn unused(arguments: &Arguments, modes: bool, spectrum: bool) -> Result<(), Failure> {
     let what = match (modes, spectrum) {
-        (true, _) => "a list of modes",
+        (true, true) => "frequency responses",
+        (true, false) => "a list of modes",
         (_, true) => "a spectrum",
         _ => return Ok(()),
     };

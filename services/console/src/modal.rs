@@ -6,7 +6,7 @@
 mod csv_table;
 mod magnitude;
 mod page;
-mod responses;
+pub(crate) mod responses;
 mod time;
 
 use crate::Failure;
@@ -40,7 +40,7 @@ pub struct Arguments {
     #[arg(long, value_delimiter = ',', value_name = "NAME")]
     channels: Vec<String>,
     /// Model orders of the sweep
-    #[arg(long, default_value = "2..30", value_parser = orders)]
+    #[arg(long, default_value = ORDERS, value_parser = orders)]
     orders: RangeInclusive<usize>,
     /// Leave out what lies before [s]
     #[arg(long, value_name = "SECONDS")]
@@ -58,6 +58,9 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
+
+/// Orders of the sweep where none are asked.
+const ORDERS: &str = "2..30";
 
 fn orders(text: &str) -> Result<RangeInclusive<usize>, String> {
     let wrong = || format!("'{text}' is no range of orders; write 2..60");

@@ -1,8 +1,10 @@
-//! Modes as evidence: the object that `obsid modal --json` prints, with the modes of the record's parts where it has them.
+//! Modes as evidence: the object that `obsid modal --json` prints, with shapes and the modes of the record's parts where it has them.
 
+use super::sensor_names::named_as_sensors;
 use crate::{Failure, recordings};
 use discovery::diagnose::Diagnosis;
-use discovery::features::{self, FeatureOptions, MeasuredMode, ModeInPart, ModeTrack};
+use discovery::features::{self, FeatureOptions, MeasuredMode, ModeInPart, ModeTrack, ShapeComponent};
+use nalgebra::Complex;
 use plant::description::Plant;
 use serde::Deserialize;
 use std::path::Path;
@@ -14,7 +16,7 @@ pub struct ModesFile {
     pub modes: Vec<MeasuredMode>,
     pub tracks: Vec<ModeTrack>,
     /// What was left out.
-    notes: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -30,6 +32,17 @@ struct Mode {
     frequency_sd: Option<f64>,
     damping: Option<f64>,
     damping_sd: Option<f64>,
+    #[serde(default)]
+    shape: Vec<Component>,
+}
+
+/// What one channel says of a mode; `sd` of real and imaginary part, where somebody knows it.
+#[derive(Deserialize)]
+struct Component {
+    channel: String,
+    re: f64,
+    im: f64,
+    sd: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -83,6 +96,7 @@ fn parse(text: &str) -> Result<Parsed, String> {
             damping_sigma: mode.damping_sd.unwrap_or(f64::NAN),
             // a list says of none that it is fainter than another
             prominence: 1.0,
+            shape: mode.shape.iter().map(component).collect(),
         })
     };
     let mut modes: Vec<MeasuredMode> = object.modes.iter().filter_map(measured).collect();
@@ -100,6 +114,14 @@ fn parse(text: &str) -> Result<Parsed, String> {
     ];
     let notes = notes.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
     Ok((modes, tracks, notes))
+}
+
+fn component(of: &Component) -> ShapeComponent {
+    ShapeComponent {
+        channel: of.channel.clone(),
+        value: Complex::new(of.re, of.im),
+        sigma: of.sd.filter(|sigma| *sigma > 0.0).unwrap_or(0.0),
+    }
 }
 
 /// With the parts of which everything is known.
@@ -123,7 +145,15 @@ fn track(track: &Track) -> ModeTrack {
 /// What is missing from `plant` according to the modes.
 pub fn diagnose(plant: &Plant, from: &ModesFile) -> Diagnosis {
     let options = FeatureOptions::default();
-    let mut diagnosis = features::diagnose_tracked_modes(plant, &from.file, &from.modes, &from.tracks, &options);
+    let (modes, unknown) = named_as_sensors(&from.modes, plant);
+    let mut diagnosis = features::diagnose_tracked_modes(plant, &from.file, &modes, &from.tracks, &options);
+    if !unknown.is_empty() {
+        diagnosis.notes.push(format!(
+            "{}: shapes at {} are no evidence: the plant has no sensor of the name",
+            from.file,
+            unknown.join(", ")
+        ));
+    }
     diagnosis.notes.extend(from.notes.iter().map(|note| format!("{}: {note}", from.file)));
     diagnosis
 }
@@ -131,6 +161,17 @@ pub fn diagnose(plant: &Plant, from: &ModesFile) -> Diagnosis {
 #[cfg(test)]
 mod tests {
     use super::parse;
+
+    #[test]
+    fn shapes_come_with_the_modes_and_a_deviation_that_nobody_knows_is_zero() {
+        let text = r#"{"modes":[{"frequency_hz":1.5,"frequency_sd":0.01,"shape":[{"channel":"tip","re":1.0,"im":0.0},
+            {"channel":"root","re":0.5,"im":-0.1,"sd":0.02}]},{"frequency_hz":2.5,"frequency_sd":0.01}]}"#;
+        let (modes, ..) = parse(text).unwrap();
+        let at: Vec<_> =
+            modes[0].shape.iter().map(|at| (at.channel.as_str(), at.value.re, at.value.im, at.sigma)).collect();
+        assert_eq!(at, [("tip", 1.0, 0.0, 0.0), ("root", 0.5, -0.1, 0.02)]);
+        assert!(modes[1].shape.is_empty());
+    }
 
     #[test]
     fn modes_without_a_deviation_are_left_out_and_said_and_a_list_of_none_is_refused() {

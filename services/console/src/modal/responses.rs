@@ -7,6 +7,7 @@ use modal::frequency_responses::{ResponseFit, identify};
 use modal::mac::modal_phase_collinearity;
 use recording::Spectrum;
 use report::Stability;
+use std::ops::RangeInclusive;
 
 const DAMPING_MAX: f64 = 0.25;
 
@@ -21,11 +22,30 @@ fn pairs(spectrum: &Spectrum) -> Vec<(String, usize, usize)> {
     columns.filter_map(pair).collect()
 }
 
-pub(super) fn are_complex(spectra: &[Spectrum]) -> bool {
+/// Whether all of them hold pairs of columns that are complex responses.
+pub(crate) fn are_complex(spectra: &[Spectrum]) -> bool {
     !spectra.is_empty() && spectra.iter().all(|spectrum| !pairs(spectrum).is_empty())
 }
 
+/// Frequency responses of one structure, and the modes found in them.
+pub(crate) struct Identified {
+    /// Of the channels: `FILE:NAME`.
+    pub names: Vec<String>,
+    unit: String,
+    frequency_hz: Vec<f64>,
+    responses: Vec<Vec<c64>>,
+    pub fit: ResponseFit,
+}
+
 pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Outcome, Failure> {
+    Ok(described(identified(spectra, arguments.orders.clone())?, spectra))
+}
+
+/// Modes of complex responses, all files together.
+///
+/// # Errors
+/// [`Failure::Input`] where the files do not have the same lines, or where no order of the fraction fits them.
+pub(crate) fn identified(spectra: &[Spectrum], orders: RangeInclusive<usize>) -> Result<Identified, Failure> {
     let first = &spectra[0];
     if let Some(other) = spectra.iter().find(|other| other.frequency_hz != first.frequency_hz) {
         return Err(Failure::Input(miette::miette!(
@@ -50,19 +70,13 @@ pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Out
             unit = spectrum.columns[real].unit.into();
         }
     }
-    let fit = identify(&frequency_hz, &responses, arguments.orders.clone(), DAMPING_MAX)
+    let fit = identify(&frequency_hz, &responses, orders, DAMPING_MAX)
         .map_err(|error| Failure::Input(miette::miette!(help = "give more lines, or a smaller --orders", "{error}")))?;
-    Ok(described(fit, names, unit, frequency_hz, responses, spectra))
+    Ok(Identified { names, unit, frequency_hz, responses, fit })
 }
 
-fn described(
-    fit: ResponseFit,
-    channels: Vec<String>,
-    unit: String,
-    frequency_hz: Vec<f64>,
-    responses: Vec<Vec<c64>>,
-    spectra: &[Spectrum],
-) -> Outcome {
+fn described(identified: Identified, spectra: &[Spectrum]) -> Outcome {
+    let Identified { names: channels, unit, frequency_hz, responses, fit } = identified;
     let size = |values: &[c64]| -> Vec<f64> { values.iter().map(|x| x.norm_sqr().sqrt()).collect() };
     let mean: Vec<f64> =
         (0..frequency_hz.len()).map(|line| responses.iter().map(|r| r[line].norm_sqr()).sum::<f64>().sqrt()).collect();

@@ -1,17 +1,18 @@
-//! What may be wrong with a plant whose frequencies are wrong: each change with one amplitude, zero for none.
+//! What may be wrong with a plant whose modes are wrong: each change with one amplitude, zero for none.
 //!
 //! Of an appendage: all its frequencies by one factor (stiffness over mass, thickness, length), one mode alone, a spring where it is
-//! clamped, a mass at one of its points. And every effect of the catalogue that changes the structure. Each change is
-//! a plant, which can be written, simulated and diagnosed again.
+//! clamped, a mass at one of its points; all its damping ratios by one factor, one alone. And every effect of the catalogue that changes the
+//! structure, or pushes by a law that is linear in the motion ([`linear_laws`](super::linear_laws)). Each change is a
+//! plant, which can be written, simulated and diagnosed again.
 //!
 //! With ξ the clamped modes' coordinates of the whole displacement, φ the shape at a point, ρ the participation of rotation about the
 //! root: a mass m at the point has `M = 1 + m φ φᵀ, K = Ω²`; a root that turns against a spring k has the flexibility `Ω⁻² + ρ ρᵀ / k` (the
 //! rigid turn of the root expands in the clamped modes with coefficients ρ). Few modes make both a little too stiff.
 
+use super::linear_laws;
 use nalgebra::{DMatrix, SymmetricEigen};
 use plant::description::{Appendage, Plant, Quantity, SiteKind, Space};
 use plant::effects::{EFFECTS, Law};
-use plant::system::{System, Workspace};
 
 /// One hypothesis.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,13 +25,17 @@ pub(super) enum Change {
     Root { appendage: usize, axis: usize },
     /// Mass [kg] at a point.
     Mass { appendage: usize, point: usize },
+    /// ln of the factor on all damping ratios of an appendage.
+    DampingScale { appendage: usize },
+    /// ln of the factor on one.
+    DampingSingle { appendage: usize, mode: usize },
     /// Catalogue entry and site, its first amplitude.
     Effect { entry: usize, site: String },
 }
 
 impl Change {
-    /// All that the plant offers.
-    pub fn all(plant: &Plant) -> Vec<Self> {
+    /// All that the plant offers; what acts on damping only where it was measured.
+    pub fn all(plant: &Plant, damping: bool) -> Vec<Self> {
         let mut list = Vec::new();
         for (appendage, description) in plant.appendages.iter().enumerate() {
             list.push(Self::Scale { appendage });
@@ -48,6 +53,12 @@ impl Change {
                 }
             }
             list.extend((0..description.modes.len()).map(|mode| Self::Single { appendage, mode }));
+            if damping && description.modes.iter().any(|mode| mode.damping_ratio.value > 0.0) {
+                list.push(Self::DampingScale { appendage });
+                let damped = |mode: &usize| description.modes[*mode].damping_ratio.value > 0.0;
+                let each = (0..description.modes.len()).filter(damped);
+                list.extend(each.map(|mode| Self::DampingSingle { appendage, mode }));
+            }
         }
         for (entry, effect) in EFFECTS.iter().enumerate().filter(|(_, e)| matches!(e.law, Law::Structure(_))) {
             // sensors do not shake; a further mode is told by a further peak
@@ -55,6 +66,10 @@ impl Change {
             for site in sites.flat_map(|kind| plant.sites(*kind)).filter(|site| (effect.applies)(plant, site)) {
                 list.push(Self::Effect { entry, site: site.to_string() });
             }
+        }
+        if damping {
+            let laws = linear_laws::of(plant).into_iter();
+            list.extend(laws.map(|(entry, site)| Self::Effect { entry, site: site.to_string() }));
         }
         list
     }
@@ -65,6 +80,8 @@ impl Change {
             Self::Single { .. } => "frequency_of_one_mode".to_owned(),
             Self::Root { .. } => "root_rotation_spring".to_owned(),
             Self::Mass { .. } => "point_mass".to_owned(),
+            Self::DampingScale { .. } => "damping_scale".to_owned(),
+            Self::DampingSingle { .. } => "damping_of_one_mode".to_owned(),
             Self::Effect { entry, .. } => EFFECTS[*entry].kind.to_owned(),
         }
     }
@@ -72,12 +89,14 @@ impl Change {
     pub fn site(&self, plant: &Plant) -> String {
         let name = |appendage: &usize| &plant.appendages[*appendage].name;
         match self {
-            Self::Scale { appendage } => format!("appendage:{}", name(appendage)),
+            Self::Scale { appendage } | Self::DampingScale { appendage } => format!("appendage:{}", name(appendage)),
             Self::Root { appendage, axis } if plant.space == Space::Spatial => {
                 format!("appendage:{}.root.{}", name(appendage), ["x", "y", "z"][*axis])
             }
             Self::Root { appendage, .. } => format!("appendage:{}.root", name(appendage)),
-            Self::Single { appendage, mode } => format!("mode:{}", plant.appendages[*appendage].modes[*mode].name),
+            Self::Single { appendage, mode } | Self::DampingSingle { appendage, mode } => {
+                format!("mode:{}", plant.appendages[*appendage].modes[*mode].name)
+            }
             Self::Mass { appendage, point } => {
                 format!("appendage:{}.{}", name(appendage), plant.appendages[*appendage].points[*point].0)
             }
@@ -89,7 +108,7 @@ impl Change {
     pub fn parameter(&self, amplitude: f64) -> (String, f64, f64, String) {
         let of = |name: &str, value: f64, slope: f64, unit: &str| (name.to_owned(), value, slope, unit.to_owned());
         match self {
-            Self::Scale { .. } | Self::Single { .. } => {
+            Self::Scale { .. } | Self::Single { .. } | Self::DampingScale { .. } | Self::DampingSingle { .. } => {
                 let factor = libm::exp(amplitude);
                 of("factor", factor, factor, "1")
             }
@@ -104,10 +123,13 @@ impl Change {
 
     /// Amplitudes in question, rising, that neighbours bracket what lies between them: both signs, or positive ones.
     pub fn grid(&self, plant: &Plant) -> Vec<f64> {
-        let both = |most: f64| (-20..=20).map(|k| most * f64::from(k) / 20.0).filter(|a| *a != 0.0).collect();
+        let both =
+            |most: f64, n: i32| (-n..=n).map(|k| most * f64::from(k) / f64::from(n)).filter(|a| *a != 0.0).collect();
         let by_size = |unit: f64| (0..=32).map(|k| unit * libm::exp(0.25 * f64::from(k) - 6.0)).collect();
         match self {
-            Self::Scale { .. } | Self::Single { .. } => both(0.4),
+            Self::Scale { .. } | Self::Single { .. } => both(0.4, 20),
+            // to a twelfth and to twelve times
+            Self::DampingScale { .. } | Self::DampingSingle { .. } => both(2.5, 8),
             // relative to what moves the first mode as much as itself
             Self::Root { appendage, axis } => {
                 let strongest = plant.appendages[*appendage].modes.iter().map(|mode| {
@@ -127,7 +149,10 @@ impl Change {
                 let parameter = &EFFECTS[*entry].parameters[0];
                 let size = parameter.default.abs().max(1e-9);
                 let inside = |a: &f64| *a != 0.0 && *a >= parameter.low && *a <= parameter.high;
-                let sizes = (-8..=8).map(|k| size * libm::pow(2.0, f64::from(k)));
+                // a law's coefficient may be of any size: the catalogue knows neither mass nor lever
+                let (steps, ratio) =
+                    if matches!(EFFECTS[*entry].law, Law::Structure(_)) { (8, 2.0) } else { (10, 4.0) };
+                let sizes = (-steps..=steps).map(|k| size * libm::pow(ratio, f64::from(k)));
                 let mut values: Vec<f64> = sizes.flat_map(|a| [-a, a]).filter(inside).collect();
                 values.sort_by(f64::total_cmp);
                 values
@@ -145,6 +170,13 @@ impl Change {
             }
             Self::Single { appendage, mode } => {
                 changed.appendages[*appendage].modes[*mode].frequency_hz.value *= libm::exp(amplitude);
+            }
+            Self::DampingScale { appendage } => {
+                let factor = libm::exp(amplitude);
+                changed.appendages[*appendage].modes.iter_mut().for_each(|m| m.damping_ratio.value *= factor);
+            }
+            Self::DampingSingle { appendage, mode } => {
+                changed.appendages[*appendage].modes[*mode].damping_ratio.value *= libm::exp(amplitude);
             }
             Self::Root { appendage, axis } => soften(&mut changed.appendages[*appendage], *axis, amplitude)?,
             Self::Mass { appendage, point } => load(&mut changed, *appendage, *point, amplitude)?,
@@ -237,17 +269,4 @@ fn rebuilt(appendage: &mut Appendage, v: &DMatrix<f64>, omegas: &[f64]) -> Optio
         }
     }
     Some(())
-}
-
-/// Frequencies of all oscillating modes [Hz], rising, with the name of the state that takes the largest part.
-pub(super) fn frequencies(plant: &Plant) -> Option<Vec<(f64, String)>> {
-    let system = System::new(plant).ok()?;
-    let x = system.initial_state(&plant.initial, &|_| None).ok()?;
-    // about the place where it begins, at rest
-    let at_rest: Vec<f64> =
-        system.states().iter().zip(&x).map(|(s, x)| if s.name.ends_with(".rate") { 0.0 } else { *x }).collect();
-    let u = vec![0.0; system.inputs().len()];
-    let found = system.modes(&mut Workspace::new(&system), 0.0, &at_rest, &u);
-    let oscillates = |m: &&plant::system::SystemMode| m.pole[1] > 1e-9 && m.damping_ratio.abs() < 0.999;
-    Some(found.modes.iter().filter(oscillates).map(|m| (m.frequency_hz, m.label.clone())).collect())
 }

@@ -1,17 +1,57 @@
-//! Likelihood of residual frequencies under a plant, its unknowns' priors and a discrepancy of unknown size.
+//! Likelihood of residual features under a plant, its unknowns' priors and discrepancies of unknown size.
 //!
-//! `r = ln f_measured − ln f_plant ~ N(0, C)`, `C = diag(σ²) + J P Jᵀ + τ² 1`: what the peaks are known to, what the priors of the plant's
-//! numbers allow (J: derivatives of ln f by them, P: their variances), and what no plant of a few numbers explains (τ, by maximum
-//! likelihood). With few modes τ decides what is significant: a plant that misses every mode by a per cent is not refuted by peaks
-//! known to a millionth, but a change that takes the misses away is.
+//! `r = features measured − features of the plant ~ N(0, C)`, `C = diag(σ² + τ_g²) + J P Jᵀ`: what the features are measured to, what no plant
+//! of a few numbers explains (one τ for frequencies, one for damping ratios, one for shapes, by maximum likelihood), and what the
+//! priors of the plant's numbers allow (J: derivatives of the features by them, P: their variances). With few modes τ decides what is
+//! significant: a plant that misses every mode by a per cent is not refuted by peaks known to a millionth, but a change that
+//! takes the misses away is.
+//!
+//! C is a diagonal and a few columns, and is solved as such (Woodbury): a likelihood costs rows × columns².
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Modes that were matched, and what is known of them.
+/// Kind of a feature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Group {
+    /// ln f.
+    Frequency,
+    /// ln ζ.
+    Damping,
+    /// Components of the shape of length 1 across the measured one.
+    Shape,
+}
+
+impl Group {
+    pub const ALL: [Self; 3] = [Self::Frequency, Self::Damping, Self::Shape];
+
+    /// Least and largest ln τ. A plant's damping ratio is never trusted to better than 5 %, its shape to better than 1 % of its length.
+    fn ln_tau(self) -> [f64; 2] {
+        match self {
+            Self::Frequency => [-12.0, 0.0],
+            Self::Damping => [-3.0, 1.5],
+            Self::Shape => [-4.6, 0.0],
+        }
+    }
+
+    /// What its features are called.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Frequency => "frequencies",
+            Self::Damping => "damping ratios",
+            Self::Shape => "shapes",
+        }
+    }
+}
+
+/// A number for each group, in the order of [`Group::ALL`].
+pub(super) type Each = [f64; 3];
+
+/// Features that were measured, and what is known of them.
+#[derive(Clone)]
 pub(super) struct Evidence {
-    /// Of ln f.
     pub sigma: Vec<f64>,
-    /// Derivatives of ln f by unknowns times their prior sigmas: matched modes × unknowns.
+    pub group: Vec<Group>,
+    /// Derivatives of the features by unknowns times their prior sigmas: features × unknowns.
     pub prior: DMatrix<f64>,
 }
 
@@ -20,70 +60,135 @@ pub(super) struct Evidence {
 pub(super) struct Likelihood {
     /// −2 ln L without constants.
     pub objective: f64,
-    pub tau: f64,
+    pub tau: Each,
     /// Root mean square of the residual behind the nominal unknowns.
-    pub rms: f64,
+    pub rms: Each,
 }
 
-/// Least and largest ln τ.
-const LN_TAU: [f64; 2] = [-12.0, 0.0];
+/// C for one τ, ready to be solved.
+pub(super) struct Factor {
+    /// 1 / diagonal.
+    inverse: DVector<f64>,
+    /// D⁻¹ P.
+    weighted: DMatrix<f64>,
+    /// Of 1 + Pᵀ D⁻¹ P.
+    middle: Option<Cholesky<f64, Dyn>>,
+    log_determinant: f64,
+}
+
+impl Factor {
+    pub fn solve(&self, r: &DVector<f64>) -> DVector<f64> {
+        let own = self.inverse.component_mul(r);
+        match &self.middle {
+            Some(middle) => own - &self.weighted * middle.solve(&(self.weighted.transpose() * r)),
+            None => own,
+        }
+    }
+
+    /// `aᵀ C⁻¹ b`.
+    pub fn form(&self, a: &[f64], b: &[f64]) -> f64 {
+        DVector::from_row_slice(a).dot(&self.solve(&DVector::from_row_slice(b)))
+    }
+}
 
 impl Evidence {
-    pub fn covariance(&self, tau: f64) -> DMatrix<f64> {
+    pub fn factor(&self, tau: &Each) -> Factor {
         let n = self.sigma.len();
-        let own = DMatrix::from_fn(n, n, |i, j| if i == j { self.sigma[i] * self.sigma[i] + tau * tau } else { 0.0 });
-        own + &self.prior * self.prior.transpose()
+        let diagonal = |i: usize| {
+            let tau = tau[self.group[i] as usize];
+            self.sigma[i] * self.sigma[i] + tau * tau
+        };
+        let inverse = DVector::from_fn(n, |i, _| 1.0 / diagonal(i));
+        let mut log_determinant: f64 = -inverse.iter().map(|d| libm::log(*d)).sum::<f64>();
+        let mut weighted = self.prior.clone();
+        weighted.row_iter_mut().zip(&inverse).for_each(|(mut row, d)| row *= *d);
+        let columns = self.prior.ncols();
+        let middle = (columns > 0).then(|| {
+            let matrix = DMatrix::identity(columns, columns) + self.prior.transpose() * &weighted;
+            Cholesky::new(matrix).expect("one and a sum of squares is positive definite")
+        });
+        if let Some(middle) = &middle {
+            log_determinant += 2.0 * middle.l_dirty().diagonal().iter().map(|d| libm::log(*d)).sum::<f64>();
+        }
+        Factor { inverse, weighted, middle, log_determinant }
     }
 
-    /// Evidence of some of the modes.
-    pub fn part(&self, rows: core::ops::Range<usize>) -> Self {
-        Self { sigma: self.sigma[rows.clone()].to_vec(), prior: self.prior.rows(rows.start, rows.len()).into_owned() }
+    /// Evidence of some of the features.
+    pub fn part(&self, rows: &[usize]) -> Self {
+        Self {
+            sigma: rows.iter().map(|k| self.sigma[*k]).collect(),
+            group: rows.iter().map(|k| self.group[*k]).collect(),
+            prior: self.prior.select_rows(rows),
+        }
     }
 
-    pub fn at(&self, residual: &[f64], tau: f64) -> f64 {
-        let r = DVector::from_row_slice(residual);
-        let Some(factor) = Cholesky::new(self.covariance(tau)) else { return f64::INFINITY };
-        let log: f64 = factor.l_dirty().diagonal().iter().map(|d| libm::log(*d)).sum();
-        r.dot(&factor.solve(&r)) + 2.0 * log
+    /// With further directions of known variance: their columns times their deviations.
+    pub fn with_columns(&self, columns: &DMatrix<f64>) -> Self {
+        let (own, more) = (self.prior.ncols(), columns.ncols());
+        let prior = DMatrix::from_fn(self.sigma.len(), own + more, |i, j| {
+            if j < own { self.prior[(i, j)] } else { columns[(i, j - own)] }
+        });
+        Self { prior, ..self.clone() }
     }
 
-    /// Best τ by a grid and golden section.
+    pub fn has(&self, group: Group) -> bool {
+        self.group.contains(&group)
+    }
+
+    pub fn count(&self, group: Group) -> usize {
+        self.group.iter().filter(|of| **of == group).count()
+    }
+
+    pub fn at(&self, residual: &[f64], tau: &Each) -> f64 {
+        let factor = self.factor(tau);
+        factor.form(residual, residual) + factor.log_determinant
+    }
+
+    /// Best τ of every group by a grid and golden section, in turn: where no prior ties the groups together, once is exact.
     pub fn best(&self, residual: &[f64]) -> Likelihood {
-        let [low, high] = LN_TAU;
-        let value = |ln_tau: f64| self.at(residual, libm::exp(ln_tau));
-        let at = |k: i32| low + (high - low) * f64::from(k) / 24.0;
-        let least = (0..=24).min_by(|a, b| value(at(*a)).total_cmp(&value(at(*b)))).unwrap_or(0);
-        let ln_tau = golden(at((least - 1).max(0)), at((least + 1).min(24)), 30, &value);
-        let tau = libm::exp(ln_tau);
-        Likelihood { objective: value(ln_tau), tau, rms: self.rms(residual, tau) }
+        const GRID: i32 = 24;
+        let mut tau: Each = Group::ALL.map(|group| libm::exp(group.ln_tau()[0]));
+        let groups: Vec<Group> = Group::ALL.into_iter().filter(|group| self.has(*group)).collect();
+        let sweeps = if groups.len() > 1 && self.prior.ncols() > 0 { 2 } else { 1 };
+        for group in (0..sweeps).flat_map(|_| groups.iter()) {
+            let [low, high] = group.ln_tau();
+            let value = |ln_tau: f64| {
+                let mut at = tau;
+                at[*group as usize] = libm::exp(ln_tau);
+                self.at(residual, &at)
+            };
+            let at = |k: i32| low + (high - low) * f64::from(k) / f64::from(GRID);
+            let values: Vec<f64> = (0..=GRID).map(|k| value(at(k))).collect();
+            let least = (0..=GRID).min_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize])).unwrap_or(0);
+            let ln_tau = golden(at((least - 1).max(0)), at((least + 1).min(GRID)), 20, &value);
+            tau[*group as usize] = libm::exp(ln_tau);
+        }
+        Likelihood { objective: self.at(residual, &tau), tau, rms: self.rms(residual, &tau) }
     }
 
     /// Residual that is left when the nominal unknowns have taken their part.
-    pub fn left(&self, residual: &[f64], tau: f64) -> Vec<f64> {
+    pub fn left(&self, residual: &[f64], tau: &Each) -> Vec<f64> {
         let r = DVector::from_row_slice(residual);
-        let Some(factor) = Cholesky::new(self.covariance(tau)) else { return residual.to_vec() };
-        let taken = &self.prior * (self.prior.transpose() * factor.solve(&r));
+        let taken = &self.prior * (self.prior.transpose() * self.factor(tau).solve(&r));
         (r - taken).iter().copied().collect()
     }
 
-    /// What these modes know of the amplitude of a change that moves them by `slope` each.
-    pub fn precision(&self, slope: &[f64], tau: f64) -> f64 {
-        let slope = DVector::from_row_slice(slope);
-        let factor = Cholesky::new(self.covariance(tau));
-        factor.map_or(1e-300, |factor| slope.dot(&factor.solve(&slope)).max(1e-300))
+    fn rms(&self, residual: &[f64], tau: &Each) -> Each {
+        let left = self.left(residual, tau);
+        Group::ALL.map(|group| self.rms_of(&left, group))
     }
 
-    fn rms(&self, residual: &[f64], tau: f64) -> f64 {
-        crate::statistics::rms(&self.left(residual, tau))
+    /// Root mean square over the features of one group.
+    pub fn rms_of(&self, residual: &[f64], group: Group) -> f64 {
+        let own: Vec<f64> = residual.iter().zip(&self.group).filter(|(_, g)| **g == group).map(|(r, _)| *r).collect();
+        if own.is_empty() { 0.0 } else { crate::statistics::rms(&own) }
     }
 
     /// Cosine between two directions behind the nominal unknowns.
-    pub fn cosine(&self, a: &[f64], b: &[f64], tau: f64) -> f64 {
-        let Some(factor) = Cholesky::new(self.covariance(tau)) else { return 0.0 };
-        let (a, b) = (DVector::from_row_slice(a), DVector::from_row_slice(b));
-        let (of_a, of_b) = (factor.solve(&a), factor.solve(&b));
-        let size = (a.dot(&of_a) * b.dot(&of_b)).sqrt();
-        if size > 0.0 { a.dot(&of_b) / size } else { 0.0 }
+    pub fn cosine(&self, a: &[f64], b: &[f64], tau: &Each) -> f64 {
+        let factor = self.factor(tau);
+        let size = (factor.form(a, a) * factor.form(b, b)).sqrt();
+        if size > 0.0 { factor.form(a, b) / size } else { 0.0 }
     }
 }
 

@@ -1,8 +1,11 @@
-//! Measured peaks and the plant's modes brought together in order.
+//! Measured modes and the plant's brought together, in order or by their shapes.
 //!
 //! A spectrum holds peaks that are no modes of the plant (mains, other directions), and modes that were not excited are not in it. All
 //! frequencies may be off by a common factor. For every factor in question the best assignment in rising order is found by dynamic
 //! programming: a pair costs the square of its distance over [`SPREAD`], a mode left out [`LEFT_OUT`], a faint peak more than a tall one.
+//!
+//! Where shapes were measured, a pair costs by them as well, and pairs may cross: of two modes whose frequencies have changed places the shapes
+//! say which is which. A shape that is the same over [`CHANNELS_MIN`] channels lets a frequency be further away.
 
 use super::MeasuredMode;
 
@@ -14,11 +17,30 @@ const LEFT_OUT: f64 = 6.0;
 const FACTOR_MAX: f64 = 0.5;
 const FACTOR_SPREAD: f64 = 0.25;
 
-/// Pairs (mode of the plant, measured mode), both rising.
-pub(super) fn pairs(plant_hz: &[f64], measured: &[MeasuredMode]) -> Vec<(usize, usize)> {
+/// Cost of a pair of shapes with nothing in common.
+const SHAPE_COST: f64 = 4.0;
+/// Shapes over so many channels with such a criterion are the same mode, whatever its frequency: few are alike by accident.
+const CHANNELS_MIN: usize = 3;
+const SAME_MAC: f64 = 0.9;
+
+/// How alike two shapes are.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Alike {
+    pub mac: f64,
+    pub channels: usize,
+}
+
+/// Pairs (mode of the plant, measured mode), the first rising; the second, too, where `alike` (plant mode, measured mode) knows no shapes.
+pub(super) fn pairs(
+    plant_hz: &[f64],
+    measured: &[MeasuredMode],
+    alike: &dyn Fn(usize, usize) -> Option<Alike>,
+) -> Vec<(usize, usize)> {
     if plant_hz.is_empty() || measured.is_empty() {
         return Vec::new();
     }
+    let shapes: Vec<Vec<Option<Alike>>> =
+        (0..plant_hz.len()).map(|i| (0..measured.len()).map(|j| alike(i, j)).collect()).collect();
     let tallest = measured.iter().map(|m| libm::log(m.prominence)).fold(0.0, f64::max);
     let faint: Vec<f64> = measured.iter().map(|m| tallest - libm::log(m.prominence)).collect();
     // what was measured beyond the plant's last mode, or below its first, says nothing
@@ -29,7 +51,7 @@ pub(super) fn pairs(plant_hz: &[f64], measured: &[MeasuredMode]) -> Vec<(usize, 
     }
     let mut best: (f64, Vec<(usize, usize)>) = (f64::INFINITY, Vec::new());
     for s in factors {
-        let (cost, list) = assign(plant_hz, measured, &faint, s);
+        let (cost, list) = assign(plant_hz, measured, &faint, &shapes, s);
         let cost = cost + (s / FACTOR_SPREAD) * (s / FACTOR_SPREAD);
         if cost < best.0 - 1e-9 {
             best = (cost, list);
@@ -38,7 +60,13 @@ pub(super) fn pairs(plant_hz: &[f64], measured: &[MeasuredMode]) -> Vec<(usize, 
     best.1
 }
 
-fn assign(plant_hz: &[f64], measured: &[MeasuredMode], faint: &[f64], s: f64) -> (f64, Vec<(usize, usize)>) {
+fn assign(
+    plant_hz: &[f64],
+    measured: &[MeasuredMode],
+    faint: &[f64],
+    shapes: &[Vec<Option<Alike>>],
+    s: f64,
+) -> (f64, Vec<(usize, usize)>) {
     let (n, m) = (plant_hz.len(), measured.len());
     // modes above the last line or below the first were not looked for: they cost half
     let low = measured[0].frequency_hz * 0.8;
@@ -51,8 +79,16 @@ fn assign(plant_hz: &[f64], measured: &[MeasuredMode], faint: &[f64], s: f64) ->
         })
         .collect();
     let pair = |i: usize, j: usize| {
-        let away = (libm::log(measured[j].frequency_hz / plant_hz[i]) - s) / SPREAD;
-        away * away + 0.3 * faint[j]
+        let ratio = libm::log(measured[j].frequency_hz / plant_hz[i]);
+        let away = ((ratio - s) / SPREAD) * ((ratio - s) / SPREAD);
+        let by_shape = match shapes[i][j] {
+            Some(Alike { mac, channels }) if channels >= CHANNELS_MIN && mac > SAME_MAC && ratio.abs() < FACTOR_MAX => {
+                away.min(libm::log1p(away)) + SHAPE_COST * (1.0 - mac)
+            }
+            Some(Alike { mac, .. }) => away + SHAPE_COST * (1.0 - mac),
+            None => away,
+        };
+        by_shape + 0.3 * faint[j]
     };
     // cost[i][j]: the first i modes and the first j peaks
     let mut cost = vec![vec![0.0; m + 1]; n + 1];
@@ -77,5 +113,46 @@ fn assign(plant_hz: &[f64], measured: &[MeasuredMode], faint: &[f64], s: f64) ->
         }
     }
     list.reverse();
-    (cost[n][m], list)
+    if shapes.iter().flatten().all(Option::is_none) {
+        return (cost[n][m], list);
+    }
+    exchanged(list, m, &left_out, &pair)
+}
+
+/// Cost and pairs after every exchange that helps: a mode takes a peak, and whoever had it takes what the mode had.
+fn exchanged(
+    list: Vec<(usize, usize)>,
+    peaks: usize,
+    left_out: &[f64],
+    pair: &dyn Fn(usize, usize) -> f64,
+) -> (f64, Vec<(usize, usize)>) {
+    let n = left_out.len();
+    let mut of: Vec<Option<usize>> = vec![None; n];
+    list.iter().for_each(|(i, j)| of[*i] = Some(*j));
+    let cost = |i: usize, j: Option<usize>| j.map_or(left_out[i], |j| pair(i, j));
+    // each exchange lowers the cost; more sweeps than modes have not been seen
+    for _ in 0..n + 2 {
+        let mut helped = false;
+        for i in 0..n {
+            for wanted in (0..peaks).map(Some).chain([None]) {
+                let had = of[i];
+                if wanted == had {
+                    continue;
+                }
+                let holder = wanted.and_then(|j| of.iter().position(|of| *of == Some(j)));
+                let before = cost(i, had) + holder.map_or(0.0, |h| cost(h, of[h]));
+                let after = cost(i, wanted) + holder.map_or(0.0, |h| cost(h, had));
+                if after < before - 1e-9 {
+                    of[i] = wanted;
+                    holder.into_iter().for_each(|h| of[h] = had);
+                    helped = true;
+                }
+            }
+        }
+        if !helped {
+            break;
+        }
+    }
+    let total = (0..n).map(|i| cost(i, of[i])).sum();
+    (total, of.iter().enumerate().filter_map(|(i, j)| j.map(|j| (i, j))).collect())
 }

@@ -7,13 +7,13 @@
 //! residual gives the standard errors. A peak as narrow as the lines has the width of the
 //! window in its damping, and its frequency is not known better than a part of a line.
 
-use nalgebra::{Cholesky, SMatrix, SVector};
+use nalgebra::{Cholesky, Complex, SMatrix, SVector};
 
 type Vector5 = SVector<f64, 5>;
 type Matrix5 = SMatrix<f64, 5, 5>;
 
 /// A resonance that was measured.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredMode {
     pub frequency_hz: f64,
     /// Standard deviation of the frequency [Hz].
@@ -23,6 +23,17 @@ pub struct MeasuredMode {
     pub damping_sigma: f64,
     /// Peak over the floor beside it, as a ratio of magnitudes.
     pub prominence: f64,
+    /// Up to one complex factor; empty where nobody measured it.
+    pub shape: Vec<ShapeComponent>,
+}
+
+/// What one channel says of a mode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShapeComponent {
+    pub channel: String,
+    pub value: Complex<f64>,
+    /// Of its real and its imaginary part, in the unit of `value`; zero where nobody knows it.
+    pub sigma: f64,
 }
 
 /// Magnitude over frequency.
@@ -45,7 +56,27 @@ const LINE_SHARE: f64 = 0.1;
 /// A peak this much weaker beside a stronger one, this close, is its skirt or its window's.
 const BESIDE_SHARE: f64 = 0.03;
 
+/// Lines within the half-power bandwidth below which the window is in the damping: that of Hann is 1.4 lines wide, and
+/// `√(5² + 1.4²)` is 4 % more than 5, less than a damping ratio is trusted to.
+const DAMPING_LINES: f64 = 5.0;
+
 impl Spectrum {
+    /// Peaks by rising frequency, the damping only of those that are wide against the lines (NaN otherwise), and how many are not.
+    pub(super) fn modes_with_own_damping(&self) -> (Vec<MeasuredMode>, usize) {
+        let mut modes = self.modes();
+        let mut narrow = 0;
+        for mode in &mut modes {
+            let k = self.frequency_hz.partition_point(|f| *f < mode.frequency_hz).clamp(1, self.frequency_hz.len() - 1);
+            let line = self.frequency_hz[k] - self.frequency_hz[k - 1];
+            let wide = 2.0 * mode.damping_ratio * mode.frequency_hz > DAMPING_LINES * line;
+            if !wide {
+                (mode.damping_ratio, mode.damping_sigma) = (f64::NAN, f64::NAN);
+                narrow += 1;
+            }
+        }
+        (modes, narrow)
+    }
+
     /// Peaks by rising frequency.
     pub fn modes(&self) -> Vec<MeasuredMode> {
         let n = self.frequency_hz.len().min(self.magnitude.len());
@@ -166,7 +197,14 @@ fn resonance(f: &[f64], log: &[f64], top: usize, over: f64, widths: f64) -> Meas
     let sigma_hz = if ran_away { 0.5 * width } else { (width * sigma(0)).clamp(least, 0.5 * width.max(line)) };
     let damping_ratio = if ran_away { zeta } else { libm::exp(p[1]) };
     let damping_sigma = (damping_ratio * sigma(1).min(1.0)).max(0.5 * LINE_SHARE * line / frequency_hz);
-    MeasuredMode { frequency_hz, sigma_hz, damping_ratio, damping_sigma, prominence: libm::exp(over) }
+    MeasuredMode {
+        frequency_hz,
+        sigma_hz,
+        damping_ratio,
+        damping_sigma,
+        prominence: libm::exp(over),
+        shape: Vec::new(),
+    }
 }
 
 fn normal_equations(

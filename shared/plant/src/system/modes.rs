@@ -3,8 +3,8 @@
 //! States that nothing depends on (a floating base's position, the angle of a free joint) are removed with their exact eigenvalue before
 //! the numerical eigenvalue problem, because a defective zero would otherwise scatter by the square root of rounding.
 
-use super::System;
 use super::workspace::Workspace;
+use super::{StateSpace, System};
 use crate::dual::Dual;
 use nalgebra::{Complex, DMatrix, DVector, Schur};
 
@@ -80,6 +80,21 @@ impl System {
     }
 }
 
+impl StateSpace {
+    /// Readings of every output in the mode of `pole` (real and imaginary part [1/s]), up to one complex factor.
+    ///
+    /// `C v` (outputs), `A v = λ v`: a component is what the sensor says, in its own unit, while nothing but this mode moves. Sensors' own
+    /// lags, delays and scales are not in it. `pole` is one of [`System::modes`] of the same system and place, and is simple: of two
+    /// equal poles any mixture of both is an answer.
+    ///
+    /// Cost: one factorisation of A.
+    #[must_use]
+    pub fn shape(&self, pole: [f64; 2]) -> Vec<Complex<f64>> {
+        let v = eigenvector(&self.a, Complex::new(pole[0], pole[1]), false);
+        (self.c.map(|c| Complex::new(c, 0.0)) * v).iter().copied().collect()
+    }
+}
+
 /// States kept, and (state, pole) of those removed: a column of A that is zero off the diagonal has its own pole there.
 fn removed_integrators(a: &DMatrix<f64>) -> (Vec<usize>, Vec<(usize, f64)>) {
     let row_size: Vec<f64> = (0..a.nrows()).map(|i| a.row(i).amax()).collect();
@@ -97,27 +112,30 @@ fn removed_integrators(a: &DMatrix<f64>) -> (Vec<usize>, Vec<(usize, f64)>) {
 
 /// `|w_k v_k| / Σ`, left and right eigenvectors by inverse iteration beside the pole (Pérez-Arriaga et al. 1982).
 fn participation(a: &DMatrix<f64>, pole: Complex<f64>) -> DVector<f64> {
+    let (right, left) = (eigenvector(a, pole, false), eigenvector(a, pole, true));
+    let size = |z: Complex<f64>| libm::hypot(z.re, z.im);
+    let share = DVector::from_fn(a.nrows(), |i, _| size(left[i] * right[i]));
+    let sum = share.sum();
+    if sum > 0.0 { share / sum } else { share }
+}
+
+/// Eigenvector of `a`, or of its transpose, to the simple eigenvalue `pole`, of length 1: inverse iteration.
+fn eigenvector(a: &DMatrix<f64>, pole: Complex<f64>, transposed: bool) -> DVector<Complex<f64>> {
     let n = a.nrows();
     let scale = a.amax().max(f64::MIN_POSITIVE);
     // beside the pole, so that the matrix can be factorised
     let beside = pole + Complex::new(1e-10 * scale, 1e-10 * scale);
     let shifted = DMatrix::from_fn(n, n, |i, j| {
-        Complex::new(a[(i, j)], 0.0) - if i == j { beside } else { Complex::new(0.0, 0.0) }
+        let at = if transposed { a[(j, i)] } else { a[(i, j)] };
+        Complex::new(at, 0.0) - if i == j { beside } else { Complex::new(0.0, 0.0) }
     });
-    let vector = |matrix: DMatrix<Complex<f64>>| {
-        let factor = matrix.lu();
-        let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0 + 0.1 * i as f64, 0.3));
-        for _ in 0..3 {
-            if let Some(next) = factor.solve(&v) {
-                let norm = next.norm();
-                v = next / Complex::new(norm, 0.0);
-            }
+    let factor = shifted.lu();
+    let mut v = DVector::from_fn(n, |i, _| Complex::new(1.0 + 0.1 * i as f64, 0.3));
+    for _ in 0..3 {
+        if let Some(next) = factor.solve(&v) {
+            let norm = next.norm();
+            v = next / Complex::new(norm, 0.0);
         }
-        v
-    };
-    let (right, left) = (vector(shifted.clone()), vector(shifted.transpose()));
-    let size = |z: Complex<f64>| libm::hypot(z.re, z.im);
-    let share = DVector::from_fn(n, |i, _| size(left[i] * right[i]));
-    let sum = share.sum();
-    if sum > 0.0 { share / sum } else { share }
+    }
+    v
 }
