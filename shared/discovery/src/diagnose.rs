@@ -2,8 +2,8 @@
 //!
 //! Order of work: fit the nominal plant; maximise its noise; score every effect at every site under the stated and under the adapted
 //! noise; let the best compete with two-sided likelihoods; fit them as physics; repeat with the enlarged plant, at most three
-//! times, what a later effect takes the place of leaving again; freeze everything and ask recordings that were not used. Nothing is
-//! named that the robust score vetoes or the held-out recording refuses; a significant score whose model cannot be fitted is reported as that.
+//! times, what a later effect takes the place of leaving again; look once more for what came first beside all others; freeze everything
+//! and ask data that were not used, of all effects and of each. Nothing is named that the robust score vetoes or held-out data refuse; a significant score whose model cannot be fitted is reported as that.
 //!
 //! Every loop is bounded by [`Options`]; what was cut is said.
 
@@ -155,11 +155,14 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         _ => None,
     };
     progress("a law that is not in the catalogue", 0.95);
-    let mut map = remainder(&engine, &found.best)?;
+    // what another recording refuses was something here all the same
+    let whole = judged.refused.first().map_or(&found.best, |(_, with)| with);
+    let mut map = remainder(&engine, whole)?;
     if let Some(map) = &mut map {
         map.evidence -= found.unknown_noise;
     }
-    let odd = left_over(&engine, &found.best)?;
+    let odd = left_over(&engine, whole)?;
+    let explained = (nominal_objective - whole.objective).max(0.0);
     progress("report", 1.0);
     Ok(verdict::conclude(&verdict::Findings {
         engine: &engine,
@@ -171,7 +174,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         noise_p,
         map: map.as_ref(),
         odd,
-        explained: (nominal_objective - found.best.objective).max(0.0),
+        explained,
         judged,
         repeat,
         notes,

@@ -136,7 +136,7 @@ pub fn held_out_words(kind: HeldOutKind) -> Option<&'static str> {
 
 fn standing(diagnosis: &Diagnosis) -> Option<String> {
     let fitted: Vec<&EffectReport> = diagnosis.effects.iter().filter(|e| e.status != Status::NotConverged).collect();
-    let name = |effect: &EffectReport| if fitted.len() == 1 { "it".to_owned() } else { effect.kind.clone() };
+    let name = |e: &EffectReport| if fitted.len() == 1 { "it".to_owned() } else { format!("{} at {}", e.kind, e.site) };
     let of = |status| fitted.iter().filter(|e| e.status == status).map(|e| name(e)).collect::<Vec<_>>();
     let [confirmed, open, refused] = [Status::Confirmed, Status::Unconfirmed, Status::Refused].map(of);
     let numbers = gain_words(diagnosis).map_or(String::new(), |gain| format!(" ({gain})"));
@@ -149,8 +149,11 @@ fn standing(diagnosis: &Diagnosis) -> Option<String> {
         sentences.push(format!("Held-out data confirm {}{numbers}.", confirmed.join(" and ")));
     }
     for (kinds, does) in [(&open, "do not decide yet on"), (&refused, "refuse")] {
-        let numbers = if confirmed.is_empty() { &*numbers } else { "" };
-        sentences.extend((!kinds.is_empty()).then(|| left_out(kinds, does, numbers)));
+        // the gain is that of the model
+        let numbers = if sentences.is_empty() { &*numbers } else { "" };
+        if !kinds.is_empty() {
+            sentences.push(left_out(kinds, does, numbers));
+        }
     }
     (!sentences.is_empty()).then(|| sentences.join(" "))
 }

@@ -6,13 +6,16 @@
 use super::search::Found;
 use super::showing::{Shown, held_out};
 use super::{Adopted, Options, RIVAL_SPAN, Standing, status};
-use crate::compete::Refit;
-use crate::compete::subsets::TIE;
+use crate::compete::{Refit, hopped};
 use crate::fit::{Engine, Fit};
 use crate::held_out::{Gain, Status};
 use crate::problem::Problem;
+use crate::score::Column;
+use core::cmp::Ordering;
 
-/// Probability that an effect that adds nothing is refused or confirmed beside the others.
+/// Logarithm of the odds from which another recording's word on rivals is taken: twenty to one.
+const FAVOURED: f64 = 3.0;
+/// Probability that what adds nothing is called one of refused and confirmed; of several effects that could be refused all together.
 const LEVEL: f64 = 0.05;
 
 /// What held-out data say of a set of effects, and of each.
@@ -29,7 +32,7 @@ pub(super) struct Judged {
 
 /// The plant without one of its effects, and what held-out data gain by it.
 struct Part {
-    without: Standing,
+    without: Refit,
     gain: Gain,
 }
 
@@ -50,19 +53,18 @@ pub(super) fn judged(
     notes: &mut Vec<String>,
 ) -> Judged {
     let asking = Asking { problem, engine, stated, options };
-    let mut shown = borne_out(&asking, found, notes);
+    let mut rivals: Vec<Numbers> =
+        found.rivals.iter().map(|(_, standing, behind)| Numbers::of(standing, *behind)).collect();
+    rivals.push(Numbers::of(&found.best, 0.0));
+    let (mut shown, lead) = borne_out(&asking, found, notes);
     let mut refused = Vec::new();
     let mut parts = asking.parts(&found.best, &found.adopted);
     while let Some(place) = worst(&parts, |gain, count| gain.interval(LEVEL / count)[1] < 0.0) {
         let Some(part) = parts.swap_remove(place) else { break };
         let gone = found.adopted.remove(place);
-        notes.push(format!(
-            "held-out data refuse {} beside {}",
-            named(core::slice::from_ref(&gone)),
-            named(&found.adopted)
-        ));
-        refused.push((gone, core::mem::replace(&mut found.best, part.without)));
-        found.unknown_noise = 0.0;
+        notes.push(format!("held-out data refuse {} beside {}", named([&gone]), named(&found.adopted)));
+        let left = asking.standing(part.without, &found.adopted);
+        refused.push((gone, core::mem::replace(&mut found.best, left)));
         shown = asking.held_out(&found.best, false);
         parts = asking.parts(&found.best, &found.adopted);
     }
@@ -71,26 +73,34 @@ pub(super) fn judged(
     if of_all != Status::Refused {
         judged.confirm_each(&asking, &found.adopted, parts);
     }
+    widen(&mut found.best, &rivals, lead);
+    widen(&mut judged.model, &rivals, lead);
     judged
 }
 
 impl Judged {
     /// What adds nothing that is certain leaves the model, the least first, where the rest is confirmed.
     fn confirm_each(&mut self, asking: &Asking<'_>, adopted: &[Adopted], mut parts: Vec<Option<Part>>) {
-        let (mut model, mut status) = (None, self.status.clone());
         let mut left: Vec<usize> = (0..adopted.len()).collect();
-        while let Some(place) = worst(&parts, |gain, _| gain.interval(LEVEL)[0] <= 0.0) {
+        let others = |left: &[usize]| left.iter().map(|place| adopted[*place].clone()).collect::<Vec<_>>();
+        let mut model = None;
+        // nothing that can be compared is above zero
+        while let Some(place) =
+            worst(&parts, |gain, _| gain.interval(LEVEL)[0].partial_cmp(&0.0) != Some(Ordering::Greater))
+        {
             let Some(part) = parts.swap_remove(place) else { break };
-            status[left.remove(place)] = Status::Unconfirmed;
-            let others: Vec<Adopted> = left.iter().map(|place| adopted[*place].clone()).collect();
-            parts = asking.parts(&part.without, &others);
-            model = Some(part.without);
+            left.remove(place);
+            let standing = asking.standing(part.without, &others(&left));
+            parts = asking.parts(&standing, &others(&left));
+            model = Some(standing);
         }
         let Some(model) = model else { return };
         let shown = asking.held_out(&model, false);
         // else they are confirmed together and none alone
-        if super::status(shown.gain.as_ref()) == Status::Confirmed {
-            (self.model, self.status, self.shown) = (model, status, shown);
+        if status(shown.gain.as_ref()) == Status::Confirmed {
+            self.status.fill(Status::Unconfirmed);
+            left.iter().for_each(|place| self.status[*place] = Status::Confirmed);
+            (self.model, self.shown) = (model, shown);
         }
     }
 }
@@ -107,6 +117,12 @@ impl Asking<'_> {
         held_out(self.problem, self.engine, self.stated, best, nothing, self.options)
     }
 
+    /// What is left of a set, its sigmas over all valleys.
+    fn standing(&self, left: Refit, adopted: &[Adopted]) -> Standing {
+        let columns: Vec<&Column> = adopted.iter().map(|own| &own.column).collect();
+        Standing::of(&hopped(self.engine, left, &columns))
+    }
+
     /// Each of `adopted` on its own, where it is one of several.
     ///
     /// Cost: a fit and a prediction each.
@@ -116,7 +132,7 @@ impl Asking<'_> {
     }
 
     fn part(&self, best: &Standing, own: &Adopted) -> Option<Part> {
-        let without = Standing::of(&Refit::from(best.clone()).without(self.engine, &own.column)?);
+        let without = Refit::from(best.clone()).without(self.engine, &own.column)?;
         let engine = Engine::like(self.engine, &without.problem).ok()?;
         let gain = held_out(&without.problem, &engine, &without.fit, best, false, self.options).gain?;
         drop(engine);
@@ -124,91 +140,79 @@ impl Asking<'_> {
     }
 }
 
-fn named(set: &[Adopted]) -> String {
-    set.iter().map(|own| own.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ")
+fn named<'a>(set: impl IntoIterator<Item = &'a Adopted>) -> String {
+    set.into_iter().map(|own| own.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ")
 }
 
-/// Held-out data on what was found. Another recording is evidence on names, too: the rival that both recordings together favour, each law under its
-/// own noise, takes the place of what this one favours, and any that is confirmed the place of what is not; else the nearest smaller set
-/// that they confirm or at least find better. Weights stay those of this recording: of laws that only come near the truth another one makes too sure.
-fn borne_out(asking: &Asking<'_>, found: &mut Found, notes: &mut Vec<String>) -> Shown {
-    let shown = favoured(asking, found, notes);
-    no_more_than_borne(asking, found, shown, notes)
+/// Held-out data on what was found, and by how much in BIC that is behind what this recording favours. Another recording is evidence on names,
+/// too: the rival that both recordings together favour, each law under its own noise, takes the place of what this one favours, and any that
+/// is confirmed the place of what is not; else the nearest smaller set that they confirm or at least find better. Weights stay those of this
+/// recording: of laws that only come near the truth another one makes too sure.
+fn borne_out(asking: &Asking<'_>, found: &mut Found, notes: &mut Vec<String>) -> (Shown, f64) {
+    let (shown, lead) = favoured(asking, found, notes);
+    (no_more_than_borne(asking, found, shown, notes), lead)
 }
 
-/// A set that was judged: by how much it is behind in BIC on this recording, its log-likelihood on the other, zero without one.
-struct Heard {
-    behind: f64,
-    loglik: f64,
-    numbers: Vec<Number>,
-}
-
-/// Name, value and standard deviation of one of the plant's numbers.
-type Number = (String, f64, f64);
-
-impl Heard {
-    fn new(standing: &Standing, behind: f64, loglik: f64) -> Self {
-        let fit = &standing.fit;
-        let unknowns = standing.problem.unknowns.iter().map(|unknown| unknown.name.clone());
-        let numbers = unknowns.zip(&fit.theta).zip(&fit.sigma).map(|((name, theta), sigma)| (name, *theta, *sigma));
-        Self { behind, loglik, numbers: numbers.collect() }
-    }
-
-    /// By how much `self` is behind `other` in BIC, both recordings together.
-    fn behind(&self, other: &Self) -> f64 {
-        self.behind - other.behind - 2.0 * (self.loglik - other.loglik)
-    }
-}
-
-/// The set of rivals that both recordings favour; its numbers are as uncertain as its name is.
-fn favoured(asking: &Asking<'_>, found: &mut Found, notes: &mut Vec<String>) -> Shown {
+/// The set of rivals that both recordings favour.
+fn favoured(asking: &Asking<'_>, found: &mut Found, notes: &mut Vec<String>) -> (Shown, f64) {
     let mut shown = asking.held_out(&found.best, found.adopted.is_empty());
-    let mut heard = vec![Heard::new(&found.best, 0.0, shown.loglik.unwrap_or(0.0))];
-    let mut first = 0;
     let rivals = core::mem::take(&mut found.rivals);
     // the best of several confirmations is one by chance more often
     let alpha = LEVEL / rivals.len().max(1) as f64;
+    let mut lead = 0.0;
     for (set, standing, behind) in rivals {
         let is_confirmed = status(shown.gain.as_ref()) == Status::Confirmed;
         if is_confirmed && shown.loglik.is_none() {
-            heard.push(Heard::new(&standing, behind, 0.0));
-            continue;
+            break;
         }
         let again = asking.held_out(&standing, false);
-        // one that fails there says nothing
-        let Some(loglik) = again.loglik.or(shown.loglik.is_none().then_some(0.0)) else { continue };
-        heard.push(Heard::new(&standing, behind, loglik));
-        let is_ahead = again.loglik.is_some() && heard[heard.len() - 1].behind(&heard[first]) < -TIE;
+        // logarithm of the odds by both recordings
+        let ahead = again.loglik.zip(shown.loglik).map_or(0.0, |(rival, own)| rival - own - 0.5 * (behind - lead));
         let bears = again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0);
         // of two that nothing confirms the better predicted one, too
-        if (bears || !is_confirmed) && is_ahead || bears && !is_confirmed {
-            let word = if bears && !is_confirmed { "confirm" } else { "are better predicted by" };
-            notes.push(format!("held-out data {word} {}, not {}", named(&set), named(&found.adopted)));
-            first = heard.len() - 1;
-            (found.adopted, found.best, found.unknown_noise, shown) = (set, standing, 0.0, again);
+        if (bears || !is_confirmed) && ahead > FAVOURED || bears && !is_confirmed {
+            let word = if bears && !is_confirmed { "held-out data confirm" } else { "both recordings together favour" };
+            notes.push(format!("{word} {}, not {}", named(&set), named(&found.adopted)));
+            (found.adopted, found.best, found.unknown_noise, shown, lead) = (set, standing, 0.0, again, behind);
         }
     }
-    widen(&mut found.best, &heard, first);
-    shown
+    (shown, lead)
 }
 
-/// Standard deviations over all sets that are not excluded: names that cannot be told apart leave the plant's numbers where any of them has them.
-fn widen(best: &mut Standing, heard: &[Heard], first: usize) {
-    let own = &heard[first];
-    let others = heard.iter().enumerate().filter(|(i, _)| *i != first).map(|(_, other)| (other, other.behind(own)));
-    let others: Vec<(&Heard, f64)> = others.filter(|(_, behind)| *behind <= RIVAL_SPAN).collect();
+/// The plant's numbers as one set has them: names, values, standard deviations, and by how much the set is behind in BIC on this recording.
+struct Numbers {
+    list: Vec<(String, f64, f64)>,
+    behind: f64,
+}
+
+impl Numbers {
+    fn of(standing: &Standing, behind: f64) -> Self {
+        let (unknowns, fit) = (&standing.problem.unknowns, &standing.fit);
+        let numbers = unknowns.iter().zip(&fit.theta).zip(&fit.sigma);
+        Self { list: numbers.map(|((unknown, theta), sigma)| (unknown.name.clone(), *theta, *sigma)).collect(), behind }
+    }
+}
+
+/// Standard deviations over all sets that this recording does not exclude, weights `exp(−ΔBIC/2)`: where names cannot be told apart a number may
+/// be what any of them makes of it.
+///
+/// ```text
+/// σ² ← Σ w_i (σ_i² + (θ_i − θ)²) / Σ w_i,   never below its own
+/// ```
+fn widen(best: &mut Standing, sets: &[Numbers], lead: f64) {
+    let open: Vec<&Numbers> = sets.iter().filter(|set| set.behind - lead <= RIVAL_SPAN).collect();
     let fit = &mut best.fit;
     for ((unknown, theta), sigma) in best.problem.unknowns.iter().zip(&fit.theta).zip(&mut fit.sigma) {
-        let (mut whole, mut variance) = (1.0, *sigma * *sigma);
-        for (other, behind) in &others {
-            let Some((_, value, spread)) = other.numbers.iter().find(|(name, ..)| *name == unknown.name) else {
-                continue;
-            };
-            let weight = libm::exp(-0.5 * behind.max(0.0));
+        let (mut whole, mut sum) = (0.0, 0.0);
+        for set in &open {
+            let Some((_, value, spread)) = set.list.iter().find(|(name, ..)| *name == unknown.name) else { continue };
+            let weight = libm::exp(-0.5 * (set.behind - lead));
             whole += weight;
-            variance += weight * (spread * spread + (value - theta) * (value - theta));
+            sum += weight * (spread * spread + (value - theta) * (value - theta));
         }
-        *sigma = (variance / whole).sqrt();
+        if whole > 0.0 {
+            *sigma = sigma.max((sum / whole).sqrt());
+        }
     }
 }
 
@@ -217,6 +221,11 @@ fn no_more_than_borne(asking: &Asking<'_>, found: &mut Found, mut shown: Shown, 
     for (set, standing) in core::mem::take(&mut found.smaller) {
         if found.adopted.is_empty() || status(shown.gain.as_ref()) == Status::Confirmed {
             break;
+        }
+        let law = |own: &Adopted, other: &Adopted| own.column.candidate.same_law(&other.column.candidate);
+        // others stood before something took their place
+        if !set.iter().all(|own| found.adopted.iter().any(|other| law(own, other))) {
+            continue;
         }
         let again = asking.held_out(&standing, false);
         let gain = |shown: &Shown| shown.gain.as_ref().map_or(f64::NEG_INFINITY, |gain| gain.loglik_gain);

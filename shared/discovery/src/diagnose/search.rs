@@ -83,58 +83,79 @@ pub(super) fn searched(
         found.adopted.extend(new);
     }
     if let Some((refit, earlier)) = last.filter(|(_, earlier)| *earlier > 0) {
-        // valleys of what came earlier were those of a smaller set
-        let columns: Vec<&Column> = found.adopted.iter().map(|adopted| &adopted.column).collect();
-        let before = refit.objective;
-        let refit = hopped(engine, refit, &columns);
-        found.rivals.iter_mut().for_each(|(.., behind)| *behind += before - refit.objective);
-        found.best = Standing::of(&refit);
         progress("look again at what came first", 0.8);
-        (0..earlier).fold(refit, |refit, place| reconsidered(engine, refit, &mut found, place, options));
+        let before = found.best.objective;
+        // valleys of what came earlier were those of a smaller set
+        let mut refit = found.hop(engine, refit);
+        for place in 0..earlier {
+            refit = match reconsidered(engine, &refit, &mut found, place, options) {
+                Some(better) => found.hop(engine, better),
+                None => refit,
+            };
+        }
+        found.unknown_noise = (found.unknown_noise + found.best.objective - before).max(0.0);
     }
+    found.rivals.retain(|(.., behind)| *behind <= RIVAL_SPAN);
     Ok(found)
 }
 
-/// Looks once more for the effect at `place` beside all others: what fits best alone need not be what fits best beside them. `refit` with what
-/// was found, if that is better by BIC; what the recording does not exclude there joins the rivals.
+impl Found {
+    /// `refit` of all that is adopted, with the valleys of all, stands.
+    fn hop(&mut self, engine: &Engine<'_>, refit: Refit) -> Refit {
+        let columns: Vec<&Column> = self.adopted.iter().map(|adopted| &adopted.column).collect();
+        let refit = hopped(engine, refit, &columns);
+        let gained = self.best.objective - refit.objective;
+        self.rivals.iter_mut().for_each(|(.., behind)| *behind += gained);
+        self.best = Standing::of(&refit);
+        refit
+    }
+
+    /// What is adopted, with another effect at `place`.
+    fn with(&self, place: usize, other: Adopted) -> Vec<Adopted> {
+        let mut set = self.adopted.clone();
+        set[place] = other;
+        set
+    }
+}
+
+/// Looks once more for the effect at `place` beside all others: what fits best alone need not be what fits best beside them. What is better by
+/// BIC takes its place, and its fit is returned; what the recording does not exclude there joins the rivals.
 ///
 /// Cost: a round of the search.
-fn reconsidered(engine: &Engine<'_>, refit: Refit, found: &mut Found, place: usize, options: &Options) -> Refit {
-    let gone = &found.adopted[place];
-    let Some(without) = refit.without(engine, &gone.column).map(|without| Standing::of(&without)) else { return refit };
-    let Ok(own) = Engine::like(engine, &without.problem) else { return refit };
+fn reconsidered(
+    engine: &Engine<'_>,
+    refit: &Refit,
+    found: &mut Found,
+    place: usize,
+    options: &Options,
+) -> Option<Refit> {
+    let gone = found.adopted[place].clone();
+    let without = Standing::of(&refit.without(engine, &gone.column)?);
+    let own = Engine::like(engine, &without.problem).ok()?;
     let screened = screen(&own, &without, options, &mut Vec::new());
     let step = step(&own, &without, &screened, 1, options);
-    let (Some(again), Some(new)) = (step.refit, step.adopted.into_iter().next()) else { return refit };
+    let (again, new) = (step.refit?, step.adopted.into_iter().next()?);
     let same = |other: &Adopted| other.column.candidate.same_law(&gone.column.candidate);
     let price = libm::log(engine.samples.max(2) as f64) * (new.numbers() - gone.numbers());
     let ahead = refit.objective - again.objective - price;
-    let wins = ahead > if same(&new) { 0.0 } else { TIE };
-    // what the recording does not exclude beside the best of the two
+    let wins = ahead > TIE;
+    // of this round's winner
     let behind = if wins { 0.0 } else { (-ahead).max(0.0) };
     let others = step.rivals.iter().filter_map(|(set, rival, more)| Some((set.first()?, rival, behind + more)));
-    let own = (!wins).then_some((&new, &again, behind));
-    let open = own.into_iter().chain(others).filter(|(new, _, behind)| *behind <= RIVAL_SPAN && !same(new));
-    let instead = |new: &Adopted| {
-        let mut set = found.adopted.clone();
-        set[place] = new.clone();
-        set
-    };
-    let mut rivals: Vec<_> = open.map(|(new, rival, behind)| (instead(new), Standing::of(rival), behind)).collect();
-    if wins && !same(&new) && ahead <= RIVAL_SPAN {
-        rivals.push((found.adopted.clone(), found.best.clone(), ahead));
-    }
-    // its rivals were those beside fewer
-    let settles = wins || same(&new);
+    let all = (!wins).then_some((&new, &again, behind)).into_iter().chain(others);
+    let rivals = all.filter(|(other, ..)| !same(other));
+    let rivals: Vec<_> =
+        rivals.map(|(other, rival, behind)| (found.with(place, other.clone()), Standing::of(rival), behind)).collect();
     if wins {
         found.rivals.iter_mut().for_each(|(.., behind)| *behind += ahead);
+        if !same(&new) {
+            found.rivals.push((found.adopted.clone(), found.best.clone(), ahead));
+        }
         found.best = Standing::of(&again);
     }
     found.rivals.extend(rivals);
-    if settles {
-        found.adopted[place] = new;
-    }
-    if wins { again } else { refit }
+    found.adopted[place] = if wins || same(&new) { new } else { gone.beside(&new, behind) };
+    wins.then_some(again)
 }
 
 impl Adopted {
@@ -148,16 +169,30 @@ impl Adopted {
         let behind = gained + libm::log(samples) * (gone.numbers() - self.numbers());
         self.p = self.p.max(gone.p);
         self.d = (gone.d * gone.d + gained).max(0.0).sqrt();
-        if behind <= RIVAL_SPAN {
-            self.rivals.push(Contested {
-                candidate: gone.column.candidate.clone(),
-                kind: gone.column.candidate.effect.kind,
-                site: gone.column.candidate.site.to_string(),
-                weight: 0.0,
-                bic: behind,
-                cosine: cosine(&self.score, &gone.score),
-            });
-        }
+        self.rivals.push(self.contested(gone, behind));
+        self.weigh();
+    }
+
+    /// With the rivals of `other`, which is so much behind in BIC, for its own.
+    fn beside(mut self, other: &Self, behind: f64) -> Self {
+        let is_self = |rival: &&Contested| self.column.candidate.same_law(&rival.candidate);
+        let theirs = other.rivals.iter().filter(|rival| !is_self(rival));
+        let theirs = theirs.map(|rival| Contested { bic: rival.bic + behind, ..rival.clone() });
+        self.rivals = core::iter::once(self.contested(other, behind)).chain(theirs).collect();
+        self.weigh();
+        self
+    }
+
+    /// `other` in its place, so much behind in BIC.
+    fn contested(&self, other: &Self, behind: f64) -> Contested {
+        let candidate = other.column.candidate.clone();
+        let (kind, site) = (candidate.effect.kind, candidate.site.to_string());
+        Contested { candidate, kind, site, weight: 0.0, bic: behind, cosine: cosine(&self.score, &other.score) }
+    }
+
+    /// Weights by BIC; what is beyond the span is no rival.
+    fn weigh(&mut self) {
+        self.rivals.retain(|rival| rival.bic <= RIVAL_SPAN);
         let bic: Vec<f64> = core::iter::once(0.0).chain(self.rivals.iter().map(|rival| rival.bic)).collect();
         let weights = weights(&bic, RIVAL_SPAN);
         self.weight = weights[0];

@@ -74,7 +74,8 @@ fn on_recording(
 ) -> Option<ShownParts> {
     let fitted = [(&engine.problem.unknowns[..], &stated.theta[..]), (&best.problem.unknowns, &best.fit.theta)];
     let pairs = engine.problem.unknowns.iter().zip(&stated.ratio);
-    let unseen: Vec<&str> = pairs.filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO).map(|(u, _)| &*u.name).collect();
+    let is_unseen = |(u, ratio): &(&Unknown, &f64)| **ratio > NOT_FOUND_RATIO && !u.parameter.starts_with("effect.");
+    let unseen: Vec<&str> = pairs.filter(is_unseen).map(|(u, _)| &*u.name).collect();
     let show = |plant: &Plant, own: (&[Unknown], &[f64])| {
         within_reach(other.with_plant(&frozen(plant, own, &unseen)), &fitted)
     };

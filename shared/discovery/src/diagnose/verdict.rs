@@ -37,6 +37,13 @@ pub(super) struct Findings<'a> {
     pub alpha: f64,
 }
 
+impl Findings<'_> {
+    /// The plant that has an effect of this standing.
+    fn with(&self, status: Status) -> &Standing {
+        if status == Status::Confirmed { &self.judged.model } else { self.best }
+    }
+}
+
 /// Weight above which a name stands alone.
 const NAME_WEIGHT: f64 = 0.9;
 /// Share of alpha for the noise model.
@@ -89,9 +96,8 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     let engine = findings.engine;
     diagnosis.compare.channels.clone_from(&findings.judged.shown.compare);
     diagnosis.notes.clone_from(&findings.notes);
-    let judged = findings.judged.status.iter();
-    diagnosis.effects =
-        findings.adopted.iter().zip(judged).map(|(own, status)| effect(findings.best, own, *status)).collect();
+    let judged = findings.adopted.iter().zip(&findings.judged.status);
+    diagnosis.effects = judged.map(|(own, status)| effect(findings.with(*status), own, *status)).collect();
     let refused = findings.judged.refused.iter();
     diagnosis.effects.extend(refused.map(|(own, with)| effect(with, own, Status::Refused)));
     diagnosis.nominal = nominal(findings);
@@ -420,7 +426,7 @@ fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
 }
 
 fn nominal(findings: &Findings<'_>) -> Vec<Nominal> {
-    let (before, after) = (findings.stated, findings.best);
+    let (before, after) = (findings.stated, &findings.judged.model);
     let unknowns = &findings.engine.problem.unknowns;
     unknowns
         .iter()
@@ -476,7 +482,7 @@ fn held_out(findings: &Findings<'_>, diagnosis: &mut Diagnosis) {
             (Some(gain.loglik_gain), Some(gain.gain_se), Some(gain.interval95()));
     }
     held.whiteness_p_before = whiteness_p(findings.engine, findings.stated, &findings.engine.noise);
-    held.whiteness_p_after = whiteness_p(findings.engine, &findings.best.fit, &findings.best.noise);
+    held.whiteness_p_after = whiteness_p(findings.engine, &findings.judged.model.fit, &findings.judged.model.noise);
 }
 
 /// Plant file with estimates and confirmed effects.

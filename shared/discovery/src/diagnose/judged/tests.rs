@@ -49,9 +49,10 @@ fn effects_that_are_in_both_recordings_are_confirmed_each_on_its_own() {
 fn what_held_out_data_do_not_decide_keeps_its_name_and_stays_out_of_the_model() {
     let nominal = plant("drive_rig");
     let physics = rubbing(&nominal);
-    let both = with_effect(&physics, "sensor_step", "sensor:rate", &STEP);
+    let late = [("step", 3e-3), ("begin", 0.8), ("duration", 0.171)];
+    let both = with_effect(&physics, "sensor_step", "sensor:rate", &late);
     // the other recording ends before the step begins
-    let other = problem(&nominal, recording(&both, 62, 0.43));
+    let other = problem(&nominal, recording(&both, 62, 0.78));
     let options = Options { threads: 2, held_out: Some(other), ..Options::default() };
     let found = diagnose(&problem(&nominal, recording(&both, 61, 1.0)), &options, &mut |_, _| {});
     assert_eq!(standing(&found, "joint_coulomb"), Some(Status::Confirmed), "{}", found.reason);
@@ -60,14 +61,34 @@ fn what_held_out_data_do_not_decide_keeps_its_name_and_stays_out_of_the_model() 
     assert!(written.contains("joint_coulomb") && !written.contains("sensor_step"), "{written}");
 }
 
-fn heard(behind: f64, loglik: f64, friction: (f64, f64)) -> Heard {
-    Heard { behind, loglik, numbers: vec![("pivot.friction".to_owned(), friction.0, friction.1)] }
+/// The fitted pendulum, its friction elsewhere and known to one sigma.
+fn standing_at(friction: f64, sigma: f64) -> Standing {
+    let nominal = plant("pendulum");
+    let problem = problem(&nominal, recording(&nominal, 1, 0.5));
+    let engine = Engine::new(&problem, 1).unwrap();
+    let mut fit = crate::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 1).unwrap();
+    let at = problem.unknowns.iter().position(|unknown| unknown.name == "pivot.friction").unwrap();
+    (fit.theta[at], fit.sigma[at]) = (friction, sigma);
+    let noise = engine.noise.clone();
+    Standing { plant: nominal, problem: problem.clone(), fit, noise, objective: 0.0 }
+}
+
+fn friction_sigma(standing: &Standing) -> f64 {
+    let at = standing.problem.unknowns.iter().position(|unknown| unknown.name == "pivot.friction").unwrap();
+    standing.fit.sigma[at]
 }
 
 #[test]
-fn both_recordings_count_alike_in_what_is_behind() {
-    let (own, rival) = (heard(0.0, 100.0, (1.0, 0.1)), heard(3.0, 102.5, (1.0, 0.1)));
-    // 3 here, −2 · 2.5 there
-    assert_eq!(rival.behind(&own), -2.0);
-    assert_eq!(own.behind(&rival), 2.0);
+fn a_number_is_as_uncertain_as_the_name_of_what_is_missing() {
+    let (mut own, rival) = (standing_at(1e-3, 1e-5), standing_at(2e-3, 2e-5));
+    let both = [Numbers::of(&own, 0.0), Numbers::of(&rival, 0.0)];
+    // even odds: half of (1e-5)^2 and half of (2e-5)^2 + (1e-3)^2
+    widen(&mut own, &both, 0.0);
+    let expected = (0.5f64 * (1e-10 + 4e-10 + 1e-6)).sqrt();
+    assert!((friction_sigma(&own) - expected).abs() < 1e-12, "{}", friction_sigma(&own));
+    // a rival that is excluded says nothing
+    let mut own = standing_at(1e-3, 1e-5);
+    let far = [Numbers::of(&own, 0.0), Numbers::of(&rival, RIVAL_SPAN + 1.0)];
+    widen(&mut own, &far, 0.0);
+    assert_eq!(friction_sigma(&own), 1e-5);
 }
