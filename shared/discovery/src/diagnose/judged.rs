@@ -160,11 +160,10 @@ fn favoured(asking: &Asking<'_>, found: &mut Found, notes: &mut Vec<String>) -> 
     // the best of several confirmations is one by chance more often
     let alpha = LEVEL / rivals.len().max(1) as f64;
     let mut lead = 0.0;
-    for (set, standing, behind) in rivals {
+    // parts of the same recording have named already
+    let is_other = asking.options.held_out.is_some();
+    for (set, standing, behind) in rivals.into_iter().filter(|_| is_other) {
         let is_confirmed = status(shown.gain.as_ref()) == Status::Confirmed;
-        if is_confirmed && shown.loglik.is_none() {
-            break;
-        }
         let again = asking.held_out(&standing, false);
         // logarithm of the odds by both recordings
         let ahead = again.loglik.zip(shown.loglik).map_or(0.0, |(rival, own)| rival - own - 0.5 * (behind - lead));

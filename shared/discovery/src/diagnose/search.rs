@@ -3,7 +3,6 @@
 use super::adoption::step;
 use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::subsets::TIE;
 use crate::compete::{Refit, free_numbers, hopped, weights};
 use crate::fit::Engine;
 use crate::score::{Column, cosine};
@@ -118,6 +117,9 @@ impl Found {
     }
 }
 
+/// BIC from which another effect takes the place of what came earlier: twenty to one.
+const PREFERRED: f64 = 6.0;
+
 /// Looks once more for the effect at `place` beside all others: what fits best alone need not be what fits best beside them. What is better by
 /// BIC takes its place, and its fit is returned; what the recording does not exclude there joins the rivals.
 ///
@@ -138,7 +140,7 @@ fn reconsidered(
     let same = |other: &Adopted| other.column.candidate.same_law(&gone.column.candidate);
     let price = libm::log(engine.samples.max(2) as f64) * (new.numbers() - gone.numbers());
     let ahead = refit.objective - again.objective - price;
-    let wins = ahead > TIE;
+    let wins = ahead > PREFERRED;
     // of this round's winner
     let behind = if wins { 0.0 } else { (-ahead).max(0.0) };
     let others = step.rivals.iter().filter_map(|(set, rival, more)| Some((set.first()?, rival, behind + more)));
