@@ -17,23 +17,22 @@ fn drag_is_named(ball: &str, documented_rms_m: f64) {
     assert!(["linear_drag", "quadratic_drag"].contains(&found.effects[0].kind.as_str()), "{all:?}");
     assert!(found.effects[0].parameters[0].value > 0.0);
     let height = &found.held_out.channels[0];
-    assert!(height.rms_after < 0.5 * height.rms_before, "{height:?}");
+    assert!(height.rms_after <= documented_rms_m, "{height:?}, documented {documented_rms_m}");
     println!("  documented rms {documented_rms_m} m, here {:.3} m", height.rms_after);
 }
 
 #[test]
 fn drag_of_the_balls_with_holes_is_named() {
-    for (ball, documented) in [("yellow_whiffle_ball", 0.672), ("orange_whiffle_ball", 1.430)] {
-        drag_is_named(ball, documented);
+    let documented_m = [("yellow_whiffle_ball", 0.672), ("orange_whiffle_ball", 1.430), ("whiffle_ball_1", 0.54)];
+    for (ball, documented_m) in documented_m {
+        drag_is_named(ball, documented_m);
     }
 }
 
-/// Printed, not asserted: coloured noise of the video explains the lighter of these drops as well.
+/// Printed, not asserted: the linear law, as probable here, predicts the other drop worse than the quadratic one.
 #[test]
-fn light_balls_with_holes_are_diagnosed() {
-    for ball in ["whiffle_ball_1", "whiffle_ball_2"] {
-        let Some(_found) = dropped(ball) else { return };
-    }
+fn a_light_ball_with_holes_is_diagnosed() {
+    let Some(_found) = dropped("whiffle_ball_2") else { return };
 }
 
 #[test]
