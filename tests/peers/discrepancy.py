@@ -204,8 +204,8 @@ def obsid_lines(case):
     said, seconds = obsid(case)
     row = next((row for row in said["held_out"]["channels"] if row["name"] == case.channel), None)
     effects = [effect for effect in said["effects"] if effect["status"] in ("confirmed", "unconfirmed")]
-    negative = [p["name"] for e in effects for p in e["parameters"] if p["name"] in ("force", "damping", "coefficient") and p["value"] < 0
-                and not e["kind"].startswith("sensor")]
+    signed = [e for e in effects if not e["kind"].startswith("sensor") and e["kind"] != "joint_asymmetric_friction"]  # it has either sign
+    negative = [p["name"] for e in signed for p in e["parameters"] if p["name"] in ("force", "damping", "coefficient") and p["value"] < 0]
     names = ", ".join(f"{effect['kind']} ({effect['status']})" for effect in effects) or "adds nothing"
     before, after = ((row["rms_before"], row["fit_percent_before"]), (row["rms_after"], row["fit_percent_after"])) if row else (None, None)
     line("nominal plant", before, "0", "", "")
