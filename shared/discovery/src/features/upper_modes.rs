@@ -8,6 +8,7 @@ use super::comparison::{Comparison, MODES_MIN, Member};
 use super::likelihood::{Each, Group};
 use crate::diagnose::{Diagnosis, HeldOut, HeldOutChannel, HeldOutKind};
 use crate::held_out::Status;
+use crate::statistics::student_two_sided;
 use nalgebra::DMatrix;
 
 /// A change moves a mode when a feature of it goes by more.
@@ -98,6 +99,7 @@ fn predict(comparison: &Comparison<'_>, members: &[Member], free: &[usize], fitt
 struct Gain {
     sum: f64,
     se: f64,
+    modes: usize,
     /// Root mean square in standard deviations, before and after.
     size: [f64; 2],
 }
@@ -123,11 +125,13 @@ impl Gain {
             };
             rows.iter().map(square).sum::<f64>().sqrt()
         });
-        Self { sum, se, size }
+        Self { sum, se, modes: gains.len(), size }
     }
 
+    /// Of probability 95 %, by Student's law: the spread is that of few modes.
     fn interval(&self) -> [f64; 2] {
-        [self.sum - 1.96 * self.se, self.sum + 1.96 * self.se]
+        let t = student_two_sided(0.05, (self.modes.max(2) - 1) as f64);
+        [self.sum - t * self.se, self.sum + t * self.se]
     }
 
     fn status(&self) -> Status {

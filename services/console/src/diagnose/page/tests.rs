@@ -179,6 +179,25 @@ fn the_first_paragraph_says_what_where_how_large_whether_confirmed_and_what_it_c
 }
 
 #[test]
+fn of_several_effects_each_is_said_to_be_confirmed_open_or_refused_and_what_is_refused_is_not_missing() {
+    let mut several = full();
+    for (kind, status) in [("joint_stribeck", Status::Unconfirmed), ("sensor_step", Status::Refused)] {
+        several.effects.push(EffectReport { kind: kind.into(), status, ..several.effects[0].clone() });
+    }
+    let text = html(several);
+    let first = text.split("<p class=\"verdict\">").nth(1).unwrap().split("</p>").next().unwrap();
+    for words in [
+        "Held-out data confirm joint_coulomb at joint:pivot (gain in log-likelihood 184",
+        "Held-out data do not decide yet on joint_stribeck at joint:pivot, which is not in the augmented plant.",
+        "Held-out data refuse sensor_step at joint:pivot, which is not in the augmented plant.",
+    ] {
+        assert!(first.contains(words), "`{words}` is not in {first}");
+    }
+    let missing = first.split("It shows most").next().unwrap();
+    assert!(missing.contains("joint_stribeck") && !missing.contains("sensor_step"), "{missing}");
+}
+
+#[test]
 fn every_figure_of_the_method_is_drawn_with_its_axes_and_its_claim() {
     let text = html(full());
     // tiles, evidence, force and law over two states, force along each, angles, overlay
