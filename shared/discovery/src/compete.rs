@@ -59,6 +59,8 @@ pub struct Outcome {
     pub null: f64,
     /// Logarithm of the number of samples.
     samples: f64,
+    /// Work of the dearest sets so far, each.
+    work_each: f64,
 }
 
 /// The nominal plant as the sets meet it.
@@ -78,6 +80,8 @@ const FOLLOWED: f64 = 10.0;
 const VETO_LEVEL: f64 = 0.01;
 /// Noise this many times as loud without an effect as with it has swallowed some of it.
 const SWALLOWED: f64 = 1.5;
+/// Sets that meet the others at a time.
+const FEW: usize = 2;
 /// Energy of an effect in less than this many independent instants counts as brief.
 const CEILING_SPARE: f64 = 1.15;
 
@@ -90,7 +94,7 @@ pub fn compete(
     alpha: f64,
 ) -> Outcome {
     let samples = libm::log(engine.samples.max(2) as f64);
-    let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective, samples };
+    let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective, samples, work_each: 0.0 };
     outcome.enter(engine, nominal, columns, ranking, &shortlist(columns, ranking, samples, alpha));
     outcome
 }
@@ -107,10 +111,12 @@ fn one(
     let search = Search { sweeps: 3, colour: true, scan: false };
     let (board, theta) = (&nominal.fit.board, &nominal.fit.theta);
     let starts = [&subset.noise, nominal.noise];
-    let found = starts.iter().filter_map(|start| maximise(engine, board, theta, &extra, start, search));
+    let apart = if subset.noise.is_about(nominal.noise) { 1 } else { 2 };
+    let found = starts.iter().take(apart).filter_map(|start| maximise(engine, board, theta, &extra, start, search));
     let (noise, objective) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
     // the noise found with the effects may be the better one without them, too
-    let without = maximise(engine, board, theta, &[], &noise, search).map_or(nominal.objective, |found| found.1);
+    let other = (!noise.is_about(nominal.noise)).then(|| maximise(engine, board, theta, &[], &noise, search));
+    let without = other.flatten().map_or(nominal.objective, |found| found.1);
     let null = without.min(nominal.objective);
     let (_, amplitude) = board.normal(engine, theta, &noise, &extra).and_then(|normal| normal.minimum())?;
     let amplitudes = signed(columns, subset, &amplitude)?;
@@ -181,13 +187,26 @@ impl Outcome {
     ) {
         let p_veto = VETO_LEVEL / (self.contenders.len() + list.len()).max(1) as f64;
         let single = Engine { threads: 1, ..engine.clone() };
-        let found = parallel(list.len(), engine.threads, |i| one(&single, nominal, columns, &list[i], p_veto));
         let mut null = self.null;
-        for (contender, without) in found.into_iter().flatten() {
-            null = null.min(without);
-            self.contenders.push(contender);
+        let mut rest = list;
+        let room = |each: f64| engine.work.allows(FEW as f64 * each, "sets that ranked last");
+        while !rest.is_empty() && (self.contenders.is_empty() || room(self.work_each)) {
+            let (own, behind) = rest.split_at(rest.len().min(FEW));
+            rest = behind;
+            let before = engine.work.spent();
+            let found = parallel(own.len(), engine.threads, |i| one(&single, nominal, columns, &own[i], p_veto));
+            self.work_each = self.work_each.max((engine.work.spent() - before) / own.len() as f64);
+            for (contender, without) in found.into_iter().flatten() {
+                null = null.min(without);
+                self.contenders.push(contender);
+            }
         }
         self.settle(null, &ranking.trials);
+    }
+
+    /// Work of the dearest sets so far, each.
+    pub fn work_each(&self) -> f64 {
+        self.work_each
     }
 
     /// Ratios, p, BIC and order against a nominal plant that does as well as `null`.

@@ -38,6 +38,7 @@ use crate::omnibus::{Loudest, loudest};
 use crate::problem::Problem;
 use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
+use crate::work::Work;
 use plant::description::Plant;
 
 /// Bounds and levels.
@@ -53,8 +54,8 @@ pub struct Options {
     pub held_out: Option<Problem>,
     /// The same experiment once more, run by run: what physics does repeats, what noise does not.
     pub repeat: Option<Problem>,
-    /// Largest work in steps of integration; beyond it grids are thinned and it is said.
-    pub steps_max: f64,
+    /// Largest work ([`crate::work`]): about nanoseconds of one core; what is left out for it is said.
+    pub work_max: f64,
 }
 
 impl Default for Options {
@@ -66,7 +67,7 @@ impl Default for Options {
             without: Vec::new(),
             held_out: None,
             repeat: None,
-            steps_max: 4e8,
+            work_max: crate::work::MOST,
         }
     }
 }
@@ -138,7 +139,8 @@ pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&
 
 fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Result<Diagnosis, String> {
     progress("fit the nominal plant", 0.0);
-    let engine = Engine::new(problem, options.threads).map_err(|error| error.to_string())?;
+    let mut engine = Engine::new(problem, options.threads).map_err(|error| error.to_string())?;
+    engine.work = std::sync::Arc::new(Work::of(options.work_max));
     let stated = fit_from_afar(&engine, ROUNDS).map_err(|error| error.to_string())?;
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();
@@ -163,6 +165,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     }
     let odd = left_over(&engine, whole)?;
     let explained = (nominal_objective - whole.objective).max(0.0);
+    notes.extend(engine.work.note());
     progress("report", 1.0);
     Ok(verdict::conclude(&verdict::Findings {
         engine: &engine,

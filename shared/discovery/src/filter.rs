@@ -21,6 +21,7 @@ mod lagged;
 mod linear;
 mod machine;
 mod noise_model;
+mod transition;
 mod whiten;
 mod wide;
 

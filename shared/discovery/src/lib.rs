@@ -23,6 +23,7 @@ pub mod series;
 pub mod spectrum;
 pub mod statistics;
 pub mod unknown_law;
+pub mod work;
 
 #[cfg(test)]
 mod noise;

@@ -29,6 +29,7 @@ const SHARPENED: usize = 2;
 /// Cost: two fits a number of that kind; where a sign turns as many and one more for every turn that is sharper.
 pub fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
     let mut best = refit;
+    let mut dearest = 0.0f64;
     for column in members {
         // a sharper turn may have its best numbers elsewhere
         let mut plant = Some(best.plant.clone());
@@ -41,7 +42,13 @@ pub fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
                 moved.into_iter().flatten().map(move |moved| Some((place, moved)))
             });
             for moved in straight.into_iter().chain(hops).collect::<Vec<_>>() {
-                if let Some(found) = from(engine, &best, own.clone(), moved) {
+                if !engine.work.allows(dearest, "other valleys of a likelihood") {
+                    return best;
+                }
+                let before = engine.work.spent();
+                let found = from(engine, &best, own.clone(), moved);
+                dearest = dearest.max(engine.work.spent() - before);
+                if let Some(found) = found {
                     take(&mut best, found);
                 }
             }
@@ -172,6 +179,7 @@ mod tests {
             one_sided: effect.amplitudes == 1,
             high: effect.parameters[0].high,
             at: None,
+            felt: None,
             tries: 1,
         };
         let list = columns((&engine, &fit.board), &nominal, &fit.theta, &[candidate]);

@@ -411,8 +411,17 @@ mod tests {
     fn column(kind: &str, site: &str, tries: usize) -> Column {
         let effect = EFFECTS.iter().find(|effect| effect.kind == kind).unwrap();
         let (site, directions) = (site.parse().unwrap(), vec![Vec::new()]);
-        let candidate =
-            Candidate { effect, site, inner: Vec::new(), directions, one_sided: false, high: 1.0, at: None, tries };
+        let candidate = Candidate {
+            effect,
+            site,
+            inner: Vec::new(),
+            directions,
+            one_sided: false,
+            high: 1.0,
+            at: None,
+            felt: None,
+            tries,
+        };
         Column { candidate, raw: Vec::new(), step: 1.0 }
     }
 

@@ -41,23 +41,29 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
     let mut outcome = compete(engine, &nominal, &found.columns, &ranking, alpha);
     let mut asked: Vec<Subset> = Vec::new();
     let better = |small: &Contender, large: &Contender| predicts_better(engine, small, large);
+    // work of the dearest fit to its end
+    let mut settled = 0.0f64;
     while let Some(at) = outcome.best(alpha, &ranking.trials, &better) {
         if !outcome.contenders[at].is_met {
             // its fit to the end, and once more from the other side: the nominal plant with the noise and the numbers that suit the set
             let contender = &mut outcome.contenders[at];
+            let before = engine.work.spent();
             contender.settle(engine, &found.columns);
+            settled = settled.max(engine.work.spent() - before);
             contender.is_met = true;
             let null = contender.refit.as_ref().and_then(|refit| nominal_with(engine, best, refit));
             outcome.settle(null.unwrap_or(outcome.null), &ranking.trials);
             continue;
         }
         let near = unmet(found, &outcome, at, &ranking, &asked);
-        if !near.is_empty() {
+        if !near.is_empty() && engine.work.allows(near.len() as f64 * outcome.work_each(), "rivals that scored less") {
             outcome.enter(engine, &nominal, &found.columns, &ranking, &near);
             asked.extend(near);
             continue;
         }
-        if let Some(rival) = unsettled(&outcome, at, alpha) {
+        if let Some(rival) = unsettled(&outcome, at, alpha)
+            && engine.work.allows(settled, "the last steps of rivals' fits")
+        {
             outcome.contenders[rival].settle(engine, &found.columns);
             outcome.settle(outcome.null, &ranking.trials);
             continue;
@@ -253,5 +259,6 @@ fn nominal_with(engine: &Engine<'_>, best: &Standing, refit: &Refit) -> Option<f
         let again = fit(engine, &best.plant, &again.theta, &noise, 1).ok()?;
         Some(maximise(engine, &again.board, &again.theta, &[], &noise, search)?.1)
     };
-    Some([(&best.fit.theta, &own.0), (&theirs, &refit.noise)].into_iter().filter_map(from).fold(own.1, f64::min))
+    let again = (!refit.noise.is_about(&best.noise)).then_some((&best.fit.theta, &own.0));
+    Some(again.into_iter().chain([(&theirs, &refit.noise)]).filter_map(from).fold(own.1, f64::min))
 }

@@ -37,7 +37,7 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, no
     let (lines, orders) = longest(engine, best);
     let found = (&lines, &orders[..]);
     let mut list = candidates(engine.problem, &best.plant, &board.linears, period_s, found, &options.without);
-    thin(engine, options, &mut list, notes);
+    thin(engine, best, &mut list, notes);
     let mut all = columns(along, &best.plant, theta, &list);
     let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
     let mut finer = refined((engine, board), along, &best.plant, theta, &best.noise, (&all, &found));
@@ -69,22 +69,23 @@ fn longest(engine: &Engine<'_>, best: &Standing) -> (Lines, Vec<Orders>) {
     (lines(linear, timeline, sigma.len()), orders(linear, timeline, &best.plant, sigma))
 }
 
+/// Share of all work that the points of the grids may take.
+const GRIDS: f64 = 0.1;
+
 /// Bounds the work: whole laws stay, points of their grids go.
-fn thin(engine: &Engine<'_>, options: &Options, list: &mut Vec<Candidate>, notes: &mut Vec<String>) {
-    let steps: f64 = engine.timelines.iter().flat_map(|t| &t.events).map(|event| event.steps as f64).sum();
-    let most = ((options.steps_max / (2.0 * steps.max(1.0))) as usize).max(20);
-    if list.len() <= most {
+fn thin(engine: &Engine<'_>, best: &Standing, list: &mut Vec<Candidate>, notes: &mut Vec<String>) {
+    let passes: usize = list.iter().map(|candidate| candidate.directions.len()).sum();
+    let keep = engine.work.affords(GRIDS, engine.pass_work(&best.plant, &best.fit.theta)) / passes.max(1) as f64;
+    if keep >= 1.0 {
         return;
     }
-    let keep = most as f64 / list.len() as f64;
     notes.push(format!("grids were thinned to {:.0} % to bound the work", 100.0 * keep));
-    let mut seen: Vec<String> = Vec::new();
+    let mut last: Option<Candidate> = None;
     let mut count = 0.0;
     list.retain(|candidate| {
-        let name = format!("{}@{}", candidate.effect.kind, candidate.site);
-        let fresh = !seen.contains(&name);
+        let fresh = last.as_ref().is_none_or(|last| !last.same_law(candidate));
         if fresh {
-            seen.push(name);
+            last = Some(candidate.clone());
         }
         count += keep;
         let due = count >= 1.0;

@@ -34,10 +34,15 @@ pub(super) fn searched(
     let screening = Screening::default();
     let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 };
     let mut last: Option<(Refit, usize)> = None;
+    let mut begun = engine.work.spent();
     for round in 0..options.terms_max {
         if found.adopted.len() >= options.terms_max || !found.unfitted.is_empty() {
             break;
         }
+        if round > 0 && !engine.work.allows(engine.work.spent() - begun, "a further effect") {
+            break;
+        }
+        begun = engine.work.spent();
         let done = round as f64 / options.terms_max as f64;
         progress("score the catalogue", 0.2 + 0.6 * done);
         let own = Engine::like(engine, &found.best.problem).map_err(|error| error.to_string())?;
@@ -86,11 +91,18 @@ pub(super) fn searched(
         let before = found.best.objective;
         // valleys of what came earlier were those of a smaller set
         let mut refit = found.hop(engine, refit);
+        // about a round
+        let mut looked = engine.work.spent() - begun;
         for place in 0..earlier {
+            if !engine.work.allows(looked, "another look for what came first") {
+                break;
+            }
+            let begun = engine.work.spent();
             refit = match reconsidered(engine, &refit, &mut found, place, options) {
                 Some(better) => found.hop(engine, better),
                 None => refit,
             };
+            looked = looked.max(engine.work.spent() - begun);
         }
         found.unknown_noise = (found.unknown_noise + found.best.objective - before).max(0.0);
     }

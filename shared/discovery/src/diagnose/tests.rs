@@ -50,6 +50,24 @@ fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
     }
 }
 
+#[test]
+fn little_work_still_names_what_is_plain_says_what_it_left_out_and_does_so_on_any_number_of_threads() {
+    let nominal = plant("pendulum");
+    let hidden = with_effect(&nominal, "joint_coulomb", "joint:pivot", &[("force", 8e-3), ("smooth_rate", 1e-3)]);
+    let recorded = problem(&nominal, recording(&hidden, 5, 12.0));
+    let by = |work_max: f64, threads: usize| {
+        diagnose(&recorded, &Options { threads, work_max, ..Options::default() }, &mut |_, _| {})
+    };
+    let left_out = |found: &Diagnosis| found.notes.iter().any(|note| note.starts_with("to bound the work"));
+    let (little, again, enough) = (by(2e7, 1), by(2e7, 3), by(crate::work::MOST, 2));
+    assert!(left_out(&little) && little.notes.iter().any(|note| note.starts_with("grids were thinned")));
+    assert!(!left_out(&enough), "{:?}", enough.notes);
+    for found in [&little, &enough] {
+        assert_eq!(found.effects[0].kind, "joint_coulomb", "{}", found.reason);
+    }
+    assert_eq!(format!("{little:?}"), format!("{again:?}"));
+}
+
 /// Plant, duration, effect, site, values.
 type Case = (&'static str, f64, &'static str, &'static str, &'static [(&'static str, f64)]);
 

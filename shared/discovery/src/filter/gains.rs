@@ -220,6 +220,39 @@ fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
     }
 }
 
+/// `sum += Σ shareᵢ · rowᵢ`: as many numbers at once as the processor has room for.
+#[inline(always)]
+fn combine<R: Row>(sum: &mut [f64], shares: &[f64], rows: &[R]) {
+    let mut at = 0;
+    while at + 4 * QUAD <= sum.len() {
+        stretch::<4, R>(sum, shares, rows, at);
+        at += 4 * QUAD;
+    }
+    if at + 2 * QUAD <= sum.len() {
+        stretch::<2, R>(sum, shares, rows, at);
+        at += 2 * QUAD;
+    }
+    if at + QUAD <= sum.len() {
+        stretch::<1, R>(sum, shares, rows, at);
+    }
+}
+
+/// [`combine`] of the `Q` fours of numbers from `at` on.
+#[inline(always)]
+fn stretch<const Q: usize, R: Row>(sum: &mut [f64], shares: &[f64], rows: &[R], at: usize) {
+    let sum = &mut sum[at..at + Q * QUAD];
+    let mut sums = [[0.0; QUAD]; Q];
+    sums.iter_mut().zip(sum.chunks_exact(QUAD)).for_each(|(own, sum)| own.copy_from_slice(sum));
+    for (share, row) in shares.iter().zip(rows) {
+        for (own, x) in sums.iter_mut().zip(row.numbers()[at..at + Q * QUAD].chunks_exact(QUAD)) {
+            for (own, x) in own.iter_mut().zip(x) {
+                *own += share * x;
+            }
+        }
+    }
+    sum.chunks_exact_mut(QUAD).zip(&sums).for_each(|(sum, own)| sum.copy_from_slice(own));
+}
+
 #[inline(always)]
 fn product(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; QUAD];
@@ -292,6 +325,12 @@ impl<R: Row> Recursion<R> {
         self.p[i].numbers_mut()[i] = variance;
     }
 
+    /// Standard deviations of the state and of the noise inputs.
+    pub fn sigmas(&self) -> Vec<f64> {
+        let count = self.layout.tangent + self.layout.noise_inputs.len();
+        (0..count).map(|i| self.p[i].numbers()[i].sqrt()).collect()
+    }
+
     /// Fresh actuator noise.
     #[inline(always)]
     pub fn renew(&mut self, reset: u64, noise: &NoiseModel) {
@@ -322,11 +361,7 @@ impl<R: Row> Recursion<R> {
         for (moved, row) in self.moved.iter_mut().zip(transition.chunks_exact(len.max(1))) {
             let mut sum = moved.taken();
             sum.numbers_mut().fill(0.0);
-            for (f, p) in row.iter().zip(&self.p) {
-                if *f != 0.0 {
-                    add(sum.numbers_mut(), *f, p.numbers());
-                }
-            }
+            combine(sum.numbers_mut(), row, &self.p);
             *moved = sum;
         }
         for (i, row) in transition.chunks_exact(len.max(1)).enumerate() {
@@ -339,9 +374,7 @@ impl<R: Row> Recursion<R> {
             let moved = moved.numbers();
             let mut sum = self.p[i].taken();
             sum.numbers_mut().fill(0.0);
-            for (share, column) in moved.iter().zip(&self.columns) {
-                add(sum.numbers_mut(), *share, column.numbers());
-            }
+            combine(sum.numbers_mut(), moved, &self.columns);
             sum.numbers_mut()[n..].copy_from_slice(&moved[n..]);
             self.p[i] = sum;
         }
@@ -448,11 +481,7 @@ impl<R: Row> Recursion<R> {
         let mut v = self.v[slot].taken();
         v.numbers_mut().fill(0.0);
         let h = self.h[slot].numbers();
-        for (h, p) in h.iter().zip(&self.p) {
-            if *h != 0.0 {
-                add(v.numbers_mut(), *h, p.numbers());
-            }
-        }
+        combine(v.numbers_mut(), h, &self.p);
         let variance = product(h, v.numbers()) + own;
         if !(variance > 0.0 && variance.is_finite()) {
             return false;

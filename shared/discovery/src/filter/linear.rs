@@ -3,6 +3,7 @@
 use super::gains::{Recursion, gains};
 use super::initial::{Start, response};
 use super::machine::{Frozen, Machine};
+use super::transition::Transitions;
 use super::whiten::whiten;
 use super::{Layout, NoiseModel};
 use crate::problem::Timeline;
@@ -120,11 +121,11 @@ impl Linear {
 }
 
 /// Step of the differences: readings and states are of the order of one in SI; curvature below 1e-4 of it is not seen.
-const STEP: f64 = 1e-6;
+pub(super) const STEP: f64 = 1e-6;
 
 /// Extended Kalman filter over a run with white noise, from `start`, which `machine` is moved to: its gains, innovations and linear model.
 ///
-/// Cost: `tangent + inputs + clone + 1` flows and readings an event.
+/// Cost: `tangent + inputs + clone + 1` readings an event, and as many flows, or a third of their work ([`Transitions`]).
 pub fn linearise(
     machine: &mut Machine<'_>,
     noise: &NoiseModel,
@@ -139,6 +140,7 @@ pub fn linearise(
     let mut recursion = Recursion::<Vec<f64>>::new(&linear.layout, &start.sigma);
     let mut mean = machine.start();
     let mut scratch = Scratch::new(machine);
+    let mut transitions = Transitions::new(machine);
     let mut predicted = vec![0.0; white.sensor_sigma.len()];
     let mut change = vec![0.0; linear.layout.len()];
     let mut started = vec![f64::NAN; white.sensor_sigma.len()];
@@ -190,7 +192,7 @@ pub fn linearise(
         }
         if k + 1 < events {
             let transition = &mut linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
-            scratch.transition(machine, k, &mut mean, transition);
+            transitions.write(machine, k, &mut mean, &recursion.sigmas(), transition);
             recursion.propagate(transition);
         }
     }
@@ -220,11 +222,9 @@ fn slopes(nu: &[f64], timeline: &Timeline) -> Vec<f64> {
 struct Scratch {
     delta: Vec<f64>,
     moved: Vec<f64>,
-    base: Vec<f64>,
     w: Vec<f64>,
     y: Vec<f64>,
     y0: Vec<f64>,
-    difference: Vec<f64>,
 }
 
 impl Scratch {
@@ -232,42 +232,7 @@ impl Scratch {
         let (n, t) = (machine.x0.len(), machine.layout.tangent);
         let p = machine.layout.lag_of.len();
         let zeros = |n: usize| vec![0.0; n];
-        Self {
-            delta: zeros(t),
-            moved: zeros(n),
-            base: zeros(n),
-            w: Vec::new(),
-            y: zeros(p),
-            y0: zeros(p),
-            difference: zeros(t),
-        }
-    }
-
-    /// Moves the mean to the next event and writes `[Φ | Γ]`.
-    fn transition(&mut self, machine: &mut Machine<'_>, k: usize, mean: &mut super::machine::Mean, out: &mut [f64]) {
-        let (n, m) = (machine.layout.tangent, machine.layout.noise_inputs.len());
-        self.w.clone_from(&mean.w);
-        self.base.copy_from_slice(&mean.x);
-        machine.flow(k, &mut self.base, &self.w);
-        for column in 0..n + m {
-            if column < n {
-                self.delta.fill(0.0);
-                self.delta[column] = STEP;
-                machine.system.retract(&mean.x, &self.delta, &mut self.moved);
-            } else {
-                self.moved.copy_from_slice(&mean.x);
-                self.w[column - n] += STEP;
-            }
-            machine.flow(k, &mut self.moved, &self.w);
-            if column >= n {
-                self.w[column - n] = mean.w[column - n];
-            }
-            machine.system.difference(&self.base, &self.moved, &mut self.difference);
-            for row in 0..n {
-                out[row * (n + m) + column] = self.difference[row] / STEP;
-            }
-        }
-        mean.x.copy_from_slice(&self.base);
+        Self { delta: zeros(t), moved: zeros(n), w: Vec::new(), y: zeros(p), y0: zeros(p) }
     }
 
     fn measurement(&mut self, machine: &mut Machine<'_>, k: usize, mean: &super::machine::Mean, out: &mut [f64]) {

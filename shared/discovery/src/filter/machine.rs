@@ -1,7 +1,9 @@
 //! One run of one plant variant: flow between events, readings at events, the pass with frozen gains.
 
+use super::transition::Transitions;
 use super::{Layout, equip, tangent_names};
 use crate::problem::{Problem, Timeline};
+use crate::work::{of_evaluations, of_whitening};
 use plant::description::{Plant, Reading, Sensor};
 use plant::dual::Dual;
 use plant::filter::{FilterKind, Gate, Lag, LagState};
@@ -72,7 +74,7 @@ pub struct Mean {
 
 /// Inputs that change during a step.
 #[derive(Clone, Copy)]
-struct Moving<'w> {
+pub(super) struct Moving<'w> {
     /// First of the three rows of the step, or the row of the event.
     row: usize,
     /// Share of the step (of the event's stretch) already done, and what this step does.
@@ -132,6 +134,25 @@ impl<'a> Machine<'a> {
             x_begin: zeros(n),
             system,
         })
+    }
+
+    /// Work of a pass with frozen gains.
+    pub fn pass_work(&self) -> f64 {
+        let parts: usize = self.timeline.events.iter().map(|event| event.steps).sum::<usize>() * self.finer;
+        of_evaluations(4 * parts, &self.system)
+    }
+
+    /// Work of slopes at both ends of every stretch, or of its flow where it takes several steps.
+    pub fn slopes_work(&self) -> f64 {
+        let of = |steps: usize| if steps > 1 { 4 * steps * self.finer } else { 2 };
+        of_evaluations(self.timeline.events.iter().map(|event| of(event.steps)).sum(), &self.system)
+    }
+
+    /// Work of a linearisation.
+    pub fn linearisation_work(&self) -> f64 {
+        let (n, m, z) = (self.layout.tangent, self.layout.noise_inputs.len(), self.layout.len());
+        let sizes = [self.timeline.events.len(), self.timeline.value.len()];
+        Transitions::flows(self) * self.pass_work() + of_whitening([n, m, z], sizes, 1)
     }
 
     pub fn start(&self) -> Mean {
@@ -224,26 +245,56 @@ impl<'a> Machine<'a> {
 
     /// Moves `x` from event `k` to the next.
     pub fn flow(&mut self, k: usize, x: &mut [f64], w: &[f64]) {
+        (0..self.parts(k)).for_each(|part| self.advance(k, part, x, w));
+    }
+
+    /// Steps of integration behind event `k`.
+    pub(super) fn parts(&self, k: usize) -> usize {
+        self.timeline.events[k].steps * self.finer
+    }
+
+    /// Moves `x` over one part of the stretch behind event `k`.
+    pub(super) fn advance(&mut self, k: usize, part: usize, x: &mut [f64], w: &[f64]) {
+        let (t, h, moving) = self.part(k, part, w);
+        if moving.is_none() {
+            self.load(self.timeline.events[k].row, w);
+        }
+        self.runge_kutta(t, h, x, moving);
+    }
+
+    /// `x'` in state `x` in the middle of a part.
+    pub(super) fn slope_within(&mut self, k: usize, part: usize, x: &[f64], w: &[f64], out: &mut [f64]) {
+        let (t, h, moving) = self.part(k, part, w);
+        match moving {
+            Some(moving) => self.interpolate(moving.row, moving.from + 0.5 * moving.span, w),
+            None => self.load(self.timeline.events[k].row, w),
+        }
+        let Self { system, ws, u, .. } = self;
+        system.derivative(ws, t + 0.5 * h, x, u, out);
+    }
+
+    /// Beginning and length [s] of a part of the stretch behind event `k`, and the inputs that change during it.
+    pub(super) fn part<'w>(&self, k: usize, part: usize, w: &'w [f64]) -> (f64, f64, Option<Moving<'w>>) {
         let event = self.timeline.events[k];
-        let h = event.step_s / self.finer as f64;
-        for step in 0..event.steps {
-            let t = event.t_s + step as f64 * event.step_s;
-            let (held, parts) = (!self.timeline.moving && self.tilts.is_empty(), self.finer as f64);
-            if held {
-                self.load(event.row, w);
-            }
-            for part in 0..self.finer {
-                let from = part as f64 / parts;
-                let moving = if held {
-                    None
-                } else if self.timeline.moving {
-                    Some(Moving { row: event.row + 2 * step, from, span: 1.0 / parts, w })
-                } else {
-                    let steps = event.steps as f64;
-                    Some(Moving { row: event.row, from: (step as f64 + from) / steps, span: 1.0 / (steps * parts), w })
-                };
-                self.runge_kutta(t + part as f64 * h, h, x, moving);
-            }
+        let (step, within, parts) = (part / self.finer, part % self.finer, self.finer as f64);
+        let h = event.step_s / parts;
+        let t = event.t_s + step as f64 * event.step_s + within as f64 * h;
+        let from = within as f64 / parts;
+        let moving = if !self.timeline.moving && self.tilts.is_empty() {
+            None
+        } else if self.timeline.moving {
+            Some(Moving { row: event.row + 2 * step, from, span: 1.0 / parts, w })
+        } else {
+            let steps = event.steps as f64;
+            Some(Moving { row: event.row, from: (step as f64 + from) / steps, span: 1.0 / (steps * parts), w })
+        };
+        (t, h, moving)
+    }
+
+    /// State in the middle of the step that was taken last, which began in `x`; to third order in its length `h`.
+    pub(super) fn middle(&self, x: &[f64], h: f64, out: &mut [f64]) {
+        for (out, (x, slope)) in out.iter_mut().zip(x.iter().zip(&self.slopes[1])) {
+            *out = x + 0.5 * h * slope;
         }
     }
 

@@ -4,6 +4,8 @@ use super::FitError;
 use super::bounded::bounded;
 use super::engine::{Engine, parallel};
 use crate::filter::{Linear, NoiseModel, gains, products, whiten};
+use crate::problem::Timeline;
+use crate::work::{of_products, of_whitening};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use plant::description::Plant;
 
@@ -133,6 +135,7 @@ impl Board {
         let mut log_determinant = 0.0;
         for (run, linear) in self.linears.iter().enumerate() {
             let timeline = &engine.timelines[run];
+            engine.work.add(whitening_work(linear, timeline, columns.len()));
             let found = gains(linear, timeline, noise)?;
             let range = engine.offsets[run]..engine.offsets[run] + timeline.value.len();
             let mut parts: Vec<&mut [f64]> = columns.iter_mut().map(|column| &mut column[range.clone()]).collect();
@@ -185,12 +188,21 @@ impl Board {
         let mut sums = vec![0.0; columns.len() * columns.len()];
         let mut log_determinant = 0.0;
         for ((linear, timeline), offset) in self.linears.iter().zip(engine.timelines.iter()).zip(&engine.offsets) {
+            engine.work.add(whitening_work(linear, timeline, columns.len()));
+            engine.work.add(of_products(timeline.value.len(), columns.len()));
             let own = *offset..offset + timeline.value.len();
             let own: Vec<&[f64]> = columns.iter().map(|column| &column[own.clone()]).collect();
             log_determinant += products((linear, timeline), noise, &own, &mut sums)?;
         }
         Normal::new(engine, theta, &sums, self.jacobian.len(), log_determinant)
     }
+}
+
+/// Work of whitening so many columns of a run.
+fn whitening_work(linear: &Linear, timeline: &Timeline, columns: usize) -> f64 {
+    let layout = &linear.layout;
+    let filter = [layout.tangent, layout.noise_inputs.len(), layout.len()];
+    of_whitening(filter, [timeline.events.len(), timeline.value.len()], columns)
 }
 
 /// `Σ ((θ − θ₀)/σ)²`.

@@ -3,6 +3,7 @@
 use super::FitError;
 use crate::filter::{Frozen, Linear, Machine, NoiseModel, Start, equip, initial_sigmas, linearise, step_s};
 use crate::problem::{Problem, Run, Timeline};
+use crate::work::Work;
 use plant::description::Plant;
 use plant::system::System;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -24,6 +25,8 @@ pub struct Engine<'p> {
     /// First sample of each run in the vector of all.
     pub offsets: Vec<usize>,
     pub samples: usize,
+    /// What all engines of one diagnosis have computed.
+    pub work: std::sync::Arc<Work>,
 }
 
 /// Mean increase of `ln S` per sample that a disturbance nobody stated starts at: not seen in any recording we can hold.
@@ -70,8 +73,18 @@ impl<'p> Engine<'p> {
         let disturbance_sigma = vec![f64::INFINITY; noise.input_sigma.len()];
         let threads = threads.max(1);
         let hardly_seen = std::sync::Arc::new(vec![Vec::new(); problem.runs.len()]);
-        let mut engine =
-            Self { problem, timelines, threads, noise, noise_names, disturbance_sigma, hardly_seen, offsets, samples };
+        let mut engine = Self {
+            problem,
+            timelines,
+            threads,
+            noise,
+            noise_names,
+            disturbance_sigma,
+            hardly_seen,
+            offsets,
+            samples,
+            work: std::sync::Arc::default(),
+        };
         let runs = parallel(problem.runs.len(), threads, |run| super::start::hardly_seen(&engine, run));
         engine.hardly_seen = std::sync::Arc::new(runs);
         let unstated: Vec<usize> =
@@ -103,6 +116,7 @@ impl<'p> Engine<'p> {
             hardly_seen: other.hardly_seen.clone(),
             offsets: other.offsets.clone(),
             samples: other.samples,
+            work: other.work.clone(),
         })
     }
 
@@ -227,6 +241,7 @@ impl<'p> Engine<'p> {
             let mut wide = machine()?;
             let initial = &self.problem.runs[run].initial;
             let sigmas = initial_sigmas(&smooth, &wide.system, initial, &self.hardly_seen[run]);
+            self.work.add(wide.linearisation_work());
             let mut linear = linearise(&mut wide, noise, &sigmas, &Start::prior(&sigmas))?;
             let timeline = &self.timelines[run];
             if linear.peak(timeline) > QUIET
@@ -259,6 +274,15 @@ impl<'p> Engine<'p> {
         }
     }
 
+    /// Work of a pass over all runs.
+    pub fn pass_work(&self, plant: &Plant, theta: &[f64]) -> f64 {
+        let of = |run: usize| {
+            let instance = self.problem.instance(plant, theta, run);
+            Machine::new(self.problem, run, &instance, &self.timelines[run]).map_or(0.0, |machine| machine.pass_work())
+        };
+        (0..self.timelines.len()).map(of).sum()
+    }
+
     /// Innovations of `plant` with the gains of `linears`; runs that `concerned` denies keep theirs from `linears`.
     pub fn innovations(
         &self,
@@ -278,6 +302,7 @@ impl<'p> Engine<'p> {
             let mut machine = Machine::new(self.problem, run, &instance, &self.timelines[run]).ok()?;
             let map = places(&machine, linear)?;
             machine.begin_as(linear, &map);
+            self.work.add(machine.pass_work());
             if !machine.pass(&linear.frozen, &map, part) {
                 return None;
             }

@@ -22,6 +22,9 @@ const SIZE_MAX: usize = 26;
 /// Largest pole: slower noise is a drift.
 const POLE_MAX: f64 = 0.98;
 
+/// Gain in `−2 ln p` of a sweep that is not worth another.
+const SWEPT: f64 = 0.05;
+
 /// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which one is taken up.
 const JITTER_SHARES: [f64; 3] = [3e-3, 0.02, 0.1];
 const JITTER_GAIN: f64 = 10.0;
@@ -80,7 +83,7 @@ pub fn maximise(
         for (coordinate, step) in list.iter().zip(&mut steps) {
             (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, &value);
         }
-        if before - best < 0.05 {
+        if before - best < SWEPT {
             break;
         }
     }

@@ -20,6 +20,8 @@ pub struct Candidate {
     pub high: f64,
     /// Amplitude at which the law is looked at, where it changes its shape with it (a compliance sets what resonates); fits begin there.
     pub at: Option<f64>,
+    /// Amplitude that was felt as it should be at a point beside this one: passes begin with it.
+    pub felt: Option<f64>,
     /// Points that this one was picked from.
     pub tries: usize,
 }
@@ -182,6 +184,7 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             one_sided,
             high: first.high,
             at,
+            felt: None,
             tries: tries.max(1),
         });
     }

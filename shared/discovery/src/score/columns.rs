@@ -36,8 +36,27 @@ pub fn columns(
         .map(|(run, linear)| Some(Course::new(linear, machine(engine, plant, theta, run)?)))
         .collect();
     let Some(courses) = courses else { return Vec::new() };
-    let own = |i: usize| column((engine, board), plant, theta, &candidates[i], (&found, &courses));
-    parallel(candidates.len(), engine.threads, own).into_iter().flatten().collect()
+    let laws: Vec<&[Candidate]> = candidates.chunk_by(|a, b| a.same_law(b)).collect();
+    let own = |i: usize| law((engine, board), plant, theta, laws[i], (&found, &courses));
+    parallel(laws.len(), engine.threads, own).into_iter().flatten().collect()
+}
+
+/// Columns of the points of one law; what is felt at one of them is about what is felt at the next.
+fn law(
+    (engine, board): (&Engine<'_>, &Board),
+    plant: &Plant,
+    theta: &[f64],
+    points: &[Candidate],
+    (found, courses): (&[Gains], &[Course<'_>]),
+) -> Vec<Column> {
+    let mut felt = None;
+    let mut own = |point: &Candidate| {
+        let point = Candidate { felt: point.felt.or(felt), ..point.clone() };
+        let column = column((engine, board), plant, theta, &point, (found, courses));
+        felt = column.as_ref().map_or(felt, |column| Some(column.step));
+        column
+    };
+    points.iter().filter_map(&mut own).collect()
 }
 
 fn machine<'a>(engine: &'a Engine<'_>, plant: &Plant, theta: &[f64], run: usize) -> Option<Machine<'a>> {
@@ -100,6 +119,7 @@ fn forced(
         if !comparable(&course.base, &other) {
             return None;
         }
+        engine.work.add(other.slopes_work());
         let every = (timeline.events.len() / ASKED).max(1);
         let mut much = machine(engine, &large_plant, theta, run)?;
         let few = course.sources(&mut other, readings_alone, every);
@@ -145,7 +165,8 @@ fn along(
         let change = change(engine, board, plant, theta, candidate, (step, direction))?;
         return change.iter().all(|c| c.is_finite()).then(|| (change.iter().map(|d| -d / step).collect(), step));
     }
-    let mut step = if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high };
+    let mut step =
+        candidate.felt.unwrap_or(if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high });
     let mut best: Option<(Vec<f64>, f64)> = None;
     for _ in 0..TRIES {
         let Some(change) = change(engine, board, plant, theta, candidate, (step, direction)) else {

@@ -160,7 +160,7 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Ve
 
 /// Neighbours of a law's present point, one number moved in each; what begins and lasts may begin elsewhere and end where it did.
 fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
-    let candidate = &climb.column.candidate;
+    let candidate = Candidate { felt: Some(climb.column.step), ..climb.column.candidate.clone() };
     let place = |name: &str| candidate.inner.iter().position(|(own, _)| *own == name);
     let lasts = place("duration");
     let mut list = Vec::with_capacity(4 * climb.steps.len());

@@ -17,6 +17,11 @@ impl System {
         Some(self.model.inertias_apart()?.iter().map(|inertia| 1.0 / inertia).collect())
     }
 
+    /// Coordinates do not feel each other: the derivative takes no articulated bodies.
+    pub fn is_apart(&self) -> bool {
+        self.lightness_apart.is_some()
+    }
+
     /// [`derivative`](Self::derivative) at this `lightness` of the coordinates.
     ///
     /// Cost: a walk over springs, actuators and effects.

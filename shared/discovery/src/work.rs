@@ -1,0 +1,104 @@
+//! How much a diagnosis has computed, counted the same on every machine, so that its time is bounded and its answer is not a matter of time.
+//!
+//! Counted are passes of the plant and likelihoods, by the size of the plant, the filter and the recording; the unit is about a
+//! nanosecond of one core. What the search would do next is left out, and said to be, where there is no room for as much as it cost last. Only
+//! code that runs alone may ask: what threads have counted is the same in the end and not on the way.
+
+use plant::system::System;
+use std::collections::BTreeSet;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// What a diagnosis may cost before it ends with what it has: about two minutes of one core with what it then finishes.
+pub const MOST: f64 = 1e11;
+/// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates apart.
+const ARTICULATED: f64 = 90.0;
+const APART: f64 = 60.0;
+/// An event of a recursion, and each of its products.
+const EVENT: f64 = 100.0;
+const PRODUCT: f64 = 0.4;
+
+/// Count of one diagnosis.
+#[derive(Debug)]
+pub struct Work {
+    most: f64,
+    spent: AtomicU64,
+    left_out: Mutex<BTreeSet<&'static str>>,
+}
+
+impl Default for Work {
+    fn default() -> Self {
+        Self::of(MOST)
+    }
+}
+
+impl Work {
+    pub fn of(most: f64) -> Self {
+        Self { most, spent: AtomicU64::new(0), left_out: Mutex::default() }
+    }
+
+    pub fn add(&self, work: f64) {
+        self.spent.fetch_add(work as u64, Ordering::Relaxed);
+    }
+
+    pub fn spent(&self) -> f64 {
+        self.spent.load(Ordering::Relaxed) as f64
+    }
+
+    /// There is room for so much more; else `what` is left out.
+    pub fn allows(&self, more: f64, what: &'static str) -> bool {
+        let allows = self.spent() + more <= self.most;
+        if !allows && let Ok(mut list) = self.left_out.lock() {
+            list.insert(what);
+        }
+        allows
+    }
+
+    /// How many of one `cost` a share of all pays for.
+    pub fn affords(&self, share: f64, cost: f64) -> f64 {
+        share * self.most / cost.max(1.0)
+    }
+
+    /// What was left out, if anything was.
+    pub fn note(&self) -> Option<String> {
+        let list = self.left_out.lock().ok()?;
+        let all: Vec<&str> = list.iter().copied().collect();
+        (!all.is_empty()).then(|| format!("to bound the work these were left out: {}", all.join("; ")))
+    }
+}
+
+/// Of `evaluations` of the equations of motion.
+pub fn of_evaluations(evaluations: usize, system: &System) -> f64 {
+    let each = if system.is_apart() { APART } else { ARTICULATED };
+    evaluations as f64 * each * system.states().len().max(1) as f64
+}
+
+/// Of gains for a run and `columns` whitened by them: states, noise inputs, numbers of the filter, events and samples.
+pub fn of_whitening([n, m, z]: [usize; 3], [events, samples]: [usize; 2], columns: usize) -> f64 {
+    let of_event = n * z * (n + m) + columns * n * (n + m);
+    let of_sample = z * z + 2 * columns * z;
+    events as f64 * (EVENT + PRODUCT * of_event as f64) + PRODUCT * (samples * of_sample) as f64
+}
+
+/// Of all products of `columns` with each other.
+pub fn of_products(samples: usize, columns: usize) -> f64 {
+    PRODUCT * (samples * columns * columns / 2) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_out_is_said_once_and_nothing_that_there_is_room_for() {
+        let work = Work::of(100.0);
+        work.add(40.0);
+        assert!(work.allows(60.0, "a") && work.note().is_none() && work.affords(0.5, 10.0) == 5.0);
+        work.add(20.0);
+        assert!(
+            !work.allows(60.0, "b") && !work.allows(50.0, "a") && !work.allows(60.0, "b") && work.allows(40.0, "c")
+        );
+        assert!((work.spent() - 60.0).abs() < 1e-9);
+        assert_eq!(work.note().unwrap(), "to bound the work these were left out: a; b");
+    }
+}
