@@ -5,7 +5,7 @@
 //! times, what a later effect takes the place of leaving again; look once more for what came first beside all others; freeze everything
 //! and ask data that were not used, of all effects and of each. Nothing is named that the robust score vetoes or held-out data refuse; a significant score whose model cannot be fitted is reported as that.
 //!
-//! Every loop is bounded by [`Options`]; what was cut is said.
+//! Every loop is bounded, and all of them together by [`Options::work_max`]; what was cut is said.
 
 mod adoption;
 mod evidence;
