@@ -70,17 +70,13 @@ pub struct Nominal<'a> {
     pub objective: f64,
 }
 
-/// Sets of each size whose likelihood is taken.
-const SHORTLIST: [usize; SET_MAX] = [5, 4, 2];
 /// Largest set.
 pub const SET_MAX: usize = 3;
-/// Significance, in units of the level, up to which a rung's word is followed up.
-const FOLLOWED: f64 = 10.0;
 /// Family-wise level of the veto among the sets that are looked at.
 const VETO_LEVEL: f64 = 0.01;
 /// Noise this many times as loud without an effect as with it has swallowed some of it.
 const SWALLOWED: f64 = 1.5;
-/// Sets that meet the others at a time.
+/// Sets that meet each other before it is known what one costs.
 const FEW: usize = 2;
 /// Energy of an effect in less than this many independent instants counts as brief.
 const CEILING_SPARE: f64 = 1.15;
@@ -95,7 +91,7 @@ pub fn compete(
 ) -> Outcome {
     let samples = libm::log(engine.samples.max(2) as f64);
     let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective, samples, work_each: 0.0 };
-    outcome.enter(engine, nominal, columns, ranking, &shortlist(columns, ranking, samples, alpha));
+    outcome.enter(engine, nominal, columns, ranking, &ranking.shortlist(columns, samples, alpha));
     outcome
 }
 
@@ -112,8 +108,8 @@ fn one(
     let (board, theta) = (&nominal.fit.board, &nominal.fit.theta);
     let starts = [&subset.noise, nominal.noise];
     let apart = if subset.noise.is_about(nominal.noise) { 1 } else { 2 };
-    let found = starts.iter().take(apart).filter_map(|start| maximise(engine, board, theta, &extra, start, search));
-    let (noise, objective) = found.min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let found = starts.iter().filter_map(|start| maximise(engine, board, theta, &extra, start, search));
+    let (noise, objective) = found.take(apart).min_by(|a, b| a.1.total_cmp(&b.1))?;
     // the noise found with the effects may be the better one without them, too
     let other = (!noise.is_about(nominal.noise)).then(|| maximise(engine, board, theta, &[], &noise, search));
     let without = other.flatten().map_or(nominal.objective, |found| found.1);
@@ -176,7 +172,7 @@ impl Contender {
 }
 
 impl Outcome {
-    /// The sets of `list` meet the others.
+    /// The sets of `list` meet the others, as many of them as there is room for, at first [`FEW`] in any case. Returns how many.
     pub fn enter(
         &mut self,
         engine: &Engine<'_>,
@@ -184,14 +180,18 @@ impl Outcome {
         columns: &[Column],
         ranking: &Ranking,
         list: &[Subset],
-    ) {
+    ) -> usize {
         let p_veto = VETO_LEVEL / (self.contenders.len() + list.len()).max(1) as f64;
         let single = Engine { threads: 1, ..engine.clone() };
         let mut null = self.null;
         let mut rest = list;
-        let room = |each: f64| engine.work.allows(FEW as f64 * each, "sets that ranked last");
-        while !rest.is_empty() && (self.contenders.is_empty() || room(self.work_each)) {
-            let (own, behind) = rest.split_at(rest.len().min(FEW));
+        while !rest.is_empty() {
+            let is_first = self.work_each == 0.0;
+            let many = if is_first { FEW } else { engine.work.pays_for(self.work_each, "sets that scored less") };
+            if many == 0 {
+                break;
+            }
+            let (own, behind) = rest.split_at(rest.len().min(many));
             rest = behind;
             let before = engine.work.spent();
             let found = parallel(own.len(), engine.threads, |i| one(&single, nominal, columns, &own[i], p_veto));
@@ -202,11 +202,7 @@ impl Outcome {
             }
         }
         self.settle(null, &ranking.trials);
-    }
-
-    /// Work of the dearest sets so far, each.
-    pub fn work_each(&self) -> f64 {
-        self.work_each
+        list.len() - rest.len()
     }
 
     /// Ratios, p, BIC and order against a nominal plant that does as well as `null`.
@@ -226,7 +222,7 @@ impl Outcome {
     /// not fitted to better than it (`better`).
     pub fn best(&self, alpha: f64, trials: &Trials, better: &dyn Fn(&Contender, &Contender) -> bool) -> Option<usize> {
         let mut best: Option<usize> = None;
-        for size in 1..=SHORTLIST.len() {
+        for size in 1..=SET_MAX {
             let own = |i: &usize| self.contenders[*i].subset.members.len() == size && self.contenders[*i].stands(alpha);
             let Some(i) = (0..self.contenders.len()).find(own) else { continue };
             let challenger = &self.contenders[i];
@@ -246,31 +242,6 @@ impl Outcome {
         }
         best
     }
-}
-
-/// The best sets of each size of distinct laws, as far as their rung finds them significant and no smaller set does better.
-fn shortlist(columns: &[Column], ranking: &Ranking, samples: f64, alpha: f64) -> Vec<Subset> {
-    let mut list: Vec<Subset> = Vec::new();
-    let mut least = 0.0f64;
-    for (size, ranked) in ranking.sizes.iter().enumerate() {
-        let mut own: Vec<&Subset> = Vec::new();
-        for subset in ranked {
-            let ratio = subset.free as f64 * samples - subset.bic;
-            let p = chi_squared_tail(ratio.max(0.0), subset.free as f64) * ranking.trials.price(&subset.members);
-            let same = |other: &&&Subset| {
-                let law = |a: &usize, b: &usize| columns[*a].candidate.same_law(&columns[*b].candidate);
-                other.members.iter().zip(&subset.members).all(|(a, b)| law(a, b))
-            };
-            let known = own.iter().filter(same).count();
-            if p < FOLLOWED * alpha && known == 0 && own.len() < SHORTLIST[size] && subset.bic < least {
-                own.push(subset);
-            }
-        }
-        // larger sets must beat the best smaller one
-        least = own.first().map_or(least, |first| first.bic.min(least));
-        list.extend(own.into_iter().cloned());
-    }
-    list
 }
 
 /// Amplitudes by member; `None` where one is none that its effect can have.

@@ -5,7 +5,7 @@
 //! times, what a later effect takes the place of leaving again; look once more for what came first beside all others; freeze everything
 //! and ask data that were not used, of all effects and of each. Nothing is named that the robust score vetoes or held-out data refuse; a significant score whose model cannot be fitted is reported as that.
 //!
-//! Every loop is bounded, and all of them together by [`Options::work_max`]; what was cut is said.
+//! Every loop is bounded, and those of the search together by [`Options::work_max`]; what was cut is said.
 
 mod adoption;
 mod evidence;
@@ -147,7 +147,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let nominal = standing(&engine, &stated)?;
     let (nominal_objective, nominal_noise) = (nominal.objective, nominal.noise.clone());
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
-    let mut found = searched(&engine, nominal, options, &mut notes, progress)?;
+    let mut found = searched(&engine, nominal, options, progress)?;
     progress("held out", 0.85);
     let judged = judged(problem, (&engine, &stated), &mut found, options, &mut notes);
     let repeat = match &options.repeat {

@@ -9,6 +9,10 @@
 //! g(t) = t + κ t²/3 + κ² t³/27 + κ/6 = ((1 + κ t/3)³ − 1)/κ + κ/6   is Student's where t is not
 //! ```
 //!
+//! Refused is too what should have shown: the augmented plant itself expects a gain of `½ |δ|²`, `δ` the whitened difference between what both
+//! predict. Its amplitude a is known to a/d, so that the gain is short of that by `2/d` of it a sigma: where the interval does not reach what
+//! two of them leave, and nothing is confirmed, the law does not hold there.
+//!
 //! What two or three blocks hold against the others' word is no skewness but chance: Hall's interval takes the place of Student's only where the
 //! blocks agree with their sum: `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
 
@@ -53,7 +57,14 @@ pub struct Gain {
     pub skewness: f64,
     /// Sum of the signed roots of the blocks in its standard deviations under random signs.
     pub agreement: f64,
+    /// What the augmented plant itself expects to gain; zero where it was not asked.
+    pub foretold: f64,
+    /// What it gains at least, if it is right.
+    pub least: f64,
 }
+
+/// Standard errors of an amplitude that it may be off by.
+const AMPLITUDE_OFF: f64 = 2.0;
 
 impl Gain {
     pub fn interval95(&self) -> [f64; 2] {
@@ -78,10 +89,16 @@ impl Gain {
         3.0 / kappa * (libm::cbrt(1.0 + kappa * (x - kappa / 6.0)) - 1.0)
     }
 
+    /// Of an effect that was found `d` sigmas large.
+    #[must_use]
+    pub fn of_an_effect(self, d: f64) -> Self {
+        Self { least: self.foretold * (1.0 - 2.0 * AMPLITUDE_OFF / d.max(1.0)).max(0.0), ..self }
+    }
+
     pub fn status(&self) -> Status {
         match self.interval95() {
             [low, _] if low > 0.0 => Status::Confirmed,
-            [_, high] if high < 0.0 => Status::Refused,
+            [_, high] if high < self.least => Status::Refused,
             _ => Status::Unconfirmed,
         }
     }
@@ -99,14 +116,16 @@ pub enum Status {
 
 /// Log-likelihood of `after` above that of `before` on all runs of `engine`, in blocks.
 pub fn gain(engine: &Engine<'_>, before: Predictor<'_>, after: (&Engine<'_>, Predictor<'_>)) -> Option<Gain> {
-    let a = terms(engine, before)?;
-    let b = terms(after.0, after.1)?;
-    Some(blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(engine)))
+    let (a, white_before) = terms(engine, before)?;
+    let (b, white_after) = terms(after.0, after.1)?;
+    let apart = white_before.iter().zip(&white_after).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
+    let gain = blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(engine));
+    Some(Gain { foretold: 0.5 * apart, ..gain })
 }
 
 /// Log-likelihood of all runs under the predictor's own noise.
 pub fn loglik(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<f64> {
-    Some(terms(engine, predictor)?.iter().map(|(_, term)| term).sum())
+    Some(terms(engine, predictor)?.0.iter().map(|(_, term)| term).sum())
 }
 
 /// Length of a block [s]: two seconds, a few samples at least, a thirtieth of the recorded time at most.
@@ -144,12 +163,17 @@ pub fn blocks(differences: &[(f64, f64)], block_s: f64) -> Gain {
         blocks: sums.len(),
         skewness: if skewness.is_finite() { skewness } else { 0.0 },
         agreement: if size > 0.0 { roots / size.sqrt() } else { 0.0 },
+        foretold: 0.0,
+        least: 0.0,
     }
 }
 
-/// Log-likelihood of every instant: time over all runs, value.
-fn terms(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<Vec<(f64, f64)>> {
-    let mut list = Vec::new();
+/// Time over all runs and log-likelihood of every instant.
+type Terms = Vec<(f64, f64)>;
+
+/// Log-likelihood of every instant, and the whitened innovations.
+fn terms(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<(Terms, Vec<f64>)> {
+    let (mut list, mut white) = (Vec::new(), Vec::new());
     let mut origin = 0.0;
     let linears = engine.linearise(predictor.plant, predictor.theta, predictor.noise).ok()?;
     for (linear, timeline) in linears.iter().zip(engine.timelines.iter()) {
@@ -166,8 +190,9 @@ fn terms(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<Vec<(f64, f64)
             last = event.t_s;
         }
         origin += last - first + 10.0 * BLOCK_S;
+        white.append(&mut r);
     }
-    Some(list)
+    Some((list, white))
 }
 
 /// Free run of every channel over all runs, initial states from the first stretches.

@@ -48,10 +48,25 @@ impl Work {
     /// There is room for so much more; else `what` is left out.
     pub fn allows(&self, more: f64, what: &'static str) -> bool {
         let allows = self.spent() + more <= self.most;
-        if !allows && let Ok(mut list) = self.left_out.lock() {
-            list.insert(what);
+        if !allows {
+            self.leave_out(what);
         }
         allows
+    }
+
+    /// How many of one `cost` there is room for; where for none, `what` is left out.
+    pub fn pays_for(&self, cost: f64, what: &'static str) -> usize {
+        let many = ((self.most - self.spent()) / cost.max(1.0)).max(0.0) as usize;
+        if many == 0 {
+            self.leave_out(what);
+        }
+        many
+    }
+
+    pub fn leave_out(&self, what: &'static str) {
+        if let Ok(mut list) = self.left_out.lock() {
+            list.insert(what);
+        }
     }
 
     /// How many of one `cost` a share of all pays for.
@@ -98,6 +113,7 @@ mod tests {
         assert!(
             !work.allows(60.0, "b") && !work.allows(50.0, "a") && !work.allows(60.0, "b") && work.allows(40.0, "c")
         );
+        assert!(work.pays_for(20.0, "d") == 2 && work.pays_for(30.0, "d") == 1 && work.pays_for(41.0, "b") == 0);
         assert!((work.spent() - 60.0).abs() < 1e-9);
         assert_eq!(work.note().unwrap(), "to bound the work these were left out: a; b");
     }

@@ -12,11 +12,13 @@
 //! Amplitudes keep their sign and nominal unknowns their range: who would leave it is held at its edge. The rungs only rank and start;
 //! the likelihoods that decide are maximised over continuous noise.
 
+use super::SET_MAX;
 use super::refit::free_numbers;
 use crate::filter::NoiseModel;
 use crate::fit::bounded::bounded;
 use crate::fit::{Board, Engine, parallel};
 use crate::score::Column;
+use crate::statistics::chi_squared_tail;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// One noise hypothesis with the normal equations of unknowns (in prior standard deviations) and columns.
@@ -55,6 +57,40 @@ pub struct Subset {
 pub struct Ranking {
     pub sizes: Vec<Vec<Subset>>,
     pub trials: Trials,
+}
+
+/// Sets of each size whose likelihood is taken.
+const SHORTLIST: [usize; SET_MAX] = [5, 4, 2];
+/// Significance, in units of the level, up to which a rung's word is followed up.
+const FOLLOWED: f64 = 10.0;
+
+impl Ranking {
+    /// The best sets of each size of distinct laws, as far as their rung finds them significant and no smaller set does better: first the best
+    /// of every size, then the second of every size. `samples`: logarithm of their number.
+    pub fn shortlist(&self, columns: &[Column], samples: f64, alpha: f64) -> Vec<Subset> {
+        let mut list: Vec<(usize, &Subset)> = Vec::new();
+        let mut least = 0.0f64;
+        for (ranked, most) in self.sizes.iter().zip(SHORTLIST) {
+            let mut own: Vec<&Subset> = Vec::new();
+            for subset in ranked {
+                let ratio = subset.free as f64 * samples - subset.bic;
+                let p = chi_squared_tail(ratio.max(0.0), subset.free as f64) * self.trials.price(&subset.members);
+                let same = |other: &&&Subset| {
+                    let law = |a: &usize, b: &usize| columns[*a].candidate.same_law(&columns[*b].candidate);
+                    other.members.iter().zip(&subset.members).all(|(a, b)| law(a, b))
+                };
+                let known = own.iter().filter(same).count();
+                if p < FOLLOWED * alpha && known == 0 && own.len() < most && subset.bic < least {
+                    own.push(subset);
+                }
+            }
+            // larger sets must beat the best smaller one
+            least = own.first().map_or(least, |first| first.bic.min(least));
+            list.extend(own.into_iter().enumerate());
+        }
+        list.sort_by_key(|(place, _)| *place);
+        list.into_iter().map(|(_, subset)| subset.clone()).collect()
+    }
 }
 
 /// What was tried: every law (an effect at a site) has the same share of the level, whatever the size of its grid.
@@ -437,5 +473,23 @@ mod tests {
         assert_eq!(trials.price(&[0, 3]), 4.5);
         let spent: f64 = (0..4).map(|c| columns[c].candidate.tries as f64 / trials.of(c)).sum();
         assert!((spent - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_best_of_every_size_is_met_before_the_second_of_any() {
+        let kinds = ["joint_coulomb", "joint_stribeck", "joint_lugre", "joint_viscous"];
+        let columns = kinds.map(|kind| column(kind, "joint:pivot", 1));
+        let set = |members: &[usize], bic: f64| {
+            let noise = NoiseModel { input_sigma: vec![], sensor_sigma: vec![], pole: vec![], jitter_s: vec![] };
+            let (members, free) = (members.to_vec(), members.len());
+            Subset { members, free, bic, noise, amplitudes: Vec::new() }
+        };
+        let singles = (0..4).map(|c| set(&[c], -500.0 + c as f64)).collect();
+        let pairs = vec![set(&[0, 3], -700.0), set(&[1, 3], -600.0), set(&[2, 3], -400.0)];
+        let ranking = Ranking { sizes: vec![singles, pairs], trials: Trials::new(&columns) };
+        let order: Vec<Vec<usize>> = ranking.shortlist(&columns, 7.0, 0.01).into_iter().map(|s| s.members).collect();
+        // what does worse than a smaller set is not met
+        let expected: [&[usize]; 6] = [&[0], &[0, 3], &[1], &[1, 3], &[2], &[3]];
+        assert_eq!(order, expected);
     }
 }

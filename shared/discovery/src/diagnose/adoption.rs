@@ -56,9 +56,9 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
             continue;
         }
         let near = unmet(found, &outcome, at, &ranking, &asked);
-        if !near.is_empty() && engine.work.allows(near.len() as f64 * outcome.work_each(), "rivals that scored less") {
-            outcome.enter(engine, &nominal, &found.columns, &ranking, &near);
-            asked.extend(near);
+        let met = outcome.enter(engine, &nominal, &found.columns, &ranking, &near);
+        if met > 0 {
+            asked.extend_from_slice(&near[..met]);
             continue;
         }
         if let Some(rival) = unsettled(&outcome, at, alpha)

@@ -24,7 +24,7 @@ impl Screening {
     }
 }
 
-pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, notes: &mut Vec<String>) -> Screening {
+pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options) -> Screening {
     let (board, theta) = (&best.fit.board, &best.fit.theta);
     let loops = noise_free(engine.problem, &best.plant, theta, &best.noise.sensor_sigma);
     let loops = loops.as_ref().and_then(|problem| {
@@ -37,7 +37,7 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options, no
     let (lines, orders) = longest(engine, best);
     let found = (&lines, &orders[..]);
     let mut list = candidates(engine.problem, &best.plant, &board.linears, period_s, found, &options.without);
-    thin(engine, best, &mut list, notes);
+    thin(engine, best, &mut list);
     let mut all = columns(along, &best.plant, theta, &list);
     let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
     let mut finer = refined((engine, board), along, &best.plant, theta, &best.noise, (&all, &found));
@@ -73,13 +73,13 @@ fn longest(engine: &Engine<'_>, best: &Standing) -> (Lines, Vec<Orders>) {
 const GRIDS: f64 = 0.1;
 
 /// Bounds the work: whole laws stay, points of their grids go.
-fn thin(engine: &Engine<'_>, best: &Standing, list: &mut Vec<Candidate>, notes: &mut Vec<String>) {
+fn thin(engine: &Engine<'_>, best: &Standing, list: &mut Vec<Candidate>) {
     let passes: usize = list.iter().map(|candidate| candidate.directions.len()).sum();
     let keep = engine.work.affords(GRIDS, engine.pass_work(&best.plant, &best.fit.theta)) / passes.max(1) as f64;
     if keep >= 1.0 {
         return;
     }
-    notes.push(format!("grids were thinned to {:.0} % to bound the work", 100.0 * keep));
+    engine.work.leave_out("points of grids");
     let mut last: Option<Candidate> = None;
     let mut count = 0.0;
     list.retain(|candidate| {

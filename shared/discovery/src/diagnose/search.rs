@@ -27,7 +27,6 @@ pub(super) fn searched(
     engine: &Engine<'_>,
     nominal: Standing,
     options: &Options,
-    notes: &mut Vec<String>,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Found, String> {
     let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -46,7 +45,7 @@ pub(super) fn searched(
         let done = round as f64 / options.terms_max as f64;
         progress("score the catalogue", 0.2 + 0.6 * done);
         let own = Engine::like(engine, &found.best.problem).map_err(|error| error.to_string())?;
-        let screened = screen(&own, &found.best, options, notes);
+        let screened = screen(&own, &found.best, options);
         progress("compete", 0.25 + 0.6 * done);
         let step = step(&own, &found.best, &screened, options.terms_max - found.adopted.len(), options);
         found.unfitted = step.unfitted;
@@ -146,7 +145,7 @@ fn reconsidered(
     let gone = found.adopted[place].clone();
     let without = Standing::of(&refit.without(engine, &gone.column)?);
     let own = Engine::like(engine, &without.problem).ok()?;
-    let screened = screen(&own, &without, options, &mut Vec::new());
+    let screened = screen(&own, &without, options);
     let step = step(&own, &without, &screened, 1, options);
     let (again, new) = (step.refit?, step.adopted.into_iter().next()?);
     let same = |other: &Adopted| other.column.candidate.same_law(&gone.column.candidate);

@@ -246,7 +246,12 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
     let sensor = findings.adopted.iter().all(|a| a.column.candidate.site.kind == SiteKind::Sensor);
     let state = status(findings.judged.shown.gain.as_ref());
     if state == Status::Refused {
-        let reason = format!("{} explained this recording, but held-out data refuse it", kinds.join(" and "));
+        let short = findings.judged.shown.gain.filter(|gain| gain.interval95()[1] >= 0.0);
+        let so = short.map_or(String::new(), |gain| {
+            let (own, se, foretold) = (gain.loglik_gain, gain.gain_se, gain.foretold);
+            format!(": they gain {own:.1} ± {se:.1} by it where it foretells {foretold:.1}")
+        });
+        let reason = format!("{} explained this recording, but held-out data refuse it{so}", kinds.join(" and "));
         return (Verdict::CannotDecide, reason);
     }
     if let Some(repeat) = findings.repeat.filter(|repeat| !repeat.confirms()) {

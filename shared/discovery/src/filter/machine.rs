@@ -1,6 +1,5 @@
 //! One run of one plant variant: flow between events, readings at events, the pass with frozen gains.
 
-use super::transition::Transitions;
 use super::{Layout, equip, tangent_names};
 use crate::problem::{Problem, Timeline};
 use crate::work::{of_evaluations, of_whitening};
@@ -46,6 +45,8 @@ pub struct Machine<'a> {
     y: Vec<f64>,
     x_at: Vec<f64>,
     x_begin: Vec<f64>,
+    /// Of the equations of motion, so far.
+    evaluations: usize,
 }
 
 pub(super) struct Channel {
@@ -132,27 +133,26 @@ impl<'a> Machine<'a> {
             y: zeros(p),
             x_at: zeros(n),
             x_begin: zeros(n),
+            evaluations: 0,
             system,
         })
     }
 
-    /// Work of a pass with frozen gains.
+    /// Work of a pass with frozen gains that is still to be done.
     pub fn pass_work(&self) -> f64 {
         let parts: usize = self.timeline.events.iter().map(|event| event.steps).sum::<usize>() * self.finer;
         of_evaluations(4 * parts, &self.system)
     }
 
-    /// Work of slopes at both ends of every stretch, or of its flow where it takes several steps.
-    pub fn slopes_work(&self) -> f64 {
-        let of = |steps: usize| if steps > 1 { 4 * steps * self.finer } else { 2 };
-        of_evaluations(self.timeline.events.iter().map(|event| of(event.steps)).sum(), &self.system)
+    /// Work that this machine has done.
+    pub fn work(&self) -> f64 {
+        of_evaluations(self.evaluations, &self.system)
     }
 
-    /// Work of a linearisation.
-    pub fn linearisation_work(&self) -> f64 {
+    /// Work of the recursion of gains beside it.
+    pub fn recursion_work(&self) -> f64 {
         let (n, m, z) = (self.layout.tangent, self.layout.noise_inputs.len(), self.layout.len());
-        let sizes = [self.timeline.events.len(), self.timeline.value.len()];
-        Transitions::flows(self) * self.pass_work() + of_whitening([n, m, z], sizes, 1)
+        of_whitening([n, m, z], [self.timeline.events.len(), self.timeline.value.len()], 1)
     }
 
     pub fn start(&self) -> Mean {
@@ -229,6 +229,7 @@ impl<'a> Machine<'a> {
         let row = event.row + if end && self.timeline.moving { 2 * event.steps } else { 0 };
         self.load(row, w);
         let t_s = if end { event.t_s + event.step_s * event.steps as f64 } else { event.t_s };
+        self.evaluations += 1;
         let Self { system, ws, u, .. } = self;
         system.derivative(ws, t_s, x, u, out);
     }
@@ -269,6 +270,7 @@ impl<'a> Machine<'a> {
             Some(moving) => self.interpolate(moving.row, moving.from + 0.5 * moving.span, w),
             None => self.load(self.timeline.events[k].row, w),
         }
+        self.evaluations += 1;
         let Self { system, ws, u, .. } = self;
         system.derivative(ws, t + 0.5 * h, x, u, out);
     }
@@ -300,6 +302,7 @@ impl<'a> Machine<'a> {
 
     /// One step.
     fn runge_kutta(&mut self, t: f64, h: f64, x: &mut [f64], moving: Option<Moving<'_>>) {
+        self.evaluations += 4;
         for k in 0..4 {
             let share = [0.0, 0.5, 0.5, 1.0][k];
             if let Some(moving) = moving {

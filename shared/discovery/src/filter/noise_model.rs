@@ -42,14 +42,14 @@ impl NoiseModel {
         louder
     }
 
-    /// No number is farther from its own in `other` than a fifth of it, no pole than a tenth: a search from either ends in the same.
+    /// No number is farther from its own in `other` than a fifth of it, no pole's area hyperbolic tangent than a tenth: a search from either ends in the same.
     pub fn is_about(&self, other: &Self) -> bool {
         let near = |a: &[f64], b: &[f64], off: &dyn Fn(f64, f64) -> bool| a.iter().zip(b).all(|(a, b)| off(*a, *b));
         let in_size = |a: f64, b: f64| (a - b).abs() <= 0.2 * a.abs().max(b.abs());
         near(&self.input_sigma, &other.input_sigma, &in_size)
             && near(&self.sensor_sigma, &other.sensor_sigma, &in_size)
             && near(&self.jitter_s, &other.jitter_s, &in_size)
-            && near(&self.pole, &other.pole, &|a, b| (a - b).abs() <= 0.1)
+            && near(&self.pole, &other.pole, &|a, b| (libm::atanh(a) - libm::atanh(b)).abs() <= 0.1)
     }
 
     /// Some input or channel has more than `factor` times the standard deviation that it has in `other`, and than is `felt`.

@@ -241,12 +241,16 @@ impl<'p> Engine<'p> {
             let mut wide = machine()?;
             let initial = &self.problem.runs[run].initial;
             let sigmas = initial_sigmas(&smooth, &wide.system, initial, &self.hardly_seen[run]);
-            self.work.add(wide.linearisation_work());
-            let mut linear = linearise(&mut wide, noise, &sigmas, &Start::prior(&sigmas))?;
+            let linearised = |machine: &mut Machine<'_>, start: &Start| {
+                let found = linearise(machine, noise, &sigmas, start);
+                self.work.add(machine.work() + machine.recursion_work());
+                found
+            };
+            let mut linear = linearised(&mut wide, &Start::prior(&sigmas))?;
             let timeline = &self.timelines[run];
             if linear.peak(timeline) > QUIET
                 && let Some(start) = Start::posterior(&linear, timeline)
-                && let Ok(narrow) = linearise(&mut machine()?, noise, &sigmas, &start)
+                && let Ok(narrow) = linearised(&mut machine()?, &start)
                 && linear.peak(timeline) > SWING * narrow.peak(timeline)
                 && narrow.objective(timeline) < linear.objective(timeline) + APART
             {
@@ -256,7 +260,9 @@ impl<'p> Engine<'p> {
                 let mut exact = Machine::new(self.problem, run, &instance, &self.timelines[run])?;
                 let map = exact.map_names(&linear).ok_or_else(|| "the variant lacks a state".to_owned())?;
                 exact.begin_as(&linear, &map);
-                if !exact.pass(&linear.frozen, &map, &mut linear.nu) {
+                let arrives = exact.pass(&linear.frozen, &map, &mut linear.nu);
+                self.work.add(exact.work());
+                if !arrives {
                     return Err("the filtered state runs away".to_owned());
                 }
                 linear.nu.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
@@ -302,8 +308,9 @@ impl<'p> Engine<'p> {
             let mut machine = Machine::new(self.problem, run, &instance, &self.timelines[run]).ok()?;
             let map = places(&machine, linear)?;
             machine.begin_as(linear, &map);
-            self.work.add(machine.pass_work());
-            if !machine.pass(&linear.frozen, &map, part) {
+            let arrives = machine.pass(&linear.frozen, &map, part);
+            self.work.add(machine.work());
+            if !arrives {
                 return None;
             }
             part.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);

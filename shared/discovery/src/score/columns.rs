@@ -36,6 +36,7 @@ pub fn columns(
         .map(|(run, linear)| Some(Course::new(linear, machine(engine, plant, theta, run)?)))
         .collect();
     let Some(courses) = courses else { return Vec::new() };
+    courses.iter().for_each(|course| engine.work.add(course.base.work()));
     let laws: Vec<&[Candidate]> = candidates.chunk_by(|a, b| a.same_law(b)).collect();
     let own = |i: usize| law((engine, board), plant, theta, laws[i], (&found, &courses));
     parallel(laws.len(), engine.threads, own).into_iter().flatten().collect()
@@ -52,8 +53,8 @@ fn law(
     let mut felt = None;
     let mut own = |point: &Candidate| {
         let point = Candidate { felt: point.felt.or(felt), ..point.clone() };
-        let column = column((engine, board), plant, theta, &point, (found, courses));
-        felt = column.as_ref().map_or(felt, |column| Some(column.step));
+        let column;
+        (column, felt) = column_of((engine, board), plant, theta, &point, (found, courses));
         column
     };
     points.iter().filter_map(&mut own).collect()
@@ -64,26 +65,36 @@ fn machine<'a>(engine: &'a Engine<'_>, plant: &Plant, theta: &[f64], run: usize)
     Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()
 }
 
-fn column(
+/// Column of a candidate, and the amplitude of its passes where all of them were felt as they should be.
+fn column_of(
     (engine, board): (&Engine<'_>, &Board),
     plant: &Plant,
     theta: &[f64],
     candidate: &Candidate,
     (found, courses): (&[Gains], &[Course<'_>]),
-) -> Option<Column> {
+) -> (Option<Column>, Option<f64>) {
+    let mut felt = Some(0.0f64);
     let mut column = Column { candidate: candidate.clone(), raw: Vec::new(), step: 0.0 };
     column.candidate.directions.clear();
     for direction in 0..candidate.directions.len() {
         // a direction that does nothing (out of the plane) would make the others singular
         let forced = || forced(engine, board, (plant, courses), theta, (candidate, direction));
         let forced = candidate.at.is_none().then(forced).flatten();
-        let found = forced.unwrap_or_else(|| along(engine, board, plant, theta, (candidate, direction), found));
+        let found = match forced {
+            Some(forced) => forced,
+            None => {
+                let passed = along(engine, board, plant, theta, (candidate, direction), found);
+                let own = passed.as_ref().filter(|(.., is_felt)| *is_felt).map(|(_, step, _)| *step);
+                felt = felt.zip(own).map(|(a, b)| a.max(b));
+                passed.map(|(raw, step, _)| (raw, step))
+            }
+        };
         let Some((raw, step)) = found else { continue };
         column.candidate.directions.push(candidate.directions[direction].clone());
         column.step = column.step.max(step);
         column.raw.push(raw);
     }
-    (!column.raw.is_empty()).then_some(column)
+    ((!column.raw.is_empty()).then_some(column), felt.filter(|step| *step > 0.0))
 }
 
 /// Amplitude of the forcing in default amplitudes, and how far a law may bend between it and the default.
@@ -119,14 +130,13 @@ fn forced(
         if !comparable(&course.base, &other) {
             return None;
         }
-        engine.work.add(other.slopes_work());
         let every = (timeline.events.len() / ASKED).max(1);
         let mut much = machine(engine, &large_plant, theta, run)?;
         let few = course.sources(&mut other, readings_alone, every);
-        if bent(&few, &course.sources(&mut much, readings_alone, every)) > BENT {
-            return None;
-        }
-        let all = course.sources(&mut other, readings_alone, 1);
+        let bends = bent(&few, &course.sources(&mut much, readings_alone, every)) > BENT;
+        let all = (!bends).then(|| course.sources(&mut other, readings_alone, 1));
+        engine.work.add(other.work() + much.work());
+        let all = all?;
         let change = respond(linear, timeline, &all);
         any |= change.iter().any(|c| *c != 0.0);
         if !change.iter().all(|c| c.is_finite()) {
@@ -151,7 +161,7 @@ fn bent(small: &Sources, large: &Sources) -> f64 {
     share(state).max(share(reading))
 }
 
-/// Column of one direction at an amplitude that is felt.
+/// Column of one direction at an amplitude that is felt: with that amplitude, and whether it was.
 fn along(
     engine: &Engine<'_>,
     board: &Board,
@@ -159,15 +169,15 @@ fn along(
     theta: &[f64],
     (candidate, direction): (&Candidate, usize),
     found: &[Gains],
-) -> Option<(Vec<f64>, f64)> {
+) -> Option<(Vec<f64>, f64, bool)> {
     let default = candidate.effect.parameters[0].default.abs();
     if let Some(step) = candidate.at {
         let change = change(engine, board, plant, theta, candidate, (step, direction))?;
-        return change.iter().all(|c| c.is_finite()).then(|| (change.iter().map(|d| -d / step).collect(), step));
+        return change.iter().all(|c| c.is_finite()).then(|| (change.iter().map(|d| -d / step).collect(), step, false));
     }
     let mut step =
         candidate.felt.unwrap_or(if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high });
-    let mut best: Option<(Vec<f64>, f64)> = None;
+    let (mut best, mut is_felt): (Option<(Vec<f64>, f64)>, bool) = (None, false);
     for _ in 0..TRIES {
         let Some(change) = change(engine, board, plant, theta, candidate, (step, direction)) else {
             step *= 0.01;
@@ -184,7 +194,8 @@ fn along(
             continue;
         }
         best = (size > 0.0).then_some((change, step));
-        if (0.02 * TARGET..5.0 * TARGET).contains(&size) {
+        is_felt = (0.02 * TARGET..5.0 * TARGET).contains(&size);
+        if is_felt {
             break;
         }
         let factor = if size > 0.0 { (TARGET / size).clamp(1e-4, 1e3) } else { 1e3 };
@@ -195,7 +206,7 @@ fn along(
         step = next;
     }
     let (change, step) = best?;
-    Some((change.iter().map(|d| -d / step).collect(), step))
+    Some((change.iter().map(|d| -d / step).collect(), step, is_felt))
 }
 
 /// Change of the innovations at one amplitude in one direction.

@@ -1,5 +1,6 @@
 use super::*;
 use crate::diagnose::{Diagnosis, Verdict, diagnose};
+use crate::series::Recording;
 use crate::synthetic::{plant, problem, recording, with_effect};
 use plant::description::Plant;
 
@@ -31,6 +32,27 @@ fn what_another_recording_refuses_beside_the_others_leaves_and_they_stay() {
     assert!(matches!(found.verdict, Verdict::Named | Verdict::NotSeparable), "{}", found.reason);
     let written = found.augmented_plant.expect("something is confirmed");
     assert!(written.contains("joint_coulomb") && !written.contains("sensor_step"), "{written}");
+}
+
+#[test]
+fn what_another_recording_should_have_shown_and_does_not_is_refused() {
+    let nominal = plant("drive_rig");
+    let sounds = |amplitude: f64| {
+        with_effect(&nominal, "sensor_tone", "sensor:rate", &[("amplitude", amplitude), ("frequency", 29.0)])
+    };
+    let fitted = problem(&nominal, recording(&sounds(2e-3), 61, 1.0));
+    let asked = |held_out: Recording| {
+        let options = Options { threads: 2, held_out: Some(problem(&nominal, held_out)), ..Options::default() };
+        diagnose(&fitted, &options, &mut |_, _| {})
+    };
+    // with half of it frozen parameters gain nothing and lose nothing
+    let found = asked(recording(&sounds(1e-3), 62, 1.0));
+    assert_eq!(standing(&found, "sensor_tone"), Some(Status::Refused), "{}", found.reason);
+    assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("foretells"), "{}", found.reason);
+    assert!(found.augmented_plant.is_none());
+    // what is too little to show it is no reason to refuse
+    let found = asked(recording(&sounds(2e-3), 62, 0.02));
+    assert_eq!(standing(&found, "sensor_tone"), Some(Status::Unconfirmed), "{}", found.reason);
 }
 
 #[test]
