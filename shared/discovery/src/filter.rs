@@ -14,6 +14,7 @@
 //! Process noise: what the plant states of its actuators, and a disturbance at every joint and free body that nothing drives, at first
 //! far below what the sensors see.
 
+mod attitude;
 mod equations;
 mod gains;
 mod initial;

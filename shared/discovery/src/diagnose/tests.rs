@@ -153,3 +153,44 @@ fn a_repeat_confirms_physics_and_refuses_what_was_there_once() {
     let once = again(&nominal);
     assert_eq!(once.verdict, Verdict::CannotDecide, "{}", once.reason);
 }
+
+/// `x` along a track, by a camera; nothing pushes it.
+fn glider(rate: &str) -> Plant {
+    let text = format!(
+        r#"
+format = 1
+name = "coast"
+about = "Glider on an air track"
+space = "planar"
+
+[[body]]
+name = "glider"
+mass = "0.4 kg"
+inertia = "1e-3 kg*m^2"
+joint = {{ kind = "prismatic", name = "track", axis = "x" }}
+
+[[sensor]]
+name = "x"
+kind = "encoder"
+joint = "track"
+noise = "15 mm"
+
+[initial]
+"joint:track" = {{ position = {{ value = 0, sigma = "0.5 m" }}, rate = {{ value = "{rate}", sigma = "1 m/s" }} }}
+
+[simulation]
+duration = "2.5 s"
+period = "8 ms"
+"#
+    );
+    plant::file::parse("coast.toml", &text).unwrap().plant
+}
+
+#[test]
+fn what_coasts_or_rests_and_is_not_pushed_lacks_nothing() {
+    for (rate, seed) in [("0 m/s", 1), ("0 m/s", 2), ("0 m/s", 3), ("2 m/s", 4), ("2 m/s", 5), ("2 m/s", 6)] {
+        let nominal = glider(rate);
+        let found = diagnosed(&nominal, recording(&nominal, seed, 2.5));
+        assert!(matches!(found.verdict, Verdict::None | Verdict::Unobservable), "{rate} {seed}: {}", found.reason);
+    }
+}

@@ -144,6 +144,8 @@ pub fn linearise(
     let mut predicted = vec![0.0; white.sensor_sigma.len()];
     let mut change = vec![0.0; linear.layout.len()];
     let mut started = vec![f64::NAN; white.sensor_sigma.len()];
+    // of every sample what the update of its event made of its own prediction
+    let mut taught = vec![0.0; machine.timeline.value.len()];
     for k in 0..events {
         let event = machine.timeline.events[k];
         machine.renew(k, &mut mean);
@@ -182,6 +184,13 @@ pub fn linearise(
             if !change.iter().all(|c| c.abs() < 1e9) {
                 return Err(format!("the filtered state runs away at {} s", event.t_s));
             }
+            for (slot, row) in rows.chunks_exact(n + m + c).enumerate() {
+                let sample = event.first + slot;
+                taught[sample] = match linear.layout.lag_of[machine.timeline.channel[sample]] {
+                    Some(lag) => change[linear.layout.lags_at() + lag],
+                    None => linear.layout.places(row).map(|(place, h)| h * change[place]).sum(),
+                };
+            }
             machine.correct(&mut mean, &change);
         }
         linear.updated.extend_from_slice(&mean.x);
@@ -196,7 +205,7 @@ pub fn linearise(
             recursion.propagate(transition);
         }
     }
-    linear.slope = slopes(&linear.nu, machine.timeline);
+    linear.slope = slopes(&linear.nu, &taught, machine.timeline);
     if start.change.iter().any(|change| *change != 0.0) {
         linear.pull = response(&linear, machine.timeline, &start.change);
         linear.nu.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
@@ -204,16 +213,20 @@ pub fn linearise(
     Ok(linear)
 }
 
-/// Rates of change of the predicted readings, between the neighbours in the same channel.
-fn slopes(nu: &[f64], timeline: &Timeline) -> Vec<f64> {
+/// Rates of change of the predicted readings since the sample before in the same channel, from what was filtered then: none of the
+/// innovation that a slope stands beside is in it, or whatever depends on a slope would explain noise by itself.
+fn slopes(nu: &[f64], taught: &[f64], timeline: &Timeline) -> Vec<f64> {
     let mut slope = vec![0.0; nu.len()];
     for channel in 0..timeline.channel.iter().max().map_or(0, |last| last + 1) {
         let own: Vec<usize> = (0..nu.len()).filter(|i| timeline.channel[*i] == channel).collect();
-        for at in 0..own.len() {
-            let [before, after] = [own[at.saturating_sub(1)], own[(at + 1).min(own.len() - 1)]];
+        for pair in own.windows(2) {
             let predicted = |i: usize| timeline.value[i] - nu[i];
-            let dt_s = timeline.stamp_s[after] - timeline.stamp_s[before];
-            slope[own[at]] = if dt_s > 0.0 { (predicted(after) - predicted(before)) / dt_s } else { 0.0 };
+            let dt_s = timeline.stamp_s[pair[1]] - timeline.stamp_s[pair[0]];
+            let moved = predicted(pair[1]) - (predicted(pair[0]) + taught[pair[0]]);
+            slope[pair[1]] = if dt_s > 0.0 { moved / dt_s } else { 0.0 };
+        }
+        if let [first, second, ..] = own[..] {
+            slope[first] = slope[second];
         }
     }
     slope

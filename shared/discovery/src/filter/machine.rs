@@ -1,5 +1,6 @@
 //! One run of one plant variant: flow between events, readings at events, the pass with frozen gains.
 
+use super::attitude::{Attitude, attitudes};
 use super::{Layout, equip, tangent_names};
 use crate::problem::{Problem, Timeline};
 use crate::work::{of_evaluations, of_whitening};
@@ -45,6 +46,8 @@ pub struct Machine<'a> {
     y: Vec<f64>,
     x_at: Vec<f64>,
     x_begin: Vec<f64>,
+    /// Rotation vectors among the sensors.
+    attitudes: Vec<Attitude>,
     /// Of the equations of motion, so far.
     evaluations: usize,
 }
@@ -133,6 +136,7 @@ impl<'a> Machine<'a> {
             y: zeros(p),
             x_at: zeros(n),
             x_begin: zeros(n),
+            attitudes: attitudes(&equipped),
             evaluations: 0,
             system,
         })
@@ -368,6 +372,9 @@ impl<'a> Machine<'a> {
             } else if behind != 0.0 {
                 out[slot] = self.read_at(k, channel, behind, behind > 0.0, x, w);
             }
+        }
+        for attitude in &self.attitudes {
+            attitude.turn(self.timeline, &event, out);
         }
     }
 

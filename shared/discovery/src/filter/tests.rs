@@ -226,3 +226,62 @@ fn readings_that_a_stated_delay_puts_before_the_recording_tell_nothing_and_the_o
     let r = whitened(&engine, &board, &engine.noise);
     assert!(r.iter().all(|r| r.abs() < 5.0), "{:?}", r.iter().fold(0.0f64, |most, r| most.max(r.abs())));
 }
+
+const TRACKER: &str = r#"
+format = 1
+name = "tracker"
+about = "A free body with a gyro and a star tracker"
+space = "spatial"
+
+[[body]]
+name = "bus"
+mass = "18 kg"
+inertia = ["0.12 kg*m^2", "0.15 kg*m^2", "0.1 kg*m^2", "0 kg*m^2", "0 kg*m^2", "0 kg*m^2"]
+joint = { kind = "free" }
+
+[[sensor]]
+name = "gyro"
+kind = "gyro"
+body = "bus"
+axis = "xyz"
+noise = "0.1 mrad/s"
+
+[[sensor]]
+name = "star_tracker"
+kind = "attitude"
+body = "bus"
+axis = "xyz"
+noise = "0.5 mrad"
+
+[initial]
+"body:bus.rx" = { rate = { value = "0.3 rad/s", sigma = "0.01 rad/s" } }
+"body:bus.ry" = { rate = { value = "-0.4 rad/s", sigma = "0.01 rad/s" } }
+"body:bus.rz" = { rate = { value = "0.2 rad/s", sigma = "0.01 rad/s" } }
+
+[simulation]
+duration = "60 s"
+period = "100 ms"
+"#;
+
+#[test]
+fn a_star_tracker_may_tell_an_attitude_by_either_of_its_two_rotation_vectors() {
+    let nominal = ::plant::file::parse("tracker.toml", TRACKER).unwrap().plant;
+    let mut recorded = recording(&nominal, 7, 60.0);
+    let own: Vec<usize> =
+        (0..recorded.channels.len()).filter(|c| recorded.channels[*c].name.starts_with("star_tracker")).collect();
+    let mut told = 0;
+    for k in (0..recorded.channels[own[0]].value.len()).step_by(3) {
+        let size = own.iter().map(|c| recorded.channels[*c].value[k].powi(2)).sum::<f64>().sqrt();
+        if size > 2.0 {
+            told += 1;
+            own.iter().for_each(|c| recorded.channels[*c].value[k] *= 1.0 - core::f64::consts::TAU / size);
+        }
+    }
+    assert!(own.len() == 3 && told > 20, "{told}");
+    let problem = problem(&nominal, recorded);
+    let (engine, board) = board(&problem);
+    let r = whitened(&engine, &board, &engine.noise);
+    let loudest = r.iter().map(|r| r.abs()).fold(0.0, f64::max);
+    // the largest of 3 600 normal numbers
+    assert!(loudest < 5.0, "{loudest}");
+}
