@@ -194,3 +194,16 @@ fn what_coasts_or_rests_and_is_not_pushed_lacks_nothing() {
         assert!(matches!(found.verdict, Verdict::None | Verdict::Unobservable), "{rate} {seed}: {}", found.reason);
     }
 }
+
+#[test]
+fn of_a_channel_that_stands_still_or_of_a_handful_of_samples_nothing_is_said() {
+    let nominal = plant("drive_rig");
+    let mut stuck = recording(&nominal, 3, 1.0);
+    let rate = stuck.channels.iter_mut().find(|channel| channel.name == "rate").expect("the rig reads its rate");
+    rate.value.fill(0.25);
+    let found = diagnosed(&nominal, stuck);
+    assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("'rate' reads 0.25"), "{}", found.reason);
+    let few = recording(&nominal, 3, 4.5 * nominal.simulation.period_s);
+    let found = diagnosed(&nominal, few);
+    assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("too few"), "{}", found.reason);
+}

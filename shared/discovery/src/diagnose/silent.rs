@@ -1,0 +1,47 @@
+//! Recordings of which no diagnosis can be made: too few samples for the numbers that are free, or a channel that stands still.
+
+use crate::fit::Engine;
+use plant::description::Noise;
+
+/// Samples that must be left beside one for every free number: with fewer the sizes of the noise are known to no better than a half, and no
+/// likelihood has the distribution that significance is reckoned by.
+const SPARE: usize = 10;
+
+/// Why nothing can be said, and what would help.
+pub(super) fn silent(engine: &Engine<'_>) -> Option<String> {
+    too_few(engine).or_else(|| (0..engine.problem.plant.sensors.len()).find_map(|channel| stuck(engine, channel)))
+}
+
+/// Numbers that are free: unknowns, initial states of every run and a size of the noise of every channel.
+fn too_few(engine: &Engine<'_>) -> Option<String> {
+    let problem = engine.problem;
+    let states = plant::system::System::new(&problem.plant).map_or(0, |system| system.tangent_len());
+    let free = problem.unknowns.len() + states * problem.runs.len() + problem.plant.sensors.len();
+    let least = free + SPARE;
+    (engine.samples < least).then(|| {
+        format!(
+            "{} samples are too few for {free} free numbers (unknowns, initial states and sizes of the noise): record {least} at least",
+            engine.samples
+        )
+    })
+}
+
+/// A channel of which every sample is the same number, though its noise would make each another.
+fn stuck(engine: &Engine<'_>, channel: usize) -> Option<String> {
+    let sensor = &engine.problem.plant.sensors[channel];
+    let (Noise::PerSample(sigma) | Noise::Density(sigma)) = &sensor.noise;
+    if sensor.resolution.value > 0.0 || sigma.value <= 0.0 {
+        return None;
+    }
+    let mut values = engine.problem.runs.iter().flat_map(|run| &run.samples[channel].value);
+    let first = values.next()?;
+    let more = values.clone().count();
+    (more + 1 >= SPARE && values.all(|value| value == first)).then(|| {
+        format!(
+            "'{}' reads {first} in all of its {} samples, and its noise would make each another: it is stuck or was not recorded; \
+             leave it out of the plant, or state its resolution",
+            sensor.name,
+            more + 1
+        )
+    })
+}
