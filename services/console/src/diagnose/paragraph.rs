@@ -113,7 +113,10 @@ fn shown(diagnosis: &Diagnosis) -> Option<String> {
         n => format!(" ({n} more channel{} in the table)", if n == 1 { "" } else { "s" }),
     };
     let (before, after) = (percent(best.fit_percent_before), percent(best.fit_percent_after));
-    Some(format!("With it the fit of {} in free run goes from {before} to {after} % on {on}{others}.", best.name))
+    // neither is wrong: they judge different things
+    let but =
+        if gain(best) < 0.0 { ": it carries the error of its start along, and the gain below does not" } else { "" };
+    Some(format!("With it the fit of {} in free run goes from {before} to {after} % on {on}{others}{but}.", best.name))
 }
 
 /// A fit as it is printed: far below nothing, a decimal says nothing.

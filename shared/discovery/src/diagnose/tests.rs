@@ -207,3 +207,25 @@ fn of_a_channel_that_stands_still_or_of_a_handful_of_samples_nothing_is_said() {
     let found = diagnosed(&nominal, few);
     assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("too few"), "{}", found.reason);
 }
+
+#[test]
+fn nothing_is_missing_is_not_said_beside_what_no_noise_explains() {
+    let nominal = plant("pendulum");
+    let sigma = {
+        let (plant::description::Noise::PerSample(s) | plant::description::Noise::Density(s)) =
+            &nominal.sensors[0].noise;
+        s.value
+    };
+    let asked = |glitch: f64| {
+        let mut recorded = recording(&nominal, 21, 12.0);
+        let value = &mut recorded.channels.iter_mut().find(|c| c.name == "angle").expect("it reads its angle").value;
+        let middle = value.len() / 2;
+        value[middle] += glitch * sigma;
+        diagnosed(&nominal, recorded)
+    };
+    assert_eq!(asked(0.0).verdict, Verdict::None);
+    // one sample moves the size of the noise by next to nothing
+    let found = asked(9.0);
+    assert_eq!(found.verdict, Verdict::CannotDecide, "{}", found.reason);
+    assert!(found.located.iter().any(|place| place.channel == "angle"), "{:?}", found.located);
+}

@@ -308,17 +308,19 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
         );
         return (Verdict::CannotDecide, reason);
     }
-    if findings.noise_p < NOISE_SHARE * findings.alpha {
-        let noise = changed_noise(findings.engine, &findings.best.noise);
-        if let Some(tile) = odd(findings) {
-            let reason = format!(
-                "the recording is not as the plant has it (p = {:.1e}), and no noise explains it either: beside {noise} the loudest is left in {}; \
-                 an unknown law or a disturbance: repeat the experiment, what comes again at the same states is a law",
-                findings.noise_p,
-                told(findings, tile)
-            );
-            return (Verdict::CannotDecide, reason);
-        }
+    let is_noise = findings.noise_p < NOISE_SHARE * findings.alpha;
+    let noise = changed_noise(findings.engine, &findings.best.noise);
+    if let Some(tile) = odd(findings) {
+        let beside = if is_noise { format!("beside {noise} ") } else { String::new() };
+        let reason = format!(
+            "the recording is not as the plant has it (p = {:.1e}), and no noise explains it either: {beside}the loudest is left in {}; \
+             an unknown law or a disturbance: repeat the experiment, what comes again at the same states is a law",
+            findings.noise_p.min(tile.p()),
+            told(findings, tile)
+        );
+        return (Verdict::CannotDecide, reason);
+    }
+    if is_noise {
         let reason = format!(
             "the noise is not as stated (p = {:.1e}): {noise}; no physics is missing beside it",
             findings.noise_p

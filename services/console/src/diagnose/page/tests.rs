@@ -137,7 +137,7 @@ fn full() -> Diagnosis {
         unit: "N*m/rad^3".into(),
     }];
     d.not_found = vec!["bar.mass".into()];
-    d.notes = vec!["grids were thinned to 40 %".into()];
+    d.notes = vec!["to bound the work these were left out: points of grids".into()];
     d.figures = figures();
     d
 }
@@ -278,4 +278,14 @@ fn the_object_has_the_keys_of_the_diagnosis_and_those_of_the_desk() {
     assert_eq!(&keys[..6], ["verdict", "reason", "doctor", "compare", "where", "effects"]);
     assert!(value["effects"][0]["rivals"][0]["reason"].is_string() && value["where"][0]["p"].is_number());
     assert_eq!(value["recordings"][0]["digest"], "af13");
+}
+
+#[test]
+fn a_free_run_that_gets_worse_beside_a_confirmed_gain_is_explained() {
+    let mut found = full();
+    let better = html(found.clone());
+    found.held_out.channels[0].fit_percent_after = 43.1;
+    let worse = html(found);
+    assert!(!better.contains("carries the error of its start"));
+    assert!(worse.contains("goes from 43.9 to 43.1 % on a recording that nothing was fitted to: it carries the error"));
 }
