@@ -99,7 +99,9 @@ fn held_up(diagnosis: &Diagnosis) -> impl Iterator<Item = &EffectReport> {
 fn place(diagnosis: &Diagnosis) -> Option<String> {
     let first = diagnosis.located.first()?;
     let [from, to] = first.time.map(short);
-    Some(format!("It shows most in {} between {from} and {to} s ({}).", first.channel, probability(first.p)))
+    // a force is of no channel
+    let at = if first.channel.is_empty() { format!("at {}", first.site) } else { format!("in {}", first.channel) };
+    Some(format!("It shows most {at} between {from} and {to} s ({}).", probability(first.p)))
 }
 
 /// Held-out fit of the channel that gains most.

@@ -84,8 +84,8 @@ fn places(diagnosis: &Diagnosis) -> String {
         let p = probability(place.p);
         let states =
             if place.states.is_empty() { String::new() } else { format!(", over {}", place.states.join(", ")) };
-        let line =
-            format!("where: {} at {}, {from} to {to} s, {low} to {high} Hz{states}, {p}", place.channel, place.site);
+        let channel = if place.channel.is_empty() { String::new() } else { format!("{} ", place.channel) };
+        let line = format!("where: {channel}at {}, {from} to {to} s, {low} to {high} Hz{states}, {p}", place.site);
         let _ = writeln!(text, "\n{line}");
     }
     text

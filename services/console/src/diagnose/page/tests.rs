@@ -281,6 +281,15 @@ fn the_object_has_the_keys_of_the_diagnosis_and_those_of_the_desk() {
 }
 
 #[test]
+fn a_force_of_no_channel_shows_at_its_site() {
+    let mut found = full();
+    found.located[0].channel.clear();
+    found.located[0].site = "joint:pivot".into();
+    let told = words::in_words(&diagnosed(found), false).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(told.contains("It shows most at joint:pivot between") && told.contains("where: at joint:pivot,"), "{told}");
+}
+
+#[test]
 fn a_free_run_that_gets_worse_beside_a_confirmed_gain_is_explained() {
     let mut found = full();
     let better = html(found.clone());
