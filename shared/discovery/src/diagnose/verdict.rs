@@ -281,10 +281,10 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
     let open: Vec<&str> = open.map(|(adopted, _)| adopted.column.candidate.effect.kind).collect();
     let but = if open.is_empty() { String::new() } else { format!(" without {}", open.join(" and ")) };
     let reason = format!(
-        "{} (probability {:.2}, {word} on held-out data{but}; p = {:.1e} over everything tried)",
+        "{} (probability {:.2}, {word} on held-out data{but}; {} over everything tried)",
         kinds.join(" and "),
         weight,
-        first.p
+        chance(first.p)
     );
     let left = remainder(findings).map_or(String::new(), |map| {
         format!("; something smaller at {} stays without a name (evidence {:.0})", map.place.site, map.evidence)
@@ -303,27 +303,29 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
     if let Some(lost) = findings.unfitted.first() {
         let candidate = &lost.column.candidate;
         let reason = format!(
-            "{} at {} is significant (p = {:.1e}), but no model with it could be fitted",
-            candidate.effect.kind, candidate.site, lost.p
+            "{} at {} is significant ({}), but no model with it could be fitted",
+            candidate.effect.kind,
+            candidate.site,
+            chance(lost.p)
         );
         return (Verdict::CannotDecide, reason);
     }
     let is_noise = findings.noise_p < NOISE_SHARE * findings.alpha;
-    let noise = changed_noise(findings.engine, &findings.best.noise);
     if let Some(tile) = odd(findings) {
-        let beside = if is_noise { format!("beside {noise} ") } else { String::new() };
+        let beside = if is_noise { format!("beside {} ", changed_noise(findings)) } else { String::new() };
         let reason = format!(
-            "the recording is not as the plant has it (p = {:.1e}), and no noise explains it either: {beside}the loudest is left in {}; \
+            "the recording is not as the plant has it ({}), and no noise explains it either: {beside}the loudest is left in {}; \
              an unknown law or a disturbance: repeat the experiment, what comes again at the same states is a law",
-            findings.noise_p.min(tile.p()),
+            chance(findings.noise_p.min(tile.p())),
             told(findings, tile)
         );
         return (Verdict::CannotDecide, reason);
     }
     if is_noise {
+        let noise = changed_noise(findings);
         let reason = format!(
-            "the noise is not as stated (p = {:.1e}): {noise}; no physics is missing beside it",
-            findings.noise_p
+            "the noise is not as stated ({}): {noise}; no physics is missing beside it",
+            chance(findings.noise_p)
         );
         return (Verdict::NoiseModel, reason);
     }
@@ -342,31 +344,58 @@ fn observable(findings: &Findings<'_>) -> bool {
     findings.screening.scores.iter().any(|score| usual(score) > score.limit)
 }
 
-/// What changed most between stated and adapted noise, in words.
-fn changed_noise(engine: &Engine<'_>, noise: &NoiseModel) -> String {
-    let mut list: Vec<(f64, String)> = Vec::new();
+/// A probability in words; below the least that a number holds it is not nothing.
+fn chance(p: f64) -> String {
+    if p > 1e-300 { format!("p = {p:.1e}") } else { "p < 1e-300".to_owned() }
+}
+
+/// Gain in `−2 ln p` from which a change of the noise is worth a word.
+const WORTH: f64 = 10.0;
+
+/// What changed most between stated and adapted noise and matters, in words.
+fn changed_noise(findings: &Findings<'_>) -> String {
+    let (engine, best) = (findings.engine, findings.best);
+    let mut list = changes(engine, &best.noise);
+    list.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let objective = |noise: &NoiseModel| {
+        let normal = best.fit.board.normal(engine, &best.fit.theta, noise, &[]);
+        normal.and_then(|normal| normal.minimum_without()).unwrap_or(f64::INFINITY) + engine.disturbance_price(noise)
+    };
+    let least = objective(&best.noise);
+    let (worth, rest): (Vec<_>, Vec<_>) = list.into_iter().partition(|(.., before)| objective(before) > least + WORTH);
+    let told = if worth.is_empty() { rest } else { worth };
+    told.into_iter().take(3).map(|(_, text, _)| text).collect::<Vec<_>>().join(", ")
+}
+
+/// Every number of the noise that was adapted: by how much, in words, and the noise without that.
+fn changes(engine: &Engine<'_>, noise: &NoiseModel) -> Vec<(f64, String, NoiseModel)> {
+    let mut list = Vec::new();
+    let stated = &engine.noise;
+    let mut push = |size: f64, text: String, back: &dyn Fn(&mut NoiseModel)| {
+        let mut before = noise.clone();
+        back(&mut before);
+        list.push((size, text, before));
+    };
     for (i, sensor) in engine.problem.plant.sensors.iter().enumerate() {
-        let factor = noise.sensor_sigma[i] / engine.noise.sensor_sigma[i];
-        list.push((libm::log(factor).abs(), format!("{} x{factor:.2}", sensor.name)));
+        let (name, factor) = (&sensor.name, noise.sensor_sigma[i] / stated.sensor_sigma[i]);
+        push(libm::log(factor).abs(), format!("{name} x{factor:.2}"), &|n| n.sensor_sigma[i] = stated.sensor_sigma[i]);
         let jitter = noise.jitter_s[i] / engine.interval_s(i);
         if jitter > 0.0 {
             // an hundredth of an interval is as telling as a factor of e
-            let text = format!("stamps of {} jitter by {:.1} % of the interval", sensor.name, 100.0 * jitter);
-            list.push((libm::log(1.0 + 100.0 * jitter), text));
+            let text = format!("stamps of {name} jitter by {:.1} % of the interval", 100.0 * jitter);
+            push(libm::log(1.0 + 100.0 * jitter), text, &|n| n.jitter_s[i] = 0.0);
         }
-        list.push((
-            libm::atanh(noise.pole[i].abs().min(0.999)),
-            format!("{} correlated, pole {:.2}", sensor.name, noise.pole[i]),
-        ));
+        let colour = libm::atanh(noise.pole[i].abs().min(0.999));
+        push(colour, format!("{name} correlated, pole {:.2}", noise.pole[i]), &|n| n.pole[i] = 0.0);
     }
     for (i, name) in engine.noise_names.iter().enumerate() {
-        let factor = noise.input_sigma[i] / engine.noise.input_sigma[i];
+        let factor = noise.input_sigma[i] / stated.input_sigma[i];
         if factor > 1.0 {
-            list.push((0.3 * libm::log(factor), format!("{name} x{factor:.3}")));
+            let text = format!("{name} x{factor:.3}");
+            push(0.3 * libm::log(factor), text, &|n| n.input_sigma[i] = stated.input_sigma[i]);
         }
     }
-    list.sort_by(|a, b| b.0.total_cmp(&a.0));
-    list.into_iter().take(3).map(|(_, text)| text).collect::<Vec<_>>().join(", ")
+    list
 }
 
 fn effect(best: &Standing, adopted: &Adopted, status: Status) -> EffectReport {
