@@ -122,6 +122,37 @@ fn the_plant_says_what_is_an_input_and_names_that_do_not_meet_are_told() {
 }
 
 #[test]
+fn what_a_diagnosis_would_refuse_is_a_fault_of_the_doctor_with_the_cure() {
+    let folder = Folder::new("doctor-refused");
+    folder.ask(&["simulate", "drive_rig", "--duration", "4", "--out", "rig.csv"]).ends_with(0);
+    let sound = String::from_utf8(folder.bytes("rig.csv")).unwrap();
+    folder.file("kg.csv", sound.replacen("angle [rad]", "angle [kg]", 1));
+    folder.file("renamed.csv", sound.replacen("angle [", "angel [", 1));
+    for (file, check, cure) in
+        [("kg.csv", "units", "unit = \"rad\""), ("renamed.csv", "missing", "[channels] angle = \"angel\"")]
+    {
+        folder.ask(&["diagnose", file, "--plant", "drive_rig"]).ends_with(3);
+        let result = folder.ask(&["doctor", file, "--plant", "drive_rig", "--json"]).result();
+        let fault = findings(&result).iter().find(|f| f["check"] == check && f["severity"] == "fault");
+        let fault = fault.unwrap_or_else(|| panic!("{file}: {result}"));
+        assert!(fault["channel"] == "angle" && fault["cure"].as_str().unwrap().contains(cure), "{fault}");
+        let Answer { stdout, .. } = folder.ask(&["doctor", file, "--plant", "drive_rig"]).ends_with(0);
+        assert!(stdout.contains("cure the faults first") && !stdout.contains("nothing found"), "{stdout}");
+    }
+}
+
+#[test]
+fn neither_a_dead_channel_nor_a_handful_of_samples_can_be_used_as_they_are() {
+    let folder = Folder::new("doctor-little");
+    folder.file("dead.csv", csv("time [s],angle [rad]", 1, |_, _| "4.0".into()));
+    folder.file("two.csv", "time [s],angle [rad]\n0,1\n0.1,1.2\n");
+    for (file, says) in [("dead.csv", "all 3000 samples are 4"), ("two.csv", "2 samples: the level of their noise")] {
+        let Answer { stdout, .. } = folder.ask(&["doctor", file]).ends_with(0);
+        assert!(stdout.contains(says) && !stdout.contains("as they are"), "{stdout}");
+    }
+}
+
+#[test]
 fn recordings_one_after_another_in_a_file_are_examined_one_by_one() {
     let folder = Folder::new("doctor-parts");
     let once = csv("time [s],height [m]", 3, |t, n| format!("{:.6}", 20.0 - 0.5 * t * t + 0.01 * n.next()));

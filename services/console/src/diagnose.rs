@@ -20,8 +20,8 @@ use crate::recordings::{self, Evidence, Loaded};
 use crate::{Failure, plant_file};
 use channel_map::ChannelMap;
 use discovery::diagnose::{Diagnosis, Options};
-use discovery::doctor::{Finding, examine_with};
-use discovery::problem::{Problem, ProblemError};
+use discovery::doctor::{Finding, examine_for};
+use discovery::problem::Problem;
 use files::OutFiles;
 use modes_file::ModesFile;
 use plant::description::Plant;
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = arguments.out.as_deref().map(|folder| OutFiles::new(folder, &inputs(arguments))).transpose()?;
     let (problem, options) = problems(&case, arguments)?;
     let bar = Share::new("diagnosed");
-    let findings = examine_all(&case.fitted, &bar);
+    let findings = examine_all(&case, &bar);
     let diagnosis = match &problem {
         Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |what, share| {
             bar.phase(what, DOCTOR_SHARE + (1.0 - DOCTOR_SHARE) * share);
@@ -264,47 +264,16 @@ fn problems(case: &Case, arguments: &Arguments) -> Result<(Option<Problem>, Opti
 
 fn problem(case: &Case, loaded: &[Loaded], flag: &str) -> Result<Problem, Failure> {
     let recordings: Vec<_> = loaded.iter().map(|one| one.recording.clone()).collect();
-    Problem::new(&case.plant, &recordings, &[]).map_err(|error| {
-        let cure = cure(&error, case);
-        Failure::Input(miette::miette!(help = cure, "{flag}{error}"))
-    })
+    Problem::new(&case.plant, &recordings, &[])
+        .map_err(|error| Failure::Input(miette::miette!(help = error.cure(&case.plant_file), "{flag}{error}")))
 }
 
-/// What the operator can do where plant and recording do not belong together.
-fn cure(error: &ProblemError, case: &Case) -> String {
-    match error {
-        ProblemError::MissingChannel { channel, nearest, .. } => {
-            let theirs = nearest.as_deref().unwrap_or("name in the recording");
-            format!("give --map FILE with [channels] {} = \"{theirs}\", or rename one of the two", key(channel))
-        }
-        ProblemError::Unit { channel, expected, .. } => format!(
-            "correct the header, or give --map FILE with [channels] {} = {{ name = \"{channel}\", unit = \"{expected}\" }}",
-            key(channel)
-        ),
-        ProblemError::Empty { .. } => {
-            "give a longer recording, or [[segment]]s in the plant file that lie in this one; `obsid doctor` shows its span".into()
-        }
-        ProblemError::UnknownInput { actuator } => {
-            format!("record what '{actuator}' did, or take its controller out of the plant file and state the command")
-        }
-        ProblemError::NoNoise(channel) => {
-            format!("give [[sensor]] '{channel}' its noise in {}, as its data sheet states it", case.plant_file)
-        }
-        _ => format!("`obsid plant check {}` says what the plant itself lacks", case.plant_file),
-    }
-}
-
-/// A name as a key of TOML.
-fn key(name: &str) -> String {
-    let bare = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') && !name.is_empty();
-    if bare { name.to_owned() } else { format!("\"{name}\"") }
-}
-
-fn examine_all(loaded: &[Loaded], bar: &Share) -> Vec<(usize, Finding)> {
+fn examine_all(case: &Case, bar: &Share) -> Vec<(usize, Finding)> {
     let mut all = Vec::new();
-    for (k, one) in loaded.iter().enumerate() {
-        let share = |part: f64| DOCTOR_SHARE * (k as f64 + part) / loaded.len() as f64;
-        let found = examine_with(&one.recording, &mut |part| bar.phase("examine the recordings", share(part)));
+    for (k, one) in case.fitted.iter().enumerate() {
+        let share = |part: f64| DOCTOR_SHARE * (k as f64 + part) / case.fitted.len() as f64;
+        let found =
+            examine_for(&one.recording, &case.plant, &mut |part| bar.phase("examine the recordings", share(part)));
         all.extend(found.into_iter().map(|finding| (k, finding)));
     }
     all

@@ -5,7 +5,8 @@ mod page;
 use crate::progress::Share;
 use crate::recordings::{self, Loaded, ReportFile, wrapped};
 use crate::{Failure, plant_file};
-use discovery::doctor::{Finding, Severity, examine_with};
+use discovery::doctor::{Finding, Severity, examine_for, examine_with};
+use plant::description::Plant;
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -15,7 +16,7 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   obsid doctor rig.csv                                what is wrong, with numbers, evidence and cure
-  obsid doctor rig.csv --plant rig.toml --out report  the plant says which channels are inputs; figures in report/doctor.html
+  obsid doctor rig.csv --plant rig.toml --out report  what does not fit the plant, too; figures in report/doctor.html
   obsid doctor day1.csv.gz day2.mcap --json           doctor[]{check, channel, value, unit, evidence, cure} as one object
 
 Findings are an answer, not a failure: the exit code is 0.")]
@@ -23,7 +24,7 @@ pub struct Arguments {
     /// CSV, CSV.gz or MCAP; a file in which time starts again is several recordings
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// Its actuators are inputs, its sensors outputs
+    /// Its actuators are inputs, its sensors outputs; what it needs and the recording does not hold is a fault
     #[arg(long, value_name = "FILE")]
     plant: Option<PathBuf>,
     /// One JSON object on standard output
@@ -49,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         loaded.extend(recordings::read(path, plant.as_ref())?);
     }
     let out = arguments.out.as_deref().map(|folder| ReportFile::new(folder, "doctor.html")).transpose()?;
-    let examined = examine_all(loaded);
+    let examined = examine_all(loaded, plant.as_ref());
     if let Some(out) = &out {
         out.write(&page::page(&examined, &again(arguments)))?;
     }
@@ -62,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn examine_all(loaded: Vec<Loaded>) -> Vec<Examined> {
+fn examine_all(loaded: Vec<Loaded>, plant: Option<&Plant>) -> Vec<Examined> {
     let size = |l: &Loaded| l.recording.channels.iter().map(|c| c.value.len()).sum::<usize>() as f64;
     let (all, mut done) = (loaded.iter().map(size).sum::<f64>().max(1.0), 0.0);
     let bar = Share::new("examined");
@@ -70,7 +71,11 @@ fn examine_all(loaded: Vec<Loaded>) -> Vec<Examined> {
         .into_iter()
         .map(|loaded| {
             let own = size(&loaded);
-            let findings = examine_with(&loaded.recording, &mut |part| bar.show((done + part * own) / all));
+            let progress = &mut |part: f64| bar.show((done + part * own) / all);
+            let findings = match plant {
+                Some(plant) => examine_for(&loaded.recording, plant, progress),
+                None => examine_with(&loaded.recording, progress),
+            };
             done += own;
             Examined { loaded, findings }
         })

@@ -4,8 +4,10 @@
 //! and places it looks at; on top of significance a finding must be material (a stated size that changes what an engineer does).
 //! No check knows a recording by name. Findings carry their numbers, the evidence and the cure.
 //!
-//! Deliberately absent: anything that needs a plant (which parameters cannot be found is then answered by its regressor).
+//! What a plant adds, names and units it needs, noise it states, its step of time, is in [`against_plant`]. Deliberately absent: which of its parameters
+//! cannot be found (that is answered by its regressor).
 
+mod against_plant;
 mod axes;
 mod clock;
 mod content;
@@ -19,6 +21,7 @@ pub mod segments;
 #[cfg(test)]
 mod tests;
 
+use plant::description::Plant;
 use serde::Serialize;
 
 use crate::series::{Channel, Recording};
@@ -30,6 +33,10 @@ pub const FALSE_ALARM: f64 = 1e-4;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Check {
+    /// A channel that the plant needs and the recording does not hold.
+    Missing,
+    /// Too few samples for their spread, or for the plant's unknown numbers.
+    FewSamples,
     /// Channels without enough samples, or with values that are not finite.
     NotFinite,
     DuplicateStamps,
@@ -39,6 +46,8 @@ pub enum Check {
     IrregularTime,
     /// Sources of different rate.
     Rate,
+    /// Steps that are the plant's in another unit of time.
+    TimeUnit,
     Constant,
     Copied,
     Derived,
@@ -159,6 +168,18 @@ pub fn examine_with(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec
         done += own;
     }
     progress(1.0);
+    findings.sort_by(|a, b| a.check.cmp(&b.check).then(b.severity.cmp(&a.severity)));
+    findings
+}
+
+/// As [`examine_with`], and what `plant` has to say of the recording: a channel that it calls stuck is not told as constant beside.
+#[must_use]
+pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
+    let told = against_plant::examine(recording, plant);
+    let mut findings = examine_with(recording, progress);
+    findings
+        .retain(|f| f.check != Check::Constant || !told.iter().any(|t| t.check == f.check && t.channel == f.channel));
+    findings.extend(told);
     findings.sort_by(|a, b| a.check.cmp(&b.check).then(b.severity.cmp(&a.severity)));
     findings
 }

@@ -82,7 +82,52 @@ pub struct Problem {
     pub notes: Vec<String>,
 }
 
+impl ProblemError {
+    /// What the operator can do; `plant_file` is where the plant is written.
+    #[must_use]
+    pub fn cure(&self, plant_file: &str) -> String {
+        match self {
+            Self::MissingChannel { channel, nearest, .. } => {
+                let theirs = nearest.as_deref().unwrap_or("name in the recording");
+                format!("give --map FILE with [channels] {} = \"{theirs}\", or rename one of the two", key(channel))
+            }
+            Self::Unit { channel, expected, .. } => format!(
+                "correct the header, or give --map FILE with [channels] {} = {{ name = \"{channel}\", unit = \"{expected}\" }}",
+                key(channel)
+            ),
+            Self::Empty { .. } => {
+                "give a longer recording, or [[segment]]s in the plant file that lie in this one; `obsid doctor` shows its span".into()
+            }
+            Self::UnknownInput { actuator } => {
+                format!("record what '{actuator}' did, or take its controller out of the plant file and state the command")
+            }
+            Self::NoNoise(channel) => {
+                format!("give [[sensor]] '{channel}' its noise in {plant_file}, as its data sheet states it")
+            }
+            Self::NoRecording | Self::Plant(_) => {
+                format!("`obsid plant check {plant_file}` says what the plant itself lacks")
+            }
+        }
+    }
+}
+
+/// A name as a key of TOML.
+fn key(name: &str) -> String {
+    let bare = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') && !name.is_empty();
+    if bare { name.to_owned() } else { format!("\"{name}\"") }
+}
+
 impl Problem {
+    /// Every reason for which [`Problem::new`] refuses `recording`, names and units first; empty where it does not.
+    #[must_use]
+    pub fn refusals(plant: &Plant, recording: &Recording) -> Vec<ProblemError> {
+        let unmet = matching::unmet(plant, recording, &[]);
+        if unmet.is_empty() {
+            return Self::new(plant, core::slice::from_ref(recording), &[]).err().into_iter().collect();
+        }
+        unmet
+    }
+
     /// Joins `plant` and `recordings`. `map` gives (name in the plant, name in the recording) where they differ.
     ///
     /// # Errors

@@ -4,7 +4,7 @@
 //! material size: jitter below 0.1 % of a step moves a signal at a tenth of the Nyquist frequency by 3e-4 of its amplitude.
 
 use super::{Check, Finding, Severity, short};
-use crate::series::{Channel, GAP_MEDIANS, Recording};
+use crate::series::{Channel, GAP_MEDIANS, Recording, Role};
 use crate::statistics::{deviation, median, quantile, rms};
 
 /// Jitter reported from this share of a step.
@@ -14,12 +14,16 @@ const JITTER_WARNING_SHARE: f64 = 0.05;
 /// 95 % of the intervals within this share of the median, or the sampling is irregular.
 const IRREGULAR_SHARE: f64 = 0.2;
 
+/// A noise level from n samples has a relative standard deviation of `1 / sqrt(2 (n - 1))`: below ten it is not known to a quarter.
+const SAMPLES_MIN: usize = 10;
+
 /// Findings about the stamps, one per source (channels with the same stamps).
 pub fn examine(recording: &Recording) -> Vec<Finding> {
     let mut findings = Vec::new();
     let sources = sources(recording);
     for source in &sources {
         findings.extend(not_finite(source));
+        findings.extend(few_samples(source));
         findings.extend(source_findings(source));
     }
     let rates: Vec<(f64, &str)> =
@@ -62,6 +66,27 @@ fn not_finite(source: &[&Channel]) -> Vec<Finding> {
         }
     }
     findings
+}
+
+fn few_samples(source: &[&Channel]) -> Option<Finding> {
+    // a command is held until the next one: two may be all there is
+    let few: Vec<&&Channel> =
+        source.iter().filter(|c| c.role != Role::Input && c.finite().len() < SAMPLES_MIN).collect();
+    let (first, others) = few.split_first()?;
+    let others: Vec<&str> = others.iter().map(|c| c.name.as_str()).collect();
+    let n = first.finite().len();
+    let known = if n > 1 {
+        let percent = 100.0 / (2.0 * (n - 1) as f64).sqrt();
+        format!("the level of their noise is known to ± {} % at best", short(libm::round(percent)))
+    } else {
+        "they show no spread".into()
+    };
+    Some(
+        Finding::new(Check::FewSamples, Severity::Warning, &first.name, n as f64, "samples")
+            .with(&others)
+            .because(format!("{n} samples: {known} (± 24 % at {SAMPLES_MIN}), and most checks here need more"))
+            .cure(format!("record longer or faster: at least {SAMPLES_MIN} samples a channel, and several times the numbers sought")),
+    )
 }
 
 fn source_findings(source: &[&Channel]) -> Vec<Finding> {

@@ -34,9 +34,14 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
 fn constant(channel: &Channel) -> Option<Finding> {
     let first = *channel.value.first()?;
     channel.value.iter().all(|v| *v == first).then(|| {
-        Finding::new(Check::Constant, Severity::Note, &channel.name, first, &channel.unit)
+        let cure = if super::content::is_input(channel) {
+            "what acts through it cannot be found from this recording; if it was driven, look at the wiring and the mapping"
+        } else {
+            "carries nothing: leave it out; if a quantity should be here, look at the wiring and the mapping"
+        };
+        Finding::new(Check::Constant, Severity::Warning, &channel.name, first, &channel.unit)
             .because(format!("all {} samples are {}", channel.value.len(), short(first)))
-            .cure("carries nothing; if a quantity should be here, look at the wiring and the mapping")
+            .cure(cure)
     })
 }
 

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use super::{Check, Finding, examine};
+use super::{Check, Finding, Severity, examine};
 use crate::noise::Noise;
 use crate::series::{Channel, Recording, Role};
 
@@ -376,6 +376,33 @@ fn one_sine_excites_with_order_two_and_noise_is_enough() {
         ..channel("force", "N", &time, time.iter().map(|t| libm::sin(0.7 * t)).collect())
     };
     assert_eq!(of(&examine(&recording(vec![sine])), Check::Excitation).expect("order 2").value, 2.0);
+}
+
+#[test]
+fn a_record_of_a_few_samples_is_not_called_sound_and_one_of_ten_is_long_enough() {
+    for (n, few) in [(1, true), (2, true), (5, true), (9, true), (10, false)] {
+        let time = even(n, 0.1);
+        let found = examine(&recording(vec![
+            channel("x", "m", &time, Noise::new(n as u64).series(n, 1.0)),
+            Channel { role: Role::Input, ..channel("force", "N", &time, vec![1.0; n]) },
+        ]));
+        let told = of(&found, Check::FewSamples);
+        assert_eq!(
+            told.is_some_and(|f| f.severity == Severity::Warning && f.others.is_empty()),
+            few,
+            "{n}: {found:#?}"
+        );
+    }
+}
+
+#[test]
+fn a_channel_that_never_changes_is_a_warning() {
+    let time = even(200, 0.1);
+    for (name, unit) in [("angle", "rad"), ("force", "N")] {
+        let found =
+            examine(&recording(vec![Channel { role: Role::Unknown, ..channel(name, unit, &time, vec![4.0; 200]) }]));
+        assert!(of(&found, Check::Constant).is_some_and(|f| f.severity == Severity::Warning), "{found:#?}");
+    }
 }
 
 #[test]

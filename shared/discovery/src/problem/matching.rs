@@ -2,9 +2,9 @@
 
 use super::angles::turned;
 use super::inputs::drive;
-use super::{Drive, ProblemError, Run, Samples};
+use super::{ProblemError, Run, Samples};
 use crate::series::{Channel, Recording};
-use plant::description::{Actuator, Initial, Plant};
+use plant::description::{Actuator, Initial, Plant, Sensor};
 
 /// Runs of one recording: one a segment of the plant that lies in it, else the whole.
 pub(super) fn runs(
@@ -14,25 +14,16 @@ pub(super) fn runs(
     map: &[(String, String)],
     notes: &mut Vec<String>,
 ) -> Result<Vec<Run>, ProblemError> {
+    if let Some(error) = unmet(plant, recording, map).into_iter().next() {
+        return Err(error);
+    }
     let sensors: Vec<Option<&Channel>> = plant.sensors.iter().map(|s| find(recording, &s.name, map)).collect();
-    if sensors.iter().all(Option::is_none) {
-        let name = plant.sensors.first().map_or("", |sensor| &sensor.name);
-        return Err(missing(plant, recording, name, "a sensor", map));
-    }
-    for (sensor, channel) in plant.sensors.iter().zip(&sensors) {
-        match channel {
-            Some(channel) => check_unit(recording, channel, plant.sensor_unit(sensor))?,
-            // another spelling is no missing channel
-            None if nearest(plant, &sensor.name, recording, map).is_some() => {
-                return Err(missing(plant, recording, &sensor.name, "a sensor", map));
-            }
-            None => notes.push(format!("recording '{}' has no channel for sensor '{}'", recording.name, sensor.name)),
-        }
-    }
+    let absent = plant.sensors.iter().zip(&sensors).filter(|(_, channel)| channel.is_none());
+    notes.extend(absent.map(|(s, _)| format!("recording '{}' has no channel for sensor '{}'", recording.name, s.name)));
     let mut found = Vec::new();
     for (begin_s, end_s, segment, initial) in spans(plant, recording, &sensors, map) {
         let drives = (plant.actuators.iter())
-            .map(|actuator| input(plant, recording, actuator, map, (begin_s, end_s)))
+            .map(|a| drive(plant, a, find(recording, &a.name, map), &recording.name, (begin_s, end_s)))
             .collect::<Result<Vec<_>, _>>()?;
         let mut samples = Vec::with_capacity(sensors.len());
         for (sensor, channel) in plant.sensors.iter().zip(&sensors) {
@@ -57,29 +48,39 @@ pub(super) fn runs(
     Ok(found)
 }
 
-/// What drives one actuator in one run.
-fn input(
+/// Every name and unit in which plant and recording do not meet: sensors first, in the order of the plant.
+pub(super) fn unmet(plant: &Plant, recording: &Recording, map: &[(String, String)]) -> Vec<ProblemError> {
+    let absent = |s: &Sensor| find(recording, &s.name, map).is_none();
+    if plant.sensors.iter().all(absent) {
+        let name = plant.sensors.first().map_or("", |sensor| &sensor.name);
+        return vec![missing(plant, recording, name, "a sensor", map)];
+    }
+    let sensors = plant.sensors.iter().filter_map(|sensor| match find(recording, &sensor.name, map) {
+        Some(channel) => check_unit(recording, channel, plant.sensor_unit(sensor)).err(),
+        // another spelling is no missing channel
+        None => nearest(plant, &sensor.name, recording, map)
+            .map(|_| missing(plant, recording, &sensor.name, "a sensor", map)),
+    });
+    sensors.chain(plant.actuators.iter().filter_map(|actuator| unmet_input(plant, recording, actuator, map))).collect()
+}
+
+/// Why nothing is known of what one actuator did, if so.
+fn unmet_input(
     plant: &Plant,
     recording: &Recording,
     actuator: &Actuator,
     map: &[(String, String)],
-    span_s: (f64, f64),
-) -> Result<Drive, ProblemError> {
-    let channel = find(recording, &actuator.name, map);
-    match channel {
-        Some(channel) => check_unit(recording, channel, plant.actuator_unit(actuator))?,
-        None => {
-            let controlled = plant.controllers.iter().any(|c| c.actuator == actuator.name);
-            let alike = nearest(plant, &actuator.name, recording, map).is_some();
-            if controlled && !alike {
-                return Err(ProblemError::UnknownInput { actuator: actuator.name.clone() });
-            }
-            if controlled || (actuator.recorded && actuator.command.is_empty()) {
-                return Err(missing(plant, recording, &actuator.name, "an actuator", map));
-            }
-        }
+) -> Option<ProblemError> {
+    if let Some(channel) = find(recording, &actuator.name, map) {
+        return check_unit(recording, channel, plant.actuator_unit(actuator)).err();
     }
-    drive(plant, actuator, channel, &recording.name, span_s)
+    let controlled = plant.controllers.iter().any(|c| c.actuator == actuator.name);
+    let alike = nearest(plant, &actuator.name, recording, map).is_some();
+    if controlled && !alike {
+        return Some(ProblemError::UnknownInput { actuator: actuator.name.clone() });
+    }
+    let required = controlled || (actuator.recorded && actuator.command.is_empty());
+    required.then(|| missing(plant, recording, &actuator.name, "an actuator", map))
 }
 
 fn missing(

@@ -1,0 +1,135 @@
+//! What a plant has to say of a recording before it is held against it.
+//!
+//! Names and units are judged by [`Problem::refusals`], so that what a diagnosis refuses is a fault here. A measured channel on which the plant states
+//! noise cannot stand still: with white noise of σ between quantisation steps of q all of n readings are equal with a probability of at most `P(|N(0, σ)| < q/2)^(n-1)`.
+
+use plant::description::{Noise, Plant, Sensor};
+
+use super::{Check, FALSE_ALARM, Finding, Severity, probability, short};
+use crate::problem::{Problem, ProblemError};
+use crate::series::{Channel, Recording};
+
+/// Units of time that are taken for one another: ms, µs and ns for s, and s for them.
+const TIME_UNITS: [(f64, &str); 3] = [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")];
+/// A ratio of steps within this share of a unit's is that unit.
+const UNIT_SHARE: f64 = 0.02;
+
+pub fn examine(recording: &Recording, plant: &Plant) -> Vec<Finding> {
+    let mut findings: Vec<Finding> =
+        Problem::refusals(plant, recording).iter().filter_map(|error| refused(error, plant)).collect();
+    let sensors =
+        || plant.sensors.iter().filter_map(|s| Some((s, recording.channels.iter().find(|c| c.name == s.name)?)));
+    findings.extend(sensors().filter_map(|(sensor, channel)| stuck(plant, sensor, channel)));
+    findings.extend(few_readings(recording, plant));
+    findings.extend(time_unit(plant, &sensors().collect::<Vec<_>>()));
+    findings
+}
+
+/// What makes a diagnosis refuse the recording; what is wrong with the plant alone, `obsid plant check` tells.
+fn refused(error: &ProblemError, plant: &Plant) -> Option<Finding> {
+    let (check, channel, value) = match error {
+        ProblemError::MissingChannel { channel, .. } => (Check::Missing, channel, 1.0),
+        ProblemError::UnknownInput { actuator } => (Check::Missing, actuator, 1.0),
+        ProblemError::Unit { channel, .. } => (Check::Units, channel, 1.0),
+        ProblemError::Empty { channel, .. } => (Check::FewSamples, channel, 0.0),
+        ProblemError::NoRecording | ProblemError::Plant(_) | ProblemError::NoNoise(_) => return None,
+    };
+    let unit = if check == Check::FewSamples { "samples" } else { "channel" };
+    Some(
+        Finding::new(check, Severity::Fault, channel, value, unit)
+            .because(format!("{error}; `obsid diagnose` refuses it with plant '{}'", plant.name))
+            .cure(error.cure("the plant file")),
+    )
+}
+
+/// A measured channel that never changes although noise is stated on it.
+fn stuck(plant: &Plant, sensor: &Sensor, channel: &Channel) -> Option<Finding> {
+    let kept: Vec<usize> = channel.finite();
+    let first = channel.value[*kept.first()?];
+    if kept.iter().any(|&i| channel.value[i] != first) {
+        return None;
+    }
+    let period_s = step_s(plant, sensor);
+    let sigma = match sensor.noise {
+        Noise::PerSample(q) => q.value,
+        Noise::Density(q) => q.value / period_s.sqrt(),
+    };
+    // a sensor slower than the record repeats its last reading
+    let span_s = channel.time_s[*kept.last()?] - channel.time_s[kept[0]];
+    let changes = ((kept.len() - 1) as f64).min(span_s / period_s * (1.0 + 1e-9));
+    let alike = libm::erf(0.5 * sensor.resolution.value / sigma / 2.0_f64.sqrt());
+    let p = libm::pow(alike, libm::floor(changes));
+    if sigma.is_nan() || sigma <= 0.0 || p > FALSE_ALARM {
+        return None;
+    }
+    Some(
+        Finding::new(Check::Constant, Severity::Fault, &channel.name, first, &channel.unit)
+            .because(format!(
+                "all {} samples are {}, the plant states noise of {} {} on each: {}",
+                kept.len(),
+                short(first),
+                short(sigma),
+                channel.unit,
+                probability(p)
+            ))
+            .cure("stuck, not recorded, or written with too few digits: look at the sensor, the wiring and the mapping, or leave the channel out"),
+    )
+}
+
+/// Step of the plant's record of one sensor [s].
+fn step_s(plant: &Plant, sensor: &Sensor) -> f64 {
+    sensor.period_s.map_or(plant.simulation.period_s, |period| period.value)
+}
+
+/// No more readings than the plant has numbers to be found from them.
+fn few_readings(recording: &Recording, plant: &Plant) -> Option<Finding> {
+    let problem = Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
+    let (readings, unknowns) = (problem.samples(), problem.unknowns.len());
+    let measured = plant.sensors.iter().map(|s| s.name.as_str());
+    let measured: Vec<&str> = measured.filter(|name| recording.channels.iter().any(|c| c.name == *name)).collect();
+    let (first, others) = measured.split_first()?;
+    (readings <= unknowns).then(|| {
+        Finding::new(Check::FewSamples, Severity::Warning, first, readings as f64, "samples")
+            .with(others)
+            .because(format!(
+                "{readings} readings of all sensors for {unknowns} unknown numbers of the plant and its initial state: none is left to judge the fit by"
+            ))
+            .cure("record longer or faster, or leave out sigmas of numbers that are known")
+    })
+}
+
+/// Steps of the sensors that are a thousand, a million or a thousand million times the plant's, or that part of them.
+///
+/// A hint and no proof: both may be as they are.
+fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> {
+    let ratio = |(sensor, channel): &(&Sensor, &Channel)| Some(channel.interval_s()? / step_s(plant, sensor));
+    let near = |x: f64, unit: f64| (x / unit - 1.0).abs() < UNIT_SHARE;
+    let labelled = |r: f64| {
+        TIME_UNITS.iter().find_map(|(factor, name)| match r {
+            r if near(r, *factor) => Some((*name, "seconds")),
+            r if near(r * factor, 1.0) => Some(("seconds", *name)),
+            _ => None,
+        })
+    };
+    let odd: Vec<(f64, &Sensor, &Channel)> = sensors
+        .iter()
+        .filter_map(|pair| Some((ratio(pair).filter(|r| labelled(*r).is_some())?, pair.0, pair.1)))
+        .collect();
+    let ((r, sensor, channel), others) = odd.split_first()?;
+    let (meant, written) = labelled(*r)?;
+    let others: Vec<&str> = others.iter().map(|(.., c)| c.name.as_str()).collect();
+    Some(
+        Finding::new(Check::TimeUnit, Severity::Warning, &channel.name, *r, "-")
+            .with(&others)
+            .because(format!(
+                "sampled every {} s, every {} s in the plant: a factor of {} is that of {meant} labelled {written}",
+                short(channel.interval_s()?),
+                short(step_s(plant, sensor)),
+                short(*r)
+            ))
+            .cure("look at the unit in the header of the time column; where it is right, state the period of the recording in [simulation]"),
+    )
+}
+
+#[cfg(test)]
+mod tests;
