@@ -1,12 +1,14 @@
 //! Two recordings of what should be the same: how far apart, and by what.
 //!
 //! For users whose simulation lives elsewhere: no plant is needed. Channels meet by name; the simulated one is read at the recorded stamps, interpolated by a cubic only where the
-//! stamps differ, and that is said. Each simple explanation (lag, scale, sign, offset) is tried alone, with its sigma and the fit it would give; what is left is located in time windows
+//! stamps differ, and that is said, as is how many samples were used: the longest stretch that both hold without a gap. Bands count the samples as equally spaced,
+//! windows carry the stamps. Each simple explanation (lag, scale, sign, offset) is tried alone, with its sigma and the fit it would give; what is left is located in time windows
 //! and frequency bands against the white noise under the residual, and in coherence with every other channel. Each list is corrected for its length (Holm) at [`FALSE_ALARM`] per channel and list.
 
 mod align;
 mod conclude;
 mod locate;
+mod pair;
 #[cfg(test)]
 mod tests;
 
@@ -15,8 +17,9 @@ use serde::Serialize;
 pub use align::Correction;
 pub use locate::{Band, Coherence, Window};
 
-use crate::series::{Channel, Recording, Uniform, interpolate};
+use crate::series::{Channel, Recording};
 use crate::statistics::{deviation, rms};
+use pair::{Pair, pair};
 
 /// Probability that one list (windows, bands, coherence) of one channel names a place when only white noise separates the two.
 pub const FALSE_ALARM: f64 = 1e-4;
@@ -149,68 +152,6 @@ fn edits(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
-/// Real and simulated at common, equal steps.
-struct Pair {
-    start_s: f64,
-    dt_s: f64,
-    real: Vec<f64>,
-    simulated: Vec<f64>,
-    resampling: String,
-}
-
-fn pair(real: &Channel, simulated: &Channel) -> Option<Pair> {
-    let u = real.uniform()?;
-    let keep = simulated.finite();
-    let mut time: Vec<f64> = Vec::new();
-    let mut value: Vec<f64> = Vec::new();
-    for i in keep {
-        if time.last().is_none_or(|t| simulated.time_s[i] > *t) {
-            time.push(simulated.time_s[i]);
-            value.push(simulated.value[i]);
-        }
-    }
-    let (first, last) = (*time.first()?, *time.last()?);
-    let inside: Vec<usize> = (0..u.value.len())
-        .filter(|&i| u.time_s(i) >= first - 1e-6 * u.dt_s && u.time_s(i) <= last + 1e-6 * u.dt_s)
-        .collect();
-    if inside.len() < SAMPLES_MIN {
-        return None;
-    }
-    let mut exact = true;
-    let read: Vec<f64> = inside
-        .iter()
-        .map(|&i| {
-            let t = u.time_s(i);
-            let near = time.partition_point(|s| *s < t - 1e-6 * u.dt_s).min(time.len() - 1);
-            if (time[near] - t).abs() <= 1e-6 * u.dt_s {
-                value[near]
-            } else {
-                exact = false;
-                interpolate(&time, &value, t)
-            }
-        })
-        .collect();
-    let mut notes: Vec<&str> = Vec::new();
-    if u.interpolated {
-        notes.push("real: uneven stamps, cubic interpolation to equal steps");
-    }
-    notes.push(if exact {
-        "simulated: same stamps, untouched"
-    } else {
-        "simulated: cubic interpolation to the recorded stamps"
-    });
-    if inside.len() < real.value.len() {
-        notes.push("only the common, gap-free stretch is used");
-    }
-    Some(Pair {
-        start_s: u.time_s(inside[0]),
-        dt_s: u.dt_s,
-        real: inside.iter().map(|&i| u.value[i]).collect(),
-        simulated: read,
-        resampling: notes.join("; "),
-    })
-}
-
 /// `100 (1 - |e| / |y - mean y|)`.
 fn fit_percent(error: &[f64], y: &[f64]) -> Option<f64> {
     let spread = deviation(y);
@@ -220,7 +161,7 @@ fn fit_percent(error: &[f64], y: &[f64]) -> Option<f64> {
 fn compare_channel(real: &Channel, simulated: &Channel, recording: &Recording) -> ChannelComparison {
     let Some(p) = pair(real, simulated) else { return too_short(real) };
     let error: Vec<f64> = p.real.iter().zip(&p.simulated).map(|(y, s)| y - s).collect();
-    let corrections = align::corrections(&p.real, &p.simulated, p.dt_s);
+    let corrections = align::corrections(&p);
     let mut out = ChannelComparison {
         samples: error.len(),
         rms: rms(&error),
@@ -276,9 +217,4 @@ fn too_short(real: &Channel) -> ChannelComparison {
         verdict: Verdict::TooShort,
         conclusion: format!("cannot be compared: fewer than {SAMPLES_MIN} common samples"),
     }
-}
-
-/// Real time series back from equal steps, for methods that take [`Uniform`].
-fn uniform(value: &[f64], p: &Pair) -> Uniform {
-    Uniform { start_s: p.start_s, dt_s: p.dt_s, value: value.to_vec(), interpolated: false }
 }

@@ -2,16 +2,21 @@
 //!
 //! A channel carries its own stamps, so that sources with different clocks and rates stay what they are. Methods that
 //! need equal steps ask for [`Channel::uniform`]: the longest stretch without a gap, as recorded where the stamps are
-//! even to 0.1 % of a step, else interpolated by the cubic through four neighbours.
+//! even to 0.1 % of a step, else interpolated by the cubic through four neighbours. Where the stamps are irregular throughout,
+//! an interval somewhat longer than others is no gap.
 //!
 //! Units: SI throughout; `unit` is the text of the channel's SI unit.
 
 use serde::Serialize;
 
-use crate::statistics::median;
+use crate::statistics::{median, quantile};
 
 /// An interval above this many median intervals is a gap: one sample at least is missing.
 pub const GAP_MEDIANS: f64 = 1.5;
+/// As [`GAP_MEDIANS`], of stamps that are irregular: three samples at least would have had their place.
+pub const IRREGULAR_GAP_MEDIANS: f64 = 4.0;
+/// 95 % of the intervals within this share of the median, or the stamps are irregular.
+pub const IRREGULAR_SHARE: f64 = 0.2;
 /// Stamps even to this share of a step are taken as equally spaced.
 const EVEN_SHARE: f64 = 1e-3;
 
@@ -81,16 +86,26 @@ impl Channel {
         if steps.len() < 2 { None } else { Some(median(&mut steps)) }
     }
 
-    /// The longest stretch without gap or backward stamp, equally spaced; `None` below eight samples.
+    /// Whether the finite samples come at irregular times: see [`IRREGULAR_SHARE`]. Below 16 intervals nothing is said.
     #[must_use]
-    pub fn uniform(&self) -> Option<Uniform> {
-        let interval = self.interval_s()?;
+    pub fn irregular(&self) -> bool {
         let keep = self.finite();
+        let steps = keep.windows(2).map(|w| self.time_s[w[1]] - self.time_s[w[0]]).filter(|d| *d > 0.0);
+        let mut departures: Vec<f64> =
+            self.interval_s().map_or_else(Vec::new, |interval| steps.map(|d| (d / interval - 1.0).abs()).collect());
+        departures.len() >= 16 && quantile(&mut departures, 0.95) > IRREGULAR_SHARE
+    }
+
+    /// Positions of the longest stretch of finite samples without a backward stamp or an interval above `gap_medians` median intervals.
+    #[must_use]
+    pub fn longest_stretch(&self, gap_medians: f64) -> Vec<usize> {
+        let keep = self.finite();
+        let Some(interval) = self.interval_s() else { return Vec::new() };
         let (mut best, mut first) = (0..0, 0);
         for k in 1..=keep.len() {
             let broken = k == keep.len() || {
                 let step = self.time_s[keep[k]] - self.time_s[keep[k - 1]];
-                step <= 0.0 || step > GAP_MEDIANS * interval
+                step <= 0.0 || step > gap_medians * interval
             };
             if broken {
                 if k - first > best.len() {
@@ -99,11 +114,18 @@ impl Channel {
                 first = k;
             }
         }
-        if best.len() < 8 {
+        keep[best].to_vec()
+    }
+
+    /// The longest stretch without gap or backward stamp, equally spaced; `None` below eight samples.
+    #[must_use]
+    pub fn uniform(&self) -> Option<Uniform> {
+        let stretch = self.longest_stretch(if self.irregular() { IRREGULAR_GAP_MEDIANS } else { GAP_MEDIANS });
+        if stretch.len() < 8 {
             return None;
         }
-        let time: Vec<f64> = keep[best.clone()].iter().map(|&i| self.time_s[i]).collect();
-        let value: Vec<f64> = keep[best].iter().map(|&i| self.value[i]).collect();
+        let time: Vec<f64> = stretch.iter().map(|&i| self.time_s[i]).collect();
+        let value: Vec<f64> = stretch.iter().map(|&i| self.value[i]).collect();
         Some(equally_spaced(&time, &value))
     }
 

@@ -1,6 +1,6 @@
 //! The four simple explanations, each alone: a lag, a gain, a sign, an offset.
 
-use crate::series::interpolate;
+use super::Pair;
 use crate::spectrum::correlation;
 use crate::statistics::{correlation_length, least_squares, normal_two_sided, rms};
 
@@ -30,14 +30,15 @@ pub struct Corrections {
     pub offset: Correction,
 }
 
-pub fn corrections(real: &[f64], simulated: &[f64], dt_s: f64) -> Corrections {
+pub(super) fn corrections(p: &Pair) -> Corrections {
+    let (real, simulated) = (&p.real, &p.simulated);
     let error: Vec<f64> = real.iter().zip(simulated).map(|(y, s)| y - s).collect();
     let turned: Vec<f64> = real.iter().zip(simulated).map(|(y, s)| y + s).collect();
     let better = rms(&turned) < rms(&error);
     let z = if better { f64::INFINITY } else { 0.0 };
     Corrections {
-        lag: lag(real, simulated, dt_s),
-        scale: regress(&[simulated.to_vec()], real, 1.0),
+        lag: lag(p),
+        scale: regress(core::slice::from_ref(simulated), real, 1.0),
         sign: Correction { value: if better { -1.0 } else { 1.0 }, sigma: 0.0, z, residual: turned },
         offset: regress(&[vec![1.0; real.len()]], &error, 0.0),
     }
@@ -62,28 +63,22 @@ fn regress(columns: &[Vec<f64>], target: &[f64], nothing: f64) -> Correction {
 }
 
 /// `real(t) ≈ simulated(t - lag)`: the peak of the correlation nearest to zero, then Gauss–Newton at fractions of a sample.
-fn lag(real: &[f64], simulated: &[f64], dt_s: f64) -> Correction {
-    let n = real.len();
+fn lag(p: &Pair) -> Correction {
+    let n = p.real.len();
     let shift_max = n / 4;
-    let rho = correlation(simulated, real, shift_max);
+    let rho = correlation(&p.simulated, &p.real, shift_max);
     let peak = rho.iter().fold(0.0_f64, |m, r| m.max(*r));
     let top = |k: usize| {
         rho[k] >= 0.97 * peak && (k == 0 || rho[k] >= rho[k - 1]) && (k + 1 == rho.len() || rho[k] >= rho[k + 1])
     };
     let start = (0..rho.len()).filter(|&k| top(k)).min_by_key(|k| k.abs_diff(shift_max)).unwrap_or(shift_max);
     let mut lag = start as f64 - shift_max as f64;
-    let grid: Vec<f64> = (0..n).map(|i| i as f64).collect();
-    let read = |lag: f64| (0..n).map(|i| interpolate(&grid, simulated, i as f64 - lag)).collect::<Vec<f64>>();
+    let read = |lag: f64| p.time_s.iter().map(|t| p.simulation.at(t - lag * p.dt_s)).collect::<Vec<f64>>();
     let mut step = Correction { value: 0.0, sigma: f64::INFINITY, z: 0.0, residual: Vec::new() };
     for _ in 0..20 {
         let shifted = read(lag);
-        let slope: Vec<f64> = (0..n)
-            .map(|i| {
-                let t = i as f64 - lag;
-                interpolate(&grid, simulated, t - 0.5) - interpolate(&grid, simulated, t + 0.5)
-            })
-            .collect();
-        let error: Vec<f64> = real.iter().zip(&shifted).map(|(y, s)| y - s).collect();
+        let slope: Vec<f64> = read(lag + 0.5).iter().zip(read(lag - 0.5)).map(|(early, late)| early - late).collect();
+        let error: Vec<f64> = p.real.iter().zip(&shifted).map(|(y, s)| y - s).collect();
         step = regress(&[slope], &error, 0.0);
         let change = step.value.clamp(-2.0, 2.0);
         lag += change;
@@ -95,7 +90,7 @@ fn lag(real: &[f64], simulated: &[f64], dt_s: f64) -> Correction {
     // Samples that have no partner once shifted, and the two at each end that are interpolated linearly, are left out.
     let shifted = read(lag);
     let (from, to) = (2 + libm::ceil(lag.max(0.0)) as usize, n - 2 - libm::ceil((-lag).max(0.0)) as usize);
-    let residual: Vec<f64> = (from..to.max(from + 1)).map(|i| real[i] - shifted[i]).collect();
+    let residual: Vec<f64> = (from..to.max(from + 1)).map(|i| p.real[i] - shifted[i]).collect();
     let sigma = step.sigma.max(1e-9);
-    Correction { value: lag * dt_s, sigma: step.sigma * dt_s, z: lag / sigma, residual }
+    Correction { value: lag * p.dt_s, sigma: step.sigma * p.dt_s, z: lag / sigma, residual }
 }

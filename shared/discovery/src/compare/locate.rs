@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use super::{FALSE_ALARM, Pair, uniform};
+use super::{FALSE_ALARM, Pair};
 use crate::series::{Channel, Recording, Role, common_grid};
 use crate::spectrum::{Averaging, cross_spectrum, density};
 use crate::statistics::{differences, fisher_tail, holm, rms, white_floor};
@@ -68,7 +68,7 @@ impl Places {
     }
 }
 
-pub fn locate(error: &[f64], p: &Pair, recording: &Recording, own: &str) -> Places {
+pub(super) fn locate(error: &[f64], p: &Pair, recording: &Recording, own: &str) -> Places {
     let floor = white_floor(error);
     let sigma = floor.map_or_else(|| rms(error), |f| f.sigma);
     let freedom = floor.map_or(error.len() as f64 / 4.0, |f| f.freedom);
@@ -118,8 +118,8 @@ fn windows(error: &[f64], p: &Pair, sigma: f64, freedom: f64) -> Vec<Window> {
         .map(|i| {
             let (from, to) = tried[i];
             Window {
-                start_s: p.start_s + from as f64 * p.dt_s,
-                end_s: p.start_s + to as f64 * p.dt_s,
+                start_s: p.time_s[from],
+                end_s: p.time_s[to - 1] + p.dt_s,
                 rms: power(&tried[i]).sqrt(),
                 share: (squares[to] - squares[from]) / squares[n],
                 p: adjusted[i],
@@ -190,11 +190,11 @@ fn coherence(error: &[f64], p: &Pair, recording: &Recording, own: &str) -> Vec<C
     let as_channel = |name: &str, role: Role, value: &[f64]| Channel {
         name: name.into(),
         unit: String::new(),
-        time_s: (0..value.len()).map(|i| p.start_s + i as f64 * p.dt_s).collect(),
+        time_s: p.time_s[..value.len()].to_vec(),
         value: value.to_vec(),
         role,
     };
-    let difference = as_channel("difference", Role::Unknown, &uniform(error, p).value);
+    let difference = as_channel("difference", Role::Unknown, error);
     let mut others: Vec<Channel> = recording.channels.iter().filter(|c| c.name != own).cloned().collect();
     others.push(as_channel(&format!("{own} (simulated)"), Role::Unknown, &p.simulated));
     let count = others.len() as f64;

@@ -113,6 +113,65 @@ fn other_stamps_are_interpolated_and_said_so_and_lonely_channels_get_their_neare
     assert_eq!(all.unmatched[0].nearest[0], "angle");
 }
 
+/// Stamps off an even clock by up to half a step, as [0.4, 1.6] of an interval.
+fn irregular(n: usize, dt_s: f64, seed: u64) -> Vec<f64> {
+    let mut noise = Noise::new(seed);
+    let mut t = 0.0;
+    (0..n)
+        .map(|_| {
+            t += dt_s * (0.4 + 1.2 * noise.uniform());
+            t
+        })
+        .collect()
+}
+
+#[test]
+fn irregular_stamps_without_a_gap_are_used_to_the_last_sample_and_their_noise_is_called_noise() {
+    let wrong: Vec<_> = (0..100)
+        .map(|seed| {
+            let (time, mut noise) = (irregular(4000, 0.02, seed), Noise::new(seed + 1000));
+            let real = time.iter().map(|t| signal(*t) + 0.05 * noise.normal()).collect();
+            let simulated = time.iter().map(|t| signal(*t)).collect();
+            compare(&recording("real", &time, &[("rate", real)]), &recording("sim", &time, &[("rate", simulated)]))
+                .channels
+                .remove(0)
+        })
+        .inspect(|c| assert_eq!(c.samples, 4000, "{}", c.resampling))
+        .filter(|c| c.verdict != Verdict::OnlyNoise || (c.noise_sigma.unwrap_or(0.0) / 0.05 - 1.0).abs() > 0.1)
+        .collect();
+    // As on even stamps: 0.07 expected.
+    assert!(wrong.len() <= 1, "{wrong:#?}");
+}
+
+#[test]
+fn a_lag_between_irregular_stamps_is_found_to_its_sigma() {
+    let (time, other) = (irregular(4000, 0.02, 1), irregular(9000, 0.009, 2));
+    let mut noise = Noise::new(3);
+    let real = time.iter().map(|t| signal(t - 0.0123) + 0.002 * noise.normal()).collect();
+    let simulated = other.iter().map(|t| signal(*t)).collect();
+    let all = compare(&recording("real", &time, &[("rate", real)]), &recording("sim", &other, &[("rate", simulated)]));
+    let c = &all.channels[0];
+    assert_eq!(c.verdict, Verdict::Lag, "{c:#?}");
+    assert!((c.lag_s - 0.0123).abs() < 4.0 * c.lag_sigma_s && c.lag_sigma_s < 1e-4, "{c:#?}");
+}
+
+#[test]
+fn one_lost_sample_cuts_nothing_and_a_gap_does_and_how_much_was_used_is_said() {
+    let time: Vec<f64> = (0..4000).map(|i| i as f64 * 0.02).collect();
+    let simulated = recording("sim", &time, &[("rate", time.iter().map(|t| signal(*t)).collect())]);
+    let without = |lost: &dyn Fn(usize) -> bool| {
+        let kept: Vec<f64> = (0..4000).filter(|i| !lost(*i)).map(|i| time[i]).collect();
+        let value = kept.iter().map(|t| signal(*t)).collect();
+        compare(&recording("real", &kept, &[("rate", value)]), &simulated).channels.remove(0)
+    };
+    let seldom = without(&|i| i % 7 == 3);
+    assert_eq!(seldom.samples, 3429);
+    assert!(seldom.resampling.contains("all 3429 recorded samples used"), "{}", seldom.resampling);
+    let gap = without(&|i| (1000..1050).contains(&i));
+    assert_eq!((gap.samples, gap.verdict), (2950, Verdict::Identical));
+    assert!(gap.resampling.contains("2950 of 3950 recorded samples used"), "{}", gap.resampling);
+}
+
 #[test]
 fn channels_that_have_nothing_to_do_with_each_other_are_called_unrelated() {
     // another tone, ten times as large: a gain near zero takes away nearly all of the difference and explains nothing

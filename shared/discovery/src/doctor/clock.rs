@@ -4,15 +4,13 @@
 //! material size: jitter below 0.1 % of a step moves a signal at a tenth of the Nyquist frequency by 3e-4 of its amplitude.
 
 use super::{Check, Finding, Severity, short};
-use crate::series::{Channel, GAP_MEDIANS, Recording, Role};
+use crate::series::{Channel, GAP_MEDIANS, IRREGULAR_SHARE, Recording, Role};
 use crate::statistics::{deviation, median, quantile, rms};
 
 /// Jitter reported from this share of a step.
 const JITTER_SHARE: f64 = 1e-3;
 /// From here on a method that assumes equal steps needs resampling.
 const JITTER_WARNING_SHARE: f64 = 0.05;
-/// 95 % of the intervals within this share of the median, or the sampling is irregular.
-const IRREGULAR_SHARE: f64 = 0.2;
 
 /// A noise level from n samples has a relative standard deviation of `1 / sqrt(2 (n - 1))`: below ten it is not known to a quarter.
 const SAMPLES_MIN: usize = 10;

@@ -59,6 +59,26 @@ fn white_noise_raises_no_finding() {
 }
 
 #[test]
+fn sound_measurements_at_irregular_times_raise_no_finding_but_that() {
+    let mut alarms = Vec::new();
+    for seed in 0..50 {
+        let (angle, rate) = motion(seed);
+        let mut noise = Noise::new(seed + 1000);
+        let time: Vec<f64> = even(1200, 0.01).iter().map(|t| t + 0.006 * noise.uniform()).collect();
+        let drive: Vec<f64> = noise.series(1200, 1.0);
+        let channels = vec![
+            channel("angle", "rad", &time, time.iter().map(|t| angle(*t) + 1e-3 * noise.normal()).collect()),
+            channel("rate", "rad/s", &time, time.iter().map(|t| rate(*t) + 1e-3 * noise.normal()).collect()),
+            Channel { role: Role::Input, ..channel("torque", "N*m", &time, drive) },
+        ];
+        let found = examine(&recording(channels));
+        assert!(of(&found, Check::IrregularTime).is_some());
+        alarms.extend(found.into_iter().filter(|f| f.check != Check::IrregularTime).map(|f| (seed, f)));
+    }
+    assert!(alarms.len() <= 2, "{alarms:#?}");
+}
+
+#[test]
 fn sound_measurements_of_a_motion_raise_no_finding() {
     let mut alarms = Vec::new();
     for seed in 0..100 {
