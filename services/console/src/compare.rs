@@ -169,7 +169,14 @@ fn in_words(compared: &[Compared], report: Option<&str>) -> String {
 /// What is behind a row of the table.
 fn details(c: &ChannelComparison) -> String {
     let mut text = format!("\n{}\n{}", c.name, wrapped(&c.conclusion, "  "));
-    if matches!(c.verdict, Verdict::TooShort | Verdict::Identical) {
+    let stamps = |text: &mut String| {
+        text.push_str(&wrapped(&format!("stamps   {}", c.resampling), "  "));
+    };
+    if !c.verdict.compared() {
+        return text;
+    }
+    if matches!(c.verdict, Verdict::Constant | Verdict::Identical) {
+        stamps(&mut text);
         return text;
     }
     for alternative in alternatives(c) {
@@ -219,7 +226,7 @@ fn details(c: &ChannelComparison) -> String {
             short(100.0 * k.share)
         );
     }
-    let _ = writeln!(text, "  stamps   {}", c.resampling);
+    stamps(&mut text);
     text
 }
 

@@ -17,8 +17,9 @@ use serde::Serialize;
 pub use align::Correction;
 pub use locate::{Band, Coherence, Window};
 
+use crate::doctor::short;
 use crate::series::{Channel, Recording};
-use crate::statistics::{deviation, rms};
+use crate::statistics::{deviation, mean, rms};
 use pair::{Pair, pair};
 
 /// Probability that one list (windows, bands, coherence) of one channel names a place when only white noise separates the two.
@@ -44,7 +45,21 @@ pub enum Verdict {
     Unexplained,
     /// Nothing of the recorded channel follows the simulated one.
     Unrelated,
+    /// The recorded channel never changes: fit, lag and scale are undefined.
+    Constant,
+    /// Recorded and simulated in units of different quantities.
+    Units,
+    /// One ends before the other begins.
+    NoCommonTime,
     TooShort,
+}
+
+impl Verdict {
+    /// Whether the two channels were held against each other at all.
+    #[must_use]
+    pub fn compared(self) -> bool {
+        !matches!(self, Self::Units | Self::NoCommonTime | Self::TooShort)
+    }
 }
 
 /// One channel of both recordings. Alternatives are alone, not together.
@@ -154,13 +169,23 @@ fn edits(a: &str, b: &str) -> usize {
 
 /// `100 (1 - |e| / |y - mean y|)`.
 fn fit_percent(error: &[f64], y: &[f64]) -> Option<f64> {
-    let spread = deviation(y);
-    (spread > 0.0).then(|| 100.0 * (1.0 - rms(error) / spread))
+    (!constant(y)).then(|| 100.0 * (1.0 - rms(error) / deviation(y)))
+}
+
+/// All values equal; their deviation is rounding.
+fn constant(y: &[f64]) -> bool {
+    y.windows(2).all(|w| w[0] == w[1])
 }
 
 fn compare_channel(real: &Channel, simulated: &Channel, recording: &Recording) -> ChannelComparison {
-    let Some(p) = pair(real, simulated) else { return too_short(real) };
+    let p = match pair(real, simulated) {
+        Ok(p) => p,
+        Err((verdict, conclusion)) => return ChannelComparison { verdict, conclusion, ..not_compared(real) },
+    };
     let error: Vec<f64> = p.real.iter().zip(&p.simulated).map(|(y, s)| y - s).collect();
+    if constant(&p.real) && !constant(&p.simulated) {
+        return stands_still(real, &p, &error);
+    }
     let corrections = align::corrections(&p);
     let mut out = ChannelComparison {
         samples: error.len(),
@@ -178,7 +203,7 @@ fn compare_channel(real: &Channel, simulated: &Channel, recording: &Recording) -
         offset_sigma: corrections.offset.sigma,
         offset_fit_percent: fit_percent(&corrections.offset.residual, &p.real),
         resampling: p.resampling.clone(),
-        ..too_short(real)
+        ..not_compared(real)
     };
     if out.rms <= 1e-9 * rms(&p.real) {
         (out.verdict, out.conclusion) = (Verdict::Identical, "identical".into());
@@ -191,7 +216,27 @@ fn compare_channel(real: &Channel, simulated: &Channel, recording: &Recording) -
     out
 }
 
-fn too_short(real: &Channel) -> ChannelComparison {
+/// A recorded channel that never changes, against a simulation that does.
+fn stands_still(real: &Channel, p: &Pair, error: &[f64]) -> ChannelComparison {
+    let unit = &real.unit;
+    ChannelComparison {
+        samples: error.len(),
+        rms: rms(error),
+        offset: mean(error),
+        resampling: p.resampling.clone(),
+        verdict: Verdict::Constant,
+        conclusion: format!(
+            "never changes: all {} recorded samples are {} {unit}, the simulation moves by {} {unit} rms; fit, lag and scale are undefined. \
+             Look whether it was recorded",
+            error.len(),
+            short(p.real[0]),
+            short(deviation(&p.simulated))
+        ),
+        ..not_compared(real)
+    }
+}
+
+fn not_compared(real: &Channel) -> ChannelComparison {
     ChannelComparison {
         name: real.name.clone(),
         unit: real.unit.clone(),
@@ -215,6 +260,6 @@ fn too_short(real: &Channel) -> ChannelComparison {
         coherence: Vec::new(),
         resampling: String::new(),
         verdict: Verdict::TooShort,
-        conclusion: format!("cannot be compared: fewer than {SAMPLES_MIN} common samples"),
+        conclusion: String::new(),
     }
 }

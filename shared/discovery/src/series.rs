@@ -136,6 +136,15 @@ impl Channel {
     }
 }
 
+/// Whether two unit texts are the same unit, however products and powers are written.
+#[must_use]
+pub fn same_unit(a: &str, b: &str) -> bool {
+    let plain = |unit: &str| -> String {
+        unit.chars().filter(|c| !c.is_whitespace() && !"*·()".contains(*c)).collect::<String>().replace("s^2", "s2")
+    };
+    plain(a) == plain(b)
+}
+
 fn equally_spaced(time: &[f64], value: &[f64]) -> Uniform {
     let n = time.len();
     let dt_s = (time[n - 1] - time[0]) / (n - 1) as f64;

@@ -25,13 +25,17 @@ fn verdict(compared: &[Compared]) -> String {
     let all: Vec<&ChannelComparison> = compared.iter().flat_map(|c| &c.result.channels).collect();
     let quiet = |c: &&&ChannelComparison| matches!(c.verdict, Verdict::Identical | Verdict::OnlyNoise);
     let same = all.iter().filter(quiet).count();
-    let judged = all.iter().filter(|c| !quiet(c) && c.verdict != Verdict::TooShort);
+    let judged = all.iter().filter(|c| !quiet(c) && c.verdict.compared());
     let worst =
         judged.min_by(|a, b| a.fit_percent.unwrap_or(f64::INFINITY).total_cmp(&b.fit_percent.unwrap_or(f64::INFINITY)));
-    let differ = all.len() - same - all.iter().filter(|c| c.verdict == Verdict::TooShort).count();
+    let differ = all.len() - same - all.iter().filter(|c| !c.verdict.compared()).count();
     match worst {
         None if same == all.len() => format!("Nothing but noise separates the two in all {} channels.", all.len()),
-        None => "The recordings have too few samples in common to be compared.".into(),
+        None => {
+            let lost = all.iter().filter(|c| !c.verdict.compared());
+            let told: Vec<String> = lost.map(|c| format!("{} {}", c.name, c.conclusion)).collect();
+            format!("{}.", told.join(". "))
+        }
         Some(c) => {
             let fit = c.fit_percent.map_or(String::new(), |f| format!(" (fit {f:.1} %)"));
             format!(

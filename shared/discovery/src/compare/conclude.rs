@@ -5,7 +5,7 @@
 
 use super::align::Corrections;
 use super::locate::{Band, locate};
-use super::{ChannelComparison, Correction, FALSE_ALARM, Pair, Verdict, fit_percent};
+use super::{ChannelComparison, Correction, FALSE_ALARM, Pair, Verdict, constant, fit_percent};
 use crate::doctor::short;
 use crate::series::Recording;
 use crate::spectrum::{Averaging, density};
@@ -27,7 +27,7 @@ pub(super) fn conclude(
     let share = |x: &Correction| 1.0 - rms(&x.residual).powi(2) / before;
     let spread = deviation(&p.real).powi(2);
     // a gain near zero takes away a simulation that explains nothing: it has to explain what was recorded
-    let explains = |x: &Correction| spread > 0.0 && rms(&x.residual).powi(2) <= EXPLAINED_SHARE * spread;
+    let explains = |x: &Correction| !constant(&p.real) && rms(&x.residual).powi(2) <= EXPLAINED_SHARE * spread;
     let named = [
         (Verdict::Offset, &all.offset),
         (Verdict::Scale, &all.scale),
@@ -49,7 +49,7 @@ pub(super) fn conclude(
         return (Verdict::OnlyNoise, text);
     }
     let common = |x: &Correction| 1.0 - rms(&x.residual).powi(2) / spread;
-    if spread > 0.0 && deviation(&p.simulated) > 0.0 {
+    if !constant(&p.real) && !constant(&p.simulated) {
         let most = [&all.scale, &all.lag].into_iter().map(common).fold(0.0, f64::max);
         if most < RELATED_SHARE {
             let text = format!(

@@ -3,8 +3,8 @@
 //! The recorded values are never interpolated: where the stamps are irregular, a cubic through white noise would colour it and the noise under the
 //! difference could no longer be told. The simulated channel is read at the recorded stamps.
 
-use super::SAMPLES_MIN;
-use crate::series::{Channel, IRREGULAR_GAP_MEDIANS, interpolate};
+use super::{SAMPLES_MIN, Verdict};
+use crate::series::{Channel, IRREGULAR_GAP_MEDIANS, interpolate, same_unit};
 
 /// Share of a step within which two stamps are the same.
 const SAME_STAMP_SHARE: f64 = 1e-6;
@@ -56,14 +56,23 @@ impl Simulation {
     }
 }
 
-/// `None` below [`SAMPLES_MIN`] common samples.
-pub(super) fn pair(real: &Channel, simulated: &Channel) -> Option<Pair> {
+/// Both at common times, or why they cannot be compared: units of different quantities, no common time, fewer than [`SAMPLES_MIN`] common samples.
+pub(super) fn pair(real: &Channel, simulated: &Channel) -> Result<Pair, (Verdict, String)> {
+    let few = || (Verdict::TooShort, format!("cannot be compared: fewer than {SAMPLES_MIN} common samples"));
+    // a number without unit may be anything
+    let stated = |c: &Channel| !["", "1", "-"].contains(&c.unit.as_str());
+    if stated(real) && stated(simulated) && !same_unit(&real.unit, &simulated.unit) {
+        return Err((Verdict::Units, other_quantity(real, simulated)));
+    }
     let stretch = real.longest_stretch(IRREGULAR_GAP_MEDIANS);
     let simulation = Simulation::new(simulated);
-    let (first, last) = simulation.span_s()?;
+    let (first, last) = simulation.span_s().ok_or_else(few)?;
+    if let Some(apart) = no_common_time(real, (first, last)) {
+        return Err((Verdict::NoCommonTime, apart));
+    }
     let n = stretch.len();
     if n < SAMPLES_MIN {
-        return None;
+        return Err(few());
     }
     let dt_s = (real.time_s[stretch[n - 1]] - real.time_s[stretch[0]]) / (n - 1) as f64;
     let tolerance_s = SAME_STAMP_SHARE * dt_s;
@@ -72,7 +81,7 @@ pub(super) fn pair(real: &Channel, simulated: &Channel) -> Option<Pair> {
         .filter(|&i| real.time_s[i] >= first - tolerance_s && real.time_s[i] <= last + tolerance_s)
         .collect();
     if common.len() < SAMPLES_MIN {
-        return None;
+        return Err(few());
     }
     let time_s: Vec<f64> = common.iter().map(|&i| real.time_s[i]).collect();
     let samples: Vec<Option<f64>> = time_s.iter().map(|t| simulation.sample(*t, tolerance_s)).collect();
@@ -81,7 +90,29 @@ pub(super) fn pair(real: &Channel, simulated: &Channel) -> Option<Pair> {
         samples.into_iter().zip(&time_s).map(|(sample, t)| sample.unwrap_or_else(|| simulation.at(*t))).collect();
     let resampling = told(&time_s, dt_s, exact, real.value.len());
     let real = common.iter().map(|&i| real.value[i]).collect();
-    Some(Pair { time_s, dt_s, real, simulated: read, simulation, resampling })
+    Ok(Pair { time_s, dt_s, real, simulated: read, simulation, resampling })
+}
+
+fn other_quantity(real: &Channel, simulated: &Channel) -> String {
+    format!(
+        "cannot be compared: recorded in {}, simulated in {}, units of different quantities; correct the header that is wrong",
+        real.unit, simulated.unit
+    )
+}
+
+/// The sentence where one ends before the other begins.
+fn no_common_time(real: &Channel, (first, last): (f64, f64)) -> Option<String> {
+    let stamps = || real.finite().into_iter().map(|i| real.time_s[i]);
+    let (begin, end) = stamps().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(t), h.max(t)));
+    if begin > end || (begin <= last && end >= first) {
+        return None;
+    }
+    let side = if begin > last { "recorded" } else { "simulated" };
+    let by = (begin - first).abs();
+    Some(format!(
+        "cannot be compared: no common time, recorded from {begin} to {end} s, simulated from {first} to {last} s; where both begin with the same \
+         event, take {by} s off the {side} stamps"
+    ))
 }
 
 /// How the stamps were brought together, and how much was used.

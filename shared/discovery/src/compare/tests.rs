@@ -173,6 +173,50 @@ fn one_lost_sample_cuts_nothing_and_a_gap_does_and_how_much_was_used_is_said() {
 }
 
 #[test]
+fn units_of_different_quantities_are_not_compared_and_a_number_without_unit_is() {
+    let time: Vec<f64> = (0..500).map(|i| i as f64 * 0.02).collect();
+    let of = |unit: &str| {
+        let mut one = recording(unit, &time, &[("rate", time.iter().map(|t| signal(*t)).collect())]);
+        one.channels[0].unit = unit.into();
+        one
+    };
+    let verdict = |a: &str, b: &str| compare(&of(a), &of(b)).channels.remove(0);
+    let apart = verdict("kg", "rad");
+    assert_eq!((apart.verdict, apart.fit_percent), (Verdict::Units, None));
+    assert!(apart.conclusion.contains("recorded in kg, simulated in rad"), "{}", apart.conclusion);
+    for (a, b) in [("N*m", "Nm"), ("rad", ""), ("-", "rad"), ("m/s^2", "m/s2")] {
+        assert_eq!(verdict(a, b).verdict, Verdict::Identical, "{a} {b}");
+    }
+}
+
+#[test]
+fn recordings_without_a_common_time_are_told_so_with_what_lies_between() {
+    let at = |from: f64| -> Vec<f64> { (0..500).map(|i| from + i as f64 * 0.02).collect() };
+    let of = |from: f64| recording("one", &at(from), &[("rate", at(0.0).iter().map(|t| signal(*t)).collect())]);
+    for (real, simulated, cure) in [
+        (1.7e9, 0.0, "take 1700000000 s off the recorded stamps"),
+        (0.0, 1.7e9, "take 1700000000 s off the simulated stamps"),
+    ] {
+        let apart = compare(&of(real), &of(simulated)).channels.remove(0);
+        assert_eq!(apart.verdict, Verdict::NoCommonTime);
+        assert!(apart.conclusion.contains(cure), "{}", apart.conclusion);
+    }
+    assert_eq!(compare(&of(0.0), &of(9.8)).channels[0].verdict, Verdict::TooShort);
+}
+
+#[test]
+fn a_recorded_channel_that_never_changes_has_no_fit() {
+    // the mean of many equal numbers is off by rounding, and their deviation is not zero
+    let still = judged(|_| 0.06981317007977318, 0.0, 1);
+    assert_eq!((still.verdict, still.fit_percent, still.lag_fit_percent), (Verdict::Constant, None, None));
+    assert!(still.conclusion.contains("undefined"), "{}", still.conclusion);
+    let time: Vec<f64> = (0..500).map(|i| i as f64 * 0.02).collect();
+    let of = |value: f64| recording("one", &time, &[("rate", vec![value; 500])]);
+    let both = compare(&of(0.3), &of(0.1)).channels.remove(0);
+    assert_eq!((both.verdict, both.fit_percent), (Verdict::Offset, None), "{both:#?}");
+}
+
+#[test]
 fn channels_that_have_nothing_to_do_with_each_other_are_called_unrelated() {
     // another tone, ten times as large: a gain near zero takes away nearly all of the difference and explains nothing
     let other = judged(|t| 0.1 * libm::sin(2.0 * PI * 4.7 * t + 0.4), 0.002, 8);

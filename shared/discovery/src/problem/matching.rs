@@ -3,7 +3,7 @@
 use super::angles::turned;
 use super::inputs::drive;
 use super::{ProblemError, Run, Samples};
-use crate::series::{Channel, Recording};
+use crate::series::{Channel, Recording, same_unit};
 use plant::description::{Actuator, Initial, Plant, Sensor};
 
 /// Runs of one recording: one a segment of the plant that lies in it, else the whole.
@@ -146,10 +146,7 @@ fn cut(channel: &Channel, begin_s: f64, end_s: f64) -> Samples {
 }
 
 fn check_unit(recording: &Recording, channel: &Channel, expected: &str) -> Result<(), ProblemError> {
-    let plain = |unit: &str| -> String {
-        unit.chars().filter(|c| !c.is_whitespace() && !"*·()".contains(*c)).collect::<String>().replace("s^2", "s2")
-    };
-    if channel.unit.is_empty() || channel.unit == "1" || plain(&channel.unit) == plain(expected) {
+    if channel.unit.is_empty() || channel.unit == "1" || same_unit(&channel.unit, expected) {
         return Ok(());
     }
     Err(ProblemError::Unit {
