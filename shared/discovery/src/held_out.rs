@@ -11,7 +11,7 @@
 //!
 //! Refused is too what should have shown: the augmented plant itself expects a gain of `½ |δ|²`, `δ` the whitened difference between what both
 //! predict. Its amplitude a is known to a/d, so that the gain is short of that by `2/d` of it a sigma: where the interval does not reach what
-//! two of them leave, and nothing is confirmed, the law does not hold there.
+//! three of them leave, and nothing is confirmed, the law does not hold there.
 //!
 //! What two or three blocks hold against the others' word is no skewness but chance: Hall's interval takes the place of Student's only where the
 //! blocks agree with their sum: `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
@@ -64,7 +64,7 @@ pub struct Gain {
 }
 
 /// Standard errors of an amplitude that it may be off by.
-const AMPLITUDE_OFF: f64 = 2.0;
+const AMPLITUDE_OFF: f64 = 3.0;
 
 impl Gain {
     pub fn interval95(&self) -> [f64; 2] {
