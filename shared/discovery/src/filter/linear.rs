@@ -213,17 +213,24 @@ pub fn linearise(
     Ok(linear)
 }
 
-/// Rates of change of the predicted readings since the sample before in the same channel, from what was filtered then: none of the
-/// innovation that a slope stands beside is in it, or whatever depends on a slope would explain noise by itself.
+/// Rates of change of the predicted readings, from the rates over the last two intervals of the same channel, each since what was filtered
+/// then: none of the innovation that a slope stands beside is in it, or whatever depends on a slope would explain noise by itself.
 fn slopes(nu: &[f64], taught: &[f64], timeline: &Timeline) -> Vec<f64> {
     let mut slope = vec![0.0; nu.len()];
     for channel in 0..timeline.channel.iter().max().map_or(0, |last| last + 1) {
         let own: Vec<usize> = (0..nu.len()).filter(|i| timeline.channel[*i] == channel).collect();
+        let predicted = |i: usize| timeline.value[i] - nu[i];
+        let mut last: Option<(f64, f64)> = None;
         for pair in own.windows(2) {
-            let predicted = |i: usize| timeline.value[i] - nu[i];
             let dt_s = timeline.stamp_s[pair[1]] - timeline.stamp_s[pair[0]];
-            let moved = predicted(pair[1]) - (predicted(pair[0]) + taught[pair[0]]);
-            slope[pair[1]] = if dt_s > 0.0 { moved / dt_s } else { 0.0 };
+            if dt_s <= 0.0 {
+                continue;
+            }
+            // over the interval, which is its middle's
+            let over = (predicted(pair[1]) - (predicted(pair[0]) + taught[pair[0]])) / dt_s;
+            let change = last.map_or(0.0, |(before, before_s)| (over - before) / (0.5 * (dt_s + before_s)));
+            slope[pair[1]] = over + 0.5 * dt_s * change;
+            last = Some((over, dt_s));
         }
         if let [first, second, ..] = own[..] {
             slope[first] = slope[second];

@@ -7,8 +7,8 @@
 //! [Φ | Γ] = exp(h [A B; 0 0]),   A = ∂f/∂x, B = ∂f/∂w in the middle of the step        error (ω h)²/24 of what A changes by
 //! ```
 //!
-//! One flow of a change of all states at once and one of all inputs, as large as the filter's standard deviations are, tell whether that is
-//! the flow's own: where a law turns within the step it is not, and all flows are taken.
+//! One flow of a change of everything at once, as large as the filter's standard deviations are, tells whether that is the flow's own:
+//! where a law turns within the step it is not, and all flows are taken.
 
 use super::linear::STEP;
 use super::machine::{Machine, Mean};
@@ -18,8 +18,6 @@ const LARGE: usize = 8;
 /// Share of a standard deviation that the probe may be off by, and rounding of its flow.
 const AGREES: f64 = 0.01;
 const ROUNDING: f64 = 1e-14;
-/// Least share of the largest standard deviation that a number is changed by.
-const LEAST: f64 = 1e-3;
 /// Powers of the exponential: those of the method of integration.
 const POWERS: usize = 4;
 
@@ -143,7 +141,7 @@ impl Transitions {
         }
     }
 
-    /// A change of all states at once goes the same way by the flow, and one of all inputs.
+    /// A change of everything at once goes the same way by the flow.
     fn is_that_of_the_flow(
         &mut self,
         machine: &mut Machine<'_>,
@@ -152,24 +150,13 @@ impl Transitions {
         sigmas: &[f64],
         matrix: &[f64],
     ) -> bool {
-        let (states, inputs) = (0..self.n, self.n..self.n + self.m);
-        [states, inputs].into_iter().all(|own| self.goes_the_same_way(machine, k, mean, (own, sigmas), matrix))
-    }
-
-    fn goes_the_same_way(
-        &mut self,
-        machine: &mut Machine<'_>,
-        k: usize,
-        mean: &Mean,
-        (own, sigmas): (core::ops::Range<usize>, &[f64]),
-        matrix: &[f64],
-    ) -> bool {
         let (n, len) = (self.n, self.n + self.m);
-        let sigmas = &sigmas[own.clone()];
-        let largest = sigmas.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-        self.delta.fill(0.0);
-        for (i, (delta, sigma)) in self.delta[own].iter_mut().zip(sigmas).enumerate() {
-            *delta = STEP * (sigma / largest).max(LEAST) * if i % 3 == 1 { -1.0 } else { 1.0 };
+        let largest = sigmas.iter().copied().fold(0.0, f64::max);
+        if largest <= 0.0 {
+            return false;
+        }
+        for (i, (delta, sigma)) in self.delta.iter_mut().zip(sigmas).enumerate() {
+            *delta = STEP * sigma / largest * if i % 3 == 1 { -1.0 } else { 1.0 };
         }
         machine.system.retract(&mean.x, &self.delta[..n], &mut self.moved);
         self.w.iter_mut().zip(&self.delta[n..]).for_each(|(w, delta)| *w += delta);

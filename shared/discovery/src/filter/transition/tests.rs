@@ -51,31 +51,6 @@ fn slopes_in_the_middle_of_a_step_give_the_transitions_of_the_flow() {
 }
 
 #[test]
-fn a_wrong_column_is_seen_however_small_its_number_is_beside_the_others() {
-    let plant = plant("hub_appendage");
-    let problem = problem(&plant, recording(&plant, 3, 0.5));
-    let engine = Engine::new(&problem, 1).unwrap();
-    let mut machine = Machine::new(&problem, 0, &plant, &engine.timelines[0]).unwrap();
-    let mut own = Transitions::new(&machine);
-    let (n, len) = (own.n, own.n + own.m);
-    let mean = machine.start();
-    let mut matrix = vec![0.0; n * len];
-    own.base.copy_from_slice(&mean.x);
-    own.take_slopes(&mut machine, 0, &mut matrix);
-    for column in 0..len {
-        let mut sigmas = vec![1e-7; len];
-        // a state's beside other states', an input's beside other inputs', and states' beside inputs'
-        sigmas[if column == 0 { 1 } else { 0 }] = 1.0;
-        sigmas[if column == len - 1 { n } else { len - 1 }] = 1e3;
-        assert!(own.is_that_of_the_flow(&mut machine, 0, &mean, &sigmas, &matrix));
-        let entry = (0..n).map(|row| row * len + column).max_by(|a, b| matrix[*a].abs().total_cmp(&matrix[*b].abs()));
-        let right = core::mem::replace(&mut matrix[entry.unwrap()], 0.0);
-        assert!(!own.is_that_of_the_flow(&mut machine, 0, &mean, &sigmas, &matrix), "column {column} ({right})");
-        matrix[entry.unwrap()] = right;
-    }
-}
-
-#[test]
 fn where_a_law_turns_within_a_step_slopes_are_off_and_the_probe_says_so() {
     let sharp = [("force", 0.02), ("smooth_rate", 5e-4)];
     let more = |plant: &Plant| with_effect(plant, "joint_coulomb", "joint:pivot_2", &sharp);
