@@ -3,9 +3,9 @@
 use crate::fit::Engine;
 use plant::description::Noise;
 
-/// Samples that must be left beside one for every free number: with fewer the sizes of the noise are known to no better than a half, and no
+/// Samples that must be left beside one for every free number: with fewer the size of the noise is known to no better than a third, and no
 /// likelihood has the distribution that significance is reckoned by.
-const SPARE: usize = 10;
+const SPARE: usize = 5;
 
 /// Why nothing can be said, and what would help.
 pub(super) fn silent(engine: &Engine<'_>) -> Option<String> {
