@@ -184,8 +184,8 @@ pub fn linearise(
             if !change.iter().all(|c| c.abs() < 1e9) {
                 return Err(format!("the filtered state runs away at {} s", event.t_s));
             }
-            for (slot, row) in rows.chunks_exact(n + m + c).enumerate() {
-                let sample = event.first + slot;
+            for (slot, sample) in (event.first..event.first + event.count).enumerate() {
+                let row = &rows[slot * (n + m + c)..(slot + 1) * (n + m + c)];
                 taught[sample] = match linear.layout.lag_of[machine.timeline.channel[sample]] {
                     Some(lag) => change[linear.layout.lags_at() + lag],
                     None => linear.layout.places(row).map(|(place, h)| h * change[place]).sum(),
