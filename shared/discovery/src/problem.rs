@@ -12,12 +12,14 @@ mod inputs;
 mod mapping;
 mod matching;
 mod smooth;
+mod standstill;
 mod timeline;
 mod unknown;
 
 pub use inputs::{Course, Drive};
 pub use mapping::{Mapping, apply_map};
 pub use smooth::SmoothMotion;
+pub use standstill::{period_s, standstill};
 pub use timeline::{Event, Timeline};
 pub use unknown::Unknown;
 

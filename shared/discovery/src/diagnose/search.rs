@@ -1,6 +1,6 @@
 //! The search: sets of effects join the plant, and what a later one has taken the place of leaves it.
 
-use super::adoption::step;
+use super::adoption::{Step, step};
 use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
 use crate::compete::{Refit, free_numbers, hopped, weights};
@@ -29,9 +29,7 @@ pub(super) fn searched(
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Found, String> {
-    let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let screening = Screening::default();
-    let mut found = Found { best: nominal, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 };
+    let mut found = Found::nominal(nominal);
     let mut last: Option<(Refit, usize)> = None;
     let mut begun = engine.work.spent();
     for round in 0..options.terms_max {
@@ -42,54 +40,89 @@ pub(super) fn searched(
             break;
         }
         begun = engine.work.spent();
-        let done = round as f64 / options.terms_max as f64;
-        progress("score the catalogue", 0.2 + 0.6 * done);
-        let own = Engine::like(engine, &found.best.problem).map_err(|error| error.to_string())?;
-        let screened = screen(&own, &found.best, options);
-        progress("compete", 0.25 + 0.6 * done);
-        let step = step(&own, &found.best, &screened, options.terms_max - found.adopted.len(), options);
-        found.unfitted = step.unfitted;
-        if found.adopted.is_empty() {
-            found.screening = screened;
-        }
-        let Some(refit) = step.refit else {
-            found.unknown_noise = (found.best.objective - step.null).max(0.0);
-            break;
-        };
-        // nearest first: without what this round adds, then its own smaller sets before that
-        let joined = |set: Vec<Adopted>| found.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
-        let mut nearest: Vec<(Vec<Adopted>, Standing)> =
-            step.smaller.into_iter().map(|(set, refit)| (joined(set), Standing::of(&refit))).collect();
-        found.rivals =
-            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), Standing::of(&refit), behind)).collect();
-        let (refit, left) = relieved(engine, refit, &found.adopted);
-        let before = core::mem::replace(&mut found.best, Standing::of(&refit));
-        let gained = before.objective - found.best.objective;
-        if left.contains(&true) {
-            // they hold what has left
-            found.rivals.clear();
-            nearest.clear();
-        } else if !found.adopted.is_empty() {
-            nearest.push((found.adopted.clone(), before));
-        }
-        nearest.append(&mut found.smaller);
-        found.smaller = nearest;
-        let (gone, stay) = found.adopted.into_iter().zip(left).partition::<Vec<_>, _>(|(_, left)| *left);
-        found.adopted = stay.into_iter().map(|(adopted, _)| adopted).collect();
-        let mut new = step.adopted;
-        if let ([new], [(gone, _)]) = (&mut new[..], &gone[..])
-            && found.adopted.is_empty()
-        {
-            new.replace(gone, gained, engine.samples.max(2) as f64);
-        }
-        last = Some((refit, found.adopted.len()));
-        found.adopted.extend(new);
+        let done = 0.6 * round as f64 / options.terms_max as f64;
+        let joined = found.round(engine, options, &mut |what, share| progress(what, share + done))?;
+        let Some(joined) = joined else { break };
+        last = Some(joined);
     }
     if let Some((refit, earlier)) = last.filter(|(_, earlier)| *earlier > 0) {
         progress("look again at what came first", 0.8);
-        let before = found.best.objective;
+        found.look_again(engine, refit, (earlier, begun), options);
+    }
+    found.rivals.retain(|(.., behind)| *behind <= RIVAL_SPAN);
+    Ok(found)
+}
+
+impl Found {
+    fn nominal(best: Standing) -> Self {
+        let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { best, adopted, unfitted, screening: Screening::default(), smaller, rivals, unknown_noise: 0.0 }
+    }
+
+    /// The set that suits what stands best joins it: its refit, and how many effects stood before; `None` where nothing more stands.
+    fn round(
+        &mut self,
+        engine: &Engine<'_>,
+        options: &Options,
+        progress: &mut dyn FnMut(&str, f64),
+    ) -> Result<Option<(Refit, usize)>, String> {
+        progress("score the catalogue", 0.2);
+        let own = Engine::like(engine, &self.best.problem).map_err(|error| error.to_string())?;
+        let screened = screen(&own, &self.best, options);
+        progress("compete", 0.25);
+        let mut step = step(&own, &self.best, &screened, options.terms_max - self.adopted.len(), options);
+        self.unfitted = core::mem::take(&mut step.unfitted);
+        if self.adopted.is_empty() {
+            self.screening = screened;
+        }
+        match step.refit.take() {
+            Some(refit) => Ok(Some(self.join(engine, step, refit))),
+            None => {
+                self.unknown_noise = (self.best.objective - step.null).max(0.0);
+                Ok(None)
+            }
+        }
+    }
+
+    /// What `step` adopts joins; what is nothing beside it leaves.
+    fn join(&mut self, engine: &Engine<'_>, step: Step, refit: Refit) -> (Refit, usize) {
+        // nearest first: without what this round adds, then its own smaller sets before that
+        let joined = |set: Vec<Adopted>| self.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
+        let mut nearest: Vec<(Vec<Adopted>, Standing)> =
+            step.smaller.into_iter().map(|(set, refit)| (joined(set), Standing::of(&refit))).collect();
+        self.rivals =
+            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), Standing::of(&refit), behind)).collect();
+        let (refit, left) = relieved(engine, refit, &self.adopted);
+        let before = core::mem::replace(&mut self.best, Standing::of(&refit));
+        let gained = before.objective - self.best.objective;
+        if left.contains(&true) {
+            // they hold what has left
+            self.rivals.clear();
+            nearest.clear();
+        } else if !self.adopted.is_empty() {
+            nearest.push((self.adopted.clone(), before));
+        }
+        nearest.append(&mut self.smaller);
+        self.smaller = nearest;
+        let earlier = core::mem::take(&mut self.adopted).into_iter();
+        let (gone, stay) = earlier.zip(left).partition::<Vec<_>, _>(|(_, left)| *left);
+        self.adopted = stay.into_iter().map(|(adopted, _)| adopted).collect();
+        let mut new = step.adopted;
+        if let ([new], [(gone, _)]) = (&mut new[..], &gone[..])
+            && self.adopted.is_empty()
+        {
+            new.replace(gone, gained, engine.samples.max(2) as f64);
+        }
+        let earlier = self.adopted.len();
+        self.adopted.extend(new);
+        (refit, earlier)
+    }
+
+    /// Another look for each of the `earlier` effects beside those that joined in the last round, which `begun` at so much work.
+    fn look_again(&mut self, engine: &Engine<'_>, refit: Refit, (earlier, begun): (usize, f64), options: &Options) {
+        let before = self.best.objective;
         // valleys of what came earlier were those of a smaller set
-        let mut refit = found.hop(engine, refit);
+        let mut refit = self.hop(engine, refit);
         // about a round
         let mut looked = engine.work.spent() - begun;
         for place in 0..earlier {
@@ -97,19 +130,15 @@ pub(super) fn searched(
                 break;
             }
             let begun = engine.work.spent();
-            refit = match reconsidered(engine, &refit, &mut found, place, options) {
-                Some(better) => found.hop(engine, better),
+            refit = match reconsidered(engine, &refit, self, place, options) {
+                Some(better) => self.hop(engine, better),
                 None => refit,
             };
             looked = looked.max(engine.work.spent() - begun);
         }
-        found.unknown_noise = (found.unknown_noise + found.best.objective - before).max(0.0);
+        self.unknown_noise = (self.unknown_noise + self.best.objective - before).max(0.0);
     }
-    found.rivals.retain(|(.., behind)| *behind <= RIVAL_SPAN);
-    Ok(found)
-}
 
-impl Found {
     /// `refit` of all that is adopted, with the valleys of all, stands.
     fn hop(&mut self, engine: &Engine<'_>, refit: Refit) -> Refit {
         let columns: Vec<&Column> = self.adopted.iter().map(|adopted| &adopted.column).collect();

@@ -1,7 +1,8 @@
 //! Recordings of which no diagnosis can be made: too few samples for the numbers that are free, or a channel that stands still.
 
+use crate::doctor::FALSE_ALARM;
 use crate::fit::Engine;
-use plant::description::Noise;
+use crate::problem::standstill;
 
 /// Samples that must be left beside one for every free number: with fewer the size of the noise is known to no better than a third, and no
 /// likelihood has the distribution that significance is reckoned by.
@@ -28,20 +29,14 @@ fn too_few(engine: &Engine<'_>) -> Option<String> {
 
 /// A channel of which every sample is the same number, though its noise would make each another.
 fn stuck(engine: &Engine<'_>, channel: usize) -> Option<String> {
-    let sensor = &engine.problem.plant.sensors[channel];
-    let (Noise::PerSample(sigma) | Noise::Density(sigma)) = &sensor.noise;
-    if sensor.resolution.value > 0.0 || sigma.value <= 0.0 {
-        return None;
-    }
-    let mut values = engine.problem.runs.iter().flat_map(|run| &run.samples[channel].value);
-    let first = values.next()?;
-    let more = values.clone().count();
-    (more + 1 >= SPARE && values.all(|value| value == first)).then(|| {
-        format!(
-            "'{}' reads {first} in all of its {} samples, and its noise would make each another: it is stuck or was not recorded; \
-             leave it out of the plant, or state its resolution",
-            sensor.name,
-            more + 1
-        )
-    })
+    let problem = engine.problem;
+    let sensor = &problem.plant.sensors[channel];
+    let samples = problem.runs.iter().map(|run| &run.samples[channel]);
+    let stretches: Vec<(&[f64], &[f64])> = samples.map(|own| (&own.time_s[..], &own.value[..])).collect();
+    let found = standstill(&problem.plant, sensor, &stretches).filter(|found| found.p < FALSE_ALARM)?;
+    Some(format!(
+        "'{}' reads {} in all of its {} samples, and its noise would make each another: it is stuck or was not recorded; \
+         leave it out of the plant, or state its resolution",
+        sensor.name, found.reading, found.samples
+    ))
 }

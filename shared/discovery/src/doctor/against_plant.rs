@@ -1,12 +1,12 @@
 //! What a plant has to say of a recording before it is held against it.
 //!
-//! Names and units are judged by [`Problem::refusals`], so that what a diagnosis refuses is a fault here. A measured channel on which the plant states
-//! noise cannot stand still: with white noise of σ between quantisation steps of q all of n readings are equal with a probability of at most `P(|N(0, σ)| < q/2)^(n-1)`.
+//! Names and units are judged by [`Problem::refusals`] and channels that stand still by [`standstill`], so that what a diagnosis refuses
+//! is a fault here.
 
-use plant::description::{Noise, Plant, Sensor};
+use plant::description::{Plant, Sensor};
 
 use super::{Check, FALSE_ALARM, Finding, Severity, probability, short};
-use crate::problem::{Problem, ProblemError};
+use crate::problem::{Problem, ProblemError, period_s, standstill};
 use crate::series::{Channel, Recording};
 
 /// Units of time that are taken for one another: ms, µs and ns for s, and s for them.
@@ -44,41 +44,22 @@ fn refused(error: &ProblemError, plant: &Plant) -> Option<Finding> {
 
 /// A measured channel that never changes although noise is stated on it.
 fn stuck(plant: &Plant, sensor: &Sensor, channel: &Channel) -> Option<Finding> {
-    let kept: Vec<usize> = channel.finite();
-    let first = channel.value[*kept.first()?];
-    if kept.iter().any(|&i| channel.value[i] != first) {
-        return None;
-    }
-    let period_s = step_s(plant, sensor);
-    let sigma = match sensor.noise {
-        Noise::PerSample(q) => q.value,
-        Noise::Density(q) => q.value / period_s.sqrt(),
-    };
-    // a sensor slower than the record repeats its last reading
-    let span_s = channel.time_s[*kept.last()?] - channel.time_s[kept[0]];
-    let changes = ((kept.len() - 1) as f64).min(span_s / period_s * (1.0 + 1e-9));
-    let alike = libm::erf(0.5 * sensor.resolution.value / sigma / 2.0_f64.sqrt());
-    let p = libm::pow(alike, libm::floor(changes));
-    if sigma.is_nan() || sigma <= 0.0 || p > FALSE_ALARM {
-        return None;
-    }
+    let kept = channel.finite();
+    let of = |all: &[f64]| kept.iter().map(|&i| all[i]).collect::<Vec<_>>();
+    let (times, values) = (of(&channel.time_s), of(&channel.value));
+    let found = standstill(plant, sensor, &[(&times, &values)]).filter(|found| found.p < FALSE_ALARM)?;
     Some(
-        Finding::new(Check::Constant, Severity::Fault, &channel.name, first, &channel.unit)
+        Finding::new(Check::Constant, Severity::Fault, &channel.name, found.reading, &channel.unit)
             .because(format!(
                 "all {} samples are {}, the plant states noise of {} {} on each: {}",
-                kept.len(),
-                short(first),
-                short(sigma),
+                found.samples,
+                short(found.reading),
+                short(found.sigma),
                 channel.unit,
-                probability(p)
+                probability(found.p)
             ))
             .cure("stuck, not recorded, or written with too few digits: look at the sensor, the wiring and the mapping, or leave the channel out"),
     )
-}
-
-/// Step of the plant's record of one sensor [s].
-fn step_s(plant: &Plant, sensor: &Sensor) -> f64 {
-    sensor.period_s.map_or(plant.simulation.period_s, |period| period.value)
 }
 
 /// No more readings than the plant has numbers to be found from them.
@@ -102,7 +83,7 @@ fn few_readings(recording: &Recording, plant: &Plant) -> Option<Finding> {
 ///
 /// A hint and no proof: both may be as they are.
 fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> {
-    let ratio = |(sensor, channel): &(&Sensor, &Channel)| Some(channel.interval_s()? / step_s(plant, sensor));
+    let ratio = |(sensor, channel): &(&Sensor, &Channel)| Some(channel.interval_s()? / period_s(plant, sensor));
     let near = |x: f64, unit: f64| (x / unit - 1.0).abs() < UNIT_SHARE;
     let labelled = |r: f64| {
         TIME_UNITS.iter().find_map(|(factor, name)| match r {
@@ -124,7 +105,7 @@ fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> 
             .because(format!(
                 "sampled every {} s, every {} s in the plant: a factor of {} is that of {meant} labelled {written}",
                 short(channel.interval_s()?),
-                short(step_s(plant, sensor)),
+                short(period_s(plant, sensor)),
                 short(*r)
             ))
             .cure("look at the unit in the header of the time column; where it is right, state the period of the recording in [simulation]"),

@@ -2,7 +2,7 @@
 
 use super::gains::{Recursion, gains};
 use super::initial::{Start, response};
-use super::machine::{Frozen, Machine};
+use super::machine::{Frozen, Machine, Mean};
 use super::transition::Transitions;
 use super::whiten::whiten;
 use super::{Layout, NoiseModel};
@@ -134,83 +134,120 @@ pub fn linearise(
 ) -> Result<Linear, String> {
     machine.begin(&start.change);
     let mut linear = Linear::empty(machine, noise, initial_sigma, start);
-    let (n, m, c) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.layout.clone);
+    let (n, m) = (linear.layout.tangent, linear.layout.noise_inputs.len());
     let events = machine.timeline.events.len();
-    let white = linear.noise.clone();
-    let mut recursion = Recursion::<Vec<f64>>::new(&linear.layout, &start.sigma);
+    let mut update = Update::new(machine, &linear, start);
     let mut mean = machine.start();
-    let mut scratch = Scratch::new(machine);
     let mut transitions = Transitions::new(machine);
-    let mut predicted = vec![0.0; white.sensor_sigma.len()];
-    let mut change = vec![0.0; linear.layout.len()];
-    let mut started = vec![f64::NAN; white.sensor_sigma.len()];
-    // of every sample what the update of its event made of its own prediction
-    let mut taught = vec![0.0; machine.timeline.value.len()];
     for k in 0..events {
         let event = machine.timeline.events[k];
         machine.renew(k, &mut mean);
-        recursion.renew(event.reset, &white);
+        update.recursion.renew(event.reset, &linear.noise);
         linear.states.extend_from_slice(&mean.x);
         linear.held.extend_from_slice(&mean.w);
         linear.frozen.first.push(linear.frozen.gain.len());
         if event.count > 0 {
-            scratch.measurement(machine, k, &mean, &mut linear.measurement[event.first * (n + m + c)..]);
-            for slot in 0..event.count {
-                let channel = machine.timeline.channel[event.first + slot];
-                if linear.layout.lag_of[channel].is_some() {
-                    let since = event.t_s - started[channel];
-                    linear.decay[event.first + slot] =
-                        if since > 0.0 { machine.lag_decay(channel, since) } else { 0.0 };
-                    started[channel] = event.t_s;
-                }
-            }
-            machine.predict(k, &mut mean, &mut predicted);
-            let rows = &linear.measurement[event.first * (n + m + c)..(event.first + event.count) * (n + m + c)];
-            let channels = &machine.timeline.channel[event.first..event.first + event.count];
-            let decay = &linear.decay[event.first..event.first + event.count];
-            let slope = &linear.slope[event.first..event.first + event.count];
-            if !recursion.update(&white, channels, rows, (decay, slope)) {
-                return Err(format!("the filter's covariance is not positive at {} s", event.t_s));
-            }
-            linear.frozen.gain.extend_from_slice(&recursion.gain);
-            change.fill(0.0);
-            for (slot, predicted) in predicted.iter().enumerate().take(event.count) {
-                let innovation = machine.timeline.value[event.first + slot] - predicted;
-                linear.nu[event.first + slot] = innovation;
-                for (row, change) in change.iter_mut().enumerate() {
-                    *change += recursion.gain[row * event.count + slot] * innovation;
-                }
-            }
-            if !change.iter().all(|c| c.abs() < 1e9) {
-                return Err(format!("the filtered state runs away at {} s", event.t_s));
-            }
-            for (slot, sample) in (event.first..event.first + event.count).enumerate() {
-                let row = &rows[slot * (n + m + c)..(slot + 1) * (n + m + c)];
-                taught[sample] = match linear.layout.lag_of[machine.timeline.channel[sample]] {
-                    Some(lag) => change[linear.layout.lags_at() + lag],
-                    None => linear.layout.places(row).map(|(place, h)| h * change[place]).sum(),
-                };
-            }
-            machine.correct(&mut mean, &change);
+            update.take_up(machine, k, &mut mean, &mut linear)?;
         }
         linear.updated.extend_from_slice(&mean.x);
         linear.held_updated.extend_from_slice(&mean.w);
         machine.begin_mean(k, &mut mean);
         if event.begins_mean {
-            recursion.begin_mean();
+            update.recursion.begin_mean();
         }
         if k + 1 < events {
             let transition = &mut linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
-            transitions.write(machine, k, &mut mean, &recursion.sigmas(), transition);
-            recursion.propagate(transition);
+            transitions.write(machine, k, &mut mean, &update.recursion.sigmas(), transition);
+            update.recursion.propagate(transition);
         }
     }
-    linear.slope = slopes(&linear.nu, &taught, machine.timeline);
+    linear.slope = slopes(&linear.nu, &update.taught, machine.timeline);
     if start.change.iter().any(|change| *change != 0.0) {
         linear.pull = response(&linear, machine.timeline, &start.change);
         linear.nu.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
     }
     Ok(linear)
+}
+
+/// Updates of the filter, event by event.
+struct Update {
+    recursion: Recursion<Vec<f64>>,
+    scratch: Scratch,
+    predicted: Vec<f64>,
+    change: Vec<f64>,
+    /// When every lagging channel was last read [s].
+    read_s: Vec<f64>,
+    /// Of every sample what the update of its event made of its own prediction.
+    taught: Vec<f64>,
+}
+
+impl Update {
+    fn new(machine: &Machine<'_>, linear: &Linear, start: &Start) -> Self {
+        let channels = linear.noise.sensor_sigma.len();
+        Self {
+            recursion: Recursion::new(&linear.layout, &start.sigma),
+            scratch: Scratch::new(machine),
+            predicted: vec![0.0; channels],
+            change: vec![0.0; linear.layout.len()],
+            read_s: vec![f64::NAN; channels],
+            taught: vec![0.0; machine.timeline.value.len()],
+        }
+    }
+
+    /// The samples of event `k`: rows of measurement, gains and innovations join `linear`, `mean` is corrected.
+    fn take_up(
+        &mut self,
+        machine: &mut Machine<'_>,
+        k: usize,
+        mean: &mut Mean,
+        linear: &mut Linear,
+    ) -> Result<(), String> {
+        let event = machine.timeline.events[k];
+        let samples = event.first..event.first + event.count;
+        let row_len = linear.row_len();
+        self.scratch.measurement(machine, k, mean, &mut linear.measurement[event.first * row_len..]);
+        self.decays(machine, k, linear);
+        machine.predict(k, mean, &mut self.predicted);
+        let rows = &linear.measurement[samples.start * row_len..samples.end * row_len];
+        let channels = &machine.timeline.channel[samples.clone()];
+        let (decay, slope) = (&linear.decay[samples.clone()], &linear.slope[samples.clone()]);
+        if !self.recursion.update(&linear.noise, channels, rows, (decay, slope)) {
+            return Err(format!("the filter's covariance is not positive at {} s", event.t_s));
+        }
+        linear.frozen.gain.extend_from_slice(&self.recursion.gain);
+        self.change.fill(0.0);
+        for (slot, predicted) in self.predicted.iter().enumerate().take(event.count) {
+            let innovation = machine.timeline.value[event.first + slot] - predicted;
+            linear.nu[event.first + slot] = innovation;
+            for (row, change) in self.change.iter_mut().enumerate() {
+                *change += self.recursion.gain[row * event.count + slot] * innovation;
+            }
+        }
+        if !self.change.iter().all(|c| c.abs() < 1e9) {
+            return Err(format!("the filtered state runs away at {} s", event.t_s));
+        }
+        for (row, sample) in rows.chunks_exact(row_len.max(1)).zip(samples) {
+            self.taught[sample] = match linear.layout.lag_of[machine.timeline.channel[sample]] {
+                Some(lag) => self.change[linear.layout.lags_at() + lag],
+                None => linear.layout.places(row).map(|(place, h)| h * self.change[place]).sum(),
+            };
+        }
+        machine.correct(mean, &self.change);
+        Ok(())
+    }
+
+    /// Shares of their old output that lagging channels of event `k` keep.
+    fn decays(&mut self, machine: &Machine<'_>, k: usize, linear: &mut Linear) {
+        let event = machine.timeline.events[k];
+        for sample in event.first..event.first + event.count {
+            let channel = machine.timeline.channel[sample];
+            if linear.layout.lag_of[channel].is_some() {
+                let since = event.t_s - self.read_s[channel];
+                linear.decay[sample] = if since > 0.0 { machine.lag_decay(channel, since) } else { 0.0 };
+                self.read_s[channel] = event.t_s;
+            }
+        }
+    }
 }
 
 /// Rates of change of the predicted readings, from the rates over the last two intervals of the same channel, each since what was filtered
@@ -255,7 +292,7 @@ impl Scratch {
         Self { delta: zeros(t), moved: zeros(n), w: Vec::new(), y: zeros(p), y0: zeros(p) }
     }
 
-    fn measurement(&mut self, machine: &mut Machine<'_>, k: usize, mean: &super::machine::Mean, out: &mut [f64]) {
+    fn measurement(&mut self, machine: &mut Machine<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
         let (n, m, c) = (machine.layout.tangent, machine.layout.noise_inputs.len(), machine.layout.clone);
         let count = machine.timeline.events[k].count;
         self.w.clone_from(&mean.w);
