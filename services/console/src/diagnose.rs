@@ -20,7 +20,7 @@ use crate::recordings::{self, Evidence, Loaded};
 use crate::{Failure, plant_file};
 use channel_map::ChannelMap;
 use discovery::diagnose::{Diagnosis, Options};
-use discovery::doctor::{Finding, examine_for};
+use discovery::doctor::{Finding, Mislabelled, examine_beside, mislabelled};
 use discovery::problem::Problem;
 use files::OutFiles;
 use modes_file::ModesFile;
@@ -88,6 +88,32 @@ struct Case {
     command: String,
 }
 
+impl Case {
+    /// Those that are fitted first.
+    fn time_records(&self) -> impl Iterator<Item = &Loaded> {
+        self.fitted.iter().chain(&self.held_out).chain(&self.repeat)
+    }
+
+    /// Puts what is mislabelled right, record by record.
+    fn put_right(&mut self, labels: &[Option<Mislabelled>]) {
+        let records = self.fitted.iter_mut().chain(&mut self.held_out).chain(&mut self.repeat);
+        for (one, label) in records.zip(labels) {
+            label.iter().for_each(|label| one.recording = label.cured(&one.recording));
+        }
+    }
+}
+
+/// The mistakes of all records, each once.
+fn distinct(labels: Vec<Option<Mislabelled>>) -> Vec<Mislabelled> {
+    let mut all: Vec<Mislabelled> = Vec::new();
+    for label in labels.into_iter().flatten() {
+        if !all.iter().any(|known| known.channels == label.channels && known.mistake == label.mistake) {
+            all.push(label);
+        }
+    }
+    all
+}
+
 /// What was found: per fitted recording what is wrong with it, and the diagnosis; its last three fields are paths here.
 struct Diagnosed {
     case: Case,
@@ -98,11 +124,18 @@ struct Diagnosed {
 /// # Errors
 /// [`Failure::Input`] for a recording, plant or map that cannot be used, [`Failure::Run`] when a result cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let case = read(arguments)?;
+    let mut case = read(arguments)?;
     let out = arguments.out.as_deref().map(|folder| OutFiles::new(folder, &inputs(arguments))).transpose()?;
-    let (problem, options) = problems(&case, arguments)?;
+    let (mut problem, mut options) = problems(&case, arguments)?;
     let bar = Share::new("diagnosed");
-    let findings = examine_all(&case, &bar);
+    bar.phase("look at the labels", 0.0);
+    let labels: Vec<Option<Mislabelled>> =
+        case.time_records().map(|one| mislabelled(&one.recording, &case.plant)).collect();
+    let findings = examine_all(&case, &labels, &bar);
+    if labels.iter().any(Option::is_some) {
+        case.put_right(&labels);
+        (problem, options) = problems(&case, arguments)?;
+    }
     let diagnosis = match &problem {
         Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |what, share| {
             bar.phase(what, DOCTOR_SHARE + (1.0 - DOCTOR_SHARE) * share);
@@ -114,6 +147,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
     };
     bar.end();
+    let diagnosis = diagnosis.of_mislabelled(&distinct(labels));
     let mut diagnosed = Diagnosed { case, findings, diagnosis };
     match &out {
         Some(out) => out.write(&mut diagnosed)?,
@@ -268,12 +302,12 @@ fn problem(case: &Case, loaded: &[Loaded], flag: &str) -> Result<Problem, Failur
         .map_err(|error| Failure::Input(miette::miette!(help = error.cure(&case.plant_file), "{flag}{error}")))
 }
 
-fn examine_all(case: &Case, bar: &Share) -> Vec<(usize, Finding)> {
+fn examine_all(case: &Case, labels: &[Option<Mislabelled>], bar: &Share) -> Vec<(usize, Finding)> {
     let mut all = Vec::new();
-    for (k, one) in case.fitted.iter().enumerate() {
+    for (k, (one, label)) in case.fitted.iter().zip(labels).enumerate() {
         let share = |part: f64| DOCTOR_SHARE * (k as f64 + part) / case.fitted.len() as f64;
-        let found =
-            examine_for(&one.recording, &case.plant, &mut |part| bar.phase("examine the recordings", share(part)));
+        let told = &mut |part| bar.phase("examine the recordings", share(part));
+        let found = examine_beside(&one.recording, &case.plant, label.as_ref(), told);
         all.extend(found.into_iter().map(|finding| (k, finding)));
     }
     all

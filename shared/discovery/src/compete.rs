@@ -114,10 +114,16 @@ fn one(
     let other = (!noise.is_about(nominal.noise)).then(|| maximise(engine, board, theta, &[], &noise, search));
     let without = other.flatten().map_or(nominal.objective, |found| found.1);
     let null = without.min(nominal.objective);
-    let (_, amplitude) = board.normal(engine, theta, &noise, &extra).and_then(|normal| normal.minimum())?;
+    let normal = board.normal(engine, theta, &noise, &extra)?;
+    let (_, amplitude) = normal.minimum()?;
     let amplitudes = signed(columns, subset, &amplitude)?;
     let says = |noise: &NoiseModel| veto(engine, nominal.fit, columns, subset, noise, p_veto);
+    // no noise drives numbers from their priors
+    let relieves = normal
+        .relief(engine, theta)
+        .is_some_and(|relief| relief > chi_squared_quantile(1.0 - p_veto, extra.len() as f64));
     let veto = match (says(&noise), says(nominal.noise)) {
+        _ if relieves => Veto::Passed,
         (Veto::Passed, _) | (_, Veto::Passed) => Veto::Passed,
         (Veto::Silent, Veto::Silent) => Veto::Silent,
         // noise that has swallowed the effect has no say in it

@@ -16,10 +16,13 @@ mod excitation;
 mod feedback;
 mod kinship;
 mod levels;
+mod mislabelled;
 mod quantity;
 pub mod segments;
 #[cfg(test)]
 mod tests;
+
+pub use mislabelled::{Mislabelled, Mistake, mislabelled};
 
 use plant::description::Plant;
 use serde::Serialize;
@@ -172,13 +175,30 @@ pub fn examine_with(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec
     findings
 }
 
-/// As [`examine_with`], and what `plant` has to say of the recording: a channel that it calls stuck is not told as constant beside.
+/// As [`examine_with`], and what `plant` has to say of the recording, of its labels too.
 #[must_use]
 pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
-    let told = against_plant::examine(recording, plant);
+    examine_beside(recording, plant, mislabelled(recording, plant).as_ref(), progress)
+}
+
+/// As [`examine_for`], where it is known what is [`mislabelled`]: a channel of which the plant says what is wrong is not told again for that.
+#[must_use]
+pub fn examine_beside(
+    recording: &Recording,
+    plant: &Plant,
+    label: Option<&Mislabelled>,
+    progress: &mut dyn FnMut(f64),
+) -> Vec<Finding> {
+    let mut told = against_plant::examine(recording, plant);
+    told.extend(label.map(Mislabelled::finding));
     let mut findings = examine_with(recording, progress);
-    findings
-        .retain(|f| f.check != Check::Constant || !told.iter().any(|t| t.check == f.check && t.channel == f.channel));
+    let names = |f: &Finding, channel: &str| f.channel == channel || f.others.iter().any(|other| other == channel);
+    let again = |f: &Finding| match f.check {
+        Check::Constant => told.iter().any(|t| t.check == f.check && t.channel == f.channel),
+        Check::Units | Check::Sign => told.iter().any(|t| t.check == f.check && names(f, &t.channel)),
+        _ => false,
+    };
+    findings.retain(|f| !again(f));
     findings.extend(told);
     findings.sort_by(|a, b| a.check.cmp(&b.check).then(b.severity.cmp(&a.severity)));
     findings

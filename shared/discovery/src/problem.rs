@@ -8,6 +8,7 @@
 //! acceleration belong to them), the plant's own signals where nothing was recorded, or nothing.
 
 mod angles;
+mod gaps;
 mod inputs;
 mod mapping;
 mod matching;
@@ -19,7 +20,7 @@ mod unknown;
 pub use inputs::{Course, Drive};
 pub use mapping::{Mapping, apply_map};
 pub use smooth::SmoothMotion;
-pub use standstill::{period_s, standstill};
+pub use standstill::{period_s, sample_sigma, standstill};
 pub use timeline::{Event, Timeline};
 pub use unknown::Unknown;
 
@@ -71,6 +72,33 @@ pub struct Run {
     pub samples: Vec<Samples>,
     /// Begins where another run was cut: what the plant states of a start is not about this one.
     pub is_rest: bool,
+}
+
+impl Run {
+    /// The samples in `[begin_s, end_s]`; what `is_rest` begins where nobody stated.
+    fn part(&self, [begin_s, end_s]: [f64; 2], is_rest: bool) -> Self {
+        let mut part = Self { begin_s, end_s, is_rest: is_rest || self.is_rest, ..self.clone() };
+        part.keep(|t| (begin_s..=end_s).contains(&t));
+        if is_rest {
+            part.initial.values.iter_mut().for_each(|value| {
+                (value.position.sigma, value.rate.sigma) = (None, None);
+            });
+        }
+        part
+    }
+
+    fn before(mut self, end_s: f64) -> Self {
+        self.keep(|t| t < end_s);
+        self
+    }
+
+    fn keep(&mut self, keep: impl Fn(f64) -> bool) {
+        for samples in &mut self.samples {
+            let kept: Vec<usize> = (0..samples.time_s.len()).filter(|i| keep(samples.time_s[*i])).collect();
+            samples.value = kept.iter().map(|i| samples.value[*i]).collect();
+            samples.time_s = kept.iter().map(|i| samples.time_s[*i]).collect();
+        }
+    }
 }
 
 /// The problem.
@@ -168,22 +196,8 @@ impl Problem {
             let mut part = self.clone();
             for run in &mut part.runs {
                 let at = run.begin_s + share * (run.end_s - run.begin_s);
-                let keep = |t: f64| if first { t < at } else { t >= at };
-                for samples in &mut run.samples {
-                    let kept: Vec<usize> = (0..samples.time_s.len()).filter(|i| keep(samples.time_s[*i])).collect();
-                    samples.value = kept.iter().map(|i| samples.value[*i]).collect();
-                    samples.time_s = kept.iter().map(|i| samples.time_s[*i]).collect();
-                }
-                if first {
-                    run.end_s = at;
-                } else {
-                    run.begin_s = at;
-                    run.is_rest = true;
-                    // where the state is by then nobody stated
-                    run.initial.values.iter_mut().for_each(|value| {
-                        (value.position.sigma, value.rate.sigma) = (None, None);
-                    });
-                }
+                let end_s = run.end_s;
+                *run = if first { run.part([run.begin_s, at], false).before(at) } else { run.part([at, end_s], true) };
             }
             part
         };

@@ -1,5 +1,6 @@
 //! The diagnosis as data: field names are those of its JSON.
 
+use crate::doctor::Mislabelled;
 use crate::held_out::{ChannelFit, Status};
 use serde::Serialize;
 
@@ -199,7 +200,42 @@ pub struct Diagnosis {
     pub figures: Figures,
 }
 
+impl HeldOut {
+    /// Nothing was asked.
+    pub fn none() -> Self {
+        Self {
+            kind: HeldOutKind::None,
+            channels: Vec::new(),
+            loglik_gain: None,
+            gain_se: None,
+            gain_ci95: None,
+            whiteness_p_before: None,
+            whiteness_p_after: None,
+        }
+    }
+}
+
 impl Diagnosis {
+    /// Of recordings that were put right where they are `mislabelled`: the mistake is told first, and it is the sensor's where nothing else is
+    /// missing.
+    #[must_use]
+    pub fn of_mislabelled(mut self, mislabelled: &[Mislabelled]) -> Self {
+        if mislabelled.is_empty() {
+            return self;
+        }
+        let told: Vec<String> = mislabelled.iter().map(Mislabelled::in_words).collect();
+        let told = told.join(", and ");
+        self.notes.push(format!("{told}: that was put right before the diagnosis; correct the header or the map"));
+        self.reason = match self.verdict {
+            Verdict::None => format!("{told}; with that put right nothing else is missing"),
+            _ => format!("{told}; with that put right: {}", self.reason),
+        };
+        if self.verdict == Verdict::None {
+            self.verdict = Verdict::Sensor;
+        }
+        self
+    }
+
     /// Nothing can be said, because `reason`.
     pub fn cannot_decide(reason: String) -> Self {
         Self {
@@ -209,15 +245,7 @@ impl Diagnosis {
             located: Vec::new(),
             effects: Vec::new(),
             nominal: Vec::new(),
-            held_out: HeldOut {
-                kind: HeldOutKind::None,
-                channels: Vec::new(),
-                loglik_gain: None,
-                gain_se: None,
-                gain_ci95: None,
-                whiteness_p_before: None,
-                whiteness_p_after: None,
-            },
+            held_out: HeldOut::none(),
             detection_limits: Vec::new(),
             not_found: Vec::new(),
             notes: Vec::new(),

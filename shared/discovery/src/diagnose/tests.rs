@@ -21,6 +21,53 @@ fn where_nothing_is_missing_nothing_is_named() {
 }
 
 #[test]
+fn lost_rows_are_no_law() {
+    let nominal = plant("oscillator");
+    let mut lost = recording(&off_priors(&nominal, 31), 31, 1.5);
+    for channel in &mut lost.channels {
+        let kept: Vec<usize> =
+            (0..channel.time_s.len()).filter(|i| !(0.6..0.7).contains(&channel.time_s[*i])).collect();
+        channel.value = kept.iter().map(|i| channel.value[*i]).collect();
+        channel.time_s = kept.iter().map(|i| channel.time_s[*i]).collect();
+    }
+    let found = diagnosed(&nominal, lost);
+    assert_eq!(found.verdict, Verdict::None, "{}", found.reason);
+}
+
+#[test]
+fn a_limit_is_found_whatever_the_unit_of_what_it_limits() {
+    // peaks of the command below the usual limit, and above
+    for size in [1.0, 0.05] {
+        let mut nominal = plant("oscillator");
+        nominal.visit_quantities(&mut |name, _, quantity| {
+            let is_force = ["carriage.mass", "rail.stiffness", "rail.friction", "shaker.noise"].contains(&name);
+            if is_force || name.starts_with("shaker.command") && name.ends_with("rms") {
+                quantity.value *= size;
+                quantity.sigma = quantity.sigma.map(|sigma| sigma * size);
+            }
+        });
+        let limit = 1.0 / (4.5 * size);
+        let with = with_effect(&nominal, "actuator_saturation", "actuator:shaker", &[("inverse_limit", limit)]);
+        let found = diagnosed(&nominal, recording(&with, 32, 2.0));
+        let named = found.effects.first().filter(|effect| effect.kind == "actuator_saturation");
+        let named =
+            named.unwrap_or_else(|| panic!("{size}: {:?} {}", found.verdict, found.reason)).parameters[0].clone();
+        assert!((named.value - limit).abs() < 4.0 * named.sigma, "{size}: {} ± {}, {limit}", named.value, named.sigma);
+    }
+}
+
+#[test]
+fn a_number_far_from_what_the_file_states_is_no_silence() {
+    let nominal = plant("oscillator");
+    let mut heavy = nominal.clone();
+    heavy.bodies[0].mass_kg.value *= 1.1;
+    let found = diagnosed(&nominal, recording(&heavy, 33, 1.5));
+    assert_ne!(found.verdict, Verdict::None, "{}", found.reason);
+    let rivals = found.effects.iter().flat_map(|e| e.rivals.iter().map(|r| &r.kind).chain([&e.kind]));
+    assert!(rivals.into_iter().any(|kind| kind == "mass_error"), "{:?} {}", found.verdict, found.reason);
+}
+
+#[test]
 fn a_wrong_noise_model_is_called_that_and_nothing_else() {
     for (name, duration_s) in SHORT {
         let nominal = plant(name);

@@ -8,6 +8,7 @@ use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
 use super::{Adopted, Standing, Unfitted, status};
+use crate::doctor::short;
 use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
 use crate::held_out::Status;
@@ -120,15 +121,15 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     }
     diagnosis.located.extend(odd(findings).map(|tile| loud(engine, tile)));
     (diagnosis.verdict, diagnosis.reason) = verdict(findings);
+    diagnosis.reason.push_str(&astray(findings));
     let unknown = outweighing(findings);
     let as_stated = (&findings.stated.board, &engine.noise);
     let (best, adopted) = (findings.best, findings.adopted);
     diagnosis.figures = figures(engine, as_stated, best, adopted, findings.screening, unknown);
     diagnosis.figures.overlays.clone_from(&findings.judged.shown.overlays);
     if let Some(map) = unknown {
-        // what only comes near an unknown law is no name for it
-        diagnosis.effects.clear();
         diagnosis.located.push(located(engine, map, findings.alpha));
+        without_names(findings, map, &mut diagnosis);
     }
     if unknown.is_none() {
         diagnosis.augmented_plant = augmented(findings);
@@ -139,6 +140,56 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
         }
     }
     diagnosis
+}
+
+/// What only comes near an unknown law is no name for it: what the names made of numbers and of held-out data goes with them.
+fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diagnosis) {
+    diagnosis.effects.clear();
+    diagnosis.nominal.iter_mut().zip(&findings.stated.sigma).for_each(|(own, sigma)| {
+        (own.after, own.sigma, own.shift_sigma) = (own.before, *sigma, 0.0);
+    });
+    diagnosis.figures.overlays.clear();
+    if diagnosis.held_out.kind == HeldOutKind::Recording {
+        diagnosis
+            .notes
+            .push("the held-out recording was not asked: it judges names, and what was found has none".into());
+    }
+    let gain = &map.held_out;
+    diagnosis.held_out = HeldOut {
+        kind: HeldOutKind::Blocks,
+        loglik_gain: Some(gain.loglik_gain),
+        gain_se: Some(gain.gain_se),
+        gain_ci95: Some(gain.interval95()),
+        ..HeldOut::none()
+    };
+}
+
+/// Standard deviations of its prior from which on a number is another than the file's.
+const ASTRAY: f64 = 4.0;
+
+/// Numbers of the plant that end where its file all but excludes them; nothing where there are none.
+fn astray(findings: &Findings<'_>) -> String {
+    let best = if findings.adopted.is_empty() { findings.best } else { &findings.judged.model };
+    let shared = best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma));
+    let mut off: Vec<(f64, String)> = shared
+        .filter(|(unknown, _)| unknown.recording.is_none() && !unknown.name.starts_with("effect"))
+        .map(|(unknown, (value, sigma))| {
+            let (at, unit) = ((value - unknown.prior).abs() / unknown.sigma, &unknown.unit);
+            let (name, prior, wide) = (&unknown.name, short(unknown.prior), short(unknown.sigma));
+            (
+                at,
+                format!(
+                    "{name} {} ± {} {unit}, {at:.1} standard deviations from the {prior} ± {wide} that the file states",
+                    short(*value),
+                    short(*sigma)
+                ),
+            )
+        })
+        .filter(|(at, _)| *at > ASTRAY)
+        .collect();
+    off.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let told: Vec<String> = off.into_iter().take(3).map(|(_, text)| text).collect();
+    if told.is_empty() { String::new() } else { format!("; not as the file has it: {}", told.join(", ")) }
 }
 
 /// A map that stands: evidence beyond what trying so many buys, and confirmed on parts that it was not fitted to.
@@ -217,7 +268,7 @@ fn not_named(map: &UnknownLaw) -> (Verdict, String) {
     let what = if matches!(map.place.acts, Acts::Force(_)) { "force" } else { "error of the reading" };
     let reason = format!(
         "something acts at {} that no effect of the catalogue describes: a smooth {what} over {} gains {:.0} in evidence \
-         and predicts what it was not fitted to (gain {:.1} ± {:.1})",
+         and predicts parts of this recording that it was not fitted to (gain {:.1} ± {:.1})",
         map.place.site,
         map.names.join(" and "),
         map.evidence,

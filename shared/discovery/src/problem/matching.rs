@@ -1,10 +1,12 @@
 //! Channels of a recording found by the plant's names, units checked, cut into runs.
 
 use super::angles::turned;
+use super::gaps::parted;
 use super::inputs::drive;
 use super::{ProblemError, Run, Samples};
 use crate::series::{Channel, Recording, same_unit};
 use plant::description::{Actuator, Initial, Plant, Sensor};
+use plant::system::System;
 
 /// Runs of one recording: one a segment of the plant that lies in it, else the whole.
 pub(super) fn runs(
@@ -20,6 +22,7 @@ pub(super) fn runs(
     let sensors: Vec<Option<&Channel>> = plant.sensors.iter().map(|s| find(recording, &s.name, map)).collect();
     let absent = plant.sensors.iter().zip(&sensors).filter(|(_, channel)| channel.is_none());
     notes.extend(absent.map(|(s, _)| format!("recording '{}' has no channel for sensor '{}'", recording.name, s.name)));
+    let states = System::new(plant).map_or(0, |system| system.tangent_len());
     let mut found = Vec::new();
     for (begin_s, end_s, segment, initial) in spans(plant, recording, &sensors, map) {
         let drives = (plant.actuators.iter())
@@ -37,7 +40,15 @@ pub(super) fn runs(
             // a segment that the recording does not hold
             continue;
         }
-        found.push(Run { recording: index, segment, begin_s, end_s, initial, drives, samples, is_rest: false });
+        let run = Run { recording: index, segment, begin_s, end_s, initial, drives, samples, is_rest: false };
+        let (parts, gaps) = parted(run, states);
+        if gaps > 0 {
+            notes.push(format!(
+                "recording '{}': nothing was recorded over {gaps} gap(s) in which a command changed: what follows each begins anew",
+                recording.name
+            ));
+        }
+        found.extend(parts);
     }
     if found.is_empty() {
         let begin_s = plant.segments.first().map_or(f64::NEG_INFINITY, |segment| segment.begin_s.value);

@@ -19,10 +19,7 @@ pub struct Standstill {
 /// What stands still over all `stretches` of one channel, each its times and readings; `None` where a reading changes or no noise is stated.
 pub fn standstill(plant: &Plant, sensor: &Sensor, stretches: &[(&[f64], &[f64])]) -> Option<Standstill> {
     let period_s = period_s(plant, sensor);
-    let sigma = match sensor.noise {
-        Noise::PerSample(q) => q.value,
-        Noise::Density(q) => q.value / period_s.sqrt(),
-    };
+    let sigma = sample_sigma(plant, sensor);
     let mut readings = stretches.iter().flat_map(|(_, values)| *values);
     let reading = *readings.next()?;
     if sigma.is_nan() || sigma <= 0.0 || readings.any(|value| *value != reading) {
@@ -37,6 +34,14 @@ pub fn standstill(plant: &Plant, sensor: &Sensor, stretches: &[(&[f64], &[f64])]
     let alike = libm::erf(0.5 * sensor.resolution.value / sigma / 2.0_f64.sqrt());
     let samples = stretches.iter().map(|(_, values)| values.len()).sum();
     Some(Standstill { reading, samples, sigma, p: libm::pow(alike, changes) })
+}
+
+/// Standard deviation of the noise that the plant states on each sample of `sensor` [unit of the channel].
+pub fn sample_sigma(plant: &Plant, sensor: &Sensor) -> f64 {
+    match sensor.noise {
+        Noise::PerSample(q) => q.value,
+        Noise::Density(q) => q.value / period_s(plant, sensor).sqrt(),
+    }
 }
 
 /// Step of the plant's record of one sensor [s].

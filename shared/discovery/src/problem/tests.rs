@@ -193,3 +193,37 @@ fn when_a_command_comes_again_may_be_unknown_and_when_a_sensor_looks_is_not() {
     assert_eq!(periods(Quantity::with_prior(0.05, 1e-3)), ["shaker.command.1.period", "shaker.command.2.period"]);
     assert!(periods(known(0.05)).is_empty());
 }
+
+/// A recording without the rows of one stretch.
+fn without_rows(recorded: &crate::series::Recording, lost_s: core::ops::Range<f64>) -> crate::series::Recording {
+    let mut left = recorded.clone();
+    for channel in &mut left.channels {
+        let kept: Vec<usize> = (0..channel.time_s.len()).filter(|i| !lost_s.contains(&channel.time_s[*i])).collect();
+        channel.value = kept.iter().map(|i| channel.value[*i]).collect();
+        channel.time_s = kept.iter().map(|i| channel.time_s[*i]).collect();
+    }
+    left
+}
+
+#[test]
+fn lost_rows_cut_a_run_where_the_command_changed_meanwhile_and_nowhere_else() {
+    let nominal = plant("oscillator");
+    let whole = recording(&nominal, 1, 1.0);
+    let lost = without_rows(&whole, 0.4..0.45);
+    let cut = crate::synthetic::problem(&nominal, lost.clone());
+    assert_eq!((cut.runs.len(), cut.samples()), (2, lost.channels[0].value.len() * 2));
+    assert!(cut.runs[1].is_rest && cut.runs[1].initial.values.iter().all(|v| v.position.sigma.is_none()));
+    assert!(
+        cut.runs[0].end_s < 0.4 && cut.runs[1].begin_s >= 0.45 && cut.notes.iter().any(|note| note.contains("gap"))
+    );
+    // the readings alone are lost, or the command stood still
+    let mut blind = whole.clone();
+    let inputs: Vec<&str> = nominal.actuators.iter().map(|a| a.name.as_str()).collect();
+    let is_input = |c: &crate::series::Channel| inputs.contains(&c.name.as_str());
+    blind.channels.iter_mut().zip(&lost.channels).filter(|(c, _)| !is_input(c)).for_each(|(c, l)| c.clone_from(l));
+    let mut still = lost.clone();
+    still.channels.iter_mut().filter(|c| is_input(c)).for_each(|c| c.value.fill(0.5));
+    for recorded in [whole, blind, still] {
+        assert_eq!(crate::synthetic::problem(&nominal, recorded).runs.len(), 1);
+    }
+}

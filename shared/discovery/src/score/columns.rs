@@ -19,7 +19,7 @@ pub struct Column {
 
 /// Whitened size of the change that a pass aims at: small beside curvature, large beside rounding.
 const TARGET: f64 = 2.0;
-const TRIES: usize = 4;
+const TRIES: usize = 8;
 
 /// Columns of all candidates that change anything, in their order.
 pub fn columns(
@@ -177,36 +177,50 @@ fn along(
     }
     let mut step =
         candidate.felt.unwrap_or(if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high });
-    let (mut best, mut is_felt): (Option<(Vec<f64>, f64)>, bool) = (None, false);
+    let mut best: Option<(Vec<f64>, f64, f64)> = None;
+    // largest amplitude that does nothing, smallest that does too much: between them a law may begin to act
+    let mut between = [0.0, f64::INFINITY];
+    let mut is_felt = false;
     for _ in 0..TRIES {
-        let Some(change) = change(engine, board, plant, theta, candidate, (step, direction)) else {
+        let felt = change(engine, board, plant, theta, candidate, (step, direction));
+        let size = felt.as_ref().map(|change| felt_size(engine, board, change, found)).filter(|size| size.is_finite());
+        let (Some(change), Some(size)) = (felt, size) else {
             step *= 0.01;
             continue;
         };
-        let mut white = change.clone();
-        for (run, linear) in board.linears.iter().enumerate() {
-            let range = engine.offsets[run]..engine.offsets[run] + linear.nu.len();
-            whiten(linear, &engine.timelines[run], &found[run], &mut [&mut white[range]]);
+        let off = libm::log(size / TARGET).abs();
+        if size > 0.0 && best.as_ref().is_none_or(|(.., least)| off < *least) {
+            best = Some((change, step, off));
         }
-        let size = dot(&white, &white).sqrt();
-        if !size.is_finite() {
-            step *= 0.01;
-            continue;
-        }
-        best = (size > 0.0).then_some((change, step));
         is_felt = (0.02 * TARGET..5.0 * TARGET).contains(&size);
         if is_felt {
             break;
         }
+        between = if size < TARGET { [step.max(between[0]), between[1]] } else { [between[0], step.min(between[1])] };
         let factor = if size > 0.0 { (TARGET / size).clamp(1e-4, 1e3) } else { 1e3 };
-        let next = (step * factor).min(0.5 * candidate.high);
+        let next = within(step * factor, between).min(0.5 * candidate.high);
         if next == step {
             break;
         }
         step = next;
     }
-    let (change, step) = best?;
+    let (change, step, _) = best?;
     Some((change.iter().map(|d| -d / step).collect(), step, is_felt))
+}
+
+/// `step`, or where it is beyond what did too little or too much, the geometric mean of the two.
+fn within(step: f64, [low, high]: [f64; 2]) -> f64 {
+    if low > 0.0 && high.is_finite() && !(low < step && step < high) { (low * high).sqrt() } else { step }
+}
+
+/// Whitened size of a change of the innovations.
+fn felt_size(engine: &Engine<'_>, board: &Board, change: &[f64], found: &[Gains]) -> f64 {
+    let mut white = change.to_vec();
+    for (run, linear) in board.linears.iter().enumerate() {
+        let range = engine.offsets[run]..engine.offsets[run] + linear.nu.len();
+        whiten(linear, &engine.timelines[run], &found[run], &mut [&mut white[range]]);
+    }
+    dot(&white, &white).sqrt()
 }
 
 /// Change of the innovations at one amplitude in one direction.

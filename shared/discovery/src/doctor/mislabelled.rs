@@ -1,0 +1,254 @@
+//! Channels in another unit, or of another sign, than their label says, as the likelihood of a plant has it.
+//!
+//! A channel that reads `f` times what it should is predicted by the plant, to the noise that it states, once it is divided by `f`: then the
+//! whitened innovations `r` of the whole recording fall to about one standard deviation, or to a small part of what they were. That is asked
+//! where the plant misses the recording by far alone. What only shrinks a reading or a command to nothing explains nothing: the reading must
+//! stay above its noise, and without the command the plant must miss the recording again.
+
+use core::f64::consts::{PI, TAU};
+
+use plant::description::Plant;
+
+use super::quantity::{Kind, Quantity, of_channel};
+use super::{Check, Finding, Severity, short};
+use crate::fit::board::dot;
+use crate::fit::{Board, Engine, fit_from_afar};
+use crate::problem::{Problem, sample_sigma};
+use crate::series::{Channel, Recording};
+use crate::statistics::deviation;
+
+/// What is wrong with the label of a channel, or of several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mistake {
+    /// They read so many times what they should, as `degrees read as radians` do.
+    Factor(f64, &'static str),
+    /// Two are each other's.
+    Swapped,
+}
+
+/// Channels whose label is wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mislabelled {
+    pub channels: Vec<String>,
+    pub mistake: Mistake,
+    /// Rms of the innovations of the whole recording [stated standard deviations] as it is labelled and put right; infinite where the
+    /// plant cannot follow it at all.
+    pub before: f64,
+    pub after: f64,
+}
+
+/// Mean square of the whitened innovations from which on a recording is missed by far: physics that was left out seldom makes as much.
+const FAR_OFF: f64 = 25.0;
+/// Mean square that what is put right must fall to, or the part of what it was.
+const NEAR: f64 = 4.0;
+const FALL: f64 = 1e-3;
+/// Standard deviations within which the plant's numbers must stay.
+const ASTRAY: f64 = 5.0;
+/// Standard deviations of its noise that a reading must stay above, and times the mean square without a command.
+const ABOVE_NOISE: f64 = 3.0;
+const WITHOUT: f64 = 2.0;
+/// Hypotheses that are fitted; the others are judged at the priors.
+const FITTED: usize = 3;
+/// Relinearisations of a fit.
+const ROUNDS: usize = 4;
+
+/// The mistake that explains what `plant` misses of `recording` by far; none where it follows it.
+///
+/// Cost: a linearisation; where the plant is far off some for every channel, and four fits.
+#[must_use]
+pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> {
+    let is_near = |found: &Option<Prediction>| found.as_ref().is_some_and(Prediction::is_near);
+    if is_near(&Prediction::of(recording, plant, false)) {
+        return None;
+    }
+    let before = Prediction::of(recording, plant, true);
+    if is_near(&before) {
+        return None;
+    }
+    let own = |found: Mislabelled| Some((found.predicted(recording, plant, false)?.mean_square, found));
+    let mut ranked: Vec<(f64, Mislabelled)> = hypotheses(recording, plant).into_iter().filter_map(own).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.truncate(FITTED);
+    let fitted = ranked.into_iter().filter_map(|(_, found)| Some((found.predicted(recording, plant, true)?, found)));
+    let (after, found) = fitted.min_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square))?;
+    let as_read = after.mean_square * (found.factor() * found.factor()).max(1.0);
+    let explains = after.mean_square < NEAR && after.astray < ASTRAY
+        || before.as_ref().is_some_and(|before| as_read < FALL * before.mean_square);
+    let before_rms = before.map_or(f64::INFINITY, |before| before.mean_square.sqrt());
+    let told = Mislabelled { before: before_rms, after: after.mean_square.sqrt(), ..found };
+    (explains && told.is_seen(recording, plant, after.mean_square)).then_some(told)
+}
+
+impl Mislabelled {
+    fn of(channels: &[&Channel], mistake: Mistake) -> Self {
+        let channels = channels.iter().map(|channel| channel.name.clone()).collect();
+        Self { channels, mistake, before: f64::NAN, after: f64::NAN }
+    }
+
+    fn factor(&self) -> f64 {
+        if let Mistake::Factor(factor, _) = self.mistake { factor } else { 1.0 }
+    }
+
+    fn is(&self, channel: &Channel) -> bool {
+        self.channels.contains(&channel.name)
+    }
+
+    /// `recording` put right.
+    #[must_use]
+    pub fn cured(&self, recording: &Recording) -> Recording {
+        let mut cured = recording.clone();
+        let mut own: Vec<&mut Channel> = cured.channels.iter_mut().filter(|channel| self.is(channel)).collect();
+        match (self.mistake, &mut own[..]) {
+            (Mistake::Factor(factor, _), all) => {
+                all.iter_mut().flat_map(|channel| &mut channel.value).for_each(|value| *value /= factor);
+            }
+            (Mistake::Swapped, [a, b]) => core::mem::swap(&mut a.name, &mut b.name),
+            (Mistake::Swapped, _) => {}
+        }
+        cured
+    }
+
+    /// `'rate' reads 57.3 times what the plant says (degrees read as radians)`.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let names: Vec<String> = self.channels.iter().map(|name| format!("'{name}'")).collect();
+        let verb = if names.len() == 1 { "reads" } else { "read" };
+        match self.mistake {
+            Mistake::Factor(factor, meaning) => {
+                format!("{} {verb} {} times what the plant says ({meaning})", names.join(", "), short(factor))
+            }
+            Mistake::Swapped => format!("{} are each other's", names.join(" and ")),
+        }
+    }
+
+    pub(super) fn finding(&self) -> Finding {
+        let (first, others) = (&self.channels[0], self.channels[1..].iter().map(String::as_str).collect::<Vec<_>>());
+        let (check, cure) = match self.mistake {
+            Mistake::Factor(factor, _) => {
+                let check = if factor < 0.0 { Check::Sign } else { Check::Units };
+                (check, format!("{first} = {{ name = \"{first}\", scale = {:.7} }}", 1.0 / factor))
+            }
+            Mistake::Swapped => (Check::Axes, format!("{first} = \"{0}\" and {0} = \"{first}\"", others.join(""))),
+        };
+        let now =
+            if self.before.is_finite() { format!("{} now", short(self.before)) } else { "not at all now".to_owned() };
+        Finding::new(check, Severity::Fault, first, self.factor(), "-")
+            .with(&others)
+            .because(format!(
+                "{}: with that put right the plant predicts the recording to {} stated standard deviations rms, {now}",
+                self.in_words(),
+                short(self.after)
+            ))
+            .cure(format!("correct the header, or give --map FILE with [channels] {cure}"))
+    }
+}
+
+/// How well a plant predicts a recording.
+struct Prediction {
+    /// Of the whitened innovations.
+    mean_square: f64,
+    /// Largest distance of a number from its prior [standard deviations].
+    astray: f64,
+}
+
+impl Prediction {
+    fn is_near(&self) -> bool {
+        self.mean_square < FAR_OFF && self.astray < ASTRAY
+    }
+
+    /// At the priors, or where a fit ends; `None` where the filter fails.
+    fn of(recording: &Recording, plant: &Plant, fitted: bool) -> Option<Self> {
+        let problem = Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
+        let engine = Engine::new(&problem, 1).ok()?;
+        let (mean_square, theta) = if fitted {
+            let fit = fit_from_afar(&engine, ROUNDS).ok()?;
+            (fit.chi2_per_sample, fit.theta)
+        } else {
+            let board = Board::new(&engine, plant, &engine.prior(), &engine.noise).ok()?;
+            let (r, _) = board.whitened(&engine, &engine.noise, &[])?;
+            (dot(&r, &r) / r.len().max(1) as f64, engine.prior())
+        };
+        let off =
+            theta.iter().zip(&problem.unknowns).map(|(theta, unknown)| ((theta - unknown.prior) / unknown.sigma).abs());
+        let astray = off.fold(0.0, f64::max);
+        mean_square.is_finite().then_some(Self { mean_square, astray })
+    }
+}
+
+impl Mislabelled {
+    fn predicted(&self, recording: &Recording, plant: &Plant, fitted: bool) -> Option<Prediction> {
+        Prediction::of(&self.cured(recording), plant, fitted)
+    }
+
+    /// What is put right is more than nothing.
+    fn is_seen(&self, recording: &Recording, plant: &Plant, after: f64) -> bool {
+        let mut silent = recording.clone();
+        let commands =
+            silent.channels.iter_mut().filter(|channel| self.is(channel) && plant.actuator(&channel.name).is_some());
+        let mut any = false;
+        for channel in commands {
+            channel.value.fill(0.0);
+            any = true;
+        }
+        if any {
+            return Prediction::of(&silent, plant, true).is_none_or(|without| without.mean_square > WITHOUT * after);
+        }
+        let is_above = |channel: &Channel| {
+            let sensor = plant.sensors.iter().find(|sensor| sensor.name == channel.name);
+            sensor.is_some_and(|sensor| {
+                deviation(&channel.value) > ABOVE_NOISE * self.factor().abs() * sample_sigma(plant, sensor)
+            })
+        };
+        recording.channels.iter().filter(|channel| self.is(channel)).any(is_above)
+    }
+}
+
+/// Every channel that the plant reads or is driven by, and all sensors of one kind together, by every factor of their quantity; two of one
+/// quantity for each other.
+fn hypotheses(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
+    let recorded = |name: &String| recording.channels.iter().find(|channel| channel.name == *name);
+    let sensors: Vec<&Channel> = plant.sensors.iter().filter_map(|sensor| recorded(&sensor.name)).collect();
+    let commands: Vec<&Channel> = plant.actuators.iter().filter_map(|actuator| recorded(&actuator.name)).collect();
+    let mut all = Vec::new();
+    for channel in sensors.iter().chain(&commands) {
+        let mistakes = factors(of_channel(channel)).into_iter().chain([Mistake::Factor(-1.0, "its sign is turned")]);
+        all.extend(mistakes.map(|mistake| Mislabelled::of(&[*channel], mistake)));
+    }
+    for kind in [Kind::Angle, Kind::Length] {
+        let like = |channel: &&&Channel| of_channel(channel).is_some_and(|quantity| quantity.kind == kind);
+        let group: Vec<&Channel> = sensors.iter().filter(like).copied().collect();
+        if group.len() > 1 {
+            let common = factors(Some(Quantity { kind, order: 0, factor: 1.0 }));
+            all.extend(common.into_iter().map(|mistake| Mislabelled::of(&group, mistake)));
+        }
+    }
+    let quantity = |channel: &Channel| of_channel(channel).map(|quantity| (quantity.kind, quantity.order));
+    for (i, a) in sensors.iter().enumerate() {
+        let alike = sensors[i + 1..].iter().filter(|b| quantity(a) == quantity(b));
+        all.extend(alike.map(|b| Mislabelled::of(&[*a, *b], Mistake::Swapped)));
+    }
+    all
+}
+
+/// What a reading of `quantity` is multiplied by where its unit is mistaken.
+fn factors(quantity: Option<Quantity>) -> Vec<Mistake> {
+    let (degree, g, rpm) = (180.0 / PI, 9.80665, 60.0 / TAU);
+    let milli = [(1e3, "milli read as one"), (1e-3, "one read as milli")];
+    let own: &[(f64, &'static str)] = match quantity.map(|quantity| (quantity.kind, quantity.order)) {
+        Some((Kind::Angle, 0)) => &[(degree, "degrees read as radians"), (1.0 / degree, "radians read as degrees")],
+        Some((Kind::Angle, 1)) => &[
+            (degree, "degrees read as radians"),
+            (1.0 / degree, "radians read as degrees"),
+            (rpm, "turns per minute read as rad/s"),
+            (1.0 / rpm, "rad/s read as turns per minute"),
+        ],
+        Some((Kind::Angle, _)) => &[(degree, "degrees read as radians"), (1.0 / degree, "radians read as degrees")],
+        Some((Kind::Length, 2)) => &[(1.0 / g, "g read as m/s^2"), (g, "m/s^2 read as g")],
+        Some((Kind::Length, 0)) => &[(1e2, "centimetres read as metres"), (1e-2, "metres read as centimetres")],
+        _ => &[],
+    };
+    own.iter().copied().chain(milli).map(|(factor, meaning)| Mistake::Factor(factor, meaning)).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,78 @@
+//! Laws of labels: what is mistaken is found with its factor, what is not is left alone.
+
+use super::*;
+use crate::synthetic::{plant, recording};
+
+fn times(recording: &Recording, channel: &str, factor: f64) -> Recording {
+    let mut changed = recording.clone();
+    let own = changed.channels.iter_mut().find(|c| c.name == channel).expect("it is recorded");
+    own.value.iter_mut().for_each(|value| *value *= factor);
+    changed
+}
+
+/// Channels and factor of what is found.
+fn found(recording: &Recording, plant: &Plant) -> Option<(Vec<String>, f64)> {
+    mislabelled(recording, plant).map(|m| (m.channels.clone(), m.factor()))
+}
+
+#[test]
+fn a_channel_in_another_unit_or_of_another_sign_is_found_with_its_factor_and_is_put_right() {
+    let nominal = plant("drive_rig");
+    let whole = recording(&nominal, 5, 1.0);
+    let degree = 180.0 / PI;
+    let cases = [("rate", degree), ("angle", degree), ("rate", -1.0), ("rate", 1e-3), ("angle", 1e3), ("motor", 1e3)];
+    for (channel, factor) in cases {
+        let told = found(&times(&whole, channel, factor), &nominal).expect("it is far off");
+        assert_eq!(told.0, [channel.to_owned()], "{channel} x{factor}");
+        assert!((told.1 / factor - 1.0).abs() < 1e-12, "{channel} x{factor}: {told:?}");
+    }
+}
+
+#[test]
+fn all_angles_of_a_file_in_degrees_are_one_mistake() {
+    let nominal = plant("double_pendulum");
+    let whole = recording(&nominal, 5, 4.0);
+    let degree = 180.0 / PI;
+    let wrong = times(&times(&whole, "angle_1", degree), "angle_2", degree);
+    let told = found(&wrong, &nominal);
+    assert!(
+        matches!(&told, Some((channels, factor)) if channels.len() == 2 && (factor / degree - 1.0).abs() < 1e-12),
+        "{told:?}"
+    );
+}
+
+#[test]
+fn nothing_is_mislabelled_where_physics_alone_is_left_out_however_large() {
+    let nominal = plant("pendulum");
+    let mut with = nominal.clone();
+    with.add_effect("joint_coulomb", &"joint:pivot".parse().unwrap(), &[("force", 0.05)]).unwrap();
+    for plant in [&nominal, &with] {
+        assert!(found(&recording(plant, 6, 10.0), &nominal).is_none(), "{}", plant.name);
+    }
+    let drive = plant("drive_rig");
+    let mut slow = drive.clone();
+    slow.add_effect("joint_coulomb", &"joint:drive".parse().unwrap(), &[("force", 0.5)]).unwrap();
+    assert!(!Prediction::of(&recording(&slow, 6, 2.0), &drive, true).unwrap().is_near());
+    assert!(found(&recording(&slow, 6, 2.0), &drive).is_none());
+}
+
+#[test]
+fn two_channels_that_are_each_others_are_told_apart_and_put_right() {
+    let nominal = plant("double_pendulum");
+    let mut wrong = recording(&nominal, 5, 4.0);
+    let whole = wrong.clone();
+    for channel in &mut wrong.channels {
+        channel.name = match channel.name.as_str() {
+            "angle_1" => "angle_2".into(),
+            "angle_2" => "angle_1".into(),
+            other => other.into(),
+        };
+    }
+    let told = mislabelled(&wrong, &nominal).expect("the plant cannot follow it");
+    assert_eq!(told.mistake, Mistake::Swapped);
+    for channel in &whole.channels {
+        let cured = told.cured(&wrong);
+        let own = cured.channels.iter().find(|c| c.name == channel.name).unwrap();
+        assert_eq!(own.value, channel.value, "{}", channel.name);
+    }
+}
