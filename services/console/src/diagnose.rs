@@ -103,17 +103,6 @@ impl Case {
     }
 }
 
-/// The mistakes of all records, each once.
-fn distinct(labels: Vec<Option<Mislabelled>>) -> Vec<Mislabelled> {
-    let mut all: Vec<Mislabelled> = Vec::new();
-    for label in labels.into_iter().flatten() {
-        if !all.iter().any(|known| known.channels == label.channels && known.mistake == label.mistake) {
-            all.push(label);
-        }
-    }
-    all
-}
-
 /// What was found: per fitted recording what is wrong with it, and the diagnosis; its last three fields are paths here.
 struct Diagnosed {
     case: Case,
@@ -147,7 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
     };
     bar.end();
-    let diagnosis = diagnosis.of_mislabelled(&distinct(labels));
+    let diagnosis = diagnosis.of_mislabelled(&labels.into_iter().flatten().collect::<Vec<_>>());
     let mut diagnosed = Diagnosed { case, findings, diagnosis };
     match &out {
         Some(out) => out.write(&mut diagnosed)?,
@@ -282,13 +271,13 @@ fn problems(case: &Case, arguments: &Arguments) -> Result<(Option<Problem>, Opti
     }
     if !case.repeat.is_empty() {
         let repeat = problem(case, &case.repeat, "--repeat ")?;
-        if repeat.runs.len() != fitted.runs.len() {
+        if repeat.recordings.len() != fitted.recordings.len() {
             return Err(Failure::Input(miette::miette!(
                 help = "--repeat takes the same experiment once more: as many recordings, one after another, as were fitted",
-                "--repeat {}: {} run(s) against {} that are fitted",
+                "--repeat {}: {} recording(s) against {} that are fitted",
                 case.repeat[0].file,
-                repeat.runs.len(),
-                fitted.runs.len()
+                repeat.recordings.len(),
+                fitted.recordings.len()
             )));
         }
         options.repeat = Some(repeat);

@@ -18,7 +18,7 @@ pub use subsets::{Ranking, Subset, Trials, rank};
 use crate::filter::NoiseModel;
 use crate::fit::board::dot;
 use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit, parallel};
+use crate::fit::{Engine, Fit, Normal, parallel};
 use crate::score::{Column, Score, scores};
 use crate::statistics::{chi_squared_quantile, chi_squared_tail};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -118,10 +118,11 @@ fn one(
     let (_, amplitude) = normal.minimum()?;
     let amplitudes = signed(columns, subset, &amplitude)?;
     let says = |noise: &NoiseModel| veto(engine, nominal.fit, columns, subset, noise, p_veto);
-    // no noise drives numbers from their priors
-    let relieves = normal
-        .relief(engine, theta)
-        .is_some_and(|relief| relief > chi_squared_quantile(1.0 - p_veto, extra.len() as f64));
+    // under the noise that suits the plant alone, too, its numbers are driven from their priors
+    let alone = board.normal(engine, theta, nominal.noise, &extra);
+    let relief = |normal: &Normal| normal.relief(engine, theta).unwrap_or(0.0);
+    let least = relief(&normal).min(alone.as_ref().map_or(0.0, relief));
+    let relieves = least > chi_squared_quantile(1.0 - p_veto, extra.len() as f64);
     let veto = match (says(&noise), says(nominal.noise)) {
         _ if relieves => Veto::Passed,
         (Veto::Passed, _) | (_, Veto::Passed) => Veto::Passed,

@@ -82,6 +82,7 @@ mod mode_quadratic_damping;
 mod mode_thermal_snap;
 mod motor_constant_error;
 mod payload_drift;
+mod principal_axes_misalignment;
 mod quadratic_drag;
 mod residual_dipole;
 mod sensor_bias;
@@ -215,6 +216,7 @@ pub static EFFECTS: &[&Effect] = &[
     &gravity_error::EFFECT,
     &mass_error::EFFECT,
     &inertia_error::EFFECT,
+    &principal_axes_misalignment::EFFECT,
     &com_shift::EFFECT,
     &joint_axis_misalignment::EFFECT,
     &joint_coulomb::EFFECT,

@@ -45,7 +45,7 @@ fn headline(diagnosis: &Diagnosis) -> String {
         Verdict::None => sentence(&diagnosis.reason),
         Verdict::Named if all.is_empty() => "Something is missing.".into(),
         Verdict::Named => format!("What is missing: {all}."),
-        Verdict::Sensor if all.is_empty() => "No physics is missing; a sensor is at fault.".into(),
+        Verdict::Sensor if all.is_empty() => "No physics is missing; a channel is labelled wrongly.".into(),
         Verdict::Sensor => format!("No physics is missing; a sensor is at fault: {all}."),
         Verdict::NotSeparable => {
             format!("Something is missing, and these recordings cannot tell which it is: {}.", set(diagnosis))

@@ -37,7 +37,7 @@ pub(super) fn next(engine: &Engine<'_>, best: &Standing, adopted: &[Adopted]) ->
         first: &own.column.candidate,
         amplitude: &own.score.amplitude,
         second: &rival.candidate,
-        duration_s: problem.runs[0].end_s - problem.runs[0].begin_s,
+        duration_s: problem.span_s()[1] - problem.span_s()[0],
         flown: &flown,
     };
     in_words(own, rival, &menu(&question, engine.threads))

@@ -223,11 +223,19 @@ impl Diagnosis {
         if mislabelled.is_empty() {
             return self;
         }
-        let told: Vec<String> = mislabelled.iter().map(Mislabelled::in_words).collect();
-        let told = told.join(", and ");
+        let mut kinds: Vec<(&Mislabelled, Vec<&str>)> = Vec::new();
+        for label in mislabelled {
+            let known = kinds.iter_mut().find(|(known, _)| known.is_like(label));
+            match known {
+                Some((_, files)) => files.push(&label.recording),
+                None => kinds.push((label, vec![&label.recording])),
+            }
+        }
+        let told = kinds.iter().map(|(label, files)| format!("in {} {}", files.join(", "), label.in_words()));
+        let told = told.collect::<Vec<_>>().join(", and ");
         self.notes.push(format!("{told}: that was put right before the diagnosis; correct the header or the map"));
         self.reason = match self.verdict {
-            Verdict::None => format!("{told}; with that put right nothing else is missing"),
+            Verdict::None => format!("{told}; with that put right: nothing else is missing; {}", self.reason),
             _ => format!("{told}; with that put right: {}", self.reason),
         };
         if self.verdict == Verdict::None {

@@ -33,7 +33,10 @@ fn stuck(engine: &Engine<'_>, channel: usize) -> Option<String> {
     let sensor = &problem.plant.sensors[channel];
     let samples = problem.runs.iter().map(|run| &run.samples[channel]);
     let stretches: Vec<(&[f64], &[f64])> = samples.map(|own| (&own.time_s[..], &own.value[..])).collect();
-    let found = standstill(&problem.plant, sensor, &stretches).filter(|found| found.p < FALSE_ALARM)?;
+    let found =
+        standstill(&problem.plant, sensor, &stretches).filter(|found| found.p < FALSE_ALARM && found.samples >= SPARE);
+    // at rest on one step of a resolution: the doctor tells
+    let found = found.filter(|_| sensor.resolution.value <= 0.0)?;
     Some(format!(
         "'{}' reads {} in all of its {} samples, and its noise would make each another: it is stuck or was not recorded; \
          leave it out of the plant, or state its resolution",

@@ -121,8 +121,10 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     }
     diagnosis.located.extend(odd(findings).map(|tile| loud(engine, tile)));
     (diagnosis.verdict, diagnosis.reason) = verdict(findings);
-    diagnosis.reason.push_str(&astray(findings));
     let unknown = outweighing(findings);
+    if unknown.is_none() {
+        diagnosis.reason.push_str(&astray(findings));
+    }
     let as_stated = (&findings.stated.board, &engine.noise);
     let (best, adopted) = (findings.best, findings.adopted);
     diagnosis.figures = figures(engine, as_stated, best, adopted, findings.screening, unknown);

@@ -1,9 +1,10 @@
 //! Channels in another unit, or of another sign, than their label says, as the likelihood of a plant has it.
 //!
-//! A channel that reads `f` times what it should is predicted by the plant, to the noise that it states, once it is divided by `f`: then the
-//! whitened innovations `r` of the whole recording fall to about one standard deviation, or to a small part of what they were. That is asked
-//! where the plant misses the recording by far alone. What only shrinks a reading or a command to nothing explains nothing: the reading must
-//! stay above its noise, and without the command the plant must miss the recording again.
+//! A channel that reads `f` times what it should is predicted by the plant, to the noise that it states, once it is divided by `f`. That is
+//! asked where the plant misses the recording by far alone, or its numbers do what its file states. What is put right must be
+//! explained: the whitened innovations fall far below what they were, counted in the unit of the readings, for a free response divided by
+//! anything is one still, and by as much less of whatever it misses. What only shrinks to nothing explains nothing: the reading must stay
+//! above its noise, and without the command the plant must miss the recording again.
 
 use core::f64::consts::{PI, TAU};
 
@@ -26,27 +27,31 @@ pub enum Mistake {
     Swapped,
 }
 
-/// Channels whose label is wrong.
+/// Channels of a recording whose label is wrong.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mislabelled {
+    pub recording: String,
     pub channels: Vec<String>,
     pub mistake: Mistake,
+    /// Other mistakes that explain it as well.
+    pub instead: Vec<Mislabelled>,
     /// Rms of the innovations of the whole recording [stated standard deviations] as it is labelled and put right; infinite where the
     /// plant cannot follow it at all.
     pub before: f64,
     pub after: f64,
 }
 
-/// Mean square of the whitened innovations from which on a recording is missed by far: physics that was left out seldom makes as much.
+/// Mean square of the whitened innovations from which on a recording is missed by far, and part of it that must be left at most.
 const FAR_OFF: f64 = 25.0;
-/// Mean square that what is put right must fall to, or the part of what it was.
-const NEAR: f64 = 4.0;
-const FALL: f64 = 1e-3;
 /// Standard deviations within which the plant's numbers must stay.
 const ASTRAY: f64 = 5.0;
 /// Standard deviations of its noise that a reading must stay above, and times the mean square without a command.
 const ABOVE_NOISE: f64 = 3.0;
 const WITHOUT: f64 = 2.0;
+/// A hypothesis explains it as well within this factor of the best mean square.
+const AS_WELL: f64 = 1.1;
+/// Hypotheses that are looked at, those of single channels first.
+const HYPOTHESES: usize = 200;
 /// Hypotheses that are fitted; the others are judged at the priors.
 const FITTED: usize = 3;
 /// Relinearisations of a fit.
@@ -54,7 +59,7 @@ const ROUNDS: usize = 4;
 
 /// The mistake that explains what `plant` misses of `recording` by far; none where it follows it.
 ///
-/// Cost: a linearisation; where the plant is far off some for every channel, and four fits.
+/// Cost: a linearisation; where the plant is far off, up to [`HYPOTHESES`] of them and [`FITTED`] fits and as many again for commands.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> {
     let is_near = |found: &Option<Prediction>| found.as_ref().is_some_and(Prediction::is_near);
@@ -70,19 +75,45 @@ pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> 
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     ranked.truncate(FITTED);
     let fitted = ranked.into_iter().filter_map(|(_, found)| Some((found.predicted(recording, plant, true)?, found)));
-    let (after, found) = fitted.min_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square))?;
-    let as_read = after.mean_square * (found.factor() * found.factor()).max(1.0);
-    let explains = after.mean_square < NEAR && after.astray < ASTRAY
-        || before.as_ref().is_some_and(|before| as_read < FALL * before.mean_square);
-    let before_rms = before.map_or(f64::INFINITY, |before| before.mean_square.sqrt());
-    let told = Mislabelled { before: before_rms, after: after.mean_square.sqrt(), ..found };
-    (explains && told.is_seen(recording, plant, after.mean_square)).then_some(told)
+    let explains = |(after, found): &(Prediction, Mislabelled)| {
+        let as_read = after.mean_square * found.weight(plant);
+        let falls = before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
+        after.is_near() && (falls || found.is_of_command(plant)) && found.is_seen(recording, plant, after.mean_square)
+    };
+    let mut explaining: Vec<(Prediction, Mislabelled)> = fitted.filter(explains).collect();
+    explaining.sort_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square));
+    let mut all = explaining.into_iter();
+    let (after, best) = all.next()?;
+    let as_well = all.filter(|(other, _)| other.mean_square < AS_WELL * after.mean_square);
+    let before = before.map_or(f64::INFINITY, |before| before.mean_square.sqrt());
+    Some(Mislabelled {
+        before,
+        after: after.mean_square.sqrt(),
+        instead: as_well.map(|(_, other)| other).collect(),
+        ..best
+    })
 }
 
 impl Mislabelled {
-    fn of(channels: &[&Channel], mistake: Mistake) -> Self {
+    fn of(recording: &Recording, channels: &[&Channel], mistake: Mistake) -> Self {
         let channels = channels.iter().map(|channel| channel.name.clone()).collect();
-        Self { channels, mistake, before: f64::NAN, after: f64::NAN }
+        let (recording, instead) = (recording.name.clone(), Vec::new());
+        Self { recording, channels, mistake, instead, before: f64::NAN, after: f64::NAN }
+    }
+
+    /// The same mistake, of whatever recording.
+    #[must_use]
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.channels == other.channels && self.mistake == other.mistake
+    }
+
+    fn is_of_command(&self, plant: &Plant) -> bool {
+        self.channels.iter().any(|name| plant.actuator(name).is_some())
+    }
+
+    /// Squared size of a reading as recorded in what it is once put right, at least one.
+    fn weight(&self, plant: &Plant) -> f64 {
+        if self.is_of_command(plant) { 1.0 } else { (self.factor() * self.factor()).max(1.0) }
     }
 
     fn factor(&self) -> f64 {
@@ -111,14 +142,15 @@ impl Mislabelled {
     /// `'rate' reads 57.3 times what the plant says (degrees read as radians)`.
     #[must_use]
     pub fn in_words(&self) -> String {
-        let names: Vec<String> = self.channels.iter().map(|name| format!("'{name}'")).collect();
-        let verb = if names.len() == 1 { "reads" } else { "read" };
-        match self.mistake {
+        let names = self.channels.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(" and ");
+        let verb = if self.channels.len() == 1 { "reads" } else { "read" };
+        let own = match self.mistake {
             Mistake::Factor(factor, meaning) => {
-                format!("{} {verb} {} times what the plant says ({meaning})", names.join(", "), short(factor))
+                format!("{names} {verb} {} times what the plant says ({meaning})", short(factor))
             }
-            Mistake::Swapped => format!("{} are each other's", names.join(" and ")),
-        }
+            Mistake::Swapped => format!("{names} are each other's"),
+        };
+        self.instead.iter().fold(own, |all, other| format!("{all}, or {}", other.in_words()))
     }
 
     pub(super) fn finding(&self) -> Finding {
@@ -126,9 +158,12 @@ impl Mislabelled {
         let (check, cure) = match self.mistake {
             Mistake::Factor(factor, _) => {
                 let check = if factor < 0.0 { Check::Sign } else { Check::Units };
-                (check, format!("{first} = {{ name = \"{first}\", scale = {:.7} }}", 1.0 / factor))
+                (
+                    check,
+                    format!("a line NAME = {{ name = \"...\", scale = {:.7} }} of [channels] for each", 1.0 / factor),
+                )
             }
-            Mistake::Swapped => (Check::Axes, format!("{first} = \"{0}\" and {0} = \"{first}\"", others.join(""))),
+            Mistake::Swapped => (Check::Axes, "the one's name for the other in [channels]".to_owned()),
         };
         let now =
             if self.before.is_finite() { format!("{} now", short(self.before)) } else { "not at all now".to_owned() };
@@ -139,7 +174,7 @@ impl Mislabelled {
                 self.in_words(),
                 short(self.after)
             ))
-            .cure(format!("correct the header, or give --map FILE with [channels] {cure}"))
+            .cure(format!("correct the header, or give --map FILE with {cure}"))
     }
 }
 
@@ -212,21 +247,22 @@ fn hypotheses(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
     let mut all = Vec::new();
     for channel in sensors.iter().chain(&commands) {
         let mistakes = factors(of_channel(channel)).into_iter().chain([Mistake::Factor(-1.0, "its sign is turned")]);
-        all.extend(mistakes.map(|mistake| Mislabelled::of(&[*channel], mistake)));
+        all.extend(mistakes.map(|mistake| Mislabelled::of(recording, &[*channel], mistake)));
     }
     for kind in [Kind::Angle, Kind::Length] {
         let like = |channel: &&&Channel| of_channel(channel).is_some_and(|quantity| quantity.kind == kind);
         let group: Vec<&Channel> = sensors.iter().filter(like).copied().collect();
         if group.len() > 1 {
             let common = factors(Some(Quantity { kind, order: 0, factor: 1.0 }));
-            all.extend(common.into_iter().map(|mistake| Mislabelled::of(&group, mistake)));
+            all.extend(common.into_iter().map(|mistake| Mislabelled::of(recording, &group, mistake)));
         }
     }
     let quantity = |channel: &Channel| of_channel(channel).map(|quantity| (quantity.kind, quantity.order));
     for (i, a) in sensors.iter().enumerate() {
         let alike = sensors[i + 1..].iter().filter(|b| quantity(a) == quantity(b));
-        all.extend(alike.map(|b| Mislabelled::of(&[*a, *b], Mistake::Swapped)));
+        all.extend(alike.map(|b| Mislabelled::of(recording, &[*a, *b], Mistake::Swapped)));
     }
+    all.truncate(HYPOTHESES);
     all
 }
 

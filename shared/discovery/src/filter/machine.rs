@@ -2,7 +2,7 @@
 
 use super::attitude::{Attitude, attitudes};
 use super::{Layout, equip, tangent_names};
-use crate::problem::{Problem, Timeline, sample_sigma};
+use crate::problem::{Problem, Timeline};
 use crate::work::{of_evaluations, of_whitening};
 use plant::description::{Plant, Reading, Sensor};
 use plant::dual::Dual;
@@ -60,8 +60,6 @@ pub(super) struct Channel {
     delay_s: f64,
     delay_is_unknown: bool,
     pub(super) lag: Option<Lag>,
-    /// Stated noise of a sample.
-    sigma: f64,
 }
 
 /// What the pass carries from event to event.
@@ -368,8 +366,7 @@ impl<'a> Machine<'a> {
             let channel = self.timeline.channel[sample];
             let behind = if self.any_shifted { self.behind(sample, channel) } else { 0.0 };
             if self.tells_nothing(k, channel) {
-                // missed by what noise alone makes of it, or a sample less to explain would be a gain
-                out[slot] = self.timeline.value[sample] - self.sensors[channel].sigma;
+                out[slot] = self.timeline.value[sample];
             } else if self.sensors[channel].mean {
                 out[slot] = self.read_mean(k, sample, behind, x, w, clone);
             } else if behind != 0.0 {
@@ -569,7 +566,6 @@ fn channel(plant: &Plant, system: &System, sensor: &Sensor, index: usize) -> Cha
         delay_s: sensor.delay_s.value + own().map(|filter| filter.kind.delay_s()).sum::<f64>(),
         delay_is_unknown: sensor.delay_s.sigma.is_some() || own().any(|f| matches!(f.kind, FilterKind::Delay { .. })),
         lag: Lag::new(FilterKind::FirstOrder { time_constant_s: total }),
-        sigma: sample_sigma(plant, sensor),
     }
 }
 

@@ -288,12 +288,14 @@ impl Normal {
         Some(self.objective - bounded(&self.matrix, &self.right, &self.room, &places)?.0)
     }
 
-    /// By how much the extra columns relieve the priors: decrease of `Σ ((θ − θ₀)/σ)²` from the least objective without them to that with.
+    /// By how much the extra columns relieve the priors of the plant's own numbers: decrease of `Σ ((θ − θ₀)/σ)²` from the least objective without them to that with.
     pub fn relief(&self, engine: &Engine<'_>, theta: &[f64]) -> Option<f64> {
-        let off: Vec<f64> = theta.iter().zip(&engine.problem.unknowns).map(|(t, u)| (t - u.prior) / u.sigma).collect();
+        let unknowns = &engine.problem.unknowns;
+        let off: Vec<f64> = theta.iter().zip(unknowns).map(|(t, u)| (t - u.prior) / u.sigma).collect();
         let squares = |columns: usize| {
             let (_, step) = bounded(&self.matrix, &self.right, &self.room, &(0..columns).collect::<Vec<_>>())?;
-            Some(off.iter().zip(&step).map(|(off, step)| (off + step).powi(2)).sum::<f64>())
+            let own = off.iter().zip(&step).zip(unknowns).filter(|(_, unknown)| !unknown.name.starts_with("effect."));
+            Some(own.map(|((off, step), _)| (off + step).powi(2)).sum::<f64>())
         };
         Some(squares(self.unknowns)? - squares(self.matrix.nrows())?)
     }

@@ -41,13 +41,8 @@ pub(super) fn runs(
             continue;
         }
         let run = Run { recording: index, segment, begin_s, end_s, initial, drives, samples, is_rest: false };
-        let (parts, gaps) = parted(run, states);
-        if gaps > 0 {
-            notes.push(format!(
-                "recording '{}': nothing was recorded over {gaps} gap(s) in which a command changed: what follows each begins anew",
-                recording.name
-            ));
-        }
+        let (parts, note) = parted(run, states);
+        notes.extend(note.map(|note| format!("recording '{}': {note}", recording.name)));
         found.extend(parts);
     }
     if found.is_empty() {

@@ -51,6 +51,8 @@ const NOT_NEGATIVE: [&str; 19] = [
 /// Unknowns in file order, each scope expanded. Initial values, noise levels, ranges and resolutions are left to the filter.
 pub(super) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Unknown> {
     let mut list = Vec::new();
+    let mut segments: Vec<_> = runs.iter().map(|run| (run.recording, run.segment)).collect();
+    segments.dedup();
     for parameter in plant.parameters() {
         let Some(sigma) = parameter.sigma else { continue };
         let last = parameter.name.rsplit('.').next().unwrap_or("");
@@ -87,10 +89,10 @@ pub(super) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Un
             Scope::PerRecording if recordings > 1 => {
                 list.extend((0..recordings).map(|r| unknown(format!("@{}", r + 1), Some(r), None)));
             }
-            Scope::PerSegment if runs.len() > 1 => {
-                let each = runs.iter().map(|run| {
-                    let suffix = format!("@{}.{}", run.recording + 1, run.segment.map_or(1, |s| s + 1));
-                    unknown(suffix, Some(run.recording), run.segment)
+            Scope::PerSegment if segments.len() > 1 => {
+                let each = segments.iter().map(|(recording, segment)| {
+                    let suffix = format!("@{}.{}", recording + 1, segment.map_or(1, |s| s + 1));
+                    unknown(suffix, Some(*recording), *segment)
                 });
                 list.extend(each);
             }

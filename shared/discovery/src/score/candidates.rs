@@ -119,10 +119,10 @@ pub fn candidates(
             Some(channel) => site.kind == SiteKind::Sensor && plant.sensors[channel].name == site.name,
         })
     };
-    let run = &problem.runs[0];
+    let [begin_s, end_s] = problem.span_s();
     let setting = Setting {
-        duration_s: run.end_s - run.begin_s,
-        begin_s: run.begin_s,
+        duration_s: end_s - begin_s,
+        begin_s,
         period_s,
         motion: &motion,
         lines: &lines,

@@ -185,7 +185,8 @@ fn along(
         let felt = change(engine, board, plant, theta, candidate, (step, direction));
         let size = felt.as_ref().map(|change| felt_size(engine, board, change, found)).filter(|size| size.is_finite());
         let (Some(change), Some(size)) = (felt, size) else {
-            step *= 0.01;
+            between[1] = step.min(between[1]);
+            step = within(0.01 * step, between);
             continue;
         };
         let off = libm::log(size / TARGET).abs();

@@ -104,8 +104,8 @@ pub fn refined(
     noise: &NoiseModel,
     (list, found): (&[Column], &[Score]),
 ) -> Vec<Column> {
-    let run = &engine.problem.runs[0];
-    let duration_s = run.end_s - run.begin_s;
+    let [begin_s, end_s] = engine.problem.span_s();
+    let duration_s = end_s - begin_s;
     let laws = (WORK_MAX / (COLUMNS as f64 * engine.samples.max(1) as f64)) as usize;
     // an edge in time is as sharp as a sample
     let edges = libm::log2((duration_s / (16.0 * engine.timelines[0].period_s)).max(1.0)).ceil() as usize;

@@ -56,6 +56,28 @@ fn nothing_is_mislabelled_where_physics_alone_is_left_out_however_large() {
     assert!(found(&recording(&slow, 6, 2.0), &drive).is_none());
 }
 
+/// A free response divided by anything is one still: what it misses is no unit.
+#[test]
+fn of_a_free_response_no_unit_is_told() {
+    let mut nominal = plant("oscillator");
+    nominal.actuators[0].command.clear();
+    nominal.actuators[0].recorded = false;
+    let mut released = nominal.clone();
+    released.initial.values = vec![plant::description::InitialValue {
+        coordinate: "joint:rail".into(),
+        position: plant::description::Quantity::known(2e-2),
+        rate: plant::description::Quantity::known(0.0),
+    }];
+    let mut rubbed = released.clone();
+    rubbed.add_effect("joint_coulomb", &"joint:rail".parse().unwrap(), &[("force", 1.0)]).unwrap();
+    for plant in [&rubbed, &crate::synthetic::louder(&released, 10.0)] {
+        let recorded = recording(plant, 8, 2.0);
+        let before = Prediction::of(&recorded, &nominal, true).unwrap();
+        assert!(!before.is_near(), "{} {}", before.mean_square, before.astray);
+        assert!(found(&recorded, &nominal).is_none());
+    }
+}
+
 #[test]
 fn two_channels_that_are_each_others_are_told_apart_and_put_right() {
     let nominal = plant("double_pendulum");
