@@ -13,7 +13,7 @@ use plant::description::Plant;
 use super::quantity::{Kind, Quantity, of_channel};
 use super::{Check, Finding, Severity, short};
 use crate::fit::board::dot;
-use crate::fit::{Board, Engine, fit_from_afar};
+use crate::fit::{Board, Engine, fit, fit_from_afar};
 use crate::problem::{Problem, sample_sigma};
 use crate::series::{Channel, Recording};
 use crate::statistics::deviation;
@@ -41,8 +41,10 @@ pub struct Mislabelled {
     pub after: f64,
 }
 
-/// Mean square of the whitened innovations from which on a recording is missed by far, and part of it that must be left at most.
+/// Mean square of the whitened innovations from which on a recording is missed by far, and by how much it must fall.
 const FAR_OFF: f64 = 25.0;
+/// Where physics is left out beside: the part of it that is left at most.
+const FALL: f64 = 1e-2;
 /// Standard deviations within which the plant's numbers must stay.
 const ASTRAY: f64 = 5.0;
 /// Standard deviations of its noise that a reading must stay above, and times the mean square without a command.
@@ -52,7 +54,9 @@ const WITHOUT: f64 = 2.0;
 const AS_WELL: f64 = 1.1;
 /// Hypotheses that are looked at, those of single channels first.
 const HYPOTHESES: usize = 200;
-/// Hypotheses that are fitted; the others are judged at the priors.
+/// Samples times numbers of the plant times hypotheses up to which each is fitted in one round to be ranked, else none.
+const PASSED: usize = 20_000_000;
+/// Hypotheses that are fitted to the end.
 const FITTED: usize = 3;
 /// Relinearisations of a fit.
 const ROUNDS: usize = 4;
@@ -63,22 +67,27 @@ const ROUNDS: usize = 4;
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> {
     let is_near = |found: &Option<Prediction>| found.as_ref().is_some_and(Prediction::is_near);
-    if is_near(&Prediction::of(recording, plant, false)) {
+    if is_near(&Prediction::of(recording, plant, 0)) {
         return None;
     }
-    let before = Prediction::of(recording, plant, true);
+    let before = Prediction::of(recording, plant, ROUNDS);
     if is_near(&before) {
         return None;
     }
-    let own = |found: Mislabelled| Some((found.predicted(recording, plant, false)?.mean_square, found));
-    let mut ranked: Vec<(f64, Mislabelled)> = hypotheses(recording, plant).into_iter().filter_map(own).collect();
+    let all = hypotheses(recording, plant);
+    let numbers = plant.parameters().iter().filter(|parameter| parameter.sigma.is_some()).count();
+    let size = recording.channels.iter().map(|channel| channel.value.len()).sum::<usize>() * numbers;
+    let rounds = usize::from(all.len() * size < PASSED);
+    let own = |found: Mislabelled| Some((found.predicted(recording, plant, rounds)?.mean_square, found));
+    let mut ranked: Vec<(f64, Mislabelled)> = all.into_iter().filter_map(own).collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     ranked.truncate(FITTED);
-    let fitted = ranked.into_iter().filter_map(|(_, found)| Some((found.predicted(recording, plant, true)?, found)));
+    let fitted = ranked.into_iter().filter_map(|(_, found)| Some((found.predicted(recording, plant, ROUNDS)?, found)));
     let explains = |(after, found): &(Prediction, Mislabelled)| {
         let as_read = after.mean_square * found.weight(plant);
-        let falls = before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
-        after.is_near() && (falls || found.is_of_command(plant)) && found.is_seen(recording, plant, after.mean_square)
+        let falls = |share: f64| before.as_ref().is_none_or(|before| as_read < before.mean_square * share);
+        let is_near = after.is_near() && (falls(1.0 / FAR_OFF) || found.is_of_command(plant));
+        (is_near || before.is_some() && falls(FALL)) && found.is_seen(recording, plant, after.mean_square)
     };
     let mut explaining: Vec<(Prediction, Mislabelled)> = fitted.filter(explains).collect();
     explaining.sort_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square));
@@ -191,17 +200,22 @@ impl Prediction {
         self.mean_square < FAR_OFF && self.astray < ASTRAY
     }
 
-    /// At the priors, or where a fit ends; `None` where the filter fails.
-    fn of(recording: &Recording, plant: &Plant, fitted: bool) -> Option<Self> {
+    /// Where a fit of so many rounds ends, without any at the priors; `None` where the filter fails.
+    fn of(recording: &Recording, plant: &Plant, rounds: usize) -> Option<Self> {
         let problem = Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
         let engine = Engine::new(&problem, 1).ok()?;
-        let (mean_square, theta) = if fitted {
-            let fit = fit_from_afar(&engine, ROUNDS).ok()?;
-            (fit.chi2_per_sample, fit.theta)
-        } else {
+        let (mean_square, theta) = if rounds == 0 {
             let board = Board::new(&engine, plant, &engine.prior(), &engine.noise).ok()?;
             let (r, _) = board.whitened(&engine, &engine.noise, &[])?;
             (dot(&r, &r) / r.len().max(1) as f64, engine.prior())
+        } else {
+            let fit = if rounds < ROUNDS {
+                fit(&engine, plant, &engine.prior(), &engine.noise, rounds)
+            } else {
+                fit_from_afar(&engine, rounds)
+            };
+            let fit = fit.ok()?;
+            (fit.chi2_per_sample, fit.theta)
         };
         let off =
             theta.iter().zip(&problem.unknowns).map(|(theta, unknown)| ((theta - unknown.prior) / unknown.sigma).abs());
@@ -211,8 +225,8 @@ impl Prediction {
 }
 
 impl Mislabelled {
-    fn predicted(&self, recording: &Recording, plant: &Plant, fitted: bool) -> Option<Prediction> {
-        Prediction::of(&self.cured(recording), plant, fitted)
+    fn predicted(&self, recording: &Recording, plant: &Plant, rounds: usize) -> Option<Prediction> {
+        Prediction::of(&self.cured(recording), plant, rounds)
     }
 
     /// What is put right is more than nothing.
@@ -226,7 +240,7 @@ impl Mislabelled {
             any = true;
         }
         if any {
-            return Prediction::of(&silent, plant, true).is_none_or(|without| without.mean_square > WITHOUT * after);
+            return Prediction::of(&silent, plant, ROUNDS).is_none_or(|without| without.mean_square > WITHOUT * after);
         }
         let is_above = |channel: &Channel| {
             let sensor = plant.sensors.iter().find(|sensor| sensor.name == channel.name);

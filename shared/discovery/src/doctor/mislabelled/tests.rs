@@ -52,7 +52,7 @@ fn nothing_is_mislabelled_where_physics_alone_is_left_out_however_large() {
     let drive = plant("drive_rig");
     let mut slow = drive.clone();
     slow.add_effect("joint_coulomb", &"joint:drive".parse().unwrap(), &[("force", 0.5)]).unwrap();
-    assert!(!Prediction::of(&recording(&slow, 6, 2.0), &drive, true).unwrap().is_near());
+    assert!(!Prediction::of(&recording(&slow, 6, 2.0), &drive, ROUNDS).unwrap().is_near());
     assert!(found(&recording(&slow, 6, 2.0), &drive).is_none());
 }
 
@@ -72,7 +72,7 @@ fn of_a_free_response_no_unit_is_told() {
     rubbed.add_effect("joint_coulomb", &"joint:rail".parse().unwrap(), &[("force", 1.0)]).unwrap();
     for plant in [&rubbed, &crate::synthetic::louder(&released, 10.0)] {
         let recorded = recording(plant, 8, 2.0);
-        let before = Prediction::of(&recorded, &nominal, true).unwrap();
+        let before = Prediction::of(&recorded, &nominal, ROUNDS).unwrap();
         assert!(!before.is_near(), "{} {}", before.mean_square, before.astray);
         assert!(found(&recorded, &nominal).is_none());
     }
