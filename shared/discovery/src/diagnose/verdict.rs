@@ -166,8 +166,9 @@ fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diag
     };
 }
 
-/// Standard deviations of its prior from which on a number is another than the file's.
+/// Standard deviations of its prior, and of its own, from which on a number is another than the file's.
 const ASTRAY: f64 = 4.0;
+const KNOWN: f64 = 3.0;
 
 /// Numbers of the plant that end where its file all but excludes them; nothing where there are none.
 fn astray(findings: &Findings<'_>) -> String {
@@ -175,6 +176,7 @@ fn astray(findings: &Findings<'_>) -> String {
     let shared = best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma));
     let mut off: Vec<(f64, String)> = shared
         .filter(|(unknown, _)| unknown.recording.is_none() && !unknown.name.starts_with("effect"))
+        .filter(|(unknown, (value, sigma))| (*value - unknown.prior).abs() > KNOWN * **sigma)
         .map(|(unknown, (value, sigma))| {
             let (at, unit) = ((value - unknown.prior).abs() / unknown.sigma, &unknown.unit);
             let (name, prior, wide) = (&unknown.name, short(unknown.prior), short(unknown.sigma));
