@@ -43,8 +43,6 @@ pub struct Mislabelled {
 
 /// Mean square of the whitened innovations from which on a recording is missed by far, and by how much it must fall.
 const FAR_OFF: f64 = 25.0;
-/// Where physics is left out beside: the part of it that is left at most.
-const FALL: f64 = 1e-2;
 /// Standard deviations within which the plant's numbers must stay.
 const ASTRAY: f64 = 5.0;
 /// Standard deviations of its noise that a reading must stay above, and times the mean square without a command.
@@ -57,7 +55,7 @@ const HYPOTHESES: usize = 200;
 /// Samples times numbers of the plant times hypotheses up to which each is fitted in one round to be ranked, else none.
 const PASSED: usize = 20_000_000;
 /// Hypotheses that are fitted to the end.
-const FITTED: usize = 3;
+const FITTED: usize = 5;
 /// Relinearisations of a fit.
 const ROUNDS: usize = 4;
 
@@ -85,9 +83,9 @@ pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> 
     let fitted = ranked.into_iter().filter_map(|(_, found)| Some((found.predicted(recording, plant, ROUNDS)?, found)));
     let explains = |(after, found): &(Prediction, Mislabelled)| {
         let as_read = after.mean_square * found.weight(plant);
-        let falls = |share: f64| before.as_ref().is_none_or(|before| as_read < before.mean_square * share);
-        let is_near = after.is_near() && (falls(1.0 / FAR_OFF) || found.is_of_command(plant));
-        (is_near || before.is_some() && falls(FALL)) && found.is_seen(recording, plant, after.mean_square)
+        let falls = before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
+        let is_near = after.is_near() && (falls || found.is_of_command(plant));
+        is_near && found.is_seen(recording, plant, after.mean_square)
     };
     let mut explaining: Vec<(Prediction, Mislabelled)> = fitted.filter(explains).collect();
     explaining.sort_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square));
