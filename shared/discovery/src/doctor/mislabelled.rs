@@ -1,7 +1,7 @@
 //! Channels in another unit, or of another sign, than their label says, as the likelihood of a plant has it.
 //!
 //! A channel that reads `f` times what it should is predicted by the plant, to the noise that it states, once it is divided by `f`. That is
-//! asked where the plant misses the recording by far alone, or its numbers do what its file states. What is put right must be
+//! asked where the plant misses the recording by far alone, or follows it with numbers far from what its file states. What is put right must be
 //! explained: the whitened innovations fall far below what they were, counted in the unit of the readings, for a free response divided by
 //! anything is one still, and by as much less of whatever it misses. What only shrinks to nothing explains nothing: the reading must stay
 //! above its noise, and without the command the plant must miss the recording again.

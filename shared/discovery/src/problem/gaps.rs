@@ -1,8 +1,8 @@
 //! Stretches in which nothing was recorded.
 //!
 //! A command is held from one stamp to the next. Where rows are lost nobody knows what was commanded meanwhile: unless the command is the same
-//! before and after, the run is cut there and what follows begins where nobody stated, as a run of its own. A row or two are too few for
-//! that. A command that is logged when it changes alone is held, too, for longer than usual: there the sensors go on.
+//! before and after, the run is cut there and what follows begins where nobody stated, as a run of its own. Three rows or fewer are too few
+//! for that. A command that is logged when it changes alone is held, too, for longer than usual: there the sensors go on.
 
 use super::{Drive, Run, Samples};
 use crate::series::{Channel, IRREGULAR_GAP_MEDIANS, Role};
