@@ -71,6 +71,24 @@ impl Uniform {
     }
 }
 
+impl Recording {
+    /// What was recorded in the first `share` of the time.
+    #[must_use]
+    pub fn beginning(&self, share: f64) -> Self {
+        let stamps = || self.channels.iter().flat_map(|channel| &channel.time_s).copied().filter(|t| t.is_finite());
+        let (first, last) = (stamps().fold(f64::INFINITY, f64::min), stamps().fold(f64::NEG_INFINITY, f64::max));
+        let end = first + share * (last - first);
+        let mut beginning = self.clone();
+        for channel in &mut beginning.channels {
+            let keep: Vec<bool> = channel.time_s.iter().map(|t| *t <= end).collect();
+            let (mut times, mut values) = (keep.iter(), keep.iter());
+            channel.time_s.retain(|_| times.next() == Some(&true));
+            channel.value.retain(|_| values.next() == Some(&true));
+        }
+        beginning
+    }
+}
+
 impl Channel {
     /// Positions of the samples that are finite in time and value.
     #[must_use]

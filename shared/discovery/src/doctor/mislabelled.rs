@@ -5,6 +5,8 @@
 //! explained: the whitened innovations fall far below what they were, counted in the unit of the readings, for a free response divided by
 //! anything is one still, and by as much less of whatever it misses. What only shrinks to nothing explains nothing: the reading must stay
 //! above its noise, and without the command the plant must miss the recording again.
+//!
+//! Of a long recording a beginning that the plant misses by far is asked; what explains it must explain the whole.
 
 use core::f64::consts::{PI, TAU};
 
@@ -56,6 +58,8 @@ const HYPOTHESES: usize = 200;
 const PASSED: usize = 20_000_000;
 /// Hypotheses that are fitted to the end.
 const FITTED: usize = 5;
+/// Samples that are asked first.
+const BEGINNING: usize = 8000;
 /// Relinearisations of a fit.
 const ROUNDS: usize = 4;
 
@@ -72,24 +76,13 @@ pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> 
     if is_near(&before) {
         return None;
     }
-    let all = hypotheses(recording, plant);
-    let numbers = plant.parameters().iter().filter(|parameter| parameter.sigma.is_some()).count();
-    let size = recording.channels.iter().map(|channel| channel.value.len()).sum::<usize>() * numbers;
-    let rounds = usize::from(all.len() * size < PASSED);
-    let own = |found: Mislabelled| Some((found.predicted(recording, plant, rounds)?.mean_square, found));
-    let mut ranked: Vec<(f64, Mislabelled)> = all.into_iter().filter_map(own).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ranked.truncate(FITTED);
-    let fitted = ranked.into_iter().filter_map(|(_, found)| Some((found.predicted(recording, plant, ROUNDS)?, found)));
-    let explains = |(after, found): &(Prediction, Mislabelled)| {
-        let as_read = after.mean_square * found.weight(plant);
-        let falls = before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
-        let is_near = after.is_near() && (falls || found.is_of_command(plant));
-        is_near && found.is_seen(recording, plant, after.mean_square)
+    let list = if let Some((beginning, missed)) = missed_beginning(recording, plant) {
+        let list = explaining((&beginning, &missed), plant, ranked(&beginning, plant));
+        explaining((recording, &before), plant, list.into_iter().map(|(_, found)| found).collect())
+    } else {
+        explaining((recording, &before), plant, ranked(recording, plant))
     };
-    let mut explaining: Vec<(Prediction, Mislabelled)> = fitted.filter(explains).collect();
-    explaining.sort_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square));
-    let mut all = explaining.into_iter();
+    let mut all = list.into_iter();
     let (after, best) = all.next()?;
     let as_well = all.filter(|(other, _)| other.mean_square < AS_WELL * after.mean_square);
     let before = before.map_or(f64::INFINITY, |before| before.mean_square.sqrt());
@@ -99,6 +92,55 @@ pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> 
         instead: as_well.map(|(_, other)| other).collect(),
         ..best
     })
+}
+
+fn samples(recording: &Recording) -> usize {
+    recording.channels.iter().map(|channel| channel.value.len()).sum()
+}
+
+/// The least of [`BEGINNING`] samples, twice as many, and so on, that the plant misses by far alone, and how it predicts that; none where it
+/// takes the whole.
+fn missed_beginning(recording: &Recording, plant: &Plant) -> Option<(Recording, Option<Prediction>)> {
+    let mut many = BEGINNING;
+    while many < samples(recording) {
+        let beginning = recording.beginning(many as f64 / samples(recording) as f64);
+        let found = Prediction::of(&beginning, plant, ROUNDS);
+        if !found.as_ref().is_some_and(Prediction::is_near) {
+            return Some((beginning, found));
+        }
+        many *= 2;
+    }
+    None
+}
+
+/// Those hypotheses that come nearest.
+fn ranked(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
+    let all = hypotheses(recording, plant);
+    let numbers = plant.parameters().iter().filter(|parameter| parameter.sigma.is_some()).count();
+    let rounds = usize::from(all.len() * samples(recording) * numbers < PASSED);
+    let own = |found: Mislabelled| Some((found.predicted(recording, plant, rounds)?.mean_square, found));
+    let mut ranked: Vec<(f64, Mislabelled)> = all.into_iter().filter_map(own).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked.truncate(FITTED);
+    ranked.into_iter().map(|(_, found)| found).collect()
+}
+
+/// Those of `list` that explain what the plant misses of a recording that it predicts like `before`, best first.
+fn explaining(
+    (recording, before): (&Recording, &Option<Prediction>),
+    plant: &Plant,
+    list: Vec<Mislabelled>,
+) -> Vec<(Prediction, Mislabelled)> {
+    let explains = |(after, found): &(Prediction, Mislabelled)| {
+        let as_read = after.mean_square * found.weight(plant);
+        let falls = before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
+        let is_near = after.is_near() && (falls || found.is_of_command(plant));
+        is_near && found.is_seen(recording, plant, after.mean_square)
+    };
+    let fitted = list.into_iter().filter_map(|found| Some((found.predicted(recording, plant, ROUNDS)?, found)));
+    let mut explaining: Vec<(Prediction, Mislabelled)> = fitted.filter(explains).collect();
+    explaining.sort_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square));
+    explaining
 }
 
 impl Mislabelled {

@@ -98,3 +98,26 @@ fn two_channels_that_are_each_others_are_told_apart_and_put_right() {
         assert_eq!(own.value, channel.value, "{}", channel.name);
     }
 }
+
+#[test]
+fn a_long_recording_is_asked_by_a_beginning_that_is_missed_and_answers_as_a_whole() {
+    let nominal = plant("drive_rig");
+    let whole = recording(&nominal, 5, 4.0);
+    let degree = 180.0 / PI;
+    let wrong = times(&whole, "rate", degree);
+    let (beginning, _) = missed_beginning(&wrong, &nominal).expect("the whole is longer");
+    assert!(samples(&beginning).abs_diff(BEGINNING) < 10, "{}", samples(&beginning));
+    assert_eq!(found(&wrong, &nominal).expect("it is far off"), (vec!["rate".to_owned()], degree));
+    // what explains the beginning alone is no mistake of the label
+    let mut changing = whole.clone();
+    let rate = changing.channels.iter_mut().find(|c| c.name == "rate").expect("it is recorded");
+    let half = rate.value.len() * 3 / 4;
+    rate.value[..half].iter_mut().for_each(|value| *value *= degree);
+    assert!(found(&changing, &nominal).is_none());
+    // what is right at first and wrong later shows in a longer beginning
+    let mut late = whole.clone();
+    let angle = late.channels.iter_mut().find(|c| c.name == "angle").expect("it is recorded");
+    let half = angle.value.len() * 3 / 4;
+    angle.value[half..].iter_mut().for_each(|value| *value *= 1e3);
+    assert!(missed_beginning(&late, &nominal).is_none());
+}
