@@ -38,6 +38,7 @@ mod actuator_second_order;
 mod actuator_stuck;
 mod aerodynamic_spin_damping;
 mod appendage_left_out;
+mod appendage_rotation_left_out;
 mod body_tether;
 mod clock_offset;
 mod clock_skew;
@@ -264,6 +265,7 @@ pub static EFFECTS: &[&Effect] = &[
     &slosh_contact_line::EFFECT,
     &mode_left_out::EFFECT,
     &appendage_left_out::EFFECT,
+    &appendage_rotation_left_out::EFFECT,
     &mode_coupling::EFFECT,
     &mode_duffing::EFFECT,
     &mode_coulomb::EFFECT,

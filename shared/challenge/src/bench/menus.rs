@@ -141,7 +141,7 @@ pub static DRIVE: &[Entry] = &[
     shaped(
         kin(
             entry("joint_flexibility", "joint:drive", Structure, ("compliance", 3e-5, 5e-3), false),
-            &["joint_backlash", "joint_looseness", "appendage_left_out"],
+            &["joint_backlash", "joint_looseness", "appendage_left_out", "appendage_rotation_left_out"],
         ),
         &[("damping_ratio", 0.02, 0.1)],
     ),
@@ -237,7 +237,7 @@ pub static TANK: &[Entry] = &[
     shaped(
         kin(
             entry("slosh_second_mode", "tank:fuel", Structure, ("mass_ratio", 0.1, 0.9), false),
-            &["slosh_pendulum", "appendage_left_out", "mode_left_out"],
+            &["slosh_pendulum", "appendage_left_out", "appendage_rotation_left_out", "mode_left_out"],
         ),
         &[("frequency", 0.03, 0.1), ("damping_ratio", 0.005, 0.03)],
     ),
@@ -264,7 +264,7 @@ pub static PANEL: &[Entry] = &[
     shaped(
         kin(
             entry("mode_left_out", "mode:bending_2", Structure, ("mass_ratio", 0.05, 0.9), false),
-            &["appendage_left_out"],
+            &["appendage_left_out", "appendage_rotation_left_out"],
         ),
         &[("frequency", 9.0, 25.0), ("damping_ratio", 0.003, 0.02)],
     ),

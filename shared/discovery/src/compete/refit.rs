@@ -73,6 +73,8 @@ impl Refit {
 
 /// What lasts as long as this has no end in any recording.
 const FOR_EVER_S: f64 = 1e8;
+/// Largest share of a body that a mode carries.
+const CARRIED_MAX: f64 = 0.9;
 /// Relinearisations of a refit.
 pub(super) const ROUNDS: usize = 3;
 /// Turns of what is adopted between numbers and noise, relinearisations of each, and the gain in `−2 ln p` that ends them.
@@ -161,7 +163,10 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
     for (place, parameter) in parameters.iter().enumerate() {
         let name = parameter.name;
         let given = if components > 1 && place < components {
-            Some(component(name).map_or((0.0, None), |a| (share * a, Some(30.0 * largest))))
+            Some(
+                component(name)
+                    .map_or((0.0, None), |a| ((share * a).clamp(parameter.low, parameter.high), Some(30.0 * largest))),
+            )
         } else if name == candidate.amplitude() {
             Some((start, Some(30.0 * start.abs().max(column.step.abs()))))
         } else if let Some((_, angle)) = angles.iter().find(|(n, _)| *n == name) {
@@ -173,6 +178,7 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
                 .find(|(n, _)| *n == name)
                 .map(|(_, value)| (*value, inner_sigma(candidate.effect.kind, name, *value)))
         };
+        let given = given.map(|(value, sigma)| (value * locked(name, candidate, amplitude, share), sigma));
         let Some((value, sigma)) = given else { continue };
         free += usize::from(sigma.is_some() || searched(name, value));
         let quantity = sigma.map_or(Quantity::known(value), |sigma| Quantity::with_prior(value, sigma));
@@ -183,6 +189,16 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
     plant.effects.push(effect);
     plant::system::System::new(&plant).ok()?;
     Some((plant, free))
+}
+
+/// Factor on the frequency of an appendage: a line stands where the body is free to answer it, its mode's own frequency, body locked, lower by the
+/// root of what of the body the mode does not carry.
+fn locked(name: &str, candidate: &crate::score::Candidate, amplitude: &[f64], share: f64) -> f64 {
+    if name != "frequency" || !candidate.effect.kind.starts_with("appendage") {
+        return 1.0;
+    }
+    let carried: f64 = amplitude.iter().map(|a| (share * a).abs()).sum();
+    (1.0 - carried.min(CARRIED_MAX)).sqrt()
 }
 
 /// Numbers that a refit of `candidate` along `directions` leaves free.

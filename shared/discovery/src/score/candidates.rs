@@ -37,14 +37,11 @@ impl Candidate {
         self.effect.parameters[0].name
     }
 
-    /// What an amplitude along a direction can be.
+    /// What an amplitude along a direction can be. Of several directions each may come out on either side of nothing: noise decides the sign of
+    /// one that is not there, and the refit keeps to what is possible.
     pub fn range(&self) -> [f64; 2] {
         let first = &self.effect.parameters[0];
-        if self.one_sided || (self.effect.amplitudes > 1 || self.directions.len() == 1) {
-            [first.low, first.high]
-        } else {
-            [-first.high, first.high]
-        }
+        if self.one_sided || self.directions.len() == 1 { [first.low, first.high] } else { [-first.high, first.high] }
     }
 
     /// All values at one amplitude and direction.

@@ -19,6 +19,8 @@ pub struct Column {
 
 /// Whitened size of the change that a pass aims at: small beside curvature, large beside rounding.
 const TARGET: f64 = 2.0;
+/// Size at half the largest amplitude that is rounding, or as good as nothing.
+const NOTHING: f64 = 1e-3;
 const TRIES: usize = 8;
 
 /// Columns of all candidates that change anything, in their order.
@@ -90,6 +92,9 @@ fn column_of(
             }
         };
         let Some((raw, step)) = found else { continue };
+        if 0.5 * candidate.high * stated_size(engine, &raw) < NOTHING {
+            continue;
+        }
         column.candidate.directions.push(candidate.directions[direction].clone());
         column.step = column.step.max(step);
         column.raw.push(raw);
@@ -212,6 +217,13 @@ fn along(
 /// `step`, or where it is beyond what did too little or too much, the geometric mean of the two.
 fn within(step: f64, [low, high]: [f64; 2]) -> f64 {
     if low > 0.0 && high.is_finite() && !(low < step && step < high) { (low * high).sqrt() } else { step }
+}
+
+/// Size of a column in stated standard deviations.
+fn stated_size(engine: &Engine<'_>, raw: &[f64]) -> f64 {
+    let channels = engine.timelines.iter().flat_map(|timeline| &timeline.channel);
+    let own = raw.iter().zip(channels).map(|(change, channel)| change / engine.noise.sensor_sigma[*channel]);
+    own.map(|change| change * change).sum::<f64>().sqrt()
 }
 
 /// Whitened size of a change of the innovations.

@@ -32,6 +32,18 @@ pub fn free_body(plant: &Plant, site: &Site) -> bool {
     body(plant, site).is_some_and(|body| body.joint.kind == JointKind::Free)
 }
 
+/// At bodies that turn, or that sit on one that does.
+pub fn turning_body(plant: &Plant, site: &Site) -> bool {
+    let mut at = body(plant, site);
+    while let Some(body) = at {
+        if matches!(body.joint.kind, JointKind::Free | JointKind::Revolute { .. }) {
+            return true;
+        }
+        at = body.parent.as_ref().and_then(|name| plant.bodies.iter().find(|other| other.name == *name));
+    }
+    false
+}
+
 /// At inputs that push; a motion that is imposed is what it is.
 pub fn effort(plant: &Plant, site: &Site) -> bool {
     use ActuatorKind::{PrescribedBase, PrescribedJoint};

@@ -152,6 +152,13 @@ fn inertia_about_joint(body: &Body) -> Option<f64> {
     }
 }
 
+/// Moments of inertia about the axes of the body's own frame.
+pub fn inertia_about_frame(body: &Body) -> [f64; 3] {
+    let c = body.com_m.map(|x| x.value);
+    let square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    core::array::from_fn(|axis| body.inertia_com_kg_m2[axis].value + body.mass_kg.value * (square - c[axis] * c[axis]))
+}
+
 /// The modes on a body leave it some mass and inertia of its own: `m - sum of d^2 > 0` along each axis, likewise for rotation.
 ///
 /// # Errors
@@ -161,10 +168,8 @@ pub fn check_participation(plant: &Plant, body: &Body) -> Result<(), String> {
     let sum = |of: fn(&Mode) -> &[Quantity; 3], axis: usize| -> f64 {
         modes().map(|mode| of(mode)[axis].value * of(mode)[axis].value).sum()
     };
-    let (m, c) = (body.mass_kg.value, body.com_m.map(|x| x.value));
-    let square = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-    for (axis, c) in c.into_iter().enumerate() {
-        let inertia = body.inertia_com_kg_m2[axis].value + m * (square - c * c);
+    let m = body.mass_kg.value;
+    for (axis, inertia) in inertia_about_frame(body).into_iter().enumerate() {
         let (translation, rotation) = (sum(|m| &m.translation_sqrt_kg, axis), sum(|m| &m.rotation_sqrt_kg_m, axis));
         if translation >= m {
             return Err(format!("modes carry {translation} kg of the {m} kg of {}", body.name));
