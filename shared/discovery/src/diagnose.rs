@@ -35,7 +35,7 @@ use crate::fit::bounded::bounded;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit, fit_from_afar};
 use crate::held_out::{Gain, Status};
-use crate::omnibus::{Loudest, loudest};
+use crate::omnibus::{Loudest, Outliers, loudest, without_outliers};
 use crate::problem::Problem;
 use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
@@ -167,7 +167,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     if let Some(map) = &mut map {
         map.evidence -= found.unknown_noise;
     }
-    let odd = left_over(&engine, whole)?;
+    let left = left_over(&engine, whole)?;
     let explained = (nominal_objective - whole.objective).max(0.0);
     notes.extend(engine.work.note());
     progress("report", 1.0);
@@ -180,7 +180,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         screening: &found.screening,
         noise_p,
         map: map.as_ref(),
-        odd,
+        left,
         explained,
         judged,
         repeat,
@@ -195,8 +195,17 @@ fn remainder(engine: &Engine<'_>, best: &Standing) -> Result<Option<UnknownLaw>,
     Ok(unknown_law::best(&own, &best.plant, &best.fit.board, &best.fit.theta, &best.noise))
 }
 
-/// Where the innovations of the standing plant are least like white noise.
-fn left_over(engine: &Engine<'_>, best: &Standing) -> Result<Option<Loudest>, String> {
+/// Where the innovations of a plant are least like normal white noise.
+#[derive(Default)]
+struct LeftOver {
+    loudest: Option<Loudest>,
+    outliers: Vec<Outliers>,
+    /// The loudest tile beside them.
+    beside: Option<Loudest>,
+}
+
+/// What is left of the innovations of the standing plant.
+fn left_over(engine: &Engine<'_>, best: &Standing) -> Result<LeftOver, String> {
     let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
     let left = || {
         let normal = best.fit.board.normal(&own, &best.fit.theta, &best.noise, &[])?;
@@ -206,9 +215,10 @@ fn left_over(engine: &Engine<'_>, best: &Standing) -> Result<Option<Loudest>, St
         for (column, step) in columns.iter().zip(&step) {
             r.iter_mut().zip(column).for_each(|(r, c)| *r -= c * step);
         }
-        loudest(&own, &r)
+        let (outliers, beside) = without_outliers(&own, &r);
+        Some(LeftOver { loudest: loudest(&own, &r), outliers, beside })
     };
-    Ok(left())
+    Ok(left().unwrap_or_default())
 }
 
 /// Noise maximised, parameters fitted under it, noise once more.

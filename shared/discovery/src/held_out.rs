@@ -61,8 +61,12 @@ pub struct Gain {
     pub foretold: f64,
     /// What it gains at least, if it is right.
     pub least: f64,
+    /// Its free run's distance from the data over that of the plant alone: geometric mean of the rms over channels; one where it was not asked.
+    pub free_run: f64,
 }
 
+/// What goes this many times as far astray in free run is worth a word beside what single steps say.
+const ASTRAY: f64 = 1.5;
 /// Standard errors of an amplitude that it may be off by.
 const AMPLITUDE_OFF: f64 = 3.0;
 
@@ -93,6 +97,21 @@ impl Gain {
     #[must_use]
     pub fn of_an_effect(self, d: f64) -> Self {
         Self { least: self.foretold * (1.0 - 2.0 * AMPLITUDE_OFF / d.max(1.0)).max(0.0), ..self }
+    }
+
+    /// With free runs of the plant alone and with the effect.
+    #[must_use]
+    pub fn beside_free_runs(self, before: &[ChannelFit], after: &[ChannelFit]) -> Self {
+        let ratios = before.iter().zip(after).map(|(before, after)| libm::log(after.rms / before.rms));
+        let ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite()).collect();
+        let mean = ratios.iter().sum::<f64>() / ratios.len().max(1) as f64;
+        Self { free_run: libm::exp(mean), ..self }
+    }
+
+    /// In free run it is further from the data than the plant alone.
+    #[must_use]
+    pub fn is_astray(&self) -> bool {
+        self.free_run > ASTRAY
     }
 
     pub fn status(&self) -> Status {
@@ -165,6 +184,7 @@ pub fn blocks(differences: &[(f64, f64)], block_s: f64) -> Gain {
         agreement: if size > 0.0 { roots / size.sqrt() } else { 0.0 },
         foretold: 0.0,
         least: 0.0,
+        free_run: 1.0,
     }
 }
 

@@ -48,6 +48,43 @@ impl Loudest {
     }
 }
 
+/// Whitened innovations beyond this are drawn in, standard deviations.
+const TAIL: f64 = 4.0;
+
+/// Lone innovations of one channel that are too large for a normal distribution.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outliers {
+    pub channel: usize,
+    /// How many lie beyond [`TAIL`] standard deviations, of how many.
+    pub count: usize,
+    pub samples: usize,
+    /// The largest [standard deviations], where and when.
+    pub largest: f64,
+    pub run: usize,
+    pub time_s: f64,
+}
+
+/// Outliers of every channel that has some, the largest first, and the loudest tile once they are drawn in: none of its like stands where they were
+/// alone.
+#[must_use]
+pub fn without_outliers(engine: &Engine<'_>, r: &[f64]) -> (Vec<Outliers>, Option<Loudest>) {
+    let drawn_in: Vec<f64> = r.iter().map(|r| r.clamp(-TAIL, TAIL)).collect();
+    let of = |channel: usize| {
+        let runs = engine.timelines.iter().zip(&engine.offsets).enumerate();
+        let own = runs.flat_map(|(run, (timeline, offset))| {
+            let samples = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel);
+            samples.map(move |s| (r[offset + s].abs(), run, timeline.stamp_s[s]))
+        });
+        let own: Vec<(f64, usize, f64)> = own.collect();
+        let (largest, run, time_s) = own.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let count = own.iter().filter(|(size, ..)| *size > TAIL).count();
+        (count > 0).then_some(Outliers { channel, count, samples: own.len(), largest, run, time_s })
+    };
+    let mut list: Vec<Outliers> = (0..engine.problem.plant.sensors.len()).filter_map(of).collect();
+    list.sort_by(|a, b| b.largest.total_cmp(&a.largest));
+    (list, loudest(engine, &drawn_in))
+}
+
 /// A band of coefficients.
 struct Band {
     w: Vec<f64>,

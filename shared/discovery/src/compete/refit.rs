@@ -215,7 +215,7 @@ fn polar(candidate: &crate::score::Candidate, amplitude: &[f64]) -> (f64, Vec<(&
         return (amplitude.first().copied().unwrap_or(0.0), directions.first().cloned().unwrap_or_default());
     }
     let plane = (amplitude[0] * amplitude[0] + amplitude[1] * amplitude[1]).sqrt();
-    let turn = libm::atan2(amplitude[1], amplitude[0]);
+    let turn = candidate.pitch() * libm::atan2(amplitude[1], amplitude[0]);
     let mut angles = vec![(directions[0][0].0, turn)];
     if let Some(third) = amplitude.get(2) {
         angles.push((directions[0][1].0, libm::atan2(*third, plane)));

@@ -52,6 +52,7 @@ pub(super) fn held_out(
     };
     match shown {
         Some((kind, before, after, gain, loglik, overlays)) => {
+            let gain = gain.map(|gain| gain.beside_free_runs(&before, &after));
             Shown { kind, before, after, gain, loglik, compare, overlays }
         }
         None => none(compare),

@@ -34,6 +34,78 @@ fn lost_rows_are_no_law() {
     assert_eq!(found.verdict, Verdict::None, "{}", found.reason);
 }
 
+/// A hub in free space: commanded by a torque and a force, or coasting.
+fn hub(outputs_and_inputs: &str) -> Plant {
+    let text = format!(
+        "format = 1\nname = \"hub\"\nspace = \"planar\"\n[[body]]\nname = \"hub\"\nmass = {{ value = \"440 kg\", sigma = \"2 %\" }}\n\
+         inertia = {{ value = \"130 kg*m^2\", sigma = \"5 %\" }}\njoint = {{ kind = \"free\" }}\n{outputs_and_inputs}\n\
+         [simulation]\nduration = \"60 s\"\nperiod = \"0.1 s\"\n"
+    );
+    plant::file::parse("hub.toml", &text).unwrap().plant
+}
+
+#[test]
+fn a_panel_left_out_of_a_hub_is_named_by_the_motion_that_it_answers() {
+    let signal =
+        |rms: &str| format!("{{ kind = \"multisine\", rms = \"{rms}\", period = \"30 s\", first = 1, last = 60 }}");
+    let nominal = hub(&format!(
+        "[[actuator]]\nname = \"torque\"\nkind = \"body_torque\"\nbody = \"hub\"\ncommand = {}\n\
+         [[actuator]]\nname = \"push\"\nkind = \"body_force\"\nbody = \"hub\"\ndirection = \"y\"\ncommand = {}\n\
+         [[sensor]]\nname = \"gyro\"\nkind = \"gyro\"\nbody = \"hub\"\nnoise = \"1e-4 rad/s\"\n\
+         [[sensor]]\nname = \"acceleration\"\nkind = \"accelerometer\"\nbody = \"hub\"\naxis = \"xy\"\nnoise = \"1e-4 m/s^2\"",
+        signal("0.3 N*m"),
+        signal("2 N")
+    ));
+    let shape = [("frequency", 0.35), ("damping_ratio", 0.01)];
+    for (kind, share, size) in
+        [("appendage_rotation_left_out", "share_z", 0.08), ("appendage_left_out", "share_y", 0.08)]
+    {
+        let values = [&[("share_x", 0.0), (share, size)], &shape[..]].concat();
+        let found = diagnosed(&nominal, recording(&with_effect(&nominal, kind, "body:hub", &values), 41, 60.0));
+        let named = found.effects.first().filter(|effect| effect.kind == kind && effect.probability > 0.9);
+        let named = named.unwrap_or_else(|| panic!("{kind}: {:?} {}", found.verdict, found.reason));
+        let number = |name: &str| named.parameters.iter().find(|parameter| parameter.name == name).unwrap();
+        for (name, truth) in [(share, size), ("frequency", 0.35), ("damping_ratio", 0.01)] {
+            let (value, sigma) = (number(name).value, number(name).sigma);
+            assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.3 * truth, "{kind} {name} {value} {sigma}");
+        }
+    }
+}
+
+#[test]
+fn a_gravity_gradient_is_named_wherever_the_planet_stands() {
+    let mut nominal = hub("[[actuator]]\nname = \"torque\"\nkind = \"body_torque\"\nbody = \"hub\"\n\
+         [[sensor]]\nname = \"gyro\"\nkind = \"gyro\"\nbody = \"hub\"\nnoise = \"1e-5 rad/s\"");
+    nominal.simulation.period_s = 10.0;
+    for planet in [-0.9, 0.6] {
+        let values = [("torque", 2e-4), ("planet_azimuth", planet)];
+        let with = with_effect(&nominal, "gravity_gradient", "body:hub", &values);
+        let found = diagnosed(&nominal, recording(&with, 42, 4000.0));
+        let named = found.effects.first().filter(|effect| effect.kind == "gravity_gradient");
+        let named = named.unwrap_or_else(|| panic!("{planet}: {:?} {}", found.verdict, found.reason));
+        let [torque, azimuth] = &named.parameters[..] else { panic!("{:?}", named.parameters) };
+        let turned = (azimuth.value + planet).abs() < 4.0 * azimuth.sigma.max(1e-3);
+        assert!((torque.value - 2e-4).abs() < 4.0 * torque.sigma && turned, "{planet} {torque:?} {azimuth:?}");
+    }
+}
+
+#[test]
+fn lone_outliers_are_noise_and_a_burst_is_not() {
+    let nominal = plant("oscillator");
+    let spiked = |samples: &[usize]| {
+        let mut recorded = recording(&nominal, 34, 1.5);
+        let channel = recorded.channels.iter_mut().find(|channel| channel.name == nominal.sensors[0].name).unwrap();
+        let sigma = crate::synthetic::sample_sigma(&nominal, &channel.name).unwrap();
+        samples.iter().for_each(|at| channel.value[*at] += 17.0 * sigma);
+        diagnosed(&nominal, recorded)
+    };
+    let found = spiked(&[700]);
+    assert_eq!(found.verdict, Verdict::NoiseModel, "{}", found.reason);
+    assert!(found.reason.contains("has 1 of"), "{}", found.reason);
+    let found = spiked(&(700..712).collect::<Vec<_>>());
+    assert!(!matches!(found.verdict, Verdict::NoiseModel | Verdict::None), "{:?} {}", found.verdict, found.reason);
+}
+
 #[test]
 fn a_limit_is_found_whatever_the_unit_of_what_it_limits() {
     // peaks of the command below the usual limit, and above

@@ -7,12 +7,12 @@ use super::next::{Next, next, posterior};
 use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
-use super::{Adopted, Standing, Unfitted, status};
+use super::{Adopted, LeftOver, Standing, Unfitted, status};
 use crate::doctor::short;
 use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
-use crate::held_out::Status;
-use crate::omnibus::Loudest;
+use crate::held_out::{Gain, Status};
+use crate::omnibus::{Loudest, Outliers};
 use crate::score::Score;
 use crate::statistics::chi_squared_tail;
 use crate::unknown_law::{Acts, UnknownLaw};
@@ -27,8 +27,7 @@ pub(super) struct Findings<'a> {
     pub screening: &'a Screening,
     pub noise_p: f64,
     pub map: Option<&'a UnknownLaw>,
-    /// The loudest tile of what is left.
-    pub odd: Option<Loudest>,
+    pub left: LeftOver,
     /// Decrease of `−2 ln p` by all adopted effects.
     pub explained: f64,
     pub judged: Judged,
@@ -210,7 +209,30 @@ const NAMED_SHARE: f64 = 0.75;
 
 /// A tile that is louder than chance allows.
 fn odd<'f>(findings: &'f Findings<'_>) -> Option<&'f Loudest> {
-    findings.odd.as_ref().filter(|tile| tile.stands(NOISE_SHARE * findings.alpha))
+    findings.left.loudest.as_ref().filter(|tile| tile.stands(NOISE_SHARE * findings.alpha))
+}
+
+/// What is odd is lone outliers: with them drawn in nothing is.
+fn has_lone_outliers(findings: &Findings<'_>) -> bool {
+    let stands = |tile: &Loudest| tile.stands(NOISE_SHARE * findings.alpha);
+    odd(findings).is_some() && !findings.left.beside.as_ref().is_some_and(stands)
+}
+
+/// `angle has 3 outliers of 2000, the largest of 17.2 standard deviations at 7.000 s of run.csv`, of every channel.
+fn outlying(findings: &Findings<'_>) -> String {
+    let engine = findings.engine;
+    let told = |own: &Outliers| {
+        format!(
+            "{} has {} of {}, the largest of {:.1} standard deviations at {:.3} s of {}",
+            engine.problem.plant.sensors[own.channel].name,
+            own.count,
+            own.samples,
+            own.largest,
+            own.time_s,
+            engine.problem.recordings[engine.problem.runs[own.run].recording]
+        )
+    };
+    findings.left.outliers.iter().map(told).collect::<Vec<_>>().join("; ")
 }
 
 fn loud(engine: &Engine<'_>, tile: &Loudest) -> Where {
@@ -332,11 +354,14 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
         return (Verdict::CannotDecide, reason);
     }
     let word = if state == Status::Confirmed { "confirmed" } else { "not yet confirmed" };
+    let astray = findings.judged.shown.gain.filter(Gain::is_astray).map_or(String::new(), |gain| {
+        format!(" by single steps, in free run {:.1} times as far from them as the plant alone", gain.free_run)
+    });
     let open = findings.adopted.iter().zip(&findings.judged.status).filter(|(_, own)| **own != state);
     let open: Vec<&str> = open.map(|(adopted, _)| adopted.column.candidate.effect.kind).collect();
     let but = if open.is_empty() { String::new() } else { format!(" without {}", open.join(" and ")) };
     let reason = format!(
-        "{} (probability {:.2}, {word} on held-out data{but}; {} over everything tried)",
+        "{} (probability {:.2}, {word} on held-out data{astray}{but}; {} over everything tried)",
         kinds.join(" and "),
         weight,
         chance(first.p)
@@ -366,6 +391,15 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
         return (Verdict::CannotDecide, reason);
     }
     let is_noise = findings.noise_p < NOISE_SHARE * findings.alpha;
+    if has_lone_outliers(findings) {
+        let beside = if is_noise { format!("{}; ", changed_noise(findings)) } else { String::new() };
+        let reason = format!(
+            "the noise is not as stated ({}): {beside}lone outliers of the readings, or knocks: {}; no physics is missing beside them",
+            chance(odd(findings).map_or(1.0, Loudest::p).min(findings.noise_p)),
+            outlying(findings)
+        );
+        return (Verdict::NoiseModel, reason);
+    }
     if let Some(tile) = odd(findings) {
         let beside = if is_noise { format!("beside {} ", changed_noise(findings)) } else { String::new() };
         let reason = format!(

@@ -59,6 +59,11 @@ impl Candidate {
         values
     }
 
+    /// The angle between neighbouring directions over a right one.
+    pub fn pitch(&self) -> f64 {
+        1.0 / turns(self.effect)
+    }
+
     pub fn same_law(&self, other: &Self) -> bool {
         self.effect.kind == other.effect.kind && self.site == other.site
     }
@@ -196,9 +201,14 @@ fn amplitudes(effect: &Effect) -> Vec<Option<f64>> {
     COMPLIANCES.iter().map(|factor| Some((factor * first.default).clamp(first.low, first.high))).collect()
 }
 
+/// How often a law repeats while its angle turns once.
+fn turns(effect: &Effect) -> f64 {
+    if effect.kind == "gravity_gradient" { 2.0 } else { 1.0 }
+}
+
 /// Directions that span what the angles can do.
 fn directions(effect: &'static Effect, planar: bool) -> Vec<Vec<(&'static str, f64)>> {
-    let quarter = core::f64::consts::FRAC_PI_2;
+    let quarter = core::f64::consts::FRAC_PI_2 / turns(effect);
     if effect.amplitudes > 1 {
         let felt = |p: &&EffectParameter| !(planar && p.out_of_plane);
         let names = || effect.parameters.iter().take(effect.amplitudes).filter(felt).map(|p| p.name);
