@@ -4,7 +4,7 @@ use super::attitude::{Attitude, attitudes};
 use super::{Layout, equip, tangent_names};
 use crate::problem::{Problem, Timeline};
 use crate::work::{of_evaluations, of_whitening};
-use plant::description::{Plant, Reading, Sensor};
+use plant::description::{Plant, Reading, Sensor, SensorKind};
 use plant::dual::Dual;
 use plant::filter::{FilterKind, Gate, Lag, LagState};
 use plant::system::{FilterPlace, System, Workspace, spectral_radius};
@@ -110,7 +110,8 @@ impl<'a> Machine<'a> {
         layout.clone = if any_mean { layout.tangent } else { 0 };
         layout.colour_of = vec![None; sensors.len()];
         let (n, m, p) = (system.states().len(), system.inputs().len(), sensors.len());
-        let fastest = fastest_rate(&system, &x0, &timeline.rows[..m.min(timeline.rows.len())]);
+        let visited = visited(problem, run, &system, &x0);
+        let fastest = fastest_rate(&system, &visited, &timeline.rows[..m.min(timeline.rows.len())]);
         let longest = timeline.events.iter().map(|event| event.step_s).fold(0.0, f64::max);
         let stiff = fastest * longest;
         let finer = if stiff > STEP_RATE_MAX { (libm::ceil(stiff / STEP_RATE_MAX) as usize).min(FINER_MAX) } else { 1 };
@@ -569,25 +570,50 @@ fn channel(plant: &Plant, system: &System, sensor: &Sensor, index: usize) -> Cha
     }
 }
 
-/// Spectral radius at the initial state, also at rest, where friction is steepest.
-fn fastest_rate(system: &System, x0: &[f64], u: &[f64]) -> f64 {
-    let mut ws = Workspace::<Dual>::new(system);
-    let mut still = x0.to_vec();
-    for (x, state) in still.iter_mut().zip(system.states()) {
-        if state.name.ends_with(".rate") {
-            *x = 0.0;
+/// The initial state, and as the encoders' least and largest readings have it: a spring may be stiffer there.
+fn visited(problem: &Problem, run: usize, system: &System, x0: &[f64]) -> Vec<Vec<f64>> {
+    let mut states = vec![x0.to_vec()];
+    for largest in [false, true] {
+        let mut x = x0.to_vec();
+        for (sensor, samples) in problem.plant.sensors.iter().zip(&problem.runs[run].samples) {
+            let SensorKind::Encoder { joint } = &sensor.kind else { continue };
+            let name = format!("joint:{joint}");
+            let place = system.states().iter().position(|state| state.name == name);
+            let values = samples.value.iter().copied().filter(|value| value.is_finite());
+            let end =
+                if largest { values.fold(f64::NEG_INFINITY, f64::max) } else { values.fold(f64::INFINITY, f64::min) };
+            if let Some(place) = place.filter(|_| end.is_finite()) {
+                x[place] = end;
+            }
+        }
+        if !states.contains(&x) {
+            states.push(x);
         }
     }
-    if x0.is_empty() {
-        return 0.0;
+    states
+}
+
+/// Largest spectral radius at `states`, also at rest, where friction is steepest.
+fn fastest_rate(system: &System, states: &[Vec<f64>], u: &[f64]) -> f64 {
+    let mut ws = Workspace::<Dual>::new(system);
+    let mut fastest = 0.0f64;
+    for x in states.iter().filter(|x| !x.is_empty()) {
+        let mut still = x.clone();
+        for (x, state) in still.iter_mut().zip(system.states()) {
+            if state.name.ends_with(".rate") {
+                *x = 0.0;
+            }
+        }
+        for x in [x, &still] {
+            fastest = fastest.max(spectral_radius(system.linearise(&mut ws, 0.0, x, u).a));
+        }
     }
-    let rate = |x: &[f64], ws: &mut Workspace<Dual>| spectral_radius(system.linearise(ws, 0.0, x, u).a);
-    rate(x0, &mut ws).max(rate(&still, &mut ws))
+    fastest
 }
 
 /// Longest step of integration for `plant` in its initial state.
 pub(crate) fn step_s(system: &System, x0: &[f64]) -> f64 {
-    let rate = fastest_rate(system, x0, &vec![0.0; system.inputs().len()]);
+    let rate = fastest_rate(system, &[x0.to_vec()], &vec![0.0; system.inputs().len()]);
     if rate > 0.0 { STEP_RATE / rate } else { f64::INFINITY }
 }
 
