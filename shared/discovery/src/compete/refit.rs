@@ -121,7 +121,41 @@ pub fn refit_all(
             break;
         }
     }
-    best
+    let shaped = best.as_ref().and_then(|best| shaped(engine, best, parts));
+    shaped.or(best)
+}
+
+/// `refit` with the shapes of its laws free, where that pays for itself by BIC.
+fn shaped(engine: &Engine<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Option<Refit> {
+    let mut plant = refit.plant.clone();
+    let mut more = 0;
+    for candidate in parts.iter().map(|(column, _)| &column.candidate) {
+        let own = plant.effects.iter_mut().find(|e| e.kind == candidate.effect.kind && e.site == candidate.site)?;
+        for (name, quantity) in &mut own.values {
+            let Some(sigma) = shape_sigma(candidate.effect.kind, name, quantity.value) else { continue };
+            *quantity = Quantity::with_prior(quantity.value, sigma);
+            more += 1;
+        }
+    }
+    (more > 0).then_some(())?;
+    let problem = engine.problem.with_plant(&plant);
+    let own = Engine::like(engine, &problem).ok()?;
+    let theta = own.start_from(&refit.problem.unknowns, &refit.fit.theta);
+    let fitted = fit(&own, &plant, &theta, &refit.noise, SETTLING_ROUNDS).ok()?;
+    let search = Search { sweeps: 2, colour: true, scan: false };
+    let (noise, objective) = maximise(&own, &fitted.board, &fitted.theta, &[], &refit.noise, search)?;
+    drop(own);
+    let price = more as f64 * libm::log(engine.samples.max(2) as f64);
+    let free = refit.free + more;
+    (objective + price < refit.objective).then(|| Refit {
+        plant,
+        problem,
+        fit: fitted,
+        noise,
+        objective,
+        free,
+        valleys: Vec::new(),
+    })
 }
 
 /// `refit` at the end of its valley: numbers and noise in turn until neither gains; as it is where it cannot be moved.
@@ -234,6 +268,15 @@ fn varies(candidate: &crate::score::Candidate, name: &str) -> bool {
 /// A time that the refinement of the score has searched: the refit leaves it there, and it counts as free all the same.
 fn searched(name: &str, value: f64) -> bool {
     name == "begin" || name == "duration" && value < FOR_EVER_S
+}
+
+/// Prior of a number that shapes a law, which stays at its usual value where it need not be another.
+fn shape_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
+    match (kind, name) {
+        ("joint_bouc_wen", "exponent") => Some(0.5 * value),
+        ("joint_bouc_wen", "share") => Some(0.2),
+        _ => None,
+    }
 }
 
 /// Prior of a number inside a law; `None`: it stays where the grid has it.

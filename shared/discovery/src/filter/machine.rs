@@ -149,6 +149,11 @@ impl<'a> Machine<'a> {
         of_evaluations(4 * parts, &self.system)
     }
 
+    /// Steps of integration for each of the timeline's.
+    pub fn finer(&self) -> usize {
+        self.finer
+    }
+
     /// Work that this machine has done.
     pub fn work(&self) -> f64 {
         of_evaluations(self.evaluations, &self.system)

@@ -6,6 +6,7 @@ use crate::filter::{Gains, Machine, gains, whiten};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine, parallel};
 use plant::description::{Plant, SiteKind};
+use plant::effects::Law;
 
 /// One candidate with what it does to the innovations.
 #[derive(Clone, Debug)]
@@ -22,6 +23,8 @@ const TARGET: f64 = 2.0;
 /// Size at half the largest amplitude that is rounding, or as good as nothing.
 const NOTHING: f64 = 1e-3;
 const TRIES: usize = 8;
+/// Share of an amplitude beside which the rest of its change is the law's.
+const LITTLE: f64 = 0.1;
 
 /// Columns of all candidates that change anything, in their order.
 pub fn columns(
@@ -210,8 +213,33 @@ fn along(
         }
         step = next;
     }
-    let (change, step, _) = best?;
-    Some((change.iter().map(|d| -d / step).collect(), step, is_felt))
+    let (own, step, _) = best?;
+    let mut raw: Vec<f64> = own.iter().map(|d| -d / step).collect();
+    if !integrates_alike(engine, plant, theta, candidate, (step, direction)) {
+        // what finer steps alone change does not grow with the amplitude
+        let little = change(engine, board, plant, theta, candidate, (LITTLE * step, direction))?;
+        raw = own.iter().zip(&little).map(|(own, little)| (little - own) / ((1.0 - LITTLE) * step)).collect();
+    }
+    Some((raw, step, is_felt))
+}
+
+/// The plant with the candidate takes the same steps of integration as without: parts of their own may ask for finer ones.
+fn integrates_alike(
+    engine: &Engine<'_>,
+    plant: &Plant,
+    theta: &[f64],
+    candidate: &Candidate,
+    (step, direction): (f64, usize),
+) -> bool {
+    if !matches!(candidate.effect.law, Law::Structure(_)) {
+        return true;
+    }
+    let mut with = plant.clone();
+    if with.add_effect(candidate.effect.kind, &candidate.site, &candidate.values(step, direction)).is_err() {
+        return true;
+    }
+    let finer = |plant: &Plant, run: usize| machine(engine, plant, theta, run).map(|machine| machine.finer());
+    (0..engine.timelines.len()).all(|run| finer(plant, run) == finer(&with, run))
 }
 
 /// `step`, or where it is beyond what did too little or too much, the geometric mean of the two.
