@@ -193,12 +193,16 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
     let mut list = Vec::with_capacity(members.len());
     for own in members {
         let others: Vec<usize> = members.iter().copied().filter(|m| m != own).collect();
-        let mut contested: Vec<(usize, f64)> = Vec::new();
+        let (mut contested, mut heard): (Vec<(usize, f64)>, Vec<usize>) = (Vec::new(), Vec::new());
         for (set, bic) in &all {
             let rest: Vec<usize> = set.iter().copied().filter(|s| !others.iter().any(|o| law(*s, *o))).collect();
             let [instead] = rest[..] else { continue };
-            let known = contested.iter().any(|(c, _)| law(*c, instead));
-            if !law(instead, *own) && !known && *bic <= RIVAL_SPAN {
+            // the rung has no say where a likelihood has spoken
+            if law(instead, *own) || heard.iter().any(|other| law(*other, instead)) {
+                continue;
+            }
+            heard.push(instead);
+            if *bic <= RIVAL_SPAN {
                 contested.push((instead, bic.max(0.0)));
             }
         }
