@@ -73,6 +73,8 @@ impl Refit {
 
 /// What lasts as long as this has no end in any recording.
 const FOR_EVER_S: f64 = 1e8;
+/// BIC from which a law takes another shape than usual: twenty to one.
+const PREFERRED: f64 = 6.0;
 /// Largest share of a body that a mode carries.
 const CARRIED_MAX: f64 = 0.9;
 /// Relinearisations of a refit.
@@ -125,7 +127,7 @@ pub fn refit_all(
     shaped.or(best)
 }
 
-/// `refit` with the shapes of its laws free, where that pays for itself by BIC.
+/// `refit` with the shapes of its laws free, where BIC prefers that.
 fn shaped(engine: &Engine<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Option<Refit> {
     let mut plant = refit.plant.clone();
     let mut more = 0;
@@ -147,7 +149,7 @@ fn shaped(engine: &Engine<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Op
     drop(own);
     let price = more as f64 * libm::log(engine.samples.max(2) as f64);
     let free = refit.free + more;
-    (objective + price < refit.objective).then(|| Refit {
+    (objective + price + PREFERRED < refit.objective).then(|| Refit {
         plant,
         problem,
         fit: fitted,
