@@ -259,8 +259,7 @@ fn signed(columns: &[Column], subset: &Subset, flat: &[f64]) -> Option<Vec<Vec<f
     let mut amplitudes = Vec::with_capacity(subset.members.len());
     for c in &subset.members {
         let own = &flat[at..at + columns[*c].raw.len()];
-        let [low, high] = columns[*c].candidate.range();
-        if own.iter().any(|a| !(low..=high).contains(a)) || own.iter().all(|a| *a == 0.0) {
+        if !columns[*c].candidate.is_possible(own) {
             return None;
         }
         amplitudes.push(own.to_vec());

@@ -61,7 +61,8 @@ pub struct Gain {
     pub foretold: f64,
     /// What it gains at least, if it is right.
     pub least: f64,
-    /// Its free run's distance from the data over that of the plant alone: geometric mean of the rms over channels; one where it was not asked.
+    /// Its free run's distance from the data over that of the plant alone: geometric mean of the rms over channels; one where it was not asked,
+    /// infinite where it ran away.
     pub free_run: f64,
 }
 
@@ -102,10 +103,14 @@ impl Gain {
     /// With free runs of the plant alone and with the effect.
     #[must_use]
     pub fn beside_free_runs(self, before: &[ChannelFit], after: &[ChannelFit]) -> Self {
-        let ratios = before.iter().zip(after).map(|(before, after)| libm::log(after.rms / before.rms));
-        let ratios: Vec<f64> = ratios.filter(|ratio| ratio.is_finite()).collect();
-        let mean = ratios.iter().sum::<f64>() / ratios.len().max(1) as f64;
-        Self { free_run: libm::exp(mean), ..self }
+        let ratio = |(before, after): (&ChannelFit, &ChannelFit)| match (before.rms.is_finite(), after.rms.is_finite())
+        {
+            (true, true) if before.rms > 0.0 && after.rms > 0.0 => libm::log(after.rms / before.rms),
+            (true, false) => f64::INFINITY,
+            _ => 0.0,
+        };
+        let sum: f64 = before.iter().zip(after).map(ratio).sum();
+        Self { free_run: libm::exp(sum / before.len().max(1) as f64), ..self }
     }
 
     /// In free run it is further from the data than the plant alone.

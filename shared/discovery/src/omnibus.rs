@@ -11,6 +11,7 @@
 //! It tells that something is left and where, never what: an unknown law and unknown noise look alike here.
 
 use crate::fit::Engine;
+use crate::problem::Timeline;
 use realfft::RealFftPlanner;
 
 /// Octaves from half the sampling frequency down; what is slower is one more band.
@@ -50,6 +51,8 @@ impl Loudest {
 
 /// Whitened innovations beyond this are drawn in, standard deviations.
 const TAIL: f64 = 4.0;
+/// Share of a channel's samples that outliers are at most.
+const RARE: f64 = 0.01;
 
 /// Lone innovations of one channel that are too large for a normal distribution.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +67,14 @@ pub struct Outliers {
     pub time_s: f64,
 }
 
+impl Outliers {
+    /// So few that they are no law of every reversal or contact.
+    #[must_use]
+    pub fn is_rare(&self) -> bool {
+        self.count as f64 <= RARE * self.samples as f64
+    }
+}
+
 /// Outliers of every channel that has some, the largest first, and the loudest tile once they are drawn in: none of its like stands where they were
 /// alone.
 #[must_use]
@@ -72,7 +83,7 @@ pub fn without_outliers(engine: &Engine<'_>, r: &[f64]) -> (Vec<Outliers>, Optio
     let of = |channel: usize| {
         let runs = engine.timelines.iter().zip(&engine.offsets).enumerate();
         let own = runs.flat_map(|(run, (timeline, offset))| {
-            let samples = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel);
+            let samples = samples_of(timeline, channel).into_iter();
             samples.map(move |s| (r[offset + s].abs(), run, timeline.stamp_s[s]))
         });
         let own: Vec<(f64, usize, f64)> = own.collect();
@@ -124,14 +135,18 @@ struct Series {
     r: Vec<f64>,
 }
 
+/// Samples of a channel in a run behind those that pay for the initial state.
+fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
+    (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).skip(BEGINNING).collect()
+}
+
 /// The loudest tile of whitened innovations `r` of all runs; none where every run is too short.
 #[must_use]
 pub fn loudest(engine: &Engine<'_>, r: &[f64]) -> Option<Loudest> {
     let mut list = Vec::new();
     for channel in 0..engine.problem.plant.sensors.len() {
         for (run, (timeline, offset)) in engine.timelines.iter().zip(&engine.offsets).enumerate() {
-            let own = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel);
-            let own: Vec<usize> = own.skip(BEGINNING).collect();
+            let own = samples_of(timeline, channel);
             let stamp_s = own.iter().map(|s| timeline.stamp_s[*s]).collect();
             list.push(Series { channel, run, stamp_s, r: own.iter().map(|s| r[offset + s]).collect() });
         }

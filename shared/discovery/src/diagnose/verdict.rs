@@ -215,7 +215,8 @@ fn odd<'f>(findings: &'f Findings<'_>) -> Option<&'f Loudest> {
 /// What is odd is lone outliers: with them drawn in nothing is.
 fn has_lone_outliers(findings: &Findings<'_>) -> bool {
     let stands = |tile: &Loudest| tile.stands(NOISE_SHARE * findings.alpha);
-    odd(findings).is_some() && !findings.left.beside.as_ref().is_some_and(stands)
+    let left = &findings.left;
+    odd(findings).is_some() && left.outliers.iter().all(Outliers::is_rare) && !left.beside.as_ref().is_some_and(stands)
 }
 
 /// `angle has 3 outliers of 2000, the largest of 17.2 standard deviations at 7.000 s of run.csv`, of every channel.
@@ -354,14 +355,14 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
         return (Verdict::CannotDecide, reason);
     }
     let word = if state == Status::Confirmed { "confirmed" } else { "not yet confirmed" };
-    let astray = findings.judged.shown.gain.filter(Gain::is_astray).map_or(String::new(), |gain| {
-        format!(" by single steps, in free run {:.1} times as far from them as the plant alone", gain.free_run)
+    let runs_away = findings.judged.shown.gain.filter(Gain::is_astray).map_or(String::new(), |gain| {
+        format!(", by single steps: in free run {:.1} times as far from them as the plant alone", gain.free_run)
     });
     let open = findings.adopted.iter().zip(&findings.judged.status).filter(|(_, own)| **own != state);
     let open: Vec<&str> = open.map(|(adopted, _)| adopted.column.candidate.effect.kind).collect();
     let but = if open.is_empty() { String::new() } else { format!(" without {}", open.join(" and ")) };
     let reason = format!(
-        "{} (probability {:.2}, {word} on held-out data{astray}{but}; {} over everything tried)",
+        "{} (probability {:.2}, {word} on held-out data{but}{runs_away}; {} over everything tried)",
         kinds.join(" and "),
         weight,
         chance(first.p)

@@ -6,7 +6,7 @@
 //! anything is one still, and by as much less of whatever it misses. What only shrinks to nothing explains nothing: the reading must stay
 //! above its noise, and without the command the plant must miss the recording again.
 //!
-//! Of a long recording a beginning that the plant misses by far is asked; what explains it must explain the whole.
+//! Of a long recording beginnings that the plant misses by far are asked before the whole; what explains one must explain the whole.
 
 use core::f64::consts::{PI, TAU};
 
@@ -58,14 +58,16 @@ const HYPOTHESES: usize = 200;
 const PASSED: usize = 20_000_000;
 /// Hypotheses that are fitted to the end.
 const FITTED: usize = 5;
-/// Samples that are asked first.
+/// Samples that are asked first, and how many times more next.
 const BEGINNING: usize = 8000;
+const GROWTH: usize = 4;
 /// Relinearisations of a fit.
 const ROUNDS: usize = 4;
 
 /// The mistake that explains what `plant` misses of `recording` by far; none where it follows it.
 ///
-/// Cost: a linearisation; where the plant is far off, up to [`HYPOTHESES`] of them and [`FITTED`] fits and as many again for commands.
+/// Cost: a linearisation; where the plant is far off, for each beginning up to [`HYPOTHESES`] of them and [`FITTED`] fits and as many again for
+/// commands.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> {
     let is_near = |found: &Option<Prediction>| found.as_ref().is_some_and(Prediction::is_near);
@@ -76,12 +78,7 @@ pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> 
     if is_near(&before) {
         return None;
     }
-    let list = if let Some((beginning, missed)) = missed_beginning(recording, plant) {
-        let list = explaining((&beginning, &missed), plant, ranked(&beginning, plant));
-        explaining((recording, &before), plant, list.into_iter().map(|(_, found)| found).collect())
-    } else {
-        explaining((recording, &before), plant, ranked(recording, plant))
-    };
+    let list = explaining((recording, &before), plant, suspects(recording, plant));
     let mut all = list.into_iter();
     let (after, best) = all.next()?;
     let as_well = all.filter(|(other, _)| other.mean_square < AS_WELL * after.mean_square);
@@ -98,19 +95,22 @@ fn samples(recording: &Recording) -> usize {
     recording.channels.iter().map(|channel| channel.value.len()).sum()
 }
 
-/// The least of [`BEGINNING`] samples, twice as many, and so on, that the plant misses by far alone, and how it predicts that; none where it
-/// takes the whole.
-fn missed_beginning(recording: &Recording, plant: &Plant) -> Option<(Recording, Option<Prediction>)> {
+/// What explains the first [`BEGINNING`] samples, [`GROWTH`] times as many, and so on, where the plant misses them by far alone; what comes nearest to the
+/// whole where nothing does.
+fn suspects(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
     let mut many = BEGINNING;
     while many < samples(recording) {
         let beginning = recording.beginning(many as f64 / samples(recording) as f64);
-        let found = Prediction::of(&beginning, plant, ROUNDS);
-        if !found.as_ref().is_some_and(Prediction::is_near) {
-            return Some((beginning, found));
+        let missed = Prediction::of(&beginning, plant, ROUNDS);
+        if !missed.as_ref().is_some_and(Prediction::is_near) {
+            let list = explaining((&beginning, &missed), plant, ranked(&beginning, plant));
+            if !list.is_empty() {
+                return list.into_iter().map(|(_, found)| found).collect();
+            }
         }
-        many *= 2;
+        many *= GROWTH;
     }
-    None
+    ranked(recording, plant)
 }
 
 /// Those hypotheses that come nearest.

@@ -41,7 +41,19 @@ impl Candidate {
     /// one that is not there, and the refit keeps to what is possible.
     pub fn range(&self) -> [f64; 2] {
         let first = &self.effect.parameters[0];
-        if self.one_sided || self.directions.len() == 1 { [first.low, first.high] } else { [-first.high, first.high] }
+        let is_vector = self.effect.amplitudes > 1;
+        // an angle turns what is negative round, also where one direction alone is felt
+        let turns = if is_vector { self.directions.len() > 1 } else { !self.one_sided && first.low >= 0.0 };
+        if turns { [-first.high, first.high] } else { [first.low, first.high] }
+    }
+
+    /// Amplitudes along the directions that the effect can have: in their range, not all nothing, and of what only counts as a square (effective
+    /// masses) the largest not negative.
+    pub fn is_possible(&self, amplitudes: &[f64]) -> bool {
+        let [low, high] = self.range();
+        let largest = amplitudes.iter().copied().fold(0.0f64, |most, a| if a.abs() > most.abs() { a } else { most });
+        let is_square = self.effect.amplitudes > 1 && self.effect.parameters[0].low >= 0.0;
+        amplitudes.iter().all(|a| (low..=high).contains(a)) && largest != 0.0 && !(is_square && largest < 0.0)
     }
 
     /// All values at one amplitude and direction.

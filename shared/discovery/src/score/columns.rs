@@ -220,7 +220,7 @@ fn along(
         let little = change(engine, board, plant, theta, candidate, (LITTLE * step, direction))?;
         raw = own.iter().zip(&little).map(|(own, little)| (little - own) / ((1.0 - LITTLE) * step)).collect();
     }
-    Some((raw, step, is_felt))
+    raw.iter().all(|c| c.is_finite()).then_some((raw, step, is_felt))
 }
 
 /// The plant with the candidate takes the same steps of integration as without: parts of their own may ask for finer ones.
