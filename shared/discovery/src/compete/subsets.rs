@@ -227,9 +227,8 @@ struct Group {
     first: usize,
     count: usize,
     free: usize,
-    /// What an amplitude can be.
-    low: f64,
-    high: f64,
+    /// What the amplitudes can be.
+    room: Vec<[f64; 2]>,
 }
 
 impl Layout {
@@ -239,8 +238,8 @@ impl Layout {
         for column in chosen {
             let (candidate, count) = (&columns[column].candidate, columns[column].raw.len());
             let free = free_numbers(candidate, count);
-            let [low, high] = candidate.range();
-            groups.push(Group { column, first: width, count, free, low, high });
+            let room = (0..count).map(|direction| candidate.range(direction)).collect();
+            groups.push(Group { column, first: width, count, free, room });
             width += count;
         }
         let law = |a: &Group, b: &Group| columns[a.column].candidate.same_law(&columns[b.column].candidate);
@@ -391,7 +390,7 @@ impl Judge<'_> {
             let group = &self.layout.groups[*g];
             let own = &amplitudes[at..at + group.count];
             at += group.count;
-            own.iter().all(|a| (group.low..=group.high).contains(a) && *a != 0.0)
+            own.iter().zip(&group.room).all(|(a, [low, high])| (low..=high).contains(&a) && *a != 0.0)
         })
     }
 

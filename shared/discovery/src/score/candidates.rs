@@ -37,23 +37,29 @@ impl Candidate {
         self.effect.parameters[0].name
     }
 
-    /// What an amplitude along a direction can be. Of several directions each may come out on either side of nothing: noise decides the sign of
-    /// one that is not there, and the refit keeps to what is possible.
-    pub fn range(&self) -> [f64; 2] {
+    /// What an amplitude along a direction can be. Of several components each may come out on either side of nothing: noise decides the sign of
+    /// one that is not there, and the refit keeps to what is possible; an angle turns what is negative round.
+    pub fn range(&self, direction: usize) -> [f64; 2] {
         let first = &self.effect.parameters[0];
-        let is_vector = self.effect.amplitudes > 1;
-        // an angle turns what is negative round, also where one direction alone is felt
-        let turns = if is_vector { self.directions.len() > 1 } else { !self.one_sided && first.low >= 0.0 };
-        if turns { [-first.high, first.high] } else { [first.low, first.high] }
+        if self.effect.amplitudes > 1 {
+            let component =
+                |p: &&EffectParameter| self.directions[direction].iter().any(|(n, s)| *n == p.name && *s != 0.0);
+            let own = self.effect.parameters.iter().find(component).unwrap_or(first);
+            return if self.directions.len() > 1 { [-own.high, own.high] } else { [own.low, own.high] };
+        }
+        if self.one_sided || first.low < 0.0 { [first.low, first.high] } else { [-first.high, first.high] }
     }
 
-    /// Amplitudes along the directions that the effect can have: in their range, not all nothing, and of what only counts as a square (effective
-    /// masses) the largest not negative.
+    /// Amplitudes along the directions that the effect can have: in their ranges, not all nothing, and of effective masses the largest not
+    /// negative.
     pub fn is_possible(&self, amplitudes: &[f64]) -> bool {
-        let [low, high] = self.range();
+        let is_in_range = |(direction, a): (usize, &f64)| {
+            let [low, high] = self.range(direction);
+            (low..=high).contains(a)
+        };
         let largest = amplitudes.iter().copied().fold(0.0f64, |most, a| if a.abs() > most.abs() { a } else { most });
-        let is_square = self.effect.amplitudes > 1 && self.effect.parameters[0].low >= 0.0;
-        amplitudes.iter().all(|a| (low..=high).contains(a)) && largest != 0.0 && !(is_square && largest < 0.0)
+        let is_mass = self.effect.kind.starts_with("appendage");
+        amplitudes.iter().enumerate().all(is_in_range) && largest != 0.0 && !(is_mass && largest < 0.0)
     }
 
     /// All values at one amplitude and direction.

@@ -95,7 +95,7 @@ fn column_of(
             }
         };
         let Some((raw, step)) = found else { continue };
-        if 0.5 * candidate.high * stated_size(engine, &raw) < NOTHING {
+        if 0.5 * candidate.range(direction)[1] * stated_size(engine, &raw) < NOTHING {
             continue;
         }
         column.candidate.directions.push(candidate.directions[direction].clone());
