@@ -40,8 +40,6 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
     let nominal = Nominal { fit: &best.fit, noise: &best.noise, objective: best.objective };
     let mut outcome = compete(engine, &nominal, &found.columns, &ranking, alpha);
     let mut asked: Vec<Subset> = Vec::new();
-    // sets whose likelihood found nothing
-    let mut gone: Vec<Vec<usize>> = Vec::new();
     let better = |small: &Contender, large: &Contender| predicts_better(engine, small, large);
     // work of the dearest fit to its end
     let mut settled = 0.0f64;
@@ -72,14 +70,12 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
         }
         if !outcome.contenders[at].is_there(&found.columns) {
             // what was gained was the noise's, or the other members'
-            let subset = outcome.contenders.remove(at).subset;
-            gone.push(subset.members.clone());
-            asked.push(subset);
+            asked.push(outcome.contenders.remove(at).subset);
             continue;
         }
-        let adopted = adopt(found, &outcome, at, (&ranking, &gone));
-        let smaller = smaller(found, &outcome, at, (&ranking, &gone), alpha);
-        let rivals = rivals(found, &outcome, at, (&ranking, &gone), alpha);
+        let adopted = adopt(found, &outcome, at, &ranking);
+        let smaller = smaller(found, &outcome, at, &ranking, alpha);
+        let rivals = rivals(found, &outcome, at, &ranking, alpha);
         let refit = outcome.contenders[at].refit.clone();
         return Step { adopted, refit, unfitted: Vec::new(), null: outcome.null, smaller, rivals };
     }
@@ -137,14 +133,13 @@ fn smaller(
     found: &Screening,
     outcome: &Outcome,
     at: usize,
-    (ranking, gone): (&Ranking, &[Vec<usize>]),
+    ranking: &Ranking,
     alpha: f64,
 ) -> Vec<(Vec<Adopted>, Refit)> {
     let size = |c: &Contender| c.subset.members.len();
     let sizes = (1..size(&outcome.contenders[at])).rev();
     let best = sizes.filter_map(|own| outcome.contenders.iter().position(|c| size(c) == own && c.stands(alpha)));
-    best.filter_map(|i| Some((adopt(found, outcome, i, (ranking, gone)), outcome.contenders[i].refit.clone()?)))
-        .collect()
+    best.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
 }
 
 /// The other sets of the size of contender `at` that stand within the span of rivals, best first.
@@ -152,7 +147,7 @@ fn rivals(
     found: &Screening,
     outcome: &Outcome,
     at: usize,
-    (ranking, gone): (&Ranking, &[Vec<usize>]),
+    ranking: &Ranking,
     alpha: f64,
 ) -> Vec<(Vec<Adopted>, Refit, f64)> {
     let winner = &outcome.contenders[at];
@@ -160,7 +155,7 @@ fn rivals(
     let others = (0..outcome.contenders.len()).filter(|i| *i != at && stands(&outcome.contenders[*i]));
     let told = |i: usize| {
         let rival = &outcome.contenders[i];
-        Some((adopt(found, outcome, i, (ranking, gone)), rival.refit.clone()?, rival.bic - winner.bic))
+        Some((adopt(found, outcome, i, ranking), rival.refit.clone()?, rival.bic - winner.bic))
     };
     others.filter_map(told).collect()
 }
@@ -181,7 +176,7 @@ fn predicts_better(engine: &Engine<'_>, small: &Contender, large: &Contender) ->
 }
 
 /// The members of contender `at` with their rivals: sets of the same size that differ from it in that member alone.
-fn adopt(found: &Screening, outcome: &Outcome, at: usize, (ranking, gone): (&Ranking, &[Vec<usize>])) -> Vec<Adopted> {
+fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> Vec<Adopted> {
     let winner = &outcome.contenders[at];
     let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
     let members = &winner.subset.members;
@@ -192,23 +187,18 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, (ranking, gone): (&Ran
         .fold(f64::INFINITY, f64::min);
     let on_rung = if on_rung.is_finite() { on_rung } else { winner.bic };
     // likelihoods where they were taken, else the rung's word, relative to the winner's own at the same depth
-    let gone = gone.iter().map(|members| (members, f64::INFINITY));
-    let deep = outcome.contenders.iter().map(|c| (&c.subset.members, c.bic - winner.bic)).chain(gone);
+    let deep = outcome.contenders.iter().map(|c| (&c.subset.members, c.bic - winner.bic));
     let shallow = ranking.sizes[members.len() - 1].iter().map(|s| (&s.members, s.bic - on_rung));
     let all: Vec<(&Vec<usize>, f64)> = deep.chain(shallow).filter(|(set, _)| set.len() == members.len()).collect();
     let mut list = Vec::with_capacity(members.len());
     for own in members {
         let others: Vec<usize> = members.iter().copied().filter(|m| m != own).collect();
-        let (mut contested, mut heard): (Vec<(usize, f64)>, Vec<usize>) = (Vec::new(), Vec::new());
+        let mut contested: Vec<(usize, f64)> = Vec::new();
         for (set, bic) in &all {
             let rest: Vec<usize> = set.iter().copied().filter(|s| !others.iter().any(|o| law(*s, *o))).collect();
             let [instead] = rest[..] else { continue };
-            // the rung has no say where a likelihood has spoken
-            if law(instead, *own) || heard.iter().any(|other| law(*other, instead)) {
-                continue;
-            }
-            heard.push(instead);
-            if *bic <= RIVAL_SPAN {
+            let known = contested.iter().any(|(c, _)| law(*c, instead));
+            if !law(instead, *own) && !known && *bic <= RIVAL_SPAN {
                 contested.push((instead, bic.max(0.0)));
             }
         }
