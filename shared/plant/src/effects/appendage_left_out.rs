@@ -2,7 +2,7 @@
 
 use super::applies::anywhere;
 use super::{Effect, EffectParameter, Law, parts};
-use crate::description::{Appendage, Mode, Plant, Quantity, Site, SiteKind, Space};
+use crate::description::{Plant, Site, SiteKind, Space};
 
 pub static EFFECT: Effect = Effect {
     kind: "appendage_left_out",
@@ -58,21 +58,10 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
         return Ok(());
     }
     let lever = if planar { [0.0, 0.0, p[7]] } else { [p[5], p[6], p[7]] };
-    let name = parts::free_name(plant, &format!("{}_appendage", site.name));
-    let mode_name = parts::free_name(plant, &format!("{}_mode", site.name));
-    let body = parts::body_mut(plant, &site.name)?.clone();
-    let mass = body.mass_kg.value;
+    let mass = parts::body_mut(plant, &site.name)?.mass_kg.value;
     let whole = libm::sqrt(share.iter().map(|share| share.abs()).sum::<f64>() * mass);
-    let mode = Mode {
-        name: mode_name,
-        frequency_hz: Quantity::known(p[3]),
-        damping_ratio: Quantity::known(p[4]),
-        translation_sqrt_kg: share.map(|s| Quantity::known(libm::copysign(libm::sqrt(s.abs() * mass), s))),
-        rotation_sqrt_kg_m: lever.map(|lever| Quantity::known(whole * lever)),
-        shape_per_sqrt_kg: Vec::new(),
-    };
-    plant.appendages.push(Appendage { name, body: site.name.clone(), points: Vec::new(), modes: vec![mode] });
-    parts::check_participation(plant, &body)
+    let participation = share.map(|s| libm::copysign(libm::sqrt(s.abs() * mass), s));
+    parts::add_mode(plant, site, [p[3], p[4]], participation, lever.map(|lever| whole * lever))
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::applies::turning_body;
 use super::{Effect, EffectParameter, Law, parts};
-use crate::description::{Appendage, Mode, Plant, Quantity, Site, SiteKind};
+use crate::description::{Plant, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {
     kind: "appendage_rotation_left_out",
@@ -40,21 +40,9 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
     if share == [0.0; 3] {
         return Ok(());
     }
-    let name = parts::free_name(plant, &format!("{}_appendage", site.name));
-    let mode_name = parts::free_name(plant, &format!("{}_mode", site.name));
-    let body = parts::body_mut(plant, &site.name)?.clone();
-    let inertia = parts::inertia_about_frame(&body);
+    let inertia = parts::inertia_about_frame(parts::body_mut(plant, &site.name)?);
     let participation = |axis: usize| libm::copysign(libm::sqrt(share[axis].abs() * inertia[axis]), share[axis]);
-    let mode = Mode {
-        name: mode_name,
-        frequency_hz: Quantity::known(p[3]),
-        damping_ratio: Quantity::known(p[4]),
-        translation_sqrt_kg: [Quantity::known(0.0); 3],
-        rotation_sqrt_kg_m: core::array::from_fn(|axis| Quantity::known(participation(axis))),
-        shape_per_sqrt_kg: Vec::new(),
-    };
-    plant.appendages.push(Appendage { name, body: site.name.clone(), points: Vec::new(), modes: vec![mode] });
-    parts::check_participation(plant, &body)
+    parts::add_mode(plant, site, [p[3], p[4]], [0.0; 3], core::array::from_fn(participation))
 }
 
 #[cfg(test)]

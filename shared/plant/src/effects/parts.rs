@@ -159,6 +159,31 @@ pub fn inertia_about_frame(body: &Body) -> [f64; 3] {
     core::array::from_fn(|axis| body.inertia_com_kg_m2[axis].value + body.mass_kg.value * (square - c[axis] * c[axis]))
 }
 
+/// An appendage of one mode on the body at `site`, hub-locked: its frequency and damping ratio, its participations of translation and rotation.
+///
+/// # Errors
+/// There is no such body, or it has less mass or inertia than the mode.
+pub fn add_mode(
+    plant: &mut Plant,
+    site: &Site,
+    [frequency_hz, damping_ratio]: [f64; 2],
+    translation_sqrt_kg: [f64; 3],
+    rotation_sqrt_kg_m: [f64; 3],
+) -> Result<(), String> {
+    let name = free_name(plant, &format!("{}_appendage", site.name));
+    let mode = Mode {
+        name: free_name(plant, &format!("{}_mode", site.name)),
+        frequency_hz: Quantity::known(frequency_hz),
+        damping_ratio: Quantity::known(damping_ratio),
+        translation_sqrt_kg: translation_sqrt_kg.map(Quantity::known),
+        rotation_sqrt_kg_m: rotation_sqrt_kg_m.map(Quantity::known),
+        shape_per_sqrt_kg: Vec::new(),
+    };
+    let body = body_mut(plant, &site.name)?.clone();
+    plant.appendages.push(Appendage { name, body: site.name.clone(), points: Vec::new(), modes: vec![mode] });
+    check_participation(plant, &body)
+}
+
 /// The modes on a body leave it some mass and inertia of its own: `m - sum of d^2 > 0` along each axis, likewise for rotation.
 ///
 /// # Errors
