@@ -10,10 +10,12 @@
 mod hops;
 mod refit;
 pub mod subsets;
+mod times;
 
 pub use hops::hopped;
 pub use refit::{Refit, free_numbers, refit_all, settled};
 pub use subsets::{Ranking, Subset, Trials, rank};
+pub use times::{found_times, timed};
 
 use crate::filter::NoiseModel;
 use crate::fit::board::dot;
@@ -158,7 +160,7 @@ impl Contender {
             && let Some(refit) = self.refit.take()
         {
             let members: Vec<&Column> = self.subset.members.iter().map(|member| &columns[*member]).collect();
-            let refit = hopped(engine, settled(engine, refit), &members);
+            let refit = hopped(engine, timed(engine, settled(engine, refit), &members), &members);
             self.objective = refit.objective;
             self.refit = Some(refit);
         }

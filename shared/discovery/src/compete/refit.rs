@@ -72,7 +72,7 @@ impl Refit {
 }
 
 /// What lasts as long as this has no end in any recording.
-const FOR_EVER_S: f64 = 1e8;
+pub(super) const FOR_EVER_S: f64 = 1e8;
 /// BIC from which a law takes another shape than usual: twenty to one.
 const PREFERRED: f64 = 6.0;
 /// Largest share of a body that a mode carries.

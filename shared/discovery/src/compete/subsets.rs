@@ -238,7 +238,7 @@ impl Layout {
         for column in chosen {
             let (candidate, count) = (&columns[column].candidate, columns[column].raw.len());
             let free = free_numbers(candidate, count);
-            let room = (0..count).map(|direction| candidate.range(direction)).collect();
+            let room = (0..count).map(|direction| candidate.asked(direction)).collect();
             groups.push(Group { column, first: width, count, free, room });
             width += count;
         }

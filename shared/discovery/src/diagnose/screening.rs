@@ -7,7 +7,7 @@ use crate::fit::{Board, Engine};
 use crate::score::refine::refined;
 use crate::score::{Candidate, Column, Lines, Orders, Score, candidates, columns, lines, noise_free, orders, scores};
 
-/// A disturbance this many times as large as stated may have swallowed something.
+/// Noise this many times as large as stated may have swallowed something.
 const GROWN: f64 = 3.0;
 
 /// Columns and their scores under the adapted noise.
@@ -42,7 +42,7 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options) ->
     let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
     let mut finer = refined((engine, board), along, &best.plant, theta, &best.noise, (&all, &found));
     if let Some(stated) = quieter(engine, best) {
-        // disturbances that have swallowed an effect hide its numbers too
+        // noise that has swallowed an effect hides its numbers too: of a fault that begins and ends it leaves two instants
         let found: Vec<Score> = scores(engine, board, theta, &stated, &all).into_iter().flatten().collect();
         finer.extend(refined((engine, board), along, &best.plant, theta, &stated, (&all, &found)));
     }
@@ -51,10 +51,12 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options) ->
     Screening { columns: all, scores }
 }
 
-/// The last rung of the ladder, disturbances as stated, at the size that the innovations then have; `None` where it is the adapted noise.
+/// The last rung of the ladder, all noise as stated, at the size that the innovations then have; `None` where it is the adapted noise.
 fn quieter(engine: &Engine<'_>, best: &Standing) -> Option<NoiseModel> {
-    let louder = best.noise.input_sigma.iter().zip(&engine.noise.input_sigma).any(|(s, stated)| *s > GROWN * stated);
-    let grown = louder || best.noise.jitter_s.iter().any(|jitter| *jitter > 0.0);
+    let (found, stated) = (&best.noise, &engine.noise);
+    let sizes = |noise: &NoiseModel| [noise.input_sigma.clone(), noise.sensor_sigma.clone()].concat();
+    let louder = sizes(found).iter().zip(&sizes(stated)).any(|(sigma, stated)| *sigma > GROWN * stated);
+    let grown = louder || found.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let noise = ladder(engine, &best.noise).pop().filter(|_| grown)?;
     let normal = best.fit.board.normal(engine, &best.fit.theta, &noise, &[])?;
     let scale = (normal.chi2 / engine.samples.max(1) as f64).sqrt();

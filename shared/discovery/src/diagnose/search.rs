@@ -3,7 +3,7 @@
 use super::adoption::{Step, step};
 use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::{Refit, free_numbers, hopped, weights};
+use crate::compete::{Refit, free_numbers, hopped, timed, weights};
 use crate::fit::Engine;
 use crate::score::{Column, cosine};
 
@@ -142,7 +142,7 @@ impl Found {
     /// `refit` of all that is adopted, with the valleys of all, stands.
     fn hop(&mut self, engine: &Engine<'_>, refit: Refit) -> Refit {
         let columns: Vec<&Column> = self.adopted.iter().map(|adopted| &adopted.column).collect();
-        let refit = hopped(engine, refit, &columns);
+        let refit = hopped(engine, timed(engine, refit, &columns), &columns);
         let gained = self.best.objective - refit.objective;
         self.rivals.iter_mut().for_each(|(.., behind)| *behind += gained);
         self.best = Standing::of(&refit);

@@ -8,12 +8,13 @@ use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
 use super::{Adopted, LeftOver, Standing, Unfitted, status};
+use crate::compete::found_times;
 use crate::doctor::short;
 use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
 use crate::held_out::{Gain, Status};
 use crate::omnibus::{Loudest, Outliers};
-use crate::score::Score;
+use crate::score::{Candidate, Score};
 use crate::statistics::chi_squared_tail;
 use crate::unknown_law::{Acts, UnknownLaw};
 use plant::description::SiteKind;
@@ -97,9 +98,9 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     diagnosis.compare.channels.clone_from(&findings.judged.shown.compare);
     diagnosis.notes.clone_from(&findings.notes);
     let judged = findings.adopted.iter().zip(&findings.judged.status);
-    diagnosis.effects = judged.map(|(own, status)| effect(findings.with(*status), own, *status)).collect();
+    diagnosis.effects = judged.map(|(own, status)| effect(engine, findings.with(*status), own, *status)).collect();
     let refused = findings.judged.refused.iter();
-    diagnosis.effects.extend(refused.map(|(own, with)| effect(with, own, Status::Refused)));
+    diagnosis.effects.extend(refused.map(|(own, with)| effect(engine, with, own, Status::Refused)));
     diagnosis.nominal = nominal(findings);
     diagnosis.detection_limits = limits(findings);
     diagnosis.not_found = (engine.problem.unknowns.iter().zip(&findings.stated.ratio))
@@ -488,7 +489,7 @@ fn changes(engine: &Engine<'_>, noise: &NoiseModel) -> Vec<(f64, String, NoiseMo
     list
 }
 
-fn effect(best: &Standing, adopted: &Adopted, status: Status) -> EffectReport {
+fn effect(engine: &Engine<'_>, best: &Standing, adopted: &Adopted, status: Status) -> EffectReport {
     let rivals = adopted.rivals.iter().map(|rival| Rival {
         kind: rival.kind.to_owned(),
         site: rival.site.clone(),
@@ -505,22 +506,31 @@ fn effect(best: &Standing, adopted: &Adopted, status: Status) -> EffectReport {
         probability: adopted.weight,
         status,
         rivals: rivals.collect(),
-        parameters: parameters(best, candidate.effect.kind, &candidate.site.to_string()),
+        parameters: parameters(engine, best, candidate),
         kappa: adopted.score.kappa,
         d: adopted.d,
     }
 }
 
-fn parameters(best: &Standing, kind: &str, site: &str) -> Vec<ParameterReport> {
-    let prefix = format!("effect.{kind}@{site}.");
+/// Numbers of the effect of `candidate` that were estimated, and the times that were searched.
+fn parameters(engine: &Engine<'_>, best: &Standing, candidate: &Candidate) -> Vec<ParameterReport> {
+    let prefix = format!("effect.{}@{}.", candidate.effect.kind, candidate.site);
     let own = best.problem.unknowns.iter().enumerate().filter(|(_, u)| u.parameter.starts_with(&prefix));
-    own.map(|(i, unknown)| ParameterReport {
+    let estimated = own.map(|(i, unknown)| ParameterReport {
         name: unknown.parameter[prefix.len()..].to_owned(),
         value: best.fit.theta[i],
         sigma: best.fit.sigma[i],
         unit: unknown.unit.clone(),
-    })
-    .collect()
+    });
+    let own = Engine::like(engine, &best.problem).ok();
+    let times = own.map_or_else(Vec::new, |own| found_times(&own, (&best.fit, &best.noise), candidate));
+    let times = times.into_iter().map(|found| ParameterReport {
+        name: found.name.to_owned(),
+        value: found.value,
+        sigma: found.sigma,
+        unit: "s".to_owned(),
+    });
+    estimated.chain(times).collect()
 }
 
 fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {

@@ -50,11 +50,17 @@ impl Candidate {
         if self.one_sided || first.low < 0.0 { [first.low, first.high] } else { [-first.high, first.high] }
     }
 
-    /// Amplitudes along the directions that the effect can have: in their ranges, not all nothing, and of effective masses the largest not
-    /// negative.
+    /// What the linear model may ask of an amplitude along a direction. What is there altogether (a command that sticks) comes out above it as
+    /// often as below, and by more where the plant's numbers had given way to it; zero is an edge all the same, it is what is not there.
+    pub fn asked(&self, direction: usize) -> [f64; 2] {
+        self.range(direction).map(|edge| ASKED * edge)
+    }
+
+    /// Amplitudes along the directions that the effect can have: as they may be asked, not all nothing, and of effective masses the largest
+    /// not negative.
     pub fn is_possible(&self, amplitudes: &[f64]) -> bool {
         let is_in_range = |(direction, a): (usize, &f64)| {
-            let [low, high] = self.range(direction);
+            let [low, high] = self.asked(direction);
             (low..=high).contains(a)
         };
         let largest = amplitudes.iter().copied().fold(0.0f64, |most, a| if a.abs() > most.abs() { a } else { most });
@@ -111,6 +117,8 @@ struct Setting<'a> {
     planar: bool,
 }
 
+/// Largest amplitude that a linear model may ask, in the largest possible.
+const ASKED: f64 = 1.5;
 const ANGLES: [&str; 5] = ["azimuth", "axis_azimuth", "clock", "phase", "elevation"];
 /// Points of a grid over frequency and over time.
 const FREQUENCIES: usize = 9;
