@@ -13,6 +13,7 @@
 pub mod candidates;
 mod columns;
 pub(crate) mod forcing;
+mod instants;
 mod lines;
 mod noise_free;
 mod orders;
@@ -21,6 +22,7 @@ pub(crate) mod robust;
 
 pub use candidates::{Candidate, candidates};
 pub use columns::{Column, columns};
+pub use instants::{Instants, instants};
 pub use lines::{Lines, lines};
 pub use noise_free::noise_free;
 pub use orders::{Orders, orders};

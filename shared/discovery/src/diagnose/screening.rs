@@ -5,7 +5,9 @@ use crate::compete::subsets::ladder;
 use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine};
 use crate::score::refine::refined;
-use crate::score::{Candidate, Column, Lines, Orders, Score, candidates, columns, lines, noise_free, orders, scores};
+use crate::score::{
+    Candidate, Column, Lines, Orders, Score, candidates, columns, instants, lines, noise_free, orders, scores,
+};
 
 /// Noise this many times as large as stated may have swallowed something.
 const GROWN: f64 = 3.0;
@@ -34,14 +36,17 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options) ->
     });
     let along = loops.as_ref().map_or((engine, board), |(engine, board)| (engine, board));
     let period_s = engine.timelines[0].period_s;
+    let stated = quieter(engine, best);
     let (lines, orders) = longest(engine, best);
-    let found = (&lines, &orders[..]);
+    let noise = stated.as_ref().unwrap_or(&best.noise);
+    let jumps = instants((engine, board), along, &best.plant, theta, noise);
+    let found = (&lines, &orders[..], &jumps);
     let mut list = candidates(engine.problem, &best.plant, &board.linears, period_s, found, &options.without);
     thin(engine, best, &mut list);
     let mut all = columns(along, &best.plant, theta, &list);
     let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
     let mut finer = refined((engine, board), along, &best.plant, theta, &best.noise, (&all, &found));
-    if let Some(stated) = quieter(engine, best) {
+    if let Some(stated) = stated {
         // noise that has swallowed an effect hides its numbers too: of a fault that begins and ends it leaves two instants
         let found: Vec<Score> = scores(engine, board, theta, &stated, &all).into_iter().flatten().collect();
         finer.extend(refined((engine, board), along, &best.plant, theta, &stated, (&all, &found)));

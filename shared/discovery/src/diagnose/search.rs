@@ -45,9 +45,14 @@ pub(super) fn searched(
         let Some(joined) = joined else { break };
         last = Some(joined);
     }
-    if let Some((refit, earlier)) = last.filter(|(_, earlier)| *earlier > 0) {
-        progress("look again at what came first", 0.8);
-        found.look_again(engine, refit, (earlier, begun), options);
+    if let Some((refit, earlier)) = last {
+        let refit = if earlier > 0 {
+            progress("look again at what came first", 0.8);
+            found.look_again(engine, refit, (earlier, begun), options)
+        } else {
+            refit
+        };
+        found.prune(engine, refit);
     }
     found.rivals.retain(|(.., behind)| *behind <= RIVAL_SPAN);
     Ok(found)
@@ -119,7 +124,13 @@ impl Found {
     }
 
     /// Another look for each of the `earlier` effects beside those that joined in the last round, which `begun` at so much work.
-    fn look_again(&mut self, engine: &Engine<'_>, refit: Refit, (earlier, begun): (usize, f64), options: &Options) {
+    fn look_again(
+        &mut self,
+        engine: &Engine<'_>,
+        refit: Refit,
+        (earlier, begun): (usize, f64),
+        options: &Options,
+    ) -> Refit {
         let before = self.best.objective;
         // valleys of what came earlier were those of a smaller set
         let mut refit = self.hop(engine, refit);
@@ -137,6 +148,23 @@ impl Found {
             looked = looked.max(engine.work.spent() - begun);
         }
         self.unknown_noise = (self.unknown_noise + self.best.objective - before).max(0.0);
+        refit
+    }
+
+    /// What came while the fit of another was still on its way, and is nothing beside it now, leaves; the one that shows most stays.
+    fn prune(&mut self, engine: &Engine<'_>, refit: Refit) {
+        let most = self.adopted.iter().map(|own| own.d).fold(0.0, f64::max);
+        let others: Vec<Adopted> = self.adopted.iter().filter(|own| own.d < most).cloned().collect();
+        let (refit, left) = relieved(engine, refit, &others);
+        if !left.contains(&true) {
+            return;
+        }
+        let gone: Vec<Adopted> = others.into_iter().zip(left).filter_map(|(own, left)| left.then_some(own)).collect();
+        let is_gone = |own: &Adopted| gone.iter().any(|gone| own.column.candidate.same_law(&gone.column.candidate));
+        self.best = Standing::of(&refit);
+        self.adopted.retain(|own| !is_gone(own));
+        self.rivals.retain(|(set, ..)| !set.iter().any(is_gone));
+        self.smaller.retain(|(set, _)| set.len() < self.adopted.len() && !set.iter().any(is_gone));
     }
 
     /// `refit` of all that is adopted, with the valleys of all, stands.

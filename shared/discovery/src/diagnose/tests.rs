@@ -72,6 +72,50 @@ fn a_panel_left_out_of_a_hub_is_named_by_the_motion_that_it_answers() {
     }
 }
 
+/// Four thrusters that pulse in turn; a gyro whose steps the filter forgets within a few samples.
+fn floater() -> Plant {
+    let thruster = |(name, place, direction, begin): (&str, &str, &str, &str)| {
+        format!(
+            "[[actuator]]\nname = \"{name}\"\nkind = \"thruster\"\nbody = \"hub\"\nposition = {place}\ndirection = \"{direction}\"\n\
+             range = \"22 N\"\nnoise = \"0.02 N\"\n\
+             command = {{ kind = \"pulse\", size = \"22 N\", width = \"1 s\", period = \"17 s\", begin = \"{begin}\" }}\n"
+        )
+    };
+    let thrusters = [
+        ("t1", "[\"-0.9 m\", \"0.7 m\"]", "x", "2 s"),
+        ("t2", "[\"-0.9 m\", \"-0.7 m\"]", "x", "5 s"),
+        ("t3", "[\"0.9 m\", \"0.7 m\"]", "-x", "12 s"),
+        ("t4", "[\"0.9 m\", \"-0.7 m\"]", "-x", "9 s"),
+    ];
+    hub(&format!(
+        "{}[[sensor]]\nname = \"gyro\"\nkind = \"gyro\"\nbody = \"hub\"\nnoise = \"2e-5 rad/s\"\n\
+         [[sensor]]\nname = \"acceleration\"\nkind = \"accelerometer\"\nbody = \"hub\"\naxis = \"xy\"\nnoise = \"2e-4 m/s^2\"",
+        thrusters.map(thruster).concat()
+    ))
+}
+
+#[test]
+fn what_begins_or_ends_is_named_with_its_times_and_what_sticks_altogether_with_a_share_of_one() {
+    let nominal = floater();
+    let cases: [(&str, &str, &[(&str, f64, f64)]); 3] = [
+        ("actuator_stuck", "actuator:t2", &[("share", 1.0, 1.0), ("begin", 31.0, 10.0)]),
+        ("thruster_leak", "actuator:t1", &[("force", 0.3, 0.02), ("begin", 31.83, 0.1)]),
+        ("sensor_step", "sensor:gyro", &[("step", 2e-3, 1e-4), ("begin", 23.33, 0.1), ("duration", 9.7, 0.15)]),
+    ];
+    for (kind, site, numbers) in cases {
+        let values: Vec<(&str, f64)> = numbers.iter().map(|(name, value, _)| (*name, *value)).collect();
+        let found = diagnosed(&nominal, recording(&with_effect(&nominal, kind, site, &values), 43, 60.0));
+        let [named] = &found.effects[..] else { panic!("{kind}: {:?} {:?}", found.reason, found.effects) };
+        assert!(named.kind == kind && named.site == site && named.probability > 0.9, "{named:?}");
+        for (name, truth, most) in numbers {
+            let number =
+                named.parameters.iter().find(|p| p.name == *name).unwrap_or_else(|| panic!("{name}: {named:?}"));
+            let off = (number.value - truth).abs();
+            assert!(off <= 4.0 * number.sigma && number.sigma <= *most, "{kind} {name}: {number:?}");
+        }
+    }
+}
+
 #[test]
 fn a_gravity_gradient_is_named_wherever_the_planet_stands() {
     let mut nominal = hub("[[actuator]]\nname = \"torque\"\nkind = \"body_torque\"\nbody = \"hub\"\n\

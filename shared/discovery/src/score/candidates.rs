@@ -1,6 +1,6 @@
 //! The catalogue laid out over a plant: every effect at every site, with grids for the numbers inside its law.
 
-use super::{Lines, Orders};
+use super::{Instants, Lines, Orders};
 use crate::filter::Linear;
 use crate::problem::Problem;
 use plant::description::{Plant, Site, SiteKind, Space};
@@ -12,7 +12,7 @@ pub struct Candidate {
     pub effect: &'static Effect,
     pub site: Site,
     /// Every parameter but the amplitude and the angles.
-    pub inner: Vec<(&'static str, f64)>,
+    pub inner: Inner,
     /// Of a vector amplitude its components along each direction, else the angles of each; one empty list where there are none.
     pub directions: Vec<Vec<(&'static str, f64)>>,
     /// The amplitude cannot be negative.
@@ -50,10 +50,11 @@ impl Candidate {
         if self.one_sided || first.low < 0.0 { [first.low, first.high] } else { [-first.high, first.high] }
     }
 
-    /// What the linear model may ask of an amplitude along a direction. What is there altogether (a command that sticks) comes out above it as
-    /// often as below, and by more where the plant's numbers had given way to it; zero is an edge all the same, it is what is not there.
+    /// What the linear model may ask of an amplitude along a direction. Of what is lost or kept as a whole (a command that sticks, a thruster that is
+    /// dead) it comes out above one as often as below, and by more where the plant's numbers had given way to it.
     pub fn asked(&self, direction: usize) -> [f64; 2] {
-        self.range(direction).map(|edge| ASKED * edge)
+        let is_share = self.effect.parameters[0].unit == "1";
+        self.range(direction).map(|edge| if is_share && edge.abs() == 1.0 { ASKED * edge } else { edge })
     }
 
     /// Amplitudes along the directions that the effect can have: as they may be asked, not all nothing, and of effective masses the largest
@@ -102,6 +103,9 @@ pub struct Motion {
     pub rate_max: f64,
 }
 
+/// Numbers inside a law.
+type Inner = Vec<(&'static str, f64)>;
+
 /// What grids depend on.
 struct Setting<'a> {
     duration_s: f64,
@@ -112,12 +116,15 @@ struct Setting<'a> {
     lines: &'a dyn Fn(&Site) -> Vec<f64>,
     /// Frequencies among which the lines were found.
     looked: usize,
+    /// Instants at which the innovations that a site can be the cause of jump [s], and the samples among which they were found.
+    instants: &'a dyn Fn(&Site) -> Vec<f64>,
+    samples: usize,
     /// Orders of ripples that a site can be the cause of.
     orders: &'a dyn Fn(&Site) -> Option<&'a Orders>,
     planar: bool,
 }
 
-/// Largest amplitude that a linear model may ask, in the largest possible.
+/// Largest share that a linear model may ask where all of it is possible.
 const ASKED: f64 = 1.5;
 const ANGLES: [&str; 5] = ["azimuth", "axis_azimuth", "clock", "phase", "elevation"];
 /// Points of a grid over frequency and over time.
@@ -133,14 +140,17 @@ pub fn candidates(
     plant: &Plant,
     linears: &[Linear],
     period_s: f64,
-    (found, ripples): (&Lines, &[Orders]),
+    (found, ripples, jumps): (&Lines, &[Orders], &Instants),
     without: &[String],
 ) -> Vec<Candidate> {
     let motion = |site: &Site| motion(plant, linears, site);
-    let lines = |site: &Site| {
+    // of a sensor its own, of everything else what any sensor shows
+    let of = |site: &Site, channels: &[Vec<f64>], pooled: &[f64]| {
         let channel = plant.sensors.iter().position(|sensor| site.kind == SiteKind::Sensor && sensor.name == site.name);
-        channel.and_then(|c| found.channels.get(c)).unwrap_or(&found.pooled).clone()
+        channel.and_then(|c| channels.get(c)).map_or_else(|| pooled.to_vec(), Clone::clone)
     };
+    let lines = |site: &Site| of(site, &found.channels, &found.pooled);
+    let instants = |site: &Site| of(site, &jumps.channels, &jumps.pooled);
     let orders = |site: &Site| {
         ripples.iter().find(|own| match own.channel {
             None => site.kind == SiteKind::Joint && own.joint == site.name,
@@ -155,6 +165,8 @@ pub fn candidates(
         motion: &motion,
         lines: &lines,
         looked: found.looked,
+        instants: &instants,
+        samples: jumps.looked,
         orders: &orders,
         planar: plant.space == Space::Planar,
     };
@@ -176,7 +188,7 @@ pub fn candidates(
 
 fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &mut Vec<Candidate>) {
     let motion = (setting.motion)(site);
-    let mut grid: Vec<Vec<(&'static str, f64)>> = vec![Vec::new()];
+    let mut grid: Vec<Inner> = vec![Vec::new()];
     for parameter in effect.parameters.iter().skip(effect.amplitudes.max(1)).filter(|p| !ANGLES.contains(&p.name)) {
         let mut points = points(effect, parameter, setting, motion);
         if parameter.name == "frequency" && points.len() > 1 {
@@ -190,9 +202,8 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             .flat_map(|inner| points.iter().map(move |value| [inner.clone(), vec![(parameter.name, *value)]].concat()))
             .collect();
     }
-    let directions = directions(effect, setting.planar);
-    let amplitudes = amplitudes(effect);
-    for (inner, at) in grid.iter().flat_map(|inner| amplitudes.iter().map(move |at| (inner.clone(), *at))) {
+    let mut points: Vec<(Inner, usize)> = Vec::with_capacity(grid.len());
+    for inner in grid {
         let picked = |(name, value): &(&str, f64)| {
             match *name {
                 "frequency" => Some((setting.looked, (setting.lines)(site))),
@@ -202,8 +213,16 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             .filter(|(_, list)| list.contains(value))
         };
         let tries = inner.iter().find_map(picked).map_or(1, |(looked, list)| looked.max(1) / list.len().max(1));
-        let first = &effect.parameters[0];
-        let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes <= 1;
+        points.push((inner, tries));
+    }
+    points.extend(points.first().map_or_else(Vec::new, |(inner, _)| jumping(effect, inner, site, setting)));
+    let directions = directions(effect, setting.planar);
+    let first = &effect.parameters[0];
+    let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes <= 1;
+    let amplitudes = amplitudes(effect);
+    for ((inner, tries), at) in
+        points.into_iter().flat_map(|point| amplitudes.iter().map(move |at| (point.clone(), *at)))
+    {
         list.push(Candidate {
             effect,
             site: site.clone(),
@@ -216,6 +235,30 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
             tries: tries.max(1),
         });
     }
+}
+
+/// Points of what begins at a jump of the innovations, and lasts to the end or to the next ones, with how many they were picked from.
+fn jumping(effect: &Effect, inner: &Inner, site: &Site, setting: &Setting<'_>) -> Vec<(Inner, usize)> {
+    let place = |name: &str| inner.iter().position(|(own, _)| *own == name);
+    let Some(begin) = place("begin") else { return Vec::new() };
+    let instants = (setting.instants)(site);
+    let allows =
+        |name: &str, value: f64| effect.parameters.iter().any(|p| p.name == name && (p.low..=p.high).contains(&value));
+    let at = |values: &[(usize, f64)]| {
+        let mut inner = inner.clone();
+        values.iter().for_each(|(place, value)| inner[*place].1 = *value);
+        inner
+    };
+    let pairs = instants.len() * instants.len().saturating_sub(1) / 2;
+    let mut points = Vec::with_capacity(instants.len() + pairs);
+    for (i, from) in instants.iter().enumerate().filter(|(_, from)| allows("begin", **from)) {
+        points.push((at(&[(begin, *from)]), setting.samples / instants.len()));
+        let Some(lasts) = place("duration") else { continue };
+        for until in instants[i + 1..].iter().filter(|until| allows("duration", *until - from)) {
+            points.push((at(&[(begin, *from), (lasts, until - from)]), setting.samples * setting.samples / 2 / pairs));
+        }
+    }
+    points
 }
 
 /// Amplitudes at which a law is looked at; one that is free where the law is near enough a line.

@@ -11,7 +11,7 @@ pub static EFFECT: Effect = Effect {
     title: "Actuator gain (motor constant, thrust level) other than stated",
     sites: &[SiteKind::Actuator],
     applies: effort,
-    parameters: &[EffectParameter::new("error", "1", [-0.5, 0.5], 0.03, "relative error e of the gain")],
+    parameters: &[EffectParameter::new("error", "1", [-1.0, 0.5], 0.03, "relative error e of the gain; -1: dead")],
     amplitudes: 1,
     hidden_states: 0,
     law: Law::Actuator(both!(law)),

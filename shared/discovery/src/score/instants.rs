@@ -1,0 +1,171 @@
+//! Instants at which innovations jump: where to look for what begins or ends at once.
+//!
+//! A filter that trusts its sensors forgets a step within a few samples, and no grid of times meets these; what pushes from an instant on
+//! rises there and stays. White noise has no rise of this size. A reading that is wrong once jumps, too: what a wrong reading explains better
+//! than a step of them that stays begins nothing.
+
+use super::{Candidate, columns, scores};
+use crate::filter::NoiseModel;
+use crate::fit::{Board, Engine};
+use crate::problem::Timeline;
+use crate::statistics::{chi_squared_quantile, median};
+use plant::description::{Plant, Site, SiteKind};
+
+/// Instants of each list.
+pub const INSTANTS: usize = 4;
+/// Family-wise level at which white noise would have a sample as large.
+const LEVEL: f64 = 1e-3;
+/// A jump stands alone within this share of its channel's samples, at least so many: behind it the filter settles.
+const ALONE: usize = 64;
+const ALONE_LEAST: usize = 3;
+/// Jumps are this many times as large as what follows them in size: of heavy tails none is.
+const GAP: f64 = 1.5;
+/// Median of |z| of a normal variable.
+const MEDIAN: f64 = 0.674_489_750_196_081_7;
+
+/// Instants of every channel and of all together [s], in order of time, and the samples that were looked at.
+#[derive(Clone, Debug, Default)]
+pub struct Instants {
+    pub channels: Vec<Vec<f64>>,
+    pub pooled: Vec<f64>,
+    pub looked: usize,
+}
+
+/// Jumps of the innovations of the longest run under `noise`, each between its sample and the one before; what they show is taken `along`.
+///
+/// Cost: two columns a jump.
+pub fn instants(
+    (engine, board): (&Engine<'_>, &Board),
+    along: (&Engine<'_>, &Board),
+    plant: &Plant,
+    theta: &[f64],
+    noise: &NoiseModel,
+) -> Instants {
+    let mut found = Instants::default();
+    let mut r = [board.nu.clone()];
+    let longest = (0..engine.timelines.len()).max_by_key(|run| engine.timelines[*run].value.len());
+    let Some((run, _)) = longest.zip(board.whiten(engine, noise, &mut r)) else { return found };
+    let timeline = &engine.timelines[run];
+    let mut pool: Vec<(f64, f64)> = Vec::new();
+    for (channel, sensor) in plant.sensors.iter().enumerate() {
+        let own: Vec<usize> = samples_of(timeline, channel);
+        found.looked = found.looked.max(own.len());
+        let jumps = jumps(&own.iter().map(|s| r[0][engine.offsets[run] + s]).collect::<Vec<_>>());
+        let edges = jumps.iter().map(|(_, k)| edge(timeline, &own, *k)).collect::<Vec<_>>();
+        let stays = stay((engine, board), along, plant, theta, noise, (&sensor.name, &edges));
+        let own: Vec<(f64, f64)> =
+            jumps.iter().zip(&edges).zip(stays).filter(|(_, stays)| *stays).map(|((j, e), _)| (j.0, e[0])).collect();
+        found.channels.push(first(&own));
+        pool.extend(own);
+    }
+    pool.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
+    found.pooled = first(&pool);
+    found
+}
+
+fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
+    (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect()
+}
+
+/// Between a channel's sample `k` and the one before, and the interval behind it [s].
+fn edge(timeline: &Timeline, own: &[usize], k: usize) -> [f64; 2] {
+    let stamp = |k: usize| timeline.stamp_s[own[k.min(own.len() - 1)]];
+    [0.5 * (stamp(k - 1) + stamp(k)), stamp(k + 1) - stamp(k)]
+}
+
+/// Which jumps of a sensor's innovations are rather a step of its readings that stays than one wrong reading.
+fn stay(
+    (engine, board): (&Engine<'_>, &Board),
+    along: (&Engine<'_>, &Board),
+    plant: &Plant,
+    theta: &[f64],
+    noise: &NoiseModel,
+    (sensor, edges): (&str, &[[f64; 2]]),
+) -> Vec<bool> {
+    let Some(effect) = plant::effects::effect("sensor_step") else { return vec![false; edges.len()] };
+    let site = Site { kind: SiteKind::Sensor, name: sensor.to_owned() };
+    let of = |begin: f64, duration: f64| Candidate {
+        effect,
+        site: site.clone(),
+        inner: vec![("begin", begin), ("duration", duration)],
+        directions: vec![Vec::new()],
+        one_sided: false,
+        high: effect.parameters[0].high,
+        at: None,
+        felt: None,
+        tries: 1,
+    };
+    let both = |[begin, interval]: &[f64; 2]| [of(*begin, effect.parameters[2].default), of(*begin, *interval)];
+    let list: Vec<Candidate> = edges.iter().flat_map(both).collect();
+    let found = columns(along, plant, theta, &list);
+    let judged = scores(engine, board, theta, noise, &found);
+    let statistic = |begin: f64, lasts: bool| {
+        let is_own =
+            |inner: &[(&str, f64)]| inner[0].1 == begin && (inner[1].1 == effect.parameters[2].default) == lasts;
+        let own = found.iter().zip(&judged).find(|(column, _)| is_own(&column.candidate.inner));
+        own.and_then(|(_, score)| score.as_ref()).map_or(0.0, |score| score.statistic)
+    };
+    edges.iter().map(|[begin, _]| statistic(*begin, true) > statistic(*begin, false)).collect()
+}
+
+/// The largest few in order of time, each once.
+fn first(jumps: &[(f64, f64)]) -> Vec<f64> {
+    let mut list: Vec<f64> = Vec::new();
+    for (_, t_s) in jumps {
+        if list.len() < INSTANTS && !list.contains(t_s) {
+            list.push(*t_s);
+        }
+    }
+    list.sort_by(f64::total_cmp);
+    list
+}
+
+/// Size and place of rises `|r_k| − |r_(k−1)|` that are larger than any of white noise and than all about them, largest first.
+fn jumps(r: &[f64]) -> Vec<(f64, usize)> {
+    let mut changes: Vec<f64> = r.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
+    if changes.len() < 2 * ALONE_LEAST {
+        return Vec::new();
+    }
+    // of white noise its standard deviation, whatever level it stands on
+    let scale = median(&mut changes) * core::f64::consts::FRAC_1_SQRT_2 / MEDIAN;
+    let least = chi_squared_quantile(1.0 - LEVEL / r.len() as f64, 1.0).sqrt();
+    let rises: Vec<f64> = r.windows(2).map(|pair| (pair[1].abs() - pair[0].abs()) / scale).collect();
+    let reach = (r.len() / ALONE).max(ALONE_LEAST);
+    let about = |k: usize| &rises[k.saturating_sub(reach)..(k + reach + 1).min(rises.len())];
+    let is_jump = |k: &usize| rises[*k] > least && about(*k).iter().all(|other| *other <= rises[*k]);
+    let mut list: Vec<(f64, usize)> = (0..rises.len()).filter(is_jump).map(|k| (rises[k], k + 1)).collect();
+    list.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let below = |count: usize| list.get(count).map_or(least, |next| next.0);
+    let apart = |count: &usize| list[count - 1].0 > GAP * below(*count);
+    let count = (1..=list.len().min(INSTANTS)).rev().find(apart).unwrap_or(0);
+    list.truncate(count);
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+
+    #[test]
+    fn what_pushes_from_an_instant_on_has_that_instant_however_long_it_lasts() {
+        let mut pushed = Noise::new(4).series(800, 1.0);
+        pushed[150..].iter_mut().for_each(|r| *r += 60.0);
+        assert_eq!(jumps(&pushed).iter().map(|(_, k)| *k).collect::<Vec<_>>(), [150]);
+    }
+
+    #[test]
+    fn a_step_that_the_filter_forgets_has_its_two_edges_and_noise_of_any_size_has_none() {
+        for (seed, size) in [(1, 1.0), (2, 1e-3), (3, 50.0)] {
+            let noise: Vec<f64> = Noise::new(seed).series(800, size);
+            assert_eq!(jumps(&noise), []);
+            let mut stepped = noise;
+            for (edge, sign) in [(300, 1.0), (420, -1.0)] {
+                (0..8).for_each(|k| stepped[edge + k] += sign * 40.0 * size * 0.5f64.powi(k as i32));
+            }
+            let mut edges: Vec<usize> = jumps(&stepped).iter().map(|(_, k)| *k).collect();
+            edges.sort_unstable();
+            assert_eq!(edges, [300, 420]);
+        }
+    }
+}
