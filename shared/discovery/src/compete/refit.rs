@@ -60,14 +60,19 @@ impl Refit {
 
     /// Every amplitude of the effect is within two of its standard errors of nothing.
     pub fn vanishes(&self, column: &Column) -> bool {
+        self.evidence(column) <= 2.0
+    }
+
+    /// Largest amplitude of the effect in its standard errors; of an effect without any no end of them.
+    pub fn evidence(&self, column: &Column) -> f64 {
         let effect = column.candidate.effect;
         let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
         let amplitudes = effect.parameters.iter().take(effect.amplitudes.max(1));
         let place = |p: &plant::effects::EffectParameter| {
             self.problem.unknowns.iter().position(|unknown| unknown.parameter == format!("{prefix}{}", p.name))
         };
-        let places: Vec<usize> = amplitudes.filter_map(place).collect();
-        !places.is_empty() && places.iter().all(|at| self.fit.theta[*at].abs() <= 2.0 * self.fit.sigma[*at])
+        let size = |at: usize| self.fit.theta[at].abs() / self.fit.sigma[at].max(f64::MIN_POSITIVE);
+        amplitudes.filter_map(place).map(size).reduce(f64::max).unwrap_or(f64::INFINITY)
     }
 }
 

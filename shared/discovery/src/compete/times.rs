@@ -8,6 +8,7 @@ use super::refit::{FOR_EVER_S, Refit, settled};
 use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine, Fit};
 use crate::score::{Candidate, Column};
+use nalgebra::{Cholesky, DMatrix};
 use plant::description::{EffectUse, Plant};
 
 /// Gain in `−2 ln p` from which an edge lies elsewhere.
@@ -63,11 +64,11 @@ pub fn timed(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
 
 /// The plant of `refit` with its edges moved; `None` where none gains.
 fn moved(engine: &Engine<'_>, refit: &Refit, members: &[&Column]) -> Option<Plant> {
-    let list: Vec<Place> = members.iter().flat_map(|column| places(&refit.plant, &column.candidate)).collect();
-    (!list.is_empty()).then_some(())?;
     let own = Engine::like(engine, &refit.problem).ok()?;
+    let list: Vec<Place> = members.iter().flat_map(|column| places(&own, &refit.plant, &column.candidate)).collect();
+    (!list.is_empty()).then_some(())?;
     let mut follow = Follow::new(&own, &refit.fit, &refit.noise);
-    let [begin_s, end_s] = own.problem.span_s();
+    let [begin_s, end_s] = span_s(&own);
     let finest = own.timelines.first()?.period_s;
     let mut plant = refit.plant.clone();
     let present = follow.least(&plant)?;
@@ -122,32 +123,49 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
     best
 }
 
-/// Times of the effect of `candidate` that the search has found, as `fit` of its plant knows them; none where it has none.
-pub fn found_times(engine: &Engine<'_>, (fit, noise): (&Fit, &NoiseModel), candidate: &Candidate) -> Vec<FoundTime> {
+/// Times of the effect of `candidate` that the search has found, as `fit` of its plant knows them; none where it has none. Beside them the
+/// standard errors of all unknowns with these times free.
+pub fn found_times(
+    engine: &Engine<'_>,
+    (fit, noise): (&Fit, &NoiseModel),
+    candidate: &Candidate,
+) -> Option<(Vec<FoundTime>, Vec<f64>)> {
     let plant = &fit.plant;
-    let list = places(plant, candidate);
+    let list = places(engine, plant, candidate);
+    (!list.is_empty()).then_some(())?;
     let mut follow = Follow::new(engine, fit, noise);
-    let mut times: Vec<FoundTime> = Vec::new();
-    for place in list {
-        let Some(sigma) = follow.sigma(plant, place) else { continue };
-        let found = match (place.edge, times.last()) {
-            (Edge::Begin, _) => time(&plant.effects[place.effect], Edge::Begin).map(|value| ("begin", value, sigma)),
-            (Edge::End, begun) => {
-                let lasts = time(&plant.effects[place.effect], Edge::End).zip(begun).map(|(end, b)| (end - b.value, b));
-                lasts.map(|(lasts, begun)| ("duration", lasts, libm::hypot(sigma, begun.sigma)))
+    let alone: Vec<f64> = list.iter().map(|place| follow.sigma(plant, *place)).collect::<Option<_>>()?;
+    let (sigma, between) = follow.joint(plant, &list, &alone)?;
+    let value = |edge: Edge| time(&plant.effects[list[0].effect], edge);
+    let mut times = Vec::with_capacity(2);
+    for (k, place) in list.iter().enumerate() {
+        let found = match place.edge {
+            Edge::Begin => FoundTime { name: "begin", value: value(Edge::Begin)?, sigma: between[(k, k)].sqrt() },
+            Edge::End => {
+                let begun = list.iter().position(|other| other.edge == Edge::Begin);
+                let own = begun.map_or(0.0, |b| between[(b, b)] - 2.0 * between[(b, k)]);
+                let sigma = (between[(k, k)] + own).max(0.0).sqrt();
+                FoundTime { name: "duration", value: value(Edge::End)? - value(Edge::Begin)?, sigma }
             }
         };
-        times.extend(found.map(|(name, value, sigma)| FoundTime { name, value, sigma }));
+        times.push(found);
     }
-    times
+    Some((times, sigma))
 }
 
-/// Edges of the effect of `candidate` in `plant` that the refinement of the score searches.
-fn places(plant: &Plant, candidate: &Candidate) -> Vec<Place> {
+/// From the first beginning of a run to the last end of one [s].
+fn span_s(engine: &Engine<'_>) -> [f64; 2] {
+    let runs = engine.problem.runs.iter();
+    runs.fold([f64::INFINITY, f64::NEG_INFINITY], |[b, e], run| [b.min(run.begin_s), e.max(run.end_s)])
+}
+
+/// Edges of the effect of `candidate` in `plant` that the refinement of the score searches; one outside of what was recorded is none.
+fn places(engine: &Engine<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Place> {
     let is_own = |used: &EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
     let Some(effect) = plant.effects.iter().position(is_own) else { return Vec::new() };
-    let is_there = |place: &Place| time(&plant.effects[effect], place.edge).is_some();
-    [Edge::Begin, Edge::End].map(|edge| Place { effect, edge }).into_iter().filter(is_there).collect()
+    let [begin_s, end_s] = span_s(engine);
+    let is_inside = |place: &Place| time(&plant.effects[effect], place.edge).is_some_and(|t| begin_s < t && t < end_s);
+    [Edge::Begin, Edge::End].map(|edge| Place { effect, edge }).into_iter().filter(is_inside).collect()
 }
 
 /// When an effect begins or ends; `None` where it has no such edge.
@@ -200,27 +218,63 @@ impl<'a, 'p> Follow<'a, 'p> {
         self.board.normal(self.engine, self.theta, self.noise, &[])?.minimum_without()
     }
 
-    /// Half the width in which the objective rises by less than one, at least what integration resolves.
+    /// Half the width in which the objective rises by less than one, at least what integration resolves; all other edges stay.
     fn sigma(&mut self, plant: &Plant, place: Place) -> Option<f64> {
         let at = time(&plant.effects[place.effect], place.edge)?;
         let finest = self.engine.timelines.first()?.period_s;
-        let [begin_s, end_s] = self.engine.problem.span_s();
+        let [begin_s, end_s] = span_s(self.engine);
         let least = self.least(plant)?;
         let mut rises = |t_s: f64| {
-            let moved = with(plant, place, t_s).and_then(|moved| self.least(&moved));
-            !(begin_s..=end_s).contains(&t_s) || moved.is_none_or(|found| found - least >= 1.0)
+            let inside = (begin_s..=end_s).contains(&t_s);
+            let moved = inside.then(|| with(plant, place, t_s)).flatten().and_then(|moved| self.least(&moved));
+            moved.is_none_or(|found| found - least >= 1.0)
         };
         let [down, up] = [-1.0, 1.0].map(|sign| {
             let (mut near, mut far) = (0.0, 0.5 * finest);
-            while !rises(at + sign * far) {
+            while far < end_s - begin_s && !rises(at + sign * far) {
                 (near, far) = (far, 2.0 * far);
             }
-            while far - near > FINEST * far {
+            while far - near > FINEST * far.max(finest) {
                 let middle = 0.5 * (near + far);
                 (near, far) = if rises(at + sign * middle) { (near, middle) } else { (middle, far) };
             }
             0.5 * (near + far)
         });
         Some((0.5 * (down + up)).max(finest / 12f64.sqrt()))
+    }
+
+    /// Standard errors of the unknowns and covariance of the edges, all free, from differences over the width `alone` of each edge.
+    fn joint(&mut self, plant: &Plant, list: &[Place], alone: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
+        let mut columns = Vec::with_capacity(list.len());
+        for (place, width) in list.iter().zip(alone) {
+            let at = time(&plant.effects[place.effect], place.edge)?;
+            let nu = |t_s: f64| {
+                let moved = with(plant, *place, t_s)?;
+                self.engine.innovations(&moved, self.theta, &self.board.linears, &|_| true)
+            };
+            let (down, up) = (nu(at - width)?, nu(at + width)?);
+            columns.push(down.iter().zip(&up).map(|(d, u)| 0.5 * (d - u) / width).collect::<Vec<f64>>());
+        }
+        self.least(plant)?;
+        let extra: Vec<&Vec<f64>> = columns.iter().collect();
+        let mut normal = self.board.normal(self.engine, self.theta, self.noise, &extra)?;
+        let n = normal.unknowns;
+        // what a difference over a jump of the likelihood makes of an edge is a direction: alone, the edge is known to its own width
+        let factor = normal.factor()?;
+        for (k, width) in alone.iter().enumerate() {
+            let across = normal.matrix.view((0, n + k), (n, 1)).into_owned();
+            let own = normal.matrix[(n + k, n + k)] - across.dot(&factor.solve(&across));
+            let scale = if own > 0.0 { 1.0 / (width * own.sqrt()) } else { 0.0 };
+            normal.matrix.row_mut(n + k).scale_mut(scale);
+            normal.matrix.column_mut(n + k).scale_mut(scale);
+            if scale == 0.0 {
+                // between two samples: nothing follows it
+                normal.matrix[(n + k, n + k)] = 1.0 / (width * width);
+            }
+        }
+        let inverse = Cholesky::new(normal.matrix)?.inverse();
+        let unknowns = &self.engine.problem.unknowns;
+        let sigma = (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt() * unknowns[i].sigma).collect();
+        Some((sigma, inverse.view((n, n), (list.len(), list.len())).into_owned()))
     }
 }

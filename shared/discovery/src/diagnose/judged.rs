@@ -6,7 +6,7 @@
 use super::search::Found;
 use super::showing::{Shown, held_out};
 use super::{Adopted, Options, RIVAL_SPAN, Standing, status};
-use crate::compete::{Refit, hopped};
+use crate::compete::{Refit, hopped, timed};
 use crate::fit::{Engine, Fit};
 use crate::held_out::{Gain, Status};
 use crate::problem::Problem;
@@ -122,7 +122,7 @@ impl Asking<'_> {
     /// What is left of a set, its sigmas over all valleys.
     fn standing(&self, left: Refit, adopted: &[Adopted]) -> Standing {
         let columns: Vec<&Column> = adopted.iter().map(|own| &own.column).collect();
-        Standing::of(&hopped(self.engine, left, &columns))
+        Standing::of(&hopped(self.engine, timed(self.engine, left, &columns), &columns))
     }
 
     /// Each of `adopted` on its own, where it is one of several.

@@ -153,17 +153,22 @@ impl Found {
 
     /// What came while the fit of another was still on its way, and is nothing beside it now, leaves; the one that shows most stays.
     fn prune(&mut self, engine: &Engine<'_>, refit: Refit) {
-        let most = self.adopted.iter().map(|own| own.d).fold(0.0, f64::max);
-        let others: Vec<Adopted> = self.adopted.iter().filter(|own| own.d < most).cloned().collect();
+        let mut others = self.adopted.clone();
+        others.sort_by(|a, b| refit.evidence(&a.column).total_cmp(&refit.evidence(&b.column)));
+        others.pop();
+        let before = refit.objective;
         let (refit, left) = relieved(engine, refit, &others);
         if !left.contains(&true) {
             return;
         }
         let gone: Vec<Adopted> = others.into_iter().zip(left).filter_map(|(own, left)| left.then_some(own)).collect();
         let is_gone = |own: &Adopted| gone.iter().any(|gone| own.column.candidate.same_law(&gone.column.candidate));
+        let price = libm::log(engine.samples.max(2) as f64) * gone.iter().map(Adopted::numbers).sum::<f64>();
+        let gained = before - refit.objective + price;
         self.best = Standing::of(&refit);
         self.adopted.retain(|own| !is_gone(own));
         self.rivals.retain(|(set, ..)| !set.iter().any(is_gone));
+        self.rivals.iter_mut().for_each(|(.., behind)| *behind += gained);
         self.smaller.retain(|(set, _)| set.len() < self.adopted.len() && !set.iter().any(is_gone));
     }
 

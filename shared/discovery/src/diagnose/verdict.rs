@@ -515,15 +515,16 @@ fn effect(engine: &Engine<'_>, best: &Standing, adopted: &Adopted, status: Statu
 /// Numbers of the effect of `candidate` that were estimated, and the times that were searched.
 fn parameters(engine: &Engine<'_>, best: &Standing, candidate: &Candidate) -> Vec<ParameterReport> {
     let prefix = format!("effect.{}@{}.", candidate.effect.kind, candidate.site);
+    let times = Engine::like(engine, &best.problem).ok();
+    let times = times.and_then(|own| found_times(&own, (&best.fit, &best.noise), candidate));
+    let (times, beside) = times.unwrap_or_default();
     let own = best.problem.unknowns.iter().enumerate().filter(|(_, u)| u.parameter.starts_with(&prefix));
     let estimated = own.map(|(i, unknown)| ParameterReport {
         name: unknown.parameter[prefix.len()..].to_owned(),
         value: best.fit.theta[i],
-        sigma: best.fit.sigma[i],
+        sigma: beside.get(i).copied().unwrap_or(0.0).max(best.fit.sigma[i]),
         unit: unknown.unit.clone(),
     });
-    let own = Engine::like(engine, &best.problem).ok();
-    let times = own.map_or_else(Vec::new, |own| found_times(&own, (&best.fit, &best.noise), candidate));
     let times = times.into_iter().map(|found| ParameterReport {
         name: found.name.to_owned(),
         value: found.value,

@@ -53,8 +53,9 @@ impl Candidate {
     /// What the linear model may ask of an amplitude along a direction. Of what is lost or kept as a whole (a command that sticks, a thruster that is
     /// dead) it comes out above one as often as below, and by more where the plant's numbers had given way to it.
     pub fn asked(&self, direction: usize) -> [f64; 2] {
-        let is_share = self.effect.parameters[0].unit == "1";
-        self.range(direction).map(|edge| if is_share && edge.abs() == 1.0 { ASKED * edge } else { edge })
+        let first = &self.effect.parameters[0];
+        let is_whole = |edge: f64| first.unit == "1" && (edge == -1.0 || edge == 1.0 && first.default == 1.0);
+        self.range(direction).map(|edge| if is_whole(edge) { ASKED * edge } else { edge })
     }
 
     /// Amplitudes along the directions that the effect can have: as they may be asked, not all nothing, and of effective masses the largest
@@ -249,13 +250,12 @@ fn jumping(effect: &Effect, inner: &Inner, site: &Site, setting: &Setting<'_>) -
         values.iter().for_each(|(place, value)| inner[*place].1 = *value);
         inner
     };
-    let pairs = instants.len() * instants.len().saturating_sub(1) / 2;
-    let mut points = Vec::with_capacity(instants.len() + pairs);
+    let mut points = Vec::new();
     for (i, from) in instants.iter().enumerate().filter(|(_, from)| allows("begin", **from)) {
         points.push((at(&[(begin, *from)]), setting.samples / instants.len()));
         let Some(lasts) = place("duration") else { continue };
         for until in instants[i + 1..].iter().filter(|until| allows("duration", *until - from)) {
-            points.push((at(&[(begin, *from), (lasts, until - from)]), setting.samples * setting.samples / 2 / pairs));
+            points.push((at(&[(begin, *from), (lasts, until - from)]), setting.samples));
         }
     }
     points

@@ -46,19 +46,20 @@ pub fn instants(
     let longest = (0..engine.timelines.len()).max_by_key(|run| engine.timelines[*run].value.len());
     let Some((run, _)) = longest.zip(board.whiten(engine, noise, &mut r)) else { return found };
     let timeline = &engine.timelines[run];
-    let mut pool: Vec<(f64, f64)> = Vec::new();
+    let mut pool: Vec<(f64, [f64; 2])> = Vec::new();
     for (channel, sensor) in plant.sensors.iter().enumerate() {
         let own: Vec<usize> = samples_of(timeline, channel);
         found.looked = found.looked.max(own.len());
         let jumps = jumps(&own.iter().map(|s| r[0][engine.offsets[run] + s]).collect::<Vec<_>>());
         let edges = jumps.iter().map(|(_, k)| edge(timeline, &own, *k)).collect::<Vec<_>>();
         let stays = stay((engine, board), along, plant, theta, noise, (&sensor.name, &edges));
-        let own: Vec<(f64, f64)> =
-            jumps.iter().zip(&edges).zip(stays).filter(|(_, stays)| *stays).map(|((j, e), _)| (j.0, e[0])).collect();
+        let all = jumps.iter().zip(&edges).zip(stays);
+        let own: Vec<(f64, [f64; 2])> =
+            all.filter(|(_, stays)| *stays).map(|((jump, edge), _)| (jump.0, *edge)).collect();
         found.channels.push(first(&own));
         pool.extend(own);
     }
-    pool.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
+    pool.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1[0].total_cmp(&b.1[0])));
     found.pooled = first(&pool);
     found
 }
@@ -67,10 +68,11 @@ fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
     (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect()
 }
 
-/// Between a channel's sample `k` and the one before, and the interval behind it [s].
+/// From between a channel's sample `k` and the one before to between it and the one behind, in the time that laws act in [s]; nothing of the last.
 fn edge(timeline: &Timeline, own: &[usize], k: usize) -> [f64; 2] {
-    let stamp = |k: usize| timeline.stamp_s[own[k.min(own.len() - 1)]];
-    [0.5 * (stamp(k - 1) + stamp(k)), stamp(k + 1) - stamp(k)]
+    let at = |k: usize| timeline.stamp_s[own[k]] - timeline.shift_s[timeline.channel[own[k]]];
+    let until = if k + 1 < own.len() { 0.5 * (at(k) + at(k + 1)) } else { at(k) };
+    [0.5 * (at(k - 1) + at(k)), until]
 }
 
 /// Which jumps of a sensor's innovations are rather a step of its readings that stays than one wrong reading.
@@ -82,7 +84,8 @@ fn stay(
     noise: &NoiseModel,
     (sensor, edges): (&str, &[[f64; 2]]),
 ) -> Vec<bool> {
-    let Some(effect) = plant::effects::effect("sensor_step") else { return vec![false; edges.len()] };
+    let effect = plant::effects::effect("sensor_step").filter(|_| !edges.is_empty());
+    let Some(effect) = effect else { return vec![false; edges.len()] };
     let site = Site { kind: SiteKind::Sensor, name: sensor.to_owned() };
     let of = |begin: f64, duration: f64| Candidate {
         effect,
@@ -95,7 +98,7 @@ fn stay(
         felt: None,
         tries: 1,
     };
-    let both = |[begin, interval]: &[f64; 2]| [of(*begin, effect.parameters[2].default), of(*begin, *interval)];
+    let both = |[begin, until]: &[f64; 2]| [of(*begin, effect.parameters[2].default), of(*begin, until - begin)];
     let list: Vec<Candidate> = edges.iter().flat_map(both).collect();
     let found = columns(along, plant, theta, &list);
     let judged = scores(engine, board, theta, noise, &found);
@@ -108,14 +111,16 @@ fn stay(
     edges.iter().map(|[begin, _]| statistic(*begin, true) > statistic(*begin, false)).collect()
 }
 
-/// The largest few in order of time, each once.
-fn first(jumps: &[(f64, f64)]) -> Vec<f64> {
-    let mut list: Vec<f64> = Vec::new();
-    for (_, t_s) in jumps {
-        if list.len() < INSTANTS && !list.contains(t_s) {
-            list.push(*t_s);
+/// The largest few in order of time, each once: channels of several rates show one instant within an interval.
+fn first(jumps: &[(f64, [f64; 2])]) -> Vec<f64> {
+    let mut list: Vec<[f64; 2]> = Vec::new();
+    for (_, own) in jumps {
+        let is_known = |other: &[f64; 2]| (own[0] - other[0]).abs() <= (own[1] - own[0]).max(other[1] - other[0]);
+        if list.len() < INSTANTS && !list.iter().any(is_known) {
+            list.push(*own);
         }
     }
+    let mut list: Vec<f64> = list.into_iter().map(|[begin, _]| begin).collect();
     list.sort_by(f64::total_cmp);
     list
 }
@@ -126,6 +131,10 @@ fn jumps(r: &[f64]) -> Vec<(f64, usize)> {
         return Vec::new();
     }
     let scale = median(&mut r.iter().map(|r| r.abs()).collect::<Vec<f64>>()) / MEDIAN;
+    // a channel that mostly says the same has no size to be larger than
+    if scale <= 0.0 || !scale.is_finite() {
+        return Vec::new();
+    }
     let sizes: Vec<f64> = r.iter().map(|r| r.abs() / scale).collect();
     let least = chi_squared_quantile(1.0 - LEVEL / r.len() as f64, 1.0).sqrt();
     let reach = (r.len() / ALONE).max(ALONE_LEAST);
