@@ -94,10 +94,13 @@ fn floater() -> Plant {
     ))
 }
 
+/// Effect, site, and names of its numbers with their values and the largest standard errors.
+type Timed = (&'static str, &'static str, &'static [(&'static str, f64, f64)]);
+
 #[test]
 fn what_begins_or_ends_is_named_with_its_times_and_what_sticks_altogether_with_a_share_of_one() {
     let nominal = floater();
-    let cases: [(&str, &str, &[(&str, f64, f64)]); 3] = [
+    let cases: [Timed; 3] = [
         ("actuator_stuck", "actuator:t2", &[("share", 1.0, 1.0), ("begin", 31.0, 10.0)]),
         ("thruster_leak", "actuator:t1", &[("force", 0.3, 0.02), ("begin", 31.83, 0.1)]),
         ("sensor_step", "sensor:gyro", &[("step", 2e-3, 1e-4), ("begin", 23.33, 0.1), ("duration", 9.7, 0.15)]),
