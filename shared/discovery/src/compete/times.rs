@@ -2,7 +2,8 @@
 //!
 //! The score finds a time beside the nominal plant. A law that stands is physics, and the numbers beside it have moved: its edges are moved
 //! along the likelihood, every other number following on the linear model. An edge in time has no derivative where integration steps over
-//! it, so its standard error is half the width in which `−2 ln p` rises by less than one.
+//! it: alone it is known to half the width in which `−2 ln p` rises by less than one, and differences over that width say how it goes with the
+//! other edge and with every other number.
 
 use super::refit::{FOR_EVER_S, Refit, settled};
 use crate::filter::NoiseModel;
