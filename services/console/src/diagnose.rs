@@ -22,11 +22,13 @@ use channel_map::ChannelMap;
 use discovery::diagnose::{Diagnosis, Options};
 use discovery::doctor::{Finding, Mislabelled, examine_beside, mislabelled};
 use discovery::problem::Problem;
+use discovery::work::{LABELS, Work};
 use files::OutFiles;
 use modes_file::ModesFile;
 use plant::description::Plant;
 use recording::{SeriesSet, Spectrum};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Find the physics that a plant file leaves out: locate, name, model, show on held-out data
 #[derive(clap::Args)]
@@ -118,14 +120,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut problem, mut options) = problems(&case, arguments)?;
     let bar = Share::new("diagnosed");
     bar.phase("look at the labels", 0.0);
+    let work = Arc::new(Work::of(LABELS));
     let labels: Vec<Option<Mislabelled>> =
-        case.time_records().map(|one| mislabelled(&one.recording, &case.plant)).collect();
+        case.time_records().map(|one| mislabelled(&one.recording, &case.plant, &work)).collect();
     let findings = examine_all(&case, &labels, &bar);
     if labels.iter().any(Option::is_some) {
         case.put_right(&labels);
         (problem, options) = problems(&case, arguments)?;
     }
-    let diagnosis = match &problem {
+    options.work_max -= work.spent();
+    let mut diagnosis = match &problem {
         Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |what, share| {
             bar.phase(what, DOCTOR_SHARE + (1.0 - DOCTOR_SHARE) * share);
         }),
@@ -136,6 +140,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
     };
     bar.end();
+    diagnosis.notes.extend(work.note());
     let diagnosis = diagnosis.of_mislabelled(&labels.into_iter().flatten().collect::<Vec<_>>());
     let mut diagnosed = Diagnosed { case, findings, diagnosis };
     match &out {

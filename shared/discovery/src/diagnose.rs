@@ -140,11 +140,11 @@ pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&
 
 fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Result<Diagnosis, String> {
     progress("fit the nominal plant", 0.0);
-    let mut engine = Engine::new(problem, options.threads).map_err(|error| error.to_string())?;
+    let work = std::sync::Arc::new(Work::of(options.work_max));
+    let engine = Engine::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
     if let Some(reason) = silent::silent(&engine) {
         return Err(reason);
     }
-    engine.work = std::sync::Arc::new(Work::of(options.work_max));
     let stated = fit_from_afar(&engine, ROUNDS).map_err(|error| error.to_string())?;
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();

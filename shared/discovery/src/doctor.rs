@@ -24,10 +24,13 @@ mod tests;
 
 pub use mislabelled::{Mislabelled, Mistake, mislabelled};
 
+use std::sync::Arc;
+
 use plant::description::Plant;
 use serde::Serialize;
 
 use crate::series::{Channel, Recording};
+use crate::work::{LABELS, Work};
 
 /// Probability that one check raises a finding on one recording that is sound.
 pub const FALSE_ALARM: f64 = 1e-4;
@@ -171,14 +174,19 @@ pub fn examine_with(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec
         done += own;
     }
     progress(1.0);
-    findings.sort_by(|a, b| a.check.cmp(&b.check).then(b.severity.cmp(&a.severity)));
-    findings
+    in_order(findings)
 }
 
 /// As [`examine_with`], and what `plant` has to say of the recording, of its labels too.
 #[must_use]
 pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
-    examine_beside(recording, plant, mislabelled(recording, plant).as_ref(), progress)
+    let work = Arc::new(Work::of(LABELS));
+    let label = mislabelled(recording, plant, &work);
+    let mut findings = examine_beside(recording, plant, label.as_ref(), progress);
+    findings.extend(
+        work.note().filter(|_| label.is_none()).and_then(|note| mislabelled::not_asked(recording, plant, &note)),
+    );
+    in_order(findings)
 }
 
 /// As [`examine_for`], where it is known what is [`mislabelled`]: a channel of which the plant says what is wrong is not told again for that.
@@ -200,6 +208,10 @@ pub fn examine_beside(
     };
     findings.retain(|f| !again(f));
     findings.extend(told);
+    in_order(findings)
+}
+
+fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {
     findings.sort_by(|a, b| a.check.cmp(&b.check).then(b.severity.cmp(&a.severity)));
     findings
 }

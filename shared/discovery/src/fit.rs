@@ -59,7 +59,29 @@ const FAR: f64 = 0.02;
 /// Steps between relinearisations.
 const INNER_STEPS: usize = 3;
 
-/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations, some more where the start was far off.
+/// Relinearisations of a fit.
+#[derive(Clone, Copy, Debug)]
+pub struct Rounds {
+    most: usize,
+    /// So many more, as long as each takes its share off the sum of squares.
+    more: usize,
+}
+
+impl Rounds {
+    /// No more than these wherever it started: steps towards the minimum, not the minimum.
+    pub const fn at_most(most: usize) -> Self {
+        Self { most, more: 0 }
+    }
+}
+
+/// So many, some more where the start was far off.
+impl From<usize> for Rounds {
+    fn from(most: usize) -> Self {
+        Self { most, more: ROUNDS_MORE }
+    }
+}
+
+/// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations.
 ///
 /// # Errors
 /// The first linearisation fails; later failures end the iteration with what is there.
@@ -68,14 +90,15 @@ pub fn fit(
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
-    rounds: usize,
+    rounds: impl Into<Rounds>,
 ) -> Result<Fit, FitError> {
+    let rounds = rounds.into();
     let unknowns = &engine.problem.unknowns;
     let mut theta = theta.to_vec();
     let mut board = Board::new(engine, plant, &theta, noise)?;
     let (mut converged, mut iterations) = (false, 0);
     let mut damping = 0.0;
-    for round in 0..rounds + ROUNDS_MORE {
+    for round in 0..rounds.most + rounds.more {
         let (mut total, mut enough, mut far) = (0.0, CONVERGED, f64::INFINITY);
         let mut stale = true;
         for _ in 0..INNER_STEPS {
@@ -120,7 +143,7 @@ pub fn fit(
                 break;
             }
         }
-        if total > if round + 1 < rounds { enough } else { far } {
+        if total > if round + 1 < rounds.most { enough } else { far } {
             match Board::new(engine, plant, &theta, noise) {
                 Ok(fresh) => {
                     board = fresh.with_steps_of(&board);

@@ -11,6 +11,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What a diagnosis may cost before it ends with what it has: about two minutes of one core with what it then finishes.
 pub const MOST: f64 = 1e11;
+/// Of that, what asking whether labels of channels are mistaken may cost.
+pub const LABELS: f64 = 0.15 * MOST;
 /// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates apart.
 const ARTICULATED: f64 = 90.0;
 const APART: f64 = 60.0;
@@ -52,6 +54,12 @@ impl Work {
             self.leave_out(what);
         }
         allows
+    }
+
+    /// What is spent once a share of what is left is.
+    pub fn until(&self, share: f64) -> f64 {
+        let spent = self.spent();
+        spent + share * (self.most - spent).max(0.0)
     }
 
     /// How many of one `cost` there is room for; where for none, `what` is left out.

@@ -8,17 +8,20 @@
 //!
 //! Of a long recording beginnings that the plant misses by far are asked before the whole; what explains one must explain the whole.
 
+mod prediction;
+
 use core::f64::consts::{PI, TAU};
+use std::sync::Arc;
 
 use plant::description::Plant;
 
 use super::quantity::{Kind, Quantity, of_channel};
 use super::{Check, Finding, Severity, short};
-use crate::fit::board::dot;
-use crate::fit::{Board, Engine, fit, fit_from_afar};
-use crate::problem::{Problem, sample_sigma};
+use crate::problem::sample_sigma;
 use crate::series::{Channel, Recording};
 use crate::statistics::deviation;
+use crate::work::Work;
+use prediction::{Asking, FAR_OFF, Numbers, Prediction, samples};
 
 /// What is wrong with the label of a channel, or of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,16 +40,12 @@ pub struct Mislabelled {
     pub mistake: Mistake,
     /// Other mistakes that explain it as well.
     pub instead: Vec<Mislabelled>,
-    /// Rms of the innovations of the whole recording [stated standard deviations] as it is labelled and put right; infinite where the
-    /// plant cannot follow it at all.
+    /// Rms of the innovations of the whole recording [stated standard deviations] as it is labelled, at least, and put right; infinite where
+    /// the plant cannot follow it at all.
     pub before: f64,
     pub after: f64,
 }
 
-/// Mean square of the whitened innovations from which on a recording is missed by far, and by how much it must fall.
-const FAR_OFF: f64 = 25.0;
-/// Standard deviations within which the plant's numbers must stay.
-const ASTRAY: f64 = 5.0;
 /// Standard deviations of its noise that a reading must stay above, and times the mean square without a command.
 const ABOVE_NOISE: f64 = 3.0;
 const WITHOUT: f64 = 2.0;
@@ -54,93 +53,203 @@ const WITHOUT: f64 = 2.0;
 const AS_WELL: f64 = 1.1;
 /// Hypotheses that are looked at, those of single channels first.
 const HYPOTHESES: usize = 200;
-/// Samples times numbers of the plant times hypotheses up to which each is fitted in one round to be ranked, else none.
-const PASSED: usize = 20_000_000;
+/// Share of the room left that goes into ranking them.
+const RANKING: f64 = 0.5;
+/// What is left out where there is no room.
+const FURTHER: &str = "mistakes of labels that come less near at first";
+const LONGER: &str = "labels of channels by more of a recording";
 /// Hypotheses that are fitted to the end.
 const FITTED: usize = 5;
 /// Samples that are asked first, and how many times more next.
-const BEGINNING: usize = 8000;
+const BEGINNING: usize = 2000;
 const GROWTH: usize = 4;
-/// Relinearisations of a fit.
-const ROUNDS: usize = 4;
 
-/// The mistake that explains what `plant` misses of `recording` by far; none where it follows it.
+/// The mistake that explains what `plant` misses of `recording` by far; none where it follows it, and none where `work` has no room to ask: that is
+/// left out there.
 ///
-/// Cost: a linearisation; where the plant is far off, for each beginning up to [`HYPOTHESES`] of them and [`FITTED`] fits and as many again for
-/// commands.
+/// Cost: a linearisation; where the plant is far off, for each beginning up to [`HYPOTHESES`] of them, [`FITTED`] fits and as many again for
+/// commands, as long as `work` has room; then what is asked of the whole of what explains a beginning.
 #[must_use]
-pub fn mislabelled(recording: &Recording, plant: &Plant) -> Option<Mislabelled> {
-    let is_near = |found: &Option<Prediction>| found.as_ref().is_some_and(Prediction::is_near);
-    if is_near(&Prediction::of(recording, plant, 0)) {
+pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
+    let asking = Asking::new(plant, work);
+    if is_near(&asking.predicted(recording, Numbers::Priors)) {
         return None;
     }
-    let before = Prediction::of(recording, plant, ROUNDS);
-    if is_near(&before) {
-        return None;
-    }
-    let list = explaining((recording, &before), plant, suspects(recording, plant));
-    let mut all = list.into_iter();
-    let (after, best) = all.next()?;
-    let as_well = all.filter(|(other, _)| other.mean_square < AS_WELL * after.mean_square);
-    let before = before.map_or(f64::INFINITY, |before| before.mean_square.sqrt());
-    Some(Mislabelled {
-        before,
-        after: after.mean_square.sqrt(),
-        instead: as_well.map(|(_, other)| other).collect(),
-        ..best
-    })
-}
-
-fn samples(recording: &Recording) -> usize {
-    recording.channels.iter().map(|channel| channel.value.len()).sum()
-}
-
-/// What explains the first [`BEGINNING`] samples, [`GROWTH`] times as many, and so on, where the plant misses them by far alone; what comes nearest to the
-/// whole where nothing does.
-fn suspects(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
     let mut many = BEGINNING;
     while many < samples(recording) {
         let beginning = recording.beginning(many as f64 / samples(recording) as f64);
-        let missed = Prediction::of(&beginning, plant, ROUNDS);
-        if !missed.as_ref().is_some_and(Prediction::is_near) {
-            let list = explaining((&beginning, &missed), plant, ranked(&beginning, plant));
-            if !list.is_empty() {
-                return list.into_iter().map(|(_, found)| found).collect();
-            }
+        let found = explained(&asking, &beginning)?;
+        let found = if found.list.is_empty() { None } else { confirmed(&asking, recording, &beginning, found) };
+        if found.is_some() {
+            return found;
         }
         many *= GROWTH;
     }
-    ranked(recording, plant)
+    explained(&asking, recording)?.told()
 }
 
-/// Those hypotheses that come nearest.
-fn ranked(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
-    let all = hypotheses(recording, plant);
-    let numbers = plant.parameters().iter().filter(|parameter| parameter.sigma.is_some()).count();
-    let rounds = usize::from(all.len() * samples(recording) * numbers < PASSED);
-    let own = |found: Mislabelled| Some((found.predicted(recording, plant, rounds)?.mean_square, found));
-    let mut ranked: Vec<(f64, Mislabelled)> = all.into_iter().filter_map(own).collect();
-    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    ranked.truncate(FITTED);
-    ranked.into_iter().map(|(_, found)| found).collect()
+/// That labels were not asked to the end, as `note` says.
+pub(super) fn not_asked(recording: &Recording, plant: &Plant, note: &str) -> Option<Finding> {
+    let is_read = |channel: &&Channel| plant.sensors.iter().any(|sensor| sensor.name == channel.name);
+    let read: Vec<&str> = recording.channels.iter().filter(is_read).map(|channel| channel.name.as_str()).collect();
+    let (first, others) = read.split_first()?;
+    Some(
+        Finding::new(Check::Units, Severity::Note, first, read.len() as f64, "channels")
+            .with(others)
+            .because(format!("the plant misses the recording by far, and whether a label explains that was not asked to the end: {note}"))
+            .cure("ask a beginning of the recording, or a plant with fewer uncertain numbers"),
+    )
 }
 
-/// Those of `list` that explain what the plant misses of a recording that it predicts like `before`, best first.
-fn explaining(
-    (recording, before): (&Recording, &Option<Prediction>),
-    plant: &Plant,
-    list: Vec<Mislabelled>,
-) -> Vec<(Prediction, Mislabelled)> {
-    let explains = |(after, found): &(Prediction, Mislabelled)| {
+fn is_near(found: &Option<Prediction>) -> bool {
+    found.as_ref().is_some_and(Prediction::is_near)
+}
+
+/// What explains that a recording is missed by far, best first.
+struct Explained {
+    before: Option<Prediction>,
+    list: Vec<(Prediction, Mislabelled)>,
+}
+
+impl Explained {
+    /// Comes near, and nearer by far than `before`.
+    fn holds(&self, plant: &Plant, (after, found): &(Prediction, Mislabelled)) -> bool {
         let as_read = after.mean_square * found.weight(plant);
-        let falls = before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
-        let is_near = after.is_near() && (falls || found.is_of_command(plant));
-        is_near && found.is_seen(recording, plant, after.mean_square)
-    };
-    let fitted = list.into_iter().filter_map(|found| Some((found.predicted(recording, plant, ROUNDS)?, found)));
-    let mut explaining: Vec<(Prediction, Mislabelled)> = fitted.filter(explains).collect();
-    explaining.sort_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square));
-    explaining
+        let falls = self.before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
+        after.is_near() && (falls || found.is_of_command(plant))
+    }
+
+    /// Keeps what holds, best first, and nothing where the recording is followed as it is labelled.
+    fn keep_near(&mut self, plant: &Plant) {
+        let list = core::mem::take(&mut self.list);
+        if !is_near(&self.before) {
+            self.list = list.into_iter().filter(|found| self.holds(plant, found)).collect();
+        }
+        nearest_first(&mut self.list);
+    }
+
+    /// Keeps those that put more than nothing right.
+    fn keep_seen(&mut self, asking: &Asking<'_>, recording: &Recording) {
+        self.list.retain(|(after, found)| found.is_seen(asking, recording, after));
+    }
+
+    fn told(self) -> Option<Mislabelled> {
+        let mut all = self.list.into_iter();
+        let (after, best) = all.next()?;
+        let as_well = all.filter(|(other, _)| other.mean_square < AS_WELL * after.mean_square);
+        Some(Mislabelled {
+            before: self.before.map_or(f64::INFINITY, |before| before.mean_square.sqrt()),
+            after: after.mean_square.sqrt(),
+            instead: as_well.map(|(_, other)| other).collect(),
+            ..best
+        })
+    }
+}
+
+/// Mistakes that explain what is missed of `recording`; none where it is followed, `None` where there is no room to ask.
+fn explained(asking: &Asking<'_>, recording: &Recording) -> Option<Explained> {
+    if !asking.affords(recording, Numbers::Fitted, LONGER) {
+        return None;
+    }
+    let mut explained = Explained { before: asking.predicted(recording, Numbers::Fitted), list: Vec::new() };
+    if is_near(&explained.before) {
+        return Some(explained);
+    }
+    explained.list = ranked(asking, recording);
+    for how in [Numbers::Fitted, Numbers::FromAfar] {
+        if !explained.list.iter().any(|(after, _)| after.is_near()) {
+            explained.list = nearer(asking, recording, how, explained.list);
+        }
+    }
+    explained.keep_near(asking.plant);
+    if !explained.list.is_empty() {
+        explained.before = asking.fitted(recording);
+        explained.keep_near(asking.plant);
+        explained.keep_seen(asking, recording);
+    }
+    Some(explained)
+}
+
+/// The same of the whole `recording`, from where fits to a `part` ended.
+fn confirmed(asking: &Asking<'_>, recording: &Recording, part: &Recording, of_part: Explained) -> Option<Mislabelled> {
+    let mut list = Vec::new();
+    for (part, found) in of_part.list {
+        let from = Numbers::From(&part.theta);
+        // the nearest in any case
+        if !list.is_empty() && !asking.affords(recording, from, FURTHER) {
+            break;
+        }
+        let cured = found.cured(recording);
+        let after = asking.predicted(&cured, from).or_else(|| asking.predicted(&cured, Numbers::Fitted));
+        list.extend(after.map(|after| (after, found)));
+    }
+    let least = of_part.before.as_ref().map(|before| before.of_more(samples(recording) as f64 / samples(part) as f64));
+    let mut explained = Explained { before: least, list };
+    if is_near(&explained.before) || !explained.list.iter().any(|found| explained.holds(asking.plant, found)) {
+        explained.before = of_part.before.and_then(|before| asking.predicted(recording, Numbers::From(&before.theta)));
+    }
+    explained.keep_near(asking.plant);
+    explained.keep_seen(asking, recording);
+    explained.told()
+}
+
+/// Those hypotheses that come nearest: at the priors, and after one step where there is room for that.
+fn ranked(asking: &Asking<'_>, recording: &Recording) -> Vec<(Prediction, Mislabelled)> {
+    let until = asking.work.until(RANKING);
+    let mut all = hypotheses(recording, asking.plant).into_iter();
+    let mut at_priors = Vec::new();
+    while asking.affords_until(until, recording, Numbers::Priors)
+        && let Some(found) = all.next()
+    {
+        at_priors.extend(asked(asking, recording, Numbers::Priors, found));
+    }
+    if all.len() > 0 {
+        asking.work.leave_out(FURTHER);
+    }
+    nearest_first(&mut at_priors);
+    let mut all = at_priors.into_iter();
+    let mut ranked = Vec::new();
+    while asking.affords_until(until, recording, Numbers::Step)
+        && let Some((_, found)) = all.next()
+    {
+        ranked.extend(asked(asking, recording, Numbers::Step, found));
+    }
+    nearest_first(&mut ranked);
+    ranked.extend(all);
+    ranked.truncate(FITTED);
+    ranked
+}
+
+/// Those of `list` with numbers that are found in another way, as far as there is room.
+fn nearer(
+    asking: &Asking<'_>,
+    recording: &Recording,
+    how: Numbers<'_>,
+    list: Vec<(Prediction, Mislabelled)>,
+) -> Vec<(Prediction, Mislabelled)> {
+    let mut nearer = Vec::new();
+    let mut list = list.into_iter();
+    while asking.affords(recording, how, FURTHER)
+        && let Some((_, found)) = list.next()
+    {
+        nearer.extend(asked(asking, recording, how, found));
+    }
+    nearer.extend(list);
+    nearest_first(&mut nearer);
+    nearer
+}
+
+fn asked(
+    asking: &Asking<'_>,
+    recording: &Recording,
+    how: Numbers<'_>,
+    found: Mislabelled,
+) -> Option<(Prediction, Mislabelled)> {
+    Some((asking.predicted(&found.cured(recording), how)?, found))
+}
+
+fn nearest_first(list: &mut [(Prediction, Mislabelled)]) {
+    list.sort_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square));
 }
 
 impl Mislabelled {
@@ -214,8 +323,11 @@ impl Mislabelled {
             }
             Mistake::Swapped => (Check::Axes, "the one's name for the other in [channels]".to_owned()),
         };
-        let now =
-            if self.before.is_finite() { format!("{} now", short(self.before)) } else { "not at all now".to_owned() };
+        let now = if self.before.is_finite() {
+            format!("at least {} now", short(self.before))
+        } else {
+            "not at all now".to_owned()
+        };
         Finding::new(check, Severity::Fault, first, self.factor(), "-")
             .with(&others)
             .because(format!(
@@ -227,50 +339,10 @@ impl Mislabelled {
     }
 }
 
-/// How well a plant predicts a recording.
-struct Prediction {
-    /// Of the whitened innovations.
-    mean_square: f64,
-    /// Largest distance of a number from its prior [standard deviations].
-    astray: f64,
-}
-
-impl Prediction {
-    fn is_near(&self) -> bool {
-        self.mean_square < FAR_OFF && self.astray < ASTRAY
-    }
-
-    /// Where a fit of so many rounds ends, without any at the priors; `None` where the filter fails.
-    fn of(recording: &Recording, plant: &Plant, rounds: usize) -> Option<Self> {
-        let problem = Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
-        let engine = Engine::new(&problem, 1).ok()?;
-        let (mean_square, theta) = if rounds == 0 {
-            let board = Board::new(&engine, plant, &engine.prior(), &engine.noise).ok()?;
-            let (r, _) = board.whitened(&engine, &engine.noise, &[])?;
-            (dot(&r, &r) / r.len().max(1) as f64, engine.prior())
-        } else {
-            let fit = if rounds < ROUNDS {
-                fit(&engine, plant, &engine.prior(), &engine.noise, rounds)
-            } else {
-                fit_from_afar(&engine, rounds)
-            };
-            let fit = fit.ok()?;
-            (fit.chi2_per_sample, fit.theta)
-        };
-        let off =
-            theta.iter().zip(&problem.unknowns).map(|(theta, unknown)| ((theta - unknown.prior) / unknown.sigma).abs());
-        let astray = off.fold(0.0, f64::max);
-        mean_square.is_finite().then_some(Self { mean_square, astray })
-    }
-}
-
 impl Mislabelled {
-    fn predicted(&self, recording: &Recording, plant: &Plant, rounds: usize) -> Option<Prediction> {
-        Prediction::of(&self.cured(recording), plant, rounds)
-    }
-
     /// What is put right is more than nothing.
-    fn is_seen(&self, recording: &Recording, plant: &Plant, after: f64) -> bool {
+    fn is_seen(&self, asking: &Asking<'_>, recording: &Recording, after: &Prediction) -> bool {
+        let plant = asking.plant;
         let mut silent = recording.clone();
         let commands =
             silent.channels.iter_mut().filter(|channel| self.is(channel) && plant.actuator(&channel.name).is_some());
@@ -280,7 +352,8 @@ impl Mislabelled {
             any = true;
         }
         if any {
-            return Prediction::of(&silent, plant, ROUNDS).is_none_or(|without| without.mean_square > WITHOUT * after);
+            let without = asking.fitted(&silent);
+            return without.is_none_or(|without| without.mean_square > WITHOUT * after.mean_square);
         }
         let is_above = |channel: &Channel| {
             let sensor = plant.sensors.iter().find(|sensor| sensor.name == channel.name);

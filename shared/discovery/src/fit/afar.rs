@@ -5,7 +5,7 @@
 //! innovations feel a wrong frequency over its memory alone, which makes one maximum of them. As the disturbances shrink the
 //! memory grows, and the next fit starts within the cycle that the last one found.
 
-use super::{Board, Engine, Fit, FitError, fit};
+use super::{Board, Engine, Fit, FitError, Rounds, fit};
 
 /// Mean square of the whitened innovations up to which a fit is taken as it is.
 const NEAR: f64 = 2.0;
@@ -18,7 +18,8 @@ const STEPS: usize = 6;
 ///
 /// # Errors
 /// Those of [`fit`].
-pub fn fit_from_afar(engine: &Engine<'_>, rounds: usize) -> Result<Fit, FitError> {
+pub fn fit_from_afar(engine: &Engine<'_>, rounds: impl Into<Rounds>) -> Result<Fit, FitError> {
+    let rounds = rounds.into();
     let plant = &engine.problem.plant;
     let direct = fit(engine, plant, &engine.prior(), &engine.noise, rounds);
     if engine.noise.input_sigma.is_empty() || direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < NEAR) {
@@ -32,7 +33,7 @@ pub fn fit_from_afar(engine: &Engine<'_>, rounds: usize) -> Result<Fit, FitError
 }
 
 /// Where fits under ever quieter disturbances end, from those on that explain the misfit at the priors.
-fn approached(engine: &Engine<'_>, rounds: usize) -> Result<Vec<f64>, FitError> {
+fn approached(engine: &Engine<'_>, rounds: Rounds) -> Result<Vec<f64>, FitError> {
     let plant = &engine.problem.plant;
     let mut theta = engine.prior();
     let driven = |power: usize| {

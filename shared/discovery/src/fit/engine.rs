@@ -51,6 +51,14 @@ impl<'p> Engine<'p> {
     /// # Errors
     /// The plant cannot be compiled, a channel has no noise.
     pub fn new(problem: &'p Problem, threads: usize) -> Result<Self, FitError> {
+        Self::counted(problem, threads, std::sync::Arc::default())
+    }
+
+    /// What is computed is added to `work`.
+    ///
+    /// # Errors
+    /// Those of [`Engine::new`].
+    pub fn counted(problem: &'p Problem, threads: usize, work: std::sync::Arc<Work>) -> Result<Self, FitError> {
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
         let timelines = timelines(problem, &equipped, &system)?;
@@ -83,7 +91,7 @@ impl<'p> Engine<'p> {
             hardly_seen,
             offsets,
             samples,
-            work: std::sync::Arc::default(),
+            work,
         };
         let runs = parallel(problem.runs.len(), threads, |run| super::start::hardly_seen(&engine, run));
         engine.hardly_seen = std::sync::Arc::new(runs);
