@@ -120,15 +120,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (mut problem, mut options) = problems(&case, arguments)?;
     let bar = Share::new("diagnosed");
     bar.phase("look at the labels", 0.0);
-    let work = Arc::new(Work::of(LABELS));
-    let labels: Vec<Option<Mislabelled>> =
-        case.time_records().map(|one| mislabelled(&one.recording, &case.plant, &work)).collect();
+    let Labels { labels, spent, left_out } = look_at_labels(&case);
     let findings = examine_all(&case, &labels, &bar);
     if labels.iter().any(Option::is_some) {
         case.put_right(&labels);
         (problem, options) = problems(&case, arguments)?;
     }
-    options.work_max -= work.spent();
+    options.work_max -= spent.min(LABELS);
     let mut diagnosis = match &problem {
         Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |what, share| {
             bar.phase(what, DOCTOR_SHARE + (1.0 - DOCTOR_SHARE) * share);
@@ -140,7 +138,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         },
     };
     bar.end();
-    diagnosis.notes.extend(work.note());
+    diagnosis.notes.extend(left_out);
     let diagnosis = diagnosis.of_mislabelled(&labels.into_iter().flatten().collect::<Vec<_>>());
     let mut diagnosed = Diagnosed { case, findings, diagnosis };
     match &out {
@@ -153,6 +151,27 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         words::in_words(&diagnosed, out.is_some())
     });
     Ok(())
+}
+
+/// What is mislabelled, record by record, what asking that has cost, and what was not asked.
+struct Labels {
+    labels: Vec<Option<Mislabelled>>,
+    spent: f64,
+    left_out: Vec<String>,
+}
+
+/// Every record has its share of what is left.
+fn look_at_labels(case: &Case) -> Labels {
+    let records: Vec<&Loaded> = case.time_records().collect();
+    let mut all = Labels { labels: Vec::new(), spent: 0.0, left_out: Vec::new() };
+    for (k, one) in records.iter().enumerate() {
+        let share = (LABELS - all.spent).max(0.0) / (records.len() - k) as f64;
+        let work = Arc::new(Work::of(share));
+        all.labels.push(mislabelled(&one.recording, &case.plant, &work));
+        all.spent += work.spent();
+        all.left_out.extend(work.note().map(|note| format!("{}: {note}", one.recording.name)));
+    }
+    all
 }
 
 /// Share of the work that the examination of the recordings is.

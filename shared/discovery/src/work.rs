@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// What a diagnosis may cost before it ends with what it has: about two minutes of one core with what it then finishes.
 pub const MOST: f64 = 1e11;
 /// Of that, what asking whether labels of channels are mistaken may cost.
-pub const LABELS: f64 = 0.15 * MOST;
+pub const LABELS: f64 = 0.3 * MOST;
 /// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates apart.
 const ARTICULATED: f64 = 90.0;
 const APART: f64 = 60.0;

@@ -6,7 +6,9 @@
 //! anything is one still, and by as much less of whatever it misses. What only shrinks to nothing explains nothing: the reading must stay
 //! above its noise, and without the command the plant must miss the recording again.
 //!
-//! Of a long recording beginnings that the plant misses by far are asked before the whole; what explains one must explain the whole.
+//! Of a long recording beginnings that the plant misses by far are asked before the whole; what explains one must explain the whole. What
+//! asking costs is counted ([`crate::work`]): nearest hypotheses come first, and those that there is no room for are not asked, and told of
+//! no channel.
 
 mod prediction;
 
@@ -17,11 +19,11 @@ use plant::description::Plant;
 
 use super::quantity::{Kind, Quantity, of_channel};
 use super::{Check, Finding, Severity, short};
-use crate::problem::sample_sigma;
+use crate::problem::{Problem, sample_sigma};
 use crate::series::{Channel, Recording};
 use crate::statistics::deviation;
 use crate::work::Work;
-use prediction::{Asking, FAR_OFF, Numbers, Prediction, samples};
+use prediction::{Asking, FAR_OFF, Numbers, Prediction};
 
 /// What is wrong with the label of a channel, or of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,13 +56,13 @@ const AS_WELL: f64 = 1.1;
 /// Hypotheses that are looked at, those of single channels first.
 const HYPOTHESES: usize = 200;
 /// Share of the room left that goes into ranking them.
-const RANKING: f64 = 0.5;
+const RANKING: f64 = 0.6;
 /// What is left out where there is no room.
 const FURTHER: &str = "mistakes of labels that come less near at first";
 const LONGER: &str = "labels of channels by more of a recording";
 /// Hypotheses that are fitted to the end.
 const FITTED: usize = 5;
-/// Samples that are asked first, and how many times more next.
+/// Readings that are asked first, and how many times more next.
 const BEGINNING: usize = 2000;
 const GROWTH: usize = 4;
 
@@ -71,15 +73,18 @@ const GROWTH: usize = 4;
 /// commands, as long as `work` has room; then what is asked of the whole of what explains a beginning.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
+    // what no plant can read is another's to tell
+    Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
     let asking = Asking::new(plant, work);
     if is_near(&asking.predicted(recording, Numbers::Priors)) {
         return None;
     }
+    let all = asking.samples(recording);
     let mut many = BEGINNING;
-    while many < samples(recording) {
-        let beginning = recording.beginning(many as f64 / samples(recording) as f64);
+    while many < all {
+        let beginning = recording.beginning(many as f64 / all as f64);
         let found = explained(&asking, &beginning)?;
-        let found = if found.list.is_empty() { None } else { confirmed(&asking, recording, &beginning, found) };
+        let found = if found.list.is_empty() { None } else { confirmed(&asking, recording, found) };
         if found.is_some() {
             return found;
         }
@@ -96,7 +101,7 @@ pub(super) fn not_asked(recording: &Recording, plant: &Plant, note: &str) -> Opt
     Some(
         Finding::new(Check::Units, Severity::Note, first, read.len() as f64, "channels")
             .with(others)
-            .because(format!("the plant misses the recording by far, and whether a label explains that was not asked to the end: {note}"))
+            .because(format!("with the numbers that its file states the plant misses the recording by far, and whether a label explains that was not asked to the end: {note}"))
             .cure("ask a beginning of the recording, or a plant with fewer uncertain numbers"),
     )
 }
@@ -128,11 +133,6 @@ impl Explained {
         nearest_first(&mut self.list);
     }
 
-    /// Keeps those that put more than nothing right.
-    fn keep_seen(&mut self, asking: &Asking<'_>, recording: &Recording) {
-        self.list.retain(|(after, found)| found.is_seen(asking, recording, after));
-    }
-
     fn told(self) -> Option<Mislabelled> {
         let mut all = self.list.into_iter();
         let (after, best) = all.next()?;
@@ -155,41 +155,42 @@ fn explained(asking: &Asking<'_>, recording: &Recording) -> Option<Explained> {
     if is_near(&explained.before) {
         return Some(explained);
     }
-    explained.list = ranked(asking, recording);
-    for how in [Numbers::Fitted, Numbers::FromAfar] {
-        if !explained.list.iter().any(|(after, _)| after.is_near()) {
-            explained.list = nearer(asking, recording, how, explained.list);
-        }
+    explained.list = nearer(asking, recording, Numbers::Fitted, ranked(asking, recording));
+    if !explained.list.iter().any(|found| explained.holds(asking.plant, found)) {
+        explained.list = nearer(asking, recording, Numbers::FromAfar, explained.list);
     }
     explained.keep_near(asking.plant);
     if !explained.list.is_empty() {
-        explained.before = asking.fitted(recording);
-        explained.keep_near(asking.plant);
-        explained.keep_seen(asking, recording);
+        if asking.affords(recording, Numbers::FromAfar, LONGER) {
+            explained.before = asking.predicted(recording, Numbers::FromAfar);
+            explained.keep_near(asking.plant);
+        }
+        explained.list.retain(|(after, found)| found.is_seen(asking, recording, after));
     }
     Some(explained)
 }
 
-/// The same of the whole `recording`, from where fits to a `part` ended.
-fn confirmed(asking: &Asking<'_>, recording: &Recording, part: &Recording, of_part: Explained) -> Option<Mislabelled> {
+/// The same of the whole `recording`, from where fits to its beginning ended.
+fn confirmed(asking: &Asking<'_>, recording: &Recording, of_part: Explained) -> Option<Mislabelled> {
     let mut list = Vec::new();
     for (part, found) in of_part.list {
-        let from = Numbers::From(&part.theta);
+        let from = Numbers::From(&part);
         // the nearest in any case
         if !list.is_empty() && !asking.affords(recording, from, FURTHER) {
             break;
         }
-        let cured = found.cured(recording);
-        let after = asking.predicted(&cured, from).or_else(|| asking.predicted(&cured, Numbers::Fitted));
-        list.extend(after.map(|after| (after, found)));
+        list.extend(asked(asking, recording, from, found));
     }
-    let least = of_part.before.as_ref().map(|before| before.of_more(samples(recording) as f64 / samples(part) as f64));
-    let mut explained = Explained { before: least, list };
-    if is_near(&explained.before) || !explained.list.iter().any(|found| explained.holds(asking.plant, found)) {
-        explained.before = of_part.before.and_then(|before| asking.predicted(recording, Numbers::From(&before.theta)));
+    let samples = list.first()?.0.samples;
+    let fitted = || asking.predicted(recording, Numbers::Fitted);
+    let before = of_part.before.map(|before| before.of_more(samples)).or_else(fitted);
+    let mut explained = Explained { before, list };
+    if let Some(least) = &explained.before
+        && (least.is_near() || !explained.list.iter().any(|found| explained.holds(asking.plant, found)))
+    {
+        explained.before = asking.predicted(recording, Numbers::From(least)).or_else(fitted);
     }
     explained.keep_near(asking.plant);
-    explained.keep_seen(asking, recording);
     explained.told()
 }
 
@@ -229,7 +230,8 @@ fn nearer(
 ) -> Vec<(Prediction, Mislabelled)> {
     let mut nearer = Vec::new();
     let mut list = list.into_iter();
-    while asking.affords(recording, how, FURTHER)
+    while list.len() > 0
+        && asking.affords(recording, how, FURTHER)
         && let Some((_, found)) = list.next()
     {
         nearer.extend(asked(asking, recording, how, found));
@@ -352,8 +354,9 @@ impl Mislabelled {
             any = true;
         }
         if any {
-            let without = asking.fitted(&silent);
-            return without.is_none_or(|without| without.mean_square > WITHOUT * after.mean_square);
+            let without = asking.fitted(&silent, FURTHER);
+            let misses = |without: Prediction| without.mean_square > WITHOUT * after.mean_square;
+            return without.is_some_and(|without| without.is_none_or(misses));
         }
         let is_above = |channel: &Channel| {
             let sensor = plant.sensors.iter().find(|sensor| sensor.name == channel.name);

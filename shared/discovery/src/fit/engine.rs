@@ -44,8 +44,9 @@ const SWING: f64 = 2.0;
 const QUIET: f64 = 5.0;
 /// Both have the same `−2 ln p` as far as the plant is linear about them; worse by more than this, the posterior is that of another plant.
 const APART: f64 = 1.0;
-/// Events that decide on the floor.
+/// Events that decide on the floor, and halvings of the decades in which it is looked for.
 const FLOOR_EVENTS: usize = 400;
+const HALVINGS: usize = 24;
 
 impl<'p> Engine<'p> {
     /// # Errors
@@ -221,10 +222,11 @@ impl<'p> Engine<'p> {
         let determinant =
             |noise: &NoiseModel| crate::filter::gains(&linear, &timeline, noise).map(|g| g.log_determinant);
         let none = determinant(&self.noise).unwrap_or(f64::NEG_INFINITY);
+        self.work.add(machine.work() + (1 + missing.len() * HALVINGS) as f64 * machine.recursion_work());
         for k in missing {
             let mut noise = self.noise.clone();
             let (mut low, mut high) = (-12.0, 6.0);
-            for _ in 0..24 {
+            for _ in 0..HALVINGS {
                 let middle = 0.5 * (low + high);
                 noise.input_sigma[k] = libm::exp(middle * core::f64::consts::LN_10);
                 // what no channel sees would grow without end

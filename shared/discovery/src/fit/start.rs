@@ -53,5 +53,6 @@ fn found(engine: &Engine<'_>, run: usize) -> Option<Vec<(String, f64)>> {
             list.push((name, sigma));
         }
     }
+    engine.work.add(machine.work());
     Some(list)
 }

@@ -7,14 +7,16 @@ use plant::description::Plant;
 
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine, Fit, FitError, Rounds, fit, fit_from_afar};
-use crate::problem::Problem;
-use crate::series::Recording;
+use crate::problem::{Problem, Unknown};
+use crate::series::{Channel, Recording};
 use crate::work::Work;
 
 /// Mean square of the whitened innovations from which on a recording is missed by far.
 pub(super) const FAR_OFF: f64 = 25.0;
 /// Standard deviations within which the plant's numbers must stay.
 const ASTRAY: f64 = 5.0;
+/// How far numbers may go: what ends there has gone astray.
+const CONFINED: f64 = 1.01 * ASTRAY;
 /// Relinearisations of a fit.
 const ROUNDS: Rounds = Rounds::at_most(4);
 /// A fit from afar is several.
@@ -23,9 +25,12 @@ const SEVERAL: f64 = 4.0;
 pub(super) struct Prediction {
     /// Of the whitened innovations.
     pub mean_square: f64,
+    /// How many they are.
+    pub samples: usize,
     /// Largest distance of a number from its prior [standard deviations].
-    pub astray: f64,
-    pub theta: Vec<f64>,
+    astray: f64,
+    unknowns: Vec<Unknown>,
+    theta: Vec<f64>,
 }
 
 impl Prediction {
@@ -33,10 +38,11 @@ impl Prediction {
         self.mean_square < FAR_OFF && self.astray < ASTRAY
     }
 
-    /// The least that may be missed of a recording so many times as long that begins like this one: no numbers miss more of a part than of the
-    /// whole.
-    pub fn of_more(&self, times: f64) -> Self {
-        Self { mean_square: self.mean_square / times, astray: 0.0, theta: self.theta.clone() }
+    /// Of a recording of so many samples that begins like this one, as if nothing more were missed: no numbers miss less of the whole than of
+    /// its part.
+    pub fn of_more(self, samples: usize) -> Self {
+        let mean_square = self.mean_square * self.samples as f64 / samples as f64;
+        Self { mean_square, samples, ..self }
     }
 }
 
@@ -50,8 +56,8 @@ pub(super) enum Numbers<'a> {
     Fitted,
     /// The same by way of larger disturbances, where that is better.
     FromAfar,
-    /// A fit that starts here.
-    From(&'a [f64]),
+    /// A fit that starts at these, at the priors where they have none of that name.
+    From(&'a Prediction),
 }
 
 impl Numbers<'_> {
@@ -90,65 +96,109 @@ impl<'a> Asking<'a> {
         self.work.spent() + self.cost(recording, numbers) <= until
     }
 
+    /// Readings of the plant's sensors.
+    pub fn samples(&self, recording: &Recording) -> usize {
+        let is_read = |channel: &&Channel| self.plant.sensors.iter().any(|sensor| sensor.name == channel.name);
+        recording.channels.iter().filter(is_read).map(|channel| channel.value.len()).sum()
+    }
+
     fn cost(&self, recording: &Recording, numbers: Numbers<'_>) -> f64 {
         let each = |numbers: Numbers<'_>| self.dearest[numbers.kind()].get();
         let each = match numbers {
             Numbers::FromAfar => each(numbers).max(SEVERAL * each(Numbers::Fitted)),
             _ => each(numbers),
         };
-        each * samples(recording) as f64
+        each * self.samples(recording) as f64
     }
 
-    /// By a fit from afar, and where there is no room for that by one from the priors.
-    pub fn fitted(&self, recording: &Recording) -> Option<Prediction> {
-        let far = self.work.spent() + self.cost(recording, Numbers::FromAfar) <= self.work.until(1.0);
-        self.predicted(recording, if far { Numbers::FromAfar } else { Numbers::Fitted })
+    /// By a fit from afar, or from the priors where there is no room for that; no answer, and `what` left out, where for neither.
+    pub fn fitted(&self, recording: &Recording, what: &'static str) -> Option<Option<Prediction>> {
+        let room = self.work.until(1.0);
+        let far = self.affords_until(room, recording, Numbers::FromAfar);
+        let how = if far { Numbers::FromAfar } else { Numbers::Fitted };
+        self.affords(recording, how, what).then(|| self.predicted(recording, how))
     }
 
     /// `None` where the filter fails.
     pub fn predicted(&self, recording: &Recording, numbers: Numbers<'_>) -> Option<Prediction> {
         let mut problem = Problem::new(self.plant, core::slice::from_ref(recording), &[]).ok()?;
-        confine(&mut problem);
+        confine(&mut problem.unknowns);
         let before = self.work.spent();
-        let engine = Engine::counted(&problem, 1, self.work.clone()).ok()?;
-        let found = predicted(&engine, numbers);
-        let each = (self.work.spent() - before) / samples(recording).max(1) as f64;
+        let engine = Engine::counted(&problem, 1, self.work.clone());
+        let found = engine.ok().and_then(|engine| predicted(&engine, numbers));
+        let each = (self.work.spent() - before) / self.samples(recording).max(1) as f64;
         let dearest = &self.dearest[numbers.kind()];
         dearest.set(dearest.get().max(each));
         found
     }
 }
 
-/// Numbers stay where they count as the plant's.
-fn confine(problem: &mut Problem) {
-    for unknown in &mut problem.unknowns {
-        unknown.low = unknown.low.max(unknown.prior - ASTRAY * unknown.sigma);
-        unknown.high = unknown.high.min(unknown.prior + ASTRAY * unknown.sigma);
+/// Numbers go no further than to where they have gone astray.
+fn confine(unknowns: &mut [Unknown]) {
+    for unknown in unknowns {
+        unknown.low = unknown.low.max(unknown.prior - CONFINED * unknown.sigma);
+        unknown.high = unknown.high.min(unknown.prior + CONFINED * unknown.sigma);
     }
 }
 
 fn predicted(engine: &Engine<'_>, numbers: Numbers<'_>) -> Option<Prediction> {
     let (plant, prior) = (&engine.problem.plant, engine.prior());
-    let fitted = |fit: Result<Fit, FitError>| Some((fit.as_ref().ok()?.chi2_per_sample, fit.ok()?.theta));
+    let fitted = |fit: Result<Fit, FitError>| fit.ok().map(|fit| (fit.chi2_per_sample, fit.theta));
+    let from = |theta: &[f64], rounds| fitted(fit(engine, plant, theta, &engine.noise, rounds));
     let (mean_square, theta) = match numbers {
         Numbers::Priors => {
             let board = Board::new(engine, plant, &prior, &engine.noise).ok()?;
             let (r, _) = board.whitened(engine, &engine.noise, &[])?;
             Some((dot(&r, &r) / r.len().max(1) as f64, prior))
         }
-        Numbers::Step => fitted(fit(engine, plant, &prior, &engine.noise, Rounds::at_most(1))),
-        Numbers::Fitted => fitted(fit(engine, plant, &prior, &engine.noise, ROUNDS)),
+        Numbers::Step => from(&prior, Rounds::at_most(1)),
+        Numbers::Fitted => from(&prior, ROUNDS),
         Numbers::FromAfar => fitted(fit_from_afar(engine, ROUNDS)),
-        Numbers::From(theta) => fitted(fit(engine, plant, theta, &engine.noise, ROUNDS)),
+        Numbers::From(other) => from(&engine.start_from(&other.unknowns, &other.theta), ROUNDS),
     }?;
-    let off = theta
-        .iter()
-        .zip(&engine.problem.unknowns)
-        .map(|(theta, unknown)| ((theta - unknown.prior) / unknown.sigma).abs());
-    let astray = off.fold(0.0, f64::max);
-    mean_square.is_finite().then_some(Prediction { mean_square, astray, theta })
+    let (samples, unknowns) = (engine.samples, engine.problem.unknowns.clone());
+    let astray = astray(&unknowns, &theta);
+    mean_square.is_finite().then_some(Prediction { mean_square, samples, astray, unknowns, theta })
 }
 
-pub(super) fn samples(recording: &Recording) -> usize {
-    recording.channels.iter().map(|channel| channel.value.len()).sum()
+fn astray(unknowns: &[Unknown], theta: &[f64]) -> f64 {
+    let off = theta.iter().zip(unknowns).map(|(theta, unknown)| ((theta - unknown.prior) / unknown.sigma).abs());
+    off.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic::{plant, recording};
+
+    #[test]
+    fn a_number_that_ends_at_its_bound_has_gone_astray_whatever_the_decimals() {
+        let nominal = plant("drive_rig");
+        let problem = Problem::new(&nominal, &[recording(&nominal, 5, 0.1)], &[]).expect("it is its own");
+        for k in 1..400 {
+            let (prior, sigma) = (f64::from(k) * 0.1, f64::from(k % 23 + 1) * 1e-3);
+            let free = (f64::NEG_INFINITY, f64::INFINITY);
+            let unknown = Unknown { prior, sigma, low: free.0, high: free.1, ..problem.unknowns[0].clone() };
+            let mut all = [unknown];
+            confine(&mut all);
+            for bound in [all[0].low, all[0].high] {
+                assert!(astray(&all, &[bound]) > ASTRAY, "{prior} {sigma}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_missed_of_a_part_is_the_least_that_is_missed_of_the_whole() {
+        let nominal = plant("drive_rig");
+        let mut rubbed = nominal.clone();
+        rubbed.add_effect("joint_coulomb", &"joint:drive".parse().unwrap(), &[("force", 0.5)]).unwrap();
+        let whole = recording(&rubbed, 6, 2.0);
+        let work = Arc::new(Work::default());
+        let asking = Asking::new(&nominal, &work);
+        let part = asking.predicted(&whole.beginning(0.3), Numbers::FromAfar).expect("it is predicted");
+        let all = asking.predicted(&whole, Numbers::From(&part)).expect("it is predicted");
+        let (share, least) = (part.samples as f64 / all.samples as f64, part.of_more(all.samples));
+        assert!((0.25..0.35).contains(&share) && least.samples == all.samples);
+        assert!(!least.is_near() && least.mean_square < all.mean_square, "{} {}", least.mean_square, all.mean_square);
+    }
 }

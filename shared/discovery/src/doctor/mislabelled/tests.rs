@@ -111,7 +111,7 @@ fn two_channels_that_are_each_others_are_told_apart_and_put_right() {
 fn a_long_recording_is_asked_by_a_beginning_that_is_missed_and_answers_as_a_whole() {
     let nominal = plant("drive_rig");
     let whole = recording(&nominal, 5, 4.0);
-    assert!(samples(&whole) > BEGINNING);
+    assert!(Asking::new(&nominal, &labels()).samples(&whole) > BEGINNING);
     let degree = 180.0 / PI;
     assert_eq!(
         found(&times(&whole, "rate", degree), &nominal).expect("it is far off"),
@@ -145,7 +145,8 @@ fn what_a_beginning_at_rest_does_not_show_the_whole_does() {
     }
     let degree = 180.0 / PI;
     let wrong = times(&whole, "rate", degree);
-    assert!(samples(&wrong.beginning(BEGINNING as f64 / samples(&wrong) as f64)) < 3 * lead);
+    let asked = |recording: &Recording| Asking::new(&nominal, &labels()).samples(recording);
+    assert!(asked(&wrong.beginning(BEGINNING as f64 / asked(&wrong) as f64)) < 2 * lead);
     assert_eq!(found(&wrong, &nominal).expect("it is far off"), (vec!["rate".to_owned()], degree));
 }
 
@@ -161,13 +162,20 @@ fn where_there_is_no_room_to_ask_no_label_is_told_and_that_is_said_and_what_is_a
     assert!(!told && little.note().expect("it is said").contains(LONGER));
     let (told, enough) = by(crate::work::LABELS);
     assert!(told && enough.note().is_none());
-    // one prediction may be begun with what is left
-    let (told, some) = by(0.3 * enough.spent());
-    assert!(!told && some.note().is_some() && some.spent() < 0.6 * enough.spent());
+    // what is begun is ended, and the whole is asked of what explains a part
+    let all = enough.spent();
+    for share in [0.1, 0.2, 0.3, 0.5, 0.7, 0.9] {
+        let (told, work) = by(share * all);
+        assert!(work.spent() < (share + 0.5) * all, "{share}: {:e} of {all:e}", work.spent());
+        assert!(told || work.note().is_some(), "{share}");
+    }
     // a large misfit that no label explains
     let mut rubbed = drive.clone();
     rubbed.add_effect("joint_coulomb", &"joint:drive".parse().unwrap(), &[("force", 0.5)]).unwrap();
+    let rubbed = recording(&rubbed, 6, 2.0);
     let work = labels();
-    assert!(mislabelled(&recording(&rubbed, 6, 2.0), &drive, &work).is_none());
-    assert!(work.spent() < 1.5 * crate::work::LABELS, "{:e}", work.spent());
+    assert!(mislabelled(&rubbed, &drive, &work).is_none() && work.note().is_none());
+    let tenth = Arc::new(Work::of(0.1 * work.spent()));
+    assert!(mislabelled(&rubbed, &drive, &tenth).is_none() && tenth.note().is_some());
+    assert!(tenth.spent() < 0.3 * work.spent(), "{:e} of {:e}", tenth.spent(), work.spent());
 }
