@@ -72,6 +72,8 @@ pub struct Nominal<'a> {
     pub objective: f64,
 }
 
+/// BIC from which a law takes the place of another, or another shape than usual: twenty to one.
+pub const PREFERRED: f64 = 6.0;
 /// Largest set.
 pub const SET_MAX: usize = 3;
 /// Family-wise level of the veto among the sets that are looked at.

@@ -12,6 +12,7 @@ mod evidence;
 mod figures;
 mod judged;
 mod next;
+mod plainer;
 mod repeat;
 mod report;
 mod screening;
@@ -149,18 +150,20 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();
     let nominal = standing(&engine, &stated)?;
-    let (nominal_objective, nominal_noise) = (nominal.objective, nominal.noise.clone());
+    let bare = nominal.clone();
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
     let mut found = searched(&engine, nominal, options, progress)?;
     progress("held out", 0.85);
     let judged = judged(problem, (&engine, &stated), &mut found, options, &mut notes);
     let repeat = match &options.repeat {
         Some(again) if !found.adopted.is_empty() => {
-            repeat::ask(again, (&engine, &stated, &nominal_noise), &found.best, &found.adopted)
+            repeat::ask(again, (&engine, &stated, &bare.noise), &found.best, &found.adopted)
         }
         _ => None,
     };
     progress("a law that is not in the catalogue", 0.95);
+    progress("a law of one number without a name", 0.93);
+    let plainer = plainer::plainer(&engine, &bare, (&found.best, &found.adopted), &found.screening);
     // what another recording refuses was something here all the same
     let whole = judged.refused.first().map_or(&found.best, |(_, with)| with);
     let mut map = remainder(&engine, whole)?;
@@ -168,7 +171,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         map.evidence -= found.unknown_noise;
     }
     let left = left_over(&engine, whole)?;
-    let explained = (nominal_objective - whole.objective).max(0.0);
+    let explained = (bare.objective - whole.objective).max(0.0);
     notes.extend(engine.work.note());
     progress("report", 1.0);
     Ok(verdict::conclude(&verdict::Findings {
@@ -180,6 +183,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         screening: &found.screening,
         noise_p,
         map: map.as_ref(),
+        plainer: plainer.as_ref(),
         left,
         explained,
         judged,

@@ -9,9 +9,11 @@
 //! noise input acts, an error where its channel is read.
 
 mod places;
+mod plain;
 mod ridge;
 
 pub use places::{Acts, Coordinate, Place};
+pub use plain::{Plain, Told, plain};
 pub use ridge::Cell;
 
 use crate::compete::subsets::{Rung, ladder};
@@ -42,6 +44,8 @@ pub struct UnknownLaw {
     pub tried: usize,
     /// Gain on parts of the recording that the weights were not fitted to.
     pub held_out: Gain,
+    /// In words, where it is a plain law.
+    pub plain: Option<Told>,
 }
 
 /// The map that leads so far.
@@ -68,14 +72,12 @@ pub fn best(
     // time is another one in every run
     places.retain(|place| board.linears.len() == 1 || !place.is_of_time());
     let noises = ladder(engine, adapted);
-    let machine = |run: usize| {
-        Machine::new(engine.problem, run, &engine.problem.instance(plant, theta, run), &engine.timelines[run]).ok()
-    };
-    let machines: Vec<Machine<'_>> = (0..board.linears.len()).map(machine).collect::<Option<_>>()?;
+    let machines = machines(engine, plant, theta)?;
     let mut found: Option<Leader> = None;
     for place in &places {
         let Some(span) = visited(board, &machines, place) else { continue };
-        let columns = columns((engine, &machines), board, place, &span);
+        let functions = Functions { count: FUNCTIONS, fill: &|at, out| basis(&span, at, out) };
+        let columns = columns((engine, &machines), board, place, &functions);
         let extra: Vec<&Vec<f64>> = columns.iter().collect();
         let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
         let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
@@ -90,24 +92,39 @@ pub fn best(
         }
     }
     let leader = found?;
-    let held_out = predicted(engine, board, theta, &leader)?;
-    let Leader { evidence, place, ridge, span, .. } = leader;
+    let Leader { evidence, place, columns, ridge, noise, span } = leader;
+    let weights = Weights { columns: &columns, precision: ridge.precision, is_of_time: place.is_of_time() };
+    let held_out = predicted(engine, (board, theta), &noise, &weights)?;
     let names = place.names(&board.linears[0]);
-    Some(UnknownLaw { place, names, cells: ridge.cells(&span), evidence, tried: places.len(), held_out })
+    Some(UnknownLaw { place, names, cells: ridge.cells(&span), evidence, tried: places.len(), held_out, plain: None })
 }
 
-/// `−∂ν/∂w` of every function over `span`.
+/// Functions of the coordinates of a place.
+struct Functions<'f> {
+    count: usize,
+    fill: &'f dyn Fn(&[f64], &mut [f64]),
+}
+
+/// One machine a run; `None` where the plant is none.
+fn machines<'e>(engine: &'e Engine<'_>, plant: &Plant, theta: &[f64]) -> Option<Vec<Machine<'e>>> {
+    let machine = |run: usize| {
+        Machine::new(engine.problem, run, &engine.problem.instance(plant, theta, run), &engine.timelines[run]).ok()
+    };
+    (0..engine.timelines.len()).map(machine).collect()
+}
+
+/// `−∂ν/∂w` of every function.
 fn columns(
     (engine, machines): (&Engine<'_>, &[Machine<'_>]),
     board: &Board,
     place: &Place,
-    span: &Span,
+    functions: &Functions<'_>,
 ) -> Vec<Vec<f64>> {
-    let mut columns = vec![vec![0.0; board.nu.len()]; FUNCTIONS];
+    let mut columns = vec![vec![0.0; board.nu.len()]; functions.count];
     for (run, (linear, machine)) in board.linears.iter().zip(machines).enumerate() {
         let sources: Box<dyn Fn(usize) -> Sources> = match place.acts {
-            Acts::Force(input) => Box::new(forces(linear, machine, (place, input), span)),
-            Acts::Reading(channel) => Box::new(errors(linear, machine, (place, channel), span)),
+            Acts::Force(input) => Box::new(forces(linear, machine, (place, input), functions)),
+            Acts::Reading(channel) => Box::new(errors(linear, machine, (place, channel), functions)),
         };
         for (i, column) in columns.iter_mut().enumerate() {
             let change = respond(linear, machine.timeline, &sources(i));
@@ -124,19 +141,20 @@ fn forces<'l>(
     linear: &'l Linear,
     machine: &'l Machine<'_>,
     (place, input): (&Place, usize),
-    span: &Span,
+    functions: &Functions<'_>,
 ) -> impl Fn(usize) -> Sources + use<'l> {
+    let count = functions.count;
     let timeline = machine.timeline;
     let (n, m, x) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.state_names.len());
     let events = timeline.events.len();
     let row_len = linear.row_len();
-    let [mut begins, mut ends, mut reads] = [0; 3].map(|_| vec![0.0; events * FUNCTIONS]);
+    let [mut begins, mut ends, mut reads] = [0; 3].map(|_| vec![0.0; events * count]);
     let mut at = vec![0.0; place.along.len()];
     for k in 0..events {
-        let slot = k * FUNCTIONS..(k + 1) * FUNCTIONS;
+        let slot = k * count..(k + 1) * count;
         let mut fill = |states: &[f64], acts: (usize, bool), out: &mut [f64]| {
             place.at_state(machine, acts, &states[k * x..(k + 1) * x], &mut at);
-            basis(span, &at, out);
+            (functions.fill)(&at, out);
         };
         fill(&linear.updated, (k, false), &mut begins[slot.clone()]);
         fill(&linear.states, (k.saturating_sub(1), k > 0), &mut ends[slot.clone()]);
@@ -146,10 +164,10 @@ fn forces<'l>(
         let mut sources = Sources { state: vec![0.0; events * n], reading: vec![0.0; timeline.value.len()] };
         for (k, event) in timeline.events.iter().enumerate() {
             for sample in event.first..event.first + event.count {
-                sources.reading[sample] = linear.measurement[sample * row_len + n + input] * reads[k * FUNCTIONS + i];
+                sources.reading[sample] = linear.measurement[sample * row_len + n + input] * reads[k * count + i];
             }
             if k + 1 < events {
-                let mean = 0.5 * (begins[k * FUNCTIONS + i] + ends[(k + 1) * FUNCTIONS + i]);
+                let mean = 0.5 * (begins[k * count + i] + ends[(k + 1) * count + i]);
                 for row in 0..n {
                     sources.state[k * n + row] = linear.transition[(k * n + row) * (n + m) + n + input] * mean;
                 }
@@ -164,35 +182,48 @@ fn errors<'l>(
     linear: &'l Linear,
     machine: &'l Machine<'_>,
     (place, channel): (&Place, usize),
-    span: &Span,
+    functions: &Functions<'_>,
 ) -> impl Fn(usize) -> Sources + use<'l> {
+    let count = functions.count;
     let samples: Vec<usize> = samples_of(machine, channel).collect();
-    let mut values = vec![0.0; samples.len() * FUNCTIONS];
+    let mut values = vec![0.0; samples.len() * count];
     let mut at = vec![0.0; place.along.len()];
-    for (sample, values) in samples.iter().zip(values.chunks_exact_mut(FUNCTIONS)) {
+    for (sample, values) in samples.iter().zip(values.chunks_exact_mut(count)) {
         place.at_sample(linear, machine, *sample, &mut at);
-        basis(span, &at, values);
+        (functions.fill)(&at, values);
     }
     let (states, readings) = (machine.timeline.events.len() * linear.layout.tangent, machine.timeline.value.len());
     move |i| {
         let mut sources = Sources { state: vec![0.0; states], reading: vec![0.0; readings] };
-        samples.iter().zip(values.chunks_exact(FUNCTIONS)).for_each(|(s, values)| sources.reading[*s] = values[i]);
+        samples.iter().zip(values.chunks_exact(count)).for_each(|(s, values)| sources.reading[*s] = values[i]);
         sources
     }
 }
 
+/// A law's functions and the precision of the prior of each weight.
+struct Weights<'c> {
+    columns: &'c [Vec<f64>],
+    precision: f64,
+    is_of_time: bool,
+}
+
 /// Gain in log-likelihood of every fold with weights and unknowns from the others.
-fn predicted(engine: &Engine<'_>, board: &Board, theta: &[f64], map: &Leader) -> Option<Gain> {
-    let extra: Vec<&Vec<f64>> = map.columns.iter().collect();
-    let normal = board.normal(engine, theta, &map.noise, &extra)?;
-    let (r, white) = board.whitened(engine, &map.noise, &extra)?;
+fn predicted(
+    engine: &Engine<'_>,
+    (board, theta): (&Board, &[f64]),
+    noise: &NoiseModel,
+    law: &Weights<'_>,
+) -> Option<Gain> {
+    let extra: Vec<&Vec<f64>> = law.columns.iter().collect();
+    let normal = board.normal(engine, theta, noise, &extra)?;
+    let (r, white) = board.whitened(engine, noise, &extra)?;
     let events = event_of_sample(engine);
     let instants = events.last().map_or(0, |last| last + 1);
     let (u, n) = (normal.unknowns, white.len());
     // variance that the rung's scale left open
     let scale = normal.chi2 / engine.samples.max(1) as f64;
     let mut gained = vec![0.0; instants];
-    let stretches = if map.place.is_of_time() { STRETCHES } else { 1 };
+    let stretches = if law.is_of_time { STRETCHES } else { 1 };
     let fold_of = |sample: usize| (events[sample] * FOLDS * stretches / instants.max(1)) % FOLDS;
     for fold in 0..FOLDS {
         let own: Vec<usize> = (0..events.len()).filter(|s| fold_of(*s) == fold).collect();
@@ -208,7 +239,7 @@ fn predicted(engine: &Engine<'_>, board: &Board, theta: &[f64], map: &Leader) ->
         }
         let bare = Cholesky::new(matrix.view((0, 0), (u, u)).into_owned())?.solve(&right.rows(0, u).into_owned());
         for i in u..n {
-            matrix[(i, i)] += map.ridge.precision;
+            matrix[(i, i)] += law.precision;
         }
         let full = Cholesky::new(matrix)?.solve(&right);
         for (k, s) in own.iter().enumerate() {

@@ -1,5 +1,6 @@
 //! The plant with a candidate as physics: fitted from the score's amplitude, numbers inside its law free.
 
+use super::PREFERRED;
 use crate::filter::NoiseModel;
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit};
@@ -78,8 +79,6 @@ impl Refit {
 
 /// What lasts as long as this has no end in any recording.
 pub(super) const FOR_EVER_S: f64 = 1e8;
-/// BIC from which a law takes another shape than usual: twenty to one.
-const PREFERRED: f64 = 6.0;
 /// Largest share of a body that a mode carries.
 const CARRIED_MAX: f64 = 0.9;
 /// Relinearisations of a refit.

@@ -352,7 +352,7 @@ impl Rung {
     }
 
     /// Something of the column is left behind the unknowns.
-    fn seen(&self, place: usize) -> bool {
+    pub fn seen(&self, place: usize) -> bool {
         let whole = self.matrix
             [(place + self.matrix.nrows() - self.reduced.nrows(), place + self.matrix.nrows() - self.reduced.nrows())];
         whole > 0.0 && self.reduced[(place, place)] > 1e-7 * whole

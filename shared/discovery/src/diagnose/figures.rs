@@ -148,7 +148,7 @@ fn state_map(engine: &Engine<'_>, map: &UnknownLaw) -> LawMap {
         let unit = match coordinate {
             Coordinate::Time => "s".to_owned(),
             Coordinate::Reading => own.to_owned(),
-            Coordinate::ReadingRate => format!("{own}/s"),
+            Coordinate::ReadingRate | Coordinate::CommandRate(_) => format!("{own}/s"),
             Coordinate::Command(_) => own.to_owned(),
             Coordinate::State(_) if name.ends_with(".rate") => format!("{}/s", of_joint(name)),
             Coordinate::State(_) => of_joint(name),

@@ -3,7 +3,7 @@
 use super::adoption::{Step, step};
 use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::{Refit, free_numbers, hopped, timed, weights};
+use crate::compete::{PREFERRED, Refit, free_numbers, hopped, timed, weights};
 use crate::fit::Engine;
 use crate::score::{Column, cosine};
 
@@ -190,9 +190,6 @@ impl Found {
     }
 }
 
-/// BIC from which another effect takes the place of what came earlier: twenty to one.
-const PREFERRED: f64 = 6.0;
-
 /// Looks once more for the effect at `place` beside all others: what fits best alone need not be what fits best beside them. What is better by
 /// BIC takes its place, and its fit is returned; what the recording does not exclude there joins the rivals.
 ///
@@ -235,7 +232,7 @@ fn reconsidered(
 
 impl Adopted {
     /// Numbers that it leaves free.
-    fn numbers(&self) -> f64 {
+    pub(super) fn numbers(&self) -> f64 {
         free_numbers(&self.column.candidate, self.column.raw.len()) as f64
     }
 

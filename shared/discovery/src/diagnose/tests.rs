@@ -222,6 +222,29 @@ fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
     }
 }
 
+/// A ripple of one lobe and a torque that decays come as near the data as the law that acts, with more numbers.
+#[test]
+fn names_that_a_law_of_one_number_without_a_name_outdoes_are_none() {
+    let cases: [(Case, &[&str], &str); 2] = [
+        (("oscillator", 2.0, "joint_cubic_stiffness", "joint:rail", &[("stiffness", 2e6)]), &[], "joint:rail^3"),
+        (("pendulum", 20.0, "sensor_drift", "sensor:angle", &[("rate", 3e-4)]), &["sensor_warm_up"], "time"),
+    ];
+    for ((name, duration_s, kind, site, values), kin, formula) in cases {
+        let nominal = plant(name);
+        let recorded = recording(&with_effect(&nominal, kind, site, values), 22, duration_s);
+        let without = kin.iter().copied().chain([kind]).map(str::to_owned).collect();
+        let asked = problem(&nominal, recorded);
+        let found = diagnose(&asked, &Options { threads: 2, without, ..Options::default() }, &mut |_, _| {});
+        let abstains = matches!(found.verdict, Verdict::CannotDecide | Verdict::NotInCatalogue);
+        let told = format!("of one number, {formula}, ");
+        assert!(abstains && found.reason.contains(&told), "{name} {kind}: {:?} {}", found.verdict, found.reason);
+        assert!(found.effects.is_empty() && found.augmented_plant.is_none());
+        // with its name in the catalogue it has one
+        let found = diagnose(&asked, &Options { threads: 2, ..Options::default() }, &mut |_, _| {});
+        assert_eq!(found.effects[0].kind, kind, "{name}: {:?} {}", found.verdict, found.reason);
+    }
+}
+
 #[test]
 fn little_work_still_names_what_is_plain_says_what_it_left_out_and_does_so_on_any_number_of_threads() {
     let nominal = plant("pendulum");

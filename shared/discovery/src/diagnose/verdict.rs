@@ -28,6 +28,8 @@ pub(super) struct Findings<'a> {
     pub screening: &'a Screening,
     pub noise_p: f64,
     pub map: Option<&'a UnknownLaw>,
+    /// A plain law that outdoes what was adopted.
+    pub plainer: Option<&'a UnknownLaw>,
     pub left: LeftOver,
     /// Decrease of `−2 ln p` by all adopted effects.
     pub explained: f64,
@@ -283,26 +285,41 @@ fn located(engine: &Engine<'_>, map: &UnknownLaw, alpha: f64) -> Where {
 /// A map that stands beside names that explain too little to stand themselves. An error of a reading over itself, or over time, comes near
 /// any law that moves the reading: it speaks where nothing has a name, or no other recording has judged the names.
 fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
-    let map = remainder(findings)?;
+    let Some(map) = remainder(findings) else { return plainer(findings) };
     if findings.adopted.is_empty() {
         return Some(map);
     }
     let is_force = matches!(map.place.acts, Acts::Force(_)) && !map.place.is_of_time();
     let may = is_force || findings.judged.shown.kind != HeldOutKind::Recording;
-    (may && findings.explained < NAMED_SHARE * (findings.explained + map.evidence)).then_some(map)
+    let outweighs = may && findings.explained < NAMED_SHARE * (findings.explained + map.evidence);
+    if outweighs { Some(map) } else { plainer(findings) }
+}
+
+/// The plain law that outdoes the names, where these would stand else.
+fn plainer<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
+    let plainer = findings.plainer?;
+    let stands = matches!(named(findings).0, Verdict::Named | Verdict::NotSeparable | Verdict::Sensor);
+    stands.then_some(plainer)
 }
 
 fn not_named(map: &UnknownLaw) -> (Verdict, String) {
     let what = if matches!(map.place.acts, Acts::Force(_)) { "force" } else { "error of the reading" };
-    let reason = format!(
-        "something acts at {} that no effect of the catalogue describes: a smooth {what} over {} gains {:.0} in evidence \
-         and predicts parts of this recording that it was not fitted to (gain {:.1} ± {:.1})",
-        map.place.site,
-        map.names.join(" and "),
-        map.evidence,
-        map.held_out.loglik_gain,
-        map.held_out.gain_se
-    );
+    let reason = match &map.plain {
+        Some(told) => format!(
+            "something acts at {} that no effect of the catalogue describes: a {what} of one number, {}, does what names do with {} \
+             (ahead by {:.0} in BIC)",
+            map.place.site, told.formula, told.numbers, map.evidence
+        ),
+        None => format!(
+            "something acts at {} that no effect of the catalogue describes: a smooth {what} over {} gains {:.0} in evidence \
+             and predicts parts of this recording that it was not fitted to (gain {:.1} ± {:.1})",
+            map.place.site,
+            map.names.join(" and "),
+            map.evidence,
+            map.held_out.loglik_gain,
+            map.held_out.gain_se
+        ),
+    };
     if map.place.is_of_time() {
         let cure =
             "an unknown law or a disturbance: repeat the experiment, what comes again at the same states is a law";
@@ -312,9 +329,11 @@ fn not_named(map: &UnknownLaw) -> (Verdict, String) {
 }
 
 fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
-    if let Some(map) = outweighing(findings) {
-        return not_named(map);
-    }
+    outweighing(findings).map_or_else(|| named(findings), not_named)
+}
+
+/// What the names are worth.
+fn named(findings: &Findings<'_>) -> (Verdict, String) {
     let Some(first) = findings.adopted.first() else { return nothing_named(findings) };
     let kinds: Vec<String> = findings
         .adopted

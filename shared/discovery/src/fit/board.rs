@@ -187,14 +187,22 @@ impl Board {
         let columns: Vec<&Vec<f64>> = core::iter::once(&self.nu).chain(unknowns).collect();
         let mut sums = vec![0.0; columns.len() * columns.len()];
         let mut log_determinant = 0.0;
+        engine.work.add(self.normal_work(engine, extra.len()));
         for ((linear, timeline), offset) in self.linears.iter().zip(engine.timelines.iter()).zip(&engine.offsets) {
-            engine.work.add(whitening_work(linear, timeline, columns.len()));
-            engine.work.add(of_products(timeline.value.len(), columns.len()));
             let own = *offset..offset + timeline.value.len();
             let own: Vec<&[f64]> = columns.iter().map(|column| &column[own.clone()]).collect();
             log_determinant += products((linear, timeline), noise, &own, &mut sums)?;
         }
         Normal::new(engine, theta, &sums, self.jacobian.len(), log_determinant)
+    }
+
+    /// Work of [`Board::normal`] with so many columns behind the unknowns.
+    pub fn normal_work(&self, engine: &Engine<'_>, extra: usize) -> f64 {
+        let columns = 1 + self.jacobian.len() + extra;
+        let of_run = |(linear, timeline): (&Linear, &Timeline)| {
+            whitening_work(linear, timeline, columns) + of_products(timeline.value.len(), columns)
+        };
+        self.linears.iter().zip(engine.timelines.iter()).map(of_run).sum()
     }
 }
 

@@ -34,8 +34,9 @@ pub enum Acts {
 pub enum Coordinate {
     /// Index of a state.
     State(usize),
-    /// Index in `u` of a command.
+    /// Index in `u` of a command, and its rate of change.
     Command(usize),
+    CommandRate(usize),
     /// What the channel is predicted to read (past its lag), and its rate of change.
     Reading,
     ReadingRate,
@@ -56,7 +57,8 @@ impl Place {
         let name = |coordinate: &Coordinate| match (coordinate, self.acts) {
             (Coordinate::State(state), _) => linear.state_names[*state].clone(),
             (Coordinate::Command(_), Acts::Force(input)) => format!("actuator:{}", linear.input_names[input]),
-            (Coordinate::Command(_) | Coordinate::Reading, _) => self.site.clone(),
+            (Coordinate::CommandRate(_), Acts::Force(input)) => format!("actuator:{}.rate", linear.input_names[input]),
+            (Coordinate::Command(_) | Coordinate::CommandRate(_) | Coordinate::Reading, _) => self.site.clone(),
             (Coordinate::ReadingRate, _) => format!("{}.rate", self.site),
             (Coordinate::Time, _) => "time".to_owned(),
         };
@@ -69,6 +71,7 @@ impl Place {
             *out = match coordinate {
                 Coordinate::State(state) => x[*state],
                 Coordinate::Command(input) => machine.acting(k, end, *input),
+                Coordinate::CommandRate(input) => command_rate(machine, k, *input),
                 _ => machine.timeline.events[if end { k + 1 } else { k }].t_s,
             };
         }
@@ -86,6 +89,19 @@ impl Place {
     }
 }
 
+/// Rate of change of a command over the stretch behind event `k`: of one that is held its step, spread over that stretch.
+fn command_rate(machine: &Machine<'_>, k: usize, input: usize) -> f64 {
+    let (timeline, acting) = (machine.timeline, |k: usize, end: bool| machine.acting(k, end, input));
+    let Some(next) = timeline.events.get(k + 1) else { return 0.0 };
+    let lasts_s = next.t_s - timeline.events[k].t_s;
+    let by = if timeline.moving {
+        acting(k, true) - acting(k, false)
+    } else {
+        acting(k, false) - acting(k.max(1) - 1, false)
+    };
+    if lasts_s > 0.0 { by / lasts_s } else { 0.0 }
+}
+
 /// Every place of a plant: forces that act on a coordinate with their pairs, its position alone and time; readings over what is read, over it and
 /// its rate, and over time.
 pub(super) fn places(plant: &Plant, linear: &Linear) -> Vec<Place> {
@@ -98,8 +114,18 @@ pub(super) fn places(plant: &Plant, linear: &Linear) -> Vec<Place> {
     forces.chain(readings).collect()
 }
 
-/// Its own position and rate, the input's command and its rate, its rate with every other rate; its position alone; time.
-fn of_input(linear: &Linear, input: usize) -> Vec<Place> {
+/// What a force at an input may depend on.
+pub(super) struct Near {
+    pub site: String,
+    /// Position and rate of the coordinate that it moves most, the command, other rates.
+    pub own: Option<Coordinate>,
+    pub rate: Coordinate,
+    pub command: usize,
+    pub others: Vec<Coordinate>,
+}
+
+/// `None` of an input that moves no coordinate.
+pub(super) fn near(linear: &Linear, input: usize) -> Option<Near> {
     let states = &linear.state_names;
     let find = |name: &str| states.iter().position(|state| state == name);
     let name = &linear.input_names[input];
@@ -113,13 +139,23 @@ fn of_input(linear: &Linear, input: usize) -> Vec<Place> {
         let most = moved.max_by(|a, b| gamma(a.0).abs().total_cmp(&gamma(b.0).abs()))?;
         find(most.1)
     });
-    let Some(rate) = pushed else { return Vec::new() };
+    let rate = pushed?;
     let site = states[rate].trim_end_matches(".rate").to_owned();
-    let own = find(&site).map(Coordinate::State);
-    let command = Coordinate::Command(linear.layout.noise_inputs[input]);
-    let rates = (0..states.len()).filter(|i| *i != rate && states[*i].ends_with(".rate")).map(Coordinate::State);
-    let pairs = own.into_iter().chain([command]).chain(rates).take(PAIRS_MAX);
-    let pairs = pairs.map(|other| vec![other, Coordinate::State(rate)]);
+    let others = (0..states.len()).filter(|i| *i != rate && states[*i].ends_with(".rate"));
+    Some(Near {
+        own: find(&site).map(Coordinate::State),
+        rate: Coordinate::State(rate),
+        command: linear.layout.noise_inputs[input],
+        others: others.map(Coordinate::State).collect(),
+        site,
+    })
+}
+
+/// Its own position and rate, the input's command and its rate, its rate with every other rate; its position alone; time.
+fn of_input(linear: &Linear, input: usize) -> Vec<Place> {
+    let Some(Near { site, own, rate, command, others }) = near(linear, input) else { return Vec::new() };
+    let pairs = own.into_iter().chain([Coordinate::Command(command)]).chain(others).take(PAIRS_MAX);
+    let pairs = pairs.map(|other| vec![other, rate]);
     let along = pairs.chain(own.map(|own| vec![own])).chain([vec![Coordinate::Time]]);
     along.map(|along| Place { acts: Acts::Force(input), site: site.clone(), along }).collect()
 }

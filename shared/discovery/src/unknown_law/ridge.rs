@@ -60,18 +60,22 @@ impl Ridge {
     /// Values over the box.
     pub fn cells(&self, span: &Span) -> Vec<Cell> {
         let mut phi = vec![0.0; FUNCTIONS];
-        let (side, other) = if span.len() == 1 { (CELLS_ALONE, 1) } else { (CELLS, CELLS) };
-        let mut cells = Vec::with_capacity(side * other);
-        for (i, j) in (0..side).flat_map(|i| (0..other).map(move |j| (i, j))) {
-            let along = |k: usize, i: usize, side: usize| {
-                span.get(k).map_or(0.0, |[low, high]| low + (high - low) * i as f64 / (side - 1) as f64)
-            };
-            let at = [along(0, i, side), along(1, j, other)];
+        let mut cell = |at: [f64; 2]| {
             basis(span, &at, &mut phi);
             let phi = DVector::from_column_slice(&phi);
             let sigma = phi.dot(&(&self.covariance * &phi)).max(0.0).sqrt();
-            cells.push(Cell { at, value: phi.dot(&self.weights), sigma });
-        }
-        cells
+            Cell { at, value: phi.dot(&self.weights), sigma }
+        };
+        cells(span).into_iter().map(&mut cell).collect()
     }
+}
+
+/// Where a map over `span` is told.
+pub(super) fn cells(span: &Span) -> Vec<[f64; 2]> {
+    let (side, other) = if span.len() == 1 { (CELLS_ALONE, 1) } else { (CELLS, CELLS) };
+    let along = |k: usize, i: usize, side: usize| {
+        span.get(k).map_or(0.0, |[low, high]| low + (high - low) * i as f64 / (side - 1) as f64)
+    };
+    let all = (0..side).flat_map(|i| (0..other).map(move |j| (i, j)));
+    all.map(|(i, j)| [along(0, i, side), along(1, j, other)]).collect()
 }
