@@ -161,9 +161,9 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         }
         _ => None,
     };
-    progress("a law that is not in the catalogue", 0.95);
     progress("a law of one number without a name", 0.93);
     let plainer = plainer::plainer(&engine, &bare, (&found.best, &found.adopted), &found.screening);
+    progress("a law that is not in the catalogue", 0.95);
     // what another recording refuses was something here all the same
     let whole = judged.refused.first().map_or(&found.best, |(_, with)| with);
     let mut map = remainder(&engine, whole)?;

@@ -1,11 +1,15 @@
 //! Names that stand for less than they say: where one plain law that the catalogue has no name for, in the place of one of them or of all, explains
 //! the recording as well with fewer numbers, or better, they are none.
 
-use super::screening::Screening;
+use super::screening::{Screening, in_a_quiet_loop};
 use super::{Adopted, Standing};
 use crate::compete::{PREFERRED, Refit, free_numbers};
-use crate::fit::Engine;
+use crate::fit::{Board, Engine};
+use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Plain, UnknownLaw, plain};
+
+/// Share of what names explain that a law on the linear model may be off by.
+const BENT: f64 = 1e-3;
 
 /// The plain law that BIC prefers to what is `adopted` by twenty to one; most ahead where several are. `nominal` is the plant without any of it.
 ///
@@ -16,31 +20,49 @@ pub(super) fn plainer(
     (best, adopted): (&Standing, &[Adopted]),
     screening: &Screening,
 ) -> Option<UnknownLaw> {
-    let price = libm::log(engine.samples.max(2) as f64);
-    let numbers = |set: &[Adopted]| set.iter().map(Adopted::numbers).sum::<f64>();
-    let all = || {
-        let found = at(engine, nominal, best, screening)?;
-        Some((found, nominal.clone(), numbers(adopted)))
+    let of_one_number = |c: &&Column| c.raw.len() == 1 && free_numbers(&c.candidate, 1) == 1;
+    let named: Vec<Candidate> =
+        screening.columns.iter().filter(of_one_number).map(|column| column.candidate.clone()).collect();
+    let mut found: Vec<(Plain, Standing, f64)> = Vec::new();
+    let mut look = |base: Standing, numbers: f64| {
+        let plain = at(engine, &base, best, &named);
+        found.extend(plain.map(|plain| (plain, base, numbers)));
     };
-    let each = adopted.iter().filter(|_| adopted.len() > 1).filter_map(|own| {
-        let without = Standing::of(&Refit::from(best.clone()).without(engine, &own.column)?);
-        let found = at(engine, &without, best, screening)?;
-        Some((found, without, own.numbers()))
-    });
-    let whole = (!adopted.is_empty()).then(all).flatten();
-    let ahead =
-        |(found, _, numbers): &(Plain, Standing, f64)| best.objective - found.objective + price * (numbers - 1.0);
-    let first = whole.into_iter().chain(each).max_by(|a, b| ahead(a).total_cmp(&ahead(b)))?;
+    let begun = engine.work.spent();
+    if !adopted.is_empty() {
+        look(nominal.clone(), adopted.iter().map(Adopted::numbers).sum());
+    }
+    let mut each = engine.work.spent() - begun;
+    for own in adopted.iter().filter(|_| adopted.len() > 1) {
+        // a fit beside it
+        if !engine.work.allows(2.0 * each, "laws of one number in the place of each name") {
+            break;
+        }
+        let begun = engine.work.spent();
+        if let Some(without) = Refit::from(best.clone()).without(engine, &own.column) {
+            look(Standing::of(&without), own.numbers());
+        }
+        each = each.max(0.5 * (engine.work.spent() - begun));
+    }
+    let price = libm::log(engine.samples.max(2) as f64);
+    let ahead = |(plain, base, numbers): &(Plain, Standing, f64)| {
+        let explained = (base.objective - best.objective).max(0.0);
+        best.objective - plain.objective + price * (numbers - 1.0) - BENT * explained
+    };
+    let first = found.into_iter().max_by(|a, b| ahead(a).total_cmp(&ahead(b)))?;
     let by = ahead(&first);
-    let (found, base, numbers) = first;
+    let (plain, base, numbers) = first;
     let own = Engine::like(engine, &base.problem).ok()?;
-    (by > PREFERRED).then(|| found.told(&own, (&base.fit.board, &base.fit.theta), by, numbers as usize)).flatten()
+    (by > PREFERRED).then(|| plain.told(&own, (&base.fit.board, &base.fit.theta), by, numbers as usize)).flatten()
 }
 
 /// The best plain law of the plant `base`, under the noise that suits `best`.
-fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, screening: &Screening) -> Option<Plain> {
+fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, named: &[Candidate]) -> Option<Plain> {
     let own = Engine::like(engine, &base.problem).ok()?;
-    let named = screening.columns.iter().filter(|c| c.raw.len() == 1 && free_numbers(&c.candidate, 1) == 1);
-    let named: Vec<&Vec<f64>> = named.map(|column| &column.raw[0]).collect();
-    plain(&own, &base.plant, (&base.fit.board, &base.fit.theta), &best.noise, &named)
+    let (board, theta): (&Board, _) = (&base.fit.board, &base.fit.theta);
+    in_a_quiet_loop(&own, base, |along| {
+        let named = columns(along, &base.plant, theta, named);
+        let named: Vec<&Vec<f64>> = named.iter().filter_map(|column| column.raw.first()).collect();
+        plain((&own, board), along, &base.plant, theta, &best.noise, &named)
+    })
 }

@@ -26,7 +26,12 @@ impl Screening {
     }
 }
 
-pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options) -> Screening {
+/// `look` along the trajectory of `best`: where a loop feeds its sensors' noise back, of the loop without that noise.
+pub(super) fn in_a_quiet_loop<T>(
+    engine: &Engine<'_>,
+    best: &Standing,
+    look: impl FnOnce((&Engine<'_>, &Board)) -> T,
+) -> T {
     let (board, theta) = (&best.fit.board, &best.fit.theta);
     let loops = noise_free(engine.problem, &best.plant, theta, &best.noise.sensor_sigma);
     let loops = loops.as_ref().and_then(|problem| {
@@ -34,7 +39,15 @@ pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options) ->
         let board = Board::new(&own, &best.plant, theta, &best.fit.noise).ok()?;
         Some((own, board))
     });
-    let along = loops.as_ref().map_or((engine, board), |(engine, board)| (engine, board));
+    look(loops.as_ref().map_or((engine, board), |(engine, board)| (engine, board)))
+}
+
+pub(super) fn screen(engine: &Engine<'_>, best: &Standing, options: &Options) -> Screening {
+    in_a_quiet_loop(engine, best, |along| screen_along(engine, along, best, options))
+}
+
+fn screen_along(engine: &Engine<'_>, along: (&Engine<'_>, &Board), best: &Standing, options: &Options) -> Screening {
+    let (board, theta) = (&best.fit.board, &best.fit.theta);
     let period_s = engine.timelines[0].period_s;
     let stated = quieter(engine, best);
     let (lines, orders) = longest(engine, best);

@@ -154,9 +154,10 @@ fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diag
     });
     diagnosis.figures.overlays.clear();
     if diagnosis.held_out.kind == HeldOutKind::Recording {
+        let asked = if map.plain.is_some() { "asked of names alone" } else { "not asked" };
         diagnosis
             .notes
-            .push("the held-out recording was not asked: it judges names, and what was found has none".into());
+            .push(format!("the held-out recording was {asked}: it judges names, and what was found has none"));
     }
     let gain = &map.held_out;
     diagnosis.held_out = HeldOut {
@@ -295,9 +296,9 @@ fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     if outweighs { Some(map) } else { plainer(findings) }
 }
 
-/// The plain law that outdoes the names, where these would stand else.
+/// The plain law that outdoes the names and predicts parts that it was not fitted to, where the names would stand else.
 fn plainer<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
-    let plainer = findings.plainer?;
+    let plainer = findings.plainer.filter(|law| law.held_out.status() == Status::Confirmed)?;
     let stands = matches!(named(findings).0, Verdict::Named | Verdict::NotSeparable | Verdict::Sensor);
     stands.then_some(plainer)
 }

@@ -196,13 +196,16 @@ impl Board {
         Normal::new(engine, theta, &sums, self.jacobian.len(), log_determinant)
     }
 
+    /// Work of whitening so many columns.
+    pub fn whitening_work(&self, engine: &Engine<'_>, columns: usize) -> f64 {
+        let runs = self.linears.iter().zip(engine.timelines.iter());
+        runs.map(|(linear, timeline)| whitening_work(linear, timeline, columns)).sum()
+    }
+
     /// Work of [`Board::normal`] with so many columns behind the unknowns.
     pub fn normal_work(&self, engine: &Engine<'_>, extra: usize) -> f64 {
         let columns = 1 + self.jacobian.len() + extra;
-        let of_run = |(linear, timeline): (&Linear, &Timeline)| {
-            whitening_work(linear, timeline, columns) + of_products(timeline.value.len(), columns)
-        };
-        self.linears.iter().zip(engine.timelines.iter()).map(of_run).sum()
+        self.whitening_work(engine, columns) + of_products(engine.samples, columns)
     }
 }
 
@@ -283,11 +286,18 @@ impl Normal {
         None
     }
 
-    /// Least objective over unknowns and extra columns (linear), unknowns within their ranges, and the extra columns' coefficients.
-    pub fn minimum(&self) -> Option<(f64, Vec<f64>)> {
+    /// Least objective over unknowns and extra columns (linear), unknowns within their ranges, and where it is: steps of the unknowns [prior
+    /// standard deviations], then the extra columns' coefficients.
+    pub fn least(&self) -> Option<(f64, Vec<f64>)> {
         let places: Vec<usize> = (0..self.matrix.nrows()).collect();
-        let (decrease, mut x) = bounded(&self.matrix, &self.right, &self.room, &places)?;
-        Some((self.objective - decrease, x.split_off(self.unknowns)))
+        let (decrease, x) = bounded(&self.matrix, &self.right, &self.room, &places)?;
+        Some((self.objective - decrease, x))
+    }
+
+    /// The same with the extra columns' coefficients alone.
+    pub fn minimum(&self) -> Option<(f64, Vec<f64>)> {
+        let (least, mut x) = self.least()?;
+        Some((least, x.split_off(self.unknowns)))
     }
 
     /// Least objective over the unknowns alone.

@@ -91,15 +91,11 @@ impl Place {
 
 /// Rate of change of a command over the stretch behind event `k`: of one that is held its step, spread over that stretch.
 fn command_rate(machine: &Machine<'_>, k: usize, input: usize) -> f64 {
-    let (timeline, acting) = (machine.timeline, |k: usize, end: bool| machine.acting(k, end, input));
+    let timeline = machine.timeline;
     let Some(next) = timeline.events.get(k + 1) else { return 0.0 };
     let lasts_s = next.t_s - timeline.events[k].t_s;
-    let by = if timeline.moving {
-        acting(k, true) - acting(k, false)
-    } else {
-        acting(k, false) - acting(k.max(1) - 1, false)
-    };
-    if lasts_s > 0.0 { by / lasts_s } else { 0.0 }
+    let before = if k == 0 { machine.acting(0, false, input) } else { machine.acting(k - 1, true, input) };
+    if lasts_s > 0.0 { (machine.acting(k, true, input) - before) / lasts_s } else { 0.0 }
 }
 
 /// Every place of a plant: forces that act on a coordinate with their pairs, its position alone and time; readings over what is read, over it and
@@ -183,7 +179,7 @@ pub(super) fn basis(span: &Span, at: &[f64], out: &mut [f64]) {
     }
 }
 
-/// The middle 98 % of every coordinate; `None` where one stands still.
+/// The middle 98 % of every coordinate, all of a rate of commands, which may change seldom; `None` where one stands still.
 pub(super) fn visited(board: &Board, machines: &[Machine<'_>], place: &Place) -> Option<Span> {
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); place.along.len()];
     let mut at = vec![0.0; place.along.len()];
@@ -200,13 +196,14 @@ pub(super) fn visited(board: &Board, machines: &[Machine<'_>], place: &Place) ->
             }),
         }
     }
-    let span = |mut values: Vec<f64>| {
+    let span = |(mut values, coordinate): (Vec<f64>, &Coordinate)| {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values.get((values.len().saturating_sub(1) as f64 * share) as usize).copied();
-        let ends = [at(0.01)?, at(0.99)?];
+        let out = if matches!(coordinate, Coordinate::CommandRate(_)) { 0.0 } else { 0.01 };
+        let ends = [at(out)?, at(1.0 - out)?];
         (ends[1] - ends[0] > 1e-9 * (1.0 + ends[0].abs())).then_some(ends)
     };
-    values.into_iter().map(span).collect()
+    values.into_iter().zip(&place.along).map(span).collect()
 }
 
 pub(super) fn samples_of(machine: &Machine<'_>, channel: usize) -> impl Iterator<Item = usize> {

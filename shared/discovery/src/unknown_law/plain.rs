@@ -1,7 +1,7 @@
 //! Plain laws: one number times a power of one coordinate, or a product of powers of two.
 //!
 //! ```text
-//! f = c x^i   or   c x^i y^j,   odd powers with the sign of their coordinate, even ones without
+//! f = c φ_i(x)   or   c φ_i(x) φ_j(y),   φ_i(x) = |x|^i, or with the sign of x
 //! ```
 //!
 //! A name with several numbers inside can describe a motion that one number describes as well: a ripple of less than one lobe is a cubic spring, a
@@ -88,38 +88,47 @@ pub struct Told {
 }
 
 /// The best plain law about `theta` that `named` (columns of one number each) has no name for; `None` where there is none, or no room for the work.
+/// Laws are laid out `along` a trajectory: where a loop feeds noise back into the commands that of the loop without it.
 ///
-/// Cost: a column each (some twenty an input, eight a channel), whitened once with all products.
+/// Cost: a column each (some thirty an input, eight a channel), whitened once with all products.
 pub fn plain(
-    engine: &Engine<'_>,
+    (engine, board): (&Engine<'_>, &Board),
+    along: (&Engine<'_>, &Board),
     plant: &Plant,
-    (board, theta): (&Board, &[f64]),
+    theta: &[f64],
     noise: &NoiseModel,
     named: &[&Vec<f64>],
 ) -> Option<Plain> {
-    let machines = machines(engine, plant, theta)?;
-    let mut laws = laws((engine, &machines), board, plant);
-    let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().copied()).collect();
-    if !engine.work.allows(board.normal_work(engine, extra.len()), "laws of one number without a name") {
+    let about = board.linears.first().map_or(0, |linear| places(plant, linear).iter().map(|(_, f)| f.len()).sum());
+    if !engine.work.allows(board.normal_work(engine, about + named.len()), "laws of one number without a name") {
         return None;
     }
+    let machines = machines(along.0, plant, theta)?;
+    let mut laws = laws((along.0, &machines), along.1, plant);
+    let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().copied()).collect();
     let rung = Rung::new(engine, board, theta, &extra, noise)?;
     let (gram, right) = (&rung.reduced, &rung.reduced_right);
-    let cosine = |i: usize, j: usize| gram[(i, j)].abs() / (gram[(i, i)] * gram[(j, j)]).sqrt();
-    let has_name = |i: usize| (laws.len()..extra.len()).any(|j| cosine(i, j) > SAME);
+    let same = |i: usize, j: usize| gram[(i, j)].abs() > SAME * (gram[(i, i)] * gram[(j, j)]).sqrt();
+    let has_name = |i: usize| (laws.len()..extra.len()).any(|j| same(i, j));
     let statistic = |i: usize| right[i] * right[i] / gram[(i, i)];
     let mut order: Vec<usize> = (0..laws.len()).filter(|i| rung.seen(*i) && !has_name(*i)).collect();
     order.sort_by(|a, b| statistic(*b).total_cmp(&statistic(*a)).then(a.cmp(b)));
-    order.truncate(TAKEN);
+    let mut taken: Vec<usize> = Vec::with_capacity(TAKEN);
+    for i in order {
+        if taken.len() < TAKEN && !taken.iter().any(|j| same(i, *j)) {
+            taken.push(i);
+        }
+    }
     let tried = laws.len();
     let fitted = |i: &usize| {
         let own = [&laws[*i].column];
         let search = Search { sweeps: 3, colour: true, scan: false };
         let (noise, objective) = maximise(engine, board, theta, &own, noise, search)?;
         let (_, amplitude) = board.normal(engine, theta, &noise, &own)?.minimum()?;
-        Some((*i, noise, objective, [*amplitude.first()?, 1.0 / gram[(*i, *i)].sqrt()]))
+        let alone = Rung::new(engine, board, theta, &own, &noise)?;
+        Some((*i, noise, objective, [*amplitude.first()?, 1.0 / alone.reduced[(0, 0)].sqrt()]))
     };
-    let fits = order.iter().filter_map(fitted);
+    let fits = taken.iter().filter_map(fitted);
     let (i, noise, objective, amplitude) = fits.min_by(|a, b| a.2.total_cmp(&b.2))?;
     Some(Plain { objective, law: laws.swap_remove(i), noise, amplitude, tried })
 }
@@ -207,7 +216,7 @@ fn of_force(near: Near, input: usize) -> Vec<(Place, &'static [&'static [Factor]
     all.into_iter().map(|(along, forms)| (place(along), forms)).collect()
 }
 
-/// Time counts from the beginning of the recording, everything else from nothing; one is the end of `span` that is further away.
+/// Time counts from the beginning of what was visited, everything else from nothing; one is the end of `span` that is further away.
 fn scales(place: &Place, span: &Span) -> Vec<Scale> {
     let own =
         |[low, high]: &[f64; 2]| if place.is_of_time() { [*low, *high] } else { [0.0, low.abs().max(high.abs())] };
@@ -224,7 +233,7 @@ fn shape(factors: &[Factor], scales: &[Scale], at: &[f64]) -> f64 {
     each.product()
 }
 
-/// `joint:pivot^3`, `|joint:pivot|^2 sign(joint:pivot)`, `joint:pivot joint:pivot.rate^2`.
+/// `joint:pivot^3`, `joint:pivot |joint:pivot|`, `joint:pivot times joint:pivot.rate^2`.
 fn formula(factors: &[Factor], names: &[String]) -> String {
     let one = |(factor, name): (&Factor, &String)| match (factor.power, factor.is_odd) {
         (0, false) => "a constant".to_owned(),
@@ -250,7 +259,9 @@ mod tests {
         let engine = Engine::new(&problem, 1).unwrap();
         let fitted = crate::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
         let (board, theta) = (&fitted.board, &fitted.theta);
-        let best = |named: &[&Vec<f64>]| plain(&engine, &nominal, (board, theta), &engine.noise, named).unwrap();
+        let best = |named: &[&Vec<f64>]| {
+            plain((&engine, board), (&engine, board), &nominal, theta, &engine.noise, named).unwrap()
+        };
         let first = best(&[]);
         let again = best(&[&first.law.column]);
         let names = first.law.place.names(&board.linears[0]);
@@ -265,7 +276,7 @@ mod tests {
         assert_eq!(told, "joint:pivot^3");
         let [value, sigma] = law.amplitude;
         // at the edge of what was visited
-        let truth = -0.02 * law.law.scales[0][1].powi(3);
+        let truth = -2e6 * law.law.scales[0][1].powi(3);
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.1 * truth.abs() && !same, "{value} {sigma} {truth}");
         let (law, told, same) = found("drive_rig", 2.0, "sensor_drift", "sensor:rate", &[("rate", 0.02)]);
         assert_eq!((told.as_str(), law.law.place.site.as_str()), ("time", "sensor:rate"));
