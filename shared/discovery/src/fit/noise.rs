@@ -138,11 +138,11 @@ impl<'l> Sweeps<'l> {
     }
 
     /// One sweep, unknowns and columns held.
-    fn held<'e>(
+    fn held<'e, 'p: 'e>(
         &mut self,
         threads: usize,
         mut noise: NoiseModel,
-        hold: &dyn Fn(&NoiseModel) -> Option<Held<'e>>,
+        hold: &dyn Fn(&NoiseModel) -> Option<Held<'e, 'p>>,
     ) -> Option<(NoiseModel, f64)> {
         let mut held = hold(&noise)?;
         let mut best = held.least;
@@ -172,15 +172,19 @@ impl<'l> Sweeps<'l> {
 }
 
 /// Unknowns and further columns held where they explain most under one noise.
-struct Held<'e> {
-    value: Box<dyn Fn(&NoiseModel) -> Option<f64> + Sync + 'e>,
+struct Held<'e, 'p> {
+    engine: &'e Engine<'p>,
+    board: &'e Board,
+    /// What they leave of the raw innovations, and where the unknowns are.
+    left: Vec<f64>,
+    theta: Vec<f64>,
     /// `−2 ln p` there under that noise: least over unknowns and columns.
     least: f64,
 }
 
-impl<'e> Held<'e> {
+impl<'e, 'p> Held<'e, 'p> {
     fn new(
-        (engine, board): (&'e Engine<'_>, &'e Board),
+        (engine, board): (&'e Engine<'p>, &'e Board),
         theta: &[f64],
         extra: &[&Vec<f64>],
         noise: &NoiseModel,
@@ -191,17 +195,14 @@ impl<'e> Held<'e> {
             left.iter_mut().zip(column).for_each(|(left, c)| *left -= c * x);
         }
         let unknowns = engine.problem.unknowns.iter().zip(&x);
-        let theta: Vec<f64> =
-            theta.iter().zip(unknowns).map(|(theta, (unknown, x))| theta + x * unknown.sigma).collect();
-        let value = move |noise: &NoiseModel| {
-            Some(board.objective(engine, &left, &theta, noise)? + engine.disturbance_price(noise))
-        };
-        Some(Self { value: Box::new(value), least: least + engine.disturbance_price(noise) })
+        let theta = theta.iter().zip(unknowns).map(|(theta, (unknown, x))| theta + x * unknown.sigma).collect();
+        Some(Self { engine, board, left, theta, least: least + engine.disturbance_price(noise) })
     }
 
     /// `−2 ln p` under another noise.
     fn value(&self, noise: &NoiseModel) -> Option<f64> {
-        (self.value)(noise)
+        let value = self.board.objective(self.engine, &self.left, &self.theta, noise)?;
+        Some(value + self.engine.disturbance_price(noise))
     }
 }
 
