@@ -274,18 +274,21 @@ mod tests {
     fn a_law_of_one_number_is_found_with_its_power_its_place_and_its_size_and_passed_over_where_it_has_a_name() {
         let (law, told, same) = found("oscillator", 2.0, "joint_cubic_stiffness", "joint:rail", &[("stiffness", 2e5)]);
         assert_eq!(told, "joint:rail^3");
-        let [value, sigma] = law.amplitude;
-        // at the edge of what was visited
-        let truth = -2e5 * law.law.scales[0][1].powi(3);
-        assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.1 * truth.abs() && !same, "{value} {sigma} {truth}");
+        // at the edge of what was visited; the line is taken where the law has led the plant's numbers astray
+        let near = |law: &Plain, truth: f64| {
+            let [value, sigma] = law.amplitude;
+            assert!(
+                (value - truth).abs() < 0.05 * truth.abs() && sigma < 0.05 * truth.abs(),
+                "{value} {sigma} {truth}"
+            );
+        };
+        near(&law, -2e5 * law.law.scales[0][1].powi(3));
+        assert!(!same);
         let (law, told, same) = found("drive_rig", 2.0, "sensor_drift", "sensor:rate", &[("rate", 0.02)]);
         assert_eq!((told.as_str(), law.law.place.site.as_str()), ("time", "sensor:rate"));
         let [begin, end] = law.law.scales[0];
-        let [value, sigma] = law.amplitude;
-        let truth = 0.02 * (end - begin);
-        assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.1 * truth && !same, "{value} {sigma} {truth}");
-        let (_, told, same) = found("drive_rig", 2.0, "actuator_lag", "actuator:motor", &[("time_constant", 3e-4)]);
-        assert!(told == "actuator:motor.rate" && !same, "{told}");
+        near(&law, 0.02 * (end - begin));
+        assert!(!same);
     }
 
     #[test]
