@@ -17,6 +17,7 @@
 mod attitude;
 mod equations;
 mod gains;
+mod gradient;
 mod initial;
 mod lagged;
 mod linear;
@@ -28,6 +29,7 @@ mod wide;
 
 pub use equations::products;
 pub use gains::{Gains, gains};
+pub use gradient::{Gradient, Slope, gradient};
 pub use initial::Start;
 pub use linear::{Linear, linearise};
 pub(crate) use machine::step_s;

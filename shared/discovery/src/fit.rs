@@ -72,6 +72,12 @@ impl Rounds {
     pub const fn at_most(most: usize) -> Self {
         Self { most, more: 0 }
     }
+
+    /// The same however far off the start was.
+    #[must_use]
+    pub const fn without_more(self) -> Self {
+        Self::at_most(self.most)
+    }
 }
 
 /// So many, some more where the start was far off.

@@ -28,7 +28,7 @@ pub use noise_free::noise_free;
 pub use orders::{Orders, orders};
 pub use robust::Robust;
 
-use crate::filter::NoiseModel;
+use crate::filter::{Gains, NoiseModel};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine};
 use crate::statistics::chi_squared_tail;
@@ -68,42 +68,60 @@ pub fn scores(
     noise: &NoiseModel,
     columns: &[Column],
 ) -> Vec<Option<Score>> {
-    let mut all: Vec<Vec<f64>> = vec![board.nu.clone()];
-    all.extend(board.jacobian.iter().cloned());
-    let unknowns = board.jacobian.len();
-    for column in columns {
-        all.extend(column.raw.iter().cloned());
+    match Scorer::new(engine, board, theta, noise) {
+        Some(scorer) => scorer.scores(columns),
+        None => columns.iter().map(|_| None).collect(),
     }
-    if board.whiten(engine, noise, &mut all).is_none() {
-        return columns.iter().map(|_| None).collect();
+}
+
+/// Innovations and sensitivities under one noise, for any columns.
+pub struct Scorer<'e, 'p> {
+    engine: &'e Engine<'p>,
+    board: &'e Board,
+    gains: Vec<Gains>,
+    projector: Projector,
+    events: Vec<usize>,
+}
+
+impl<'e, 'p> Scorer<'e, 'p> {
+    /// `None`: a covariance is not positive.
+    pub fn new(engine: &'e Engine<'p>, board: &'e Board, theta: &[f64], noise: &NoiseModel) -> Option<Self> {
+        let gains = board.gains(engine, noise)?;
+        let mut all: Vec<Vec<f64>> = core::iter::once(&board.nu).chain(&board.jacobian).cloned().collect();
+        board.whiten_by(engine, &gains, &mut all);
+        let r = all.remove(0);
+        let projector = Projector::new(engine, theta, r, all)?;
+        Some(Self { engine, board, gains, projector, events: event_of_sample(engine) })
     }
-    let Some(projector) = Projector::new(engine, theta, &all[0], &all[1..=unknowns]) else {
-        return columns.iter().map(|_| None).collect();
-    };
-    let events = event_of_sample(engine);
-    let mut first = 1 + unknowns;
-    let mut list = Vec::with_capacity(columns.len());
-    for (index, column) in columns.iter().enumerate() {
-        let raw = &all[first..first + column.raw.len()];
-        first += column.raw.len();
-        list.push(score(index, column, raw, &projector, &events));
+
+    /// `None` for columns that nothing is left of.
+    pub fn scores(&self, columns: &[Column]) -> Vec<Option<Score>> {
+        let mut all: Vec<Vec<f64>> = columns.iter().flat_map(|column| &column.raw).cloned().collect();
+        self.board.whiten_by(self.engine, &self.gains, &mut all);
+        let mut rest = &all[..];
+        let own = |(index, column): (usize, &Column)| {
+            let (raw, behind) = rest.split_at(column.raw.len());
+            rest = behind;
+            score(index, column, raw, &self.projector, &self.events)
+        };
+        columns.iter().enumerate().map(own).collect()
     }
-    list
 }
 
 /// Projection off the nominal unknowns with their priors.
-pub struct Projector<'a> {
-    jacobian: &'a [Vec<f64>],
+pub struct Projector {
+    jacobian: Vec<Vec<f64>>,
     factor: Option<Cholesky<f64, nalgebra::Dyn>>,
     /// Residual with the unknowns maximised along.
     pub residual: Vec<f64>,
 }
 
-impl<'a> Projector<'a> {
-    pub fn new(engine: &Engine<'_>, theta: &[f64], r: &[f64], jacobian: &'a [Vec<f64>]) -> Option<Self> {
+impl Projector {
+    /// Off the whitened `jacobian`, of the whitened innovations `r`.
+    pub fn new(engine: &Engine<'_>, theta: &[f64], r: Vec<f64>, jacobian: Vec<Vec<f64>>) -> Option<Self> {
         let n = jacobian.len();
         if n == 0 {
-            return Some(Self { jacobian, factor: None, residual: r.to_vec() });
+            return Some(Self { jacobian, factor: None, residual: r });
         }
         let mut matrix = DMatrix::zeros(n, n);
         let mut right = DVector::zeros(n);
@@ -114,12 +132,12 @@ impl<'a> Projector<'a> {
             }
             matrix[(i, i)] += 1.0;
             let unknown = &engine.problem.unknowns[i];
-            right[i] = dot(&jacobian[i], r) + (unknown.prior - theta[i]) / unknown.sigma;
+            right[i] = dot(&jacobian[i], &r) + (unknown.prior - theta[i]) / unknown.sigma;
         }
         let factor = Cholesky::new(matrix)?;
         let step = factor.solve(&right);
-        let mut residual = r.to_vec();
-        subtract(&mut residual, jacobian, &step);
+        let mut residual = r;
+        subtract(&mut residual, &jacobian, &step);
         Some(Self { jacobian, factor: Some(factor), residual })
     }
 
@@ -129,7 +147,7 @@ impl<'a> Projector<'a> {
         let Some(factor) = &self.factor else { return (out, DVector::zeros(0)) };
         let right = DVector::from_fn(self.jacobian.len(), |i, _| dot(&self.jacobian[i], c));
         let taken = factor.solve(&right);
-        subtract(&mut out, self.jacobian, &taken);
+        subtract(&mut out, &self.jacobian, &taken);
         (out, taken)
     }
 }
@@ -142,13 +160,7 @@ fn subtract(from: &mut [f64], columns: &[Vec<f64>], by: &DVector<f64>) {
     }
 }
 
-fn score(
-    index: usize,
-    column: &Column,
-    raw: &[Vec<f64>],
-    projector: &Projector<'_>,
-    events: &[usize],
-) -> Option<Score> {
+fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector, events: &[usize]) -> Option<Score> {
     let (projected, taken): (Vec<Vec<f64>>, Vec<DVector<f64>>) = raw.iter().map(|c| projector.project(c)).unzip();
     let k = raw.len();
     // inner product with the prior's rows: what a prior forbids is not absorbed

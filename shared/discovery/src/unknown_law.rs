@@ -13,7 +13,7 @@ mod plain;
 mod ridge;
 
 pub use places::{Acts, Coordinate, Place};
-pub use plain::{Plain, Told, plain};
+pub use plain::{Named, Plain, Told, plain};
 pub use ridge::Cell;
 
 use crate::compete::subsets::{Rung, ladder};
@@ -58,6 +58,10 @@ struct Leader {
     span: Span,
 }
 
+/// Share of all work that every place on every rung may take; where it is not enough, so many places that lead on the first and the last rung go on.
+const LOOK: f64 = 0.05;
+const FEW: usize = 3;
+
 /// The map of most evidence about `theta`; `None` where nothing varies.
 ///
 /// Cost: [`FUNCTIONS`] columns a place, whitened once a rung.
@@ -73,30 +77,44 @@ pub fn best(
     places.retain(|place| board.linears.len() == 1 || !place.is_of_time());
     let noises = ladder(engine, adapted);
     let machines = machines(engine, plant, theta)?;
-    let mut found: Option<Leader> = None;
-    for place in &places {
-        let Some(span) = visited(board, &machines, place) else { continue };
-        let functions = Functions { count: FUNCTIONS, fill: &|at, out| basis(&span, at, out) };
-        let columns = columns((engine, &machines), board, place, &functions);
-        let extra: Vec<&Vec<f64>> = columns.iter().collect();
-        let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
-        let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
-        let null = rungs.iter().map(|rung| rung.at(rung.reduced_chi2, samples)).fold(f64::INFINITY, f64::min);
-        for rung in &rungs {
-            let Some(ridge) = Ridge::new(rung, samples) else { continue };
-            let evidence = null - ridge.objective;
-            if found.as_ref().is_none_or(|best| evidence > best.evidence) {
-                let (place, columns, noise) = (place.clone(), columns.clone(), rung.noise.clone());
-                found = Some(Leader { evidence, place, columns, ridge, noise, span: span.clone() });
-            }
-        }
+    let on = |place: &Place, noises: &[NoiseModel]| on_rungs((engine, &machines), (board, theta), place, noises);
+    let rungs = (places.len() * noises.len()) as f64;
+    let mut few: Vec<&Place> = places.iter().collect();
+    if engine.work.affords(LOOK, board.normal_work(engine, FUNCTIONS)) < rungs && noises.len() > 2 {
+        let ends = [noises[0].clone(), noises[noises.len() - 1].clone()];
+        let evidence = |place: &Place| on(place, &ends).map_or(f64::NEG_INFINITY, |leader| leader.evidence);
+        let mut order: Vec<(f64, &Place)> = places.iter().map(|place| (evidence(place), place)).collect();
+        order.sort_by(|a, b| b.0.total_cmp(&a.0));
+        few = order.into_iter().take(FEW).map(|(_, place)| place).collect();
     }
-    let leader = found?;
+    let leaders = few.into_iter().filter_map(|place| on(place, &noises));
+    let leader = leaders.reduce(|best, other| if other.evidence > best.evidence { other } else { best })?;
     let Leader { evidence, place, columns, ridge, noise, span } = leader;
     let weights = Weights { columns: &columns, precision: ridge.precision, is_of_time: place.is_of_time() };
     let held_out = predicted(engine, (board, theta), &noise, &weights)?;
     let names = place.names(&board.linears[0]);
     Some(UnknownLaw { place, names, cells: ridge.cells(&span), evidence, tried: places.len(), held_out, plain: None })
+}
+
+/// The map of one place on the rung where it has most evidence; `None` where nothing varies.
+fn on_rungs(
+    (engine, machines): (&Engine<'_>, &[Machine<'_>]),
+    (board, theta): (&Board, &[f64]),
+    place: &Place,
+    noises: &[NoiseModel],
+) -> Option<Leader> {
+    let span = visited(board, machines, place)?;
+    let functions = Functions { count: FUNCTIONS, fill: &|at, out| basis(&span, at, out) };
+    let columns = columns((engine, machines), board, place, &functions);
+    let extra: Vec<&Vec<f64>> = columns.iter().collect();
+    let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
+    let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
+    let null = rungs.iter().map(|rung| rung.at(rung.reduced_chi2, samples)).fold(f64::INFINITY, f64::min);
+    let of = |rung: &Rung| Some((Ridge::new(rung, samples)?, rung.noise.clone()));
+    let ridges = rungs.iter().filter_map(of);
+    let (ridge, noise) =
+        ridges.reduce(|best, other| if other.0.objective < best.0.objective { other } else { best })?;
+    Some(Leader { evidence: null - ridge.objective, place: place.clone(), columns, ridge, noise, span })
 }
 
 /// Functions of the coordinates of a place.

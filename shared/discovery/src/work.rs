@@ -12,13 +12,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// What a diagnosis may cost before it ends with what it has: about two minutes of one core with what it then finishes.
 pub const MOST: f64 = 1e11;
 /// Of that, what asking whether labels of channels are mistaken may cost.
-pub const LABELS: f64 = 0.3 * MOST;
+pub const LABELS: f64 = 0.2 * MOST;
 /// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates apart.
-const ARTICULATED: f64 = 90.0;
+const ARTICULATED: f64 = 130.0;
 const APART: f64 = 60.0;
 /// An event of a recursion, and each of its products.
-const EVENT: f64 = 100.0;
-const PRODUCT: f64 = 0.4;
+const EVENT: f64 = 200.0;
+const PRODUCT: f64 = 0.5;
 
 /// Count of one diagnosis.
 #[derive(Debug)]
@@ -98,8 +98,8 @@ pub fn of_evaluations(evaluations: usize, system: &System) -> f64 {
 
 /// Of gains for a run and `columns` whitened by them: states, noise inputs, numbers of the filter, events and samples.
 pub fn of_whitening([n, m, z]: [usize; 3], [events, samples]: [usize; 2], columns: usize) -> f64 {
-    let of_event = n * z * (n + m) + columns * n * (n + m);
-    let of_sample = z * z + 2 * columns * z;
+    let of_event = 2 * n * z * (n + m) + columns * n * (n + m);
+    let of_sample = 2 * z * z + 2 * columns * z;
     events as f64 * (EVENT + PRODUCT * of_event as f64) + PRODUCT * (samples * of_sample) as f64
 }
 

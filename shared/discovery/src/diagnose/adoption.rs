@@ -260,5 +260,14 @@ fn nominal_with(engine: &Engine<'_>, best: &Standing, refit: &Refit) -> Option<f
         Some(maximise(engine, &again.board, &again.theta, &[], &noise, search)?.1)
     };
     let again = (!refit.noise.is_about(&best.noise)).then_some((&best.fit.theta, &own.0));
-    Some(again.into_iter().chain([(&theirs, &refit.noise)]).filter_map(from).fold(own.1, f64::min))
+    let (mut least, mut cost) = (own.1, 0.0);
+    for start in again.into_iter().chain([(&theirs, &refit.noise)]) {
+        if cost > 0.0 && !engine.work.allows(cost, "the plant without an effect from another start") {
+            break;
+        }
+        let before = engine.work.spent();
+        least = from(start).map_or(least, |found| found.min(least));
+        cost = engine.work.spent() - before;
+    }
+    Some(least)
 }

@@ -6,7 +6,8 @@ use super::{Adopted, Standing};
 use crate::compete::{PREFERRED, Refit, free_numbers};
 use crate::fit::{Board, Engine};
 use crate::score::{Candidate, Column, columns};
-use crate::unknown_law::{Plain, UnknownLaw, plain};
+use crate::unknown_law::{Named, Plain, UnknownLaw, plain};
+use plant::description::SiteKind;
 
 /// Share of what names explain that a law on the linear model may be off by.
 const BENT: f64 = 1e-3;
@@ -20,12 +21,11 @@ pub(super) fn plainer(
     (best, adopted): (&Standing, &[Adopted]),
     screening: &Screening,
 ) -> Option<UnknownLaw> {
-    let of_one_number = |c: &&Column| c.raw.len() == 1 && free_numbers(&c.candidate, 1) == 1;
     let named: Vec<Candidate> =
-        screening.columns.iter().filter(of_one_number).map(|column| column.candidate.clone()).collect();
+        screening.columns.iter().filter(may_name).map(|column| column.candidate.clone()).collect();
     let mut found: Vec<(Plain, Standing, f64)> = Vec::new();
     let mut look = |base: Standing, numbers: f64| {
-        let plain = at(engine, &base, best, &named);
+        let plain = at(engine, &base, best, (&named, &screening.jumps));
         found.extend(plain.map(|plain| (plain, base, numbers)));
     };
     let begun = engine.work.spent();
@@ -47,7 +47,7 @@ pub(super) fn plainer(
     let price = libm::log(engine.samples.max(2) as f64);
     let ahead = |(plain, base, numbers): &(Plain, Standing, f64)| {
         let explained = (base.objective - best.objective).max(0.0);
-        best.objective - plain.objective + price * (numbers - 1.0) - BENT * explained
+        best.objective - plain.objective + price * (numbers - plain.numbers() as f64) - BENT * explained
     };
     let first = found.into_iter().max_by(|a, b| ahead(a).total_cmp(&ahead(b)))?;
     let by = ahead(&first);
@@ -56,13 +56,26 @@ pub(super) fn plainer(
     (by > PREFERRED).then(|| plain.told(&own, (&base.fit.board, &base.fit.theta), by, numbers as usize)).flatten()
 }
 
-/// The best plain law of the plant `base`, under the noise that suits `best`.
-fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, named: &[Candidate]) -> Option<Plain> {
+/// Laws of one number, and what happens to a reading at an instant.
+fn may_name(column: &&Column) -> bool {
+    let candidate = &column.candidate;
+    let begins = candidate.site.kind == SiteKind::Sensor && candidate.inner.iter().any(|(name, _)| *name == "begin");
+    column.raw.len() == 1 && (begins || free_numbers(candidate, 1) == 1)
+}
+
+/// The best plain law of the plant `base`, under the noise that suits `best`; readings step at `instants`.
+fn at(
+    engine: &Engine<'_>,
+    base: &Standing,
+    best: &Standing,
+    (named, instants): (&[Candidate], &[Vec<f64>]),
+) -> Option<Plain> {
     let own = Engine::like(engine, &base.problem).ok()?;
     let (board, theta): (&Board, _) = (&base.fit.board, &base.fit.theta);
     in_a_quiet_loop(&own, base, |along| {
         let named = columns(along, &base.plant, theta, named);
-        let named: Vec<&Vec<f64>> = named.iter().filter_map(|column| column.raw.first()).collect();
-        plain((&own, board), along, &base.plant, theta, &best.noise, &named)
+        let name = |column: &'_ Column| free_numbers(&column.candidate, column.raw.len());
+        let named: Vec<Named<'_>> = named.iter().filter_map(|own| Some((name(own), own.raw.first()?))).collect();
+        plain((&own, board), along, &base.plant, theta, &best.noise, (&named, instants))
     })
 }

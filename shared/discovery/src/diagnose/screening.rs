@@ -6,7 +6,7 @@ use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine};
 use crate::score::refine::refined;
 use crate::score::{
-    Candidate, Column, Lines, Orders, Score, candidates, columns, instants, lines, noise_free, orders, scores,
+    Candidate, Column, Lines, Orders, Score, Scorer, candidates, columns, instants, lines, noise_free, orders,
 };
 
 /// Noise this many times as large as stated may have swallowed something.
@@ -17,6 +17,8 @@ const GROWN: f64 = 3.0;
 pub(super) struct Screening {
     pub columns: Vec<Column>,
     pub scores: Vec<Score>,
+    /// Instants at which innovations jump, channel by channel [s].
+    pub jumps: Vec<Vec<f64>>,
 }
 
 impl Screening {
@@ -57,16 +59,23 @@ fn screen_along(engine: &Engine<'_>, along: (&Engine<'_>, &Board), best: &Standi
     let mut list = candidates(engine.problem, &best.plant, &board.linears, period_s, found, &options.without);
     thin(engine, best, &mut list);
     let mut all = columns(along, &best.plant, theta, &list);
-    let found: Vec<Score> = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
-    let mut finer = refined((engine, board), along, &best.plant, theta, &best.noise, (&all, &found));
-    if let Some(stated) = stated {
+    let Some(scorer) = Scorer::new(engine, board, theta, &best.noise) else {
+        return Screening { columns: all, ..Screening::default() };
+    };
+    let mut found = scored(&scorer, &all);
+    let mut finer = refined(&scorer, along, &best.plant, theta, (&all, &found));
+    if let Some(scorer) = stated.and_then(|stated| Scorer::new(engine, board, theta, &stated)) {
         // noise that has swallowed an effect hides its numbers too: of a fault that begins and ends it leaves two instants
-        let found: Vec<Score> = scores(engine, board, theta, &stated, &all).into_iter().flatten().collect();
-        finer.extend(refined((engine, board), along, &best.plant, theta, &stated, (&all, &found)));
+        let found = scored(&scorer, &all);
+        finer.extend(refined(&scorer, along, &best.plant, theta, (&all, &found)));
     }
+    found.extend(scored(&scorer, &finer).into_iter().map(|own| Score { column: own.column + all.len(), ..own }));
     all.extend(finer);
-    let scores = scores(engine, board, theta, &best.noise, &all).into_iter().flatten().collect();
-    Screening { columns: all, scores }
+    Screening { columns: all, scores: found, jumps: jumps.channels }
+}
+
+fn scored(scorer: &Scorer<'_, '_>, columns: &[Column]) -> Vec<Score> {
+    scorer.scores(columns).into_iter().flatten().collect()
 }
 
 /// The last rung of the ladder, all noise as stated, at the size that the innovations then have; `None` where it is the adapted noise.
@@ -90,7 +99,7 @@ fn longest(engine: &Engine<'_>, best: &Standing) -> (Lines, Vec<Orders>) {
 }
 
 /// Share of all work that the points of the grids may take.
-const GRIDS: f64 = 0.1;
+const GRIDS: f64 = 0.04;
 
 /// Bounds the work: whole laws stay, points of their grids go.
 fn thin(engine: &Engine<'_>, best: &Standing, list: &mut Vec<Candidate>) {

@@ -32,10 +32,26 @@ pub struct Gains {
 }
 
 /// White part of coloured noise, as a share of its standard deviation: keeps covariances positive.
-const WHITE_SHARE: f64 = 1e-2;
+pub(super) const WHITE_SHARE: f64 = 1e-2;
 
 /// Rows are whole fours of numbers.
-const QUAD: usize = 4;
+pub(super) const QUAD: usize = 4;
+
+/// `$f`, compiled for the size of z.
+macro_rules! by_size {
+    ($size:expr, $f:ident) => {
+        match $size.div_ceil($crate::filter::gains::QUAD) {
+            0 | 1 => $f::<[f64; 4]>,
+            2 => $f::<[f64; 8]>,
+            3 => $f::<[f64; 12]>,
+            4 => $f::<[f64; 16]>,
+            5 => $f::<[f64; 20]>,
+            6 => $f::<[f64; 24]>,
+            _ => $f::<Vec<f64>>,
+        }
+    };
+}
+pub(super) use by_size;
 
 /// Numbers beside each other, one for every entry of z.
 pub(super) trait Row {
@@ -104,36 +120,31 @@ pub fn gains_in_parts(
     each: usize,
     told: &mut dyn FnMut(&mut Gains, Range<usize>),
 ) -> Option<f64> {
-    let mut layout = linear.layout.clone();
-    layout.colours = 0;
-    layout.colour_of = noise
-        .pole
-        .iter()
-        .map(|pole| {
-            let place = (*pole != 0.0).then_some(layout.colours);
-            layout.colours += usize::from(place.is_some());
-            place
-        })
-        .collect();
-    let recurse = match layout.len().div_ceil(QUAD) {
-        0 | 1 => recurse::<[f64; 4]>,
-        2 => recurse::<[f64; 8]>,
-        3 => recurse::<[f64; 12]>,
-        4 => recurse::<[f64; 16]>,
-        5 => recurse::<[f64; 20]>,
-        6 => recurse::<[f64; 24]>,
-        _ => recurse::<Vec<f64>>,
-    };
-    recurse((linear, timeline, noise), layout, each, told)
+    let layout = coloured(&linear.layout, noise);
+    by_size!(layout.len(), recurse)((linear, timeline, noise), layout, each, (None, told))
 }
 
-fn recurse<R: Row>(
+/// `layout` with a place for the colour of every channel that has one.
+pub(super) fn coloured(layout: &Layout, noise: &NoiseModel) -> Layout {
+    let mut layout = Layout { colours: 0, ..layout.clone() };
+    let place = |pole: &f64| {
+        let place = (*pole != 0.0).then_some(layout.colours);
+        layout.colours += usize::from(place.is_some());
+        place
+    };
+    layout.colour_of = noise.pole.iter().map(place).collect();
+    layout
+}
+
+/// [`gains_in_parts`], written down on a tape where one is given.
+pub(super) fn recurse<R: Row>(
     (linear, timeline, noise): (&Linear, &Timeline, &NoiseModel),
     layout: Layout,
     each: usize,
-    told: &mut dyn FnMut(&mut Gains, Range<usize>),
+    (tape, told): (Option<&mut Tape>, &mut dyn FnMut(&mut Gains, Range<usize>)),
 ) -> Option<f64> {
     let mut recursion = Recursion::<R>::new(&layout, &linear.initial_sigma);
+    recursion.tape = tape.is_some().then(Tape::default);
     let same_as_frozen = layout.colours == 0 && linear.noise == *noise && linear.is_wide;
     let mut part = Gains { pole: noise.pole.clone(), same_as_frozen, layout, ..Gains::default() };
     let mut roots = Product::default();
@@ -152,8 +163,22 @@ fn recurse<R: Row>(
         }
         told(&mut part, range);
     }
+    if let (Some(tape), Some(written)) = (tape, recursion.tape) {
+        *tape = written;
+    }
     let log_determinant = 2.0 * roots.ln();
     log_determinant.is_finite().then_some(log_determinant)
+}
+
+/// What a recursion leaves for the way back: rows of z, filled up to whole vectors.
+#[derive(Default)]
+pub(super) struct Tape {
+    /// Of every sample its row of measurement, `v` and `√s`.
+    pub h: Vec<f64>,
+    pub v: Vec<f64>,
+    pub root: Vec<f64>,
+    /// Of every sample whose channel has a colour: column of P at the colour before it moves on; zeros where it begins.
+    pub colour: Vec<f64>,
 }
 
 impl Gains {
@@ -210,11 +235,12 @@ pub(super) struct Recursion<R> {
     /// `F P`, rows of the state, and the columns of F.
     moved: Vec<R>,
     columns: Vec<R>,
+    tape: Option<Tape>,
 }
 
 /// `sum += factor · x`.
 #[inline(always)]
-fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
+pub(super) fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
     for (sum, x) in sum.iter_mut().zip(x) {
         *sum += factor * x;
     }
@@ -222,7 +248,7 @@ fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
 
 /// `sum += Σ shareᵢ · rowᵢ`: as many numbers at once as the processor has room for.
 #[inline(always)]
-fn combine<R: Row>(sum: &mut [f64], shares: &[f64], rows: &[R]) {
+pub(super) fn combine<R: Row>(sum: &mut [f64], shares: &[f64], rows: &[R]) {
     let mut at = 0;
     while at + 4 * QUAD <= sum.len() {
         stretch::<4, R>(sum, shares, rows, at);
@@ -254,7 +280,7 @@ fn stretch<const Q: usize, R: Row>(sum: &mut [f64], shares: &[f64], rows: &[R], 
 }
 
 #[inline(always)]
-fn product(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn product(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; QUAD];
     for (a, b) in a.chunks_exact(QUAD).zip(b.chunks_exact(QUAD)) {
         for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
@@ -275,7 +301,8 @@ impl<R: Row> Recursion<R> {
         let moved = zeros(layout.tangent);
         let columns = zeros(layout.tangent + layout.noise_inputs.len());
         let (gain, factor) = (Vec::new(), Vec::new());
-        Self { layout: layout.clone(), size, p, gain, factor, h: zeros(0), v: zeros(0), k: zeros(0), moved, columns }
+        let (h, v, k, tape) = (zeros(0), zeros(0), zeros(0), None);
+        Self { layout: layout.clone(), size, p, gain, factor, h, v, k, moved, columns, tape }
     }
 
     /// Goes on over `range`; false where a covariance is not positive.
@@ -429,6 +456,9 @@ impl<R: Row> Recursion<R> {
         let Some(place) = self.layout.colour_of[channel] else { return };
         let (at, a) = (self.layout.colours_at() + place, noise.pole[channel]);
         let sigma = noise.sensor_sigma[channel];
+        if let Some(tape) = &mut self.tape {
+            tape.colour.extend_from_slice(self.p[at].numbers());
+        }
         if self.p[at].numbers()[at] == 0.0 {
             // stationary from the first sample on
             self.p[at].numbers_mut()[at] = sigma * sigma;
@@ -488,6 +518,10 @@ impl<R: Row> Recursion<R> {
         }
         let root = variance.sqrt();
         self.factor[slot * count + slot] = root;
+        if let Some(tape) = &mut self.tape {
+            tape.h.extend_from_slice(h);
+            tape.root.push(root);
+        }
         let share = 1.0 / root;
         for v in v.numbers_mut() {
             *v *= share;
@@ -497,6 +531,9 @@ impl<R: Row> Recursion<R> {
         }
         for (p, taken) in self.p.iter_mut().zip(v.numbers()) {
             add(p.numbers_mut(), -taken, v.numbers());
+        }
+        if let Some(tape) = &mut self.tape {
+            tape.v.extend_from_slice(v.numbers());
         }
         self.v[slot] = v;
         true

@@ -19,11 +19,6 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// Channels whose noise is coloured.
-    pub fn poles(&self) -> usize {
-        self.pole.iter().filter(|pole| **pole != 0.0).count()
-    }
-
     /// As the plant states it. Noise inputs without a number are zero here; see [`crate::fit`].
     pub fn stated(problem: &Problem, equipped: &Plant, system: &System, noise_inputs: &[usize]) -> Self {
         let actuator = |input: &usize| &equipped.actuators[system.inputs()[*input].actuator];

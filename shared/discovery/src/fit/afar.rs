@@ -12,28 +12,35 @@ const NEAR: f64 = 2.0;
 /// Factor between one loudness of the disturbances and the next, and how many there are at most.
 const QUIETER: f64 = 10.0;
 const STEPS: usize = 6;
+/// Relinearisations under one loudness: the next begins where this comes to.
+const APPROACHING: usize = 3;
 
 /// Fits the plant of `engine`'s problem under its stated noise from the priors; where something is left that the noise does not explain, once more by
-/// way of larger disturbances, those that the plant states of its actuators among them, and the better of both.
+/// way of larger disturbances, those that the plant states of its actuators among them, and the better of both to its end.
 ///
 /// # Errors
 /// Those of [`fit`].
 pub fn fit_from_afar(engine: &Engine<'_>, rounds: impl Into<Rounds>) -> Result<Fit, FitError> {
     let rounds = rounds.into();
     let plant = &engine.problem.plant;
-    let direct = fit(engine, plant, &engine.prior(), &engine.noise, rounds);
-    if engine.noise.input_sigma.is_empty() || direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < NEAR) {
-        return direct;
-    }
-    let approached = approached(engine, rounds).and_then(|theta| fit(engine, plant, &theta, &engine.noise, rounds));
-    match (direct, approached) {
-        (Ok(a), Ok(b)) => Ok(if b.objective < a.objective { b } else { a }),
-        (a, b) => a.or(b),
-    }
+    let from = |theta: &[f64], rounds: Rounds| fit(engine, plant, theta, &engine.noise, rounds);
+    let direct = from(&engine.prior(), rounds.without_more());
+    let is_near = direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < NEAR);
+    let approached = if is_near || engine.noise.input_sigma.is_empty() {
+        None
+    } else {
+        approached(engine).and_then(|theta| from(&theta, rounds.without_more())).ok()
+    };
+    let best = match (direct, approached) {
+        (Ok(direct), Some(approached)) if approached.objective < direct.objective => approached,
+        (Err(_), Some(approached)) => approached,
+        (direct, _) => direct?,
+    };
+    if best.converged { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
 }
 
 /// Where fits under ever quieter disturbances end, from those on that explain the misfit at the priors.
-fn approached(engine: &Engine<'_>, rounds: Rounds) -> Result<Vec<f64>, FitError> {
+fn approached(engine: &Engine<'_>) -> Result<Vec<f64>, FitError> {
     let plant = &engine.problem.plant;
     let mut theta = engine.prior();
     let driven = |power: usize| {
@@ -49,7 +56,7 @@ fn approached(engine: &Engine<'_>, rounds: Rounds) -> Result<Vec<f64>, FitError>
     };
     let loudest = (1..=STEPS).find(explains).unwrap_or(STEPS);
     for power in (1..=loudest).rev() {
-        let fitted = fit(engine, plant, &theta, &driven(power), rounds)?;
+        let fitted = fit(engine, plant, &theta, &driven(power), Rounds::at_most(APPROACHING))?;
         theta = fitted.theta;
     }
     Ok(theta)

@@ -3,7 +3,7 @@
 use super::FitError;
 use super::bounded::bounded;
 use super::engine::{Engine, parallel};
-use crate::filter::{Linear, NoiseModel, gains, products, whiten};
+use crate::filter::{Gains, Gradient, Linear, NoiseModel, gains, gradient, products, whiten};
 use crate::problem::Timeline;
 use crate::work::{of_products, of_whitening};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -36,6 +36,8 @@ pub struct Normal {
     pub room: Vec<[f64; 2]>,
 }
 
+/// A likelihood with its slopes costs as much as so many without.
+const GRADIENT: f64 = 3.0;
 /// Numbers to whiten from which threads are worth their start.
 const SPREAD_LEAST: usize = 100_000;
 /// First step of the differences [prior standard deviations].
@@ -132,11 +134,24 @@ impl Board {
 
     /// Whitens `columns` under `noise`; returns `Σ ln |S|`.
     pub fn whiten(&self, engine: &Engine<'_>, noise: &NoiseModel, columns: &mut [Vec<f64>]) -> Option<f64> {
-        let mut log_determinant = 0.0;
-        for (run, linear) in self.linears.iter().enumerate() {
+        let found = self.gains(engine, noise)?;
+        self.whiten_by(engine, &found, columns);
+        let log_determinant: f64 = found.iter().map(|gains| gains.log_determinant).sum();
+        log_determinant.is_finite().then_some(log_determinant)
+    }
+
+    /// Gains of every run under `noise`.
+    pub fn gains(&self, engine: &Engine<'_>, noise: &NoiseModel) -> Option<Vec<Gains>> {
+        engine.work.add(self.whitening_work(engine, 0));
+        let runs = self.linears.iter().zip(engine.timelines.iter());
+        runs.map(|(linear, timeline)| gains(linear, timeline, noise)).collect()
+    }
+
+    /// Whitens `columns` by the gains of every run.
+    pub fn whiten_by(&self, engine: &Engine<'_>, found: &[Gains], columns: &mut [Vec<f64>]) {
+        engine.work.add(self.whitening_work(engine, columns.len()) - self.whitening_work(engine, 0));
+        for (run, (linear, found)) in self.linears.iter().zip(found).enumerate() {
             let timeline = &engine.timelines[run];
-            engine.work.add(whitening_work(linear, timeline, columns.len()));
-            let found = gains(linear, timeline, noise)?;
             let range = engine.offsets[run]..engine.offsets[run] + timeline.value.len();
             let mut parts: Vec<&mut [f64]> = columns.iter_mut().map(|column| &mut column[range.clone()]).collect();
             let worth = parts.len() * timeline.value.len() > SPREAD_LEAST;
@@ -145,12 +160,10 @@ impl Board {
             std::thread::scope(|scope| {
                 let mut shares = parts.chunks_mut(each);
                 let own = shares.next();
-                shares.for_each(|share| drop(scope.spawn(|| whiten(linear, timeline, &found, share))));
-                own.into_iter().for_each(|share| whiten(linear, timeline, &found, share));
+                shares.for_each(|share| drop(scope.spawn(|| whiten(linear, timeline, found, share))));
+                own.into_iter().for_each(|share| whiten(linear, timeline, found, share));
             });
-            log_determinant += found.log_determinant;
         }
-        log_determinant.is_finite().then_some(log_determinant)
     }
 
     /// `−2 ln p` of innovations `nu` at `theta`.
@@ -160,6 +173,26 @@ impl Board {
         let chi2: f64 = columns[0].iter().map(|r| r * r).sum();
         let total = chi2 + log_determinant + prior_chi2(engine, theta);
         total.is_finite().then_some(total)
+    }
+
+    /// `−2 ln p` of the readings whose innovations are `nu`, and its slopes along the numbers of the noise; and what the priors at `theta` add.
+    pub fn gradient(
+        &self,
+        engine: &Engine<'_>,
+        (nu, theta): (&[f64], &[f64]),
+        noise: &NoiseModel,
+    ) -> Option<(Gradient, f64)> {
+        engine.work.add(GRADIENT * self.whitening_work(engine, 1));
+        let runs = self.linears.iter().zip(engine.timelines.iter()).zip(&engine.offsets);
+        let mut all = runs.map(|((linear, timeline), offset)| {
+            gradient(linear, timeline, noise, &nu[*offset..offset + timeline.value.len()])
+        });
+        let first = all.next()??;
+        let whole = all.try_fold(first, |mut sum, run| {
+            sum += run?;
+            Some(sum)
+        })?;
+        Some((whole, prior_chi2(engine, theta)))
     }
 
     /// Innovations, and sensitivities with raw `extra` columns behind them, whitened under `noise`.

@@ -5,8 +5,10 @@
 //! moved one after the other along parabolas through three points, a bounded number of sweeps.
 //!
 //! Of a large plant or a long recording that is dear: many columns are whitened for every point. Noise and mean of a Gaussian tell nothing of each
-//! other (their Fisher information has no common block), so there unknowns and columns are held where they explain most under the noise of
-//! the sweep's beginning, or since much was gained ([`Held`]); what finds nothing rests until others have gained; and a pole has a price.
+//! other (their Fisher information has no common block), so there unknowns and columns are held where they explain most and all
+//! coordinates are moved at once along the gradient ([`climb`]).
+
+mod climb;
 
 use super::{Board, Engine, parallel};
 use crate::filter::NoiseModel;
@@ -25,19 +27,13 @@ pub struct Search {
 const SIZE_MAX: usize = 26;
 /// Largest pole: slower noise is a drift.
 const POLE_MAX: f64 = 0.98;
-/// Gain in `−2 ln p` below which a pole is none where the search is dear: what chance gives a number that is not there (AIC).
-const POLE_PRICE: f64 = 2.0;
 /// Share of all work from which on a search is dear, if every coordinate asks for so many points and these whiten so many columns.
-const DEAR: f64 = 0.05;
+const DEAR: f64 = 0.01;
 const POINTS: usize = 24;
 const COLUMNS: usize = 16;
 
 /// Gain in `−2 ln p` of a sweep that is not worth another.
 const SWEPT: f64 = 0.05;
-/// Of a coordinate that found nothing, of all others since then that wakes it, and behind which what is held is found again.
-const FLAT: f64 = 5e-3;
-const WOKEN: f64 = 1.0;
-const MOVED: f64 = 10.0;
 
 /// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which one is taken up.
 const JITTER_SHARES: [f64; 3] = [3e-3, 0.02, 0.1];
@@ -84,145 +80,41 @@ pub fn maximise(
             list.extend((0..start.sensor_sigma.len()).map(Coordinate::Pole));
         }
     }
-    let mut noise = start.clone();
-    let mut best = value(&noise)?;
-    if search.scan && size <= SIZE_MAX {
-        (noise, best) = scan(engine, &noise, best, &value);
-        (noise, best) = jitter(engine, &noise, best, &value);
-    }
-    list.extend((0..noise.jitter_s.len()).filter(|k| noise.jitter_s[*k] > 0.0).map(Coordinate::Jitter));
-    let mut along_all = Sweeps::new(&list);
     // the same for every set of effects: what is compared is searched alike
     let is_dear = engine.work.affords(DEAR, board.whitening_work(engine, COLUMNS)) < (POINTS * list.len()) as f64;
+    if is_dear {
+        return climb::climbed((engine, board), (theta, extra), start, list, search);
+    }
+    let best = value(start)?;
+    let (mut noise, mut best) = begun(engine, search, size, (start, best), &value);
+    list.extend((0..noise.jitter_s.len()).filter(|k| noise.jitter_s[*k] > 0.0).map(Coordinate::Jitter));
+    let first = |c: &Coordinate| if matches!(c, Coordinate::Sensor(_)) { 0.1 } else { 0.3 };
+    let mut steps: Vec<f64> = list.iter().map(first).collect();
     for _ in 0..search.sweeps {
-        let (before, poles) = (best, noise.poles());
-        if is_dear {
-            let hold = |noise: &NoiseModel| Held::new((engine, board), theta, extra, noise);
-            (noise, best) = along_all.held(engine.threads, noise, &hold)?;
-        } else {
-            (noise, best) = along_all.joint(engine.threads, (noise, best), &value);
+        let before = best;
+        for (coordinate, step) in list.iter().zip(&mut steps) {
+            (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, &value);
         }
-        // one pole less is a loss, and something for the others to gain
-        if before - best < SWEPT && noise.poles() >= poles {
+        if before - best < SWEPT {
             break;
         }
     }
     Some((noise, best))
 }
 
-/// Coordinates with the steps of their parabolas; and what all had gained when one last found nothing.
-struct Sweeps<'l> {
-    list: &'l [Coordinate],
-    steps: Vec<f64>,
-    rests: Vec<Option<f64>>,
-    gained: f64,
-}
-
-impl<'l> Sweeps<'l> {
-    fn new(list: &'l [Coordinate]) -> Self {
-        let first = |c: &Coordinate| if matches!(c, Coordinate::Sensor(_)) { 0.1 } else { 0.3 };
-        Self { list, steps: list.iter().map(first).collect(), rests: vec![None; list.len()], gained: 0.0 }
-    }
-
-    /// One sweep, unknowns and columns free at every point.
-    fn joint(
-        &mut self,
-        threads: usize,
-        (mut noise, mut best): (NoiseModel, f64),
-        value: &(dyn Fn(&NoiseModel) -> Option<f64> + Sync),
-    ) -> (NoiseModel, f64) {
-        for (coordinate, step) in self.list.iter().zip(&mut self.steps) {
-            (noise, best) = along(threads, (&noise, best), *coordinate, step, value);
-        }
-        (noise, best)
-    }
-
-    /// One sweep, unknowns and columns held.
-    fn held<'e, 'p: 'e>(
-        &mut self,
-        threads: usize,
-        mut noise: NoiseModel,
-        hold: &dyn Fn(&NoiseModel) -> Option<Held<'e, 'p>>,
-    ) -> Option<(NoiseModel, f64)> {
-        let mut held = hold(&noise)?;
-        let mut best = held.least;
-        for ((coordinate, step), rests) in self.list.iter().zip(&mut self.steps).zip(&mut self.rests) {
-            if rests.is_some_and(|gained| self.gained < gained + WOKEN) {
-                continue;
-            }
-            let value = |noise: &NoiseModel| held.value(noise);
-            let found = along(threads, (&noise, best), *coordinate, step, &value);
-            let found = match coordinate {
-                Coordinate::Pole(k) => worth_a_pole((&noise, best), found, *k, &value),
-                _ => found,
-            };
-            // a pole less is a change, too
-            self.gained += (best - found.1).abs();
-            *rests = (best - found.1 < FLAT).then_some(self.gained);
-            (noise, best) = found;
-            if held.least - best > MOVED {
-                held = hold(&noise)?;
-                self.gained += best - held.least;
-                best = held.least;
-            }
-        }
-        let best = if best == held.least { best } else { hold(&noise)?.least };
-        Some((noise, best))
-    }
-}
-
-/// Unknowns and further columns held where they explain most under one noise.
-struct Held<'e, 'p> {
-    engine: &'e Engine<'p>,
-    board: &'e Board,
-    /// What they leave of the raw innovations, and where the unknowns are.
-    left: Vec<f64>,
-    theta: Vec<f64>,
-    /// `−2 ln p` there under that noise: least over unknowns and columns.
-    least: f64,
-}
-
-impl<'e, 'p> Held<'e, 'p> {
-    fn new(
-        (engine, board): (&'e Engine<'p>, &'e Board),
-        theta: &[f64],
-        extra: &[&Vec<f64>],
-        noise: &NoiseModel,
-    ) -> Option<Self> {
-        let (least, x) = board.normal(engine, theta, noise, extra)?.least()?;
-        let mut left = board.nu.clone();
-        for (column, x) in board.jacobian.iter().chain(extra.iter().copied()).zip(&x) {
-            left.iter_mut().zip(column).for_each(|(left, c)| *left -= c * x);
-        }
-        let unknowns = engine.problem.unknowns.iter().zip(&x);
-        let theta = theta.iter().zip(unknowns).map(|(theta, (unknown, x))| theta + x * unknown.sigma).collect();
-        Some(Self { engine, board, left, theta, least: least + engine.disturbance_price(noise) })
-    }
-
-    /// `−2 ln p` under another noise.
-    fn value(&self, noise: &NoiseModel) -> Option<f64> {
-        let value = self.board.objective(self.engine, &self.left, &self.theta, noise)?;
-        Some(value + self.engine.disturbance_price(noise))
-    }
-}
-
-/// A pole that gains less than its price is none: it would only make the filter larger.
-fn worth_a_pole(
-    (white, least): (&NoiseModel, f64),
-    found: (NoiseModel, f64),
-    k: usize,
-    value: &dyn Fn(&NoiseModel) -> Option<f64>,
+/// Inputs off their floor and jitters taken up, where the search asks for that.
+fn begun(
+    engine: &Engine<'_>,
+    search: Search,
+    size: usize,
+    (start, best): (&NoiseModel, f64),
+    value: &(dyn Fn(&NoiseModel) -> Option<f64> + Sync),
 ) -> (NoiseModel, f64) {
-    if found.0.pole[k] == 0.0 {
-        return found;
+    if !search.scan || size > SIZE_MAX {
+        return (start.clone(), best);
     }
-    let mut without = if white.pole[k] == 0.0 { white.clone() } else { found.0.clone() };
-    without.pole[k] = 0.0;
-    let least = if white.pole[k] == 0.0 { Some(least) } else { value(&without) };
-    match least {
-        Some(least) if least < found.1 + POLE_PRICE => (without, least),
-        _ => found,
-    }
+    let (noise, best) = scan(engine, start, best, value);
+    jitter(engine, &noise, best, value)
 }
 
 /// Decades above the floor for inputs that nobody stated.

@@ -4,8 +4,7 @@
 //! promising law steps from its best point, one number at a time, by half its neighbours' distance and less, all laws side by side.
 //! The largest of correlated scores is what significance is taken of: the number of points counts ([`Candidate::tries`]).
 
-use super::{Candidate, Column, Score, columns, scores};
-use crate::filter::NoiseModel;
+use super::{Candidate, Column, Score, Scorer, columns};
 use crate::fit::{Board, Engine};
 use plant::description::Plant;
 
@@ -97,13 +96,13 @@ impl Climb {
 ///
 /// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS_OF_EDGES`] columns, fewer laws where these are long; a law whose steps are all halved out is done.
 pub fn refined(
-    (engine, board): (&Engine<'_>, &Board),
+    scorer: &Scorer<'_, '_>,
     along: (&Engine<'_>, &Board),
     plant: &Plant,
     theta: &[f64],
-    noise: &NoiseModel,
     (list, found): (&[Column], &[Score]),
 ) -> Vec<Column> {
+    let engine = along.0;
     let [begin_s, end_s] = engine.problem.span_s();
     let duration_s = end_s - begin_s;
     let laws = (WORK_MAX / (COLUMNS as f64 * engine.samples.max(1) as f64)) as usize;
@@ -119,7 +118,7 @@ pub fn refined(
             break;
         }
         let tried = columns(along, plant, theta, &flat);
-        let judged = scores(engine, board, theta, noise, &tried);
+        let judged = scorer.scores(&tried);
         for climb in &mut climbs {
             let own = |column: &Column| column.candidate.same_law(&climb.column.candidate);
             let better = judged.iter().flatten().filter(|s| own(&tried[s.column]));

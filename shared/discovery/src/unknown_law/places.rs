@@ -83,7 +83,7 @@ impl Place {
             *out = match coordinate {
                 Coordinate::Reading => machine.timeline.value[sample] - (linear.nu[sample] - linear.pull[sample]),
                 Coordinate::ReadingRate => linear.slope[sample],
-                _ => machine.timeline.stamp_s[sample],
+                _ => machine.timeline.stamp_s[sample] - machine.timeline.shift_s[machine.timeline.channel[sample]],
             };
         }
     }

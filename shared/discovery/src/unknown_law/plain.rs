@@ -4,6 +4,8 @@
 //! f = c φ_i(x)   or   c φ_i(x) φ_j(y),   φ_i(x) = |x|^i, or with the sign of x
 //! ```
 //!
+//! And of a reading a step at an instant where its innovations jump, for ever or to another such instant: one number more for each of these.
+//!
 //! A name with several numbers inside can describe a motion that one number describes as well: a ripple of less than one lobe is a cubic spring, a
 //! torque that decays is a drift. Every plain law is looked at where a force or an error may act; those that have a name in the catalogue
 //! (one of its laws of one number does the same) are passed over. What then fits is compared with the names by whoever asks.
@@ -56,10 +58,18 @@ const SAME: f64 = 0.98;
 /// Laws whose likelihood is taken.
 const TAKEN: usize = 3;
 
+/// What a law says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Form {
+    Product(&'static [Factor]),
+    /// One from a time to a time [s].
+    Step([f64; 2]),
+}
+
 /// A law that was looked at.
 struct Law {
     place: Place,
-    factors: &'static [Factor],
+    form: Form,
     span: Span,
     scales: Vec<Scale>,
     column: Vec<f64>,
@@ -67,6 +77,9 @@ struct Law {
 
 /// Where a coordinate is zero, and where one.
 type Scale = [f64; 2];
+
+/// A column that the catalogue has a name for, and its numbers.
+pub type Named<'c> = (usize, &'c Vec<f64>);
 
 /// The plain law that fits best.
 pub struct Plain {
@@ -83,11 +96,13 @@ pub struct Plain {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Told {
     pub formula: String,
-    /// Numbers of the names that it stands for.
+    /// Its numbers, and those of the names that it stands for.
+    pub own: usize,
     pub numbers: usize,
 }
 
-/// The best plain law about `theta` that `named` (columns of one number each) has no name for; `None` where there is none, or no room for the work.
+/// The best plain law about `theta` that `named` has no name of no more numbers for; `None` where there is none, or no room for the work. Readings step
+/// at `instants`, channel by channel.
 /// Laws are laid out `along` a trajectory: where a loop feeds noise back into the commands that of the loop without it.
 ///
 /// Cost: a column each (some thirty an input, eight a channel), whitened once with all products.
@@ -97,20 +112,22 @@ pub fn plain(
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
-    named: &[&Vec<f64>],
+    (named, instants): (&[Named<'_>], &[Vec<f64>]),
 ) -> Option<Plain> {
     let about = board.linears.first().map_or(0, |linear| places(plant, linear).iter().map(|(_, f)| f.len()).sum());
     if !engine.work.allows(board.normal_work(engine, about + named.len()), "laws of one number without a name") {
         return None;
     }
     let machines = machines(along.0, plant, theta)?;
-    let mut laws = laws((along.0, &machines), along.1, plant);
-    let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().copied()).collect();
+    let mut laws = laws((along.0, &machines), along.1, plant, instants);
+    let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().map(|(_, own)| *own)).collect();
     let rung = Rung::new(engine, board, theta, &extra, noise)?;
     let (gram, right) = (&rung.reduced, &rung.reduced_right);
     let same = |i: usize, j: usize| gram[(i, j)].abs() > SAME * (gram[(i, i)] * gram[(j, j)]).sqrt();
-    let has_name = |i: usize| (laws.len()..extra.len()).any(|j| same(i, j));
-    let statistic = |i: usize| right[i] * right[i] / gram[(i, i)];
+    let may_name = |i: usize, j: usize| named[j].0 <= laws[i].form.numbers() && same(i, laws.len() + j);
+    let has_name = |i: usize| (0..named.len()).any(|j| may_name(i, j));
+    let price = |i: usize| libm::log(engine.samples.max(2) as f64) * laws[i].form.numbers() as f64;
+    let statistic = |i: usize| right[i] * right[i] / gram[(i, i)] - price(i);
     let mut order: Vec<usize> = (0..laws.len()).filter(|i| rung.seen(*i) && !has_name(*i)).collect();
     order.sort_by(|a, b| statistic(*b).total_cmp(&statistic(*a)).then(a.cmp(b)));
     let mut taken: Vec<usize> = Vec::with_capacity(TAKEN);
@@ -129,11 +146,16 @@ pub fn plain(
         Some((*i, noise, objective, [*amplitude.first()?, 1.0 / alone.reduced[(0, 0)].sqrt()]))
     };
     let fits = taken.iter().filter_map(fitted);
-    let (i, noise, objective, amplitude) = fits.min_by(|a, b| a.2.total_cmp(&b.2))?;
+    let (i, noise, objective, amplitude) = fits.min_by(|a, b| (a.2 + price(a.0)).total_cmp(&(b.2 + price(b.0))))?;
     Some(Plain { objective, law: laws.swap_remove(i), noise, amplitude, tried })
 }
 
 impl Plain {
+    /// Numbers of the law.
+    pub fn numbers(&self) -> usize {
+        self.law.form.numbers()
+    }
+
     /// As a law without a name, ahead by so much of names with so many `numbers`; `None` where parts of the recording cannot be predicted.
     pub fn told(
         self,
@@ -142,7 +164,7 @@ impl Plain {
         ahead: f64,
         numbers: usize,
     ) -> Option<UnknownLaw> {
-        let Law { place, factors, span, scales, column } = self.law;
+        let Law { place, form, span, scales, column } = self.law;
         let names = place.names(board.linears.first()?);
         let is_of_time = place.is_of_time();
         let columns = [column];
@@ -150,21 +172,34 @@ impl Plain {
         let held_out = predicted(engine, (board, theta), &self.noise, &weights)?;
         let [value, sigma] = self.amplitude;
         let cell = |at: [f64; 2]| {
-            let shape = shape(factors, &scales, &at);
+            let shape = form.value(&scales, &at);
             Cell { at, value: value * shape, sigma: sigma * shape.abs() }
         };
-        let plain = Some(Told { formula: formula(factors, &names), numbers });
+        let plain = Some(Told { formula: form.told(&names), own: form.numbers(), numbers });
         let cells = cells(&span).into_iter().map(cell).collect();
         Some(UnknownLaw { place, names, cells, evidence: ahead, tried: self.tried, held_out, plain })
     }
 }
 
 /// Every plain law of a plant that varies, with its column.
-fn laws((engine, machines): (&Engine<'_>, &[Machine<'_>]), board: &Board, plant: &Plant) -> Vec<Law> {
+fn laws(
+    (engine, machines): (&Engine<'_>, &[Machine<'_>]),
+    board: &Board,
+    plant: &Plant,
+    instants: &[Vec<f64>],
+) -> Vec<Law> {
     let Some(linear) = board.linears.first() else { return Vec::new() };
     let is_alone = board.linears.len() == 1;
     let mut laws = Vec::new();
-    for (place, forms) in places(plant, linear) {
+    let steps = plant.sensors.iter().zip(instants).enumerate().map(|(channel, (sensor, own))| {
+        let (acts, site) = (Acts::Reading(channel), format!("sensor:{}", sensor.name));
+        (Place { acts, site, along: vec![Coordinate::Time] }, steps(own))
+    });
+    let products = places(plant, linear).into_iter().map(|(place, forms)| {
+        let forms = forms.iter().map(|factors| Form::Product(factors)).collect();
+        (place, forms)
+    });
+    for (place, forms) in products.chain(steps.filter(|(_, forms)| !forms.is_empty())).collect::<Vec<_>>() {
         // time is another one in every run
         if place.is_of_time() && !is_alone {
             continue;
@@ -172,16 +207,53 @@ fn laws((engine, machines): (&Engine<'_>, &[Machine<'_>]), board: &Board, plant:
         let Some(span) = visited(board, machines, &place) else { continue };
         let scales = scales(&place, &span);
         let fill = |at: &[f64], out: &mut [f64]| {
-            out.iter_mut().zip(forms).for_each(|(out, factors)| *out = shape(factors, &scales, at));
+            out.iter_mut().zip(&forms).for_each(|(out, form)| *out = form.value(&scales, at));
         };
         let columns = columns((engine, machines), board, &place, &Functions { count: forms.len(), fill: &fill });
-        for (factors, column) in forms.iter().zip(columns) {
+        for (form, column) in forms.iter().zip(columns) {
             if column.iter().all(|c| c.is_finite()) && column.iter().any(|c| *c != 0.0) {
-                laws.push(Law { place: place.clone(), factors, span: span.clone(), scales: scales.clone(), column });
+                let form = *form;
+                laws.push(Law { place: place.clone(), form, span: span.clone(), scales: scales.clone(), column });
             }
         }
     }
     laws
+}
+
+/// Steps at every instant, for ever and to every later one.
+fn steps(instants: &[f64]) -> Vec<Form> {
+    let from = |i: usize| {
+        let ends = instants[i + 1..].iter().copied().chain([f64::INFINITY]);
+        ends.map(move |end| Form::Step([instants[i], end]))
+    };
+    (0..instants.len()).flat_map(from).collect()
+}
+
+impl Form {
+    /// The number in front, and the times.
+    fn numbers(&self) -> usize {
+        match self {
+            Self::Product(_) => 1,
+            Self::Step([_, end]) if end.is_finite() => 3,
+            Self::Step(_) => 2,
+        }
+    }
+
+    /// With its number one, at a point.
+    fn value(&self, scales: &[Scale], at: &[f64]) -> f64 {
+        match self {
+            Self::Product(factors) => shape(factors, scales, at),
+            Self::Step([begin, end]) => f64::from(u8::from((*begin..*end).contains(&at[0]))),
+        }
+    }
+
+    fn told(&self, names: &[String]) -> String {
+        match self {
+            Self::Product(factors) => formula(factors, names),
+            Self::Step([begin, end]) if end.is_finite() => format!("a constant from {begin:.4} to {end:.4} s"),
+            Self::Step([begin, _]) => format!("a constant from {begin:.4} s on"),
+        }
+    }
 }
 
 /// Where plain laws may act, and their forms.
@@ -259,14 +331,15 @@ mod tests {
         let engine = Engine::new(&problem, 1).unwrap();
         let fitted = crate::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
         let (board, theta) = (&fitted.board, &fitted.theta);
-        let best = |named: &[&Vec<f64>]| {
-            plain((&engine, board), (&engine, board), &nominal, theta, &engine.noise, named).unwrap()
-        };
+        let along = (&engine, board);
+        let instants = crate::score::instants(along, along, &nominal, theta, &engine.noise).channels;
+        let best =
+            |named: &[Named<'_>]| plain(along, along, &nominal, theta, &engine.noise, (named, &instants)).unwrap();
         let first = best(&[]);
-        let again = best(&[&first.law.column]);
+        let again = best(&[(first.numbers(), &first.law.column)]);
         let names = first.law.place.names(&board.linears[0]);
-        let told = formula(first.law.factors, &names);
-        let same = again.law.place == first.law.place && again.law.factors == first.law.factors;
+        let told = first.law.form.told(&names);
+        let same = again.law.place == first.law.place && again.law.form == first.law.form;
         (first, told, same)
     }
 
@@ -289,6 +362,18 @@ mod tests {
         let [begin, end] = law.law.scales[0];
         near(&law, 0.02 * (end - begin));
         assert!(!same);
+    }
+
+    #[test]
+    fn a_step_of_a_reading_is_found_with_both_its_times_and_more_numbers_have_a_price() {
+        let step = |duration: f64| [("step", 2e-3), ("begin", 0.7003), ("duration", duration)];
+        let (law, told, same) = found("drive_rig", 2.0, "sensor_step", "sensor:angle", &step(0.6));
+        let Form::Step([begin, end]) = law.law.form else { panic!("{told}") };
+        // samples are a millisecond apart
+        assert!((begin - 0.7003).abs() < 1e-3 && (end - 1.3003).abs() < 1e-3 && law.numbers() == 3 && !same, "{told}");
+        assert!((law.amplitude[0] - 2e-3).abs() < 2e-4 && law.law.place.site == "sensor:angle", "{told}");
+        let (law, told, _) = found("drive_rig", 2.0, "sensor_step", "sensor:angle", &step(5.0));
+        assert!(law.numbers() == 2 && told.ends_with("s on"), "{told}");
     }
 
     #[test]

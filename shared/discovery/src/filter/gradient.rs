@@ -1,0 +1,398 @@
+//! Gradient of `−2 ln p` with respect to every number of the noise, by one pass of the filter and one back.
+//!
+//! On the way back r is the gradient of `ln p` with respect to the state, given what lies ahead, and N the covariance of r over all recordings (the
+//! disturbance smoother: de Jong, Biometrika 76, 1989; Koopman & Shephard, Biometrika 79, 1992). Sample by sample, as [`super::gains`] has them (e whitened):
+//!
+//! ```text
+//! k = v / √s,  u = (e − vᵀ r) / √s,  q = N k,  D = 1/s + kᵀ q       ∂(−2 ln p)/∂R = D − u²
+//! r ← r + h u,  N ← N − h qᵀ − q hᵀ + D h hᵀ
+//! r ← Fᵀ r,     N ← Fᵀ N F                                          ∂(−2 ln p)/∂Q = N − r rᵀ
+//! ```
+//!
+//! A pole of white noise (size σ, consecutive samples u⁻ and u) has the slope `−2 σ² Σ (u⁻ u − cov(u⁻, u))`, `cov(u⁻, u) = −k⁻ᵀ g`, where g
+//! begins as `h D − q` and goes back as r does. Expected second derivatives neglect what different instants have in common.
+
+use super::gains::{QUAD, Row, Tape, WHITE_SHARE, add, by_size, coloured, combine, product, recurse};
+use super::whiten::{Apart, PART, samples};
+use super::wide::wide;
+use super::{Layout, Linear, NoiseModel};
+use crate::problem::Timeline;
+use core::ops::AddAssign;
+
+/// First derivative and expected second one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slope {
+    pub first: f64,
+    pub second: f64,
+}
+
+/// `−2 ln p` of one run, and its slopes along the logarithms of standard deviations and jitters and along the inverse hyperbolic tangents of poles.
+#[derive(Clone, Debug, Default)]
+pub struct Gradient {
+    pub value: f64,
+    pub input: Vec<Slope>,
+    pub sensor: Vec<Slope>,
+    pub pole: Vec<Slope>,
+    pub jitter: Vec<Slope>,
+}
+
+impl AddAssign for Slope {
+    fn add_assign(&mut self, other: Self) {
+        self.first += other.first;
+        self.second += other.second;
+    }
+}
+
+impl Slope {
+    /// Of a variance `size` whose slope is `N − r²`, along the logarithm of its root.
+    #[inline(always)]
+    fn of_variance(size: f64, n: f64, r: f64) -> Self {
+        Self { first: 2.0 * size * (n - r * r), second: (2.0 * size * n).powi(2) }
+    }
+}
+
+impl Gradient {
+    fn zeros(inputs: usize, channels: usize) -> Self {
+        let zeros = |count| vec![Slope::default(); count];
+        Self {
+            value: 0.0,
+            input: zeros(inputs),
+            sensor: zeros(channels),
+            pole: zeros(channels),
+            jitter: zeros(channels),
+        }
+    }
+}
+
+impl AddAssign for Gradient {
+    fn add_assign(&mut self, other: Self) {
+        self.value += other.value;
+        let add = |own: &mut Vec<Slope>, other: Vec<Slope>| own.iter_mut().zip(other).for_each(|(a, b)| *a += b);
+        add(&mut self.input, other.input);
+        add(&mut self.sensor, other.sensor);
+        add(&mut self.pole, other.pole);
+        add(&mut self.jitter, other.jitter);
+    }
+}
+
+/// Of innovations `nu` of the frozen filter of `linear` under `noise`; `None` where a covariance is not positive.
+///
+/// Cost: about three recursions of the covariance; two rows of z a sample are kept meanwhile.
+pub fn gradient(linear: &Linear, timeline: &Timeline, noise: &NoiseModel, nu: &[f64]) -> Option<Gradient> {
+    let layout = coloured(&linear.layout, noise);
+    let mut tape = Tape::default();
+    let mut rows: Vec<[f64; 1]> = nu.iter().map(|nu| [*nu]).collect();
+    let mut apart = Apart::<1>::new(&layout, timeline);
+    let log_determinant = by_size!(layout.len(), recurse)(
+        (linear, timeline, noise),
+        layout.clone(),
+        PART,
+        (Some(&mut tape), &mut |gains, events| {
+            let own = &mut rows[samples(timeline, &events)];
+            apart.whiten((linear, timeline), (gains, events.start), events, own);
+        }),
+    )?;
+    let white: Vec<f64> = rows.iter().map(|row| row[0]).collect();
+    let mut found = by_size!(layout.len(), back)((linear, timeline, noise), layout, &tape, &white);
+    found.value = log_determinant + white.iter().map(|e| e * e).sum::<f64>();
+    found.value.is_finite().then_some(found)
+}
+
+/// The way back over the whole run.
+fn back<R: Row>(
+    (linear, timeline, noise): (&Linear, &Timeline, &NoiseModel),
+    layout: Layout,
+    tape: &Tape,
+    white: &[f64],
+) -> Gradient {
+    let means = colour_means(timeline, noise, &layout, (tape, white));
+    let mut back = Back::<R>::new(layout, noise);
+    wide(
+        #[inline(always)]
+        || back.go((linear, timeline, noise), (tape, white), &means),
+    );
+    back.found
+}
+
+/// Of every sample whose channel has a colour, the filter's mean of it before it moves on.
+fn colour_means(timeline: &Timeline, noise: &NoiseModel, layout: &Layout, (tape, white): (&Tape, &[f64])) -> Vec<f64> {
+    let (stride, at) = (layout.len().next_multiple_of(QUAD), layout.colours_at());
+    let mut mean = vec![0.0; layout.colours];
+    let mut before = Vec::new();
+    for event in &timeline.events {
+        let samples = event.first..event.first + event.count;
+        for channel in &timeline.channel[samples.clone()] {
+            if let Some(place) = layout.colour_of[*channel] {
+                before.push(mean[place]);
+                mean[place] *= noise.pole[*channel];
+            }
+        }
+        for sample in samples {
+            add(&mut mean, white[sample], &tape.v[sample * stride + at..]);
+        }
+    }
+    before
+}
+
+/// What goes back: r and, for every channel without a colour, g; and N.
+struct Back<R> {
+    layout: Layout,
+    size: usize,
+    /// r, then g of every channel.
+    vectors: Vec<R>,
+    n: Vec<R>,
+    /// `F` by rows of the state, `N F` of those rows, scratch.
+    f: Vec<R>,
+    moved: Vec<R>,
+    q: R,
+    /// u and D of the sample of every channel behind.
+    behind: Vec<Option<(f64, f64)>>,
+    found: Gradient,
+}
+
+impl<R: Row> Back<R> {
+    fn new(layout: Layout, noise: &NoiseModel) -> Self {
+        let size = layout.len();
+        let zeros = |count: usize| (0..count).map(|_| R::zeros(size.next_multiple_of(QUAD))).collect::<Vec<R>>();
+        let channels = noise.sensor_sigma.len();
+        let [vectors, n, f, moved] = [1 + channels, size, layout.tangent, layout.tangent].map(zeros);
+        let q = R::zeros(size.next_multiple_of(QUAD));
+        let found = Gradient::zeros(noise.input_sigma.len(), channels);
+        Self { layout, size, vectors, n, f, moved, q, behind: vec![None; channels], found }
+    }
+
+    #[inline(always)]
+    fn go(
+        &mut self,
+        (linear, timeline, noise): (&Linear, &Timeline, &NoiseModel),
+        (tape, white): (&Tape, &[f64]),
+        means: &[f64],
+    ) {
+        let (n, stride, row_len) = (self.layout.tangent, self.size.next_multiple_of(QUAD), linear.row_len());
+        let len = n + self.layout.noise_inputs.len();
+        let mut colour = means.len();
+        for (k, event) in timeline.events.iter().enumerate().rev() {
+            if k + 1 < timeline.events.len() {
+                self.propagate(&linear.transition[k * n * len..(k + 1) * n * len]);
+            }
+            if event.begins_mean {
+                self.begin_mean();
+            }
+            let samples = event.first..event.first + event.count;
+            for sample in samples.clone().rev() {
+                let own = sample * stride..(sample + 1) * stride;
+                let (h, v) = (&tape.h[own.clone()], &tape.v[own]);
+                let channel = timeline.channel[sample];
+                self.absorb(noise, (channel, linear.slope[sample]), (h, v, tape.root[sample]), white[sample]);
+            }
+            for sample in samples.rev() {
+                let channel = timeline.channel[sample];
+                let row = &linear.measurement[sample * row_len..(sample + 1) * row_len];
+                self.lag(channel, row, linear.decay[sample]);
+                if self.layout.colour_of[channel].is_some() {
+                    colour -= 1;
+                    let column = &tape.colour[colour * stride..(colour + 1) * stride];
+                    self.colour(noise, channel, (means[colour], column));
+                }
+            }
+            self.renew(event.reset, noise);
+        }
+    }
+
+    /// One sample: slopes of its size, jitter and pole, then r, g and N before it.
+    #[inline(always)]
+    fn absorb(
+        &mut self,
+        noise: &NoiseModel,
+        (channel, slope): (usize, f64),
+        (h, v, root): (&[f64], &[f64], f64),
+        e: f64,
+    ) {
+        let share = 1.0 / root;
+        let u = (e - product(v, self.vectors[0].numbers())) * share;
+        self.q.numbers_mut().fill(0.0);
+        combine(self.q.numbers_mut(), &v[..self.size], &self.n);
+        for q in self.q.numbers_mut() {
+            *q *= share;
+        }
+        let d = share * share + share * product(v, self.q.numbers());
+        let has_colour = self.layout.colour_of[channel].is_some();
+        let sigma = noise.sensor_sigma[channel];
+        let white = if has_colour { WHITE_SHARE * sigma } else { sigma };
+        let early = noise.jitter_s[channel] * slope;
+        self.found.sensor[channel] += Slope::of_variance(white * white, d, u);
+        self.found.jitter[channel] += Slope::of_variance(early * early, d, u);
+        let (r, g) = self.vectors.split_at_mut(1);
+        if !has_colour && let Some((u_behind, d_behind)) = self.behind[channel].replace((u, d)) {
+            let both = -share * product(v, g[channel].numbers());
+            let variance = sigma * sigma;
+            self.found.pole[channel] += Slope {
+                first: -2.0 * variance * (u * u_behind - both),
+                second: 2.0 * variance * variance * (d * d_behind + both * both),
+            };
+        }
+        for (g, _) in g.iter_mut().zip(&self.behind).filter(|(_, behind)| behind.is_some()) {
+            let felt = -share * product(v, g.numbers());
+            add(g.numbers_mut(), felt, h);
+        }
+        if !has_colour {
+            for ((g, h), q) in g[channel].numbers_mut().iter_mut().zip(h).zip(self.q.numbers()) {
+                *g = d * h - q;
+            }
+        }
+        add(r[0].numbers_mut(), u, h);
+        for (i, row) in self.n.iter_mut().enumerate() {
+            let (h_i, q_i) = (h[i], self.q.numbers()[i]);
+            let along_h = d * h_i - q_i;
+            for ((n, h), q) in row.numbers_mut().iter_mut().zip(h).zip(self.q.numbers()) {
+                *n += along_h * h - h_i * q;
+            }
+        }
+    }
+
+    /// `Fᵀ r`, `Fᵀ N F`, F the identity but for the rows of the state.
+    #[inline(always)]
+    fn propagate(&mut self, transition: &[f64]) {
+        let n = self.layout.tangent;
+        let len = n + self.layout.noise_inputs.len();
+        for (f, row) in self.f.iter_mut().zip(transition.chunks_exact(len.max(1))) {
+            f.numbers_mut()[..len].copy_from_slice(row);
+        }
+        let (f, moved) = (&self.f, &mut self.moved);
+        let through = |row: &[f64], sum: &mut [f64]| {
+            sum[..n].fill(0.0);
+            sum[n..].copy_from_slice(&row[n..]);
+            combine(sum, &row[..n], f);
+        };
+        for vector in &mut self.vectors {
+            let old = vector.taken();
+            let mut sum = R::zeros(old.numbers().len());
+            through(old.numbers(), sum.numbers_mut());
+            *vector = sum;
+        }
+        for (moved, row) in moved.iter_mut().zip(&self.n) {
+            through(row.numbers(), moved.numbers_mut());
+        }
+        let mut shares = [0.0; SHARES];
+        for b in 0..len {
+            let old = self.n[b].taken();
+            let mut sum = R::zeros(old.numbers().len());
+            if b >= n {
+                through(old.numbers(), sum.numbers_mut());
+            }
+            for (first, moved) in moved.chunks(SHARES).enumerate() {
+                let rows = transition[first * SHARES * len..].chunks_exact(len);
+                shares.iter_mut().zip(rows).for_each(|(share, row)| *share = row[b]);
+                combine(sum.numbers_mut(), &shares[..moved.len()], moved);
+            }
+            self.n[b] = sum;
+        }
+        self.mirror(len);
+    }
+
+    /// Rows behind the first `len` get their first numbers from those.
+    #[inline(always)]
+    fn mirror(&mut self, len: usize) {
+        let (first, behind) = self.n.split_at_mut(len);
+        for (j, row) in behind.iter_mut().enumerate() {
+            for (b, first) in first.iter().enumerate() {
+                row.numbers_mut()[b] = first.numbers()[len + j];
+            }
+        }
+    }
+
+    /// What the clone meant the state means.
+    #[inline(always)]
+    fn begin_mean(&mut self) {
+        let (count, at) = (self.layout.clone, self.layout.clone_at());
+        for i in 0..count {
+            self.fold(at + i, i, 1.0);
+            self.scale(at + i, 0.0);
+        }
+    }
+
+    /// What the lag took in meant as much of the state.
+    #[inline(always)]
+    fn lag(&mut self, channel: usize, row: &[f64], decay: f64) {
+        let Some(place) = self.layout.lag_of[channel] else { return };
+        let at = self.layout.lags_at() + place;
+        let (before, clone_at) = (self.layout.lags_at(), self.layout.clone_at());
+        for (i, h) in row.iter().enumerate() {
+            let i = if i < before { i } else { clone_at + i - before };
+            self.fold(at, i, (1.0 - decay) * h);
+        }
+        self.scale(at, decay);
+    }
+
+    #[inline(always)]
+    fn colour(&mut self, noise: &NoiseModel, channel: usize, (mean, column): (f64, &[f64])) {
+        let Some(place) = self.layout.colour_of[channel] else { return };
+        let (at, a) = (self.layout.colours_at() + place, noise.pole[channel]);
+        let variance = noise.sensor_sigma[channel].powi(2);
+        let (r, n) = (self.vectors[0].numbers()[at], self.n[at].numbers()[at]);
+        if column[at] == 0.0 {
+            self.found.sensor[channel] += Slope::of_variance(variance, n, r);
+            self.scale(at, 0.0);
+            return;
+        }
+        self.found.sensor[channel] += Slope::of_variance((1.0 - a * a) * variance, n, r);
+        let moved = |j: usize| if j == at { a * column[j] } else { column[j] };
+        let (own, all) = (self.n[at].numbers(), self.vectors[0].numbers());
+        let both: f64 = (0..self.size).map(|j| (r * all[j] - own[j]) * moved(j)).sum();
+        let along = -2.0 * (r * mean + both) - 2.0 * a * variance * (n - r * r);
+        // as of a colour that is seen by itself
+        let turned = 1.0 - a * a;
+        self.found.pole[channel] += Slope { first: turned * along, second: 2.0 * turned };
+        self.scale(at, a);
+    }
+
+    /// Fresh noise of the actuators.
+    #[inline(always)]
+    fn renew(&mut self, reset: u64, noise: &NoiseModel) {
+        for k in 0..self.layout.noise_inputs.len() {
+            if reset >> self.layout.noise_inputs[k].min(63) & 1 == 1 {
+                let at = self.layout.noise_at() + k;
+                let (r, n) = (self.vectors[0].numbers()[at], self.n[at].numbers()[at]);
+                self.found.input[k] += Slope::of_variance(noise.input_sigma[k].powi(2), n, r);
+                self.scale(at, 0.0);
+            }
+        }
+    }
+
+    /// The number at `to` meant `share` of the one at `from`, too.
+    #[inline(always)]
+    fn fold(&mut self, from: usize, to: usize, share: f64) {
+        if share == 0.0 {
+            return;
+        }
+        for vector in &mut self.vectors {
+            vector.numbers_mut()[to] += share * vector.numbers()[from];
+        }
+        let row = self.n[from].taken();
+        add(self.n[to].numbers_mut(), share, row.numbers());
+        self.n[from] = row;
+        for row in &mut self.n {
+            row.numbers_mut()[to] += share * row.numbers()[from];
+        }
+    }
+
+    /// The number at `at` meant `share` of what it means behind.
+    #[inline(always)]
+    fn scale(&mut self, at: usize, share: f64) {
+        for vector in &mut self.vectors {
+            vector.numbers_mut()[at] *= share;
+        }
+        for n in self.n[at].numbers_mut() {
+            *n *= share;
+        }
+        for row in &mut self.n {
+            row.numbers_mut()[at] *= share;
+        }
+    }
+}
+
+/// Rows of a sum that are taken at a time.
+const SHARES: usize = 32;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,90 @@
+use super::*;
+use crate::fit::{Board, Engine};
+use crate::problem::Problem;
+use crate::synthetic::{plant, problem, recording, with_effect};
+
+/// `−2 ln p` of the readings under one noise, by whitening alone.
+fn value(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> f64 {
+    let mut columns = [board.nu.clone()];
+    let log_determinant = board.whiten(engine, noise, &mut columns).unwrap();
+    log_determinant + columns[0].iter().map(|r| r * r).sum::<f64>()
+}
+
+fn moved(noise: &NoiseModel, kind: &str, k: usize, by: f64) -> NoiseModel {
+    let mut moved = noise.clone();
+    match kind {
+        "input" => moved.input_sigma[k] *= by.exp(),
+        "sensor" => moved.sensor_sigma[k] *= by.exp(),
+        "jitter" => moved.jitter_s[k] *= by.exp(),
+        _ => moved.pole[k] = (moved.pole[k].atanh() + by).tanh(),
+    }
+    moved
+}
+
+/// Noise off what is stated: some louder, some quieter, every other channel coloured, all with jitter.
+fn noises(engine: &Engine<'_>) -> [NoiseModel; 2] {
+    let mut white = engine.noise.clone();
+    white.input_sigma.iter_mut().for_each(|sigma| *sigma *= 3.0);
+    white.sensor_sigma.iter_mut().enumerate().for_each(|(k, sigma)| *sigma *= [1.4, 0.8][k % 2]);
+    for k in 0..white.jitter_s.len() {
+        white.jitter_s[k] = 0.05 * engine.interval_s(k);
+    }
+    let mut coloured = white.clone();
+    coloured.pole.iter_mut().step_by(2).for_each(|pole| *pole = 0.6);
+    [white, coloured]
+}
+
+fn is_the_slope_of_the_likelihood(problem: &Problem) {
+    let engine = Engine::new(problem, 1).unwrap();
+    let board = Board::new(&engine, &problem.plant, &engine.prior(), &engine.noise).unwrap();
+    for noise in noises(&engine) {
+        let found = gradient(&board.linears[0], &engine.timelines[0], &noise, &board.nu).unwrap();
+        assert!((found.value - value(&engine, &board, &noise)).abs() < 1e-7 * found.value.abs().max(1.0));
+        let slopes =
+            [("input", &found.input), ("sensor", &found.sensor), ("pole", &found.pole), ("jitter", &found.jitter)];
+        for (kind, slopes) in slopes {
+            for (k, slope) in slopes.iter().enumerate() {
+                // where an initial state is wide the recursion's rounding is felt over smaller steps
+                let step = 1e-2;
+                let at = |by: f64| value(&engine, &board, &moved(&noise, kind, k, by));
+                let difference = (at(step) - at(-step)) / (2.0 * step);
+                let scale = difference.abs().max(slope.second.sqrt()).max(1.0);
+                assert!((slope.first - difference).abs() < 5e-3 * scale, "{kind} {k}: {slope:?} {difference}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_gradient_is_that_of_the_likelihood_by_differences() {
+    let lagged = [("time_constant", 3e-3)];
+    let drive = with_effect(&plant("drive_rig"), "sensor_lag", "sensor:rate", &lagged);
+    for (nominal, duration_s) in
+        [(plant("oscillator"), 2.0), (drive, 1.0), (plant("study_case"), 2.0), (plant("double_pendulum"), 2.0)]
+    {
+        is_the_slope_of_the_likelihood(&problem(&nominal, recording(&nominal, 3, duration_s)));
+    }
+}
+
+/// Two numbers of the gradient's scatter over recordings: its expected square is twice the expected second derivative.
+#[test]
+fn slopes_scatter_over_recordings_as_their_second_derivatives_say() {
+    let nominal = plant("oscillator");
+    let (mut sensor, mut pole) = ([0.0; 2], [0.0; 2]);
+    let drawn = 40;
+    for seed in 1..=drawn {
+        let problem = problem(&nominal, recording(&nominal, seed, 2.0));
+        let engine = Engine::new(&problem, 1).unwrap();
+        let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
+        let found = gradient(&board.linears[0], &engine.timelines[0], &engine.noise, &board.nu).unwrap();
+        let add = |sum: &mut [f64; 2], slope: &Slope| {
+            *sum = [sum[0] + slope.first * slope.first, sum[1] + 2.0 * slope.second];
+        };
+        add(&mut sensor, &found.sensor[0]);
+        add(&mut pole, &found.pole[0]);
+    }
+    // chi-squared of 40
+    for [square, expected] in [sensor, pole] {
+        assert!((0.5..1.7).contains(&(square / expected)), "{square} {expected}");
+    }
+}

@@ -1,0 +1,53 @@
+use super::*;
+use crate::fit::fit;
+use crate::fit::noise::maximise;
+use crate::problem::Problem;
+use crate::synthetic::{coloured, louder, plant, problem, recording};
+
+const SEARCH: Search = Search { sweeps: 8, colour: true, scan: true };
+
+/// Every coordinate of the noise, as both searches begin.
+fn coordinates(noise: &NoiseModel) -> Vec<Coordinate> {
+    let channels = 0..noise.sensor_sigma.len();
+    let sizes = channels.clone().map(Coordinate::Sensor).chain((0..noise.input_sigma.len()).map(Coordinate::Input));
+    sizes.chain(channels.map(Coordinate::Pole)).collect()
+}
+
+/// `−2 ln p` where coordinate by coordinate ends, and where the gradient does, with its noise.
+fn both(problem: &Problem) -> (f64, f64, NoiseModel) {
+    let engine = Engine::new(problem, 1).unwrap();
+    let fitted = fit(&engine, &problem.plant, &engine.prior(), &engine.noise, 4).unwrap();
+    let (_, one_by_one) = maximise(&engine, &fitted.board, &fitted.theta, &[], &engine.noise, SEARCH).unwrap();
+    let at = ((&engine, &fitted.board), (&fitted.theta[..], &[][..]));
+    let (noise, at_once) = climbed(at.0, at.1, &engine.noise, coordinates(&engine.noise), SEARCH).unwrap();
+    (one_by_one, at_once, noise)
+}
+
+#[test]
+fn the_gradient_leads_as_low_as_coordinate_by_coordinate() {
+    for (name, duration_s) in [("oscillator", 4.0), ("drive_rig", 2.0), ("double_pendulum", 4.0)] {
+        for factor in [1.0, 2.5] {
+            let nominal = plant(name);
+            let problem = problem(&nominal, recording(&louder(&nominal, factor), 7, duration_s));
+            let (one_by_one, at_once, noise) = both(&problem);
+            // poles that are not worth their price are none here
+            let poles = noise.pole.iter().filter(|pole| **pole == 0.0).count() as f64;
+            assert!(at_once < one_by_one + 0.3 + POLE_PRICE * poles, "{name} {factor}: {one_by_one} {at_once}");
+            let own = Engine::new(&problem, 1).unwrap();
+            for (found, stated) in noise.sensor_sigma.iter().zip(&own.noise.sensor_sigma) {
+                // hundreds of samples
+                assert!((0.8..1.25).contains(&(found / (factor * stated))), "{name} {factor}: {found} {stated}");
+            }
+        }
+    }
+}
+
+#[test]
+fn coloured_noise_gets_its_pole_and_white_noise_none() {
+    let nominal = plant("oscillator");
+    let (_, _, white) = both(&problem(&nominal, recording(&nominal, 5, 3.0)));
+    assert!(white.pole.iter().all(|pole| pole.abs() < 0.15), "{white:?}");
+    let (one_by_one, at_once, found) = both(&problem(&nominal, coloured(&nominal, 5, 3.0, 0.7)));
+    assert!(found.pole.iter().all(|pole| (0.6..0.8).contains(pole)), "{found:?}");
+    assert!(at_once < one_by_one + 0.3, "{one_by_one} {at_once}");
+}
