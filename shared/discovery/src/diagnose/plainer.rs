@@ -25,8 +25,8 @@ pub(super) fn plainer(
         screening.columns.iter().filter(may_name).map(|column| column.candidate.clone()).collect();
     let mut found: Vec<(Plain, Standing, f64)> = Vec::new();
     let mut look = |base: Standing, numbers: f64| {
-        let plain = at(engine, &base, best, (&named, &screening.jumps));
-        found.extend(plain.map(|plain| (plain, base, numbers)));
+        let plain = at(engine, &base, best, &named);
+        found.extend(plain.into_iter().map(|plain| (plain, base.clone(), numbers)));
     };
     let begun = engine.work.spent();
     if !adopted.is_empty() {
@@ -63,19 +63,16 @@ fn may_name(column: &&Column) -> bool {
     column.raw.len() == 1 && (begins || free_numbers(candidate, 1) == 1)
 }
 
-/// The best plain law of the plant `base`, under the noise that suits `best`; readings step at `instants`.
-fn at(
-    engine: &Engine<'_>,
-    base: &Standing,
-    best: &Standing,
-    (named, instants): (&[Candidate], &[Vec<f64>]),
-) -> Option<Plain> {
-    let own = Engine::like(engine, &base.problem).ok()?;
+/// The best plain laws of the plant `base`: under the noise that suits `best`, and under the stated one, which has swallowed none of them.
+fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, named: &[Candidate]) -> Vec<Plain> {
+    let Ok(own) = Engine::like(engine, &base.problem) else { return Vec::new() };
     let (board, theta): (&Board, _) = (&base.fit.board, &base.fit.theta);
     in_a_quiet_loop(&own, base, |along| {
         let named = columns(along, &base.plant, theta, named);
         let name = |column: &'_ Column| free_numbers(&column.candidate, column.raw.len());
         let named: Vec<Named<'_>> = named.iter().filter_map(|own| Some((name(own), own.raw.first()?))).collect();
-        plain((&own, board), along, &base.plant, theta, &best.noise, (&named, instants))
+        let stated = (!best.noise.is_about(&engine.noise)).then_some(&engine.noise);
+        let under = |noise| plain((&own, board), along, &base.plant, theta, noise, &named);
+        core::iter::once(&best.noise).chain(stated).filter_map(under).collect()
     })
 }

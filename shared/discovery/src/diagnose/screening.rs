@@ -17,8 +17,6 @@ const GROWN: f64 = 3.0;
 pub(super) struct Screening {
     pub columns: Vec<Column>,
     pub scores: Vec<Score>,
-    /// Instants at which innovations jump, channel by channel [s].
-    pub jumps: Vec<Vec<f64>>,
 }
 
 impl Screening {
@@ -60,7 +58,7 @@ fn screen_along(engine: &Engine<'_>, along: (&Engine<'_>, &Board), best: &Standi
     thin(engine, best, &mut list);
     let mut all = columns(along, &best.plant, theta, &list);
     let Some(scorer) = Scorer::new(engine, board, theta, &best.noise) else {
-        return Screening { columns: all, ..Screening::default() };
+        return Screening { columns: all, scores: Vec::new() };
     };
     let mut found = scored(&scorer, &all);
     let mut finer = refined(&scorer, along, &best.plant, theta, (&all, &found));
@@ -71,7 +69,7 @@ fn screen_along(engine: &Engine<'_>, along: (&Engine<'_>, &Board), best: &Standi
     }
     found.extend(scored(&scorer, &finer).into_iter().map(|own| Score { column: own.column + all.len(), ..own }));
     all.extend(finer);
-    Screening { columns: all, scores: found, jumps: jumps.channels }
+    Screening { columns: all, scores: found }
 }
 
 fn scored(scorer: &Scorer<'_, '_>, columns: &[Column]) -> Vec<Score> {

@@ -26,7 +26,7 @@ pub struct Slope {
     pub second: f64,
 }
 
-/// `−2 ln p` of one run, and its slopes along the logarithms of standard deviations and jitters and along the inverse hyperbolic tangents of poles.
+/// `−2 ln p` of runs one after the other, and its slopes along the logarithms of standard deviations and jitters and along the inverse hyperbolic tangents of poles.
 #[derive(Clone, Debug, Default)]
 pub struct Gradient {
     pub value: f64,
@@ -34,6 +34,8 @@ pub struct Gradient {
     pub sensor: Vec<Slope>,
     pub pole: Vec<Slope>,
     pub jitter: Vec<Slope>,
+    /// u of every sample: `−∂ ln p / ∂y`.
+    pub readings: Vec<f64>,
 }
 
 impl AddAssign for Slope {
@@ -52,7 +54,7 @@ impl Slope {
 }
 
 impl Gradient {
-    fn zeros(inputs: usize, channels: usize) -> Self {
+    fn zeros(inputs: usize, channels: usize, samples: usize) -> Self {
         let zeros = |count| vec![Slope::default(); count];
         Self {
             value: 0.0,
@@ -60,6 +62,7 @@ impl Gradient {
             sensor: zeros(channels),
             pole: zeros(channels),
             jitter: zeros(channels),
+            readings: vec![0.0; samples],
         }
     }
 }
@@ -72,6 +75,7 @@ impl AddAssign for Gradient {
         add(&mut self.sensor, other.sensor);
         add(&mut self.pole, other.pole);
         add(&mut self.jitter, other.jitter);
+        self.readings.extend(other.readings);
     }
 }
 
@@ -106,7 +110,7 @@ fn back<R: Row>(
     white: &[f64],
 ) -> Gradient {
     let means = colour_means(timeline, noise, &layout, (tape, white));
-    let mut back = Back::<R>::new(layout, noise);
+    let mut back = Back::<R>::new(layout, noise, white.len());
     wide(
         #[inline(always)]
         || back.go((linear, timeline, noise), (tape, white), &means),
@@ -151,13 +155,13 @@ struct Back<R> {
 }
 
 impl<R: Row> Back<R> {
-    fn new(layout: Layout, noise: &NoiseModel) -> Self {
+    fn new(layout: Layout, noise: &NoiseModel, samples: usize) -> Self {
         let size = layout.len();
         let zeros = |count: usize| (0..count).map(|_| R::zeros(size.next_multiple_of(QUAD))).collect::<Vec<R>>();
         let channels = noise.sensor_sigma.len();
         let [vectors, n, f, moved] = [1 + channels, size, layout.tangent, layout.tangent].map(zeros);
         let q = R::zeros(size.next_multiple_of(QUAD));
-        let found = Gradient::zeros(noise.input_sigma.len(), channels);
+        let found = Gradient::zeros(noise.input_sigma.len(), channels, samples);
         Self { layout, size, vectors, n, f, moved, q, behind: vec![None; channels], found }
     }
 
@@ -183,7 +187,8 @@ impl<R: Row> Back<R> {
                 let own = sample * stride..(sample + 1) * stride;
                 let (h, v) = (&tape.h[own.clone()], &tape.v[own]);
                 let channel = timeline.channel[sample];
-                self.absorb(noise, (channel, linear.slope[sample]), (h, v, tape.root[sample]), white[sample]);
+                self.found.readings[sample] =
+                    self.absorb(noise, (channel, linear.slope[sample]), (h, v, tape.root[sample]), white[sample]);
             }
             for sample in samples.rev() {
                 let channel = timeline.channel[sample];
@@ -199,7 +204,7 @@ impl<R: Row> Back<R> {
         }
     }
 
-    /// One sample: slopes of its size, jitter and pole, then r, g and N before it.
+    /// One sample: slopes of its size, jitter and pole, then r, g and N before it; its u.
     #[inline(always)]
     fn absorb(
         &mut self,
@@ -207,7 +212,7 @@ impl<R: Row> Back<R> {
         (channel, slope): (usize, f64),
         (h, v, root): (&[f64], &[f64], f64),
         e: f64,
-    ) {
+    ) -> f64 {
         let share = 1.0 / root;
         let u = (e - product(v, self.vectors[0].numbers())) * share;
         self.q.numbers_mut().fill(0.0);
@@ -248,6 +253,7 @@ impl<R: Row> Back<R> {
                 *n += along_h * h - h_i * q;
             }
         }
+        u
     }
 
     /// `Fᵀ r`, `Fᵀ N F`, F the identity but for the rows of the state.

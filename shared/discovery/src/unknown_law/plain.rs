@@ -4,7 +4,8 @@
 //! f = c φ_i(x)   or   c φ_i(x) φ_j(y),   φ_i(x) = |x|^i, or with the sign of x
 //! ```
 //!
-//! And of a reading a step at an instant where its innovations jump, for ever or to another such instant: one number more for each of these.
+//! And of a reading a step at an instant, for ever or to another instant: one number more for each of these. An instant is one where a step
+//! from there on has the largest score of its neighbourhood: the sum of `∂ ln p / ∂y` over all later readings, the plant's numbers maximised ([`crate::filter::Gradient`]).
 //!
 //! A name with several numbers inside can describe a motion that one number describes as well: a ripple of less than one lobe is a cubic spring, a
 //! torque that decays is a drift. Every plain law is looked at where a force or an error may act; those that have a name in the catalogue
@@ -17,6 +18,7 @@ use crate::compete::subsets::Rung;
 use crate::filter::{Linear, Machine, NoiseModel};
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Board, Engine};
+use crate::problem::Timeline;
 use plant::description::Plant;
 
 /// `|x|^power`, odd: with the sign of x.
@@ -55,6 +57,9 @@ const READING_TIME: &[&[Factor]] = &[&[odd(1)], &[even(2)]];
 
 /// Cosine from which two laws are the same.
 const SAME: f64 = 0.98;
+/// Instants of a channel, each the best within this share of its samples.
+const INSTANTS: usize = 4;
+const ALONE: usize = 64;
 /// Laws whose likelihood is taken.
 const TAKEN: usize = 3;
 
@@ -101,8 +106,7 @@ pub struct Told {
     pub numbers: usize,
 }
 
-/// The best plain law about `theta` that `named` has no name of no more numbers for; `None` where there is none, or no room for the work. Readings step
-/// at `instants`, channel by channel.
+/// The best plain law about `theta` that `named` has no name of no more numbers for; `None` where there is none, or no room for the work.
 /// Laws are laid out `along` a trajectory: where a loop feeds noise back into the commands that of the loop without it.
 ///
 /// Cost: a column each (some thirty an input, eight a channel), whitened once with all products.
@@ -112,14 +116,14 @@ pub fn plain(
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
-    (named, instants): (&[Named<'_>], &[Vec<f64>]),
+    named: &[Named<'_>],
 ) -> Option<Plain> {
     let about = board.linears.first().map_or(0, |linear| places(plant, linear).iter().map(|(_, f)| f.len()).sum());
     if !engine.work.allows(board.normal_work(engine, about + named.len()), "laws of one number without a name") {
         return None;
     }
     let machines = machines(along.0, plant, theta)?;
-    let mut laws = laws((along.0, &machines), along.1, plant, instants);
+    let mut laws = laws((along.0, &machines), along.1, plant, &readings_ask(engine, board, theta, noise)?);
     let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().map(|(_, own)| *own)).collect();
     let rung = Rung::new(engine, board, theta, &extra, noise)?;
     let (gram, right) = (&rung.reduced, &rung.reduced_right);
@@ -148,6 +152,16 @@ pub fn plain(
     let fits = taken.iter().filter_map(fitted);
     let (i, noise, objective, amplitude) = fits.min_by(|a, b| (a.2 + price(a.0)).total_cmp(&(b.2 + price(b.0))))?;
     Some(Plain { objective, law: laws.swap_remove(i), noise, amplitude, tried })
+}
+
+/// `−∂ ln p / ∂y` of every reading, the plant's numbers maximised.
+fn readings_ask(engine: &Engine<'_>, board: &Board, theta: &[f64], noise: &NoiseModel) -> Option<Vec<f64>> {
+    let (_, x) = board.normal(engine, theta, noise, &[])?.least()?;
+    let mut left = board.nu.clone();
+    for (column, x) in board.jacobian.iter().zip(&x) {
+        left.iter_mut().zip(column).for_each(|(left, c)| *left -= c * x);
+    }
+    Some(board.gradient(engine, (&left, theta), noise)?.0.readings)
 }
 
 impl Plain {
@@ -182,18 +196,14 @@ impl Plain {
 }
 
 /// Every plain law of a plant that varies, with its column.
-fn laws(
-    (engine, machines): (&Engine<'_>, &[Machine<'_>]),
-    board: &Board,
-    plant: &Plant,
-    instants: &[Vec<f64>],
-) -> Vec<Law> {
+fn laws((engine, machines): (&Engine<'_>, &[Machine<'_>]), board: &Board, plant: &Plant, slopes: &[f64]) -> Vec<Law> {
     let Some(linear) = board.linears.first() else { return Vec::new() };
     let is_alone = board.linears.len() == 1;
     let mut laws = Vec::new();
-    let steps = plant.sensors.iter().zip(instants).enumerate().map(|(channel, (sensor, own))| {
+    let steps = plant.sensors.iter().enumerate().map(|(channel, sensor)| {
         let (acts, site) = (Acts::Reading(channel), format!("sensor:{}", sensor.name));
-        (Place { acts, site, along: vec![Coordinate::Time] }, steps(own))
+        let forms = if is_alone { steps(&instants(&engine.timelines[0], channel, slopes)) } else { Vec::new() };
+        (Place { acts, site, along: vec![Coordinate::Time] }, forms)
     });
     let products = places(plant, linear).into_iter().map(|(place, forms)| {
         let forms = forms.iter().map(|factors| Form::Product(factors)).collect();
@@ -218,6 +228,22 @@ fn laws(
         }
     }
     laws
+}
+
+/// Instants of a channel at which a step has the largest score, in order of time [s].
+fn instants(timeline: &Timeline, channel: usize, slopes: &[f64]) -> Vec<f64> {
+    let own: Vec<usize> = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect();
+    let mut sum = 0.0;
+    let mut score: Vec<f64> = own.iter().rev().map(|s| (sum += slopes[*s], f64::abs(sum)).1).collect();
+    score.reverse();
+    let reach = (own.len() / ALONE).max(1);
+    let about = |k: usize| score[k.saturating_sub(reach)..(k + reach + 1).min(score.len())].iter();
+    let mut peaks: Vec<usize> = (1..score.len()).filter(|k| about(*k).all(|other| *other <= score[*k])).collect();
+    peaks.sort_by(|a, b| score[*b].total_cmp(&score[*a]).then(a.cmp(b)));
+    peaks.truncate(INSTANTS);
+    peaks.sort_unstable();
+    let at = |k: usize| timeline.stamp_s[own[k]] - timeline.shift_s[channel];
+    peaks.into_iter().map(|k| 0.5 * (at(k - 1) + at(k))).collect()
 }
 
 /// Steps at every instant, for ever and to every later one.
@@ -332,9 +358,7 @@ mod tests {
         let fitted = crate::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
         let (board, theta) = (&fitted.board, &fitted.theta);
         let along = (&engine, board);
-        let instants = crate::score::instants(along, along, &nominal, theta, &engine.noise).channels;
-        let best =
-            |named: &[Named<'_>]| plain(along, along, &nominal, theta, &engine.noise, (named, &instants)).unwrap();
+        let best = |named: &[Named<'_>]| plain(along, along, &nominal, theta, &engine.noise, named).unwrap();
         let first = best(&[]);
         let again = best(&[(first.numbers(), &first.law.column)]);
         let names = first.law.place.names(&board.linears[0]);

@@ -40,6 +40,18 @@ fn is_the_slope_of_the_likelihood(problem: &Problem) {
     for noise in noises(&engine) {
         let found = gradient(&board.linears[0], &engine.timelines[0], &noise, &board.nu).unwrap();
         assert!((found.value - value(&engine, &board, &noise)).abs() < 1e-7 * found.value.abs().max(1.0));
+        for sample in (0..board.nu.len()).step_by(board.nu.len() / 7) {
+            let sigma = noise.sensor_sigma[engine.timelines[0].channel[sample]];
+            let at = |share: f64| {
+                let mut read = board.clone();
+                read.nu[sample] += share * sigma;
+                value(&engine, &read, &noise)
+            };
+            // quadratic in a reading: exact over any step
+            let difference = (at(1.0) - at(-1.0)) / 4.0;
+            let off = (found.readings[sample] * sigma - difference).abs();
+            assert!(off < 1e-4 * (1.0 + difference.abs()), "{sample}: {difference} {off}");
+        }
         let slopes =
             [("input", &found.input), ("sensor", &found.sensor), ("pole", &found.pole), ("jitter", &found.jitter)];
         for (kind, slopes) in slopes {
