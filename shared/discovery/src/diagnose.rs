@@ -161,7 +161,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         }
         _ => None,
     };
-    progress("a law of one number without a name", 0.93);
+    progress("a plain law without a name", 0.93);
     let plainer = plainer::plainer(&engine, &bare, (&found.best, &found.adopted), &found.screening);
     progress("a law that is not in the catalogue", 0.95);
     // what another recording refuses was something here all the same

@@ -21,8 +21,15 @@ pub(super) fn plainer(
     (best, adopted): (&Standing, &[Adopted]),
     screening: &Screening,
 ) -> Option<UnknownLaw> {
-    let named: Vec<Candidate> =
-        screening.columns.iter().filter(may_name).map(|column| column.candidate.clone()).collect();
+    // of a later round, or moved since
+    let adopted_columns = adopted.iter().map(|own| &own.column);
+    let named: Vec<Candidate> = screening
+        .columns
+        .iter()
+        .chain(adopted_columns)
+        .filter(may_name)
+        .map(|column| column.candidate.clone())
+        .collect();
     let mut found: Vec<(Plain, Standing, f64)> = Vec::new();
     let mut look = |base: Standing, numbers: f64| {
         let plain = at(engine, &base, best, &named);
@@ -35,7 +42,7 @@ pub(super) fn plainer(
     let mut each = engine.work.spent() - begun;
     for own in adopted.iter().filter(|_| adopted.len() > 1) {
         // a fit beside it
-        if !engine.work.allows(2.0 * each, "laws of one number in the place of each name") {
+        if !engine.work.allows(2.0 * each, "plain laws in the place of each name") {
             break;
         }
         let begun = engine.work.spent();

@@ -306,10 +306,10 @@ fn plainer<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
 }
 
 fn not_named(map: &UnknownLaw) -> (Verdict, String) {
-    let what = if matches!(map.place.acts, Acts::Force(_)) { "force" } else { "error of the reading" };
+    let what = if matches!(map.place.acts, Acts::Force(_)) { "a force" } else { "an error of the reading" };
     let reason = match &map.plain {
         Some(told) => format!(
-            "something acts at {} that no effect of the catalogue describes: a {what} of {}, {}, does what names do with {} \
+            "something acts at {} that no effect of the catalogue describes: {what} of {}, {}, does what names do with {} \
              (ahead by {:.0} in BIC)",
             map.place.site,
             ["one number", "two numbers", "three numbers"][told.own.clamp(1, 3) - 1],
@@ -318,7 +318,7 @@ fn not_named(map: &UnknownLaw) -> (Verdict, String) {
             map.evidence
         ),
         None => format!(
-            "something acts at {} that no effect of the catalogue describes: a smooth {what} over {} gains {:.0} in evidence \
+            "something acts at {} that no effect of the catalogue describes: {what}, smooth over {}, gains {:.0} in evidence \
              and predicts parts of this recording that it was not fitted to (gain {:.1} ± {:.1})",
             map.place.site,
             map.names.join(" and "),

@@ -148,6 +148,7 @@ struct Back<R> {
     /// `F` by rows of the state, `N F` of those rows, scratch.
     f: Vec<R>,
     moved: Vec<R>,
+    spare: R,
     q: R,
     /// u and D of the sample of every channel behind.
     behind: Vec<Option<(f64, f64)>>,
@@ -160,9 +161,9 @@ impl<R: Row> Back<R> {
         let zeros = |count: usize| (0..count).map(|_| R::zeros(size.next_multiple_of(QUAD))).collect::<Vec<R>>();
         let channels = noise.sensor_sigma.len();
         let [vectors, n, f, moved] = [1 + channels, size, layout.tangent, layout.tangent].map(zeros);
-        let q = R::zeros(size.next_multiple_of(QUAD));
+        let [q, spare] = [(); 2].map(|()| R::zeros(size.next_multiple_of(QUAD)));
         let found = Gradient::zeros(noise.input_sigma.len(), channels, samples);
-        Self { layout, size, vectors, n, f, moved, q, behind: vec![None; channels], found }
+        Self { layout, size, vectors, n, f, moved, spare, q, behind: vec![None; channels], found }
     }
 
     #[inline(always)]
@@ -270,28 +271,29 @@ impl<R: Row> Back<R> {
             sum[n..].copy_from_slice(&row[n..]);
             combine(sum, &row[..n], f);
         };
-        for vector in &mut self.vectors {
-            let old = vector.taken();
-            let mut sum = R::zeros(old.numbers().len());
-            through(old.numbers(), sum.numbers_mut());
-            *vector = sum;
+        // r, and every g that has begun
+        let begun = core::iter::once(true).chain(self.behind.iter().map(Option::is_some));
+        for (vector, _) in self.vectors.iter_mut().zip(begun).filter(|(_, begun)| *begun) {
+            through(vector.numbers(), self.spare.numbers_mut());
+            core::mem::swap(vector, &mut self.spare);
         }
         for (moved, row) in moved.iter_mut().zip(&self.n) {
             through(row.numbers(), moved.numbers_mut());
         }
         let mut shares = [0.0; SHARES];
         for b in 0..len {
-            let old = self.n[b].taken();
-            let mut sum = R::zeros(old.numbers().len());
-            if b >= n {
-                through(old.numbers(), sum.numbers_mut());
+            let sum = self.spare.numbers_mut();
+            if b < n {
+                sum.fill(0.0);
+            } else {
+                through(self.n[b].numbers(), sum);
             }
             for (first, moved) in moved.chunks(SHARES).enumerate() {
                 let rows = transition[first * SHARES * len..].chunks_exact(len);
                 shares.iter_mut().zip(rows).for_each(|(share, row)| *share = row[b]);
-                combine(sum.numbers_mut(), &shares[..moved.len()], moved);
+                combine(sum, &shares[..moved.len()], moved);
             }
-            self.n[b] = sum;
+            core::mem::swap(&mut self.n[b], &mut self.spare);
         }
         self.mirror(len);
     }
@@ -346,9 +348,8 @@ impl<R: Row> Back<R> {
         let (own, all) = (self.n[at].numbers(), self.vectors[0].numbers());
         let both: f64 = (0..self.size).map(|j| (r * all[j] - own[j]) * moved(j)).sum();
         let along = -2.0 * (r * mean + both) - 2.0 * a * variance * (n - r * r);
-        // as of a colour that is seen by itself
-        let turned = 1.0 - a * a;
-        self.found.pole[channel] += Slope { first: turned * along, second: 2.0 * turned };
+        // of a colour that is seen by itself, its size held
+        self.found.pole[channel] += Slope { first: (1.0 - a * a) * along, second: 2.0 * (1.0 + a * a) };
         self.scale(at, a);
     }
 

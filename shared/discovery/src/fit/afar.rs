@@ -36,7 +36,7 @@ pub fn fit_from_afar(engine: &Engine<'_>, rounds: impl Into<Rounds>) -> Result<F
         (Err(_), Some(approached)) => approached,
         (direct, _) => direct?,
     };
-    if best.converged { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
+    if best.converged || rounds.more == 0 { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
 }
 
 /// Where fits under ever quieter disturbances end, from those on that explain the misfit at the priors.

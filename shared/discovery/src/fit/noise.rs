@@ -25,8 +25,9 @@ pub struct Search {
 
 /// Beyond this size of z the sensors' sizes alone are moved.
 const SIZE_MAX: usize = 26;
-/// Largest pole: slower noise is a drift.
+/// Largest pole: slower noise is a drift; and smallest.
 const POLE_MAX: f64 = 0.98;
+const POLE_MIN: f64 = -0.5;
 /// Share of all work from which on a search is dear, if every coordinate asks for so many points and these whiten so many columns.
 const DEAR: f64 = 0.01;
 const POINTS: usize = 24;
@@ -41,7 +42,7 @@ const JITTER_GAIN: f64 = 10.0;
 /// Sweeps over a channel's size, and over its size and jitter.
 const JITTER_SWEEPS: usize = 3;
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 enum Coordinate {
     Input(usize),
     Sensor(usize),
@@ -55,7 +56,7 @@ fn moved(noise: &NoiseModel, coordinate: Coordinate, by: f64) -> NoiseModel {
         Coordinate::Input(k) => moved.input_sigma[k] *= libm::exp(by),
         Coordinate::Sensor(k) => moved.sensor_sigma[k] *= libm::exp(by),
         Coordinate::Jitter(k) => moved.jitter_s[k] *= libm::exp(by),
-        Coordinate::Pole(k) => moved.pole[k] = libm::tanh(libm::atanh(moved.pole[k]) + by).clamp(-0.5, POLE_MAX),
+        Coordinate::Pole(k) => moved.pole[k] = libm::tanh(libm::atanh(moved.pole[k]) + by).clamp(POLE_MIN, POLE_MAX),
     }
     moved
 }
@@ -80,26 +81,38 @@ pub fn maximise(
             list.extend((0..start.sensor_sigma.len()).map(Coordinate::Pole));
         }
     }
-    // the same for every set of effects: what is compared is searched alike
+    // the same for every set of columns: what is compared is searched alike
     let is_dear = engine.work.affords(DEAR, board.whitening_work(engine, COLUMNS)) < (POINTS * list.len()) as f64;
     if is_dear {
         return climb::climbed((engine, board), (theta, extra), start, list, search);
     }
-    let best = value(start)?;
-    let (mut noise, mut best) = begun(engine, search, size, (start, best), &value);
+    let least = value(start)?;
+    Some(one_by_one(engine, size, (start, least), list, search, &value))
+}
+
+/// Along one coordinate after the other.
+fn one_by_one(
+    engine: &Engine<'_>,
+    size: usize,
+    start: (&NoiseModel, f64),
+    mut list: Vec<Coordinate>,
+    search: Search,
+    value: &(dyn Fn(&NoiseModel) -> Option<f64> + Sync),
+) -> (NoiseModel, f64) {
+    let (mut noise, mut best) = begun(engine, search, size, start, value);
     list.extend((0..noise.jitter_s.len()).filter(|k| noise.jitter_s[*k] > 0.0).map(Coordinate::Jitter));
     let first = |c: &Coordinate| if matches!(c, Coordinate::Sensor(_)) { 0.1 } else { 0.3 };
     let mut steps: Vec<f64> = list.iter().map(first).collect();
     for _ in 0..search.sweeps {
         let before = best;
         for (coordinate, step) in list.iter().zip(&mut steps) {
-            (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, &value);
+            (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, value);
         }
         if before - best < SWEPT {
             break;
         }
     }
-    Some((noise, best))
+    (noise, best)
 }
 
 /// Inputs off their floor and jitters taken up, where the search asks for that.

@@ -5,11 +5,11 @@
 //! ```
 //!
 //! And of a reading a step at an instant, for ever or to another instant: one number more for each of these. An instant is one where a step
-//! from there on has the largest score of its neighbourhood: the sum of `∂ ln p / ∂y` over all later readings, the plant's numbers maximised ([`crate::filter::Gradient`]).
+//! from there on has the largest score of its neighbourhood: the sum of `∂ ln p / ∂y` over all later readings, the plant's numbers and an offset taken out ([`crate::filter::Gradient`]).
 //!
 //! A name with several numbers inside can describe a motion that one number describes as well: a ripple of less than one lobe is a cubic spring, a
 //! torque that decays is a drift. Every plain law is looked at where a force or an error may act; those that have a name in the catalogue
-//! (one of its laws of one number does the same) are passed over. What then fits is compared with the names by whoever asks.
+//! (one of its laws of no more numbers does the same) are passed over. What then fits is compared with the names by whoever asks.
 
 use super::places::{Acts, Coordinate, Near, Place, Span, near, visited};
 use super::ridge::{Cell, cells};
@@ -109,7 +109,7 @@ pub struct Told {
 /// The best plain law about `theta` that `named` has no name of no more numbers for; `None` where there is none, or no room for the work.
 /// Laws are laid out `along` a trajectory: where a loop feeds noise back into the commands that of the loop without it.
 ///
-/// Cost: a column each (some thirty an input, eight a channel), whitened once with all products.
+/// Cost: a column each (some thirty an input, eighteen a channel), whitened once with all products.
 pub fn plain(
     (engine, board): (&Engine<'_>, &Board),
     along: (&Engine<'_>, &Board),
@@ -118,12 +118,17 @@ pub fn plain(
     noise: &NoiseModel,
     named: &[Named<'_>],
 ) -> Option<Plain> {
-    let about = board.linears.first().map_or(0, |linear| places(plant, linear).iter().map(|(_, f)| f.len()).sum());
-    if !engine.work.allows(board.normal_work(engine, about + named.len()), "laws of one number without a name") {
+    let about: usize =
+        board.linears.first().map_or(0, |linear| places(plant, linear).iter().map(|(_, f)| f.len()).sum());
+    let about: usize = about + plant.sensors.len() * INSTANTS * (INSTANTS + 1) / 2;
+    if !engine.work.allows(board.normal_work(engine, about + named.len()), "plain laws without a name") {
         return None;
     }
     let machines = machines(along.0, plant, theta)?;
-    let mut laws = laws((along.0, &machines), along.1, plant, &readings_ask(engine, board, theta, noise)?);
+    // time is another one in every run
+    let is_alone = board.linears.len() == 1;
+    let slopes = if is_alone { slopes_of_readings(engine, board, theta, noise)? } else { Vec::new() };
+    let mut laws = laws((along.0, &machines), along.1, plant, &slopes);
     let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().map(|(_, own)| *own)).collect();
     let rung = Rung::new(engine, board, theta, &extra, noise)?;
     let (gram, right) = (&rung.reduced, &rung.reduced_right);
@@ -155,13 +160,9 @@ pub fn plain(
 }
 
 /// `−∂ ln p / ∂y` of every reading, the plant's numbers maximised.
-fn readings_ask(engine: &Engine<'_>, board: &Board, theta: &[f64], noise: &NoiseModel) -> Option<Vec<f64>> {
+fn slopes_of_readings(engine: &Engine<'_>, board: &Board, theta: &[f64], noise: &NoiseModel) -> Option<Vec<f64>> {
     let (_, x) = board.normal(engine, theta, noise, &[])?.least()?;
-    let mut left = board.nu.clone();
-    for (column, x) in board.jacobian.iter().zip(&x) {
-        left.iter_mut().zip(column).for_each(|(left, c)| *left -= c * x);
-    }
-    Some(board.gradient(engine, (&left, theta), noise)?.0.readings)
+    Some(board.gradient(engine, (&board.left(&x, &[]), theta), noise)?.0.readings)
 }
 
 impl Plain {
@@ -233,9 +234,13 @@ fn laws((engine, machines): (&Engine<'_>, &[Machine<'_>]), board: &Board, plant:
 /// Instants of a channel at which a step has the largest score, in order of time [s].
 fn instants(timeline: &Timeline, channel: usize, slopes: &[f64]) -> Vec<f64> {
     let own: Vec<usize> = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect();
+    let offset = own.iter().map(|s| slopes[*s]).sum::<f64>() / own.len().max(1) as f64;
+    let mut score = vec![0.0; own.len()];
     let mut sum = 0.0;
-    let mut score: Vec<f64> = own.iter().rev().map(|s| (sum += slopes[*s], f64::abs(sum)).1).collect();
-    score.reverse();
+    for (k, sample) in own.iter().enumerate().rev() {
+        sum += slopes[*sample] - offset;
+        score[k] = f64::abs(sum);
+    }
     let reach = (own.len() / ALONE).max(1);
     let about = |k: usize| score[k.saturating_sub(reach)..(k + reach + 1).min(score.len())].iter();
     let mut peaks: Vec<usize> = (1..score.len()).filter(|k| about(*k).all(|other| *other <= score[*k])).collect();
@@ -396,6 +401,10 @@ mod tests {
         // samples are a millisecond apart
         assert!((begin - 0.7003).abs() < 1e-3 && (end - 1.3003).abs() < 1e-3 && law.numbers() == 3 && !same, "{told}");
         assert!((law.amplitude[0] - 2e-3).abs() < 2e-4 && law.law.place.site == "sensor:angle", "{told}");
+        let of_rate = [("step", 0.03), ("begin", 0.7003), ("duration", 0.6)];
+        let (law, told, _) = found("drive_rig", 2.0, "sensor_step", "sensor:rate", &of_rate);
+        let Form::Step([begin, end]) = law.law.form else { panic!("{told}") };
+        assert!((begin - 0.7003).abs() < 5e-3 && (end - 1.3003).abs() < 5e-3, "{told}");
         let (law, told, _) = found("drive_rig", 2.0, "sensor_step", "sensor:angle", &step(5.0));
         assert!(law.numbers() == 2 && told.ends_with("s on"), "{told}");
     }

@@ -1,7 +1,8 @@
 use super::*;
 use crate::fit::{Board, Engine};
 use crate::problem::Problem;
-use crate::synthetic::{plant, problem, recording, with_effect};
+use crate::score::forcing::{Sources, respond};
+use crate::synthetic::{coloured, plant, problem, recording, with_effect};
 
 /// `−2 ln p` of the readings under one noise, by whitening alone.
 fn value(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> f64 {
@@ -40,12 +41,16 @@ fn is_the_slope_of_the_likelihood(problem: &Problem) {
     for noise in noises(&engine) {
         let found = gradient(&board.linears[0], &engine.timelines[0], &noise, &board.nu).unwrap();
         assert!((found.value - value(&engine, &board, &noise)).abs() < 1e-7 * found.value.abs().max(1.0));
+        let states = engine.timelines[0].events.len() * board.linears[0].layout.tangent;
         for sample in (0..board.nu.len()).step_by(board.nu.len() / 7) {
             let sigma = noise.sensor_sigma[engine.timelines[0].channel[sample]];
+            // what the frozen filter makes of a reading that much larger
             let at = |share: f64| {
-                let mut read = board.clone();
-                read.nu[sample] += share * sigma;
-                value(&engine, &read, &noise)
+                let mut sources = Sources { state: vec![0.0; states], reading: vec![0.0; board.nu.len()] };
+                sources.reading[sample] = -share * sigma;
+                let change = respond(&board.linears[0], &engine.timelines[0], &sources);
+                let nu = board.nu.iter().zip(change).map(|(nu, change)| nu + change).collect();
+                value(&engine, &Board { nu, ..board.clone() }, &noise)
             };
             // quadratic in a reading: exact over any step
             let difference = (at(1.0) - at(-1.0)) / 4.0;
@@ -78,11 +83,31 @@ fn the_gradient_is_that_of_the_likelihood_by_differences() {
     }
 }
 
-/// Two numbers of the gradient's scatter over recordings: its expected square is twice the expected second derivative.
+#[test]
+fn the_gradient_of_several_recordings_is_the_sum_of_theirs() {
+    let nominal = plant("oscillator");
+    let both = [recording(&nominal, 1, 0.5), recording(&nominal, 2, 0.8)];
+    let problem = Problem::new(&nominal, &both, &[]).unwrap();
+    let engine = Engine::new(&problem, 1).unwrap();
+    let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
+    let (whole, _) = board.gradient(&engine, (&board.nu, &engine.prior()), &engine.noise).unwrap();
+    let mut readings = Vec::new();
+    let (mut value, mut first) = (0.0, 0.0);
+    for (run, offset) in engine.offsets.iter().enumerate() {
+        let own = &board.nu[*offset..offset + engine.timelines[run].value.len()];
+        let part = gradient(&board.linears[run], &engine.timelines[run], &engine.noise, own).unwrap();
+        (value, first) = (value + part.value, first + part.sensor[0].first);
+        readings.extend(part.readings);
+    }
+    assert!((whole.value - value).abs() < 1e-9 * value.abs() && (whole.sensor[0].first - first).abs() < 1e-9);
+    assert!(whole.readings == readings && readings.len() == engine.samples && engine.offsets.len() == 2);
+}
+
+/// Numbers of the gradient's scatter over recordings: its expected square is twice the expected second derivative.
 #[test]
 fn slopes_scatter_over_recordings_as_their_second_derivatives_say() {
     let nominal = plant("oscillator");
-    let (mut sensor, mut pole) = ([0.0; 2], [0.0; 2]);
+    let (mut sensor, mut pole, mut own_pole) = ([0.0; 2], [0.0; 2], [0.0; 2]);
     let drawn = 40;
     for seed in 1..=drawn {
         let problem = problem(&nominal, recording(&nominal, seed, 2.0));
@@ -94,9 +119,15 @@ fn slopes_scatter_over_recordings_as_their_second_derivatives_say() {
         };
         add(&mut sensor, &found.sensor[0]);
         add(&mut pole, &found.pole[0]);
+        let problem = self::problem(&nominal, coloured(&nominal, seed, 2.0, 0.8));
+        let engine = Engine::new(&problem, 1).unwrap();
+        let noise = NoiseModel { pole: vec![0.8; 2], ..engine.noise.clone() };
+        let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
+        let found = gradient(&board.linears[0], &engine.timelines[0], &noise, &board.nu).unwrap();
+        add(&mut own_pole, &found.pole[1]);
     }
     // chi-squared of 40
-    for [square, expected] in [sensor, pole] {
+    for [square, expected] in [sensor, pole, own_pole] {
         assert!((0.5..1.7).contains(&(square / expected)), "{square} {expected}");
     }
 }

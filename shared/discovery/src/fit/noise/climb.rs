@@ -3,7 +3,7 @@
 //! Unknowns and columns are held where they explain most, and found again at each end of the way, until that moves it no more. White noise gets a
 //! pole where the slope along it says that one is worth its price; one that is not in the end is none: it would only make the filter larger.
 
-use super::{Coordinate, SWEPT, Search, begun, moved};
+use super::{Coordinate, POLE_MAX, POLE_MIN, SWEPT, Search, begun, moved};
 use crate::filter::{Gradient, NoiseModel, Slope};
 use crate::fit::{Board, Engine};
 use nalgebra::{DMatrix, DVector};
@@ -14,8 +14,9 @@ const STEPS: usize = 4;
 /// Largest step of a coordinate, and of the first one of a pole.
 const STRIDE: f64 = 1.0;
 const POLE_STRIDE: f64 = 0.6;
-/// Shares of a step that are tried, and the share of the promised gain that one must keep.
-const SHARES: [f64; 4] = [1.0, 0.4, 0.16, 0.06];
+/// How often a step is shortened, between which shares of itself, and the share of the promised gain that it must keep.
+const SHORTENED: usize = 6;
+const SHORTER: [f64; 2] = [0.05, 0.5];
 const KEPT: f64 = 1e-2;
 /// Second derivative of a prior that hardly tells anything of a size: a factor e.
 const PRIOR: f64 = 2.0;
@@ -43,13 +44,14 @@ pub(super) fn climbed(
         if climb.without_idle_poles(&held) {
             climb.go(&held, STEPS);
         }
-        held = hold(&climb.noise)?;
+        let Some(again) = hold(&climb.noise) else { break };
+        held = again;
         climb.least = held.least;
         if before - held.least < SWEPT {
             break;
         }
     }
-    Some((climb.noise, held.least))
+    Some((climb.noise, climb.least))
 }
 
 /// Unknowns and further columns held where they explain most under one noise.
@@ -71,10 +73,7 @@ impl<'e, 'p> Held<'e, 'p> {
         noise: &NoiseModel,
     ) -> Option<Self> {
         let (least, x) = board.normal(engine, theta, noise, extra)?.least()?;
-        let mut left = board.nu.clone();
-        for (column, x) in board.jacobian.iter().chain(extra.iter().copied()).zip(&x) {
-            left.iter_mut().zip(column).for_each(|(left, c)| *left -= c * x);
-        }
+        let left = board.left(&x, extra);
         let unknowns = engine.problem.unknowns.iter().zip(&x);
         let theta = theta.iter().zip(unknowns).map(|(theta, (unknown, x))| theta + x * unknown.sigma).collect();
         Some(Self { engine, board, left, theta, least: least + engine.disturbance_price(noise) })
@@ -116,20 +115,22 @@ impl<'l> Climb<'l> {
     /// At most so many steps, until none promises anything.
     fn go(&mut self, held: &Held<'_, '_>, steps: usize) {
         let Some(mut here) = held.gradient(&self.noise) else { return };
-        let mut metric: Option<Metric> = None;
+        let mut metric: Option<(Vec<Coordinate>, Metric)> = None;
         for _ in 0..steps {
-            let moves = self.moves();
+            let moves = self.moves(&here);
             let slopes: Vec<Slope> = moves.iter().map(|c| along(&here, *c)).collect();
             let first = DVector::from_iterator(slopes.len(), slopes.iter().map(|slope| slope.first));
+            // what is moved has changed
+            metric = metric.filter(|(of, _)| *of == moves);
             let is_fresh = metric.is_none();
-            let own = metric.get_or_insert_with(|| Metric::new(&slopes));
+            let (_, own) = metric.get_or_insert_with(|| (moves.clone(), Metric::new(&slopes)));
             own.learn(&first);
             let step = own.step(&first);
             let promised = -0.5 * first.dot(&step);
             let went = if promised < SWEPT { None } else { self.moved_by(held, &moves, &step, promised) };
             match went {
-                Some((share, found)) => {
-                    own.went(step * share, first);
+                Some((made, found)) => {
+                    own.went(made, first);
                     here = found;
                 }
                 None if promised >= SWEPT && !is_fresh => metric = None,
@@ -142,32 +143,52 @@ impl<'l> Climb<'l> {
         }
     }
 
-    /// What is moved: every size, jitters and poles that are there.
-    fn moves(&self) -> Vec<Coordinate> {
+    /// What is moved: every size, jitters and poles that are there; a pole at its bound not beyond it.
+    fn moves(&self, here: &Gradient) -> Vec<Coordinate> {
         let jitters = (0..self.noise.jitter_s.len()).map(Coordinate::Jitter);
-        let is_there = |coordinate: &Coordinate| match *coordinate {
+        let is_free = |coordinate: &Coordinate| match *coordinate {
             Coordinate::Input(_) | Coordinate::Sensor(_) => true,
-            Coordinate::Pole(k) => self.noise.pole[k] != 0.0,
             Coordinate::Jitter(k) => self.noise.jitter_s[k] > 0.0,
+            Coordinate::Pole(k) => {
+                let (pole, slope) = (self.noise.pole[k], here.pole[k].first);
+                let leaves = pole >= POLE_MAX && slope < 0.0 || pole <= POLE_MIN && slope > 0.0;
+                pole != 0.0 && !leaves
+            }
         };
-        self.list.iter().copied().chain(jitters).filter(is_there).collect()
+        self.list.iter().copied().chain(jitters).filter(is_free).collect()
     }
 
-    /// The largest share of `step` that keeps what it promises is gone; that share, and the slopes there.
+    /// The largest share of `step` that keeps what it promises is gone, shortened along parabolas; what was gone, and the slopes there.
     fn moved_by(
         &mut self,
         held: &Held<'_, '_>,
         moves: &[Coordinate],
         step: &DVector<f64>,
         promised: f64,
-    ) -> Option<(f64, Gradient)> {
-        for share in SHARES {
+    ) -> Option<(DVector<f64>, Gradient)> {
+        let mut share = 1.0;
+        for _ in 0..SHORTENED {
             let by = moves.iter().zip(step);
             let tried = by.fold(self.noise.clone(), |noise, (coordinate, by)| moved(&noise, *coordinate, share * by));
-            let found = held.gradient(&tried).filter(|found| found.value < self.least - KEPT * share * promised);
-            if let Some(found) = found {
-                (self.noise, self.least) = (tried, found.value);
-                return Some((share, found));
+            let found = held.gradient(&tried);
+            let value = found.as_ref().map_or(f64::INFINITY, |found| found.value);
+            if let Some(found) = found.filter(|_| value < self.least - KEPT * share * promised) {
+                let made = DVector::from_iterator(
+                    step.len(),
+                    moves.iter().zip(step).map(|(coordinate, by)| match *coordinate {
+                        Coordinate::Pole(k) => libm::atanh(tried.pole[k]) - libm::atanh(self.noise.pole[k]),
+                        _ => share * by,
+                    }),
+                );
+                (self.noise, self.least) = (tried, value);
+                return Some((made, found));
+            }
+            // least of the parabola through the value here, its slope and the value there
+            let bend = (value - self.least) / share + 2.0 * promised;
+            let [least, most] = SHORTER;
+            share *= (promised / bend).clamp(least, most);
+            if share * promised < SWEPT {
+                break;
             }
         }
         None
@@ -179,7 +200,7 @@ impl<'l> Climb<'l> {
         for coordinate in self.list {
             let Coordinate::Pole(k) = *coordinate else { continue };
             let slope = here.pole[k];
-            let is_worth = slope.first.powi(2) > POLE_PRICE * slope.second.max(f64::MIN_POSITIVE);
+            let is_worth = slope.first.powi(2) > 2.0 * POLE_PRICE * slope.second.max(f64::MIN_POSITIVE);
             if self.noise.pole[k] != 0.0 || self.idle.contains(&k) || !is_worth {
                 continue;
             }
@@ -196,7 +217,8 @@ impl<'l> Climb<'l> {
     /// Poles that gain less than their price are none; whether any was.
     fn without_idle_poles(&mut self, held: &Held<'_, '_>) -> bool {
         let before = self.idle.len();
-        for k in 0..self.noise.pole.len() {
+        for coordinate in self.list {
+            let Coordinate::Pole(k) = *coordinate else { continue };
             if self.noise.pole[k] == 0.0 {
                 continue;
             }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::fit::fit;
-use crate::fit::noise::maximise;
+use crate::fit::noise::one_by_one;
 use crate::problem::Problem;
 use crate::synthetic::{coloured, louder, plant, problem, recording};
 
@@ -17,7 +17,13 @@ fn coordinates(noise: &NoiseModel) -> Vec<Coordinate> {
 fn both(problem: &Problem) -> (f64, f64, NoiseModel) {
     let engine = Engine::new(problem, 1).unwrap();
     let fitted = fit(&engine, &problem.plant, &engine.prior(), &engine.noise, 4).unwrap();
-    let (_, one_by_one) = maximise(&engine, &fitted.board, &fitted.theta, &[], &engine.noise, SEARCH).unwrap();
+    let value = |noise: &NoiseModel| {
+        let normal = fitted.board.normal(&engine, &fitted.theta, noise, &[])?;
+        Some(normal.minimum()?.0 + engine.disturbance_price(noise))
+    };
+    let start = (&engine.noise, value(&engine.noise).unwrap());
+    let size = fitted.board.linears[0].layout.len();
+    let (_, one_by_one) = one_by_one(&engine, size, start, coordinates(&engine.noise), SEARCH, &value);
     let at = ((&engine, &fitted.board), (&fitted.theta[..], &[][..]));
     let (noise, at_once) = climbed(at.0, at.1, &engine.noise, coordinates(&engine.noise), SEARCH).unwrap();
     (one_by_one, at_once, noise)
