@@ -104,6 +104,9 @@ impl Row for Vec<f64> {
     }
 }
 
+/// Who is told the gains of some events.
+type Told<'t> = &'t mut dyn FnMut(&mut Gains, Range<usize>);
+
 /// Gains of `noise` on `linear`; `None` where a covariance is not positive.
 pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option<Gains> {
     let mut whole = Gains::default();
@@ -118,7 +121,7 @@ pub fn gains_in_parts(
     timeline: &Timeline,
     noise: &NoiseModel,
     each: usize,
-    told: &mut dyn FnMut(&mut Gains, Range<usize>),
+    told: Told<'_>,
 ) -> Option<f64> {
     let layout = coloured(&linear.layout, noise);
     by_size!(layout.len(), recurse)((linear, timeline, noise), layout, each, (None, told))
@@ -141,7 +144,7 @@ pub(super) fn recurse<R: Row>(
     (linear, timeline, noise): (&Linear, &Timeline, &NoiseModel),
     layout: Layout,
     each: usize,
-    (tape, told): (Option<&mut Tape>, &mut dyn FnMut(&mut Gains, Range<usize>)),
+    (tape, told): (Option<&mut Tape>, Told<'_>),
 ) -> Option<f64> {
     let mut recursion = Recursion::<R>::new(&layout, &linear.initial_sigma);
     recursion.tape = tape.is_some().then(Tape::default);
