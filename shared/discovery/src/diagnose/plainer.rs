@@ -7,10 +7,11 @@ use crate::compete::{PREFERRED, Refit, free_numbers};
 use crate::fit::{Board, Engine};
 use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Named, Plain, UnknownLaw, plain};
-use plant::description::SiteKind;
 
 /// Share of what names explain that a law on the linear model may be off by.
 const BENT: f64 = 1e-3;
+/// The catalogue's step of a reading.
+const STEP: &str = "sensor_step";
 
 /// The plain law that BIC prefers to what is `adopted` by twenty to one; most ahead where several are. `nominal` is the plant without any of it.
 ///
@@ -21,18 +22,14 @@ pub(super) fn plainer(
     (best, adopted): (&Standing, &[Adopted]),
     screening: &Screening,
 ) -> Option<UnknownLaw> {
-    // of a later round, or moved since
-    let adopted_columns = adopted.iter().map(|own| &own.column);
-    let named: Vec<Candidate> = screening
-        .columns
-        .iter()
-        .chain(adopted_columns)
-        .filter(may_name)
-        .map(|column| column.candidate.clone())
-        .collect();
+    let of_one_number = |c: &&Column| c.raw.len() == 1 && free_numbers(&c.candidate, 1) == 1;
+    // a step of a reading has a name, whatever its times are
+    let steps = !screening.columns.iter().any(|column| column.candidate.effect.kind == STEP);
+    let named: Vec<Candidate> =
+        screening.columns.iter().filter(of_one_number).map(|column| column.candidate.clone()).collect();
     let mut found: Vec<(Plain, Standing, f64)> = Vec::new();
     let mut look = |base: Standing, numbers: f64| {
-        let plain = at(engine, &base, best, &named);
+        let plain = at(engine, &base, best, (&named, steps));
         found.extend(plain.into_iter().map(|plain| (plain, base.clone(), numbers)));
     };
     let begun = engine.work.spent();
@@ -63,15 +60,8 @@ pub(super) fn plainer(
     (by > PREFERRED).then(|| plain.told(&own, (&base.fit.board, &base.fit.theta), by, numbers as usize)).flatten()
 }
 
-/// Laws of one number, and what happens to a reading at an instant.
-fn may_name(column: &&Column) -> bool {
-    let candidate = &column.candidate;
-    let begins = candidate.site.kind == SiteKind::Sensor && candidate.inner.iter().any(|(name, _)| *name == "begin");
-    column.raw.len() == 1 && (begins || free_numbers(candidate, 1) == 1)
-}
-
 /// The best plain laws of the plant `base`: under the noise that suits `best`, and under the stated one, which has swallowed none of them.
-fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, named: &[Candidate]) -> Vec<Plain> {
+fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, (named, steps): (&[Candidate], bool)) -> Vec<Plain> {
     let Ok(own) = Engine::like(engine, &base.problem) else { return Vec::new() };
     let (board, theta): (&Board, _) = (&base.fit.board, &base.fit.theta);
     in_a_quiet_loop(&own, base, |along| {
@@ -79,7 +69,7 @@ fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, named: &[Candidate]
         let name = |column: &'_ Column| free_numbers(&column.candidate, column.raw.len());
         let named: Vec<Named<'_>> = named.iter().filter_map(|own| Some((name(own), own.raw.first()?))).collect();
         let stated = (!best.noise.is_about(&engine.noise)).then_some(&engine.noise);
-        let under = |noise| plain((&own, board), along, &base.plant, theta, noise, &named);
+        let under = |noise| plain((&own, board), along, &base.plant, theta, noise, (&named, steps));
         core::iter::once(&best.noise).chain(stated).filter_map(under).collect()
     })
 }

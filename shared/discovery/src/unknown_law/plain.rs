@@ -106,7 +106,7 @@ pub struct Told {
     pub numbers: usize,
 }
 
-/// The best plain law about `theta` that `named` has no name of no more numbers for; `None` where there is none, or no room for the work.
+/// The best plain law about `theta` that `named` has no name of no more numbers for, among them `steps` of readings; `None` where there is none, or no room for the work.
 /// Laws are laid out `along` a trajectory: where a loop feeds noise back into the commands that of the loop without it.
 ///
 /// Cost: a column each (some thirty an input, eighteen a channel), whitened once with all products.
@@ -116,7 +116,7 @@ pub fn plain(
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
-    named: &[Named<'_>],
+    (named, steps): (&[Named<'_>], bool),
 ) -> Option<Plain> {
     let about: usize =
         board.linears.first().map_or(0, |linear| places(plant, linear).iter().map(|(_, f)| f.len()).sum());
@@ -126,8 +126,8 @@ pub fn plain(
     }
     let machines = machines(along.0, plant, theta)?;
     // time is another one in every run
-    let is_alone = board.linears.len() == 1;
-    let slopes = if is_alone { slopes_of_readings(engine, board, theta, noise)? } else { Vec::new() };
+    let slopes =
+        if steps && board.linears.len() == 1 { slopes_of_readings(engine, board, theta, noise)? } else { Vec::new() };
     let mut laws = laws((along.0, &machines), along.1, plant, &slopes);
     let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().map(|(_, own)| *own)).collect();
     let rung = Rung::new(engine, board, theta, &extra, noise)?;
@@ -203,7 +203,8 @@ fn laws((engine, machines): (&Engine<'_>, &[Machine<'_>]), board: &Board, plant:
     let mut laws = Vec::new();
     let steps = plant.sensors.iter().enumerate().map(|(channel, sensor)| {
         let (acts, site) = (Acts::Reading(channel), format!("sensor:{}", sensor.name));
-        let forms = if is_alone { steps(&instants(&engine.timelines[0], channel, slopes)) } else { Vec::new() };
+        let forms =
+            if slopes.is_empty() { Vec::new() } else { steps(&instants(&engine.timelines[0], channel, slopes)) };
         (Place { acts, site, along: vec![Coordinate::Time] }, forms)
     });
     let products = places(plant, linear).into_iter().map(|(place, forms)| {
@@ -363,7 +364,7 @@ mod tests {
         let fitted = crate::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
         let (board, theta) = (&fitted.board, &fitted.theta);
         let along = (&engine, board);
-        let best = |named: &[Named<'_>]| plain(along, along, &nominal, theta, &engine.noise, named).unwrap();
+        let best = |named: &[Named<'_>]| plain(along, along, &nominal, theta, &engine.noise, (named, true)).unwrap();
         let first = best(&[]);
         let again = best(&[(first.numbers(), &first.law.column)]);
         let names = first.law.place.names(&board.linears[0]);
