@@ -60,7 +60,8 @@ pub(super) fn plainer(
     (by > PREFERRED).then(|| plain.told(&own, (&base.fit.board, &base.fit.theta), by, numbers as usize)).flatten()
 }
 
-/// The best plain laws of the plant `base`: under the noise that suits `best`, and under the stated one, which has swallowed none of them.
+/// The best plain laws of the plant `base`: under the noise that suits `best`, and where readings may step under the stated one, too:
+/// what happens at an instant noise swallows most.
 fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, (named, steps): (&[Candidate], bool)) -> Vec<Plain> {
     let Ok(own) = Engine::like(engine, &base.problem) else { return Vec::new() };
     let (board, theta): (&Board, _) = (&base.fit.board, &base.fit.theta);
@@ -68,7 +69,7 @@ fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, (named, steps): (&[
         let named = columns(along, &base.plant, theta, named);
         let name = |column: &'_ Column| free_numbers(&column.candidate, column.raw.len());
         let named: Vec<Named<'_>> = named.iter().filter_map(|own| Some((name(own), own.raw.first()?))).collect();
-        let stated = (!best.noise.is_about(&engine.noise)).then_some(&engine.noise);
+        let stated = (steps && !best.noise.is_about(&engine.noise)).then_some(&engine.noise);
         let under = |noise| plain((&own, board), along, &base.plant, theta, noise, (&named, steps));
         core::iter::once(&best.noise).chain(stated).filter_map(under).collect()
     })
