@@ -13,7 +13,7 @@ mod plain;
 mod ridge;
 
 pub use places::{Acts, Coordinate, Place};
-pub use plain::{Named, Plain, Told, plain};
+pub use plain::{Plain, Told, plain};
 pub use ridge::Cell;
 
 use crate::compete::subsets::{Rung, ladder};

@@ -296,11 +296,9 @@ fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     if outweighs { Some(map) } else { plainer(findings) }
 }
 
-/// The plain law that outdoes the names and predicts parts that it was not fitted to (what happens at an instant no other part predicts), where the names
-/// would stand else.
+/// The plain law that outdoes the names and predicts parts that it was not fitted to, where the names would stand else.
 fn plainer<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
-    let is_instant = |law: &UnknownLaw| law.plain.as_ref().is_some_and(|told| told.own > 1);
-    let plainer = findings.plainer.filter(|law| is_instant(law) || law.held_out.status() == Status::Confirmed)?;
+    let plainer = findings.plainer.filter(|law| law.held_out.status() == Status::Confirmed)?;
     let stands = matches!(named(findings).0, Verdict::Named | Verdict::NotSeparable | Verdict::Sensor);
     stands.then_some(plainer)
 }
@@ -309,13 +307,9 @@ fn not_named(map: &UnknownLaw) -> (Verdict, String) {
     let what = if matches!(map.place.acts, Acts::Force(_)) { "a force" } else { "an error of the reading" };
     let reason = match &map.plain {
         Some(told) => format!(
-            "something acts at {} that no effect of the catalogue describes: {what} of {}, {}, does what names do with {} \
+            "something acts at {} that no effect of the catalogue describes: {what} of one number, {}, does what names do with {} \
              (ahead by {:.0} in BIC)",
-            map.place.site,
-            ["one number", "two numbers", "three numbers"][told.own.clamp(1, 3) - 1],
-            told.formula,
-            told.numbers,
-            map.evidence
+            map.place.site, told.formula, told.numbers, map.evidence
         ),
         None => format!(
             "something acts at {} that no effect of the catalogue describes: {what}, smooth over {}, gains {:.0} in evidence \

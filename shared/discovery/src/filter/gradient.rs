@@ -26,7 +26,7 @@ pub struct Slope {
     pub second: f64,
 }
 
-/// `−2 ln p` of runs one after the other, and its slopes along the logarithms of standard deviations and jitters and along the inverse hyperbolic tangents of poles.
+/// `−2 ln p`, and its slopes along the logarithms of standard deviations and jitters and along the inverse hyperbolic tangents of poles.
 #[derive(Clone, Debug, Default)]
 pub struct Gradient {
     pub value: f64,
@@ -34,8 +34,6 @@ pub struct Gradient {
     pub sensor: Vec<Slope>,
     pub pole: Vec<Slope>,
     pub jitter: Vec<Slope>,
-    /// u of every sample: `−∂ ln p / ∂y`.
-    pub readings: Vec<f64>,
 }
 
 impl AddAssign for Slope {
@@ -54,7 +52,7 @@ impl Slope {
 }
 
 impl Gradient {
-    fn zeros(inputs: usize, channels: usize, samples: usize) -> Self {
+    fn zeros(inputs: usize, channels: usize) -> Self {
         let zeros = |count| vec![Slope::default(); count];
         Self {
             value: 0.0,
@@ -62,7 +60,6 @@ impl Gradient {
             sensor: zeros(channels),
             pole: zeros(channels),
             jitter: zeros(channels),
-            readings: vec![0.0; samples],
         }
     }
 }
@@ -75,7 +72,6 @@ impl AddAssign for Gradient {
         add(&mut self.sensor, other.sensor);
         add(&mut self.pole, other.pole);
         add(&mut self.jitter, other.jitter);
-        self.readings.extend(other.readings);
     }
 }
 
@@ -110,7 +106,7 @@ fn back<R: Row>(
     white: &[f64],
 ) -> Gradient {
     let means = colour_means(timeline, noise, &layout, (tape, white));
-    let mut back = Back::<R>::new(layout, noise, white.len());
+    let mut back = Back::<R>::new(layout, noise);
     wide(
         #[inline(always)]
         || back.go((linear, timeline, noise), (tape, white), &means),
@@ -156,13 +152,13 @@ struct Back<R> {
 }
 
 impl<R: Row> Back<R> {
-    fn new(layout: Layout, noise: &NoiseModel, samples: usize) -> Self {
+    fn new(layout: Layout, noise: &NoiseModel) -> Self {
         let size = layout.len();
         let zeros = |count: usize| (0..count).map(|_| R::zeros(size.next_multiple_of(QUAD))).collect::<Vec<R>>();
         let channels = noise.sensor_sigma.len();
         let [vectors, n, f, moved] = [1 + channels, size, layout.tangent, layout.tangent].map(zeros);
         let [q, spare] = [(); 2].map(|()| R::zeros(size.next_multiple_of(QUAD)));
-        let found = Gradient::zeros(noise.input_sigma.len(), channels, samples);
+        let found = Gradient::zeros(noise.input_sigma.len(), channels);
         Self { layout, size, vectors, n, f, moved, spare, q, behind: vec![None; channels], found }
     }
 
@@ -188,8 +184,7 @@ impl<R: Row> Back<R> {
                 let own = sample * stride..(sample + 1) * stride;
                 let (h, v) = (&tape.h[own.clone()], &tape.v[own]);
                 let channel = timeline.channel[sample];
-                self.found.readings[sample] =
-                    self.absorb(noise, (channel, linear.slope[sample]), (h, v, tape.root[sample]), white[sample]);
+                self.absorb(noise, (channel, linear.slope[sample]), (h, v, tape.root[sample]), white[sample]);
             }
             for sample in samples.rev() {
                 let channel = timeline.channel[sample];
@@ -205,7 +200,7 @@ impl<R: Row> Back<R> {
         }
     }
 
-    /// One sample: slopes of its size, jitter and pole, then r, g and N before it; its u.
+    /// One sample: slopes of its size, jitter and pole, then r, g and N before it.
     #[inline(always)]
     fn absorb(
         &mut self,
@@ -213,7 +208,7 @@ impl<R: Row> Back<R> {
         (channel, slope): (usize, f64),
         (h, v, root): (&[f64], &[f64], f64),
         e: f64,
-    ) -> f64 {
+    ) {
         let share = 1.0 / root;
         let u = (e - product(v, self.vectors[0].numbers())) * share;
         self.q.numbers_mut().fill(0.0);
@@ -254,7 +249,6 @@ impl<R: Row> Back<R> {
                 *n += along_h * h - h_i * q;
             }
         }
-        u
     }
 
     /// `Fᵀ r`, `Fᵀ N F`, F the identity but for the rows of the state.

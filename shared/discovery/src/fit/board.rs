@@ -195,15 +195,6 @@ impl Board {
         Some((whole, prior_chi2(engine, theta)))
     }
 
-    /// What steps `x` of the unknowns [prior standard deviations] and of `extra` columns leave of the raw innovations.
-    pub fn left(&self, x: &[f64], extra: &[&Vec<f64>]) -> Vec<f64> {
-        let mut left = self.nu.clone();
-        for (column, x) in self.jacobian.iter().chain(extra.iter().copied()).zip(x) {
-            left.iter_mut().zip(column).for_each(|(left, c)| *left -= c * x);
-        }
-        left
-    }
-
     /// Innovations, and sensitivities with raw `extra` columns behind them, whitened under `noise`.
     pub fn whitened(
         &self,

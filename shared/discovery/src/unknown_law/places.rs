@@ -83,7 +83,7 @@ impl Place {
             *out = match coordinate {
                 Coordinate::Reading => machine.timeline.value[sample] - (linear.nu[sample] - linear.pull[sample]),
                 Coordinate::ReadingRate => linear.slope[sample],
-                _ => machine.timeline.stamp_s[sample] - machine.timeline.shift_s[machine.timeline.channel[sample]],
+                _ => machine.timeline.stamp_s[sample],
             };
         }
     }
@@ -179,7 +179,7 @@ pub(super) fn basis(span: &Span, at: &[f64], out: &mut [f64]) {
     }
 }
 
-/// The middle 98 % of every coordinate, all of a rate of commands, which may change seldom; `None` where one stands still.
+/// The middle 98 % of every coordinate, all of time and of a rate of commands, which may change seldom; `None` where one stands still.
 pub(super) fn visited(board: &Board, machines: &[Machine<'_>], place: &Place) -> Option<Span> {
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); place.along.len()];
     let mut at = vec![0.0; place.along.len()];
@@ -199,7 +199,7 @@ pub(super) fn visited(board: &Board, machines: &[Machine<'_>], place: &Place) ->
     let span = |(mut values, coordinate): (Vec<f64>, &Coordinate)| {
         values.sort_by(f64::total_cmp);
         let at = |share: f64| values.get((values.len().saturating_sub(1) as f64 * share) as usize).copied();
-        let out = if matches!(coordinate, Coordinate::CommandRate(_)) { 0.0 } else { 0.01 };
+        let out = if matches!(coordinate, Coordinate::CommandRate(_) | Coordinate::Time) { 0.0 } else { 0.01 };
         let ends = [at(out)?, at(1.0 - out)?];
         (ends[1] - ends[0] > 1e-9 * (1.0 + ends[0].abs())).then_some(ends)
     };

@@ -73,7 +73,10 @@ impl<'e, 'p> Held<'e, 'p> {
         noise: &NoiseModel,
     ) -> Option<Self> {
         let (least, x) = board.normal(engine, theta, noise, extra)?.least()?;
-        let left = board.left(&x, extra);
+        let mut left = board.nu.clone();
+        for (column, x) in board.jacobian.iter().chain(extra.iter().copied()).zip(&x) {
+            left.iter_mut().zip(column).for_each(|(left, c)| *left -= c * x);
+        }
         let unknowns = engine.problem.unknowns.iter().zip(&x);
         let theta = theta.iter().zip(unknowns).map(|(theta, (unknown, x))| theta + x * unknown.sigma).collect();
         Some(Self { engine, board, left, theta, least: least + engine.disturbance_price(noise) })

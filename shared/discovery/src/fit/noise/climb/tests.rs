@@ -49,6 +49,22 @@ fn the_gradient_leads_as_low_as_coordinate_by_coordinate() {
 }
 
 #[test]
+fn a_start_ten_times_too_loud_or_too_quiet_ends_in_the_same() {
+    let nominal = plant("drive_rig");
+    let problem = problem(&nominal, recording(&nominal, 7, 2.0));
+    let engine = Engine::new(&problem, 1).unwrap();
+    let fitted = fit(&engine, &nominal, &engine.prior(), &engine.noise, 4).unwrap();
+    let end = |factor: f64| {
+        let at = ((&engine, &fitted.board), (&fitted.theta[..], &[][..]));
+        climbed(at.0, at.1, &engine.noise.louder(factor), coordinates(&engine.noise), SEARCH).unwrap().1
+    };
+    let [quiet, stated, loud] = [0.1, 1.0, 10.0].map(end);
+    // both channels may keep a pole or not
+    let most = 0.3 + 2.0 * POLE_PRICE;
+    assert!((quiet - stated).abs() < most && (loud - stated).abs() < most, "{quiet} {stated} {loud}");
+}
+
+#[test]
 fn coloured_noise_gets_its_pole_and_white_noise_none() {
     let nominal = plant("oscillator");
     let (_, _, white) = both(&problem(&nominal, recording(&nominal, 5, 3.0)));
