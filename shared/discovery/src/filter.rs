@@ -27,7 +27,7 @@ mod transition;
 mod whiten;
 mod wide;
 
-pub use equations::products;
+pub use equations::{crossed, products};
 pub use gains::{Gains, gains};
 pub use gradient::{Gradient, Slope, gradient};
 pub use initial::Start;

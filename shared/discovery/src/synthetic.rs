@@ -15,6 +15,7 @@ pub fn plant(name: &str) -> Plant {
         "tank_planar" => include_str!("../../../deploy/plants/tank_planar.toml"),
         "hub_appendage" => include_str!("../../../deploy/plants/hub_appendage.toml"),
         "study_case" => include_str!("../../../deploy/plants/study_case.toml"),
+        "six_joint_arm" => include_str!("../../../deploy/plants/rigs/six_joint_arm.toml"),
         other => panic!("no plant {other}"),
     };
     plant::file::parse(name, text).unwrap().plant

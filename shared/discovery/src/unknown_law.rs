@@ -19,7 +19,7 @@ pub use ridge::Cell;
 use crate::compete::subsets::{Rung, ladder};
 use crate::filter::{Linear, Machine, NoiseModel};
 use crate::fit::board::dot;
-use crate::fit::{Board, Engine};
+use crate::fit::{Board, Engine, White};
 use crate::held_out::{BLOCK_S, Gain, block_s, blocks};
 use crate::score::event_of_sample;
 use crate::score::forcing::{Sources, respond};
@@ -64,7 +64,7 @@ const FEW: usize = 3;
 
 /// The map of most evidence about `theta`; `None` where nothing varies.
 ///
-/// Cost: [`FUNCTIONS`] columns a place, whitened once a rung.
+/// Cost: [`FUNCTIONS`] columns a place, whitened once a rung; the unknowns' once for all places.
 pub fn best(
     engine: &Engine<'_>,
     plant: &Plant,
@@ -77,17 +77,20 @@ pub fn best(
     places.retain(|place| board.linears.len() == 1 || !place.is_of_time());
     let noises = ladder(engine, adapted);
     let machines = machines(engine, plant, theta)?;
-    let on = |place: &Place, noises: &[NoiseModel]| on_rungs((engine, &machines), (board, theta), place, noises);
+    let white = |noise: &NoiseModel| Some((White::new(engine, board, noise)?, noise.clone()));
+    let on =
+        |place: &Place, rungs: &[(White<'_>, NoiseModel)]| on_rungs((engine, &machines), (board, theta), place, rungs);
     let rungs = (places.len() * noises.len()) as f64;
     let mut few: Vec<&Place> = places.iter().collect();
     if engine.work.affords(LOOK, board.normal_work(engine, FUNCTIONS)) < rungs && noises.len() > 2 {
-        let ends = [noises[0].clone(), noises[noises.len() - 1].clone()];
+        let ends = [&noises[0], &noises[noises.len() - 1]].into_iter().filter_map(white).collect::<Vec<_>>();
         let evidence = |place: &Place| on(place, &ends).map_or(f64::NEG_INFINITY, |leader| leader.evidence);
         let mut order: Vec<(f64, &Place)> = places.iter().map(|place| (evidence(place), place)).collect();
         order.sort_by(|a, b| b.0.total_cmp(&a.0));
         few = order.into_iter().take(FEW).map(|(_, place)| place).collect();
     }
-    let leaders = few.into_iter().filter_map(|place| on(place, &noises));
+    let whites: Vec<(White<'_>, NoiseModel)> = noises.iter().filter_map(white).collect();
+    let leaders = few.into_iter().filter_map(|place| on(place, &whites));
     let leader = leaders.reduce(|best, other| if other.evidence > best.evidence { other } else { best })?;
     let Leader { evidence, place, columns, ridge, noise, span } = leader;
     let weights = Weights { columns: &columns, precision: ridge.precision, is_of_time: place.is_of_time() };
@@ -101,13 +104,15 @@ fn on_rungs(
     (engine, machines): (&Engine<'_>, &[Machine<'_>]),
     (board, theta): (&Board, &[f64]),
     place: &Place,
-    noises: &[NoiseModel],
+    whites: &[(White<'_>, NoiseModel)],
 ) -> Option<Leader> {
     let span = visited(board, machines, place)?;
     let functions = Functions { count: FUNCTIONS, fill: &|at, out| basis(&span, at, out) };
     let columns = columns((engine, machines), board, place, &functions);
     let extra: Vec<&Vec<f64>> = columns.iter().collect();
-    let rungs: Vec<Rung> = noises.iter().filter_map(|n| Rung::new(engine, board, theta, &extra, n)).collect();
+    let on =
+        |(white, noise): &(White<'_>, NoiseModel)| Rung::of(engine, theta, white.normal(engine, theta, &extra)?, noise);
+    let rungs: Vec<Rung> = whites.iter().filter_map(on).collect();
     let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
     let null = rungs.iter().map(|rung| rung.at(rung.reduced_chi2, samples)).fold(f64::INFINITY, f64::min);
     let of = |rung: &Rung| Some((Ridge::new(rung, samples)?, rung.noise.clone()));

@@ -16,7 +16,7 @@ use super::SET_MAX;
 use super::refit::free_numbers;
 use crate::filter::NoiseModel;
 use crate::fit::bounded::bounded;
-use crate::fit::{Board, Engine, parallel};
+use crate::fit::{Board, Engine, Normal, parallel};
 use crate::score::Column;
 use crate::statistics::chi_squared_tail;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -308,8 +308,12 @@ impl Rung {
         extra: &[&Vec<f64>],
         noise: &NoiseModel,
     ) -> Option<Self> {
-        let normal = board.normal(engine, theta, noise, extra)?;
-        let (u, width) = (normal.unknowns, extra.len());
+        Self::of(engine, theta, board.normal(engine, theta, noise, extra)?, noise)
+    }
+
+    /// Rung of `noise` with the columns of its normal equations.
+    pub fn of(engine: &Engine<'_>, theta: &[f64], normal: Normal, noise: &NoiseModel) -> Option<Self> {
+        let (u, width) = (normal.unknowns, normal.right.len() - normal.unknowns);
         let chi2 = normal.chi2 + crate::fit::board::prior_chi2(engine, theta);
         let log_determinant = normal.objective - chi2 + engine.disturbance_price(noise);
         let (matrix, right, room) = (normal.matrix, normal.right, normal.room);

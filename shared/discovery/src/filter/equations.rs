@@ -44,6 +44,32 @@ pub fn products(
     })
 }
 
+/// Adds `aᵢᵀ bⱼ` of columns as they are to `sums`, row by row.
+pub fn crossed(a: &[&[f64]], b: &[&[f64]], sums: &mut [f64]) {
+    const STRETCH: usize = 512;
+    let samples = a.first().map_or(0, |column| column.len());
+    let (mut left, mut right): (Vec<Lane<LANES>>, Vec<Vec<Lane<LANES>>>) = (Vec::new(), Vec::new());
+    right.resize(b.len().div_ceil(LANES), Vec::new());
+    for begin in (0..samples).step_by(STRETCH) {
+        let stretch = begin..(begin + STRETCH).min(samples);
+        b.chunks(LANES).zip(&mut right).for_each(|(bundle, rows)| beside(bundle, stretch.clone(), rows));
+        for (i, bundle) in a.chunks(LANES).enumerate() {
+            beside(bundle, stretch.clone(), &mut left);
+            for (j, right) in right.iter().enumerate() {
+                let found = wide(
+                    #[inline(always)]
+                    || block(&left, right),
+                );
+                let width = LANES.min(b.len() - j * LANES);
+                for (k, row) in found.iter().enumerate().take(bundle.len()) {
+                    let at = (i * LANES + k) * b.len() + j * LANES;
+                    sums[at..at + width].iter_mut().zip(row).for_each(|(sum, part)| *sum += part);
+                }
+            }
+        }
+    }
+}
+
 /// `Σ x yᵀ` over a stretch, half of x at a time: as many sums as the processor has room for.
 #[inline(always)]
 fn block(left: &[Lane<LANES>], right: &[Lane<LANES>]) -> [Lane<LANES>; LANES] {

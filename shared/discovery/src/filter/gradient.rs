@@ -292,13 +292,14 @@ impl<R: Row> Back<R> {
         self.mirror(len);
     }
 
-    /// Rows behind the first `len` get their first numbers from those.
+    /// Every row gets its first numbers, at most `len`, from the rows before it. Samples take nothing off what rounding leaves between the two: it would
+    /// grow as the plant does without a filter.
     #[inline(always)]
     fn mirror(&mut self, len: usize) {
-        let (first, behind) = self.n.split_at_mut(len);
-        for (j, row) in behind.iter_mut().enumerate() {
-            for (b, first) in first.iter().enumerate() {
-                row.numbers_mut()[b] = first.numbers()[len + j];
+        for at in 1..self.size {
+            let (before, own) = self.n.split_at_mut(at);
+            for (own, row) in own[0].numbers_mut().iter_mut().zip(before.iter().take(len)) {
+                *own = row.numbers()[at];
             }
         }
     }

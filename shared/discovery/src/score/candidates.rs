@@ -14,7 +14,7 @@ pub struct Candidate {
     /// Every parameter but the amplitude and the angles.
     pub inner: Inner,
     /// Of a vector amplitude its components along each direction, else the angles of each; one empty list where there are none.
-    pub directions: Vec<Vec<(&'static str, f64)>>,
+    pub directions: Vec<Direction>,
     /// The amplitude cannot be negative.
     pub one_sided: bool,
     pub high: f64,
@@ -106,6 +106,8 @@ pub struct Motion {
 
 /// Numbers inside a law.
 type Inner = Vec<(&'static str, f64)>;
+/// Names and values that turn an amplitude's direction.
+pub type Direction = Vec<(&'static str, f64)>;
 
 /// What grids depend on.
 struct Setting<'a> {

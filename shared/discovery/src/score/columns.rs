@@ -1,6 +1,7 @@
 //! Columns of candidates: by the forcing of the linear model where a law is linear in its amplitude, else by passes at finite amplitude.
 
 use super::Candidate;
+use super::candidates::Direction;
 use super::forcing::{Course, Sources, comparable, respond};
 use crate::filter::{Gains, Machine, gains, whiten};
 use crate::fit::board::dot;
@@ -55,14 +56,24 @@ fn law(
     points: &[Candidate],
     (found, courses): (&[Gains], &[Course<'_>]),
 ) -> Vec<Column> {
-    let mut felt = None;
+    let (mut felt, mut silent) = (None, Vec::new());
     let mut own = |point: &Candidate| {
-        let point = Candidate { felt: point.felt.or(felt), ..point.clone() };
-        let column;
-        (column, felt) = column_of((engine, board), plant, theta, &point, (found, courses));
-        column
+        let mut point = Candidate { felt: point.felt.or(felt), ..point.clone() };
+        point.directions.retain(|direction| !silent.contains(direction));
+        let found = column_of((engine, board), plant, theta, &point, (found, courses));
+        felt = found.felt;
+        if carries_a_part(&point) {
+            silent.extend(found.silent);
+        }
+        found.column
     };
     points.iter().filter_map(&mut own).collect()
+}
+
+/// A part of its own hangs on the plant: along what does not move it no frequency is felt, and what moves it is felt most where it is softest, which is
+/// the first point of its grid.
+fn carries_a_part(candidate: &Candidate) -> bool {
+    matches!(candidate.effect.law, Law::Structure(_)) && candidate.at.is_none()
 }
 
 fn machine<'a>(engine: &'a Engine<'_>, plant: &Plant, theta: &[f64], run: usize) -> Option<Machine<'a>> {
@@ -70,15 +81,23 @@ fn machine<'a>(engine: &'a Engine<'_>, plant: &Plant, theta: &[f64], run: usize)
     Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()
 }
 
-/// Column of a candidate, and the amplitude of its passes where all of them were felt as they should be.
+/// What a candidate does.
+struct Done {
+    column: Option<Column>,
+    /// Amplitude of its passes, where all of them were felt as they should be.
+    felt: Option<f64>,
+    /// Directions along which it does nothing at any amplitude.
+    silent: Vec<Direction>,
+}
+
 fn column_of(
     (engine, board): (&Engine<'_>, &Board),
     plant: &Plant,
     theta: &[f64],
     candidate: &Candidate,
     (found, courses): (&[Gains], &[Course<'_>]),
-) -> (Option<Column>, Option<f64>) {
-    let mut felt = Some(0.0f64);
+) -> Done {
+    let (mut felt, mut silent) = (Some(0.0f64), Vec::new());
     let mut column = Column { candidate: candidate.clone(), raw: Vec::new(), step: 0.0 };
     column.candidate.directions.clear();
     for direction in 0..candidate.directions.len() {
@@ -96,13 +115,14 @@ fn column_of(
         };
         let Some((raw, step)) = found else { continue };
         if 0.5 * candidate.range(direction)[1] * stated_size(engine, &raw) < NOTHING {
+            silent.push(candidate.directions[direction].clone());
             continue;
         }
         column.candidate.directions.push(candidate.directions[direction].clone());
         column.step = column.step.max(step);
         column.raw.push(raw);
     }
-    ((!column.raw.is_empty()).then_some(column), felt.filter(|step| *step > 0.0))
+    Done { column: (!column.raw.is_empty()).then_some(column), felt: felt.filter(|step| *step > 0.0), silent }
 }
 
 /// Amplitude of the forcing in default amplitudes, and how far a law may bend between it and the default.
@@ -198,7 +218,7 @@ fn along(
             continue;
         };
         let off = libm::log(size / TARGET).abs();
-        if size > 0.0 && best.as_ref().is_none_or(|(.., least)| off < *least) {
+        if best.as_ref().is_none_or(|(.., least)| off < *least) {
             best = Some((change, step, off));
         }
         is_felt = (0.02 * TARGET..5.0 * TARGET).contains(&size);

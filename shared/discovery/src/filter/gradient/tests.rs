@@ -66,6 +66,26 @@ fn the_gradient_is_that_of_the_likelihood_by_differences() {
     }
 }
 
+/// Held upright by its loops: without the filter rounding would grow as the arm falls.
+#[test]
+fn the_gradient_is_that_of_the_likelihood_where_the_plant_alone_would_fall() {
+    let nominal = plant("six_joint_arm");
+    let problem = problem(&nominal, recording(&nominal, 3, 5.0));
+    let engine = Engine::new(&problem, 1).unwrap();
+    let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
+    let noise = &noises(&engine)[0];
+    let found = gradient(&board.linears[0], &engine.timelines[0], noise, &board.nu).unwrap();
+    for (kind, slope) in [("input", found.input[1]), ("sensor", found.sensor[0])] {
+        let k = usize::from(kind == "input");
+        let at = |by: f64| value(&engine, &board, &moved(noise, kind, k, by));
+        let difference = (at(1e-2) - at(-1e-2)) / 2e-2;
+        assert!(
+            (slope.first - difference).abs() < 5e-3 * slope.second.sqrt().max(difference.abs()),
+            "{kind}: {slope:?} {difference}"
+        );
+    }
+}
+
 #[test]
 fn the_gradient_of_several_recordings_is_the_sum_of_theirs() {
     let nominal = plant("oscillator");
