@@ -1,7 +1,8 @@
 //! Parameters and noise of one plant, estimated on all recordings at once by prediction errors.
 //!
 //! Levenberg–Marquardt on whitened innovations with frozen gains, priors as further residuals; gains are computed again at each
-//! relinearisation. Noise is estimated apart, on the linear model ([`noise`]): sizes and poles that maximise
+//! relinearisation. Sensitivities serve until a step does not keep what they promise, past a relinearisation, too; what is concluded is
+//! concluded from those of the place itself. Where round after round begins no lower, the fit ends where one began lowest. Noise is estimated apart, on the linear model ([`noise`]): sizes and poles that maximise
 //! `ln p = −½ (Σ ln |S| + |r|² + |θ − θ₀|²_prior)`, the parameters being maximised along.
 
 mod afar;
@@ -35,9 +36,19 @@ pub struct Fit {
     pub noise: NoiseModel,
     /// Whitened innovations' mean square.
     pub chi2_per_sample: f64,
-    pub converged: bool,
+    pub end: End,
     pub iterations: usize,
     pub board: Board,
+}
+
+/// Why a fit ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// No step promises anything.
+    Converged,
+    /// What steps gain on one linearisation the next one takes away.
+    StandsStill,
+    OutOfRounds,
 }
 
 /// A fit that did not work out.
@@ -53,15 +64,16 @@ pub enum FitError {
 pub const NOT_FOUND_RATIO: f64 = 0.98;
 /// Decrease of `−2 ln p` that ends the iteration, at noise of the size that the residuals have: a tenth of a standard error.
 const CONVERGED: f64 = 1e-2;
-/// Share of the promised decrease above which sensitivities serve for the next step, too.
+/// Share of the promised decrease above which sensitivities serve for the next step, too, and damping eases.
 const AS_PROMISED: f64 = 0.7;
 /// Share below which the next step is damped.
 const BROKEN: f64 = 0.25;
 /// Relinearisations beyond those asked for, as long as each takes this share off the sum of squares: a start far off is no minimum.
 const ROUNDS_MORE: usize = 14;
 const FAR: f64 = 0.02;
-/// Steps between relinearisations, and rounds in a row that may begin no lower than one before.
+/// Steps between relinearisations.
 const INNER_STEPS: usize = 3;
+/// Rounds that begin no lower than one before, from which on none will.
 const PATIENCE: usize = 2;
 
 /// Relinearisations of a fit.
@@ -95,7 +107,7 @@ impl From<usize> for Rounds {
 /// Fits `plant` from `theta` under `noise` with at most `rounds` relinearisations.
 ///
 /// # Errors
-/// The first linearisation fails; later failures end the iteration with what is there.
+/// The first linearisation fails, or a covariance on the way is not positive; later linearisations that fail end it with what is there.
 pub fn fit(
     engine: &Engine<'_>,
     plant: &Plant,
@@ -130,7 +142,7 @@ impl Damping {
     }
 
     /// False where that is of no use any more.
-    fn grows(&mut self) -> bool {
+    fn grow(&mut self) -> bool {
         self.0 = (10.0 * self.0).max(Self::FIRST);
         self.0 <= Self::MOST
     }
@@ -138,7 +150,7 @@ impl Damping {
     /// A step has kept this share of its promise.
     fn learn(&mut self, kept: f64) {
         if kept < BROKEN {
-            self.grows();
+            self.0 = (10.0 * self.0).clamp(Self::FIRST, Self::MOST);
         } else if kept > AS_PROMISED {
             self.0 = if self.0 > Self::LEAST { 0.1 * self.0 } else { 0.0 };
         }
@@ -152,6 +164,26 @@ struct Gained {
     far: f64,
 }
 
+/// Where a round began lowest, each on its own linearisation.
+struct Lowest {
+    objective: f64,
+    theta: Vec<f64>,
+    /// Rounds since that began no lower.
+    since: usize,
+}
+
+/// What came of a step.
+enum Attempt {
+    /// It promises next to nothing.
+    Small,
+    /// None falls, however short or damped.
+    Refused,
+    Fell {
+        by: f64,
+        promised: f64,
+    },
+}
+
 /// A fit on its way.
 struct Descent<'a, 'p> {
     engine: &'a Engine<'p>,
@@ -160,23 +192,34 @@ struct Descent<'a, 'p> {
     theta: Vec<f64>,
     board: Board,
     damping: Damping,
-    /// Least objective that a round began with, where, and how many have begun no lower since.
-    lowest: (f64, Vec<f64>, usize),
-    converged: bool,
+    lowest: Lowest,
+    /// What counts, and what was gained since the board was linearised.
+    enough: f64,
+    moved: f64,
+    end: End,
     iterations: usize,
 }
 
 impl<'a, 'p> Descent<'a, 'p> {
     fn new(engine: &'a Engine<'p>, plant: &'a Plant, theta: &[f64], noise: &'a NoiseModel) -> Result<Self, FitError> {
-        let board = Board::new(engine, plant, theta, noise)?;
-        let (damping, lowest) = (Damping::default(), (f64::INFINITY, theta.to_vec(), 0));
-        let theta = theta.to_vec();
-        Ok(Self { engine, plant, noise, theta, board, damping, lowest, converged: false, iterations: 0 })
+        Ok(Self {
+            engine,
+            plant,
+            noise,
+            theta: theta.to_vec(),
+            board: Board::new(engine, plant, theta, noise)?,
+            damping: Damping::default(),
+            lowest: Lowest { objective: f64::INFINITY, theta: theta.to_vec(), since: 0 },
+            enough: CONVERGED,
+            moved: 0.0,
+            end: End::OutOfRounds,
+            iterations: 0,
+        })
     }
 
     /// Steps on one linearisation; `goes_on`: another round follows.
     fn round(&mut self, goes_on: &dyn Fn(&Gained) -> bool) -> Result<Gained, FitError> {
-        let mut gained = Gained { total: 0.0, enough: CONVERGED, far: f64::INFINITY };
+        let mut gained = Gained { total: 0.0, enough: self.enough, far: f64::INFINITY };
         let mut stale = self.board.jacobian.is_empty();
         for inner in 0..INNER_STEPS {
             self.iterations += 1;
@@ -185,57 +228,71 @@ impl<'a, 'p> Descent<'a, 'p> {
             }
             let normal = self.board.normal(self.engine, &self.theta, self.noise, &[]).ok_or(FitError::NotPositive)?;
             // a plant that is far off moves for ever in units of a noise that it does not reach
-            gained.enough = CONVERGED * (normal.chi2 / self.board.samples().max(1) as f64).max(1.0);
-            gained.far = FAR * normal.chi2;
-            if inner == 0 && self.stands_still(normal.objective, gained.enough) {
+            self.enough = CONVERGED * (normal.chi2 / self.board.samples().max(1) as f64).max(1.0);
+            (gained.enough, gained.far) = (self.enough, FAR * normal.chi2);
+            if inner == 0 && self.stands_still(normal.objective) {
                 break;
             }
-            let Some((step, promised)) = normal.step(self.engine, self.damping.0) else { break };
             let is_true = self.board.has_jacobian(&self.theta);
-            if promised < gained.enough {
-                if self.damping.acts() {
-                    self.damping = Damping::default();
-                } else if is_true {
-                    self.converged = true;
-                    break;
-                } else if goes_on(&gained) {
-                    break;
-                } else {
-                    stale = true;
-                }
-                continue;
-            }
-            let kept = self.search(&step, normal.objective);
-            if kept <= 0.0 {
-                if is_true && !self.damping.grows() {
+            match self.attempt(&normal, is_true) {
+                Attempt::Small if is_true => {
+                    self.end = End::Converged;
                     break;
                 }
-                stale = true;
-                continue;
-            }
-            gained.total += kept;
-            self.damping.learn(kept / promised);
-            stale = kept < AS_PROMISED * promised;
-            if kept < gained.enough {
-                self.converged = true;
-                break;
+                Attempt::Small if goes_on(&gained) => break,
+                Attempt::Refused if is_true => break,
+                Attempt::Small | Attempt::Refused => stale = true,
+                Attempt::Fell { by, promised } => {
+                    (gained.total, self.moved) = (gained.total + by, self.moved + by);
+                    stale = by < AS_PROMISED * promised;
+                    if is_true && !self.damping.acts() && by < self.enough {
+                        self.end = End::Converged;
+                        break;
+                    }
+                }
             }
         }
         Ok(gained)
     }
 
+    /// One step, damped until it falls; where sensitivities are those of another place (`is_true` is not) it is not the step's fault.
+    fn attempt(&mut self, normal: &Normal, is_true: bool) -> Attempt {
+        let mut is_last = false;
+        loop {
+            let Some((step, promised)) = normal.step(self.engine, self.damping.0) else { return Attempt::Refused };
+            if promised < self.enough {
+                match (self.damping.acts(), is_last) {
+                    (false, _) => return Attempt::Small,
+                    (true, true) => return Attempt::Refused,
+                    // undamped it may promise more
+                    (true, false) => (self.damping, is_last) = (Damping::default(), true),
+                }
+                continue;
+            }
+            let by = self.search(&step, normal.objective);
+            if by > 0.0 {
+                if is_true || by > BROKEN * promised {
+                    self.damping.learn(by / promised);
+                }
+                return Attempt::Fell { by, promised };
+            }
+            if !is_true || !self.damping.grow() {
+                return Attempt::Refused;
+            }
+        }
+    }
+
     /// Round after round has begun no lower: what steps gain on one linearisation the next one takes away. Back to where it was lowest.
-    fn stands_still(&mut self, objective: f64, enough: f64) -> bool {
-        let (least, at, since) = &mut self.lowest;
-        if objective < *least - enough {
-            self.lowest = (objective, self.theta.clone(), 0);
+    fn stands_still(&mut self, objective: f64) -> bool {
+        if objective < self.lowest.objective - self.enough {
+            self.lowest = Lowest { objective, theta: self.theta.clone(), since: 0 };
             return false;
         }
-        *since += 1;
-        let stands = *since >= PATIENCE;
+        self.lowest.since += 1;
+        let stands = self.lowest.since >= PATIENCE;
         if stands {
-            self.theta.clone_from(at);
-            self.converged = true;
+            self.end = End::StandsStill;
+            self.theta.clone_from(&self.lowest.theta);
         }
         stands
     }
@@ -245,7 +302,7 @@ impl<'a, 'p> Descent<'a, 'p> {
         let Ok(fresh) = Board::new(self.engine, self.plant, &self.theta, self.noise) else { return false };
         let last = core::mem::replace(&mut self.board, fresh);
         self.board.take_sensitivities_of(last);
-        self.converged = false;
+        (self.moved, self.end) = (0.0, End::OutOfRounds);
         true
     }
 
@@ -270,11 +327,26 @@ impl<'a, 'p> Descent<'a, 'p> {
         0.0
     }
 
-    /// Objective, Jacobian and posterior on a fresh linearisation.
-    fn finish(self) -> Result<Fit, FitError> {
-        let Self { engine, plant, noise, mut theta, board, converged, iterations, .. } = self;
-        let fresh = |board: &Board| Board::new(engine, plant, &theta, noise).map(|fresh| fresh.with_steps_of(board));
-        let mut board = if board.theta == theta { board } else { fresh(&board).unwrap_or(board) };
+    /// A linearisation of where it has come to, or of where a round began lower.
+    fn settles(&mut self) {
+        if (self.board.theta != self.theta || self.moved > self.enough) && !self.relinearises() {
+            self.theta.clone_from(&self.board.theta);
+        }
+        let objective = self.board.objective(self.engine, &self.board.nu, &self.theta, self.noise);
+        let is_higher = objective.is_none_or(|objective| objective > self.lowest.objective + self.enough);
+        if is_higher && self.theta != self.lowest.theta {
+            let here = core::mem::replace(&mut self.theta, self.lowest.theta.clone());
+            if !self.relinearises() {
+                self.theta = here;
+            }
+        }
+    }
+
+    /// Objective, Jacobian and posterior at the end.
+    fn finish(mut self) -> Result<Fit, FitError> {
+        let end = self.end;
+        self.settles();
+        let Self { engine, plant, noise, mut theta, mut board, iterations, .. } = self;
         board.take_jacobian(engine, plant, &theta);
         let normal = board.normal(engine, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
         let sigma = normal.sigmas(engine);
@@ -289,7 +361,7 @@ impl<'a, 'p> Descent<'a, 'p> {
             objective: normal.objective,
             noise: noise.clone(),
             chi2_per_sample: normal.chi2 / board.samples().max(1) as f64,
-            converged,
+            end,
             iterations,
             board,
         })

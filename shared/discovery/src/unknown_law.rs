@@ -77,20 +77,22 @@ pub fn best(
     places.retain(|place| board.linears.len() == 1 || !place.is_of_time());
     let noises = ladder(engine, adapted);
     let machines = machines(engine, plant, theta)?;
-    let white = |noise: &NoiseModel| Some((White::new(engine, board, noise)?, noise.clone()));
-    let on =
-        |place: &Place, rungs: &[(White<'_>, NoiseModel)]| on_rungs((engine, &machines), (board, theta), place, rungs);
-    let rungs = (places.len() * noises.len()) as f64;
+    let whites: Vec<White<'_>> = noises.iter().filter_map(|noise| White::new(engine, board, noise)).collect();
+    let all: Vec<&White<'_>> = whites.iter().collect();
+    let on = |place: &Place, whites: &[&White<'_>]| on_rungs((engine, &machines), (board, theta), place, whites);
+    let rungs = (places.len() * all.len()) as f64;
     let mut few: Vec<&Place> = places.iter().collect();
-    if engine.work.affords(LOOK, board.normal_work(engine, FUNCTIONS)) < rungs && noises.len() > 2 {
-        let ends = [&noises[0], &noises[noises.len() - 1]].into_iter().filter_map(white).collect::<Vec<_>>();
-        let evidence = |place: &Place| on(place, &ends).map_or(f64::NEG_INFINITY, |leader| leader.evidence);
+    let each = board.normal_work(engine, FUNCTIONS) - board.normal_work(engine, 0);
+    if let [first, .., last] = all[..]
+        && all.len() > 2
+        && engine.work.affords(LOOK, each) < rungs
+    {
+        let evidence = |place: &Place| on(place, &[first, last]).map_or(f64::NEG_INFINITY, |leader| leader.evidence);
         let mut order: Vec<(f64, &Place)> = places.iter().map(|place| (evidence(place), place)).collect();
         order.sort_by(|a, b| b.0.total_cmp(&a.0));
         few = order.into_iter().take(FEW).map(|(_, place)| place).collect();
     }
-    let whites: Vec<(White<'_>, NoiseModel)> = noises.iter().filter_map(white).collect();
-    let leaders = few.into_iter().filter_map(|place| on(place, &whites));
+    let leaders = few.into_iter().filter_map(|place| on(place, &all));
     let leader = leaders.reduce(|best, other| if other.evidence > best.evidence { other } else { best })?;
     let Leader { evidence, place, columns, ridge, noise, span } = leader;
     let weights = Weights { columns: &columns, precision: ridge.precision, is_of_time: place.is_of_time() };
@@ -104,14 +106,13 @@ fn on_rungs(
     (engine, machines): (&Engine<'_>, &[Machine<'_>]),
     (board, theta): (&Board, &[f64]),
     place: &Place,
-    whites: &[(White<'_>, NoiseModel)],
+    whites: &[&White<'_>],
 ) -> Option<Leader> {
     let span = visited(board, machines, place)?;
     let functions = Functions { count: FUNCTIONS, fill: &|at, out| basis(&span, at, out) };
     let columns = columns((engine, machines), board, place, &functions);
     let extra: Vec<&Vec<f64>> = columns.iter().collect();
-    let on =
-        |(white, noise): &(White<'_>, NoiseModel)| Rung::of(engine, theta, white.normal(engine, theta, &extra)?, noise);
+    let on = |white: &&White<'_>| Rung::of(engine, theta, white.normal(engine, theta, &extra)?, &white.noise);
     let rungs: Vec<Rung> = whites.iter().filter_map(on).collect();
     let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
     let null = rungs.iter().map(|rung| rung.at(rung.reduced_chi2, samples)).fold(f64::INFINITY, f64::min);

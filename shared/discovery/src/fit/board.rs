@@ -297,12 +297,13 @@ impl Normal {
         Cholesky::new(self.matrix.view((0, 0), (n, n)).into_owned())
     }
 
-    /// Step in θ within the ranges of the unknowns and the decrease of the objective it promises.
+    /// Step in θ within the ranges of the unknowns and the decrease of the objective it promises; `damping`: share that every diagonal entry grows by.
     pub fn step(&self, engine: &Engine<'_>, damping: f64) -> Option<(Vec<f64>, f64)> {
         let mut matrix = self.matrix.view((0, 0), (self.unknowns, self.unknowns)).into_owned();
         (0..self.unknowns).for_each(|i| matrix[(i, i)] *= 1.0 + damping);
         let places: Vec<usize> = (0..self.unknowns).collect();
-        let (promised, x) = bounded(&matrix, &self.right, &self.room, &places)?;
+        let (damped, x) = bounded(&matrix, &self.right, &self.room, &places)?;
+        let promised = damped + damping * places.iter().map(|i| self.matrix[(*i, *i)] * x[*i] * x[*i]).sum::<f64>();
         Some((x.iter().zip(&engine.problem.unknowns).map(|(x, unknown)| x * unknown.sigma).collect(), promised))
     }
 

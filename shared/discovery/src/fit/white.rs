@@ -7,6 +7,7 @@ use crate::work::of_products;
 
 /// What one noise makes of a board.
 pub struct White<'b> {
+    pub noise: NoiseModel,
     board: &'b Board,
     gains: Vec<Gains>,
     log_determinant: f64,
@@ -24,7 +25,8 @@ impl<'b> White<'b> {
         board.whiten_by(engine, &gains, &mut columns);
         let products = products(engine, &columns, &columns);
         let log_determinant = gains.iter().map(|gains| gains.log_determinant).sum();
-        Some(Self { board, gains, log_determinant, columns, products })
+        let noise = noise.clone();
+        Some(Self { noise, board, gains, log_determinant, columns, products })
     }
 
     /// [`Board::normal`] with raw `extra` columns behind the unknowns.
@@ -61,12 +63,14 @@ fn products(engine: &Engine<'_>, a: &[Vec<f64>], b: &[Vec<f64>]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::synthetic::{plant, problem, recording};
+    use crate::problem::Problem;
+    use crate::synthetic::{plant, recording};
 
     #[test]
     fn columns_behind_what_was_whitened_before_have_the_normal_equations_of_all_at_once() {
         let nominal = plant("double_pendulum");
-        let problem = problem(&nominal, recording(&nominal, 3, 2.0));
+        let both = [recording(&nominal, 3, 1.0), recording(&nominal, 4, 1.5)];
+        let problem = Problem::new(&nominal, &both, &[]).unwrap();
         let engine = Engine::new(&problem, 1).unwrap();
         let theta = engine.prior();
         let mut board = Board::new(&engine, &nominal, &theta, &engine.noise).unwrap();
@@ -77,8 +81,13 @@ mod tests {
         for noise in [engine.noise.clone(), engine.noise.louder(1.7)] {
             let whole = board.normal(&engine, &theta, &noise, &extra).unwrap();
             let found = White::new(&engine, &board, &noise).unwrap().normal(&engine, &theta, &extra).unwrap();
-            assert!((found.matrix - &whole.matrix).amax() < 1e-9 * whole.matrix.amax());
-            assert!((found.right - &whole.right).amax() < 1e-9 * whole.right.amax());
+            let size = |i: usize| whole.matrix[(i, i)].sqrt();
+            for i in 0..whole.right.len() {
+                let row = |j: usize| (found.matrix[(i, j)] - whole.matrix[(i, j)]).abs() < 1e-9 * size(i) * size(j);
+                assert!((0..whole.right.len()).all(row));
+                assert!((found.right[i] - whole.right[i]).abs() < 1e-9 * size(i) * whole.chi2.sqrt());
+            }
+            assert!((found.chi2 - whole.chi2).abs() < 1e-9 * whole.chi2 && found.room == whole.room);
             assert!((found.objective - whole.objective).abs() < 1e-9 * whole.objective.abs());
         }
     }

@@ -57,23 +57,24 @@ fn law(
     (found, courses): (&[Gains], &[Course<'_>]),
 ) -> Vec<Column> {
     let (mut felt, mut silent) = (None, Vec::new());
-    let mut own = |point: &Candidate| {
+    let mut own = |(place, point): (usize, &Candidate)| {
         let mut point = Candidate { felt: point.felt.or(felt), ..point.clone() };
         point.directions.retain(|direction| !silent.contains(direction));
         let found = column_of((engine, board), plant, theta, &point, (found, courses));
         felt = found.felt;
-        if carries_a_part(&point) {
-            silent.extend(found.silent);
+        if place == 0 && is_a_part_that_swings(&point) {
+            silent = found.silent;
         }
         found.column
     };
-    points.iter().filter_map(&mut own).collect()
+    points.iter().enumerate().filter_map(&mut own).collect()
 }
 
-/// A part of its own hangs on the plant: along what does not move it no frequency is felt, and what moves it is felt most where it is softest, which is
-/// the first point of its grid.
-fn carries_a_part(candidate: &Candidate) -> bool {
-    matches!(candidate.effect.law, Law::Structure(_)) && candidate.at.is_none()
+/// A part of its own swings on the plant: what moves it is felt most where it is softest, which is the first point of its grid; along what does not,
+/// no frequency is felt.
+fn is_a_part_that_swings(candidate: &Candidate) -> bool {
+    let swings = candidate.inner.iter().any(|(name, _)| *name == "frequency");
+    swings && matches!(candidate.effect.law, Law::Structure(_)) && candidate.at.is_none()
 }
 
 fn machine<'a>(engine: &'a Engine<'_>, plant: &Plant, theta: &[f64], run: usize) -> Option<Machine<'a>> {
@@ -233,7 +234,8 @@ fn along(
         }
         step = next;
     }
-    let (own, step, _) = best?;
+    // nothing at what the plant survives says nothing of more
+    let (own, step, _) = best.filter(|(.., off)| off.is_finite() || between[1].is_infinite())?;
     let mut raw: Vec<f64> = own.iter().map(|d| -d / step).collect();
     if !integrates_alike(engine, plant, theta, candidate, (step, direction)) {
         // what finer steps alone change does not grow with the amplitude
