@@ -5,7 +5,7 @@
 //! innovations feel a wrong frequency over its memory alone, which makes one maximum of them. As the disturbances shrink the
 //! memory grows, and the next fit starts within the cycle that the last one found.
 
-use super::{Board, End, Engine, Fit, FitError, Rounds, fit};
+use super::{Board, Engine, Fit, FitError, Rounds, fit};
 
 /// Mean square of the whitened innovations up to which a fit is taken as it is.
 const NEAR: f64 = 2.0;
@@ -36,7 +36,7 @@ pub fn fit_from_afar(engine: &Engine<'_>, rounds: impl Into<Rounds>) -> Result<F
         (Err(_), Some(approached)) => approached,
         (direct, _) => direct?,
     };
-    if best.end != End::OutOfRounds || rounds.more == 0 { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
+    if best.converged || rounds.more == 0 { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
 }
 
 /// Where fits under ever quieter disturbances end, from those on that explain the misfit at the priors.

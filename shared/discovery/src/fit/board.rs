@@ -67,11 +67,6 @@ impl Board {
         Self { steps: other.steps.clone(), ..self }
     }
 
-    /// The sensitivities of `other` until its own are taken: those of other gains and of a point near by are about these.
-    pub fn take_sensitivities_of(&mut self, other: Self) {
-        (self.steps, self.jacobian) = (other.steps, other.jacobian);
-    }
-
     pub fn samples(&self) -> usize {
         self.nu.len()
     }
@@ -297,14 +292,37 @@ impl Normal {
         Cholesky::new(self.matrix.view((0, 0), (n, n)).into_owned())
     }
 
-    /// Step in θ within the ranges of the unknowns and the decrease of the objective it promises; `damping`: share that every diagonal entry grows by.
-    pub fn step(&self, engine: &Engine<'_>, damping: f64) -> Option<(Vec<f64>, f64)> {
-        let mut matrix = self.matrix.view((0, 0), (self.unknowns, self.unknowns)).into_owned();
-        (0..self.unknowns).for_each(|i| matrix[(i, i)] *= 1.0 + damping);
-        let places: Vec<usize> = (0..self.unknowns).collect();
-        let (damped, x) = bounded(&matrix, &self.right, &self.room, &places)?;
-        let promised = damped + damping * places.iter().map(|i| self.matrix[(*i, *i)] * x[*i] * x[*i]).sum::<f64>();
-        Some((x.iter().zip(&engine.problem.unknowns).map(|(x, unknown)| x * unknown.sigma).collect(), promised))
+    /// Step in θ and the decrease of the objective it promises; unknowns at an edge stay there.
+    pub fn step(&self, engine: &Engine<'_>, theta: &[f64], damping: f64) -> Option<(Vec<f64>, f64)> {
+        let n = self.unknowns;
+        let unknowns = &engine.problem.unknowns;
+        let mut fixed = vec![false; n];
+        for _ in 0..4 {
+            let mut matrix = self.matrix.view((0, 0), (n, n)).into_owned();
+            let mut right = self.right.rows(0, n).into_owned();
+            for i in 0..n {
+                matrix[(i, i)] *= 1.0 + damping;
+                if fixed[i] {
+                    matrix.row_mut(i).fill(0.0);
+                    matrix.column_mut(i).fill(0.0);
+                    (matrix[(i, i)], right[i]) = (1.0, 0.0);
+                }
+            }
+            let solved = Cholesky::new(matrix)?.solve(&right);
+            let promised = solved.dot(&right);
+            let step: Vec<f64> = solved.iter().zip(unknowns).map(|(s, u)| s * u.sigma).collect();
+            let mut again = false;
+            for i in 0..n {
+                let leaves =
+                    (theta[i] <= unknowns[i].low && step[i] < 0.0) || (theta[i] >= unknowns[i].high && step[i] > 0.0);
+                again |= leaves && !fixed[i];
+                fixed[i] |= leaves;
+            }
+            if !again {
+                return Some((step, promised));
+            }
+        }
+        None
     }
 
     /// Least objective over unknowns and extra columns (linear), unknowns within their ranges, and where it is: steps of the unknowns [prior
