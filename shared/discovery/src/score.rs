@@ -86,9 +86,7 @@ pub struct Scorer<'e, 'p> {
 impl<'e, 'p> Scorer<'e, 'p> {
     /// `None`: a covariance is not positive.
     pub fn new(engine: &'e Engine<'p>, board: &'e Board, theta: &[f64], noise: &NoiseModel) -> Option<Self> {
-        let gains = board.gains(engine, noise)?;
-        let mut all: Vec<Vec<f64>> = core::iter::once(&board.nu).chain(&board.jacobian).cloned().collect();
-        board.whiten_by(engine, &gains, &mut all);
+        let (gains, mut all) = board.white(engine, noise)?;
         let r = all.remove(0);
         let projector = Projector::new(engine, theta, r, all)?;
         Some(Self { engine, board, gains, projector, events: event_of_sample(engine) })

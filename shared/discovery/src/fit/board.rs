@@ -195,6 +195,14 @@ impl Board {
         Some((whole, prior_chi2(engine, theta)))
     }
 
+    /// Gains under `noise`, and innovations and sensitivities whitened by them.
+    pub fn white(&self, engine: &Engine<'_>, noise: &NoiseModel) -> Option<(Vec<Gains>, Vec<Vec<f64>>)> {
+        let gains = self.gains(engine, noise)?;
+        let mut columns: Vec<Vec<f64>> = core::iter::once(&self.nu).chain(&self.jacobian).cloned().collect();
+        self.whiten_by(engine, &gains, &mut columns);
+        Some((gains, columns))
+    }
+
     /// Innovations, and sensitivities with raw `extra` columns behind them, whitened under `noise`.
     pub fn whitened(
         &self,

@@ -20,9 +20,7 @@ pub struct White<'b> {
 impl<'b> White<'b> {
     /// `None`: a covariance is not positive.
     pub fn new(engine: &Engine<'_>, board: &'b Board, noise: &NoiseModel) -> Option<Self> {
-        let gains = board.gains(engine, noise)?;
-        let mut columns: Vec<Vec<f64>> = core::iter::once(&board.nu).chain(&board.jacobian).cloned().collect();
-        board.whiten_by(engine, &gains, &mut columns);
+        let (gains, columns) = board.white(engine, noise)?;
         let products = products(engine, &columns, &columns);
         let log_determinant = gains.iter().map(|gains| gains.log_determinant).sum();
         let noise = noise.clone();

@@ -91,6 +91,7 @@ struct Done {
     silent: Vec<Direction>,
 }
 
+/// Column of a candidate.
 fn column_of(
     (engine, board): (&Engine<'_>, &Board),
     plant: &Plant,
@@ -305,4 +306,43 @@ fn change(
         }
     });
     Some(change)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::{Instants, Lines, candidates};
+    use crate::synthetic::{plant as deployed, problem, recording};
+
+    /// The points of `kinds` that do something, one after the other and each alone; and how many there are.
+    fn points(name: &str, duration_s: f64, kinds: &[&str]) -> (Vec<String>, Vec<String>, usize) {
+        let nominal = deployed(name);
+        let problem = problem(&nominal, recording(&nominal, 3, duration_s));
+        let engine = Engine::new(&problem, 1).unwrap();
+        let theta = engine.prior();
+        let board = Board::new(&engine, &nominal, &theta, &engine.noise).unwrap();
+        let jumps = (&Lines::default(), &[][..], &Instants::default());
+        let period_s = engine.timelines[0].period_s;
+        let mut list = candidates(&problem, &nominal, &board.linears, period_s, jumps, &[]);
+        list.retain(|candidate| kinds.contains(&candidate.effect.kind));
+        let of = |list: &[Candidate]| columns((&engine, &board), &nominal, &theta, list);
+        let told = |c: Column| format!("{:?} {:?}", c.candidate, c.candidate.directions);
+        let alone = list.iter().flat_map(|candidate| of(core::slice::from_ref(candidate)));
+        (of(&list).into_iter().map(told).collect(), alone.map(told).collect(), list.len())
+    }
+
+    #[test]
+    fn along_what_does_not_move_a_part_at_its_softest_no_frequency_is_felt() {
+        let appendages = ["appendage_left_out", "appendage_rotation_left_out"];
+        // about a fixed axis through its centre of mass a disc moves what turns and nothing that slides
+        let (together, alone, asked) = points("drive_rig", 1.0, &appendages);
+        assert!(!alone.is_empty() && alone.len() < asked, "{} of {asked}", alone.len());
+        assert_eq!(together, alone);
+        for (name, duration_s) in [("hub_appendage", 4.0), ("tank_planar", 30.0)] {
+            let kinds = [&appendages[..], &["mode_left_out", "slosh_second_mode"]].concat();
+            let (together, alone, _) = points(name, duration_s, &kinds);
+            assert!(!alone.is_empty());
+            assert_eq!(together, alone, "{name}");
+        }
+    }
 }
