@@ -11,11 +11,13 @@ mod hops;
 mod refit;
 pub mod subsets;
 mod times;
+mod trials;
 
 pub use hops::hopped;
-pub use refit::{Refit, free_numbers, refit_all, settled};
-pub use subsets::{Ranking, Subset, Trials, rank};
+pub use refit::{Refit, free_numbers, inner_sigma, refit_all, settled};
+pub use subsets::{Ranking, Subset, rank};
 pub use times::{found_times, timed};
+pub use trials::Trials;
 
 use crate::filter::NoiseModel;
 use crate::fit::board::dot;
@@ -178,8 +180,7 @@ impl Contender {
 
     fn judge(&mut self, null: f64, trials: &Trials, samples: f64) {
         self.ratio = null - self.objective;
-        let tail = chi_squared_tail(self.ratio.max(0.0), self.free as f64);
-        self.p = (tail * trials.price(&self.subset.members)).min(1.0);
+        self.p = trials.p(self.ratio, self.free, &self.subset.members);
         self.bic = self.free as f64 * samples - self.ratio;
     }
 }

@@ -74,8 +74,10 @@ impl Default for Options {
     }
 }
 
-/// Share of alpha for physics and sensors; the rest is the noise model's.
-const NAME_SHARE: f64 = 0.5;
+/// Share of alpha for physics and sensors with a name; the rest is for what has none: noise, tiles and maps.
+const NAME_SHARE: f64 = 0.85;
+/// Share of each of these three.
+const NAMELESS_SHARE: f64 = (1.0 - NAME_SHARE) / 3.0;
 /// ΔBIC within which a rival is printed.
 pub const RIVAL_SPAN: f64 = 12.0;
 /// Relinearisations of the nominal fit; it ends where it has converged.

@@ -31,7 +31,7 @@ pub use robust::Robust;
 use crate::filter::{Gains, NoiseModel};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine};
-use crate::statistics::chi_squared_tail;
+use crate::statistics::chi_bar_squared_tail;
 use estimation::consistency::score_statistic;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -174,8 +174,7 @@ fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector,
     let statistic = score_statistic(&mut solved, matrix.clone().as_mut_slice())?;
     let one_sided = k == 1 && column.candidate.one_sided;
     let wrong_sign = one_sided && solved[0] < 0.0;
-    let p = chi_squared_tail(statistic, k as f64);
-    let p = if one_sided { if wrong_sign { 1.0 } else { 0.5 * p } } else { p };
+    let p = if wrong_sign { 1.0 } else { chi_bar_squared_tail(statistic, k, one_sided) };
     let weakest = (0..k).map(|i| matrix[(i, i)]).fold(f64::INFINITY, f64::min);
     let along: Vec<f64> = (0..projected[0].len()).map(|s| (0..k).map(|i| solved[i] * projected[i][s]).sum()).collect();
     Some(Score {

@@ -47,6 +47,12 @@ pub fn normal_two_sided(p: f64) -> f64 {
     -normal_quantile(0.5 * p.clamp(1e-300, 1.0))
 }
 
+/// Upper tail of the normal law.
+#[must_use]
+pub fn normal_tail(z: f64) -> f64 {
+    0.5 * libm::erfc(z * core::f64::consts::FRAC_1_SQRT_2)
+}
+
 /// `t` with two-sided tail probability `p` of Student's law.
 #[must_use]
 pub fn student_two_sided(p: f64, freedom: f64) -> f64 {
@@ -60,6 +66,18 @@ pub fn chi_squared_tail(x: f64, freedom: f64) -> f64 {
         return if x > 0.0 { 0.0 } else { 1.0 };
     }
     ChiSquared::new(freedom.max(1e-3)).map_or(1.0, |law| law.sf(x.max(0.0)))
+}
+
+/// Upper tail of the likelihood ratio of `freedom` numbers, some of them nothing at the edge of what they can be where `one_sided`: `½ (χ²_{k−1} +
+/// χ²_k)`, exact for one such number among k (Self and Liang, JASA 82, 1987, case 6) and a bound for more of them, at whatever angles: of the
+/// mixture's weights those of odd and those of even freedom sum to a half each.
+#[must_use]
+pub fn chi_bar_squared_tail(x: f64, freedom: usize, one_sided: bool) -> f64 {
+    let tail = |free: usize| match free {
+        0 => f64::from(u8::from(x <= 0.0)),
+        free => chi_squared_tail(x.max(0.0), free as f64),
+    };
+    if one_sided { 0.5 * (tail(freedom.saturating_sub(1)) + tail(freedom)) } else { tail(freedom) }
 }
 
 /// Value of χ² with lower-tail probability `p`.
@@ -256,4 +274,28 @@ pub fn holm(p: &[f64]) -> Vec<f64> {
         adjusted[i] = floor;
     }
     adjusted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::noise::Noise;
+
+    /// Against counts of draws, numbers that may not be negative at their edge where they would be.
+    #[test]
+    fn a_number_of_one_sign_has_half_the_chance_and_two_have_no_more() {
+        assert_eq!(chi_bar_squared_tail(9.0, 1, true), 0.5 * chi_squared_tail(9.0, 1.0));
+        assert_eq!(chi_bar_squared_tail(9.0, 3, false), chi_squared_tail(9.0, 3.0));
+        const DRAWS: usize = 100_000;
+        for (freedom, one_sided, x) in [(2, 1, 3.0), (4, 1, 6.0), (2, 2, 3.0), (4, 3, 5.0)] {
+            let mut noise = Noise::new(3);
+            let square = |z: f64, i: usize| if i < one_sided { z.max(0.0).powi(2) } else { z * z };
+            let above = (0..DRAWS).filter(|_| (0..freedom).map(|i| square(noise.normal(), i)).sum::<f64>() > x).count();
+            let (share, tail) = (above as f64 / DRAWS as f64, chi_bar_squared_tail(x, freedom, true));
+            let sigma = (tail * (1.0 - tail) / DRAWS as f64).sqrt();
+            let is_exact = one_sided == 1;
+            let off = share - tail;
+            assert!(off < 4.0 * sigma && (!is_exact || off > -4.0 * sigma), "{freedom} {one_sided}: {share} {tail}");
+        }
+    }
 }

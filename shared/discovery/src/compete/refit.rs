@@ -286,7 +286,7 @@ fn shape_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
 }
 
 /// Prior of a number inside a law; `None`: it stays where the grid has it.
-fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
+pub fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
     match name {
         "frequency" if kind != "thermal_snap" => Some(0.3 * value),
         // a scale repeats once a turn: its orders are whole numbers, unless a gear lies between

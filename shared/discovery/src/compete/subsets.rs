@@ -14,11 +14,11 @@
 
 use super::SET_MAX;
 use super::refit::free_numbers;
+use super::trials::Trials;
 use crate::filter::NoiseModel;
 use crate::fit::bounded::bounded;
 use crate::fit::{Board, Engine, Normal, parallel};
 use crate::score::Column;
-use crate::statistics::chi_squared_tail;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// One noise hypothesis with the normal equations of unknowns (in prior standard deviations) and columns.
@@ -74,7 +74,7 @@ impl Ranking {
             let mut own: Vec<&Subset> = Vec::new();
             for subset in ranked {
                 let ratio = subset.free as f64 * samples - subset.bic;
-                let p = chi_squared_tail(ratio.max(0.0), subset.free as f64) * self.trials.price(&subset.members);
+                let p = self.trials.p(ratio, subset.free, &subset.members);
                 let same = |other: &&&Subset| {
                     let law = |a: &usize, b: &usize| columns[*a].candidate.same_law(&columns[*b].candidate);
                     other.members.iter().zip(&subset.members).all(|(a, b)| law(a, b))
@@ -90,36 +90,6 @@ impl Ranking {
         }
         list.sort_by_key(|(place, _)| *place);
         list.into_iter().map(|(_, subset)| subset.clone()).collect()
-    }
-}
-
-/// What was tried: every law (an effect at a site) has the same share of the level, whatever the size of its grid.
-#[derive(Clone, Debug, Default)]
-pub struct Trials {
-    laws: f64,
-    /// Of each column, points of its law's grid.
-    points: Vec<f64>,
-}
-
-impl Trials {
-    pub fn new(columns: &[Column]) -> Self {
-        let law = |a: &Column, b: &Column| a.candidate.same_law(&b.candidate);
-        let first = |c: usize| !columns[..c].iter().any(|other| law(other, &columns[c]));
-        let points = |own: &Column| columns.iter().filter(|c| law(c, own)).map(|c| c.candidate.tries as f64).sum();
-        Self {
-            laws: (0..columns.len()).filter(|c| first(*c)).count() as f64,
-            points: columns.iter().map(points).collect(),
-        }
-    }
-
-    /// Chances that the law of a column had beside all others.
-    pub fn of(&self, column: usize) -> f64 {
-        (self.laws * self.points[column]).max(1.0)
-    }
-
-    /// Factor on p of a set (Bonferroni, weighted by law).
-    pub fn price(&self, members: &[usize]) -> f64 {
-        members.iter().enumerate().map(|(i, m)| self.of(*m) / (i + 1) as f64).product::<f64>().max(1.0)
     }
 }
 
@@ -186,7 +156,8 @@ pub fn rank(
             if size == 1 { last } else { quick.into_iter().take(EXTENDED).map(|(_, set)| set).collect() };
         last = layout.extended(&seeds);
     }
-    Ranking { sizes, trials: Trials::new(columns) }
+    let cosine = |a: usize, b: usize| rungs[0].cosine(layout.place(a)?, layout.place(b)?);
+    Ranking { sizes, trials: Trials::new(columns, &cosine) }
 }
 
 /// Noise from adapted to stated, geometrically; what is quieter than stated stays, and rungs are scaled as a whole.
@@ -259,6 +230,11 @@ impl Layout {
             }
         }
         sets.into_iter().collect()
+    }
+
+    /// Place of a column of one direction.
+    fn place(&self, column: usize) -> Option<usize> {
+        self.groups.iter().find(|group| group.column == column && group.count == 1).map(|group| group.first)
     }
 
     fn places(&self, set: &[usize]) -> Vec<usize> {
@@ -355,6 +331,12 @@ impl Rung {
         Some((solved.dot(&right), solved.iter().zip(&scale).map(|(s, scale)| s * scale).collect()))
     }
 
+    /// Cosine of what is left of two columns behind the unknowns.
+    fn cosine(&self, a: usize, b: usize) -> Option<f64> {
+        let left = (self.reduced[(a, a)] * self.reduced[(b, b)]).sqrt();
+        (self.seen(a) && self.seen(b)).then(|| self.reduced[(a, b)] / left)
+    }
+
     /// Something of the column is left behind the unknowns.
     pub fn seen(&self, place: usize) -> bool {
         let whole = self.matrix
@@ -442,12 +424,12 @@ impl Judge<'_> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::score::Candidate;
     use plant::effects::EFFECTS;
 
-    fn column(kind: &str, site: &str, tries: usize) -> Column {
+    pub fn column(kind: &str, site: &str, tries: usize) -> Column {
         let effect = EFFECTS.iter().find(|effect| effect.kind == kind).unwrap();
         let (site, directions) = (site.parse().unwrap(), vec![Vec::new()]);
         let candidate = Candidate {
@@ -465,20 +447,6 @@ mod tests {
     }
 
     #[test]
-    fn every_law_has_the_same_share_of_the_level_whatever_its_grid() {
-        let tone = |tries| column("sensor_tone", "sensor:angle", tries);
-        let columns =
-            [column("joint_coulomb", "joint:pivot", 1), tone(1), tone(400), column("sensor_scale", "sensor:angle", 1)];
-        let trials = Trials::new(&columns);
-        assert_eq!(trials.price(&[0]), 3.0);
-        assert_eq!(trials.price(&[2]), 3.0 * 401.0);
-        // an unordered pair
-        assert_eq!(trials.price(&[0, 3]), 4.5);
-        let spent: f64 = (0..4).map(|c| columns[c].candidate.tries as f64 / trials.of(c)).sum();
-        assert!((spent - 1.0).abs() < 1e-12);
-    }
-
-    #[test]
     fn the_best_of_every_size_is_met_before_the_second_of_any() {
         let kinds = ["joint_coulomb", "joint_stribeck", "joint_lugre", "joint_viscous"];
         let columns = kinds.map(|kind| column(kind, "joint:pivot", 1));
@@ -489,7 +457,7 @@ mod tests {
         };
         let singles = (0..4).map(|c| set(&[c], -500.0 + c as f64)).collect();
         let pairs = vec![set(&[0, 3], -700.0), set(&[1, 3], -600.0), set(&[2, 3], -400.0)];
-        let ranking = Ranking { sizes: vec![singles, pairs], trials: Trials::new(&columns) };
+        let ranking = Ranking { sizes: vec![singles, pairs], trials: Trials::new(&columns, &|_, _| None) };
         let order: Vec<Vec<usize>> = ranking.shortlist(&columns, 7.0, 0.01).into_iter().map(|s| s.members).collect();
         // what does worse than a smaller set is not met
         let expected: [&[usize]; 6] = [&[0], &[0, 3], &[1], &[1, 3], &[2], &[3]];

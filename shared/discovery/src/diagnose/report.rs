@@ -177,6 +177,15 @@ pub struct Figures {
     pub overlays: Vec<Overlay>,
 }
 
+/// A law that was looked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tried {
+    pub kind: String,
+    pub site: String,
+    /// All laws times the points of its own grid: what its significance was multiplied by, before laws that are alike were counted once.
+    pub chances: f64,
+}
+
 /// Everything that was found. The checks of the recordings themselves come from [`crate::doctor`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -198,6 +207,8 @@ pub struct Diagnosis {
     pub report: Option<String>,
     #[serde(skip)]
     pub figures: Figures,
+    #[serde(skip)]
+    pub tried: Vec<Tried>,
 }
 
 impl HeldOut {
@@ -261,6 +272,7 @@ impl Diagnosis {
             augmented_plant: None,
             report: None,
             figures: Figures::default(),
+            tried: Vec::new(),
         }
     }
 }

@@ -245,6 +245,19 @@ fn names_that_a_law_of_one_number_without_a_name_outdoes_are_none() {
     }
 }
 
+/// The grid of damping ratios has one point: a lightly damped mode has a fifth of its evidence there.
+#[test]
+fn a_mode_left_out_is_found_at_its_own_damping() {
+    let nominal = plant("hub_appendage");
+    let hidden = [("mass_ratio", 5e-3), ("frequency", 16.03), ("damping_ratio", 4e-3)];
+    let found =
+        diagnosed(&nominal, recording(&with_effect(&nominal, "mode_left_out", "mode:bending_2", &hidden), 4, 12.0));
+    let first = &found.effects[0];
+    assert_eq!(first.kind, "mode_left_out", "{:?} {}", found.verdict, found.reason);
+    let damping = first.parameters.iter().find(|p| p.name == "damping_ratio").unwrap();
+    assert!((damping.value - 4e-3).abs() < 4.0 * damping.sigma && damping.sigma < 3e-3, "{damping:?}");
+}
+
 #[test]
 fn little_work_still_names_what_is_plain_says_what_it_left_out_and_does_so_on_any_number_of_threads() {
     let nominal = plant("pendulum");

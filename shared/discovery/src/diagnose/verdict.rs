@@ -7,8 +7,8 @@ use super::next::{Next, next, posterior};
 use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
-use super::{Adopted, LeftOver, Standing, Unfitted, status};
-use crate::compete::found_times;
+use super::{Adopted, LeftOver, NAMELESS_SHARE, Standing, Unfitted, status};
+use crate::compete::{Trials, found_times};
 use crate::doctor::short;
 use crate::filter::NoiseModel;
 use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
@@ -49,8 +49,6 @@ impl Findings<'_> {
 
 /// Weight above which a name stands alone.
 const NAME_WEIGHT: f64 = 0.9;
-/// Share of alpha for the noise model.
-const NOISE_SHARE: f64 = 0.25;
 
 /// The stated noise; disturbances that nobody stated count only upwards.
 fn as_stated(engine: &Engine<'_>, found: &NoiseModel) -> NoiseModel {
@@ -94,6 +92,20 @@ fn share_explained(findings: &Findings<'_>) -> Option<f64> {
     Some((before - after) / (before - free).max(f64::MIN_POSITIVE))
 }
 
+/// Every law of the first screening with its chances.
+fn tried(findings: &Findings<'_>) -> Vec<Tried> {
+    let columns = &findings.screening.columns;
+    let trials = Trials::new(columns, &|_, _| None);
+    let mut list: Vec<Tried> = Vec::new();
+    for (c, column) in columns.iter().enumerate() {
+        let (kind, site) = (column.candidate.effect.kind, column.candidate.site.to_string());
+        if !list.iter().any(|known| known.kind == kind && known.site == site) {
+            list.push(Tried { kind: kind.to_owned(), site, chances: trials.of(c) });
+        }
+    }
+    list
+}
+
 pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     let mut diagnosis = Diagnosis::cannot_decide(String::new());
     let engine = findings.engine;
@@ -105,6 +117,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     diagnosis.effects.extend(refused.map(|(own, with)| effect(engine, with, own, Status::Refused)));
     diagnosis.nominal = nominal(findings);
     diagnosis.detection_limits = limits(findings);
+    diagnosis.tried = tried(findings);
     diagnosis.not_found = (engine.problem.unknowns.iter().zip(&findings.stated.ratio))
         .filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO)
         .map(|(unknown, _)| unknown.name.clone())
@@ -202,7 +215,7 @@ fn astray(findings: &Findings<'_>) -> String {
 /// A map that stands: evidence beyond what trying so many buys, and confirmed on parts that it was not fitted to.
 fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     findings.map.filter(|map| {
-        let price = 2.0 * libm::log(map.tried.max(1) as f64 / (NOISE_SHARE * findings.alpha));
+        let price = 2.0 * libm::log(map.tried.max(1) as f64 / (NAMELESS_SHARE * findings.alpha));
         map.evidence > price && map.held_out.status() == Status::Confirmed
     })
 }
@@ -213,12 +226,12 @@ const NAMED_SHARE: f64 = 0.75;
 
 /// A tile that is louder than chance allows.
 fn odd<'f>(findings: &'f Findings<'_>) -> Option<&'f Loudest> {
-    findings.left.loudest.as_ref().filter(|tile| tile.stands(NOISE_SHARE * findings.alpha))
+    findings.left.loudest.as_ref().filter(|tile| tile.stands(NAMELESS_SHARE * findings.alpha))
 }
 
 /// What is odd is lone outliers: with them drawn in nothing is.
 fn has_lone_outliers(findings: &Findings<'_>) -> bool {
-    let stands = |tile: &Loudest| tile.stands(NOISE_SHARE * findings.alpha);
+    let stands = |tile: &Loudest| tile.stands(NAMELESS_SHARE * findings.alpha);
     let left = &findings.left;
     odd(findings).is_some() && left.outliers.iter().all(Outliers::is_rare) && !left.beside.as_ref().is_some_and(stands)
 }
@@ -412,7 +425,7 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
         );
         return (Verdict::CannotDecide, reason);
     }
-    let is_noise = findings.noise_p < NOISE_SHARE * findings.alpha;
+    let is_noise = findings.noise_p < NAMELESS_SHARE * findings.alpha;
     if has_lone_outliers(findings) {
         let beside = if is_noise { format!("{}; ", changed_noise(findings)) } else { String::new() };
         let reason = format!(

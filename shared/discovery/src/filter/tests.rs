@@ -61,7 +61,10 @@ fn where_the_pass_starts_leaves_the_likelihood_as_it_was_and_takes_the_swings_ou
         &[("mass_ratio", 0.04), ("frequency", 17.0), ("damping_ratio", 0.02)],
     );
     let problem = problem(&nominal, recording(&nominal, 3, 3.0));
-    let (engine, narrow) = board(&problem);
+    let (mut engine, _) = board(&problem);
+    // nothing is known of its start, not even that the commands move it
+    engine.added = std::sync::Arc::new(vec![Vec::new()]);
+    let narrow = Board::new(&engine, &problem.plant, &engine.prior(), &engine.noise).unwrap();
     let timeline = &engine.timelines[0];
     let mut machine = Machine::new(&problem, 0, &problem.instance(&problem.plant, &narrow.theta, 0), timeline).unwrap();
     let sigmas = narrow.linears[0].initial_sigma.clone();

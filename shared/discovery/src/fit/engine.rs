@@ -22,6 +22,8 @@ pub struct Engine<'p> {
     pub disturbance_sigma: Vec<f64>,
     /// Per run, names and standard deviations of initial states that the recording hardly shows.
     pub hardly_seen: std::sync::Arc<Vec<Vec<(String, f64)>>>,
+    /// Of each run, the same of the states of modes and tanks that the plant's effects add.
+    pub added: std::sync::Arc<Vec<Vec<(String, f64)>>>,
     /// First sample of each run in the vector of all.
     pub offsets: Vec<usize>,
     pub samples: usize,
@@ -81,7 +83,7 @@ impl<'p> Engine<'p> {
         let timelines = std::sync::Arc::new(timelines);
         let disturbance_sigma = vec![f64::INFINITY; noise.input_sigma.len()];
         let threads = threads.max(1);
-        let hardly_seen = std::sync::Arc::new(vec![Vec::new(); problem.runs.len()]);
+        let none = std::sync::Arc::new(vec![Vec::new(); problem.runs.len()]);
         let mut engine = Self {
             problem,
             timelines,
@@ -89,11 +91,13 @@ impl<'p> Engine<'p> {
             noise,
             noise_names,
             disturbance_sigma,
-            hardly_seen,
+            hardly_seen: none.clone(),
+            added: none,
             offsets,
             samples,
             work,
         };
+        engine.added = std::sync::Arc::new(super::start::added(&engine, &system));
         let runs = parallel(problem.runs.len(), threads, |run| super::start::hardly_seen(&engine, run));
         engine.hardly_seen = std::sync::Arc::new(runs);
         let unstated: Vec<usize> =
@@ -115,7 +119,7 @@ impl<'p> Engine<'p> {
         if inputs != other.noise.input_sigma.len() {
             return Err(FitError::Filter("the plant has other inputs".to_owned()));
         }
-        Ok(Engine {
+        let mut engine = Engine {
             problem,
             timelines: other.timelines.clone(),
             threads: other.threads,
@@ -123,10 +127,13 @@ impl<'p> Engine<'p> {
             noise_names: other.noise_names.clone(),
             disturbance_sigma: other.disturbance_sigma.clone(),
             hardly_seen: other.hardly_seen.clone(),
+            added: std::sync::Arc::new(vec![Vec::new(); problem.runs.len()]),
             offsets: other.offsets.clone(),
             samples: other.samples,
             work: other.work.clone(),
-        })
+        };
+        engine.added = std::sync::Arc::new(super::start::added(&engine, &system));
+        Ok(engine)
     }
 
     /// Engine of the same plant with other commands and readings at the same instants.
@@ -250,7 +257,12 @@ impl<'p> Engine<'p> {
             let machine = || Machine::new(self.problem, run, &smooth, &self.timelines[run]);
             let mut wide = machine()?;
             let initial = &self.problem.runs[run].initial;
-            let sigmas = initial_sigmas(&smooth, &wide.system, initial, &self.hardly_seen[run]);
+            let sigmas = initial_sigmas(
+                &smooth,
+                &wide.system,
+                initial,
+                &[&self.added[run][..], &self.hardly_seen[run]].concat(),
+            );
             let linearised = |machine: &mut Machine<'_>, start: &Start| {
                 let found = linearise(machine, noise, &sigmas, start);
                 self.work.add(machine.work() + machine.recursion_work());

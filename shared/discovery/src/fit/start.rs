@@ -4,9 +4,13 @@
 //! product of small motions (the rate of a hub whose accelerometers feel nothing but its centrifugal pull) leaves the linear model
 //! before it is found, and every relinearisation finds it elsewhere. Such a state is taken to start as near its value as the recorded
 //! commands alone would drive it from there.
+//!
+//! So is a mode or a tank that an effect adds: nothing is known of its start but that it is one of a structure that the commands move. A wide
+//! prior on it would cost the effect what nobody believed of it (the likelihood of a wide prior that the data narrow to nothing is low).
 
 use super::engine::{Engine, open};
-use crate::filter::{Machine, initial_sigmas, tangent_names};
+use crate::filter::{Machine, equip, initial_sigmas, tangent_names};
+use plant::system::System;
 
 /// A state is hardly seen where all readings together narrow its wide prior by less than this.
 const NARROWED: f64 = 30.0;
@@ -19,6 +23,41 @@ const SHARE: f64 = 1e-4;
 /// Names and standard deviations of states of run `run` that are hardly seen; none where the free run from the priors fails.
 pub(super) fn hardly_seen(engine: &Engine<'_>, run: usize) -> Vec<(String, f64)> {
     found(engine, run).unwrap_or_default()
+}
+
+/// Of each run, names and standard deviations of the states of modes and tanks that the effects of the plant add, `system` being the whole: as for
+/// what is hardly seen, but for the least share of a width that says nothing of them. None where the commands move nothing, and of runs that begin
+/// behind a gap.
+pub(super) fn added(engine: &Engine<'_>, system: &System) -> Vec<Vec<(String, f64)>> {
+    let mut bare = engine.problem.plant.clone();
+    bare.effects.clear();
+    let runs = engine.problem.runs.len();
+    let none = vec![Vec::new(); runs];
+    if engine.problem.plant.effects.is_empty() {
+        return none;
+    }
+    let Ok(bare) = System::new(&equip(&bare)) else { return none };
+    let is_mass = |name: &str| name.starts_with("mode:") || name.starts_with("tank:");
+    let is_added = |name: &str| is_mass(name) && !bare.states().iter().any(|state| state.name == name);
+    if !system.states().iter().any(|state| is_added(&state.name)) {
+        return none;
+    }
+    (0..runs).map(|run| driven(engine, run, &is_added).unwrap_or_default()).collect()
+}
+
+fn driven(engine: &Engine<'_>, run: usize, is_added: &dyn Fn(&str) -> bool) -> Option<Vec<(String, f64)>> {
+    if engine.problem.runs[run].is_rest {
+        return None;
+    }
+    let instance = engine.problem.instance(&engine.problem.plant, &engine.prior(), run);
+    let initial = &engine.problem.runs[run].initial;
+    let mut machine = Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()?;
+    let wide = initial_sigmas(&instance, &machine.system, initial, &[]);
+    let reach = machine.reach();
+    engine.work.add(machine.work());
+    let states = tangent_names(&machine.system).into_iter().zip(reach.into_iter().zip(wide));
+    let driven = states.filter(|((name, _), (reach, _))| is_added(name) && reach.is_finite() && *reach > 0.0);
+    Some(driven.map(|((name, _), (reach, wide))| (name, (REACHES * reach).min(wide))).collect())
 }
 
 fn found(engine: &Engine<'_>, run: usize) -> Option<Vec<(String, f64)>> {
@@ -47,7 +86,8 @@ fn found(engine: &Engine<'_>, run: usize) -> Option<Vec<(String, f64)>> {
         machine.x0.clone_from(&start);
         let units = |k: usize| SHARE * engine.noise.sensor_sigma[machine.timeline.channel[k]];
         let information: f64 = (0..samples).map(|k| ((moved[k] - base[k]) / units(k)).powi(2)).sum();
-        if seen && information < NARROWED * NARROWED {
+        let is_added = engine.added[run].iter().any(|(own, _)| *own == name);
+        if seen && !is_added && information < NARROWED * NARROWED {
             let reach = reach.get_or_insert_with(|| machine.reach());
             let sigma = (REACHES * reach[i]).clamp(LEAST * wide[i], wide[i]);
             list.push((name, sigma));

@@ -1,5 +1,6 @@
 use super::*;
 use crate::synthetic::{off_priors, plant, problem, recording, with_effect};
+use ::plant::description::Plant;
 
 #[test]
 fn estimates_are_within_the_sigmas_they_state() {
@@ -55,6 +56,36 @@ fn a_hidden_mode_costs_as_many_sigma_as_it_is_off_and_is_found_from_afar() {
         let cost = fitted.board.objective(&engine, &nu, &moved, &engine.noise).unwrap() - fitted.objective;
         assert!((6.0..13.5).contains(&cost), "{name}: {cost}");
     }
+}
+
+/// A wide prior on its start, which the recording narrows to nothing, would cost a mode more than it explains.
+#[test]
+fn a_mode_that_an_effect_adds_starts_within_what_the_commands_do_to_it() {
+    let nominal = plant("hub_appendage");
+    let small = [("mass_ratio", 4e-3), ("frequency", 16.0), ("damping_ratio", 0.005)];
+    let augmented = with_effect(&nominal, "mode_left_out", "mode:bending_2", &small);
+    let without = problem(&nominal, recording(&augmented, 3, 6.0));
+    let engine = Engine::new(&without, 1).unwrap();
+    let with = without.with_plant(&augmented);
+    let like = Engine::like(&engine, &with).unwrap();
+    let least = |engine: &Engine<'_>, plant: &Plant| {
+        let fitted = fit(engine, plant, &engine.prior(), &engine.noise, 4).unwrap();
+        (fitted.objective, fitted.chi2_per_sample * engine.samples as f64)
+    };
+    let (before, after) = (least(&engine, &nominal), least(&like, &augmented));
+    let (gained, explained) = (before.0 - after.0, before.1 - after.1);
+    assert!(explained > 30.0, "{explained}");
+    assert!(gained > explained - 25.0, "{gained} of {explained}");
+    // of the two numbers of a start that nobody knows 0.3 would cost as much again
+    let wide = Engine { added: engine.added.clone(), ..like.clone() };
+    assert!(least(&wide, &augmented).0 > after.0 + 15.0);
+    // whichever engine it is like
+    let own = Engine::new(&with, 1).unwrap();
+    assert_eq!(own.added, like.added);
+    assert!(own.added[0].iter().all(|(name, sigma)| name.contains("left_out") && *sigma > 0.0 && *sigma < 0.3));
+    assert_eq!(own.added[0].len(), 2);
+    let again = Engine::like(&like, &without).unwrap();
+    assert!(again.added[0].is_empty());
 }
 
 #[test]

@@ -5,12 +5,15 @@
 //! The largest of correlated scores is what significance is taken of: the number of points counts ([`Candidate::tries`]).
 
 use super::{Candidate, Column, Score, Scorer, columns};
+use crate::compete::inner_sigma;
 use crate::fit::{Board, Engine};
 use plant::description::Plant;
 
 /// Rounds of steps, of what has sharp edges in time and of everything else, and halvings of a step that can be told from none.
 const LEVELS_OF_EDGES: usize = 14;
 const LEVELS: usize = 5;
+/// More of them for every further number that is moved: a round moves one.
+const LEVELS_MORE: usize = 2;
 const HALVINGS: usize = 4;
 /// Columns that a law takes on its way up, about.
 const COLUMNS: usize = 40;
@@ -23,8 +26,10 @@ const WORK_MAX: f64 = 5e6;
 const GAINED: f64 = 0.5;
 
 /// What is moved: by addition (times) or by a factor (everything else); the first step.
-fn step_of(name: &str, value: f64, duration_s: f64) -> Option<Step> {
+fn step_of(kind: &str, name: &str, value: f64, duration_s: f64) -> Option<Step> {
     match name {
+        // where its fit has it free, too
+        "damping_ratio" if value > 0.0 => inner_sigma(kind, name, value).map(|_| Step::Factor(2.0)),
         "begin" => Some(Step::Shift(duration_s / 16.0)),
         "duration" => Some(Step::Factor(4.0)),
         "frequency" if value > 0.0 => Some(Step::Factor(1.0 + 0.5 / (duration_s * value))),
@@ -66,6 +71,7 @@ struct Climb {
     column: Column,
     statistic: f64,
     begun_at: f64,
+    levels: usize,
     steps: Vec<Stride>,
 }
 
@@ -111,7 +117,7 @@ pub fn refined(
     let mut climbs = starts(list, found, duration_s, edges);
     climbs.truncate(laws.clamp(2, LAWS));
     for level in 0..LEVELS_OF_EDGES.max(2 * edges) {
-        let goes_on = |climb: &&Climb| level < LEVELS || climb.has_edges();
+        let goes_on = |climb: &&Climb| level < climb.levels || climb.has_edges();
         let flat: Vec<Candidate> =
             climbs.iter().filter(goes_on).flat_map(|climb| proposed(climb, duration_s)).collect();
         if flat.is_empty() {
@@ -145,13 +151,14 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Ve
         let numbers = candidate.inner.iter().enumerate();
         let stride = |(number, (name, value)): (usize, &(&str, f64))| {
             let left = if matches!(*name, "begin" | "duration") { edges.max(HALVINGS) } else { HALVINGS };
-            Some(Stride { number, step: step_of(name, *value, duration_s)?, left })
+            Some(Stride { number, step: step_of(candidate.effect.kind, name, *value, duration_s)?, left })
         };
         let steps: Vec<Stride> = numbers.filter_map(stride).collect();
         let known = climbs.iter().any(|climb| climb.column.candidate.same_law(candidate));
         if climbs.len() < LAWS && !steps.is_empty() && !known {
             let (column, statistic) = (list[score.column].clone(), score.statistic);
-            climbs.push(Climb { column, statistic, begun_at: statistic, steps });
+            let levels = LEVELS + LEVELS_MORE * (steps.len() - 1);
+            climbs.push(Climb { column, statistic, begun_at: statistic, levels, steps });
         }
     }
     climbs
