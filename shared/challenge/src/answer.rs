@@ -36,6 +36,9 @@ pub struct Answer {
     pub nominal: Vec<(String, f64, f64)>,
     /// The tool did not return.
     pub crashed: bool,
+    /// Kind and site of every law that was looked for, and the chances that it had.
+    #[serde(skip)]
+    pub tried: Vec<(String, String, f64)>,
 }
 
 /// Serialised names are the report's own.
@@ -64,17 +67,25 @@ impl Answer {
             located: diagnosis.located.iter().map(|w| (w.channel.clone(), w.time)).collect(),
             nominal: diagnosis.nominal.iter().map(|n| (n.name.clone(), n.after, n.sigma)).collect(),
             crashed: false,
+            tried: diagnosis.tried.iter().map(|law| (law.kind.clone(), law.site.clone(), law.chances)).collect(),
         }
     }
 
     fn none(reason: String, crashed: bool) -> Self {
         let verdict = spelled(&Verdict::CannotDecide);
-        Self { verdict, reason, names: Vec::new(), located: Vec::new(), nominal: Vec::new(), crashed }
+        let (names, located, nominal, tried) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Self { verdict, reason, names, located, nominal, crashed, tried }
     }
 
     #[must_use]
     pub fn is(&self, verdict: &str) -> bool {
         self.verdict == verdict
+    }
+
+    /// Chances that a law had; `None` where it was not looked for.
+    #[must_use]
+    pub fn chances(&self, kind: &str, site: &str) -> Option<f64> {
+        self.tried.iter().find(|(own, at, _)| own == kind && at == site).map(|(.., chances)| *chances)
     }
 
     /// Says that something is missing: physics or a sensor, by name or without.

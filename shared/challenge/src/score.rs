@@ -3,7 +3,8 @@
 //! - False alarm: a null with right noise answered by anything but `none`; one with wrong noise by physics or a sensor (`named`, `not_separable`,
 //!   `sensor`, `not_in_catalogue`). `cannot_decide` and `unobservable` on wrong noise are no alarms.
 //! - Detected: a verdict of those four. Power is that of single and masked cases; ideal `Φ(d − z_m)`, z_m two-sided at
-//!   [`ALPHA`] over entries times sites of the plant (the tool's grids are not counted: the ideal is a little high).
+//!   [`ALPHA`] over the tool's own chances: the laws it looked for times the points of the hidden one's grid (where it looked for that at all,
+//!   else entries times sites of the plant); beside it that of a test without grids, over entries times sites.
 //! - First name and set: single and masked cases of d ≥ 8 that were detected. Ideal `Φ(d √((1 − ρ)/2))`, ρ towards the nearest entry of
 //!   the bench's menu (the catalogue has more entries: again a little high).
 //! - Set: first name and rivals with a weight of [`IN_SET`](crate::answer::IN_SET) or more.
@@ -30,8 +31,9 @@ pub struct Power {
     pub d_high: f64,
     pub n: usize,
     pub detected: usize,
-    /// Expected number of detections.
+    /// Expected number of detections by an ideal test with the tool's grids, and by one without any.
     pub ideal: f64,
+    pub ideal_without_grids: f64,
 }
 
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -88,10 +90,17 @@ fn phi(x: f64) -> f64 {
     Normal::standard().cdf(x)
 }
 
-/// Threshold of an ideal test over `candidates`.
+/// Threshold of an ideal test of that many chances.
 #[must_use]
-pub fn z_m(candidates: usize) -> f64 {
-    Normal::standard().inverse_cdf(1.0 - ALPHA / (2.0 * candidates.max(1) as f64))
+pub fn z_m(chances: f64) -> f64 {
+    Normal::standard().inverse_cdf(1.0 - ALPHA / (2.0 * chances.max(1.0)))
+}
+
+/// Chances that the tool gave what was hidden.
+fn chances(opened: &Opened) -> f64 {
+    let hidden = opened.truth.effects.first();
+    let own = hidden.and_then(|hidden| opened.answer.chances(&hidden.kind, &hidden.site));
+    own.unwrap_or(opened.truth.candidates as f64)
 }
 
 #[must_use]
@@ -168,9 +177,11 @@ pub fn score(all: &[Opened]) -> Score {
 fn power(known: &[&Opened]) -> Vec<Power> {
     let bin = |edges: &[f64]| {
         let here: Vec<&&Opened> = known.iter().filter(|o| d_of(o) >= edges[0] && d_of(o) < edges[1]).collect();
-        let ideal = here.iter().map(|o| phi(d_of(o) - z_m(o.truth.candidates))).sum();
+        let ideal = |chances: &dyn Fn(&Opened) -> f64| here.iter().map(|o| phi(d_of(o) - z_m(chances(o)))).sum();
         let detected = here.iter().filter(|o| o.answer.detects()).count();
-        Power { d_low: edges[0], d_high: edges[1], n: here.len(), detected, ideal }
+        let ideals = [ideal(&chances), ideal(&|o| o.truth.candidates as f64)];
+        let [ideal, ideal_without_grids] = ideals;
+        Power { d_low: edges[0], d_high: edges[1], n: here.len(), detected, ideal, ideal_without_grids }
     };
     EDGES.windows(2).map(bin).collect()
 }

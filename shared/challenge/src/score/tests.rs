@@ -48,6 +48,7 @@ fn answer(verdict: &str, names: &[(&str, &str, f64)]) -> Answer {
         located: Vec::new(),
         nominal: Vec::new(),
         crashed: false,
+        tried: Vec::new(),
     }
 }
 
@@ -106,9 +107,19 @@ fn figures_count_what_they_say() {
 
 #[test]
 fn ideal_power_is_a_half_at_its_threshold() {
-    let z = z_m(100);
+    let z = z_m(100.0);
     assert!((z - 4.26489).abs() < 1e-4, "{z}"); // normal quantile at 1 - 1e-5
     assert!((phi(0.0) - 0.5).abs() < 1e-15);
+    // of the chances that the tool gave this law; of the plant's entries times sites where it did not look for it
+    let hidden = truth(Class::Single, NoiseKind::Right, &[("joint_coulomb", "joint:drive")], z_m(700.0));
+    let mut case = opened(hidden, answer("none", &[]));
+    case.answer.tried = vec![("joint_coulomb".to_owned(), "joint:drive".to_owned(), 700.0)];
+    let ideal = |case: &Opened| power(&[case]).iter().map(|bin| bin.ideal).sum::<f64>();
+    assert!((ideal(&case) - 0.5).abs() < 1e-12);
+    let without = power(&[&case]).iter().map(|bin| bin.ideal_without_grids).sum::<f64>();
+    assert!((without - phi(z_m(700.0) - z_m(50.0))).abs() < 1e-12);
+    case.answer.tried[0].1 = "joint:other".to_owned();
+    assert!((ideal(&case) - phi(z_m(700.0) - z_m(50.0))).abs() < 1e-12);
 }
 
 #[test]
