@@ -4,8 +4,8 @@
 //! without them: noise fitted to the nominal plant alone has swallowed part of the physics, noise taken on trust invents some. The best
 //! are fitted as physics, from the amplitudes of the linear problem on, with the numbers inside their laws free.
 //!
-//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set counts when its ratio passes χ² at `alpha` over all sets of
-//! its size, when it beats the best smaller set by as much, and when the robust score of its joint direction does not veto it.
+//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set counts when its ratio passes at `alpha` over all that was
+//! tried ([`Trials`]), when it beats the best smaller set by as much, and when the robust score of its joint direction does not veto it.
 
 mod hops;
 mod refit;
