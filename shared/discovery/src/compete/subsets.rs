@@ -446,6 +446,39 @@ pub(super) mod tests {
         Column { candidate, raw: Vec::new(), step: 1.0 }
     }
 
+    /// The normal equations of a rung against the orthogonal projection that scores are made with.
+    #[test]
+    fn laws_are_as_alike_by_the_normal_equations_as_by_the_columns_that_the_scores_project() {
+        let nominal = crate::synthetic::plant("drive_rig");
+        let problem = crate::synthetic::problem(&nominal, crate::synthetic::recording(&nominal, 3, 1.0));
+        let engine = Engine::new(&problem, 1).unwrap();
+        let theta = engine.prior();
+        let board = Board::new(&engine, &nominal, &theta, &engine.noise).unwrap();
+        let jumps = (&crate::score::Lines::default(), &[][..], &crate::score::Instants::default());
+        let period_s = engine.timelines[0].period_s;
+        let list = crate::score::candidates(&problem, &nominal, &board.linears, period_s, jumps, &[]);
+        let columns = crate::score::columns((&engine, &board), &nominal, &theta, &list);
+        let scores = crate::score::scores(&engine, &board, &theta, &engine.noise, &columns);
+        let layout = Layout::new(&engine, &columns, (0..columns.len()).collect());
+        let raw: Vec<&Vec<f64>> = columns.iter().flat_map(|column| &column.raw).collect();
+        let rung = Rung::new(&engine, &board, &theta, &raw, &engine.noise).unwrap();
+        let (mut compared, mut alike) = (0, 0);
+        for a in 0..columns.len() {
+            for b in 0..a {
+                let (Some(first), Some(second)) = (&scores[a], &scores[b]) else { continue };
+                let (Some(i), Some(j)) = (layout.place(a), layout.place(b)) else { continue };
+                let Some(found) = rung.cosine(i, j) else { continue };
+                if first.kappa < 0.999 && second.kappa < 0.999 {
+                    let sign = (first.amplitude[0] * second.amplitude[0]).signum();
+                    let expected = sign * crate::score::cosine(first, second);
+                    assert!((found - expected).abs() < 1e-3, "{a} {b}: {found} {expected}");
+                    (compared, alike) = (compared + 1, alike + usize::from(found.abs() > 0.95));
+                }
+            }
+        }
+        assert!(compared > 100 && alike > 3, "{compared} {alike}");
+    }
+
     #[test]
     fn the_best_of_every_size_is_met_before_the_second_of_any() {
         let kinds = ["joint_coulomb", "joint_stribeck", "joint_lugre", "joint_viscous"];

@@ -29,13 +29,13 @@ pub(super) fn hardly_seen(engine: &Engine<'_>, run: usize) -> Vec<(String, f64)>
 /// what is hardly seen, but for the least share of a width that says nothing of them. None where the commands move nothing, and of runs that begin
 /// behind a gap.
 pub(super) fn added(engine: &Engine<'_>, system: &System) -> Vec<Vec<(String, f64)>> {
-    let mut bare = engine.problem.plant.clone();
-    bare.effects.clear();
     let runs = engine.problem.runs.len();
     let none = vec![Vec::new(); runs];
     if engine.problem.plant.effects.is_empty() {
         return none;
     }
+    let mut bare = engine.problem.plant.clone();
+    bare.effects.clear();
     let Ok(bare) = System::new(&equip(&bare)) else { return none };
     let is_mass = |name: &str| name.starts_with("mode:") || name.starts_with("tank:");
     let is_added = |name: &str| is_mass(name) && !bare.states().iter().any(|state| state.name == name);
@@ -46,13 +46,7 @@ pub(super) fn added(engine: &Engine<'_>, system: &System) -> Vec<Vec<(String, f6
 }
 
 fn driven(engine: &Engine<'_>, run: usize, is_added: &dyn Fn(&str) -> bool) -> Option<Vec<(String, f64)>> {
-    if engine.problem.runs[run].is_rest {
-        return None;
-    }
-    let instance = engine.problem.instance(&engine.problem.plant, &engine.prior(), run);
-    let initial = &engine.problem.runs[run].initial;
-    let mut machine = Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()?;
-    let wide = initial_sigmas(&instance, &machine.system, initial, &[]);
+    let (mut machine, wide) = begun(engine, run)?;
     let reach = machine.reach();
     engine.work.add(machine.work());
     let states = tangent_names(&machine.system).into_iter().zip(reach.into_iter().zip(wide));
@@ -60,14 +54,20 @@ fn driven(engine: &Engine<'_>, run: usize, is_added: &dyn Fn(&str) -> bool) -> O
     Some(driven.map(|((name, _), (reach, wide))| (name, (REACHES * reach).min(wide))).collect())
 }
 
-fn found(engine: &Engine<'_>, run: usize) -> Option<Vec<(String, f64)>> {
+/// The filter of run `run` at the priors with the wide standard deviations of its start; none of a run that begins behind a gap.
+fn begun<'e>(engine: &'e Engine<'_>, run: usize) -> Option<(Machine<'e>, Vec<f64>)> {
     if engine.problem.runs[run].is_rest {
         return None;
     }
     let instance = engine.problem.instance(&engine.problem.plant, &engine.prior(), run);
     let initial = &engine.problem.runs[run].initial;
-    let mut machine = Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()?;
+    let machine = Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()?;
     let wide = initial_sigmas(&instance, &machine.system, initial, &[]);
+    Some((machine, wide))
+}
+
+fn found(engine: &Engine<'_>, run: usize) -> Option<Vec<(String, f64)>> {
+    let (mut machine, wide) = begun(engine, run)?;
     let frozen = open(&machine);
     let samples = machine.timeline.value.len();
     let start = machine.x0.clone();
