@@ -170,12 +170,14 @@ impl Contender {
         }
     }
 
-    /// No member has all its amplitudes within two of their standard errors of nothing. Of one among others; whether a single one is there
-    /// the ratio of likelihoods has said (a lag's jump shows the lag, and not how long it is).
-    pub fn is_there(&self, columns: &[Column]) -> bool {
+    /// No member has all its amplitudes within two of their standard errors of nothing. A single one is asked only where it adds a mode or a
+    /// tank: what gained by their free start alone is a swing that nothing drives. Whether any other is there the ratio of likelihoods has said (a
+    /// lag's jump shows the lag, and not how long it is).
+    pub fn is_there(&self, engine: &Engine<'_>, columns: &[Column]) -> bool {
         let members = &self.subset.members;
         let vanishes = |refit: &Refit| members.iter().any(|member| refit.vanishes(&columns[*member]));
-        self.refit.as_ref().is_some_and(|refit| members.len() == 1 || !vanishes(refit))
+        let is_asked = |refit: &Refit| members.len() > 1 || refit.adds_masses(&engine.problem.plant);
+        self.refit.as_ref().is_some_and(|refit| !is_asked(refit) || !vanishes(refit))
     }
 
     fn judge(&mut self, null: f64, trials: &Trials, samples: f64) {
@@ -303,3 +305,6 @@ pub fn weights(bic: &[f64], span: f64) -> Vec<f64> {
     let sum: f64 = raw.iter().sum();
     raw.iter().map(|w| if sum > 0.0 { w / sum } else { 0.0 }).collect()
 }
+
+#[cfg(test)]
+mod tests;

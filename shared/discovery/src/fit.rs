@@ -15,6 +15,7 @@ mod white;
 pub use afar::fit_from_afar;
 pub use board::{Board, Normal};
 pub use engine::{Engine, parallel};
+pub use start::is_mass;
 pub use white::White;
 
 use crate::filter::NoiseModel;

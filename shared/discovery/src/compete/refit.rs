@@ -1,12 +1,13 @@
 //! The plant with a candidate as physics: fitted from the score's amplitude, numbers inside its law free.
 
 use super::PREFERRED;
-use crate::filter::NoiseModel;
+use crate::filter::{NoiseModel, equip};
 use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit, fit};
+use crate::fit::{Engine, Fit, fit, is_mass};
 use crate::problem::Problem;
 use crate::score::Column;
 use plant::description::{EffectUse, Plant, Quantity};
+use plant::system::System;
 
 /// A fitted augmented plant.
 #[derive(Clone, Debug)]
@@ -57,6 +58,16 @@ impl Refit {
         drop(own);
         let start = Self { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..self.clone() };
         Some(settled(engine, start))
+    }
+
+    /// It has modes or tanks that `plant` lacks, which start as the recording says.
+    pub fn adds_masses(&self, plant: &Plant) -> bool {
+        let masses = |plant: &Plant| {
+            let system = System::new(&equip(plant)).ok()?;
+            let names = system.states().iter().map(|state| state.name.clone());
+            Some(names.filter(|name| is_mass(name)).collect::<Vec<_>>())
+        };
+        masses(plant).zip(masses(&self.plant)).is_some_and(|(known, own)| own.iter().any(|name| !known.contains(name)))
     }
 
     /// Every amplitude of the effect is within two of its standard errors of nothing.

@@ -68,14 +68,14 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
             outcome.settle(outcome.null, &ranking.trials);
             continue;
         }
-        if !outcome.contenders[at].is_there(&found.columns) {
+        if !outcome.contenders[at].is_there(engine, &found.columns) {
             // what was gained was the noise's, or the other members'
             asked.push(outcome.contenders.remove(at).subset);
             continue;
         }
         let adopted = adopt(found, &outcome, at, &ranking);
         let smaller = smaller(found, &outcome, at, &ranking, alpha);
-        let rivals = rivals(found, &outcome, at, &ranking, alpha);
+        let rivals = rivals(engine, found, &outcome, at, &ranking, alpha);
         let refit = outcome.contenders[at].refit.clone();
         return Step { adopted, refit, unfitted: Vec::new(), null: outcome.null, smaller, rivals };
     }
@@ -144,6 +144,7 @@ fn smaller(
 
 /// The other sets of the size of contender `at` that stand within the span of rivals, best first.
 fn rivals(
+    engine: &Engine<'_>,
     found: &Screening,
     outcome: &Outcome,
     at: usize,
@@ -151,7 +152,7 @@ fn rivals(
     alpha: f64,
 ) -> Vec<(Vec<Adopted>, Refit, f64)> {
     let winner = &outcome.contenders[at];
-    let stands = |c: &Contender| is_rival(c, winner, alpha) && c.is_there(&found.columns);
+    let stands = |c: &Contender| is_rival(c, winner, alpha) && c.is_there(engine, &found.columns);
     let others = (0..outcome.contenders.len()).filter(|i| *i != at && stands(&outcome.contenders[*i]));
     let told = |i: usize| {
         let rival = &outcome.contenders[i];

@@ -37,12 +37,16 @@ pub(super) fn added(engine: &Engine<'_>, system: &System) -> Vec<Vec<(String, f6
     let mut bare = engine.problem.plant.clone();
     bare.effects.clear();
     let Ok(bare) = System::new(&equip(&bare)) else { return none };
-    let is_mass = |name: &str| name.starts_with("mode:") || name.starts_with("tank:");
     let is_added = |name: &str| is_mass(name) && !bare.states().iter().any(|state| state.name == name);
     if !system.states().iter().any(|state| is_added(&state.name)) {
         return none;
     }
     (0..runs).map(|run| driven(engine, run, &is_added).unwrap_or_default()).collect()
+}
+
+/// A state is one of a mode or of a tank.
+pub fn is_mass(state: &str) -> bool {
+    state.starts_with("mode:") || state.starts_with("tank:")
 }
 
 fn driven(engine: &Engine<'_>, run: usize, is_added: &dyn Fn(&str) -> bool) -> Option<Vec<(String, f64)>> {
