@@ -10,8 +10,8 @@
 //! ```
 //!
 //! Refused is too what should have shown: the augmented plant itself expects a gain of `½ |δ|²`, `δ` the whitened difference between what both
-//! predict. Its amplitude a is known to a/d, so that the gain is short of that by `2/d` of it a sigma: where the interval does not reach what
-//! three of them leave, and nothing is confirmed, the law does not hold there.
+//! predict. Of numbers known to `P`, by which its prediction moves as `J`, that is uncertain to `√(δᵀ J P Jᵀ δ)` (an amplitude known to one part
+//! in d: to `2/d` of it): where the interval does not reach what three of these leave, and nothing is confirmed, the law does not hold there.
 //!
 //! What two or three blocks hold against the others' word is no skewness but chance: Hall's interval takes the place of Student's only where the
 //! blocks agree with their sum: `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
@@ -59,7 +59,7 @@ pub struct Gain {
     pub agreement: f64,
     /// What the augmented plant itself expects to gain; zero where it was not asked.
     pub foretold: f64,
-    /// What it gains at least, if it is right.
+    /// What it gains at least, if it is right; zero where that was not asked.
     pub least: f64,
     /// Its free run's distance from the data over that of the plant alone: geometric mean of the rms over channels; one where it was not asked,
     /// infinite where it ran away.
@@ -68,8 +68,8 @@ pub struct Gain {
 
 /// What goes this many times as far astray in free run is worth a word beside what single steps say.
 const ASTRAY: f64 = 1.5;
-/// Standard errors of an amplitude that it may be off by.
-const AMPLITUDE_OFF: f64 = 3.0;
+/// Standard errors of what is foretold that it may be off by.
+const FORETOLD_OFF: f64 = 3.0;
 
 impl Gain {
     pub fn interval95(&self) -> [f64; 2] {
@@ -94,10 +94,15 @@ impl Gain {
         3.0 / kappa * (libm::cbrt(1.0 + kappa * (x - kappa / 6.0)) - 1.0)
     }
 
-    /// Of an effect that was found `d` sigmas large.
+    /// Even its upper bound is below what was foretold.
+    pub fn is_short(&self) -> bool {
+        self.interval95()[1] < self.foretold
+    }
+
+    /// With a standard deviation of what was foretold.
     #[must_use]
-    pub fn of_an_effect(self, d: f64) -> Self {
-        Self { least: self.foretold * (1.0 - 2.0 * AMPLITUDE_OFF / d.max(1.0)).max(0.0), ..self }
+    pub fn foretold_to(self, sigma: f64) -> Self {
+        Self { least: (self.foretold - FORETOLD_OFF * sigma).max(0.0), ..self }
     }
 
     /// With free runs of the plant alone and with the effect.
@@ -145,6 +150,26 @@ pub fn gain(engine: &Engine<'_>, before: Predictor<'_>, after: (&Engine<'_>, Pre
     let apart = white_before.iter().zip(&white_after).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
     let gain = blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(engine));
     Some(Gain { foretold: 0.5 * apart, ..gain })
+}
+
+/// Standard deviation of what the augmented plant foretells, `moved` being that plant with its numbers off by each column of a root of their
+/// covariance: exact where predictions are linear in them. A recording's own numbers stay as they were fitted, so that it is rather too large.
+///
+/// Cost: a prediction for each.
+pub fn foretold_sigma(
+    (engine, before): (&Engine<'_>, Predictor<'_>),
+    (augmented, after): (&Engine<'_>, Predictor<'_>),
+    moved: &[Plant],
+) -> Option<f64> {
+    let white = |engine: &Engine<'_>, predictor: Predictor<'_>| Some(terms(engine, predictor)?.1);
+    let (before, own) = (white(engine, before)?, white(augmented, after)?);
+    let mut variance = 0.0;
+    for plant in moved {
+        let off = white(augmented, Predictor { plant, ..after })?;
+        let along = before.iter().zip(&own).zip(&off).map(|((before, own), off)| (before - own) * (own - off));
+        variance += along.sum::<f64>().powi(2);
+    }
+    Some(variance.sqrt())
 }
 
 /// Log-likelihood of all runs under the predictor's own noise.

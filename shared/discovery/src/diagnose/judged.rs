@@ -68,8 +68,6 @@ pub(super) fn judged(
         shown = asking.held_out(&found.best, false);
         parts = asking.parts(&found.best, &found.adopted);
     }
-    let d = found.adopted.iter().map(|own| own.d).fold(f64::INFINITY, f64::min);
-    shown.gain = shown.gain.map(|gain| gain.of_an_effect(d));
     let of_all = status(shown.gain.as_ref());
     let mut judged = Judged { shown, status: vec![of_all; found.adopted.len()], model: found.best.clone(), refused };
     if of_all != Status::Refused {

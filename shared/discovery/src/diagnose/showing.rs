@@ -5,9 +5,10 @@ use super::{Options, Standing, figures};
 use crate::filter::{NoiseModel, gains};
 use crate::fit::bounded::bounded;
 use crate::fit::{Board, Engine, Fit, NOT_FOUND_RATIO, fit};
-use crate::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, free_run, gain, loglik};
+use crate::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, foretold_sigma, free_run, gain, loglik};
 use crate::problem::{Problem, Unknown};
 use crate::score::event_of_sample;
+use nalgebra::{Cholesky, DMatrix};
 use plant::description::{Plant, Quantity, Scope};
 
 /// Parts of a recording, each of which is predicted from the others, where no other recording is given.
@@ -88,10 +89,40 @@ fn on_recording(
     let (theta_before, theta_after) = own.unwrap_or_else(|| (before.prior(), after.prior()));
     let nominal = Predictor { plant: &before_problem.plant, theta: &theta_before, noise: &best.noise };
     let augmented = Predictor { plant: &after_problem.plant, theta: &theta_after, noise: &best.noise };
-    let gain = gain(&before, nominal, (&after, augmented));
+    let gain = gain(&before, nominal, (&after, augmented)).map(|gain| {
+        let sigma = || {
+            let plants: Vec<Plant> =
+                moved(engine, best)?.iter().map(|theta| show(&best.plant, (fitted[1].0, theta)).plant).collect();
+            foretold_sigma((&before, nominal), (&after, augmented), &plants)
+        };
+        // of what cannot be predicted nothing is foretold
+        if gain.is_short() { gain.foretold_to(sigma().unwrap_or(f64::INFINITY)) } else { gain }
+    });
     let overlays = figures::overlays((&before, nominal), (&after, augmented));
     let (free_before, free_after) = (free_run(&before, nominal), free_run(&after, augmented));
     Some((HeldOutKind::Recording, free_before, free_after, gain, loglik(&after, augmented), overlays))
+}
+
+/// The fitted numbers with those of the effects moved along each column of a root of their posterior covariance, by their standard deviations (over
+/// all valleys) and correlations.
+fn moved(engine: &Engine<'_>, best: &Standing) -> Option<Vec<Vec<f64>>> {
+    let own = Engine::like(engine, &best.problem).ok()?;
+    let fit = &best.fit;
+    let covariance = fit.board.normal(&own, &fit.theta, &best.noise, &[])?.factor()?.inverse();
+    let unknowns = best.problem.unknowns.iter().enumerate();
+    let places: Vec<usize> = unknowns.filter(|(_, u)| u.parameter.starts_with("effect.")).map(|(at, _)| at).collect();
+    let k = places.len();
+    let correlation = |i: usize, j: usize| {
+        let [i, j] = [places[i], places[j]];
+        covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()
+    };
+    let root = Cholesky::new(DMatrix::from_fn(k, k, correlation))?.unpack();
+    let along = |column: usize| {
+        let mut theta = fit.theta.clone();
+        places.iter().enumerate().for_each(|(i, at)| theta[*at] += fit.sigma[*at] * root[(i, column)]);
+        theta
+    };
+    Some((0..k).map(along).collect())
 }
 
 /// Own numbers stay as far from their priors as those of the fitted recordings were, by any of the fits, and three sigma at least: what

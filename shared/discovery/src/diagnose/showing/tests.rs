@@ -90,3 +90,24 @@ fn shared_numbers_are_known_as_fitted_but_for_those_of_which_the_fitted_recordin
         assert_eq!(left[0], *unknown(&fitted, "pivot.friction"));
     }
 }
+
+/// A reading's bias is linear: known to one part in `d`, the gain that it foretells is uncertain to two in `d`.
+#[test]
+fn what_is_foretold_is_as_uncertain_as_the_numbers_that_foretell_it() {
+    let nominal = plant("drive_rig");
+    let biased = |bias: f64| crate::synthetic::with_effect(&nominal, "sensor_bias", "sensor:rate", &[("bias", bias)]);
+    let (problem, d) = (crate::synthetic::problem(&nominal, recording(&biased(1e-3), 1, 0.5)), 7.0);
+    let before = Engine::new(&problem, 1).unwrap();
+    let theta = before.prior();
+    let augmented = problem.with_plant(&biased(1e-3));
+    let after = Engine::like(&before, &augmented).unwrap();
+    let noise = before.noise.clone();
+    let predictor = |plant| Predictor { plant, theta: &theta, noise: &noise };
+    let own = ((&before, predictor(&problem.plant)), (&after, predictor(&augmented.plant)));
+    let gain = gain(own.0.0, own.0.1, own.1).unwrap();
+    let moved = augmented.with_plant(&biased(1e-3 * (1.0 + 1.0 / d))).plant;
+    let sigma = foretold_sigma(own.0, own.1, &[moved]).unwrap();
+    assert!((sigma - 2.0 / d * gain.foretold).abs() < 1e-6 * sigma, "{sigma} of {}", gain.foretold);
+    let (least, expected) = (gain.foretold_to(sigma).least, gain.foretold * (1.0 - 6.0 / d));
+    assert!(gain.foretold > 1.0 && (least - expected).abs() < 1e-5 * expected, "{least} of {}", gain.foretold);
+}
