@@ -3,7 +3,7 @@
 //! Order of work: fit the nominal plant; maximise its noise; score every effect at every site under the stated and under the adapted
 //! noise; let the best compete with two-sided likelihoods; fit them as physics; repeat with the enlarged plant, at most three
 //! times, what a later effect takes the place of leaving again; look once more for what came first beside all others; freeze everything
-//! and ask data that were not used, of all effects and of each. Nothing is named that the robust score vetoes or held-out data refuse; a significant score whose model cannot be fitted is reported as that.
+//! and ask data that were not used, of all effects and of each. Where nothing stands, what is only suspected is asked of another recording. Nothing is named that the robust score vetoes or held-out data refuse; a significant score whose model cannot be fitted is reported as that.
 //!
 //! Every loop is bounded, and those of the search together by [`Options::work_max`]; what was cut is said.
 
@@ -20,6 +20,7 @@ mod search;
 mod showing;
 mod silent;
 mod stamps;
+mod suspicion;
 mod verdict;
 
 pub use report::{
@@ -74,10 +75,12 @@ impl Default for Options {
     }
 }
 
-/// Share of alpha for physics and sensors with a name; the rest is for what has none: noise, tiles and maps.
+/// Share of alpha for physics and sensors with a name that one recording shows.
 const NAME_SHARE: f64 = 0.85;
-/// Share of each of these three.
-const NAMELESS_SHARE: f64 = (1.0 - NAME_SHARE) / 3.0;
+/// Share for those that only a held-out recording confirms.
+const CONFIRMED_SHARE: f64 = 0.05;
+/// Share of each of the three that have no name: noise, tiles and maps.
+const NAMELESS_SHARE: f64 = (1.0 - NAME_SHARE - CONFIRMED_SHARE) / 3.0;
 /// ΔBIC within which a rival is printed.
 pub const RIVAL_SPAN: f64 = 12.0;
 /// Relinearisations of the nominal fit; it ends where it has converged.
@@ -154,9 +157,19 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let nominal = standing(&engine, &stated)?;
     let bare = nominal.clone();
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
+    let begun = engine.work.spent();
     let mut found = searched(&engine, nominal, options, progress)?;
+    let search = engine.work.spent() - begun;
     progress("held out", 0.85);
-    let judged = judged(problem, (&engine, &stated), &mut found, options, &mut notes);
+    let mut judged = judged(problem, (&engine, &stated), &mut found, options, &mut notes);
+    let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
+    if is_open && engine.work.allows(search, "what is only suspected") {
+        progress("what is only suspected", 0.9);
+        let confirmed = suspicion::confirmed(problem, (&engine, &stated), &bare, options, &mut notes);
+        if let Some(confirmed) = confirmed {
+            (found, judged) = confirmed;
+        }
+    }
     let repeat = match &options.repeat {
         Some(again) if !found.adopted.is_empty() => {
             repeat::ask(again, (&engine, &stated, &bare.noise), &found.best, &found.adopted)

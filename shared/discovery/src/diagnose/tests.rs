@@ -222,6 +222,24 @@ fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
     }
 }
 
+/// A torque that snaps and decays comes near a reading that is off for a while, and near it again in another recording; what the reading does
+/// beside that takes a force that nobody states.
+#[test]
+fn a_name_that_leaves_most_to_a_force_that_nobody_states_is_none_though_held_out_data_confirm_it() {
+    let nominal = plant("pendulum");
+    let off = [("step", 1e-3), ("begin", 7.67), ("duration", 2.68)];
+    let hidden = with_effect(&nominal, "sensor_step", "sensor:angle", &off);
+    let held_out = Some(problem(&nominal, recording(&hidden, 24, 20.0)));
+    let options = Options { threads: 2, held_out, without: vec!["sensor_step".to_owned()], ..Options::default() };
+    let found = diagnose(&problem(&nominal, recording(&hidden, 23, 20.0)), &options, &mut |_, _| {});
+    assert!(
+        found.verdict == Verdict::CannotDecide && found.reason.contains("under disturbances as loud"),
+        "{}",
+        found.reason
+    );
+    assert_eq!(found.effects[0].status, Status::Confirmed);
+}
+
 /// A ripple of one lobe and a torque that decays come as near the data as the law that acts, with more numbers.
 #[test]
 fn names_that_a_law_of_one_number_without_a_name_outdoes_are_none() {
@@ -442,7 +460,7 @@ fn nothing_is_missing_is_not_said_beside_an_outlier() {
     };
     assert_eq!(asked(0.0).verdict, Verdict::None);
     // one sample moves the size of the noise by next to nothing
-    let found = asked(9.0);
+    let found = asked(10.0);
     assert!(found.verdict == Verdict::NoiseModel && found.reason.contains("outliers"), "{}", found.reason);
     assert!(found.located.iter().any(|place| place.channel == "angle"), "{:?}", found.located);
 }

@@ -6,6 +6,9 @@ use plant::description::Plant;
 
 const STEP: [(&str, f64); 3] = [("step", 3e-3), ("begin", 0.437), ("duration", 0.171)];
 
+/// Coulomb friction that one second of the drive shows to about four standard errors [N m].
+const FAINT: f64 = 2.5e-3;
+
 /// A drive with Coulomb friction that its plant file lacks.
 fn rubbing(nominal: &Plant) -> Plant {
     with_effect(nominal, "joint_coulomb", "joint:drive", &[("force", 5e-3)])
@@ -53,6 +56,27 @@ fn what_another_recording_should_have_shown_and_does_not_is_refused() {
     // what is too little to show it is no reason to refuse
     let found = asked(recording(&sounds(2e-3), 62, 0.02));
     assert_eq!(standing(&found, "sensor_tone"), Some(Status::Unconfirmed), "{}", found.reason);
+}
+
+/// Alone the friction is below what naming asks of one recording.
+#[test]
+fn what_is_too_weak_to_be_named_is_named_where_another_recording_confirms_it() {
+    let nominal = plant("drive_rig");
+    let rubs = |force: f64| with_effect(&nominal, "joint_coulomb", "joint:drive", &[("force", force)]);
+    let fitted = problem(&nominal, recording(&rubs(FAINT), 61, 1.0));
+    let asked = |held_out: Option<&Plant>| {
+        let held_out = held_out.map(|plant| problem(&nominal, recording(plant, 62, 2.0)));
+        diagnose(&fitted, &Options { threads: 2, held_out, ..Options::default() }, &mut |_, _| {})
+    };
+    let found = asked(None);
+    assert!(found.effects.is_empty(), "{}", found.reason);
+    let found = asked(Some(&rubs(FAINT)));
+    assert_eq!(standing(&found, "joint_coulomb"), Some(Status::Confirmed), "{:?} {}", found.verdict, found.reason);
+    assert!(found.notes.iter().any(|note| note.starts_with("suspected")), "{:?}", found.notes);
+    assert!(found.augmented_plant.is_some());
+    // what is there once is none
+    let found = asked(Some(&nominal));
+    assert!(found.effects.is_empty() && found.notes.is_empty(), "{} {:?}", found.reason, found.notes);
 }
 
 #[test]
