@@ -43,6 +43,7 @@ use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
 use crate::work::Work;
 use plant::description::Plant;
+use std::rc::Rc;
 
 /// Bounds and levels.
 #[derive(Clone, Debug)]
@@ -78,7 +79,7 @@ impl Default for Options {
 /// Share of alpha for physics and sensors with a name that one recording shows.
 const NAME_SHARE: f64 = 0.85;
 /// Share for those that only a held-out recording confirms.
-const CONFIRMED_SHARE: f64 = 0.05;
+const CONFIRMED_SHARE: f64 = 0.01;
 /// Share of each of the three that have no name: noise, tiles and maps.
 const NAMELESS_SHARE: f64 = (1.0 - NAME_SHARE - CONFIRMED_SHARE) / 3.0;
 /// ΔBIC within which a rival is printed.
@@ -158,14 +159,14 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let bare = nominal.clone();
     let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
     let begun = engine.work.spent();
-    let mut found = searched(&engine, nominal, options, progress)?;
+    let mut found = searched(&engine, (nominal, Rc::default()), options, progress)?;
     let search = engine.work.spent() - begun;
     progress("held out", 0.85);
     let mut judged = judged(problem, (&engine, &stated), &mut found, options, &mut notes);
     let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
     if is_open && engine.work.allows(search, "what is only suspected") {
         progress("what is only suspected", 0.9);
-        let confirmed = suspicion::confirmed(problem, (&engine, &stated), &bare, options, &mut notes);
+        let confirmed = suspicion::confirmed(problem, (&engine, &stated), (&bare, &found), options, &mut notes);
         if let Some(confirmed) = confirmed {
             (found, judged) = confirmed;
         }

@@ -24,7 +24,7 @@ const FACTOR: f64 = 3.0;
 const SHARPER: f64 = 5.0;
 const SHARPENED: usize = 2;
 
-/// `refit` of `members`, or a better valley beside it: one hop down and up from every number, at every sharpness.
+/// `refit` of `members`, or a better valley beside it: one hop down and up from every number while there is room, at every sharpness, room or not.
 ///
 /// Cost: two fits a number of that kind; where a sign turns as many and one more for every turn that is sharper.
 pub fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
@@ -42,8 +42,8 @@ pub fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
                 moved.into_iter().flatten().map(move |moved| Some((place, moved)))
             });
             for moved in straight.into_iter().chain(hops).collect::<Vec<_>>() {
-                if !engine.work.allows(dearest, "other valleys of a likelihood") {
-                    return best;
+                if moved.is_some() && !engine.work.allows(dearest, "other valleys of a likelihood") {
+                    continue;
                 }
                 let before = engine.work.spent();
                 let found = from(engine, &best, own.clone(), moved);
@@ -149,6 +149,7 @@ mod tests {
     use crate::fit::{Board, Fit};
     use crate::score::{Candidate, columns};
     use crate::synthetic::{plant, problem, recording, with_effect};
+    use crate::work::Work;
     use plant::effects::EFFECTS;
 
     /// The hidden law fitted from `inner` on: before its hops and after them.
@@ -158,9 +159,19 @@ mod tests {
         hidden: &[(&str, f64)],
         inner: &dyn Fn(&Board) -> Vec<(&'static str, f64)>,
     ) -> [Refit; 2] {
+        fitted_within(Work::default(), (name, duration_s), (kind, site), hidden, inner)
+    }
+
+    fn fitted_within(
+        work: Work,
+        (name, duration_s): (&str, f64),
+        (kind, site): (&str, &str),
+        hidden: &[(&str, f64)],
+        inner: &dyn Fn(&Board) -> Vec<(&'static str, f64)>,
+    ) -> [Refit; 2] {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, hidden), 5, duration_s));
-        let engine = Engine::new(&problem, 1).unwrap();
+        let engine = Engine::counted(&problem, 1, std::sync::Arc::new(work)).unwrap();
         let fit: Fit = fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
         let effect = EFFECTS.iter().find(|effect| effect.kind == kind).unwrap();
         let along = |k: usize| (0..effect.amplitudes).map(move |i| (effect.parameters[i].name, f64::from(i == k)));
@@ -224,6 +235,24 @@ mod tests {
             (rate - 0.15).abs() / sigma
         };
         assert!(off(&start) > 4.0 && off(&end) < 3.0, "{} {}", off(&start), off(&end));
+        assert!(end.objective < start.objective - 20.0, "{} {}", start.objective, end.objective);
+    }
+
+    #[test]
+    fn friction_turns_as_sharply_where_there_is_no_room_for_more() {
+        let hidden = [("force", 0.3), ("smooth_rate", 1e-3)];
+        let blunt = |_: &Board| vec![("smooth_rate", 0.1)];
+        let law = ("joint_coulomb", "joint:drive");
+        let [start, end] = fitted_within(Work::of(0.0), ("drive_rig", 4.0), law, &hidden, &blunt);
+        let turn = |refit: &Refit| {
+            refit.plant.effects[0].values.iter().find(|(name, _)| name == "smooth_rate").unwrap().1.value
+        };
+        let [force, sigma] = number(&end, ".force");
+        assert!(
+            turn(&start) == 0.1 && turn(&end) < 0.01 && (force - 0.3).abs() < 3.0 * sigma,
+            "{} {force}",
+            turn(&end)
+        );
         assert!(end.objective < start.objective - 20.0, "{} {}", start.objective, end.objective);
     }
 

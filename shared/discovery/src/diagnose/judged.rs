@@ -4,7 +4,7 @@
 //! others leaves; what they do not decide keeps its name and stays out of the model.
 
 use super::search::Found;
-use super::showing::{Shown, held_out};
+use super::showing::{Shown, foretold, held_out};
 use super::{Adopted, Options, RIVAL_SPAN, Standing, status};
 use crate::compete::{Refit, hopped, timed};
 use crate::fit::{Engine, Fit};
@@ -68,6 +68,8 @@ pub(super) fn judged(
         shown = asking.held_out(&found.best, false);
         parts = asking.parts(&found.best, &found.adopted);
     }
+    // what has been asked of gains so far is whether they confirm
+    shown.gain = shown.gain.map(|gain| foretold((engine, stated), &found.best, gain, options));
     let of_all = status(shown.gain.as_ref());
     let mut judged = Judged { shown, status: vec![of_all; found.adopted.len()], model: found.best.clone(), refused };
     if of_all != Status::Refused {

@@ -6,6 +6,7 @@ use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
 use crate::compete::{PREFERRED, Refit, free_numbers, hopped, timed, weights};
 use crate::fit::Engine;
 use crate::score::{Column, cosine};
+use std::rc::Rc;
 
 /// What the search ends with.
 pub(super) struct Found {
@@ -13,7 +14,7 @@ pub(super) struct Found {
     pub adopted: Vec<Adopted>,
     pub unfitted: Vec<Unfitted>,
     /// The catalogue on the nominal plant.
-    pub screening: Screening,
+    pub screening: Rc<Screening>,
     /// Smaller sets that stood on the way, nearest first.
     pub smaller: Vec<(Vec<Adopted>, Standing)>,
     /// Sets that the recording does not exclude beside the last one adopted, and by how much in BIC they are behind.
@@ -22,14 +23,14 @@ pub(super) struct Found {
     pub unknown_noise: f64,
 }
 
-/// Sets of effects join the plant, round by round, until nothing more stands.
+/// Sets of effects join the nominal plant, round by round, until nothing more stands; the catalogue is scored on it, unless `screened` has columns.
 pub(super) fn searched(
     engine: &Engine<'_>,
-    nominal: Standing,
+    (nominal, screened): (Standing, Rc<Screening>),
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Found, String> {
-    let mut found = Found::nominal(nominal);
+    let mut found = Found::nominal(nominal, screened);
     let mut last: Option<(Refit, usize)> = None;
     let mut begun = engine.work.spent();
     for round in 0..options.terms_max {
@@ -59,9 +60,9 @@ pub(super) fn searched(
 }
 
 impl Found {
-    fn nominal(best: Standing) -> Self {
+    fn nominal(best: Standing, screening: Rc<Screening>) -> Self {
         let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { best, adopted, unfitted, screening: Screening::default(), smaller, rivals, unknown_noise: 0.0 }
+        Self { best, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 }
     }
 
     /// The set that suits what stands best joins it: its refit, and how many effects stood before; `None` where nothing more stands.
@@ -73,7 +74,8 @@ impl Found {
     ) -> Result<Option<(Refit, usize)>, String> {
         progress("score the catalogue", 0.2);
         let own = Engine::like(engine, &self.best.problem).map_err(|error| error.to_string())?;
-        let screened = screen(&own, &self.best, options);
+        let is_known = self.adopted.is_empty() && !self.screening.columns.is_empty();
+        let screened = if is_known { self.screening.clone() } else { Rc::new(screen(&own, &self.best, options)) };
         progress("compete", 0.25);
         let mut step = step(&own, &self.best, &screened, options.terms_max - self.adopted.len(), options);
         self.unfitted = core::mem::take(&mut step.unfitted);

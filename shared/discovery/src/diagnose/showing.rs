@@ -5,7 +5,9 @@ use super::{Options, Standing, figures};
 use crate::filter::{NoiseModel, gains};
 use crate::fit::bounded::bounded;
 use crate::fit::{Board, Engine, Fit, NOT_FOUND_RATIO, fit};
-use crate::held_out::{BLOCK_S, ChannelFit, Gain, Predictor, block_s, blocks, foretold_sigma, free_run, gain, loglik};
+use crate::held_out::{
+    BLOCK_S, ChannelFit, Gain, Predictor, Status, block_s, blocks, foretold_sigma, free_run, gain, loglik,
+};
 use crate::problem::{Problem, Unknown};
 use crate::score::event_of_sample;
 use nalgebra::{Cholesky, DMatrix};
@@ -48,7 +50,7 @@ pub(super) fn held_out(
         return none(compare);
     }
     let shown = match &options.held_out {
-        Some(other) => on_recording(other, engine, stated, best, options),
+        Some(other) => on_recording(other, (engine, stated), best, options),
         None => on_blocks(problem, engine, stated, best, options),
     };
     match shown {
@@ -65,15 +67,23 @@ type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
 type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Option<f64>, Vec<Overlay>);
 
+/// The plant alone and with the effects, each with its engine, as predictors of a recording that neither was fitted to; and the augmented plant as
+/// it is with other numbers.
+struct Pair<'a> {
+    before: (&'a Engine<'a>, Predictor<'a>),
+    after: (&'a Engine<'a>, Predictor<'a>),
+    with: &'a dyn Fn(&[f64]) -> Plant,
+}
+
 /// Shared parameters frozen as fitted; what belongs to single recordings and segments, and what of the nominal plant the fitted recordings
 /// did not show, is fitted on the others, on both sides alike.
-fn on_recording(
+fn predicting<T>(
     other: &Problem,
-    engine: &Engine<'_>,
-    stated: &Fit,
+    (engine, stated): (&Engine<'_>, &Fit),
     best: &Standing,
     options: &Options,
-) -> Option<ShownParts> {
+    look: impl FnOnce(Pair<'_>) -> Option<T>,
+) -> Option<T> {
     let fitted = [(&engine.problem.unknowns[..], &stated.theta[..]), (&best.problem.unknowns, &best.fit.theta)];
     let pairs = engine.problem.unknowns.iter().zip(&stated.ratio);
     let is_unseen = |(u, ratio): &(&Unknown, &f64)| **ratio > NOT_FOUND_RATIO && !u.parameter.starts_with("effect.");
@@ -89,18 +99,31 @@ fn on_recording(
     let (theta_before, theta_after) = own.unwrap_or_else(|| (before.prior(), after.prior()));
     let nominal = Predictor { plant: &before_problem.plant, theta: &theta_before, noise: &best.noise };
     let augmented = Predictor { plant: &after_problem.plant, theta: &theta_after, noise: &best.noise };
-    let gain = gain(&before, nominal, (&after, augmented)).map(|gain| {
-        let sigma = || {
-            let plants: Vec<Plant> =
-                moved(engine, best)?.iter().map(|theta| show(&best.plant, (fitted[1].0, theta)).plant).collect();
-            foretold_sigma((&before, nominal), (&after, augmented), &plants)
-        };
-        // of what cannot be predicted nothing is foretold
-        if gain.is_short() { gain.foretold_to(sigma().unwrap_or(f64::INFINITY)) } else { gain }
+    let with = |theta: &[f64]| frozen(&best.plant, (fitted[1].0, theta), &unseen);
+    look(Pair { before: (&before, nominal), after: (&after, augmented), with: &with })
+}
+
+fn on_recording(other: &Problem, own: (&Engine<'_>, &Fit), best: &Standing, options: &Options) -> Option<ShownParts> {
+    predicting(other, own, best, options, |Pair { before, after, .. }| {
+        let gain = gain(before.0, before.1, after);
+        let (free_before, free_after) = (free_run(before.0, before.1), free_run(after.0, after.1));
+        let overlays = figures::overlays(before, after);
+        Some((HeldOutKind::Recording, free_before, free_after, gain, loglik(after.0, after.1), overlays))
+    })
+}
+
+/// `gain` on another recording with the least that `best` foretells, where it decides nothing itself and is short of what that expects.
+///
+/// Cost: a prediction for every number of the effects, and the pair they are predicted beside.
+pub(super) fn foretold(own: (&Engine<'_>, &Fit), best: &Standing, gain: Gain, options: &Options) -> Gain {
+    let is_open = gain.is_short() && gain.status() == Status::Unconfirmed;
+    let Some(other) = options.held_out.as_ref().filter(|_| is_open) else { return gain };
+    let sigma = predicting(other, own, best, options, |Pair { before, after, with }| {
+        let plants: Vec<Plant> = moved(own.0, best)?.iter().map(|theta| with(theta)).collect();
+        foretold_sigma(before, after, &plants)
     });
-    let overlays = figures::overlays((&before, nominal), (&after, augmented));
-    let (free_before, free_after) = (free_run(&before, nominal), free_run(&after, augmented));
-    Some((HeldOutKind::Recording, free_before, free_after, gain, loglik(&after, augmented), overlays))
+    // of what cannot be predicted nothing is foretold
+    gain.foretold_to(sigma.unwrap_or(f64::INFINITY))
 }
 
 /// The fitted numbers with those of the effects moved along each column of a root of their posterior covariance, by their standard deviations (over
@@ -109,20 +132,34 @@ fn moved(engine: &Engine<'_>, best: &Standing) -> Option<Vec<Vec<f64>>> {
     let own = Engine::like(engine, &best.problem).ok()?;
     let fit = &best.fit;
     let covariance = fit.board.normal(&own, &fit.theta, &best.noise, &[])?.factor()?.inverse();
-    let unknowns = best.problem.unknowns.iter().enumerate();
-    let places: Vec<usize> = unknowns.filter(|(_, u)| u.parameter.starts_with("effect.")).map(|(at, _)| at).collect();
-    let k = places.len();
+    along_root(&best.problem.unknowns, (&fit.theta, &fit.sigma), &covariance)
+}
+
+/// `θ ± σ_i L_ij` for every column j of the root `L Lᵀ` of the correlations of the effects' numbers: to the side where they stay within
+/// what is possible, or to the upper where none is.
+fn along_root(
+    unknowns: &[Unknown],
+    (theta, sigma): (&[f64], &[f64]),
+    covariance: &DMatrix<f64>,
+) -> Option<Vec<Vec<f64>>> {
+    let is_of_an_effect = |at: &usize| unknowns[*at].parameter.starts_with("effect.");
+    let places: Vec<usize> = (0..unknowns.len()).filter(is_of_an_effect).collect();
     let correlation = |i: usize, j: usize| {
         let [i, j] = [places[i], places[j]];
         covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt()
     };
-    let root = Cholesky::new(DMatrix::from_fn(k, k, correlation))?.unpack();
+    let root = Cholesky::new(DMatrix::from_fn(places.len(), places.len(), correlation))?.unpack();
     let along = |column: usize| {
-        let mut theta = fit.theta.clone();
-        places.iter().enumerate().for_each(|(i, at)| theta[*at] += fit.sigma[*at] * root[(i, column)]);
-        theta
+        let to = |side: f64| {
+            let mut moved = theta.to_vec();
+            places.iter().enumerate().for_each(|(i, at)| moved[*at] += side * sigma[*at] * root[(i, column)]);
+            moved
+        };
+        let is_possible =
+            |moved: &Vec<f64>| places.iter().all(|at| (unknowns[*at].low..=unknowns[*at].high).contains(&moved[*at]));
+        [to(1.0), to(-1.0)].into_iter().find(is_possible).unwrap_or_else(|| to(1.0))
     };
-    Some((0..k).map(along).collect())
+    Some((0..places.len()).map(along).collect())
 }
 
 /// Own numbers stay as far from their priors as those of the fitted recordings were, by any of the fits, and three sigma at least: what

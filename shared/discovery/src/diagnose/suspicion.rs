@@ -15,18 +15,18 @@ use crate::problem::Problem;
 /// Probability of a suspicion where nothing is missing.
 const SUSPICION: f64 = 0.1;
 
-/// The suspicion and what held-out data say of it, where they confirm it.
+/// The suspicion and what held-out data say of it, where they confirm it; the catalogue's scores are those that were found of the recording `alone`.
 ///
-/// Cost: a search, and a prediction of the held-out recording for each rival.
+/// Cost: a search but for its scores, and a prediction of the held-out recording for each rival.
 pub(super) fn confirmed(
     problem: &Problem,
     (engine, stated): (&Engine<'_>, &Fit),
-    nominal: &Standing,
+    (nominal, alone): (&Standing, &Found),
     options: &Options,
     notes: &mut Vec<String>,
 ) -> Option<(Found, Judged)> {
     let easier = Options { alpha: SUSPICION / NAME_SHARE, terms_max: options.terms_max.min(1), ..options.clone() };
-    let mut found = searched(engine, nominal.clone(), &easier, &mut |_, _| {}).ok()?;
+    let mut found = searched(engine, (nominal.clone(), alone.screening.clone()), &easier, &mut |_, _| {}).ok()?;
     // the best of several confirmations is one by chance more often
     let chances = 1 + found.rivals.len();
     let mut own = Vec::new();

@@ -64,10 +64,11 @@ fn what_is_too_weak_to_be_named_is_named_where_another_recording_confirms_it() {
     let nominal = plant("drive_rig");
     let rubs = |force: f64| with_effect(&nominal, "joint_coulomb", "joint:drive", &[("force", force)]);
     let fitted = problem(&nominal, recording(&rubs(FAINT), 61, 1.0));
-    let asked = |held_out: Option<&Plant>| {
+    let within = |work_max: f64, held_out: Option<&Plant>| {
         let held_out = held_out.map(|plant| problem(&nominal, recording(plant, 62, 2.0)));
-        diagnose(&fitted, &Options { threads: 2, held_out, ..Options::default() }, &mut |_, _| {})
+        diagnose(&fitted, &Options { threads: 2, held_out, work_max, ..Options::default() }, &mut |_, _| {})
     };
+    let asked = |held_out: Option<&Plant>| within(crate::work::MOST, held_out);
     let found = asked(None);
     assert!(found.effects.is_empty(), "{}", found.reason);
     let found = asked(Some(&rubs(FAINT)));
@@ -77,6 +78,10 @@ fn what_is_too_weak_to_be_named_is_named_where_another_recording_confirms_it() {
     // what is there once is none
     let found = asked(Some(&nominal));
     assert!(found.effects.is_empty() && found.notes.is_empty(), "{} {:?}", found.reason, found.notes);
+    // where there is no room for another search there is none, and that is said
+    let found = within(0.0, Some(&rubs(FAINT)));
+    let is_said = found.notes.iter().any(|note| note.contains("what is only suspected"));
+    assert!(found.effects.is_empty() && is_said, "{} {:?}", found.reason, found.notes);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 use super::*;
 use crate::synthetic::{plant, recording};
+use nalgebra::DVector;
 
 /// The pendulum's bias is each recording's own; its bar and its friction are shared.
 fn pendulum(recordings: u64) -> Problem {
@@ -110,4 +111,27 @@ fn what_is_foretold_is_as_uncertain_as_the_numbers_that_foretell_it() {
     assert!((sigma - 2.0 / d * gain.foretold).abs() < 1e-6 * sigma, "{sigma} of {}", gain.foretold);
     let (least, expected) = (gain.foretold_to(sigma).least, gain.foretold * (1.0 - 6.0 / d));
     assert!(gain.foretold > 1.0 && (least - expected).abs() < 1e-5 * expected, "{least} of {}", gain.foretold);
+}
+
+#[test]
+fn numbers_are_moved_along_a_root_of_their_covariance_and_stay_within_what_is_possible() {
+    let any = unknown(&pendulum(1), "pivot.friction").clone();
+    let number = |name: &str, [low, high]: [f64; 2]| Unknown { parameter: name.to_owned(), low, high, ..any.clone() };
+    let free = [f64::NEG_INFINITY, f64::INFINITY];
+    let unknowns = [number("effect.1.a", [0.0, 1.1]), number("mass", free), number("effect.1.b", free)];
+    let (theta, sigma) = ([1.0, 5.0, 2.0], [0.3, 1.0, 4.0]);
+    // widths are those of all valleys, correlations those of the fit
+    let covariance = DMatrix::from_row_slice(3, 3, &[4.0, 0.3, -1.6, 0.3, 1.0, 0.1, -1.6, 0.1, 1.0]);
+    let off = |theta: &[f64]| -> Vec<DVector<f64>> {
+        let moved = along_root(&unknowns, (theta, &sigma), &covariance).unwrap();
+        moved.iter().map(|moved| DVector::from_iterator(3, moved.iter().zip(theta).map(|(a, b)| a - b))).collect()
+    };
+    let spread: DMatrix<f64> = off(&theta).iter().map(|off| off * off.transpose()).sum();
+    let expected = DMatrix::from_row_slice(3, 3, &[0.09, 0.0, -0.96, 0.0, 0.0, 0.0, -0.96, 0.0, 16.0]);
+    assert!((&spread - &expected).amax() < 1e-12, "{spread}");
+    // beside an edge they go the other way, and as far
+    let below = off(&[0.1, 5.0, 2.0]);
+    let spread: DMatrix<f64> = below.iter().map(|off| off * off.transpose()).sum();
+    assert!((&spread - &expected).amax() < 1e-12, "{spread}");
+    assert!(below[0][0] > 0.0 && off(&theta)[0][0] < 0.0);
 }
