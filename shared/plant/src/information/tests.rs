@@ -272,3 +272,16 @@ fn gradients(found: &Prediction) -> Vec<Vec<f64>> {
     let slope = |name: &str, i: usize| (minimal(name, 1e-4)[i] - minimal(name, -1e-4)[i]) / 2e-4;
     (0..8).map(|i| found.parameters.iter().map(|parameter| slope(&parameter.name, i)).collect()).collect()
 }
+
+/// An arm that its loops hold falls without them.
+#[test]
+fn what_runs_away_once_its_loops_are_cut_is_predicted_until_then_and_refused_beyond() {
+    let arm = deployed("rigs/six_joint_arm");
+    let found = predict(&arm, 4.0, &mut |_| {}).unwrap();
+    let known = |name: &str| found.parameters.iter().find(|p| p.name == name).unwrap();
+    let [bearing, link] = ["column.mass", "upper_arm.com.x"].map(|name| known(name).sigma / known(name).prior_sigma);
+    // nothing moves the column's mass, which turns about its own axis
+    assert!(bearing > 0.99 && link < 0.9, "{bearing} {link}");
+    let refused = predict(&arm, 30.0, &mut |_| {}).unwrap_err();
+    assert!(matches!(refused, SimulationError::NoLine { .. }) && refused.to_string().contains("shorter"), "{refused}");
+}

@@ -241,7 +241,9 @@ impl Filter {
         }
         let phi = transition(&self.rates * length_s);
         self.estimate = &phi * &self.estimate;
-        self.covariance = &phi * &self.covariance * phi.transpose();
+        let moved = &phi * &self.covariance * phi.transpose();
+        // rounding that is not symmetric grows where the plant runs away
+        self.covariance = (&moved + moved.transpose()) * 0.5;
     }
 
     /// Takes one reading of every column; writes its innovation over its standard deviation in its place.
