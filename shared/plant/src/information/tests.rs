@@ -285,3 +285,16 @@ fn what_runs_away_once_its_loops_are_cut_is_predicted_until_then_and_refused_bey
     let refused = predict(&arm, 30.0, &mut |_| {}).unwrap_err();
     assert!(matches!(refused, SimulationError::NoLine { .. }) && refused.to_string().contains("shorter"), "{refused}");
 }
+
+#[test]
+fn the_whitening_of_a_plant_that_runs_away_stays_finite() {
+    let arm = deployed("rigs/six_joint_arm");
+    let quiet = quiet(&arm);
+    let nominal = record(&quiet, 0, 20.0, &mut |_| {}).unwrap();
+    let weight = weights(&arm, &nominal);
+    let rows = nominal.channels.iter().zip(&weight).filter(|(_, weight)| **weight > 0.0);
+    let rows = rows.map(|(channel, _)| channel.value.len()).sum();
+    let mut columns = [DVector::from_element(rows, 1e-3)];
+    whitening::whiten(&arm, &quiet, (&nominal, &weight), 20.0, &mut columns).unwrap();
+    assert!(columns[0].iter().all(|white| white.is_finite()));
+}
