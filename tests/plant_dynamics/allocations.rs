@@ -3,7 +3,8 @@
 use crate::subject::{Subject, folder, plant};
 use plant::description::{EffectUse, Integrator, Plant};
 use plant::dual::Dual;
-use plant::effects::{EFFECTS, Law, sites};
+use plant::effect::{Law, sites};
+use plant::effects::EFFECTS;
 use plant::multibody::{Data, forward_dynamics, inverse_dynamics, inverse_dynamics_regressor, mass_matrix, momentum};
 use plant::simulation::Simulator;
 use plant::system::{StateSpace, Workspace};

@@ -2,7 +2,8 @@
 
 use crate::{Failure, plant_file};
 use plant::description::{Plant, SiteKind, Space};
-use plant::effects::{EFFECTS, Effect, EffectParameter, effect, sites};
+use plant::effect::{Effect, EffectParameter, sites};
+use plant::effects::{CATALOGUE, EFFECTS};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -59,7 +60,7 @@ impl Entry {
 fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Failure> {
     let chosen: Vec<&'static Effect> = match kind {
         None => EFFECTS.to_vec(),
-        Some(kind) => vec![effect(kind).ok_or_else(|| unknown(kind))?],
+        Some(kind) => vec![CATALOGUE.effect(kind).ok_or_else(|| unknown(kind))?],
     };
     let entry = |effect: &'static Effect| {
         let sites = match plant {

@@ -25,7 +25,7 @@ pub use appendage::{Appendage, Mode};
 pub use body::{Body, Joint, JointKind, Orientation};
 pub(crate) use channel_units::per_second;
 pub use control::{Actuator, ActuatorKind, Base, Controller, Drive, Prescribed};
-pub(crate) use effect_use::{check_site, implausible, in_catalogue_order, known_kind, known_parameter, unit_at};
+pub(crate) use effect_use::{check_site, implausible, in_catalogue_order, known_parameter, unit_at};
 pub(crate) use nearest::{nearest, suggestion};
 pub use parameters::{Parameter, ParameterError};
 pub use quantity::{Quantity, Scope};
@@ -38,6 +38,8 @@ pub use simulation::{
 pub use sites::{Site, SiteKind};
 pub use tank::{Tank, TankModel};
 pub use validate::{Fault, Place};
+
+use crate::effect::Catalogue;
 
 /// Planar plants have three degrees of freedom a free body, spatial ones six.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,6 +66,8 @@ pub struct Plant {
     /// What it is, for `obsid plant describe`.
     pub about: String,
     pub space: Space,
+    /// The effects it may carry.
+    pub catalogue: Catalogue,
     pub environment: Environment,
     /// Parents before children.
     pub bodies: Vec<Body>,

@@ -23,9 +23,7 @@
 mod applies;
 mod filters;
 mod geometry;
-mod law;
 mod parts;
-mod resolve;
 #[cfg(test)]
 mod trial;
 
@@ -120,97 +118,7 @@ mod wheel_speed_saturation;
 mod wheel_torque_ripple;
 mod wheel_viscous;
 
-pub use geometry::fired;
-pub use law::{Action, BodyState, Both, HIDDEN_MAX, LawFn, Local, Pick, Surroundings};
-pub use resolve::{
-    EffectError, Find, PARAMETERS_MAX, apply_structures, apply_structures_of, felt, order_of_action, values,
-};
-
-use crate::description::{Plant, Site, SiteKind, Space};
-use crate::filter::FilterKind;
-
-/// One number of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EffectParameter {
-    pub name: &'static str,
-    /// SI unit; `*` stands for the unit of the site (rad or m at a joint, m or rad at a tank, of the input at an actuator, of the
-    /// channel at a sensor). J/rad is a torque, J/m a force.
-    pub unit: &'static str,
-    /// Plausible range; the sign is part of it: friction is never negative.
-    pub low: f64,
-    pub high: f64,
-    pub default: f64,
-    pub what: &'static str,
-    /// Without any effect where everything lies in a plane: planar plants do not list it.
-    pub out_of_plane: bool,
-}
-
-impl EffectParameter {
-    const fn new(
-        name: &'static str,
-        unit: &'static str,
-        [low, high]: [f64; 2],
-        default: f64,
-        what: &'static str,
-    ) -> Self {
-        Self { name, unit, low, high, default, what, out_of_plane: false }
-    }
-
-    /// The same number as one that planar plants do not feel.
-    const fn out_of_plane(self) -> Self {
-        Self { out_of_plane: true, ..self }
-    }
-}
-
-/// Where in the equations an effect acts.
-#[derive(Clone, Copy)]
-pub enum Law {
-    /// Generalised force on a joint, slosh or modal coordinate: `action.force`. A tank with several axes: on each, told of all.
-    Coordinate(Both),
-    /// Wrench on a body, its axes, at its origin: `action.wrench`; and mass that comes or goes at its centre of mass: `action.added_mass_kg`.
-    Body(Both),
-    /// What acts, from what is commanded: `action.value`, and a wrench besides on the actuator's body.
-    Actuator(Both),
-    /// What is read, from what is there: `action.value`.
-    Sensor(Both),
-    /// An exact discrete filter on the command.
-    ActuatorFilter(fn(&[f64]) -> FilterKind),
-    /// An exact discrete filter on the reading.
-    SensorFilter(fn(&[f64]) -> FilterKind),
-    /// A part that the description lacks (a second slosh mass, a mode, a flexible joint), or a number that is another.
-    Structure(fn(&mut Plant, &Site, &[f64]) -> Result<(), String>),
-}
-
-/// One entry of the catalogue.
-pub struct Effect {
-    /// Name in files and on the command line, snake case.
-    pub kind: &'static str,
-    pub title: &'static str,
-    pub sites: &'static [SiteKind],
-    /// Which of those sites: a wheel's imbalance sits at wheels, not at every actuator.
-    pub applies: fn(&Plant, &Site) -> bool,
-    pub parameters: &'static [EffectParameter],
-    /// The first so many are the amplitude, a number or a vector.
-    pub amplitudes: usize,
-    /// Continuous states of its own (hysteresis, integrated impulse); at most [`HIDDEN_MAX`], zero at the start.
-    pub hidden_states: usize,
-    pub law: Law,
-    /// The equation and its source.
-    pub what: &'static str,
-    /// Channel, time, frequency and state at which it shows.
-    pub signature: &'static str,
-    /// What it is mistaken for.
-    pub confounders: &'static str,
-    /// The experiment that tells them apart.
-    pub experiment: &'static str,
-}
-
-impl Effect {
-    /// The parameters that a plant in `space` feels.
-    pub fn parameters_in(&self, space: Space) -> impl Iterator<Item = &'static EffectParameter> {
-        self.parameters.iter().filter(move |parameter| space == Space::Spatial || !parameter.out_of_plane)
-    }
-}
+use crate::effect::{Catalogue, Effect};
 
 /// Every effect, in the order in which they act.
 pub static EFFECTS: &[&Effect] = &[
@@ -306,16 +214,8 @@ pub static EFFECTS: &[&Effect] = &[
     &sensor_tone::EFFECT,
 ];
 
-/// The entry called `kind`.
-pub fn effect(kind: &str) -> Option<&'static Effect> {
-    EFFECTS.iter().copied().find(|effect| effect.kind == kind)
-}
-
-/// Every site of `plant` at which `effect` can sit.
-pub fn sites(effect: &Effect, plant: &Plant) -> Vec<Site> {
-    let of_kind = effect.sites.iter().flat_map(|kind| plant.sites(*kind));
-    of_kind.filter(|site| (effect.applies)(plant, site)).collect()
-}
+/// [`EFFECTS`], as plants carry it.
+pub const CATALOGUE: Catalogue = Catalogue::new(EFFECTS);
 
 #[cfg(test)]
 mod tests;

@@ -289,6 +289,8 @@ pub use effect_text::{effect_warnings, parse_effect};
 pub use set_text::{set, set_all};
 pub use write::write;
 
+use crate::effect::Catalogue;
+use crate::effects::CATALOGUE;
 use crate::description::{Fault, Place, Plant, Space};
 use core::ops::Range;
 use origin::{Origin, locate};
@@ -332,6 +334,14 @@ pub struct Parsed {
 /// # Errors
 /// Everything that is wrong, in the order of the text; never empty.
 pub fn parse(file_name: &str, text: &str) -> Result<Parsed, Vec<FileError>> {
+    parse_with(CATALOGUE, file_name, text)
+}
+
+/// [`parse`] with the effects of another catalogue.
+///
+/// # Errors
+/// As [`parse`].
+pub fn parse_with(catalogue: Catalogue, file_name: &str, text: &str) -> Result<Parsed, Vec<FileError>> {
     let (document, syntax) = DeTable::parse_recoverable(text);
     let located = |findings: Vec<Finding>| locate(file_name, text, findings);
     if !syntax.is_empty() {
@@ -344,7 +354,7 @@ pub fn parse(file_name: &str, text: &str) -> Result<Parsed, Vec<FileError>> {
         return Err(located(syntax.iter().map(finding).collect()));
     }
     let reader = Reader::default();
-    let (plant, origin) = read(&reader, document.get_ref(), text.len());
+    let (plant, origin) = read(&reader, catalogue, document.get_ref(), text.len());
     let readable = reader.findings.borrow().is_empty();
     let (warnings, faults): (Vec<Fault>, Vec<Fault>) =
         faults_of(&plant, reader.space.get(), readable).into_iter().partition(|fault| fault.warning);
@@ -380,11 +390,11 @@ fn syntax_cure(message: &str, at: &str) -> String {
 }
 
 /// The plant as far as it can be read, with stand-ins for the rest.
-fn read(reader: &Reader, document: &DeTable<'_>, length: usize) -> (Plant, Origin) {
+fn read(reader: &Reader, catalogue: Catalogue, document: &DeTable<'_>, length: usize) -> (Plant, Origin) {
     let place = Place { section: "plant", index: 0, key: String::new() };
     let root = Section::new(reader, document, 0..length.min(1), place, "the plant file".into());
     let mut origin = Origin::default();
-    let mut plant = Plant::default();
+    let mut plant = Plant { catalogue, ..Plant::default() };
     head(&root, &mut plant);
     plant.environment = run::environment(&root);
     plant.bodies = root.tables("body").iter_mut().map(bodies::body).collect();

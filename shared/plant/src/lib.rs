@@ -20,6 +20,7 @@ pub mod arm_parameters;
 pub mod beam;
 pub mod description;
 pub mod dual;
+pub mod effect;
 pub mod effects;
 pub mod file;
 pub mod filter;

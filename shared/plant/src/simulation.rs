@@ -28,7 +28,7 @@ pub use record::{Channel, Recording, record};
 pub use sensing::Sample;
 
 use crate::description::{ActuatorKind, Initial, Integrator, Plant, SimulationSettings};
-use crate::effects::apply_structures;
+use crate::effect::apply_structures;
 use crate::system::{System, SystemError, Totals, Workspace};
 use control::Controllers;
 use dynamics::{Dynamics, Origin};

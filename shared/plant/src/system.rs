@@ -52,7 +52,6 @@ pub use totals::Totals;
 pub use workspace::Workspace;
 
 use crate::description::{Plant, Site, Space};
-use crate::effects::Effect;
 use crate::filter::FilterKind;
 use crate::multibody::Model;
 
@@ -102,20 +101,12 @@ pub struct System {
 }
 
 impl System {
-    /// Compiles `plant` with the catalogue's effects. Those that change its structure are applied to a copy first.
+    /// Compiles `plant` with the effects of its catalogue. Those that change its structure are applied to a copy first.
     ///
     /// # Errors
     /// A name that does not exist, an effect at a site it cannot sit at, or bodies without mass where one must move.
     pub fn new(plant: &Plant) -> Result<Self, SystemError> {
-        Self::with_catalogue(plant, &crate::effects::effect)
-    }
-
-    /// [`System::new`] with another catalogue: `find` gives the entry of a name.
-    ///
-    /// # Errors
-    /// As [`System::new`].
-    pub fn with_catalogue(plant: &Plant, find: &dyn Fn(&str) -> Option<&'static Effect>) -> Result<Self, SystemError> {
-        compile::compile(plant, find)
+        compile::compile(plant)
     }
 
     pub fn space(&self) -> Space {

@@ -1,5 +1,5 @@
 use super::*;
-use plant::effects::{effect, sites};
+use plant::effect::sites;
 
 #[test]
 fn every_entry_of_a_menu_is_an_entry_of_the_catalogue_at_a_site_of_the_plant() {
@@ -7,7 +7,7 @@ fn every_entry_of_a_menu_is_an_entry_of_the_catalogue_at_a_site_of_the_plant() {
         let plant = kept(bench);
         assert!(plant.validate().is_empty(), "{}", bench.plant);
         for entry in bench.menu {
-            let known = effect(entry.kind).unwrap_or_else(|| panic!("{}", entry.kind));
+            let known = plant.catalogue.effect(entry.kind).unwrap_or_else(|| panic!("{}", entry.kind));
             let here: Vec<String> = sites(known, &plant).iter().map(ToString::to_string).collect();
             assert!(here.contains(&entry.site.to_owned()), "{} {} {here:?}", entry.kind, entry.site);
             assert_eq!(known.parameters[0].name, entry.amplitude.0, "{}", entry.kind);
@@ -15,7 +15,7 @@ fn every_entry_of_a_menu_is_an_entry_of_the_catalogue_at_a_site_of_the_plant() {
                 assert!(known.parameters.iter().any(|p| p.name == *name), "{} {name}", entry.kind);
             }
             for kin in entry.kin {
-                assert!(effect(kin).is_some(), "{kin}");
+                assert!(plant.catalogue.effect(kin).is_some(), "{kin}");
             }
         }
     }

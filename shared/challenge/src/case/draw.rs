@@ -12,7 +12,8 @@ use crate::realised::{Lab, Realised, rig};
 use crate::simulate::{Experiment, simulate};
 use discovery::series::{Channel, Recording, Role};
 use plant::description::{Plant, Scope};
-use plant::effects::{EFFECTS, sites};
+use plant::effect::sites;
+use plant::effects::EFFECTS;
 
 /// Entries tried before a case is made without what its class asks for beyond an effect.
 const TRIALS: usize = 12;

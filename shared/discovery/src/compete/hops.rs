@@ -12,7 +12,7 @@ use crate::fit::{Engine, fit};
 use crate::score::Column;
 use crate::score::candidates::motion;
 use plant::description::Plant;
-use plant::effects::EffectParameter;
+use plant::effect::EffectParameter;
 
 /// Gain in `−2 ln p` from which a neighbour is a better valley, and not the same one seen from its other side.
 const BETTER: f64 = 0.5;
@@ -150,7 +150,6 @@ mod tests {
     use crate::score::{Candidate, columns};
     use crate::synthetic::{plant, problem, recording, with_effect};
     use crate::work::Work;
-    use plant::effects::EFFECTS;
 
     /// The hidden law fitted from `inner` on: before its hops and after them.
     fn fitted(
@@ -173,7 +172,7 @@ mod tests {
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, hidden), 5, duration_s));
         let engine = Engine::counted(&problem, 1, std::sync::Arc::new(work)).unwrap();
         let fit: Fit = fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
-        let effect = EFFECTS.iter().find(|effect| effect.kind == kind).unwrap();
+        let effect = nominal.catalogue.effect(kind).unwrap();
         let along = |k: usize| (0..effect.amplitudes).map(move |i| (effect.parameters[i].name, f64::from(i == k)));
         let directions = if effect.amplitudes > 1 {
             (0..effect.amplitudes)

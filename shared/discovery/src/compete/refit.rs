@@ -80,7 +80,7 @@ impl Refit {
         let effect = column.candidate.effect;
         let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
         let amplitudes = effect.parameters.iter().take(effect.amplitudes.max(1));
-        let place = |p: &plant::effects::EffectParameter| {
+        let place = |p: &plant::effect::EffectParameter| {
             self.problem.unknowns.iter().position(|unknown| unknown.parameter == format!("{prefix}{}", p.name))
         };
         let size = |at: usize| self.fit.theta[at].abs() / self.fit.sigma[at].max(f64::MIN_POSITIVE);

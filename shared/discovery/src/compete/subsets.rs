@@ -427,10 +427,10 @@ impl Judge<'_> {
 pub(super) mod tests {
     use super::*;
     use crate::score::Candidate;
-    use plant::effects::EFFECTS;
+    use plant::effects::CATALOGUE;
 
     pub fn column(kind: &str, site: &str, tries: usize) -> Column {
-        let effect = EFFECTS.iter().find(|effect| effect.kind == kind).unwrap();
+        let effect = CATALOGUE.effect(kind).unwrap();
         let (site, directions) = (site.parse().unwrap(), vec![Vec::new()]);
         let candidate = Candidate {
             effect,

@@ -12,7 +12,7 @@
 use super::linear_laws;
 use nalgebra::{DMatrix, SymmetricEigen};
 use plant::description::{Appendage, Plant, Quantity, SiteKind, Space};
-use plant::effects::{EFFECTS, Law};
+use plant::effect::{Effect, Law};
 
 /// One hypothesis.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub(super) enum Change {
     /// ln of the factor on one.
     DampingSingle { appendage: usize, mode: usize },
     /// Catalogue entry and site, its first amplitude.
-    Effect { entry: usize, site: String },
+    Effect { effect: &'static Effect, site: String },
 }
 
 impl Change {
@@ -60,16 +60,16 @@ impl Change {
                 list.extend(each.map(|mode| Self::DampingSingle { appendage, mode }));
             }
         }
-        for (entry, effect) in EFFECTS.iter().enumerate().filter(|(_, e)| matches!(e.law, Law::Structure(_))) {
+        for effect in plant.catalogue.entries().iter().filter(|e| matches!(e.law, Law::Structure(_))) {
             // sensors do not shake; a further mode is told by a further peak
             let sites = effect.sites.iter().filter(|kind| !matches!(kind, SiteKind::Sensor | SiteKind::Actuator));
             for site in sites.flat_map(|kind| plant.sites(*kind)).filter(|site| (effect.applies)(plant, site)) {
-                list.push(Self::Effect { entry, site: site.to_string() });
+                list.push(Self::Effect { effect, site: site.to_string() });
             }
         }
         if damping {
             let laws = linear_laws::of(plant).into_iter();
-            list.extend(laws.map(|(entry, site)| Self::Effect { entry, site: site.to_string() }));
+            list.extend(laws.map(|(effect, site)| Self::Effect { effect, site: site.to_string() }));
         }
         list
     }
@@ -82,7 +82,7 @@ impl Change {
             Self::Mass { .. } => "point_mass".to_owned(),
             Self::DampingScale { .. } => "damping_scale".to_owned(),
             Self::DampingSingle { .. } => "damping_of_one_mode".to_owned(),
-            Self::Effect { entry, .. } => EFFECTS[*entry].kind.to_owned(),
+            Self::Effect { effect, .. } => effect.kind.to_owned(),
         }
     }
 
@@ -114,8 +114,8 @@ impl Change {
             }
             Self::Root { .. } => of("stiffness", 1.0 / amplitude, 1.0 / (amplitude * amplitude), "N*m/rad"),
             Self::Mass { .. } => of("mass", amplitude, 1.0, "kg"),
-            Self::Effect { entry, .. } => {
-                let parameter = &EFFECTS[*entry].parameters[0];
+            Self::Effect { effect, .. } => {
+                let parameter = &effect.parameters[0];
                 of(parameter.name, amplitude, 1.0, parameter.unit)
             }
         }
@@ -145,13 +145,13 @@ impl Change {
                     .map(|mode| mode.shape_per_sqrt_kg[*point].iter().map(|s| s.value * s.value).sum::<f64>());
                 by_size(1.0 / strongest.fold(0.0, f64::max).max(1e-300))
             }
-            Self::Effect { entry, .. } => {
-                let parameter = &EFFECTS[*entry].parameters[0];
+            Self::Effect { effect, .. } => {
+                let parameter = &effect.parameters[0];
                 let size = parameter.default.abs().max(1e-9);
                 let inside = |a: &f64| *a != 0.0 && *a >= parameter.low && *a <= parameter.high;
                 // a law's coefficient may be of any size: the catalogue knows neither mass nor lever
                 let (steps, ratio) =
-                    if matches!(EFFECTS[*entry].law, Law::Structure(_)) { (8, 2.0) } else { (10, 4.0) };
+                    if matches!(effect.law, Law::Structure(_)) { (8, 2.0) } else { (10, 4.0) };
                 let sizes = (-steps..=steps).map(|k| size * libm::pow(ratio, f64::from(k)));
                 let mut values: Vec<f64> = sizes.flat_map(|a| [-a, a]).filter(inside).collect();
                 values.sort_by(f64::total_cmp);
@@ -180,8 +180,7 @@ impl Change {
             }
             Self::Root { appendage, axis } => soften(&mut changed.appendages[*appendage], *axis, amplitude)?,
             Self::Mass { appendage, point } => load(&mut changed, *appendage, *point, amplitude)?,
-            Self::Effect { entry, site } => {
-                let effect = EFFECTS[*entry];
+            Self::Effect { effect, site } => {
                 let value = [(effect.parameters[0].name, amplitude)];
                 changed.add_effect(effect.kind, &site.parse().ok()?, &value).ok()?;
             }

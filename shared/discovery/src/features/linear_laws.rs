@@ -9,7 +9,7 @@
 
 use super::plant_modes::at_rest;
 use plant::description::{Plant, Site, SiteKind};
-use plant::effects::{EFFECTS, Law};
+use plant::effect::{Effect, Law};
 use plant::system::{System, Workspace};
 
 /// Rates [1/s, m/s, rad/s] between which a damper has to be one, and to what.
@@ -20,14 +20,14 @@ const POSITIONS: [f64; 2] = [1e-6, 1e-3];
 const POSITIONS_AGREE: f64 = 1e-2;
 
 /// Entries and sites of the linear laws on joints, tanks, modes and bodies that do something there.
-pub(super) fn of(plant: &Plant) -> Vec<(usize, Site)> {
+pub(super) fn of(plant: &Plant) -> Vec<(&'static Effect, Site)> {
     let pushes = |law: &Law| matches!(law, Law::Coordinate(_) | Law::Body(_));
     let mut list = Vec::new();
-    for (entry, effect) in EFFECTS.iter().enumerate().filter(|(_, e)| pushes(&e.law) && e.hidden_states == 0) {
+    for effect in plant.catalogue.entries().iter().filter(|e| pushes(&e.law) && e.hidden_states == 0) {
         let sites = effect.sites.iter().filter(|kind| !matches!(kind, SiteKind::Sensor | SiteKind::Actuator));
         for site in sites.flat_map(|kind| plant.sites(*kind)).filter(|site| (effect.applies)(plant, site)) {
-            if is_linear(plant, entry, &site) == Some(true) {
-                list.push((entry, site));
+            if is_linear(plant, effect, &site) == Some(true) {
+                list.push((*effect, site));
             }
         }
     }
@@ -35,8 +35,7 @@ pub(super) fn of(plant: &Plant) -> Vec<(usize, Site)> {
 }
 
 /// `None` where the plant cannot be evaluated with it.
-fn is_linear(plant: &Plant, entry: usize, site: &Site) -> Option<bool> {
-    let effect = EFFECTS[entry];
+fn is_linear(plant: &Plant, effect: &Effect, site: &Site) -> Option<bool> {
     let mut with = plant.clone();
     with.add_effect(effect.kind, site, &[]).ok()?;
     let (before, after) = (System::new(plant).ok()?, System::new(&with).ok()?);
@@ -81,7 +80,7 @@ mod tests {
     #[test]
     fn a_joint_offers_its_damper_and_its_spring_and_neither_dry_friction_nor_a_cubic_law() {
         let kinds: Vec<&str> =
-            of(&crate::synthetic::plant("oscillator")).iter().map(|(e, _)| EFFECTS[*e].kind).collect();
+            of(&crate::synthetic::plant("oscillator")).iter().map(|(e, _)| e.kind).collect();
         for linear in ["joint_viscous", "joint_stiffness"] {
             assert!(kinds.contains(&linear), "{linear} is not in {kinds:?}");
         }

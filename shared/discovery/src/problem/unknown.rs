@@ -67,13 +67,13 @@ pub(super) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Un
         let effect = parameter.name.starts_with("effect.");
         // a part of what cannot vanish stays
         let low = if effect {
-            range_of_effect(&parameter.name).0
+            range_of_effect(plant, &parameter.name).0
         } else if positive {
             1e-3 * parameter.value
         } else {
             f64::NEG_INFINITY
         };
-        let high = if effect { range_of_effect(&parameter.name).1 } else { f64::INFINITY };
+        let high = if effect { range_of_effect(plant, &parameter.name).1 } else { f64::INFINITY };
         let unknown = |suffix: String, recording: Option<usize>, segment: Option<usize>| Unknown {
             name: format!("{}{suffix}", parameter.name),
             parameter: parameter.name.clone(),
@@ -103,11 +103,11 @@ pub(super) fn unknowns(plant: &Plant, recordings: usize, runs: &[Run]) -> Vec<Un
 }
 
 /// Physical range of `effect.KIND@SITE.PARAMETER`.
-fn range_of_effect(name: &str) -> (f64, f64) {
+fn range_of_effect(plant: &Plant, name: &str) -> (f64, f64) {
     let free = (f64::NEG_INFINITY, f64::INFINITY);
     let Some(rest) = name.strip_prefix("effect.") else { return free };
     let Some((kind, _)) = rest.split_once('@') else { return free };
     let last = rest.rsplit('.').next().unwrap_or("");
-    let Some(effect) = plant::effects::effect(kind) else { return free };
+    let Some(effect) = plant.catalogue.effect(kind) else { return free };
     effect.parameters.iter().find(|p| p.name == last).map_or(free, |p| (p.low, p.high))
 }

@@ -4,7 +4,7 @@ use super::{Instants, Lines, Orders};
 use crate::filter::Linear;
 use crate::problem::Problem;
 use plant::description::{Plant, Site, SiteKind, Space};
-use plant::effects::{EFFECTS, Effect, EffectParameter, sites};
+use plant::effect::{Effect, EffectParameter, sites};
 
 /// One effect at one site with its inner numbers.
 #[derive(Clone)]
@@ -174,7 +174,7 @@ pub fn candidates(
         planar: plant.space == Space::Planar,
     };
     let mut list = Vec::new();
-    for effect in EFFECTS.iter().filter(|effect| !without.iter().any(|kind| kind == effect.kind)) {
+    for effect in plant.catalogue.entries().iter().filter(|effect| !without.iter().any(|kind| kind == effect.kind)) {
         for site in sites(effect, plant) {
             let present = plant.effects.iter().any(|used| used.kind == effect.kind && used.site == site);
             let recorded = site.kind != SiteKind::Sensor || {

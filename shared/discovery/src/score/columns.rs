@@ -7,7 +7,7 @@ use crate::filter::{Gains, Machine, gains, whiten};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine, parallel};
 use plant::description::{Plant, SiteKind};
-use plant::effects::Law;
+use plant::effect::Law;
 
 /// One candidate with what it does to the innovations.
 #[derive(Clone, Debug)]

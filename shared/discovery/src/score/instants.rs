@@ -84,7 +84,7 @@ fn stay(
     noise: &NoiseModel,
     (sensor, edges): (&str, &[[f64; 2]]),
 ) -> Vec<bool> {
-    let effect = plant::effects::effect("sensor_step").filter(|_| !edges.is_empty());
+    let effect = plant.catalogue.effect("sensor_step").filter(|_| !edges.is_empty());
     let Some(effect) = effect else { return vec![false; edges.len()] };
     let site = Site { kind: SiteKind::Sensor, name: sensor.to_owned() };
     let of = |begin: f64, duration: f64| Candidate {

@@ -1,7 +1,7 @@
 //! Effects that a plant carries, checked against the catalogue.
 
 use super::{EffectUse, Plant, Quantity, Site, nearest::suggestion};
-use crate::effects::{self, Effect};
+use crate::effect::{self, Catalogue, Effect, EffectParameter};
 
 impl Plant {
     /// Adds effect `kind` at `site`; `values` in SI, absent ones stand at the catalogue's default.
@@ -11,10 +11,18 @@ impl Plant {
     pub fn add_effect(&mut self, kind: &str, site: &Site, values: &[(&str, f64)]) -> Result<(), String> {
         let values = values.iter().map(|(name, value)| ((*name).to_owned(), Quantity::known(*value))).collect();
         let effect = EffectUse { kind: kind.to_owned(), site: site.clone(), values };
-        let entry = known_kind(&effect.kind)?;
+        let entry = self.catalogue.known(&effect.kind)?;
         check_site(self, entry, &effect.site)?;
         self.effects.push(in_catalogue_order(effect, entry)?);
         Ok(())
+    }
+
+    /// Sorts effects into the order in which they act: that of the catalogue, then of their sites. Those of another catalogue come last,
+    /// as they are.
+    pub(crate) fn order_of_action(&self, used: &EffectUse) -> (usize, String) {
+        let place = self.catalogue.place(&used.kind);
+        let known = place < self.catalogue.entries().len();
+        (place, if known { used.site.to_string() } else { String::new() })
     }
 
     /// The plant as it is described when nothing of the catalogue is present.
@@ -27,8 +35,8 @@ impl Plant {
 impl EffectUse {
     /// The same with every number of the catalogue's entry stated; absent ones get their default.
     #[must_use]
-    pub(super) fn in_full(&self) -> Self {
-        let Some(entry) = effects::effect(&self.kind) else { return self.clone() };
+    pub(super) fn in_full(&self, catalogue: Catalogue) -> Self {
+        let Some(entry) = catalogue.effect(&self.kind) else { return self.clone() };
         let mut effect = self.clone();
         for parameter in entry.parameters {
             if !effect.values.iter().any(|(name, _)| name == parameter.name) {
@@ -39,15 +47,17 @@ impl EffectUse {
     }
 }
 
-/// The catalogue's entry.
-///
-/// # Errors
-/// There is none; the nearest is suggested.
-pub(crate) fn known_kind(kind: &str) -> Result<&'static Effect, String> {
-    effects::effect(kind).ok_or_else(|| {
-        let kinds = effects::EFFECTS.iter().map(|effect| effect.kind);
-        joined(format!("no effect is called '{kind}'"), &suggestion(kind, "effects", kinds))
-    })
+impl Catalogue {
+    /// The entry called `kind`.
+    ///
+    /// # Errors
+    /// There is none; the nearest is suggested.
+    pub fn known(&self, kind: &str) -> Result<&'static Effect, String> {
+        self.effect(kind).ok_or_else(|| {
+            let kinds = self.entries().iter().map(|effect| effect.kind);
+            joined(format!("no effect is called '{kind}'"), &suggestion(kind, "effects", kinds))
+        })
+    }
 }
 
 /// # Errors
@@ -57,7 +67,7 @@ pub(crate) fn check_site(plant: &Plant, entry: &Effect, site: &Site) -> Result<(
         let kinds: Vec<&str> = entry.sites.iter().map(|kind| kind.name()).collect();
         return Err(format!("{} sits at a {}, not at '{site}'", entry.kind, kinds.join(" or a ")));
     }
-    let sites = effects::sites(entry, plant);
+    let sites = effect::sites(entry, plant);
     if sites.contains(site) {
         return Ok(());
     }
@@ -92,7 +102,7 @@ pub(crate) fn in_catalogue_order(effect: EffectUse, entry: &Effect) -> Result<Ef
 
 /// # Errors
 /// The entry has no such parameter.
-pub(crate) fn known_parameter<'e>(entry: &'e Effect, name: &str) -> Result<&'e effects::EffectParameter, String> {
+pub(crate) fn known_parameter<'e>(entry: &'e Effect, name: &str) -> Result<&'e EffectParameter, String> {
     entry.parameters.iter().find(|parameter| parameter.name == name).ok_or_else(|| {
         let known = entry.parameters.iter().map(|parameter| parameter.name);
         joined(format!("{} has no parameter '{name}'", entry.kind), &suggestion(name, "parameters", known))
@@ -126,7 +136,7 @@ fn joined(message: String, cure: &str) -> String {
 
 /// Unit of each value that is given.
 pub(super) fn units(plant: &Plant, effect: &EffectUse) -> Vec<String> {
-    let entry = effects::effect(&effect.kind);
+    let entry = plant.catalogue.effect(&effect.kind);
     let parameter = |name: &str| entry.and_then(|entry| entry.parameters.iter().find(|p| p.name == name));
     let unit = |name: &str| parameter(name).map_or_else(|| "1".to_owned(), |p| unit_at(plant, &effect.site, p.unit));
     effect.values.iter().map(|(name, _)| unit(name)).collect()

@@ -3,6 +3,7 @@
 //! Names are those of the file: `hub.mass`, `link_1.com.x`, `shoulder.friction`, `fuel.stiffness.x`, `bending_1.frequency`, `gyro.bias`,
 //! `effect.joint_coulomb@joint:shoulder.force`, `initial.joint:shoulder.rate`. Components that a planar plant cannot have are left out.
 
+use crate::effect::Catalogue;
 use super::{
     Actuator, ActuatorKind, Appendage, Body, Controller, Drive, EffectUse, Environment, Initial, InitialValue,
     JointKind, Noise, Plant, Quantity, Scope, Sensor, SensorKind, Signal, SignalKind, Space, Tank, TankModel, nearest,
@@ -33,7 +34,7 @@ impl Plant {
     /// Every number, in file order; of effects also those that stand at the catalogue's default.
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut list = Vec::new();
-        let effects = self.effects.iter().map(EffectUse::in_full).collect();
+        let effects = self.effects.iter().map(|effect| effect.in_full(self.catalogue)).collect();
         Self { effects, ..self.clone() }.visit_quantities(&mut |name, unit, quantity| {
             let (name, unit) = (name.to_owned(), unit.to_owned());
             list.push(Parameter { name, unit, value: quantity.value, sigma: quantity.sigma, scope: quantity.scope });
@@ -72,7 +73,7 @@ impl Plant {
     fn put_default(&mut self, name: &str, value: f64) -> bool {
         for i in 0..self.effects.len() {
             let mut changed = self.clone();
-            changed.effects[i] = changed.effects[i].in_full();
+            changed.effects[i] = changed.effects[i].in_full(self.catalogue);
             if !changed.put(name, value) {
                 continue;
             }
@@ -91,7 +92,7 @@ impl Plant {
     /// points.
     pub fn visit_quantities(&mut self, visit: &mut dyn FnMut(&str, &str, &mut Quantity)) {
         let units = Units::of(self);
-        let mut visitor = Visitor { planar: self.space == Space::Planar, visit };
+        let mut visitor = Visitor { planar: self.space == Space::Planar, catalogue: self.catalogue, visit };
         visitor.environment(&mut self.environment);
         self.bodies.iter_mut().for_each(|body| visitor.body(body));
         self.tanks.iter_mut().for_each(|tank| visitor.tank(tank));
@@ -191,6 +192,7 @@ impl Units {
 
 struct Visitor<'v> {
     planar: bool,
+    catalogue: Catalogue,
     visit: &'v mut dyn FnMut(&str, &str, &mut Quantity),
 }
 
@@ -445,8 +447,9 @@ impl Visitor<'_> {
             names.push(name.clone());
             // the second of the same kind at the same site
             let name = if earlier == 0 { name } else { format!("{name}#{}", earlier + 1) };
+            let catalogue = self.catalogue;
             let out_of_plane = |key: &str| {
-                let entry = crate::effects::effect(&effect.kind);
+                let entry = catalogue.effect(&effect.kind);
                 entry.is_some_and(|entry| entry.parameters.iter().any(|p| p.name == key && p.out_of_plane))
             };
             for ((key, quantity), unit) in effect.values.iter_mut().zip(units) {

@@ -1,7 +1,8 @@
 //! Time between a command and its effect.
 
 use super::applies::effort;
-use super::{Effect, EffectParameter, Law, filters};
+use super::filters;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
 
 pub static EFFECT: Effect = Effect {

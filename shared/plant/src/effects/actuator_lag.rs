@@ -1,7 +1,8 @@
 //! An actuator that follows its command slowly.
 
 use super::applies::effort;
-use super::{Effect, EffectParameter, Law, filters};
+use super::filters;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
 
 pub static EFFECT: Effect = Effect {

@@ -1,7 +1,7 @@
 //! An actuator with a loop of its own that overshoots.
 
 use super::applies::effort;
-use super::{Effect, EffectParameter, Law};
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
 use crate::filter::FilterKind;
 

@@ -1,7 +1,7 @@
 //! An actuator that no longer follows its command.
 
 use super::applies::effort;
-use super::{Effect, EffectParameter, Law};
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
 use crate::filter::FilterKind;
 

@@ -1,7 +1,8 @@
 //! A flexible appendage on a body that the model takes for rigid.
 
 use super::applies::anywhere;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind, Space};
 
 pub static EFFECT: Effect = Effect {

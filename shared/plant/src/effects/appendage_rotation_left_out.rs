@@ -1,7 +1,8 @@
 //! A flexible appendage that only turns the body it sits on.
 
 use super::applies::turning_body;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {

@@ -1,6 +1,7 @@
 //! A clock that is ahead.
 
-use super::{Effect, EffectParameter, Law, applies, parts};
+use super::{applies, parts};
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {

@@ -1,6 +1,7 @@
 //! A clock that runs fast.
 
-use super::{Effect, EffectParameter, Law, applies, parts};
+use super::{applies, parts};
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {
@@ -30,8 +31,8 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
 mod tests {
     use super::build;
     use crate::description::Source;
-    use crate::effects::effect;
-    use crate::effects::sites;
+    use crate::effect::sites;
+    use crate::effects::CATALOGUE;
     use crate::effects::trial::plant;
 
     #[test]
@@ -41,7 +42,7 @@ mod tests {
         built.sources.push(Source { name: "imu".to_owned(), clock_offset_s: zero, clock_skew: zero });
         built.sensors[0].source = Some("imu".to_owned());
         built.sensors[1].source = Some("imu".to_owned());
-        let found = sites(effect("clock_skew").unwrap(), &built);
+        let found = sites(CATALOGUE.effect("clock_skew").unwrap(), &built);
         assert_eq!(found.iter().map(|site| site.name.as_str()).collect::<Vec<_>>(), ["gyro_z", "enc"]);
         build(&mut built, &found[0], &[1e-3]).unwrap();
         assert_eq!(built.sources.len(), 1);

@@ -2,8 +2,8 @@
 
 use super::applies::anywhere;
 use super::geometry::{constant, push, to_body};
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

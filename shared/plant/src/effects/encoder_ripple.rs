@@ -1,8 +1,8 @@
 //! An encoder whose disc is off centre.
 
 use super::applies::encoder;
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

@@ -1,6 +1,6 @@
 //! Vectors and directions of the laws.
 
-use crate::effects::Local;
+use crate::effect::Local;
 use crate::real::Real;
 
 /// Unit vector at `azimuth` from x towards y, raised by `elevation` towards z [rad].
@@ -79,18 +79,6 @@ pub fn push<T: Real>(wrench: &mut [T; 6], at_m: [f64; 3], force_n: [T; 3], torqu
     for i in 0..3 {
         wrench[i] += moment[i] + torque_n_m[i];
         wrench[i + 3] += force_n[i];
-    }
-}
-
-/// What counts as firing of what acts: thrusters push one way, so that their noise cancels in an integral; of a force that pushes both
-/// ways only what stands out of its noise counts.
-pub fn fired<T: Real>(value: T, one_sided: bool, quiet: f64) -> T {
-    if one_sided {
-        value
-    } else if value.value().abs() > quiet {
-        value.abs()
-    } else {
-        T::zero()
     }
 }
 

@@ -1,6 +1,7 @@
 //! A base that is not level.
 
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {
@@ -42,13 +43,14 @@ fn build(plant: &mut Plant, _: &Site, p: &[f64]) -> Result<(), String> {
 mod tests {
     use super::build;
     use crate::effects::trial::plant;
-    use crate::effects::{effect, sites};
+    use crate::effect::sites;
+    use crate::effects::CATALOGUE;
 
     #[test]
     fn the_error_adds_to_gravity_and_sits_once_in_a_plant() {
         let mut tilted = plant();
         tilted.environment.gravity_m_s2[1].value = -9.81;
-        let found = sites(effect("gravity_error").unwrap(), &tilted);
+        let found = sites(CATALOGUE.effect("gravity_error").unwrap(), &tilted);
         assert_eq!(found.len(), 1);
         build(&mut tilted, &found[0], &[0.25, 0.0, 0.0]).unwrap();
         assert_eq!(tilted.environment.gravity_m_s2.map(|g| g.value), [0.25, -9.81, 0.0]);

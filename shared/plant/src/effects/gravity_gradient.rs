@@ -1,8 +1,8 @@
 //! The torque of a long body in orbit.
 
 use super::geometry::{constant, cross, direction, dot, push, to_body};
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::{Plant, Site, SiteKind};
 use crate::real::Real;
 
@@ -73,7 +73,7 @@ mod tests {
             let state = Trial { t_s: 0.0, ..state };
             let b = direction(0.3, 0.7);
             let no_hidden: [f64; 0] = [];
-            let local = crate::effects::Local {
+            let local = crate::effect::Local {
                 displacement: [0.0; 3],
                 displacement_rate: [0.0; 3],
                 t_s: 0.0,
@@ -99,7 +99,8 @@ mod tests {
     #[test]
     fn an_environment_that_states_the_orbit_leaves_it_no_site() {
         use crate::description::{GravityGradient, Quantity};
-        use crate::effects::{sites, trial::plant};
+        use crate::effect::sites;
+use crate::effects::trial::plant;
         assert!(!sites(&EFFECT, &plant()).is_empty());
         let mut in_orbit = plant();
         in_orbit.environment.gravity_gradient =

@@ -1,7 +1,7 @@
 //! A joint whose axis is not where the drawing has it.
 
 use super::geometry::{across, tilted};
-use super::{Effect, EffectParameter, Law};
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{JointKind, Plant, Site, SiteKind, Space};
 
 pub static EFFECT: Effect = Effect {
@@ -48,7 +48,8 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
 mod tests {
     use super::{EFFECT, build};
     use crate::description::{JointKind, Space};
-    use crate::effects::{sites, trial::plant};
+    use crate::effect::sites;
+use crate::effects::trial::plant;
 
     #[test]
     fn only_the_axis_of_the_joint_is_turned_by_the_length_of_the_tilt() {

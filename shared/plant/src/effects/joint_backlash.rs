@@ -1,7 +1,8 @@
 //! Play between motor and link.
 
 use super::applies::anywhere;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{EffectUse, Plant, Quantity, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {

@@ -1,7 +1,8 @@
 //! A gear that winds up between motor and link.
 
 use super::applies::anywhere;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {

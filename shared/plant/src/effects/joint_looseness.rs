@@ -1,8 +1,8 @@
 //! Looseness: a spring with a dead band about a fixed centre.
 
 use super::applies::anywhere;
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

@@ -1,8 +1,8 @@
 //! Propellant that leaves the body.
 
 use super::applies::body_with_thruster;
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

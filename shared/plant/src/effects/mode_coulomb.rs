@@ -1,8 +1,8 @@
 //! Dry friction in a structure: hinges, latches.
 
 use super::applies::anywhere;
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

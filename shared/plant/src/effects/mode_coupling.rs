@@ -1,7 +1,8 @@
 //! Two modes that are not each other's strangers.
 
 use super::applies::mode;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Site, SiteKind};
 use core::f64::consts::TAU;
 

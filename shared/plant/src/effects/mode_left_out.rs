@@ -1,7 +1,8 @@
 //! A mode that the model of an appendage lacks.
 
 use super::applies::anywhere;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {

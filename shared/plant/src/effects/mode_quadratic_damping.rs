@@ -1,8 +1,8 @@
 //! Modal damping that grows with amplitude: air.
 
 use super::applies::anywhere;
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

@@ -1,8 +1,8 @@
 //! An actuator that gives more or less than it is told.
 
 use super::applies::effort;
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

@@ -1,7 +1,8 @@
 //! Principal axes that are not where the data sheet draws them.
 
 use super::geometry::cross_f64;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind, Space};
 
 pub static EFFECT: Effect = Effect {

@@ -1,7 +1,8 @@
 //! A reading that follows slowly.
 
 use super::applies::anywhere;
-use super::{Effect, EffectParameter, Law, filters};
+use super::filters;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
 
 pub static EFFECT: Effect = Effect {

@@ -1,6 +1,7 @@
 //! A sensor that sits elsewhere.
 
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Sensor, SensorKind, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {

@@ -1,7 +1,8 @@
 //! A sensitive axis that points aside.
 
 use super::geometry::{across, tilted};
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Sensor, SensorKind, Site, SiteKind, Space};
 
 pub static EFFECT: Effect = Effect {

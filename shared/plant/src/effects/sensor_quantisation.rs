@@ -1,7 +1,8 @@
 //! A reading in steps.
 
 use super::applies::anywhere;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind};
 
 pub static EFFECT: Effect = Effect {

@@ -1,7 +1,8 @@
 //! A slosh spring that is really a pendulum.
 
 use super::geometry::{cross_f64, dot, norm};
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
 
 pub static EFFECT: Effect = Effect {

@@ -2,7 +2,8 @@
 
 use super::applies::anywhere;
 use super::geometry::perpendicular;
-use super::{Effect, EffectParameter, Law, parts};
+use super::parts;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
 use core::f64::consts::{FRAC_PI_2, TAU};
 

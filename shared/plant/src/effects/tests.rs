@@ -2,7 +2,9 @@
 
 use super::trial::{Trial, both, defaults, plant};
 use super::*;
-use crate::description::{EffectUse, Quantity};
+use crate::effect::*;
+use crate::filter::FilterKind;
+use crate::description::{EffectUse, Plant, Quantity, SiteKind};
 use crate::dual::Dual;
 
 mod in_plants;
@@ -51,7 +53,7 @@ fn confounders_and_experiments_name_effects_that_exist() {
     for effect in EFFECTS {
         let words = effect.confounders.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
         for word in words.filter(|word| word.contains('_')) {
-            assert!(super::effect(word).is_some(), "{} names '{word}'", effect.kind);
+            assert!(CATALOGUE.effect(word).is_some(), "{} names '{word}'", effect.kind);
             assert_ne!(word, effect.kind, "{} confounds itself", effect.kind);
         }
     }
@@ -219,7 +221,7 @@ fn used(kind: &str, site: &str, values: &[(&str, f64)]) -> EffectUse {
 
 #[test]
 fn values_stand_in_the_order_of_the_catalogue_with_defaults_filled_in() {
-    let effect = effect("joint_coulomb").unwrap();
+    let effect = CATALOGUE.effect("joint_coulomb").unwrap();
     let values = values(effect, &used("joint_coulomb", "joint:elbow", &[("smooth_rate", 0.5)])).unwrap();
     assert_eq!(values, [effect.parameters[0].default, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
 }

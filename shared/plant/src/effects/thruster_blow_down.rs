@@ -1,9 +1,9 @@
 //! Thrust that falls as the tank empties.
 
 use super::applies::thruster;
-use super::geometry::fired;
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::effect::fired;
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

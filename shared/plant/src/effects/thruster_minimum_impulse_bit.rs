@@ -1,7 +1,7 @@
 //! Pulses too short to be fired.
 
 use super::applies::thruster;
-use super::{Effect, EffectParameter, Law};
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
 use crate::filter::FilterKind;
 

@@ -1,6 +1,6 @@
 //! What tests of laws need: states to try them on, work over a cycle, and a plant with one of everything.
 
-use super::{Action, BodyState, Both, Effect, HIDDEN_MAX, Law, Local, Surroundings};
+use crate::effect::{Action, BodyState, Both, Effect, HIDDEN_MAX, Law, Local, Surroundings};
 use crate::description::{
     Actuator, ActuatorKind, Appendage, Body, Joint, JointKind, Mode, Noise, Orientation, Plant, Quantity, Reading,
     Sensor, SensorKind, Space, Tank, TankModel,
@@ -353,6 +353,7 @@ pub fn plant() -> Plant {
     };
     Plant {
         name: "one of everything".to_owned(),
+        catalogue: super::CATALOGUE,
         space: Space::Planar,
         bodies: vec![hub_body, arm],
         tanks: vec![Tank {

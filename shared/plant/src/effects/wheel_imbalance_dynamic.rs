@@ -2,9 +2,9 @@
 
 use super::applies::{actuator, wheel};
 use super::geometry::push;
-use super::law::both;
+use crate::both;
 use super::wheel_imbalance_static::rotating;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::{Plant, Site, SiteKind, Space};
 use crate::real::Real;
 

@@ -1,8 +1,8 @@
 //! Motor torque that varies over a turn of the rotor.
 
 use super::applies::wheel;
-use super::law::both;
-use super::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
 use crate::real::Real;
 

@@ -3,7 +3,7 @@
 use super::numbers::{self, Expected};
 use super::run;
 use crate::description::{
-    EffectUse, Plant, Quantity, check_site, implausible, in_catalogue_order, known_kind, known_parameter, unit_at,
+    EffectUse, Plant, Quantity, check_site, implausible, in_catalogue_order, known_parameter, unit_at,
 };
 
 /// Reads `KIND@SITE name=value …` for `plant`; a value without unit is in SI, one with spaces stands in quotes.
@@ -15,7 +15,7 @@ pub fn parse_effect(plant: &Plant, text: &str) -> Result<EffectUse, String> {
     let head = words.next().ok_or("an effect is KIND@SITE name=value …")?;
     let (kind, site) =
         head.split_once('@').ok_or_else(|| format!("'{head}' is not KIND@SITE, as in joint_coulomb@joint:NAME"))?;
-    let entry = known_kind(kind)?;
+    let entry = plant.catalogue.known(kind)?;
     let site = site.parse()?;
     check_site(plant, entry, &site)?;
     let mut values = Vec::new();
@@ -33,7 +33,7 @@ pub fn parse_effect(plant: &Plant, text: &str) -> Result<EffectUse, String> {
 
 /// What of an effect is possible, but not plausible, as a file with it would be told.
 pub fn effect_warnings(plant: &Plant, effect: &EffectUse) -> Vec<String> {
-    let Ok(entry) = known_kind(&effect.kind) else { return Vec::new() };
+    let Ok(entry) = plant.catalogue.known(&effect.kind) else { return Vec::new() };
     let said = |(_, message, what): (&str, String, &str)| format!("{message} ({what})");
     implausible(plant, entry, effect).into_iter().map(said).collect()
 }

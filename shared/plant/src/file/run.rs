@@ -6,7 +6,6 @@ use crate::description::{
     Atmosphere, EffectUse, Environment, GravityGradient, Initial, InitialValue, Integrator, MagneticField, Plant,
     Quantity, Segment, SimulationSettings, Site, SiteKind, in_catalogue_order, unit_at,
 };
-use crate::effects;
 
 /// Reads `gravity` of the file and the table `[environment]`.
 pub(super) fn environment(root: &Section<'_, '_>) -> Environment {
@@ -106,7 +105,7 @@ pub(super) fn effect(section: &mut Section<'_, '_>, plant: &Plant) -> EffectUse 
         section.take_any_unit();
     }
     let mut values: Vec<(String, Quantity)> = Vec::new();
-    match effects::effect(&kind) {
+    match plant.catalogue.effect(&kind) {
         Some(entry) => {
             for parameter in entry.parameters {
                 let unit = readable(unit_at(plant, &site, parameter.unit));
@@ -117,7 +116,7 @@ pub(super) fn effect(section: &mut Section<'_, '_>, plant: &Plant) -> EffectUse 
     }
     section.finish();
     let effect = EffectUse { kind, site, values };
-    match effects::effect(&effect.kind) {
+    match plant.catalogue.effect(&effect.kind) {
         Some(entry) => in_catalogue_order(effect.clone(), entry).unwrap_or(effect),
         None => effect,
     }

@@ -245,7 +245,7 @@ fn every_unit_of_the_catalogue_is_readable_at_every_site() {
         let path = format!("{}/../../deploy/plants/{name}.toml", env!("CARGO_MANIFEST_DIR"));
         let plant = plant(&std::fs::read_to_string(path).unwrap());
         for effect in crate::effects::EFFECTS {
-            for site in crate::effects::sites(effect, &plant) {
+            for site in crate::effect::sites(effect, &plant) {
                 for parameter in effect.parameters {
                     let unit = crate::description::unit_at(&plant, &site, parameter.unit);
                     let read = units::parse(&unit);

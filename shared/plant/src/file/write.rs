@@ -191,7 +191,7 @@ impl Writer {
         self.header("[[effect]]");
         self.text("kind", &effect.kind);
         self.text("site", &effect.site.to_string());
-        let entry = crate::effects::effect(&effect.kind);
+        let entry = plant.catalogue.effect(&effect.kind);
         for (name, quantity) in &effect.values {
             let parameter = entry.and_then(|entry| entry.parameters.iter().find(|parameter| parameter.name == *name));
             let unit = parameter.map_or("1", |parameter| parameter.unit);

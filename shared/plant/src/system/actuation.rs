@@ -4,7 +4,7 @@ use super::System;
 use super::effect_terms::body_state;
 use super::sites::Coordinate;
 use super::workspace::Workspace;
-use crate::effects::{Action, Local, Pick};
+use crate::effect::{Action, Local, Pick};
 use core::ops::Range;
 
 /// How an input acts.
@@ -32,7 +32,7 @@ pub(super) struct Actuation {
     pub link: usize,
     /// Its effects in `EffectTerms::actuators`.
     pub effects: Range<usize>,
-    /// What counts as firing: see [`fired`](crate::effects::fired).
+    /// What counts as firing: see [`fired`](crate::effect::fired).
     pub one_sided: bool,
     pub quiet: f64,
 }
@@ -58,7 +58,7 @@ impl System {
                     ws.effort[coordinate.v] += (value - induced).scale(*gain);
                 }
                 Acts::Wrench { wrench, force } => {
-                    let fired = crate::effects::fired(value, actuator.one_sided, actuator.quiet);
+                    let fired = crate::effect::fired(value, actuator.one_sided, actuator.quiet);
                     ws.thrust[actuator.link] += fired.scale(*force);
                     for (sum, part) in ws.wrench[actuator.link].iter_mut().zip(wrench) {
                         *sum += value.scale(*part);

@@ -3,7 +3,7 @@
 
 use super::System;
 use super::workspace::Workspace;
-use crate::effects::Pick;
+use crate::effect::Pick;
 
 impl System {
     /// 1 / inertia of every coordinate; `None` where one feels another, its own pose, or what acts on bodies, and where a law asks for poses.

@@ -11,14 +11,13 @@ use super::sensors::{Measured, SensorTerm};
 use super::sites::Coordinate;
 use super::{Filter, FilterPlace};
 use crate::description::{ActuatorKind, EffectUse, Plant, SensorKind, Site, SiteKind};
-use crate::effects::{Both, Effect, Find, Law, PARAMETERS_MAX, Surroundings, order_of_action};
+use crate::effect::{Both, Effect, Law, PARAMETERS_MAX, Surroundings};
 
 /// What binding needs to know.
 pub(super) struct Binding<'a> {
     pub plant: &'a Plant,
     pub names: &'a Names,
     pub environment: &'a Surrounding,
-    pub find: Find<'a>,
 }
 
 /// A site: its coordinates (none, one, or one per axis of a tank), its body, and what a law is told of it.
@@ -45,16 +44,16 @@ impl Binding<'_> {
         let mut terms = EffectTerms::default();
         let (mut on_actuators, mut on_sensors, mut filters) = (Vec::new(), Vec::new(), Vec::new());
         let mut uses: Vec<&EffectUse> = self.plant.effects.iter().collect();
-        uses.sort_by_cached_key(|used| order_of_action(used));
+        uses.sort_by_cached_key(|used| self.plant.order_of_action(used));
         for used in uses {
             let failed = |reason: &str| failure(used, reason);
-            let effect = (self.find)(&used.kind).ok_or_else(|| failed("there is no such effect"))?;
+            let effect = self.plant.catalogue.effect(&used.kind).ok_or_else(|| failed("there is no such effect"))?;
             let place = self.place(used, actuators, sensors)?;
-            if !crate::effects::sites(effect, self.plant).contains(&used.site) {
+            if !crate::effect::sites(effect, self.plant).contains(&used.site) {
                 return Err(failed("it cannot sit there"));
             }
-            let mut numbers = crate::effects::values(effect, used).map_err(|error| failed(&error.to_string()))?;
-            crate::effects::felt(effect, &mut numbers, self.plant.space);
+            let mut numbers = crate::effect::values(effect, used).map_err(|error| failed(&error.to_string()))?;
+            crate::effect::felt(effect, &mut numbers, self.plant.space);
             let mut term = |law, coordinate| hidden_states(layout, used, effect, (&place, numbers), law, coordinate);
             let axes = if used.site.kind == SiteKind::Tank { self.tank_axes(&place) } else { Vec::new() };
             match effect.law {

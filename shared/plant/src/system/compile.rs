@@ -14,15 +14,15 @@ use super::sensors::{Reach, output_name, sensor_term};
 use super::sites::Coordinate;
 use super::{System, state_names};
 use crate::description::{Actuator, ActuatorKind, Base, Drive, JointKind, Plant, TankModel};
-use crate::effects::{Find, Surroundings, apply_structures_of};
+use crate::effect::{Surroundings, apply_structures};
 use crate::multibody::Model;
 
 /// Force beyond which a body force is firing, in standard deviations of its noise: noise alone is beyond it once in 16 000 periods.
 const QUIET_SIGMAS: f64 = 4.0;
 
 /// Structure effects, mechanism, coordinates, inputs, sensors, effects: in this order.
-pub(super) fn compile(plant: &Plant, find: Find) -> Result<System, SystemError> {
-    let plant = &with_structure_effects(plant, find)?;
+pub(super) fn compile(plant: &Plant) -> Result<System, SystemError> {
+    let plant = &with_structure_effects(plant)?;
     let mechanism = Mechanism::new(plant)?;
     let environment = surrounding(plant);
     let model = mechanism.compile(environment.told.gravity_m_s2)?;
@@ -41,7 +41,7 @@ pub(super) fn compile(plant: &Plant, find: Find) -> Result<System, SystemError> 
         layout.outputs.push(output_name(&names, sensor));
     }
     state_names::name_states(plant, &names, &model, &mut layout);
-    let binding = Binding { plant, names: &names, environment: &environment, find };
+    let binding = Binding { plant, names: &names, environment: &environment };
     let (mut effects, filters) = binding.bind(&mut layout, &mut actuators, &mut sensors)?;
     effects.hidden_at = layout.hidden_at();
     let pushed = environment.pushes()
@@ -75,9 +75,9 @@ pub(super) fn compile(plant: &Plant, find: Find) -> Result<System, SystemError> 
 }
 
 /// Copy of the plant with the parts and numbers that effects of structure add.
-fn with_structure_effects(plant: &Plant, find: Find) -> Result<Plant, SystemError> {
+fn with_structure_effects(plant: &Plant) -> Result<Plant, SystemError> {
     let mut plant = plant.clone();
-    apply_structures_of(&mut plant, find)?;
+    apply_structures(&mut plant)?;
     Ok(plant)
 }
 

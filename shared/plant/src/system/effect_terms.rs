@@ -4,7 +4,7 @@ use super::System;
 use super::geometry::{add, turn_back};
 use super::sites::Coordinate;
 use super::workspace::Workspace;
-use crate::effects::{Action, BodyState, Both, HIDDEN_MAX, Local, PARAMETERS_MAX, Pick, Surroundings};
+use crate::effect::{Action, BodyState, Both, HIDDEN_MAX, Local, PARAMETERS_MAX, Pick, Surroundings};
 use core::ops::Range;
 
 /// Most of its mass that a body can lose: an empty tank is still a body.

@@ -4,7 +4,7 @@ use super::System;
 use super::actuation::Acts;
 use super::geometry::{add, along, cross, subtract, times, turn, turn_back};
 use super::workspace::{BaseMotion, Workspace};
-use crate::effects::{Pick, Surroundings};
+use crate::effect::{Pick, Surroundings};
 use crate::multibody::momentum_after_kinematics;
 
 /// Circular orbit.

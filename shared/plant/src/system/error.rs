@@ -1,6 +1,6 @@
 //! Why a description has no equations.
 
-use crate::effects::EffectError;
+use crate::effect::EffectError;
 use crate::multibody::ModelError;
 
 /// Why a description has no equations.

@@ -3,7 +3,7 @@
 use super::System;
 use super::sensors::Reach;
 use super::workspace::Workspace;
-use crate::effects::Pick;
+use crate::effect::Pick;
 use crate::multibody::{
     forward_dynamics_after_kinematics, forward_dynamics_prescribed_after_kinematics, kinematics,
     position_rate_after_kinematics,

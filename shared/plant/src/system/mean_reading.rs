@@ -9,7 +9,7 @@ use super::geometry::{along, rotation_vector, subtract, times, transposed_produc
 use super::sensors::{Measured, SensorTerm};
 use super::workspace::{Begin, Workspace};
 use crate::description::Reading;
-use crate::effects::Pick;
+use crate::effect::Pick;
 
 impl System {
     /// What sensors with [`Reading::Mean`] say over `[t_s, t_s + dt_s]` from the states at both ends; the other numbers of `y`

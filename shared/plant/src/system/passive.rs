@@ -3,7 +3,7 @@
 use super::System;
 use super::sites::Coordinate;
 use super::workspace::Workspace;
-use crate::effects::Pick;
+use crate::effect::Pick;
 
 /// Generalised force `−k (q − q₀) − d q̇`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use super::effect_terms::{accelerated, body_state};
 use super::geometry::{add, along, cross, rotation_vector, times, turn, turn_back};
 use super::sensors::{Flexure, Measured, SensorTerm};
 use super::workspace::Workspace;
-use crate::effects::{Action, Local, Pick};
+use crate::effect::{Action, Local, Pick};
 
 impl System {
     /// Every reading, after [`evaluate`](Self::evaluate).

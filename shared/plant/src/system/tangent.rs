@@ -2,7 +2,7 @@
 
 use super::System;
 use super::geometry::{quaternion_of_vector, quaternion_product, rotation_vector_of_quaternion};
-use crate::effects::Pick;
+use crate::effect::Pick;
 
 impl System {
     /// Numbers of a small change of state: a quaternion counts three.

@@ -3,7 +3,7 @@
 use super::System;
 use super::geometry::times;
 use super::workspace::Workspace;
-use crate::effects::Pick;
+use crate::effect::Pick;
 use crate::multibody::{kinetic_energy, momentum, potential_energy};
 
 /// What conservation laws speak of. Effects have no share in masses and energies.

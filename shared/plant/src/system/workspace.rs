@@ -1,7 +1,7 @@
 //! Scratch of one thread.
 
 use super::System;
-use crate::effects::Pick;
+use crate::effect::Pick;
 use crate::multibody::Data;
 
 /// Everything that [`System`]'s functions need, so that none of them allocates.

@@ -2,7 +2,7 @@
 
 use super::{At, Check, Place};
 use crate::description::{Reading, Sensor, Signal, SignalKind, SiteKind};
-use crate::effects::Law;
+use crate::effect::{Law, values};
 
 /// Shortest time between samples [s]; more would be a mistake of unit.
 const PERIOD_S_MIN: f64 = 1e-6;
@@ -96,9 +96,9 @@ impl Check<'_> {
     fn delay_of_effects_s(&self, kind: SiteKind, name: &str) -> f64 {
         let here = |effect: &&crate::description::EffectUse| effect.site.kind == kind && effect.site.name == name;
         let delay_s = |used: &crate::description::EffectUse| {
-            let entry = crate::effects::effect(&used.kind)?;
+            let entry = self.plant.catalogue.effect(&used.kind)?;
             let (Law::SensorFilter(filter) | Law::ActuatorFilter(filter)) = entry.law else { return None };
-            Some(filter(&crate::effects::values(entry, used).ok()?).delay_s())
+            Some(filter(&values(entry, used).ok()?).delay_s())
         };
         self.plant.effects.iter().filter(here).filter_map(delay_s).sum()
     }

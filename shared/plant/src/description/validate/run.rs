@@ -2,7 +2,7 @@
 
 use super::{At, Check, Must};
 use crate::description::{EffectUse, implausible};
-use crate::effects::Effect;
+use crate::effect::Effect;
 
 /// Effects that feel the wind of the environment; its density is in their coefficients.
 const IN_THE_WIND: [&str; 3] = ["drag", "linear_drag", "magnus_lift"];
@@ -69,7 +69,7 @@ impl Check<'_> {
         let plant = self.plant;
         for (i, effect) in plant.effects.iter().enumerate() {
             let at = At::new("effect", i, &effect.kind);
-            match crate::description::known_kind(&effect.kind) {
+            match plant.catalogue.known(&effect.kind) {
                 Ok(entry) => self.effect(&at, entry, effect),
                 Err(message) => self.sentence(&at, "kind", &message),
             }

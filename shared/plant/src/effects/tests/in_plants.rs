@@ -2,8 +2,9 @@
 
 use super::super::trial::{defaults, plant};
 use super::super::*;
+use crate::effect::*;
 use super::used;
-use crate::description::{Controller, EffectUse, JointKind, Quantity, Signal, SignalKind};
+use crate::description::{Controller, EffectUse, JointKind, Plant, Quantity, Signal, SignalKind, Site};
 use crate::noise::Stream;
 use crate::simulation::{SimulationError, Simulator, record};
 use crate::system::{System, Workspace};
@@ -104,7 +105,7 @@ fn slosh_laws_know_no_axes() {
                 stiffness_n_m: vec![Quantity::known(0.0); 2],
                 damping_n_s_m: vec![Quantity::known(0.0); 2],
             };
-            let entry = effect(kind).unwrap();
+            let entry = CATALOGUE.effect(kind).unwrap();
             let named: Vec<(&str, f64)> = entry.parameters.iter().map(|p| p.name).zip(values).collect();
             plant.effects = vec![used(kind, "tank:oxidiser", &named)];
             let system = System::new(&plant).unwrap();

@@ -337,6 +337,7 @@ impl Dice {
             "wheel:actuator_4",
         ];
         Plant {
+            catalogue: crate::effects::CATALOGUE,
             name: "a \"quoted\" \\ name\n\u{7}".into(),
             about: "ü → ∞".into(),
             space: Space::Spatial,

@@ -5,7 +5,8 @@ use crate::description::{
     ActuatorKind, EffectUse, Initial, InitialValue, Integrator, Plant, Prescribed, SensorKind, SignalKind, Site,
     SiteKind,
 };
-use crate::effects::{EFFECTS, Law};
+use crate::effect::Law;
+use crate::effects::EFFECTS;
 use crate::filter::FilterKind;
 use crate::simulation::{SimulationError, Simulator};
 

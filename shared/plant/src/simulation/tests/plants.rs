@@ -206,6 +206,7 @@ pub fn appendage(parameters: &AppendageParameters, torque: Vec<Signal>) -> Plant
     let turn = JointKind::Revolute { axis: Z };
     Plant {
         name: "flexible".to_owned(),
+        catalogue: crate::effects::CATALOGUE,
         bodies: vec![body("hub", None, turn, [0.0; 2], 1.0, 0.0, parameters.total_inertia_kg_m2())],
         appendages: vec![Appendage {
             name: "beam".to_owned(),
@@ -231,6 +232,7 @@ pub fn cart(command: Vec<Signal>) -> Plant {
     let along = JointKind::Prismatic { axis: [1.0, 0.0, 0.0] };
     Plant {
         name: "cart".to_owned(),
+        catalogue: crate::effects::CATALOGUE,
         bodies: vec![body("cart", None, along, [0.0; 2], 2.0, 0.0, 1.0)],
         actuators: vec![actuator("force", ActuatorKind::JointTorque { joint: joint() }, command)],
         sensors: vec![

@@ -161,7 +161,8 @@ fn axes_that_stand_apart_accelerate_as_the_articulated_bodies_do() {
             actuators: vec![torque_of("shaft"), torque_of("rail")],
             ..Plant::default()
         };
-        plant.add_effect("joint_coulomb", &"joint:shaft".parse().unwrap(), &[("force", 0.4)]).unwrap();
+        plant.catalogue = super::effects::CATALOGUE;
+        plant.add_effect("spring", &"joint:shaft".parse().unwrap(), &[("size", 0.4)]).unwrap();
         let system = System::new(&plant).unwrap();
         assert!(system.lightness_apart.is_some());
         let (x, u) = (random_state(&system, 3), [0.7, -1.3]);

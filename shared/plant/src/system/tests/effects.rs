@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::description::{EffectUse, Site, SiteKind};
-use crate::effects::{Action, Both, Effect, EffectParameter, Law, Local};
+use crate::effect::{Action, Both, Catalogue, Effect, EffectParameter, Law, Local};
 use crate::filter::FilterKind;
 use crate::real::Real;
 use crate::system::FilterPlace;
@@ -87,23 +87,21 @@ fn heavier(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
-static CATALOGUE: [Effect; 9] = [
-    toy("spring", 0, Law::Coordinate(Both { real: spring::<f64>, dual: spring::<Dual> })),
-    toy("sail", 0, Law::Body(Both { real: sail::<f64>, dual: sail::<Dual> })),
-    toy("growing", 0, Law::Body(Both { real: growing::<f64>, dual: growing::<Dual> })),
-    toy("amplified", 0, Law::Actuator(Both { real: amplified::<f64>, dual: amplified::<Dual> })),
-    toy("shifted", 0, Law::Sensor(Both { real: shifted::<f64>, dual: shifted::<Dual> })),
-    toy("memory", 2, Law::Coordinate(Both { real: memory::<f64>, dual: memory::<Dual> })),
-    toy("sensor_memory", 1, Law::Sensor(Both { real: sensor_memory::<f64>, dual: sensor_memory::<Dual> })),
-    toy("lag", 0, Law::ActuatorFilter(lag)),
-    toy("heavier", 0, Law::Structure(heavier)),
-];
+pub const CATALOGUE: Catalogue = Catalogue::new(&[
+    &toy("spring", 0, Law::Coordinate(Both { real: spring::<f64>, dual: spring::<Dual> })),
+    &toy("sail", 0, Law::Body(Both { real: sail::<f64>, dual: sail::<Dual> })),
+    &toy("growing", 0, Law::Body(Both { real: growing::<f64>, dual: growing::<Dual> })),
+    &toy("amplified", 0, Law::Actuator(Both { real: amplified::<f64>, dual: amplified::<Dual> })),
+    &toy("shifted", 0, Law::Sensor(Both { real: shifted::<f64>, dual: shifted::<Dual> })),
+    &toy("memory", 2, Law::Coordinate(Both { real: memory::<f64>, dual: memory::<Dual> })),
+    &toy("sensor_memory", 1, Law::Sensor(Both { real: sensor_memory::<f64>, dual: sensor_memory::<Dual> })),
+    &toy("lag", 0, Law::ActuatorFilter(lag)),
+    &toy("heavier", 0, Law::Structure(heavier)),
+]);
 
-fn find(kind: &str) -> Option<&'static Effect> {
-    CATALOGUE.iter().find(|effect| effect.kind == kind)
-}
 
 fn with(mut plant: Plant, uses: &[(&str, &str, f64)]) -> Plant {
+    plant.catalogue = CATALOGUE;
     for (kind, site, size) in uses {
         let values = vec![("size".to_owned(), known(*size))];
         plant.effects.push(EffectUse { kind: (*kind).to_owned(), site: site.parse().unwrap(), values });
@@ -112,7 +110,7 @@ fn with(mut plant: Plant, uses: &[(&str, &str, f64)]) -> Plant {
 }
 
 fn system_with(plant: Plant, uses: &[(&str, &str, f64)]) -> System {
-    System::with_catalogue(&with(plant, uses), &find).unwrap()
+    System::new(&with(plant, uses)).unwrap()
 }
 
 fn arm_with_sensor() -> Plant {
@@ -227,18 +225,19 @@ fn a_law_on_a_sensor_sees_the_accelerations_of_its_body() {
 
 #[test]
 fn hidden_states_have_names_and_move_as_their_laws_say() {
+    // in the order of the catalogue, not of the plant
     let uses = [("sensor_memory", "sensor:encoder", 0.1), ("memory", "joint:joint2", 0.3)];
     let system = system_with(arm_with_sensor(), &uses);
     let names: Vec<&str> = system.states()[10..].iter().map(|state| state.name.as_str()).collect();
-    assert_eq!(names, ["sensor_memory@sensor:encoder.1", "memory@joint:joint2.1", "memory@joint:joint2.2"]);
+    assert_eq!(names, ["memory@joint:joint2.1", "memory@joint:joint2.2", "sensor_memory@sensor:encoder.1"]);
     let x = random_state(&system, 5);
     let x_dot = rates(&system, &x, &[0.0; 2]);
-    assert_eq!(x_dot[10], x[4]);
-    assert_eq!(x_dot[11], x[9] - x[11]);
-    assert_eq!(x_dot[12], 2.0 * x[11]);
-    assert_eq!(readings(&system, &x, &[0.0; 2])[0], x[4] + 0.1 * x[10]);
+    assert_eq!(x_dot[10], x[9] - x[10]);
+    assert_eq!(x_dot[11], 2.0 * x[10]);
+    assert_eq!(x_dot[12], x[4]);
+    assert_eq!(readings(&system, &x, &[0.0; 2])[0], x[4] + 0.1 * x[12]);
     let plain = System::new(&arm_with_sensor()).unwrap();
-    let expected = rates(&plain, &x[..10], &[0.0, 0.3 * x[12]]);
+    let expected = rates(&plain, &x[..10], &[0.0, 0.3 * x[11]]);
     assert!((x_dot[9] - expected[9]).abs() < 1e-15);
     // and the fused call gives the same
     let (mut both, mut y) = (vec![0.0; 13], [0.0; 2]);
@@ -286,7 +285,7 @@ fn an_effect_in_the_wrong_place_is_refused_by_name() {
         (("unheard", "joint:joint1", 1.0), "there is no effect 'unheard'"),
         (("heavier", "body:elbow", 1.0), "cannot sit at body:elbow"),
     ] {
-        let Err(error) = System::with_catalogue(&with(arm_with_sensor(), &[uses]), &find) else {
+        let Err(error) = System::new(&with(arm_with_sensor(), &[uses])) else {
             panic!("{uses:?} must be refused")
         };
         let text = error.to_string();

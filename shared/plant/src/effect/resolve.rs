@@ -1,10 +1,7 @@
 //! From the effects a plant carries to numbers and parts.
 
-use super::{EFFECTS, Effect, Law, effect, sites};
-use crate::description::{EffectUse, Plant, Space};
-
-/// A catalogue: the entry of a name.
-pub type Find<'a> = &'a dyn Fn(&str) -> Option<&'static Effect>;
+use super::{Catalogue, Effect, Law};
+use crate::description::{EffectUse, Plant, Site, Space};
 
 /// Most parameters an effect can have.
 pub const PARAMETERS_MAX: usize = 8;
@@ -41,14 +38,14 @@ fn nearest(word: &str, candidates: impl Iterator<Item = String>) -> Option<Strin
 ///
 /// # Errors
 /// The kind is not in the catalogue, or the site is not one of its sites in `plant`.
-pub fn entry(used: &EffectUse, plant: &Plant, find: Find<'_>) -> Result<&'static Effect, EffectError> {
-    let found = find(&used.kind).ok_or_else(|| unknown_kind(used))?;
+fn entry(used: &EffectUse, plant: &Plant) -> Result<&'static Effect, EffectError> {
+    let found = plant.catalogue.effect(&used.kind).ok_or_else(|| unknown_kind(used, plant.catalogue))?;
     if sites(found, plant).contains(&used.site) { Ok(found) } else { Err(unknown_site(found, used, plant)) }
 }
 
-fn unknown_kind(used: &EffectUse) -> EffectError {
+fn unknown_kind(used: &EffectUse, catalogue: Catalogue) -> EffectError {
     let kind = used.kind.clone();
-    let nearest = nearest(&kind, EFFECTS.iter().map(|effect| effect.kind.to_owned()));
+    let nearest = nearest(&kind, catalogue.entries().iter().map(|effect| effect.kind.to_owned()));
     EffectError::UnknownKind { kind, nearest }
 }
 
@@ -86,11 +83,10 @@ pub fn felt(effect: &Effect, values: &mut [f64; PARAMETERS_MAX], space: Space) {
     }
 }
 
-/// Sorts effects into the order in which they act: that of the catalogue, then of their sites. Those of another catalogue come last, as
-/// they are.
-pub fn order_of_action(used: &EffectUse) -> (usize, String) {
-    let place = EFFECTS.iter().position(|effect| effect.kind == used.kind);
-    place.map_or((EFFECTS.len(), String::new()), |place| (place, used.site.to_string()))
+/// Every site of `plant` at which `effect` can sit.
+pub fn sites(effect: &Effect, plant: &Plant) -> Vec<Site> {
+    let of_kind = effect.sites.iter().flat_map(|kind| plant.sites(*kind));
+    of_kind.filter(|site| (effect.applies)(plant, site)).collect()
 }
 
 /// Builds the parts that the plant's structural effects stand for and removes those effects; all others stay. Every effect is checked for
@@ -102,18 +98,10 @@ pub fn order_of_action(used: &EffectUse) -> (usize, String) {
 /// # Errors
 /// The first effect that cannot act; the plant is then as it was.
 pub fn apply_structures(plant: &mut Plant) -> Result<(), EffectError> {
-    apply_structures_of(plant, &effect)
-}
-
-/// [`apply_structures`] with another catalogue.
-///
-/// # Errors
-/// As [`apply_structures`].
-pub fn apply_structures_of(plant: &mut Plant, find: Find<'_>) -> Result<(), EffectError> {
     let mut built = Plant { effects: Vec::new(), ..plant.clone() };
     let mut waiting = Vec::new();
     for used in &plant.effects {
-        let effect = find(&used.kind).ok_or_else(|| unknown_kind(used))?;
+        let effect = plant.catalogue.effect(&used.kind).ok_or_else(|| unknown_kind(used, plant.catalogue))?;
         let mut numbers = values(effect, used)?;
         felt(effect, &mut numbers, plant.space);
         match effect.law {
@@ -121,7 +109,7 @@ pub fn apply_structures_of(plant: &mut Plant, find: Find<'_>) -> Result<(), Effe
             _ => built.effects.push(used.clone()),
         }
     }
-    waiting.sort_by_cached_key(|(_, _, used, _)| order_of_action(used));
+    waiting.sort_by_cached_key(|(_, _, used, _)| plant.order_of_action(used));
     while let Some((effect, _, used, _)) = waiting.first() {
         let there: Vec<bool> = waiting.iter().map(|(e, _, used, _)| sites(e, &built).contains(&used.site)).collect();
         if !there.contains(&true) {
@@ -141,7 +129,7 @@ pub fn apply_structures_of(plant: &mut Plant, find: Find<'_>) -> Result<(), Effe
         waiting = later;
     }
     for used in &built.effects {
-        entry(used, &built, find)?;
+        entry(used, &built)?;
     }
     *plant = built;
     Ok(())

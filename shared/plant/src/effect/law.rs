@@ -112,10 +112,22 @@ impl Pick for Dual {
     }
 }
 
+/// What counts as firing of what acts: thrusters push one way, so that their noise cancels in an integral; of a force that pushes both
+/// ways only what stands out of its noise counts.
+pub fn fired<T: Real>(value: T, one_sided: bool, quiet: f64) -> T {
+    if one_sided {
+        value
+    } else if value.value().abs() > quiet {
+        value.abs()
+    } else {
+        T::zero()
+    }
+}
+
 /// `both!(law)`: one generic function as [`Both`].
+#[macro_export]
 macro_rules! both {
     ($law:ident) => {
-        $crate::effects::Both { real: $law::<f64>, dual: $law::<$crate::dual::Dual> }
+        $crate::effect::Both { real: $law::<f64>, dual: $law::<$crate::dual::Dual> }
     };
 }
-pub(crate) use both;
