@@ -19,7 +19,6 @@ mod signal;
 mod simulation;
 mod sites;
 mod tank;
-mod validate;
 
 pub use appendage::{Appendage, Mode};
 pub use body::{Body, Joint, JointKind, Orientation};
@@ -37,7 +36,6 @@ pub use simulation::{
 };
 pub use sites::{Site, SiteKind};
 pub use tank::{Tank, TankModel};
-pub use validate::{Fault, Place};
 
 use crate::effect::Catalogue;
 

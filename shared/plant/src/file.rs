@@ -289,9 +289,10 @@ pub use effect_text::{effect_warnings, parse_effect};
 pub use set_text::{set, set_all};
 pub use write::write;
 
+use crate::description::{Plant, Space};
 use crate::effect::Catalogue;
 use crate::effects::CATALOGUE;
-use crate::description::{Fault, Place, Plant, Space};
+use crate::validate::{Fault, Place, faults_of_parts, with_faults_of_equations};
 use core::ops::Range;
 use origin::{Origin, locate};
 use section::{Finding, Reader, Section};
@@ -371,11 +372,11 @@ pub fn parse_with(catalogue: Catalogue, file_name: &str, text: &str) -> Result<P
 /// Faults of the plant; of its equations only where everything is `readable`. Where the space is not known, those that hold in both.
 fn faults_of(plant: &Plant, space: Option<Space>, readable: bool) -> Vec<Fault> {
     if space.is_none() {
-        let other = Plant { space: Space::Spatial, ..plant.clone() }.faults_of_parts();
-        return plant.faults_of_parts().into_iter().filter(|fault| other.contains(fault)).collect();
+        let other = faults_of_parts(&Plant { space: Space::Spatial, ..plant.clone() });
+        return faults_of_parts(plant).into_iter().filter(|fault| other.contains(fault)).collect();
     }
-    let parts = plant.faults_of_parts();
-    if readable { plant.with_faults_of_equations(parts) } else { parts }
+    let parts = faults_of_parts(plant);
+    if readable { with_faults_of_equations(plant, parts) } else { parts }
 }
 
 /// What to do about a text that is no TOML.

@@ -32,6 +32,8 @@ pub mod noise;
 mod oracle;
 pub mod real;
 pub mod sensor;
+pub mod signal;
 pub mod simulation;
 pub mod system;
+pub mod validate;
 mod zero_order_hold;

@@ -19,8 +19,6 @@ mod inputs;
 mod integrator;
 mod record;
 mod sensing;
-pub mod signal;
-mod table;
 
 pub use error::SimulationError;
 pub(crate) use record::spans;

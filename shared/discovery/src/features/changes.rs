@@ -150,8 +150,7 @@ impl Change {
                 let size = parameter.default.abs().max(1e-9);
                 let inside = |a: &f64| *a != 0.0 && *a >= parameter.low && *a <= parameter.high;
                 // a law's coefficient may be of any size: the catalogue knows neither mass nor lever
-                let (steps, ratio) =
-                    if matches!(effect.law, Law::Structure(_)) { (8, 2.0) } else { (10, 4.0) };
+                let (steps, ratio) = if matches!(effect.law, Law::Structure(_)) { (8, 2.0) } else { (10, 4.0) };
                 let sizes = (-steps..=steps).map(|k| size * libm::pow(ratio, f64::from(k)));
                 let mut values: Vec<f64> = sizes.flat_map(|a| [-a, a]).filter(inside).collect();
                 values.sort_by(f64::total_cmp);

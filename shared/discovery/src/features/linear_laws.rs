@@ -79,8 +79,7 @@ mod tests {
 
     #[test]
     fn a_joint_offers_its_damper_and_its_spring_and_neither_dry_friction_nor_a_cubic_law() {
-        let kinds: Vec<&str> =
-            of(&crate::synthetic::plant("oscillator")).iter().map(|(e, _)| e.kind).collect();
+        let kinds: Vec<&str> = of(&crate::synthetic::plant("oscillator")).iter().map(|(e, _)| e.kind).collect();
         for linear in ["joint_viscous", "joint_stiffness"] {
             assert!(kinds.contains(&linear), "{linear} is not in {kinds:?}");
         }

@@ -4,7 +4,7 @@ use super::ProblemError;
 use super::smooth::SmoothMotion;
 use crate::series::Channel;
 use plant::description::{Actuator, ActuatorKind, Plant, Prescribed};
-use plant::simulation::signal::{SignalSum, SignalValue};
+use plant::signal::{SignalSum, SignalValue};
 
 /// A motion as a smooth function of time.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ pub(super) fn drive(
         ActuatorKind::PrescribedJoint { what, .. } | ActuatorKind::PrescribedBase { what, .. } => Some(what),
         _ => None,
     };
-    let bad = |error: plant::simulation::SimulationError| ProblemError::Plant(error.to_string());
+    let bad = |error: plant::signal::SignalError| ProblemError::Plant(error.to_string());
     let own = || SignalSum::new(&actuator.command, plant.simulation.duration_s, &actuator.name).map_err(bad);
     let Some(channel) = channel else {
         return Ok(match what {

@@ -7,7 +7,7 @@
 use super::inputs::Course;
 use super::{Drive, Problem, Run};
 use plant::description::{Plant, Prescribed, Reading};
-use plant::simulation::signal::SignalSum;
+use plant::signal::SignalSum;
 use plant::system::{InputRole, System};
 
 /// One instant.

@@ -3,11 +3,11 @@
 //! Names are those of the file: `hub.mass`, `link_1.com.x`, `shoulder.friction`, `fuel.stiffness.x`, `bending_1.frequency`, `gyro.bias`,
 //! `effect.joint_coulomb@joint:shoulder.force`, `initial.joint:shoulder.rate`. Components that a planar plant cannot have are left out.
 
-use crate::effect::Catalogue;
 use super::{
     Actuator, ActuatorKind, Appendage, Body, Controller, Drive, EffectUse, Environment, Initial, InitialValue,
     JointKind, Noise, Plant, Quantity, Scope, Sensor, SensorKind, Signal, SignalKind, Space, Tank, TankModel, nearest,
 };
+use crate::effect::Catalogue;
 
 /// One number of a plant.
 #[derive(Clone, Debug, PartialEq)]

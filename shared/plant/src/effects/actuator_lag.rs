@@ -2,8 +2,8 @@
 
 use super::applies::effort;
 use super::filters;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "actuator_lag",

@@ -1,8 +1,8 @@
 //! An actuator with a loop of its own that overshoots.
 
 use super::applies::effort;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::filter::FilterKind;
 
 pub static EFFECT: Effect = Effect {

@@ -1,8 +1,8 @@
 //! An actuator that no longer follows its command.
 
 use super::applies::effort;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::filter::FilterKind;
 
 pub static EFFECT: Effect = Effect {

@@ -1,8 +1,8 @@
 //! A clock that runs fast.
 
 use super::{applies, parts};
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind};
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "clock_skew",

@@ -1,8 +1,8 @@
 //! A base that is not level.
 
 use super::parts;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind};
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "gravity_error",
@@ -42,9 +42,9 @@ fn build(plant: &mut Plant, _: &Site, p: &[f64]) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::build;
-    use crate::effects::trial::plant;
     use crate::effect::sites;
     use crate::effects::CATALOGUE;
+    use crate::effects::trial::plant;
 
     #[test]
     fn the_error_adds_to_gravity_and_sits_once_in_a_plant() {

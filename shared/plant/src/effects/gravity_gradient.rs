@@ -2,8 +2,8 @@
 
 use super::geometry::{constant, cross, direction, dot, push, to_body};
 use crate::both;
-use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::{Plant, Site, SiteKind};
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -100,7 +100,7 @@ mod tests {
     fn an_environment_that_states_the_orbit_leaves_it_no_site() {
         use crate::description::{GravityGradient, Quantity};
         use crate::effect::sites;
-use crate::effects::trial::plant;
+        use crate::effects::trial::plant;
         assert!(!sites(&EFFECT, &plant()).is_empty());
         let mut in_orbit = plant();
         in_orbit.environment.gravity_gradient =

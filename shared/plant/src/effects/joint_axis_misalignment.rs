@@ -1,8 +1,8 @@
 //! A joint whose axis is not where the drawing has it.
 
 use super::geometry::{across, tilted};
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{JointKind, Plant, Site, SiteKind, Space};
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "joint_axis_misalignment",
@@ -49,7 +49,7 @@ mod tests {
     use super::{EFFECT, build};
     use crate::description::{JointKind, Space};
     use crate::effect::sites;
-use crate::effects::trial::plant;
+    use crate::effects::trial::plant;
 
     #[test]
     fn only_the_axis_of_the_joint_is_turned_by_the_length_of_the_tilt() {

@@ -2,8 +2,8 @@
 
 use super::applies::anywhere;
 use crate::both;
-use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::real::Real;
 
 pub static EFFECT: Effect = Effect {

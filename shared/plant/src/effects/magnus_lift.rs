@@ -3,8 +3,8 @@
 use super::applies::anywhere;
 use super::geometry::{cross, push, velocity_through_medium};
 use crate::both;
-use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::real::Real;
 
 pub static EFFECT: Effect = Effect {

@@ -2,8 +2,8 @@
 
 use super::applies::mode;
 use super::parts;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Site, SiteKind};
+use crate::effect::{Effect, EffectParameter, Law};
 use core::f64::consts::TAU;
 
 pub static EFFECT: Effect = Effect {

@@ -2,8 +2,8 @@
 
 use super::geometry::cross_f64;
 use super::parts;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Site, SiteKind, Space};
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "principal_axes_misalignment",

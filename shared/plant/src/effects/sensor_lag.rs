@@ -2,8 +2,8 @@
 
 use super::applies::anywhere;
 use super::filters;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_lag",

@@ -1,8 +1,8 @@
 //! A sensor that sits elsewhere.
 
 use super::parts;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Sensor, SensorKind, Site, SiteKind};
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_lever_arm",

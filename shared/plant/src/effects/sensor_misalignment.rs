@@ -2,8 +2,8 @@
 
 use super::geometry::{across, tilted};
 use super::parts;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Sensor, SensorKind, Site, SiteKind, Space};
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_misalignment",

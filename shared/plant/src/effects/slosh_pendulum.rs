@@ -2,8 +2,8 @@
 
 use super::geometry::{cross_f64, dot, norm};
 use super::parts;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
+use crate::effect::{Effect, EffectParameter, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "slosh_pendulum",

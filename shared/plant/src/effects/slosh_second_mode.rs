@@ -3,8 +3,8 @@
 use super::applies::anywhere;
 use super::geometry::perpendicular;
 use super::parts;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
+use crate::effect::{Effect, EffectParameter, Law};
 use core::f64::consts::{FRAC_PI_2, TAU};
 
 pub static EFFECT: Effect = Effect {

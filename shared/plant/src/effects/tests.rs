@@ -2,10 +2,10 @@
 
 use super::trial::{Trial, both, defaults, plant};
 use super::*;
-use crate::effect::*;
-use crate::filter::FilterKind;
 use crate::description::{EffectUse, Plant, Quantity, SiteKind};
 use crate::dual::Dual;
+use crate::effect::*;
+use crate::filter::FilterKind;
 
 mod in_plants;
 

@@ -1,10 +1,10 @@
 //! Thrust that falls as the tank empties.
 
 use super::applies::thruster;
-use crate::effect::fired;
 use crate::both;
-use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::description::SiteKind;
+use crate::effect::fired;
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::real::Real;
 
 pub static EFFECT: Effect = Effect {

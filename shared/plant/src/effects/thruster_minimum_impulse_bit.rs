@@ -1,8 +1,8 @@
 //! Pulses too short to be fired.
 
 use super::applies::thruster;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::filter::FilterKind;
 
 pub static EFFECT: Effect = Effect {

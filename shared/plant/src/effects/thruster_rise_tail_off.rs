@@ -1,8 +1,8 @@
 //! Thrust that builds up and dies away.
 
 use super::applies::thruster;
-use crate::effect::{Effect, EffectParameter, Law};
 use crate::description::SiteKind;
+use crate::effect::{Effect, EffectParameter, Law};
 use crate::filter::FilterKind;
 
 pub static EFFECT: Effect = Effect {

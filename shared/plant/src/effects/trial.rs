@@ -1,11 +1,11 @@
 //! What tests of laws need: states to try them on, work over a cycle, and a plant with one of everything.
 
-use crate::effect::{Action, BodyState, Both, Effect, HIDDEN_MAX, Law, Local, Surroundings};
 use crate::description::{
     Actuator, ActuatorKind, Appendage, Body, Joint, JointKind, Mode, Noise, Orientation, Plant, Quantity, Reading,
     Sensor, SensorKind, Space, Tank, TankModel,
 };
 use crate::dual::Dual;
+use crate::effect::{Action, BodyState, Both, Effect, HIDDEN_MAX, Law, Local, Surroundings};
 use crate::noise::Stream;
 use crate::real::Real;
 

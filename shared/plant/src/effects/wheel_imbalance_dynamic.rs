@@ -2,10 +2,10 @@
 
 use super::applies::{actuator, wheel};
 use super::geometry::push;
-use crate::both;
 use super::wheel_imbalance_static::rotating;
-use crate::effect::{Action, Effect, EffectParameter, Law, Local};
+use crate::both;
 use crate::description::{Plant, Site, SiteKind, Space};
+use crate::effect::{Action, Effect, EffectParameter, Law, Local};
 use crate::real::Real;
 
 pub static EFFECT: Effect = Effect {

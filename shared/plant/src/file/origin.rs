@@ -2,7 +2,8 @@
 
 use super::FileError;
 use super::section::{Finding, Reader};
-use crate::description::{Fault, Place, Plant, Sensor};
+use crate::description::{Plant, Sensor};
+use crate::validate::{Fault, Place};
 use core::ops::Range;
 use std::collections::BTreeMap;
 

@@ -4,7 +4,8 @@
 //! follows from the stand-in is not reported as well.
 
 use super::numbers::{self, Expected};
-use crate::description::{Place, Plant, Quantity, SiteKind, Space, nearest, suggestion};
+use crate::description::{Plant, Quantity, SiteKind, Space, nearest, suggestion};
+use crate::validate::Place;
 use core::cell::{Cell, RefCell};
 use core::ops::Range;
 use std::collections::{BTreeMap, BTreeSet};

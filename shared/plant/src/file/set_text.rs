@@ -74,7 +74,7 @@ fn one<'t>(parameters: &[Parameter], text: &'t str) -> Result<(&'t str, f64), St
 }
 
 fn first_fault(plant: &Plant) -> Option<String> {
-    let fault = plant.validate().into_iter().find(|fault| !fault.warning)?;
+    let fault = crate::validate::validate(plant).into_iter().find(|fault| !fault.warning)?;
     Some(fault.to_string())
 }
 

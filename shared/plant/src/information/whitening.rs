@@ -153,7 +153,11 @@ fn samples(quiet: &Plant, nominal: &Recording, weight: &[f64], sensed: &[Sensed]
         let sensor = &quiet.sensors[sensed[index].output];
         let source = sensor.source.as_ref().and_then(|name| quiet.sources.iter().find(|source| source.name == *name));
         let (offset_s, skew) = source.map_or((0.0, 0.0), |s| (s.clock_offset_s.value, s.clock_skew.value));
-        let of_effects = quiet.effects.iter().filter(|used| used.site.name == sensor.name).filter_map(|used| effect_delay_s(quiet, used));
+        let of_effects = quiet
+            .effects
+            .iter()
+            .filter(|used| used.site.name == sensor.name)
+            .filter_map(|used| effect_delay_s(quiet, used));
         let delay_s = sensor.delay_s.value + of_effects.sum::<f64>();
         let length_s = if let Kind::Mean { length_s, .. } = sensed[index].kind { length_s } else { 0.0 };
         for stamp_s in &channel.time_s {

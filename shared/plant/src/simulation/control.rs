@@ -5,8 +5,8 @@
 
 use super::SimulationError;
 use super::excitation::ExcitedClock;
-use super::signal::{SignalSum, SignalValue};
 use crate::description::{Actuator, ActuatorKind, Controller, Drive, Plant};
+use crate::signal::{SignalSum, SignalValue};
 use crate::system::{JointReference, System, Workspace};
 
 /// What a generalised force and a joint rate ask of the actuator.

@@ -1,5 +1,6 @@
 //! Why a plant cannot be simulated.
 
+use crate::signal::SignalError;
 use crate::system::SystemError;
 
 /// What is wrong with a plant, its settings or a checkpoint.
@@ -7,9 +8,8 @@ use crate::system::SystemError;
 pub enum SimulationError {
     #[error(transparent)]
     System(#[from] SystemError),
-    /// A signal that has no meaning.
-    #[error("signal of {of}: {why}")]
-    Signal { of: String, why: String },
+    #[error(transparent)]
+    Signal(#[from] SignalError),
     /// A number outside its range.
     #[error("{what} = {value}: {why}")]
     Setting { what: String, value: f64, why: &'static str },

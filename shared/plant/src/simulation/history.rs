@@ -5,8 +5,8 @@
 
 use super::dynamics::{Dynamics, Origin};
 use super::excitation::ExcitedClock;
-use super::signal::EDGE_S;
 use crate::filter::LagState;
+use crate::signal::EDGE_S;
 use serde::{Deserialize, Serialize};
 
 /// Sizes of what a piece keeps.

@@ -6,10 +6,10 @@
 
 use super::SimulationError;
 use super::excitation::ExcitedClock;
-use super::signal::{SignalSum, SignalValue};
 use crate::description::{Actuator, ActuatorKind, Initial, Plant, Prescribed};
 use crate::filter::{FilterKind, Gate, HeldDelay, HeldDelayState, Lag, LagState};
 use crate::noise::Stream;
+use crate::signal::{SignalSum, SignalValue};
 use crate::system::{FilterPlace, InputName, InputRole, System};
 use serde::{Deserialize, Serialize};
 
@@ -338,7 +338,7 @@ fn pieces(commanded: &[Commanded], period_s: f64, step_s: f64, fine: bool) -> Ve
     edges.push(0.0);
     edges.push(period_s);
     edges.sort_by(f64::total_cmp);
-    edges.dedup_by(|a, b| *a - *b < super::signal::EDGE_S);
+    edges.dedup_by(|a, b| *a - *b < crate::signal::EDGE_S);
     let mut pieces = Vec::new();
     for pair in edges.windows(2) {
         let length_s = pair[1] - pair[0];

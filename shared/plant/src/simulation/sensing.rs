@@ -6,11 +6,11 @@
 use super::SimulationError;
 use super::dynamics::Dynamics;
 use super::history::History;
-use super::signal::EDGE_S;
 use crate::description::{Noise, Plant, Reading, Sensor};
 use crate::filter::{FilterKind, Lag, LagState};
 use crate::noise::Stream;
 use crate::sensor::{quantise, random_walk_sample_sigma};
+use crate::signal::EDGE_S;
 use crate::system::{FilterPlace, System};
 use serde::{Deserialize, Serialize};
 

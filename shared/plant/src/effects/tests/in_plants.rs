@@ -2,9 +2,9 @@
 
 use super::super::trial::{defaults, plant};
 use super::super::*;
-use crate::effect::*;
 use super::used;
 use crate::description::{Controller, EffectUse, JointKind, Plant, Quantity, Signal, SignalKind, Site};
+use crate::effect::*;
 use crate::noise::Stream;
 use crate::simulation::{SimulationError, Simulator, record};
 use crate::system::{System, Workspace};

@@ -399,7 +399,7 @@ fn random_plants_read_back_equal() {
     for seed in 0..100 {
         let mut dice = Dice { stream: Stream::new(seed, "plants"), throws: 0 };
         let first = dice.plant();
-        let mut faults = first.validate();
+        let mut faults = crate::validate::validate(&first);
         faults.retain(|fault| !fault.warning);
         assert!(faults.is_empty(), "seed {seed}: {faults:?}");
         let written = write(&first);

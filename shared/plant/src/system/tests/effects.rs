@@ -99,7 +99,6 @@ pub const CATALOGUE: Catalogue = Catalogue::new(&[
     &toy("heavier", 0, Law::Structure(heavier)),
 ]);
 
-
 fn with(mut plant: Plant, uses: &[(&str, &str, f64)]) -> Plant {
     plant.catalogue = CATALOGUE;
     for (kind, site, size) in uses {
@@ -285,9 +284,7 @@ fn an_effect_in_the_wrong_place_is_refused_by_name() {
         (("unheard", "joint:joint1", 1.0), "there is no effect 'unheard'"),
         (("heavier", "body:elbow", 1.0), "cannot sit at body:elbow"),
     ] {
-        let Err(error) = System::new(&with(arm_with_sensor(), &[uses])) else {
-            panic!("{uses:?} must be refused")
-        };
+        let Err(error) = System::new(&with(arm_with_sensor(), &[uses])) else { panic!("{uses:?} must be refused") };
         let text = error.to_string();
         assert!(text.contains(complaint) && text.contains(uses.0), "{text}");
     }

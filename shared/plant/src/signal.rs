@@ -3,13 +3,22 @@
 //! A signal is a sum of terms. Each term runs on its own time, counted from its beginning, and is zero outside
 //! `[begin, end)`. Jumps have no derivative here: rate and acceleration are those of the pieces between them.
 
-use super::SimulationError;
-use super::table::Table;
+mod table;
+
 use crate::description::{Quantity, Signal, SignalKind};
 use core::f64::consts::{PI, TAU};
+use table::Table;
+
+/// A signal that has no meaning.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("signal of {of}: {why}")]
+pub struct SignalError {
+    pub of: String,
+    pub why: &'static str,
+}
 
 /// An instant meant to lie on an edge must not fall before it by rounding [s].
-pub(crate) const EDGE_S: f64 = 1e-9;
+pub const EDGE_S: f64 = 1e-9;
 
 /// Value of a signal and its derivatives, in the SI unit of what it drives, per second, per second squared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -101,13 +110,12 @@ impl SignalSum {
     ///
     /// # Errors
     /// A period, width or frequency span that has no meaning, a table whose times do not increase.
-    pub fn new(signals: &[Signal], duration_s: f64, of: &str) -> Result<Self, SimulationError> {
-        let term = |signal: &Signal| -> Result<Term, SimulationError> {
+    pub fn new(signals: &[Signal], duration_s: f64, of: &str) -> Result<Self, SignalError> {
+        let term = |signal: &Signal| -> Result<Term, SignalError> {
             let begin_s = signal.begin_s.value;
             let end_s = signal.end_s.map_or(f64::INFINITY, |end| end.value);
             let span_s = if end_s.is_finite() { end_s } else { duration_s } - begin_s;
-            let shape = Shape::new(&signal.kind, span_s)
-                .map_err(|why| SimulationError::Signal { of: of.to_owned(), why: why.to_owned() })?;
+            let shape = Shape::new(&signal.kind, span_s).map_err(|why| SignalError { of: of.to_owned(), why })?;
             Ok(Term { shape, begin_s, end_s })
         };
         Ok(Self { terms: signals.iter().map(term).collect::<Result<_, _>>()? })

@@ -1,6 +1,6 @@
 //! A signal stated by rows: held from row to row, or joined by natural cubic splines.
 
-use super::signal::{EDGE_S, SignalValue};
+use super::{EDGE_S, SignalValue};
 
 /// Rows of a table; before the first and after the last row their values hold.
 #[derive(Clone, Debug)]

@@ -11,7 +11,9 @@ mod outputs;
 mod participation;
 mod run;
 
-use super::{Plant, Quantity, Space, suggestion};
+pub(crate) use equations::with_faults_of_equations;
+
+use crate::description::{Plant, Quantity, Space, suggestion};
 
 /// Where in a description something stands: `body` number 2, key `joint.axis`. Nested lists count from 0: `mode.0.frequency`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,34 +45,31 @@ impl core::fmt::Display for Fault {
     }
 }
 
-impl Plant {
-    /// Every fault, in file order; a plant without errors (warnings aside) can be compiled and simulated.
-    ///
-    /// Cost: where its parts are possible, one compilation.
-    pub fn validate(&self) -> Vec<Fault> {
-        let parts = self.faults_of_parts();
-        self.with_faults_of_equations(parts)
-    }
+/// Every fault, in file order; a plant without errors (warnings aside) can be compiled and simulated.
+///
+/// Cost: where its parts are possible, one compilation.
+pub fn validate(plant: &Plant) -> Vec<Fault> {
+    with_faults_of_equations(plant, faults_of_parts(plant))
+}
 
-    /// What is wrong with each part by itself and with its references.
-    pub(crate) fn faults_of_parts(&self) -> Vec<Fault> {
-        let mut check = Check { plant: self, faults: Vec::new() };
-        check.names();
-        check.environment();
-        check.bodies();
-        check.tanks();
-        check.appendages();
-        check.participation();
-        check.actuators();
-        check.controllers();
-        check.sources();
-        check.sensors();
-        check.beginnings();
-        check.simulation();
-        check.sizes();
-        check.effects();
-        check.faults
-    }
+/// What is wrong with each part by itself and with its references.
+pub(crate) fn faults_of_parts(plant: &Plant) -> Vec<Fault> {
+    let mut check = Check { plant, faults: Vec::new() };
+    check.names();
+    check.environment();
+    check.bodies();
+    check.tanks();
+    check.appendages();
+    check.participation();
+    check.actuators();
+    check.controllers();
+    check.sources();
+    check.sensors();
+    check.beginnings();
+    check.simulation();
+    check.sizes();
+    check.effects();
+    check.faults
 }
 
 /// The faults found so far.
@@ -239,7 +238,8 @@ impl Check<'_> {
     /// A joint with one degree of freedom.
     fn moving_joint(&mut self, at: &At, key: &str, name: &str) {
         let plant = self.plant;
-        let moving: Vec<String> = plant.sites(super::SiteKind::Joint).into_iter().map(|site| site.name).collect();
+        let moving: Vec<String> =
+            plant.sites(crate::description::SiteKind::Joint).into_iter().map(|site| site.name).collect();
         let rigid = plant.joint(name).is_some() && !moving.iter().any(|joint| joint == name);
         if rigid {
             let message = format!("{} needs a revolute or prismatic joint; '{name}' is neither", at.what);
