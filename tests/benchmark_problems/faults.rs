@@ -9,8 +9,8 @@ use crate::models::{
 use console::bench::inertial::{Inertial, sigma, truth};
 use console::bench::modes::Modes;
 use console::bench::slosh::Slosh;
+use dynamics::description::Plant;
 use physics::appendage::{Appendage, Mode};
-use plant::description::Plant;
 
 #[test]
 fn a_wrong_symbol_in_the_arm_breaks_momentum_and_acceleration() {

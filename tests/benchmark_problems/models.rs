@@ -6,15 +6,15 @@ use crate::claims::{Claim, demand};
 use console::bench::inertial::{Inertial, planar_arm, sigma, truth};
 use console::bench::modes::{Modes, SENSORS};
 use console::bench::slosh::Slosh;
+use dynamics::description::{Noise, Plant, Quantity, SensorKind};
+use dynamics::noise::Stream;
+use dynamics::system::{System, Workspace};
 use nalgebra::SVector;
 use physics::appendage::{Appendage, Mode, refit_free_decay_residual};
 use physics::free_floating::{Alpha, accelerations};
 use physics::mated::{Target, mated_parameters};
 use physics::momentum::{ChannelSigma, momentum_regressor, noisy_momentum_row};
 use physics::slosh::{SloshParameters, SloshPropagator, SloshState};
-use plant::description::{Noise, Plant, Quantity, SensorKind};
-use plant::noise::Stream;
-use plant::system::{System, Workspace};
 
 /// A number of the plant by its name.
 pub fn number(plant: &Plant, name: &str) -> f64 {

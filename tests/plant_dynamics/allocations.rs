@@ -1,14 +1,16 @@
 //! No step takes memory: what a loop calls after construction and one step of warm-up allocates nothing, on any plant and with any effect.
 
 use crate::subject::{Subject, folder, plant};
-use plant::description::{EffectUse, Integrator, Plant};
-use plant::dual::Dual;
-use plant::effect::{Law, sites};
-use plant::effects::EFFECTS;
-use plant::multibody::{Data, forward_dynamics, inverse_dynamics, inverse_dynamics_regressor, mass_matrix, momentum};
-use plant::simulation::Simulator;
-use plant::system::{StateSpace, Workspace};
+use catalogue::EFFECTS;
+use dynamics::description::{EffectUse, Integrator, Plant};
+use dynamics::dual::Dual;
+use dynamics::effect::{Law, sites};
+use dynamics::multibody::{
+    Data, forward_dynamics, inverse_dynamics, inverse_dynamics_regressor, mass_matrix, momentum,
+};
+use dynamics::system::{StateSpace, Workspace};
 use runtime::sys::allocations;
+use simulation::Simulator;
 
 /// More than the slowest sensor's period and the longest delay.
 const STEPS: usize = 60;

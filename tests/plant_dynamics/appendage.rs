@@ -2,9 +2,9 @@
 
 use crate::subject::{ROUNDING, STATES, Subject, Worst, plant, value};
 use core::f64::consts::TAU;
+use dynamics::description::Plant;
+use dynamics::system::Workspace;
 use physics::appendage::{Appendage, Mode};
-use plant::description::Plant;
-use plant::system::Workspace;
 
 fn closed_form(plant: &Plant) -> Appendage {
     let at = |name: &str| value(plant, name);
@@ -40,7 +40,8 @@ fn hub_free_modes_are_those_of_the_quartic_and_of_the_published_table() {
         }
         worst.demand("hub-free poles, BP3", 1e-11);
         if let Some(printed) = printed_hz {
-            let near = |(mode, printed): (&plant::system::SystemMode, f64)| (mode.frequency_hz - printed).abs() < 5e-6;
+            let near =
+                |(mode, printed): (&dynamics::system::SystemMode, f64)| (mode.frequency_hz - printed).abs() < 5e-6;
             assert!(found.modes.iter().zip(printed).all(near), "{:?}", found.modes); // half of the last digit
         }
     }

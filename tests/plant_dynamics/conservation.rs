@@ -1,9 +1,9 @@
 //! A plant without friction and without anything from outside keeps its momentum and its energy.
 
 use crate::subject::plant;
-use plant::description::{InitialValue, Integrator, Plant, Quantity};
-use plant::simulation::Simulator;
-use plant::system::{System, Totals, Workspace};
+use dynamics::description::{InitialValue, Integrator, Plant, Quantity};
+use dynamics::system::{System, Totals, Workspace};
+use simulation::Simulator;
 
 /// The planar study case, undamped, uncommanded, released bent, sloshing and turning.
 fn released() -> Plant {

@@ -1,8 +1,8 @@
 //! What the momentum of the free-floating arm can say, asked of the plant file.
 
 use crate::subject::{arm_of, plant, value};
-use plant::multibody::{MomentumBasis, MomentumSpan, ParameterFamily, momentum_span, planar_tree_functions};
-use plant::system::System;
+use dynamics::multibody::{MomentumBasis, MomentumSpan, ParameterFamily, momentum_span, planar_tree_functions};
+use dynamics::system::System;
 
 /// The numbers of an arm; every one is varied by 30 %.
 const VARIED: [&str; 11] = [

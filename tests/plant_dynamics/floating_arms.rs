@@ -1,13 +1,13 @@
 //! Free-floating arm before capture (BP1A, eight parameters) and after it (mated, nine).
 
 use crate::subject::{ROUNDING, SKEWED, STATES, Subject, Worst, arm_of, plant, value};
+use dynamics::description::Plant;
+use dynamics::multibody::{Data, PARAMETERS_PER_LINK, inverse_dynamics_regressor, momentum};
 use nalgebra::{DMatrix, DVector, Matrix3, SVector, Vector3};
 use physics::dynamic_equation::{ArmMotion, torque_regressor};
 use physics::free_floating::{accelerations, dynamics};
 use physics::mated::{Target, mated_parameters};
 use physics::momentum::{MomentumSample, momentum_regressor};
-use plant::description::Plant;
-use plant::multibody::{Data, PARAMETERS_PER_LINK, inverse_dynamics_regressor, momentum};
 
 /// What the closed form makes of the numbers in the file.
 fn alpha<const P: usize>(plant: &Plant) -> SVector<f64, P> {
@@ -115,7 +115,7 @@ fn regressors_differ<const P: usize>(plant: Plant, spoil: Spoil<P>) -> Worst {
         subject.draw(k);
         subject.push(k, 1.0);
         let (q, v) = subject.model_state();
-        let stream = plant::noise::Stream::new(k, "acceleration");
+        let stream = dynamics::noise::Stream::new(k, "acceleration");
         let mut acceleration: Vec<f64> = (0..5).map(|i| stream.normal(i)).collect();
         inverse_dynamics_regressor(&model, &mut data, &q, &v, &acceleration, &mut regressor);
         let push = &regressor * &standard;

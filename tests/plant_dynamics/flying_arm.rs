@@ -1,13 +1,13 @@
 //! Free-flying arm (BP1B): thrust and torque on the base, eight linear parameters.
 
 use crate::subject::{ROUNDING, SKEWED, STATES, Subject, Worst, arm_of, plant, value};
+use dynamics::description::Plant;
+use dynamics::multibody::{Data, PARAMETERS_PER_LINK, inverse_dynamics_regressor, mass_matrix};
+use dynamics::noise::Stream;
 use nalgebra::{DMatrix, DVector, SMatrix};
 use physics::free_flying::{
     Five, FlyingGeometry, FlyingMotion, Pi, accelerations, dynamics, momentum_form, parameters, wrench_regressor,
 };
-use plant::description::Plant;
-use plant::multibody::{Data, PARAMETERS_PER_LINK, inverse_dynamics_regressor, mass_matrix};
-use plant::noise::Stream;
 
 fn closed_form(plant: &Plant) -> (FlyingGeometry, Pi) {
     let (arm, base_com_m) = (arm_of(plant), ["hub.com.x", "hub.com.y"].map(|name| value(plant, name)));

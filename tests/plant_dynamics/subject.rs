@@ -1,9 +1,9 @@
 //! A plant of `deploy/plants` as equations, with its states and inputs by name.
 
 pub use console::bench::inertial::planar_arm as arm_of;
-use plant::description::{Plant, SiteKind};
-use plant::noise::Stream;
-use plant::system::{System, Totals, Workspace};
+use dynamics::description::{Plant, SiteKind};
+use dynamics::noise::Stream;
+use dynamics::system::{System, Totals, Workspace};
 use std::path::{Path, PathBuf};
 
 /// States compared per claim.
@@ -19,7 +19,7 @@ pub fn folder() -> PathBuf {
 pub fn plant(name: &str, changes: &[(&str, f64)]) -> Plant {
     let path = folder().join(format!("{name}.toml"));
     let text = std::fs::read_to_string(&path).unwrap();
-    let mut plant = plant::file::parse(name, &text).unwrap().plant;
+    let mut plant = plant_file::parse(name, &text).unwrap().plant;
     for (parameter, value) in changes {
         plant.set_parameter(parameter, *value).unwrap();
     }

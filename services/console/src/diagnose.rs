@@ -17,15 +17,15 @@ mod words;
 
 use crate::progress::Share;
 use crate::recordings::{self, Evidence, Loaded};
-use crate::{Failure, plant_file};
+use crate::{Failure, plants};
 use channel_map::ChannelMap;
 use discovery::diagnose::{Diagnosis, Options};
 use discovery::doctor::{Finding, Mislabelled, examine_beside, mislabelled};
 use discovery::problem::Problem;
 use discovery::work::{LABELS, Work};
+use dynamics::description::Plant;
 use files::OutFiles;
 use modes_file::ModesFile;
-use plant::description::Plant;
 use recording::{SeriesSet, Spectrum};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -178,7 +178,7 @@ fn look_at_labels(case: &Case) -> Labels {
 const DOCTOR_SHARE: f64 = 0.1;
 
 fn read(arguments: &Arguments) -> Result<Case, Failure> {
-    let (plant, plant_digest) = plant_file::read_with_digest(&arguments.plant)?;
+    let (plant, plant_digest) = plants::read_with_digest(&arguments.plant)?;
     let map = arguments.map.as_deref().map(|path| ChannelMap::read(path, &plant)).transpose()?;
     let rename = |set: &mut SeriesSet| map.as_ref().map_or(Ok(()), |map| map.apply(set));
     let evidence = |path: &Path| recordings::read_evidence(path, &plant, &rename);

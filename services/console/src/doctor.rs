@@ -4,9 +4,9 @@ mod page;
 
 use crate::progress::Share;
 use crate::recordings::{self, Loaded, ReportFile, wrapped};
-use crate::{Failure, plant_file};
+use crate::{Failure, plants};
 use discovery::doctor::{Finding, Severity, examine_for, examine_with};
-use plant::description::Plant;
+use dynamics::description::Plant;
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -44,7 +44,7 @@ struct Examined {
 /// # Errors
 /// [`Failure::Input`] for a recording or a plant that cannot be read, [`Failure::Run`] when the report cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let plant = arguments.plant.as_deref().map(plant_file::read).transpose()?;
+    let plant = arguments.plant.as_deref().map(plants::read).transpose()?;
     let mut loaded = Vec::new();
     for path in &arguments.recordings {
         loaded.extend(recordings::read(path, plant.as_ref())?);

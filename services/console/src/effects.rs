@@ -1,9 +1,9 @@
 //! `obsid effects`: the catalogue of physics that a model can leave out.
 
-use crate::{Failure, plant_file};
-use plant::description::{Plant, SiteKind, Space};
-use plant::effect::{Effect, EffectParameter, sites};
-use plant::effects::{CATALOGUE, EFFECTS};
+use crate::{Failure, plants};
+use catalogue::{CATALOGUE, EFFECTS};
+use dynamics::description::{Plant, SiteKind, Space};
+use dynamics::effect::{Effect, EffectParameter, sites};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -31,7 +31,7 @@ pub struct Arguments {
 /// # Errors
 /// [`Failure::Input`] for an unknown entry or a plant that cannot be read.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let plant = arguments.plant.as_deref().map(plant_file::read).transpose()?;
+    let plant = arguments.plant.as_deref().map(plants::read).transpose()?;
     let entries = entries(arguments.kind.as_deref(), plant.as_ref())?;
     crate::print(&match (&arguments.kind, arguments.json) {
         (_, true) => format!("{}\n", json!({ "effects": entries.iter().map(as_json).collect::<Vec<_>>() })),

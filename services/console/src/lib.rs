@@ -21,7 +21,7 @@ mod outcome;
 mod paper;
 mod partition;
 mod plant;
-mod plant_file;
+mod plants;
 mod progress;
 mod recordings;
 mod replay;

@@ -1,6 +1,6 @@
 //! The warden's table of limits and actions: `deploy/partitions.toml`, or a file of the user's.
 
-use crate::plant_file::utf8_text;
+use crate::plants::utf8_text;
 use crate::{Failure, scenario_file};
 use runtime::config::Limits;
 use std::path::Path;

@@ -7,7 +7,7 @@ mod propose;
 mod words;
 
 use crate::Failure;
-use plant::simulation::SimulationError;
+use simulation::SimulationError;
 use std::path::Path;
 
 /// Check, describe and propose plant files

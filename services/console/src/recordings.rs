@@ -2,7 +2,7 @@
 
 use crate::Failure;
 use discovery::series::{Channel, Recording, Role};
-use plant::description::Plant;
+use dynamics::description::Plant;
 use recording::{Imported, Series, SeriesSet, Spectrum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! `obsid replay`: a recording through the partitions.
 
-use crate::plant_file::utf8_text;
+use crate::plants::utf8_text;
 use crate::run::{self, Common};
 use crate::{Failure, scenario_file};
 use recording::{ChannelMap, Channels, Imported, ReplayFrames};

@@ -1,9 +1,8 @@
 //! Scenario files: TOML with spans, so that an error points at its place.
 
 use crate::located::Located;
-use crate::{Failure, plant_file, scenario_limits};
-use plant::description::Plant;
-use plant::file;
+use crate::{Failure, plants, scenario_limits};
+use dynamics::description::Plant;
 use runtime::Scenario;
 use runtime::scenario::PlantUse;
 use std::ops::Range;
@@ -19,7 +18,7 @@ const DEFAULT: &str = include_str!("../../../deploy/scenarios/default.toml");
 /// [`Failure::Input`] with file, line, column, value and cure.
 pub fn read(path: &Path) -> Result<Scenario, Failure> {
     let file = path.display().to_string();
-    let text = plant_file::utf8_text(path).map_err(|(message, cure)| {
+    let text = plants::utf8_text(path).map_err(|(message, cure)| {
         let cure = cure.unwrap_or_else(|| "give the path of a scenario file, see deploy/scenarios".into());
         Failure::Input(miette::miette!(help = cure, "{message}"))
     })?;
@@ -80,13 +79,12 @@ fn read_plants(file: &str, text: &str, scenario: &mut Scenario, folder: Option<&
             let cure = "a plant's text stands in its own file: name that as `file`";
             return Err(error_at(file, text, span, format!("unknown field `text` in {experiment}.plant"), cure.into()));
         }
-        let own = folder.is_none().then(|| plant_file::built_in(&used.file)).flatten();
-        let found =
-            own.map_or_else(|| plant_file::text_of(&used.file, folder.unwrap_or(Path::new(""))), |t| Ok(t.into()));
+        let own = folder.is_none().then(|| plants::built_in(&used.file)).flatten();
+        let found = own.map_or_else(|| plants::text_of(&used.file, folder.unwrap_or(Path::new(""))), |t| Ok(t.into()));
         used.text =
             found.map_err(|(message, cure)| error_at(file, text, at(&["file"]).unwrap_or(0..0), message, cure))?;
-        let parsed = plant_file::parse(&used.file, &used.text)?;
-        plant_file::warn(&parsed);
+        let parsed = plants::parse(&used.file, &used.text)?;
+        plants::warn(&parsed);
         change(parsed.plant, used).map_err(|(keys, reason)| {
             let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
             let span = at(&keys).or_else(|| at(&keys[..1])).unwrap_or(0..0);
@@ -105,15 +103,15 @@ const NAMES: &str =
 /// Sets and hides as a scenario asks for it: the keys under which the first fault stands, and the fault.
 fn change(mut plant: Plant, used: &PlantUse) -> Result<(), (Vec<String>, String)> {
     let numbers: Vec<String> = used.set.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    file::set_all(&mut plant, &numbers).map_err(|reason| {
+    plant_file::set_all(&mut plant, &numbers).map_err(|reason| {
         let guilty = used.set.keys().zip(&numbers).find(|(_, number)| reason.contains(&format!("'{number}'")));
         let keys = ["set".to_owned()].into_iter().chain(guilty.map(|(name, _)| name.clone()));
         (keys.collect::<Vec<_>>(), reason)
     })?;
     for (k, text) in used.hide.iter().enumerate() {
-        let effect =
-            file::parse_effect(&plant, text).map_err(|reason| (vec!["hide".to_owned(), k.to_string()], reason))?;
-        for doubt in file::effect_warnings(&plant, &effect) {
+        let effect = plant_file::parse_effect(&plant, text)
+            .map_err(|reason| (vec!["hide".to_owned(), k.to_string()], reason))?;
+        for doubt in plant_file::effect_warnings(&plant, &effect) {
             crate::tell(&format!("warning: hide '{text}': {doubt}"));
         }
         plant.effects.push(effect);

@@ -1,12 +1,11 @@
 //! `obsid simulate`: the recording that a plant's sensors would make.
 
 use crate::progress::Share;
-use crate::{Failure, plant_file};
-use plant::description::Plant;
-use plant::file;
-use plant::simulation;
+use crate::{Failure, plants};
+use dynamics::description::Plant;
 use recording::{Series, SeriesSet};
 use serde_json::json;
+use simulation;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -48,7 +47,7 @@ pub struct Arguments {
 /// # Errors
 /// [`Failure::Input`] for a plant or an effect that cannot be, [`Failure::Run`] when the file cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut plant = plant_file::read(&arguments.plant)?;
+    let mut plant = plants::read(&arguments.plant)?;
     change(&mut plant, &arguments.set, &arguments.hide)?;
     let duration_s = duration(arguments.duration, &plant)?;
     may_be_written(&arguments.plant, &arguments.out)?;
@@ -112,10 +111,10 @@ fn may_be_written(plant: &Path, out: &Path) -> Result<(), Failure> {
 /// [`Failure::Input`].
 pub fn change(plant: &mut Plant, set: &[String], hide: &[String]) -> Result<(), Failure> {
     // all at once: an inertia can only be scaled as a whole
-    file::set_all(plant, set).map_err(|reason| refused("--set", &set.join("', '"), &reason))?;
+    plant_file::set_all(plant, set).map_err(|reason| refused("--set", &set.join("', '"), &reason))?;
     for text in hide {
-        let effect = file::parse_effect(plant, text).map_err(|reason| refused("--hide", text, &reason))?;
-        for doubt in file::effect_warnings(plant, &effect) {
+        let effect = plant_file::parse_effect(plant, text).map_err(|reason| refused("--hide", text, &reason))?;
+        for doubt in plant_file::effect_warnings(plant, &effect) {
             crate::tell(&format!("warning: --hide '{text}': {doubt}"));
         }
         plant.effects.push(effect);

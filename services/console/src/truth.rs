@@ -1,8 +1,8 @@
 //! What was simulated: the numbers that estimates are compared with, taken from the plants of the scenario.
 
-use plant::arm_parameters::minimal_parameters;
-use plant::description::{Initial, Plant, TankModel};
-use plant::system::{System, Workspace};
+use bench::arm_parameters::minimal_parameters;
+use dynamics::description::{Initial, Plant, TankModel};
+use dynamics::system::{System, Workspace};
 use runtime::RunConfig;
 use runtime::scenario::PlantUse;
 use sensor_sim::systems;

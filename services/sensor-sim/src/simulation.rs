@@ -2,11 +2,11 @@
 
 use crate::systems::{self, Setting, SystemsError};
 use crate::vehicle::Vehicle;
-use plant::noise::Stream;
-use plant::simulation::SimulatorState;
+use dynamics::noise::Stream;
 use runtime::experiment::ExperimentWindow;
 use runtime::{Frame, Outputs, RunConfig, Scenario};
 use serde::{Deserialize, Serialize};
+use simulation::SimulatorState;
 use telemetry::{
     ACCELEROMETERS, ACTUATORS, Accelerometers, Actuators, Experiment, IMU, Imu, JOINTS, Joints, Mode, ModeState, Sample,
 };
@@ -106,7 +106,7 @@ impl Simulation {
     ///
     /// # Errors
     /// The checkpoint is of another scenario.
-    pub fn restore(&mut self, state: &SimulationState) -> Result<(), plant::simulation::SimulationError> {
+    pub fn restore(&mut self, state: &SimulationState) -> Result<(), simulation::SimulationError> {
         self.build(state);
         match (&mut self.vehicle, &state.vehicle) {
             (Some(vehicle), Some(state)) => vehicle.restore(state),

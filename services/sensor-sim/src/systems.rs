@@ -2,11 +2,10 @@
 //! experiment itself decides (command, rate, trajectory) is the scenario's.
 
 use crate::vehicle::{Vehicle, VehicleError};
-use plant::description::{Controller, Plant, Quantity, Signal, SignalKind};
-use plant::file;
-use plant::fourier_reference::FourierReference;
+use dynamics::description::{Controller, Plant, Quantity, Signal, SignalKind};
 use runtime::Scenario;
 use runtime::scenario::{ArmExperiment, ModalExperiment, PlantUse, SloshExperiment, Trajectory};
+use simulation::fourier_reference::FourierReference;
 
 /// Why an experiment cannot be simulated.
 #[derive(Debug, thiserror::Error)]
@@ -110,13 +109,14 @@ pub fn appendage(experiment: &ModalExperiment, setting: Setting<'_>) -> Result<O
 /// # Errors
 /// [`SystemsError::Plant`].
 pub fn plant(used: &PlantUse) -> Result<Plant, SystemsError> {
-    let parsed = file::parse(&used.file, &used.text);
-    let all = |errors: Vec<file::FileError>| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
+    let parsed = plant_file::parse(&used.file, &used.text);
+    let all =
+        |errors: Vec<plant_file::FileError>| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
     let mut plant = parsed.map_err(|errors| refused(used, all(errors)))?.plant;
     let numbers: Vec<String> = used.set.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    file::set_all(&mut plant, &numbers).map_err(|reason| refused(used, reason))?;
+    plant_file::set_all(&mut plant, &numbers).map_err(|reason| refused(used, reason))?;
     for effect in &used.hide {
-        let effect = file::parse_effect(&plant, effect).map_err(|reason| refused(used, reason))?;
+        let effect = plant_file::parse_effect(&plant, effect).map_err(|reason| refused(used, reason))?;
         plant.effects.push(effect);
     }
     Ok(plant)
@@ -156,7 +156,7 @@ fn without_body(plant: &mut Plant, name: &str) -> Result<(), String> {
     if plant.bodies.len() == before {
         return Err(format!("grasps = '{name}': the plant has no such body"));
     }
-    let faults = plant::validate::validate(&plant);
+    let faults = plant_file::validate::validate(&plant);
     faults
         .into_iter()
         .find(|fault| !fault.warning)

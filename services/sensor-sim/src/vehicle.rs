@@ -1,8 +1,8 @@
 //! A plant as the vehicle of an experiment: its simulator, and which channel goes into which sample.
 
-use plant::description::{ActuatorKind, Joint, JointKind, Plant, Sensor, SensorKind};
-use plant::simulation::{Row, SimulationError, Simulator, SimulatorState};
+use dynamics::description::{ActuatorKind, Joint, JointKind, Plant, Sensor, SensorKind};
 use runtime::Outputs;
+use simulation::{Row, SimulationError, Simulator, SimulatorState};
 use telemetry::{
     ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, IMU, Imu, JOINTS, Joints,
     Sample,

@@ -4,7 +4,7 @@ use crate::case::Exam;
 use discovery::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use discovery::problem::Problem;
 use discovery::series::Recording;
-use plant::description::Plant;
+use dynamics::description::Plant;
 use serde::Serialize;
 use serde_json::Value;
 

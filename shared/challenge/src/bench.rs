@@ -5,7 +5,7 @@ mod menus;
 use crate::equations::{Extra, Numbers};
 use crate::hidden::Seat;
 use crate::machines::machine;
-use plant::description::{Controller, Plant, Quantity, Signal, SignalKind};
+use dynamics::description::{Controller, Plant, Quantity, Signal, SignalKind};
 
 /// An effect that can be hidden in a bench.
 pub struct Entry {
@@ -126,7 +126,7 @@ pub static BENCHES: &[Bench] = &[
 /// A deployed plant file that does not parse.
 #[must_use]
 pub fn kept(bench: &Bench) -> Plant {
-    let parsed = plant::file::parse(bench.plant, bench.text);
+    let parsed = plant_file::parse(bench.plant, bench.text);
     let mut plant = parsed.unwrap_or_else(|_| panic!("the deployed plant '{}' parses", bench.plant)).plant;
     plant.sensors.retain(|sensor| bench.sensors.is_empty() || bench.sensors.contains(&sensor.name.as_str()));
     plant.actuators.iter_mut().for_each(|actuator| actuator.command.clear());

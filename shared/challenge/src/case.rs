@@ -6,7 +6,7 @@ mod search;
 use crate::disturb::NoiseKind;
 use crate::hidden::Hidden;
 use discovery::series::Recording;
-use plant::description::Plant;
+use dynamics::description::Plant;
 use serde::{Deserialize, Serialize};
 
 pub use draw::case;

@@ -2,7 +2,7 @@
 
 use crate::bench::Bench;
 use crate::random::Draw;
-use plant::description::{Noise, Plant};
+use dynamics::description::{Noise, Plant};
 use serde::{Deserialize, Serialize};
 
 /// How the truth's noise differs from what the file states.

@@ -34,7 +34,7 @@ pub struct Numbers(pub BTreeMap<String, f64>);
 
 impl Numbers {
     #[must_use]
-    pub fn of(plant: &plant::description::Plant) -> Self {
+    pub fn of(plant: &dynamics::description::Plant) -> Self {
         Self(plant.parameters().into_iter().map(|parameter| (parameter.name, parameter.value)).collect())
     }
 

@@ -4,7 +4,7 @@ use crate::bench::Bench;
 use crate::random::Draw;
 use crate::simulate::{Command, Loop};
 use core::f64::consts::{PI, TAU};
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 /// What is flown, and what the plant file then says about it.
 pub struct Flight {

@@ -42,7 +42,7 @@ use crate::problem::Problem;
 use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
 use crate::work::Work;
-use plant::description::Plant;
+use dynamics::description::Plant;
 use std::rc::Rc;
 
 /// Bounds and levels.

@@ -26,7 +26,7 @@ pub use mislabelled::{Mislabelled, Mistake, mislabelled};
 
 use std::sync::Arc;
 
-use plant::description::Plant;
+use dynamics::description::Plant;
 use serde::Serialize;
 
 use crate::series::{Channel, Recording};

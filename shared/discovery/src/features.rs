@@ -33,7 +33,7 @@ pub use peaks::{MeasuredMode, ShapeComponent, Spectrum};
 
 use crate::diagnose::Diagnosis;
 use comparison::Comparison;
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 /// Levels and bounds.
 #[derive(Clone, Copy, Debug)]

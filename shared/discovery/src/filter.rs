@@ -37,7 +37,7 @@ pub use machine::{Frozen, Machine};
 pub use noise_model::NoiseModel;
 pub use whiten::whiten;
 
-use plant::description::{Actuator, ActuatorKind, Initial, JointKind, Plant, Quantity, TankModel};
+use dynamics::description::{Actuator, ActuatorKind, Initial, JointKind, Plant, Quantity, TankModel};
 
 /// Places of the parts of z.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -120,7 +120,7 @@ pub fn equip(plant: &Plant) -> Plant {
             recorded: false,
         })
     };
-    let planar = plant.space == plant::description::Space::Planar;
+    let planar = plant.space == dynamics::description::Space::Planar;
     for body in &plant.bodies {
         match body.joint.kind {
             JointKind::Revolute { .. } | JointKind::Prismatic { .. } if !drives(&body.joint.name) => {
@@ -154,7 +154,7 @@ pub fn equip(plant: &Plant) -> Plant {
 /// its unit.
 pub fn initial_sigmas(
     plant: &Plant,
-    system: &plant::system::System,
+    system: &dynamics::system::System,
     initial: &Initial,
     hardly_seen: &[(String, f64)],
 ) -> Vec<f64> {
@@ -209,7 +209,7 @@ fn natural_rate_rad_s(plant: &Plant, state: &str) -> Option<f64> {
 }
 
 /// Name and unit of each number of a small change of state: those of the state; a quaternion's three are turns.
-pub fn tangent_names(system: &plant::system::System) -> Vec<(String, &'static str)> {
+pub fn tangent_names(system: &dynamics::system::System) -> Vec<(String, &'static str)> {
     let mut names = Vec::new();
     for state in system.states() {
         if state.name.ends_with(".qw") {

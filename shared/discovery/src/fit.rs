@@ -19,7 +19,7 @@ pub use start::is_mass;
 pub use white::White;
 
 use crate::filter::NoiseModel;
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 /// A fitted plant.
 #[derive(Clone, Debug)]

@@ -21,8 +21,8 @@ use crate::fit::Engine;
 use crate::fit::engine::open;
 use crate::problem::Timeline;
 use crate::statistics::student_two_sided;
+use dynamics::description::Plant;
 use nalgebra::{Cholesky, DMatrix, DVector};
-use plant::description::Plant;
 use serde::Serialize;
 
 /// Share of a run that gives its initial state, and its most instants.

@@ -14,8 +14,8 @@ use crate::fit::{Board, Engine};
 use crate::problem::Problem;
 use crate::score::{Candidate, Score, columns, cosine, scores};
 use crate::series::{Channel, Recording, Role};
-use plant::description::{Plant, Quantity, Signal, SignalKind};
-use plant::simulation::record;
+use dynamics::description::{Plant, Quantity, Signal, SignalKind};
+use simulation::record;
 
 /// An entry of the menu with its discriminating power.
 #[derive(Clone, Debug)]

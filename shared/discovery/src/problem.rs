@@ -25,7 +25,7 @@ pub use timeline::{Event, Timeline};
 pub use unknown::Unknown;
 
 use crate::series::Recording;
-use plant::description::{Initial, Plant};
+use dynamics::description::{Initial, Plant};
 
 /// Why a plant and a recording do not belong together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -166,7 +166,7 @@ impl Problem {
         if recordings.is_empty() {
             return Err(ProblemError::NoRecording);
         }
-        plant::system::System::new(plant).map_err(|error| ProblemError::Plant(error.to_string()))?;
+        dynamics::system::System::new(plant).map_err(|error| ProblemError::Plant(error.to_string()))?;
         let mut runs = Vec::new();
         let mut notes = Vec::new();
         for (index, recording) in recordings.iter().enumerate() {

@@ -3,8 +3,8 @@
 use crate::noise::Noise as Draw;
 use crate::problem::Problem;
 use crate::series::{Channel, Recording, Role};
-use plant::description::{Noise, Plant};
-use plant::simulation::record;
+use dynamics::description::{Noise, Plant};
+use simulation::record;
 
 pub fn plant(name: &str) -> Plant {
     let text = match name {
@@ -18,12 +18,12 @@ pub fn plant(name: &str) -> Plant {
         "six_joint_arm" => include_str!("../../../deploy/plants/rigs/six_joint_arm.toml"),
         other => panic!("no plant {other}"),
     };
-    plant::file::parse(name, text).unwrap().plant
+    plant_file::parse(name, text).unwrap().plant
 }
 
 pub fn recording(plant: &Plant, seed: u64, duration_s: f64) -> Recording {
     let simulated = record(plant, seed, duration_s, &mut |_| {}).unwrap();
-    let channel = |c: plant::simulation::Channel| Channel {
+    let channel = |c: simulation::Channel| Channel {
         name: c.name,
         unit: c.unit,
         time_s: c.time_s,
@@ -91,7 +91,7 @@ pub fn with_effect(plant: &Plant, kind: &str, site: &str, values: &[(&str, f64)]
     let mut with = plant.clone();
     with.add_effect(kind, &site.parse().unwrap(), values).unwrap();
     // most effects are not linear
-    with.simulation.integrator = plant::description::Integrator::RungeKutta4;
+    with.simulation.integrator = dynamics::description::Integrator::RungeKutta4;
     with
 }
 

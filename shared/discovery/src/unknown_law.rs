@@ -23,9 +23,9 @@ use crate::fit::{Board, Engine, White};
 use crate::held_out::{BLOCK_S, Gain, block_s, blocks};
 use crate::score::event_of_sample;
 use crate::score::forcing::{Sources, respond};
+use dynamics::description::Plant;
 use nalgebra::Cholesky;
 use places::{FUNCTIONS, Span, basis, places, samples_of, visited};
-use plant::description::Plant;
 use ridge::Ridge;
 
 /// Parts of the recording, each predicted from the others; stretches that a part is made of where the law is one of time.

@@ -4,7 +4,7 @@
 //! nanosecond of one core. What the search would do next is left out, and said to be, where there is no room for as much as it cost last. Only
 //! code that runs alone may ask: what threads have counted is the same in the end and not on the way.
 
-use plant::system::System;
+use dynamics::system::System;
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -340,7 +340,7 @@ mod tests {
 
     #[test]
     fn the_spread_of_the_mean_ratio_is_that_of_one_ratio_when_errors_are_common_and_smaller_when_they_are_not() {
-        let stream = plant::noise::Stream::new(1, "spread");
+        let stream = dynamics::noise::Stream::new(1, "spread");
         let parameters: Vec<Parameter> =
             ["a", "b", "c", "d"].map(|name| Parameter { name, truth: 0.0, bound: 1.0 }).into();
         let spread = |common: bool| {

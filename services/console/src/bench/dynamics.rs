@@ -2,15 +2,15 @@
 //!
 //! Times are of the fastest of many batches, so that a busy machine shows as little as it can; they are reported, never judged.
 
-use crate::{Failure, plant_file, print};
-use nalgebra::{DMatrix, Matrix3, Vector3};
-use plant::description::Plant;
-use plant::multibody::{
+use crate::{Failure, plants, print};
+use dynamics::description::Plant;
+use dynamics::multibody::{
     Data, JointKind, Link, Model, PARAMETERS_PER_LINK, forward_dynamics, inverse_dynamics, inverse_dynamics_regressor,
 };
-use plant::simulation::Simulator;
-use plant::system::Workspace;
+use dynamics::system::Workspace;
+use nalgebra::{DMatrix, Matrix3, Vector3};
 use serde_json::json;
+use simulation::Simulator;
 use std::fmt::Write;
 use std::hint::black_box;
 use std::time::Instant;
@@ -124,8 +124,8 @@ fn trees(name: &str, model: &Model, cases: &mut Vec<Case>) {
 
 fn built_in(name: &str) -> Result<Plant, Failure> {
     let text =
-        plant_file::built_in(name).ok_or_else(|| Failure::Run(format!("no plant '{name}' comes with the program")))?;
-    Ok(plant_file::parse(name, text)?.plant)
+        plants::built_in(name).ok_or_else(|| Failure::Run(format!("no plant '{name}' comes with the program")))?;
+    Ok(plants::parse(name, text)?.plant)
 }
 
 fn simulator(name: &str, plant: &Plant) -> Result<Simulator, Failure> {

@@ -13,6 +13,9 @@ pub mod wheel;
 
 use super::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use super::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
+use bench::arm_parameters::minimal_parameters;
+use dynamics::description::{Plant, Quantity, SignalKind};
+use dynamics::noise::Stream;
 use estimation::consistency::nees;
 use estimation::cramer_rao::FisherInformation;
 use estimation::weighted_least_squares::Estimate;
@@ -25,10 +28,7 @@ use physics::free_floating::PlanarArm;
 use physics::inertial_estimator::InertialSettings;
 use physics::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row};
 use physics::momentum_methods::KnownMomentum;
-use plant::arm_parameters::minimal_parameters;
-use plant::description::{Plant, Quantity, SignalKind};
-use plant::noise::Stream;
-use plant::simulation::Row;
+use simulation::Row;
 
 /// The channels that momentum needs, then those of the dynamic equation.
 const CHANNELS: [&str; 5] = ["gyro", "shoulder_rate", "elbow_rate", "shoulder_angle", "elbow_angle"];

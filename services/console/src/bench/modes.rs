@@ -13,6 +13,7 @@ use super::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Paramete
 use super::simulated::{built_in, number, periods, sample_sigma, simulator, without_noise};
 use crate::truth;
 use bound::Decays;
+use dynamics::description::Plant;
 pub use linear::TrueMode;
 use modal::mac::modal_assurance_criterion;
 use modal::maximum_likelihood::{self, Model};
@@ -20,7 +21,6 @@ use modal::methods::{Deviation, Estimate, Settings, method};
 use modal::record::Record;
 use modal::{Config, ModalIdentifier};
 use physics::appendage::{Appendage, MODES};
-use plant::description::Plant;
 use std::ops::Range;
 
 /// Accelerometers along the appendage.

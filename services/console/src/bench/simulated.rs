@@ -1,15 +1,14 @@
 //! Truth of the benchmark problems: plants that come with the program, and what is stated of their sensors.
 
-use crate::plant_file::BUILT_IN;
-use plant::description::{Noise, Plant, Quantity, Sensor};
-use plant::file;
-use plant::sensor::random_walk_sample_sigma;
-use plant::simulation::Simulator;
+use crate::plants::BUILT_IN;
+use dynamics::description::{Noise, Plant, Quantity, Sensor};
+use simulation::Simulator;
+use simulation::sensor::random_walk_sample_sigma;
 
 /// The plant of that name that comes with the program.
 pub(super) fn built_in(name: &str) -> Plant {
     let (_, text) = BUILT_IN.iter().find(|(known, _)| *known == name).expect("the benchmarks' plants are built in");
-    file::parse(name, text).expect("the plants that come with the program are tested").plant
+    plant_file::parse(name, text).expect("the plants that come with the program are tested").plant
 }
 
 /// The same plant with perfect sensors.

@@ -15,6 +15,7 @@ pub mod trend;
 use super::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};
 use super::simulated::{built_in, channel, number, periods, sample_sigma, simulator};
 use crate::truth;
+use dynamics::description::Plant;
 use estimation::consistency::nees;
 use experiments::Bursts;
 use nalgebra::{Matrix3, Vector3};
@@ -25,7 +26,6 @@ use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
 use physics::slosh_observability::{ABSOLUTE_NAMES, Fixes, Unobservable, absolute, relative};
 use physics::slosh_plan::{PlannedStep, promise, stroke_m};
 use physics::slosh_srivc::refined_instrumental_variables;
-use plant::description::Plant;
 
 const ACCELEROMETER: &str = "accelerometer";
 const PARAMETERS: usize = 3;
@@ -132,7 +132,7 @@ impl Slosh {
             slosh.plant.simulation.period_s = 0.9;
         }
         let accelerometer = channel(&slosh.plant, ACCELEROMETER);
-        if let plant::description::Noise::Density(density) = &mut slosh.plant.sensors[accelerometer].noise {
+        if let dynamics::description::Noise::Density(density) = &mut slosh.plant.sensors[accelerometer].noise {
             density.value *= noise;
         }
         slosh.sigma_m_s2 = sample_sigma(&slosh.plant, ACCELEROMETER);

@@ -11,9 +11,9 @@ mod words;
 use super::minimise::minimise;
 use crate::bench::inertial::{Inertial, commanded, planar_arm, sigma, truth};
 use crate::{Failure, print};
+use dynamics::noise::Stream;
 use physics::excitation::{FourierJoint, FourierTrajectory};
 use physics::experiment_design::{ArmLimits, Assessment, Design, Tank};
-use plant::noise::Stream;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -315,9 +315,9 @@ mod tests {
     fn the_plant_file_that_is_written_commands_the_trajectory_that_was_found_and_keeps_its_promise() {
         let bench = Inertial::bp1a();
         let wanted = random(&Stream::new(1, "test"), 1, 60.0);
-        let plant = plant::file::parse("designed", &plant_text(&wanted)).expect("a plant file").plant;
+        let plant = plant_file::parse("designed", &plant_text(&wanted)).expect("a plant file").plant;
         for (controller, wanted) in plant.controllers.iter().zip(&wanted.joints) {
-            let plant::description::SignalKind::Fourier { offset, period_s, sine, cosine } =
+            let dynamics::description::SignalKind::Fourier { offset, period_s, sine, cosine } =
                 &controller.reference[0].kind
             else {
                 panic!("{:?}", controller.reference);

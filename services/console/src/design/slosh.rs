@@ -6,13 +6,12 @@
 //! `obsid run` flies.
 
 use crate::bench::slosh::{Slosh, expected};
-use crate::plant_file::BUILT_IN;
+use crate::plants::BUILT_IN;
 use crate::{Failure, print};
 use nalgebra::Vector3;
 use physics::slosh_estimator::SloshSettings;
 use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
 use physics::slosh_plan::{PlannedStep, promise, stroke_m};
-use plant::file;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -286,7 +285,7 @@ fn plant_text(best: &Candidate, arguments: &Arguments) -> Result<String, Failure
             line => format!("{line}\n"),
         })
         .collect();
-    let read = file::parse("designed thrust", &written);
+    let read = plant_file::parse("designed thrust", &written);
     read.map_err(|errors| Failure::Run(format!("the designed plant cannot be read back: {errors:?}")))?;
     Ok(written)
 }

@@ -5,9 +5,9 @@
 
 use crate::Failure;
 use crate::located::Located;
-use crate::plant_file::utf8_text;
+use crate::plants::utf8_text;
 use crate::recordings::nearest;
-use plant::description::Plant;
+use dynamics::description::Plant;
 use recording::units::{UNITS, Unit, unit_named};
 use recording::{Series, SeriesSet};
 use std::ops::Range;

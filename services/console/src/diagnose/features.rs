@@ -5,7 +5,7 @@
 
 use discovery::diagnose::Diagnosis;
 use discovery::features::{self, FeatureOptions};
-use plant::description::Plant;
+use dynamics::description::Plant;
 use recording::Spectrum;
 
 /// Endings of the names of two columns that are one response.

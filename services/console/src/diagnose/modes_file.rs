@@ -4,8 +4,8 @@ use super::sensor_names::named_as_sensors;
 use crate::{Failure, recordings};
 use discovery::diagnose::Diagnosis;
 use discovery::features::{self, FeatureOptions, MeasuredMode, ModeInPart, ModeTrack, ShapeComponent};
+use dynamics::description::Plant;
 use nalgebra::Complex;
-use plant::description::Plant;
 use serde::Deserialize;
 use std::path::Path;
 

@@ -67,7 +67,7 @@ pub fn in_words(effect: &EffectReport) -> String {
 
 /// The catalogue's words for a kind.
 pub fn title(kind: &str) -> &str {
-    plant::effects::CATALOGUE.effect(kind).map_or(kind, |known| known.title)
+    catalogue::CATALOGUE.effect(kind).map_or(kind, |known| known.title)
 }
 
 fn parameter(parameter: &ParameterReport) -> String {

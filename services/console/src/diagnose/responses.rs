@@ -76,9 +76,9 @@ fn measured(found: &Identified, k: usize) -> Option<MeasuredMode> {
 mod tests {
     use super::*;
     use discovery::diagnose::Verdict;
+    use dynamics::description::Plant;
+    use dynamics::system::{System, Workspace};
     use nalgebra::{DMatrix, DVector};
-    use plant::description::Plant;
-    use plant::system::{System, Workspace};
     use recording::Column;
 
     /// A clamped panel of five modes and six accelerometers, pushed at its tip.
@@ -109,7 +109,7 @@ mod tests {
                 "[[sensor]]\nname = \"acceleration_{k}z\"\nkind = \"accelerometer\"\npoint = \"beam:p{k}\"\naxis = \"y\"\nnoise = \"1 mm/s^2\"\n"
             ));
         }
-        plant::file::parse("panel", &text).unwrap().plant
+        plant_file::parse("panel", &text).unwrap().plant
     }
 
     /// `C (iω − A)⁻¹ B + D` by a solve at every line, with a relative error of one per mil of the largest response.

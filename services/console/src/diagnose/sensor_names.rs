@@ -5,7 +5,7 @@
 //! A shape belongs to one reference: responses by force elsewhere are left out of it.
 
 use discovery::features::{MeasuredMode, ShapeComponent};
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 /// Modes with the components that the plant has sensors for, under the names of these, and the channels it has none for.
 pub fn named_as_sensors(modes: &[MeasuredMode], plant: &Plant) -> (Vec<MeasuredMode>, Vec<String>) {
@@ -32,7 +32,7 @@ pub fn named_as_sensors(modes: &[MeasuredMode], plant: &Plant) -> (Vec<MeasuredM
 
 /// Channels of the plant, one per axis of a sensor.
 fn outputs(plant: &Plant) -> Vec<String> {
-    let system = plant::system::System::new(plant);
+    let system = dynamics::system::System::new(plant);
     system.map_or(Vec::new(), |system| system.outputs().iter().map(|output| output.name.clone()).collect())
 }
 

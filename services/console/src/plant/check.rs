@@ -3,11 +3,11 @@
 use super::impossible;
 use super::words::count;
 use crate::located::Located;
-use crate::{Failure, plant_file};
-use plant::description::Plant;
-use plant::file::{self, FileError};
-use plant::simulation::Simulator;
+use crate::{Failure, plants};
+use dynamics::description::Plant;
+use plant_file::FileError;
 use serde_json::{Value, json};
+use simulation::Simulator;
 use std::path::{Path, PathBuf};
 
 /// Say what is wrong with plant files, where, and what to do; exit code 3 if anything is
@@ -60,18 +60,18 @@ fn check(path: &Path) -> Checked {
         said: String::new(),
         failure: Some(failure),
     };
-    let text = match plant_file::text_of(&name, Path::new("")) {
+    let text = match plants::text_of(&name, Path::new("")) {
         Ok(text) => text,
         Err((message, cure)) => {
             let error = json!({ "message": message, "cure": cure });
             return refused(Failure::Input(miette::miette!(help = cure, "{message}")), vec![error]);
         }
     };
-    let parsed = match file::parse(&name, &text) {
+    let parsed = match plant_file::parse(&name, &text) {
         Ok(parsed) => parsed,
         Err(errors) => {
             let objects = errors.iter().map(located).collect();
-            return refused(plant_file::refusal(&name, &text, errors), objects);
+            return refused(plants::refusal(&name, &text, errors), objects);
         }
     };
     for warning in &parsed.warnings {

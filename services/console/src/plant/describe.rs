@@ -5,15 +5,15 @@ mod page;
 mod poles;
 
 use super::{impossible, words};
-use crate::{Failure, plant_file, simulate};
+use crate::{Failure, plants, simulate};
+use catalogue::EFFECTS;
+use dynamics::description::{Noise, Plant, Quantity, SiteKind, Space};
+use dynamics::effect::sites;
+use dynamics::system::StateName;
 use inertial::{Inertial, MomentumView};
-use plant::description::{Noise, Plant, Quantity, SiteKind, Space};
-use plant::effect::sites;
-use plant::effects::EFFECTS;
-use plant::simulation::{SimulationError, Simulator};
-use plant::system::StateName;
 use poles::Poles;
 use serde_json::{Value, json};
+use simulation::{SimulationError, Simulator};
 use std::path::PathBuf;
 
 /// Describe a plant on one page: bodies, totals, drives, sensors, poles, base parameters
@@ -36,7 +36,7 @@ pub struct Arguments {
 /// # Errors
 /// [`Failure::Input`] for a plant that cannot be simulated.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut plant = plant_file::read(&arguments.plant)?;
+    let mut plant = plants::read(&arguments.plant)?;
     simulate::change(&mut plant, &arguments.set, &[])?;
     let facts = Facts::of(&plant).map_err(|error| impossible(&arguments.plant, &error))?;
     crate::print(&if arguments.json { format!("{}\n", as_json(&plant, &facts)) } else { page::text(&plant, &facts) });
@@ -91,7 +91,7 @@ fn as_json(plant: &Plant, facts: &Facts) -> Value {
     let tanks =
         plant.tanks.iter().map(|tank| json!({ "name": tank.name, "body": tank.body, "mass_kg": tank.mass_kg.value }));
     let appendages = plant.appendages.iter().map(|appendage| {
-        let mode = |mode: &plant::description::Mode| json!({ "name": mode.name, "frequency_hub_locked_hz": mode.frequency_hz.value, "damping_ratio": mode.damping_ratio.value });
+        let mode = |mode: &dynamics::description::Mode| json!({ "name": mode.name, "frequency_hub_locked_hz": mode.frequency_hz.value, "damping_ratio": mode.damping_ratio.value });
         json!({ "name": appendage.name, "body": appendage.body, "modes": appendage.modes.iter().map(mode).collect::<Vec<_>>() })
     });
     let actuators =

@@ -3,10 +3,10 @@
 use super::impossible;
 use super::words::digits;
 use crate::progress::Share;
-use crate::{Failure, plant_file, simulate};
-use plant::description::{Parameter, Scope};
-use plant::information::{Blind, Expected, Prediction, predict};
+use crate::{Failure, plants, simulate};
+use dynamics::description::{Parameter, Scope};
 use serde_json::{Value, json};
+use simulation::information::{Blind, Expected, Prediction, predict};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -36,7 +36,7 @@ pub struct Arguments {
 /// # Errors
 /// [`Failure::Input`] for a plant that cannot be simulated.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let mut plant = plant_file::read(&arguments.plant)?;
+    let mut plant = plants::read(&arguments.plant)?;
     simulate::change(&mut plant, &arguments.set, &[])?;
     let duration_s = simulate::duration(arguments.duration, &plant)?;
     let bar = Share::new("predicted");

@@ -3,7 +3,7 @@
 mod roles;
 mod text;
 
-use crate::{Failure, plant_file};
+use crate::{Failure, plants};
 use recording::SeriesSet;
 use std::path::{Path, PathBuf};
 use text::{Proposal, rates};
@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         Failure::Input(miette::miette!(help = help, "{}: {reason}", from.display()))
     })?;
     // a proposal that this very program refuses would be worse than none
-    plant_file::parse(&name, &proposal.text)
+    plants::parse(&name, &proposal.text)
         .map_err(|_| Failure::Run(format!("{}: the proposal for these channels is no plant file", from.display())))?;
     write_new(&arguments.out, &proposal.text)?;
     crate::print(&if arguments.json {

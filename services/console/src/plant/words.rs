@@ -1,6 +1,6 @@
 //! Numbers as data sheets write them, plurals, lists.
 
-use plant::description::{Joint, JointKind, Noise, Quantity};
+use dynamics::description::{Joint, JointKind, Noise, Quantity};
 
 /// Significant digits without trailing zeros, exponents only far from one.
 pub fn digits(value: f64, significant: usize) -> String {

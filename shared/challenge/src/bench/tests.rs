@@ -1,11 +1,11 @@
 use super::*;
-use plant::effect::sites;
+use dynamics::effect::sites;
 
 #[test]
 fn every_entry_of_a_menu_is_an_entry_of_the_catalogue_at_a_site_of_the_plant() {
     for bench in BENCHES {
         let plant = kept(bench);
-        assert!(plant::validate::validate(&plant).is_empty(), "{}", bench.plant);
+        assert!(plant_file::validate::validate(&plant).is_empty(), "{}", bench.plant);
         for entry in bench.menu {
             let known = plant.catalogue.effect(entry.kind).unwrap_or_else(|| panic!("{}", entry.kind));
             let here: Vec<String> = sites(known, &plant).iter().map(ToString::to_string).collect();

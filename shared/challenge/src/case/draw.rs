@@ -10,10 +10,10 @@ use crate::hidden::{Hidden, Seat};
 use crate::random::Draw;
 use crate::realised::{Lab, Realised, rig};
 use crate::simulate::{Experiment, simulate};
+use catalogue::EFFECTS;
 use discovery::series::{Channel, Recording, Role};
-use plant::description::{Plant, Scope};
-use plant::effect::sites;
-use plant::effects::EFFECTS;
+use dynamics::description::{Plant, Scope};
+use dynamics::effect::sites;
 
 /// Entries tried before a case is made without what its class asks for beyond an effect.
 const TRIALS: usize = 12;

@@ -2,7 +2,7 @@ use super::machine;
 use crate::bench::{BENCHES, kept};
 use crate::equations::{Extra, Numbers, Vector};
 use crate::random::Draw;
-use plant::system::{System, Workspace};
+use dynamics::system::{System, Workspace};
 
 /// Positions, then velocities, in the order of the machine, as the plant's state. The free hub of the tank tells its velocity in body axes.
 fn state_of(name: &str, n: usize, q: &Vector, v: &Vector) -> (Vec<f64>, Vec<f64>) {

@@ -11,8 +11,8 @@ use super::refit::{ROUNDS, Refit, Valley, settled};
 use crate::fit::{Engine, fit};
 use crate::score::Column;
 use crate::score::candidates::motion;
-use plant::description::Plant;
-use plant::effect::EffectParameter;
+use dynamics::description::Plant;
+use dynamics::effect::EffectParameter;
 
 /// Gain in `−2 ln p` from which a neighbour is a better valley, and not the same one seen from its other side.
 const BETTER: f64 = 0.5;

@@ -6,8 +6,8 @@ use crate::fit::noise::{Search, maximise};
 use crate::fit::{Engine, Fit, fit, is_mass};
 use crate::problem::Problem;
 use crate::score::Column;
-use plant::description::{EffectUse, Plant, Quantity};
-use plant::system::System;
+use dynamics::description::{EffectUse, Plant, Quantity};
+use dynamics::system::System;
 
 /// A fitted augmented plant.
 #[derive(Clone, Debug)]
@@ -80,7 +80,7 @@ impl Refit {
         let effect = column.candidate.effect;
         let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
         let amplitudes = effect.parameters.iter().take(effect.amplitudes.max(1));
-        let place = |p: &plant::effect::EffectParameter| {
+        let place = |p: &dynamics::effect::EffectParameter| {
             self.problem.unknowns.iter().position(|unknown| unknown.parameter == format!("{prefix}{}", p.name))
         };
         let size = |at: usize| self.fit.theta[at].abs() / self.fit.sigma[at].max(f64::MIN_POSITIVE);
@@ -238,7 +238,7 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
     let mut plant = nominal.clone();
     let effect = EffectUse { kind: candidate.effect.kind.to_owned(), site: candidate.site.clone(), values };
     plant.effects.push(effect);
-    plant::system::System::new(&plant).ok()?;
+    dynamics::system::System::new(&plant).ok()?;
     Some((plant, free))
 }
 

@@ -427,7 +427,7 @@ impl Judge<'_> {
 pub(super) mod tests {
     use super::*;
     use crate::score::Candidate;
-    use plant::effects::CATALOGUE;
+    use catalogue::CATALOGUE;
 
     pub fn column(kind: &str, site: &str, tries: usize) -> Column {
         let effect = CATALOGUE.effect(kind).unwrap();

@@ -9,8 +9,8 @@ use super::refit::{FOR_EVER_S, Refit, settled};
 use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine, Fit};
 use crate::score::{Candidate, Column};
+use dynamics::description::{EffectUse, Plant};
 use nalgebra::{Cholesky, DMatrix};
-use plant::description::{EffectUse, Plant};
 
 /// Gain in `−2 ln p` from which an edge lies elsewhere.
 const BETTER: f64 = 0.5;

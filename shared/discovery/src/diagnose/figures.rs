@@ -133,7 +133,7 @@ fn state_map(engine: &Engine<'_>, map: &UnknownLaw) -> LawMap {
     let of_joint = |name: &str| -> String {
         let joint = name.trim_start_matches("joint:").trim_end_matches(".rate");
         let slides = plant.bodies.iter().any(|body| {
-            body.joint.name == joint && matches!(body.joint.kind, plant::description::JointKind::Prismatic { .. })
+            body.joint.name == joint && matches!(body.joint.kind, dynamics::description::JointKind::Prismatic { .. })
         });
         if slides || name.starts_with("tank:") { "m".to_owned() } else { "rad".to_owned() }
     };

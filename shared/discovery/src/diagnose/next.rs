@@ -4,7 +4,7 @@ use super::{Adopted, Contested, Standing};
 use crate::fit::Engine;
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
 use crate::problem::{Drive, Problem};
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 /// Weight of the first name above which nothing is open.
 const OPEN: f64 = 0.9;
@@ -62,7 +62,7 @@ fn in_words(own: &Adopted, rival: &Contested, menu: &[Experiment]) -> Next {
             best.name,
             best.duration_s,
             best.d,
-            plant::file::write(&best.plant)
+            plant_file::write(&best.plant)
         )),
         None if menu.is_empty() => Next::Never(format!(
             "nothing can be flown that would separate {pair}: the plant states no free input with a range, no loop and no initial state"

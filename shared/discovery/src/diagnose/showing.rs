@@ -10,8 +10,8 @@ use crate::held_out::{
 };
 use crate::problem::{Problem, Unknown};
 use crate::score::event_of_sample;
+use dynamics::description::{Plant, Quantity, Scope};
 use nalgebra::{Cholesky, DMatrix};
-use plant::description::{Plant, Quantity, Scope};
 
 /// Parts of a recording, each of which is predicted from the others, where no other recording is given.
 const FOLDS: usize = 8;
@@ -200,7 +200,7 @@ pub(super) fn carried(engine: &Engine<'_>, unknowns: &[Unknown], theta: &[f64]) 
     let mut carried = engine.start_from(unknowns, theta);
     let parameters = engine.problem.plant.parameters();
     for (value, unknown) in carried.iter_mut().zip(&engine.problem.unknowns) {
-        if parameters.iter().any(|p| p.name == unknown.parameter && p.scope != plant::description::Scope::Shared) {
+        if parameters.iter().any(|p| p.name == unknown.parameter && p.scope != dynamics::description::Scope::Shared) {
             *value = unknown.prior;
         }
     }

@@ -16,7 +16,7 @@ pub(super) fn silent(engine: &Engine<'_>) -> Option<String> {
 /// Numbers that are free: unknowns, initial states of every run and a size of the noise of every channel.
 fn too_few(engine: &Engine<'_>) -> Option<String> {
     let problem = engine.problem;
-    let states = plant::system::System::new(&problem.plant).map_or(0, |system| system.tangent_len());
+    let states = dynamics::system::System::new(&problem.plant).map_or(0, |system| system.tangent_len());
     let free = problem.unknowns.len() + states * problem.runs.len() + problem.plant.sensors.len();
     let least = free + SPARE;
     (engine.samples < least).then(|| {

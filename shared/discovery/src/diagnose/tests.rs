@@ -41,7 +41,7 @@ fn hub(outputs_and_inputs: &str) -> Plant {
          inertia = {{ value = \"130 kg*m^2\", sigma = \"5 %\" }}\njoint = {{ kind = \"free\" }}\n{outputs_and_inputs}\n\
          [simulation]\nduration = \"60 s\"\nperiod = \"0.1 s\"\n"
     );
-    plant::file::parse("hub.toml", &text).unwrap().plant
+    plant_file::parse("hub.toml", &text).unwrap().plant
 }
 
 #[test]
@@ -348,7 +348,7 @@ fn a_fault_of_a_sensor_is_a_sensor_s() {
 fn a_plant_that_cannot_predict_ends_in_cannot_decide() {
     let mut nominal = plant("oscillator");
     let recorded = recording(&nominal, 1, 0.5);
-    nominal.sensors.iter_mut().for_each(|sensor| sensor.noise = plant::description::Noise::default());
+    nominal.sensors.iter_mut().for_each(|sensor| sensor.noise = dynamics::description::Noise::default());
     let found = diagnosed(&nominal, recorded);
     assert_eq!(found.verdict, Verdict::CannotDecide);
     assert!(found.reason.contains("noise"), "{}", found.reason);
@@ -418,7 +418,7 @@ duration = "2.5 s"
 period = "8 ms"
 "#
     );
-    plant::file::parse("coast.toml", &text).unwrap().plant
+    plant_file::parse("coast.toml", &text).unwrap().plant
 }
 
 #[test]
@@ -447,7 +447,7 @@ fn of_a_channel_that_stands_still_or_of_a_handful_of_samples_nothing_is_said() {
 fn nothing_is_missing_is_not_said_beside_an_outlier() {
     let nominal = plant("pendulum");
     let sigma = {
-        let (plant::description::Noise::PerSample(s) | plant::description::Noise::Density(s)) =
+        let (dynamics::description::Noise::PerSample(s) | dynamics::description::Noise::Density(s)) =
             &nominal.sensors[0].noise;
         s.value
     };

@@ -17,7 +17,7 @@ use crate::omnibus::{Loudest, Outliers};
 use crate::score::{Candidate, Score};
 use crate::statistics::chi_squared_tail;
 use crate::unknown_law::{Acts, UnknownLaw};
-use plant::description::SiteKind;
+use dynamics::description::SiteKind;
 
 pub(super) struct Findings<'a> {
     pub engine: &'a Engine<'a>,
@@ -580,7 +580,7 @@ fn parameters(engine: &Engine<'_>, best: &Standing, candidate: &Candidate) -> Ve
 fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
     let candidate = &lost.column.candidate;
     let unit = findings.engine.problem.plant.effect_unit(
-        &plant::description::EffectUse {
+        &dynamics::description::EffectUse {
             kind: candidate.effect.kind.to_owned(),
             site: candidate.site.clone(),
             values: Vec::new(),
@@ -636,8 +636,11 @@ fn limits(findings: &Findings<'_>) -> Vec<DetectionLimit> {
             known.amplitude = known.amplitude.min(score.limit);
             continue;
         }
-        let used =
-            plant::description::EffectUse { kind: kind.to_owned(), site: candidate.site.clone(), values: Vec::new() };
+        let used = dynamics::description::EffectUse {
+            kind: kind.to_owned(),
+            site: candidate.site.clone(),
+            values: Vec::new(),
+        };
         let unit = plant.effect_unit(&used, candidate.effect.parameters[0].unit);
         list.push(DetectionLimit { kind: kind.to_owned(), site, amplitude: score.limit, unit });
     }
@@ -670,5 +673,5 @@ fn augmented(findings: &Findings<'_>) -> Option<String> {
     if findings.adopted.is_empty() || status(findings.judged.shown.gain.as_ref()) != Status::Confirmed {
         return None;
     }
-    Some(plant::file::write(&posterior(&findings.judged.model)))
+    Some(plant_file::write(&posterior(&findings.judged.model)))
 }

@@ -3,7 +3,7 @@
 //! Names and units are judged by [`Problem::refusals`] and channels that stand still by [`standstill`], so that what a diagnosis refuses
 //! is a fault here.
 
-use plant::description::{Plant, Sensor};
+use dynamics::description::{Plant, Sensor};
 
 use super::{Check, FALSE_ALARM, Finding, Severity, probability, short};
 use crate::problem::{Problem, ProblemError, period_s, standstill};

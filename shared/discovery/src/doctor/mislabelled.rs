@@ -15,7 +15,7 @@ mod prediction;
 use core::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 use super::quantity::{Kind, Quantity, of_channel};
 use super::{Check, Finding, Severity, short};

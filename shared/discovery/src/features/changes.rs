@@ -10,9 +10,9 @@
 //! rigid turn of the root expands in the clamped modes with coefficients ρ). Few modes make both a little too stiff.
 
 use super::linear_laws;
+use dynamics::description::{Appendage, Plant, Quantity, SiteKind, Space};
+use dynamics::effect::{Effect, Law};
 use nalgebra::{DMatrix, SymmetricEigen};
-use plant::description::{Appendage, Plant, Quantity, SiteKind, Space};
-use plant::effect::{Effect, Law};
 
 /// One hypothesis.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +45,7 @@ impl Change {
                 }
             }
             for point in 0..description.points.len() {
-                let moves = |mode: &plant::description::Mode| {
+                let moves = |mode: &dynamics::description::Mode| {
                     mode.shape_per_sqrt_kg.get(point).is_some_and(|shape| shape.iter().any(|s| s.value != 0.0))
                 };
                 if description.modes.iter().any(moves) {
@@ -188,7 +188,7 @@ impl Change {
     }
 }
 
-fn omega(mode: &plant::description::Mode) -> f64 {
+fn omega(mode: &dynamics::description::Mode) -> f64 {
     core::f64::consts::TAU * mode.frequency_hz.value
 }
 

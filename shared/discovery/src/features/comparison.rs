@@ -5,8 +5,8 @@ use super::frame::Frame;
 use super::likelihood::{Each, Evidence, Factor, Group, Likelihood, golden};
 use super::peaks::MeasuredMode;
 use crate::statistics::fisher_tail;
+use dynamics::description::Plant;
 use nalgebra::DMatrix;
-use plant::description::Plant;
 
 /// Below so many matched modes no change of one number can be told from another.
 pub(super) const MODES_MIN: usize = 3;

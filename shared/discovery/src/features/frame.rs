@@ -9,8 +9,8 @@ use super::matching::{self, Alike};
 use super::peaks::MeasuredMode;
 use super::plant_modes::{PlantMode, plant_modes};
 use super::shapes::Across;
-use plant::description::Plant;
-use plant::system::System;
+use dynamics::description::Plant;
+use dynamics::system::System;
 
 /// A damping ratio known worse than to this share of itself has no logarithm worth the name.
 const DAMPING_SHARE_MAX: f64 = 0.5;

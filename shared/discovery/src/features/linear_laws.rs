@@ -8,9 +8,9 @@
 //! rest and must grow a thousandfold when all rates, or all positions, do.
 
 use super::plant_modes::at_rest;
-use plant::description::{Plant, Site, SiteKind};
-use plant::effect::{Effect, Law};
-use plant::system::{System, Workspace};
+use dynamics::description::{Plant, Site, SiteKind};
+use dynamics::effect::{Effect, Law};
+use dynamics::system::{System, Workspace};
 
 /// Rates [1/s, m/s, rad/s] between which a damper has to be one, and to what.
 const RATES: [f64; 2] = [1e-3, 1.0];

@@ -1,8 +1,8 @@
 //! Modes of a plant: frequency, damping ratio, shape at the sensors, and which mode of a changed plant is which of the one before.
 
+use dynamics::description::Plant;
+use dynamics::system::{System, SystemMode, Workspace};
 use nalgebra::Complex;
-use plant::description::Plant;
-use plant::system::{System, SystemMode, Workspace};
 
 /// An oscillating mode of a linearised plant.
 #[derive(Clone, Debug)]
@@ -48,7 +48,7 @@ pub(super) fn plant_modes(plant: &Plant, channels: &[String]) -> Option<Vec<Plan
 /// The state in which a plant begins, with all rates at zero.
 pub(super) fn at_rest(plant: &Plant, system: &System) -> Option<Vec<f64>> {
     let x = system.initial_state(&plant.initial, &|_| None).ok()?;
-    let rest = |(state, x): (&plant::system::StateName, &f64)| if state.name.ends_with(".rate") { 0.0 } else { *x };
+    let rest = |(state, x): (&dynamics::system::StateName, &f64)| if state.name.ends_with(".rate") { 0.0 } else { *x };
     Some(system.states().iter().zip(&x).map(rest).collect())
 }
 

@@ -118,7 +118,7 @@ impl Comparison<'_> {
         let confirmed = members.iter().zip(&statuses).filter(|(_, status)| **status == Status::Confirmed);
         let confirmed: Vec<Member> = confirmed.map(|(member, _)| member.clone()).collect();
         if !confirmed.is_empty() {
-            diagnosis.augmented_plant = self.changed(&confirmed).map(|plant| plant::file::write(&plant));
+            diagnosis.augmented_plant = self.changed(&confirmed).map(|plant| plant_file::write(&plant));
         }
     }
 

@@ -9,7 +9,7 @@ mod shapes;
 
 fn cantilever() -> Plant {
     let text = include_str!("../../../../deploy/plants/rigs/cantilever.toml");
-    plant::file::parse("cantilever", text).unwrap().plant
+    plant_file::parse("cantilever", text).unwrap().plant
 }
 
 /// Eigenvalue number n of `g`, by bisection between its sign changes over z.
@@ -137,7 +137,7 @@ fn a_common_factor_is_named_with_its_size_and_predicts_the_upper_modes() {
     assert_eq!(found.effects[0].status, Status::Confirmed);
     let factor = &found.effects[0].parameters[0];
     assert!((factor.value - 0.93).abs() < 3.0 * factor.sigma.max(1e-4), "{factor:?}");
-    let augmented = plant::file::parse("augmented", found.augmented_plant.as_ref().unwrap()).unwrap().plant;
+    let augmented = plant_file::parse("augmented", found.augmented_plant.as_ref().unwrap()).unwrap().plant;
     let again = diagnose_spectrum(&augmented, &spectrum(&truth, 0.003, 3), &FeatureOptions::default());
     assert_eq!(again.verdict, Verdict::None, "{}", again.reason);
 }

@@ -8,7 +8,7 @@
 
 use crate::problem::{Event, Timeline};
 use core::f64::consts::TAU;
-use plant::description::{Plant, SensorKind, Space};
+use dynamics::description::{Plant, SensorKind, Space};
 
 /// Cosine between axes up to which they are square to each other.
 const SQUARE: f64 = 1e-6;

@@ -5,7 +5,7 @@
 //! the instant midway: with a time constant far below the interval the lag shows the slope at its end, not the mean slope.
 
 use super::machine::{Machine, Mean};
-use plant::filter::LagState;
+use dynamics::lags::LagState;
 
 impl Machine<'_> {
     /// Readings as the sensors tell them. Call once per event, before the update.

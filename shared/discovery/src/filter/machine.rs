@@ -4,10 +4,10 @@ use super::attitude::{Attitude, attitudes};
 use super::{Layout, equip, tangent_names};
 use crate::problem::{Problem, Timeline};
 use crate::work::{of_evaluations, of_whitening};
-use plant::description::{Plant, Reading, Sensor, SensorKind};
-use plant::dual::Dual;
-use plant::filter::{FilterKind, Gate, Lag, LagState};
-use plant::system::{FilterPlace, System, Workspace, spectral_radius};
+use dynamics::description::{Plant, Reading, Sensor, SensorKind};
+use dynamics::dual::Dual;
+use dynamics::lags::{FilterKind, Gate, Lag, LagState};
+use dynamics::system::{FilterPlace, System, Workspace, spectral_radius};
 
 /// Product of step and fastest rate that a step of integration keeps to, and the one beyond which a variant takes finer steps.
 const STEP_RATE: f64 = 0.4;
@@ -100,7 +100,7 @@ impl<'a> Machine<'a> {
         let sensors: Vec<Channel> =
             equipped.sensors.iter().enumerate().map(|(i, s)| channel(&equipped, &system, s, i)).collect();
         let mut layout = Layout { tangent: system.tangent_len(), ..Layout::default() };
-        let command = |u: &plant::system::InputName| u.role == plant::system::InputRole::Command;
+        let command = |u: &dynamics::system::InputName| u.role == dynamics::system::InputRole::Command;
         layout.noise_inputs = (0..system.inputs().len()).filter(|i| command(&system.inputs()[*i])).collect();
         for sensor in &sensors {
             layout.lag_of.push(sensor.lag.as_ref().map(|_| layout.lags));
@@ -543,11 +543,13 @@ impl Channel {
     }
 }
 
-fn initial_state(system: &System, plant: &Plant, initial: &plant::description::Initial) -> Result<Vec<f64>, String> {
+fn initial_state(system: &System, plant: &Plant, initial: &dynamics::description::Initial) -> Result<Vec<f64>, String> {
     let mut initial = initial.clone();
     let prescribed = |coordinate: &str| {
         plant.actuators.iter().any(|a| match &a.kind {
-            plant::description::ActuatorKind::PrescribedJoint { joint, .. } => coordinate == format!("joint:{joint}"),
+            dynamics::description::ActuatorKind::PrescribedJoint { joint, .. } => {
+                coordinate == format!("joint:{joint}")
+            }
             _ => false,
         })
     };

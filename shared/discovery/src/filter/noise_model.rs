@@ -1,7 +1,7 @@
 //! Sizes and colours of the noise: what the data sheets say, and what the data say.
 
-use plant::description::{Noise, Plant};
-use plant::system::System;
+use dynamics::description::{Noise, Plant};
+use dynamics::system::System;
 
 use crate::problem::Problem;
 

@@ -130,7 +130,7 @@ fn a_delay_or_a_lag_of_the_command_is_felt_by_angle_and_rate_as_the_simulation_h
         let mut quiet = with.clone();
         quiet.actuators.iter_mut().for_each(|actuator| actuator.noise.value = 0.0);
         for sensor in &mut quiet.sensors {
-            sensor.noise = plant::description::Noise::default();
+            sensor.noise = dynamics::description::Noise::default();
             sensor.resolution.value = 0.0;
         }
         let problem = problem(&with, recording(&quiet, 1, 2.0));
@@ -153,7 +153,7 @@ fn a_lag_of_an_accelerometer_is_felt_as_the_simulation_has_it() {
         let mut quiet = with.clone();
         quiet.actuators.iter_mut().for_each(|actuator| actuator.noise.value = 0.0);
         for sensor in &mut quiet.sensors {
-            sensor.noise = plant::description::Noise::default();
+            sensor.noise = dynamics::description::Noise::default();
             sensor.resolution.value = 0.0;
         }
         let problem = problem(&with, recording(&quiet, 1, 2.0));
@@ -215,7 +215,7 @@ fn readings_that_a_stated_delay_puts_before_the_recording_tell_nothing_and_the_o
     let period_s = nominal.simulation.period_s;
     let channel = nominal.sensors.iter().position(|sensor| sensor.name == "rate").unwrap();
     let every_s = nominal.sensors[channel].period_s.map_or(period_s, |period| period.value);
-    nominal.sensors[channel].delay_s = plant::description::Quantity::known(2.5 * every_s);
+    nominal.sensors[channel].delay_s = dynamics::description::Quantity::known(2.5 * every_s);
     let problem = problem(&nominal, recording(&nominal, 5, 1.0));
     let (engine, board) = board(&problem);
     let (linear, timeline) = (&board.linears[0], &engine.timelines[0]);
@@ -268,7 +268,7 @@ period = "100 ms"
 
 #[test]
 fn a_star_tracker_may_tell_an_attitude_by_either_of_its_two_rotation_vectors() {
-    let nominal = ::plant::file::parse("tracker.toml", TRACKER).unwrap().plant;
+    let nominal = plant_file::parse("tracker.toml", TRACKER).unwrap().plant;
     let mut recorded = recording(&nominal, 7, 60.0);
     let own: Vec<usize> =
         (0..recorded.channels.len()).filter(|c| recorded.channels[*c].name.starts_with("star_tracker")).collect();

@@ -6,8 +6,8 @@ use super::engine::{Engine, parallel};
 use crate::filter::{Gains, Gradient, Linear, NoiseModel, gains, gradient, products, whiten};
 use crate::problem::Timeline;
 use crate::work::{of_products, of_whitening};
+use dynamics::description::Plant;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use plant::description::Plant;
 
 /// Raw innovations of the frozen filters and their sensitivities, all runs one after the other.
 #[derive(Clone, Debug)]

@@ -4,8 +4,8 @@ use super::FitError;
 use crate::filter::{Frozen, Linear, Machine, NoiseModel, Start, equip, initial_sigmas, linearise, step_s};
 use crate::problem::{Problem, Run, Timeline};
 use crate::work::Work;
-use plant::description::Plant;
-use plant::system::System;
+use dynamics::description::Plant;
+use dynamics::system::System;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A problem with its timelines.
@@ -71,7 +71,7 @@ impl<'p> Engine<'p> {
             offsets.push(samples);
             samples += timeline.value.len();
         }
-        let command = |i: &usize| system.inputs()[*i].role == plant::system::InputRole::Command;
+        let command = |i: &usize| system.inputs()[*i].role == dynamics::system::InputRole::Command;
         let inputs: Vec<usize> = (0..system.inputs().len()).filter(command).collect();
         let noise = NoiseModel::stated(problem, &equipped, &system, &inputs);
         let noise_names = inputs.iter().map(|i| system.inputs()[*i].name.clone()).collect();
@@ -114,7 +114,7 @@ impl<'p> Engine<'p> {
     pub fn like<'q>(other: &Engine<'_>, problem: &'q Problem) -> Result<Engine<'q>, FitError> {
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
-        let command = |i: &usize| system.inputs()[*i].role == plant::system::InputRole::Command;
+        let command = |i: &usize| system.inputs()[*i].role == dynamics::system::InputRole::Command;
         let inputs = (0..system.inputs().len()).filter(command).count();
         if inputs != other.noise.input_sigma.len() {
             return Err(FitError::Filter("the plant has other inputs".to_owned()));
@@ -368,11 +368,11 @@ fn without_steps(plant: &Plant) -> Plant {
     smooth
 }
 
-fn strip(plant: &Plant, run: &Run) -> plant::description::Initial {
+fn strip(plant: &Plant, run: &Run) -> dynamics::description::Initial {
     let mut initial = run.initial.clone();
     initial.values.retain(|value| {
         !plant.actuators.iter().any(|a| match &a.kind {
-            plant::description::ActuatorKind::PrescribedJoint { joint, .. } => {
+            dynamics::description::ActuatorKind::PrescribedJoint { joint, .. } => {
                 value.coordinate == format!("joint:{joint}")
             }
             _ => false,
@@ -381,7 +381,7 @@ fn strip(plant: &Plant, run: &Run) -> plant::description::Initial {
     initial
 }
 
-fn lag_s(plant: &Plant, sensor: &plant::description::Sensor) -> f64 {
+fn lag_s(plant: &Plant, sensor: &dynamics::description::Sensor) -> f64 {
     let source = sensor.source.as_ref().and_then(|name| plant.sources.iter().find(|source| source.name == *name));
     sensor.delay_s.value + source.map_or(0.0, |source| source.clock_offset_s.value)
 }

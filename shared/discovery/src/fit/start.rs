@@ -10,7 +10,7 @@
 
 use super::engine::{Engine, open};
 use crate::filter::{Machine, equip, initial_sigmas, tangent_names};
-use plant::system::System;
+use dynamics::system::System;
 
 /// A state is hardly seen where all readings together narrow its wide prior by less than this.
 const NARROWED: f64 = 30.0;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::synthetic::{off_priors, plant, problem, recording, with_effect};
-use ::plant::description::Plant;
+use dynamics::description::Plant;
 
 #[test]
 fn estimates_are_within_the_sigmas_they_state() {

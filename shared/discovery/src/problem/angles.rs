@@ -5,7 +5,7 @@
 //! that is off by less is the bias of the sensor, which must then have a prior.
 
 use core::f64::consts::{PI, TAU};
-use plant::description::{Initial, Plant, Sensor, SensorKind, Space};
+use dynamics::description::{Initial, Plant, Sensor, SensorKind, Space};
 
 /// A step above this part of a turn between two samples is a wrap.
 const WRAP_SHARE: f64 = 0.9;

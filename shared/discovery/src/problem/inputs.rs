@@ -3,8 +3,8 @@
 use super::ProblemError;
 use super::smooth::SmoothMotion;
 use crate::series::Channel;
-use plant::description::{Actuator, ActuatorKind, Plant, Prescribed};
-use plant::signal::{SignalSum, SignalValue};
+use dynamics::description::{Actuator, ActuatorKind, Plant, Prescribed};
+use dynamics::signal::{SignalSum, SignalValue};
 
 /// A motion as a smooth function of time.
 #[derive(Clone, Debug)]
@@ -46,7 +46,7 @@ pub(super) fn drive(
         ActuatorKind::PrescribedJoint { what, .. } | ActuatorKind::PrescribedBase { what, .. } => Some(what),
         _ => None,
     };
-    let bad = |error: plant::signal::SignalError| ProblemError::Plant(error.to_string());
+    let bad = |error: dynamics::signal::SignalError| ProblemError::Plant(error.to_string());
     let own = || SignalSum::new(&actuator.command, plant.simulation.duration_s, &actuator.name).map_err(bad);
     let Some(channel) = channel else {
         return Ok(match what {

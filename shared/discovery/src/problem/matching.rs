@@ -5,8 +5,8 @@ use super::gaps::parted;
 use super::inputs::drive;
 use super::{ProblemError, Run, Samples};
 use crate::series::{Channel, Recording, same_unit};
-use plant::description::{Actuator, Initial, Plant, Sensor};
-use plant::system::System;
+use dynamics::description::{Actuator, Initial, Plant, Sensor};
+use dynamics::system::System;
 
 /// Runs of one recording: one a segment of the plant that lies in it, else the whole.
 pub(super) fn runs(

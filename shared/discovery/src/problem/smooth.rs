@@ -13,7 +13,7 @@
 //! Assumes increasing times and noise that is white and as large everywhere. Cost: O(n) for each α; some forty of them a round.
 
 use crate::statistics::chi_squared_quantile;
-use plant::signal::SignalValue;
+use dynamics::signal::SignalValue;
 
 /// Probability of a kink in a motion that has none.
 const KINK_ALPHA: f64 = 1e-3;

@@ -3,7 +3,7 @@
 //! With white noise of σ between quantisation steps of q all of n readings are equal with a probability of at most
 //! `P(|N(0, σ)| < q/2)^(n−1)`.
 
-use plant::description::{Noise, Plant, Sensor};
+use dynamics::description::{Noise, Plant, Sensor};
 
 /// A reading that never changes.
 #[derive(Clone, Copy, Debug, PartialEq)]

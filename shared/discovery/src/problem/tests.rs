@@ -125,9 +125,9 @@ fn a_wrapped_angle_is_unwrapped_and_a_turn_more_is_the_same_place() {
 #[test]
 fn a_segment_outside_the_recording_is_an_error_not_an_empty_problem() {
     let mut nominal = plant("pendulum");
-    let late = plant::description::Segment {
+    let late = dynamics::description::Segment {
         name: "late".to_owned(),
-        begin_s: plant::description::Quantity::known(100.0),
+        begin_s: dynamics::description::Quantity::known(100.0),
         end_s: None,
         initial: nominal.initial.clone(),
     };
@@ -138,18 +138,18 @@ fn a_segment_outside_the_recording_is_an_error_not_an_empty_problem() {
 
 #[test]
 fn unknown_numbers_of_the_plants_own_command_reach_the_rows_and_a_step_between_samples_acts_from_where_it_begins() {
-    use plant::description::{Quantity, SignalKind};
+    use dynamics::description::{Quantity, SignalKind};
     let mut nominal = plant("oscillator");
     let actuator = &mut nominal.actuators[0];
     (actuator.recorded, actuator.noise) = (false, Quantity::known(0.0));
     let kind = SignalKind::Step { size: Quantity::with_prior(2.0, 1.0) };
     actuator.command =
-        vec![plant::description::Signal { kind, begin_s: Quantity::with_prior(0.0512, 0.01), end_s: None }];
+        vec![dynamics::description::Signal { kind, begin_s: Quantity::with_prior(0.0512, 0.01), end_s: None }];
     let mut recorded = recording(&nominal, 1, 0.2);
     let name = nominal.actuators[0].name.clone();
     recorded.channels.retain(|channel| channel.name != name);
     let problem = Problem::new(&nominal, &[recorded], &[]).unwrap();
-    let system = plant::system::System::new(&nominal).unwrap();
+    let system = dynamics::system::System::new(&nominal).unwrap();
     let timeline = Timeline::new(&nominal, &system, &problem.runs[0], &[0.0; 2], 1.0);
     let acts = |begin_s: f64, size: f64| -> f64 {
         let mut moved = nominal.clone();
@@ -175,7 +175,7 @@ fn unknown_numbers_of_the_plants_own_command_reach_the_rows_and_a_step_between_s
 
 #[test]
 fn when_a_command_comes_again_may_be_unknown_and_when_a_sensor_looks_is_not() {
-    use plant::description::{Quantity, Signal, SignalKind};
+    use dynamics::description::{Quantity, Signal, SignalKind};
     let known = Quantity::known;
     let periods = |period_s: Quantity| {
         let mut nominal = plant("oscillator");

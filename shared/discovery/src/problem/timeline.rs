@@ -6,9 +6,9 @@
 
 use super::inputs::Course;
 use super::{Drive, Problem, Run};
-use plant::description::{Plant, Prescribed, Reading};
-use plant::signal::SignalSum;
-use plant::system::{InputRole, System};
+use dynamics::description::{Plant, Prescribed, Reading};
+use dynamics::signal::SignalSum;
+use dynamics::system::{InputRole, System};
 
 /// One instant.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +83,7 @@ impl Timeline {
             problem.unknowns.iter().any(|unknown| unknown.parameter.starts_with(&prefix))
         };
         let own = |a: usize| matches!(run.drives.get(a), Some(Drive::Signal(_)));
-        let signal = |(a, actuator): (usize, &plant::description::Actuator)| {
+        let signal = |(a, actuator): (usize, &dynamics::description::Actuator)| {
             let moves = own(a) && unknown(&actuator.name);
             moves.then(|| SignalSum::new(&actuator.command, plant.simulation.duration_s, &actuator.name).ok()).flatten()
         };

@@ -1,7 +1,7 @@
 //! The numbers that are estimated.
 
 use super::Run;
-use plant::description::{Plant, Scope};
+use dynamics::description::{Plant, Scope};
 
 /// One unknown: a number of the plant in one scope.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,8 +3,8 @@
 use super::{Instants, Lines, Orders};
 use crate::filter::Linear;
 use crate::problem::Problem;
-use plant::description::{Plant, Site, SiteKind, Space};
-use plant::effect::{Effect, EffectParameter, sites};
+use dynamics::description::{Plant, Site, SiteKind, Space};
+use dynamics::effect::{Effect, EffectParameter, sites};
 
 /// One effect at one site with its inner numbers.
 #[derive(Clone)]
@@ -366,13 +366,13 @@ pub(crate) fn motion(plant: &Plant, linears: &[Linear], site: &Site) -> Option<M
         SiteKind::Tank => format!("tank:{}", site.name),
         SiteKind::Mode => format!("mode:{}", site.name),
         SiteKind::Actuator => match &plant.actuator(&site.name)?.kind {
-            plant::description::ActuatorKind::Wheel { .. } => return wheel(linears, &site.name),
-            plant::description::ActuatorKind::JointTorque { joint }
-            | plant::description::ActuatorKind::Motor { joint, .. } => format!("joint:{joint}"),
+            dynamics::description::ActuatorKind::Wheel { .. } => return wheel(linears, &site.name),
+            dynamics::description::ActuatorKind::JointTorque { joint }
+            | dynamics::description::ActuatorKind::Motor { joint, .. } => format!("joint:{joint}"),
             _ => return None,
         },
         SiteKind::Sensor => match &plant.sensor(&site.name)?.kind {
-            plant::description::SensorKind::Encoder { joint } => format!("joint:{joint}"),
+            dynamics::description::SensorKind::Encoder { joint } => format!("joint:{joint}"),
             _ => return None,
         },
         SiteKind::Body => return None,

@@ -6,8 +6,8 @@ use super::forcing::{Course, Sources, comparable, respond};
 use crate::filter::{Gains, Machine, gains, whiten};
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine, parallel};
-use plant::description::{Plant, SiteKind};
-use plant::effect::Law;
+use dynamics::description::{Plant, SiteKind};
+use dynamics::effect::Law;
 
 /// One candidate with what it does to the innovations.
 #[derive(Clone, Debug)]

@@ -216,7 +216,7 @@ mod tests {
         let mut with = nominal.clone();
         with.add_effect(kind, &site.parse().unwrap(), values).unwrap();
         let timeline = &engine.timelines[0];
-        let machine = |plant: &plant::description::Plant| {
+        let machine = |plant: &dynamics::description::Plant| {
             Machine::new(&problem, 0, &problem.instance(plant, &theta, 0), timeline).unwrap()
         };
         let (base, mut other) = (machine(&nominal), machine(&with));

@@ -9,7 +9,7 @@ use crate::filter::NoiseModel;
 use crate::fit::{Board, Engine};
 use crate::problem::Timeline;
 use crate::statistics::{chi_squared_quantile, median};
-use plant::description::{Plant, Site, SiteKind};
+use dynamics::description::{Plant, Site, SiteKind};
 
 /// Instants of each list.
 pub const INSTANTS: usize = 4;

@@ -6,8 +6,8 @@
 
 use crate::problem::{Course, Drive, Problem, Run, Samples};
 use crate::series::interpolate;
-use plant::description::{Noise, Plant, Quantity};
-use plant::simulation::Simulator;
+use dynamics::description::{Noise, Plant, Quantity};
+use simulation::Simulator;
 
 /// Share of a reading's own variation that the simulation may miss; a loop that does not follow its recording is none we know.
 const MISSED_MAX: f64 = 0.3;

@@ -9,7 +9,7 @@
 use super::lines::LINES;
 use crate::filter::Linear;
 use crate::problem::Timeline;
-use plant::description::{Plant, SensorKind};
+use dynamics::description::{Plant, SensorKind};
 
 /// Orders that are looked at, at most.
 const LOOKED_MAX: usize = 2000;

@@ -2,7 +2,7 @@
 
 use crate::filter::{DISTURBANCE, Linear, Machine};
 use crate::fit::Board;
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 /// Functions along each of two coordinates, and along one that is alone: as many in all.
 const SIDE: usize = 5;

@@ -15,7 +15,7 @@ use crate::compete::subsets::Rung;
 use crate::filter::{Linear, Machine, NoiseModel};
 use crate::fit::noise::{Search, maximise};
 use crate::fit::{Board, Engine};
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 /// `|x|^power`, odd: with the sign of x.
 #[derive(Clone, Copy, Debug, PartialEq)]

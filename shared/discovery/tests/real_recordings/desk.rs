@@ -3,7 +3,7 @@
 use discovery::diagnose::{Diagnosis, Options, diagnose};
 use discovery::problem::Problem;
 use discovery::series::{Channel, Recording, Role};
-use plant::description::Plant;
+use dynamics::description::Plant;
 use std::path::PathBuf;
 
 /// The folder of the recordings; `None` (said) where there is none.
@@ -55,7 +55,7 @@ pub fn part(recording: &Recording, begin_s: f64, end_s: f64, stride: usize) -> R
 
 pub fn rig(name: &str) -> Plant {
     let path = format!("{}/../../deploy/plants/rigs/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    plant::file::parse(name, &std::fs::read_to_string(path).unwrap()).unwrap().plant
+    plant_file::parse(name, &std::fs::read_to_string(path).unwrap()).unwrap().plant
 }
 
 /// Diagnosis of `recordings`, held out on others where there are any, printed.

@@ -6,6 +6,7 @@
 use super::{CHANNELS, TORQUES, planar_arm, sigma};
 use crate::bench::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::{built_in, channel, number, periods, sample_sigma, simulator, without_noise};
+use dynamics::description::{Plant, Quantity};
 use estimation::consistency::nees;
 use estimation::weighted_least_squares::Estimate;
 use physics::flying_bound;
@@ -13,7 +14,6 @@ use physics::flying_filter::{FlyingFilter, FlyingSample, FlyingSettings, weak_fo
 use physics::free_floating::PlanarArm;
 use physics::free_flying::{FlyingGeometry, Pi, parameters};
 use physics::momentum::MomentumSample;
-use plant::description::{Plant, Quantity};
 
 const NAMES: [&str; 8] = ["M", "pi2", "pi3", "pi4", "pi5", "pi6", "pi7", "pi8"];
 const METHODS: &[Method] =

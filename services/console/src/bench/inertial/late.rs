@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use physics::momentum::MomentumSample;
 use physics::momentum_extended::{EXTERNAL_TORQUE, LATENCY, with_latency_and_drift};
 use physics::momentum_methods::{KnownMomentum, weighted};
-use plant::file::parse_effect;
+use plant_file::parse_effect;
 
 const HIDDEN: [&str; 2] = ["sensor_delay@sensor:gyro delay=5ms", "constant_torque@body:hub torque_z=0.001N*m"];
 const LATE_S: f64 = 5e-3;

@@ -5,14 +5,14 @@
 
 use super::{Inertial, NAMES, sigma, truth};
 use crate::bench::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};
+use dynamics::description::{Quantity, Signal, SignalKind};
+use dynamics::noise::Stream;
 use estimation::consistency::nees;
 use estimation::cramer_rao::FisherInformation;
 use nalgebra::SVector;
 use physics::consider::{Excitation, excitation};
 use physics::inertial_estimator::{InertialEstimate, InertialEstimator, InertialSettings};
 use physics::momentum::{MomentumSample, noisy_momentum_row};
-use plant::description::{Quantity, Signal, SignalKind};
-use plant::noise::Stream;
 
 const METHODS: &[Method] = &[Method { name: "momentum-wls-bc-recursive", paper_percent: &[] }];
 /// Sigma of the prior, relative.

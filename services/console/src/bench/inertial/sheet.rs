@@ -3,12 +3,12 @@
 
 use super::{Inertial, NAMES, truth};
 use crate::bench::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
+use dynamics::noise::Stream;
 use estimation::consistency::nees;
 use nalgebra::SMatrix;
 use physics::consider::{ConsideredEstimate, SensorSheet, consider};
 use physics::momentum::MomentumSample;
 use physics::momentum_methods::weighted;
-use plant::noise::Stream;
 
 /// One sigma of each, as a calibrated navigation-grade set states them.
 const SHEET: SensorSheet = SensorSheet {

@@ -10,13 +10,13 @@ use super::wheel::Wheel;
 use super::{Inertial, planar_arm};
 use crate::bench::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::number;
+use dynamics::noise::Stream;
 use estimation::consistency::nees;
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::{Matrix4, Vector4};
 use physics::mated::Target;
 use physics::target::{ChaserPrior, Identified, TargetEstimate, recover};
 use physics::target_statement::fuse;
-use plant::noise::Stream;
 
 const NAMES: [&str; 4] = ["m_t", "x_t", "y_t", "I_t"];
 const METHODS: &[Method] = &[

@@ -6,13 +6,13 @@
 use super::{Inertial, NAMES, sigma, truth};
 use crate::bench::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::{number, periods, simulator};
+use dynamics::description::{Actuator, ActuatorKind, Quantity, Signal, SignalKind};
 use estimation::consistency::nees;
 use estimation::cramer_rao::FisherInformation;
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::SVector;
 use physics::momentum::{MomentumSample, momentum_regressor, noisy_momentum_row};
 use physics::momentum_extended::with_wheel_modulation;
-use plant::description::{Actuator, ActuatorKind, Quantity, Signal, SignalKind};
 
 const WHEEL: &str = "wheel";
 const AMPLITUDE_NMS: f64 = 10.0;

@@ -1,9 +1,9 @@
 //! Modes of the linearised plant: poles and what the accelerometers show of them, in open loop and under its sampled controller.
 
+use dynamics::description::{Initial, Plant};
+use dynamics::system::{StateSpace, System, Workspace};
 use modal::c64;
 use nalgebra::{Complex, DMatrix, DVector};
-use plant::description::{Initial, Plant};
-use plant::system::{StateSpace, System, Workspace};
 
 /// A true mode.
 #[derive(Clone, Debug)]

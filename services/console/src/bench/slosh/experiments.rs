@@ -1,6 +1,6 @@
 //! Force records of BP2 beside the seed's sine: a burst with coasting, and repeated bursts within a stroke.
 
-use plant::description::{Plant, Quantity, Signal, SignalKind};
+use dynamics::description::{Plant, Quantity, Signal, SignalKind};
 
 /// A signal from `begin_s` to `end_s`.
 fn between(kind: SignalKind, begin_s: f64, end_s: f64) -> Signal {

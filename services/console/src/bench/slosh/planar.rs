@@ -3,6 +3,7 @@
 use super::method;
 use crate::bench::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::{built_in, channel, number, periods, sample_sigma, simulator};
+use dynamics::description::{Plant, Quantity, Signal, SignalKind, TankModel};
 use estimation::consistency::nees;
 use nalgebra::{SVector, Vector2};
 use physics::slosh_arc::SloshSample;
@@ -15,7 +16,6 @@ use physics::slosh_planar_scan::PlanarSample;
 use physics::slosh_planar_thrust::{
     SPRINGS_AND_THRUST, calibrated, identify_springs_and_thrust, scale_of, springs_and_thrust,
 };
-use plant::description::{Plant, Quantity, Signal, SignalKind, TankModel};
 
 const NAMES: [&str; SPRINGS] = ["m_s", "k_x", "k_y", "c_x", "c_y", "b_x", "b_y"];
 const METHODS: &[Method] = &[method("ml", &[])];
@@ -187,7 +187,7 @@ impl Planar {
 
 /// What is known of the hub of a plant with tanks.
 pub(super) fn hub(plant: &Plant) -> PlanarHub {
-    let plant::description::SensorKind::Accelerometer { position_m: [x, y, _], .. } =
+    let dynamics::description::SensorKind::Accelerometer { position_m: [x, y, _], .. } =
         &plant.sensors[channel(plant, "acceleration_x")].kind
     else {
         unreachable!("the channel is an accelerometer");

@@ -9,6 +9,7 @@ use super::planar::{hub, noise, samples, summed};
 use super::suspension::Judged;
 use crate::bench::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};
 use crate::bench::simulated::built_in;
+use dynamics::description::{Plant, Quantity, TankModel};
 use estimation::consistency::nees;
 use nalgebra::SVector;
 use physics::slosh_planar::PlanarHub;
@@ -17,7 +18,6 @@ use physics::slosh_planar_id::ONE_AXIS;
 use physics::slosh_planar_record::{PlanarNoise, PlanarRecord};
 use physics::slosh_planar_scan::PlanarSample;
 use physics::slosh_suspension::{SuspensionKind, SuspensionVerdict, decide};
-use plant::description::{Plant, Quantity, TankModel};
 
 const METHODS: &[Method] = &[method("ml", &[])];
 const SPRING: [&str; ONE_AXIS] = ["m_s", "k", "c", "b_x", "b_y"];

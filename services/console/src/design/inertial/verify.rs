@@ -28,7 +28,7 @@ pub fn verify(
     trials: usize,
     seed: u64,
 ) -> Option<Verified> {
-    let plant = plant::file::parse("designed", &plant_text(trajectory));
+    let plant = plant_file::parse("designed", &plant_text(trajectory));
     let plant = plant.expect("the benchmark's own plant, but for the motion's finite numbers").plant;
     let bench = Inertial::bp1a().flying(plant).only(&[METHOD]);
     let truth = truth::<8>(&bench.plant);

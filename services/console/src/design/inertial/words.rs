@@ -1,7 +1,7 @@
 //! What a design is shown as: a table beside trajectory B, and a plant file.
 
 use super::{Designed, HARMONICS};
-use crate::plant_file::BUILT_IN;
+use crate::plants::BUILT_IN;
 use physics::experiment_design::{Assessment, Design};
 use std::fmt::Write;
 

@@ -3,7 +3,7 @@
 use super::*;
 
 fn plant() -> Plant {
-    crate::plant_file::parse("drive_rig", crate::plant_file::built_in("drive_rig").unwrap()).unwrap().plant
+    crate::plants::parse("drive_rig", crate::plants::built_in("drive_rig").unwrap()).unwrap().plant
 }
 
 fn set() -> SeriesSet {

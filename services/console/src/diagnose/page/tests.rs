@@ -2,7 +2,7 @@
 
 use super::super::{Case, Diagnosed, object, words};
 use super::page;
-use crate::plant_file;
+use crate::plants;
 use crate::recordings::Loaded;
 use discovery::diagnose::*;
 use discovery::held_out::{ChannelFit, Status};
@@ -143,7 +143,7 @@ fn full() -> Diagnosis {
 }
 
 fn diagnosed(diagnosis: Diagnosis) -> Diagnosed {
-    let plant = plant_file::parse("pendulum", plant_file::built_in("pendulum").unwrap()).unwrap().plant;
+    let plant = plants::parse("pendulum", plants::built_in("pendulum").unwrap()).unwrap().plant;
     let case = Case {
         plant,
         plant_file: "pendulum.toml".into(),

@@ -1,13 +1,13 @@
 //! Totals of a plant, and the inertial parameters that its equations and its momentum can see.
 
-use plant::description::{ActuatorKind, Initial, JointKind, Plant, Space};
-use plant::multibody::{
+use dynamics::description::{ActuatorKind, Initial, JointKind, Plant, Space};
+use dynamics::multibody::{
     BaseParameters, Model, ModelError, MomentumBasis, MomentumSpan, ParameterFamily, RegressorRows, base_parameters,
     momentum_span, planar_tree_functions, stacked_regressor, standard_parameter_names,
 };
-use plant::simulation::{SimulationError, Simulator};
-use plant::system::{System, SystemError, Workspace};
+use dynamics::system::{System, SystemError, Workspace};
 use serde_json::{Value, json};
+use simulation::{SimulationError, Simulator};
 
 /// Random states over which regressors are stacked: several times as many rows as columns.
 const STATES: usize = 100;
@@ -210,8 +210,8 @@ mod tests {
     use super::*;
 
     fn built_in(name: &str) -> Plant {
-        let text = crate::plant_file::text_of(name, std::path::Path::new("")).unwrap();
-        plant::file::parse(name, &text).unwrap().plant
+        let text = crate::plants::text_of(name, std::path::Path::new("")).unwrap();
+        plant_file::parse(name, &text).unwrap().plant
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::Facts;
 use super::poles::LoopPole;
 use crate::plant::words::{count, digits, direction, joint, noise, quantity, vector, with_unit};
-use plant::description::{
+use dynamics::description::{
     Actuator, ActuatorKind, Body, Controller, Drive, Plant, Sensor, SensorKind, SignalKind, Space, TankModel,
 };
 use std::fmt::Write;

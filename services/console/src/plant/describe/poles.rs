@@ -1,11 +1,11 @@
 //! Poles of a plant as its joints carry it, and of its sampled loops.
 
+use dynamics::description::Plant;
+use dynamics::dual::Dual;
+use dynamics::system::{StateSpace, System, SystemMode, Workspace};
 use nalgebra::{Complex, DMatrix};
-use plant::description::Plant;
-use plant::dual::Dual;
-use plant::simulation::{SimulationError, Simulator};
-use plant::system::{StateSpace, System, SystemMode, Workspace};
 use serde_json::{Value, json};
+use simulation::{SimulationError, Simulator};
 
 /// A discrete pole this near to one is a free integrator: pairs of them scatter by the square root of rounding.
 const AT_ZERO: f64 = 1e-6;
@@ -51,7 +51,7 @@ impl Poles {
         let initial = simulator.truth().state.to_vec();
         let system = simulator.system();
         let posture = at_rest(system, &initial);
-        let neutral = at_rest(system, &system.initial_state(&plant::description::Initial::default(), &|_| None)?);
+        let neutral = at_rest(system, &system.initial_state(&dynamics::description::Initial::default(), &|_| None)?);
         let u = vec![0.0; system.inputs().len()];
         let (about, x) = if is_equilibrium(system, &posture, &u) {
             (About::Initial, posture)
@@ -159,8 +159,8 @@ fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
 
 /// Index in `u` of an actuator that is commanded.
 fn input_of(plant: &Plant, actuator: &str) -> Option<usize> {
-    let prescribed = |kind: &plant::description::ActuatorKind| {
-        use plant::description::ActuatorKind::{PrescribedBase, PrescribedJoint};
+    let prescribed = |kind: &dynamics::description::ActuatorKind| {
+        use dynamics::description::ActuatorKind::{PrescribedBase, PrescribedJoint};
         matches!(kind, PrescribedJoint { .. } | PrescribedBase { .. })
     };
     let at = plant.actuators.iter().position(|candidate| candidate.name == actuator)?;
@@ -173,8 +173,8 @@ mod tests {
     use super::*;
 
     fn of(name: &str) -> Poles {
-        let text = crate::plant_file::text_of(name, std::path::Path::new("")).unwrap();
-        let plant = plant::file::parse(name, &text).unwrap().plant;
+        let text = crate::plants::text_of(name, std::path::Path::new("")).unwrap();
+        let plant = plant_file::parse(name, &text).unwrap().plant;
         Poles::of(&plant, &mut Simulator::new(&plant, 1, "").unwrap()).unwrap()
     }
 
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn a_sampled_brake_decays_as_its_difference_equation() {
         let text = "format = 1\nname = \"rotor\"\nspace = \"planar\"\n[[body]]\nname = \"rotor\"\nmass = \"1 kg\"\ninertia = \"2 kg*m^2\"\njoint = { kind = \"revolute\" }\n[[actuator]]\nname = \"brake\"\nkind = \"joint_torque\"\njoint = \"rotor\"\n[[sensor]]\nname = \"rate\"\nkind = \"joint_rate\"\njoint = \"rotor\"\n[[controller]]\nname = \"loop\"\nactuator = \"brake\"\nrate_sensor = \"rate\"\nkd = \"5 N*m*s/rad\"\n[simulation]\nduration = \"1 s\"\nperiod = \"0.1 s\"\n";
-        let plant = plant::file::parse("rotor.toml", text).unwrap().plant;
+        let plant = plant_file::parse("rotor.toml", text).unwrap().plant;
         let closed = Poles::of(&plant, &mut Simulator::new(&plant, 1, "").unwrap()).unwrap().closed.unwrap();
         assert_eq!(closed.len(), 1);
         let time_s = 1.0 / (core::f64::consts::TAU * closed[0].frequency_hz);

@@ -132,7 +132,7 @@ pub fn resolution(values: &[f64]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plant::noise::Stream;
+    use dynamics::noise::Stream;
 
     fn channel(name: &str, unit: &'static str, values: Vec<f64>) -> Series {
         Series::si(name, unit, (0..values.len()).map(|k| k as f64 * 0.01).collect(), values)

@@ -2,7 +2,7 @@ use super::*;
 use crate::diagnose::{Diagnosis, Verdict, diagnose};
 use crate::series::Recording;
 use crate::synthetic::{plant, problem, recording, with_effect};
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 const STEP: [(&str, f64); 3] = [("step", 3e-3), ("begin", 0.437), ("duration", 0.171)];
 

@@ -5,7 +5,7 @@ use crate::doctor::{Check, Finding, Severity, examine_for};
 use crate::problem::Problem;
 use crate::series::Recording;
 use crate::synthetic::{plant, recording};
-use plant::description::{Plant, Quantity};
+use dynamics::description::{Plant, Quantity};
 
 fn of(findings: &[Finding], check: Check) -> Option<&Finding> {
     findings.iter().find(|f| f.check == check)

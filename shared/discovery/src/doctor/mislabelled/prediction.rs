@@ -3,7 +3,7 @@
 use core::cell::Cell;
 use std::sync::Arc;
 
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 use crate::fit::board::dot;
 use crate::fit::{Board, Engine, Fit, FitError, Rounds, fit, fit_from_afar};

@@ -72,10 +72,10 @@ fn of_a_free_response_no_unit_is_told() {
     nominal.actuators[0].command.clear();
     nominal.actuators[0].recorded = false;
     let mut released = nominal.clone();
-    released.initial.values = vec![plant::description::InitialValue {
+    released.initial.values = vec![dynamics::description::InitialValue {
         coordinate: "joint:rail".into(),
-        position: plant::description::Quantity::known(2e-2),
-        rate: plant::description::Quantity::known(0.0),
+        position: dynamics::description::Quantity::known(2e-2),
+        rate: dynamics::description::Quantity::known(0.0),
     }];
     let mut rubbed = released.clone();
     rubbed.add_effect("joint_coulomb", &"joint:rail".parse().unwrap(), &[("force", 1.0)]).unwrap();

@@ -22,7 +22,7 @@ fn rig(damper: f64) -> Plant {
             if k % 2 == 0 { 0.9 } else { -0.9 }
         ));
     }
-    plant::file::parse("rig", &text).unwrap().plant
+    plant_file::parse("rig", &text).unwrap().plant
 }
 
 /// Modes of a plant as measured with relative standard deviations of frequency and damping.
@@ -71,7 +71,7 @@ fn a_factor_on_all_damping_is_named_with_its_size_and_says_nothing_of_frequencie
     let factor = &found.effects[0].parameters[0];
     assert!((factor.value - 1.8).abs() < 3.0 * factor.sigma && factor.sigma < 0.1, "{factor:?}");
     // a factor on damping moves no frequency: to rounding of eigenvalues beside one 6e4 times as large
-    let augmented = plant::file::parse("augmented", found.augmented_plant.as_ref().unwrap()).unwrap().plant;
+    let augmented = plant_file::parse("augmented", found.augmented_plant.as_ref().unwrap()).unwrap().plant;
     let (before, after) = (plant_modes(&plant, &[]).unwrap(), plant_modes(&augmented, &[]).unwrap());
     assert!(before.iter().zip(&after).all(|(a, b)| (a.frequency_hz / b.frequency_hz - 1.0).abs() < 1e-6));
     let again = asked(&augmented, &measured(&all_damping_times(&plant, 1.8), 2e-3, 0.05, 4));

@@ -1,8 +1,8 @@
 //! Shapes as evidence.
 
 use super::*;
+use dynamics::description::{Quantity, SensorKind};
 use nalgebra::Complex;
-use plant::description::{Quantity, SensorKind};
 
 /// Places of the sensors, in lengths of the beam.
 const PLACES: [f64; 6] = [0.2, 0.35, 0.5, 0.65, 0.8, 1.0];

@@ -1,7 +1,7 @@
 use super::*;
 use crate::fit::Engine;
 use crate::synthetic::{plant, problem, recording, with_effect};
-use plant::description::Plant;
+use dynamics::description::Plant;
 
 /// `[Φ | Γ]` of one event by slopes and by flows, and whether the probe of that by slopes agrees.
 struct Pair {

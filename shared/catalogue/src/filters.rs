@@ -1,0 +1,26 @@
+//! Filters that actuators and sensors share: the first number of the effect is the time.
+
+use dynamics::lags::FilterKind;
+
+/// Dead time.
+pub fn delay(p: &[f64]) -> FilterKind {
+    if p[0] == 0.0 { FilterKind::None } else { FilterKind::Delay { delay_s: p[0] } }
+}
+
+/// First-order lag.
+pub fn first_order(p: &[f64]) -> FilterKind {
+    if p[0] == 0.0 { FilterKind::None } else { FilterKind::FirstOrder { time_constant_s: p[0] } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{delay, first_order};
+    use dynamics::lags::FilterKind;
+
+    #[test]
+    fn the_first_number_is_the_time_and_zero_is_no_filter() {
+        assert_eq!(delay(&[0.02]), FilterKind::Delay { delay_s: 0.02 });
+        assert_eq!(first_order(&[0.02]), FilterKind::FirstOrder { time_constant_s: 0.02 });
+        assert_eq!([delay(&[0.0]), first_order(&[0.0])], [FilterKind::None; 2]);
+    }
+}

@@ -1,0 +1,37 @@
+//! A bias that grows with time.
+
+use super::applies::anywhere;
+use dynamics::both;
+use dynamics::description::SiteKind;
+use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::real::Real;
+
+pub static EFFECT: Effect = Effect {
+    kind: "sensor_drift",
+    title: "Drift of a sensor's bias",
+    sites: &[SiteKind::Sensor],
+    applies: anywhere,
+    parameters: &[EffectParameter::new("rate", "*/s", [-1.0, 1.0], 1e-5, "change of bias per time")],
+    amplitudes: 1,
+    hidden_states: 0,
+    law: Law::Sensor(both!(law)),
+    what: "y = h + r t; the deterministic part of bias instability, temperature ramps.",
+    signature: "Residual of one channel grows linearly.",
+    confounders: "constant_torque for a gyro, constant_force for a velocity, mass_depletion and payload_drift; sensor_warm_up at its start.",
+    experiment: "Quiet records at the start and the end; a longer record.",
+};
+
+fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
+    action.value += T::constant(p[0] * local.t_s);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::EFFECT;
+    use crate::trial::Trial;
+
+    #[test]
+    fn the_bias_is_the_rate_times_the_time() {
+        assert_eq!(Trial { t_s: 20.0, reading: 1.0, ..Trial::default() }.value(&EFFECT, &[0.125]), 3.5);
+    }
+}
