@@ -5,7 +5,7 @@ mod page;
 use crate::Failure;
 use crate::progress::Share;
 use crate::recordings::{self, Loaded, ReportFile, wrapped};
-use discovery::compare::{ChannelComparison, Comparison, Verdict, compare};
+use examination::compare::{ChannelComparison, Comparison, Verdict, compare};
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
 use std::fmt::Write;

@@ -7,7 +7,6 @@ mod propose;
 mod words;
 
 use crate::Failure;
-use simulation::SimulationError;
 use std::path::Path;
 
 /// Check, describe and propose plant files
@@ -42,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// A plant that is well-formed and still has no equations or no simulation.
-fn impossible(file: &Path, error: &SimulationError) -> Failure {
+fn impossible(file: &Path, error: &dyn std::fmt::Display) -> Failure {
     Failure::Input(miette::miette!(
         help = "the file is well-formed; change what the message names, see `obsid plant describe` of a plant in deploy/plants",
         "{}: {error}",

@@ -2,9 +2,9 @@
 
 use crate::case::Exam;
 use discovery::diagnose::{Diagnosis, Options, Verdict, diagnose};
-use discovery::problem::Problem;
-use discovery::series::Recording;
 use dynamics::description::Plant;
+use identification::problem::Problem;
+use identification::series::Recording;
 use serde::Serialize;
 use serde_json::Value;
 

@@ -19,12 +19,12 @@ pub use subsets::{Ranking, Subset, rank};
 pub use times::{found_times, timed};
 pub use trials::Trials;
 
-use crate::filter::NoiseModel;
-use crate::fit::board::dot;
-use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit, Normal, parallel};
 use crate::score::{Column, Score, scores};
-use crate::statistics::{chi_squared_quantile, chi_squared_tail};
+use identification::filter::NoiseModel;
+use identification::fit::board::dot;
+use identification::fit::noise::{Search, maximise};
+use identification::fit::{Engine, Fit, Normal, parallel};
+use identification::statistics::{chi_squared_quantile, chi_squared_tail};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// One set of effects that came this far.

@@ -32,17 +32,17 @@ use judged::judged;
 use screening::Screening;
 use search::searched;
 
-use crate::filter::NoiseModel;
-use crate::fit::bounded::bounded;
-use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit, fit, fit_from_afar};
-use crate::held_out::{Gain, Status};
 use crate::omnibus::{Loudest, Outliers, loudest, without_outliers};
-use crate::problem::Problem;
 use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
-use crate::work::Work;
 use dynamics::description::Plant;
+use identification::filter::NoiseModel;
+use identification::fit::bounded::bounded;
+use identification::fit::noise::{Search, maximise};
+use identification::fit::{Engine, Fit, fit, fit_from_afar};
+use identification::held_out::{Gain, Status};
+use identification::problem::Problem;
+use identification::work::Work;
 use std::rc::Rc;
 
 /// Bounds and levels.
@@ -58,7 +58,7 @@ pub struct Options {
     pub held_out: Option<Problem>,
     /// The same experiment once more, run by run: what physics does repeats, what noise does not.
     pub repeat: Option<Problem>,
-    /// Largest work ([`crate::work`]): about nanoseconds of one core; what is left out for it is said.
+    /// Largest work ([`identification::work`]): about nanoseconds of one core; what is left out for it is said.
     pub work_max: f64,
 }
 
@@ -71,7 +71,7 @@ impl Default for Options {
             without: Vec::new(),
             held_out: None,
             repeat: None,
-            work_max: crate::work::MOST,
+            work_max: identification::work::MOST,
         }
     }
 }

@@ -10,11 +10,11 @@
 //! which is the discriminating power: standard errors between the best fits of the two (Atkinson and Fedorov's T-optimality, linearised).
 //! An entry either drives one free actuator, or scales the references of closed loops or the initial state.
 
-use crate::fit::{Board, Engine};
-use crate::problem::Problem;
 use crate::score::{Candidate, Score, columns, cosine, scores};
-use crate::series::{Channel, Recording, Role};
 use dynamics::description::{Plant, Quantity, Signal, SignalKind};
+use identification::fit::{Board, Engine};
+use identification::problem::Problem;
+use identification::series::{Channel, Recording, Role};
 use simulation::record;
 
 /// An entry of the menu with its discriminating power.

@@ -10,8 +10,8 @@
 //!
 //! It tells that something is left and where, never what: an unknown law and unknown noise look alike here.
 
-use crate::fit::Engine;
-use crate::problem::Timeline;
+use identification::fit::Engine;
+use identification::problem::Timeline;
 use realfft::RealFftPlanner;
 
 /// Octaves from half the sampling frequency down; what is slower is one more band.

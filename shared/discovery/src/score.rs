@@ -28,11 +28,11 @@ pub use noise_free::noise_free;
 pub use orders::{Orders, orders};
 pub use robust::Robust;
 
-use crate::filter::{Gains, NoiseModel};
-use crate::fit::board::dot;
-use crate::fit::{Board, Engine};
-use crate::statistics::chi_bar_squared_tail;
 use estimation::consistency::score_statistic;
+use identification::filter::{Gains, NoiseModel};
+use identification::fit::board::dot;
+use identification::fit::{Board, Engine};
+use identification::statistics::chi_bar_squared_tail;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Score of one candidate.

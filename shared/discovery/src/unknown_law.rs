@@ -17,13 +17,13 @@ pub use plain::{Plain, Told, plain};
 pub use ridge::Cell;
 
 use crate::compete::subsets::{Rung, ladder};
-use crate::filter::{Linear, Machine, NoiseModel};
-use crate::fit::board::dot;
-use crate::fit::{Board, Engine, White};
-use crate::held_out::{BLOCK_S, Gain, block_s, blocks};
 use crate::score::event_of_sample;
 use crate::score::forcing::{Sources, respond};
 use dynamics::description::Plant;
+use identification::filter::{Linear, Machine, NoiseModel};
+use identification::fit::board::dot;
+use identification::fit::{Board, Engine, White};
+use identification::held_out::{BLOCK_S, Gain, block_s, blocks};
 use nalgebra::Cholesky;
 use places::{FUNCTIONS, Span, basis, places, samples_of, visited};
 use ridge::Ridge;
@@ -285,8 +285,8 @@ fn predicted(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::held_out::Status;
     use crate::synthetic::{plant, problem, recording, with_effect};
+    use identification::held_out::Status;
 
     /// The best map where `kind` was left out, and whether it stands.
     fn found(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> UnknownLaw {

@@ -31,11 +31,6 @@ pub enum SimulationError {
     /// The motion left the numbers: a step too long for a stiff part, or an unstable loop.
     #[error("at {time_s} s '{state}' is no longer finite: a step too long for a stiff part, or a motion without bound")]
     NotFinite { time_s: f64, state: String },
-    /// What a number does is no line even where it moves by a thousandth of its prior sigma.
-    #[error(
-        "what '{parameter}' does over {duration_s} s cannot be predicted: under its commands alone, its loops cut, the plant runs away; a shorter duration can be"
-    )]
-    NoLine { parameter: String, duration_s: f64 },
     /// A checkpoint of another plant.
     #[error("the checkpoint belongs to another plant: {what} has {got} numbers instead of {expected}")]
     ForeignState { what: &'static str, got: usize, expected: usize },

@@ -13,7 +13,6 @@ mod error;
 mod excitation;
 pub mod fourier_reference;
 mod history;
-pub mod information;
 mod inputs;
 mod integrator;
 mod motion;
@@ -27,6 +26,6 @@ mod simulator;
 mod tests;
 
 pub use error::SimulationError;
-pub use record::{Channel, Recording, record, spans};
+pub use record::{Channel, Recording, motion, record};
 pub use sensing::Sample;
 pub use simulator::{Row, Simulator, SimulatorState, Truth};

@@ -2,6 +2,7 @@
 
 use super::{SimulationError, Simulator};
 use dynamics::description::{Initial, Plant};
+use dynamics::system::Period;
 
 /// One channel of a record.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,6 +58,30 @@ pub fn record(
     Ok(recording)
 }
 
+/// Calls `visit` for every control period of the motion that [`record`] would have of `plant` with seed zero.
+///
+/// # Errors
+/// As [`record`].
+pub fn motion(plant: &Plant, duration_s: f64, visit: &mut dyn FnMut(&Period<'_>)) -> Result<(), SimulationError> {
+    let mut simulator = Simulator::new(plant, 0, &plant.name)?;
+    let system = simulator.system().clone();
+    for (begin_s, end_s, initial) in spans(plant, duration_s) {
+        if let Some(initial) = initial {
+            simulator.restart(begin_s, initial)?;
+        }
+        let periods = libm::ceil((end_s - begin_s) / plant.simulation.period_s - 1e-9).max(0.0) as u64;
+        for k in 0..periods {
+            let truth = simulator.truth();
+            let (begin_s, state) = (truth.time_s, truth.state.to_vec());
+            let inputs = simulator.step().inputs.clone();
+            simulator.check_finite()?;
+            let (restarts, last, end_s) = (k == 0, k + 1 == periods, simulator.time_s());
+            visit(&Period { system: &system, restarts, last, begin_s, end_s, state: &state, inputs: &inputs });
+        }
+    }
+    Ok(())
+}
+
 impl Channel {
     fn push(&mut self, time_s: f64, value: f64) {
         self.time_s.push(time_s);
@@ -78,7 +103,7 @@ fn channels(plant: &Plant, simulator: &Simulator) -> Vec<Channel> {
 }
 
 /// Begin, end and initial state of every part of the record; without segments it is one part in the plant's own initial state.
-pub fn spans(plant: &Plant, duration_s: f64) -> Vec<(f64, f64, Option<&Initial>)> {
+pub(crate) fn spans(plant: &Plant, duration_s: f64) -> Vec<(f64, f64, Option<&Initial>)> {
     if plant.segments.is_empty() {
         return vec![(0.0, duration_s, None)];
     }

@@ -2,9 +2,9 @@
 
 use super::{Compared, alternatives, percent, verdict_words};
 use crate::recordings::{probability, tool};
-use discovery::compare::{ChannelComparison, Verdict};
-use discovery::series::{Channel, common_grid};
-use discovery::spectrum::{Averaging, density};
+use examination::compare::{ChannelComparison, Verdict};
+use examination::spectrum::{Averaging, density};
+use identification::series::{Channel, common_grid};
 use report::text::short;
 use report::{Block, Cell, Curve, Figure, Mark, Overlay, Page, Role, Section, Spectrum, Table};
 
@@ -57,7 +57,7 @@ fn section(one: &Compared, command: &str, left: &mut usize) -> Section {
     }
     blocks.push(Block::Table(overview(one)));
     if !one.result.unmatched.is_empty() {
-        let line = |u: &discovery::compare::Unmatched| format!("only {}: {}", u.side, u.name);
+        let line = |u: &examination::compare::Unmatched| format!("only {}: {}", u.side, u.name);
         blocks.push(Block::List(one.result.unmatched.iter().map(line).collect()));
     }
     for c in &one.result.channels {

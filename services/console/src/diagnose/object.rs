@@ -38,7 +38,7 @@ pub fn object(diagnosed: &Diagnosed) -> Value {
 }
 
 fn doctor(diagnosed: &Diagnosed) -> Value {
-    let row = |(of, f): &(usize, discovery::doctor::Finding)| {
+    let row = |(of, f): &(usize, examination::doctor::Finding)| {
         json!({ "recording": diagnosed.case.fitted[*of].recording.name, "check": f.check, "severity": f.severity,
             "channel": f.channel, "others": f.others, "value": f.value, "sigma": f.sigma, "unit": f.unit,
             "evidence": f.evidence, "cure": f.cure })

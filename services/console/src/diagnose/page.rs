@@ -6,7 +6,7 @@ use super::{Diagnosed, figures};
 use crate::doctor::{channels_of, value_of, words_of};
 use crate::recordings::{Loaded, probability, tool};
 use discovery::diagnose::Diagnosis;
-use discovery::held_out::Status;
+use identification::held_out::Status;
 use report::{Block, Cell, Figure, Page, Section, Table};
 
 pub fn page(diagnosed: &Diagnosed, next_experiment: Option<&str>) -> Page {

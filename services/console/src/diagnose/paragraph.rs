@@ -2,7 +2,7 @@
 
 use crate::recordings::probability;
 use discovery::diagnose::{Diagnosis, EffectReport, HeldOutChannel, HeldOutKind, ParameterReport, Verdict};
-use discovery::held_out::Status;
+use identification::held_out::Status;
 use report::text::{short, with_sigma};
 
 /// What is missing, where, how large, confirmed or not, what it changes.

@@ -4,8 +4,8 @@ use super::Diagnosed;
 use super::paragraph::{first_paragraph, gain_words, held_out_words, percent, title, unit, verdict_words};
 use crate::recordings::{Loaded, probability, wrapped};
 use discovery::diagnose::{DetectionLimit, Diagnosis, EffectReport};
-use discovery::doctor::Severity;
-use discovery::held_out::Status;
+use examination::doctor::Severity;
+use identification::held_out::Status;
 use report::text::{short, with_sigma};
 use std::fmt::Write;
 

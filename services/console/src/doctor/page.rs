@@ -2,11 +2,11 @@
 
 use super::{Examined, channels_of, grouped, summary, value_of, words_of};
 use crate::recordings::{Loaded, tool};
-use discovery::doctor::Finding;
-use discovery::doctor::segments::{Kind, propose};
-use discovery::series::{Channel, Uniform};
-use discovery::spectrum::{Averaging, density};
-use discovery::statistics::white_floor;
+use examination::doctor::Finding;
+use examination::doctor::segments::{Kind, propose};
+use examination::spectrum::{Averaging, density};
+use identification::series::{Channel, Uniform};
+use identification::statistics::white_floor;
 use report::text::short;
 use report::{Block, Cell, Curve, Figure, Mark, Overlay, Page, Role, Section, Spectrum, Table};
 
@@ -31,7 +31,7 @@ fn verdict(examined: &[Examined]) -> String {
     let all = examined.iter().flat_map(|e| &e.findings);
     let worst = all.reduce(|a, b| if b.severity > a.severity { b } else { a });
     let counted = summary(examined);
-    match worst.filter(|f| f.severity > discovery::doctor::Severity::Note) {
+    match worst.filter(|f| f.severity > examination::doctor::Severity::Note) {
         Some(f) => format!("{counted}. Worst: {}, {}. Cure: {}.", words_of(f.check), channels_of(f), f.cure),
         None => format!("{counted}."),
     }
@@ -82,7 +82,7 @@ fn levels(loaded: &Loaded) -> Table {
     for c in &loaded.recording.channels {
         let values: Vec<f64> = c.value.iter().copied().filter(|v| v.is_finite()).collect();
         let (least, greatest) = ends(&values);
-        let (mean, rms) = (discovery::statistics::mean(&values), discovery::statistics::deviation(&values));
+        let (mean, rms) = (identification::statistics::mean(&values), identification::statistics::deviation(&values));
         let number = |x: f64| if values.is_empty() { Cell::None } else { Cell::Number(x) };
         table.row(vec![
             c.name.as_str().into(),
@@ -105,7 +105,7 @@ fn ends(values: &[f64]) -> (f64, f64) {
 /// Every second proposed segment and every burst, to be shaded.
 fn segments(loaded: &Loaded) -> Vec<Mark> {
     let proposed = propose(&loaded.recording);
-    let mark = |s: &discovery::doctor::segments::Segment| Mark {
+    let mark = |s: &examination::doctor::segments::Segment| Mark {
         from: s.start_s,
         to: s.end_s,
         what: format!("{} {} to {} s", words_of(s.kind), short(s.start_s), short(s.end_s)),

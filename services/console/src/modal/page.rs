@@ -2,7 +2,7 @@
 
 use super::{Arguments, FoundMode, Outcome, Synthesis};
 use crate::recordings::{digest_of, tool};
-use discovery::spectrum::{Averaging, density};
+use examination::spectrum::{Averaging, density};
 use modal::record::Record;
 use report::{
     Bar, Bars, Block, Cell, Clusters, Curve, Figure, Mark, Mode, Overlay, Page, Pole, Role, Section, Spectrum,

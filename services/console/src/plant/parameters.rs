@@ -5,8 +5,9 @@ use super::words::digits;
 use crate::progress::Share;
 use crate::{Failure, plants, simulate};
 use dynamics::description::{Parameter, Scope};
+use identification::information::{Blind, Expected, Prediction, Simulate, predict};
+use identification::series::{Channel, Recording, Role};
 use serde_json::{Value, json};
-use simulation::information::{Blind, Expected, Prediction, predict};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -40,7 +41,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     simulate::change(&mut plant, &arguments.set, &[])?;
     let duration_s = simulate::duration(arguments.duration, &plant)?;
     let bar = Share::new("predicted");
-    let prediction = predict(&plant, duration_s, &mut |share| bar.show(share));
+    let simulate = Simulate {
+        record: &|plant, duration_s| Ok(as_recording(simulation::record(plant, 0, duration_s, &mut |_| {})?)),
+        motion: &|plant, duration_s, visit| Ok(simulation::motion(plant, duration_s, visit)?),
+    };
+    let prediction = predict(&plant, duration_s, simulate, &mut |share| bar.show(share));
     bar.end();
     let prediction = prediction.map_err(|error| impossible(&arguments.plant, &error))?;
     let numbers = plant.parameters();
@@ -50,6 +55,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         page(duration_s, &numbers, &prediction)
     });
     Ok(())
+}
+
+fn as_recording(simulated: simulation::Recording) -> Recording {
+    let channel = |simulation::Channel { name, unit, time_s, value }| {
+        let role = Role::Unknown;
+        Channel { name, unit, time_s, value, role }
+    };
+    Recording { name: "simulated".to_owned(), channels: simulated.channels.into_iter().map(channel).collect() }
 }
 
 const fn scope(scope: Scope) -> &'static str {

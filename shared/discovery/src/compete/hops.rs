@@ -8,11 +8,11 @@
 //! The rate over which a sign turns is no physics where it is numerics alone: a sharper turn stands where it fits better.
 
 use super::refit::{ROUNDS, Refit, Valley, settled};
-use crate::fit::{Engine, fit};
 use crate::score::Column;
 use crate::score::candidates::motion;
 use dynamics::description::Plant;
 use dynamics::effect::EffectParameter;
+use identification::fit::{Engine, fit};
 
 /// Gain in `−2 ln p` from which a neighbour is a better valley, and not the same one seen from its other side.
 const BETTER: f64 = 0.5;
@@ -146,10 +146,10 @@ fn from(engine: &Engine<'_>, best: &Refit, mut plant: Plant, moved: Option<(usiz
 mod tests {
     use super::super::refit::refit_all;
     use super::*;
-    use crate::fit::{Board, Fit};
     use crate::score::{Candidate, columns};
     use crate::synthetic::{plant, problem, recording, with_effect};
-    use crate::work::Work;
+    use identification::fit::{Board, Fit};
+    use identification::work::Work;
 
     /// The hidden law fitted from `inner` on: before its hops and after them.
     fn fitted(

@@ -1,13 +1,13 @@
 //! The plant with a candidate as physics: fitted from the score's amplitude, numbers inside its law free.
 
 use super::PREFERRED;
-use crate::filter::{NoiseModel, equip};
-use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit, fit, is_mass};
-use crate::problem::Problem;
 use crate::score::Column;
 use dynamics::description::{EffectUse, Plant, Quantity};
 use dynamics::system::System;
+use identification::filter::{NoiseModel, equip};
+use identification::fit::noise::{Search, maximise};
+use identification::fit::{Engine, Fit, fit, is_mass};
+use identification::problem::Problem;
 
 /// A fitted augmented plant.
 #[derive(Clone, Debug)]

@@ -15,10 +15,10 @@
 use super::SET_MAX;
 use super::refit::free_numbers;
 use super::trials::Trials;
-use crate::filter::NoiseModel;
-use crate::fit::bounded::bounded;
-use crate::fit::{Board, Engine, Normal, parallel};
 use crate::score::Column;
+use identification::filter::NoiseModel;
+use identification::fit::bounded::bounded;
+use identification::fit::{Board, Engine, Normal, parallel};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// One noise hypothesis with the normal equations of unknowns (in prior standard deviations) and columns.
@@ -290,7 +290,7 @@ impl Rung {
     /// Rung of `noise` with the columns of its normal equations.
     pub fn of(engine: &Engine<'_>, theta: &[f64], normal: Normal, noise: &NoiseModel) -> Option<Self> {
         let (u, width) = (normal.unknowns, normal.right.len() - normal.unknowns);
-        let chi2 = normal.chi2 + crate::fit::board::prior_chi2(engine, theta);
+        let chi2 = normal.chi2 + identification::fit::board::prior_chi2(engine, theta);
         let log_determinant = normal.objective - chi2 + engine.disturbance_price(noise);
         let (matrix, right, room) = (normal.matrix, normal.right, normal.room);
         let factor = Cholesky::new(matrix.view((0, 0), (u, u)).into_owned())?;

@@ -11,7 +11,7 @@ fn is_there_at(kind: &str, site: &str, values: &[(&str, f64)], sigmas: f64) -> b
     augmented.effects[0].values[0].1.sigma = Some(values[0].1);
     let augmented = problem.with_plant(&augmented);
     let own = Engine::like(&engine, &augmented).unwrap();
-    let mut fit = crate::fit::fit(&own, &augmented.plant, &own.prior(), &own.noise, 1).unwrap();
+    let mut fit = identification::fit::fit(&own, &augmented.plant, &own.prior(), &own.noise, 1).unwrap();
     let at = augmented.unknowns.iter().position(|unknown| unknown.parameter.starts_with("effect.")).unwrap();
     fit.theta[at] = sigmas * fit.sigma[at];
     let noise = engine.noise.clone();

@@ -6,10 +6,10 @@
 //! other edge and with every other number.
 
 use super::refit::{FOR_EVER_S, Refit, settled};
-use crate::filter::NoiseModel;
-use crate::fit::{Board, Engine, Fit};
 use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant};
+use identification::filter::NoiseModel;
+use identification::fit::{Board, Engine, Fit};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Gain in `−2 ln p` from which an edge lies elsewhere.

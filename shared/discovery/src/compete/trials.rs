@@ -13,7 +13,7 @@
 
 use super::refit::free_numbers;
 use crate::score::Column;
-use crate::statistics::{chi_bar_squared_tail, normal_tail, normal_two_sided};
+use identification::statistics::{chi_bar_squared_tail, normal_tail, normal_two_sided};
 
 /// Level at which overlaps are taken: at a higher one they are larger, so that the bound holds for all above.
 const LEVEL: f64 = 1e-6;

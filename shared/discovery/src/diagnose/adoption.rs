@@ -4,12 +4,12 @@ use super::screening::Screening;
 use super::showing::block_terms;
 use super::{Adopted, Contested, NAME_SHARE, Options, RIVAL_SPAN, Standing, Unfitted};
 use crate::compete::{Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Subset, Veto, compete, rank, weights};
-use crate::filter::NoiseModel;
-use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit, fit};
-use crate::held_out::{block_s, blocks};
-use crate::problem::Problem;
 use crate::score::cosine;
+use identification::filter::NoiseModel;
+use identification::fit::noise::{Search, maximise};
+use identification::fit::{Engine, Fit, fit};
+use identification::held_out::{block_s, blocks};
+use identification::problem::Problem;
 
 /// Relinearisations of the standing plant, once more from elsewhere.
 const NULL_ROUNDS: usize = 3;

@@ -2,11 +2,11 @@
 
 use super::Standing;
 use super::report::Where;
-use crate::filter::NoiseModel;
-use crate::fit::{Engine, Fit};
 use crate::score::{Column, Score};
-use crate::statistics::chi_squared_tail;
 use estimation::consistency::ljung_box;
+use identification::filter::NoiseModel;
+use identification::fit::{Engine, Fit};
+use identification::statistics::chi_squared_tail;
 
 const LAGS: usize = 20;
 

@@ -2,12 +2,12 @@
 
 use super::report::{Angles, EvidenceCurve, Figures, LawCell, LawMap, Overlay, Tile};
 use super::{Adopted, Screening, Standing};
-use crate::filter::NoiseModel;
-use crate::fit::{Board, Engine};
-use crate::held_out::{Predictor, free_residual};
 use crate::score::cosine;
 use crate::unknown_law::{Acts, Cell, Coordinate, UnknownLaw};
 use core::f64::consts::TAU;
+use identification::filter::NoiseModel;
+use identification::fit::{Board, Engine};
+use identification::held_out::{Predictor, free_residual};
 
 /// Windows of a recording, and points of a curve.
 const WINDOWS: usize = 16;

@@ -7,11 +7,11 @@ use super::search::Found;
 use super::showing::{Shown, foretold, held_out};
 use super::{Adopted, Options, RIVAL_SPAN, Standing, status};
 use crate::compete::{Refit, hopped, timed};
-use crate::fit::{Engine, Fit};
-use crate::held_out::{Gain, Status};
-use crate::problem::Problem;
 use crate::score::Column;
 use core::cmp::Ordering;
+use identification::fit::{Engine, Fit};
+use identification::held_out::{Gain, Status};
+use identification::problem::Problem;
 
 /// Logarithm of the odds from which another recording's word on rivals is taken: twenty to one.
 const FAVOURED: f64 = 3.0;

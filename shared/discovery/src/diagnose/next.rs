@@ -1,10 +1,10 @@
 //! What to fly when a name stays open: the pair in question, the menu, and the words that go with it.
 
 use super::{Adopted, Contested, Standing};
-use crate::fit::Engine;
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
-use crate::problem::{Drive, Problem};
 use dynamics::description::Plant;
+use identification::fit::Engine;
+use identification::problem::{Drive, Problem};
 
 /// Weight of the first name above which nothing is open.
 const OPEN: f64 = 0.9;

@@ -4,9 +4,9 @@
 use super::screening::{Screening, in_a_quiet_loop};
 use super::{Adopted, Standing};
 use crate::compete::{PREFERRED, Refit, free_numbers};
-use crate::fit::{Board, Engine};
 use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Plain, UnknownLaw, plain};
+use identification::fit::{Board, Engine};
 
 /// Share of what names explain that a law on the linear model may be off by.
 const BENT: f64 = 1e-3;

@@ -6,11 +6,11 @@
 
 use super::showing::carried;
 use super::{Adopted, Standing};
-use crate::filter::NoiseModel;
-use crate::fit::noise::{Search, maximise};
-use crate::fit::{Engine, Fit, fit};
-use crate::problem::Problem;
 use crate::score::{Column, columns};
+use identification::filter::NoiseModel;
+use identification::fit::noise::{Search, maximise};
+use identification::fit::{Engine, Fit, fit};
+use identification::problem::Problem;
 
 /// One-sided level of 1 %: the repeat is asked one question.
 const REPEATS_Z: f64 = 2.33;

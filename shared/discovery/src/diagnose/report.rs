@@ -1,7 +1,7 @@
 //! The diagnosis as data: field names are those of its JSON.
 
-use crate::doctor::Mislabelled;
-use crate::held_out::{ChannelFit, Status};
+use crate::mislabelled::Mislabelled;
+use identification::held_out::{ChannelFit, Status};
 use serde::Serialize;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -186,7 +186,7 @@ pub struct Tried {
     pub chances: f64,
 }
 
-/// Everything that was found. The checks of the recordings themselves come from [`crate::doctor`].
+/// Everything that was found. The checks of the recordings themselves come from [`examination::doctor`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
     pub verdict: Verdict,

@@ -2,12 +2,12 @@
 
 use super::{Options, Standing};
 use crate::compete::subsets::ladder;
-use crate::filter::NoiseModel;
-use crate::fit::{Board, Engine};
 use crate::score::refine::refined;
 use crate::score::{
     Candidate, Column, Lines, Orders, Score, Scorer, candidates, columns, instants, lines, noise_free, orders,
 };
+use identification::filter::NoiseModel;
+use identification::fit::{Board, Engine};
 
 /// Noise this many times as large as stated may have swallowed something.
 const GROWN: f64 = 3.0;

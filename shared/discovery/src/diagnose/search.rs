@@ -4,8 +4,8 @@ use super::adoption::{Step, step};
 use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
 use crate::compete::{PREFERRED, Refit, free_numbers, hopped, timed, weights};
-use crate::fit::Engine;
 use crate::score::{Column, cosine};
+use identification::fit::Engine;
 use std::rc::Rc;
 
 /// What the search ends with.

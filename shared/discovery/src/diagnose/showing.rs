@@ -2,15 +2,15 @@
 
 use super::report::{HeldOutKind, Overlay};
 use super::{Options, Standing, figures};
-use crate::filter::{NoiseModel, gains};
-use crate::fit::bounded::bounded;
-use crate::fit::{Board, Engine, Fit, NOT_FOUND_RATIO, fit};
-use crate::held_out::{
-    BLOCK_S, ChannelFit, Gain, Predictor, Status, block_s, blocks, foretold_sigma, free_run, gain, loglik,
-};
-use crate::problem::{Problem, Unknown};
 use crate::score::event_of_sample;
 use dynamics::description::{Plant, Quantity, Scope};
+use identification::filter::{NoiseModel, gains};
+use identification::fit::bounded::bounded;
+use identification::fit::{Board, Engine, Fit, NOT_FOUND_RATIO, fit};
+use identification::held_out::{
+    BLOCK_S, ChannelFit, Gain, Predictor, Status, block_s, blocks, foretold_sigma, free_run, gain, loglik,
+};
+use identification::problem::{Problem, Unknown};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Parts of a recording, each of which is predicted from the others, where no other recording is given.

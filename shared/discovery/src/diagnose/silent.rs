@@ -1,8 +1,8 @@
 //! Recordings of which no diagnosis can be made: too few samples for the numbers that are free, or a channel that stands still.
 
-use crate::doctor::FALSE_ALARM;
-use crate::fit::Engine;
-use crate::problem::standstill;
+use examination::doctor::FALSE_ALARM;
+use identification::fit::Engine;
+use identification::problem::standstill;
 
 /// Samples that must be left beside one for every free number: with fewer the size of the noise is known to no better than a third, and no
 /// likelihood has the distribution that significance is reckoned by.

@@ -4,8 +4,8 @@
 //! side of it, which no noise describes. Whether the readings are even, or truly uneven, the recording says: the nominal plant is
 //! fitted to both and the better one is kept.
 
-use crate::fit::{Engine, fit};
-use crate::problem::{Drive, Problem, Samples};
+use identification::fit::{Engine, fit};
+use identification::problem::{Drive, Problem, Samples};
 
 /// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first even already, beyond the second not a grid.
 const STAMPS_LEAST: usize = 16;

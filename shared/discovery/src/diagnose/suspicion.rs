@@ -8,9 +8,9 @@
 use super::judged::{Judged, judged};
 use super::search::{Found, searched};
 use super::{CONFIRMED_SHARE, NAME_SHARE, Options, Standing};
-use crate::fit::{Engine, Fit};
-use crate::held_out::Status;
-use crate::problem::Problem;
+use identification::fit::{Engine, Fit};
+use identification::held_out::Status;
+use identification::problem::Problem;
 
 /// Probability of a suspicion where nothing is missing.
 const SUSPICION: f64 = 0.1;

@@ -1,6 +1,6 @@
 use super::*;
-use crate::series::Recording;
 use crate::synthetic::{coloured, louder, off_priors, plant, problem, recording, with_effect};
+use identification::series::Recording;
 
 const SHORT: [(&str, f64); 3] = [("pendulum", 6.0), ("oscillator", 1.0), ("drive_rig", 1.0)];
 
@@ -285,7 +285,7 @@ fn little_work_still_names_what_is_plain_says_what_it_left_out_and_does_so_on_an
         diagnose(&recorded, &Options { threads, work_max, ..Options::default() }, &mut |_, _| {})
     };
     let left_out = |found: &Diagnosis| found.notes.iter().any(|note| note.starts_with("to bound the work"));
-    let (little, again, enough) = (by(2e7, 1), by(2e7, 3), by(crate::work::MOST, 2));
+    let (little, again, enough) = (by(2e7, 1), by(2e7, 3), by(identification::work::MOST, 2));
     assert!(left_out(&little) && little.notes.iter().any(|note| note.contains("points of grids")));
     assert!(!left_out(&enough), "{:?}", enough.notes);
     for found in [&little, &enough] {

@@ -9,15 +9,15 @@ use super::report::*;
 use super::screening::Screening;
 use super::{Adopted, LeftOver, NAMELESS_SHARE, Standing, Unfitted, status};
 use crate::compete::{Trials, found_times};
-use crate::doctor::short;
-use crate::filter::NoiseModel;
-use crate::fit::{Engine, Fit, NOT_FOUND_RATIO};
-use crate::held_out::{Gain, Status};
 use crate::omnibus::{Loudest, Outliers};
 use crate::score::{Candidate, Score};
-use crate::statistics::chi_squared_tail;
 use crate::unknown_law::{Acts, UnknownLaw};
 use dynamics::description::SiteKind;
+use examination::doctor::short;
+use identification::filter::NoiseModel;
+use identification::fit::{Engine, Fit, NOT_FOUND_RATIO};
+use identification::held_out::{Gain, Status};
+use identification::statistics::chi_squared_tail;
 
 pub(super) struct Findings<'a> {
     pub engine: &'a Engine<'a>,

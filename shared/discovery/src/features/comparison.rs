@@ -4,8 +4,8 @@ use super::changes::Change;
 use super::frame::Frame;
 use super::likelihood::{Each, Evidence, Factor, Group, Likelihood, golden};
 use super::peaks::MeasuredMode;
-use crate::statistics::fisher_tail;
 use dynamics::description::Plant;
+use identification::statistics::fisher_tail;
 use nalgebra::DMatrix;
 
 /// Below so many matched modes no change of one number can be told from another.

@@ -5,7 +5,7 @@
 //! where the parts cannot tell them apart: in a single decay amplitude and time run together, and another blow tells.
 
 use crate::diagnose::{Diagnosis, Verdict, Where};
-use crate::statistics::chi_squared_tail;
+use identification::statistics::chi_squared_tail;
 
 /// A mode in one part of a record.
 #[derive(Clone, Copy, Debug, PartialEq)]

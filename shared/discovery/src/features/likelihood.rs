@@ -181,7 +181,7 @@ impl Evidence {
     /// Root mean square over the features of one group.
     pub fn rms_of(&self, residual: &[f64], group: Group) -> f64 {
         let own: Vec<f64> = residual.iter().zip(&self.group).filter(|(_, g)| **g == group).map(|(r, _)| *r).collect();
-        if own.is_empty() { 0.0 } else { crate::statistics::rms(&own) }
+        if own.is_empty() { 0.0 } else { identification::statistics::rms(&own) }
     }
 
     /// Cosine between two directions behind the nominal unknowns.

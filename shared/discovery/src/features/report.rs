@@ -10,9 +10,9 @@ use crate::diagnose::{
     Angles, Compare, DetectionLimit, Diagnosis, EffectReport, Nominal, ParameterReport, RIVAL_SPAN, Rival, Verdict,
     Where,
 };
-use crate::held_out::{ChannelFit, Status};
-use crate::statistics::chi_squared_tail;
 use estimation::consistency::normal_two_sided_tail;
+use identification::held_out::{ChannelFit, Status};
+use identification::statistics::chi_squared_tail;
 
 /// Rivals this close in BIC are not separated.
 const TIE_SPAN: f64 = 6.0;
@@ -338,7 +338,7 @@ impl Comparison<'_> {
         for (k, a) in structural.iter().enumerate() {
             for b in &structural[k + 1..] {
                 // their curves over all amplitudes coincide where the best of both are the same and as good
-                let alike = distance(&a.moved, &b.moved) < 0.05 * crate::statistics::rms(&a.moved);
+                let alike = distance(&a.moved, &b.moved) < 0.05 * identification::statistics::rms(&a.moved);
                 if alike && (a.bic - b.bic).abs() < TIE_SPAN {
                     notes.push(format!(
                         "{} at {} and {} at {} predict the same {}: not separable {cure}",
@@ -386,5 +386,5 @@ pub(super) fn fit_percent(rms: f64) -> f64 {
 
 fn distance(a: &[f64], b: &[f64]) -> f64 {
     let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();
-    crate::statistics::rms(&difference)
+    identification::statistics::rms(&difference)
 }

@@ -45,7 +45,7 @@ impl Across {
         }
         let across = DMatrix::from_columns(&basis[1..]);
         // one number for all components: their mean square, in units of the shape's length
-        let sigma = crate::statistics::rms(sigma) / size;
+        let sigma = identification::statistics::rms(sigma) / size;
         Some(Self { along, across, sigma })
     }
 

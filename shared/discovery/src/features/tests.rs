@@ -1,7 +1,7 @@
 use super::*;
 use crate::diagnose::Verdict;
-use crate::held_out::Status;
 use crate::noise::Noise;
+use identification::held_out::Status;
 use plant_modes::plant_modes;
 
 mod damping;

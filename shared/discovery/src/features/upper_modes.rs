@@ -7,8 +7,8 @@
 use super::comparison::{Comparison, MODES_MIN, Member};
 use super::likelihood::{Each, Group};
 use crate::diagnose::{Diagnosis, HeldOut, HeldOutChannel, HeldOutKind};
-use crate::held_out::Status;
-use crate::statistics::student_two_sided;
+use identification::held_out::Status;
+use identification::statistics::student_two_sided;
 use nalgebra::DMatrix;
 
 /// A change moves a mode when a feature of it goes by more.

@@ -1,10 +1,10 @@
 //! The catalogue laid out over a plant: every effect at every site, with grids for the numbers inside its law.
 
 use super::{Instants, Lines, Orders};
-use crate::filter::Linear;
-use crate::problem::Problem;
 use dynamics::description::{Plant, Site, SiteKind, Space};
 use dynamics::effect::{Effect, EffectParameter, sites};
+use identification::filter::Linear;
+use identification::problem::Problem;
 
 /// One effect at one site with its inner numbers.
 #[derive(Clone)]

@@ -3,11 +3,11 @@
 use super::Candidate;
 use super::candidates::Direction;
 use super::forcing::{Course, Sources, comparable, respond};
-use crate::filter::{Gains, Machine, gains, whiten};
-use crate::fit::board::dot;
-use crate::fit::{Board, Engine, parallel};
 use dynamics::description::{Plant, SiteKind};
 use dynamics::effect::Law;
+use identification::filter::{Gains, Machine, gains, whiten};
+use identification::fit::board::dot;
+use identification::fit::{Board, Engine, parallel};
 
 /// One candidate with what it does to the innovations.
 #[derive(Clone, Debug)]

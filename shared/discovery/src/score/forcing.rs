@@ -10,8 +10,8 @@
 //!
 //! Exact to first order in the amplitude. Where an interval takes several steps of integration Δ is the difference of two flows.
 
-use crate::filter::{Linear, Machine};
-use crate::problem::Timeline;
+use identification::filter::{Linear, Machine};
+use identification::problem::Timeline;
 
 /// Pushes of the state (`tangent` numbers per event, over the interval behind it) and of the readings (per sample).
 #[derive(Clone, Debug)]
@@ -203,8 +203,8 @@ pub fn respond(linear: &Linear, timeline: &Timeline, sources: &Sources) -> Vec<f
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::{Board, Engine};
     use crate::synthetic::{plant, problem, recording};
+    use identification::fit::{Board, Engine};
 
     /// Relative distance of the forced change from that of a full pass at a small amplitude.
     fn apart(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> f64 {

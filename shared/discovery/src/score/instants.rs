@@ -5,11 +5,11 @@
 //! once jumps, too: what a wrong reading explains better than a step of them that stays begins nothing.
 
 use super::{Candidate, columns, scores};
-use crate::filter::NoiseModel;
-use crate::fit::{Board, Engine};
-use crate::problem::Timeline;
-use crate::statistics::{chi_squared_quantile, median};
 use dynamics::description::{Plant, Site, SiteKind};
+use identification::filter::NoiseModel;
+use identification::fit::{Board, Engine};
+use identification::problem::Timeline;
+use identification::statistics::{chi_squared_quantile, median};
 
 /// Instants of each list.
 pub const INSTANTS: usize = 4;

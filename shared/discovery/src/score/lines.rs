@@ -1,7 +1,7 @@
 //! Spectral lines of the innovations: where to look for a tone, a ripple or a mode that is not modelled.
 
-use crate::filter::Linear;
-use crate::problem::Timeline;
+use identification::filter::Linear;
+use identification::problem::Timeline;
 use realfft::RealFftPlanner;
 
 /// Lines of each list.

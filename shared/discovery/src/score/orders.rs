@@ -7,9 +7,9 @@
 //! A ripple of an encoder is its channel's own; one of a gear is felt by every channel a little later, in step with the coordinate.
 
 use super::lines::LINES;
-use crate::filter::Linear;
-use crate::problem::Timeline;
 use dynamics::description::{Plant, SensorKind};
+use identification::filter::Linear;
+use identification::problem::Timeline;
 
 /// Orders that are looked at, at most.
 const LOOKED_MAX: usize = 2000;
@@ -104,8 +104,8 @@ impl Grid {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fit::{Board, Engine};
     use crate::synthetic::{plant, problem, recording, with_effect};
+    use identification::fit::{Board, Engine};
 
     /// Effect, site, values, channel.
     type Case = (&'static str, &'static str, &'static [(&'static str, f64)], Option<usize>);

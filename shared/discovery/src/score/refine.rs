@@ -6,8 +6,8 @@
 
 use super::{Candidate, Column, Score, Scorer, columns};
 use crate::compete::inner_sigma;
-use crate::fit::{Board, Engine};
 use dynamics::description::Plant;
+use identification::fit::{Board, Engine};
 
 /// Rounds of steps, of what has sharp edges in time and of everything else, and halvings of a step that can be told from none.
 const LEVELS_OF_EDGES: usize = 14;

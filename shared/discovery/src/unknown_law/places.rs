@@ -1,8 +1,8 @@
 //! Where an unknown law may act, on what it may depend, and the functions it is made of.
 
-use crate::filter::{DISTURBANCE, Linear, Machine};
-use crate::fit::Board;
 use dynamics::description::Plant;
+use identification::filter::{DISTURBANCE, Linear, Machine};
+use identification::fit::Board;
 
 /// Functions along each of two coordinates, and along one that is alone: as many in all.
 const SIDE: usize = 5;

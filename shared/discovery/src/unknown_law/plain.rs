@@ -12,10 +12,10 @@ use super::places::{Acts, Coordinate, Near, Place, Span, near, visited};
 use super::ridge::{Cell, cells};
 use super::{Functions, UnknownLaw, Weights, columns, machines, predicted};
 use crate::compete::subsets::Rung;
-use crate::filter::{Linear, Machine, NoiseModel};
-use crate::fit::noise::{Search, maximise};
-use crate::fit::{Board, Engine};
 use dynamics::description::Plant;
+use identification::filter::{Linear, Machine, NoiseModel};
+use identification::fit::noise::{Search, maximise};
+use identification::fit::{Board, Engine};
 
 /// `|x|^power`, odd: with the sign of x.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -257,7 +257,7 @@ mod tests {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, values), 6, duration_s));
         let engine = Engine::new(&problem, 1).unwrap();
-        let fitted = crate::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
+        let fitted = identification::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
         let (board, theta) = (&fitted.board, &fitted.theta);
         let best = |named: &[&Vec<f64>]| {
             plain((&engine, board), (&engine, board), &nominal, theta, &engine.noise, named).unwrap()

@@ -1,7 +1,7 @@
 //! CubeSat on a turning bed, its wheel switched on twice, no input recorded.
 
 use crate::desk::{diagnosed, folder, part, read, rig};
-use discovery::held_out::Status;
+use identification::held_out::Status;
 
 #[test]
 fn friction_of_the_bearing_is_found_in_one_step_and_the_other_confirms_it_better_than_the_documented_drag() {

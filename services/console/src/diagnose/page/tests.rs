@@ -5,8 +5,8 @@ use super::page;
 use crate::plants;
 use crate::recordings::Loaded;
 use discovery::diagnose::*;
-use discovery::held_out::{ChannelFit, Status};
-use discovery::series::{Channel, Recording, Role};
+use identification::held_out::{ChannelFit, Status};
+use identification::series::{Channel, Recording, Role};
 
 fn loaded(name: &str) -> Loaded {
     let time_s: Vec<f64> = (0..400).map(|i| f64::from(i) * 0.05).collect();

@@ -1,8 +1,8 @@
 use super::*;
 use crate::diagnose::{Diagnosis, Verdict, diagnose};
-use crate::series::Recording;
 use crate::synthetic::{plant, problem, recording, with_effect};
 use dynamics::description::Plant;
+use identification::series::Recording;
 
 const STEP: [(&str, f64); 3] = [("step", 3e-3), ("begin", 0.437), ("duration", 0.171)];
 
@@ -68,7 +68,7 @@ fn what_is_too_weak_to_be_named_is_named_where_another_recording_confirms_it() {
         let held_out = held_out.map(|plant| problem(&nominal, recording(plant, 62, 2.0)));
         diagnose(&fitted, &Options { threads: 2, held_out, work_max, ..Options::default() }, &mut |_, _| {})
     };
-    let asked = |held_out: Option<&Plant>| within(crate::work::MOST, held_out);
+    let asked = |held_out: Option<&Plant>| within(identification::work::MOST, held_out);
     let found = asked(None);
     assert!(found.effects.is_empty(), "{}", found.reason);
     let found = asked(Some(&rubs(FAINT)));
@@ -117,7 +117,7 @@ fn standing_at(friction: f64, sigma: f64) -> Standing {
     let nominal = plant("pendulum");
     let problem = problem(&nominal, recording(&nominal, 1, 0.5));
     let engine = Engine::new(&problem, 1).unwrap();
-    let mut fit = crate::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 1).unwrap();
+    let mut fit = identification::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 1).unwrap();
     let at = problem.unknowns.iter().position(|unknown| unknown.name == "pivot.friction").unwrap();
     (fit.theta[at], fit.sigma[at]) = (friction, sigma);
     let noise = engine.noise.clone();

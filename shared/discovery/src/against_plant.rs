@@ -1,0 +1,153 @@
+//! What a plant has to say of a recording before it is held against it.
+//!
+//! Names and units are judged by [`Problem::refusals`] and channels that stand still by [`standstill`], so that what a diagnosis refuses
+//! is a fault here.
+
+use dynamics::description::{Plant, Sensor};
+
+use crate::mislabelled::{self, Mislabelled, mislabelled};
+use examination::doctor::{Check, FALSE_ALARM, Finding, Severity, examine_with, in_order, probability, short};
+use identification::problem::{Problem, ProblemError, period_s, standstill};
+use identification::series::{Channel, Recording};
+use identification::work::{LABELS, Work};
+use std::sync::Arc;
+
+/// Units of time that are taken for one another: ms, µs and ns for s, and s for them.
+const TIME_UNITS: [(f64, &str); 3] = [(1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds")];
+/// A ratio of steps within this share of a unit's is that unit.
+const UNIT_SHARE: f64 = 0.02;
+
+pub fn examine(recording: &Recording, plant: &Plant) -> Vec<Finding> {
+    let mut findings: Vec<Finding> =
+        Problem::refusals(plant, recording).iter().filter_map(|error| refused(error, plant)).collect();
+    let sensors =
+        || plant.sensors.iter().filter_map(|s| Some((s, recording.channels.iter().find(|c| c.name == s.name)?)));
+    findings.extend(sensors().filter_map(|(sensor, channel)| stuck(plant, sensor, channel)));
+    findings.extend(few_readings(recording, plant));
+    findings.extend(time_unit(plant, &sensors().collect::<Vec<_>>()));
+    findings
+}
+
+/// What makes a diagnosis refuse the recording; what is wrong with the plant alone, `obsid plant check` tells.
+fn refused(error: &ProblemError, plant: &Plant) -> Option<Finding> {
+    let (check, channel, value) = match error {
+        ProblemError::MissingChannel { channel, .. } => (Check::Missing, channel, 1.0),
+        ProblemError::UnknownInput { actuator } => (Check::Missing, actuator, 1.0),
+        ProblemError::Unit { channel, .. } => (Check::Units, channel, 1.0),
+        ProblemError::Empty { channel, .. } => (Check::FewSamples, channel, 0.0),
+        ProblemError::NoRecording | ProblemError::Plant(_) | ProblemError::NoNoise(_) => return None,
+    };
+    let unit = if check == Check::FewSamples { "samples" } else { "channel" };
+    Some(
+        Finding::new(check, Severity::Fault, channel, value, unit)
+            .because(format!("{error}; `obsid diagnose` refuses it with plant '{}'", plant.name))
+            .cure(error.cure("the plant file")),
+    )
+}
+
+/// A measured channel that never changes although noise is stated on it.
+fn stuck(plant: &Plant, sensor: &Sensor, channel: &Channel) -> Option<Finding> {
+    let kept = channel.finite();
+    let of = |all: &[f64]| kept.iter().map(|&i| all[i]).collect::<Vec<_>>();
+    let (times, values) = (of(&channel.time_s), of(&channel.value));
+    let found = standstill(plant, sensor, &[(&times, &values)]).filter(|found| found.p < FALSE_ALARM)?;
+    Some(
+        Finding::new(Check::Constant, Severity::Fault, &channel.name, found.reading, &channel.unit)
+            .because(format!(
+                "all {} samples are {}, the plant states noise of {} {} on each: {}",
+                found.samples,
+                short(found.reading),
+                short(found.sigma),
+                channel.unit,
+                probability(found.p)
+            ))
+            .cure("stuck, not recorded, or written with too few digits: look at the sensor, the wiring and the mapping, or leave the channel out"),
+    )
+}
+
+/// No more readings than the plant has numbers to be found from them.
+fn few_readings(recording: &Recording, plant: &Plant) -> Option<Finding> {
+    let problem = Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
+    let (readings, unknowns) = (problem.samples(), problem.unknowns.len());
+    let measured = plant.sensors.iter().map(|s| s.name.as_str());
+    let measured: Vec<&str> = measured.filter(|name| recording.channels.iter().any(|c| c.name == *name)).collect();
+    let (first, others) = measured.split_first()?;
+    (readings <= unknowns).then(|| {
+        Finding::new(Check::FewSamples, Severity::Warning, first, readings as f64, "samples")
+            .with(others)
+            .because(format!(
+                "{readings} readings of all sensors for {unknowns} unknown numbers of the plant and its initial state: none is left to judge the fit by"
+            ))
+            .cure("record longer or faster, or leave out sigmas of numbers that are known")
+    })
+}
+
+/// Steps of the sensors that are a thousand, a million or a thousand million times the plant's, or that part of them.
+///
+/// A hint and no proof: both may be as they are.
+fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> {
+    let ratio = |(sensor, channel): &(&Sensor, &Channel)| Some(channel.interval_s()? / period_s(plant, sensor));
+    let near = |x: f64, unit: f64| (x / unit - 1.0).abs() < UNIT_SHARE;
+    let labelled = |r: f64| {
+        TIME_UNITS.iter().find_map(|(factor, name)| match r {
+            r if near(r, *factor) => Some((*name, "seconds")),
+            r if near(r * factor, 1.0) => Some(("seconds", *name)),
+            _ => None,
+        })
+    };
+    let odd: Vec<(f64, &Sensor, &Channel)> = sensors
+        .iter()
+        .filter_map(|pair| Some((ratio(pair).filter(|r| labelled(*r).is_some())?, pair.0, pair.1)))
+        .collect();
+    let ((r, sensor, channel), others) = odd.split_first()?;
+    let (meant, written) = labelled(*r)?;
+    let others: Vec<&str> = others.iter().map(|(.., c)| c.name.as_str()).collect();
+    Some(
+        Finding::new(Check::TimeUnit, Severity::Warning, &channel.name, *r, "-")
+            .with(&others)
+            .because(format!(
+                "sampled every {} s, every {} s in the plant: a factor of {} is that of {meant} labelled {written}",
+                short(channel.interval_s()?),
+                short(period_s(plant, sensor)),
+                short(*r)
+            ))
+            .cure("look at the unit in the header of the time column; where it is right, state the period of the recording in [simulation]"),
+    )
+}
+
+/// As [`examine_with`], and what `plant` has to say of the recording, of its labels too.
+#[must_use]
+pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
+    let work = Arc::new(Work::of(LABELS));
+    let label = mislabelled(recording, plant, &work);
+    let mut findings = examine_beside(recording, plant, label.as_ref(), progress);
+    findings.extend(
+        work.note().filter(|_| label.is_none()).and_then(|note| mislabelled::not_asked(recording, plant, &note)),
+    );
+    in_order(findings)
+}
+
+/// As [`examine_for`], where it is known what is [`mislabelled`]: a channel of which the plant says what is wrong is not told again for that.
+#[must_use]
+pub fn examine_beside(
+    recording: &Recording,
+    plant: &Plant,
+    label: Option<&Mislabelled>,
+    progress: &mut dyn FnMut(f64),
+) -> Vec<Finding> {
+    let mut told = examine(recording, plant);
+    told.extend(label.map(Mislabelled::finding));
+    let mut findings = examine_with(recording, progress);
+    let names = |f: &Finding, channel: &str| f.channel == channel || f.others.iter().any(|other| other == channel);
+    let again = |f: &Finding| match f.check {
+        Check::Constant => told.iter().any(|t| t.check == f.check && t.channel == f.channel),
+        Check::Units | Check::Sign => told.iter().any(|t| t.check == f.check && names(f, &t.channel)),
+        _ => false,
+    };
+    findings.retain(|f| !again(f));
+    findings.extend(told);
+    in_order(findings)
+}
+
+#[cfg(test)]
+mod tests;

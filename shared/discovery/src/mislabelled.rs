@@ -1,0 +1,420 @@
+//! Channels in another unit, or of another sign, than their label says, as the likelihood of a plant has it.
+//!
+//! A channel that reads `f` times what it should is predicted by the plant, to the noise that it states, once it is divided by `f`. That is
+//! asked where the plant misses the recording by far alone, or follows it with numbers far from what its file states. What is put right must be
+//! explained: the whitened innovations fall far below what they were, counted in the unit of the readings, for a free response divided by
+//! anything is one still, and by as much less of whatever it misses. What only shrinks to nothing explains nothing: the reading must stay
+//! above its noise, and without the command the plant must miss the recording again.
+//!
+//! Of a long recording beginnings that the plant misses by far are asked before the whole; what explains one must explain the whole. What
+//! asking costs is counted ([`identification::work`]): nearest hypotheses come first, and those that there is no room for are not asked, and told of
+//! no channel.
+
+mod prediction;
+
+use core::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+use dynamics::description::Plant;
+
+use examination::doctor::quantity::{Kind, Quantity, of_channel};
+use examination::doctor::{Check, Finding, Severity, short};
+use identification::problem::{Problem, sample_sigma};
+use identification::series::{Channel, Recording};
+use identification::statistics::deviation;
+use identification::work::Work;
+use prediction::{Asking, FAR_OFF, Numbers, Prediction};
+
+/// What is wrong with the label of a channel, or of several.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mistake {
+    /// They read so many times what they should, as `degrees read as radians` do.
+    Factor(f64, &'static str),
+    /// Two are each other's.
+    Swapped,
+}
+
+/// Channels of a recording whose label is wrong.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mislabelled {
+    pub recording: String,
+    pub channels: Vec<String>,
+    pub mistake: Mistake,
+    /// Other mistakes that explain it as well.
+    pub instead: Vec<Mislabelled>,
+    /// Rms of the innovations of the whole recording [stated standard deviations] as it is labelled, at least, and put right; infinite where
+    /// the plant cannot follow it at all.
+    pub before: f64,
+    pub after: f64,
+}
+
+/// Standard deviations of its noise that a reading must stay above, and times the mean square without a command.
+const ABOVE_NOISE: f64 = 3.0;
+const WITHOUT: f64 = 2.0;
+/// A hypothesis explains it as well within this factor of the best mean square.
+const AS_WELL: f64 = 1.1;
+/// Hypotheses that are looked at, those of single channels first.
+const HYPOTHESES: usize = 200;
+/// Share of the room left that goes into ranking them.
+const RANKING: f64 = 0.6;
+/// What is left out where there is no room.
+const FURTHER: &str = "mistakes of labels that come less near at first";
+const LONGER: &str = "labels of channels by more of a recording";
+/// Hypotheses that are fitted to the end.
+const FITTED: usize = 5;
+/// Readings that are asked first, and how many times more next.
+const BEGINNING: usize = 2000;
+const GROWTH: usize = 4;
+
+/// The mistake that explains what `plant` misses of `recording` by far; none where it follows it, and none where `work` has no room to ask: that is
+/// left out there.
+///
+/// Cost: a linearisation; where the plant is far off, for each beginning up to [`HYPOTHESES`] of them, [`FITTED`] fits and as many again for
+/// commands, as long as `work` has room; then what is asked of the whole of what explains a beginning.
+#[must_use]
+pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
+    // what no plant can read is another's to tell
+    Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
+    let asking = Asking::new(plant, work);
+    if is_near(&asking.predicted(recording, Numbers::Priors)) {
+        return None;
+    }
+    let all = asking.samples(recording);
+    let mut many = BEGINNING;
+    while many < all {
+        let beginning = recording.beginning(many as f64 / all as f64);
+        let found = explained(&asking, &beginning)?;
+        let found = if found.list.is_empty() { None } else { confirmed(&asking, recording, found) };
+        if found.is_some() {
+            return found;
+        }
+        many *= GROWTH;
+    }
+    explained(&asking, recording)?.told()
+}
+
+/// That labels were not asked to the end, as `note` says.
+pub(super) fn not_asked(recording: &Recording, plant: &Plant, note: &str) -> Option<Finding> {
+    let is_read = |channel: &&Channel| plant.sensors.iter().any(|sensor| sensor.name == channel.name);
+    let read: Vec<&str> = recording.channels.iter().filter(is_read).map(|channel| channel.name.as_str()).collect();
+    let (first, others) = read.split_first()?;
+    Some(
+        Finding::new(Check::Units, Severity::Note, first, read.len() as f64, "channels")
+            .with(others)
+            .because(format!("with the numbers that its file states the plant misses the recording by far, and whether a label explains that was not asked to the end: {note}"))
+            .cure("ask a beginning of the recording, or a plant with fewer uncertain numbers"),
+    )
+}
+
+fn is_near(found: &Option<Prediction>) -> bool {
+    found.as_ref().is_some_and(Prediction::is_near)
+}
+
+/// What explains that a recording is missed by far, best first.
+struct Explained {
+    before: Option<Prediction>,
+    list: Vec<(Prediction, Mislabelled)>,
+}
+
+impl Explained {
+    /// Comes near, and nearer by far than `before`.
+    fn holds(&self, plant: &Plant, (after, found): &(Prediction, Mislabelled)) -> bool {
+        let as_read = after.mean_square * found.weight(plant);
+        let falls = self.before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
+        after.is_near() && (falls || found.is_of_command(plant))
+    }
+
+    /// Keeps what holds, best first, and nothing where the recording is followed as it is labelled.
+    fn keep_near(&mut self, plant: &Plant) {
+        let list = core::mem::take(&mut self.list);
+        if !is_near(&self.before) {
+            self.list = list.into_iter().filter(|found| self.holds(plant, found)).collect();
+        }
+        nearest_first(&mut self.list);
+    }
+
+    fn told(self) -> Option<Mislabelled> {
+        let mut all = self.list.into_iter();
+        let (after, best) = all.next()?;
+        let as_well = all.filter(|(other, _)| other.mean_square < AS_WELL * after.mean_square);
+        Some(Mislabelled {
+            before: self.before.map_or(f64::INFINITY, |before| before.mean_square.sqrt()),
+            after: after.mean_square.sqrt(),
+            instead: as_well.map(|(_, other)| other).collect(),
+            ..best
+        })
+    }
+}
+
+/// Mistakes that explain what is missed of `recording`; none where it is followed, `None` where there is no room to ask.
+fn explained(asking: &Asking<'_>, recording: &Recording) -> Option<Explained> {
+    if !asking.affords(recording, Numbers::Fitted, LONGER) {
+        return None;
+    }
+    let mut explained = Explained { before: asking.predicted(recording, Numbers::Fitted), list: Vec::new() };
+    if is_near(&explained.before) {
+        return Some(explained);
+    }
+    explained.list = nearer(asking, recording, Numbers::Fitted, ranked(asking, recording));
+    if !explained.list.iter().any(|found| explained.holds(asking.plant, found)) {
+        explained.list = nearer(asking, recording, Numbers::FromAfar, explained.list);
+    }
+    explained.keep_near(asking.plant);
+    if !explained.list.is_empty() {
+        if asking.affords(recording, Numbers::FromAfar, LONGER) {
+            explained.before = asking.predicted(recording, Numbers::FromAfar);
+            explained.keep_near(asking.plant);
+        }
+        explained.list.retain(|(after, found)| found.is_seen(asking, recording, after));
+    }
+    Some(explained)
+}
+
+/// The same of the whole `recording`, from where fits to its beginning ended.
+fn confirmed(asking: &Asking<'_>, recording: &Recording, of_part: Explained) -> Option<Mislabelled> {
+    let mut list = Vec::new();
+    for (part, found) in of_part.list {
+        let from = Numbers::From(&part);
+        // the nearest in any case
+        if !list.is_empty() && !asking.affords(recording, from, FURTHER) {
+            break;
+        }
+        list.extend(asked(asking, recording, from, found));
+    }
+    let samples = list.first()?.0.samples;
+    let fitted = || asking.predicted(recording, Numbers::Fitted);
+    let before = of_part.before.map(|before| before.of_more(samples)).or_else(fitted);
+    let mut explained = Explained { before, list };
+    if let Some(least) = &explained.before
+        && (least.is_near() || !explained.list.iter().any(|found| explained.holds(asking.plant, found)))
+    {
+        explained.before = asking.predicted(recording, Numbers::From(least)).or_else(fitted);
+    }
+    explained.keep_near(asking.plant);
+    explained.told()
+}
+
+/// Those hypotheses that come nearest: at the priors, and after one step where there is room for that.
+fn ranked(asking: &Asking<'_>, recording: &Recording) -> Vec<(Prediction, Mislabelled)> {
+    let until = asking.work.until(RANKING);
+    let mut all = hypotheses(recording, asking.plant).into_iter();
+    let mut at_priors = Vec::new();
+    while asking.affords_until(until, recording, Numbers::Priors)
+        && let Some(found) = all.next()
+    {
+        at_priors.extend(asked(asking, recording, Numbers::Priors, found));
+    }
+    if all.len() > 0 {
+        asking.work.leave_out(FURTHER);
+    }
+    nearest_first(&mut at_priors);
+    let mut all = at_priors.into_iter();
+    let mut ranked = Vec::new();
+    while asking.affords_until(until, recording, Numbers::Step)
+        && let Some((_, found)) = all.next()
+    {
+        ranked.extend(asked(asking, recording, Numbers::Step, found));
+    }
+    nearest_first(&mut ranked);
+    ranked.extend(all);
+    ranked.truncate(FITTED);
+    ranked
+}
+
+/// Those of `list` with numbers that are found in another way, as far as there is room.
+fn nearer(
+    asking: &Asking<'_>,
+    recording: &Recording,
+    how: Numbers<'_>,
+    list: Vec<(Prediction, Mislabelled)>,
+) -> Vec<(Prediction, Mislabelled)> {
+    let mut nearer = Vec::new();
+    let mut list = list.into_iter();
+    while list.len() > 0
+        && asking.affords(recording, how, FURTHER)
+        && let Some((_, found)) = list.next()
+    {
+        nearer.extend(asked(asking, recording, how, found));
+    }
+    nearer.extend(list);
+    nearest_first(&mut nearer);
+    nearer
+}
+
+fn asked(
+    asking: &Asking<'_>,
+    recording: &Recording,
+    how: Numbers<'_>,
+    found: Mislabelled,
+) -> Option<(Prediction, Mislabelled)> {
+    Some((asking.predicted(&found.cured(recording), how)?, found))
+}
+
+fn nearest_first(list: &mut [(Prediction, Mislabelled)]) {
+    list.sort_by(|a, b| a.0.mean_square.total_cmp(&b.0.mean_square));
+}
+
+impl Mislabelled {
+    fn of(recording: &Recording, channels: &[&Channel], mistake: Mistake) -> Self {
+        let channels = channels.iter().map(|channel| channel.name.clone()).collect();
+        let (recording, instead) = (recording.name.clone(), Vec::new());
+        Self { recording, channels, mistake, instead, before: f64::NAN, after: f64::NAN }
+    }
+
+    /// The same mistake, of whatever recording.
+    #[must_use]
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.channels == other.channels && self.mistake == other.mistake
+    }
+
+    fn is_of_command(&self, plant: &Plant) -> bool {
+        self.channels.iter().any(|name| plant.actuator(name).is_some())
+    }
+
+    /// Squared size of a reading as recorded in what it is once put right, at least one.
+    fn weight(&self, plant: &Plant) -> f64 {
+        if self.is_of_command(plant) { 1.0 } else { (self.factor() * self.factor()).max(1.0) }
+    }
+
+    fn factor(&self) -> f64 {
+        if let Mistake::Factor(factor, _) = self.mistake { factor } else { 1.0 }
+    }
+
+    fn is(&self, channel: &Channel) -> bool {
+        self.channels.contains(&channel.name)
+    }
+
+    /// `recording` put right.
+    #[must_use]
+    pub fn cured(&self, recording: &Recording) -> Recording {
+        let mut cured = recording.clone();
+        let mut own: Vec<&mut Channel> = cured.channels.iter_mut().filter(|channel| self.is(channel)).collect();
+        match (self.mistake, &mut own[..]) {
+            (Mistake::Factor(factor, _), all) => {
+                all.iter_mut().flat_map(|channel| &mut channel.value).for_each(|value| *value /= factor);
+            }
+            (Mistake::Swapped, [a, b]) => core::mem::swap(&mut a.name, &mut b.name),
+            (Mistake::Swapped, _) => {}
+        }
+        cured
+    }
+
+    /// `'rate' reads 57.3 times what the plant says (degrees read as radians)`.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let names = self.channels.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(" and ");
+        let verb = if self.channels.len() == 1 { "reads" } else { "read" };
+        let own = match self.mistake {
+            Mistake::Factor(factor, meaning) => {
+                format!("{names} {verb} {} times what the plant says ({meaning})", short(factor))
+            }
+            Mistake::Swapped => format!("{names} are each other's"),
+        };
+        self.instead.iter().fold(own, |all, other| format!("{all}, or {}", other.in_words()))
+    }
+
+    pub(super) fn finding(&self) -> Finding {
+        let (first, others) = (&self.channels[0], self.channels[1..].iter().map(String::as_str).collect::<Vec<_>>());
+        let (check, cure) = match self.mistake {
+            Mistake::Factor(factor, _) => {
+                let check = if factor < 0.0 { Check::Sign } else { Check::Units };
+                (
+                    check,
+                    format!("a line NAME = {{ name = \"...\", scale = {:.7} }} of [channels] for each", 1.0 / factor),
+                )
+            }
+            Mistake::Swapped => (Check::Axes, "the one's name for the other in [channels]".to_owned()),
+        };
+        let now = if self.before.is_finite() {
+            format!("at least {} now", short(self.before))
+        } else {
+            "not at all now".to_owned()
+        };
+        Finding::new(check, Severity::Fault, first, self.factor(), "-")
+            .with(&others)
+            .because(format!(
+                "{}: with that put right the plant predicts the recording to {} stated standard deviations rms, {now}",
+                self.in_words(),
+                short(self.after)
+            ))
+            .cure(format!("correct the header, or give --map FILE with {cure}"))
+    }
+}
+
+impl Mislabelled {
+    /// What is put right is more than nothing.
+    fn is_seen(&self, asking: &Asking<'_>, recording: &Recording, after: &Prediction) -> bool {
+        let plant = asking.plant;
+        let mut silent = recording.clone();
+        let commands =
+            silent.channels.iter_mut().filter(|channel| self.is(channel) && plant.actuator(&channel.name).is_some());
+        let mut any = false;
+        for channel in commands {
+            channel.value.fill(0.0);
+            any = true;
+        }
+        if any {
+            let without = asking.fitted(&silent, FURTHER);
+            let misses = |without: Prediction| without.mean_square > WITHOUT * after.mean_square;
+            return without.is_some_and(|without| without.is_none_or(misses));
+        }
+        let is_above = |channel: &Channel| {
+            let sensor = plant.sensors.iter().find(|sensor| sensor.name == channel.name);
+            sensor.is_some_and(|sensor| {
+                deviation(&channel.value) > ABOVE_NOISE * self.factor().abs() * sample_sigma(plant, sensor)
+            })
+        };
+        recording.channels.iter().filter(|channel| self.is(channel)).any(is_above)
+    }
+}
+
+/// Every channel that the plant reads or is driven by, and all sensors of one kind together, by every factor of their quantity; two of one
+/// quantity for each other.
+fn hypotheses(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
+    let recorded = |name: &String| recording.channels.iter().find(|channel| channel.name == *name);
+    let sensors: Vec<&Channel> = plant.sensors.iter().filter_map(|sensor| recorded(&sensor.name)).collect();
+    let commands: Vec<&Channel> = plant.actuators.iter().filter_map(|actuator| recorded(&actuator.name)).collect();
+    let mut all = Vec::new();
+    for channel in sensors.iter().chain(&commands) {
+        let mistakes = factors(of_channel(channel)).into_iter().chain([Mistake::Factor(-1.0, "its sign is turned")]);
+        all.extend(mistakes.map(|mistake| Mislabelled::of(recording, &[*channel], mistake)));
+    }
+    for kind in [Kind::Angle, Kind::Length] {
+        let like = |channel: &&&Channel| of_channel(channel).is_some_and(|quantity| quantity.kind == kind);
+        let group: Vec<&Channel> = sensors.iter().filter(like).copied().collect();
+        if group.len() > 1 {
+            let common = factors(Some(Quantity { kind, order: 0, factor: 1.0 }));
+            all.extend(common.into_iter().map(|mistake| Mislabelled::of(recording, &group, mistake)));
+        }
+    }
+    let quantity = |channel: &Channel| of_channel(channel).map(|quantity| (quantity.kind, quantity.order));
+    for (i, a) in sensors.iter().enumerate() {
+        let alike = sensors[i + 1..].iter().filter(|b| quantity(a) == quantity(b));
+        all.extend(alike.map(|b| Mislabelled::of(recording, &[*a, *b], Mistake::Swapped)));
+    }
+    all.truncate(HYPOTHESES);
+    all
+}
+
+/// What a reading of `quantity` is multiplied by where its unit is mistaken.
+fn factors(quantity: Option<Quantity>) -> Vec<Mistake> {
+    let (degree, g, rpm) = (180.0 / PI, 9.80665, 60.0 / TAU);
+    let milli = [(1e3, "milli read as one"), (1e-3, "one read as milli")];
+    let own: &[(f64, &'static str)] = match quantity.map(|quantity| (quantity.kind, quantity.order)) {
+        Some((Kind::Angle, 0)) => &[(degree, "degrees read as radians"), (1.0 / degree, "radians read as degrees")],
+        Some((Kind::Angle, 1)) => &[
+            (degree, "degrees read as radians"),
+            (1.0 / degree, "radians read as degrees"),
+            (rpm, "turns per minute read as rad/s"),
+            (1.0 / rpm, "rad/s read as turns per minute"),
+        ],
+        Some((Kind::Angle, _)) => &[(degree, "degrees read as radians"), (1.0 / degree, "radians read as degrees")],
+        Some((Kind::Length, 2)) => &[(1.0 / g, "g read as m/s^2"), (g, "m/s^2 read as g")],
+        Some((Kind::Length, 0)) => &[(1e2, "centimetres read as metres"), (1e-2, "metres read as centimetres")],
+        _ => &[],
+    };
+    own.iter().copied().chain(milli).map(|(factor, meaning)| Mistake::Factor(factor, meaning)).collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,204 @@
+//! How well a plant predicts a recording, labelled in one way or another, and what asking that has cost.
+
+use core::cell::Cell;
+use std::sync::Arc;
+
+use dynamics::description::Plant;
+
+use identification::fit::board::dot;
+use identification::fit::{Board, Engine, Fit, FitError, Rounds, fit, fit_from_afar};
+use identification::problem::{Problem, Unknown};
+use identification::series::{Channel, Recording};
+use identification::work::Work;
+
+/// Mean square of the whitened innovations from which on a recording is missed by far.
+pub(super) const FAR_OFF: f64 = 25.0;
+/// Standard deviations within which the plant's numbers must stay.
+const ASTRAY: f64 = 5.0;
+/// How far numbers may go: what ends there has gone astray.
+const CONFINED: f64 = 1.01 * ASTRAY;
+/// Relinearisations of a fit.
+const ROUNDS: Rounds = Rounds::at_most(4);
+/// A fit from afar is several.
+const SEVERAL: f64 = 4.0;
+
+pub(super) struct Prediction {
+    /// Of the whitened innovations.
+    pub mean_square: f64,
+    /// How many they are.
+    pub samples: usize,
+    /// Largest distance of a number from its prior [standard deviations].
+    astray: f64,
+    unknowns: Vec<Unknown>,
+    theta: Vec<f64>,
+}
+
+impl Prediction {
+    pub fn is_near(&self) -> bool {
+        self.mean_square < FAR_OFF && self.astray < ASTRAY
+    }
+
+    /// Of a recording of so many samples that begins like this one, as if nothing more were missed: no numbers miss less of the whole than of
+    /// its part.
+    pub fn of_more(self, samples: usize) -> Self {
+        let mean_square = self.mean_square * self.samples as f64 / samples as f64;
+        Self { mean_square, samples, ..self }
+    }
+}
+
+/// Numbers of the plant that a recording is predicted with, never further off than [`Prediction::is_near`] lets them.
+#[derive(Clone, Copy)]
+pub(super) enum Numbers<'a> {
+    Priors,
+    /// One round of a fit from the priors on.
+    Step,
+    /// A fit from the priors on.
+    Fitted,
+    /// The same by way of larger disturbances, where that is better.
+    FromAfar,
+    /// A fit that starts at these, at the priors where they have none of that name.
+    From(&'a Prediction),
+}
+
+impl Numbers<'_> {
+    /// What costs about the same.
+    fn kind(self) -> usize {
+        match self {
+            Self::Priors => 0,
+            Self::Step => 1,
+            Self::Fitted => 2,
+            Self::FromAfar => 3,
+            Self::From(_) => 4,
+        }
+    }
+}
+
+/// Asks a plant, and counts what that costs.
+pub(super) struct Asking<'a> {
+    pub plant: &'a Plant,
+    pub work: &'a Arc<Work>,
+    /// Work of the dearest so far of each kind, each sample.
+    dearest: [Cell<f64>; 5],
+}
+
+impl<'a> Asking<'a> {
+    pub fn new(plant: &'a Plant, work: &'a Arc<Work>) -> Self {
+        Self { plant, work, dearest: Default::default() }
+    }
+
+    /// There is room for another as dear as the dearest of its kind; else `what` is left out.
+    pub fn affords(&self, recording: &Recording, numbers: Numbers<'_>, what: &'static str) -> bool {
+        self.work.allows(self.cost(recording, numbers), what)
+    }
+
+    /// The same as long as no more than `until` is spent.
+    pub fn affords_until(&self, until: f64, recording: &Recording, numbers: Numbers<'_>) -> bool {
+        self.work.spent() + self.cost(recording, numbers) <= until
+    }
+
+    /// Readings of the plant's sensors.
+    pub fn samples(&self, recording: &Recording) -> usize {
+        let is_read = |channel: &&Channel| self.plant.sensors.iter().any(|sensor| sensor.name == channel.name);
+        recording.channels.iter().filter(is_read).map(|channel| channel.value.len()).sum()
+    }
+
+    fn cost(&self, recording: &Recording, numbers: Numbers<'_>) -> f64 {
+        let each = |numbers: Numbers<'_>| self.dearest[numbers.kind()].get();
+        let each = match numbers {
+            Numbers::FromAfar => each(numbers).max(SEVERAL * each(Numbers::Fitted)),
+            _ => each(numbers),
+        };
+        each * self.samples(recording) as f64
+    }
+
+    /// By a fit from afar, or from the priors where there is no room for that; no answer, and `what` left out, where for neither.
+    pub fn fitted(&self, recording: &Recording, what: &'static str) -> Option<Option<Prediction>> {
+        let room = self.work.until(1.0);
+        let far = self.affords_until(room, recording, Numbers::FromAfar);
+        let how = if far { Numbers::FromAfar } else { Numbers::Fitted };
+        self.affords(recording, how, what).then(|| self.predicted(recording, how))
+    }
+
+    /// `None` where the filter fails.
+    pub fn predicted(&self, recording: &Recording, numbers: Numbers<'_>) -> Option<Prediction> {
+        let mut problem = Problem::new(self.plant, core::slice::from_ref(recording), &[]).ok()?;
+        confine(&mut problem.unknowns);
+        let before = self.work.spent();
+        let engine = Engine::counted(&problem, 1, self.work.clone());
+        let found = engine.ok().and_then(|engine| predicted(&engine, numbers));
+        let each = (self.work.spent() - before) / self.samples(recording).max(1) as f64;
+        let dearest = &self.dearest[numbers.kind()];
+        dearest.set(dearest.get().max(each));
+        found
+    }
+}
+
+/// Numbers go no further than to where they have gone astray.
+fn confine(unknowns: &mut [Unknown]) {
+    for unknown in unknowns {
+        unknown.low = unknown.low.max(unknown.prior - CONFINED * unknown.sigma);
+        unknown.high = unknown.high.min(unknown.prior + CONFINED * unknown.sigma);
+    }
+}
+
+fn predicted(engine: &Engine<'_>, numbers: Numbers<'_>) -> Option<Prediction> {
+    let (plant, prior) = (&engine.problem.plant, engine.prior());
+    let fitted = |fit: Result<Fit, FitError>| fit.ok().map(|fit| (fit.chi2_per_sample, fit.theta));
+    let from = |theta: &[f64], rounds| fitted(fit(engine, plant, theta, &engine.noise, rounds));
+    let (mean_square, theta) = match numbers {
+        Numbers::Priors => {
+            let board = Board::new(engine, plant, &prior, &engine.noise).ok()?;
+            let (r, _) = board.whitened(engine, &engine.noise, &[])?;
+            Some((dot(&r, &r) / r.len().max(1) as f64, prior))
+        }
+        Numbers::Step => from(&prior, Rounds::at_most(1)),
+        Numbers::Fitted => from(&prior, ROUNDS),
+        Numbers::FromAfar => fitted(fit_from_afar(engine, ROUNDS)),
+        Numbers::From(other) => from(&engine.start_from(&other.unknowns, &other.theta), ROUNDS),
+    }?;
+    let (samples, unknowns) = (engine.samples, engine.problem.unknowns.clone());
+    let astray = astray(&unknowns, &theta);
+    mean_square.is_finite().then_some(Prediction { mean_square, samples, astray, unknowns, theta })
+}
+
+fn astray(unknowns: &[Unknown], theta: &[f64]) -> f64 {
+    let off = theta.iter().zip(unknowns).map(|(theta, unknown)| ((theta - unknown.prior) / unknown.sigma).abs());
+    off.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synthetic::{plant, recording};
+
+    #[test]
+    fn a_number_that_ends_at_its_bound_has_gone_astray_whatever_the_decimals() {
+        let nominal = plant("drive_rig");
+        let problem = Problem::new(&nominal, &[recording(&nominal, 5, 0.1)], &[]).expect("it is its own");
+        for k in 1..400 {
+            let (prior, sigma) = (f64::from(k) * 0.1, f64::from(k % 23 + 1) * 1e-3);
+            let free = (f64::NEG_INFINITY, f64::INFINITY);
+            let unknown = Unknown { prior, sigma, low: free.0, high: free.1, ..problem.unknowns[0].clone() };
+            let mut all = [unknown];
+            confine(&mut all);
+            for bound in [all[0].low, all[0].high] {
+                assert!(astray(&all, &[bound]) > ASTRAY, "{prior} {sigma}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_missed_of_a_part_is_the_least_that_is_missed_of_the_whole() {
+        let nominal = plant("drive_rig");
+        let mut rubbed = nominal.clone();
+        rubbed.add_effect("joint_coulomb", &"joint:drive".parse().unwrap(), &[("force", 0.5)]).unwrap();
+        let whole = recording(&rubbed, 6, 2.0);
+        let work = Arc::new(Work::default());
+        let asking = Asking::new(&nominal, &work);
+        let part = asking.predicted(&whole.beginning(0.3), Numbers::FromAfar).expect("it is predicted");
+        let all = asking.predicted(&whole, Numbers::From(&part)).expect("it is predicted");
+        let (share, least) = (part.samples as f64 / all.samples as f64, part.of_more(all.samples));
+        assert!((0.25..0.35).contains(&share) && least.samples == all.samples);
+        assert!(!least.is_near() && least.mean_square < all.mean_square, "{} {}", least.mean_square, all.mean_square);
+    }
+}
