@@ -1,9 +1,9 @@
 //! `obsid effects`: the catalogue of physics that a model can leave out.
 
 use crate::{Failure, plants};
-use catalogue::{CATALOGUE, EFFECTS};
+use catalogue::CATALOGUE;
 use dynamics::description::{Plant, SiteKind, Space};
-use dynamics::effect::{Effect, EffectParameter, sites};
+use dynamics::effect::{Catalogue, Effect, EffectParameter, Limit, Role, sites};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -58,9 +58,10 @@ impl Entry {
 }
 
 fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Failure> {
+    let catalogue = plant.map_or(CATALOGUE, |plant| plant.catalogue);
     let chosen: Vec<&'static Effect> = match kind {
-        None => EFFECTS.to_vec(),
-        Some(kind) => vec![CATALOGUE.effect(kind).ok_or_else(|| unknown(kind))?],
+        None => catalogue.entries().to_vec(),
+        Some(kind) => vec![catalogue.effect(kind).ok_or_else(|| unknown(catalogue, kind))?],
     };
     let entry = |effect: &'static Effect| {
         let sites = match plant {
@@ -101,8 +102,9 @@ fn units(effect: &Effect, plant: Option<&Plant>) -> Vec<String> {
         .collect()
 }
 
-fn unknown(kind: &str) -> Failure {
-    let near = EFFECTS
+fn unknown(catalogue: Catalogue, kind: &str) -> Failure {
+    let near = catalogue
+        .entries()
         .iter()
         .map(|effect| effect.kind)
         .max_by(|a, b| strsim::jaro_winkler(a, kind).total_cmp(&strsim::jaro_winkler(b, kind)));
@@ -113,11 +115,36 @@ fn unknown(kind: &str) -> Failure {
 fn as_json(entry: &Entry) -> Value {
     let parameters: Vec<Value> = entry
         .parameters()
-        .map(|(p, unit)| json!({ "name": p.name, "unit": unit, "low": p.low, "high": p.high, "default": p.default, "what": p.what }))
+        .map(|(p, unit)| {
+            json!({ "name": p.name, "unit": unit, "low": p.low, "high": p.high, "default": p.default,
+            "what": p.what, "role": role(p.role) })
+        })
         .collect();
     let Effect { kind, title, what, signature, confounders, experiment, .. } = entry.effect;
-    json!({ "kind": kind, "title": title, "sites": entry.sites, "parameters": parameters, "what": what,
-        "signature": signature, "confounders": confounders, "experiment": experiment })
+    json!({ "kind": kind, "title": title, "family": entry.effect.family.name(), "sites": entry.sites, "parameters": parameters, "what": what,
+        "signature": signature, "confounders": confounders, "experiment": experiment,
+        "limits": entry.effect.limits.iter().map(|limit| json!({ "kind": limit.kind, "at": at(limit) })).collect::<Vec<_>>() })
+}
+
+/// What a parameter is to its law, in one word.
+const fn role(role: Role) -> &'static str {
+    match role {
+        Role::Amplitude => "amplitude",
+        Role::Direction { .. } => "direction",
+        Role::Frequency => "frequency",
+        Role::DampingRatio => "damping ratio",
+        Role::Order => "order",
+        Role::Onset => "onset",
+        Role::Duration => "duration",
+        Role::Width => "width",
+        Role::Smoothing => "smoothing",
+        Role::Shape => "shape",
+    }
+}
+
+/// `presliding = 1e-6, bristle_damping = 0`.
+fn at(limit: &Limit) -> String {
+    limit.at.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>().join(", ")
 }
 
 fn table(entries: &[Entry]) -> String {
@@ -126,26 +153,61 @@ fn table(entries: &[Entry]) -> String {
         let parameters: Vec<String> = entry.parameters().map(|(p, unit)| format!("{} [{unit}]", p.name)).collect();
         let _ = writeln!(text, "{:<28} {:<34} {}", entry.effect.kind, entry.sites.join(" "), parameters.join(", "));
     }
-    let _ = writeln!(text, "\n{} effects; `obsid effects KIND` tells one in full", entries.len());
+    let _ = writeln!(text, "\n{} effects; `obsid effects KIND` shows one in full", entries.len());
     text
 }
 
 fn page(entry: &Entry) -> String {
     let Effect { kind, title, what, signature, confounders, experiment, .. } = entry.effect;
-    let mut text = format!("{kind}: {title}\n\n  sites        {}\n", entry.sites.join(" "));
+    let family = entry.effect.family.name();
+    let mut text = format!("{kind}: {title}\n\n  family       {family}\n  sites        {}\n", entry.sites.join(" "));
     for (label, words) in
         [("what", what), ("signature", signature), ("confounders", confounders), ("experiment", experiment)]
     {
         let _ = writeln!(text, "  {label:<12} {words}");
     }
+    for limit in entry.effect.limits {
+        let _ = writeln!(text, "  {:<12} {} at {}", "contains", limit.kind, at(limit));
+    }
     let _ = writeln!(
         text,
-        "\n  {:<20} {:<14} {:>12} {:>12} {:>12}  meaning",
-        "parameter", "unit", "low", "high", "default"
+        "\n  {:<20} {:<14} {:>12} {:>12} {:>12}  {:<13} meaning",
+        "parameter", "unit", "low", "high", "default", "role"
     );
     for (p, unit) in entry.parameters() {
-        let _ =
-            writeln!(text, "  {:<20} {:<14} {:>12} {:>12} {:>12}  {}", p.name, unit, p.low, p.high, p.default, p.what);
+        let row = format!("  {:<20} {unit:<14} {:>12} {:>12} {:>12}", p.name, p.low, p.high, p.default);
+        let _ = writeln!(text, "{row}  {:<13} {}", role(p.role), p.what);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An effect that exists in this test alone.
+    static OWN: Effect = Effect {
+        kind: "mass_of_a_test",
+        title: "Mass of a test",
+        sites: &[SiteKind::Body],
+        parameters: &[EffectParameter::new("added", "kg", [0.0, 1.0], 0.1, "mass that the test adds").amplitude()],
+        what: "m = m_0 + added",
+        ..Effect::PLAIN
+    };
+
+    #[test]
+    fn an_effect_of_the_plants_own_catalogue_is_listed_and_described() {
+        let mut plant = plant_file::parse("pendulum", plants::built_in("pendulum").unwrap()).unwrap().plant;
+        static ENTRIES: [&Effect; 1] = [&OWN];
+        plant.catalogue = Catalogue::new(&ENTRIES);
+        let listed = entries(None, Some(&plant)).unwrap_or_default();
+        assert_eq!(listed.len(), 1);
+        assert!(table(&listed).contains("mass_of_a_test") && table(&listed).contains("added [kg]"));
+        let described = page(&listed[0]);
+        for text in ["Mass of a test", "m = m_0 + added", "mass that the test adds", "amplitude", "body:"] {
+            assert!(described.contains(text), "{text} in {described}");
+        }
+        assert_eq!(as_json(&listed[0])["parameters"][0]["role"], "amplitude");
+        assert!(entries(Some("joint_coulomb"), Some(&plant)).is_err());
+    }
 }

@@ -3,7 +3,7 @@
 use super::applies::effort;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,15 +11,15 @@ pub static EFFECT: Effect = Effect {
     title: "Offset of an actuator",
     sites: &[SiteKind::Actuator],
     applies: effort,
-    parameters: &[EffectParameter::new("bias", "*", [-10.0, 10.0], 0.01, "offset b of what acts")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("bias", "*", [-10.0, 10.0], 0.01, "offset b of what acts").amplitude()],
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
     what: "u_acting = u + b; offset of a converter or current sensor.",
     signature: "A constant push along this actuator's axis, from the first sample to the last.",
     confounders: "joint_torque_bias at the same joint and constant_force or constant_torque on the same body (identical); thruster_leak from \
                   the start.",
     experiment: "Power the actuator off; turn the body, so that inertial and body-fixed pushes part.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(_: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

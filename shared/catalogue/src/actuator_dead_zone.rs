@@ -3,7 +3,7 @@
 use super::applies::effort;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,14 +11,16 @@ pub static EFFECT: Effect = Effect {
     title: "Dead zone of an actuator",
     sites: &[SiteKind::Actuator],
     applies: effort,
-    parameters: &[EffectParameter::new("half_width", "*", [0.0, 10.0], 0.01, "magnitude b of command that is lost")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[
+        EffectParameter::new("half_width", "*", [0.0, 10.0], 0.01, "magnitude b of command that is lost").amplitude()
+    ],
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
     what: "u_acting = u - b sgn u where |u| > b, else 0; amplifier threshold, valve overlap (Tao and Kokotovic 1996).",
     signature: "No response to small commands, a constant shortfall on large ones; limit cycles about the target of a closed loop.",
     confounders: "joint_coulomb (the same while the joint moves the way it is pushed), motor_constant_error at one command level.",
     experiment: "Command ladder from below the threshold, braking as well as driving.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(_: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::effort;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -17,14 +17,15 @@ pub static EFFECT: Effect = Effect {
         [0.0, 1e5],
         1.0,
         "one over the largest magnitude that acts",
-    )],
-    amplitudes: 1,
-    hidden_states: 0,
+    )
+    .amplitude()],
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
     what: "u_acting = u clipped to 1/inverse_limit; current limit, supply voltage, blow-down. The inverse is the amplitude: zero is no limit.",
     signature: "Response flattens above one command level; odd harmonics at large amplitude only; integrators of the loop wind up.",
     confounders: "The actuator's own range (identical, but that a recording shows what the range has cut); motor_constant_error at one level, actuator_lag in steps.",
     experiment: "Command ladder up to the rated value: below the limit nothing is missing.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(_: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -2,7 +2,7 @@
 
 use super::applies::effort;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
 pub static EFFECT: Effect = Effect {
@@ -11,17 +11,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: effort,
     parameters: &[
-        EffectParameter::new("natural_period", "s", [0.0, 5.0], 0.05, "undamped natural period; zero: ideal"),
+        EffectParameter::new("natural_period", "s", [0.0, 5.0], 0.05, "undamped natural period; zero: ideal")
+            .amplitude(),
         EffectParameter::new("damping_ratio", "1", [0.05, 2.0], 0.7, "damping ratio"),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::ActuatorFilter(filter),
+    family: Family::Timing,
     what: "u_acting / u = w^2 / (s^2 + 2 z w s + w^2), w = 2 pi / period; a wheel's or joint's inner loop. The period is the amplitude: \
            zero is ideal.",
     signature: "Phase passes 90 degrees at its natural frequency; overshoot in steps where damping is low.",
     confounders: "actuator_lag and actuator_delay well below the natural frequency; joint_flexibility (which the load also feels).",
     experiment: "Multisine or chirp through the natural frequency.",
+    ..Effect::PLAIN
 };
 
 fn filter(p: &[f64]) -> FilterKind {

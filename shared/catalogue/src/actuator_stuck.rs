@@ -2,7 +2,7 @@
 
 use super::applies::effort;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
 pub static EFFECT: Effect = Effect {
@@ -11,18 +11,19 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: effort,
     parameters: &[
-        EffectParameter::new("share", "1", [0.0, 1.0], 1.0, "share of the command that sticks; 1: all of it"),
-        EffectParameter::new("begin", "s", [0.0, 1e6], 1.0, "time t0 from which it sticks"),
+        EffectParameter::new("share", "1", [0.0, 1.0], 1.0, "share of the command that sticks; 1: all of it")
+            .amplitude(),
+        EffectParameter::new("begin", "s", [0.0, 1e6], 1.0, "time t0 from which it sticks").onset(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::ActuatorFilter(filter),
+    family: Family::Actuation,
     what: "u_acting = u + share (u(t0) - u) from t0 on, before delays and lags; a valve that stays open or shut, a driver that no longer \
            takes commands. A share below one: one of several units in parallel.",
     signature: "From one instant on this actuator's command has no effect, and a constant push stays.",
     confounders: "motor_constant_error with actuator_bias after t0 (the same, were it not for its beginning); thruster_leak; \
                   actuator_saturation while the command stays high.",
     experiment: "Command this actuator alone, both ways, late in the record.",
+    ..Effect::PLAIN
 };
 
 fn filter(p: &[f64]) -> FilterKind {

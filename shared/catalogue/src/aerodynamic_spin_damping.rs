@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{norm, push};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,14 +12,14 @@ pub static EFFECT: Effect = Effect {
     title: "Quadratic damping of spin (air)",
     sites: &[SiteKind::Body],
     applies: anywhere,
-    parameters: &[EffectParameter::new("coefficient", "N m s^2/rad^2", [0.0, 100.0], 1e-3, "coefficient c")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("coefficient", "N m s^2/rad^2", [0.0, 100.0], 1e-3, "coefficient c").amplitude()],
     law: Law::Body(both!(law)),
+    family: Family::Aerodynamics,
     what: "T = -c |w| w; air drag of panels on a turning body.",
     signature: "Spin decays as one over time, not exponentially.",
     confounders: "spin_damping at one rate, joint_quadratic_damping where the body only turns about its joint.",
     experiment: "Spin down from two rates; vacuum.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind, Space};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Amplitude, Effect, EffectParameter, Family, Law, Spread};
 
 pub static EFFECT: Effect = Effect {
     kind: "appendage_left_out",
@@ -11,12 +11,15 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("share_x", "1", [0.0, 0.9], 0.01, "effective mass along body x over the body's mass"),
-        EffectParameter::new("share_y", "1", [-0.9, 0.9], 0.0, "along body y; negative: in antiphase to x"),
+        EffectParameter::new("share_x", "1", [0.0, 0.9], 0.01, "effective mass along body x over the body's mass")
+            .amplitude(),
+        EffectParameter::new("share_y", "1", [-0.9, 0.9], 0.0, "along body y; negative: in antiphase to x").amplitude(),
         EffectParameter::new("share_z", "1", [-0.9, 0.9], 0.0, "along body z; negative: in antiphase to x")
+            .amplitude()
             .out_of_plane(),
-        EffectParameter::new("frequency", "Hz", [0.01, 200.0], 0.5, "frequency, hub locked"),
-        EffectParameter::new("damping_ratio", "1", [0.0, 0.2], 0.005, "damping ratio"),
+        EffectParameter::new("frequency", "Hz", [0.01, 200.0], 0.5, "frequency, hub locked").frequency(),
+        EffectParameter::new("damping_ratio", "1", [0.0, 0.2], 0.005, "damping ratio")
+            .damping_ratio(0.03, Spread::Absolute(0.05)),
         EffectParameter::new(
             "lever_x",
             "m",
@@ -41,15 +44,16 @@ pub static EFFECT: Effect = Effect {
             "participation of rotation about z over that of translation",
         ),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
+    amplitude: Amplitude::ShareOfBody,
     law: Law::Structure(build),
+    family: Family::Flexibility,
     what: "One hub-locked mode: participation of translation sqrt(share m) along each axis, with the sign of the share, so that what acts \
            begins in proportion to the amplitude and directions need no angle; of rotation `lever` times the length of that. The body's mass and \
            inertia include it undeformed. Likins 1970.",
     signature: "A narrow line at one frequency in rate and acceleration of the body, excited by every edge of its actuators.",
     confounders: "slosh_second_mode, joint_flexibility, actuator_second_order of the actuator that excites it, body_tether.",
     experiment: "Excite with two different actuators; another acceleration level.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

@@ -3,7 +3,7 @@
 use super::applies::turning_body;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Amplitude, Effect, EffectParameter, Family, Law, Spread};
 
 pub static EFFECT: Effect = Effect {
     kind: "appendage_rotation_left_out",
@@ -17,23 +17,28 @@ pub static EFFECT: Effect = Effect {
             [0.0, 0.9],
             0.01,
             "effective inertia about body z over the body's inertia",
-        ),
+        )
+        .amplitude(),
         EffectParameter::new("share_x", "1", [-0.9, 0.9], 0.0, "about body x; negative: in antiphase to z")
+            .amplitude()
             .out_of_plane(),
         EffectParameter::new("share_y", "1", [-0.9, 0.9], 0.0, "about body y; negative: in antiphase to z")
+            .amplitude()
             .out_of_plane(),
-        EffectParameter::new("frequency", "Hz", [0.01, 200.0], 0.5, "frequency, hub locked"),
-        EffectParameter::new("damping_ratio", "1", [0.0, 0.2], 0.005, "damping ratio"),
+        EffectParameter::new("frequency", "Hz", [0.01, 200.0], 0.5, "frequency, hub locked").frequency(),
+        EffectParameter::new("damping_ratio", "1", [0.0, 0.2], 0.005, "damping ratio")
+            .damping_ratio(0.03, Spread::Absolute(0.05)),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
+    amplitude: Amplitude::ShareOfBody,
     law: Law::Structure(build),
+    family: Family::Flexibility,
     what: "One hub-locked mode without translation, as two equal panels that bend against each other have it: participation of rotation sqrt(share I) about \
            each axis, I the body's inertia about its own frame, with the sign of the share. The body's inertia includes it undeformed. \
            Likins 1970.",
     signature: "A narrow line at one frequency in the body's rate, excited by torques and not by forces through its centre of mass.",
     confounders: "appendage_left_out where forces turn the body, slosh_second_mode, joint_flexibility, actuator_second_order of the torque.",
     experiment: "A force through the centre of mass beside a torque; another acceleration level.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

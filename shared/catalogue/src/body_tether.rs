@@ -4,7 +4,7 @@ use super::applies::free_body;
 use super::geometry::{push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,18 +13,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: free_body,
     parameters: &[
-        EffectParameter::new("stiffness", "N/m", [0.0, 1e4], 0.5, "spring constant k"),
+        EffectParameter::new("stiffness", "N/m", [0.0, 1e4], 0.5, "spring constant k").amplitude(),
         EffectParameter::new("rest_x", "m", [-100.0, 100.0], 0.0, "rest position of the body's origin, inertial x"),
         EffectParameter::new("rest_y", "m", [-100.0, 100.0], 0.0, "rest position, inertial y"),
         EffectParameter::new("rest_z", "m", [-100.0, 100.0], 0.0, "rest position, inertial z").out_of_plane(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Body(both!(law)),
+    family: Family::Stiffness,
     what: "F = -k (r - r0) on the body's origin; power and data cables of an air-bearing vehicle, soft suspension of a ground test.",
     signature: "A rigid-body mode at sqrt(k/m), force in phase with position.",
     confounders: "gravity_error (a slope is a constant force), drag; for a suspension the first flexible mode.",
     experiment: "Hold the body at several positions.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

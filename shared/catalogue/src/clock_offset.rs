@@ -2,21 +2,21 @@
 
 use super::{applies, parts};
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "clock_offset",
     title: "Clock offset of a source",
     sites: &[SiteKind::Sensor],
     applies: applies::first_of_its_clock,
-    parameters: &[EffectParameter::new("offset", "s", [-1.0, 1.0], 0.01, "stamp minus true time")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("offset", "s", [-1.0, 1.0], 0.01, "stamp minus true time").amplitude()],
     law: Law::Structure(build),
+    family: Family::Timing,
     what: "Stamped time = (1 + skew) t + offset, for every sensor of the clock; a sensor without a source gets a clock of its own.",
     signature: "All channels of one source lag or lead the others by one time; residuals proportional to rates.",
     confounders: "sensor_delay of those sensors (identical but in the loop), actuator_delay if all sensors share the clock.",
     experiment: "Sharp reversals seen by two sources.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

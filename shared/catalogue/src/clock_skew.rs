@@ -2,21 +2,23 @@
 
 use super::{applies, parts};
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "clock_skew",
     title: "Clock skew of a source",
     sites: &[SiteKind::Sensor],
     applies: applies::first_of_its_clock,
-    parameters: &[EffectParameter::new("skew", "1", [-0.01, 0.01], 1e-4, "relative error of the clock's rate")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[
+        EffectParameter::new("skew", "1", [-0.01, 0.01], 1e-4, "relative error of the clock's rate").amplitude()
+    ],
     law: Law::Structure(build),
+    family: Family::Timing,
     what: "Stamped time = (1 + skew) t + offset, for every sensor of the clock; a sensor without a source gets a clock of its own.",
     signature: "All channels of one source fall behind more and more; residuals proportional to time times rate.",
     confounders: "clock_offset in a short record; a frequency error of every mode that source sees.",
     experiment: "A long record with the same manoeuvre at both ends.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "com_shift",
@@ -11,18 +11,19 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("shift_x", "m", [-1.0, 1.0], 0.01, "true minus stated centre of mass, body x"),
-        EffectParameter::new("shift_y", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body y"),
+        EffectParameter::new("shift_x", "m", [-1.0, 1.0], 0.01, "true minus stated centre of mass, body x").amplitude(),
+        EffectParameter::new("shift_y", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body y").amplitude(),
         EffectParameter::new("shift_z", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body z")
+            .amplitude()
             .out_of_plane(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::MassProperties,
     what: "c -> c + d; the inertia about the centre of mass stays. Propellant that moved, a payload held otherwise than planned.",
     signature: "Torque in step with every force on the body.",
     confounders: "The body's own centre of mass where it has a prior (identical); thruster_misalignment (the same torque from one thruster), sensor_lever_arm, the first moment where it is estimated.",
     experiment: "Fire another thruster; accelerate the body sideways.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

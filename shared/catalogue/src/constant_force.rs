@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{constant, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,17 +13,17 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force_x", "N", [-1e3, 1e3], 0.05, "force F, inertial x"),
-        EffectParameter::new("force_y", "N", [-1e3, 1e3], 0.0, "force F, inertial y"),
-        EffectParameter::new("force_z", "N", [-1e3, 1e3], 0.0, "force F, inertial z").out_of_plane(),
+        EffectParameter::new("force_x", "N", [-1e3, 1e3], 0.05, "force F, inertial x").amplitude(),
+        EffectParameter::new("force_y", "N", [-1e3, 1e3], 0.0, "force F, inertial y").amplitude(),
+        EffectParameter::new("force_z", "N", [-1e3, 1e3], 0.0, "force F, inertial z").amplitude().out_of_plane(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Body(both!(law)),
+    family: Family::Disturbance,
     what: "F fixed in inertial space, at the centre of mass; drag in orbit, a tow, a wind.",
     signature: "Velocity grows linearly, without torque.",
     confounders: "actuator_bias of a force at the same point at one attitude (identical); sensor_bias of the accelerometer on that axis (visible share 0.01), actuator_bias, thruster_leak, gravity_error.",
     experiment: "Turn the body: a bias turns with it, the force does not. A velocity or position sensor on that axis.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{constant, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,17 +13,17 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("torque_x", "N m", [-1e3, 1e3], 0.0, "torque T, inertial x").out_of_plane(),
-        EffectParameter::new("torque_y", "N m", [-1e3, 1e3], 0.0, "torque T, inertial y").out_of_plane(),
-        EffectParameter::new("torque_z", "N m", [-1e3, 1e3], 0.01, "torque T, inertial z"),
+        EffectParameter::new("torque_x", "N m", [-1e3, 1e3], 0.0, "torque T, inertial x").amplitude().out_of_plane(),
+        EffectParameter::new("torque_y", "N m", [-1e3, 1e3], 0.0, "torque T, inertial y").amplitude().out_of_plane(),
+        EffectParameter::new("torque_z", "N m", [-1e3, 1e3], 0.01, "torque T, inertial z").amplitude(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Body(both!(law)),
+    family: Family::Disturbance,
     what: "T fixed in inertial space; what is left of solar pressure, drag and magnetic torques over a short arc.",
     signature: "Rate grows linearly, or a wheel takes up momentum.",
     confounders: "actuator_bias, gravity_gradient and residual_dipole over a short arc, sensor_drift of the gyro.",
     experiment: "A longer arc; another attitude.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

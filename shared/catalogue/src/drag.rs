@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{norm, push, velocity_through_medium};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Needs};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,22 +13,23 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("area", "m^2", [0.0, 1e3], 1.0, "drag coefficient x area"),
+        EffectParameter::new("area", "m^2", [0.0, 1e3], 1.0, "drag coefficient x area").amplitude(),
         EffectParameter::new("arm_x", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body x"),
         EffectParameter::new("arm_y", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body y"),
         EffectParameter::new("arm_z", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body z")
             .out_of_plane(),
         EffectParameter::new("density", "kg/m^3", [0.0, 1.5], 1e-11, "density, where the environment states none"),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Body(both!(law)),
+    needs: Needs::Atmosphere,
+    family: Family::Aerodynamics,
     what: "F = -1/2 rho c_d A |v| v at the centre of pressure, v of the centre of mass through the medium; density and wind of the \
            environment; Newton 1687, Montenbruck and Gill 2000. 1e-11 kg/m^3 is some 350 km above the Earth.",
     signature: "Deceleration with the square of speed; a torque that turns with attitude, where the centre of pressure is aside.",
     confounders: "quadratic_drag (the same without an arm); linear_drag at one speed; constant_force, constant_torque and solar_pressure in \
                   orbit at one attitude.",
     experiment: "Coast at two attitudes, at two speeds.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

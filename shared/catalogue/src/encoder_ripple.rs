@@ -3,7 +3,7 @@
 use super::applies::encoder;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Prior, Spread};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,17 +12,19 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: encoder,
     parameters: &[
-        EffectParameter::new("amplitude", "*", [0.0, 0.05], 1e-3, "amplitude A"),
-        EffectParameter::new("order", "rad/*", [0.5, 1e6], 1.0, "periods per turn, or radians per metre"),
-        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at zero reading"),
+        EffectParameter::new("amplitude", "*", [0.0, 0.05], 1e-3, "amplitude A").amplitude(),
+        EffectParameter::new("order", "rad/*", [0.5, 1e6], 1.0, "periods per turn, or radians per metre")
+            .order()
+            .with_prior(Prior::FreeUnlessWhole(Spread::Relative(0.1))),
+        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at zero reading").direction(1.0),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Sensor(both!(law)),
+    family: Family::Ripple,
     what: "y = q + A sin(N q + phase); eccentric disc (order 1), interpolation error (order of its lines), resolver (order 2).",
     signature: "A line over position in the encoder alone; the joint's torque does not need it.",
     confounders: "joint_gear_ripple, which rate and torque see too.",
     experiment: "Constant slow speed with a gyro on the link as witness.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(_: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -2,7 +2,7 @@
 
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "gravity_error",
@@ -10,18 +10,21 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: first_body,
     parameters: &[
-        EffectParameter::new("acceleration_x", "m/s^2", [-2.0, 2.0], 0.01, "true minus stated gravity, inertial x"),
-        EffectParameter::new("acceleration_y", "m/s^2", [-2.0, 2.0], 0.0, "true minus stated gravity, inertial y"),
+        EffectParameter::new("acceleration_x", "m/s^2", [-2.0, 2.0], 0.01, "true minus stated gravity, inertial x")
+            .amplitude(),
+        EffectParameter::new("acceleration_y", "m/s^2", [-2.0, 2.0], 0.0, "true minus stated gravity, inertial y")
+            .amplitude(),
         EffectParameter::new("acceleration_z", "m/s^2", [-2.0, 2.0], 0.0, "true minus stated gravity, inertial z")
+            .amplitude()
             .out_of_plane(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::MassProperties,
     what: "g -> g + dg for the whole plant; a tilt e of the base across gravity is dg = g sin e (1 mrad: 9.8 mm/s^2). Sits at the first body.",
     signature: "All bodies fall one way; torques of a bench arm follow cos of its angles with the wrong zero.",
     confounders: "constant_force on a single body, joint_torque_bias of one joint near one angle, sensor_bias of accelerometers.",
     experiment: "Turn the rig about the vertical by half a turn.",
+    ..Effect::PLAIN
 };
 
 fn first_body(plant: &Plant, site: &Site) -> bool {

@@ -3,7 +3,7 @@
 use super::geometry::{constant, cross, direction, dot, push, to_body};
 use dynamics::both;
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Prior, Scan};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,22 +12,25 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: left_out,
     parameters: &[
-        EffectParameter::new("torque", "N m", [0.0, 10.0], 5e-4, "largest torque A = 3/2 n^2 dI"),
-        EffectParameter::new("axis_azimuth", "rad", [-3.2, 3.2], 0.0, "axis of least inertia, from body x towards y"),
+        EffectParameter::new("torque", "N m", [0.0, 10.0], 5e-4, "largest torque A = 3/2 n^2 dI").amplitude(),
+        EffectParameter::new("axis_azimuth", "rad", [-3.2, 3.2], 0.0, "axis of least inertia, from body x towards y")
+            .direction(2.0),
         EffectParameter::new("axis_elevation", "rad", [-1.6, 1.6], 0.0, "axis of least inertia, towards body z")
             .out_of_plane(),
-        EffectParameter::new("orbit_rate", "rad/s", [0.0, 2e-3], 1.1e-3, "n"),
+        EffectParameter::new("orbit_rate", "rad/s", [0.0, 2e-3], 1.1e-3, "n")
+            .width(Scan::Default)
+            .with_prior(Prior::Kept),
         EffectParameter::new("planet_azimuth", "rad", [-3.2, 3.2], 0.0, "direction to the planet at t = 0"),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Body(both!(law)),
+    family: Family::Disturbance,
     what: "T = 3 n^2 r x I r = -2 A (r.b) (r x b), r to the planet, b the long axis; in the plane -A sin 2(theta - theta_planet). Wertz 1978. \
            Written with the difference of inertia, which planar plants do not state. No site where the \
            environment states the orbit: the torque is there already.",
     signature: "Body torque with sin 2 theta of attitude and twice the orbital rate.",
     confounders: "wheel_viscous in a multisine (cosine 0.93), constant_torque and actuator_bias over a short arc, residual_dipole.",
     experiment: "Turn the body by 45 degrees, or a longer arc of the orbit.",
+    ..Effect::PLAIN
 };
 
 /// An environment that states the orbit has this torque already.

@@ -4,7 +4,7 @@ use super::applies::gyro;
 use super::geometry::{constant, dot};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -19,14 +19,16 @@ pub static EFFECT: Effect = Effect {
             [-0.01, 0.01],
             1e-05,
             "rate read per specific force, along body x",
-        ),
+        )
+        .amplitude(),
         EffectParameter::new(
             "sensitivity_y",
             "rad s/m",
             [-0.01, 0.01],
             0.0,
             "rate read per specific force, along body y",
-        ),
+        )
+        .amplitude(),
         EffectParameter::new(
             "sensitivity_z",
             "rad s/m",
@@ -34,15 +36,16 @@ pub static EFFECT: Effect = Effect {
             0.0,
             "rate read per specific force, along body z",
         )
+        .amplitude()
         .out_of_plane(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Sensor(both!(law)),
+    family: Family::SensorError,
     what: "y = w + s . f, f the specific force of the body's origin (IEEE Std 528: g-sensitive drift); 0.1 deg/s/g is 1.8e-4 rad s/m.",
     signature: "Gyro residual in step with an accelerometer: thrust, slosh and vibration appear as rate.",
     confounders: "sensor_misalignment of the gyro under coupled motion, sensor_bias on a bench at one attitude.",
     experiment: "Push without turning; on a bench, turn the gyro over.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,21 +3,21 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "inertia_error",
     title: "Inertia other than stated",
     sites: &[SiteKind::Body],
     applies: anywhere,
-    parameters: &[EffectParameter::new("error", "1", [-0.5, 0.5], 0.02, "relative error of the inertia")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("error", "1", [-0.5, 0.5], 0.02, "relative error of the inertia").amplitude()],
     law: Law::Structure(build),
+    family: Family::MassProperties,
     what: "I -> (1 + e) I about the centre of mass, mass unchanged: an inertia that the file holds for known and that is another.",
     signature: "Angular acceleration per torque off by one factor.",
     confounders: "motor_constant_error of a wheel, sensor_scale of a gyro; nothing is left of it where the inertia is estimated.",
     experiment: "Turn with a second actuator; a pendulum test.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

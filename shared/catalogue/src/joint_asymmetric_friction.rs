@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,17 +12,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [-1e5, 1e5], 0.01, "half the difference of the two Coulomb levels"),
-        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
+        EffectParameter::new("force", "J/*", [-1e5, 1e5], 0.01, "half the difference of the two Coulomb levels")
+            .amplitude(),
+        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns").smoothing(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Friction,
     what: "F = -dF tanh^2(q'/v0): with joint_coulomb the level is F_c + dF forwards and F_c - dF backwards; worm gears, seals, \
            brushes. By itself it brakes one way and drives the other.",
     signature: "Mean torque residual while moving, none at rest.",
     confounders: "joint_torque_bias (differs only at rest), gravity on a bench.",
     experiment: "Alternate slews and rests: a bias is there at rest, this is not.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

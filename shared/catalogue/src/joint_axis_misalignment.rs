@@ -2,7 +2,7 @@
 
 use super::geometry::{across, tilted};
 use dynamics::description::{JointKind, Plant, Site, SiteKind, Space};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "joint_axis_misalignment",
@@ -10,17 +10,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: in_space,
     parameters: &[
-        EffectParameter::new("tilt_1", "rad", [-0.2, 0.2], 0.01, "tilt of the true axis towards t1 = z x axis"),
-        EffectParameter::new("tilt_2", "rad", [-0.2, 0.2], 0.0, "tilt towards t2 = axis x t1"),
+        EffectParameter::new("tilt_1", "rad", [-0.2, 0.2], 0.01, "tilt of the true axis towards t1 = z x axis")
+            .amplitude(),
+        EffectParameter::new("tilt_2", "rad", [-0.2, 0.2], 0.0, "tilt towards t2 = axis x t1").amplitude(),
     ],
-    amplitudes: 2,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::MassProperties,
     what: "Axis a -> cos e a + sin e (e1 t1 + e2 t2) / e in the joint's own frame, e the length of the tilt (e1, e2); for an axis along z, \
            t1 is x. At zero coordinate nothing moves. Only in space: in the plane all axes are z.",
     signature: "Motion of this joint turns or pushes the base a little about the other axes, with the joint's own time course.",
     confounders: "inertia_error and com_shift of what the joint carries (products of inertia); sensor_misalignment of the gyro.",
     experiment: "Move the joint over a large range: a tilted axis sweeps a cone, a product of inertia turns with the link.",
+    ..Effect::PLAIN
 };
 
 fn in_space(plant: &Plant, _: &Site) -> bool {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{EffectUse, Plant, Quantity, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "joint_backlash",
@@ -11,7 +11,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("half_gap", "*", [0.0, 1.0], 0.01, "half b of the play"),
+        EffectParameter::new("half_gap", "*", [0.0, 1.0], 0.01, "half b of the play").amplitude(),
         EffectParameter::new(
             "load",
             "J/*",
@@ -28,15 +28,15 @@ pub static EFFECT: Effect = Effect {
             "share of the link that moves with the motor, where the joint states no rotor inertia",
         ),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::Clearance,
     what: "The joint is split as by joint_flexibility; between motor and link nothing acts while |x| <= b, else -k (x - b sgn x) - c x', held \
            so that contact only pushes: dead-zone model of play (Nordin and Gutman 2002). The stiffness grows as the gap shrinks, so that \
            none is the rigid joint.",
     signature: "After each reversal the motor moves alone for 2b, then the link with a jerk; a limit cycle in a loop on the link.",
     confounders: "joint_flexibility on small motion; joint_looseness; joint_coulomb in the encoder of a motor that hardly moves.",
     experiment: "Press the joint to one side by a constant torque: play disappears, a spring stays. A gyro on the link.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

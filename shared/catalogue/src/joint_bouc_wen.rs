@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Prior, Scan, Spread};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,14 +12,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.05, "force F at which the hysteresis saturates"),
-        EffectParameter::new("yield", "*", [1e-4, 1.0], 0.02, "displacement d over which it does"),
-        EffectParameter::new("exponent", "1", [1.0, 5.0], 1.5, "sharpness n of the knee"),
-        EffectParameter::new("share", "1", [0.5, 1.0], 0.5, "share b of unloading curvature; 0.5: straight unloading"),
+        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.05, "force F at which the hysteresis saturates").amplitude(),
+        EffectParameter::new("yield", "*", [1e-4, 1.0], 0.02, "displacement d over which it does")
+            .width(Scan::OfRangeFollowed(&[0.02, 0.15])),
+        EffectParameter::new("exponent", "1", [1.0, 5.0], 1.5, "sharpness n of the knee")
+            .with_prior(Prior::FreeIfPreferred(Spread::Relative(0.5))),
+        EffectParameter::new("share", "1", [0.5, 1.0], 0.5, "share b of unloading curvature; 0.5: straight unloading")
+            .with_prior(Prior::FreeIfPreferred(Spread::Absolute(0.2))),
     ],
-    amplitudes: 1,
     hidden_states: 1,
     law: Law::Coordinate(both!(law)),
+    family: Family::Friction,
+    limits: &[Limit { kind: "joint_coulomb", at: &[("yield", 1e-4)] }],
     what: "F = -F z, z' = (q' - b |q'| |z|^(n-1) z - (1-b) q' |z|^n) / d; Bouc 1967, Wen 1976, normalised to |z| <= 1 (Ikhouane and \
            Rodellar 2007); 0.5 <= b keeps it passive. d is at least n |q'| h, the way of one step of integration h \
            times the sharpness.",
@@ -27,6 +31,7 @@ pub static EFFECT: Effect = Effect {
                 with amplitude; nothing depends on speed.",
     confounders: "joint_coulomb (its limit for small d), joint_lugre, joint_cubic_stiffness (softening) at one amplitude.",
     experiment: "One shape at several speeds and several sizes: the loop keeps its shape with speed, changes it with size.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

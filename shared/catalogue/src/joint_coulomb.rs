@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,12 +12,11 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "friction force or torque F_c while moving"),
-        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
+        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "friction force or torque F_c while moving").amplitude(),
+        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns").smoothing(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Friction,
     what: "F = -F_c tanh(q'/v0); Coulomb 1785, smoothed so that a Jacobian exists (Andersson, Soederberg and Bjoerklund, 2007). \
            Sticking becomes creep slower than v0.",
     signature: "Joint torque residual jumps by 2 F_c where the joint rate changes sign; odd harmonics of a sinusoidal motion. Free \
@@ -25,6 +24,7 @@ pub static EFFECT: Effect = Effect {
     confounders: "joint_viscous where all motion has one speed; joint_stribeck and joint_lugre at low rate; joint_torque_bias where the \
                   joint moves one way only.",
     experiment: "Slews at two speed levels in both directions: the Coulomb level stays, the viscous one doubles.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

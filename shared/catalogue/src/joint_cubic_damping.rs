@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,14 +11,14 @@ pub static EFFECT: Effect = Effect {
     title: "Cubic damping in a joint",
     sites: &[SiteKind::Joint],
     applies: anywhere,
-    parameters: &[EffectParameter::new("damping", "J s^3/*^4", [0.0, 1e6], 0.05, "coefficient c")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("damping", "J s^3/*^4", [0.0, 1e6], 0.05, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
+    family: Family::Damping,
     what: "F = -c q'^3; the next odd term of any smooth damper (Nayfeh and Mook 1979).",
     signature: "Equivalent damping 3 c (a w)^2 / 4 grows with the square of the amplitude; third harmonic in phase with the rate.",
     confounders: "joint_viscous at one amplitude; joint_quadratic_damping over less than a decade of amplitude.",
     experiment: "Amplitude ladder over a decade: exponent two in equivalent damping against one for quadratic.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

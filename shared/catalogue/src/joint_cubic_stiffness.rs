@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,16 +12,17 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("stiffness", "J/*^4", [-1e12, 1e12], 0.05, "coefficient k3; positive hardens"),
-        EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is odd"),
+        EffectParameter::new("stiffness", "J/*^4", [-1e12, 1e12], 0.05, "coefficient k3; positive hardens").amplitude(),
+        EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is odd")
+            .scanned(Scan::Inside),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Stiffness,
     what: "F = -k3 (q - q0)^3; Duffing 1918. The range reaches to a rail of 1e6 N/m that doubles its stiffness within a millimetre.",
     signature: "Third harmonic in phase with the angle; natural frequency moves with amplitude, resonance leans over.",
     confounders: "joint_stiffness at one amplitude; joint_end_stop and joint_backlash, nearly the same until the stop is swept on both sides.",
     experiment: "Amplitude ladder: the frequency shift grows with the square of the amplitude and has no threshold.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

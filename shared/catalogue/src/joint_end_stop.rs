@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,19 +12,22 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("stiffness", "J/*^2.5", [0.0, 1e8], 1e3, "contact coefficient k of |depth|^1.5"),
-        EffectParameter::new("lower", "*", [-10.0, 10.0], -1.0, "coordinate of the lower stop"),
-        EffectParameter::new("upper", "*", [-10.0, 10.0], 1.0, "coordinate of the upper stop"),
+        EffectParameter::new("stiffness", "J/*^2.5", [0.0, 1e8], 1e3, "contact coefficient k of |depth|^1.5")
+            .amplitude(),
+        EffectParameter::new("lower", "*", [-10.0, 10.0], -1.0, "coordinate of the lower stop")
+            .scanned(Scan::FromLow(&[0.1, -1.0])),
+        EffectParameter::new("upper", "*", [-10.0, 10.0], 1.0, "coordinate of the upper stop")
+            .scanned(Scan::FromHigh(&[-0.1])),
         EffectParameter::new("dissipation", "s/*", [0.0, 10.0], 0.2, "coefficient a: restitution about 1 - 2/3 a v"),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Clearance,
     what: "Beyond a stop by x: F = -k x^1.5 (1 + a x'), never pulling; Hunt and Crossley 1975 (Hertzian contact whose loss grows with the \
            speed of impact).",
     signature: "Short torque pulses, high-frequency ringing, only where the joint is near its limits; velocity reversed at contact.",
     confounders: "joint_cubic_stiffness and joint_stiffness where the stop is grazed; joint_backlash.",
     experiment: "Approach each stop slowly, then faster, and sweep clear of both: contact has a threshold in q.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

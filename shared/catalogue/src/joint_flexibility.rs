@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law, Scan, Spread};
 
 pub static EFFECT: Effect = Effect {
     kind: "joint_flexibility",
@@ -11,8 +11,12 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("compliance", "*^2/J", [0.0, 1.0], 1e-4, "one over the spring constant of the gear"),
-        EffectParameter::new("damping_ratio", "1", [0.0, 1.0], 0.02, "damping ratio of motor against link"),
+        EffectParameter::new("compliance", "*^2/J", [0.0, 1.0], 1e-4, "one over the spring constant of the gear")
+            .amplitude()
+            .multimodal()
+            .scanned(Scan::TimesDefault(&[0.25, 1.0, 4.0, 16.0, 64.0])),
+        EffectParameter::new("damping_ratio", "1", [0.0, 1.0], 0.02, "damping ratio of motor against link")
+            .damping_ratio(0.1, Spread::Relative(1.0)),
         EffectParameter::new(
             "inertia_share",
             "1",
@@ -21,14 +25,14 @@ pub static EFFECT: Effect = Effect {
             "share of the link that moves with the motor, where the joint states no rotor inertia",
         ),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::Flexibility,
     what: "The joint is split: actuators, sensors and friction stay on the motor, whose inertia is the joint's rotor inertia or a share of the link; the link follows \
            through a spring and a damper. Spong 1987. Compliance is the amplitude: zero is a stiff gear.",
     signature: "A resonance, and an anti-resonance seen by the motor's encoder; the link lags behind the motor in proportion to torque.",
     confounders: "actuator_second_order and appendage_left_out; joint_backlash on small motion; actuator_delay well below the resonance.",
     experiment: "Chirp through the resonance; load the link with the motor locked. A gyro on the link.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,18 +12,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("sine", "J/*", [-1e5, 1e5], 0.02, "coefficient a of sin N q"),
-        EffectParameter::new("cosine", "J/*", [-1e5, 1e5], 0.0, "coefficient b of cos N q"),
-        EffectParameter::new("order", "rad/*", [0.5, 1000.0], 12.0, "periods per turn, or radians per metre"),
+        EffectParameter::new("sine", "J/*", [-1e5, 1e5], 0.02, "coefficient a of sin N q").amplitude(),
+        EffectParameter::new("cosine", "J/*", [-1e5, 1e5], 0.0, "coefficient b of cos N q").amplitude(),
+        EffectParameter::new("order", "rad/*", [0.5, 1000.0], 12.0, "periods per turn, or radians per metre").order(),
     ],
-    amplitudes: 2,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Ripple,
     what: "F = a sin N q + b cos N q; teeth, cogging magnets, wave generator of a harmonic drive (order 2 of the motor), \
            eccentricity (order 1).",
     signature: "A line in the spectrum over *position*; in time its frequency N q' / 2 pi moves with speed.",
     confounders: "mode_left_out or slosh_second_mode where the joint has one speed; encoder_ripple (no torque, only reading).",
     experiment: "Two constant speeds: a structural line stays, this one moves with the speed.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

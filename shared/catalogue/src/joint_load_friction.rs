@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,17 +12,17 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("coefficient", "1", [0.0, 0.8], 0.05, "friction per applied force or torque"),
-        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
+        EffectParameter::new("coefficient", "1", [0.0, 0.8], 0.05, "friction per applied force or torque").amplitude(),
+        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns").smoothing(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Friction,
     what: "F = -mu |u| tanh(q'/v0), u what the joint's actuators apply; gear meshing losses (Waiboer, Aarts and Jonker 2005; Hamon, \
            Gautier and Garrec 2010).",
     signature: "Coulomb friction whose level follows the torque: large while accelerating or holding against gravity, small in cruise.",
     confounders: "joint_coulomb at one load; motor_constant_error where the joint only drives, never brakes.",
     experiment: "The same slew with and without a payload; compare driving and braking phases.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,19 +12,22 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("stiffness", "J/*^2", [0.0, 1e8], 10.0, "spring constant k outside the gap"),
-        EffectParameter::new("half_gap", "*", [0.0, 1.0], 0.01, "half b of the play"),
-        EffectParameter::new("centre", "*", [-3.2, 3.2], 0.0, "coordinate q0 in the middle of the play"),
+        EffectParameter::new("stiffness", "J/*^2", [0.0, 1e8], 10.0, "spring constant k outside the gap").amplitude(),
+        EffectParameter::new("half_gap", "*", [0.0, 1.0], 0.01, "half b of the play")
+            .width(Scan::OfRange(&[0.03, 0.15])),
+        EffectParameter::new("centre", "*", [-3.2, 3.2], 0.0, "coordinate q0 in the middle of the play")
+            .scanned(Scan::Inside),
         EffectParameter::new("contact_time", "s", [0.0, 1.0], 0.0, "damper c = k T while in contact"),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Clearance,
+    limits: &[Limit { kind: "joint_stiffness", at: &[("half_gap", 0.0), ("contact_time", 0.0)] }],
     what: "With x = q - q0: F = 0 while |x| <= b, else -k (x - b sgn x) - c q', held so that contact only pushes; c = k T; a loose grapple, a \
            pin in its hole. Play between motor and link: joint_backlash.",
     signature: "Bursts at high frequency that cluster at reversals; free motion in the gap, a line that rises with amplitude.",
     confounders: "joint_backlash; joint_stiffness and joint_cubic_stiffness (cosine 0.96 to 0.99 on small motion); sensor_quantisation.",
     experiment: "Bias the joint to one side with a constant torque: play disappears, a spring stays.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

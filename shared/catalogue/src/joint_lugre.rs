@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,10 +12,12 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "Coulomb level F_c"),
+        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "Coulomb level F_c").amplitude(),
         EffectParameter::new("break_away_ratio", "1", [1.0, 3.0], 1.3, "static over Coulomb friction"),
-        EffectParameter::new("stribeck_rate", "*/s", [1e-4, 1.0], 0.02, "rate v_s of the Stribeck curve"),
-        EffectParameter::new("presliding", "*", [1e-6, 0.5], 0.01, "displacement d = F_c / bristle stiffness"),
+        EffectParameter::new("stribeck_rate", "*/s", [1e-4, 1.0], 0.02, "rate v_s of the Stribeck curve")
+            .width(Scan::OfRate(&[0.1, 0.4])),
+        EffectParameter::new("presliding", "*", [1e-6, 0.5], 0.01, "displacement d = F_c / bristle stiffness")
+            .width(Scan::OfRangeFollowed(&[0.02, 0.15])),
         EffectParameter::new(
             "bristle_damping",
             "1",
@@ -24,9 +26,13 @@ pub static EFFECT: Effect = Effect {
             "bristle damping over the largest that is passive",
         ),
     ],
-    amplitudes: 1,
     hidden_states: 1,
     law: Law::Coordinate(both!(law)),
+    family: Family::Friction,
+    limits: &[Limit {
+        kind: "joint_coulomb",
+        at: &[("break_away_ratio", 1.0), ("presliding", 1e-6), ("bristle_damping", 0.0)],
+    }],
     what: "F = -F_c (z + T e^-(q'/v_s)^2 z'), z' = (q' - |q'| z / r) / d, r = 1 + (s - 1) e^-(q'/v_s)^2; Canudas de Wit, Olsson, Astrom \
            and Lischinsky 1995, deflection scaled by d = F_c / sigma_0 so that F_c is an amplitude, bristle damping fading with speed \
            (Olsson 1996), T = 9.3 B d / v_s: passive for B <= 1 (T e^-(q'/v_s)^2 |q'| <= 4 d r). Dahl 1968 with a ratio of one. Bristles \
@@ -35,6 +41,7 @@ pub static EFFECT: Effect = Effect {
                 not on rate alone.",
     confounders: "joint_coulomb with joint_stribeck (its limit for small d); joint_bouc_wen; joint_stiffness while it never slides.",
     experiment: "Reversals of several sizes, some smaller than d: inner loops show memory, Coulomb friction has none.",
+    ..Effect::PLAIN
 };
 
 /// `4 d r ≥ T fade |v|` holds at every rate up to this `T v_s / d`: `|v| fade` is at most `v_s e^(−1/2) / √2`, and `r ≥ 1`.

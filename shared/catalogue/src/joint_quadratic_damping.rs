@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,15 +11,15 @@ pub static EFFECT: Effect = Effect {
     title: "Quadratic damping in a joint",
     sites: &[SiteKind::Joint],
     applies: anywhere,
-    parameters: &[EffectParameter::new("damping", "J s^2/*^3", [0.0, 1e6], 0.05, "coefficient c")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("damping", "J s^2/*^3", [0.0, 1e6], 0.05, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
+    family: Family::Damping,
     what: "F = -c |q'| q'; turbulent drag of what the joint carries, flow through an orifice (Rayleigh 1877).",
     signature: "Damping in proportion to amplitude: fast free decay at first, hardly any at the end; odd harmonics.",
     confounders: "joint_viscous at one amplitude; joint_cubic_damping; drag of the outboard body, which is the same where that body only \
                   turns about this joint.",
     experiment: "Amplitude ladder or a long free decay from a large amplitude: equivalent damping 8 c a w / 3 pi grows linearly.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,16 +12,17 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("stiffness", "J/*^3", [-1e9, 1e9], 0.05, "coefficient k2"),
-        EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is even"),
+        EffectParameter::new("stiffness", "J/*^3", [-1e9, 1e9], 0.05, "coefficient k2").amplitude(),
+        EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is even")
+            .scanned(Scan::Inside),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Stiffness,
     what: "F = -k2 (q - q0)^2; pre-load, a bent beam, a spring used off its middle (Nayfeh and Mook 1979).",
     signature: "Even harmonics and a shift of the mean with amplitude; force over angle is a parabola.",
     confounders: "joint_torque_bias (its mean), joint_cubic_stiffness with a shifted rest.",
     experiment: "Sinusoidal motion of two amplitudes: the second harmonic grows with the square.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

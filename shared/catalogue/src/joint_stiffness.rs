@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,16 +12,16 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("stiffness", "J/*^2", [0.0, 1e7], 0.05, "spring constant k"),
-        EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 at which it is slack"),
+        EffectParameter::new("stiffness", "J/*^2", [0.0, 1e7], 0.05, "spring constant k").amplitude(),
+        EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 at which it is slack").scanned(Scan::Inside),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Stiffness,
     what: "F = -k (q - q0); a harness across a joint bends like a spring.",
     signature: "Joint torque residual in phase with the joint angle, also when it holds still; a line at a low frequency in free motion.",
     confounders: "The joint's own spring where it has a prior (identical); joint_end_stop and joint_backlash (contact at the ends only), joint_cubic_stiffness; gravity on a bench near hanging.",
     experiment: "Hold at several angles, or sweep |q| well below and above a possible stop.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,18 +12,20 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Joint],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "break-away force above the Coulomb level"),
-        EffectParameter::new("stribeck_rate", "*/s", [1e-4, 1.0], 0.02, "rate v_s at which it has fallen to 1/e"),
-        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
+        EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "break-away force above the Coulomb level").amplitude(),
+        EffectParameter::new("stribeck_rate", "*/s", [1e-4, 1.0], 0.02, "rate v_s at which it has fallen to 1/e")
+            .width(Scan::OfRate(&[0.1, 0.4])),
+        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns").smoothing(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Friction,
+    limits: &[Limit { kind: "joint_coulomb", at: &[("stribeck_rate", 1.0)] }],
     what: "F = -dF tanh(q'/v0) exp(-(q'/v_s)^2); Stribeck 1902, in the form of Bo and Pavelescu 1982. Added to joint_coulomb it is the \
            whole Stribeck curve.",
     signature: "Friction that falls with speed, only where |q'| < 3 v_s: stick-slip at a crawl, torque peaks at each reversal.",
     confounders: "joint_coulomb (nested: the two differ only at a crawl); joint_lugre.",
     experiment: "A slow crawl through v_s in both directions, besides slews well above it.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

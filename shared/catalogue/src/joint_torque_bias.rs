@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,15 +11,15 @@ pub static EFFECT: Effect = Effect {
     title: "Constant force or torque in a joint",
     sites: &[SiteKind::Joint],
     applies: anywhere,
-    parameters: &[EffectParameter::new("force", "J/*", [-1e5, 1e5], 0.02, "force or torque F")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("force", "J/*", [-1e5, 1e5], 0.02, "force or torque F").amplitude()],
     law: Law::Coordinate(both!(law)),
+    family: Family::Actuation,
     what: "F = constant; offset of the current sensor, a pre-loaded harness, an unbalanced link on a tilted base.",
     signature: "Mean of the joint torque residual; an integrating controller carries it, a proportional one stands off.",
     confounders: "actuator_bias of the joint's motor (identical), joint_coulomb where motion has one direction, joint_stiffness with a far \
                   rest, gravity_error.",
     experiment: "Motion both ways through several angles; hold with the drive off.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(_: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

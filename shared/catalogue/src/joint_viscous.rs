@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,16 +11,16 @@ pub static EFFECT: Effect = Effect {
     title: "Viscous friction in a joint",
     sites: &[SiteKind::Joint],
     applies: anywhere,
-    parameters: &[EffectParameter::new("damping", "J s/*^2", [0.0, 1e6], 0.05, "coefficient c")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("damping", "J s/*^2", [0.0, 1e6], 0.05, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
+    family: Family::Damping,
     what: "F = -c q'; lubricant shear, back-emf of a shorted motor, eddy currents.",
     signature: "Joint torque residual in phase with the joint rate, 90 degrees from the angle, growing with frequency; free motion decays \
                 exponentially.",
     confounders: "The joint's own viscous friction where it has a prior (identical); joint_coulomb (one speed level), joint_quadratic_damping, joint_cubic_damping (one amplitude); the controller's own \
                   rate gain where the torque is not recorded.",
     experiment: "Amplitude ladder at one frequency: the equivalent damping stays the same at every step.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

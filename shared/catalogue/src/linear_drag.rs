@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{push, velocity_through_medium};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Needs};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -18,14 +18,16 @@ pub static EFFECT: Effect = Effect {
         [0.0, 100.0],
         0.01,
         "coefficient c; 6 pi mu r of a sphere",
-    )],
-    amplitudes: 1,
-    hidden_states: 0,
+    )
+    .amplitude()],
     law: Law::Body(both!(law)),
+    needs: Needs::Atmosphere,
+    family: Family::Aerodynamics,
     what: "F = -c v at the centre of mass, v through the medium; Stokes 1851, eddy currents, an air bearing's film.",
     signature: "Speed decays exponentially with time and linearly with distance.",
     confounders: "drag at one speed, joint_viscous of the joint that carries the body.",
     experiment: "Two speeds.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

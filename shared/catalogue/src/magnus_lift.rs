@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{cross, push, velocity_through_medium};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Needs};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -18,14 +18,16 @@ pub static EFFECT: Effect = Effect {
         [-1.0, 1.0],
         1e-3,
         "coefficient S; pi rho r^3 of a slow sphere",
-    )],
-    amplitudes: 1,
-    hidden_states: 0,
+    )
+    .amplitude()],
     law: Law::Body(both!(law)),
+    needs: Needs::Atmosphere,
+    family: Family::Aerodynamics,
     what: "F = S w x v at the centre of mass, v through the medium; Magnus 1852, Rubinow and Keller 1961.",
     signature: "Trajectory curves across velocity and spin axis.",
     confounders: "A side wind; thruster_misalignment while the body spins.",
     experiment: "Reverse the spin.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

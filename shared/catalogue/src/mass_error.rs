@@ -3,21 +3,21 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "mass_error",
     title: "Mass other than stated",
     sites: &[SiteKind::Body],
     applies: anywhere,
-    parameters: &[EffectParameter::new("error", "1", [-0.5, 0.5], 0.02, "relative error of the mass")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("error", "1", [-0.5, 0.5], 0.02, "relative error of the mass").amplitude()],
     law: Law::Structure(build),
+    family: Family::MassProperties,
     what: "m -> (1 + e) m, inertia about the centre of mass unchanged: a mass that the file holds for known and that is another.",
     signature: "Acceleration per force, and weight, off by one factor.",
     confounders: "motor_constant_error and sensor_scale of accelerometers (exactly, for all bodies together); nothing is left of it where the mass is estimated.",
     experiment: "Weigh it, or a force from outside.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::dot;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,14 +12,14 @@ pub static EFFECT: Effect = Effect {
     title: "Centrifugal stiffening of a mode",
     sites: &[SiteKind::Mode],
     applies: anywhere,
-    parameters: &[EffectParameter::new("coefficient", "1", [-3.0, 10.0], 1.0, "share b; negative softens")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("coefficient", "1", [-3.0, 10.0], 1.0, "share b; negative softens").amplitude()],
     law: Law::Coordinate(both!(law)),
+    family: Family::Stiffness,
     what: "Modal force = -b |w|^2 h, w the body's rate: w_mode^2 grows by b |w|^2 (Southwell 1921; Kane, Ryan and Banerjee 1987).",
     signature: "Modal frequency rises with spin rate, not with amplitude.",
     confounders: "mode_duffing where spin and amplitude grow together; the nominal frequency at one spin rate.",
     experiment: "The same excitation at two spin rates.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,22 +12,23 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Mode],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "sqrt(kg) m/s^2", [0.0, 100.0], 0.01, "modal force F while moving"),
+        EffectParameter::new("force", "sqrt(kg) m/s^2", [0.0, 100.0], 0.01, "modal force F while moving").amplitude(),
         EffectParameter::new(
             "smooth_rate",
             "sqrt(kg) m/s",
             [1e-6, 0.1],
             1e-3,
             "modal rate v0 over which the sign turns",
-        ),
+        )
+        .smoothing(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Friction,
     what: "Modal force = -F tanh(h'/v0); friction of hinges and latches.",
     signature: "Decay is linear at small amplitude; damping ratio falls as amplitude grows.",
     confounders: "The nominal damping ratio at one amplitude; mode_quadratic_damping has the opposite trend.",
     experiment: "Free decay over a decade of amplitude.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

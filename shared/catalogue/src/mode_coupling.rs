@@ -4,22 +4,22 @@ use super::applies::mode;
 use super::parts;
 use core::f64::consts::TAU;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "mode_coupling",
     title: "Elastic coupling of a mode to the next one",
     sites: &[SiteKind::Mode],
     applies: has_next,
-    parameters: &[EffectParameter::new("coupling", "1", [-0.9, 0.9], 0.1, "coupling stiffness over w1 w2")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("coupling", "1", [-0.9, 0.9], 0.1, "coupling stiffness over w1 w2").amplitude()],
     law: Law::Structure(build),
+    family: Family::Flexibility,
     what: "Modal stiffness [[w1^2, c w1 w2], [c w1 w2, w2^2]] with the next mode of the appendage, written in its own modes: frequencies \
            repel, participations and shapes mix. Damping stays diagonal (its mixing is of the order zeta).",
     signature: "Beating between two lines; a mode seen where its shape says it should not be.",
     confounders: "Errors of the two frequencies and shapes; mode_left_out close to one of them.",
     experiment: "Excite along the participation of one mode only.",
+    ..Effect::PLAIN
 };
 
 fn has_next(plant: &Plant, site: &Site) -> bool {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -17,14 +17,15 @@ pub static EFFECT: Effect = Effect {
         [-1e6, 1e6],
         10.0,
         "coefficient k3; positive hardens",
-    )],
-    amplitudes: 1,
-    hidden_states: 0,
+    )
+    .amplitude()],
     law: Law::Coordinate(both!(law)),
+    family: Family::Stiffness,
     what: "Modal force = -k3 h^3; Duffing 1918: large deflection, hinges, cables.",
     signature: "Modal frequency moves with the square of amplitude; resonance leans over; third harmonic.",
     confounders: "mode_left_out close by; mode_coulomb (softens with amplitude as well).",
     experiment: "Amplitude ladder at resonance, or a long free decay: frequency against amplitude.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

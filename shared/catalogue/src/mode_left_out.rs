@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law, Spread};
 
 pub static EFFECT: Effect = Effect {
     kind: "mode_left_out",
@@ -11,18 +11,20 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Mode],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("mass_ratio", "1", [0.0, 1.0], 0.1, "its effective mass over that of the mode beside it"),
-        EffectParameter::new("frequency", "Hz", [0.01, 200.0], 1.0, "its frequency, hub locked"),
-        EffectParameter::new("damping_ratio", "1", [0.0, 0.2], 0.005, "its damping ratio"),
+        EffectParameter::new("mass_ratio", "1", [0.0, 1.0], 0.1, "its effective mass over that of the mode beside it")
+            .amplitude(),
+        EffectParameter::new("frequency", "Hz", [0.01, 200.0], 1.0, "its frequency, hub locked").frequency(),
+        EffectParameter::new("damping_ratio", "1", [0.0, 0.2], 0.005, "its damping ratio")
+            .damping_ratio(0.03, Spread::Absolute(0.05)),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::Flexibility,
     what: "A further hub-locked mode with the direction and shape of the one at the site, participations and shapes times sqrt(mass_ratio): effective \
            masses are squares of participations, so the response to first order is linear in the ratio.",
     signature: "A narrow line at one frequency, in the hub and at the appendage.",
     confounders: "slosh_second_mode, joint_gear_ripple and wheel imbalance at one speed, sensor_tone, gyro scale.",
     experiment: "Chirp through it; another thrust level (slosh moves), another speed (ripple moves).",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,14 +11,14 @@ pub static EFFECT: Effect = Effect {
     title: "Quadratic damping of a mode (air)",
     sites: &[SiteKind::Mode],
     applies: anywhere,
-    parameters: &[EffectParameter::new("damping", "1/(sqrt(kg) m)", [0.0, 1e3], 0.1, "coefficient c")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("damping", "1/(sqrt(kg) m)", [0.0, 1e3], 0.1, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
+    family: Family::Damping,
     what: "Modal force = -c |h'| h'; air drag of a panel in a ground test.",
     signature: "Damping ratio grows in proportion to amplitude.",
     confounders: "The nominal damping ratio at one amplitude; mode_coulomb has the opposite trend.",
     experiment: "Free decay over a decade of amplitude; vacuum.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Prior, Scan, Spread};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,17 +12,20 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Mode],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "sqrt(kg) m/s^2", [-100.0, 100.0], 0.05, "modal force F of the new shape"),
-        EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time of the change"),
-        EffectParameter::new("time_constant", "s", [1e-3, 1e4], 5.0, "time over which the new shape is taken"),
+        EffectParameter::new("force", "sqrt(kg) m/s^2", [-100.0, 100.0], 0.05, "modal force F of the new shape")
+            .amplitude(),
+        EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time of the change").onset(),
+        EffectParameter::new("time_constant", "s", [1e-3, 1e4], 5.0, "time over which the new shape is taken")
+            .width(Scan::DurationOver(5.0))
+            .with_prior(Prior::Free(Spread::Relative(1.0))),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Disturbance,
     what: "Modal force = F (1 - e^(-(t-t0)/T)) from t0 on: the appendage bends to a new shape (Boley 1956; Thornton and Kim 1993).",
     signature: "A burst at the modal frequency that begins at one instant, and an offset that stays.",
     confounders: "thermal_snap of the body, thruster_leak, sensor_step; all are located in time only.",
     experiment: "The next eclipse: it repeats there.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

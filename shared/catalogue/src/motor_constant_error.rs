@@ -3,7 +3,7 @@
 use super::applies::effort;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,15 +11,17 @@ pub static EFFECT: Effect = Effect {
     title: "Actuator gain (motor constant, thrust level) other than stated",
     sites: &[SiteKind::Actuator],
     applies: effort,
-    parameters: &[EffectParameter::new("error", "1", [-1.0, 0.5], 0.03, "relative error e of the gain; -1: dead")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[
+        EffectParameter::new("error", "1", [-1.0, 0.5], 0.03, "relative error e of the gain; -1: dead").amplitude()
+    ],
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
     what: "u_acting = (1 + e) u; a voltage motor's back-emf constant is off by the same factor; motor constant off its data sheet, warm magnets, thrust off its acceptance test.",
     signature: "Every response to this actuator is scaled by one factor, at all frequencies; no response of its own.",
     confounders: "mass and inertia of all it moves, exactly, where it is the only actuator; sensor_scale of every sensor at once; \
                   joint_load_friction where the joint never brakes.",
     experiment: "Excite the same motion with a second actuator, or add a known mass.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,14 +11,14 @@ pub static EFFECT: Effect = Effect {
     title: "Mass that drifts with time",
     sites: &[SiteKind::Body],
     applies: anywhere,
-    parameters: &[EffectParameter::new("rate", "kg/s", [-0.1, 0.1], 1e-3, "mass gained per time")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("rate", "kg/s", [-0.1, 0.1], 1e-3, "mass gained per time").amplitude()],
     law: Law::Body(both!(law)),
+    family: Family::Consumption,
     what: "m(t) = m0 + r t at the centre of mass, at least one percent of m0; refuelling, boil-off, a payload that is filled or emptied.",
     signature: "Acceleration per force changes with time, also while coasting.",
     confounders: "mass_depletion under steady firing, thruster_blow_down, sensor_drift.",
     experiment: "The same excitation at the start and the end, with a long coast between.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::geometry::cross_f64;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind, Space};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "principal_axes_misalignment",
@@ -11,19 +11,19 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: spatial,
     parameters: &[
-        EffectParameter::new("turn_x", "rad", [-0.5, 0.5], 0.01, "rotation vector of the inertia, body x"),
-        EffectParameter::new("turn_y", "rad", [-0.5, 0.5], 0.0, "rotation vector of the inertia, body y"),
-        EffectParameter::new("turn_z", "rad", [-0.5, 0.5], 0.0, "rotation vector of the inertia, body z"),
+        EffectParameter::new("turn_x", "rad", [-0.5, 0.5], 0.01, "rotation vector of the inertia, body x").amplitude(),
+        EffectParameter::new("turn_y", "rad", [-0.5, 0.5], 0.0, "rotation vector of the inertia, body y").amplitude(),
+        EffectParameter::new("turn_z", "rad", [-0.5, 0.5], 0.0, "rotation vector of the inertia, body z").amplitude(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::MassProperties,
     what: "I -> R I R' about the centre of mass, R the turn by the rotation vector: principal moments unchanged, to first order products of \
            inertia of the turn times the difference of two moments.",
     signature: "Spin about one axis leaks into the others (dynamic imbalance); nothing about an axis of symmetry.",
     confounders: "sensor_misalignment of all axes of a gyro by one turn (the same where nothing pushes), com_shift under thrust, \
                   inertia_error; nothing is left of it where the products of inertia are estimated.",
     experiment: "A second sensor of attitude (star tracker), or torques about known axes.",
+    ..Effect::PLAIN
 };
 
 fn spatial(plant: &Plant, _: &Site) -> bool {

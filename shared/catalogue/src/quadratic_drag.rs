@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{norm, push, velocity_through_medium};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -18,15 +18,16 @@ pub static EFFECT: Effect = Effect {
         [0.0, 10.0],
         1e-2,
         "half density x drag coefficient x area",
-    )],
-    amplitudes: 1,
-    hidden_states: 0,
+    )
+    .amplitude()],
     law: Law::Body(both!(law)),
+    family: Family::Aerodynamics,
     what: "F = -c |v| v at the centre of mass, v through the medium (wind of the environment); Newton 1687, Rayleigh 1876. A \
            falling ball, a pendulum's bob, an air-bearing vehicle.",
     signature: "Deceleration with the square of speed, terminal speed sqrt(m g / coefficient).",
     confounders: "drag (the same where density and centre of pressure stay); linear_drag at one speed, joint_quadratic_damping of the joint that carries the body, constant_force in orbit.",
     experiment: "Two speeds; on orbit, coast at two attitudes.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{constant, cross, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Needs};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,9 +13,11 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("dipole_x", "A m^2", [-100.0, 100.0], 0.5, "dipole m of the body, body x"),
-        EffectParameter::new("dipole_y", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body y"),
-        EffectParameter::new("dipole_z", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body z").out_of_plane(),
+        EffectParameter::new("dipole_x", "A m^2", [-100.0, 100.0], 0.5, "dipole m of the body, body x").amplitude(),
+        EffectParameter::new("dipole_y", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body y").amplitude(),
+        EffectParameter::new("dipole_z", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body z")
+            .amplitude()
+            .out_of_plane(),
         EffectParameter::new(
             "field_x",
             "T",
@@ -39,13 +41,14 @@ pub static EFFECT: Effect = Effect {
         )
         .out_of_plane(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Body(both!(law)),
+    needs: Needs::MagneticField,
+    family: Family::Disturbance,
     what: "T = m x B, B of the environment in inertial axes, turning about z at twice the orbit's rate where there is an orbit; Wertz 1978.",
     signature: "Body torque that follows the direction of the field: once per turn of attitude, twice per orbit.",
     confounders: "constant_torque over a short arc, gravity_gradient (twice per turn).",
     experiment: "Turn the body about the field and across it.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

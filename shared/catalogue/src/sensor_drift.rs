@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,14 +11,14 @@ pub static EFFECT: Effect = Effect {
     title: "Drift of a sensor's bias",
     sites: &[SiteKind::Sensor],
     applies: anywhere,
-    parameters: &[EffectParameter::new("rate", "*/s", [-1.0, 1.0], 1e-5, "change of bias per time")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("rate", "*/s", [-1.0, 1.0], 1e-5, "change of bias per time").amplitude()],
     law: Law::Sensor(both!(law)),
+    family: Family::SensorError,
     what: "y = h + r t; the deterministic part of bias instability, temperature ramps.",
     signature: "Residual of one channel grows linearly.",
     confounders: "constant_torque for a gyro, constant_force for a velocity, mass_depletion and payload_drift; sensor_warm_up at its start.",
     experiment: "Quiet records at the start and the end; a longer record.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -2,7 +2,7 @@
 
 use super::parts;
 use dynamics::description::{Plant, Quantity, Sensor, SensorKind, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_lever_arm",
@@ -10,17 +10,19 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: has_position,
     parameters: &[
-        EffectParameter::new("offset_x", "m", [-1.0, 1.0], 0.01, "true minus stated position, body x"),
-        EffectParameter::new("offset_y", "m", [-1.0, 1.0], 0.0, "true minus stated position, body y"),
-        EffectParameter::new("offset_z", "m", [-1.0, 1.0], 0.0, "true minus stated position, body z").out_of_plane(),
+        EffectParameter::new("offset_x", "m", [-1.0, 1.0], 0.01, "true minus stated position, body x").amplitude(),
+        EffectParameter::new("offset_y", "m", [-1.0, 1.0], 0.0, "true minus stated position, body y").amplitude(),
+        EffectParameter::new("offset_z", "m", [-1.0, 1.0], 0.0, "true minus stated position, body z")
+            .amplitude()
+            .out_of_plane(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::SensorError,
     what: "r -> r + d: an accelerometer gains a x d + w x (w x d), a position or velocity the motion of d.",
     signature: "Residual of one accelerometer in step with angular acceleration and squared rate of its body.",
     confounders: "The sensor's own position where it has a prior (identical); com_shift (moves all accelerometers of the body), sensor_misalignment where force and torque come together.",
     experiment: "Turn without pushing, and push without turning.",
+    ..Effect::PLAIN
 };
 
 fn has_position(plant: &Plant, site: &Site) -> bool {

@@ -3,7 +3,7 @@
 use super::geometry::{across, tilted};
 use super::parts;
 use dynamics::description::{Plant, Sensor, SensorKind, Site, SiteKind, Space};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_misalignment",
@@ -11,18 +11,21 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: has_axis,
     parameters: &[
-        EffectParameter::new("tilt_1", "rad", [-0.2, 0.2], 0.01, "tilt of the true axis towards t1 = z x axis"),
-        EffectParameter::new("tilt_2", "rad", [-0.2, 0.2], 0.0, "tilt towards t2 = axis x t1").out_of_plane(),
+        EffectParameter::new("tilt_1", "rad", [-0.2, 0.2], 0.01, "tilt of the true axis towards t1 = z x axis")
+            .amplitude(),
+        EffectParameter::new("tilt_2", "rad", [-0.2, 0.2], 0.0, "tilt towards t2 = axis x t1")
+            .amplitude()
+            .out_of_plane(),
     ],
-    amplitudes: 2,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::SensorError,
     what: "Sensitive axis a -> cos e a + sin e (e1 t1 + e2 t2) / e, e the length of the tilt (e1, e2): the reading takes sin e of the \
            cross-axis motion. For an axis along z, t1 is x.",
     signature: "One channel carries a small copy of what another axis does.",
     confounders: "com_shift and thruster_misalignment where one actuator makes all motion; gyro_g_sensitivity; the sensor's own \
                   misalignment where the file states one with a prior (identical).",
     experiment: "Motion along each axis in turn.",
+    ..Effect::PLAIN
 };
 
 fn has_axis(plant: &Plant, site: &Site) -> bool {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,14 +11,14 @@ pub static EFFECT: Effect = Effect {
     title: "Quadratic non-linearity of a sensor",
     sites: &[SiteKind::Sensor],
     applies: anywhere,
-    parameters: &[EffectParameter::new("coefficient", "1/*", [-1.0, 1.0], 1e-3, "coefficient k2")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("coefficient", "1/*", [-1.0, 1.0], 1e-3, "coefficient k2").amplitude()],
     law: Law::Sensor(both!(law)),
+    family: Family::SensorError,
     what: "y = h + k2 h^2; second-order coefficient of an accelerometer (IEEE Std 1293), vibration rectification.",
     signature: "Even harmonics in one channel; its mean shifts with vibration.",
     confounders: "sensor_bias under steady vibration, joint_quadratic_stiffness (which other channels would see).",
     experiment: "Two vibration levels: the mean moves with the square.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(_: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,21 +3,22 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_quantisation",
     title: "Quantisation of a sensor",
     sites: &[SiteKind::Sensor],
     applies: anywhere,
-    parameters: &[EffectParameter::new("step", "*", [0.0, 1.0], 1e-3, "step D")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("step", "*", [0.0, 1.0], 1e-3, "step D").amplitude()],
     law: Law::Structure(build),
+    staircase: true,
+    family: Family::SensorError,
     what: "y = D round(y / D), halves away from zero, behind lag, delay, noise and range: the resolution of the sensor.",
     signature: "Readings are multiples of one number; residual of up to half a step that sweeps like a saw where the motion is slow.",
     confounders: "joint_backlash, sensor noise of D / sqrt(12).",
     experiment: "Histogram of the readings; a slow ramp.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

@@ -3,21 +3,22 @@
 use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "sensor_saturation",
     title: "Saturation of a sensor",
     sites: &[SiteKind::Sensor],
     applies: anywhere,
-    parameters: &[EffectParameter::new("inverse_limit", "1/*", [0.0, 1e5], 1.0, "one over the largest magnitude read")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("inverse_limit", "1/*", [0.0, 1e5], 1.0, "one over the largest magnitude read")
+        .amplitude()],
     law: Law::Structure(build),
+    family: Family::SensorError,
     what: "y is clipped to 1/inverse_limit behind lag, delay and noise, as the range of the sensor is. The inverse is the amplitude: zero is no limit.",
     signature: "Plateaus of one height in one channel while others move on.",
     confounders: "actuator_saturation, joint_end_stop (both seen by other channels).",
     experiment: "Histogram of the readings; the same motion at half size.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

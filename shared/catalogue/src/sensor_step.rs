@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,17 +12,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("step", "*", [-10.0, 10.0], 1e-3, "change b of the reading"),
-        EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time at which it begins"),
-        EffectParameter::new("duration", "s", [0.0, 1e9], 1e9, "how long it lasts"),
+        EffectParameter::new("step", "*", [-10.0, 10.0], 1e-3, "change b of the reading").amplitude(),
+        EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time at which it begins").onset(),
+        EffectParameter::new("duration", "s", [0.0, 1e9], 1e9, "how long it lasts").duration(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Sensor(both!(law)),
+    family: Family::SensorError,
+    limits: &[Limit { kind: "sensor_bias", at: &[("begin", 0.0), ("duration", 1e9)] }],
     what: "y = h + b from a time on, for a time; turn-on transients, radiation hits, a connector.",
     signature: "One channel jumps between two samples; no other channel moves.",
     confounders: "thruster_leak and thermal_snap for an accelerometer (identical without a velocity or position on that axis).",
     experiment: "A second sensor on the same axis; repeat the manoeuvre.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,23 +12,24 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("amplitude", "*", [0.0, 10.0], 1e-3, "amplitude A"),
+        EffectParameter::new("amplitude", "*", [0.0, 10.0], 1e-3, "amplitude A").amplitude(),
         EffectParameter::new(
             "frequency",
             "Hz",
             [0.01, 1e4],
             50.0,
             "frequency f of the source, also above half the sample rate",
-        ),
-        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at t = 0"),
+        )
+        .frequency(),
+        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at t = 0").direction(1.0),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Sensor(both!(law)),
+    family: Family::SensorError,
     what: "y = h + A sin(2 pi f t + phase); mains hum, a pump or cooler on the mount. Above half the sample rate it reads as its alias.",
     signature: "A narrow line in one channel that never decays nor moves with any state.",
     confounders: "mode_left_out or wheel_imbalance_static where the source is near a plant frequency.",
     experiment: "Change the sample rate: an alias moves, a true line stays. Record with all actuators off.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

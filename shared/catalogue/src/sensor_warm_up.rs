@@ -3,7 +3,7 @@
 use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Prior, Scan, Spread};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,16 +12,19 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Sensor],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("bias", "*", [-10.0, 10.0], 1e-3, "bias b at the start, relative to the end"),
-        EffectParameter::new("time_constant", "s", [0.1, 1e5], 30.0, "time constant T"),
+        EffectParameter::new("bias", "*", [-10.0, 10.0], 1e-3, "bias b at the start, relative to the end").amplitude(),
+        EffectParameter::new("time_constant", "s", [0.1, 1e5], 30.0, "time constant T")
+            .width(Scan::DurationOver(5.0))
+            .with_prior(Prior::Free(Spread::Relative(1.0))),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Sensor(both!(law)),
+    family: Family::SensorError,
+    limits: &[Limit { kind: "sensor_bias", at: &[("time_constant", 1e5)] }],
     what: "y = h + b e^(-t/T); self-heating.",
     signature: "One channel settles exponentially from the start of the record, whatever the motion.",
     confounders: "sensor_bias with sensor_drift in a short record; a decaying slosh_contact_line or other free response.",
     experiment: "Repeat the record with the sensor already warm.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

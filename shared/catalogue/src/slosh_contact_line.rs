@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{constant, dot, norm};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,16 +13,17 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Tank],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("force", "J/*", [0.0, 100.0], 0.01, "force F that the moving contact line resists with"),
-        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns"),
+        EffectParameter::new("force", "J/*", [0.0, 100.0], 0.01, "force F that the moving contact line resists with")
+            .amplitude(),
+        EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns").smoothing(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Coordinate(both!(law)),
+    family: Family::Friction,
     what: "F = -F tanh(|s'|/v0) s'/|s'|, s' the rate along all slosh axes; contact-angle hysteresis (Keulegan 1959; Cocciaro, Faetti and Festa 1993).",
     signature: "Small slosh dies out linearly, in finite time; damping ratio grows as amplitude falls.",
     confounders: "The nominal slosh damper at one amplitude; slosh_quadratic_damping has the opposite trend.",
     experiment: "A free decay to the noise.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{constant, dot};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,15 +12,17 @@ pub static EFFECT: Effect = Effect {
     title: "Cubic stiffness of a slosh mode",
     sites: &[SiteKind::Tank],
     applies: anywhere,
-    parameters: &[EffectParameter::new("stiffness", "J/*^4", [-1e7, 1e7], 100.0, "coefficient k3; negative softens")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[
+        EffectParameter::new("stiffness", "J/*^4", [-1e7, 1e7], 100.0, "coefficient k3; negative softens").amplitude()
+    ],
     law: Law::Coordinate(both!(law)),
+    family: Family::Slosh,
     what: "F = -k3 |s|^2 s, s the displacement along all slosh axes; finite-amplitude waves soften or harden with fill (Abramson 1966, SP-106; Faltinsen and \
            Timokha 2009).",
     signature: "Slosh frequency moves with the square of its amplitude.",
     confounders: "slosh_quadratic_damping, slosh_pendulum; the nominal slosh frequency absorbs 80 to 95 percent at one amplitude.",
     experiment: "Amplitude ladder of the same excitation, then free decay.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::geometry::{cross_f64, dot, norm};
 use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
 pub static EFFECT: Effect = Effect {
     kind: "slosh_pendulum",
@@ -11,7 +11,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Tank],
     applies: hangs,
     parameters: &[
-        EffectParameter::new("fraction", "1", [0.0, 0.95], 0.5, "share of the slosh mass that hangs"),
+        EffectParameter::new("fraction", "1", [0.0, 0.95], 0.5, "share of the slosh mass that hangs").amplitude(),
         EffectParameter::new(
             "axial_acceleration",
             "m/s^2",
@@ -20,14 +20,14 @@ pub static EFFECT: Effect = Effect {
             "specific force at which it has the spring's frequency; along z x axis (planar), axis 1 x axis 2 (spatial)",
         ),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::Slosh,
     what: "A share of the slosh mass hangs on a rod of length |a| m / k from a pivot above its rest place, the rest stays on the spring: equal \
            frequencies at axial acceleration a, w^2 in proportion to it otherwise. Abramson 1966 (SP-106). The pendulum starts at rest.",
     signature: "Slosh frequency moves with the square root of thrust per mass; large slosh softens.",
     confounders: "slosh_cubic, the nominal slosh frequency at one thrust level.",
     experiment: "Two thrust levels along the tank's axis, or coast.",
+    ..Effect::PLAIN
 };
 
 fn hangs(plant: &Plant, site: &Site) -> bool {

@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{constant, dot, norm};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,14 +12,14 @@ pub static EFFECT: Effect = Effect {
     title: "Quadratic damping of a slosh mode (baffles)",
     sites: &[SiteKind::Tank],
     applies: anywhere,
-    parameters: &[EffectParameter::new("damping", "J s^2/*^3", [0.0, 1e6], 10.0, "coefficient c")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("damping", "J s^2/*^3", [0.0, 1e6], 10.0, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
+    family: Family::Damping,
     what: "F = -c |s'| s', s' the rate along all slosh axes; drag of a ring baffle (Miles 1958).",
     signature: "Slosh decays fast while large, slowly once small: damping ratio in proportion to amplitude.",
     confounders: "The nominal slosh damper at one amplitude (absorbs 80 to 95 percent); slosh_cubic; slosh_contact_line at small amplitude.",
     experiment: "Amplitude ladder, or one long free decay over a decade of amplitude.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

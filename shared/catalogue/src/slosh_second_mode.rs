@@ -5,7 +5,7 @@ use super::geometry::perpendicular;
 use super::parts;
 use core::f64::consts::{FRAC_PI_2, TAU};
 use dynamics::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law, Spread};
 
 pub static EFFECT: Effect = Effect {
     kind: "slosh_second_mode",
@@ -13,18 +13,20 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Tank],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("mass_ratio", "1", [0.0, 1.0], 0.1, "its slosh mass over that of the first mode"),
-        EffectParameter::new("frequency", "Hz", [0.005, 10.0], 0.5, "its frequency, tank held"),
-        EffectParameter::new("damping_ratio", "1", [0.0, 0.3], 0.01, "its damping ratio"),
+        EffectParameter::new("mass_ratio", "1", [0.0, 1.0], 0.1, "its slosh mass over that of the first mode")
+            .amplitude(),
+        EffectParameter::new("frequency", "Hz", [0.005, 10.0], 0.5, "its frequency, tank held").frequency(),
+        EffectParameter::new("damping_ratio", "1", [0.0, 0.3], 0.01, "its damping ratio")
+            .damping_ratio(0.03, Spread::Absolute(0.05)),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Structure(build),
+    family: Family::Slosh,
     what: "A second mass on springs and dampers where the first one rests, along the same axes (a pendulum's: across its rest), taken out of \
            the rigid body, so that the locked plant is the same. Abramson 1966 (SP-106): m2/m1 is 0.03 in a half-full cylinder.",
     signature: "A notch and peak pair from force to acceleration at its frequency; ringing beside the first mode.",
     confounders: "mode_left_out or appendage_left_out at that frequency, slosh_quadratic_damping, sensor_lever_arm, sensor_scale.",
     experiment: "Another acceleration level: slosh frequencies move with it, structural ones do not.",
+    ..Effect::PLAIN
 };
 
 fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {

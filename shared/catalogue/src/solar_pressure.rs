@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{constant, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -19,23 +19,26 @@ pub static EFFECT: Effect = Effect {
             [-0.01, 0.01],
             1e-4,
             "force F = pressure x area x (1 + reflectivity), inertial x",
-        ),
-        EffectParameter::new("force_y", "N", [-0.01, 0.01], 0.0, "force F along the light, inertial y"),
-        EffectParameter::new("force_z", "N", [-0.01, 0.01], 0.0, "force F along the light, inertial z").out_of_plane(),
+        )
+        .amplitude(),
+        EffectParameter::new("force_y", "N", [-0.01, 0.01], 0.0, "force F along the light, inertial y").amplitude(),
+        EffectParameter::new("force_z", "N", [-0.01, 0.01], 0.0, "force F along the light, inertial z")
+            .amplitude()
+            .out_of_plane(),
         EffectParameter::new("arm_x", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body x"),
         EffectParameter::new("arm_y", "m", [-10.0, 10.0], 0.5, "centre of pressure from the centre of mass, body y"),
         EffectParameter::new("arm_z", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body z")
             .out_of_plane(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Body(both!(law)),
+    family: Family::Disturbance,
     what: "Force F along the light (inertial direction) at the centre of pressure; the cannon-ball model, pressure 4.56e-6 N/m^2 at 1 au \
            (Montenbruck and Gill 2000).",
     signature: "Constant inertial force, torque that turns with attitude.",
     confounders: "constant_force at the centre of mass where the arm is zero (identical); with an arm, constant_torque until the attitude \
                   changes; drag.",
     experiment: "Turn the body about the sun line and across it; eclipse.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

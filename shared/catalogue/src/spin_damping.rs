@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::push;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,14 +12,14 @@ pub static EFFECT: Effect = Effect {
     title: "Linear damping of spin (eddy currents, film)",
     sites: &[SiteKind::Body],
     applies: anywhere,
-    parameters: &[EffectParameter::new("coefficient", "N m s/rad", [0.0, 100.0], 1e-3, "coefficient c")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("coefficient", "N m s/rad", [0.0, 100.0], 1e-3, "coefficient c").amplitude()],
     law: Law::Body(both!(law)),
+    family: Family::Aerodynamics,
     what: "T = -c w; eddy currents in the Earth's field (Smith 1962), an air bearing's film.",
     signature: "Spin decays exponentially.",
     confounders: "aerodynamic_spin_damping at one rate, joint_viscous where the body only turns about its joint, wheel_viscous.",
     experiment: "Spin down from two rates.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

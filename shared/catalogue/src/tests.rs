@@ -42,7 +42,7 @@ fn every_parameter_has_a_name_of_its_own_and_a_default_within_its_range() {
             assert!(parameter.low <= parameter.default && parameter.default <= parameter.high, "{here}");
             assert!(!parameter.unit.is_empty() && !parameter.what.is_empty(), "{here}");
         }
-        let amplitude = &effect.parameters[..effect.amplitudes];
+        let amplitude = &effect.parameters[..effect.amplitudes()];
         assert!(amplitude.iter().all(|part| part.low <= 0.0 && part.high > 0.0), "{}", effect.kind);
         assert!(amplitude.iter().any(|part| part.default > 0.0), "{}", effect.kind);
     }
@@ -61,10 +61,10 @@ fn confounders_and_experiments_name_effects_that_exist() {
 
 /// Amplitude zero, all else at every combination of the ends of its range.
 fn silent_corners(effect: &Effect) -> Vec<Vec<f64>> {
-    let others = &effect.parameters[effect.amplitudes..];
+    let others = &effect.parameters[effect.amplitudes()..];
     let corner = |bits: usize| {
         let ends = others.iter().enumerate().map(|(i, p)| if bits >> i & 1 == 1 { p.high } else { p.low });
-        core::iter::repeat_n(0.0, effect.amplitudes).chain(ends).collect()
+        core::iter::repeat_n(0.0, effect.amplitudes()).chain(ends).collect()
     };
     (0..1 << others.len()).map(corner).collect()
 }
@@ -289,4 +289,68 @@ fn laws_of_joints_and_tanks_do_not_look_at_the_motion_of_the_body() {
         laws += 1;
     }
     assert!(laws > 10, "only {laws} laws were looked at");
+}
+
+/// Where its hidden state, if there is one, no longer changes.
+fn settled(effect: &Effect, parameters: &[f64], state: Trial) -> Trial {
+    let with = |z: f64| Trial { hidden: [z, 0.0, 0.0, 0.0], ..state };
+    if effect.hidden_states == 0 {
+        return state;
+    }
+    let rises = |z: f64| with(z).act(effect, parameters).hidden_rate[0] > 0.0;
+    let (mut low, mut high) = (-10.0, 10.0);
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if rises(middle) { low = middle } else { high = middle }
+    }
+    with(0.5 * (low + high))
+}
+
+#[test]
+fn at_its_limit_an_effect_is_the_simpler_law() {
+    let mut limits = 0;
+    for effect in EFFECTS {
+        for limit in effect.limits {
+            limits += 1;
+            let simple = CATALOGUE.effect(limit.kind).unwrap_or_else(|| panic!("{} names {}", effect.kind, limit.kind));
+            let plain = defaults(simple);
+            let value = |(place, parameter): (usize, &EffectParameter)| {
+                let at = limit.at.iter().find(|(name, _)| *name == parameter.name).map(|(_, value)| *value);
+                let same = simple.parameters.iter().position(|p| p.name == parameter.name).map(|place| plain[place]);
+                let own = if place < effect.amplitudes() { Some(plain[place]) } else { None };
+                at.or(own).or(same).unwrap_or(parameter.default)
+            };
+            let values: Vec<f64> = effect.parameters.iter().enumerate().map(value).collect();
+            // sliding steadily, beyond where a sign turns, slower than any other width
+            for rate in [-0.02, 0.01] {
+                let state = Trial { t_s: 1.0, coordinate: 0.3, rate, command: 2.0, reading: 1.0, ..Trial::default() };
+                let own = settled(effect, &values, state).act(effect, &values);
+                let other = state.act(simple, &plain);
+                let pairs = [(own.force, other.force), (own.value, other.value)];
+                let wrenches = own.wrench.into_iter().zip(other.wrench);
+                for (own, other) in pairs.into_iter().chain(wrenches) {
+                    // what is left of the widths: 1e-3 of the law
+                    assert!((own - other).abs() <= 1e-3 * other.abs(), "{} {}: {own} {other}", effect.kind, limit.kind);
+                }
+            }
+        }
+    }
+    assert!(limits >= 8, "{limits}");
+}
+
+#[test]
+fn amplitudes_come_first_and_times_and_angles_stand_once() {
+    for effect in EFFECTS {
+        let is_amplitude = |parameter: &EffectParameter| parameter.role == Role::Amplitude;
+        assert!(effect.amplitudes() > 0, "{}", effect.kind);
+        assert!(!effect.parameters[effect.amplitudes()..].iter().any(is_amplitude), "{}", effect.kind);
+        let once = |is_it: &dyn Fn(Role) -> bool| effect.parameters.iter().filter(|p| is_it(p.role)).count() <= 1;
+        assert!(once(&|role| role == Role::Onset) && once(&|role| role == Role::Duration), "{}", effect.kind);
+        assert!(once(&|role| matches!(role, Role::Direction { .. })), "{}", effect.kind);
+        assert!(
+            effect.with_role(Role::Duration).is_none() || effect.with_role(Role::Onset).is_some(),
+            "{}",
+            effect.kind
+        );
+    }
 }

@@ -4,7 +4,7 @@ use super::applies::anywhere;
 use super::geometry::{constant, push};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Prior, Scan, Spread};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,21 +13,28 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Body],
     applies: anywhere,
     parameters: &[
-        EffectParameter::new("torque_x", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body x").out_of_plane(),
-        EffectParameter::new("torque_y", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body y").out_of_plane(),
-        EffectParameter::new("torque_z", "N m", [-100.0, 100.0], 0.02, "torque A at the start, body z"),
-        EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time t0 of the snap"),
-        EffectParameter::new("time_constant", "s", [1e-3, 1e4], 3.0, "time T in which the appendage bends"),
+        EffectParameter::new("torque_x", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body x")
+            .amplitude()
+            .out_of_plane(),
+        EffectParameter::new("torque_y", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body y")
+            .amplitude()
+            .out_of_plane(),
+        EffectParameter::new("torque_z", "N m", [-100.0, 100.0], 0.02, "torque A at the start, body z").amplitude(),
+        EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time t0 of the snap").onset(),
+        EffectParameter::new("time_constant", "s", [1e-3, 1e4], 3.0, "time T in which the appendage bends")
+            .width(Scan::DurationOver(5.0))
+            .with_prior(Prior::Free(Spread::Relative(1.0))),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Body(both!(law)),
+    family: Family::Disturbance,
+    limits: &[Limit { kind: "constant_torque", at: &[("begin", 0.0), ("time_constant", 1e4)] }],
     what: "T = A (1 - s) e^-s, s = (t - t0) / T, the derivative of A T s e^-s: an appendage that bends as it cools swings the body and \
            brings it to rest again, so that the impulse is zero and an angle A T^2 / I stays (Foster, Tinker, Nurre and Till 1995). Its \
            ringing is mode_thermal_snap.",
     signature: "Located in time only: body rate rises and returns at eclipse entry or exit, attitude keeps a step.",
     confounders: "sensor_step of an attitude; thruster_leak and sensor_step of the gyro only in records shorter than T; mode_thermal_snap.",
     experiment: "The next eclipse: it repeats there.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

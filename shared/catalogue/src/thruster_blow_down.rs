@@ -4,7 +4,7 @@ use super::applies::thruster;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::fired;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -18,14 +18,17 @@ pub static EFFECT: Effect = Effect {
         [0.0, 0.1],
         1e-4,
         "relative loss a of thrust per impulse delivered",
-    )],
-    amplitudes: 1,
+    )
+    .amplitude()
+    .multimodal()],
     hidden_states: 1,
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
     what: "u_acting = u e^(-a J), J' = |u_acting|, noise apart: hence e^(-a J) = 1 / (1 + a integral |u|); tank pressure falls with what left it.",
     signature: "Gain of this thruster falls with its own integrated firing, not with time.",
     confounders: "motor_constant_error over a short record; mass_depletion, which acts the other way.",
     experiment: "A long burn, then the same manoeuvre as before it.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

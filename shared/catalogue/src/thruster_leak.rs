@@ -3,7 +3,7 @@
 use super::applies::thruster;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,16 +12,17 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: thruster,
     parameters: &[
-        EffectParameter::new("force", "N", [0.0, 10.0], 0.05, "thrust F of the leak"),
-        EffectParameter::new("begin", "s", [0.0, 1e6], 0.0, "time at which it begins"),
+        EffectParameter::new("force", "N", [0.0, 10.0], 0.05, "thrust F of the leak").amplitude(),
+        EffectParameter::new("begin", "s", [0.0, 1e6], 0.0, "time at which it begins").onset(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
+    limits: &[Limit { kind: "actuator_bias", at: &[("begin", 0.0)] }],
     what: "u_acting = u + F from a time on; a valve that sticks or leaks.",
     signature: "A push along this thruster's axis that begins at an instant and stays, fixed to the body.",
     confounders: "actuator_bias (from the start), constant_force, thermal_snap (which decays), sensor_step of an accelerometer on that axis.",
     experiment: "Close the latch valve; turn the body and see whether the push turns with it.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -2,7 +2,7 @@
 
 use super::applies::thruster;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
 pub static EFFECT: Effect = Effect {
@@ -10,15 +10,17 @@ pub static EFFECT: Effect = Effect {
     title: "Minimum impulse bit of a thruster",
     sites: &[SiteKind::Actuator],
     applies: thruster,
-    parameters: &[EffectParameter::new("impulse", "N s", [0.0, 10.0], 0.02, "smallest impulse I of one pulse")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[
+        EffectParameter::new("impulse", "N s", [0.0, 10.0], 0.02, "smallest impulse I of one pulse").amplitude()
+    ],
     law: Law::ActuatorFilter(filter),
+    family: Family::Actuation,
     what: "A command u held over one control period P is one pulse of the impulse u P; |u| P < I is not fired. Wertz 1978. It acts on the \
            command, before delays and lags; the mean over the period acts, not the pulse.",
     signature: "No response to small commands, all of large ones (a dead zone falls short of those as well); limit cycle in fine pointing.",
     confounders: "actuator_dead_zone, joint_coulomb of a bench; thruster_rise_tail_off on short pulses.",
     experiment: "Pulse-width ladder from below the shortest pulse.",
+    ..Effect::PLAIN
 };
 
 /// The control period is filled in where the plant is known.

@@ -4,7 +4,7 @@ use super::applies::thruster;
 use super::geometry::{across, push, tilt_factors};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,16 +13,19 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: thruster,
     parameters: &[
-        EffectParameter::new("tilt_1", "rad", [-0.2, 0.2], 0.01, "tilt of the true thrust towards t1 = z x thrust"),
-        EffectParameter::new("tilt_2", "rad", [-0.2, 0.2], 0.0, "tilt towards t2 = thrust x t1").out_of_plane(),
+        EffectParameter::new("tilt_1", "rad", [-0.2, 0.2], 0.01, "tilt of the true thrust towards t1 = z x thrust")
+            .amplitude(),
+        EffectParameter::new("tilt_2", "rad", [-0.2, 0.2], 0.0, "tilt towards t2 = thrust x t1")
+            .amplitude()
+            .out_of_plane(),
     ],
-    amplitudes: 2,
-    hidden_states: 0,
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
     what: "F d -> F (cos e d + sin e (e1 t1 + e2 t2) / e), e the length of the tilt (e1, e2), at the same point; Wertz 1978.",
     signature: "Hub torque and side force in step with this thruster's command.",
     confounders: "com_shift (the same torque from one thruster; another thruster parts them); thruster_plume (its moment, exactly).",
     experiment: "Fire another thruster of different direction: a shift of the centre of mass acts on both, a misalignment does not.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -4,7 +4,7 @@ use super::applies::thruster;
 use super::geometry::{across, cross_f64, push};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,26 +13,28 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: thruster,
     parameters: &[
-        EffectParameter::new("fraction", "1", [0.0, 0.5], 0.03, "share c of the thrust that comes back"),
+        EffectParameter::new("fraction", "1", [0.0, 0.5], 0.03, "share c of the thrust that comes back").amplitude(),
         EffectParameter::new(
             "moment_1",
             "m",
             [-5.0, 5.0],
             0.015,
             "c times the surface's distance aside, along t1 = z x thrust",
-        ),
+        )
+        .amplitude(),
         EffectParameter::new("moment_2", "m", [-5.0, 5.0], 0.0, "c times its distance along t2 = thrust x t1")
+            .amplitude()
             .out_of_plane(),
     ],
-    amplitudes: 3,
-    hidden_states: 0,
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
     what: "A surface on the thruster's body takes the force -c F d at r + o: the torque -F (c o) x d besides, o aside of the thrust's line; the \
            moment c o is the amplitude, so that its direction needs no angle. The distance along d does not matter. A surface on another \
            body (an arm in some pose) is a constant_force on that body while the thruster fires.",
     signature: "Less force and a torque in step with this thruster's command.",
     confounders: "motor_constant_error (its force, exactly), thruster_misalignment and com_shift (its torque).",
     experiment: "Fire with the appendage or arm in two poses; only impingement changes.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

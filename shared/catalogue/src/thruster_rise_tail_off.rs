@@ -2,7 +2,7 @@
 
 use super::applies::thruster;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Effect, EffectParameter, Law};
+use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
 pub static EFFECT: Effect = Effect {
@@ -11,7 +11,7 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: thruster,
     parameters: &[
-        EffectParameter::new("rise", "s", [0.0, 1.0], 0.02, "time constant of build-up"),
+        EffectParameter::new("rise", "s", [0.0, 1.0], 0.02, "time constant of build-up").amplitude(),
         EffectParameter::new(
             "tail_off_ratio",
             "1",
@@ -20,14 +20,14 @@ pub static EFFECT: Effect = Effect {
             "time constant of tail-off over that of build-up",
         ),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::ActuatorFilter(filter),
+    family: Family::Timing,
     what: "First order, with one time constant while |thrust| grows and another while it falls; chamber filling and propellant left behind \
            the valve (Sutton and Biblarz 2017).",
     signature: "At pulse edges only; each pulse brings F (tail-off - rise) more impulse than commanded.",
     confounders: "actuator_delay and actuator_lag (equal rise and fall bring no impulse), motor_constant_error at one pulse width.",
     experiment: "Pulse-width ladder: impulse over width is a straight line with an intercept; a lag has none.",
+    ..Effect::PLAIN
 };
 
 fn filter(p: &[f64]) -> FilterKind {

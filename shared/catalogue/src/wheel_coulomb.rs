@@ -3,7 +3,7 @@
 use super::applies::wheel;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,16 +12,17 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: wheel,
     parameters: &[
-        EffectParameter::new("torque", "N m", [0.0, 0.1], 1e-3, "drag torque T"),
-        EffectParameter::new("smooth_rate", "rad/s", [1e-3, 10.0], 0.1, "speed v0 over which the sign turns"),
+        EffectParameter::new("torque", "N m", [0.0, 0.1], 1e-3, "drag torque T").amplitude(),
+        EffectParameter::new("smooth_rate", "rad/s", [1e-3, 10.0], 0.1, "speed v0 over which the sign turns")
+            .smoothing(),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Actuator(both!(law)),
+    family: Family::Friction,
     what: "Friction -T tanh(W/v0) on the rotor; the body takes +T tanh(W/v0). Bialke 1998.",
     signature: "A step of body rate each time the wheel passes zero speed.",
     confounders: "wheel_viscous in slews (cosine 0.94), actuator_dead_zone.",
     experiment: "Take the wheel through zero speed slowly, both ways.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

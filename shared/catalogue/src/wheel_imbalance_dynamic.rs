@@ -5,7 +5,7 @@ use super::geometry::push;
 use super::wheel_imbalance_static::rotating;
 use dynamics::both;
 use dynamics::description::{Plant, Site, SiteKind, Space};
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -14,17 +14,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: spatial_wheel,
     parameters: &[
-        EffectParameter::new("imbalance", "kg m^2", [0.0, 0.01], 1e-6, "product of inertia U of the rotor"),
-        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "rotor angle at the start"),
+        EffectParameter::new("imbalance", "kg m^2", [0.0, 0.01], 1e-6, "product of inertia U of the rotor").amplitude(),
+        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "rotor angle at the start").direction(1.0),
     ],
-    amplitudes: 1,
     hidden_states: 1,
     law: Law::Actuator(both!(law)),
+    family: Family::Ripple,
     what: "Torque U W^2 (cos p e1 + sin p e2) on the body, p' = W, perpendicular to the axis (Masterson, Miller and Grogan 2002); planar \
            plants do not feel it.",
     signature: "A line at wheel speed in the gyros across the wheel's axis, growing with the square of speed.",
     confounders: "wheel_imbalance_static of a wheel away from the centre of mass; a structural mode; sensor_tone.",
     experiment: "Ramp the wheel; compare accelerometers, which a pure torque hardly moves.",
+    ..Effect::PLAIN
 };
 
 fn spatial_wheel(plant: &Plant, site: &Site) -> bool {

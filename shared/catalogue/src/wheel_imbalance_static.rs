@@ -4,7 +4,7 @@ use super::applies::wheel;
 use super::geometry::{perpendicular, push};
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -13,20 +13,21 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: wheel,
     parameters: &[
-        EffectParameter::new("imbalance", "kg m", [0.0, 0.01], 1e-5, "mass times distance U from the axis"),
-        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "rotor angle at the start"),
+        EffectParameter::new("imbalance", "kg m", [0.0, 0.01], 1e-5, "mass times distance U from the axis").amplitude(),
+        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "rotor angle at the start").direction(1.0),
         EffectParameter::new("position_x", "m", [-10.0, 10.0], 0.0, "where the wheel is on its body, x"),
         EffectParameter::new("position_y", "m", [-10.0, 10.0], 0.0, "where the wheel is on its body, y"),
         EffectParameter::new("position_z", "m", [-10.0, 10.0], 0.0, "where the wheel is on its body, z").out_of_plane(),
     ],
-    amplitudes: 1,
     hidden_states: 1,
     law: Law::Actuator(both!(law)),
+    family: Family::Ripple,
     what: "Force U W^2 (cos p e1 + sin p e2) on the body at the wheel's place, p' = W, e1 and e2 perpendicular to the axis (Masterson, Miller and \
            Grogan 2002). The rotor's turn is relative to the body.",
     signature: "A line at wheel speed in every accelerometer, growing with its square, on both axes 90 degrees apart.",
     confounders: "A structural mode at that frequency; what a sensor sampled too slowly makes of it; sensor_tone.",
     experiment: "Ramp the wheel: the line follows its speed, an aliased one runs backwards.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -3,7 +3,7 @@
 use super::applies::wheel;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,17 +12,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: wheel,
     parameters: &[
-        EffectParameter::new("inverse_limit", "s/rad", [0.0, 1.0], 0.02, "one over the largest speed W_max"),
+        EffectParameter::new("inverse_limit", "s/rad", [0.0, 1.0], 0.02, "one over the largest speed W_max")
+            .amplitude(),
         EffectParameter::new("band", "1", [1e-3, 0.5], 0.02, "share of W_max over which the torque fades before it"),
     ],
-    amplitudes: 1,
-    hidden_states: 0,
     law: Law::Actuator(both!(law)),
+    family: Family::Actuation,
     what: "A torque that would make the rotor faster is multiplied by (1 - |W|/W_max) / band where that is below one, and is zero above \
            W_max; a torque that brakes it passes: supply voltage over back-emf. The inverse is the amplitude: zero is no limit.",
     signature: "The wheel stays at one speed and its torque on the body vanishes while the command goes on; the controller winds up.",
     confounders: "actuator_saturation (which limits torque, not speed), motor_constant_error near the limit, actuator_stuck.",
     experiment: "Spin up to the limit, then command the other way: braking is as it was.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

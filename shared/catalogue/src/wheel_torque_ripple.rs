@@ -3,7 +3,7 @@
 use super::applies::wheel;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -12,17 +12,18 @@ pub static EFFECT: Effect = Effect {
     sites: &[SiteKind::Actuator],
     applies: wheel,
     parameters: &[
-        EffectParameter::new("torque", "N m", [0.0, 0.1], 5e-4, "amplitude A"),
-        EffectParameter::new("order", "1", [1.0, 200.0], 12.0, "periods N per turn"),
-        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at the start"),
+        EffectParameter::new("torque", "N m", [0.0, 0.1], 5e-4, "amplitude A").amplitude(),
+        EffectParameter::new("order", "1", [1.0, 200.0], 12.0, "periods N per turn").order(),
+        EffectParameter::new("phase", "rad", [-3.2, 3.2], 0.0, "phase at the start").direction(1.0),
     ],
-    amplitudes: 1,
     hidden_states: 1,
     law: Law::Actuator(both!(law)),
+    family: Family::Ripple,
     what: "u_acting = u + A sin(N p + phase), p' = W; cogging and commutation.",
     signature: "A line at N times wheel speed in the gyro about the wheel's axis, of constant amplitude in torque.",
     confounders: "wheel_imbalance_static and wheel_imbalance_dynamic (order one, other axes), a structural mode.",
     experiment: "Ramp the wheel: the line follows N times its speed.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

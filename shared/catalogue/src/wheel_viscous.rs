@@ -3,7 +3,7 @@
 use super::applies::wheel;
 use dynamics::both;
 use dynamics::description::SiteKind;
-use dynamics::effect::{Action, Effect, EffectParameter, Law, Local};
+use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
 pub static EFFECT: Effect = Effect {
@@ -11,14 +11,14 @@ pub static EFFECT: Effect = Effect {
     title: "Viscous friction of a wheel",
     sites: &[SiteKind::Actuator],
     applies: wheel,
-    parameters: &[EffectParameter::new("damping", "N m s/rad", [0.0, 0.01], 2e-5, "coefficient c")],
-    amplitudes: 1,
-    hidden_states: 0,
+    parameters: &[EffectParameter::new("damping", "N m s/rad", [0.0, 0.01], 2e-5, "coefficient c").amplitude()],
     law: Law::Actuator(both!(law)),
+    family: Family::Damping,
     what: "Friction -c W on the rotor turning at W relative to the body; the body takes +c W: torque on the body u + c W.",
     signature: "Body torque that follows wheel speed; the wheel runs down exponentially when unpowered.",
     confounders: "The wheel's own viscous friction where it has a prior (identical); wheel_coulomb in slews (cosine 0.94, below 0.85 in pulses); gravity_gradient in a multisine (0.93, below 0.85 in pulses).",
     experiment: "Pulses, or a spin-down through several speeds.",
+    ..Effect::PLAIN
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {

@@ -14,7 +14,7 @@ mod times;
 mod trials;
 
 pub use hops::hopped;
-pub use refit::{Refit, free_numbers, inner_sigma, refit_all, settled};
+pub use refit::{Refit, free_numbers, refit_all, settled};
 pub use subsets::{Ranking, Subset, rank};
 pub use times::{found_times, timed};
 pub use trials::Trials;

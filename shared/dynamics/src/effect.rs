@@ -4,48 +4,15 @@
 //! catalogue of their own; here is what every entry has in common, and how the effects of a plant become numbers and parts.
 
 mod law;
+mod parameter;
 mod resolve;
 
 pub use law::{Action, BodyState, Both, HIDDEN_MAX, LawFn, Local, Pick, Surroundings, fired};
+pub use parameter::{EffectParameter, Prior, Role, Scan, Spread};
 pub use resolve::{EffectError, PARAMETERS_MAX, apply_structures, felt, sites, values};
 
 use crate::description::{Plant, Site, SiteKind, Space};
 use crate::lags::FilterKind;
-
-/// One number of an effect.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EffectParameter {
-    pub name: &'static str,
-    /// SI unit; `*` stands for the unit of the site (rad or m at a joint, m or rad at a tank, of the input at an actuator, of the
-    /// channel at a sensor). J/rad is a torque, J/m a force.
-    pub unit: &'static str,
-    /// Plausible range; the sign is part of it: friction is never negative.
-    pub low: f64,
-    pub high: f64,
-    pub default: f64,
-    pub what: &'static str,
-    /// Without any effect where everything lies in a plane: planar plants do not list it.
-    pub out_of_plane: bool,
-}
-
-impl EffectParameter {
-    /// Name, unit, plausible range, default, meaning.
-    pub const fn new(
-        name: &'static str,
-        unit: &'static str,
-        [low, high]: [f64; 2],
-        default: f64,
-        what: &'static str,
-    ) -> Self {
-        Self { name, unit, low, high, default, what, out_of_plane: false }
-    }
-
-    /// The same number as one that planar plants do not feel.
-    #[must_use]
-    pub const fn out_of_plane(self) -> Self {
-        Self { out_of_plane: true, ..self }
-    }
-}
 
 /// Where in the equations an effect acts.
 #[derive(Clone, Copy)]
@@ -66,6 +33,72 @@ pub enum Law {
     Structure(fn(&mut Plant, &Site, &[f64]) -> Result<(), String>),
 }
 
+/// What the amplitudes of an effect are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Amplitude {
+    Any,
+    /// Shares of the mass or inertia of its body that a part takes: the largest is not negative, and the part alone, its body held,
+    /// resonates below the frequency at which a recording shows both: by the root of what of the body is left.
+    ShareOfBody,
+}
+
+/// What of a plant's environment an effect needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    Nothing,
+    Atmosphere,
+    MagneticField,
+}
+
+/// Laws that are confused with each other more than with any other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Family {
+    MassProperties,
+    Friction,
+    Damping,
+    Stiffness,
+    Clearance,
+    Ripple,
+    Flexibility,
+    Actuation,
+    Slosh,
+    Disturbance,
+    Aerodynamics,
+    Consumption,
+    SensorError,
+    Timing,
+}
+
+impl Family {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::MassProperties => "mass properties",
+            Self::Friction => "friction",
+            Self::Damping => "damping",
+            Self::Stiffness => "stiffness",
+            Self::Clearance => "clearance",
+            Self::Ripple => "ripple",
+            Self::Flexibility => "flexibility",
+            Self::Actuation => "actuation",
+            Self::Slosh => "slosh",
+            Self::Disturbance => "disturbance",
+            Self::Aerodynamics => "aerodynamics",
+            Self::Consumption => "consumption",
+            Self::SensorError => "sensor error",
+            Self::Timing => "timing",
+        }
+    }
+}
+
+/// A simpler law that an effect contains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// Entry of the same catalogue.
+    pub kind: &'static str,
+    /// Values at which the effect is that law; parameters of the same name are the same in both.
+    pub at: &'static [(&'static str, f64)],
+}
+
 /// One entry of the catalogue.
 pub struct Effect {
     /// Name in files and on the command line, snake case.
@@ -75,11 +108,18 @@ pub struct Effect {
     /// Which of those sites: a wheel's imbalance sits at wheels, not at every actuator.
     pub applies: fn(&Plant, &Site) -> bool,
     pub parameters: &'static [EffectParameter],
-    /// The first so many are the amplitude, a number or a vector.
-    pub amplitudes: usize,
+    /// What the amplitudes are.
+    pub amplitude: Amplitude,
     /// Continuous states of its own (hysteresis, integrated impulse); at most [`HIDDEN_MAX`], zero at the start.
     pub hidden_states: usize,
     pub law: Law,
+    /// What of the environment it needs.
+    pub needs: Needs,
+    /// Its reading is a staircase, which has no derivative: linearisations are taken without it.
+    pub staircase: bool,
+    pub family: Family,
+    /// Simpler laws that it contains as limits.
+    pub limits: &'static [Limit],
     /// The equation and its source.
     pub what: &'static str,
     /// Channel, time, frequency and state at which it shows.
@@ -91,6 +131,41 @@ pub struct Effect {
 }
 
 impl Effect {
+    /// What entries leave out: a law of nothing, without hidden states, needs or limits.
+    pub const PLAIN: Self = Self {
+        kind: "",
+        title: "",
+        sites: &[],
+        applies: |_, _| true,
+        parameters: &[],
+        amplitude: Amplitude::Any,
+        hidden_states: 0,
+        law: Law::Structure(|_, _, _| Ok(())),
+        needs: Needs::Nothing,
+        staircase: false,
+        family: Family::Disturbance,
+        limits: &[],
+        what: "",
+        signature: "",
+        confounders: "",
+        experiment: "",
+    };
+
+    /// How many of its parameters, from the first on, are its amplitudes.
+    pub fn amplitudes(&self) -> usize {
+        self.parameters.iter().take_while(|parameter| parameter.role == Role::Amplitude).count()
+    }
+
+    /// The parameter called `name`.
+    pub fn parameter(&self, name: &str) -> Option<&'static EffectParameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// The first parameter with this role.
+    pub fn with_role(&self, role: Role) -> Option<&'static EffectParameter> {
+        self.parameters.iter().find(|parameter| parameter.role == role)
+    }
+
     /// The parameters that a plant in `space` feels.
     pub fn parameters_in(&self, space: Space) -> impl Iterator<Item = &'static EffectParameter> {
         self.parameters.iter().filter(move |parameter| space == Space::Spatial || !parameter.out_of_plane)

@@ -1,6 +1,6 @@
 //! The page of a diagnosis: the verdict for who reads one paragraph, then the figures, then every number.
 
-use super::paragraph::{first_paragraph, gain_words, held_out_words, percent, title, unit, verdict_words};
+use super::paragraph::{first_paragraph, gain_words, held_out_words, percent, unit, verdict_words};
 use super::words::{not_found, status_words};
 use super::{Diagnosed, figures};
 use crate::doctor::{channels_of, value_of, words_of};
@@ -70,7 +70,7 @@ fn effects(diagnosis: &Diagnosis) -> Table {
             _ => Cell::Written(format!("{:.2}", effect.probability)),
         };
         let first = [
-            Cell::Prose(format!("{}\n{} at {}", title(&effect.kind), effect.kind, effect.site)),
+            Cell::Prose(format!("{}\n{} at {}", effect.title, effect.kind, effect.site)),
             probability,
             status_words(effect.status).into(),
         ];

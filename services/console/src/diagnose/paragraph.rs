@@ -59,15 +59,9 @@ fn headline(diagnosis: &Diagnosis) -> String {
 
 /// `Coulomb friction at joint:pivot (joint_coulomb), force 0.300 ± 0.004 N*m`.
 pub fn in_words(effect: &EffectReport) -> String {
-    let title = title(&effect.kind);
     let numbers: Vec<String> = effect.parameters.iter().map(parameter).collect();
     let numbers = if numbers.is_empty() { String::new() } else { format!(", {}", numbers.join(", ")) };
-    format!("{title} at {} ({}){numbers}", effect.site, effect.kind)
-}
-
-/// The catalogue's words for a kind.
-pub fn title(kind: &str) -> &str {
-    catalogue::CATALOGUE.effect(kind).map_or(kind, |known| known.title)
+    format!("{} at {} ({}){numbers}", effect.title, effect.site, effect.kind)
 }
 
 fn parameter(parameter: &ParameterReport) -> String {

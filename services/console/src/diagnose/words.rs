@@ -1,7 +1,7 @@
 //! The diagnosis for a terminal.
 
 use super::Diagnosed;
-use super::paragraph::{first_paragraph, gain_words, held_out_words, percent, title, unit, verdict_words};
+use super::paragraph::{first_paragraph, gain_words, held_out_words, percent, unit, verdict_words};
 use crate::recordings::{Loaded, probability, wrapped};
 use discovery::diagnose::{DetectionLimit, Diagnosis, EffectReport};
 use examination::doctor::Severity;
@@ -63,8 +63,8 @@ fn effect(effect: &EffectReport) -> String {
     }
     let _ =
         writeln!(text, ", d {}, {} % absorbed by the plant's numbers", short(effect.d), short(100.0 * effect.kappa));
-    if title(&effect.kind) != effect.kind {
-        let _ = writeln!(text, "  {}", title(&effect.kind));
+    if effect.title != effect.kind {
+        let _ = writeln!(text, "  {}", effect.title);
     }
     for p in &effect.parameters {
         let (value, sigma) = with_sigma(p.value, p.sigma);

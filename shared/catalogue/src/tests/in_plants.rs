@@ -40,7 +40,7 @@ fn in_the_equations_of_a_plant_no_effect_changes_anything_at_zero_amplitude_and_
             let mut parameters = defaults(effect);
             let (x_dot, y) = answer(effect, &site, &parameters);
             assert!(x_dot.iter().chain(&y).all(|number| number.is_finite()), "{} at {site}", effect.kind);
-            parameters[..effect.amplitudes].fill(0.0);
+            parameters[..effect.amplitudes()].fill(0.0);
             assert_eq!(answer(effect, &site, &parameters), untouched, "{} at {site}", effect.kind);
         }
     }
@@ -320,12 +320,12 @@ fn bristles_shorter_than_a_step_are_dry_friction() {
 fn planar_plants_list_what_they_feel_and_only_that() {
     let untouched = rates_and_readings(&plant());
     for effect in EFFECTS {
-        let amplitudes = &effect.parameters[..effect.amplitudes];
+        let amplitudes = &effect.parameters[..effect.amplitudes()];
         let size = amplitudes.iter().map(|part| part.default).fold(0.0, f64::max);
         for site in sites(effect, &plant()) {
             for (k, part) in amplitudes.iter().enumerate() {
                 let mut parameters = defaults(effect);
-                parameters[..effect.amplitudes].fill(0.0);
+                parameters[..effect.amplitudes()].fill(0.0);
                 parameters[k] = size.min(part.high);
                 if part.out_of_plane {
                     assert_eq!(

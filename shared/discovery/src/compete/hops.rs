@@ -11,7 +11,7 @@ use super::refit::{ROUNDS, Refit, Valley, settled};
 use crate::score::Column;
 use crate::score::candidates::motion;
 use dynamics::description::Plant;
-use dynamics::effect::EffectParameter;
+use dynamics::effect::{EffectParameter, Role};
 use identification::fit::{Engine, fit};
 
 /// Gain in `−2 ln p` from which a neighbour is a better valley, and not the same one seen from its other side.
@@ -90,11 +90,11 @@ fn take(best: &mut Refit, found: Refit) {
 /// `plant` with the sign of the effect of `column` turning over a smaller rate.
 fn sharper(plant: &Plant, column: &Column) -> Option<Plant> {
     let (candidate, mut plant) = (&column.candidate, plant.clone());
+    let smoothing = candidate.effect.with_role(Role::Smoothing)?;
     let own = plant.effects.iter_mut().find(|e| e.kind == candidate.effect.kind && e.site == candidate.site)?;
-    let (_, rate) = own.values.iter_mut().find(|(name, _)| name == "smooth_rate")?;
-    let low = candidate.effect.parameters.iter().find(|p| p.name == "smooth_rate")?.low;
+    let (_, rate) = own.values.iter_mut().find(|(name, _)| name == smoothing.name)?;
     let sharp = rate.value / SHARPER;
-    (sharp >= low).then(|| rate.value = sharp)?;
+    (sharp >= smoothing.low).then(|| rate.value = sharp)?;
     Some(plant)
 }
 
@@ -105,19 +105,17 @@ fn neighbours(
     column: &Column,
     (parameter, value): (&EffectParameter, f64),
 ) -> Option<[f64; 2]> {
-    match parameter.name {
-        "frequency" => {
+    match parameter.role {
+        Role::Frequency => {
             let longest = engine.problem.runs.iter().map(|run| run.end_s - run.begin_s).fold(0.0, f64::max);
             (longest > 0.0).then(|| [value - 1.0 / longest, value + 1.0 / longest])
         }
-        "order" => {
+        Role::Order => {
             let visited = motion(&refit.plant, &refit.fit.board.linears, &column.candidate.site)?;
             let lobe = core::f64::consts::TAU / (visited.high - visited.low);
             lobe.is_finite().then_some([value - lobe, value + lobe])
         }
-        "stribeck_rate" | "half_gap" | "yield" | "presliding" | "decay" | "time_constant" | "compliance" => {
-            Some([value / FACTOR, value * FACTOR])
-        }
+        _ if parameter.multimodal => Some([value / FACTOR, value * FACTOR]),
         _ => None,
     }
 }
@@ -173,9 +171,9 @@ mod tests {
         let engine = Engine::counted(&problem, 1, std::sync::Arc::new(work)).unwrap();
         let fit: Fit = fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
         let effect = nominal.catalogue.effect(kind).unwrap();
-        let along = |k: usize| (0..effect.amplitudes).map(move |i| (effect.parameters[i].name, f64::from(i == k)));
-        let directions = if effect.amplitudes > 1 {
-            (0..effect.amplitudes)
+        let along = |k: usize| (0..effect.amplitudes()).map(move |i| (effect.parameters[i].name, f64::from(i == k)));
+        let directions = if effect.amplitudes() > 1 {
+            (0..effect.amplitudes())
                 .map(|k| along(k).map(|(n, s)| (n, f64::from(u8::from(s != 0.0)))).collect())
                 .collect()
         } else {
@@ -186,7 +184,7 @@ mod tests {
             site: site.parse().unwrap(),
             inner: inner(&fit.board),
             directions,
-            one_sided: effect.amplitudes == 1,
+            one_sided: effect.amplitudes() == 1,
             high: effect.parameters[0].high,
             at: None,
             felt: None,

@@ -1,8 +1,9 @@
 //! The plant with a candidate as physics: fitted from the score's amplitude, numbers inside its law free.
 
 use super::PREFERRED;
-use crate::score::Column;
+use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant, Quantity};
+use dynamics::effect::{Amplitude, EffectParameter, Role};
 use dynamics::system::System;
 use identification::filter::{NoiseModel, equip};
 use identification::fit::noise::{Search, maximise};
@@ -79,8 +80,8 @@ impl Refit {
     pub fn evidence(&self, column: &Column) -> f64 {
         let effect = column.candidate.effect;
         let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
-        let amplitudes = effect.parameters.iter().take(effect.amplitudes.max(1));
-        let place = |p: &dynamics::effect::EffectParameter| {
+        let amplitudes = effect.parameters.iter().take(effect.amplitudes());
+        let place = |p: &EffectParameter| {
             self.problem.unknowns.iter().position(|unknown| unknown.parameter == format!("{prefix}{}", p.name))
         };
         let size = |at: usize| self.fit.theta[at].abs() / self.fit.sigma[at].max(f64::MIN_POSITIVE);
@@ -149,7 +150,8 @@ fn shaped(engine: &Engine<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Op
     for candidate in parts.iter().map(|(column, _)| &column.candidate) {
         let own = plant.effects.iter_mut().find(|e| e.kind == candidate.effect.kind && e.site == candidate.site)?;
         for (name, quantity) in &mut own.values {
-            let Some(sigma) = shape_sigma(candidate.effect.kind, name, quantity.value) else { continue };
+            let shape = candidate.effect.parameter(name).and_then(|p| p.prior.sigma_if_preferred(quantity.value));
+            let Some(sigma) = shape else { continue };
             *quantity = Quantity::with_prior(quantity.value, sigma);
             more += 1;
         }
@@ -197,7 +199,7 @@ pub fn settled(engine: &Engine<'_>, refit: Refit) -> Refit {
 fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) -> Option<(Plant, usize)> {
     let candidate = &column.candidate;
     let parameters = candidate.effect.parameters;
-    let components = candidate.effect.amplitudes.max(1);
+    let components = candidate.effect.amplitudes();
     let (size, angles) = if components > 1 { (0.0, Vec::new()) } else { polar(candidate, amplitude) };
     // of a vector, by name
     let component = |name: &str| -> Option<f64> {
@@ -223,15 +225,11 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
         } else if let Some((_, angle)) = angles.iter().find(|(n, _)| *n == name) {
             Some((*angle, varies(candidate, name).then_some(1.5)))
         } else {
-            candidate
-                .inner
-                .iter()
-                .find(|(n, _)| *n == name)
-                .map(|(_, value)| (*value, inner_sigma(candidate.effect.kind, name, *value)))
+            candidate.inner.iter().find(|(n, _)| *n == name).map(|(_, value)| (*value, parameter.prior.sigma(*value)))
         };
-        let given = given.map(|(value, sigma)| (value * locked(name, candidate, amplitude, share), sigma));
+        let given = given.map(|(value, sigma)| (value * locked(parameter, candidate, amplitude, share), sigma));
         let Some((value, sigma)) = given else { continue };
-        free += usize::from(sigma.is_some() || searched(name, value));
+        free += usize::from(sigma.is_some() || is_searched(parameter, value));
         let quantity = sigma.map_or(Quantity::known(value), |sigma| Quantity::with_prior(value, sigma));
         values.push((name.to_owned(), quantity));
     }
@@ -244,8 +242,8 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
 
 /// Factor on the frequency of an appendage: a line stands where the body is free to answer it, its mode's own frequency, body locked, lower by the
 /// root of what of the body the mode does not carry.
-fn locked(name: &str, candidate: &crate::score::Candidate, amplitude: &[f64], share: f64) -> f64 {
-    if name != "frequency" || !candidate.effect.kind.starts_with("appendage") {
+fn locked(parameter: &EffectParameter, candidate: &Candidate, amplitude: &[f64], share: f64) -> f64 {
+    if parameter.role != Role::Frequency || candidate.effect.amplitude != Amplitude::ShareOfBody {
         return 1.0;
     }
     let carried: f64 = amplitude.iter().map(|a| (share * a).abs()).sum();
@@ -253,14 +251,15 @@ fn locked(name: &str, candidate: &crate::score::Candidate, amplitude: &[f64], sh
 }
 
 /// Numbers that a refit of `candidate` along `directions` leaves free.
-pub fn free_numbers(candidate: &crate::score::Candidate, directions: usize) -> usize {
-    let free = |(name, v): &&(&str, f64)| inner_sigma(candidate.effect.kind, name, *v).is_some() || searched(name, *v);
+pub fn free_numbers(candidate: &Candidate, directions: usize) -> usize {
+    let is_free = |p: &EffectParameter, value: f64| p.prior.sigma(value).is_some() || is_searched(p, value);
+    let free = |(name, value): &&(&str, f64)| candidate.effect.parameter(name).is_some_and(|p| is_free(p, *value));
     let inner = candidate.inner.iter().filter(free);
     directions + inner.count()
 }
 
 /// Size and angles from amplitudes along the directions.
-fn polar(candidate: &crate::score::Candidate, amplitude: &[f64]) -> (f64, Vec<(&'static str, f64)>) {
+fn polar(candidate: &Candidate, amplitude: &[f64]) -> (f64, Vec<(&'static str, f64)>) {
     let directions = &candidate.directions;
     if directions.len() < 2 {
         return (amplitude.first().copied().unwrap_or(0.0), directions.first().cloned().unwrap_or_default());
@@ -277,36 +276,12 @@ fn polar(candidate: &crate::score::Candidate, amplitude: &[f64]) -> (f64, Vec<(&
 }
 
 /// The directions differ in this angle.
-fn varies(candidate: &crate::score::Candidate, name: &str) -> bool {
+fn varies(candidate: &Candidate, name: &str) -> bool {
     let of = |direction: &Vec<(&'static str, f64)>| direction.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
     candidate.directions.windows(2).any(|pair| of(&pair[0]) != of(&pair[1]))
 }
 
 /// A time that the refinement of the score has searched: the refit leaves it there, and it counts as free all the same.
-fn searched(name: &str, value: f64) -> bool {
-    name == "begin" || name == "duration" && value < FOR_EVER_S
-}
-
-/// Prior of a number that shapes a law, which stays at its usual value where it need not be another.
-fn shape_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
-    match (kind, name) {
-        ("joint_bouc_wen", "exponent") => Some(0.5 * value),
-        ("joint_bouc_wen", "share") => Some(0.2),
-        _ => None,
-    }
-}
-
-/// Prior of a number inside a law; `None`: it stays where the grid has it.
-pub fn inner_sigma(kind: &str, name: &str, value: f64) -> Option<f64> {
-    match name {
-        "frequency" if kind != "thermal_snap" => Some(0.3 * value),
-        // a scale repeats once a turn: its orders are whole numbers, unless a gear lies between
-        "order" if kind != "encoder_ripple" || value.fract() != 0.0 => Some(0.1 * value),
-        "damping_ratio" if kind.contains("left_out") || kind.contains("second_mode") => Some(0.05),
-        "damping_ratio" if kind == "joint_flexibility" => Some(value),
-        "stribeck_rate" | "yield" | "presliding" | "half_gap" => Some(0.7 * value),
-        "decay" | "time_constant" => Some(1.0 * value),
-        "begin" if kind == "thermal_snap" || kind == "sensor_step" => None,
-        _ => None,
-    }
+fn is_searched(parameter: &EffectParameter, value: f64) -> bool {
+    parameter.role == Role::Onset || parameter.role == Role::Duration && value < FOR_EVER_S
 }

@@ -8,6 +8,7 @@
 use super::refit::{FOR_EVER_S, Refit, settled};
 use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant};
+use dynamics::effect::Role;
 use identification::filter::NoiseModel;
 use identification::fit::{Board, Engine, Fit};
 use nalgebra::{Cholesky, DMatrix};
@@ -80,7 +81,7 @@ fn moved(engine: &Engine<'_>, refit: &Refit, members: &[&Column]) -> Option<Plan
             break;
         }
         let before = engine.work.spent();
-        let at = time(&plant.effects[place.effect], place.edge)?;
+        let at = time(&plant, place.effect, place.edge)?;
         let mut value = |t_s: f64| {
             let inside = (begin_s..=end_s).contains(&t_s).then(|| with(&plant, place, t_s)).flatten();
             inside.and_then(|plant| follow.least(&plant)).unwrap_or(f64::INFINITY)
@@ -137,16 +138,19 @@ pub fn found_times(
     let mut follow = Follow::new(engine, fit, noise);
     let alone: Vec<f64> = list.iter().map(|place| follow.sigma(plant, *place)).collect::<Option<_>>()?;
     let (sigma, between) = follow.joint(plant, &list, &alone)?;
-    let value = |edge: Edge| time(&plant.effects[list[0].effect], edge);
+    let value = |edge: Edge| time(plant, list[0].effect, edge);
+    let name = |role: Role| candidate.effect.with_role(role).map(|parameter| parameter.name);
     let mut times = Vec::with_capacity(2);
     for (k, place) in list.iter().enumerate() {
         let found = match place.edge {
-            Edge::Begin => FoundTime { name: "begin", value: value(Edge::Begin)?, sigma: between[(k, k)].sqrt() },
+            Edge::Begin => {
+                FoundTime { name: name(Role::Onset)?, value: value(Edge::Begin)?, sigma: between[(k, k)].sqrt() }
+            }
             Edge::End => {
                 let begun = list.iter().position(|other| other.edge == Edge::Begin);
                 let own = begun.map_or(0.0, |b| between[(b, b)] - 2.0 * between[(b, k)]);
                 let sigma = (between[(k, k)] + own).max(0.0).sqrt();
-                FoundTime { name: "duration", value: value(Edge::End)? - value(Edge::Begin)?, sigma }
+                FoundTime { name: name(Role::Duration)?, value: value(Edge::End)? - value(Edge::Begin)?, sigma }
             }
         };
         times.push(found);
@@ -165,38 +169,40 @@ fn places(engine: &Engine<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Plac
     let is_own = |used: &EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
     let Some(effect) = plant.effects.iter().position(is_own) else { return Vec::new() };
     let [begin_s, end_s] = span_s(engine);
-    let is_inside = |place: &Place| time(&plant.effects[effect], place.edge).is_some_and(|t| begin_s < t && t < end_s);
+    let is_inside = |place: &Place| time(plant, effect, place.edge).is_some_and(|t| begin_s < t && t < end_s);
     [Edge::Begin, Edge::End].map(|edge| Place { effect, edge }).into_iter().filter(is_inside).collect()
 }
 
 /// When an effect begins or ends; `None` where it has no such edge.
-fn time(used: &EffectUse, edge: Edge) -> Option<f64> {
-    let value = |name: &str| used.values.iter().find(|(own, q)| own == name && q.sigma.is_none()).map(|(_, q)| q.value);
-    let begin = value("begin")?;
+fn time(plant: &Plant, effect: usize, edge: Edge) -> Option<f64> {
+    let known = |role: Role| plant.stated(&plant.effects[effect], role).filter(|q| q.sigma.is_none()).map(|q| q.value);
+    let begin = known(Role::Onset)?;
     match edge {
         Edge::Begin => Some(begin),
-        Edge::End => value("duration").filter(|lasts| *lasts < FOR_EVER_S).map(|lasts| begin + lasts),
+        Edge::End => known(Role::Duration).filter(|lasts| *lasts < FOR_EVER_S).map(|lasts| begin + lasts),
     }
 }
 
 /// `plant` with one edge at `t_s`, the other where it was.
 fn with(plant: &Plant, place: Place, t_s: f64) -> Option<Plant> {
+    let (begin, end) = (time(plant, place.effect, Edge::Begin)?, time(plant, place.effect, Edge::End));
+    let effect = plant.catalogue.effect(&plant.effects[place.effect].kind)?;
     let mut plant = plant.clone();
     let used = &mut plant.effects[place.effect];
-    let (begin, end) = (time(used, Edge::Begin)?, time(used, Edge::End));
-    let mut set = |name: &str, value: f64| {
-        used.values.iter_mut().filter(|(own, _)| own == name).for_each(|(_, quantity)| quantity.value = value);
+    let mut set = |role: Role, value: f64| {
+        let is_it = |name: &str| effect.with_role(role).is_some_and(|parameter| parameter.name == name);
+        used.values.iter_mut().filter(|(own, _)| is_it(own)).for_each(|(_, quantity)| quantity.value = value);
     };
     let lasts = match place.edge {
         Edge::Begin => {
-            set("begin", t_s);
+            set(Role::Onset, t_s);
             end.map(|end| end - t_s)
         }
         Edge::End => Some(t_s - begin),
     };
     if let Some(lasts) = lasts {
         (lasts > 0.0).then_some(())?;
-        set("duration", lasts);
+        set(Role::Duration, lasts);
     }
     Some(plant)
 }
@@ -221,7 +227,7 @@ impl<'a, 'p> Follow<'a, 'p> {
 
     /// Half the width in which the objective rises by less than one, at least what integration resolves; all other edges stay.
     fn sigma(&mut self, plant: &Plant, place: Place) -> Option<f64> {
-        let at = time(&plant.effects[place.effect], place.edge)?;
+        let at = time(plant, place.effect, place.edge)?;
         let finest = self.engine.timelines.first()?.period_s;
         let [begin_s, end_s] = span_s(self.engine);
         let least = self.least(plant)?;
@@ -248,7 +254,7 @@ impl<'a, 'p> Follow<'a, 'p> {
     fn joint(&mut self, plant: &Plant, list: &[Place], alone: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
         let mut columns = Vec::with_capacity(list.len());
         for (place, width) in list.iter().zip(alone) {
-            let at = time(&plant.effects[place.effect], place.edge)?;
+            let at = time(plant, place.effect, place.edge)?;
             let nu = |t_s: f64| {
                 let moved = with(plant, *place, t_s)?;
                 self.engine.innovations(&moved, self.theta, &self.board.linears, &|_| true)

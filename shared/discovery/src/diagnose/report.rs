@@ -53,6 +53,8 @@ pub struct ParameterReport {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectReport {
     pub kind: String,
+    /// In words, of its entry in the catalogue.
+    pub title: String,
     pub site: String,
     pub probability: f64,
     pub status: Status,

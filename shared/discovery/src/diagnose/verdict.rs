@@ -545,6 +545,7 @@ fn effect(engine: &Engine<'_>, best: &Standing, adopted: &Adopted, status: Statu
     let candidate = &adopted.column.candidate;
     EffectReport {
         kind: candidate.effect.kind.to_owned(),
+        title: candidate.effect.title.to_owned(),
         site: candidate.site.to_string(),
         probability: adopted.weight,
         status,
@@ -595,6 +596,7 @@ fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
     };
     EffectReport {
         kind: candidate.effect.kind.to_owned(),
+        title: candidate.effect.title.to_owned(),
         site: candidate.site.to_string(),
         probability: 0.0,
         status: Status::NotConverged,

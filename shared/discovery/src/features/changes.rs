@@ -86,6 +86,11 @@ impl Change {
         }
     }
 
+    /// In words; of a change that is no effect its kind.
+    pub fn title(&self) -> String {
+        if let Self::Effect { effect, .. } = self { effect.title.to_owned() } else { self.kind() }
+    }
+
     pub fn site(&self, plant: &Plant) -> String {
         let name = |appendage: &usize| &plant.appendages[*appendage].name;
         match self {

@@ -134,6 +134,7 @@ impl Comparison<'_> {
         let (name, value, slope, unit) = member.change.parameter(member.amplitude);
         EffectReport {
             kind: member.change.kind(),
+            title: member.change.title(),
             site: member.change.site(self.plant),
             probability: 1.0 / total,
             status,

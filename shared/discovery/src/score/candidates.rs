@@ -2,7 +2,7 @@
 
 use super::{Instants, Lines, Orders};
 use dynamics::description::{Plant, Site, SiteKind, Space};
-use dynamics::effect::{Effect, EffectParameter, sites};
+use dynamics::effect::{Amplitude, Effect, EffectParameter, Role, Scan, sites};
 use identification::filter::Linear;
 use identification::problem::Problem;
 
@@ -41,7 +41,7 @@ impl Candidate {
     /// one that is not there, and the refit keeps to what is possible; an angle turns what is negative round.
     pub fn range(&self, direction: usize) -> [f64; 2] {
         let first = &self.effect.parameters[0];
-        if self.effect.amplitudes > 1 {
+        if self.effect.amplitudes() > 1 {
             let component =
                 |p: &&EffectParameter| self.directions[direction].iter().any(|(n, s)| *n == p.name && *s != 0.0);
             let own = self.effect.parameters.iter().find(component).unwrap_or(first);
@@ -66,13 +66,13 @@ impl Candidate {
             (low..=high).contains(a)
         };
         let largest = amplitudes.iter().copied().fold(0.0f64, |most, a| if a.abs() > most.abs() { a } else { most });
-        let is_mass = self.effect.kind.starts_with("appendage");
+        let is_mass = self.effect.amplitude == Amplitude::ShareOfBody;
         amplitudes.iter().enumerate().all(is_in_range) && largest != 0.0 && !(is_mass && largest < 0.0)
     }
 
     /// All values at one amplitude and direction.
     pub fn values(&self, amplitude: f64, direction: usize) -> Vec<(&'static str, f64)> {
-        let components = self.effect.amplitudes.max(1);
+        let components = self.effect.amplitudes();
         let direction = &self.directions[direction];
         let mut values = Vec::with_capacity(self.effect.parameters.len());
         if components > 1 {
@@ -85,9 +85,15 @@ impl Candidate {
         values
     }
 
+    /// Place among the inner numbers of the parameter with this role.
+    pub fn inner_with(&self, role: Role) -> Option<usize> {
+        let parameter = self.effect.with_role(role)?;
+        self.inner.iter().position(|(name, _)| *name == parameter.name)
+    }
+
     /// The angle between neighbouring directions over a right one.
     pub fn pitch(&self) -> f64 {
-        1.0 / turns(self.effect)
+        turn(self.effect).map_or(1.0, |(_, repeats)| 1.0 / repeats)
     }
 
     pub fn same_law(&self, other: &Self) -> bool {
@@ -129,13 +135,9 @@ struct Setting<'a> {
 
 /// Largest share that a linear model may ask where all of it is possible.
 const ASKED: f64 = 1.5;
-const ANGLES: [&str; 5] = ["azimuth", "axis_azimuth", "clock", "phase", "elevation"];
 /// Points of a grid over frequency and over time.
 const FREQUENCIES: usize = 9;
 const TIMES: usize = 8;
-/// Compliances that are looked at, in default ones: resonances an octave apart, damped so that each is felt as far as the next.
-const COMPLIANCES: [f64; 5] = [0.25, 1.0, 4.0, 16.0, 64.0];
-const DAMPED: f64 = 0.1;
 
 /// Every candidate of `plant`; `without` names effects that are left out of the catalogue.
 pub fn candidates(
@@ -192,13 +194,17 @@ pub fn candidates(
 fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &mut Vec<Candidate>) {
     let motion = (setting.motion)(site);
     let mut grid: Vec<Inner> = vec![Vec::new()];
-    for parameter in effect.parameters.iter().skip(effect.amplitudes.max(1)).filter(|p| !ANGLES.contains(&p.name)) {
-        let mut points = points(effect, parameter, setting, motion);
-        if parameter.name == "frequency" && points.len() > 1 {
-            points.extend((setting.lines)(site).into_iter().map(|f| f.clamp(parameter.low, parameter.high)));
-        }
-        if parameter.name == "order" {
-            points.extend((setting.orders)(site).into_iter().flat_map(|found| found.list.iter().copied()));
+    let is_inner = |p: &&EffectParameter| !matches!(p.role, Role::Amplitude | Role::Direction { .. });
+    for parameter in effect.parameters.iter().filter(is_inner) {
+        let mut points = points(parameter, setting, motion);
+        match parameter.scan {
+            Scan::Frequencies => {
+                points.extend((setting.lines)(site).into_iter().map(|f| f.clamp(parameter.low, parameter.high)));
+            }
+            Scan::Orders => {
+                points.extend((setting.orders)(site).into_iter().flat_map(|found| found.list.iter().copied()));
+            }
+            _ => {}
         }
         grid = grid
             .into_iter()
@@ -208,9 +214,9 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     let mut points: Vec<(Inner, usize)> = Vec::with_capacity(grid.len());
     for inner in grid {
         let picked = |(name, value): &(&str, f64)| {
-            match *name {
-                "frequency" => Some((setting.looked, (setting.lines)(site))),
-                "order" => (setting.orders)(site).map(|found| (found.looked, found.list.clone())),
+            match effect.parameter(name).map(|parameter| parameter.scan) {
+                Some(Scan::Frequencies) => Some((setting.looked, (setting.lines)(site))),
+                Some(Scan::Orders) => (setting.orders)(site).map(|found| (found.looked, found.list.clone())),
                 _ => None,
             }
             .filter(|(_, list)| list.contains(value))
@@ -221,7 +227,7 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     points.extend(points.first().map_or_else(Vec::new, |(inner, _)| jumping(effect, inner, site, setting)));
     let directions = directions(effect, setting.planar);
     let first = &effect.parameters[0];
-    let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes <= 1;
+    let one_sided = first.low >= 0.0 && directions.len() == 1 && effect.amplitudes() == 1;
     let amplitudes = amplitudes(effect);
     for ((inner, tries), at) in
         points.into_iter().flat_map(|point| amplitudes.iter().map(move |at| (point.clone(), *at)))
@@ -242,21 +248,23 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
 
 /// Points of what begins at a jump of the innovations, and lasts to the end or to the next ones, with how many they were picked from.
 fn jumping(effect: &Effect, inner: &Inner, site: &Site, setting: &Setting<'_>) -> Vec<(Inner, usize)> {
-    let place = |name: &str| inner.iter().position(|(own, _)| *own == name);
-    let Some(begin) = place("begin") else { return Vec::new() };
+    let place = |role: Role| {
+        let parameter = effect.with_role(role)?;
+        inner.iter().position(|(own, _)| *own == parameter.name).map(|place| (place, parameter))
+    };
+    let Some((begin, onset)) = place(Role::Onset) else { return Vec::new() };
     let instants = (setting.instants)(site);
-    let allows =
-        |name: &str, value: f64| effect.parameters.iter().any(|p| p.name == name && (p.low..=p.high).contains(&value));
+    let allows = |p: &EffectParameter, value: f64| (p.low..=p.high).contains(&value);
     let at = |values: &[(usize, f64)]| {
         let mut inner = inner.clone();
         values.iter().for_each(|(place, value)| inner[*place].1 = *value);
         inner
     };
     let mut points = Vec::new();
-    for (i, from) in instants.iter().enumerate().filter(|(_, from)| allows("begin", **from)) {
+    for (i, from) in instants.iter().enumerate().filter(|(_, from)| allows(onset, **from)) {
         points.push((at(&[(begin, *from)]), setting.samples / instants.len()));
-        let Some(lasts) = place("duration") else { continue };
-        for until in instants[i + 1..].iter().filter(|until| allows("duration", *until - from)) {
+        let Some((lasts, duration)) = place(Role::Duration) else { continue };
+        for until in instants[i + 1..].iter().filter(|until| allows(duration, *until - from)) {
             points.push((at(&[(begin, *from), (lasts, until - from)]), setting.samples));
         }
     }
@@ -266,97 +274,90 @@ fn jumping(effect: &Effect, inner: &Inner, site: &Site, setting: &Setting<'_>) -
 /// Amplitudes at which a law is looked at; one that is free where the law is near enough a line.
 fn amplitudes(effect: &Effect) -> Vec<Option<f64>> {
     let first = &effect.parameters[0];
-    if first.name != "compliance" {
-        return vec![None];
-    }
-    COMPLIANCES.iter().map(|factor| Some((factor * first.default).clamp(first.low, first.high))).collect()
+    let Scan::TimesDefault(factors) = first.scan else { return vec![None] };
+    factors.iter().map(|factor| Some((factor * first.default).clamp(first.low, first.high))).collect()
 }
 
-/// How often a law repeats while its angle turns once.
-fn turns(effect: &Effect) -> f64 {
-    if effect.kind == "gravity_gradient" { 2.0 } else { 1.0 }
+/// The angle that turns the amplitude, and how often the law repeats while the angle turns once.
+fn turn(effect: &'static Effect) -> Option<(&'static EffectParameter, f64)> {
+    effect.parameters.iter().find_map(|parameter| match parameter.role {
+        Role::Direction { repeats } => Some((parameter, repeats)),
+        _ => None,
+    })
 }
 
-/// Directions that span what the angles can do.
-fn directions(effect: &'static Effect, planar: bool) -> Vec<Vec<(&'static str, f64)>> {
-    let quarter = core::f64::consts::FRAC_PI_2 / turns(effect);
-    if effect.amplitudes > 1 {
+/// Directions that span what the amplitudes or their angle can do.
+fn directions(effect: &'static Effect, planar: bool) -> Vec<Direction> {
+    if effect.amplitudes() > 1 {
         let felt = |p: &&EffectParameter| !(planar && p.out_of_plane);
-        let names = || effect.parameters.iter().take(effect.amplitudes).filter(felt).map(|p| p.name);
+        let names = || effect.parameters.iter().take(effect.amplitudes()).filter(felt).map(|p| p.name);
         let along = |k: usize| names().enumerate().map(|(i, name)| (name, if i == k { 1.0 } else { 0.0 })).collect();
         return (0..names().count()).map(along).collect();
     }
-    let angles: Vec<&EffectParameter> = effect.parameters.iter().skip(1).filter(|p| ANGLES.contains(&p.name)).collect();
-    let turns = angles.iter().find(|p| p.name != "elevation");
-    let rises = angles.iter().find(|p| p.name == "elevation");
-    let about_z = rises.is_some_and(|p| p.default != 0.0);
-    let twist = effect.what.contains("orque") && rises.is_some() && effect.kind.contains("torque");
-    match (turns, rises) {
-        (None, _) => vec![Vec::new()],
-        (Some(t), None) if t.name == "clock" && planar => vec![vec![(t.name, 0.0)]],
-        (Some(t), None) => vec![vec![(t.name, 0.0)], vec![(t.name, quarter)]],
-        (Some(t), Some(r)) if planar && (about_z || twist) => vec![vec![(t.name, 0.0), (r.name, quarter)]],
-        (Some(t), Some(r)) if planar => {
-            vec![vec![(t.name, 0.0), (r.name, 0.0)], vec![(t.name, quarter), (r.name, 0.0)]]
-        }
-        (Some(t), Some(r)) => vec![
-            vec![(t.name, 0.0), (r.name, 0.0)],
-            vec![(t.name, quarter), (r.name, 0.0)],
-            vec![(t.name, 0.0), (r.name, quarter)],
-        ],
-    }
+    let Some((angle, repeats)) = turn(effect) else { return vec![Vec::new()] };
+    let quarter = core::f64::consts::FRAC_PI_2 / repeats;
+    vec![vec![(angle.name, 0.0)], vec![(angle.name, quarter)]]
 }
 
-/// Values of one inner parameter that the score tries.
-fn points(effect: &Effect, parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Motion>) -> Vec<f64> {
-    let clamp = |list: Vec<f64>| -> Vec<f64> {
-        let mut list: Vec<f64> = list.into_iter().map(|v| v.clamp(parameter.low, parameter.high)).collect();
-        list.dedup();
-        list
-    };
+/// Values of one inner parameter that the score tries; see [`Scan`].
+fn points(parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Motion>) -> Vec<f64> {
+    let default = || vec![parameter.default];
+    let times = |shares: &[f64], of: f64| clamped(parameter, shares.iter().map(|share| share * of));
     let range = motion.map_or(0.0, |m| m.high - m.low);
     let rate = motion.map_or(0.0, |m| m.rate_rms);
     let duration = setting.duration_s;
-    match parameter.name {
-        "frequency" if effect.kind == "thermal_snap" => vec![0.0],
-        "frequency" => {
-            let low = (3.0 / duration).max(parameter.low);
-            let high = (0.35 / setting.period_s).min(parameter.high).max(low);
-            let step = libm::pow(high / low, 1.0 / (FREQUENCIES - 1) as f64);
-            (0..FREQUENCIES).map(|i| low * step.powi(i as i32)).collect()
-        }
-        "damping_ratio" if effect.kind.contains("left_out") || effect.kind.contains("second_mode") => vec![0.03],
-        "damping_ratio" if effect.kind == "joint_flexibility" => vec![DAMPED],
-        "order" => {
-            let turn = core::f64::consts::TAU;
-            let fastest = 0.3 * turn / setting.period_s / rate.max(1e-12);
-            // less than a period over all that was travelled is no ripple but a scale or a spring
-            let slowest = turn / range.max(1e-12);
-            let known = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 100.0, 160.0];
-            let fitting: Vec<f64> = known.into_iter().filter(|n| *n >= slowest && *n <= fastest).collect();
-            if fitting.is_empty() { clamp(vec![slowest.min(fastest)]) } else { fitting }
-        }
-        "smooth_rate" if rate > 0.0 => clamp(vec![0.05 * rate]),
-        "stribeck_rate" if rate > 0.0 => clamp(vec![0.1 * rate, 0.4 * rate]),
-        "half_gap" if range > 0.0 => clamp(vec![0.03 * range, 0.15 * range]),
-        "yield" | "presliding" if range > 0.0 => {
-            // slower than what a step of integration can follow
+    match parameter.scan {
+        Scan::At(value) => vec![value],
+        Scan::TimesDefault(factors) => times(factors, parameter.default),
+        Scan::OfRate(shares) if rate > 0.0 => times(shares, rate),
+        Scan::OfRange(shares) if range > 0.0 => times(shares, range),
+        Scan::OfRangeFollowed(shares) if range > 0.0 => {
             let finest = 2.0 * motion.map_or(0.0, |m| m.rate_max) * setting.period_s;
-            clamp(vec![(0.02 * range).max(finest), (0.15 * range).max(finest)])
+            clamped(parameter, shares.iter().map(|share| (share * range).max(finest)))
         }
-        "centre" | "rest" => {
+        Scan::FromLow(shares) => {
+            motion.map_or_else(default, |m| shares.iter().map(|share| m.low + share * range).collect())
+        }
+        Scan::FromHigh(shares) => {
+            motion.map_or_else(default, |m| shares.iter().map(|share| m.high + share * range).collect())
+        }
+        Scan::Inside => {
             let inside = motion.is_none_or(|m| m.low <= 0.0 && m.high >= 0.0);
             vec![if inside { 0.0 } else { motion.map_or(0.0, |m| 0.5 * (m.low + m.high)) }]
         }
-        "lower" => motion.map_or(vec![parameter.default], |m| vec![m.low + 0.1 * range, m.low - range]),
-        "upper" => motion.map_or(vec![parameter.default], |m| vec![m.high - 0.1 * range]),
-        "begin" => (0..TIMES).map(|i| setting.begin_s + duration * (i as f64 + 0.5) / TIMES as f64).collect(),
-        "decay" => clamp(vec![duration / 20.0]),
-        "time_constant" => clamp(vec![duration / 5.0]),
-        // to the end, or a while
-        "duration" => vec![parameter.default, duration / 4.0],
-        _ => vec![parameter.default],
+        Scan::DurationOver(parts) => clamped(parameter, [duration / parts]),
+        Scan::Frequencies => frequencies(parameter, setting),
+        Scan::Orders => orders(parameter, setting, range, rate),
+        Scan::Onsets => (0..TIMES).map(|i| setting.begin_s + duration * (i as f64 + 0.5) / TIMES as f64).collect(),
+        Scan::Durations => vec![parameter.default, duration / 4.0],
+        Scan::Default | Scan::OfRate(_) | Scan::OfRange(_) | Scan::OfRangeFollowed(_) => default(),
     }
+}
+
+/// Within the plausible range, neighbours that are equal once.
+fn clamped(parameter: &EffectParameter, values: impl IntoIterator<Item = f64>) -> Vec<f64> {
+    let mut list: Vec<f64> = values.into_iter().map(|value| value.clamp(parameter.low, parameter.high)).collect();
+    list.dedup();
+    list
+}
+
+/// From three periods over the recording to a third of its rate, equally spaced in their logarithm.
+fn frequencies(parameter: &EffectParameter, setting: &Setting<'_>) -> Vec<f64> {
+    let low = (3.0 / setting.duration_s).max(parameter.low);
+    let high = (0.35 / setting.period_s).min(parameter.high).max(low);
+    let step = libm::pow(high / low, 1.0 / (FREQUENCIES - 1) as f64);
+    (0..FREQUENCIES).map(|i| low * step.powi(i as i32)).collect()
+}
+
+/// Customary orders with at least a period over all that was travelled (less is no ripple but a scale or a spring) and at most what the
+/// rate of sampling resolves.
+fn orders(parameter: &EffectParameter, setting: &Setting<'_>, range: f64, rate: f64) -> Vec<f64> {
+    const CUSTOMARY: [f64; 14] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 100.0, 160.0];
+    let turn = core::f64::consts::TAU;
+    let fastest = 0.3 * turn / setting.period_s / rate.max(1e-12);
+    let slowest = turn / range.max(1e-12);
+    let resolved: Vec<f64> = CUSTOMARY.into_iter().filter(|n| *n >= slowest && *n <= fastest).collect();
+    if resolved.is_empty() { clamped(parameter, [slowest.min(fastest)]) } else { resolved }
 }
 
 /// Range and rates of a site's coordinate along the filtered trajectories.

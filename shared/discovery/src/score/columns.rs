@@ -4,7 +4,7 @@ use super::Candidate;
 use super::candidates::Direction;
 use super::forcing::{Course, Sources, comparable, respond};
 use dynamics::description::{Plant, SiteKind};
-use dynamics::effect::Law;
+use dynamics::effect::{Law, Role};
 use identification::filter::{Gains, Machine, gains, whiten};
 use identification::fit::board::dot;
 use identification::fit::{Board, Engine, parallel};
@@ -73,7 +73,7 @@ fn law(
 /// A part of its own swings on the plant: what moves it is felt most where it is softest, which is the first point of its grid; along what does not,
 /// no frequency is felt.
 fn is_a_part_that_swings(candidate: &Candidate) -> bool {
-    let swings = candidate.inner.iter().any(|(name, _)| *name == "frequency");
+    let swings = candidate.inner_with(Role::Frequency).is_some();
     swings && matches!(candidate.effect.law, Law::Structure(_)) && candidate.at.is_none()
 }
 

@@ -6,6 +6,7 @@
 
 use super::{Candidate, columns, scores};
 use dynamics::description::{Plant, Site, SiteKind};
+use dynamics::effect::{Effect, EffectParameter, Law, Role};
 use identification::filter::NoiseModel;
 use identification::fit::{Board, Engine};
 use identification::problem::Timeline;
@@ -75,6 +76,14 @@ fn edge(timeline: &Timeline, own: &[usize], k: usize) -> [f64; 2] {
     [0.5 * (at(k - 1) + at(k)), until]
 }
 
+/// The step of a reading: the law of a sensor with an onset and a duration, and these two.
+fn reading_step(plant: &Plant) -> Option<(&'static Effect, &'static EffectParameter, &'static EffectParameter)> {
+    let of_a_sensor = plant.catalogue.entries().iter().filter(|effect| matches!(effect.law, Law::Sensor(_)));
+    let times =
+        |effect: &'static Effect| Some((effect, effect.with_role(Role::Onset)?, effect.with_role(Role::Duration)?));
+    of_a_sensor.copied().find_map(times)
+}
+
 /// Which jumps of a sensor's innovations are rather a step of its readings that stays than one wrong reading.
 fn stay(
     (engine, board): (&Engine<'_>, &Board),
@@ -84,13 +93,14 @@ fn stay(
     noise: &NoiseModel,
     (sensor, edges): (&str, &[[f64; 2]]),
 ) -> Vec<bool> {
-    let effect = plant.catalogue.effect("sensor_step").filter(|_| !edges.is_empty());
-    let Some(effect) = effect else { return vec![false; edges.len()] };
+    let Some((effect, onset, lasting)) = reading_step(plant).filter(|_| !edges.is_empty()) else {
+        return vec![false; edges.len()];
+    };
     let site = Site { kind: SiteKind::Sensor, name: sensor.to_owned() };
     let of = |begin: f64, duration: f64| Candidate {
         effect,
         site: site.clone(),
-        inner: vec![("begin", begin), ("duration", duration)],
+        inner: vec![(onset.name, begin), (lasting.name, duration)],
         directions: vec![Vec::new()],
         one_sided: false,
         high: effect.parameters[0].high,
@@ -98,13 +108,12 @@ fn stay(
         felt: None,
         tries: 1,
     };
-    let both = |[begin, until]: &[f64; 2]| [of(*begin, effect.parameters[2].default), of(*begin, until - begin)];
+    let both = |[begin, until]: &[f64; 2]| [of(*begin, lasting.default), of(*begin, until - begin)];
     let list: Vec<Candidate> = edges.iter().flat_map(both).collect();
     let found = columns(along, plant, theta, &list);
     let judged = scores(engine, board, theta, noise, &found);
     let statistic = |begin: f64, lasts: bool| {
-        let is_own =
-            |inner: &[(&str, f64)]| inner[0].1 == begin && (inner[1].1 == effect.parameters[2].default) == lasts;
+        let is_own = |inner: &[(&str, f64)]| inner[0].1 == begin && (inner[1].1 == lasting.default) == lasts;
         let own = found.iter().zip(&judged).find(|(column, _)| is_own(&column.candidate.inner));
         own.and_then(|(_, score)| score.as_ref()).map_or(0.0, |score| score.statistic)
     };

@@ -43,8 +43,7 @@ fn quiet(mut plant: Plant) -> Plant {
         sensor.noise = Noise::default();
         sensor.resolution = Quantity::known(0.0);
     }
-    plant.effects.retain(|effect| effect.kind != "sensor_quantisation");
-    plant
+    plant.without_staircases()
 }
 
 /// The run as `plant` simulates it from its initial state; loops forget where they began.

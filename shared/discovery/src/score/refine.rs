@@ -5,8 +5,8 @@
 //! The largest of correlated scores is what significance is taken of: the number of points counts ([`Candidate::tries`]).
 
 use super::{Candidate, Column, Score, Scorer, columns};
-use crate::compete::inner_sigma;
 use dynamics::description::Plant;
+use dynamics::effect::{EffectParameter, Prior, Role};
 use identification::fit::{Board, Engine};
 
 /// Rounds of steps, of what has sharp edges in time and of everything else, and halvings of a step that can be told from none.
@@ -25,21 +25,17 @@ const WORK_MAX: f64 = 5e6;
 /// Gain of the statistic that is worth a column of its own.
 const GAINED: f64 = 0.5;
 
-/// What is moved: by addition (times) or by a factor (everything else); the first step.
-fn step_of(kind: &str, name: &str, value: f64, duration_s: f64) -> Option<Step> {
-    match name {
+/// How a parameter is moved, times by addition, everything else by a factor: the first step.
+fn step_of(parameter: &EffectParameter, value: f64, duration_s: f64) -> Option<Step> {
+    match parameter.role {
         // where its fit has it free, too
-        "damping_ratio" if value > 0.0 => inner_sigma(kind, name, value).map(|_| Step::Factor(2.0)),
-        "begin" => Some(Step::Shift(duration_s / 16.0)),
-        "duration" => Some(Step::Factor(4.0)),
-        "frequency" if value > 0.0 => Some(Step::Factor(1.0 + 0.5 / (duration_s * value))),
+        Role::DampingRatio if value > 0.0 => parameter.prior.sigma(value).map(|_| Step::Factor(2.0)),
+        Role::Onset => Some(Step::Shift(duration_s / 16.0)),
+        Role::Duration => Some(Step::Factor(4.0)),
+        Role::Frequency if value > 0.0 => Some(Step::Factor(1.0 + 0.5 / (duration_s * value))),
         // an encoder before a gear repeats at no whole part of the joint's turn
-        "order" => Some(Step::Factor(1.1)),
-        "stribeck_rate" | "half_gap" | "yield" | "presliding" | "decay" | "time_constant" | "orbit_rate"
-            if value > 0.0 =>
-        {
-            Some(Step::Factor(2.0))
-        }
+        Role::Order => Some(Step::Factor(1.1)),
+        Role::Width if value > 0.0 => Some(Step::Factor(2.0)),
         _ => None,
     }
 }
@@ -86,7 +82,7 @@ struct Stride {
 impl Climb {
     /// The law begins and ends at once.
     fn has_edges(&self) -> bool {
-        self.column.candidate.inner.iter().any(|(name, _)| *name == "duration")
+        self.column.candidate.inner_with(Role::Duration).is_some()
     }
 
     /// Nothing was better: finer steps of what can still be told from none.
@@ -137,7 +133,9 @@ pub fn refined(
     }
     let free = libm::log(engine.samples.max(2) as f64);
     // a whole order is the scale's own and free of charge; one that is not is a number found
-    let gained = |climb: &Climb| if climb.column.candidate.effect.kind == "encoder_ripple" { free } else { GAINED };
+    let is_charged = |parameter: &EffectParameter| matches!(parameter.prior, Prior::FreeUnlessWhole(_));
+    let gained =
+        |climb: &Climb| if climb.column.candidate.effect.parameters.iter().any(is_charged) { free } else { GAINED };
     climbs.into_iter().filter(|c| c.statistic > c.begun_at + gained(c)).map(|climb| climb.column).collect()
 }
 
@@ -150,8 +148,10 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Ve
         let candidate = &list[score.column].candidate;
         let numbers = candidate.inner.iter().enumerate();
         let stride = |(number, (name, value)): (usize, &(&str, f64))| {
-            let left = if matches!(*name, "begin" | "duration") { edges.max(HALVINGS) } else { HALVINGS };
-            Some(Stride { number, step: step_of(candidate.effect.kind, name, *value, duration_s)?, left })
+            let parameter = candidate.effect.parameter(name)?;
+            let is_time = matches!(parameter.role, Role::Onset | Role::Duration);
+            let left = if is_time { edges.max(HALVINGS) } else { HALVINGS };
+            Some(Stride { number, step: step_of(parameter, *value, duration_s)?, left })
         };
         let steps: Vec<Stride> = numbers.filter_map(stride).collect();
         let known = climbs.iter().any(|climb| climb.column.candidate.same_law(candidate));
@@ -167,15 +167,13 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Ve
 /// Neighbours of a law's present point, one number moved in each; what begins and lasts may begin elsewhere and end where it did.
 fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
     let candidate = Candidate { felt: Some(climb.column.step), ..climb.column.candidate.clone() };
-    let place = |name: &str| candidate.inner.iter().position(|(own, _)| *own == name);
-    let lasts = place("duration");
+    let (begins, lasts) = (candidate.inner_with(Role::Onset), candidate.inner_with(Role::Duration));
     let mut list = Vec::with_capacity(4 * climb.steps.len());
     for Stride { number, step, .. } in &climb.steps {
         let (name, value) = candidate.inner[*number];
-        let range =
-            candidate.effect.parameters.iter().find(|p| p.name == name).map_or([value, value], |p| [p.low, p.high]);
+        let range = candidate.effect.parameter(name).map_or([value, value], |p| [p.low, p.high]);
         // what lasts beyond the end has no neighbours but by lasting less
-        let value = if name == "duration" { value.min(duration_s) } else { value };
+        let value = if lasts == Some(*number) { value.min(duration_s) } else { value };
         for moved in step.neighbours(value) {
             let moved = moved.clamp(range[0], range[1]);
             if moved == value {
@@ -183,10 +181,10 @@ fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
             }
             let mut next = candidate.clone();
             next.inner[*number].1 = moved;
-            if let Some(lasts) = lasts.filter(|_| name == "begin") {
+            if let Some(lasts) = lasts.filter(|_| begins == Some(*number)) {
                 let mut same_end = next.clone();
                 same_end.inner[lasts].1 -= moved - value;
-                let range = candidate.effect.parameters.iter().find(|p| p.name == "duration");
+                let range = candidate.effect.with_role(Role::Duration);
                 let possible = range.is_some_and(|p| (p.low..=p.high).contains(&same_end.inner[lasts].1));
                 if possible && same_end.inner[lasts].1 > 0.0 && same_end.inner[lasts].1 < duration_s {
                     list.push(same_end);

@@ -1,7 +1,7 @@
 //! Effects that a plant carries, checked against the catalogue.
 
 use super::{EffectUse, Plant, Quantity, Site, nearest::suggestion};
-use crate::effect::{self, Catalogue, Effect, EffectParameter};
+use crate::effect::{self, Catalogue, Effect, EffectParameter, Role};
 
 impl Plant {
     /// Adds effect `kind` at `site`; `values` in SI, absent ones stand at the catalogue's default.
@@ -23,6 +23,20 @@ impl Plant {
         let place = self.catalogue.place(&used.kind);
         let known = place < self.catalogue.entries().len();
         (place, if known { used.site.to_string() } else { String::new() })
+    }
+
+    /// The plant without effects whose readings are staircases, which have no derivative.
+    #[must_use]
+    pub fn without_staircases(&self) -> Self {
+        let mut smooth = self.clone();
+        smooth.effects.retain(|used| self.catalogue.effect(&used.kind).is_none_or(|effect| !effect.staircase));
+        smooth
+    }
+
+    /// The value of the parameter of an effect that has this role, and whether it is known.
+    pub fn stated(&self, used: &EffectUse, role: Role) -> Option<Quantity> {
+        let parameter = self.catalogue.effect(&used.kind)?.with_role(role)?;
+        used.values.iter().find(|(name, _)| name == parameter.name).map(|(_, quantity)| *quantity)
     }
 
     /// The plant as it is described when nothing of the catalogue is present.

@@ -2,12 +2,7 @@
 
 use super::{At, Check, Must};
 use dynamics::description::{EffectUse, implausible};
-use dynamics::effect::Effect;
-
-/// Effects that feel the wind of the environment; its density is in their coefficients.
-const IN_THE_WIND: [&str; 3] = ["drag", "linear_drag", "magnus_lift"];
-/// Effects that feel its magnetic field.
-const IN_THE_FIELD: [&str; 1] = ["residual_dipole"];
+use dynamics::effect::{Effect, Needs};
 
 impl Check<'_> {
     pub(super) fn environment(&mut self) {
@@ -38,10 +33,12 @@ impl Check<'_> {
     fn felt(&mut self, at: &At) {
         let plant = self.plant;
         let stated = &plant.environment;
-        for (key, given, kinds) in [
-            ("atmosphere", stated.atmosphere.is_some(), &IN_THE_WIND[..]),
-            ("magnetic_field", stated.magnetic_field.is_some(), &IN_THE_FIELD[..]),
+        for (key, given, needs) in [
+            ("atmosphere", stated.atmosphere.is_some(), Needs::Atmosphere),
+            ("magnetic_field", stated.magnetic_field.is_some(), Needs::MagneticField),
         ] {
+            let entries = plant.catalogue.entries().iter().filter(|effect| effect.needs == needs);
+            let kinds: Vec<&str> = entries.map(|effect| effect.kind).collect();
             if given && !plant.effects.iter().any(|effect| kinds.contains(&effect.kind.as_str())) {
                 let cure = format!("add an [[effect]]: {}", kinds.join(", "));
                 self.warn(at, key, format!("nothing in the plant feels the {key}").replace('_', " "), cure);

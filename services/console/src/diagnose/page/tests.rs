@@ -100,6 +100,7 @@ fn full() -> Diagnosis {
     }];
     d.effects = vec![EffectReport {
         kind: "joint_coulomb".into(),
+        title: "Coulomb friction in a joint".into(),
         site: "joint:pivot".into(),
         probability: 0.93,
         status: Status::Confirmed,
