@@ -2,24 +2,12 @@
 //!
 //! Both are inertia and weight without a history: the flux of momentum with which mass leaves is a force of its own.
 
-use super::data::{Data, LinkState};
+use super::data::Data;
 use super::inertia::SpatialInertia;
+use super::link_state::LinkState;
 use super::model::Model;
 use super::vector::{M3, Sym3, V3};
 use crate::real::Real;
-
-/// Extras of one link, link axes.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Carried<T> {
-    /// The positions of its internal coordinates are known.
-    pub flexed: bool,
-    /// There is something to add to its inertia.
-    pub acts: bool,
-    /// `Σ δ η`.
-    pub shift: V3<T>,
-    pub mass: T,
-    pub position: V3<T>,
-}
 
 impl<T: Real> Data<T> {
     /// States the positions `η` of the first internal coordinates; from then on the centre of mass moves with them:

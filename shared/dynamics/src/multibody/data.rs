@@ -1,48 +1,10 @@
 //! Workspace of the algorithms, and what can be read from it afterwards.
 
-use super::derivatives::Derivatives;
-use super::inertia::SpatialInertia;
+use super::derivatives_workspace::Derivatives;
+use super::link_state::LinkState;
 use super::model::Model;
 use super::vector::{M3, V3};
 use crate::real::Real;
-
-/// State of one link in world axes; moments and linear quantities at the link's own origin.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct LinkState<T> {
-    /// Link → world.
-    pub rotation: M3<T>,
-    /// Parent's origin to this origin.
-    pub arm: V3<T>,
-    pub origin: V3<T>,
-    pub omega: V3<T>,
-    pub velocity: V3<T>,
-    /// Axis of a revolute or prismatic joint.
-    pub axis: V3<T>,
-    /// Acceleration at zero joint acceleration and resting parent: centripetal and Coriolis.
-    pub bias_angular: V3<T>,
-    pub bias_linear: V3<T>,
-    /// Articulated, composite or rigid inertia, as the algorithm needs.
-    pub inertia: SpatialInertia<T>,
-    /// Force of the articulated body at zero acceleration; after inverse dynamics the force through the joint.
-    pub moment: V3<T>,
-    pub force: V3<T>,
-    /// Angular acceleration, and acceleration of the origin minus gravity.
-    pub alpha: V3<T>,
-    pub acceleration: V3<T>,
-    /// What comes on top of the link's constants.
-    pub carried: super::carried::Carried<T>,
-    /// Elimination of the joint: `U`, `1/D`, `u`.
-    pub joint: [Elimination<T>; 3],
-}
-
-/// One eliminated joint coordinate.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Elimination<T> {
-    pub u_angular: V3<T>,
-    pub u_linear: V3<T>,
-    pub reciprocal: T,
-    pub effort: T,
-}
 
 /// What the last algorithm left in `moment` and `force`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

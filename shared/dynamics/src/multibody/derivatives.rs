@@ -12,6 +12,7 @@
 //! and outside the subtree the force itself is carried along, `J ×* F_j`. `a` includes the upward acceleration for gravity.
 
 use super::data::Data;
+use super::derivatives_workspace::{Column, Derivatives};
 use super::inertia::SpatialInertia;
 use super::inverse_dynamics::inverse_dynamics_after_kinematics;
 use super::kinematics::kinematics;
@@ -20,45 +21,6 @@ use super::vector::V3;
 use nalgebra::DMatrix;
 
 type Spatial = super::vector::Spatial<f64>;
-
-/// Of one velocity coordinate.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Column {
-    /// `J`, `ψ̇`, `ψ̈`, `φ`.
-    motion: Spatial,
-    psi_dot: Spatial,
-    psi_ddot: Spatial,
-    phi: Spatial,
-    /// `I_c J` and `B_cᵀ J` of the links it carries.
-    inertia: Spatial,
-    velocity: Spatial,
-    /// Derivatives of the force through its joint, by position (carried force included) and by velocity.
-    by_position: Spatial,
-    by_velocity: Spatial,
-}
-
-/// Of one link: composite inertia and `B`, velocity and acceleration about the common point.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Carried {
-    inertia: SpatialInertia<f64>,
-    velocity_product: [[f64; 6]; 6],
-    velocity: Spatial,
-    acceleration: Spatial,
-    force: Spatial,
-}
-
-/// Workspace of the derivatives, part of [`Data`].
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Derivatives {
-    columns: Vec<Column>,
-    links: Vec<Carried>,
-}
-
-impl Derivatives {
-    pub fn new(model: &Model) -> Self {
-        Self { columns: vec![Column::default(); model.v_len()], links: vec![Carried::default(); model.links_len() + 1] }
-    }
-}
 
 /// `∂τ/∂q` in the tangent space (order of `v`) and `∂τ/∂v` of inverse dynamics without external wrenches, v_len × v_len each.
 ///

@@ -4,10 +4,12 @@
 //! [`kinematics`](super::kinematics)). A joint of several degrees of freedom is eliminated one coordinate after the other, which
 //! is `L D Lᵀ` of its block; an internal coordinate is eliminated inside its link before anything else.
 
-use super::data::{Data, Elimination, JointForce, LinkState};
+use super::data::{Data, JointForce};
 use super::inertia::{Factor3, SpatialInertia};
+use super::internal_coordinates::{eliminate_internal, internal_effort};
 use super::kinematics::kinematics;
-use super::model::{InternalConstants, Joint, LinkConstants, Model};
+use super::link_state::{Elimination, LinkState};
+use super::model::{Joint, LinkConstants, Model};
 use super::planar;
 use super::vector::{Spatial, Sym3, V3};
 use crate::real::Real;
@@ -90,16 +92,6 @@ pub fn forward_dynamics_prescribed_after_kinematics<T: Real>(
     for internal in model.internals.iter().filter(|internal| prescribed[internal.v]) {
         tau[internal.v] = internal_effort(internal, data.link(internal.link), acceleration[internal.v]);
     }
-}
-
-/// `τ_η = m η̈ + Dᵀ v̇` of an internal coordinate once its link's acceleration is known.
-#[inline(always)]
-pub(crate) fn internal_effort<T: Real>(internal: &InternalConstants, frame: &LinkState<T>, eta: T) -> T {
-    let flexed = frame.carried.flexed;
-    let linear = if flexed { frame.acceleration } else { frame.acceleration - frame.omega.cross(frame.velocity) };
-    let angular = frame.rotation.apply_transposed(frame.alpha);
-    let linear = frame.rotation.apply_transposed(linear);
-    eta.scale(internal.mass) + angular.dot(V3::constant(&internal.angular)) + linear.dot(V3::constant(&internal.linear))
 }
 
 #[inline(always)]
@@ -186,39 +178,6 @@ pub(crate) fn rigid_body<T: Real>(link: &LinkConstants, frame: &mut LinkState<T>
     if frame.carried.acts {
         frame.add_carried();
     }
-}
-
-/// Coupling `D` of an internal coordinate in world axes, and the velocity force `v ×* D η̇` on its link.
-#[inline(always)]
-pub(crate) fn internal_coupling<T: Real>(
-    internal: &InternalConstants,
-    frame: &LinkState<T>,
-    rate: T,
-) -> (Spatial<T>, Spatial<T>) {
-    let angular = frame.rotation.apply_constant(&internal.angular);
-    let linear = frame.rotation.apply_constant(&internal.linear);
-    if frame.carried.flexed {
-        let coriolis = frame.omega.cross(linear) * rate;
-        return ((angular, linear), (frame.omega.cross(angular) * rate, coriolis + coriolis));
-    }
-    let moment = (frame.omega.cross(angular) + frame.velocity.cross(linear)) * rate;
-    ((angular, linear), (moment, frame.omega.cross(linear) * rate))
-}
-
-/// `I −= D Dᵀ/m`, and the force of the coordinate at zero acceleration of the link; `known`: its effort, or its acceleration.
-fn eliminate_internal<T: Real>(internal: &InternalConstants, frame: &mut LinkState<T>, rate: T, known: T, given: bool) {
-    let ((angular, linear), (moment, force)) = internal_coupling(internal, frame, rate);
-    let reciprocal = 1.0 / internal.mass;
-    let eta = if given {
-        known
-    } else {
-        frame.inertia.subtract_dyad(angular, linear, T::constant(reciprocal));
-        // η̈ at resting origin: Dᵀ v̇ there is −D·(ω × v)
-        let swept = if frame.carried.flexed { T::zero() } else { linear.dot(frame.omega.cross(frame.velocity)) };
-        (known + swept).scale(reciprocal)
-    };
-    frame.moment += moment + angular * eta;
-    frame.force += force + linear * eta;
 }
 
 /// Articulated inertia and force handed through the joint to the parent.

@@ -4,7 +4,7 @@
 //! world upwards, for rigid masses and internal coordinates alike.
 
 use super::data::{Data, JointForce};
-use super::forward_dynamics::{internal_coupling, internal_effort};
+use super::internal_coordinates::{internal_coupling, internal_effort};
 use super::kinematics::kinematics;
 use super::model::Model;
 use super::vector::V3;

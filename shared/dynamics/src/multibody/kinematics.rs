@@ -4,7 +4,8 @@
 //! terms `α = α_p + b_α + S_α q̈` and `a = a_p + α_p × r + b_a + S_a q̈`, and a rotation is paid once per link.
 //! (Featherstone, Rigid Body Dynamics Algorithms, ch. 4, in other coordinates.)
 
-use super::data::{Data, JointForce, LinkState};
+use super::data::{Data, JointForce};
+use super::link_state::LinkState;
 use super::model::{Joint, LinkConstants, Model};
 use super::planar;
 use super::vector::{M3, V3};

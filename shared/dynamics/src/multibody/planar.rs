@@ -4,7 +4,7 @@
 //! `[n; f] = [I b; bᵀ C] [α; a]` has six numbers. Out of the plane only reactions are left, of gravity along z and of wrenches;
 //! they are handed inwards beside the rest. What is not written here keeps what [`Data::new`](super::Data::new) gave it.
 
-use super::data::{Elimination, LinkState};
+use super::link_state::{Elimination, LinkState};
 use super::model::{InternalConstants, Joint, LinkConstants};
 use super::vector::V3;
 use crate::real::Real;

@@ -5,9 +5,10 @@
 //! subtracted from the left-hand side. A workspace with [`Data::set_internal_positions`] or [`Data::set_added_mass`] is refused
 //! (a panic): what they add is no product with these parameters. (Khalil & Dombre, Modeling, Identification and Control of Robots, ch. 9.)
 
-use super::data::{Data, LinkState};
+use super::data::Data;
 use super::inverse_dynamics::accelerations;
 use super::kinematics::kinematics;
+use super::link_state::LinkState;
 use super::mass_matrix::project_on_chain;
 use super::model::Model;
 use super::vector::V3;
