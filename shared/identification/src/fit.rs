@@ -9,13 +9,15 @@ pub mod board;
 pub mod bounded;
 pub mod engine;
 pub mod noise;
-mod start;
+mod normal;
+mod parallel;
 mod white;
 
 pub use afar::fit_from_afar;
-pub use board::{Board, Normal};
-pub use engine::{Engine, parallel};
-pub use start::is_mass;
+pub use board::Board;
+pub use engine::{Engine, is_mass};
+pub use normal::Normal;
+pub use parallel::parallel;
 pub use white::White;
 
 use crate::filter::NoiseModel;

@@ -9,6 +9,7 @@
 
 #![forbid(unsafe_code)]
 
+pub mod dot;
 pub mod filter;
 pub mod fit;
 pub mod held_out;

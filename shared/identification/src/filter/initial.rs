@@ -15,7 +15,7 @@
 use super::gains::gains;
 use super::linear::Linear;
 use super::whiten::{felt, whiten};
-use crate::fit::board::dot;
+use crate::dot::dot;
 use crate::problem::Timeline;
 
 /// Start of a pass: change from the mean of the prior, and standard deviations that its gains begin with.

@@ -63,6 +63,9 @@ impl NoiseModel {
     }
 }
 
+/// White part of coloured noise, as a share of its standard deviation: keeps covariances positive.
+pub(super) const WHITE_SHARE: f64 = 1e-2;
+
 fn sensor_sigma(problem: &Problem, plant: &Plant, channel: usize) -> f64 {
     let sensor = &plant.sensors[channel];
     let interval = || {

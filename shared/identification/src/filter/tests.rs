@@ -2,6 +2,7 @@ use super::*;
 use crate::fit::{Board, Engine};
 use crate::problem::Problem;
 use crate::synthetic::{plant, problem, recording};
+use dynamics::description::Plant;
 
 fn whitened(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> Vec<f64> {
     let mut columns = [board.nu.clone()];

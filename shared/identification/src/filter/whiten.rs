@@ -9,7 +9,7 @@
 //! The map ν → r is linear, and the same for innovations and for columns of sensitivities.
 
 use super::Layout;
-use super::gains::Gains;
+use super::gains::{Gains, gains};
 use super::linear::Linear;
 use super::wide::wide;
 use crate::problem::Timeline;
@@ -32,6 +32,16 @@ pub fn whiten(linear: &Linear, timeline: &Timeline, gains: &Gains, columns: &mut
             3 | 4 => in_place::<4>(linear, timeline, gains, bundle),
             _ => in_place::<LANES>(linear, timeline, gains, bundle),
         }
+    }
+}
+
+impl Linear {
+    /// `−2 ln p` of the run under the noise of the pass; infinite where it has none.
+    pub fn objective(&self, timeline: &Timeline) -> f64 {
+        let Some(found) = gains(self, timeline, &self.noise) else { return f64::INFINITY };
+        let mut r = self.nu.clone();
+        whiten(self, timeline, &found, &mut [&mut r]);
+        found.log_determinant + r.iter().map(|r| r * r).sum::<f64>()
     }
 }
 

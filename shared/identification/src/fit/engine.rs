@@ -1,12 +1,17 @@
 //! Passes over all runs, side by side on threads; results are folded in the order of their indices.
 
 use super::FitError;
-use crate::filter::{Frozen, Linear, Machine, NoiseModel, Start, equip, initial_sigmas, linearise, step_s};
+use super::parallel;
+use crate::filter::{Linear, Machine, NoiseModel, Start, equip, initial_sigmas, linearise, step_s};
 use crate::problem::{Problem, Run, Timeline};
 use crate::work::Work;
 use dynamics::description::Plant;
 use dynamics::system::System;
-use std::sync::atomic::{AtomicUsize, Ordering};
+
+mod floors;
+mod start;
+
+pub use start::is_mass;
 
 /// A problem with its timelines.
 #[derive(Clone)]
@@ -31,14 +36,6 @@ pub struct Engine<'p> {
     pub work: std::sync::Arc<Work>,
 }
 
-/// Mean increase of `ln S` per sample that a disturbance nobody stated starts at: not seen in any recording we can hold.
-const FLOOR_INFLATION: f64 = 1e-4;
-/// What nobody states is small beside the forces at work: prior standard deviation of its level, as a share of their rms.
-const DISTURBANCE_SHARE: f64 = 0.01;
-/// Largest change of a rate over an interval that a floor may make [m/s or rad/s].
-const KICK_MAX: f64 = 1e-2;
-/// A disturbance may always grow to this many times its floor.
-const FLOORS_LEAST: f64 = 10.0;
 /// A start at the prior that makes innovations this many times as large as one at the posterior makes swings. Elsewhere it stays: a wide
 /// filter follows what the plant cannot explain yet.
 const SWING: f64 = 2.0;
@@ -46,10 +43,6 @@ const SWING: f64 = 2.0;
 const QUIET: f64 = 5.0;
 /// Both have the same `−2 ln p` as far as the plant is linear about them; worse by more than this, the posterior is that of another plant.
 const APART: f64 = 1.0;
-/// Events that decide on the floor, and halvings of the decades in which it is looked for.
-const FLOOR_EVENTS: usize = 400;
-const HALVINGS: usize = 24;
-
 impl<'p> Engine<'p> {
     /// # Errors
     /// The plant cannot be compiled, a channel has no noise.
@@ -97,8 +90,8 @@ impl<'p> Engine<'p> {
             samples,
             work,
         };
-        engine.added = std::sync::Arc::new(super::start::added(&engine, &system));
-        let runs = parallel(problem.runs.len(), threads, |run| super::start::hardly_seen(&engine, run));
+        engine.added = std::sync::Arc::new(start::added(&engine, &system));
+        let runs = parallel(problem.runs.len(), threads, |run| start::hardly_seen(&engine, run));
         engine.hardly_seen = std::sync::Arc::new(runs);
         let unstated: Vec<usize> =
             (0..engine.noise.input_sigma.len()).filter(|k| engine.noise.input_sigma[*k] <= 0.0).collect();
@@ -132,7 +125,7 @@ impl<'p> Engine<'p> {
             samples: other.samples,
             work: other.work.clone(),
         };
-        engine.added = std::sync::Arc::new(super::start::added(&engine, &system));
+        engine.added = std::sync::Arc::new(start::added(&engine, &system));
         Ok(engine)
     }
 
@@ -179,73 +172,9 @@ impl<'p> Engine<'p> {
         self.problem.unknowns.iter().map(|unknown| unknown.prior).collect()
     }
 
-    /// Per noise input that nobody states, a share of the force that moves what it pushes: `Δv / Γ` along the filtered trajectory.
-    fn set_disturbance_priors(&mut self, unstated: &[usize]) {
-        for factor in [1.0, 10.0, 100.0] {
-            let mut open = self.noise.clone();
-            unstated.iter().for_each(|k| open.input_sigma[*k] *= factor);
-            let Ok(linears) = self.linearise(&self.problem.plant, &self.prior(), &open) else { continue };
-            for k in unstated {
-                let forces: Vec<f64> = linears.iter().flat_map(|linear| linear.forces(*k)).collect();
-                let rms = (forces.iter().map(|f| f * f).sum::<f64>() / forces.len().max(1) as f64).sqrt();
-                let least = FLOORS_LEAST * self.noise.input_sigma[*k];
-                self.disturbance_sigma[*k] = (DISTURBANCE_SHARE * rms).max(least);
-            }
-            return;
-        }
-    }
-
     /// `−2 ln p` of the levels of unstated disturbances.
     pub fn disturbance_price(&self, noise: &NoiseModel) -> f64 {
         noise.input_sigma.iter().zip(&self.disturbance_sigma).map(|(level, sigma)| (level / sigma).powi(2)).sum()
-    }
-
-    /// Gives inputs without stated noise the level that inflates the innovations by [`FLOOR_INFLATION`].
-    fn set_floors(&mut self) -> Result<(), FitError> {
-        let missing: Vec<usize> =
-            (0..self.noise.input_sigma.len()).filter(|k| self.noise.input_sigma[*k] <= 0.0).collect();
-        if missing.is_empty() {
-            return Ok(());
-        }
-        let theta = self.prior();
-        let mut timeline = self.timelines[0].clone();
-        timeline.events.truncate(FLOOR_EVENTS);
-        let last = timeline.events.last().map_or(0, |event| event.first + event.count);
-        for list in [&mut timeline.value, &mut timeline.stamp_s, &mut timeline.interval_s] {
-            list.truncate(last);
-        }
-        timeline.channel.truncate(last);
-        let plant = self.problem.instance(&self.problem.plant, &theta, 0);
-        let mut machine = Machine::new(self.problem, 0, &plant, &timeline).map_err(FitError::Filter)?;
-        let sigmas = initial_sigmas(&plant, &machine.system, &self.problem.runs[0].initial, &[]);
-        let mut start = self.noise.clone();
-        // noise enough that the filter follows whatever the priors are
-        let begin = Start::prior(&sigmas);
-        let linear = linearise(&mut machine, &start, &sigmas, &begin).or_else(|_| {
-            missing.iter().for_each(|k| start.input_sigma[*k] = 1.0);
-            linearise(&mut machine, &start, &sigmas, &begin)
-        });
-        let linear = linear.map_err(FitError::Filter)?;
-        let determinant =
-            |noise: &NoiseModel| crate::filter::gains(&linear, &timeline, noise).map(|g| g.log_determinant);
-        let none = determinant(&self.noise).unwrap_or(f64::NEG_INFINITY);
-        self.work.add(machine.work() + (1 + missing.len() * HALVINGS) as f64 * machine.recursion_work());
-        for k in missing {
-            let mut noise = self.noise.clone();
-            let (mut low, mut high) = (-12.0, 6.0);
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (low + high);
-                noise.input_sigma[k] = libm::exp(middle * core::f64::consts::LN_10);
-                // what no channel sees would grow without end
-                let kick = linear.kick(k) * noise.input_sigma[k];
-                let inflated =
-                    kick > KICK_MAX || determinant(&noise).is_none_or(|d| d - none > FLOOR_INFLATION * last as f64);
-                if inflated { high = middle } else { low = middle }
-            }
-            start.input_sigma[k] = libm::exp(low * core::f64::consts::LN_10);
-        }
-        self.noise = start;
-        Ok(())
     }
 
     /// Linear models of all runs at `theta`.
@@ -352,11 +281,6 @@ fn timelines(problem: &Problem, equipped: &Plant, system: &System) -> Result<Vec
     problem.runs.iter().map(timeline).collect()
 }
 
-/// Gains of a free run: none.
-pub(crate) fn open(machine: &Machine<'_>) -> Frozen {
-    Frozen { rows: 0, gain: Vec::new(), first: vec![0; machine.timeline.events.len()] }
-}
-
 /// Places of the frozen filter's z in that of `machine`.
 fn places(machine: &Machine<'_>, linear: &Linear) -> Option<Vec<usize>> {
     if machine.layout == linear.layout { Some((0..linear.layout.len()).collect()) } else { machine.map_names(linear) }
@@ -384,27 +308,4 @@ fn strip(plant: &Plant, run: &Run) -> dynamics::description::Initial {
 fn lag_s(plant: &Plant, sensor: &dynamics::description::Sensor) -> f64 {
     let source = sensor.source.as_ref().and_then(|name| plant.sources.iter().find(|source| source.name == *name));
     sensor.delay_s.value + source.map_or(0.0, |source| source.clock_offset_s.value)
-}
-
-/// `f(0), …, f(count − 1)` on `threads` threads, each taking the next that nobody has.
-pub fn parallel<T: Send>(count: usize, threads: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let threads = threads.clamp(1, count.max(1));
-    if threads == 1 {
-        return (0..count).map(f).collect();
-    }
-    let mut slots: Vec<Option<T>> = (0..count).map(|_| None).collect();
-    let next = AtomicUsize::new(0);
-    let work = || {
-        let taken = core::iter::repeat_with(|| next.fetch_add(1, Ordering::Relaxed)).take_while(|i| *i < count);
-        taken.map(|i| (i, f(i))).collect::<Vec<_>>()
-    };
-    std::thread::scope(|scope| {
-        let handles: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        for handle in handles {
-            for (i, value) in handle.join().expect("a pass does not panic") {
-                slots[i] = Some(value);
-            }
-        }
-    });
-    slots.into_iter().map(|slot| slot.expect("every index has its thread")).collect()
 }

@@ -1,7 +1,8 @@
 //! Innovations and sensitivities whitened once, for normal equations with one set of further columns after the other.
 
-use super::board::{Board, Normal};
+use super::board::Board;
 use super::engine::Engine;
+use super::normal::Normal;
 use crate::filter::{Gains, NoiseModel, crossed};
 use crate::work::of_products;
 

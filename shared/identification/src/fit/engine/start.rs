@@ -8,8 +8,8 @@
 //! So is a mode or a tank that an effect adds: nothing is known of its start but that it is one of a structure that the commands move. A wide
 //! prior on it would cost the effect what nobody believed of it (the likelihood of a wide prior that the data narrow to nothing is low).
 
-use super::engine::{Engine, open};
-use crate::filter::{Machine, equip, initial_sigmas, tangent_names};
+use super::Engine;
+use crate::filter::{Frozen, Machine, equip, initial_sigmas, tangent_names};
 use dynamics::system::System;
 
 /// A state is hardly seen where all readings together narrow its wide prior by less than this.
@@ -72,7 +72,7 @@ fn begun<'e>(engine: &'e Engine<'_>, run: usize) -> Option<(Machine<'e>, Vec<f64
 
 fn found(engine: &Engine<'_>, run: usize) -> Option<Vec<(String, f64)>> {
     let (mut machine, wide) = begun(engine, run)?;
-    let frozen = open(&machine);
+    let frozen = Frozen::of_free_run(machine.timeline.events.len());
     let samples = machine.timeline.value.len();
     let start = machine.x0.clone();
     let mut base = vec![0.0; samples];

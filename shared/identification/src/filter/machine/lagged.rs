@@ -4,7 +4,7 @@
 //! (`to`), and starts the next interval as it is from then on (`from`). Between two readings the input is the parabola through them and
 //! the instant midway: with a time constant far below the interval the lag shows the slope at its end, not the mean slope.
 
-use super::machine::{Machine, Mean};
+use super::{Machine, Mean};
 use dynamics::lags::LagState;
 
 impl Machine<'_> {

@@ -1,0 +1,246 @@
+//! The linear model of a pass, by differences of its own functions.
+
+use super::initial::{Start, response};
+use super::linear::STEP;
+use super::machine::{Machine, Mean};
+use super::recursion::Recursion;
+use super::transition::Transitions;
+use super::{Frozen, Linear, NoiseModel};
+use crate::problem::Timeline;
+
+impl Linear {
+    /// Room for every event and sample of `machine`'s run.
+    fn empty(machine: &Machine<'_>, noise: &NoiseModel, initial_sigma: &[f64], start: &Start) -> Self {
+        let layout = machine.layout.clone();
+        let (n, m, c) = (layout.tangent, layout.noise_inputs.len(), layout.clone);
+        let events = machine.timeline.events.len();
+        let samples = machine.timeline.value.len();
+        Self {
+            transition: vec![0.0; events * n * (n + m)],
+            measurement: vec![0.0; samples * (n + m + c)],
+            slope: vec![0.0; samples],
+            decay: vec![f64::NAN; samples],
+            initial_sigma: initial_sigma.to_vec(),
+            start: start.change.clone(),
+            pull: vec![0.0; samples],
+            is_wide: start.sigma == initial_sigma,
+            finer: machine.finer,
+            frozen: Frozen {
+                rows: layout.len(),
+                gain: Vec::with_capacity(samples * layout.len()),
+                first: Vec::with_capacity(events),
+            },
+            nu: vec![0.0; samples],
+            states: Vec::with_capacity(events * machine.x0.len()),
+            updated: Vec::with_capacity(events * machine.x0.len()),
+            held: Vec::with_capacity(events * m),
+            held_updated: Vec::with_capacity(events * m),
+            noise: NoiseModel {
+                pole: vec![0.0; noise.pole.len()],
+                jitter_s: vec![0.0; noise.pole.len()],
+                ..noise.clone()
+            },
+            names: super::tangent_names(&machine.system).into_iter().map(|(name, _)| name).collect(),
+            input_names: layout.noise_inputs.iter().map(|i| machine.system.inputs()[*i].name.clone()).collect(),
+            state_names: machine.system.states().iter().map(|state| state.name.clone()).collect(),
+            layout,
+        }
+    }
+}
+
+/// Extended Kalman filter over a run with white noise, from `start`, which `machine` is moved to: its gains, innovations and linear model.
+///
+/// Cost: `tangent + inputs + clone + 1` readings an event, and as many flows, or a third of their work ([`Transitions`]).
+pub fn linearise(
+    machine: &mut Machine<'_>,
+    noise: &NoiseModel,
+    initial_sigma: &[f64],
+    start: &Start,
+) -> Result<Linear, String> {
+    machine.begin(&start.change);
+    let mut linear = Linear::empty(machine, noise, initial_sigma, start);
+    let (n, m) = (linear.layout.tangent, linear.layout.noise_inputs.len());
+    let events = machine.timeline.events.len();
+    let mut update = Update::new(machine, &linear, start);
+    let mut mean = machine.start();
+    let mut transitions = Transitions::new(machine);
+    for k in 0..events {
+        let event = machine.timeline.events[k];
+        machine.renew(k, &mut mean);
+        update.recursion.renew(event.reset, &linear.noise);
+        linear.states.extend_from_slice(&mean.x);
+        linear.held.extend_from_slice(&mean.w);
+        linear.frozen.first.push(linear.frozen.gain.len());
+        if event.count > 0 {
+            update.take_up(machine, k, &mut mean, &mut linear)?;
+        }
+        linear.updated.extend_from_slice(&mean.x);
+        linear.held_updated.extend_from_slice(&mean.w);
+        machine.begin_mean(k, &mut mean);
+        if event.begins_mean {
+            update.recursion.begin_mean();
+        }
+        if k + 1 < events {
+            let transition = &mut linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
+            transitions.write(machine, k, &mut mean, &update.recursion.sigmas(), transition);
+            update.recursion.propagate(transition);
+        }
+    }
+    linear.slope = slopes(&linear.nu, &update.taught, machine.timeline);
+    if start.change.iter().any(|change| *change != 0.0) {
+        linear.pull = response(&linear, machine.timeline, &start.change);
+        linear.nu.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
+    }
+    Ok(linear)
+}
+
+/// Updates of the filter, event by event.
+struct Update {
+    recursion: Recursion<Vec<f64>>,
+    scratch: Scratch,
+    predicted: Vec<f64>,
+    change: Vec<f64>,
+    /// When every lagging channel was last read [s].
+    read_s: Vec<f64>,
+    /// Of every sample what the update of its event made of its own prediction.
+    taught: Vec<f64>,
+}
+
+impl Update {
+    fn new(machine: &Machine<'_>, linear: &Linear, start: &Start) -> Self {
+        let channels = linear.noise.sensor_sigma.len();
+        Self {
+            recursion: Recursion::new(&linear.layout, &start.sigma),
+            scratch: Scratch::new(machine),
+            predicted: vec![0.0; channels],
+            change: vec![0.0; linear.layout.len()],
+            read_s: vec![f64::NAN; channels],
+            taught: vec![0.0; machine.timeline.value.len()],
+        }
+    }
+
+    /// The samples of event `k`: rows of measurement, gains and innovations join `linear`, `mean` is corrected.
+    fn take_up(
+        &mut self,
+        machine: &mut Machine<'_>,
+        k: usize,
+        mean: &mut Mean,
+        linear: &mut Linear,
+    ) -> Result<(), String> {
+        let event = machine.timeline.events[k];
+        let samples = event.first..event.first + event.count;
+        let row_len = linear.row_len();
+        self.scratch.measurement(machine, k, mean, &mut linear.measurement[event.first * row_len..]);
+        self.decays(machine, k, linear);
+        machine.predict(k, mean, &mut self.predicted);
+        let rows = &linear.measurement[samples.start * row_len..samples.end * row_len];
+        let channels = &machine.timeline.channel[samples.clone()];
+        let (decay, slope) = (&linear.decay[samples.clone()], &linear.slope[samples.clone()]);
+        if !self.recursion.update(&linear.noise, channels, rows, (decay, slope)) {
+            return Err(format!("the filter's covariance is not positive at {} s", event.t_s));
+        }
+        linear.frozen.gain.extend_from_slice(&self.recursion.gain);
+        self.change.fill(0.0);
+        for (slot, predicted) in self.predicted.iter().enumerate().take(event.count) {
+            let innovation = machine.timeline.value[event.first + slot] - predicted;
+            linear.nu[event.first + slot] = innovation;
+            for (row, change) in self.change.iter_mut().enumerate() {
+                *change += self.recursion.gain[row * event.count + slot] * innovation;
+            }
+        }
+        if !self.change.iter().all(|c| c.abs() < 1e9) {
+            return Err(format!("the filtered state runs away at {} s", event.t_s));
+        }
+        for (row, sample) in rows.chunks_exact(row_len.max(1)).zip(samples) {
+            self.taught[sample] = match linear.layout.lag_of[machine.timeline.channel[sample]] {
+                Some(lag) => self.change[linear.layout.lags_at() + lag],
+                None => linear.layout.places(row).map(|(place, h)| h * self.change[place]).sum(),
+            };
+        }
+        machine.correct(mean, &self.change);
+        Ok(())
+    }
+
+    /// Shares of their old output that lagging channels of event `k` keep.
+    fn decays(&mut self, machine: &Machine<'_>, k: usize, linear: &mut Linear) {
+        let event = machine.timeline.events[k];
+        for sample in event.first..event.first + event.count {
+            let channel = machine.timeline.channel[sample];
+            if linear.layout.lag_of[channel].is_some() {
+                let since = event.t_s - self.read_s[channel];
+                linear.decay[sample] = if since > 0.0 { machine.lag_decay(channel, since) } else { 0.0 };
+                self.read_s[channel] = event.t_s;
+            }
+        }
+    }
+}
+
+/// Rates of change of the predicted readings, from the rates over the last two intervals of the same channel, each since what was filtered
+/// then: none of the innovation that a slope stands beside is in it, or whatever depends on a slope would explain noise by itself.
+fn slopes(nu: &[f64], taught: &[f64], timeline: &Timeline) -> Vec<f64> {
+    let mut slope = vec![0.0; nu.len()];
+    for channel in 0..timeline.channel.iter().max().map_or(0, |last| last + 1) {
+        let own: Vec<usize> = (0..nu.len()).filter(|i| timeline.channel[*i] == channel).collect();
+        let predicted = |i: usize| timeline.value[i] - nu[i];
+        let mut last: Option<(f64, f64)> = None;
+        for pair in own.windows(2) {
+            let dt_s = timeline.stamp_s[pair[1]] - timeline.stamp_s[pair[0]];
+            if dt_s <= 0.0 {
+                continue;
+            }
+            // over the interval, which is its middle's
+            let over = (predicted(pair[1]) - (predicted(pair[0]) + taught[pair[0]])) / dt_s;
+            let change = last.map_or(0.0, |(before, before_s)| (over - before) / (0.5 * (dt_s + before_s)));
+            slope[pair[1]] = over + 0.5 * dt_s * change;
+            last = Some((over, dt_s));
+        }
+        if let [first, second, ..] = own[..] {
+            slope[first] = slope[second];
+        }
+    }
+    slope
+}
+
+struct Scratch {
+    delta: Vec<f64>,
+    moved: Vec<f64>,
+    w: Vec<f64>,
+    y: Vec<f64>,
+    y0: Vec<f64>,
+}
+
+impl Scratch {
+    fn new(machine: &Machine<'_>) -> Self {
+        let (n, t) = (machine.x0.len(), machine.layout.tangent);
+        let p = machine.layout.lag_of.len();
+        let zeros = |n: usize| vec![0.0; n];
+        Self { delta: zeros(t), moved: zeros(n), w: Vec::new(), y: zeros(p), y0: zeros(p) }
+    }
+
+    fn measurement(&mut self, machine: &mut Machine<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
+        let (n, m, c) = (machine.layout.tangent, machine.layout.noise_inputs.len(), machine.layout.clone);
+        let count = machine.timeline.events[k].count;
+        self.w.clone_from(&mean.w);
+        machine.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_row), &mut self.y0);
+        for column in 0..n + m + c {
+            if column < n {
+                self.delta.fill(0.0);
+                self.delta[column] = STEP;
+                machine.system.retract(&mean.x, &self.delta, &mut self.moved);
+                machine.read(k, &self.moved, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
+            } else if column < n + m {
+                self.w[column - n] += STEP;
+                machine.read(k, &mean.x, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
+                self.w[column - n] = mean.w[column - n];
+            } else {
+                self.delta.fill(0.0);
+                self.delta[column - n - m] = STEP;
+                machine.system.retract(&mean.clone, &self.delta, &mut self.moved);
+                machine.read(k, &mean.x, &self.w, (&self.moved, mean.clone_row), &mut self.y);
+            }
+            for slot in 0..count {
+                out[slot * (n + m + c) + column] = (self.y[slot] - self.y0[slot]) / STEP;
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Normal equations with priors, and what they promise.
+
+use super::bounded::bounded;
+use super::engine::Engine;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// Whitened normal equations with priors: unknowns in prior standard deviations, then extra columns.
+pub struct Normal {
+    /// Number of unknowns; extra columns follow.
+    pub unknowns: usize,
+    pub matrix: DMatrix<f64>,
+    /// `Cᵀ r` + prior.
+    pub right: DVector<f64>,
+    /// `|r|²` and with `Σ ln |S|` and the prior's share the objective, at the present point.
+    pub chi2: f64,
+    pub objective: f64,
+    /// Room of each unknown down and up [prior standard deviations].
+    pub room: Vec<[f64; 2]>,
+}
+
+/// `Σ ((θ − θ₀)/σ)²`.
+pub fn prior_chi2(engine: &Engine<'_>, theta: &[f64]) -> f64 {
+    theta.iter().zip(&engine.problem.unknowns).map(|(t, u)| ((t - u.prior) / u.sigma).powi(2)).sum()
+}
+
+impl Normal {
+    /// Of products of the whitened innovations, sensitivities and further columns, row by row, j ≥ i.
+    pub(super) fn new(
+        engine: &Engine<'_>,
+        theta: &[f64],
+        sums: &[f64],
+        unknowns: usize,
+        log_determinant: f64,
+    ) -> Option<Self> {
+        let width = sums.len().isqrt();
+        let n = width - 1;
+        let product = |i: usize, j: usize| sums[i.min(j) * width + i.max(j)];
+        let mut matrix = DMatrix::from_fn(n, n, |i, j| product(1 + i, 1 + j));
+        let mut right = DVector::from_fn(n, |i, _| product(0, 1 + i));
+        for (i, unknown) in engine.problem.unknowns.iter().enumerate().take(unknowns) {
+            matrix[(i, i)] += 1.0;
+            right[i] += (unknown.prior - theta[i]) / unknown.sigma;
+        }
+        let own = engine.problem.unknowns.iter().zip(theta).take(unknowns);
+        let room = own.map(|(u, t)| [((u.low - t) / u.sigma).min(0.0), ((u.high - t) / u.sigma).max(0.0)]).collect();
+        let chi2 = product(0, 0);
+        let objective = chi2 + log_determinant + prior_chi2(engine, theta);
+        (objective.is_finite() && matrix.iter().all(|v: &f64| v.is_finite())).then_some(Self {
+            unknowns,
+            matrix,
+            right,
+            chi2,
+            objective,
+            room,
+        })
+    }
+
+    /// Factor of the unknowns' block.
+    pub fn factor(&self) -> Option<Cholesky<f64, Dyn>> {
+        let n = self.unknowns;
+        Cholesky::new(self.matrix.view((0, 0), (n, n)).into_owned())
+    }
+
+    /// Step in θ and the decrease of the objective it promises; unknowns at an edge stay there.
+    pub fn step(&self, engine: &Engine<'_>, theta: &[f64], damping: f64) -> Option<(Vec<f64>, f64)> {
+        let n = self.unknowns;
+        let unknowns = &engine.problem.unknowns;
+        let mut fixed = vec![false; n];
+        for _ in 0..4 {
+            let mut matrix = self.matrix.view((0, 0), (n, n)).into_owned();
+            let mut right = self.right.rows(0, n).into_owned();
+            for i in 0..n {
+                matrix[(i, i)] *= 1.0 + damping;
+                if fixed[i] {
+                    matrix.row_mut(i).fill(0.0);
+                    matrix.column_mut(i).fill(0.0);
+                    (matrix[(i, i)], right[i]) = (1.0, 0.0);
+                }
+            }
+            let solved = Cholesky::new(matrix)?.solve(&right);
+            let promised = solved.dot(&right);
+            let step: Vec<f64> = solved.iter().zip(unknowns).map(|(s, u)| s * u.sigma).collect();
+            let mut again = false;
+            for i in 0..n {
+                let leaves =
+                    (theta[i] <= unknowns[i].low && step[i] < 0.0) || (theta[i] >= unknowns[i].high && step[i] > 0.0);
+                again |= leaves && !fixed[i];
+                fixed[i] |= leaves;
+            }
+            if !again {
+                return Some((step, promised));
+            }
+        }
+        None
+    }
+
+    /// Least objective over unknowns and extra columns (linear), unknowns within their ranges, and where it is: steps of the unknowns [prior
+    /// standard deviations], then the extra columns' coefficients.
+    pub fn least(&self) -> Option<(f64, Vec<f64>)> {
+        let places: Vec<usize> = (0..self.matrix.nrows()).collect();
+        let (decrease, x) = bounded(&self.matrix, &self.right, &self.room, &places)?;
+        Some((self.objective - decrease, x))
+    }
+
+    /// The same with the extra columns' coefficients alone.
+    pub fn minimum(&self) -> Option<(f64, Vec<f64>)> {
+        let (least, mut x) = self.least()?;
+        Some((least, x.split_off(self.unknowns)))
+    }
+
+    /// Least objective over the unknowns alone.
+    pub fn minimum_without(&self) -> Option<f64> {
+        let places: Vec<usize> = (0..self.unknowns).collect();
+        Some(self.objective - bounded(&self.matrix, &self.right, &self.room, &places)?.0)
+    }
+
+    /// By how much the extra columns relieve the priors of the plant's own numbers: decrease of `Σ ((θ − θ₀)/σ)²` from the least objective without them to that with.
+    pub fn relief(&self, engine: &Engine<'_>, theta: &[f64]) -> Option<f64> {
+        let unknowns = &engine.problem.unknowns;
+        let off: Vec<f64> = theta.iter().zip(unknowns).map(|(t, u)| (t - u.prior) / u.sigma).collect();
+        let squares = |columns: usize| {
+            let (_, step) = bounded(&self.matrix, &self.right, &self.room, &(0..columns).collect::<Vec<_>>())?;
+            let own = off.iter().zip(&step).zip(unknowns).filter(|(_, unknown)| !unknown.name.starts_with("effect."));
+            Some(own.map(|((off, step), _)| (off + step).powi(2)).sum::<f64>())
+        };
+        Some(squares(self.unknowns)? - squares(self.matrix.nrows())?)
+    }
+
+    /// Posterior standard deviations of the unknowns.
+    pub fn sigmas(&self, engine: &Engine<'_>) -> Vec<f64> {
+        let Some(factor) = self.factor() else { return vec![f64::NAN; self.unknowns] };
+        let inverse = factor.inverse();
+        (0..self.unknowns).map(|i| inverse[(i, i)].max(0.0).sqrt() * engine.problem.unknowns[i].sigma).collect()
+    }
+}
