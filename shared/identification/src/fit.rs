@@ -52,7 +52,8 @@ pub enum FitError {
     NotPositive,
 }
 
-/// What remains of a prior counts as not found above this.
+/// Share of a prior's standard deviation above which a parameter counts as not found: the recording
+/// then holds less than `1/0.98² − 1` = 4 % of the information that the prior holds.
 pub const NOT_FOUND_RATIO: f64 = 0.98;
 /// Decrease of `−2 ln p` that ends the iteration, at noise of the size that the residuals have: a tenth of a standard error.
 const CONVERGED: f64 = 1e-2;

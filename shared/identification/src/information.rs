@@ -22,7 +22,9 @@ use nalgebra::{DMatrix, DVector};
 const STEP_SIGMAS: f64 = 1e-3;
 /// Where readings bend this share as much as they follow a step, nothing is linear about them: moved up and down at random they come to one.
 const BENT: f64 = 0.7;
-/// A parameter counts as identified when the data leave less than this share of its prior sigma, as not excited above the second.
+/// A parameter counts as identified when the data leave less than this share of its prior sigma: they
+/// then hold `1/0.5² − 1` = 3 times the prior's information; as not excited above the second, where
+/// they hold less than 4 % of it.
 const IDENTIFIED_RATIO: f64 = 0.5;
 const NOT_EXCITED_RATIO: f64 = 0.98;
 /// Rows that are folded into the triangle at a time.
@@ -246,7 +248,7 @@ impl Experiment<'_> {
     fn outcome(&self, plant: &Plant, uncertain: &[(Parameter, f64)], columns: &[DVector<f64>]) -> Prediction {
         let n = uncertain.len();
         let svd = triangle(columns).svd(false, true);
-        let directions = svd.v_t.expect("it was asked for");
+        let directions = svd.v_t.expect("the right factor is computed");
         // of the posterior, in units of the prior
         let variance = svd.singular_values.map(|s| 1.0 / (1.0 + s * s));
         let covariance = directions.tr_mul(&DMatrix::from_diagonal(&variance)) * &directions;

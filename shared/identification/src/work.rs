@@ -14,11 +14,11 @@ pub const MOST: f64 = 1e11;
 /// Of that, what asking whether labels of channels are mistaken may cost.
 pub const LABELS: f64 = 0.2 * MOST;
 /// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates apart.
-const ARTICULATED: f64 = 130.0;
-const APART: f64 = 60.0;
+const COST_ARTICULATED: f64 = 130.0;
+const COST_DECOUPLED: f64 = 60.0;
 /// An event of a recursion, and each of its products.
-const EVENT: f64 = 200.0;
-const PRODUCT: f64 = 0.5;
+const COST_EVENT: f64 = 200.0;
+const COST_PRODUCT: f64 = 0.5;
 
 /// Count of one diagnosis.
 #[derive(Debug)]
@@ -92,7 +92,7 @@ impl Work {
 
 /// Of `evaluations` of the equations of motion.
 pub fn of_evaluations(evaluations: usize, system: &System) -> f64 {
-    let each = if system.is_apart() { APART } else { ARTICULATED };
+    let each = if system.is_apart() { COST_DECOUPLED } else { COST_ARTICULATED };
     evaluations as f64 * each * system.states().len().max(1) as f64
 }
 
@@ -100,12 +100,12 @@ pub fn of_evaluations(evaluations: usize, system: &System) -> f64 {
 pub fn of_whitening([n, m, z]: [usize; 3], [events, samples]: [usize; 2], columns: usize) -> f64 {
     let of_event = 2 * n * z * (n + m) + columns * n * (n + m);
     let of_sample = 2 * z * z + 2 * columns * z;
-    events as f64 * (EVENT + PRODUCT * of_event as f64) + PRODUCT * (samples * of_sample) as f64
+    events as f64 * (COST_EVENT + COST_PRODUCT * of_event as f64) + COST_PRODUCT * (samples * of_sample) as f64
 }
 
 /// Of all products of `columns` with each other.
 pub fn of_products(samples: usize, columns: usize) -> f64 {
-    PRODUCT * (samples * columns * columns / 2) as f64
+    COST_PRODUCT * (samples * columns * columns / 2) as f64
 }
 
 #[cfg(test)]

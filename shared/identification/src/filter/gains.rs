@@ -25,8 +25,8 @@ pub struct Gains {
     pub same_as_frozen: bool,
 }
 
-/// Who is told the gains of some events.
-type Told<'t> = &'t mut dyn FnMut(&mut Gains, Range<usize>);
+/// Receives the gains of some events.
+type Receive<'t> = &'t mut dyn FnMut(&mut Gains, Range<usize>);
 
 /// Gains of `noise` on `linear`; `None` where a covariance is not positive.
 pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option<Gains> {
@@ -36,16 +36,16 @@ pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option
     Some(Gains { log_determinant, ..whole })
 }
 
-/// Gains of `each` events after the other, told as they are found: places in a part count from its own first event. Returns `Σ ln |S|`.
+/// Gains of `each` events after the other, handed on as they are found: places in a part count from its own first event. Returns `Σ ln |S|`.
 pub fn gains_in_parts(
     linear: &Linear,
     timeline: &Timeline,
     noise: &NoiseModel,
     each: usize,
-    told: Told<'_>,
+    receive: Receive<'_>,
 ) -> Option<f64> {
     let layout = coloured(&linear.layout, noise);
-    by_size!(layout.len(), recurse)((linear, timeline, noise), layout, each, (None, told))
+    by_size!(layout.len(), recurse)((linear, timeline, noise), layout, each, (None, receive))
 }
 
 /// `layout` with a place for the colour of every channel that has one.
@@ -65,7 +65,7 @@ pub(super) fn recurse<R: Row>(
     (linear, timeline, noise): (&Linear, &Timeline, &NoiseModel),
     layout: Layout,
     each: usize,
-    (tape, told): (Option<&mut Tape>, Told<'_>),
+    (tape, receive): (Option<&mut Tape>, Receive<'_>),
 ) -> Option<f64> {
     let mut recursion = Recursion::<R>::new(&layout, &linear.initial_sigma);
     recursion.tape = tape.is_some().then(Tape::default);
@@ -85,7 +85,7 @@ pub(super) fn recurse<R: Row>(
         if !is_positive {
             return None;
         }
-        told(&mut part, range);
+        receive(&mut part, range);
     }
     if let (Some(tape), Some(written)) = (tape, recursion.tape) {
         *tape = written;

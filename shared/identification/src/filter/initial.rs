@@ -14,7 +14,7 @@
 
 use super::gains::gains;
 use super::linear::Linear;
-use super::whiten::{felt, whiten};
+use super::whiten::{reading_difference, whiten};
 use crate::dot::dot;
 use crate::problem::Timeline;
 
@@ -25,10 +25,11 @@ pub struct Start {
     pub sigma: Vec<f64>,
 }
 
-/// A width that the recording narrows by less than this share everywhere makes no swings.
-const NARROWED: f64 = 1.0 / 3.0;
+/// Where the recording leaves more than this share of every width, no start is narrower by enough to
+/// differ. Chosen: below it lie eight ninths of the variance.
+const NARROWED_SHARE: f64 = 1.0 / 3.0;
 /// Least width, as a share of the prior's: what rounding leaves of a difference.
-const LEAST: f64 = 1e-6;
+const SIGMA_SHARE_MIN: f64 = 1e-6;
 
 impl Start {
     /// At the prior.
@@ -49,10 +50,12 @@ impl Start {
         let off = (dot(&r, &r) / r.len().max(1) as f64).sqrt().max(1.0);
         let prior = &linear.initial_sigma;
         let change: Vec<f64> = prior.iter().zip(&columns).map(|(sigma, c)| sigma * sigma * dot(c, &r)).collect();
-        let left = |(sigma, c): (&f64, &Vec<f64>)| (1.0 - sigma * sigma * dot(c, c)).max(LEAST * LEAST).sqrt() * off;
+        let left = |(sigma, c): (&f64, &Vec<f64>)| {
+            (1.0 - sigma * sigma * dot(c, c)).max(SIGMA_SHARE_MIN * SIGMA_SHARE_MIN).sqrt() * off
+        };
         let left: Vec<f64> = prior.iter().zip(&columns).map(left).collect();
         let sigma = prior.iter().zip(&left).map(|(sigma, left)| sigma * left.min(1.0)).collect();
-        let narrowed = left.iter().any(|left| *left < NARROWED) && change.iter().all(|change| change.is_finite());
+        let narrowed = left.iter().any(|left| *left < NARROWED_SHARE) && change.iter().all(|change| change.is_finite());
         narrowed.then_some(Self { change, sigma })
     }
 }
@@ -72,7 +75,7 @@ pub fn response(linear: &Linear, timeline: &Timeline, error: &[f64]) -> Vec<f64>
         }
         let samples = event.first..event.first + event.count;
         for sample in samples.clone() {
-            nu[sample] = felt(linear, timeline, (layout, &linear.noise.pole), sample, &mut e)[0];
+            nu[sample] = reading_difference(linear, timeline, (layout, &linear.noise.pole), sample, &mut e)[0];
         }
         let gain = linear.frozen.gain[linear.frozen.first[k]..].chunks_exact(event.count.max(1));
         for (e, gain) in e.iter_mut().zip(gain).filter(|_| event.count > 0) {

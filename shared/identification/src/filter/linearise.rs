@@ -86,7 +86,7 @@ pub fn linearise(
             update.recursion.propagate(transition);
         }
     }
-    linear.slope = slopes(&linear.nu, &update.taught, machine.timeline);
+    linear.slope = slopes(&linear.nu, &update.corrected_by, machine.timeline);
     if start.change.iter().any(|change| *change != 0.0) {
         linear.pull = response(&linear, machine.timeline, &start.change);
         linear.nu.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
@@ -103,7 +103,7 @@ struct Update {
     /// When every lagging channel was last read [s].
     read_s: Vec<f64>,
     /// Of every sample what the update of its event made of its own prediction.
-    taught: Vec<f64>,
+    corrected_by: Vec<f64>,
 }
 
 impl Update {
@@ -115,7 +115,7 @@ impl Update {
             predicted: vec![0.0; channels],
             change: vec![0.0; linear.layout.len()],
             read_s: vec![f64::NAN; channels],
-            taught: vec![0.0; machine.timeline.value.len()],
+            corrected_by: vec![0.0; machine.timeline.value.len()],
         }
     }
 
@@ -152,7 +152,7 @@ impl Update {
             return Err(format!("the filtered state runs away at {} s", event.t_s));
         }
         for (row, sample) in rows.chunks_exact(row_len.max(1)).zip(samples) {
-            self.taught[sample] = match linear.layout.lag_of[machine.timeline.channel[sample]] {
+            self.corrected_by[sample] = match linear.layout.lag_of[machine.timeline.channel[sample]] {
                 Some(lag) => self.change[linear.layout.lags_at() + lag],
                 None => linear.layout.places(row).map(|(place, h)| h * self.change[place]).sum(),
             };
@@ -177,7 +177,7 @@ impl Update {
 
 /// Rates of change of the predicted readings, from the rates over the last two intervals of the same channel, each since what was filtered
 /// then: none of the innovation that a slope stands beside is in it, or whatever depends on a slope would explain noise by itself.
-fn slopes(nu: &[f64], taught: &[f64], timeline: &Timeline) -> Vec<f64> {
+fn slopes(nu: &[f64], corrected_by: &[f64], timeline: &Timeline) -> Vec<f64> {
     let mut slope = vec![0.0; nu.len()];
     for channel in 0..timeline.channel.iter().max().map_or(0, |last| last + 1) {
         let own: Vec<usize> = (0..nu.len()).filter(|i| timeline.channel[*i] == channel).collect();
@@ -189,7 +189,7 @@ fn slopes(nu: &[f64], taught: &[f64], timeline: &Timeline) -> Vec<f64> {
                 continue;
             }
             // over the interval, which is its middle's
-            let over = (predicted(pair[1]) - (predicted(pair[0]) + taught[pair[0]])) / dt_s;
+            let over = (predicted(pair[1]) - (predicted(pair[0]) + corrected_by[pair[0]])) / dt_s;
             let change = last.map_or(0.0, |(before, before_s)| (over - before) / (0.5 * (dt_s + before_s)));
             slope[pair[1]] = over + 0.5 * dt_s * change;
             last = Some((over, dt_s));

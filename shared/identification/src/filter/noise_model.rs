@@ -19,7 +19,7 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// As the plant states it. Noise inputs without a number are zero here; see [`crate::fit`].
+    /// As the plant states it. Noise inputs without a number are zero here; a fit gives them a floor.
     pub fn stated(problem: &Problem, equipped: &Plant, system: &System, noise_inputs: &[usize]) -> Self {
         let actuator = |input: &usize| &equipped.actuators[system.inputs()[*input].actuator];
         let input_sigma = noise_inputs.iter().map(|input| actuator(input).noise.value).collect();
@@ -52,18 +52,19 @@ impl NoiseModel {
             && near(&self.pole, &other.pole, &|a, b| (libm::atanh(a) - libm::atanh(b)).abs() <= 0.1)
     }
 
-    /// Some input or channel has more than `factor` times the standard deviation that it has in `other`, and than is `felt`.
-    pub fn is_louder(&self, other: &Self, felt: &Self, factor: f64) -> bool {
+    /// Some input or channel has more than `factor` times the standard deviation that it has in `other`, and than in `floor`.
+    pub fn is_louder(&self, other: &Self, floor: &Self, factor: f64) -> bool {
         let sizes = |noise: &Self| [&noise.input_sigma[..], &noise.sensor_sigma[..]].concat();
         sizes(self)
             .iter()
             .zip(sizes(other))
-            .zip(sizes(felt))
-            .any(|((own, other), felt)| *own > factor * other.max(felt))
+            .zip(sizes(floor))
+            .any(|((own, other), floor)| *own > factor * other.max(floor))
     }
 }
 
-/// White part of coloured noise, as a share of its standard deviation: keeps covariances positive.
+/// White part of coloured noise, as a share of its standard deviation: keeps covariances positive, and
+/// is 1e-4 of the variance.
 pub(super) const WHITE_SHARE: f64 = 1e-2;
 
 fn sensor_sigma(problem: &Problem, plant: &Plant, channel: usize) -> f64 {

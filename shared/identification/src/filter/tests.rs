@@ -225,8 +225,8 @@ fn readings_that_a_stated_delay_puts_before_the_recording_tell_nothing_and_the_o
         let row = &linear.measurement[*s * linear.row_len()..(*s + 1) * linear.row_len()];
         linear.nu[**s] == 0.0 && row.iter().all(|h| *h == 0.0)
     };
-    let told: Vec<f64> = own.iter().filter(|s| !silent(s)).map(|s| timeline.stamp_s[*s]).collect();
-    assert!(told.iter().all(|stamp| *stamp > 2.5 * every_s) && told[0] < 3.5 * every_s, "{:?}", &told[..3]);
+    let read: Vec<f64> = own.iter().filter(|s| !silent(s)).map(|s| timeline.stamp_s[*s]).collect();
+    assert!(read.iter().all(|stamp| *stamp > 2.5 * every_s) && read[0] < 3.5 * every_s, "{:?}", &read[..3]);
     let r = whitened(&engine, &board, &engine.noise);
     assert!(r.iter().all(|r| r.abs() < 5.0), "{:?}", r.iter().fold(0.0f64, |most, r| most.max(r.abs())));
 }
@@ -273,15 +273,15 @@ fn a_star_tracker_may_tell_an_attitude_by_either_of_its_two_rotation_vectors() {
     let mut recorded = recording(&nominal, 7, 60.0);
     let own: Vec<usize> =
         (0..recorded.channels.len()).filter(|c| recorded.channels[*c].name.starts_with("star_tracker")).collect();
-    let mut told = 0;
+    let mut read = 0;
     for k in (0..recorded.channels[own[0]].value.len()).step_by(3) {
         let size = own.iter().map(|c| recorded.channels[*c].value[k].powi(2)).sum::<f64>().sqrt();
         if size > 2.0 {
-            told += 1;
+            read += 1;
             own.iter().for_each(|c| recorded.channels[*c].value[k] *= 1.0 - core::f64::consts::TAU / size);
         }
     }
-    assert!(own.len() == 3 && told > 20, "{told}");
+    assert!(own.len() == 3 && read > 20, "{read}");
     let problem = problem(&nominal, recorded);
     let (engine, board) = board(&problem);
     let r = whitened(&engine, &board, &engine.noise);

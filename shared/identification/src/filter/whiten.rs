@@ -130,8 +130,9 @@ impl<const W: usize> Apart<W> {
                 let old = &mut self.old[..event.count];
                 old.copy_from_slice(own);
                 for (slot, row) in own.iter_mut().enumerate() {
-                    let felt = felt(linear, timeline, (layout, &gains.pole), event.first + slot, &mut self.d);
-                    add(row, -1.0, &felt);
+                    let difference =
+                        reading_difference(linear, timeline, (layout, &gains.pole), event.first + slot, &mut self.d);
+                    add(row, -1.0, &difference);
                 }
                 let gain = &gains.gain[gains.first[k - from]..];
                 let frozen = &linear.frozen.gain[linear.frozen.first[k]..];
@@ -185,7 +186,7 @@ fn product<const W: usize>(row: &[f64], x: &[Lane<W>]) -> Lane<W> {
 
 /// `H d + v̂` of a sample; lags and coloured noise move on.
 #[inline(always)]
-pub(super) fn felt<const W: usize>(
+pub(super) fn reading_difference<const W: usize>(
     linear: &Linear,
     timeline: &Timeline,
     (layout, pole): (&Layout, &[f64]),
@@ -196,15 +197,15 @@ pub(super) fn felt<const W: usize>(
     let row_len = len + layout.clone;
     let channel = timeline.channel[sample];
     let (own, clone) = linear.measurement[sample * row_len..(sample + 1) * row_len].split_at(len);
-    let mut felt = product(own, d);
-    add(&mut felt, 1.0, &product(clone, &d[layout.clone_at()..]));
+    let mut difference = product(own, d);
+    add(&mut difference, 1.0, &product(clone, &d[layout.clone_at()..]));
     if let Some(place) = layout.lag_of[channel] {
         let lagged = &mut d[layout.lags_at() + place];
         let decay = linear.decay[sample];
-        for (d, felt) in lagged.iter_mut().zip(felt) {
-            *d = decay * *d + (1.0 - decay) * felt;
+        for (d, difference) in lagged.iter_mut().zip(difference) {
+            *d = decay * *d + (1.0 - decay) * difference;
         }
-        felt = *lagged;
+        difference = *lagged;
     }
     if let Some(place) = layout.colour_of[channel] {
         let colour = &mut d[layout.colours_at() + place];
@@ -212,9 +213,9 @@ pub(super) fn felt<const W: usize>(
             *d *= pole[channel];
         }
         let colour = *colour;
-        add(&mut felt, 1.0, &colour);
+        add(&mut difference, 1.0, &colour);
     }
-    felt
+    difference
 }
 
 /// `d ← d + K' ν' − K ν`; K has `rows` rows.

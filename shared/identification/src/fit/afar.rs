@@ -8,12 +8,12 @@
 use super::{Board, Engine, Fit, FitError, Rounds, fit};
 
 /// Mean square of the whitened innovations up to which a fit is taken as it is.
-const NEAR: f64 = 2.0;
+const CHI2_PER_SAMPLE_NEAR: f64 = 2.0;
 /// Factor between one loudness of the disturbances and the next, and how many there are at most.
-const QUIETER: f64 = 10.0;
-const STEPS: usize = 6;
+const DISTURBANCE_FACTOR: f64 = 10.0;
+const STEPS_MAX: usize = 6;
 /// Relinearisations under one loudness: the next begins where this comes to.
-const APPROACHING: usize = 3;
+const ROUNDS_PER_STEP: usize = 3;
 
 /// Fits the plant of `engine`'s problem under its stated noise from the priors; where something is left that the noise does not explain, once more by
 /// way of larger disturbances, those that the plant states of its actuators among them, and the better of both to its end.
@@ -25,7 +25,7 @@ pub fn fit_from_afar(engine: &Engine<'_>, rounds: impl Into<Rounds>) -> Result<F
     let plant = &engine.problem.plant;
     let from = |theta: &[f64], rounds: Rounds| fit(engine, plant, theta, &engine.noise, rounds);
     let direct = from(&engine.prior(), rounds.without_more());
-    let is_near = direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < NEAR);
+    let is_near = direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < CHI2_PER_SAMPLE_NEAR);
     let approached = if is_near || engine.noise.input_sigma.is_empty() {
         None
     } else {
@@ -45,18 +45,18 @@ fn approached(engine: &Engine<'_>) -> Result<Vec<f64>, FitError> {
     let mut theta = engine.prior();
     let driven = |power: usize| {
         let mut noise = engine.noise.clone();
-        noise.input_sigma.iter_mut().for_each(|sigma| *sigma *= libm::pow(QUIETER, power as f64));
+        noise.input_sigma.iter_mut().for_each(|sigma| *sigma *= libm::pow(DISTURBANCE_FACTOR, power as f64));
         noise
     };
     let explains = |power: &usize| {
         let noise = driven(*power);
         let board = Board::new(engine, plant, &theta, &noise).ok();
         let normal = board.and_then(|board| board.normal(engine, &theta, &noise, &[]));
-        normal.is_some_and(|normal| normal.chi2 < NEAR * engine.samples as f64)
+        normal.is_some_and(|normal| normal.chi2 < CHI2_PER_SAMPLE_NEAR * engine.samples as f64)
     };
-    let loudest = (1..=STEPS).find(explains).unwrap_or(STEPS);
-    for power in (1..=loudest).rev() {
-        let fitted = fit(engine, plant, &theta, &driven(power), Rounds::at_most(APPROACHING))?;
+    let largest = (1..=STEPS_MAX).find(explains).unwrap_or(STEPS_MAX);
+    for power in (1..=largest).rev() {
+        let fitted = fit(engine, plant, &theta, &driven(power), Rounds::at_most(ROUNDS_PER_STEP))?;
         theta = fitted.theta;
     }
     Ok(theta)

@@ -33,11 +33,11 @@ const SPREAD_LEAST: usize = 100_000;
 const STEP_PRIOR: f64 = 1e-3;
 /// Change of the innovations [standard deviations of the sensors, over all samples] that a step aims at, and beyond which it is taken again:
 /// curvature over the step would tell unknowns apart that the recording cannot.
-const FELT: f64 = 1.0;
-const FELT_MAX: f64 = 10.0;
+const CHANGE_SIGMA: f64 = 1.0;
+const CHANGE_SIGMA_MAX: f64 = 10.0;
 /// A step that the plant does not survive is shortened by this.
-const SHORTENED: f64 = 1e-2;
-const TRIES: usize = 3;
+const STEP_SHORTENING: f64 = 1e-2;
+const TRIES_MAX: usize = 3;
 
 impl Board {
     /// Linearises at `theta`.
@@ -84,34 +84,36 @@ impl Board {
         let sign = if theta[i] + STEP_PRIOR * unknown.sigma > unknown.high { -1.0 } else { 1.0 };
         let mut step = self.steps[i];
         let mut found = (vec![0.0; self.nu.len()], step);
-        for _ in 0..TRIES {
+        for _ in 0..TRIES_MAX {
             let mut moved = theta.to_vec();
             moved[i] += sign * step * unknown.sigma;
             let change = engine.innovations(plant, &moved, &self.linears, &concerned);
             let change = change.map(|nu| nu.iter().zip(&self.nu).map(|(a, b)| b - a).collect::<Vec<f64>>());
-            let Some((felt, mut change)) = change.map(|change| (self.felt(engine, &change, &concerned), change)) else {
-                step *= SHORTENED;
+            let Some((size, mut change)) =
+                change.map(|change| (self.change_sigma(engine, &change, &concerned), change))
+            else {
+                step *= STEP_SHORTENING;
                 continue;
             };
-            if !felt.is_finite() {
-                step *= SHORTENED;
+            if !size.is_finite() {
+                step *= STEP_SHORTENING;
                 continue;
             }
-            if felt > 0.0 {
+            if size > 0.0 {
                 change.iter_mut().for_each(|c| *c /= sign * step);
                 engine.silence(&mut change, &concerned);
                 found = (change, step);
             }
-            if felt <= FELT_MAX {
+            if size <= CHANGE_SIGMA_MAX {
                 break;
             }
-            step *= FELT / felt;
+            step *= CHANGE_SIGMA / size;
         }
         found
     }
 
     /// Norm of a change of the innovations in standard deviations of their sensors, over the runs that are concerned.
-    fn felt(&self, engine: &Engine<'_>, change: &[f64], concerned: &dyn Fn(usize) -> bool) -> f64 {
+    fn change_sigma(&self, engine: &Engine<'_>, change: &[f64], concerned: &dyn Fn(usize) -> bool) -> f64 {
         let runs = (0..engine.timelines.len()).filter(|run| concerned(*run));
         let of = |run: usize| -> f64 {
             let channels = &engine.timelines[run].channel;

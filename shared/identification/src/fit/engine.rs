@@ -36,13 +36,16 @@ pub struct Engine<'p> {
     pub work: std::sync::Arc<Work>,
 }
 
-/// A start at the prior that makes innovations this many times as large as one at the posterior makes swings. Elsewhere it stays: a wide
-/// filter follows what the plant cannot explain yet.
-const SWING: f64 = 2.0;
-/// Innovations within this many standard deviations do not swing.
-const QUIET: f64 = 5.0;
-/// Both have the same `−2 ln p` as far as the plant is linear about them; worse by more than this, the posterior is that of another plant.
-const APART: f64 = 1.0;
+/// The start at the prior has a transient where its largest innovation is this many times that of a
+/// start at the posterior. Elsewhere it stays: a wide filter follows what the plant cannot explain
+/// yet. Chosen: of two starts that predict alike the largest of 10⁴ normal innovations differ by less.
+const INITIAL_TRANSIENT_RATIO: f64 = 2.0;
+/// Largest innovation [standard deviations] that needs no other start: of 10⁵ normal ones, 0.06 lie
+/// beyond.
+const INNOVATION_SIGMA_MAX: f64 = 5.0;
+/// `−2 ln p` by which the start at the posterior may be worse: both are the same as far as the plant is
+/// linear about them, and one is a factor √e of likelihood, less than chance moves between plants.
+const POSTERIOR_LOSS_MAX: f64 = 1.0;
 impl<'p> Engine<'p> {
     /// # Errors
     /// The plant cannot be compiled, a channel has no noise.
@@ -192,18 +195,18 @@ impl<'p> Engine<'p> {
                 initial,
                 &[&self.added[run][..], &self.hardly_seen[run]].concat(),
             );
-            let linearised = |machine: &mut Machine<'_>, start: &Start| {
+            let fresh = |machine: &mut Machine<'_>, start: &Start| {
                 let found = linearise(machine, noise, &sigmas, start);
                 self.work.add(machine.work() + machine.recursion_work());
                 found
             };
-            let mut linear = linearised(&mut wide, &Start::prior(&sigmas))?;
+            let mut linear = fresh(&mut wide, &Start::prior(&sigmas))?;
             let timeline = &self.timelines[run];
-            if linear.peak(timeline) > QUIET
+            if linear.peak(timeline) > INNOVATION_SIGMA_MAX
                 && let Some(start) = Start::posterior(&linear, timeline)
-                && let Ok(narrow) = linearised(&mut machine()?, &start)
-                && linear.peak(timeline) > SWING * narrow.peak(timeline)
-                && narrow.objective(timeline) < linear.objective(timeline) + APART
+                && let Ok(narrow) = fresh(&mut machine()?, &start)
+                && linear.peak(timeline) > INITIAL_TRANSIENT_RATIO * narrow.peak(timeline)
+                && narrow.objective(timeline) < linear.objective(timeline) + POSTERIOR_LOSS_MAX
             {
                 linear = narrow;
             }

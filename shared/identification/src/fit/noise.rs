@@ -30,13 +30,14 @@ const POLE_MAX: f64 = 0.98;
 const POLE_MIN: f64 = -0.5;
 /// Share of all work from which on a search is dear, if every coordinate asks for so many points and these whiten so many columns.
 const DEAR: f64 = 0.01;
-const POINTS: usize = 24;
-const COLUMNS: usize = 16;
+const POINTS_PER_COORDINATE: usize = 24;
+const COLUMNS_PER_POINT: usize = 16;
 
 /// Gain in `−2 ln p` of a sweep that is not worth another.
 const SWEPT: f64 = 0.05;
 
-/// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which one is taken up.
+/// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which one
+/// is taken up: BIC's price of one parameter, `ln n`, at n = 22 000 samples.
 const JITTER_SHARES: [f64; 3] = [3e-3, 0.02, 0.1];
 const JITTER_GAIN: f64 = 10.0;
 /// Sweeps over a channel's size, and over its size and jitter.
@@ -82,7 +83,8 @@ pub fn maximise(
         }
     }
     // the same for every set of columns: what is compared is searched alike
-    let is_dear = engine.work.affords(DEAR, board.whitening_work(engine, COLUMNS)) < (POINTS * list.len()) as f64;
+    let is_dear = engine.work.affords(DEAR, board.whitening_work(engine, COLUMNS_PER_POINT))
+        < (POINTS_PER_COORDINATE * list.len()) as f64;
     if is_dear {
         return climb::climbed((engine, board), (theta, extra), start, list, search);
     }

@@ -37,9 +37,9 @@ fn gaps(run: &Run) -> Vec<[f64; 2]> {
     let sensors: Vec<(&Samples, Vec<[f64; 2]>)> =
         run.samples.iter().map(|samples| (samples, too_long(&samples.time_s).0)).collect();
     let is_silent = |[a, b]: [f64; 2], longest_s: f64| {
-        let told = |samples: &Samples| samples.time_s.iter().any(|t| *t > a + longest_s && *t < b);
+        let has_samples = |samples: &Samples| samples.time_s.iter().any(|t| *t > a + longest_s && *t < b);
         let overlaps = |gaps: &[[f64; 2]]| gaps.iter().any(|[c, d]| d.min(b) - c.max(a) > 0.5 * (b - a));
-        !sensors.iter().any(|(samples, _)| told(samples)) && sensors.iter().any(|(_, gaps)| overlaps(gaps))
+        !sensors.iter().any(|(samples, _)| has_samples(samples)) && sensors.iter().any(|(_, gaps)| overlaps(gaps))
     };
     let mut all: Vec<[f64; 2]> = Vec::new();
     for drive in &run.drives {

@@ -237,18 +237,18 @@ impl<'a> Band<'a> {
 
     /// Least generalised cross-validation: a grid, then golden section about its least point.
     fn best(&self) -> Spline {
-        const POINTS: usize = 16;
+        const GRID_POINTS: usize = 16;
         let [low, high] = LN_ALPHA;
-        let at = |k: usize| low + (high - low) * k as f64 / (POINTS - 1) as f64;
+        let at = |k: usize| low + (high - low) * k as f64 / (GRID_POINTS - 1) as f64;
         let gcv = |ln_alpha: f64| self.solve(libm::exp(ln_alpha)).gcv;
-        let grid: Vec<f64> = (0..POINTS).map(|k| gcv(at(k))).collect();
-        let least = (0..POINTS).min_by(|a, b| grid[*a].total_cmp(&grid[*b])).expect("the grid has points");
+        let grid: Vec<f64> = (0..GRID_POINTS).map(|k| gcv(at(k))).collect();
+        let least = (0..GRID_POINTS).min_by(|a, b| grid[*a].total_cmp(&grid[*b])).expect("the grid has points");
         if least == 0 {
             // nothing to take off
             return Spline { gcv: grid[0], ..self.solve(0.0) };
         }
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
-        let (mut a, mut b) = (at(least - 1), at((least + 1).min(POINTS - 1)));
+        let (mut a, mut b) = (at(least - 1), at((least + 1).min(GRID_POINTS - 1)));
         let (mut c, mut d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
         let (mut at_c, mut at_d) = (gcv(c), gcv(d));
         for _ in 0..10 {

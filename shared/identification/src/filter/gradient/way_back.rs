@@ -109,8 +109,8 @@ impl<R: Row> Back<R> {
             };
         }
         for (g, _) in g.iter_mut().zip(&self.behind).filter(|(_, behind)| behind.is_some()) {
-            let felt = -share * product(v, g.numbers());
-            add(g.numbers_mut(), felt, h);
+            let weight = -share * product(v, g.numbers());
+            add(g.numbers_mut(), weight, h);
         }
         if !has_colour {
             for ((g, h), q) in g[channel].numbers_mut().iter_mut().zip(h).zip(self.q.numbers()) {

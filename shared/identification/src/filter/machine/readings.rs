@@ -22,7 +22,7 @@ impl Machine<'_> {
         for (slot, sample) in samples.enumerate() {
             let channel = self.timeline.channel[sample];
             let behind = if self.any_shifted { self.behind(sample, channel) } else { 0.0 };
-            if self.tells_nothing(k, channel) {
+            if self.is_uninformative(k, channel) {
                 out[slot] = self.timeline.value[sample];
             } else if self.sensors[channel].mean {
                 out[slot] = self.read_mean(k, sample, behind, x, w, clone);
@@ -37,7 +37,7 @@ impl Machine<'_> {
 
     /// The sample is about an instant before the recording, where nobody knows what acted: the first of a channel whose delay is unknown,
     /// whatever that is, or known to reach there.
-    fn tells_nothing(&self, k: usize, channel: usize) -> bool {
+    fn is_uninformative(&self, k: usize, channel: usize) -> bool {
         let sensor = &self.sensors[channel];
         let reaches = sensor.delay_s > self.timeline.shift_s[channel] + 1e-6 * self.timeline.period_s;
         k == 0 && (sensor.delay_is_unknown || reaches)

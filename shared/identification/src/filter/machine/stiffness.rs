@@ -5,7 +5,8 @@ use dynamics::description::SensorKind;
 use dynamics::dual::Dual;
 use dynamics::system::{System, Workspace, spectral_radius};
 
-/// Product of step and fastest rate that a step of integration keeps to, and the one beyond which a variant takes finer steps.
+/// Product of step and fastest rate that a step of integration keeps to, and the one beyond which a
+/// variant takes finer steps: Runge–Kutta is off by (ω h)⁵/120 of the amplitude a step, 9e-5 and 3e-4.
 const STEP_RATE: f64 = 0.4;
 const STEP_RATE_MAX: f64 = 0.5;
 /// Finest subdivision of a step for a stiff variant.

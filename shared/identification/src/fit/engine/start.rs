@@ -12,13 +12,14 @@ use super::Engine;
 use crate::filter::{Frozen, Machine, equip, initial_sigmas, tangent_names};
 use dynamics::system::System;
 
-/// A state is hardly seen where all readings together narrow its wide prior by less than this.
-const NARROWED: f64 = 30.0;
+/// A state is hardly seen where all readings together narrow its wide prior by less than this. Chosen:
+/// the wide priors are an order of magnitude too wide, and a tenth of what remains is still no sight.
+const NARROWING_MIN: f64 = 30.0;
 /// What is hardly seen starts within this many times what the commands do to it, and within this share of its wide prior at least.
-const REACHES: f64 = 10.0;
-const LEAST: f64 = 1.0 / NARROWED;
+const REACH_FACTOR: f64 = 10.0;
+const SIGMA_SHARE_MIN_UNSEEN: f64 = 1.0 / NARROWING_MIN;
 /// Share of the prior's standard deviation over which a sensitivity is taken.
-const SHARE: f64 = 1e-4;
+const STEP_SHARE: f64 = 1e-4;
 
 /// Names and standard deviations of states of run `run` that are hardly seen; none where the free run from the priors fails.
 pub(super) fn hardly_seen(engine: &Engine<'_>, run: usize) -> Vec<(String, f64)> {
@@ -55,7 +56,7 @@ fn driven(engine: &Engine<'_>, run: usize, is_added: &dyn Fn(&str) -> bool) -> O
     engine.work.add(machine.work());
     let states = tangent_names(&machine.system).into_iter().zip(reach.into_iter().zip(wide));
     let driven = states.filter(|((name, _), (reach, _))| is_added(name) && reach.is_finite() && *reach > 0.0);
-    Some(driven.map(|((name, _), (reach, wide))| (name, (REACHES * reach).min(wide))).collect())
+    Some(driven.map(|((name, _), (reach, wide))| (name, (REACH_FACTOR * reach).min(wide))).collect())
 }
 
 /// The filter of run `run` at the priors with the wide standard deviations of its start; none of a run that begins behind a gap.
@@ -82,18 +83,18 @@ fn found(engine: &Engine<'_>, run: usize) -> Option<Vec<(String, f64)>> {
     let mut reach: Option<Vec<f64>> = None;
     for (i, (name, _)) in tangent_names(&machine.system).into_iter().enumerate() {
         let mut delta = vec![0.0; wide.len()];
-        delta[i] = SHARE * wide[i];
+        delta[i] = STEP_SHARE * wide[i];
         let mut x0 = start.clone();
         machine.system.retract(&start, &delta, &mut x0);
         machine.x0 = x0;
         let seen = machine.pass(&frozen, &[], &mut moved);
         machine.x0.clone_from(&start);
-        let units = |k: usize| SHARE * engine.noise.sensor_sigma[machine.timeline.channel[k]];
+        let units = |k: usize| STEP_SHARE * engine.noise.sensor_sigma[machine.timeline.channel[k]];
         let information: f64 = (0..samples).map(|k| ((moved[k] - base[k]) / units(k)).powi(2)).sum();
         let is_added = engine.added[run].iter().any(|(own, _)| *own == name);
-        if seen && !is_added && information < NARROWED * NARROWED {
+        if seen && !is_added && information < NARROWING_MIN * NARROWING_MIN {
             let reach = reach.get_or_insert_with(|| machine.reach());
-            let sigma = (REACHES * reach[i]).clamp(LEAST * wide[i], wide[i]);
+            let sigma = (REACH_FACTOR * reach[i]).clamp(SIGMA_SHARE_MIN_UNSEEN * wide[i], wide[i]);
             list.push((name, sigma));
         }
     }

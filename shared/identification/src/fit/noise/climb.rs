@@ -9,15 +9,15 @@ use crate::fit::{Board, Engine};
 use nalgebra::{DMatrix, DVector};
 
 /// How often unknowns and columns are found again, and steps to each end for every sweep of a search.
-const HOLDS: usize = 3;
-const STEPS: usize = 4;
+const HOLDS_MAX: usize = 3;
+const STEPS_PER_SWEEP: usize = 4;
 /// Largest step of a coordinate, and of the first one of a pole.
 const STRIDE: f64 = 1.0;
 const POLE_STRIDE: f64 = 0.6;
 /// How often a step is shortened, between which shares of itself, and the share of the promised gain that it must keep.
-const SHORTENED: usize = 6;
-const SHORTER: [f64; 2] = [0.05, 0.5];
-const KEPT: f64 = 1e-2;
+const SHORTENINGS_MAX: usize = 6;
+const SHORTENING: [f64; 2] = [0.05, 0.5];
+const GAIN_SHARE_MIN: f64 = 1e-2;
 /// Second derivative of a prior that hardly tells anything of a size: a factor e.
 const PRIOR: f64 = 2.0;
 /// Gain in `−2 ln p` below which a pole is none: what chance gives a number that is not there (AIC).
@@ -38,11 +38,11 @@ pub(super) fn climbed(
     let size = board.linears.first().map_or(0, |linear| linear.layout.len());
     let (noise, least) = begun(engine, search, size, (start, held.least), &|noise| held.value(noise));
     let mut climb = Climb::new(&list, noise, least);
-    for _ in 0..HOLDS {
+    for _ in 0..HOLDS_MAX {
         let before = held.least;
-        climb.go(&held, STEPS * search.sweeps);
+        climb.go(&held, STEPS_PER_SWEEP * search.sweeps);
         if climb.without_idle_poles(&held) {
-            climb.go(&held, STEPS);
+            climb.go(&held, STEPS_PER_SWEEP);
         }
         let Some(again) = hold(&climb.noise) else { break };
         held = again;
@@ -170,12 +170,12 @@ impl<'l> Climb<'l> {
         promised: f64,
     ) -> Option<(DVector<f64>, Gradient)> {
         let mut share = 1.0;
-        for _ in 0..SHORTENED {
+        for _ in 0..SHORTENINGS_MAX {
             let by = moves.iter().zip(step);
             let tried = by.fold(self.noise.clone(), |noise, (coordinate, by)| moved(&noise, *coordinate, share * by));
             let found = held.gradient(&tried);
             let value = found.as_ref().map_or(f64::INFINITY, |found| found.value);
-            if let Some(found) = found.filter(|_| value < self.least - KEPT * share * promised) {
+            if let Some(found) = found.filter(|_| value < self.least - GAIN_SHARE_MIN * share * promised) {
                 let made = DVector::from_iterator(
                     step.len(),
                     moves.iter().zip(step).map(|(coordinate, by)| match *coordinate {
@@ -188,7 +188,7 @@ impl<'l> Climb<'l> {
             }
             // least of the parabola through the value here, its slope and the value there
             let bend = (value - self.least) / share + 2.0 * promised;
-            let [least, most] = SHORTER;
+            let [least, most] = SHORTENING;
             share *= (promised / bend).clamp(least, most);
             if share * promised < SWEPT {
                 break;
