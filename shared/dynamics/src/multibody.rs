@@ -1,15 +1,20 @@
-//! Dynamics of a tree of rigid bodies with internal coordinates, in three dimensions; planar systems are the special case.
+//! Dynamics of a tree of rigid bodies with internal coordinates, in three dimensions; planar
+//! systems are the special case.
 //!
-//! A [`Model`] holds constants, a [`Data`] is its workspace; the algorithms are functions of (model, data, q, v, …), generic in the
-//! scalar so that the same lines run on plain and on dual numbers. None of them allocates.
+//! A [`Model`] holds constants, a [`Data`] is its workspace; the algorithms are functions of
+//! (model, data, q, v, …), generic in the scalar so that the same lines run on plain and on dual
+//! numbers. None of them allocates.
 //!
-//! Conventions. Position `q`: free joint `[x, y, z, qw, qx, qy, qz]` (body → world), planar free joint `[x, y, θ]`, one number per
-//! revolute or prismatic joint, none per fixed joint. Velocity `v`: free joint `[ω, v]` of the link's origin in body axes, angular
-//! first; planar `[ω_z, v_x, v_y]`; links in order, then the internal coordinates, whose positions the caller keeps.
-//! Accelerations are the rates of change of `v`. Wrenches are `[torque; force]` about the link's origin in link axes.
+//! Conventions. Position `q`: free joint `[x, y, z, qw, qx, qy, qz]` (body → world), planar free
+//! joint `[x, y, θ]`, one number per revolute or prismatic joint, none per fixed joint. Velocity
+//! `v`: free joint `[ω, v]` of the link's origin in body axes, angular first; planar
+//! `[ω_z, v_x, v_y]`; links in order, then the internal coordinates, whose positions the caller
+//! keeps. Accelerations are the rates of change of `v`. Wrenches are `[torque; force]` about the
+//! link's origin in link axes.
 //!
-//! Source: R. Featherstone, Rigid Body Dynamics Algorithms (2008). Every algorithm works in *world axes at each link's origin* with
-//! classical accelerations: a link is rotated once, articulated inertias are only translated.
+//! Source: R. Featherstone, Rigid Body Dynamics Algorithms (2008). Every algorithm works in *world
+//! axes at each link's origin* with classical accelerations: a link is rotated once, articulated
+//! inertias are only translated.
 
 mod apart;
 mod base_parameters;

@@ -1,8 +1,9 @@
 //! Parameters and noise of one plant, estimated on all recordings at once by prediction errors.
 //!
-//! Levenberg–Marquardt on whitened innovations with frozen gains, priors as further residuals; gains are computed again at each
-//! relinearisation. Noise is estimated apart, on the linear model ([`noise`]): sizes and poles that maximise
-//! `ln p = −½ (Σ ln |S| + |r|² + |θ − θ₀|²_prior)`, the parameters being maximised along.
+//! Levenberg–Marquardt on whitened innovations with frozen gains, priors as further residuals;
+//! gains are computed again at each relinearisation. Noise is estimated apart, on the linear model
+//! ([`noise`]): sizes and poles that maximise `ln p = −½ (Σ ln |S| + |r|² + |θ − θ₀|²_prior)`, the
+//! parameters being maximised along.
 
 mod afar;
 pub mod board;
@@ -26,7 +27,8 @@ use dynamics::description::Plant;
 /// A fitted plant.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// Description with the effects it was fitted with; parameters stand at their priors, estimates in `theta`.
+    /// Description with the effects it was fitted with; parameters stand at their priors, estimates
+    /// in `theta`.
     pub plant: Plant,
     pub theta: Vec<f64>,
     /// Posterior standard deviation, as the noise model has it.
@@ -55,11 +57,13 @@ pub enum FitError {
 /// Share of a prior's standard deviation above which a parameter counts as not found: the recording
 /// then holds less than `1/0.98² − 1` = 4 % of the information that the prior holds.
 pub const NOT_FOUND_RATIO: f64 = 0.98;
-/// Decrease of `−2 ln p` that ends the iteration, at noise of the size that the residuals have: a tenth of a standard error.
+/// Decrease of `−2 ln p` that ends the iteration, at noise of the size that the residuals have: a
+/// tenth of a standard error.
 const CONVERGED: f64 = 1e-2;
 /// Share of the promised decrease above which sensitivities serve for the next step, too.
 const AS_PROMISED: f64 = 0.7;
-/// Relinearisations beyond those asked for, as long as each takes this share off the sum of squares: a start far off is no minimum.
+/// Relinearisations beyond those asked for, as long as each takes this share off the sum of
+/// squares: a start far off is no minimum.
 const ROUNDS_MORE: usize = 14;
 const FAR: f64 = 0.02;
 /// Steps between relinearisations.
@@ -202,7 +206,8 @@ fn finish(
     })
 }
 
-/// Halves the step until the objective falls; returns where and by how much, zero where it does not.
+/// Halves the step until the objective falls; returns where and by how much, zero where it does
+/// not.
 fn search(
     engine: &Engine<'_>,
     plant: &Plant,

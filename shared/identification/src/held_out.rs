@@ -1,20 +1,25 @@
 //! Frozen parameters on a recording that they were not fitted to.
 //!
-//! The initial state of each run comes from its first stretch by least squares on the free run. Two measures: free run (rms and
-//! fit % = 100 (1 − |e| / |y − mean y|) per channel behind that stretch) and the gain in one-step log-likelihood, summed in blocks of 2 s
-//! whose scatter gives its standard error. Confirmed: its 95 % interval is above zero; refused: below. A few blocks may hold most of a gain (the
-//! swing that a free law governs), so the interval is Hall's for skewed means (J. R. Statist. Soc. B 54, 1992): with κ = skewness / √n
+//! The initial state of each run comes from its first stretch by least squares on the free run. Two
+//! measures: free run (rms and fit % = 100 (1 − |e| / |y − mean y|) per channel behind that
+//! stretch) and the gain in one-step log-likelihood, summed in blocks of 2 s whose scatter gives
+//! its standard error. Confirmed: its 95 % interval is above zero; refused: below. A few blocks may
+//! hold most of a gain (the swing that a free law governs), so the interval is Hall's for skewed
+//! means (J. R. Statist. Soc. B 54, 1992): with κ = skewness / √n
 //!
 //! ```text
 //! g(t) = t + κ t²/3 + κ² t³/27 + κ/6 = ((1 + κ t/3)³ − 1)/κ + κ/6   is Student's where t is not
 //! ```
 //!
-//! Refused is too what should have shown: the augmented plant itself expects a gain of `½ |δ|²`, `δ` the whitened difference between what both
-//! predict. Of numbers known to `P`, by which its prediction moves as `J`, that is uncertain to `√(δᵀ J P Jᵀ δ)` (an amplitude known to one part
-//! in d: to `2/d` of it): where the interval does not reach what three of these leave, and nothing is confirmed, the law does not hold there.
+//! Refused is too what should have shown: the augmented plant itself expects a gain of `½ |δ|²`,
+//! `δ` the whitened difference between what both predict. Of numbers known to `P`, by which its
+//! prediction moves as `J`, that is uncertain to `√(δᵀ J P Jᵀ δ)` (an amplitude known to one part
+//! in d: to `2/d` of it): where the interval does not reach what three of these leave, and nothing
+//! is confirmed, the law does not hold there.
 //!
-//! What two or three blocks hold against the others' word is no skewness but chance: Hall's interval takes the place of Student's only where the
-//! blocks agree with their sum: `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
+//! What two or three blocks hold against the others' word is no skewness but chance: Hall's
+//! interval takes the place of Student's only where the blocks agree with their sum:
+//! `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
 
 use crate::filter::{NoiseModel, gains, whiten};
 use crate::fit::Engine;
@@ -46,8 +51,9 @@ pub fn gain(engine: &Engine<'_>, before: Predictor<'_>, after: (&Engine<'_>, Pre
     Some(Gain { foretold: 0.5 * apart, ..gain })
 }
 
-/// Standard deviation of what the augmented plant foretells, `moved` being that plant with its numbers off by each column of a root of their
-/// covariance: exact where predictions are linear in them. A recording's own numbers stay as they were fitted, so that it is rather too large.
+/// Standard deviation of what the augmented plant foretells, `moved` being that plant with its
+/// numbers off by each column of a root of their covariance: exact where predictions are linear in
+/// them. A recording's own numbers stay as they were fitted, so that it is rather too large.
 ///
 /// Cost: a prediction for each.
 pub fn foretold_sigma(
@@ -71,7 +77,8 @@ pub fn loglik(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<f64> {
     Some(terms(engine, predictor)?.0.iter().map(|(_, term)| term).sum())
 }
 
-/// Length of a block [s]: two seconds, a few samples at least, a thirtieth of the recorded time at most.
+/// Length of a block [s]: two seconds, a few samples at least, a thirtieth of the recorded time at
+/// most.
 pub fn block_s(engine: &Engine<'_>) -> f64 {
     BLOCK_S.max(4.0 * engine.timelines[0].period_s).min((engine.problem.duration_s() / 30.0).max(1e-9))
 }

@@ -1,12 +1,16 @@
-//! What a plant's own sensors and commands tell of its uncertain numbers, before anything is flown: Fisher information.
+//! What a plant's own sensors and commands tell of its uncertain numbers, before anything is flown:
+//! Fisher information.
 //!
-//! `F = Jᵀ Σ⁻¹ J + diag(1/σ_prior²)`, `J = ∂y/∂θ` by central differences of noise-free simulations along the commands that
-//! the nominal loop gives, `Σ` the covariance of all readings under the noise of sensors and actuators (Kay 1993, Eq. 3.31). Parameters are scaled by their priors, so that `F` is free of units; the directions
-//! that the data do not raise above the prior are the combinations that cannot be found. The scaled `J` is factorised, not `F`:
-//! a wheel speed known to 1e-9 of its prior would otherwise drown them in rounding.
+//! `F = Jᵀ Σ⁻¹ J + diag(1/σ_prior²)`, `J = ∂y/∂θ` by central differences of noise-free simulations
+//! along the commands that the nominal loop gives, `Σ` the covariance of all readings under the
+//! noise of sensors and actuators (Kay 1993, Eq. 3.31). Parameters are scaled by their priors, so
+//! that `F` is free of units; the directions that the data do not raise above the prior are the
+//! combinations that cannot be found. The scaled `J` is factorised, not `F`: a wheel speed known to
+//! 1e-9 of its prior would otherwise drown them in rounding.
 //!
-//! Commands are known as they are recorded; the noise that actuators put on them is [whitened](whitening) as a maximum-likelihood fit in
-//! innovation form does. What acts besides makes every sigma larger.
+//! Commands are known as they are recorded; the noise that actuators put on them is
+//! [whitened](whitening) as a maximum-likelihood fit in innovation form does. What acts besides
+//! makes every sigma larger.
 
 mod weak;
 mod whitening;
@@ -18,13 +22,15 @@ use dynamics::description::{Noise, Parameter, Plant, Quantity, Signal, SignalKin
 use dynamics::system::Period;
 use nalgebra::{DMatrix, DVector};
 
-/// Step of the central difference in prior sigmas: truncation falls with its square, rounding grows with its inverse.
+/// Step of the central difference in prior sigmas: truncation falls with its square, rounding grows
+/// with its inverse.
 const STEP_SIGMAS: f64 = 1e-3;
-/// Where readings bend this share as much as they follow a step, nothing is linear about them: moved up and down at random they come to one.
+/// Where readings bend this share as much as they follow a step, nothing is linear about them:
+/// moved up and down at random they come to one.
 const BENT: f64 = 0.7;
-/// A parameter counts as identified when the data leave less than this share of its prior sigma: they
-/// then hold `1/0.5² − 1` = 3 times the prior's information; as not excited above the second, where
-/// they hold less than 4 % of it.
+/// A parameter counts as identified when the data leave less than this share of its prior sigma:
+/// they then hold `1/0.5² − 1` = 3 times the prior's information; as not excited above the second,
+/// where they hold less than 4 % of it.
 const IDENTIFIED_RATIO: f64 = 0.5;
 const NOT_EXCITED_RATIO: f64 = 0.98;
 /// Rows that are folded into the triangle at a time.
@@ -85,7 +91,8 @@ pub struct Prediction {
 }
 
 impl Prediction {
-    /// Expected sigma of a function of the parameters with this `gradient` (SI, in the order of [`Prediction::parameters`]).
+    /// Expected sigma of a function of the parameters with this `gradient` (SI, in the order of
+    /// [`Prediction::parameters`]).
     pub fn sigma_of(&self, gradient: &[f64]) -> f64 {
         assert!(gradient.len() == self.parameters.len());
         let scaled = gradient.iter().zip(&self.parameters).map(|(slope, parameter)| slope * parameter.prior_sigma);
@@ -164,7 +171,8 @@ fn quiet(plant: &Plant) -> Plant {
     quiet
 }
 
-/// The same plant with its loops cut: controllers only say where it starts, commands are those of `nominal`.
+/// The same plant with its loops cut: controllers only say where it starts, commands are those of
+/// `nominal`.
 fn open_loop(quiet: &Plant, nominal: &Recording) -> Plant {
     let zero = Quantity::known(0.0);
     let mut open = quiet.clone();
@@ -182,7 +190,8 @@ fn open_loop(quiet: &Plant, nominal: &Recording) -> Plant {
     open
 }
 
-/// 1/σ of each sensor channel of a recording, in its order; 0 for commands and for channels without noise.
+/// 1/σ of each sensor channel of a recording, in its order; 0 for commands and for channels without
+/// noise.
 fn weights(plant: &Plant, recording: &Recording) -> Vec<f64> {
     let of = |name: &str| {
         let sensor = plant.sensors.iter().find(|sensor| sensor.name == name)?;
@@ -229,7 +238,8 @@ impl Experiment<'_> {
         Ok(DVector::from_vec(column))
     }
 
-    /// Over a step up and one down readings bend by what can be seen, and nearly as much as they follow: `|y₊ − 2 y + y₋|` against `|y₊ − y₋|`.
+    /// Over a step up and one down readings bend by what can be seen, and nearly as much as they
+    /// follow: `|y₊ − 2 y + y₋|` against `|y₊ − y₋|`.
     fn is_bent(&self, above: &Recording, below: &Recording) -> bool {
         let (mut follows, mut bends) = (0.0, 0.0);
         for (i, weight) in self.weight.iter().enumerate() {
@@ -283,8 +293,8 @@ impl Experiment<'_> {
     }
 }
 
-/// Difference of two records of a channel at equal *stamps*: a clock that is off moves the stamps, not the values. As many as
-/// `nominal` has samples; where a record lacks one, it says nothing.
+/// Difference of two records of a channel at equal *stamps*: a clock that is off moves the stamps,
+/// not the values. As many as `nominal` has samples; where a record lacks one, it says nothing.
 fn difference<'a>(above: &'a Channel, below: &'a Channel, nominal: &'a Channel) -> impl Iterator<Item = f64> + 'a {
     (0..nominal.value.len()).map(move |k| {
         let (Some(a), Some(b)) = (above.value.get(k), below.value.get(k)) else { return 0.0 };

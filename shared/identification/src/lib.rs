@@ -1,11 +1,37 @@
-//! The likelihood of a plant with unknown parameters: linearised filter, fit, information, prediction of held-out data.
+//! The likelihood of a plant with unknown parameters: linearised filter, fit, information,
+//! prediction of held-out data.
 //!
-//! What it is: recordings matched to a plant (`problem`), their innovations and gradients (`filter`), maximum a posteriori fits of
-//! parameters and noise (`fit`), what an experiment would tell (`information`), prediction of data that were not fitted (`held_out`),
-//! work counted alike on every machine (`work`).
+//! What it is: recordings matched to a plant (`problem`), their innovations and gradients
+//! (`filter`), maximum a posteriori fits of parameters and noise (`fit`), what an experiment would
+//! tell (`information`), prediction of data that were not fitted (`held_out`), work counted alike
+//! on every machine (`work`).
 //!
-//! May import: `dynamics`, `catalogue`, `estimation`. Flight partitions may import it. Must never know: `simulation`, files, clocks,
-//! threads' order, what is decided from it.
+//! May import: `dynamics`, `catalogue`, `estimation`. Flight partitions may import it. Inside,
+//! `problem` ← `filter` ← `fit` ← `held_out`, never the other way.
+//!
+//! Must never know: `simulation`, files, clocks, threads' order, what is decided from it.
+//!
+//! ```
+//! use identification::fit::{Engine, fit};
+//! use identification::problem::Problem;
+//! # use identification::series::{Channel, Recording, Role};
+//! # const TEXT: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml"));
+//! # let plant = plant_file::parse("pendulum.toml", TEXT).unwrap().plant;
+//! # let channel = |c: simulation::Channel| Channel {
+//! #     name: c.name, unit: c.unit, time_s: c.time_s, value: c.value, role: Role::Unknown,
+//! # };
+//! # let record = simulation::record(&plant, 5, 5.0, &mut |_| {}).unwrap();
+//! # let channels = record.channels.into_iter().map(channel).collect();
+//! # let recording = Recording { name: "swing".into(), channels };
+//! let problem = Problem::new(&plant, &[recording], &[]).unwrap(); // a plant with priors, a recording
+//! let engine = Engine::new(&problem, 1).unwrap();
+//! let fitted = fit(&engine, &plant, &engine.prior(), &engine.noise, 4).unwrap();
+//! assert!(fitted.converged);
+//! assert!((fitted.chi2_per_sample - 1.0).abs() < 0.2); // the noise is all that is left
+//! for ((theta, sigma), unknown) in fitted.theta.iter().zip(&fitted.sigma).zip(&problem.unknowns) {
+//!     println!("{} = {theta} ± {sigma}", unknown.name);
+//! }
+//! ```
 
 #![forbid(unsafe_code)]
 

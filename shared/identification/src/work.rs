@@ -1,19 +1,23 @@
-//! How much a diagnosis has computed, counted the same on every machine, so that its time is bounded and its answer is not a matter of time.
+//! How much a diagnosis has computed, counted the same on every machine, so that its time is
+//! bounded and its answer is not a matter of time.
 //!
-//! Counted are passes of the plant and likelihoods, by the size of the plant, the filter and the recording; the unit is about a
-//! nanosecond of one core. What the search would do next is left out, and said to be, where there is no room for as much as it cost last. Only
-//! code that runs alone may ask: what threads have counted is the same in the end and not on the way.
+//! Counted are passes of the plant and likelihoods, by the size of the plant, the filter and the
+//! recording; the unit is about a nanosecond of one core. What the search would do next is left
+//! out, and said to be, where there is no room for as much as it cost last. Only code that runs
+//! alone may ask: what threads have counted is the same in the end and not on the way.
 
 use dynamics::system::System;
 use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What a diagnosis may cost before it ends with what it has: about two minutes of one core with what it then finishes.
+/// What a diagnosis may cost before it ends with what it has: about two minutes of one core with
+/// what it then finishes.
 pub const MOST: f64 = 1e11;
 /// Of that, what asking whether labels of channels are mistaken may cost.
 pub const LABELS: f64 = 0.2 * MOST;
-/// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates apart.
+/// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates
+/// apart.
 const COST_ARTICULATED: f64 = 130.0;
 const COST_DECOUPLED: f64 = 60.0;
 /// An event of a recursion, and each of its products.
@@ -96,7 +100,8 @@ pub fn of_evaluations(evaluations: usize, system: &System) -> f64 {
     evaluations as f64 * each * system.states().len().max(1) as f64
 }
 
-/// Of gains for a run and `columns` whitened by them: states, noise inputs, numbers of the filter, events and samples.
+/// Of gains for a run and `columns` whitened by them: states, noise inputs, numbers of the filter,
+/// events and samples.
 pub fn of_whitening([n, m, z]: [usize; 3], [events, samples]: [usize; 2], columns: usize) -> f64 {
     let of_event = 2 * n * z * (n + m) + columns * n * (n + m);
     let of_sample = 2 * z * z + 2 * columns * z;

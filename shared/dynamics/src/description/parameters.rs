@@ -1,7 +1,10 @@
-//! Every number of a plant by a stable, unique name with its unit: one visitor, from which listing and setting derive.
+//! Every number of a plant by a stable, unique name with its unit: one visitor, from which listing
+//! and setting derive.
 //!
-//! Names are those of the file: `hub.mass`, `link_1.com.x`, `shoulder.friction`, `fuel.stiffness.x`, `bending_1.frequency`, `gyro.bias`,
-//! `effect.joint_coulomb@joint:shoulder.force`, `initial.joint:shoulder.rate`. Components that a planar plant cannot have are left out.
+//! Names are those of the file: `hub.mass`, `link_1.com.x`, `shoulder.friction`,
+//! `fuel.stiffness.x`, `bending_1.frequency`, `gyro.bias`,
+//! `effect.joint_coulomb@joint:shoulder.force`, `initial.joint:shoulder.rate`. Components that a
+//! planar plant cannot have are left out.
 
 mod visitor;
 
@@ -44,7 +47,8 @@ impl Plant {
     /// Sets one number, SI; its prior and scope stay.
     ///
     /// # Errors
-    /// No such name, or no finite value. Whether the plant is still possible is for [`Plant::validate`].
+    /// No such name, or no finite value. Whether the plant is still possible is for
+    /// [`Plant::validate`].
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         if !value.is_finite() {
             return Err(ParameterError::NotFinite { name: name.to_owned(), value });
@@ -87,8 +91,8 @@ impl Plant {
         false
     }
 
-    /// Calls `visit(name, SI unit, number)` for every number that is stated, in file order. Positions of sensors at points of appendages follow those
-    /// points.
+    /// Calls `visit(name, SI unit, number)` for every number that is stated, in file order.
+    /// Positions of sensors at points of appendages follow those points.
     pub fn visit_quantities(&mut self, visit: &mut dyn FnMut(&str, &str, &mut Quantity)) {
         let units = Units::of(self);
         let mut visitor = Visitor { planar: self.space == Space::Planar, catalogue: self.catalogue, visit };

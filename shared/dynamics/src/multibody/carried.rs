@@ -1,6 +1,8 @@
-//! What a link carries beyond its constants, at an instant: mass that comes or goes, and the first moment that modes shift.
+//! What a link carries beyond its constants, at an instant: mass that comes or goes, and the first
+//! moment that modes shift.
 //!
-//! Both are inertia and weight without a history: the flux of momentum with which mass leaves is a force of its own.
+//! Both are inertia and weight without a history: the flux of momentum with which mass leaves is a
+//! force of its own.
 
 use super::data::Data;
 use super::inertia::SpatialInertia;
@@ -10,13 +12,15 @@ use super::vector::{M3, Sym3, V3};
 use crate::real::Real;
 
 impl<T: Real> Data<T> {
-    /// States the positions `η` of the first internal coordinates; from then on the centre of mass moves with them:
+    /// States the positions `η` of the first internal coordinates; from then on the centre of mass
+    /// moves with them:
     ///
     /// `T = ½ vᵀ I v + vᵀ D η̇ + ½ m η̇² + v · (ω × δ η)`, `δ` the linear part of `D`.
     ///
-    /// The last term makes the equations those of a body that bends: `m η̈ = τ − ρ·α − δ·a` with the acceleration `a` of the
-    /// origin, whatever its velocity; momentum and energy are still conserved exactly, and weight acts on `η`. Without this
-    /// call the coupling sees body velocities alone (see [`InternalCoordinate`](super::InternalCoordinate)).
+    /// The last term makes the equations those of a body that bends: `m η̈ = τ − ρ·α − δ·a` with
+    /// the acceleration `a` of the origin, whatever its velocity; momentum and energy are still
+    /// conserved exactly, and weight acts on `η`. Without this call the coupling sees body
+    /// velocities alone (see [`InternalCoordinate`](super::InternalCoordinate)).
     pub fn set_internal_positions(&mut self, model: &Model, eta: &[T]) {
         for internal in &model.internals {
             let carried = &mut self.frames[internal.link + 1].carried;

@@ -18,14 +18,15 @@ pub(crate) enum JointForce {
 
 /// Workspace of one model: everything is allocated here, nothing later.
 ///
-/// Frame 0 is the world. Valid after the call that filled it: poses and velocities after any of them, accelerations and joint
-/// wrenches after forward or inverse dynamics.
+/// Frame 0 is the world. Valid after the call that filled it: poses and velocities after any of
+/// them, accelerations and joint wrenches after forward or inverse dynamics.
 #[derive(Clone, Debug)]
 pub struct Data<T: Real> {
     pub(crate) frames: Vec<LinkState<T>>,
     pub(crate) gravity: V3<T>,
     pub(crate) joint_force: JointForce,
-    /// The planar kernels serve: the model lies in the plane, and so does all that was ever added to it.
+    /// The planar kernels serve: the model lies in the plane, and so does all that was ever added
+    /// to it.
     pub(crate) plane: bool,
     /// Room for [`inverse_dynamics_derivatives`](super::inverse_dynamics_derivatives).
     pub(crate) derivatives: Derivatives,
@@ -67,7 +68,8 @@ impl<T: Real> Data<T> {
         six(frame.rotation.apply_transposed(frame.omega), frame.rotation.apply_transposed(frame.velocity))
     }
 
-    /// Spatial acceleration in link axes: the rate of change of [`link_velocity`](Self::link_velocity), gravity included.
+    /// Spatial acceleration in link axes: the rate of change of
+    /// [`link_velocity`](Self::link_velocity), gravity included.
     pub fn link_acceleration(&self, link: usize) -> [T; 6] {
         let frame = self.link(link);
         let linear = frame.acceleration + self.gravity - frame.omega.cross(frame.velocity);
@@ -104,7 +106,8 @@ impl<T: Real> Data<T> {
         frame.rotation.apply_transposed(acceleration).array()
     }
 
-    /// `[torque; force]` that the parent exerts on the link through its joint, about the link's origin, link axes.
+    /// `[torque; force]` that the parent exerts on the link through its joint, about the link's
+    /// origin, link axes.
     ///
     /// Meaningful after forward or inverse dynamics; zero before.
     pub fn joint_wrench(&self, link: usize) -> [T; 6] {

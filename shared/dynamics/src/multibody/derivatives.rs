@@ -1,15 +1,17 @@
 //! Analytic derivatives of inverse dynamics with respect to position and velocity.
 //!
-//! Carpentier & Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018), for joints of several degrees of
-//! freedom and with internal coordinates. All spatial vectors are in world axes about one point, the origin of link 0. For a
-//! motion `J_k` of joint j (parent p), seen from the links that it carries, the parent moves the other way:
+//! Carpentier & Mansard, Analytical derivatives of rigid body dynamics algorithms (RSS 2018), for
+//! joints of several degrees of freedom and with internal coordinates. All spatial vectors are in
+//! world axes about one point, the origin of link 0. For a motion `J_k` of joint j (parent p), seen
+//! from the links that it carries, the parent moves the other way:
 //!
 //! ```text
 //! ψ̇ = v_p × J,  ψ̈ = a_p × J + v_p × ψ̇,  φ = (v_p + v_j) × J
 //! ∂f_i/∂q = I_i ψ̈ + B_i ψ̇,  ∂f_i/∂q̇ = I_i φ + B_i J,  B x = −I (v × x) + x ×* h + v ×* I x,  h = I v + D η̇
 //! ```
 //!
-//! and outside the subtree the force itself is carried along, `J ×* F_j`. `a` includes the upward acceleration for gravity.
+//! and outside the subtree the force itself is carried along, `J ×* F_j`. `a` includes the upward
+//! acceleration for gravity.
 
 use super::data::Data;
 use super::derivatives_workspace::{Column, Derivatives};
@@ -22,14 +24,16 @@ use nalgebra::DMatrix;
 
 type Spatial = super::vector::Spatial<f64>;
 
-/// `∂τ/∂q` in the tangent space (order of `v`) and `∂τ/∂v` of inverse dynamics without external wrenches, v_len × v_len each.
+/// `∂τ/∂q` in the tangent space (order of `v`) and `∂τ/∂v` of inverse dynamics without external
+/// wrenches, v_len × v_len each.
 ///
 /// A tangent direction of a free joint is a displacement in its own axes, as
-/// [`integrate_position`](super::integrate_position) takes it. Columns of internal coordinates in `dtau_dq` are zero: their
-/// positions are the caller's.
+/// [`integrate_position`](super::integrate_position) takes it. Columns of internal coordinates in
+/// `dtau_dq` are zero: their positions are the caller's.
 ///
-/// Of the model's constants alone: refuses (panics on) a workspace with [`Data::set_internal_positions`] or
-/// [`Data::set_added_mass`], whose terms it lacks; dual numbers differentiate those.
+/// Of the model's constants alone: refuses (panics on) a workspace with
+/// [`Data::set_internal_positions`] or [`Data::set_added_mass`], whose terms it lacks; dual numbers
+/// differentiate those.
 ///
 /// Cost: O(v_len · depth), no allocation.
 pub fn inverse_dynamics_derivatives(

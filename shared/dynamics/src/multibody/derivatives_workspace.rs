@@ -16,7 +16,8 @@ pub(crate) struct Column {
     /// `I_c J` and `B_cᵀ J` of the links it carries.
     pub inertia: Spatial,
     pub velocity: Spatial,
-    /// Derivatives of the force through its joint, by position (carried force included) and by velocity.
+    /// Derivatives of the force through its joint, by position (carried force included) and by
+    /// velocity.
     pub by_position: Spatial,
     pub by_velocity: Spatial,
 }

@@ -1,8 +1,10 @@
-//! Forward dynamics by the articulated-body algorithm, also with part of the joints driven along a given motion.
+//! Forward dynamics by the articulated-body algorithm, also with part of the joints driven along a
+//! given motion.
 //!
-//! Featherstone, Rigid Body Dynamics Algorithms, ch. 7 and 9.2, in world axes at each link's origin (see
-//! [`kinematics`](super::kinematics)). A joint of several degrees of freedom is eliminated one coordinate after the other, which
-//! is `L D Lᵀ` of its block; an internal coordinate is eliminated inside its link before anything else.
+//! Featherstone, Rigid Body Dynamics Algorithms, ch. 7 and 9.2, in world axes at each link's origin
+//! (see [`kinematics`](super::kinematics)). A joint of several degrees of freedom is eliminated one
+//! coordinate after the other, which is `L D Lᵀ` of its block; an internal coordinate is eliminated
+//! inside its link before anything else.
 
 use super::data::{Data, JointForce};
 use super::inertia::{Factor3, SpatialInertia};
@@ -14,10 +16,11 @@ use super::planar;
 use super::vector::{Spatial, Sym3, V3};
 use crate::real::Real;
 
-/// Accelerations `v̇` of the joints and internal coordinates under the efforts `tau` and the external wrenches.
+/// Accelerations `v̇` of the joints and internal coordinates under the efforts `tau` and the
+/// external wrenches.
 ///
-/// `wrench`: per link `[torque; force]` about its origin, link axes; may be empty. For a free joint `v̇` is the rate of change of
-/// the components of `v` (not the acceleration of the origin).
+/// `wrench`: per link `[torque; force]` about its origin, link axes; may be empty. For a free joint
+/// `v̇` is the rate of change of the components of `v` (not the acceleration of the origin).
 ///
 /// Fails (not a number) only where the mass matrix is singular. Cost: O(links), no allocation.
 pub fn forward_dynamics<T: Real>(
@@ -33,7 +36,8 @@ pub fn forward_dynamics<T: Real>(
     forward_dynamics_after_kinematics(model, data, v, tau, wrench, acceleration);
 }
 
-/// [`forward_dynamics`] when [`kinematics`] of the same state is already in `data`: for efforts that depend on poses.
+/// [`forward_dynamics`] when [`kinematics`] of the same state is already in `data`: for efforts
+/// that depend on poses.
 pub fn forward_dynamics_after_kinematics<T: Real>(
     model: &Model,
     data: &mut Data<T>,
@@ -45,10 +49,12 @@ pub fn forward_dynamics_after_kinematics<T: Real>(
     articulated_body(model, data, v, tau, wrench, &[], acceleration);
 }
 
-/// Forward dynamics with some joints prescribed: `prescribed` has one flag per velocity coordinate, equal within a joint.
+/// Forward dynamics with some joints prescribed: `prescribed` has one flag per velocity coordinate,
+/// equal within a joint.
 ///
-/// Where free, `tau` is given and `acceleration` computed; where prescribed, `acceleration` is given and `tau` computed: the
-/// effort that drives the motion. Internal coordinates may be prescribed too.
+/// Where free, `tau` is given and `acceleration` computed; where prescribed, `acceleration` is
+/// given and `tau` computed: the effort that drives the motion. Internal coordinates may be
+/// prescribed too.
 #[allow(clippy::too_many_arguments)] // the state, both efforts and both unknowns
 pub fn forward_dynamics_prescribed<T: Real>(
     model: &Model,
@@ -167,7 +173,8 @@ fn articulated_body_by<T: Real, const PLANE: bool>(
     }
 }
 
-/// Inertia of the link alone and the force it needs at zero acceleration: `ω × I ω` and `ω × (ω × m c)`.
+/// Inertia of the link alone and the force it needs at zero acceleration: `ω × I ω` and
+/// `ω × (ω × m c)`.
 #[inline(always)]
 pub(crate) fn rigid_body<T: Real>(link: &LinkConstants, frame: &mut LinkState<T>) {
     let inertia = frame.rotation.congruence(&link.inertia_origin);
@@ -250,7 +257,8 @@ fn eliminate_joint<T: Real>(
     parent.force += force;
 }
 
-/// Joint acceleration of a planar root: `Sᵀ I S x = τ − Sᵀ (p + I a)`, `a` the acceleration of the world and the bias.
+/// Joint acceleration of a planar root: `Sᵀ I S x = τ − Sᵀ (p + I a)`, `a` the acceleration of the
+/// world and the bias.
 #[inline(always)]
 fn planar_root<T: Real>(link: &LinkConstants, frame: &LinkState<T>, world: V3<T>, tau: &[T]) -> V3<T> {
     let inertia = &frame.inertia;
@@ -285,7 +293,8 @@ impl<T: Real> Elimination<T> {
         *force += self.u_linear * yielding;
     }
 
-    /// Acceleration of this coordinate when the link would otherwise accelerate by `(alpha, linear)`.
+    /// Acceleration of this coordinate when the link would otherwise accelerate by
+    /// `(alpha, linear)`.
     #[inline(always)]
     fn acceleration(&self, alpha: V3<T>, linear: V3<T>) -> T {
         (self.effort - self.u_angular.dot(alpha) - self.u_linear.dot(linear)) * self.reciprocal

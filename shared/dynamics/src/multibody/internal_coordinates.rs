@@ -1,11 +1,13 @@
-//! A coordinate inside a link (a flexible mode, a wheel): its coupling, its effort and its elimination.
+//! A coordinate inside a link (a flexible mode, a wheel): its coupling, its effort and its
+//! elimination.
 
 use super::link_state::LinkState;
 use super::model::InternalConstants;
 use super::vector::{Spatial, V3};
 use crate::real::Real;
 
-/// Coupling `D` of an internal coordinate in world axes, and the velocity force `v ×* D η̇` on its link.
+/// Coupling `D` of an internal coordinate in world axes, and the velocity force `v ×* D η̇` on its
+/// link.
 #[inline(always)]
 pub(crate) fn internal_coupling<T: Real>(
     internal: &InternalConstants,
@@ -22,7 +24,8 @@ pub(crate) fn internal_coupling<T: Real>(
     ((angular, linear), (moment, frame.omega.cross(linear) * rate))
 }
 
-/// `I −= D Dᵀ/m`, and the force of the coordinate at zero acceleration of the link; `known`: its effort, or its acceleration.
+/// `I −= D Dᵀ/m`, and the force of the coordinate at zero acceleration of the link; `known`: its
+/// effort, or its acceleration.
 pub(crate) fn eliminate_internal<T: Real>(
     internal: &InternalConstants,
     frame: &mut LinkState<T>,

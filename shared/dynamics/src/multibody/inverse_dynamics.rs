@@ -1,7 +1,8 @@
 //! Inverse dynamics by the recursive Newton–Euler algorithm.
 //!
-//! Featherstone, Rigid Body Dynamics Algorithms, ch. 5: accelerations outwards, forces inwards. Gravity is an acceleration of the
-//! world upwards, for rigid masses and internal coordinates alike.
+//! Featherstone, Rigid Body Dynamics Algorithms, ch. 5: accelerations outwards, forces inwards.
+//! Gravity is an acceleration of the world upwards, for rigid masses and internal coordinates
+//! alike.
 
 use super::data::{Data, JointForce};
 use super::internal_coordinates::{internal_coupling, internal_effort};

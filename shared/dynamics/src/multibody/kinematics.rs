@@ -1,8 +1,9 @@
 //! Pose and velocity of every link, from the world outwards.
 //!
-//! World axes throughout, with the *classical* acceleration of each origin (the second derivative of its position): in these
-//! terms `α = α_p + b_α + S_α q̈` and `a = a_p + α_p × r + b_a + S_a q̈`, and a rotation is paid once per link.
-//! (Featherstone, Rigid Body Dynamics Algorithms, ch. 4, in other coordinates.)
+//! World axes throughout, with the *classical* acceleration of each origin (the second derivative
+//! of its position): in these terms `α = α_p + b_α + S_α q̈` and
+//! `a = a_p + α_p × r + b_a + S_a q̈`, and a rotation is paid once per link. (Featherstone, Rigid
+//! Body Dynamics Algorithms, ch. 4, in other coordinates.)
 
 use super::data::{Data, JointForce};
 use super::link_state::LinkState;
@@ -34,7 +35,8 @@ pub fn kinematics<T: Real>(model: &Model, data: &mut Data<T>, q: &[T], v: &[T]) 
     }
 }
 
-/// Velocities and bias accelerations at other rates `v`, the poses of the last [`kinematics`] standing.
+/// Velocities and bias accelerations at other rates `v`, the poses of the last [`kinematics`]
+/// standing.
 pub(crate) fn velocities<T: Real>(model: &Model, data: &mut Data<T>, v: &[T]) {
     assert!(v.len() == model.v_len());
     data.joint_force = JointForce::None;
@@ -167,7 +169,8 @@ pub(crate) fn rotation_of_quaternion<T: Real>(quaternion: &[T]) -> M3<T> {
 }
 
 impl<T: Real> LinkState<T> {
-    /// Column `k` of the joint's motion subspace `S` in world axes at the link's origin: (angular, linear).
+    /// Column `k` of the joint's motion subspace `S` in world axes at the link's origin: (angular,
+    /// linear).
     #[inline(always)]
     pub(crate) fn subspace(&self, joint: &Joint, k: usize) -> (V3<T>, V3<T>) {
         let column = |k: usize| match k {

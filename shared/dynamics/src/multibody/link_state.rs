@@ -20,7 +20,8 @@ pub(crate) struct LinkState<T> {
     pub bias_linear: V3<T>,
     /// Articulated, composite or rigid inertia, as the algorithm needs.
     pub inertia: SpatialInertia<T>,
-    /// Force of the articulated body at zero acceleration; after inverse dynamics the force through the joint.
+    /// Force of the articulated body at zero acceleration; after inverse dynamics the force through
+    /// the joint.
     pub moment: V3<T>,
     pub force: V3<T>,
     /// Angular acceleration, and acceleration of the origin minus gravity.

@@ -1,7 +1,8 @@
 //! Description of a tree of bodies, and its compiled constants.
 //!
-//! A link's frame is its joint's frame: the origin lies on the joint's axis, and at `q = 0` the frame is turned by `rotation`
-//! against the parent's. Everything that does not depend on the state is computed here once.
+//! A link's frame is its joint's frame: the origin lies on the joint's axis, and at `q = 0` the
+//! frame is turned by `rotation` against the parent's. Everything that does not depend on the state
+//! is computed here once.
 
 use super::vector::{M3, Sym3, V3};
 use nalgebra::{Matrix3, Vector3};
@@ -14,7 +15,8 @@ pub use check::ModelError;
 /// How a link may move against its parent (or the world).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JointKind {
-    /// `q = [x, y, z, qw, qx, qy, qz]` (link → joint frame at rest), `v = [ω, v]` of the link's origin, link axes.
+    /// `q = [x, y, z, qw, qx, qy, qz]` (link → joint frame at rest), `v = [ω, v]` of the link's
+    /// origin, link axes.
     FreeSpatial,
     /// In the x–y plane of the joint frame: `q = [x, y, θ]`, `v = [ω_z, v_x, v_y]`, link axes.
     FreePlanar,
@@ -66,18 +68,21 @@ pub struct Link {
     pub com_m: Vector3<f64>,
     /// About the centre of mass, link axes.
     pub inertia_com_kg_m2: Matrix3<f64>,
-    /// Inertia of the rotor reflected through its gear, on the joint's own diagonal [kg m², or kg for a prismatic joint].
+    /// Inertia of the rotor reflected through its gear, on the joint's own diagonal [kg m², or kg
+    /// for a prismatic joint].
     pub armature: f64,
 }
 
 /// A coordinate inside a link with constant coupling: `T = ½ vᵀ I v + vᵀ D η̇ + ½ m η̇²`.
 ///
-/// A flexible mode: `mass = 1`, `D` its participation. A reaction wheel: `mass = J_w`, `D = [axis J_w; 0]`, the link's inertia
-/// containing the wheel locked. The position `η` is the caller's; stiffness and damping come in through `tau`.
+/// A flexible mode: `mass = 1`, `D` its participation. A reaction wheel: `mass = J_w`,
+/// `D = [axis J_w; 0]`, the link's inertia containing the wheel locked. The position `η` is the
+/// caller's; stiffness and damping come in through `tau`.
 ///
-/// The Lagrangian is left-invariant (it sees body velocities alone), so momentum and energy are conserved exactly; it is not
-/// invariant against a uniform translation when `D` has a linear part, since the shift of the centre of mass with `η` is
-/// left out: the world must move along with the spacecraft, not with the Earth.
+/// The Lagrangian is left-invariant (it sees body velocities alone), so momentum and energy are
+/// conserved exactly; it is not invariant against a uniform translation when `D` has a linear part,
+/// since the shift of the centre of mass with `η` is left out: the world must move along with the
+/// spacecraft, not with the Earth.
 /// [`Data::set_internal_positions`](super::Data::set_internal_positions) brings that shift in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InternalCoordinate {
@@ -106,7 +111,8 @@ pub(crate) enum Joint {
     },
 }
 
-/// Constants of one link. Index 0 of the frames is the world, so `parent` is one more than in [`Link`].
+/// Constants of one link. Index 0 of the frames is the world, so `parent` is one more than in
+/// [`Link`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LinkConstants {
     pub parent: usize,
@@ -212,8 +218,9 @@ impl Model {
         q
     }
 
-    /// Standard inertial parameters, ten per link: `[m, mcx, mcy, mcz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz]`, the inertia about the
-    /// link's origin: the order of the columns of the regressors.
+    /// Standard inertial parameters, ten per link:
+    /// `[m, mcx, mcy, mcz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz]`, the inertia about the link's origin: the
+    /// order of the columns of the regressors.
     pub fn standard_parameters(&self) -> Vec<f64> {
         let ten = |link: &LinkConstants| {
             let (h, i) = (link.first_moment, link.inertia_origin);

@@ -1,15 +1,18 @@
-//! The kernels of kinematics and forward dynamics where everything turns about z and moves in x and y.
+//! The kernels of kinematics and forward dynamics where everything turns about z and moves in x and
+//! y.
 //!
-//! The same algorithm on the same frames, with the products by zero left out: a rotation is a sine and a cosine, an inertia
-//! `[n; f] = [I b; bᵀ C] [α; a]` has six numbers. Out of the plane only reactions are left, of gravity along z and of wrenches;
-//! they are handed inwards beside the rest. What is not written here keeps what [`Data::new`](super::Data::new) gave it.
+//! The same algorithm on the same frames, with the products by zero left out: a rotation is a sine
+//! and a cosine, an inertia `[n; f] = [I b; bᵀ C] [α; a]` has six numbers. Out of the plane only
+//! reactions are left, of gravity along z and of wrenches; they are handed inwards beside the rest.
+//! What is not written here keeps what [`Data::new`](super::Data::new) gave it.
 
 use super::link_state::{Elimination, LinkState};
 use super::model::{InternalConstants, Joint, LinkConstants};
 use super::vector::V3;
 use crate::real::Real;
 
-/// The tree lies in the x–y plane: joints, offsets, centres of mass, couplings; z is a principal axis of every link.
+/// The tree lies in the x–y plane: joints, offsets, centres of mass, couplings; z is a principal
+/// axis of every link.
 pub(super) fn lies_in_plane(links: &[LinkConstants], internals: &[InternalConstants]) -> bool {
     let along_z = |v: &V3<f64>| v.x == 0.0 && v.y == 0.0;
     let link_lies = |link: &LinkConstants| {
@@ -297,7 +300,8 @@ pub(super) fn accelerate<T: Real>(
     (frame.acceleration.x, frame.acceleration.y) = (x, y);
 }
 
-/// Effort of a joint with one degree of freedom whose link's acceleration is known; `false` where it has others.
+/// Effort of a joint with one degree of freedom whose link's acceleration is known; `false` where
+/// it has others.
 #[inline(always)]
 pub(super) fn effort<T: Real>(link: &LinkConstants, frame: &LinkState<T>, tau: &mut [T]) -> bool {
     let (b, c) = (frame.inertia.b.rows[2], &frame.inertia.c);

@@ -1,9 +1,11 @@
 //! Inverse dynamics and momentum as functions linear in the standard inertial parameters.
 //!
-//! Ten parameters per link, `[m, mcx, mcy, mcz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz]`, the inertia about the link's origin in link axes
-//! ([`Model::standard_parameters`]). Rotor inertias and internal coordinates are not among them: their efforts are to be
-//! subtracted from the left-hand side. A workspace with [`Data::set_internal_positions`] or [`Data::set_added_mass`] is refused
-//! (a panic): what they add is no product with these parameters. (Khalil & Dombre, Modeling, Identification and Control of Robots, ch. 9.)
+//! Ten parameters per link, `[m, mcx, mcy, mcz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz]`, the inertia about
+//! the link's origin in link axes ([`Model::standard_parameters`]). Rotor inertias and internal
+//! coordinates are not among them: their efforts are to be subtracted from the left-hand side. A
+//! workspace with [`Data::set_internal_positions`] or [`Data::set_added_mass`] is refused (a
+//! panic): what they add is no product with these parameters. (Khalil & Dombre, Modeling,
+//! Identification and Control of Robots, ch. 9.)
 
 use super::data::Data;
 use super::inverse_dynamics::accelerations;
@@ -48,7 +50,8 @@ pub fn inverse_dynamics_regressor(
     }
 }
 
-/// `[angular momentum about the world's origin; linear momentum]` (6 × 10·links) per unit of each parameter, world axes.
+/// `[angular momentum about the world's origin; linear momentum]` (6 × 10·links) per unit of each
+/// parameter, world axes.
 ///
 /// Cost: O(10 · links), no allocation.
 pub fn momentum_regressor(model: &Model, data: &mut Data<f64>, q: &[f64], v: &[f64], regressor: &mut DMatrix<f64>) {
@@ -102,7 +105,8 @@ fn force_columns(frame: &LinkState<f64>) -> [(V3<f64>, V3<f64>); PARAMETERS_PER_
     columns
 }
 
-/// (angular momentum about the origin, linear momentum) of one link per unit of each parameter, link axes.
+/// (angular momentum about the origin, linear momentum) of one link per unit of each parameter,
+/// link axes.
 fn momentum_columns(omega: V3<f64>, velocity: V3<f64>) -> [(V3<f64>, V3<f64>); PARAMETERS_PER_LINK] {
     let mut columns = [(V3::zero(), V3::zero()); PARAMETERS_PER_LINK];
     columns[0].1 = velocity;

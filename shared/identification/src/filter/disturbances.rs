@@ -5,7 +5,8 @@ use dynamics::description::{Actuator, ActuatorKind, JointKind, Plant, Quantity};
 /// Prefix of the actuators that stand for disturbances.
 pub const DISTURBANCE: &str = "disturbance_";
 
-/// `plant` with an actuator for the disturbance of everything that moves and that no actuator drives.
+/// `plant` with an actuator for the disturbance of everything that moves and that no actuator
+/// drives.
 #[must_use]
 pub fn equip(plant: &Plant) -> Plant {
     let mut equipped = plant.clone();

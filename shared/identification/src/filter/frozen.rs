@@ -1,6 +1,7 @@
 //! Gains that one pass of a filter found and later passes keep.
 
-/// Frozen gains of one run: per event rows of z times columns of samples, one after the other, and their first places.
+/// Frozen gains of one run: per event rows of z times columns of samples, one after the other, and
+/// their first places.
 #[derive(Clone, Debug, Default)]
 pub struct Frozen {
     pub rows: usize,

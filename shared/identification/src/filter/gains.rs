@@ -36,7 +36,8 @@ pub fn gains(linear: &Linear, timeline: &Timeline, noise: &NoiseModel) -> Option
     Some(Gains { log_determinant, ..whole })
 }
 
-/// Gains of `each` events after the other, handed on as they are found: places in a part count from its own first event. Returns `Σ ln |S|`.
+/// Gains of `each` events after the other, handed on as they are found: places in a part count from
+/// its own first event. Returns `Σ ln |S|`.
 pub fn gains_in_parts(
     linear: &Linear,
     timeline: &Timeline,
@@ -103,7 +104,8 @@ impl Gains {
     }
 }
 
-/// Product of many numbers, kept where it neither overflows nor vanishes: few logarithms for all of them.
+/// Product of many numbers, kept where it neither overflows nor vanishes: few logarithms for all of
+/// them.
 struct Product {
     ln: f64,
     rest: f64,

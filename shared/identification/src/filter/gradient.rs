@@ -1,7 +1,10 @@
-//! Gradient of `−2 ln p` with respect to every number of the noise, by one pass of the filter and one back.
+//! Gradient of `−2 ln p` with respect to every number of the noise, by one pass of the filter and
+//! one back.
 //!
-//! On the way back r is the gradient of `ln p` with respect to the state, given what lies ahead, and N the covariance of r over all recordings (the
-//! disturbance smoother: de Jong, Biometrika 76, 1989; Koopman & Shephard, Biometrika 79, 1992). Sample by sample, as [`super::gains`] has them (e whitened):
+//! On the way back r is the gradient of `ln p` with respect to the state, given what lies ahead,
+//! and N the covariance of r over all recordings (the disturbance smoother: de Jong, Biometrika 76,
+//! 1989; Koopman & Shephard, Biometrika 79, 1992). Sample by sample, as [`super::gains`] has them
+//! (e whitened):
 //!
 //! ```text
 //! k = v / √s,  u = (e − vᵀ r) / √s,  q = N k,  D = 1/s + kᵀ q       ∂(−2 ln p)/∂R = D − u²
@@ -9,8 +12,9 @@
 //! r ← Fᵀ r,     N ← Fᵀ N F                                          ∂(−2 ln p)/∂Q = N − r rᵀ
 //! ```
 //!
-//! A pole of white noise (size σ, consecutive samples u⁻ and u) has the slope `−2 σ² Σ (u⁻ u − cov(u⁻, u))`, `cov(u⁻, u) = −k⁻ᵀ g`, where g
-//! begins as `h D − q` and goes back as r does. Expected second derivatives neglect what different instants have in common.
+//! A pole of white noise (size σ, consecutive samples u⁻ and u) has the slope
+//! `−2 σ² Σ (u⁻ u − cov(u⁻, u))`, `cov(u⁻, u) = −k⁻ᵀ g`, where g begins as `h D − q` and goes back
+//! as r does. Expected second derivatives neglect what different instants have in common.
 
 use super::gains::{coloured, recurse};
 use super::recursion::Tape;
@@ -31,7 +35,8 @@ pub struct Slope {
     pub second: f64,
 }
 
-/// `−2 ln p`, and its slopes along the logarithms of standard deviations and jitters and along the inverse hyperbolic tangents of poles.
+/// `−2 ln p`, and its slopes along the logarithms of standard deviations and jitters and along the
+/// inverse hyperbolic tangents of poles.
 #[derive(Clone, Debug, Default)]
 pub struct Gradient {
     pub value: f64,
@@ -80,7 +85,8 @@ impl AddAssign for Gradient {
     }
 }
 
-/// Of innovations `nu` of the frozen filter of `linear` under `noise`; `None` where a covariance is not positive.
+/// Of innovations `nu` of the frozen filter of `linear` under `noise`; `None` where a covariance is
+/// not positive.
 ///
 /// Cost: about three recursions of the covariance; two rows of z a sample are kept meanwhile.
 pub fn gradient(linear: &Linear, timeline: &Timeline, noise: &NoiseModel, nu: &[f64]) -> Option<Gradient> {

@@ -1,16 +1,20 @@
-//! Where the pass starts: at the initial state that the whole recording suggests, with gains that are no larger than it needs.
+//! Where the pass starts: at the initial state that the whole recording suggests, with gains that
+//! are no larger than it needs.
 //!
-//! A filter that starts at the prior's mean with the prior's width finds what the first readings hardly tell by swings many times the
-//! noise, which the next readings undo, exactly so under the numbers that the gains were made for. Sensitivities to those numbers, gains
-//! frozen, would be those of the swings. So the initial state is estimated first (fixed-point smoothing on the linear model of the wide
-//! filter) and the pass runs once more from there with the posterior's width:
+//! A filter that starts at the prior's mean with the prior's width finds what the first readings
+//! hardly tell by swings many times the noise, which the next readings undo, exactly so under the
+//! numbers that the gains were made for. Sensitivities to those numbers, gains frozen, would be
+//! those of the swings. So the initial state is estimated first (fixed-point smoothing on the
+//! linear model of the wide filter) and the pass runs once more from there with the posterior's
+//! width:
 //!
 //! ```text
 //! E[x₀ − x̄₀ | Y] = P₀ Cᵀ r,   cov = P₀ − P₀ CᵀC P₀,   C = L⁻¹ ∂ν/∂x₀,  r = L⁻¹ ν   (the wide filter's)
 //! ```
 //!
-//! The likelihood stays that of the prior: [`super::whiten`] turns innovations of any frozen filter into those of the wide one, and what the
-//! prior's mean differs from the start ([`Linear::pull`]) is added as the linear model has it.
+//! The likelihood stays that of the prior: [`super::whiten`] turns innovations of any frozen filter
+//! into those of the wide one, and what the prior's mean differs from the start ([`Linear::pull`])
+//! is added as the linear model has it.
 
 use super::gains::gains;
 use super::linear::Linear;
@@ -18,15 +22,16 @@ use super::whiten::{reading_difference, whiten};
 use crate::dot::dot;
 use crate::problem::Timeline;
 
-/// Start of a pass: change from the mean of the prior, and standard deviations that its gains begin with.
+/// Start of a pass: change from the mean of the prior, and standard deviations that its gains begin
+/// with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
     pub change: Vec<f64>,
     pub sigma: Vec<f64>,
 }
 
-/// Where the recording leaves more than this share of every width, no start is narrower by enough to
-/// differ. Chosen: below it lie eight ninths of the variance.
+/// A start that leaves more than this share of every width (a ninth of the variance) is not narrow
+/// enough to differ. Chosen, not derived.
 const NARROWED_SHARE: f64 = 1.0 / 3.0;
 /// Least width, as a share of the prior's: what rounding leaves of a difference.
 const SIGMA_SHARE_MIN: f64 = 1e-6;
@@ -37,7 +42,8 @@ impl Start {
         Self { change: vec![0.0; sigma.len()], sigma: sigma.to_vec() }
     }
 
-    /// Posterior of the initial state after the whole run; `None` where nothing is narrowed, or the model fails.
+    /// Posterior of the initial state after the whole run; `None` where nothing is narrowed, or the
+    /// model fails.
     pub fn posterior(linear: &Linear, timeline: &Timeline) -> Option<Self> {
         let n = linear.layout.tangent;
         let unit = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect::<Vec<f64>>();

@@ -3,8 +3,8 @@
 use super::tangent_names;
 use dynamics::description::{Initial, Plant, TankModel};
 
-/// Prior standard deviation of every number of a small change of the initial state: stated, else as `hardly_seen` has it, else wide by
-/// its unit.
+/// Prior standard deviation of every number of a small change of the initial state: stated, else as
+/// `hardly_seen` has it, else wide by its unit.
 pub fn initial_sigmas(
     plant: &Plant,
     system: &dynamics::system::System,

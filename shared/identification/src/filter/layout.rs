@@ -49,7 +49,8 @@ impl Layout {
     }
 }
 
-/// Name and unit of each number of a small change of state: those of the state; a quaternion's three are turns.
+/// Name and unit of each number of a small change of state: those of the state; a quaternion's
+/// three are turns.
 pub fn tangent_names(system: &dynamics::system::System) -> Vec<(String, &'static str)> {
     let mut names = Vec::new();
     for state in system.states() {

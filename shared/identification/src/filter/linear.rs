@@ -16,7 +16,8 @@ pub struct Linear {
     /// Per sample: share of the lag's old output; NaN where the channel does not lag.
     pub decay: Vec<f64>,
     pub initial_sigma: Vec<f64>,
-    /// Where the pass starts: change from the mean of the prior; what that mean adds to the innovations of a pass from there.
+    /// Where the pass starts: change from the mean of the prior; what that mean adds to the
+    /// innovations of a pass from there.
     pub start: Vec<f64>,
     pub pull: Vec<f64>,
     /// The gains are those of the prior's width.
@@ -26,7 +27,8 @@ pub struct Linear {
     /// Gains of the pass, and its innovations, those of a start at the prior's mean.
     pub frozen: Frozen,
     pub nu: Vec<f64>,
-    /// Filtered state at every event, before its update and after it, and the noise inputs likewise.
+    /// Filtered state at every event, before its update and after it, and the noise inputs
+    /// likewise.
     pub states: Vec<f64>,
     pub updated: Vec<f64>,
     pub held: Vec<f64>,
@@ -55,7 +57,8 @@ impl Linear {
         self.transition.chunks_exact(n + m).map(|row| row[n + input].abs()).fold(0.0, f64::max)
     }
 
-    /// Force at noise input `input` that would make each interval's change of the rate it moves most.
+    /// Force at noise input `input` that would make each interval's change of the rate it moves
+    /// most.
     pub fn forces(&self, input: usize) -> Vec<f64> {
         let (n, m, x) = (self.layout.tangent, self.layout.noise_inputs.len(), self.state_names.len());
         let intervals = (self.states.len() / x.max(1)).saturating_sub(1);
@@ -69,5 +72,6 @@ impl Linear {
     }
 }
 
-/// Step of the differences: readings and states are of the order of one in SI; curvature below 1e-4 of it is not seen.
+/// Step of the differences: readings and states are of the order of one in SI; curvature below 1e-4
+/// of it is not seen.
 pub(super) const STEP: f64 = 1e-6;

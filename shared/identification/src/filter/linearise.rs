@@ -48,9 +48,11 @@ impl Linear {
     }
 }
 
-/// Extended Kalman filter over a run with white noise, from `start`, which `machine` is moved to: its gains, innovations and linear model.
+/// Extended Kalman filter over a run with white noise, from `start`, which `machine` is moved to:
+/// its gains, innovations and linear model.
 ///
-/// Cost: `tangent + inputs + clone + 1` readings an event, and as many flows, or a third of their work ([`Transitions`]).
+/// Cost: `tangent + inputs + clone + 1` readings an event, and as many flows, or a third of their
+/// work ([`Transitions`]).
 pub fn linearise(
     machine: &mut Machine<'_>,
     noise: &NoiseModel,
@@ -119,7 +121,8 @@ impl Update {
         }
     }
 
-    /// The samples of event `k`: rows of measurement, gains and innovations join `linear`, `mean` is corrected.
+    /// The samples of event `k`: rows of measurement, gains and innovations join `linear`, `mean`
+    /// is corrected.
     fn take_up(
         &mut self,
         machine: &mut Machine<'_>,
@@ -175,8 +178,9 @@ impl Update {
     }
 }
 
-/// Rates of change of the predicted readings, from the rates over the last two intervals of the same channel, each since what was filtered
-/// then: none of the innovation that a slope stands beside is in it, or whatever depends on a slope would explain noise by itself.
+/// Rates of change of the predicted readings, from the rates over the last two intervals of the
+/// same channel, each since what was filtered then: none of the innovation that a slope stands
+/// beside is in it, or whatever depends on a slope would explain noise by itself.
 fn slopes(nu: &[f64], corrected_by: &[f64], timeline: &Timeline) -> Vec<f64> {
     let mut slope = vec![0.0; nu.len()];
     for channel in 0..timeline.channel.iter().max().map_or(0, |last| last + 1) {

@@ -1,4 +1,5 @@
-//! One run of one plant variant: flow between events, readings at events, the pass with frozen gains.
+//! One run of one plant variant: flow between events, readings at events, the pass with frozen
+//! gains.
 
 use super::attitude::{Attitude, attitudes};
 use super::{Layout, equip};
@@ -29,7 +30,8 @@ pub struct Machine<'a> {
     ws: Workspace<f64>,
     /// Inputs after delays and lags; empty: the timeline's.
     rows: Vec<f64>,
-    /// Change of every input from the beginning of an event's stretch to its end, about the row; empty: none.
+    /// Change of every input from the beginning of an event's stretch to its end, about the row;
+    /// empty: none.
     tilts: Vec<f64>,
     pub(super) finer: usize,
     sensors: Vec<Channel>,
@@ -162,8 +164,8 @@ impl<'a> Machine<'a> {
         reach
     }
 
-    /// Input `input` as event `k` begins its stretch, or as it ends it, past the plant's own delays and lags; of an input that is held between
-    /// events its mean.
+    /// Input `input` as event `k` begins its stretch, or as it ends it, past the plant's own delays
+    /// and lags; of an input that is held between events its mean.
     pub fn acting(&self, k: usize, end: bool, input: usize) -> f64 {
         let event = self.timeline.events[k];
         let moved = if end && self.timeline.moving { 2 * event.steps } else { 0 };
@@ -237,7 +239,8 @@ impl<'a> Machine<'a> {
         system.derivative(ws, t + 0.5 * h, x, u, out);
     }
 
-    /// Beginning and length [s] of a part of the stretch behind event `k`, and the inputs that change during it.
+    /// Beginning and length [s] of a part of the stretch behind event `k`, and the inputs that
+    /// change during it.
     pub(super) fn part<'w>(&self, k: usize, part: usize, w: &'w [f64]) -> (f64, f64, Option<Moving<'w>>) {
         let event = self.timeline.events[k];
         let (step, within, parts) = (part / self.finer, part % self.finer, self.finer as f64);
@@ -255,7 +258,8 @@ impl<'a> Machine<'a> {
         (t, h, moving)
     }
 
-    /// State in the middle of the step that was taken last, which began in `x`; to third order in its length `h`.
+    /// State in the middle of the step that was taken last, which began in `x`; to third order in
+    /// its length `h`.
     pub(super) fn middle(&self, x: &[f64], h: f64, out: &mut [f64]) {
         for (out, (x, slope)) in out.iter_mut().zip(x.iter().zip(&self.slopes[1])) {
             *out = x + 0.5 * h * slope;
@@ -288,7 +292,8 @@ impl<'a> Machine<'a> {
         self.system.normalise(x);
     }
 
-    /// Inputs at a share of a step from its three rows (parabola), or at a share of an event's stretch from its row and tilt.
+    /// Inputs at a share of a step from its three rows (parabola), or at a share of an event's
+    /// stretch from its row and tilt.
     fn interpolate(&mut self, row: usize, share: f64, w: &[f64]) {
         let weights = [(1.0 - share) * (1.0 - 2.0 * share), 4.0 * share * (1.0 - share), share * (2.0 * share - 1.0)];
         let inputs = self.timeline.inputs;

@@ -19,7 +19,8 @@ pub struct NoiseModel {
 }
 
 impl NoiseModel {
-    /// As the plant states it. Noise inputs without a number are zero here; a fit gives them a floor.
+    /// As the plant states it. Noise inputs without a number are zero here; a fit gives them a
+    /// floor.
     pub fn stated(problem: &Problem, equipped: &Plant, system: &System, noise_inputs: &[usize]) -> Self {
         let actuator = |input: &usize| &equipped.actuators[system.inputs()[*input].actuator];
         let input_sigma = noise_inputs.iter().map(|input| actuator(input).noise.value).collect();
@@ -42,7 +43,8 @@ impl NoiseModel {
         louder
     }
 
-    /// No number is farther from its own in `other` than a fifth of it, no pole's area hyperbolic tangent than a tenth: a search from either ends in the same.
+    /// No number is farther from its own in `other` than a fifth of it, no pole's area hyperbolic
+    /// tangent than a tenth: a search from either ends in the same.
     pub fn is_about(&self, other: &Self) -> bool {
         let near = |a: &[f64], b: &[f64], off: &dyn Fn(f64, f64) -> bool| a.iter().zip(b).all(|(a, b)| off(*a, *b));
         let in_size = |a: f64, b: f64| (a - b).abs() <= 0.2 * a.abs().max(b.abs());
@@ -52,7 +54,8 @@ impl NoiseModel {
             && near(&self.pole, &other.pole, &|a, b| (libm::atanh(a) - libm::atanh(b)).abs() <= 0.1)
     }
 
-    /// Some input or channel has more than `factor` times the standard deviation that it has in `other`, and than in `floor`.
+    /// Some input or channel has more than `factor` times the standard deviation that it has in
+    /// `other`, and than in `floor`.
     pub fn is_louder(&self, other: &Self, floor: &Self, factor: f64) -> bool {
         let sizes = |noise: &Self| [&noise.input_sigma[..], &noise.sensor_sigma[..]].concat();
         sizes(self)
@@ -63,8 +66,8 @@ impl NoiseModel {
     }
 }
 
-/// White part of coloured noise, as a share of its standard deviation: keeps covariances positive, and
-/// is 1e-4 of the variance.
+/// White part of coloured noise, as a share of its standard deviation: keeps covariances positive,
+/// and is 1e-4 of the variance.
 pub(super) const WHITE_SHARE: f64 = 1e-2;
 
 fn sensor_sigma(problem: &Problem, plant: &Plant, channel: usize) -> f64 {

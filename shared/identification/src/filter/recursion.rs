@@ -1,12 +1,14 @@
 //! Covariance recursion of a filter on one linear model.
 //!
-//! Samples of one event are taken up one after the other, which needs no factorisation and gives its numbers all the same:
+//! Samples of one event are taken up one after the other, which needs no factorisation and gives
+//! its numbers all the same:
 //!
 //! ```text
 //! v_a = P h_a / √s_a,   s_a = h_aᵀ P h_a + R_a,   P ← P − v_a v_aᵀ;   V = [v_0 v_1 …] = P Hᵀ L⁻ᵀ,   L_ab = h_aᵀ v_b,   K = V L⁻¹
 //! ```
 //!
-//! The recursion is compiled for every few sizes of z by itself ([`Row`]), rows filled up with zeros to whole vectors; large ones share one.
+//! The recursion is compiled for every few sizes of z by itself ([`Row`]), rows filled up with
+//! zeros to whole vectors; large ones share one.
 
 use super::noise_model::WHITE_SHARE;
 use super::rows::{QUAD, Row, add, combine, product};
@@ -39,7 +41,8 @@ pub(super) struct Tape {
     pub h: Vec<f64>,
     pub v: Vec<f64>,
     pub root: Vec<f64>,
-    /// Of every sample whose channel has a colour: column of P at the colour before it moves on; zeros where it begins.
+    /// Of every sample whose channel has a colour: column of P at the colour before it moves on;
+    /// zeros where it begins.
     pub colour: Vec<f64>,
 }
 
@@ -220,7 +223,8 @@ impl<R: Row> Recursion<R> {
         }
     }
 
-    /// Takes up one sample of variance `own`: its `v`, its row of the factor and P; false where its innovation's variance is not positive.
+    /// Takes up one sample of variance `own`: its `v`, its row of the factor and P; false where its
+    /// innovation's variance is not positive.
     #[inline(always)]
     fn absorb(&mut self, slot: usize, count: usize, own: f64) -> bool {
         let mut v = self.v[slot].taken();
@@ -281,7 +285,8 @@ mod tests {
     use crate::noise::Noise;
     use nalgebra::{Cholesky, DMatrix};
 
-    /// Taken up one by one, samples of one event have the gain and the factor of the joint update, and so has what is left of P.
+    /// Taken up one by one, samples of one event have the gain and the factor of the joint update,
+    /// and so has what is left of P.
     fn one_by_one_is_the_joint_update<R: Row>(count: usize) {
         let (n, m, s) = (3, 1, 4);
         let drawn = |seed: u64, rows: usize, columns: usize| {

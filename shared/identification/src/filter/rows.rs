@@ -1,4 +1,5 @@
-//! Rows of numbers in fours, as long as z: sums and products that the processor takes several of at once.
+//! Rows of numbers in fours, as long as z: sums and products that the processor takes several of at
+//! once.
 
 /// Rows are whole fours of numbers.
 pub(super) const QUAD: usize = 4;

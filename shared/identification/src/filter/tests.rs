@@ -50,7 +50,8 @@ fn on_a_linear_plant_whitening_for_another_noise_is_the_filter_of_that_noise() {
     assert!(whitened(&engine, &first, &engine.noise).iter().zip(&a).any(|(a, b)| (a - b).abs() > 0.1));
 }
 
-/// Three accelerometers see eight states: what the first readings hardly tell swings in the wide filter by a thousand sigma.
+/// Three accelerometers see eight states: what the first readings hardly tell swings in the wide
+/// filter by a thousand sigma.
 #[test]
 fn where_the_pass_starts_leaves_the_likelihood_as_it_was_and_takes_the_swings_out_of_the_innovations() {
     let mut slow = plant("hub_appendage");
@@ -119,8 +120,8 @@ fn what_nothing_drives_gets_a_disturbance() {
     assert_eq!(names(&plant("oscillator")), ["shaker"]);
 }
 
-/// What acts is late by a part of the sampling: position and rate at the samples feel it by different amounts, and the mean alone is the
-/// delay of neither.
+/// What acts is late by a part of the sampling: position and rate at the samples feel it by
+/// different amounts, and the mean alone is the delay of neither.
 #[test]
 fn a_delay_or_a_lag_of_the_command_is_felt_by_angle_and_rate_as_the_simulation_has_it() {
     let sites = [("actuator_delay", "delay", 1.3e-3), ("actuator_lag", "time_constant", 2.1e-3)];
@@ -143,7 +144,8 @@ fn a_delay_or_a_lag_of_the_command_is_felt_by_angle_and_rate_as_the_simulation_h
     }
 }
 
-/// A lag far below the sampling shows the slope at the sample, and is continuous where the command jumps into the reading.
+/// A lag far below the sampling shows the slope at the sample, and is continuous where the command
+/// jumps into the reading.
 #[test]
 fn a_lag_of_an_accelerometer_is_felt_as_the_simulation_has_it() {
     for time_constant_s in [0.3e-3, 4e-3] {
@@ -167,7 +169,8 @@ fn a_lag_of_an_accelerometer_is_felt_as_the_simulation_has_it() {
     }
 }
 
-/// They go through the recursion in eights and what is left of them: each feels its own numbers only, in the same order.
+/// They go through the recursion in eights and what is left of them: each feels its own numbers
+/// only, in the same order.
 #[test]
 fn columns_whitened_together_are_bit_for_bit_those_whitened_alone() {
     let nominal = plant("oscillator");

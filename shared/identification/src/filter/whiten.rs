@@ -74,7 +74,8 @@ pub fn beside<const W: usize>(columns: &[impl AsRef<[f64]>], samples: Range<usiz
     }
 }
 
-/// What the states of both filters differ by, column by column, between one stretch of events and the next.
+/// What the states of both filters differ by, column by column, between one stretch of events and
+/// the next.
 pub struct Apart<const W: usize> {
     d: Vec<Lane<W>>,
     next: Vec<Lane<W>>,

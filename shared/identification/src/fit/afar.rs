@@ -1,9 +1,12 @@
-//! A fit whose start may be far off: disturbances large enough to explain the misfit at first, smaller step by step.
+//! A fit whose start may be far off: disturbances large enough to explain the misfit at first,
+//! smaller step by step.
 //!
-//! A number that the recording tells to a thousandth of its prior (the frequency of a slosh mass over many of its periods) has a likelihood with many
-//! maxima, one for each cycle that the model slips. A filter that is told of large disturbances believes its sensors and forgets: its
-//! innovations feel a wrong frequency over its memory alone, which makes one maximum of them. As the disturbances shrink the
-//! memory grows, and the next fit starts within the cycle that the last one found.
+//! A number that the recording tells to a thousandth of its prior (the frequency of a slosh mass
+//! over many of its periods) has a likelihood with many maxima, one for each cycle that the model
+//! slips. A filter that is told of large disturbances believes its sensors and forgets: its
+//! innovations feel a wrong frequency over its memory alone, which makes one maximum of them. As
+//! the disturbances shrink the memory grows, and the next fit starts within the cycle that the last
+//! one found.
 
 use super::{Board, Engine, Fit, FitError, Rounds, fit};
 
@@ -15,8 +18,9 @@ const STEPS_MAX: usize = 6;
 /// Relinearisations under one loudness: the next begins where this comes to.
 const ROUNDS_PER_STEP: usize = 3;
 
-/// Fits the plant of `engine`'s problem under its stated noise from the priors; where something is left that the noise does not explain, once more by
-/// way of larger disturbances, those that the plant states of its actuators among them, and the better of both to its end.
+/// Fits the plant of `engine`'s problem under its stated noise from the priors; where something is
+/// left that the noise does not explain, once more by way of larger disturbances, those that the
+/// plant states of its actuators among them, and the better of both to its end.
 ///
 /// # Errors
 /// Those of [`fit`].
@@ -39,7 +43,8 @@ pub fn fit_from_afar(engine: &Engine<'_>, rounds: impl Into<Rounds>) -> Result<F
     if best.converged || rounds.more == 0 { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
 }
 
-/// Where fits under ever quieter disturbances end, from those on that explain the misfit at the priors.
+/// Where fits under ever quieter disturbances end, from those on that explain the misfit at the
+/// priors.
 fn approached(engine: &Engine<'_>) -> Result<Vec<f64>, FitError> {
     let plant = &engine.problem.plant;
     let mut theta = engine.prior();

@@ -1,4 +1,5 @@
-//! The linear problem about one point: innovations, columns of sensitivities, and what any noise makes of them.
+//! The linear problem about one point: innovations, columns of sensitivities, and what any noise
+//! makes of them.
 
 use super::FitError;
 use super::engine::Engine;
@@ -31,8 +32,9 @@ const GRADIENT: f64 = 3.0;
 const SPREAD_LEAST: usize = 100_000;
 /// First step of the differences [prior standard deviations].
 const STEP_PRIOR: f64 = 1e-3;
-/// Change of the innovations [standard deviations of the sensors, over all samples] that a step aims at, and beyond which it is taken again:
-/// curvature over the step would tell unknowns apart that the recording cannot.
+/// Change of the innovations [standard deviations of the sensors, over all samples] that a step
+/// aims at, and beyond which it is taken again: curvature over the step would tell unknowns apart
+/// that the recording cannot.
 const CHANGE_SIGMA: f64 = 1.0;
 const CHANGE_SIGMA_MAX: f64 = 10.0;
 /// A step that the plant does not survive is shortened by this.
@@ -65,7 +67,8 @@ impl Board {
         self.jacobian_theta.as_deref() == Some(theta)
     }
 
-    /// Sensitivities to all unknowns by one pass each, if they are not there; more where the first step was felt too much.
+    /// Sensitivities to all unknowns by one pass each, if they are not there; more where the first
+    /// step was felt too much.
     pub fn take_jacobian(&mut self, engine: &Engine<'_>, plant: &Plant, theta: &[f64]) {
         if self.has_jacobian(theta) {
             return;
@@ -75,8 +78,8 @@ impl Board {
         (self.jacobian, self.steps) = taken.into_iter().unzip();
     }
 
-    /// `−∂ν/∂θ_i` per prior standard deviation, and the step it was taken over: of a law that jumps one that it feels; zero where the plant
-    /// survives none.
+    /// `−∂ν/∂θ_i` per prior standard deviation, and the step it was taken over: of a law that jumps
+    /// one that it feels; zero where the plant survives none.
     fn sensitivity(&self, engine: &Engine<'_>, plant: &Plant, theta: &[f64], i: usize) -> (Vec<f64>, f64) {
         let unknown = &engine.problem.unknowns[i];
         let concerned = |run: usize| unknown.concerns(&engine.problem.runs[run]);
@@ -112,7 +115,8 @@ impl Board {
         found
     }
 
-    /// Norm of a change of the innovations in standard deviations of their sensors, over the runs that are concerned.
+    /// Norm of a change of the innovations in standard deviations of their sensors, over the runs
+    /// that are concerned.
     fn change_sigma(&self, engine: &Engine<'_>, change: &[f64], concerned: &dyn Fn(usize) -> bool) -> f64 {
         let runs = (0..engine.timelines.len()).filter(|run| concerned(*run));
         let of = |run: usize| -> f64 {
@@ -166,7 +170,8 @@ impl Board {
         total.is_finite().then_some(total)
     }
 
-    /// `−2 ln p` of the readings whose innovations are `nu`, and its slopes along the numbers of the noise; and what the priors at `theta` add.
+    /// `−2 ln p` of the readings whose innovations are `nu`, and its slopes along the numbers of
+    /// the noise; and what the priors at `theta` add.
     pub fn gradient(
         &self,
         engine: &Engine<'_>,
@@ -207,7 +212,8 @@ impl Board {
         Some((columns.remove(0), columns))
     }
 
-    /// Normal equations at `theta` under `noise`, with raw `extra` columns (`−∂ν/∂φ`) behind the unknowns.
+    /// Normal equations at `theta` under `noise`, with raw `extra` columns (`−∂ν/∂φ`) behind the
+    /// unknowns.
     pub fn normal(
         &self,
         engine: &Engine<'_>,

@@ -1,12 +1,14 @@
-//! Sizes and poles of the noise by maximum likelihood on a linear model, with or without further columns; disturbances that nobody
-//! states pay their prior.
+//! Sizes and poles of the noise by maximum likelihood on a linear model, with or without further
+//! columns; disturbances that nobody states pay their prior.
 //!
-//! Coordinates: logarithm of every input's and channel's standard deviation, inverse hyperbolic tangent of every channel's pole. They are
-//! moved one after the other along parabolas through three points, a bounded number of sweeps.
+//! Coordinates: logarithm of every input's and channel's standard deviation, inverse hyperbolic
+//! tangent of every channel's pole. They are moved one after the other along parabolas through
+//! three points, a bounded number of sweeps.
 //!
-//! Of a large plant or a long recording that is dear: many columns are whitened for every point. Noise and mean of a Gaussian tell nothing of each
-//! other (their Fisher information has no common block), so there unknowns and columns are held where they explain most and all
-//! coordinates are moved at once along the gradient ([`climb`]).
+//! Of a large plant or a long recording that is dear: many columns are whitened for every point.
+//! Noise and mean of a Gaussian tell nothing of each other (their Fisher information has no common
+//! block), so there unknowns and columns are held where they explain most and all coordinates are
+//! moved at once along the gradient ([`climb`]).
 
 mod climb;
 
@@ -28,7 +30,8 @@ const SIZE_MAX: usize = 26;
 /// Largest pole: slower noise is a drift; and smallest.
 const POLE_MAX: f64 = 0.98;
 const POLE_MIN: f64 = -0.5;
-/// Share of all work from which on a search is dear, if every coordinate asks for so many points and these whiten so many columns.
+/// Share of all work from which on a search is dear, if every coordinate asks for so many points
+/// and these whiten so many columns.
 const DEAR: f64 = 0.01;
 const POINTS_PER_COORDINATE: usize = 24;
 const COLUMNS_PER_POINT: usize = 16;
@@ -36,8 +39,8 @@ const COLUMNS_PER_POINT: usize = 16;
 /// Gain in `−2 ln p` of a sweep that is not worth another.
 const SWEPT: f64 = 0.05;
 
-/// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which one
-/// is taken up: BIC's price of one parameter, `ln n`, at n = 22 000 samples.
+/// Jitters that are tried, as shares of the sampling interval, and the gain in `−2 ln p` from which
+/// one is taken up: BIC's price of one parameter, `ln n`, at n = 22 000 samples.
 const JITTER_SHARES: [f64; 3] = [3e-3, 0.02, 0.1];
 const JITTER_GAIN: f64 = 10.0;
 /// Sweeps over a channel's size, and over its size and jitter.
@@ -62,7 +65,8 @@ fn moved(noise: &NoiseModel, coordinate: Coordinate, by: f64) -> NoiseModel {
     moved
 }
 
-/// Noise that minimises `−2 ln p` over noise, unknowns and `extra` columns from `start`; returns it with that minimum.
+/// Noise that minimises `−2 ln p` over noise, unknowns and `extra` columns from `start`; returns it
+/// with that minimum.
 pub fn maximise(
     engine: &Engine<'_>,
     board: &Board,

@@ -4,7 +4,8 @@ use super::bounded::bounded;
 use super::engine::Engine;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-/// Whitened normal equations with priors: unknowns in prior standard deviations, then extra columns.
+/// Whitened normal equations with priors: unknowns in prior standard deviations, then extra
+/// columns.
 pub struct Normal {
     /// Number of unknowns; extra columns follow.
     pub unknowns: usize,
@@ -24,7 +25,8 @@ pub fn prior_chi2(engine: &Engine<'_>, theta: &[f64]) -> f64 {
 }
 
 impl Normal {
-    /// Of products of the whitened innovations, sensitivities and further columns, row by row, j ≥ i.
+    /// Of products of the whitened innovations, sensitivities and further columns, row by row, j ≥
+    /// i.
     pub(super) fn new(
         engine: &Engine<'_>,
         theta: &[f64],
@@ -94,8 +96,9 @@ impl Normal {
         None
     }
 
-    /// Least objective over unknowns and extra columns (linear), unknowns within their ranges, and where it is: steps of the unknowns [prior
-    /// standard deviations], then the extra columns' coefficients.
+    /// Least objective over unknowns and extra columns (linear), unknowns within their ranges, and
+    /// where it is: steps of the unknowns [prior standard deviations], then the extra columns'
+    /// coefficients.
     pub fn least(&self) -> Option<(f64, Vec<f64>)> {
         let places: Vec<usize> = (0..self.matrix.nrows()).collect();
         let (decrease, x) = bounded(&self.matrix, &self.right, &self.room, &places)?;
@@ -114,7 +117,8 @@ impl Normal {
         Some(self.objective - bounded(&self.matrix, &self.right, &self.room, &places)?.0)
     }
 
-    /// By how much the extra columns relieve the priors of the plant's own numbers: decrease of `Σ ((θ − θ₀)/σ)²` from the least objective without them to that with.
+    /// By how much the extra columns relieve the priors of the plant's own numbers: decrease of
+    /// `Σ ((θ − θ₀)/σ)²` from the least objective without them to that with.
     pub fn relief(&self, engine: &Engine<'_>, theta: &[f64]) -> Option<f64> {
         let unknowns = &engine.problem.unknowns;
         let off: Vec<f64> = theta.iter().zip(unknowns).map(|(t, u)| (t - u.prior) / u.sigma).collect();

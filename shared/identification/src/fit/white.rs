@@ -1,4 +1,5 @@
-//! Innovations and sensitivities whitened once, for normal equations with one set of further columns after the other.
+//! Innovations and sensitivities whitened once, for normal equations with one set of further
+//! columns after the other.
 
 use super::board::Board;
 use super::engine::Engine;

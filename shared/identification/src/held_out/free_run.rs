@@ -80,7 +80,8 @@ fn head(timeline: &Timeline, events: usize) -> Timeline {
     head
 }
 
-/// Initial state by Levenberg–Marquardt on the free run of a stretch, from the filter's first estimates.
+/// Initial state by Levenberg–Marquardt on the free run of a stretch, from the filter's first
+/// estimates.
 fn initial(machine: &mut Machine<'_>, sigmas: &[f64], noise: &NoiseModel) -> Option<Vec<f64>> {
     let n = sigmas.len();
     let prior = machine.x0.clone();

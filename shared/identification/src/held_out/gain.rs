@@ -1,4 +1,5 @@
-//! What held-out data say of an augmented plant: a gain in log-likelihood, its interval, and a verdict.
+//! What held-out data say of an augmented plant: a gain in log-likelihood, its interval, and a
+//! verdict.
 
 use super::ChannelFit;
 use crate::statistics::student_two_sided;
@@ -18,16 +19,16 @@ pub struct Gain {
     pub foretold: f64,
     /// What it gains at least, if it is right; zero where that was not asked.
     pub least: f64,
-    /// Its free run's distance from the data over that of the plant alone: geometric mean of the rms over channels; one where it was not asked,
-    /// infinite where it ran away.
+    /// Its free run's distance from the data over that of the plant alone: geometric mean of the
+    /// rms over channels; one where it was not asked, infinite where it ran away.
     pub free_run: f64,
 }
 
 /// Ratio of the free runs' distances from the data from which on the report says that the augmented
 /// plant runs away. Chosen, not derived: it adds a sentence and decides nothing.
 const FREE_RUN_DIVERGENCE_RATIO: f64 = 1.5;
-/// Standard errors by which the expected gain may be off: beyond three lie 0.13 % of normal numbers on
-/// the side that rejects.
+/// Standard errors by which the expected gain may be off: beyond three lie 0.13 % of normal numbers
+/// on the side that rejects.
 const EXPECTED_GAIN_TOLERANCE_SIGMA: f64 = 3.0;
 
 impl Gain {
@@ -183,7 +184,8 @@ mod tests {
         assert!(student[0] < 30 && student[2] > 200, "{student:?}");
     }
 
-    /// At the level that a suspicion asks, too. What is frozen foretells `δ` where there is nothing: it gains `δ r − δ²/2`.
+    /// At the level that a suspicion asks, too. What is frozen foretells `δ` where there is
+    /// nothing: it gains `δ r − δ²/2`.
     #[test]
     fn what_is_not_there_is_confirmed_far_out_no_more_often_than_the_level_says() {
         let level = 2e-4;

@@ -1,8 +1,10 @@
 //! Stretches in which nothing was recorded.
 //!
-//! A command is held from one stamp to the next. Where rows are lost nobody knows what was commanded meanwhile: unless the command is the same
-//! before and after, the run is cut there and what follows begins where nobody stated, as a run of its own. Three rows or fewer are too few
-//! for that. A command that is logged when it changes alone is held, too, for longer than usual: there the sensors go on.
+//! A command is held from one stamp to the next. Where rows are lost nobody knows what was
+//! commanded meanwhile: unless the command is the same before and after, the run is cut there and
+//! what follows begins where nobody stated, as a run of its own. Three rows or fewer are too few
+//! for that. A command that is logged when it changes alone is held, too, for longer than usual:
+//! there the sensors go on.
 
 use super::{Drive, Run, Samples};
 use crate::series::{Channel, IRREGULAR_GAP_MEDIANS, Role};
@@ -10,7 +12,8 @@ use crate::series::{Channel, IRREGULAR_GAP_MEDIANS, Role};
 /// Samples beside one for every state that a part must have: fewer say little but where it began.
 const SPARE: usize = 5;
 
-/// `run` of a plant with so many `states` without the gaps that its commands change over, and what is to be said of it.
+/// `run` of a plant with so many `states` without the gaps that its commands change over, and what
+/// is to be said of it.
 pub(super) fn parted(run: Run, states: usize) -> (Vec<Run>, Option<String>) {
     let gaps = gaps(&run);
     if gaps.is_empty() {
@@ -32,7 +35,8 @@ pub(super) fn parted(run: Run, states: usize) -> (Vec<Run>, Option<String>) {
     (kept, Some(note))
 }
 
-/// Where a command changed over an interval that is too long for it and for a sensor, and no sensor told anything once it should have come.
+/// Where a command changed over an interval that is too long for it and for a sensor, and no sensor
+/// told anything once it should have come.
 fn gaps(run: &Run) -> Vec<[f64; 2]> {
     let sensors: Vec<(&Samples, Vec<[f64; 2]>)> =
         run.samples.iter().map(|samples| (samples, too_long(&samples.time_s).0)).collect();

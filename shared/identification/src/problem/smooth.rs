@@ -1,16 +1,21 @@
-//! A recorded motion as a smooth function of time: cubic smoothing spline, broken where the motion has a kink.
+//! A recorded motion as a smooth function of time: cubic smoothing spline, broken where the motion
+//! has a kink.
 //!
-//! A displacement that is imposed is measured like anything else, and its rate and acceleration are wanted. A spline through all
-//! samples turns noise into accelerations and rings at kinks. Here `Σ (y − f)² + α ∫ f″²` is minimised (Reinsch, Numer. Math. 10,
-//! 1967), α by generalised cross-validation (Craven and Wahba, 1979), and curvature is not asked of knots at which the slope
-//! jumps. Value, rate and acceleration are those of one function.
+//! A displacement that is imposed is measured like anything else, and its rate and acceleration are
+//! wanted. A spline through all samples turns noise into accelerations and rings at kinks. Here
+//! `Σ (y − f)² + α ∫ f″²` is minimised (Reinsch, Numer. Math. 10, 1967), α by generalised
+//! cross-validation (Craven and Wahba, 1979), and curvature is not asked of knots at which the
+//! slope jumps. Value, rate and acceleration are those of one function.
 //!
-//! With `γ` the second derivatives at the inner knots, `B = R + α QᵀQ`, `B γ = Qᵀ y`, `f = y − α Q γ`; Q takes second differences of slopes, R
-//! is tridiagonal. A kink at knot k is row k of Qᵀ left out: both sides are natural splines that share its value. Under the spline's
-//! prior `γ` has covariance `c B⁻¹`, `c = (Qᵀy)ᵀγ / n`: the gain of leaving row k out is `γ_k² / (c (B⁻¹)_kk)`, χ² with one degree of freedom.
-//! Knots proposed so are kept where cross-validation agrees.
+//! With `γ` the second derivatives at the inner knots, `B = R + α QᵀQ`, `B γ = Qᵀ y`,
+//! `f = y − α Q γ`; Q takes second differences of slopes, R is tridiagonal. A kink at knot k is row
+//! k of Qᵀ left out: both sides are natural splines that share its value. Under the spline's prior
+//! `γ` has covariance `c B⁻¹`, `c = (Qᵀy)ᵀγ / n`: the gain of leaving row k out is
+//! `γ_k² / (c (B⁻¹)_kk)`, χ² with one degree of freedom. Knots proposed so are kept where
+//! cross-validation agrees.
 //!
-//! Assumes increasing times and noise that is white and as large everywhere. Cost: O(n) for each α; some forty of them a round.
+//! Assumes increasing times and noise that is white and as large everywhere. Cost: O(n) for each α;
+//! some forty of them a round.
 
 use crate::statistics::chi_squared_quantile;
 use dynamics::signal::SignalValue;
@@ -89,7 +94,8 @@ impl SmoothMotion {
         self.sigma
     }
 
-    /// Value and its two derivatives; before the first and behind the last sample the motion rests. Cost: a binary search.
+    /// Value and its two derivatives; before the first and behind the last sample the motion rests.
+    /// Cost: a binary search.
     pub fn at(&self, t_s: f64) -> SignalValue {
         let last = self.time_s.len() - 1;
         if t_s < self.time_s[0] || t_s > self.time_s[last] {
@@ -122,7 +128,8 @@ struct Spline {
     energy: f64,
 }
 
-/// Pentadiagonal system over all knots; of the ends and of kinks the equation is `γ = 0`. Times in mean steps.
+/// Pentadiagonal system over all knots; of the ends and of kinks the equation is `γ = 0`. Times in
+/// mean steps.
 struct Band<'a> {
     h: Vec<f64>,
     step_s: f64,
@@ -170,7 +177,8 @@ impl<'a> Band<'a> {
         bands
     }
 
-    /// The spline for `alpha` (in mean steps cubed): factor `L D Lᵀ`, bands of the inverse by Hutchinson and de Hoog (Numer. Math. 47, 1985).
+    /// The spline for `alpha` (in mean steps cubed): factor `L D Lᵀ`, bands of the inverse by
+    /// Hutchinson and de Hoog (Numer. Math. 47, 1985).
     fn solve(&self, alpha: f64) -> Spline {
         let n = self.y.len();
         let [diagonal, first, second] = self.matrix(alpha);

@@ -1,4 +1,5 @@
-//! From the description of a tree to its constants; a tree without a positive mass matrix is rejected.
+//! From the description of a tree to its constants; a tree without a positive mass matrix is
+//! rejected.
 
 use super::check::{ModelError, check_link};
 use super::{InternalConstants, InternalCoordinate, Joint, JointKind, Link, LinkConstants, Model};
@@ -12,8 +13,9 @@ impl Model {
     /// Compiles `links` (parents before children) and the internal coordinates that live in them.
     ///
     /// # Errors
-    /// [`ModelError`]: the first thing found that makes it no mechanism. Whether an inertia belongs to a real body (triangle
-    /// inequality) is not asked: planar descriptions need only one of its entries.
+    /// [`ModelError`]: the first thing found that makes it no mechanism. Whether an inertia belongs
+    /// to a real body (triangle inequality) is not asked: planar descriptions need only one of its
+    /// entries.
     pub fn new(
         links: &[Link],
         internals: &[InternalCoordinate],

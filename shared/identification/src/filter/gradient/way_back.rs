@@ -168,8 +168,9 @@ impl<R: Row> Back<R> {
         self.mirror(len);
     }
 
-    /// Every row gets its first numbers, at most `len`, from the rows before it. Samples take nothing off what rounding leaves between the two: it would
-    /// grow as the plant does without a filter.
+    /// Every row gets its first numbers, at most `len`, from the rows before it. Samples take
+    /// nothing off what rounding leaves between the two: it would grow as the plant does without a
+    /// filter.
     #[inline(always)]
     fn mirror(&mut self, len: usize) {
         for at in 1..self.size {

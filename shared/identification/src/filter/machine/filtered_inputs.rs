@@ -4,8 +4,8 @@ use crate::problem::{Event, Timeline};
 use dynamics::lags::{FilterKind, Gate, Lag, LagState};
 use dynamics::system::{FilterPlace, System};
 
-/// Rows of inputs past the delays and lags that effects put on commands, and their tilts; those of the timeline where `rows` are empty.
-/// Empty where there is neither.
+/// Rows of inputs past the delays and lags that effects put on commands, and their tilts; those of
+/// the timeline where `rows` are empty. Empty where there is neither.
 pub(super) fn filtered_rows(system: &System, timeline: &Timeline, mut rows: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
     let inputs = timeline.inputs;
     let mut tilts = Vec::new();
@@ -36,9 +36,9 @@ pub(super) fn filtered_rows(system: &System, timeline: &Timeline, mut rows: Vec<
 /// Parts of an interval whose means give its first moment.
 const PARTS: usize = 16;
 
-/// Mean, and change of the straight line of the same first moment, of what acts over each interval between events when `held` is
-/// commanded: rates and positions at its end are those of what acts, not of its mean alone. Readings that feel the command
-/// itself are told the mean.
+/// Mean, and change of the straight line of the same first moment, of what acts over each interval
+/// between events when `held` is commanded: rates and positions at its end are those of what acts,
+/// not of its mean alone. Readings that feel the command itself are told the mean.
 fn acting(kind: &FilterKind, timeline: &Timeline, held: &[f64]) -> Vec<[f64; 2]> {
     let length = |k: usize| timeline.events[k].step_s * timeline.events[k].steps as f64;
     let delay_s = kind.delay_s();
@@ -62,7 +62,8 @@ fn acting(kind: &FilterKind, timeline: &Timeline, held: &[f64]) -> Vec<[f64; 2]>
     (0..held.len()).map(&mut parts).collect()
 }
 
-/// Mean and change of the straight line with the mean and first moment of equal parts with these means.
+/// Mean and change of the straight line with the mean and first moment of equal parts with these
+/// means.
 fn line(parts: [f64; PARTS]) -> [f64; 2] {
     let n = PARTS as f64;
     let place = |i: usize| (i as f64 + 0.5) / n - 0.5;

@@ -1,8 +1,10 @@
 //! Readings past the lags of their sensors.
 //!
-//! A lag is continuous where its input jumps: what feeds through from a command to a reading goes into the lag as it was until the event
-//! (`to`), and starts the next interval as it is from then on (`from`). Between two readings the input is the parabola through them and
-//! the instant midway: with a time constant far below the interval the lag shows the slope at its end, not the mean slope.
+//! A lag is continuous where its input jumps: what feeds through from a command to a reading goes
+//! into the lag as it was until the event (`to`), and starts the next interval as it is from then
+//! on (`from`). Between two readings the input is the parabola through them and the instant midway:
+//! with a time constant far below the interval the lag shows the slope at its end, not the mean
+//! slope.
 
 use super::{Machine, Mean};
 use dynamics::lags::LagState;
@@ -42,8 +44,9 @@ impl Machine<'_> {
         mean.lag[channel].output
     }
 
-    /// Readings half an interval before event `k` and right before it; `None` where readings are means, where the commands move, or where
-    /// more than one held command acted since the last sample: there the line serves.
+    /// Readings half an interval before event `k` and right before it; `None` where readings are
+    /// means, where the commands move, or where more than one held command acted since the last
+    /// sample: there the line serves.
     fn until(&mut self, k: usize, sample: usize, h_s: f64, mean: &Mean) -> Option<(f64, f64)> {
         let channel = self.timeline.channel[sample];
         let since_last = k > 0 && self.timeline.events[k - 1].t_s <= mean.lag_time_s[channel];

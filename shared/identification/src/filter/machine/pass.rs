@@ -71,8 +71,8 @@ impl Machine<'_> {
         }
     }
 
-    /// Innovations `y − ŷ` of the whole run with frozen gains. `map[i]` is the place in this machine's z of entry i of the gains' z.
-    /// Returns false where the state ran away.
+    /// Innovations `y − ŷ` of the whole run with frozen gains. `map[i]` is the place in this
+    /// machine's z of entry i of the gains' z. Returns false where the state ran away.
     pub fn pass(&mut self, frozen: &Frozen, map: &[usize], nu: &mut [f64]) -> bool {
         let mut mean = self.start();
         let mut change = vec![0.0; self.layout.len()];

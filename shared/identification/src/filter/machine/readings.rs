@@ -1,9 +1,11 @@
-//! Readings of a run as its sensors take them, before their lags: at instants off their stamps, and means.
+//! Readings of a run as its sensors take them, before their lags: at instants off their stamps, and
+//! means.
 
 use super::Machine;
 
 impl Machine<'_> {
-    /// Readings of the samples of event `k` before lags, into `out` (one per sample). `clone` is the state at the beginning of means.
+    /// Readings of the samples of event `k` before lags, into `out` (one per sample). `clone` is
+    /// the state at the beginning of means.
     pub fn read(&mut self, k: usize, x: &[f64], w: &[f64], clone: (&[f64], usize), out: &mut [f64]) {
         let event = self.timeline.events[k];
         if event.count == 0 {
@@ -35,8 +37,8 @@ impl Machine<'_> {
         }
     }
 
-    /// The sample is about an instant before the recording, where nobody knows what acted: the first of a channel whose delay is unknown,
-    /// whatever that is, or known to reach there.
+    /// The sample is about an instant before the recording, where nobody knows what acted: the
+    /// first of a channel whose delay is unknown, whatever that is, or known to reach there.
     fn is_uninformative(&self, k: usize, channel: usize) -> bool {
         let sensor = &self.sensors[channel];
         let reaches = sensor.delay_s > self.timeline.shift_s[channel] + 1e-6 * self.timeline.period_s;
@@ -51,7 +53,8 @@ impl Machine<'_> {
         stamp - truth + sensor.delay_s - self.timeline.shift_s[channel]
     }
 
-    /// Reading of an instant that lies `behind` event `k`; `before`: under what acted until the event, else under what acts from it on.
+    /// Reading of an instant that lies `behind` event `k`; `before`: under what acted until the
+    /// event, else under what acts from it on.
     pub(super) fn read_at(&mut self, k: usize, channel: usize, behind: f64, before: bool, x: &[f64], w: &[f64]) -> f64 {
         let event = self.timeline.events[k];
         let at = if before && k > 0 { k - 1 } else { k };

@@ -6,7 +6,8 @@ use dynamics::dual::Dual;
 use dynamics::system::{System, Workspace, spectral_radius};
 
 /// Product of step and fastest rate that a step of integration keeps to, and the one beyond which a
-/// variant takes finer steps: Runge–Kutta is off by (ω h)⁵/120 of the amplitude a step, 9e-5 and 3e-4.
+/// variant takes finer steps: Runge–Kutta is off by (ω h)⁵/120 of the amplitude a step, 9e-5 and
+/// 3e-4.
 const STEP_RATE: f64 = 0.4;
 const STEP_RATE_MAX: f64 = 0.5;
 /// Finest subdivision of a step for a stiff variant.
@@ -22,7 +23,8 @@ pub(super) fn finer((problem, run): (&Problem, usize), (system, x0): (&System, &
     if stiff > STEP_RATE_MAX { (libm::ceil(stiff / STEP_RATE_MAX) as usize).min(FINER_MAX) } else { 1 }
 }
 
-/// The initial state, and as the encoders' least and largest readings have it: a spring may be stiffer there.
+/// The initial state, and as the encoders' least and largest readings have it: a spring may be
+/// stiffer there.
 fn visited(problem: &Problem, run: usize, system: &System, x0: &[f64]) -> Vec<Vec<f64>> {
     let mut states = vec![x0.to_vec()];
     for largest in [false, true] {

@@ -4,9 +4,11 @@ use super::Engine;
 use crate::filter::{Machine, NoiseModel, Start, gains, initial_sigmas, linearise};
 use crate::fit::FitError;
 
-/// Mean increase of `ln S` per sample that a disturbance nobody stated starts at: not seen in any recording we can hold.
+/// Mean increase of `ln S` per sample that a disturbance nobody stated starts at: not seen in any
+/// recording we can hold.
 const FLOOR_INFLATION: f64 = 1e-4;
-/// What nobody states is small beside the forces at work: prior standard deviation of its level, as a share of their rms.
+/// What nobody states is small beside the forces at work: prior standard deviation of its level, as
+/// a share of their rms.
 const DISTURBANCE_SHARE: f64 = 0.01;
 /// Largest change of a rate over an interval that a floor may make [m/s or rad/s].
 const KICK_MAX: f64 = 1e-2;
@@ -17,7 +19,8 @@ const FLOOR_EVENTS: usize = 400;
 const HALVINGS: usize = 24;
 
 impl Engine<'_> {
-    /// Gives inputs without stated noise the level that inflates the innovations by [`FLOOR_INFLATION`].
+    /// Gives inputs without stated noise the level that inflates the innovations by
+    /// [`FLOOR_INFLATION`].
     pub(super) fn set_floors(&mut self) -> Result<(), FitError> {
         let missing: Vec<usize> =
             (0..self.noise.input_sigma.len()).filter(|k| self.noise.input_sigma[*k] <= 0.0).collect();
@@ -64,7 +67,8 @@ impl Engine<'_> {
         Ok(())
     }
 
-    /// Per noise input that nobody states, a share of the force that moves what it pushes: `Δv / Γ` along the filtered trajectory.
+    /// Per noise input that nobody states, a share of the force that moves what it pushes: `Δv / Γ`
+    /// along the filtered trajectory.
     pub(super) fn set_disturbance_priors(&mut self, unstated: &[usize]) {
         for factor in [1.0, 10.0, 100.0] {
             let mut open = self.noise.clone();

@@ -1,33 +1,38 @@
 //! Initial states that a recording hardly shows.
 //!
-//! What nobody states of a start has a wide prior, and the filter finds it in the first readings. A state that these see only through a
-//! product of small motions (the rate of a hub whose accelerometers feel nothing but its centrifugal pull) leaves the linear model
-//! before it is found, and every relinearisation finds it elsewhere. Such a state is taken to start as near its value as the recorded
-//! commands alone would drive it from there.
+//! What nobody states of a start has a wide prior, and the filter finds it in the first readings. A
+//! state that these see only through a product of small motions (the rate of a hub whose
+//! accelerometers feel nothing but its centrifugal pull) leaves the linear model before it is
+//! found, and every relinearisation finds it elsewhere. Such a state is taken to start as near its
+//! value as the recorded commands alone would drive it from there.
 //!
-//! So is a mode or a tank that an effect adds: nothing is known of its start but that it is one of a structure that the commands move. A wide
-//! prior on it would cost the effect what nobody believed of it (the likelihood of a wide prior that the data narrow to nothing is low).
+//! So is a mode or a tank that an effect adds: nothing is known of its start but that it is one of
+//! a structure that the commands move. A wide prior on it would cost the effect what nobody
+//! believed of it (the likelihood of a wide prior that the data narrow to nothing is low).
 
 use super::Engine;
 use crate::filter::{Frozen, Machine, equip, initial_sigmas, tangent_names};
 use dynamics::system::System;
 
-/// A state is hardly seen where all readings together narrow its wide prior by less than this. Chosen:
-/// the wide priors are an order of magnitude too wide, and a tenth of what remains is still no sight.
+/// A state is hardly seen where all readings together narrow its wide prior by less than this.
+/// Chosen, not derived.
 const NARROWING_MIN: f64 = 30.0;
-/// What is hardly seen starts within this many times what the commands do to it, and within this share of its wide prior at least.
+/// What is hardly seen starts within this many times what the commands do to it, and within this
+/// share of its wide prior at least.
 const REACH_FACTOR: f64 = 10.0;
 const SIGMA_SHARE_MIN_UNSEEN: f64 = 1.0 / NARROWING_MIN;
 /// Share of the prior's standard deviation over which a sensitivity is taken.
 const STEP_SHARE: f64 = 1e-4;
 
-/// Names and standard deviations of states of run `run` that are hardly seen; none where the free run from the priors fails.
+/// Names and standard deviations of states of run `run` that are hardly seen; none where the free
+/// run from the priors fails.
 pub(super) fn hardly_seen(engine: &Engine<'_>, run: usize) -> Vec<(String, f64)> {
     found(engine, run).unwrap_or_default()
 }
 
-/// Of each run, names and standard deviations of the states of modes and tanks that the effects of the plant add, `system` being the whole: as for
-/// what is hardly seen, but for the least share of a width that says nothing of them. None where the commands move nothing, and of runs that begin
+/// Of each run, names and standard deviations of the states of modes and tanks that the effects of
+/// the plant add, `system` being the whole: as for what is hardly seen, but for the least share of
+/// a width that says nothing of them. None where the commands move nothing, and of runs that begin
 /// behind a gap.
 pub(super) fn added(engine: &Engine<'_>, system: &System) -> Vec<Vec<(String, f64)>> {
     let runs = engine.problem.runs.len();
@@ -59,7 +64,8 @@ fn driven(engine: &Engine<'_>, run: usize, is_added: &dyn Fn(&str) -> bool) -> O
     Some(driven.map(|((name, _), (reach, wide))| (name, (REACH_FACTOR * reach).min(wide))).collect())
 }
 
-/// The filter of run `run` at the priors with the wide standard deviations of its start; none of a run that begins behind a gap.
+/// The filter of run `run` at the priors with the wide standard deviations of its start; none of a
+/// run that begins behind a gap.
 fn begun<'e>(engine: &'e Engine<'_>, run: usize) -> Option<(Machine<'e>, Vec<f64>)> {
     if engine.problem.runs[run].is_rest {
         return None;

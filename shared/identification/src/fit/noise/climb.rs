@@ -1,31 +1,38 @@
-//! All coordinates of the noise at once along the gradient of the likelihood: quasi-Newton steps (BFGS) from expected second derivatives on.
+//! All coordinates of the noise at once along the gradient of the likelihood: quasi-Newton steps
+//! (BFGS) from expected second derivatives on.
 //!
-//! Unknowns and columns are held where they explain most, and found again at each end of the way, until that moves it no more. White noise gets a
-//! pole where the slope along it says that one is worth its price; one that is not in the end is none: it would only make the filter larger.
+//! Unknowns and columns are held where they explain most, and found again at each end of the way,
+//! until that moves it no more. White noise gets a pole where the slope along it says that one is
+//! worth its price; one that is not in the end is none: it would only make the filter larger.
 
 use super::{Coordinate, POLE_MAX, POLE_MIN, SWEPT, Search, begun, moved};
 use crate::filter::{Gradient, NoiseModel, Slope};
 use crate::fit::{Board, Engine};
 use nalgebra::{DMatrix, DVector};
 
-/// How often unknowns and columns are found again, and steps to each end for every sweep of a search.
+/// How often unknowns and columns are found again, and steps to each end for every sweep of a
+/// search.
 const HOLDS_MAX: usize = 3;
 const STEPS_PER_SWEEP: usize = 4;
 /// Largest step of a coordinate, and of the first one of a pole.
 const STRIDE: f64 = 1.0;
 const POLE_STRIDE: f64 = 0.6;
-/// How often a step is shortened, between which shares of itself, and the share of the promised gain that it must keep.
+/// How often a step is shortened, between which shares of itself, and the share of the promised
+/// gain that it must keep.
 const SHORTENINGS_MAX: usize = 6;
 const SHORTENING: [f64; 2] = [0.05, 0.5];
 const GAIN_SHARE_MIN: f64 = 1e-2;
 /// Second derivative of a prior that hardly tells anything of a size: a factor e.
 const PRIOR: f64 = 2.0;
-/// Gain in `−2 ln p` below which a pole is none: what chance gives a number that is not there (AIC).
+/// Gain in `−2 ln p` below which a pole is none: what chance gives a number that is not there
+/// (AIC).
 const POLE_PRICE: f64 = 2.0;
 
-/// Noise that minimises `−2 ln p` over noise, unknowns and `extra` columns from `start`; returns it with that minimum.
+/// Noise that minimises `−2 ln p` over noise, unknowns and `extra` columns from `start`; returns it
+/// with that minimum.
 ///
-/// Cost: normal equations for each hold; about three likelihoods of one column a step, however many coordinates there are.
+/// Cost: normal equations for each hold; about three likelihoods of one column a step, however many
+/// coordinates there are.
 pub(super) fn climbed(
     (engine, board): (&Engine<'_>, &Board),
     (theta, extra): (&[f64], &[&Vec<f64>]),
@@ -146,7 +153,8 @@ impl<'l> Climb<'l> {
         }
     }
 
-    /// What is moved: every size, jitters and poles that are there; a pole at its bound not beyond it.
+    /// What is moved: every size, jitters and poles that are there; a pole at its bound not beyond
+    /// it.
     fn moves(&self, here: &Gradient) -> Vec<Coordinate> {
         let jitters = (0..self.noise.jitter_s.len()).map(Coordinate::Jitter);
         let is_free = |coordinate: &Coordinate| match *coordinate {
@@ -161,7 +169,8 @@ impl<'l> Climb<'l> {
         self.list.iter().copied().chain(jitters).filter(is_free).collect()
     }
 
-    /// The largest share of `step` that keeps what it promises is gone, shortened along parabolas; what was gone, and the slopes there.
+    /// The largest share of `step` that keeps what it promises is gone, shortened along parabolas;
+    /// what was gone, and the slopes there.
     fn moved_by(
         &mut self,
         held: &Held<'_, '_>,
@@ -197,7 +206,8 @@ impl<'l> Climb<'l> {
         None
     }
 
-    /// Takes up poles where white noise says that they are worth it; the slopes there, if there are any.
+    /// Takes up poles where white noise says that they are worth it; the slopes there, if there are
+    /// any.
     fn take_up_poles(&mut self, held: &Held<'_, '_>, here: &Gradient) -> Option<Gradient> {
         let before = self.noise.clone();
         for coordinate in self.list {
