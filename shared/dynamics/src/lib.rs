@@ -16,10 +16,13 @@
 //!
 //! let length_m = 0.5; // a point mass on a light rod, turning about y
 //! let joint = JointKind::Revolute { axis: Vector3::y() };
-//! # let (parent, position_m, rotation, armature) = (None, Vector3::zeros(), Matrix3::identity(), 0.0);
+//! # let (parent, armature) = (None, 0.0);
+//! # let (position_m, rotation) = (Vector3::zeros(), Matrix3::identity());
 //! # let inertia_com_kg_m2 = Matrix3::zeros();
 //! let com_m = Vector3::new(0.0, 0.0, -length_m);
-//! let bob = Link { parent, joint, position_m, rotation, mass_kg: 2.0, com_m, inertia_com_kg_m2, armature };
+//! let mass_kg = 2.0;
+//! let bob =
+//!     Link { parent, joint, position_m, rotation, mass_kg, com_m, inertia_com_kg_m2, armature };
 //! let model = Model::new(&[bob], &[], Vector3::new(0.0, 0.0, -9.81)).unwrap();
 //! let (mut data, mut acceleration) = (Data::new(&model), [0.0]);
 //! forward_dynamics(&model, &mut data, &[0.1], &[0.0], &[0.0], &[], &mut acceleration);

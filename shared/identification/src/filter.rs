@@ -2,7 +2,8 @@
 //! innovations.
 //!
 //! ```text
-//! z = [δx | w | ℓ | x at the beginning of a mean | v]      state, actuator noise held between switches, lags of sensors, AR(1) noise
+//! z = [δx | w | ℓ | x at the beginning of a mean | v]
+//!     state, actuator noise held between switches, lags of sensors, AR(1) noise
 //! ν_k = y_k − h(x̂_k, u_k + ŵ_k),   z ← z ⊕ K_k ν_k,   x ← flow(x, u + ŵ)
 //! ```
 //!

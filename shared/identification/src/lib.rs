@@ -15,21 +15,23 @@
 //! use identification::fit::{Engine, fit};
 //! use identification::problem::Problem;
 //! # use identification::series::{Channel, Recording, Role};
-//! # const TEXT: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml"));
-//! # let plant = plant_file::parse("pendulum.toml", TEXT).unwrap().plant;
+//! # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml");
+//! # let text = std::fs::read_to_string(file).unwrap();
+//! # let plant = plant_file::parse(file, &text).unwrap().plant;
 //! # let channel = |c: simulation::Channel| Channel {
 //! #     name: c.name, unit: c.unit, time_s: c.time_s, value: c.value, role: Role::Unknown,
 //! # };
 //! # let record = simulation::record(&plant, 5, 5.0, &mut |_| {}).unwrap();
 //! # let channels = record.channels.into_iter().map(channel).collect();
 //! # let recording = Recording { name: "swing".into(), channels };
-//! let problem = Problem::new(&plant, &[recording], &[]).unwrap(); // a plant with priors, a recording
+//! // a plant with priors, and a recording of it
+//! let problem = Problem::new(&plant, &[recording], &[]).unwrap();
 //! let engine = Engine::new(&problem, 1).unwrap();
 //! let fitted = fit(&engine, &plant, &engine.prior(), &engine.noise, 4).unwrap();
 //! assert!(fitted.converged);
 //! assert!((fitted.chi2_per_sample - 1.0).abs() < 0.2); // the noise is all that is left
-//! for ((theta, sigma), unknown) in fitted.theta.iter().zip(&fitted.sigma).zip(&problem.unknowns) {
-//!     println!("{} = {theta} ± {sigma}", unknown.name);
+//! for (i, unknown) in problem.unknowns.iter().enumerate() {
+//!     println!("{} = {} ± {}", unknown.name, fitted.theta[i], fitted.sigma[i]);
 //! }
 //! ```
 

@@ -7,7 +7,8 @@
 //!
 //! ```text
 //! ψ̇ = v_p × J,  ψ̈ = a_p × J + v_p × ψ̇,  φ = (v_p + v_j) × J
-//! ∂f_i/∂q = I_i ψ̈ + B_i ψ̇,  ∂f_i/∂q̇ = I_i φ + B_i J,  B x = −I (v × x) + x ×* h + v ×* I x,  h = I v + D η̇
+//! ∂f_i/∂q = I_i ψ̈ + B_i ψ̇,  ∂f_i/∂q̇ = I_i φ + B_i J
+//! B x = −I (v × x) + x ×* h + v ×* I x,  h = I v + D η̇
 //! ```
 //!
 //! and outside the subtree the force itself is carried along, `J ×* F_j`. `a` includes the upward

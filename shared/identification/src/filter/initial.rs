@@ -9,7 +9,8 @@
 //! width:
 //!
 //! ```text
-//! E[x₀ − x̄₀ | Y] = P₀ Cᵀ r,   cov = P₀ − P₀ CᵀC P₀,   C = L⁻¹ ∂ν/∂x₀,  r = L⁻¹ ν   (the wide filter's)
+//! E[x₀ − x̄₀ | Y] = P₀ Cᵀ r,   cov = P₀ − P₀ CᵀC P₀
+//! C = L⁻¹ ∂ν/∂x₀,  r = L⁻¹ ν   (the wide filter's)
 //! ```
 //!
 //! The likelihood stays that of the prior: [`super::whiten`] turns innovations of any frozen filter

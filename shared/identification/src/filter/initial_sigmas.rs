@@ -31,7 +31,8 @@ const FREE_MOTION: f64 = 0.3;
 
 fn wide(plant: &Plant, name: &str, unit: &str) -> f64 {
     match (name.split(':').next().unwrap_or(""), unit) {
-        // as much kinetic as potential energy: a slow mass at the rate of a fast one would leave the linear model at once
+        // as much kinetic as potential energy: a slow mass at the rate of a fast one would leave
+        // the linear model at once
         ("tank" | "mode", _) if name.ends_with(".rate") => FREE_MOTION * natural_rate_rad_s(plant, name).unwrap_or(1.0),
         ("tank" | "mode", _) => FREE_MOTION,
         ("wheel", _) => 100.0,

@@ -4,7 +4,8 @@
 //! evaluations:
 //!
 //! ```text
-//! [Φ | Γ] = exp(h [A B; 0 0]),   A = ∂f/∂x, B = ∂f/∂w in the middle of the step        error (ω h)²/24 of what A changes by
+//! [Φ | Γ] = exp(h [A B; 0 0]),   A = ∂f/∂x, B = ∂f/∂w in the middle of the step
+//!     error (ω h)²/24 of what A changes by
 //! ```
 //!
 //! One flow of a change of everything at once, as large as the filter's standard deviations are, tells whether that is the flow's own:

@@ -58,7 +58,8 @@ impl SmoothMotion {
             if found.is_empty() {
                 break;
             }
-            // the crests of a sine gain as well, but predict no better: ln GCV ≈ ln σ² + 2 (degrees of freedom) / n
+            // the crests of a sine gain as well, but predict no better:
+            // ln GCV ≈ ln σ² + 2 (degrees of freedom) / n
             band.set_free(&found, false);
             let broken = band.best();
             let n = time_s.len() as f64;
