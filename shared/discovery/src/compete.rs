@@ -20,10 +20,10 @@ pub use times::{found_times, timed};
 pub use trials::Trials;
 
 use crate::score::{Column, Score, scores};
+use identification::dot::dot;
 use identification::filter::NoiseModel;
-use identification::fit::board::dot;
 use identification::fit::noise::{Search, maximise};
-use identification::fit::{Engine, Fit, Normal, parallel};
+use identification::fit::{EstimationSession, Fit, Normal, parallel};
 use identification::statistics::{chi_squared_quantile, chi_squared_tail};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -89,21 +89,21 @@ const CEILING_SPARE: f64 = 1.15;
 
 /// Likelihoods and refits of the most promising sets of `ranking`.
 pub fn compete(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     nominal: &Nominal<'_>,
     columns: &[Column],
     ranking: &Ranking,
     alpha: f64,
 ) -> Outcome {
-    let samples = libm::log(engine.samples.max(2) as f64);
+    let samples = libm::log(session.samples.max(2) as f64);
     let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective, samples, work_each: 0.0 };
-    outcome.enter(engine, nominal, columns, ranking, &ranking.shortlist(columns, samples, alpha));
+    outcome.enter(session, nominal, columns, ranking, &ranking.shortlist(columns, samples, alpha));
     outcome
 }
 
 /// Likelihood and refit of one set, and the least objective without it under the noise that suits it.
 fn one(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     nominal: &Nominal<'_>,
     columns: &[Column],
     subset: &Subset,
@@ -111,22 +111,22 @@ fn one(
 ) -> Option<(Contender, f64)> {
     let extra: Vec<&Vec<f64>> = subset.members.iter().flat_map(|c| &columns[*c].raw).collect();
     let search = Search { sweeps: 3, colour: true, scan: false };
-    let (board, theta) = (&nominal.fit.board, &nominal.fit.theta);
+    let (linearised, theta) = (&nominal.fit.linearised, &nominal.fit.theta);
     let starts = [&subset.noise, nominal.noise];
     let apart = if subset.noise.is_about(nominal.noise) { 1 } else { 2 };
-    let found = starts.iter().filter_map(|start| maximise(engine, board, theta, &extra, start, search));
+    let found = starts.iter().filter_map(|start| maximise(session, linearised, theta, &extra, start, search));
     let (noise, objective) = found.take(apart).min_by(|a, b| a.1.total_cmp(&b.1))?;
     // the noise found with the effects may be the better one without them, too
-    let other = (!noise.is_about(nominal.noise)).then(|| maximise(engine, board, theta, &[], &noise, search));
+    let other = (!noise.is_about(nominal.noise)).then(|| maximise(session, linearised, theta, &[], &noise, search));
     let without = other.flatten().map_or(nominal.objective, |found| found.1);
     let null = without.min(nominal.objective);
-    let normal = board.normal(engine, theta, &noise, &extra)?;
+    let normal = linearised.normal(session, theta, &noise, &extra)?;
     let (_, amplitude) = normal.minimum()?;
     let amplitudes = signed(columns, subset, &amplitude)?;
-    let says = |noise: &NoiseModel| veto(engine, nominal.fit, columns, subset, noise, p_veto);
+    let says = |noise: &NoiseModel| veto(session, nominal.fit, columns, subset, noise, p_veto);
     // under the noise that suits the plant alone, too, its numbers are driven from their priors
-    let alone = board.normal(engine, theta, nominal.noise, &extra);
-    let relief = |normal: &Normal| normal.relief(engine, theta).unwrap_or(0.0);
+    let alone = linearised.normal(session, theta, nominal.noise, &extra);
+    let relief = |normal: &Normal| normal.relief(session, theta).unwrap_or(0.0);
     let least = relief(&normal).min(alone.as_ref().map_or(0.0, relief));
     // several laws that only share a change of the plant's numbers among them are a change of those numbers
     let is_one = subset.members.len() == 1;
@@ -136,14 +136,14 @@ fn one(
         (Veto::Passed, _) | (_, Veto::Passed) => Veto::Passed,
         (Veto::Silent, Veto::Silent) => Veto::Silent,
         // noise that has swallowed the effect has no say in it
-        (Veto::Silent, _) if nominal.noise.is_louder(&noise, &engine.noise, SWALLOWED) => Veto::Silent,
+        (Veto::Silent, _) if nominal.noise.exceeds(&noise, &session.noise, SWALLOWED) => Veto::Silent,
         _ => Veto::Vetoed,
     };
     let subset = Subset { amplitudes, ..subset.clone() };
     let parts: Vec<(&Column, &[f64])> =
         subset.members.iter().zip(&subset.amplitudes).map(|(c, a)| (&columns[*c], a.as_slice())).collect();
     let ratio = null - objective;
-    let refit = (veto != Veto::Vetoed).then(|| refit_all(engine, nominal.fit, &parts, &noise, null - 0.5 * ratio));
+    let refit = (veto != Veto::Vetoed).then(|| refit_all(session, nominal.fit, &parts, &noise, null - 0.5 * ratio));
     // a refit that lost most of what the line promised has not converged
     let refit = refit.flatten().filter(|refit| null - refit.objective > 0.5 * ratio);
     let free = refit.as_ref().map_or(subset.free, |refit| refit.free);
@@ -159,12 +159,12 @@ impl Contender {
     }
 
     /// Fits its plant to the end of its valley and looks into those beside it, once.
-    pub fn settle(&mut self, engine: &Engine<'_>, columns: &[Column]) {
+    pub fn settle(&mut self, session: &EstimationSession<'_>, columns: &[Column]) {
         if !core::mem::replace(&mut self.is_settled, true)
             && let Some(refit) = self.refit.take()
         {
             let members: Vec<&Column> = self.subset.members.iter().map(|member| &columns[*member]).collect();
-            let refit = hopped(engine, timed(engine, settled(engine, refit), &members), &members);
+            let refit = hopped(session, timed(session, settled(session, refit), &members), &members);
             self.objective = refit.objective;
             self.refit = Some(refit);
         }
@@ -173,10 +173,10 @@ impl Contender {
     /// No member has all its amplitudes within two of their standard errors of nothing. A single one is asked only where it adds a mode or a
     /// tank: what gained by their free start alone is a swing that nothing drives. Whether any other is there the ratio of likelihoods has said (a
     /// lag's jump shows the lag, and not how long it is).
-    pub fn is_there(&self, engine: &Engine<'_>, columns: &[Column]) -> bool {
+    pub fn is_there(&self, session: &EstimationSession<'_>, columns: &[Column]) -> bool {
         let members = &self.subset.members;
         let vanishes = |refit: &Refit| members.iter().any(|member| refit.vanishes(&columns[*member]));
-        let is_asked = |refit: &Refit| members.len() > 1 || refit.adds_masses(&engine.problem.plant);
+        let is_asked = |refit: &Refit| members.len() > 1 || refit.adds_masses(&session.problem.plant);
         self.refit.as_ref().is_some_and(|refit| !is_asked(refit) || !vanishes(refit))
     }
 
@@ -191,27 +191,27 @@ impl Outcome {
     /// The sets of `list` meet the others, as many of them as there is room for, at first [`FEW`] in any case. Returns how many.
     pub fn enter(
         &mut self,
-        engine: &Engine<'_>,
+        session: &EstimationSession<'_>,
         nominal: &Nominal<'_>,
         columns: &[Column],
         ranking: &Ranking,
         list: &[Subset],
     ) -> usize {
         let p_veto = VETO_LEVEL / (self.contenders.len() + list.len()).max(1) as f64;
-        let single = Engine { threads: 1, ..engine.clone() };
+        let single = EstimationSession { threads: 1, ..session.clone() };
         let mut null = self.null;
         let mut rest = list;
         while !rest.is_empty() {
             let is_first = self.work_each == 0.0;
-            let many = if is_first { FEW } else { engine.work.pays_for(self.work_each, "sets that scored less") };
+            let many = if is_first { FEW } else { session.work.pays_for(self.work_each, "sets that scored less") };
             if many == 0 {
                 break;
             }
             let (own, behind) = rest.split_at(rest.len().min(many));
             rest = behind;
-            let before = engine.work.spent();
-            let found = parallel(own.len(), engine.threads, |i| one(&single, nominal, columns, &own[i], p_veto));
-            self.work_each = self.work_each.max((engine.work.spent() - before) / own.len() as f64);
+            let before = session.work.spent();
+            let found = parallel(own.len(), session.threads, |i| one(&single, nominal, columns, &own[i], p_veto));
+            self.work_each = self.work_each.max((session.work.spent() - before) / own.len() as f64);
             for (contender, without) in found.into_iter().flatten() {
                 null = null.min(without);
                 self.contenders.push(contender);
@@ -276,11 +276,20 @@ fn signed(columns: &[Column], subset: &Subset, flat: &[f64]) -> Option<Vec<Vec<f
 }
 
 /// The robust score of the set's joint direction, whitened by `noise`; it holds whatever the noise is, so any whitening may pass it.
-fn veto(engine: &Engine<'_>, fit: &Fit, columns: &[Column], subset: &Subset, noise: &NoiseModel, p: f64) -> Veto {
+fn veto(
+    session: &EstimationSession<'_>,
+    fit: &Fit,
+    columns: &[Column],
+    subset: &Subset,
+    noise: &NoiseModel,
+    p: f64,
+) -> Veto {
     let own: Vec<Column> = subset.members.iter().map(|c| columns[*c].clone()).collect();
-    let scores: Option<Vec<Score>> = scores(engine, &fit.board, &fit.theta, noise, &own).into_iter().collect();
-    let mut residual = [fit.board.nu.clone()];
-    let (Some(own), Some(_)) = (scores, fit.board.whiten(engine, noise, &mut residual)) else { return Veto::Vetoed };
+    let scores: Option<Vec<Score>> = scores(session, &fit.linearised, &fit.theta, noise, &own).into_iter().collect();
+    let mut residual = [fit.linearised.nu.clone()];
+    let (Some(own), Some(_)) = (scores, fit.linearised.whiten(session, noise, &mut residual)) else {
+        return Veto::Vetoed;
+    };
     let all: Vec<&Vec<f64>> = own.iter().flat_map(|score| &score.projected).collect();
     let k = all.len();
     // the joint direction is the best of k
@@ -291,7 +300,7 @@ fn veto(engine: &Engine<'_>, fit: &Fit, columns: &[Column], subset: &Subset, noi
     let amplitude = factor.solve(&right);
     let joint: Vec<f64> =
         (0..residual[0].len()).map(|s| all.iter().zip(amplitude.iter()).map(|(c, a)| a * c[s]).sum()).collect();
-    match crate::score::robust::robust(&joint, &residual[0], &crate::score::event_of_sample(engine)) {
+    match crate::score::robust::robust(&joint, &residual[0], &crate::score::event_of_sample(session)) {
         robust if robust.ceiling < CEILING_SPARE * level => Veto::Silent,
         robust if robust.z.abs() >= level => Veto::Passed,
         _ => Veto::Vetoed,

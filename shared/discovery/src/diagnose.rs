@@ -39,7 +39,7 @@ use dynamics::description::Plant;
 use identification::filter::NoiseModel;
 use identification::fit::bounded::bounded;
 use identification::fit::noise::{Search, maximise};
-use identification::fit::{Engine, Fit, fit, fit_from_afar};
+use identification::fit::{EstimationSession, Fit, fit, fit_by_continuation};
 use identification::held_out::{Gain, Status};
 use identification::problem::Problem;
 use identification::work::Work;
@@ -148,50 +148,50 @@ pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&
 fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Result<Diagnosis, String> {
     progress("fit the nominal plant", 0.0);
     let work = std::sync::Arc::new(Work::of(options.work_max));
-    let engine = Engine::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
-    if let Some(reason) = silent::silent(&engine) {
+    let session = EstimationSession::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
+    if let Some(reason) = silent::silent(&session) {
         return Err(reason);
     }
-    let stated = fit_from_afar(&engine, ROUNDS).map_err(|error| error.to_string())?;
+    let stated = fit_by_continuation(&session, ROUNDS).map_err(|error| error.to_string())?;
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();
-    let nominal = standing(&engine, &stated)?;
+    let nominal = standing(&session, &stated)?;
     let bare = nominal.clone();
-    let noise_p = verdict::noise_p(&engine, &stated, &nominal.fit, &nominal.noise, nominal.objective);
-    let begun = engine.work.spent();
-    let mut found = searched(&engine, (nominal, Rc::default()), options, progress)?;
-    let search = engine.work.spent() - begun;
+    let noise_p = verdict::noise_p(&session, &stated, &nominal.fit, &nominal.noise, nominal.objective);
+    let begun = session.work.spent();
+    let mut found = searched(&session, (nominal, Rc::default()), options, progress)?;
+    let search = session.work.spent() - begun;
     progress("held out", 0.85);
-    let mut judged = judged(problem, (&engine, &stated), &mut found, options, &mut notes);
+    let mut judged = judged(problem, (&session, &stated), &mut found, options, &mut notes);
     let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
-    if is_open && engine.work.allows(search, "what is only suspected") {
+    if is_open && session.work.allows(search, "what is only suspected") {
         progress("what is only suspected", 0.9);
-        let confirmed = suspicion::confirmed(problem, (&engine, &stated), (&bare, &found), options, &mut notes);
+        let confirmed = suspicion::confirmed(problem, (&session, &stated), (&bare, &found), options, &mut notes);
         if let Some(confirmed) = confirmed {
             (found, judged) = confirmed;
         }
     }
     let repeat = match &options.repeat {
         Some(again) if !found.adopted.is_empty() => {
-            repeat::ask(again, (&engine, &stated, &bare.noise), &found.best, &found.adopted)
+            repeat::ask(again, (&session, &stated, &bare.noise), &found.best, &found.adopted)
         }
         _ => None,
     };
     progress("a plain law without a name", 0.93);
-    let plainer = plainer::plainer(&engine, &bare, (&found.best, &found.adopted), &found.screening);
+    let plainer = plainer::plainer(&session, &bare, (&found.best, &found.adopted), &found.screening);
     progress("a law that is not in the catalogue", 0.95);
     // what another recording refuses was something here all the same
     let whole = judged.refused.first().map_or(&found.best, |(_, with)| with);
-    let mut map = remainder(&engine, whole)?;
+    let mut map = remainder(&session, whole)?;
     if let Some(map) = &mut map {
         map.evidence -= found.unknown_noise;
     }
-    let left = left_over(&engine, whole)?;
+    let left = left_over(&session, whole)?;
     let explained = (bare.objective - whole.objective).max(0.0);
-    notes.extend(engine.work.note());
+    notes.extend(session.work.note());
     progress("report", 1.0);
     Ok(verdict::conclude(&verdict::Findings {
-        engine: &engine,
+        session: &session,
         stated: &stated,
         best: &found.best,
         adopted: &found.adopted,
@@ -210,9 +210,9 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
 }
 
 /// The law that the standing plant still lacks.
-fn remainder(engine: &Engine<'_>, best: &Standing) -> Result<Option<UnknownLaw>, String> {
-    let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
-    Ok(unknown_law::best(&own, &best.plant, &best.fit.board, &best.fit.theta, &best.noise))
+fn remainder(session: &EstimationSession<'_>, best: &Standing) -> Result<Option<UnknownLaw>, String> {
+    let own = EstimationSession::like(session, &best.problem).map_err(|error| error.to_string())?;
+    Ok(unknown_law::best(&own, &best.plant, &best.fit.linearised, &best.fit.theta, &best.noise))
 }
 
 /// Where the innovations of a plant are least like normal white noise.
@@ -225,13 +225,13 @@ struct LeftOver {
 }
 
 /// What is left of the innovations of the standing plant.
-fn left_over(engine: &Engine<'_>, best: &Standing) -> Result<LeftOver, String> {
-    let own = Engine::like(engine, &best.problem).map_err(|error| error.to_string())?;
+fn left_over(session: &EstimationSession<'_>, best: &Standing) -> Result<LeftOver, String> {
+    let own = EstimationSession::like(session, &best.problem).map_err(|error| error.to_string())?;
     let left = || {
-        let normal = best.fit.board.normal(&own, &best.fit.theta, &best.noise, &[])?;
+        let normal = best.fit.linearised.normal(&own, &best.fit.theta, &best.noise, &[])?;
         let all: Vec<usize> = (0..normal.unknowns).collect();
         let (_, step) = bounded(&normal.matrix, &normal.right, &normal.room, &all)?;
-        let (mut r, columns) = best.fit.board.whitened(&own, &best.noise, &[])?;
+        let (mut r, columns) = best.fit.linearised.whitened(&own, &best.noise, &[])?;
         for (column, step) in columns.iter().zip(&step) {
             r.iter_mut().zip(column).for_each(|(r, c)| *r -= c * step);
         }
@@ -242,16 +242,17 @@ fn left_over(engine: &Engine<'_>, best: &Standing) -> Result<LeftOver, String> {
 }
 
 /// Noise maximised, parameters fitted under it, noise once more.
-fn standing(engine: &Engine<'_>, stated: &Fit) -> Result<Standing, String> {
+fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<Standing, String> {
     let search = Search { sweeps: 8, colour: true, scan: true };
     let failed = || "the likelihood of the noise cannot be found".to_owned();
     let plant = &stated.plant;
-    let (noise, _) = maximise(engine, &stated.board, &stated.theta, &[], &engine.noise, search).ok_or_else(failed)?;
-    let adapted = fit(engine, plant, &stated.theta, &noise, ROUNDS).map_err(|error| error.to_string())?;
+    let (noise, _) =
+        maximise(session, &stated.linearised, &stated.theta, &[], &session.noise, search).ok_or_else(failed)?;
+    let adapted = fit(session, plant, &stated.theta, &noise, ROUNDS).map_err(|error| error.to_string())?;
     let search = Search { scan: false, ..search };
     let (noise, objective) =
-        maximise(engine, &adapted.board, &adapted.theta, &[], &noise, search).ok_or_else(failed)?;
-    Ok(Standing { plant: plant.clone(), problem: engine.problem.clone(), fit: adapted, noise, objective })
+        maximise(session, &adapted.linearised, &adapted.theta, &[], &noise, search).ok_or_else(failed)?;
+    Ok(Standing { plant: plant.clone(), problem: session.problem.clone(), fit: adapted, noise, objective })
 }
 
 /// Standing of all adopted effects together.

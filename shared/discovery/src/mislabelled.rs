@@ -157,12 +157,12 @@ fn explained(asking: &Asking<'_>, recording: &Recording) -> Option<Explained> {
     }
     explained.list = nearer(asking, recording, Numbers::Fitted, ranked(asking, recording));
     if !explained.list.iter().any(|found| explained.holds(asking.plant, found)) {
-        explained.list = nearer(asking, recording, Numbers::FromAfar, explained.list);
+        explained.list = nearer(asking, recording, Numbers::ByContinuation, explained.list);
     }
     explained.keep_near(asking.plant);
     if !explained.list.is_empty() {
-        if asking.affords(recording, Numbers::FromAfar, LONGER) {
-            explained.before = asking.predicted(recording, Numbers::FromAfar);
+        if asking.affords(recording, Numbers::ByContinuation, LONGER) {
+            explained.before = asking.predicted(recording, Numbers::ByContinuation);
             explained.keep_near(asking.plant);
         }
         explained.list.retain(|(after, found)| found.is_seen(asking, recording, after));

@@ -12,7 +12,7 @@
 
 use crate::score::{Candidate, Score, columns, cosine, scores};
 use dynamics::description::{Plant, Quantity, Signal, SignalKind};
-use identification::fit::{Board, Engine};
+use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Problem;
 use identification::series::{Channel, Recording, Role};
 use simulation::record;
@@ -154,13 +154,13 @@ fn power(question: &Question<'_>, with: &Plant, duration_s: f64, threads: usize)
     plant.effects.retain(|used| used.kind != question.first.effect.kind || used.site != question.first.site);
     let plant = &plant;
     let problem = Problem::new(plant, &[recording], &[]).ok()?;
-    let engine = Engine::new(&problem, threads).ok()?;
-    let theta = engine.prior();
-    let mut board = Board::new(&engine, plant, &theta, &engine.noise).ok()?;
-    board.take_jacobian(&engine, plant, &theta);
+    let session = EstimationSession::new(&problem, threads).ok()?;
+    let theta = session.prior();
+    let mut linearised = LinearisedProblem::new(&session, plant, &theta, &session.noise).ok()?;
+    linearised.take_jacobian(&session, plant, &theta);
     let both = [question.first.clone(), question.second.clone()];
-    let pair = columns((&engine, &board), plant, &theta, &both);
-    let found = scores(&engine, &board, &theta, &engine.noise, &pair);
+    let pair = columns((&session, &linearised), plant, &theta, &both);
+    let found = scores(&session, &linearised, &theta, &session.noise, &pair);
     let own = |candidate: &Candidate| {
         found.iter().flatten().find(|score| pair[score.column].candidate.same_law(candidate)).cloned()
     };

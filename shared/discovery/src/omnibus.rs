@@ -10,7 +10,7 @@
 //!
 //! It tells that something is left and where, never what: an unknown law and unknown noise look alike here.
 
-use identification::fit::Engine;
+use identification::fit::EstimationSession;
 use identification::problem::Timeline;
 use realfft::RealFftPlanner;
 
@@ -78,10 +78,10 @@ impl Outliers {
 /// Outliers of every channel that has some, the largest first, and the loudest tile once they are drawn in: none of its like stands where they were
 /// alone.
 #[must_use]
-pub fn without_outliers(engine: &Engine<'_>, r: &[f64]) -> (Vec<Outliers>, Option<Loudest>) {
+pub fn without_outliers(session: &EstimationSession<'_>, r: &[f64]) -> (Vec<Outliers>, Option<Loudest>) {
     let drawn_in: Vec<f64> = r.iter().map(|r| r.clamp(-TAIL, TAIL)).collect();
     let of = |channel: usize| {
-        let runs = engine.timelines.iter().zip(&engine.offsets).enumerate();
+        let runs = session.timelines.iter().zip(&session.offsets).enumerate();
         let own = runs.flat_map(|(run, (timeline, offset))| {
             let samples = samples_of(timeline, channel).into_iter();
             samples.map(move |s| (r[offset + s].abs(), run, timeline.stamp_s[s]))
@@ -91,9 +91,9 @@ pub fn without_outliers(engine: &Engine<'_>, r: &[f64]) -> (Vec<Outliers>, Optio
         let count = own.iter().filter(|(size, ..)| *size > TAIL).count();
         (count > 0).then_some(Outliers { channel, count, samples: own.len(), largest, run, time_s })
     };
-    let mut list: Vec<Outliers> = (0..engine.problem.plant.sensors.len()).filter_map(of).collect();
+    let mut list: Vec<Outliers> = (0..session.problem.plant.sensors.len()).filter_map(of).collect();
     list.sort_by(|a, b| b.largest.total_cmp(&a.largest));
-    (list, loudest(engine, &drawn_in))
+    (list, loudest(session, &drawn_in))
 }
 
 /// A band of coefficients.
@@ -142,10 +142,10 @@ fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
 
 /// The loudest tile of whitened innovations `r` of all runs; none where every run is too short.
 #[must_use]
-pub fn loudest(engine: &Engine<'_>, r: &[f64]) -> Option<Loudest> {
+pub fn loudest(session: &EstimationSession<'_>, r: &[f64]) -> Option<Loudest> {
     let mut list = Vec::new();
-    for channel in 0..engine.problem.plant.sensors.len() {
-        for (run, (timeline, offset)) in engine.timelines.iter().zip(&engine.offsets).enumerate() {
+    for channel in 0..session.problem.plant.sensors.len() {
+        for (run, (timeline, offset)) in session.timelines.iter().zip(&session.offsets).enumerate() {
             let own = samples_of(timeline, channel);
             let stamp_s = own.iter().map(|s| timeline.stamp_s[*s]).collect();
             list.push(Series { channel, run, stamp_s, r: own.iter().map(|s| r[offset + s]).collect() });

@@ -29,9 +29,9 @@ pub use orders::{Orders, orders};
 pub use robust::Robust;
 
 use estimation::consistency::score_statistic;
+use identification::dot::dot;
 use identification::filter::{Gains, NoiseModel};
-use identification::fit::board::dot;
-use identification::fit::{Board, Engine};
+use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::statistics::chi_bar_squared_tail;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -62,13 +62,13 @@ pub const LIMIT_D: f64 = 6.0;
 
 /// Scores of `columns` at `theta` under `noise`; `None` for those that nothing is left of.
 pub fn scores(
-    engine: &Engine<'_>,
-    board: &Board,
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
     theta: &[f64],
     noise: &NoiseModel,
     columns: &[Column],
 ) -> Vec<Option<Score>> {
-    match Scorer::new(engine, board, theta, noise) {
+    match Scorer::new(session, linearised, theta, noise) {
         Some(scorer) => scorer.scores(columns),
         None => columns.iter().map(|_| None).collect(),
     }
@@ -76,8 +76,8 @@ pub fn scores(
 
 /// Innovations and sensitivities under one noise, for any columns.
 pub struct Scorer<'e, 'p> {
-    engine: &'e Engine<'p>,
-    board: &'e Board,
+    session: &'e EstimationSession<'p>,
+    linearised: &'e LinearisedProblem,
     gains: Vec<Gains>,
     projector: Projector,
     events: Vec<usize>,
@@ -85,17 +85,22 @@ pub struct Scorer<'e, 'p> {
 
 impl<'e, 'p> Scorer<'e, 'p> {
     /// `None`: a covariance is not positive.
-    pub fn new(engine: &'e Engine<'p>, board: &'e Board, theta: &[f64], noise: &NoiseModel) -> Option<Self> {
-        let (gains, mut all) = board.white(engine, noise)?;
+    pub fn new(
+        session: &'e EstimationSession<'p>,
+        linearised: &'e LinearisedProblem,
+        theta: &[f64],
+        noise: &NoiseModel,
+    ) -> Option<Self> {
+        let (gains, mut all) = linearised.white(session, noise)?;
         let r = all.remove(0);
-        let projector = Projector::new(engine, theta, r, all)?;
-        Some(Self { engine, board, gains, projector, events: event_of_sample(engine) })
+        let projector = Projector::new(session, theta, r, all)?;
+        Some(Self { session, linearised, gains, projector, events: event_of_sample(session) })
     }
 
     /// `None` for columns that nothing is left of.
     pub fn scores(&self, columns: &[Column]) -> Vec<Option<Score>> {
         let mut all: Vec<Vec<f64>> = columns.iter().flat_map(|column| &column.raw).cloned().collect();
-        self.board.whiten_by(self.engine, &self.gains, &mut all);
+        self.linearised.whiten_by(self.session, &self.gains, &mut all);
         let mut rest = &all[..];
         let own = |(index, column): (usize, &Column)| {
             let (raw, behind) = rest.split_at(column.raw.len());
@@ -116,7 +121,7 @@ pub struct Projector {
 
 impl Projector {
     /// Off the whitened `jacobian`, of the whitened innovations `r`.
-    pub fn new(engine: &Engine<'_>, theta: &[f64], r: Vec<f64>, jacobian: Vec<Vec<f64>>) -> Option<Self> {
+    pub fn new(session: &EstimationSession<'_>, theta: &[f64], r: Vec<f64>, jacobian: Vec<Vec<f64>>) -> Option<Self> {
         let n = jacobian.len();
         if n == 0 {
             return Some(Self { jacobian, factor: None, residual: r });
@@ -129,7 +134,7 @@ impl Projector {
                 (matrix[(i, j)], matrix[(j, i)]) = (product, product);
             }
             matrix[(i, i)] += 1.0;
-            let unknown = &engine.problem.unknowns[i];
+            let unknown = &session.problem.unknowns[i];
             right[i] = dot(&jacobian[i], &r) + (unknown.prior - theta[i]) / unknown.sigma;
         }
         let factor = Cholesky::new(matrix)?;
@@ -191,10 +196,10 @@ fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector,
 }
 
 /// Number of the event (instant) of each sample, over all runs.
-pub fn event_of_sample(engine: &Engine<'_>) -> Vec<usize> {
-    let mut list = Vec::with_capacity(engine.samples);
+pub fn event_of_sample(session: &EstimationSession<'_>) -> Vec<usize> {
+    let mut list = Vec::with_capacity(session.samples);
     let mut number = 0;
-    for timeline in engine.timelines.iter() {
+    for timeline in session.timelines.iter() {
         for event in timeline.events.iter().filter(|event| event.count > 0) {
             list.extend(core::iter::repeat_n(number, event.count));
             number += 1;

@@ -16,13 +16,13 @@ pub use places::{Acts, Coordinate, Place};
 pub use plain::{Plain, Told, plain};
 pub use ridge::Cell;
 
-use crate::compete::subsets::{Rung, ladder};
+use crate::compete::subsets::{NoiseHypothesis, noise_hypotheses};
 use crate::score::event_of_sample;
 use crate::score::forcing::{Sources, respond};
 use dynamics::description::Plant;
-use identification::filter::{Linear, Machine, NoiseModel};
-use identification::fit::board::dot;
-use identification::fit::{Board, Engine, White};
+use identification::dot::dot;
+use identification::filter::{Linear, NoiseModel, Propagator};
+use identification::fit::{EstimationSession, LinearisedProblem, White};
 use identification::held_out::{BLOCK_S, Gain, block_s, blocks};
 use nalgebra::Cholesky;
 use places::{FUNCTIONS, Span, basis, places, samples_of, visited};
@@ -38,7 +38,7 @@ pub struct UnknownLaw {
     pub place: Place,
     pub names: Vec<String>,
     pub cells: Vec<Cell>,
-    /// Twice the logarithm of the evidence above no map, noise maximised along the rungs on both sides.
+    /// Twice the logarithm of the evidence above no map, noise maximised along the hypotheses on both sides.
     pub evidence: f64,
     /// Maps that were tried.
     pub tried: usize,
@@ -58,34 +58,36 @@ struct Leader {
     span: Span,
 }
 
-/// Share of all work that every place on every rung may take; where it is not enough, so many places that lead on the first and the last rung go on.
+/// Share of all work that every place on every hypothesis may take; where it is not enough, so many places that lead on the first and the last hypothesis go on.
 const LOOK: f64 = 0.05;
 const FEW: usize = 3;
 
 /// The map of most evidence about `theta`; `None` where nothing varies.
 ///
-/// Cost: [`FUNCTIONS`] columns a place, whitened once a rung; the unknowns' once for all places.
+/// Cost: [`FUNCTIONS`] columns a place, whitened once a hypothesis; the unknowns' once for all places.
 pub fn best(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     plant: &Plant,
-    board: &Board,
+    linearised: &LinearisedProblem,
     theta: &[f64],
     adapted: &NoiseModel,
 ) -> Option<UnknownLaw> {
-    let mut places = places(plant, board.linears.first()?);
+    let mut places = places(plant, linearised.linears.first()?);
     // time is another one in every run
-    places.retain(|place| board.linears.len() == 1 || !place.is_of_time());
-    let noises = ladder(engine, adapted);
-    let machines = machines(engine, plant, theta)?;
-    let whites: Vec<White<'_>> = noises.iter().filter_map(|noise| White::new(engine, board, noise)).collect();
+    places.retain(|place| linearised.linears.len() == 1 || !place.is_of_time());
+    let noises = noise_hypotheses(session, adapted);
+    let propagators = propagators(session, plant, theta)?;
+    let whites: Vec<White<'_>> = noises.iter().filter_map(|noise| White::new(session, linearised, noise)).collect();
     let all: Vec<&White<'_>> = whites.iter().collect();
-    let on = |place: &Place, whites: &[&White<'_>]| on_rungs((engine, &machines), (board, theta), place, whites);
-    let rungs = (places.len() * all.len()) as f64;
+    let on = |place: &Place, whites: &[&White<'_>]| {
+        on_hypotheses((session, &propagators), (linearised, theta), place, whites)
+    };
+    let hypotheses = (places.len() * all.len()) as f64;
     let mut few: Vec<&Place> = places.iter().collect();
-    let each = board.normal_work(engine, FUNCTIONS) - board.normal_work(engine, 0);
+    let each = linearised.normal_work(session, FUNCTIONS) - linearised.normal_work(session, 0);
     if let [first, .., last] = all[..]
         && all.len() > 2
-        && engine.work.affords(LOOK, each) < rungs
+        && session.work.affords(LOOK, each) < hypotheses
     {
         let evidence = |place: &Place| on(place, &[first, last]).map_or(f64::NEG_INFINITY, |leader| leader.evidence);
         let mut order: Vec<(f64, &Place)> = places.iter().map(|place| (evidence(place), place)).collect();
@@ -96,28 +98,32 @@ pub fn best(
     let leader = leaders.reduce(|best, other| if other.evidence > best.evidence { other } else { best })?;
     let Leader { evidence, place, columns, ridge, noise, span } = leader;
     let weights = Weights { columns: &columns, precision: ridge.precision, is_of_time: place.is_of_time() };
-    let held_out = predicted(engine, (board, theta), &noise, &weights)?;
-    let names = place.names(&board.linears[0]);
+    let held_out = predicted(session, (linearised, theta), &noise, &weights)?;
+    let names = place.names(&linearised.linears[0]);
     Some(UnknownLaw { place, names, cells: ridge.cells(&span), evidence, tried: places.len(), held_out, plain: None })
 }
 
-/// The map of one place on the rung where it has most evidence; `None` where nothing varies.
-fn on_rungs(
-    (engine, machines): (&Engine<'_>, &[Machine<'_>]),
-    (board, theta): (&Board, &[f64]),
+/// The map of one place on the hypothesis where it has most evidence; `None` where nothing varies.
+fn on_hypotheses(
+    (session, propagators): (&EstimationSession<'_>, &[Propagator<'_>]),
+    (linearised, theta): (&LinearisedProblem, &[f64]),
     place: &Place,
     whites: &[&White<'_>],
 ) -> Option<Leader> {
-    let span = visited(board, machines, place)?;
+    let span = visited(linearised, propagators, place)?;
     let functions = Functions { count: FUNCTIONS, fill: &|at, out| basis(&span, at, out) };
-    let columns = columns((engine, machines), board, place, &functions);
+    let columns = columns((session, propagators), linearised, place, &functions);
     let extra: Vec<&Vec<f64>> = columns.iter().collect();
-    let on = |white: &&White<'_>| Rung::of(engine, theta, white.normal(engine, theta, &extra)?, &white.noise);
-    let rungs: Vec<Rung> = whites.iter().filter_map(on).collect();
-    let samples = (engine.samples + engine.problem.unknowns.len()) as f64;
-    let null = rungs.iter().map(|rung| rung.at(rung.reduced_chi2, samples)).fold(f64::INFINITY, f64::min);
-    let of = |rung: &Rung| Some((Ridge::new(rung, samples)?, rung.noise.clone()));
-    let ridges = rungs.iter().filter_map(of);
+    let on =
+        |white: &&White<'_>| NoiseHypothesis::of(session, theta, white.normal(session, theta, &extra)?, &white.noise);
+    let hypotheses: Vec<NoiseHypothesis> = whites.iter().filter_map(on).collect();
+    let samples = (session.samples + session.problem.unknowns.len()) as f64;
+    let null = hypotheses
+        .iter()
+        .map(|hypothesis| hypothesis.at(hypothesis.reduced_chi2, samples))
+        .fold(f64::INFINITY, f64::min);
+    let of = |hypothesis: &NoiseHypothesis| Some((Ridge::new(hypothesis, samples)?, hypothesis.noise.clone()));
+    let ridges = hypotheses.iter().filter_map(of);
     let (ridge, noise) =
         ridges.reduce(|best, other| if other.0.objective < best.0.objective { other } else { best })?;
     Some(Leader { evidence: null - ridge.objective, place: place.clone(), columns, ridge, noise, span })
@@ -129,30 +135,31 @@ struct Functions<'f> {
     fill: &'f dyn Fn(&[f64], &mut [f64]),
 }
 
-/// One machine a run; `None` where the plant is none.
-fn machines<'e>(engine: &'e Engine<'_>, plant: &Plant, theta: &[f64]) -> Option<Vec<Machine<'e>>> {
-    let machine = |run: usize| {
-        Machine::new(engine.problem, run, &engine.problem.instance(plant, theta, run), &engine.timelines[run]).ok()
+/// One propagator a run; `None` where the plant is none.
+fn propagators<'e>(session: &'e EstimationSession<'_>, plant: &Plant, theta: &[f64]) -> Option<Vec<Propagator<'e>>> {
+    let propagator = |run: usize| {
+        Propagator::new(session.problem, run, &session.problem.instance(plant, theta, run), &session.timelines[run])
+            .ok()
     };
-    (0..engine.timelines.len()).map(machine).collect()
+    (0..session.timelines.len()).map(propagator).collect()
 }
 
 /// `−∂ν/∂w` of every function.
 fn columns(
-    (engine, machines): (&Engine<'_>, &[Machine<'_>]),
-    board: &Board,
+    (session, propagators): (&EstimationSession<'_>, &[Propagator<'_>]),
+    linearised: &LinearisedProblem,
     place: &Place,
     functions: &Functions<'_>,
 ) -> Vec<Vec<f64>> {
-    let mut columns = vec![vec![0.0; board.nu.len()]; functions.count];
-    for (run, (linear, machine)) in board.linears.iter().zip(machines).enumerate() {
+    let mut columns = vec![vec![0.0; linearised.nu.len()]; functions.count];
+    for (run, (linear, propagator)) in linearised.linears.iter().zip(propagators).enumerate() {
         let sources: Box<dyn Fn(usize) -> Sources> = match place.acts {
-            Acts::Force(input) => Box::new(forces(linear, machine, (place, input), functions)),
-            Acts::Reading(channel) => Box::new(errors(linear, machine, (place, channel), functions)),
+            Acts::Force(input) => Box::new(forces(linear, propagator, (place, input), functions)),
+            Acts::Reading(channel) => Box::new(errors(linear, propagator, (place, channel), functions)),
         };
         for (i, column) in columns.iter_mut().enumerate() {
-            let change = respond(linear, machine.timeline, &sources(i));
-            for (c, change) in column[engine.offsets[run]..].iter_mut().zip(change) {
+            let change = respond(linear, propagator.timeline, &sources(i));
+            for (c, change) in column[session.offsets[run]..].iter_mut().zip(change) {
                 *c = -change;
             }
         }
@@ -163,12 +170,12 @@ fn columns(
 /// What each function does as a force at a noise input: mean of both ends of an interval, and what an instant reads.
 fn forces<'l>(
     linear: &'l Linear,
-    machine: &'l Machine<'_>,
+    propagator: &'l Propagator<'_>,
     (place, input): (&Place, usize),
     functions: &Functions<'_>,
 ) -> impl Fn(usize) -> Sources + use<'l> {
     let count = functions.count;
-    let timeline = machine.timeline;
+    let timeline = propagator.timeline;
     let (n, m, x) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.state_names.len());
     let events = timeline.events.len();
     let row_len = linear.row_len();
@@ -177,7 +184,7 @@ fn forces<'l>(
     for k in 0..events {
         let slot = k * count..(k + 1) * count;
         let mut fill = |states: &[f64], acts: (usize, bool), out: &mut [f64]| {
-            place.at_state(machine, acts, &states[k * x..(k + 1) * x], &mut at);
+            place.at_state(propagator, acts, &states[k * x..(k + 1) * x], &mut at);
             (functions.fill)(&at, out);
         };
         fill(&linear.updated, (k, false), &mut begins[slot.clone()]);
@@ -204,19 +211,20 @@ fn forces<'l>(
 /// What each function does as an error of a channel's readings.
 fn errors<'l>(
     linear: &'l Linear,
-    machine: &'l Machine<'_>,
+    propagator: &'l Propagator<'_>,
     (place, channel): (&Place, usize),
     functions: &Functions<'_>,
 ) -> impl Fn(usize) -> Sources + use<'l> {
     let count = functions.count;
-    let samples: Vec<usize> = samples_of(machine, channel).collect();
+    let samples: Vec<usize> = samples_of(propagator, channel).collect();
     let mut values = vec![0.0; samples.len() * count];
     let mut at = vec![0.0; place.along.len()];
     for (sample, values) in samples.iter().zip(values.chunks_exact_mut(count)) {
-        place.at_sample(linear, machine, *sample, &mut at);
+        place.at_sample(linear, propagator, *sample, &mut at);
         (functions.fill)(&at, values);
     }
-    let (states, readings) = (machine.timeline.events.len() * linear.layout.tangent, machine.timeline.value.len());
+    let (states, readings) =
+        (propagator.timeline.events.len() * linear.layout.tangent, propagator.timeline.value.len());
     move |i| {
         let mut sources = Sources { state: vec![0.0; states], reading: vec![0.0; readings] };
         samples.iter().zip(values.chunks_exact(count)).for_each(|(s, values)| sources.reading[*s] = values[i]);
@@ -233,19 +241,19 @@ struct Weights<'c> {
 
 /// Gain in log-likelihood of every fold with weights and unknowns from the others.
 fn predicted(
-    engine: &Engine<'_>,
-    (board, theta): (&Board, &[f64]),
+    session: &EstimationSession<'_>,
+    (linearised, theta): (&LinearisedProblem, &[f64]),
     noise: &NoiseModel,
     law: &Weights<'_>,
 ) -> Option<Gain> {
     let extra: Vec<&Vec<f64>> = law.columns.iter().collect();
-    let normal = board.normal(engine, theta, noise, &extra)?;
-    let (r, white) = board.whitened(engine, noise, &extra)?;
-    let events = event_of_sample(engine);
+    let normal = linearised.normal(session, theta, noise, &extra)?;
+    let (r, white) = linearised.whitened(session, noise, &extra)?;
+    let events = event_of_sample(session);
     let instants = events.last().map_or(0, |last| last + 1);
     let (u, n) = (normal.unknowns, white.len());
-    // variance that the rung's scale left open
-    let scale = normal.chi2 / engine.samples.max(1) as f64;
+    // variance that the hypothesis's scale left open
+    let scale = normal.chi2 / session.samples.max(1) as f64;
     let mut gained = vec![0.0; instants];
     let stretches = if law.is_of_time { STRETCHES } else { 1 };
     let fold_of = |sample: usize| (events[sample] * FOLDS * stretches / instants.max(1)) % FOLDS;
@@ -274,12 +282,12 @@ fn predicted(
     }
     let mut times = Vec::with_capacity(instants);
     let mut origin = 0.0;
-    for timeline in engine.timelines.iter() {
+    for timeline in session.timelines.iter() {
         let first = timeline.events.first().map_or(0.0, |event| event.t_s);
         times.extend(timeline.events.iter().filter(|event| event.count > 0).map(|event| origin + event.t_s - first));
         origin += timeline.events.last().map_or(0.0, |event| event.t_s - first) + 10.0 * BLOCK_S;
     }
-    Some(blocks(&times.into_iter().zip(gained).collect::<Vec<_>>(), block_s(engine)))
+    Some(blocks(&times.into_iter().zip(gained).collect::<Vec<_>>(), block_s(session)))
 }
 
 #[cfg(test)]
@@ -292,9 +300,9 @@ mod tests {
     fn found(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> UnknownLaw {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, values), 6, duration_s));
-        let engine = Engine::new(&problem, 1).unwrap();
-        let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
-        best(&engine, &nominal, &board, &engine.prior(), &engine.noise).unwrap()
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
+        best(&session, &nominal, &linearised, &session.prior(), &session.noise).unwrap()
     }
 
     #[test]

@@ -29,8 +29,8 @@ mod initial_sigmas;
 mod layout;
 mod linear;
 mod linearise;
-mod machine;
 mod noise_model;
+mod propagator;
 mod recursion;
 mod rows;
 mod transition;
@@ -47,9 +47,9 @@ pub use initial_sigmas::initial_sigmas;
 pub use layout::{Layout, tangent_names};
 pub use linear::Linear;
 pub use linearise::linearise;
-pub use machine::Machine;
-pub(crate) use machine::step_s;
 pub use noise_model::NoiseModel;
+pub use propagator::Propagator;
+pub(crate) use propagator::step_s;
 pub use whiten::whiten;
 
 #[cfg(test)]

@@ -5,19 +5,19 @@
 //! ([`noise`]): sizes and poles that maximise `ln p = −½ (Σ ln |S| + |r|² + |θ − θ₀|²_prior)`, the
 //! parameters being maximised along.
 
-mod afar;
-pub mod board;
 pub mod bounded;
-pub mod engine;
+mod continuation;
+pub mod estimation_session;
+pub mod linearised_problem;
 pub mod noise;
 mod normal;
 mod parallel;
 mod white;
 
-pub use afar::fit_from_afar;
-pub use board::Board;
-pub use engine::{Engine, is_mass};
-pub use normal::Normal;
+pub use continuation::fit_by_continuation;
+pub use estimation_session::{EstimationSession, is_mass};
+pub use linearised_problem::LinearisedProblem;
+pub use normal::{Normal, prior_chi2};
 pub use parallel::parallel;
 pub use white::White;
 
@@ -42,7 +42,7 @@ pub struct Fit {
     pub chi2_per_sample: f64,
     pub converged: bool,
     pub iterations: usize,
-    pub board: Board,
+    pub linearised: LinearisedProblem,
 }
 
 /// A fit that did not work out.
@@ -102,16 +102,16 @@ impl From<usize> for Rounds {
 /// # Errors
 /// The first linearisation fails; later failures end the iteration with what is there.
 pub fn fit(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
     rounds: impl Into<Rounds>,
 ) -> Result<Fit, FitError> {
     let rounds = rounds.into();
-    let unknowns = &engine.problem.unknowns;
+    let unknowns = &session.problem.unknowns;
     let mut theta = theta.to_vec();
-    let mut board = Board::new(engine, plant, &theta, noise)?;
+    let mut linearised = LinearisedProblem::new(session, plant, &theta, noise)?;
     let (mut converged, mut iterations) = (false, 0);
     let mut damping = 0.0;
     for round in 0..rounds.most + rounds.more {
@@ -120,14 +120,14 @@ pub fn fit(
         for _ in 0..INNER_STEPS {
             iterations += 1;
             if stale {
-                board.take_jacobian(engine, plant, &theta);
+                linearised.take_jacobian(session, plant, &theta);
             }
-            let normal = board.normal(engine, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
-            let Some((step, predicted)) = normal.step(engine, &theta, damping) else { break };
+            let normal = linearised.normal(session, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
+            let Some((step, predicted)) = normal.step(session, &theta, damping) else { break };
             // a plant that is far off moves for ever in units of a noise that it does not reach
-            enough = CONVERGED * (normal.chi2 / board.samples().max(1) as f64).max(1.0);
+            enough = CONVERGED * (normal.chi2 / linearised.samples().max(1) as f64).max(1.0);
             far = FAR * normal.chi2;
-            if predicted < enough && !board.has_jacobian(&theta) {
+            if predicted < enough && !linearised.has_jacobian(&theta) {
                 stale = true;
                 continue;
             }
@@ -135,8 +135,8 @@ pub fn fit(
                 converged = true;
                 break;
             }
-            let (moved, gained) = search(engine, plant, &mut board, &theta, &step, noise, normal.objective);
-            if gained <= 0.0 && !board.has_jacobian(&theta) {
+            let (moved, gained) = search(session, plant, &mut linearised, &theta, &step, noise, normal.objective);
+            if gained <= 0.0 && !linearised.has_jacobian(&theta) {
                 stale = true;
                 continue;
             }
@@ -160,9 +160,9 @@ pub fn fit(
             }
         }
         if total > if round + 1 < rounds.most { enough } else { far } {
-            match Board::new(engine, plant, &theta, noise) {
+            match LinearisedProblem::new(session, plant, &theta, noise) {
                 Ok(fresh) => {
-                    board = fresh.with_steps_of(&board);
+                    linearised = fresh.with_steps_of(&linearised);
                     converged = false;
                 }
                 Err(_) => break,
@@ -171,7 +171,7 @@ pub fn fit(
             break;
         }
     }
-    finish(engine, plant, theta, noise, board, (converged, iterations)).map(|mut fit| {
+    finish(session, plant, theta, noise, linearised, (converged, iterations)).map(|mut fit| {
         fit.theta.iter_mut().zip(unknowns).for_each(|(t, u)| *t = t.clamp(u.low, u.high));
         fit
     })
@@ -179,19 +179,21 @@ pub fn fit(
 
 /// Objective, Jacobian and posterior at `theta`, on a fresh linearisation.
 fn finish(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     plant: &Plant,
     theta: Vec<f64>,
     noise: &NoiseModel,
-    board: Board,
+    linearised: LinearisedProblem,
     (converged, iterations): (bool, usize),
 ) -> Result<Fit, FitError> {
-    let fresh = |board: &Board| Board::new(engine, plant, &theta, noise).map(|fresh| fresh.with_steps_of(board));
-    let mut board = if board.theta == theta { board } else { fresh(&board).unwrap_or(board) };
-    board.take_jacobian(engine, plant, &theta);
-    let normal = board.normal(engine, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
-    let sigma = normal.sigmas(engine);
-    let ratio = sigma.iter().zip(&engine.problem.unknowns).map(|(s, u)| s / u.sigma).collect();
+    let fresh = |linearised: &LinearisedProblem| {
+        LinearisedProblem::new(session, plant, &theta, noise).map(|fresh| fresh.with_steps_of(linearised))
+    };
+    let mut linearised = if linearised.theta == theta { linearised } else { fresh(&linearised).unwrap_or(linearised) };
+    linearised.take_jacobian(session, plant, &theta);
+    let normal = linearised.normal(session, &theta, noise, &[]).ok_or(FitError::NotPositive)?;
+    let sigma = normal.sigmas(session);
+    let ratio = sigma.iter().zip(&session.problem.unknowns).map(|(s, u)| s / u.sigma).collect();
     Ok(Fit {
         plant: plant.clone(),
         theta,
@@ -199,19 +201,19 @@ fn finish(
         ratio,
         objective: normal.objective,
         noise: noise.clone(),
-        chi2_per_sample: normal.chi2 / board.samples().max(1) as f64,
+        chi2_per_sample: normal.chi2 / linearised.samples().max(1) as f64,
         converged,
         iterations,
-        board,
+        linearised,
     })
 }
 
 /// Halves the step until the objective falls; returns where and by how much, zero where it does
 /// not.
 fn search(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     plant: &Plant,
-    board: &mut Board,
+    linearised: &mut LinearisedProblem,
     theta: &[f64],
     step: &[f64],
     noise: &NoiseModel,
@@ -219,16 +221,16 @@ fn search(
 ) -> (Vec<f64>, f64) {
     let mut share = 1.0;
     for _ in 0..4 {
-        let moved: Vec<f64> = (theta.iter().zip(step).zip(&engine.problem.unknowns))
+        let moved: Vec<f64> = (theta.iter().zip(step).zip(&session.problem.unknowns))
             .map(|((t, s), u)| (t + share * s).clamp(u.low, u.high))
             .collect();
-        let nu = engine.innovations(plant, &moved, &board.linears, &|_| true);
-        let after = nu.as_ref().and_then(|nu| board.objective(engine, nu, &moved, noise));
+        let nu = session.innovations(plant, &moved, &linearised.linears, &|_| true);
+        let after = nu.as_ref().and_then(|nu| linearised.objective(session, nu, &moved, noise));
         if let (Some(nu), Some(after)) = (nu, after)
             && after < before
         {
-            board.nu = nu;
-            board.theta.clone_from(&moved);
+            linearised.nu = nu;
+            linearised.theta.clone_from(&moved);
             return (moved, before - after);
         }
         share *= 0.4;

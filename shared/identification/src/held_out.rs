@@ -22,7 +22,7 @@
 //! `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
 
 use crate::filter::{NoiseModel, gains, whiten};
-use crate::fit::Engine;
+use crate::fit::EstimationSession;
 use dynamics::description::Plant;
 
 mod free_run;
@@ -42,13 +42,17 @@ pub struct Predictor<'a> {
     pub noise: &'a NoiseModel,
 }
 
-/// Log-likelihood of `after` above that of `before` on all runs of `engine`, in blocks.
-pub fn gain(engine: &Engine<'_>, before: Predictor<'_>, after: (&Engine<'_>, Predictor<'_>)) -> Option<Gain> {
-    let (a, white_before) = terms(engine, before)?;
+/// Log-likelihood of `after` above that of `before` on all runs of `session`, in blocks.
+pub fn gain(
+    session: &EstimationSession<'_>,
+    before: Predictor<'_>,
+    after: (&EstimationSession<'_>, Predictor<'_>),
+) -> Option<Gain> {
+    let (a, white_before) = terms(session, before)?;
     let (b, white_after) = terms(after.0, after.1)?;
     let apart = white_before.iter().zip(&white_after).map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-    let gain = blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(engine));
-    Some(Gain { foretold: 0.5 * apart, ..gain })
+    let gain = blocks(&a.iter().zip(&b).map(|((t, a), (_, b))| (*t, b - a)).collect::<Vec<_>>(), block_s(session));
+    Some(Gain { expected: 0.5 * apart, ..gain })
 }
 
 /// Standard deviation of what the augmented plant foretells, `moved` being that plant with its
@@ -56,13 +60,13 @@ pub fn gain(engine: &Engine<'_>, before: Predictor<'_>, after: (&Engine<'_>, Pre
 /// them. A recording's own numbers stay as they were fitted, so that it is rather too large.
 ///
 /// Cost: a prediction for each.
-pub fn foretold_sigma(
-    (engine, before): (&Engine<'_>, Predictor<'_>),
-    (augmented, after): (&Engine<'_>, Predictor<'_>),
+pub fn expected_gain_sigma(
+    (session, before): (&EstimationSession<'_>, Predictor<'_>),
+    (augmented, after): (&EstimationSession<'_>, Predictor<'_>),
     moved: &[Plant],
 ) -> Option<f64> {
-    let white = |engine: &Engine<'_>, predictor: Predictor<'_>| Some(terms(engine, predictor)?.1);
-    let (before, own) = (white(engine, before)?, white(augmented, after)?);
+    let white = |session: &EstimationSession<'_>, predictor: Predictor<'_>| Some(terms(session, predictor)?.1);
+    let (before, own) = (white(session, before)?, white(augmented, after)?);
     let mut variance = 0.0;
     for plant in moved {
         let off = white(augmented, Predictor { plant, ..after })?;
@@ -73,25 +77,25 @@ pub fn foretold_sigma(
 }
 
 /// Log-likelihood of all runs under the predictor's own noise.
-pub fn loglik(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<f64> {
-    Some(terms(engine, predictor)?.0.iter().map(|(_, term)| term).sum())
+pub fn loglik(session: &EstimationSession<'_>, predictor: Predictor<'_>) -> Option<f64> {
+    Some(terms(session, predictor)?.0.iter().map(|(_, term)| term).sum())
 }
 
 /// Length of a block [s]: two seconds, a few samples at least, a thirtieth of the recorded time at
 /// most.
-pub fn block_s(engine: &Engine<'_>) -> f64 {
-    BLOCK_S.max(4.0 * engine.timelines[0].period_s).min((engine.problem.duration_s() / 30.0).max(1e-9))
+pub fn block_s(session: &EstimationSession<'_>) -> f64 {
+    BLOCK_S.max(4.0 * session.timelines[0].period_s).min((session.problem.duration_s() / 30.0).max(1e-9))
 }
 
 /// Time over all runs and log-likelihood of every instant.
 type Terms = Vec<(f64, f64)>;
 
 /// Log-likelihood of every instant, and the whitened innovations.
-fn terms(engine: &Engine<'_>, predictor: Predictor<'_>) -> Option<(Terms, Vec<f64>)> {
+fn terms(session: &EstimationSession<'_>, predictor: Predictor<'_>) -> Option<(Terms, Vec<f64>)> {
     let (mut list, mut white) = (Vec::new(), Vec::new());
     let mut origin = 0.0;
-    let linears = engine.linearise(predictor.plant, predictor.theta, predictor.noise).ok()?;
-    for (linear, timeline) in linears.iter().zip(engine.timelines.iter()) {
+    let linears = session.linearise(predictor.plant, predictor.theta, predictor.noise).ok()?;
+    for (linear, timeline) in linears.iter().zip(session.timelines.iter()) {
         let found = gains(linear, timeline, predictor.noise)?;
         let mut r = linear.nu.clone();
         whiten(linear, timeline, &found, &mut [&mut r]);

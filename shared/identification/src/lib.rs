@@ -12,7 +12,7 @@
 //! Must never know: `simulation`, files, clocks, threads' order, what is decided from it.
 //!
 //! ```
-//! use identification::fit::{Engine, fit};
+//! use identification::fit::{EstimationSession, fit};
 //! use identification::problem::Problem;
 //! # use identification::series::{Channel, Recording, Role};
 //! # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml");
@@ -26,8 +26,8 @@
 //! # let recording = Recording { name: "swing".into(), channels };
 //! // a plant with priors, and a recording of it
 //! let problem = Problem::new(&plant, &[recording], &[]).unwrap();
-//! let engine = Engine::new(&problem, 1).unwrap();
-//! let fitted = fit(&engine, &plant, &engine.prior(), &engine.noise, 4).unwrap();
+//! let session = EstimationSession::new(&problem, 1).unwrap();
+//! let fitted = fit(&session, &plant, &session.prior(), &session.noise, 4).unwrap();
 //! assert!(fitted.converged);
 //! assert!((fitted.chi2_per_sample - 1.0).abs() < 0.2); // the noise is all that is left
 //! for (i, unknown) in problem.unknowns.iter().enumerate() {

@@ -87,7 +87,7 @@ fn set(diagnosis: &Diagnosis) -> String {
 
 /// What stands behind the verdict.
 fn held_up(diagnosis: &Diagnosis) -> impl Iterator<Item = &EffectReport> {
-    diagnosis.effects.iter().filter(|e| !matches!(e.status, Status::NotConverged | Status::Refused))
+    diagnosis.effects.iter().filter(|e| !matches!(e.status, Status::NotConverged | Status::Rejected))
 }
 
 fn place(diagnosis: &Diagnosis) -> Option<String> {
@@ -137,7 +137,7 @@ fn standing(diagnosis: &Diagnosis) -> Option<String> {
     let fitted: Vec<&EffectReport> = diagnosis.effects.iter().filter(|e| e.status != Status::NotConverged).collect();
     let name = |e: &EffectReport| if fitted.len() == 1 { "it".to_owned() } else { format!("{} at {}", e.kind, e.site) };
     let of = |status| fitted.iter().filter(|e| e.status == status).map(|e| name(e)).collect::<Vec<_>>();
-    let [confirmed, open, refused] = [Status::Confirmed, Status::Unconfirmed, Status::Refused].map(of);
+    let [confirmed, open, refused] = [Status::Confirmed, Status::Unconfirmed, Status::Rejected].map(of);
     let numbers = gain_words(diagnosis).map_or(String::new(), |gain| format!(" ({gain})"));
     let left_out = |kinds: &[String], does: &str, numbers: &str| {
         let is = if kinds.len() == 1 { "is" } else { "are" };

@@ -51,7 +51,7 @@ pub fn status_words(status: Status) -> &'static str {
     match status {
         Status::Confirmed => "confirmed",
         Status::Unconfirmed => "unconfirmed",
-        Status::Refused => "refused",
+        Status::Rejected => "refused",
         Status::NotConverged => "detected, model not converged",
     }
 }

@@ -12,7 +12,7 @@ use crate::score::Column;
 use crate::score::candidates::motion;
 use dynamics::description::Plant;
 use dynamics::effect::{EffectParameter, Role};
-use identification::fit::{Engine, fit};
+use identification::fit::{EstimationSession, fit};
 
 /// Gain in `−2 ln p` from which a neighbour is a better valley, and not the same one seen from its other side.
 const BETTER: f64 = 0.5;
@@ -27,7 +27,7 @@ const SHARPENED: usize = 2;
 /// `refit` of `members`, or a better valley beside it: one hop down and up from every number while there is room, at every sharpness, room or not.
 ///
 /// Cost: two fits a number of that kind; where a sign turns as many and one more for every turn that is sharper.
-pub fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
+pub fn hopped(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]) -> Refit {
     let mut best = refit;
     let mut dearest = 0.0f64;
     for column in members {
@@ -38,16 +38,16 @@ pub fn hopped(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
             plant = sharper(&own, column);
             let straight = (sharpness > 0).then_some(None);
             let hops = numbers(&best, column).into_iter().flat_map(|(place, parameter)| {
-                let moved = neighbours(engine, &best, column, (parameter, best.fit.theta[place]));
+                let moved = neighbours(session, &best, column, (parameter, best.fit.theta[place]));
                 moved.into_iter().flatten().map(move |moved| Some((place, moved)))
             });
             for moved in straight.into_iter().chain(hops).collect::<Vec<_>>() {
-                if moved.is_some() && !engine.work.allows(dearest, "other valleys of a likelihood") {
+                if moved.is_some() && !session.work.allows(dearest, "other valleys of a likelihood") {
                     continue;
                 }
-                let before = engine.work.spent();
-                let found = from(engine, &best, own.clone(), moved);
-                dearest = dearest.max(engine.work.spent() - before);
+                let before = session.work.spent();
+                let found = from(session, &best, own.clone(), moved);
+                dearest = dearest.max(session.work.spent() - before);
                 if let Some(found) = found {
                     take(&mut best, found);
                 }
@@ -100,18 +100,18 @@ fn sharper(plant: &Plant, column: &Column) -> Option<Plant> {
 
 /// Where the next valleys of a number may lie; `None` where it has one.
 fn neighbours(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     refit: &Refit,
     column: &Column,
     (parameter, value): (&EffectParameter, f64),
 ) -> Option<[f64; 2]> {
     match parameter.role {
         Role::Frequency => {
-            let longest = engine.problem.runs.iter().map(|run| run.end_s - run.begin_s).fold(0.0, f64::max);
+            let longest = session.problem.runs.iter().map(|run| run.end_s - run.begin_s).fold(0.0, f64::max);
             (longest > 0.0).then(|| [value - 1.0 / longest, value + 1.0 / longest])
         }
         Role::Order => {
-            let visited = motion(&refit.plant, &refit.fit.board.linears, &column.candidate.site)?;
+            let visited = motion(&refit.plant, &refit.fit.linearised.linears, &column.candidate.site)?;
             let lobe = core::f64::consts::TAU / (visited.high - visited.low);
             lobe.is_finite().then_some([value - lobe, value + lobe])
         }
@@ -121,7 +121,7 @@ fn neighbours(
 }
 
 /// Where a fit of `plant` from the numbers of `best`, one of them `moved` and its prior with it, ends.
-fn from(engine: &Engine<'_>, best: &Refit, mut plant: Plant, moved: Option<(usize, f64)>) -> Option<Refit> {
+fn from(session: &EstimationSession<'_>, best: &Refit, mut plant: Plant, moved: Option<(usize, f64)>) -> Option<Refit> {
     let mut theta = best.fit.theta.clone();
     if let Some((place, value)) = moved {
         let unknown = &best.problem.unknowns[place];
@@ -130,14 +130,14 @@ fn from(engine: &Engine<'_>, best: &Refit, mut plant: Plant, moved: Option<(usiz
         theta[place] = value;
         plant.set_parameter(&unknown.parameter, value).ok()?;
     }
-    let problem = engine.problem.with_plant(&plant);
-    let own = Engine::like(engine, &problem).ok()?;
-    let present = best.fit.board.normal(&own, &best.fit.theta, &best.noise, &[])?.objective;
+    let problem = session.problem.with_plant(&plant);
+    let own = EstimationSession::like(session, &problem).ok()?;
+    let present = best.fit.linearised.normal(&own, &best.fit.theta, &best.noise, &[])?.objective;
     let fitted = fit(&own, &plant, &theta, &best.noise, ROUNDS).ok()?;
     (fitted.objective < present + REMEMBERED).then_some(())?;
     drop(own);
     let start = Refit { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..best.clone() };
-    Some(settled(engine, start))
+    Some(settled(session, start))
 }
 
 #[cfg(test)]
@@ -146,7 +146,7 @@ mod tests {
     use super::*;
     use crate::score::{Candidate, columns};
     use crate::synthetic::{plant, problem, recording, with_effect};
-    use identification::fit::{Board, Fit};
+    use identification::fit::{Fit, LinearisedProblem};
     use identification::work::Work;
 
     /// The hidden law fitted from `inner` on: before its hops and after them.
@@ -154,7 +154,7 @@ mod tests {
         (name, duration_s): (&str, f64),
         (kind, site): (&str, &str),
         hidden: &[(&str, f64)],
-        inner: &dyn Fn(&Board) -> Vec<(&'static str, f64)>,
+        inner: &dyn Fn(&LinearisedProblem) -> Vec<(&'static str, f64)>,
     ) -> [Refit; 2] {
         fitted_within(Work::default(), (name, duration_s), (kind, site), hidden, inner)
     }
@@ -164,12 +164,12 @@ mod tests {
         (name, duration_s): (&str, f64),
         (kind, site): (&str, &str),
         hidden: &[(&str, f64)],
-        inner: &dyn Fn(&Board) -> Vec<(&'static str, f64)>,
+        inner: &dyn Fn(&LinearisedProblem) -> Vec<(&'static str, f64)>,
     ) -> [Refit; 2] {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, hidden), 5, duration_s));
-        let engine = Engine::counted(&problem, 1, std::sync::Arc::new(work)).unwrap();
-        let fit: Fit = fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
+        let session = EstimationSession::counted(&problem, 1, std::sync::Arc::new(work)).unwrap();
+        let fit: Fit = fit(&session, &nominal, &session.prior(), &session.noise, 6).unwrap();
         let effect = nominal.catalogue.effect(kind).unwrap();
         let along = |k: usize| (0..effect.amplitudes()).map(move |i| (effect.parameters[i].name, f64::from(i == k)));
         let directions = if effect.amplitudes() > 1 {
@@ -182,7 +182,7 @@ mod tests {
         let candidate = Candidate {
             effect,
             site: site.parse().unwrap(),
-            inner: inner(&fit.board),
+            inner: inner(&fit.linearised),
             directions,
             one_sided: effect.amplitudes() == 1,
             high: effect.parameters[0].high,
@@ -190,13 +190,13 @@ mod tests {
             felt: None,
             tries: 1,
         };
-        let list = columns((&engine, &fit.board), &nominal, &fit.theta, &[candidate]);
+        let list = columns((&session, &fit.linearised), &nominal, &fit.theta, &[candidate]);
         let extra: Vec<&Vec<f64>> = list[0].raw.iter().collect();
-        let normal = fit.board.normal(&engine, &fit.theta, &engine.noise, &extra).unwrap();
+        let normal = fit.linearised.normal(&session, &fit.theta, &session.noise, &extra).unwrap();
         let (_, amplitude) = normal.minimum().unwrap();
-        let refit = refit_all(&engine, &fit, &[(&list[0], &amplitude)], &engine.noise, f64::NEG_INFINITY).unwrap();
-        let start = settled(&engine, refit);
-        [start.clone(), hopped(&engine, start, &[&list[0]])]
+        let refit = refit_all(&session, &fit, &[(&list[0], &amplitude)], &session.noise, f64::NEG_INFINITY).unwrap();
+        let start = settled(&session, refit);
+        [start.clone(), hopped(&session, start, &[&list[0]])]
     }
 
     fn number(refit: &Refit, name: &str) -> [f64; 2] {
@@ -208,8 +208,8 @@ mod tests {
     fn a_ripple_that_was_taken_for_one_of_a_period_more_or_less_finds_its_order() {
         let hidden = [("sine", 0.03), ("order", 14.0)];
         let site = "joint:pivot".parse().unwrap();
-        let astray = |board: &Board| {
-            let visited = motion(&plant("pendulum"), &board.linears, &site).unwrap();
+        let astray = |linearised: &LinearisedProblem| {
+            let visited = motion(&plant("pendulum"), &linearised.linears, &site).unwrap();
             vec![("order", 14.0 + core::f64::consts::TAU / (visited.high - visited.low))]
         };
         let [start, end] = fitted(("pendulum", 12.0), ("joint_gear_ripple", "joint:pivot"), &hidden, &astray);
@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn friction_that_turns_sharply_is_not_blamed_on_another_rate() {
         let hidden = [("force", 0.3), ("stribeck_rate", 0.15), ("smooth_rate", 1e-3)];
-        let blunt = |_: &Board| vec![("stribeck_rate", 0.4), ("smooth_rate", 0.1)];
+        let blunt = |_: &LinearisedProblem| vec![("stribeck_rate", 0.4), ("smooth_rate", 0.1)];
         let [start, end] = fitted(("drive_rig", 4.0), ("joint_stribeck", "joint:drive"), &hidden, &blunt);
         let off = |refit: &Refit| {
             let [rate, sigma] = number(refit, ".stribeck_rate");
@@ -238,7 +238,7 @@ mod tests {
     #[test]
     fn friction_turns_as_sharply_where_there_is_no_room_for_more() {
         let hidden = [("force", 0.3), ("smooth_rate", 1e-3)];
-        let blunt = |_: &Board| vec![("smooth_rate", 0.1)];
+        let blunt = |_: &LinearisedProblem| vec![("smooth_rate", 0.1)];
         let law = ("joint_coulomb", "joint:drive");
         let [start, end] = fitted_within(Work::of(0.0), ("drive_rig", 4.0), law, &hidden, &blunt);
         let turn = |refit: &Refit| {

@@ -7,7 +7,7 @@ use dynamics::effect::{Amplitude, EffectParameter, Role};
 use dynamics::system::System;
 use identification::filter::{NoiseModel, equip};
 use identification::fit::noise::{Search, maximise};
-use identification::fit::{Engine, Fit, fit, is_mass};
+use identification::fit::{EstimationSession, Fit, fit, is_mass};
 use identification::problem::Problem;
 
 /// A fitted augmented plant.
@@ -48,17 +48,17 @@ impl Refit {
     }
 
     /// Fitted again without the effect of `column`.
-    pub fn without(&self, engine: &Engine<'_>, column: &Column) -> Option<Self> {
+    pub fn without(&self, session: &EstimationSession<'_>, column: &Column) -> Option<Self> {
         let candidate = &column.candidate;
         let mut plant = self.plant.clone();
         plant.effects.retain(|used| used.kind != candidate.effect.kind || used.site != candidate.site);
-        let problem = engine.problem.with_plant(&plant);
-        let own = Engine::like(engine, &problem).ok()?;
+        let problem = session.problem.with_plant(&plant);
+        let own = EstimationSession::like(session, &problem).ok()?;
         let theta = own.start_from(&self.problem.unknowns, &self.fit.theta);
         let fitted = fit(&own, &plant, &theta, &self.noise, ROUNDS).ok()?;
         drop(own);
         let start = Self { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..self.clone() };
-        Some(settled(engine, start))
+        Some(settled(session, start))
     }
 
     /// It has modes or tanks that `plant` lacks, which start as the recording says.
@@ -102,7 +102,7 @@ const SETTLED: f64 = 0.1;
 
 /// Fits `nominal` plus all `parts` (column, amplitudes along its directions); a start that comes below `good` ends the search.
 pub fn refit_all(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     nominal: &Fit,
     parts: &[(&Column, &[f64])],
     noise: &NoiseModel,
@@ -122,12 +122,12 @@ pub fn refit_all(
         if !possible {
             continue;
         }
-        let problem = engine.problem.with_plant(&plant);
-        let Ok(own) = Engine::like(engine, &problem) else { continue };
-        let theta = own.start_from(&engine.problem.unknowns, &nominal.theta);
+        let problem = session.problem.with_plant(&plant);
+        let Ok(own) = EstimationSession::like(session, &problem) else { continue };
+        let theta = own.start_from(&session.problem.unknowns, &nominal.theta);
         let Ok(fitted) = fit(&own, &plant, &theta, noise, ROUNDS) else { continue };
         let search = Search { sweeps: 2, colour: true, scan: false };
-        let Some((adapted, objective)) = maximise(&own, &fitted.board, &fitted.theta, &[], noise, search) else {
+        let Some((adapted, objective)) = maximise(&own, &fitted.linearised, &fitted.theta, &[], noise, search) else {
             continue;
         };
         let better = best.as_ref().is_none_or(|best| objective < best.objective);
@@ -139,12 +139,12 @@ pub fn refit_all(
             break;
         }
     }
-    let shaped = best.as_ref().and_then(|best| shaped(engine, best, parts));
+    let shaped = best.as_ref().and_then(|best| shaped(session, best, parts));
     shaped.or(best)
 }
 
 /// `refit` with the shapes of its laws free, where BIC prefers that.
-fn shaped(engine: &Engine<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Option<Refit> {
+fn shaped(session: &EstimationSession<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Option<Refit> {
     let mut plant = refit.plant.clone();
     let mut more = 0;
     for candidate in parts.iter().map(|(column, _)| &column.candidate) {
@@ -157,14 +157,14 @@ fn shaped(engine: &Engine<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Op
         }
     }
     (more > 0).then_some(())?;
-    let problem = engine.problem.with_plant(&plant);
-    let own = Engine::like(engine, &problem).ok()?;
+    let problem = session.problem.with_plant(&plant);
+    let own = EstimationSession::like(session, &problem).ok()?;
     let theta = own.start_from(&refit.problem.unknowns, &refit.fit.theta);
     let fitted = fit(&own, &plant, &theta, &refit.noise, SETTLING_ROUNDS).ok()?;
     let search = Search { sweeps: 2, colour: true, scan: false };
-    let (noise, objective) = maximise(&own, &fitted.board, &fitted.theta, &[], &refit.noise, search)?;
+    let (noise, objective) = maximise(&own, &fitted.linearised, &fitted.theta, &[], &refit.noise, search)?;
     drop(own);
-    let price = more as f64 * libm::log(engine.samples.max(2) as f64);
+    let price = more as f64 * libm::log(session.samples.max(2) as f64);
     let free = refit.free + more;
     (objective + price + PREFERRED < refit.objective).then(|| Refit {
         plant,
@@ -178,13 +178,13 @@ fn shaped(engine: &Engine<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Op
 }
 
 /// `refit` at the end of its valley: numbers and noise in turn until neither gains; as it is where it cannot be moved.
-pub fn settled(engine: &Engine<'_>, refit: Refit) -> Refit {
+pub fn settled(session: &EstimationSession<'_>, refit: Refit) -> Refit {
     let search = Search { sweeps: 3, colour: true, scan: false };
     let mut best = refit;
     for _ in 0..TURNS {
-        let Ok(own) = Engine::like(engine, &best.problem) else { break };
+        let Ok(own) = EstimationSession::like(session, &best.problem) else { break };
         let Ok(fitted) = fit(&own, &best.plant, &best.fit.theta, &best.noise, SETTLING_ROUNDS) else { break };
-        let found = maximise(&own, &fitted.board, &fitted.theta, &[], &best.noise, search);
+        let found = maximise(&own, &fitted.linearised, &fitted.theta, &[], &best.noise, search);
         let Some((noise, objective)) = found.filter(|found| found.1 < best.objective) else { break };
         let gained = best.objective - objective;
         best = Refit { fit: fitted, noise, objective, ..best };

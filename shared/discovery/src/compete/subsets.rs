@@ -1,15 +1,15 @@
-//! Every single effect, pair and promising triple at once, on a ladder of noise hypotheses.
+//! Every single effect, pair and promising triple at once, under several noise hypotheses.
 //!
 //! Which law is right depends on how much of the mismatch is called noise: large disturbances hide slow evidence, small ones overrate it.
-//! So the whitened normal equations of all columns are taken at a few rungs between the adapted noise and the least that is
-//! stated, the common scale of the noise is maximised in closed form, and a subset is judged at its best rung:
+//! So the whitened normal equations of all columns are taken at a few hypotheses between the adapted noise and the least that is
+//! stated, the common scale of the noise is maximised in closed form, and a subset is judged at its best hypothesis:
 //!
 //! ```text
-//! −2 ln p(S) = min over rungs of  n ln(χ²(S)/n) + ln|S_k|,    χ²(S) = χ² − gᵀ M⁻¹ g  (columns of S, nominal unknowns projected off)
+//! −2 ln p(S) = min over hypotheses of  n ln(χ²(S)/n) + ln|S_k|,    χ²(S) = χ² − gᵀ M⁻¹ g  (columns of S, nominal unknowns projected off)
 //! BIC(S) = −2 ln p(S) + k ln n
 //! ```
 //!
-//! Amplitudes keep their sign and nominal unknowns their range: who would leave it is held at its edge. The rungs only rank and start;
+//! Amplitudes keep their sign and nominal unknowns their range: who would leave it is held at its edge. The hypotheses only rank and start;
 //! the likelihoods that decide are maximised over continuous noise.
 
 use super::SET_MAX;
@@ -18,11 +18,11 @@ use super::trials::Trials;
 use crate::score::Column;
 use identification::filter::NoiseModel;
 use identification::fit::bounded::bounded;
-use identification::fit::{Board, Engine, Normal, parallel};
+use identification::fit::{EstimationSession, LinearisedProblem, Normal, parallel};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// One noise hypothesis with the normal equations of unknowns (in prior standard deviations) and columns.
-pub(crate) struct Rung {
+pub(crate) struct NoiseHypothesis {
     pub noise: NoiseModel,
     log_determinant: f64,
     chi2: f64,
@@ -37,16 +37,16 @@ pub(crate) struct Rung {
     pub reduced_chi2: f64,
 }
 
-/// A set of effects and what the best rung says of it.
+/// A set of effects and what the best hypothesis says of it.
 #[derive(Clone, Debug)]
 pub struct Subset {
     /// Indices of columns.
     pub members: Vec<usize>,
     /// Numbers that are free.
     pub free: usize,
-    /// Relative to no effect at its own best rung.
+    /// Relative to no effect at its own best hypothesis.
     pub bic: f64,
-    /// Noise of the rung, at its maximised scale.
+    /// Noise of the hypothesis, at its maximised scale.
     pub noise: NoiseModel,
     /// Amplitudes of each member's directions.
     pub amplitudes: Vec<Vec<f64>>,
@@ -61,11 +61,11 @@ pub struct Ranking {
 
 /// Sets of each size whose likelihood is taken.
 const SHORTLIST: [usize; SET_MAX] = [5, 4, 2];
-/// Significance, in units of the level, up to which a rung's word is followed up.
+/// Significance, in units of the level, up to which a hypothesis's word is followed up.
 const FOLLOWED: f64 = 10.0;
 
 impl Ranking {
-    /// The best sets of each size of distinct laws, as far as their rung finds them significant and no smaller set does better: first the best
+    /// The best sets of each size of distinct laws, as far as their hypothesis finds them significant and no smaller set does better: first the best
     /// of every size, then the second of every size. `samples`: logarithm of their number.
     pub fn shortlist(&self, columns: &[Column], samples: f64, alpha: f64) -> Vec<Subset> {
         let mut list: Vec<(usize, &Subset)> = Vec::new();
@@ -114,28 +114,28 @@ pub const TIE: f64 = 0.5;
 
 /// Ranks subsets of `columns` up to `size_max`.
 pub fn rank(
-    engine: &Engine<'_>,
-    board: &Board,
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
     theta: &[f64],
     columns: &[Column],
     adapted: &NoiseModel,
     size_max: usize,
 ) -> Ranking {
-    let noises = ladder(engine, adapted);
-    let chosen = choose(engine, board, theta, columns, &noises);
-    let layout = Layout::new(engine, columns, chosen);
+    let noises = noise_hypotheses(session, adapted);
+    let chosen = choose(session, linearised, theta, columns, &noises);
+    let layout = Layout::new(session, columns, chosen);
     let raw: Vec<&Vec<f64>> = layout.groups.iter().flat_map(|g| &columns[g.column].raw).collect();
-    let rungs: Vec<Rung> =
-        parallel(noises.len(), engine.threads, |i| Rung::new(engine, board, theta, &raw, &noises[i]))
+    let hypotheses: Vec<NoiseHypothesis> =
+        parallel(noises.len(), session.threads, |i| NoiseHypothesis::new(session, linearised, theta, &raw, &noises[i]))
             .into_iter()
             .flatten()
             .collect();
-    if rungs.is_empty() {
+    if hypotheses.is_empty() {
         return Ranking::default();
     }
-    let samples = (engine.samples + layout.unknowns) as f64;
-    let null = rungs.iter().map(|rung| rung.objective(0.0, samples)).fold(f64::INFINITY, f64::min);
-    let judge = Judge { engine, layout: &layout, rungs: &rungs, samples, null };
+    let samples = (session.samples + layout.unknowns) as f64;
+    let null = hypotheses.iter().map(|hypothesis| hypothesis.objective(0.0, samples)).fold(f64::INFINITY, f64::min);
+    let judge = Judge { session, layout: &layout, hypotheses: &hypotheses, samples, null };
     let mut sizes: Vec<Vec<Subset>> = Vec::new();
     let groups = layout.groups.len();
     let mut last: Vec<Vec<usize>> = (0..groups).map(|g| vec![g]).collect();
@@ -156,12 +156,12 @@ pub fn rank(
             if size == 1 { last } else { quick.into_iter().take(EXTENDED).map(|(_, set)| set).collect() };
         last = layout.extended(&seeds);
     }
-    let cosine = |a: usize, b: usize| rungs[0].cosine(layout.place(a)?, layout.place(b)?);
+    let cosine = |a: usize, b: usize| hypotheses[0].cosine(layout.place(a)?, layout.place(b)?);
     Ranking { sizes, trials: Trials::new(columns, &cosine) }
 }
 
-/// Noise from adapted to stated, geometrically; what is quieter than stated stays, and rungs are scaled as a whole.
-pub(crate) fn ladder(engine: &Engine<'_>, adapted: &NoiseModel) -> Vec<NoiseModel> {
+/// Noise from adapted to stated, geometrically; what is quieter than stated stays, and hypotheses are scaled as a whole.
+pub(crate) fn noise_hypotheses(session: &EstimationSession<'_>, adapted: &NoiseModel) -> Vec<NoiseModel> {
     let jitters = adapted.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let coloured = jitters || adapted.pole.iter().any(|pole| pole.abs() > 0.05);
     let mut noises: Vec<NoiseModel> = Vec::new();
@@ -175,8 +175,8 @@ pub(crate) fn ladder(engine: &Engine<'_>, adapted: &NoiseModel) -> Vec<NoiseMode
                 *sigma = libm::exp((1.0 - share) * libm::log(*sigma) + share * libm::log(stated.min(*sigma)));
             });
         };
-        quieter(&mut noise.input_sigma, &engine.noise.input_sigma, inputs);
-        quieter(&mut noise.sensor_sigma, &engine.noise.sensor_sigma, sizes);
+        quieter(&mut noise.input_sigma, &session.noise.input_sigma, inputs);
+        quieter(&mut noise.sensor_sigma, &session.noise.sensor_sigma, sizes);
         noise.pole.iter_mut().chain(&mut noise.jitter_s).for_each(|number| *number *= 1.0 - colour);
         if !noises.contains(&noise) {
             noises.push(noise);
@@ -203,7 +203,7 @@ struct Group {
 }
 
 impl Layout {
-    fn new(engine: &Engine<'_>, columns: &[Column], chosen: Vec<usize>) -> Self {
+    fn new(session: &EstimationSession<'_>, columns: &[Column], chosen: Vec<usize>) -> Self {
         let mut groups = Vec::with_capacity(chosen.len());
         let mut width = 0;
         for column in chosen {
@@ -215,7 +215,7 @@ impl Layout {
         }
         let law = |a: &Group, b: &Group| columns[a.column].candidate.same_law(&columns[b.column].candidate);
         let same_law = groups.iter().map(|a| groups.iter().map(|b| law(a, b)).collect()).collect();
-        Self { unknowns: engine.problem.unknowns.len(), groups, same_law }
+        Self { unknowns: session.problem.unknowns.len(), groups, same_law }
     }
 
     /// Each seed with one more group of another law, sorted, once.
@@ -243,18 +243,24 @@ impl Layout {
 }
 
 /// Columns worth a place: the best of every law, then the best of all, as many as the work allows.
-fn choose(engine: &Engine<'_>, board: &Board, theta: &[f64], columns: &[Column], noises: &[NoiseModel]) -> Vec<usize> {
-    let most = (WORK_MAX / engine.samples.max(1) as f64).sqrt().max(24.0) as usize;
+fn choose(
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
+    theta: &[f64],
+    columns: &[Column],
+    noises: &[NoiseModel],
+) -> Vec<usize> {
+    let most = (WORK_MAX / session.samples.max(1) as f64).sqrt().max(24.0) as usize;
     if columns.len() <= most {
         return (0..columns.len()).collect();
     }
-    let scores = |noise: &NoiseModel| crate::score::scores(engine, board, theta, noise, columns);
+    let scores = |noise: &NoiseModel| crate::score::scores(session, linearised, theta, noise, columns);
     let mut best = vec![f64::NEG_INFINITY; columns.len()];
     for noise in [&noises[0], &noises[noises.len() - 1]] {
         let list = scores(noise);
         let largest = list.iter().flatten().map(|s| s.statistic).fold(1e-300, f64::max);
         for (best, score) in best.iter_mut().zip(list) {
-            // shares of the best of a rung: rungs differ in scale
+            // shares of the best of a hypothesis: hypotheses differ in scale
             *best = best.max(score.map_or(f64::NEG_INFINITY, |s| s.statistic / largest));
         }
     }
@@ -275,23 +281,23 @@ fn choose(engine: &Engine<'_>, board: &Board, theta: &[f64], columns: &[Column],
     chosen
 }
 
-impl Rung {
-    /// Rung of `noise` with the raw columns `extra`; `None` where a covariance is not positive.
+impl NoiseHypothesis {
+    /// NoiseHypothesis of `noise` with the raw columns `extra`; `None` where a covariance is not positive.
     pub fn new(
-        engine: &Engine<'_>,
-        board: &Board,
+        session: &EstimationSession<'_>,
+        linearised: &LinearisedProblem,
         theta: &[f64],
         extra: &[&Vec<f64>],
         noise: &NoiseModel,
     ) -> Option<Self> {
-        Self::of(engine, theta, board.normal(engine, theta, noise, extra)?, noise)
+        Self::of(session, theta, linearised.normal(session, theta, noise, extra)?, noise)
     }
 
-    /// Rung of `noise` with the columns of its normal equations.
-    pub fn of(engine: &Engine<'_>, theta: &[f64], normal: Normal, noise: &NoiseModel) -> Option<Self> {
+    /// NoiseHypothesis of `noise` with the columns of its normal equations.
+    pub fn of(session: &EstimationSession<'_>, theta: &[f64], normal: Normal, noise: &NoiseModel) -> Option<Self> {
         let (u, width) = (normal.unknowns, normal.right.len() - normal.unknowns);
-        let chi2 = normal.chi2 + identification::fit::board::prior_chi2(engine, theta);
-        let log_determinant = normal.objective - chi2 + engine.disturbance_price(noise);
+        let chi2 = normal.chi2 + identification::fit::prior_chi2(session, theta);
+        let log_determinant = normal.objective - chi2 + session.disturbance_price(noise);
         let (matrix, right, room) = (normal.matrix, normal.right, normal.room);
         let factor = Cholesky::new(matrix.view((0, 0), (u, u)).into_owned())?;
         let across = factor.l().solve_lower_triangular(&matrix.view((0, u), (u, width)).into_owned())?;
@@ -346,9 +352,9 @@ impl Rung {
 }
 
 struct Judge<'a> {
-    engine: &'a Engine<'a>,
+    session: &'a EstimationSession<'a>,
     layout: &'a Layout,
-    rungs: &'a [Rung],
+    hypotheses: &'a [NoiseHypothesis],
     samples: f64,
     null: f64,
 }
@@ -358,12 +364,12 @@ impl Judge<'_> {
         set.iter().map(|g| self.layout.groups[*g].free).sum()
     }
 
-    /// BIC at the best rung where no amplitude has the wrong sign; unknowns free.
+    /// BIC at the best hypothesis where no amplitude has the wrong sign; unknowns free.
     fn quick(&self, set: &[usize]) -> Option<f64> {
         let places = self.layout.places(set);
-        let best = self.rungs.iter().filter_map(|rung| {
-            let (gain, amplitudes) = rung.gain(&places)?;
-            self.possible(set, &amplitudes).then(|| rung.objective(gain, self.samples))
+        let best = self.hypotheses.iter().filter_map(|hypothesis| {
+            let (gain, amplitudes) = hypothesis.gain(&places)?;
+            self.possible(set, &amplitudes).then(|| hypothesis.objective(gain, self.samples))
         });
         let best = best.fold(f64::INFINITY, f64::min);
         best.is_finite().then(|| best - self.null + self.free(set) as f64 * libm::log(self.samples))
@@ -383,20 +389,20 @@ impl Judge<'_> {
     /// The same with unknowns held in their ranges.
     fn constrained(&self, set: &[usize]) -> Option<Subset> {
         let mut best: Option<(f64, usize, f64, Vec<f64>)> = None;
-        for (i, rung) in self.rungs.iter().enumerate() {
-            let Some((chi2, amplitudes)) = self.solve(rung, set) else { continue };
-            let objective = rung.at(chi2, self.samples);
+        for (i, hypothesis) in self.hypotheses.iter().enumerate() {
+            let Some((chi2, amplitudes)) = self.solve(hypothesis, set) else { continue };
+            let objective = hypothesis.at(chi2, self.samples);
             if self.possible(set, &amplitudes) && best.as_ref().is_none_or(|best| objective < best.0) {
                 best = Some((objective, i, chi2, amplitudes));
             }
         }
-        let (objective, rung, chi2, flat) = best?;
+        let (objective, hypothesis, chi2, flat) = best?;
         let scale = (chi2 / self.samples).sqrt();
-        let mut noise = self.rungs[rung].noise.clone();
+        let mut noise = self.hypotheses[hypothesis].noise.clone();
         noise
             .input_sigma
             .iter_mut()
-            .zip(&self.engine.noise.input_sigma)
+            .zip(&self.session.noise.input_sigma)
             .for_each(|(s, floor)| *s = (*s * scale).max(*floor));
         noise.sensor_sigma.iter_mut().chain(&mut noise.jitter_s).for_each(|s| *s *= scale);
         let mut at = 0;
@@ -415,11 +421,11 @@ impl Judge<'_> {
     }
 
     /// χ² and amplitudes; an unknown that would leave its range is held at its edge.
-    fn solve(&self, rung: &Rung, set: &[usize]) -> Option<(f64, Vec<f64>)> {
+    fn solve(&self, hypothesis: &NoiseHypothesis, set: &[usize]) -> Option<(f64, Vec<f64>)> {
         let u = self.layout.unknowns;
         let places: Vec<usize> = (0..u).chain(self.layout.places(set).into_iter().map(|p| u + p)).collect();
-        let (decrease, mut x) = bounded(&rung.matrix, &rung.right, &rung.room, &places)?;
-        Some((rung.chi2 - decrease, x.split_off(u)))
+        let (decrease, mut x) = bounded(&hypothesis.matrix, &hypothesis.right, &hypothesis.room, &places)?;
+        Some((hypothesis.chi2 - decrease, x.split_off(u)))
     }
 }
 
@@ -446,28 +452,28 @@ pub(super) mod tests {
         Column { candidate, raw: Vec::new(), step: 1.0 }
     }
 
-    /// The normal equations of a rung against the orthogonal projection that scores are made with.
+    /// The normal equations of a hypothesis against the orthogonal projection that scores are made with.
     #[test]
     fn laws_are_as_alike_by_the_normal_equations_as_by_the_columns_that_the_scores_project() {
         let nominal = crate::synthetic::plant("drive_rig");
         let problem = crate::synthetic::problem(&nominal, crate::synthetic::recording(&nominal, 3, 1.0));
-        let engine = Engine::new(&problem, 1).unwrap();
-        let theta = engine.prior();
-        let board = Board::new(&engine, &nominal, &theta, &engine.noise).unwrap();
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let theta = session.prior();
+        let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
         let jumps = (&crate::score::Lines::default(), &[][..], &crate::score::Instants::default());
-        let period_s = engine.timelines[0].period_s;
-        let list = crate::score::candidates(&problem, &nominal, &board.linears, period_s, jumps, &[]);
-        let columns = crate::score::columns((&engine, &board), &nominal, &theta, &list);
-        let scores = crate::score::scores(&engine, &board, &theta, &engine.noise, &columns);
-        let layout = Layout::new(&engine, &columns, (0..columns.len()).collect());
+        let period_s = session.timelines[0].period_s;
+        let list = crate::score::candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
+        let columns = crate::score::columns((&session, &linearised), &nominal, &theta, &list);
+        let scores = crate::score::scores(&session, &linearised, &theta, &session.noise, &columns);
+        let layout = Layout::new(&session, &columns, (0..columns.len()).collect());
         let raw: Vec<&Vec<f64>> = columns.iter().flat_map(|column| &column.raw).collect();
-        let rung = Rung::new(&engine, &board, &theta, &raw, &engine.noise).unwrap();
+        let hypothesis = NoiseHypothesis::new(&session, &linearised, &theta, &raw, &session.noise).unwrap();
         let (mut compared, mut alike) = (0, 0);
         for a in 0..columns.len() {
             for b in 0..a {
                 let (Some(first), Some(second)) = (&scores[a], &scores[b]) else { continue };
                 let (Some(i), Some(j)) = (layout.place(a), layout.place(b)) else { continue };
-                let Some(found) = rung.cosine(i, j) else { continue };
+                let Some(found) = hypothesis.cosine(i, j) else { continue };
                 if first.kappa < 0.999 && second.kappa < 0.999 {
                     let sign = (first.amplitude[0] * second.amplitude[0]).signum();
                     let expected = sign * crate::score::cosine(first, second);

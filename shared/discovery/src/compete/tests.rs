@@ -6,15 +6,15 @@ use crate::synthetic::{plant, problem, recording, with_effect};
 fn is_there_at(kind: &str, site: &str, values: &[(&str, f64)], sigmas: f64) -> bool {
     let nominal = plant("hub_appendage");
     let problem = problem(&nominal, recording(&nominal, 3, 2.0));
-    let engine = Engine::new(&problem, 1).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
     let mut augmented = with_effect(&nominal, kind, site, values);
     augmented.effects[0].values[0].1.sigma = Some(values[0].1);
     let augmented = problem.with_plant(&augmented);
-    let own = Engine::like(&engine, &augmented).unwrap();
+    let own = EstimationSession::like(&session, &augmented).unwrap();
     let mut fit = identification::fit::fit(&own, &augmented.plant, &own.prior(), &own.noise, 1).unwrap();
     let at = augmented.unknowns.iter().position(|unknown| unknown.parameter.starts_with("effect.")).unwrap();
     fit.theta[at] = sigmas * fit.sigma[at];
-    let noise = engine.noise.clone();
+    let noise = session.noise.clone();
     let (plant, valleys) = (augmented.plant.clone(), Vec::new());
     drop(own);
     let refit = Refit { plant, problem: augmented, fit, noise: noise.clone(), objective: 0.0, free: 1, valleys };
@@ -22,7 +22,7 @@ fn is_there_at(kind: &str, site: &str, values: &[(&str, f64)], sigmas: f64) -> b
     let (objective, ratio, p, bic, veto, free) = (0.0, 0.0, 1.0, 0.0, Veto::Passed, 1);
     let (is_settled, is_met, refit) = (true, true, Some(refit));
     let contender = Contender { subset, objective, ratio, p, noise, veto, refit, is_settled, is_met, bic, free };
-    contender.is_there(&engine, &[column(kind, site, 1)])
+    contender.is_there(&session, &[column(kind, site, 1)])
 }
 
 /// The free start of a mode fits any tone of a reading, whatever its share.

@@ -10,7 +10,7 @@ use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant};
 use dynamics::effect::Role;
 use identification::filter::NoiseModel;
-use identification::fit::{Board, Engine, Fit};
+use identification::fit::{EstimationSession, Fit, LinearisedProblem};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Gain in `−2 ln p` from which an edge lies elsewhere.
@@ -50,12 +50,12 @@ pub struct FoundTime {
 /// `refit` with the edges in time of its `members` where the likelihood is largest.
 ///
 /// Cost: some forty passes and likelihoods an edge, and a fit where one moved.
-pub fn timed(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
+pub fn timed(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]) -> Refit {
     let mut best = refit;
     for _ in 0..TURNS {
-        let Some(plant) = moved(engine, &best, members) else { break };
-        let problem = engine.problem.with_plant(&plant);
-        let found = settled(engine, Refit { plant, problem, objective: f64::INFINITY, ..best.clone() });
+        let Some(plant) = moved(session, &best, members) else { break };
+        let problem = session.problem.with_plant(&plant);
+        let found = settled(session, Refit { plant, problem, objective: f64::INFINITY, ..best.clone() });
         if found.objective > best.objective - BETTER {
             break;
         }
@@ -65,8 +65,8 @@ pub fn timed(engine: &Engine<'_>, refit: Refit, members: &[&Column]) -> Refit {
 }
 
 /// The plant of `refit` with its edges moved; `None` where none gains.
-fn moved(engine: &Engine<'_>, refit: &Refit, members: &[&Column]) -> Option<Plant> {
-    let own = Engine::like(engine, &refit.problem).ok()?;
+fn moved(session: &EstimationSession<'_>, refit: &Refit, members: &[&Column]) -> Option<Plant> {
+    let own = EstimationSession::like(session, &refit.problem).ok()?;
     let list: Vec<Place> = members.iter().flat_map(|column| places(&own, &refit.plant, &column.candidate)).collect();
     (!list.is_empty()).then_some(())?;
     let mut follow = Follow::new(&own, &refit.fit, &refit.noise);
@@ -77,10 +77,10 @@ fn moved(engine: &Engine<'_>, refit: &Refit, members: &[&Column]) -> Option<Plan
     let mut least = present;
     let mut dearest = 0.0f64;
     for place in list {
-        if !engine.work.allows(dearest, "times of effects") {
+        if !session.work.allows(dearest, "times of effects") {
             break;
         }
-        let before = engine.work.spent();
+        let before = session.work.spent();
         let at = time(&plant, place.effect, place.edge)?;
         let mut value = |t_s: f64| {
             let inside = (begin_s..=end_s).contains(&t_s).then(|| with(&plant, place, t_s)).flatten();
@@ -90,7 +90,7 @@ fn moved(engine: &Engine<'_>, refit: &Refit, members: &[&Column]) -> Option<Plan
         if found < least {
             (plant, least) = (with(&plant, place, t_s)?, found);
         }
-        dearest = dearest.max(engine.work.spent() - before);
+        dearest = dearest.max(session.work.spent() - before);
     }
     (least < present - BETTER).then_some(plant)
 }
@@ -128,14 +128,14 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
 /// Times of the effect of `candidate` that the search has found, as `fit` of its plant knows them; none where it has none. Beside them the
 /// standard errors of all unknowns with these times free.
 pub fn found_times(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     (fit, noise): (&Fit, &NoiseModel),
     candidate: &Candidate,
 ) -> Option<(Vec<FoundTime>, Vec<f64>)> {
     let plant = &fit.plant;
-    let list = places(engine, plant, candidate);
+    let list = places(session, plant, candidate);
     (!list.is_empty()).then_some(())?;
-    let mut follow = Follow::new(engine, fit, noise);
+    let mut follow = Follow::new(session, fit, noise);
     let alone: Vec<f64> = list.iter().map(|place| follow.sigma(plant, *place)).collect::<Option<_>>()?;
     let (sigma, between) = follow.joint(plant, &list, &alone)?;
     let value = |edge: Edge| time(plant, list[0].effect, edge);
@@ -159,16 +159,16 @@ pub fn found_times(
 }
 
 /// From the first beginning of a run to the last end of one [s].
-fn span_s(engine: &Engine<'_>) -> [f64; 2] {
-    let runs = engine.problem.runs.iter();
+fn span_s(session: &EstimationSession<'_>) -> [f64; 2] {
+    let runs = session.problem.runs.iter();
     runs.fold([f64::INFINITY, f64::NEG_INFINITY], |[b, e], run| [b.min(run.begin_s), e.max(run.end_s)])
 }
 
 /// Edges of the effect of `candidate` in `plant` that the refinement of the score searches; one outside of what was recorded is none.
-fn places(engine: &Engine<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Place> {
+fn places(session: &EstimationSession<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Place> {
     let is_own = |used: &EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
     let Some(effect) = plant.effects.iter().position(is_own) else { return Vec::new() };
-    let [begin_s, end_s] = span_s(engine);
+    let [begin_s, end_s] = span_s(session);
     let is_inside = |place: &Place| time(plant, effect, place.edge).is_some_and(|t| begin_s < t && t < end_s);
     [Edge::Begin, Edge::End].map(|edge| Place { effect, edge }).into_iter().filter(is_inside).collect()
 }
@@ -209,27 +209,27 @@ fn with(plant: &Plant, place: Place, t_s: f64) -> Option<Plant> {
 
 /// Least objective of a plant beside a fit, all numbers following on the fit's linear model.
 struct Follow<'a, 'p> {
-    engine: &'a Engine<'p>,
-    board: Board,
+    session: &'a EstimationSession<'p>,
+    linearised: LinearisedProblem,
     theta: &'a [f64],
     noise: &'a NoiseModel,
 }
 
 impl<'a, 'p> Follow<'a, 'p> {
-    fn new(engine: &'a Engine<'p>, fit: &'a Fit, noise: &'a NoiseModel) -> Self {
-        Self { engine, board: fit.board.clone(), theta: &fit.theta, noise }
+    fn new(session: &'a EstimationSession<'p>, fit: &'a Fit, noise: &'a NoiseModel) -> Self {
+        Self { session, linearised: fit.linearised.clone(), theta: &fit.theta, noise }
     }
 
     fn least(&mut self, plant: &Plant) -> Option<f64> {
-        self.board.nu = self.engine.innovations(plant, self.theta, &self.board.linears, &|_| true)?;
-        self.board.normal(self.engine, self.theta, self.noise, &[])?.minimum_without()
+        self.linearised.nu = self.session.innovations(plant, self.theta, &self.linearised.linears, &|_| true)?;
+        self.linearised.normal(self.session, self.theta, self.noise, &[])?.minimum_without()
     }
 
     /// Half the width in which the objective rises by less than one, at least what integration resolves; all other edges stay.
     fn sigma(&mut self, plant: &Plant, place: Place) -> Option<f64> {
         let at = time(plant, place.effect, place.edge)?;
-        let finest = self.engine.timelines.first()?.period_s;
-        let [begin_s, end_s] = span_s(self.engine);
+        let finest = self.session.timelines.first()?.period_s;
+        let [begin_s, end_s] = span_s(self.session);
         let least = self.least(plant)?;
         let mut rises = |t_s: f64| {
             let inside = (begin_s..=end_s).contains(&t_s);
@@ -257,14 +257,14 @@ impl<'a, 'p> Follow<'a, 'p> {
             let at = time(plant, place.effect, place.edge)?;
             let nu = |t_s: f64| {
                 let moved = with(plant, *place, t_s)?;
-                self.engine.innovations(&moved, self.theta, &self.board.linears, &|_| true)
+                self.session.innovations(&moved, self.theta, &self.linearised.linears, &|_| true)
             };
             let (down, up) = (nu(at - width)?, nu(at + width)?);
             columns.push(down.iter().zip(&up).map(|(d, u)| 0.5 * (d - u) / width).collect::<Vec<f64>>());
         }
         self.least(plant)?;
         let extra: Vec<&Vec<f64>> = columns.iter().collect();
-        let mut normal = self.board.normal(self.engine, self.theta, self.noise, &extra)?;
+        let mut normal = self.linearised.normal(self.session, self.theta, self.noise, &extra)?;
         let n = normal.unknowns;
         // what a difference over a jump of the likelihood makes of an edge is a direction: alone, the edge is known to its own width
         let factor = normal.factor()?;
@@ -280,7 +280,7 @@ impl<'a, 'p> Follow<'a, 'p> {
             }
         }
         let inverse = Cholesky::new(normal.matrix)?.inverse();
-        let unknowns = &self.engine.problem.unknowns;
+        let unknowns = &self.session.problem.unknowns;
         let sigma = (0..n).map(|i| inverse[(i, i)].max(0.0).sqrt() * unknowns[i].sigma).collect();
         Some((sigma, inverse.view((n, n), (list.len(), list.len())).into_owned()))
     }

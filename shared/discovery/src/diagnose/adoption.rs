@@ -7,14 +7,14 @@ use crate::compete::{Contender, Nominal, Outcome, Ranking, Refit, SET_MAX, Subse
 use crate::score::cosine;
 use identification::filter::NoiseModel;
 use identification::fit::noise::{Search, maximise};
-use identification::fit::{Engine, Fit, fit};
+use identification::fit::{EstimationSession, Fit, fit};
 use identification::held_out::{block_s, blocks};
 use identification::problem::Problem;
 
 /// Relinearisations of the standing plant, once more from elsewhere.
 const NULL_ROUNDS: usize = 3;
 
-/// BIC on the rungs within which a rival of the best set is fitted as physics, too, and how many at most.
+/// BIC on the hypotheses within which a rival of the best set is fitted as physics, too, and how many at most.
 const NEAR: f64 = 6.0;
 const NEAR_MAX: usize = 8;
 
@@ -33,49 +33,55 @@ pub(super) struct Step {
 }
 
 /// The next set of effects, if any stands, and those that are significant but could not be fitted.
-pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room: usize, options: &Options) -> Step {
+pub(super) fn step(
+    session: &EstimationSession<'_>,
+    best: &Standing,
+    found: &Screening,
+    room: usize,
+    options: &Options,
+) -> Step {
     let alpha = NAME_SHARE * options.alpha;
-    let (board, theta) = (&best.fit.board, &best.fit.theta);
-    let ranking = rank(engine, board, theta, &found.columns, &best.noise, room.min(SET_MAX));
+    let (linearised, theta) = (&best.fit.linearised, &best.fit.theta);
+    let ranking = rank(session, linearised, theta, &found.columns, &best.noise, room.min(SET_MAX));
     let nominal = Nominal { fit: &best.fit, noise: &best.noise, objective: best.objective };
-    let mut outcome = compete(engine, &nominal, &found.columns, &ranking, alpha);
+    let mut outcome = compete(session, &nominal, &found.columns, &ranking, alpha);
     let mut asked: Vec<Subset> = Vec::new();
-    let better = |small: &Contender, large: &Contender| predicts_better(engine, small, large);
+    let better = |small: &Contender, large: &Contender| predicts_better(session, small, large);
     // work of the dearest fit to its end
     let mut settled = 0.0f64;
     while let Some(at) = outcome.best(alpha, &ranking.trials, &better) {
         if !outcome.contenders[at].is_met {
             // its fit to the end, and once more from the other side: the nominal plant with the noise and the numbers that suit the set
             let contender = &mut outcome.contenders[at];
-            let before = engine.work.spent();
-            contender.settle(engine, &found.columns);
-            settled = settled.max(engine.work.spent() - before);
+            let before = session.work.spent();
+            contender.settle(session, &found.columns);
+            settled = settled.max(session.work.spent() - before);
             contender.is_met = true;
-            let null = contender.refit.as_ref().and_then(|refit| nominal_with(engine, best, refit));
+            let null = contender.refit.as_ref().and_then(|refit| nominal_with(session, best, refit));
             outcome.settle(null.unwrap_or(outcome.null), &ranking.trials);
             continue;
         }
         let near = unmet(found, &outcome, at, &ranking, &asked);
-        let met = outcome.enter(engine, &nominal, &found.columns, &ranking, &near);
+        let met = outcome.enter(session, &nominal, &found.columns, &ranking, &near);
         if met > 0 {
             asked.extend_from_slice(&near[..met]);
             continue;
         }
         if let Some(rival) = unsettled(&outcome, at, alpha)
-            && engine.work.allows(settled, "the last steps of rivals' fits")
+            && session.work.allows(settled, "the last steps of rivals' fits")
         {
-            outcome.contenders[rival].settle(engine, &found.columns);
+            outcome.contenders[rival].settle(session, &found.columns);
             outcome.settle(outcome.null, &ranking.trials);
             continue;
         }
-        if !outcome.contenders[at].is_there(engine, &found.columns) {
+        if !outcome.contenders[at].is_there(session, &found.columns) {
             // what was gained was the noise's, or the other members'
             asked.push(outcome.contenders.remove(at).subset);
             continue;
         }
         let adopted = adopt(found, &outcome, at, &ranking);
         let smaller = smaller(found, &outcome, at, &ranking, alpha);
-        let rivals = rivals(engine, found, &outcome, at, &ranking, alpha);
+        let rivals = rivals(session, found, &outcome, at, &ranking, alpha);
         let refit = outcome.contenders[at].refit.clone();
         return Step { adopted, refit, unfitted: Vec::new(), null: outcome.null, smaller, rivals };
     }
@@ -91,7 +97,7 @@ pub(super) fn step(engine: &Engine<'_>, best: &Standing, found: &Screening, room
     Step { unfitted: unfitted.collect(), null: outcome.null, ..Step::default() }
 }
 
-/// Sets of laws that have not met the others and differ from contender `at` in one member, as near on the rungs as a rival.
+/// Sets of laws that have not met the others and differ from contender `at` in one member, as near on the hypotheses as a rival.
 fn unmet(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, asked: &[Subset]) -> Vec<Subset> {
     let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
     let alike = |a: &[usize], b: &[usize]| a.iter().filter(|m| b.iter().any(|o| law(**m, *o))).count();
@@ -144,7 +150,7 @@ fn smaller(
 
 /// The other sets of the size of contender `at` that stand within the span of rivals, best first.
 fn rivals(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     found: &Screening,
     outcome: &Outcome,
     at: usize,
@@ -152,7 +158,7 @@ fn rivals(
     alpha: f64,
 ) -> Vec<(Vec<Adopted>, Refit, f64)> {
     let winner = &outcome.contenders[at];
-    let stands = |c: &Contender| is_rival(c, winner, alpha) && c.is_there(engine, &found.columns);
+    let stands = |c: &Contender| is_rival(c, winner, alpha) && c.is_there(session, &found.columns);
     let others = (0..outcome.contenders.len()).filter(|i| *i != at && stands(&outcome.contenders[*i]));
     let told = |i: usize| {
         let rival = &outcome.contenders[i];
@@ -163,16 +169,16 @@ fn rivals(
 
 /// Parts of the recording are predicted from the others better by `large` than by `small`, by more than the standard error of blocks:
 /// the rule of one standard error.
-fn predicts_better(engine: &Engine<'_>, small: &Contender, large: &Contender) -> bool {
+fn predicts_better(session: &EstimationSession<'_>, small: &Contender, large: &Contender) -> bool {
     let (Some(without), Some(with)) = (&small.refit, &large.refit) else { return false };
     let terms = |problem: &Problem, fit: &Fit| {
-        let own = Engine::like(engine, problem).ok()?;
-        block_terms(&own, &fit.board, &fit.theta, &with.noise)
+        let own = EstimationSession::like(session, problem).ok()?;
+        block_terms(&own, &fit.linearised, &fit.theta, &with.noise)
     };
     let before = terms(&without.problem, &without.fit);
     let (Some(before), Some(after)) = (before, terms(&with.problem, &with.fit)) else { return false };
     let differences: Vec<(f64, f64)> = before.0.iter().zip(&after.0).map(|((t, a), (_, b))| (*t, b - a)).collect();
-    let gain = blocks(&differences, block_s(engine));
+    let gain = blocks(&differences, block_s(session));
     gain.loglik_gain > gain.gain_se
 }
 
@@ -181,15 +187,15 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
     let winner = &outcome.contenders[at];
     let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
     let members = &winner.subset.members;
-    let on_rung = ranking.sizes[members.len() - 1]
+    let on_hypothesis = ranking.sizes[members.len() - 1]
         .iter()
         .filter(|s| s.members.iter().zip(members).all(|(a, b)| law(*a, *b)))
         .map(|s| s.bic)
         .fold(f64::INFINITY, f64::min);
-    let on_rung = if on_rung.is_finite() { on_rung } else { winner.bic };
-    // likelihoods where they were taken, else the rung's word, relative to the winner's own at the same depth
+    let on_hypothesis = if on_hypothesis.is_finite() { on_hypothesis } else { winner.bic };
+    // likelihoods where they were taken, else the hypothesis's word, relative to the winner's own at the same depth
     let deep = outcome.contenders.iter().map(|c| (&c.subset.members, c.bic - winner.bic));
-    let shallow = ranking.sizes[members.len() - 1].iter().map(|s| (&s.members, s.bic - on_rung));
+    let shallow = ranking.sizes[members.len() - 1].iter().map(|s| (&s.members, s.bic - on_hypothesis));
     let all: Vec<(&Vec<usize>, f64)> = deep.chain(shallow).filter(|(set, _)| set.len() == members.len()).collect();
     let mut list = Vec::with_capacity(members.len());
     for own in members {
@@ -250,25 +256,25 @@ impl From<Standing> for Refit {
 }
 
 /// Least objective of the standing plant under the noise of `refit`: its own numbers and those of `refit`, fitted again, then the noise.
-fn nominal_with(engine: &Engine<'_>, best: &Standing, refit: &Refit) -> Option<f64> {
+fn nominal_with(session: &EstimationSession<'_>, best: &Standing, refit: &Refit) -> Option<f64> {
     let search = Search { sweeps: 4, colour: true, scan: false };
-    let own = maximise(engine, &best.fit.board, &best.fit.theta, &[], &refit.noise, search)?;
-    let theirs = engine.start_from(&refit.problem.unknowns, &refit.fit.theta);
+    let own = maximise(session, &best.fit.linearised, &best.fit.theta, &[], &refit.noise, search)?;
+    let theirs = session.start_from(&refit.problem.unknowns, &refit.fit.theta);
     let from = |(theta, noise): (&Vec<f64>, &NoiseModel)| {
-        let again = fit(engine, &best.plant, theta, noise, NULL_ROUNDS).ok()?;
-        let (noise, _) = maximise(engine, &again.board, &again.theta, &[], noise, search)?;
-        let again = fit(engine, &best.plant, &again.theta, &noise, 1).ok()?;
-        Some(maximise(engine, &again.board, &again.theta, &[], &noise, search)?.1)
+        let again = fit(session, &best.plant, theta, noise, NULL_ROUNDS).ok()?;
+        let (noise, _) = maximise(session, &again.linearised, &again.theta, &[], noise, search)?;
+        let again = fit(session, &best.plant, &again.theta, &noise, 1).ok()?;
+        Some(maximise(session, &again.linearised, &again.theta, &[], &noise, search)?.1)
     };
     let again = (!refit.noise.is_about(&best.noise)).then_some((&best.fit.theta, &own.0));
     let (mut least, mut cost) = (own.1, 0.0);
     for start in again.into_iter().chain([(&theirs, &refit.noise)]) {
-        if cost > 0.0 && !engine.work.allows(cost, "the plant without an effect from another start") {
+        if cost > 0.0 && !session.work.allows(cost, "the plant without an effect from another start") {
             break;
         }
-        let before = engine.work.spent();
+        let before = session.work.spent();
         least = from(start).map_or(least, |found| found.min(least));
-        cost = engine.work.spent() - before;
+        cost = session.work.spent() - before;
     }
     Some(least)
 }

@@ -5,21 +5,21 @@ use super::report::Where;
 use crate::score::{Column, Score};
 use estimation::consistency::ljung_box;
 use identification::filter::NoiseModel;
-use identification::fit::{Engine, Fit};
+use identification::fit::{EstimationSession, Fit};
 use identification::statistics::chi_squared_tail;
 
 const LAGS: usize = 20;
 
 /// Least p over channels of Ljung and Box's statistic over twenty lags, times the number of channels.
-pub fn whiteness_p(engine: &Engine<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
-    let mut r = [fit.board.nu.clone()];
-    fit.board.whiten(engine, noise, &mut r)?;
-    let channels = engine.problem.plant.sensors.len();
+pub fn whiteness_p(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
+    let mut r = [fit.linearised.nu.clone()];
+    fit.linearised.whiten(session, noise, &mut r)?;
+    let channels = session.problem.plant.sensors.len();
     let mut least = 1.0f64;
     for channel in 0..channels {
         let mut series = Vec::new();
-        for (run, offset) in engine.offsets.iter().enumerate() {
-            let timeline = &engine.timelines[run];
+        for (run, offset) in session.offsets.iter().enumerate() {
+            let timeline = &session.timelines[run];
             let own = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel);
             // the first samples pay for the initial state
             series.extend(own.map(|s| r[0][offset + s]).skip(5));
@@ -31,15 +31,21 @@ pub fn whiteness_p(engine: &Engine<'_>, fit: &Fit, noise: &NoiseModel) -> Option
 }
 
 /// Channel, time and site of an effect's evidence: the channel with most of `Σ c' r'`, the time of its middle eight tenths.
-pub(super) fn locate(engine: &Engine<'_>, before: &Standing, column: &Column, score: &Score, p: f64) -> Option<Where> {
-    let mut r = [before.fit.board.nu.clone()];
-    before.fit.board.whiten(engine, &before.noise, &mut r)?;
+pub(super) fn locate(
+    session: &EstimationSession<'_>,
+    before: &Standing,
+    column: &Column,
+    score: &Score,
+    p: f64,
+) -> Option<Where> {
+    let mut r = [before.fit.linearised.nu.clone()];
+    before.fit.linearised.whiten(session, &before.noise, &mut r)?;
     let n = r[0].len();
     let effect = |s: usize| -> f64 { score.projected.iter().zip(&score.amplitude).map(|(c, a)| a * c[s]).sum() };
-    let mut by_channel = vec![0.0; engine.problem.plant.sensors.len()];
+    let mut by_channel = vec![0.0; session.problem.plant.sensors.len()];
     let mut energy = Vec::with_capacity(n);
-    for (run, offset) in engine.offsets.iter().enumerate() {
-        let timeline = &engine.timelines[run];
+    for (run, offset) in session.offsets.iter().enumerate() {
+        let timeline = &session.timelines[run];
         for event in &timeline.events {
             for sample in event.first..event.first + event.count {
                 let c = effect(offset + sample);
@@ -62,10 +68,10 @@ pub(super) fn locate(engine: &Engine<'_>, before: &Standing, column: &Column, sc
             .map_or(0.0, |e| e.0)
     };
     Some(Where {
-        channel: engine.problem.plant.sensors[channel].name.clone(),
+        channel: session.problem.plant.sensors[channel].name.clone(),
         site: column.candidate.site.to_string(),
         time: [time_at(0.1), time_at(0.9)],
-        band_hz: [0.0, 0.5 / engine.timelines[0].period_s],
+        band_hz: [0.0, 0.5 / session.timelines[0].period_s],
         states: Vec::new(),
         p,
     })

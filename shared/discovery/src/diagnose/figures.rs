@@ -6,7 +6,7 @@ use crate::score::cosine;
 use crate::unknown_law::{Acts, Cell, Coordinate, UnknownLaw};
 use core::f64::consts::TAU;
 use identification::filter::NoiseModel;
-use identification::fit::{Board, Engine};
+use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::held_out::{Predictor, free_residual};
 
 /// Windows of a recording, and points of a curve.
@@ -16,37 +16,37 @@ const POINTS: usize = 1500;
 const ANGLES: usize = 8;
 
 pub(super) fn figures(
-    engine: &Engine<'_>,
-    before: (&Board, &NoiseModel),
+    session: &EstimationSession<'_>,
+    before: (&LinearisedProblem, &NoiseModel),
     best: &Standing,
     adopted: &[Adopted],
     screening: &Screening,
     map: Option<&UnknownLaw>,
 ) -> Figures {
-    let whitened = |(board, noise): (&Board, &NoiseModel)| {
-        let mut r = [board.nu.clone()];
-        board.whiten(engine, noise, &mut r).map(|_| core::mem::take(&mut r[0]))
+    let whitened = |(linearised, noise): (&LinearisedProblem, &NoiseModel)| {
+        let mut r = [linearised.nu.clone()];
+        linearised.whiten(session, noise, &mut r).map(|_| core::mem::take(&mut r[0]))
     };
-    let (Some(b), Some(a)) = (whitened(before), whitened((&best.fit.board, &best.noise))) else {
+    let (Some(b), Some(a)) = (whitened(before), whitened((&best.fit.linearised, &best.noise))) else {
         return Figures::default();
     };
     // evidence under one noise: louder noise is none
     let fair = whitened((before.0, &best.noise)).unwrap_or_else(|| b.clone());
     Figures {
-        tiles: tiles(engine, &b, &a),
-        evidence: evidence(engine, &fair, &a, adopted),
-        law_maps: map.map(|map| state_map(engine, map)).into_iter().collect(),
+        tiles: tiles(session, &b, &a),
+        evidence: evidence(session, &fair, &a, adopted),
+        law_maps: map.map(|map| state_map(session, map)).into_iter().collect(),
         angles: angles(screening),
         overlays: Vec::new(),
     }
 }
 
 /// Power of windows and octaves of every channel's innovations, in standard errors from one.
-fn tiles(engine: &Engine<'_>, before: &[f64], after: &[f64]) -> Vec<Tile> {
+fn tiles(session: &EstimationSession<'_>, before: &[f64], after: &[f64]) -> Vec<Tile> {
     let mut list = Vec::new();
-    for (channel, sensor) in engine.problem.plant.sensors.iter().enumerate() {
-        for (run, offset) in engine.offsets.iter().enumerate() {
-            let timeline = &engine.timelines[run];
+    for (channel, sensor) in session.problem.plant.sensors.iter().enumerate() {
+        for (run, offset) in session.offsets.iter().enumerate() {
+            let timeline = &session.timelines[run];
             let own: Vec<usize> = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect();
             let length = own.len() / WINDOWS;
             if length < 16 {
@@ -94,7 +94,7 @@ fn octaves(x: &[f64]) -> Vec<f64> {
 }
 
 /// Gain in log-likelihood up to each instant, all adopted effects together.
-fn evidence(engine: &Engine<'_>, before: &[f64], after: &[f64], adopted: &[Adopted]) -> Vec<EvidenceCurve> {
+fn evidence(session: &EstimationSession<'_>, before: &[f64], after: &[f64], adopted: &[Adopted]) -> Vec<EvidenceCurve> {
     if adopted.is_empty() {
         return Vec::new();
     }
@@ -105,10 +105,10 @@ fn evidence(engine: &Engine<'_>, before: &[f64], after: &[f64], adopted: &[Adopt
         time_s: Vec::new(),
         gain: Vec::new(),
     };
-    let every = (engine.samples / POINTS).max(1);
+    let every = (session.samples / POINTS).max(1);
     let (mut sum, mut count, mut origin) = (0.0, 0, 0.0);
-    for (run, offset) in engine.offsets.iter().enumerate() {
-        let timeline = &engine.timelines[run];
+    for (run, offset) in session.offsets.iter().enumerate() {
+        let timeline = &session.timelines[run];
         let first = timeline.events.first().map_or(0.0, |event| event.t_s);
         let mut last = first;
         for event in timeline.events.iter().filter(|event| event.count > 0) {
@@ -127,8 +127,8 @@ fn evidence(engine: &Engine<'_>, before: &[f64], after: &[f64], adopted: &[Adopt
     vec![curve]
 }
 
-fn state_map(engine: &Engine<'_>, map: &UnknownLaw) -> LawMap {
-    let plant = &engine.problem.plant;
+fn state_map(session: &EstimationSession<'_>, map: &UnknownLaw) -> LawMap {
+    let plant = &session.problem.plant;
     let site = &map.place.site;
     let of_joint = |name: &str| -> String {
         let joint = name.trim_start_matches("joint:").trim_end_matches(".rate");
@@ -176,7 +176,10 @@ fn angles(screening: &Screening) -> Angles {
 }
 
 /// Free runs of both plants over the first run of held-out data.
-pub(super) fn overlays(before: (&Engine<'_>, Predictor<'_>), after: (&Engine<'_>, Predictor<'_>)) -> Vec<Overlay> {
+pub(super) fn overlays(
+    before: (&EstimationSession<'_>, Predictor<'_>),
+    after: (&EstimationSession<'_>, Predictor<'_>),
+) -> Vec<Overlay> {
     let (Some((b, first)), Some((a, _))) = (free_residual(before.0, before.1, 0), free_residual(after.0, after.1, 0))
     else {
         return Vec::new();

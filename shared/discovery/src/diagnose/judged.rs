@@ -9,7 +9,7 @@ use super::{Adopted, Options, RIVAL_SPAN, Standing, status};
 use crate::compete::{Refit, hopped, timed};
 use crate::score::Column;
 use core::cmp::Ordering;
-use identification::fit::{Engine, Fit};
+use identification::fit::{EstimationSession, Fit};
 use identification::held_out::{Gain, Status};
 use identification::problem::Problem;
 
@@ -39,7 +39,7 @@ struct Part {
 /// A recording, the nominal plant and how to ask.
 struct Asking<'a> {
     problem: &'a Problem,
-    engine: &'a Engine<'a>,
+    session: &'a EstimationSession<'a>,
     stated: &'a Fit,
     options: &'a Options,
 }
@@ -47,12 +47,12 @@ struct Asking<'a> {
 /// Held-out data on what was found, which is left with what they do not refuse.
 pub(super) fn judged(
     problem: &Problem,
-    (engine, stated): (&Engine<'_>, &Fit),
+    (session, stated): (&EstimationSession<'_>, &Fit),
     found: &mut Found,
     options: &Options,
     notes: &mut Vec<String>,
 ) -> Judged {
-    let asking = Asking { problem, engine, stated, options };
+    let asking = Asking { problem, session, stated, options };
     let mut rivals: Vec<Numbers> =
         found.rivals.iter().map(|(_, standing, behind)| Numbers::of(standing, *behind)).collect();
     rivals.push(Numbers::of(&found.best, 0.0));
@@ -69,10 +69,10 @@ pub(super) fn judged(
         parts = asking.parts(&found.best, &found.adopted);
     }
     // what has been asked of gains so far is whether they confirm
-    shown.gain = shown.gain.map(|gain| foretold((engine, stated), &found.best, gain, options));
+    shown.gain = shown.gain.map(|gain| foretold((session, stated), &found.best, gain, options));
     let of_all = status(shown.gain.as_ref());
     let mut judged = Judged { shown, status: vec![of_all; found.adopted.len()], model: found.best.clone(), refused };
-    if of_all != Status::Refused {
+    if of_all != Status::Rejected {
         judged.confirm_each(&asking, &found.adopted, parts);
     }
     widen(&mut found.best, &rivals, lead);
@@ -116,13 +116,13 @@ fn worst(parts: &[Option<Part>], meant: impl Fn(&Gain, f64) -> bool) -> Option<u
 
 impl Asking<'_> {
     fn held_out(&self, best: &Standing, nothing: bool) -> Shown {
-        held_out(self.problem, self.engine, self.stated, best, nothing, self.options)
+        held_out(self.problem, self.session, self.stated, best, nothing, self.options)
     }
 
     /// What is left of a set, its sigmas over all valleys.
     fn standing(&self, left: Refit, adopted: &[Adopted]) -> Standing {
         let columns: Vec<&Column> = adopted.iter().map(|own| &own.column).collect();
-        Standing::of(&hopped(self.engine, timed(self.engine, left, &columns), &columns))
+        Standing::of(&hopped(self.session, timed(self.session, left, &columns), &columns))
     }
 
     /// Each of `adopted` on its own, where it is one of several.
@@ -134,10 +134,10 @@ impl Asking<'_> {
     }
 
     fn part(&self, best: &Standing, own: &Adopted) -> Option<Part> {
-        let without = Refit::from(best.clone()).without(self.engine, &own.column)?;
-        let engine = Engine::like(self.engine, &without.problem).ok()?;
-        let gain = held_out(&without.problem, &engine, &without.fit, best, false, self.options).gain?;
-        drop(engine);
+        let without = Refit::from(best.clone()).without(self.session, &own.column)?;
+        let session = EstimationSession::like(self.session, &without.problem).ok()?;
+        let gain = held_out(&without.problem, &session, &without.fit, best, false, self.options).gain?;
+        drop(session);
         Some(Part { without, gain })
     }
 }

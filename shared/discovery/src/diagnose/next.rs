@@ -3,7 +3,7 @@
 use super::{Adopted, Contested, Standing};
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
 use dynamics::description::Plant;
-use identification::fit::Engine;
+use identification::fit::EstimationSession;
 use identification::problem::{Drive, Problem};
 
 /// Weight of the first name above which nothing is open.
@@ -22,7 +22,7 @@ pub(super) enum Next {
     Never(String),
 }
 
-pub(super) fn next(engine: &Engine<'_>, best: &Standing, adopted: &[Adopted]) -> Next {
+pub(super) fn next(session: &EstimationSession<'_>, best: &Standing, adopted: &[Adopted]) -> Next {
     let open = adopted.iter().filter(|own| own.weight < OPEN);
     let Some((own, rival)) =
         open.min_by(|a, b| a.weight.total_cmp(&b.weight)).and_then(|own| Some((own, strongest(own)?)))
@@ -30,7 +30,7 @@ pub(super) fn next(engine: &Engine<'_>, best: &Standing, adopted: &[Adopted]) ->
         return Next::NothingOpen;
     };
     let plant = posterior(best);
-    let problem = engine.problem;
+    let problem = session.problem;
     let flown: Vec<f64> = (0..plant.actuators.len()).map(|index| largest(problem, index)).collect();
     let question = Question {
         plant: &plant,
@@ -40,7 +40,7 @@ pub(super) fn next(engine: &Engine<'_>, best: &Standing, adopted: &[Adopted]) ->
         duration_s: problem.span_s()[1] - problem.span_s()[0],
         flown: &flown,
     };
-    in_words(own, rival, &menu(&question, engine.threads))
+    in_words(own, rival, &menu(&question, session.threads))
 }
 
 /// The rival with the largest weight, exact twins last: nothing separates those.

@@ -6,7 +6,7 @@ use super::{Adopted, Standing};
 use crate::compete::{PREFERRED, Refit, free_numbers};
 use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Plain, UnknownLaw, plain};
-use identification::fit::{Board, Engine};
+use identification::fit::{EstimationSession, LinearisedProblem};
 
 /// Share of what names explain that a law on the linear model may be off by.
 const BENT: f64 = 1e-3;
@@ -15,7 +15,7 @@ const BENT: f64 = 1e-3;
 ///
 /// Cost: a column a law; where several effects are adopted as much for each, and a fit without it.
 pub(super) fn plainer(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     nominal: &Standing,
     (best, adopted): (&Standing, &[Adopted]),
     screening: &Screening,
@@ -25,26 +25,26 @@ pub(super) fn plainer(
         screening.columns.iter().filter(of_one_number).map(|column| column.candidate.clone()).collect();
     let mut found: Vec<(Plain, Standing, f64)> = Vec::new();
     let mut look = |base: Standing, numbers: f64| {
-        let plain = at(engine, &base, best, &named);
+        let plain = at(session, &base, best, &named);
         found.extend(plain.map(|plain| (plain, base, numbers)));
     };
-    let begun = engine.work.spent();
+    let begun = session.work.spent();
     if !adopted.is_empty() {
         look(nominal.clone(), adopted.iter().map(Adopted::numbers).sum());
     }
-    let mut each = engine.work.spent() - begun;
+    let mut each = session.work.spent() - begun;
     for own in adopted.iter().filter(|_| adopted.len() > 1) {
         // a fit beside it
-        if !engine.work.allows(2.0 * each, "laws of one number in the place of each name") {
+        if !session.work.allows(2.0 * each, "laws of one number in the place of each name") {
             break;
         }
-        let begun = engine.work.spent();
-        if let Some(without) = Refit::from(best.clone()).without(engine, &own.column) {
+        let begun = session.work.spent();
+        if let Some(without) = Refit::from(best.clone()).without(session, &own.column) {
             look(Standing::of(&without), own.numbers());
         }
-        each = each.max(0.5 * (engine.work.spent() - begun));
+        each = each.max(0.5 * (session.work.spent() - begun));
     }
-    let price = libm::log(engine.samples.max(2) as f64);
+    let price = libm::log(session.samples.max(2) as f64);
     let ahead = |(plain, base, numbers): &(Plain, Standing, f64)| {
         let explained = (base.objective - best.objective).max(0.0);
         best.objective - plain.objective + price * (numbers - 1.0) - BENT * explained
@@ -52,17 +52,17 @@ pub(super) fn plainer(
     let first = found.into_iter().max_by(|a, b| ahead(a).total_cmp(&ahead(b)))?;
     let by = ahead(&first);
     let (plain, base, numbers) = first;
-    let own = Engine::like(engine, &base.problem).ok()?;
-    (by > PREFERRED).then(|| plain.told(&own, (&base.fit.board, &base.fit.theta), by, numbers as usize)).flatten()
+    let own = EstimationSession::like(session, &base.problem).ok()?;
+    (by > PREFERRED).then(|| plain.told(&own, (&base.fit.linearised, &base.fit.theta), by, numbers as usize)).flatten()
 }
 
 /// The best plain law of the plant `base`, under the noise that suits `best`.
-fn at(engine: &Engine<'_>, base: &Standing, best: &Standing, named: &[Candidate]) -> Option<Plain> {
-    let own = Engine::like(engine, &base.problem).ok()?;
-    let (board, theta): (&Board, _) = (&base.fit.board, &base.fit.theta);
+fn at(session: &EstimationSession<'_>, base: &Standing, best: &Standing, named: &[Candidate]) -> Option<Plain> {
+    let own = EstimationSession::like(session, &base.problem).ok()?;
+    let (linearised, theta): (&LinearisedProblem, _) = (&base.fit.linearised, &base.fit.theta);
     in_a_quiet_loop(&own, base, |along| {
         let named = columns(along, &base.plant, theta, named);
         let named: Vec<&Vec<f64>> = named.iter().filter_map(|column| column.raw.first()).collect();
-        plain((&own, board), along, &base.plant, theta, &best.noise, &named)
+        plain((&own, linearised), along, &base.plant, theta, &best.noise, &named)
     })
 }

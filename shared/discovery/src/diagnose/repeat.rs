@@ -9,7 +9,7 @@ use super::{Adopted, Standing};
 use crate::score::{Column, columns};
 use identification::filter::NoiseModel;
 use identification::fit::noise::{Search, maximise};
-use identification::fit::{Engine, Fit, fit};
+use identification::fit::{EstimationSession, Fit, fit};
 use identification::problem::Problem;
 
 /// One-sided level of 1 %: the repeat is asked one question.
@@ -40,24 +40,24 @@ impl Repeat {
 /// Asks `repeat` for `adopted`; `None` where the nominal plant cannot follow it.
 pub(super) fn ask(
     repeat: &Problem,
-    nominal: (&Engine<'_>, &Fit, &NoiseModel),
+    nominal: (&EstimationSession<'_>, &Fit, &NoiseModel),
     best: &Standing,
     adopted: &[Adopted],
 ) -> Option<Repeat> {
     let (first, stated, noise) = nominal;
     let problem = repeat.with_plant(&stated.plant);
-    let engine = Engine::new(&problem, first.threads).ok()?;
-    let theta = carried(&engine, &first.problem.unknowns, &stated.theta);
-    let fitted = fit(&engine, &stated.plant, &theta, noise, ROUNDS).ok()?;
+    let session = EstimationSession::new(&problem, first.threads).ok()?;
+    let theta = carried(&session, &first.problem.unknowns, &stated.theta);
+    let fitted = fit(&session, &stated.plant, &theta, noise, ROUNDS).ok()?;
     let list: Vec<_> = adopted.iter().map(|own| own.column.candidate.clone()).collect();
-    let found = columns((&engine, &fitted.board), &stated.plant, &fitted.theta, &list);
-    let (board, theta) = (&fitted.board, &fitted.theta);
-    let raw = joint(&found, adopted, board.nu.len());
+    let found = columns((&session, &fitted.linearised), &stated.plant, &fitted.theta, &list);
+    let (linearised, theta) = (&fitted.linearised, &fitted.theta);
+    let raw = joint(&found, adopted, linearised.nu.len());
     let search = Search { sweeps: 4, colour: true, scan: false };
-    let (own, with) = maximise(&engine, board, theta, &[&raw], &best.noise, search)?;
-    let without = [noise, &own].map(|start| maximise(&engine, board, theta, &[], start, search));
+    let (own, with) = maximise(&session, linearised, theta, &[&raw], &best.noise, search)?;
+    let without = [noise, &own].map(|start| maximise(&session, linearised, theta, &[], start, search));
     let without = without.into_iter().flatten().map(|(_, objective)| objective).fold(f64::INFINITY, f64::min);
-    let normal = board.normal(&engine, theta, &own, &[&raw])?;
+    let normal = linearised.normal(&session, theta, &own, &[&raw])?;
     let (_, multiple) = normal.minimum()?;
     // in standard errors: the multiple one, as the repeat would measure it
     let (least, at_one) = (normal.minimum_without()?, normal.minimum()?.0);

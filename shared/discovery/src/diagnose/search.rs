@@ -5,7 +5,7 @@ use super::screening::{Screening, screen};
 use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
 use crate::compete::{PREFERRED, Refit, free_numbers, hopped, timed, weights};
 use crate::score::{Column, cosine};
-use identification::fit::Engine;
+use identification::fit::EstimationSession;
 use std::rc::Rc;
 
 /// What the search ends with.
@@ -25,35 +25,35 @@ pub(super) struct Found {
 
 /// Sets of effects join the nominal plant, round by round, until nothing more stands; the catalogue is scored on it, unless `screened` has columns.
 pub(super) fn searched(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     (nominal, screened): (Standing, Rc<Screening>),
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
 ) -> Result<Found, String> {
     let mut found = Found::nominal(nominal, screened);
     let mut last: Option<(Refit, usize)> = None;
-    let mut begun = engine.work.spent();
+    let mut begun = session.work.spent();
     for round in 0..options.terms_max {
         if found.adopted.len() >= options.terms_max || !found.unfitted.is_empty() {
             break;
         }
-        if round > 0 && !engine.work.allows(engine.work.spent() - begun, "a further effect") {
+        if round > 0 && !session.work.allows(session.work.spent() - begun, "a further effect") {
             break;
         }
-        begun = engine.work.spent();
+        begun = session.work.spent();
         let done = 0.6 * round as f64 / options.terms_max as f64;
-        let joined = found.round(engine, options, &mut |what, share| progress(what, share + done))?;
+        let joined = found.round(session, options, &mut |what, share| progress(what, share + done))?;
         let Some(joined) = joined else { break };
         last = Some(joined);
     }
     if let Some((refit, earlier)) = last {
         let refit = if earlier > 0 {
             progress("look again at what came first", 0.8);
-            found.look_again(engine, refit, (earlier, begun), options)
+            found.look_again(session, refit, (earlier, begun), options)
         } else {
             refit
         };
-        found.prune(engine, refit);
+        found.prune(session, refit);
     }
     found.rivals.retain(|(.., behind)| *behind <= RIVAL_SPAN);
     Ok(found)
@@ -68,12 +68,12 @@ impl Found {
     /// The set that suits what stands best joins it: its refit, and how many effects stood before; `None` where nothing more stands.
     fn round(
         &mut self,
-        engine: &Engine<'_>,
+        session: &EstimationSession<'_>,
         options: &Options,
         progress: &mut dyn FnMut(&str, f64),
     ) -> Result<Option<(Refit, usize)>, String> {
         progress("score the catalogue", 0.2);
-        let own = Engine::like(engine, &self.best.problem).map_err(|error| error.to_string())?;
+        let own = EstimationSession::like(session, &self.best.problem).map_err(|error| error.to_string())?;
         let is_known = self.adopted.is_empty() && !self.screening.columns.is_empty();
         let screened = if is_known { self.screening.clone() } else { Rc::new(screen(&own, &self.best, options)) };
         progress("compete", 0.25);
@@ -83,7 +83,7 @@ impl Found {
             self.screening = screened;
         }
         match step.refit.take() {
-            Some(refit) => Ok(Some(self.join(engine, step, refit))),
+            Some(refit) => Ok(Some(self.join(session, step, refit))),
             None => {
                 self.unknown_noise = (self.best.objective - step.null).max(0.0);
                 Ok(None)
@@ -92,14 +92,14 @@ impl Found {
     }
 
     /// What `step` adopts joins; what is nothing beside it leaves.
-    fn join(&mut self, engine: &Engine<'_>, step: Step, refit: Refit) -> (Refit, usize) {
+    fn join(&mut self, session: &EstimationSession<'_>, step: Step, refit: Refit) -> (Refit, usize) {
         // nearest first: without what this round adds, then its own smaller sets before that
         let joined = |set: Vec<Adopted>| self.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
         let mut nearest: Vec<(Vec<Adopted>, Standing)> =
             step.smaller.into_iter().map(|(set, refit)| (joined(set), Standing::of(&refit))).collect();
         self.rivals =
             step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), Standing::of(&refit), behind)).collect();
-        let (refit, left) = relieved(engine, refit, &self.adopted);
+        let (refit, left) = relieved(session, refit, &self.adopted);
         let before = core::mem::replace(&mut self.best, Standing::of(&refit));
         let gained = before.objective - self.best.objective;
         if left.contains(&true) {
@@ -118,7 +118,7 @@ impl Found {
         if let ([new], [(gone, _)]) = (&mut new[..], &gone[..])
             && self.adopted.is_empty()
         {
-            new.replace(gone, gained, engine.samples.max(2) as f64);
+            new.replace(gone, gained, session.samples.max(2) as f64);
         }
         let earlier = self.adopted.len();
         self.adopted.extend(new);
@@ -128,44 +128,44 @@ impl Found {
     /// Another look for each of the `earlier` effects beside those that joined in the last round, which `begun` at so much work.
     fn look_again(
         &mut self,
-        engine: &Engine<'_>,
+        session: &EstimationSession<'_>,
         refit: Refit,
         (earlier, begun): (usize, f64),
         options: &Options,
     ) -> Refit {
         let before = self.best.objective;
         // valleys of what came earlier were those of a smaller set
-        let mut refit = self.hop(engine, refit);
+        let mut refit = self.hop(session, refit);
         // about a round
-        let mut looked = engine.work.spent() - begun;
+        let mut looked = session.work.spent() - begun;
         for place in 0..earlier {
-            if !engine.work.allows(looked, "another look for what came first") {
+            if !session.work.allows(looked, "another look for what came first") {
                 break;
             }
-            let begun = engine.work.spent();
-            refit = match reconsidered(engine, &refit, self, place, options) {
-                Some(better) => self.hop(engine, better),
+            let begun = session.work.spent();
+            refit = match reconsidered(session, &refit, self, place, options) {
+                Some(better) => self.hop(session, better),
                 None => refit,
             };
-            looked = looked.max(engine.work.spent() - begun);
+            looked = looked.max(session.work.spent() - begun);
         }
         self.unknown_noise = (self.unknown_noise + self.best.objective - before).max(0.0);
         refit
     }
 
     /// What came while the fit of another was still on its way, and is nothing beside it now, leaves; the one that shows most stays.
-    fn prune(&mut self, engine: &Engine<'_>, refit: Refit) {
+    fn prune(&mut self, session: &EstimationSession<'_>, refit: Refit) {
         let mut others = self.adopted.clone();
         others.sort_by(|a, b| refit.evidence(&a.column).total_cmp(&refit.evidence(&b.column)));
         others.pop();
         let before = refit.objective;
-        let (refit, left) = relieved(engine, refit, &others);
+        let (refit, left) = relieved(session, refit, &others);
         if !left.contains(&true) {
             return;
         }
         let gone: Vec<Adopted> = others.into_iter().zip(left).filter_map(|(own, left)| left.then_some(own)).collect();
         let is_gone = |own: &Adopted| gone.iter().any(|gone| own.column.candidate.same_law(&gone.column.candidate));
-        let price = libm::log(engine.samples.max(2) as f64) * gone.iter().map(Adopted::numbers).sum::<f64>();
+        let price = libm::log(session.samples.max(2) as f64) * gone.iter().map(Adopted::numbers).sum::<f64>();
         let gained = before - refit.objective + price;
         self.best = Standing::of(&refit);
         self.adopted.retain(|own| !is_gone(own));
@@ -175,9 +175,9 @@ impl Found {
     }
 
     /// `refit` of all that is adopted, with the valleys of all, stands.
-    fn hop(&mut self, engine: &Engine<'_>, refit: Refit) -> Refit {
+    fn hop(&mut self, session: &EstimationSession<'_>, refit: Refit) -> Refit {
         let columns: Vec<&Column> = self.adopted.iter().map(|adopted| &adopted.column).collect();
-        let refit = hopped(engine, timed(engine, refit, &columns), &columns);
+        let refit = hopped(session, timed(session, refit, &columns), &columns);
         let gained = self.best.objective - refit.objective;
         self.rivals.iter_mut().for_each(|(.., behind)| *behind += gained);
         self.best = Standing::of(&refit);
@@ -197,20 +197,20 @@ impl Found {
 ///
 /// Cost: a round of the search.
 fn reconsidered(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     refit: &Refit,
     found: &mut Found,
     place: usize,
     options: &Options,
 ) -> Option<Refit> {
     let gone = found.adopted[place].clone();
-    let without = Standing::of(&refit.without(engine, &gone.column)?);
-    let own = Engine::like(engine, &without.problem).ok()?;
+    let without = Standing::of(&refit.without(session, &gone.column)?);
+    let own = EstimationSession::like(session, &without.problem).ok()?;
     let screened = screen(&own, &without, options);
     let step = step(&own, &without, &screened, 1, options);
     let (again, new) = (step.refit?, step.adopted.into_iter().next()?);
     let same = |other: &Adopted| other.column.candidate.same_law(&gone.column.candidate);
-    let price = libm::log(engine.samples.max(2) as f64) * (new.numbers() - gone.numbers());
+    let price = libm::log(session.samples.max(2) as f64) * (new.numbers() - gone.numbers());
     let ahead = refit.objective - again.objective - price;
     let wins = ahead > PREFERRED;
     // of this round's winner
@@ -275,12 +275,12 @@ impl Adopted {
 }
 
 /// `refit` without the effects of `adopted` that are nothing beside those that joined later, where BIC agrees; which of them left.
-fn relieved(engine: &Engine<'_>, refit: Refit, adopted: &[Adopted]) -> (Refit, Vec<bool>) {
-    let price = libm::log(engine.samples.max(2) as f64);
+fn relieved(session: &EstimationSession<'_>, refit: Refit, adopted: &[Adopted]) -> (Refit, Vec<bool>) {
+    let price = libm::log(session.samples.max(2) as f64);
     let mut best = refit;
     let leaves = |earlier: &Adopted| {
         let column = &earlier.column;
-        let found = best.vanishes(column).then(|| best.without(engine, column)).flatten();
+        let found = best.vanishes(column).then(|| best.without(session, column)).flatten();
         let found = found.filter(|found| found.objective < best.objective + price * earlier.numbers());
         found.map(|found| best = found).is_some()
     };

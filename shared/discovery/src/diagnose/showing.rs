@@ -6,9 +6,9 @@ use crate::score::event_of_sample;
 use dynamics::description::{Plant, Quantity, Scope};
 use identification::filter::{NoiseModel, gains};
 use identification::fit::bounded::bounded;
-use identification::fit::{Board, Engine, Fit, NOT_FOUND_RATIO, fit};
+use identification::fit::{EstimationSession, Fit, LinearisedProblem, NOT_FOUND_RATIO, fit};
 use identification::held_out::{
-    BLOCK_S, ChannelFit, Gain, Predictor, Status, block_s, blocks, foretold_sigma, free_run, gain, loglik,
+    BLOCK_S, ChannelFit, Gain, Predictor, Status, block_s, blocks, expected_gain_sigma, free_run, gain, loglik,
 };
 use identification::problem::{Problem, Unknown};
 use nalgebra::{Cholesky, DMatrix};
@@ -34,14 +34,14 @@ pub(super) struct Shown {
 
 pub(super) fn held_out(
     problem: &Problem,
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     stated: &Fit,
     best: &Standing,
     nothing: bool,
     options: &Options,
 ) -> Shown {
-    let nominal = Predictor { plant: &stated.plant, theta: &stated.theta, noise: &engine.noise };
-    let compare = free_run(engine, nominal);
+    let nominal = Predictor { plant: &stated.plant, theta: &stated.theta, noise: &session.noise };
+    let compare = free_run(session, nominal);
     let none = |compare| {
         let (before, after, overlays) = (Vec::new(), Vec::new(), Vec::new());
         Shown { kind: HeldOutKind::None, before, after, gain: None, loglik: None, compare, overlays }
@@ -50,8 +50,8 @@ pub(super) fn held_out(
         return none(compare);
     }
     let shown = match &options.held_out {
-        Some(other) => on_recording(other, (engine, stated), best, options),
-        None => on_blocks(problem, engine, stated, best, options),
+        Some(other) => on_recording(other, (session, stated), best, options),
+        None => on_blocks(problem, session, stated, best, options),
     };
     match shown {
         Some((kind, before, after, gain, loglik, overlays)) => {
@@ -67,11 +67,11 @@ type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
 type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Option<f64>, Vec<Overlay>);
 
-/// The plant alone and with the effects, each with its engine, as predictors of a recording that neither was fitted to; and the augmented plant as
+/// The plant alone and with the effects, each with its session, as predictors of a recording that neither was fitted to; and the augmented plant as
 /// it is with other numbers.
 struct Pair<'a> {
-    before: (&'a Engine<'a>, Predictor<'a>),
-    after: (&'a Engine<'a>, Predictor<'a>),
+    before: (&'a EstimationSession<'a>, Predictor<'a>),
+    after: (&'a EstimationSession<'a>, Predictor<'a>),
     with: &'a dyn Fn(&[f64]) -> Plant,
 }
 
@@ -79,21 +79,21 @@ struct Pair<'a> {
 /// did not show, is fitted on the others, on both sides alike.
 fn predicting<T>(
     other: &Problem,
-    (engine, stated): (&Engine<'_>, &Fit),
+    (session, stated): (&EstimationSession<'_>, &Fit),
     best: &Standing,
     options: &Options,
     look: impl FnOnce(Pair<'_>) -> Option<T>,
 ) -> Option<T> {
-    let fitted = [(&engine.problem.unknowns[..], &stated.theta[..]), (&best.problem.unknowns, &best.fit.theta)];
-    let pairs = engine.problem.unknowns.iter().zip(&stated.ratio);
+    let fitted = [(&session.problem.unknowns[..], &stated.theta[..]), (&best.problem.unknowns, &best.fit.theta)];
+    let pairs = session.problem.unknowns.iter().zip(&stated.ratio);
     let is_unseen = |(u, ratio): &(&Unknown, &f64)| **ratio > NOT_FOUND_RATIO && !u.parameter.starts_with("effect.");
     let unseen: Vec<&str> = pairs.filter(is_unseen).map(|(u, _)| &*u.name).collect();
     let show = |plant: &Plant, own: (&[Unknown], &[f64])| {
         within_reach(other.with_plant(&frozen(plant, own, &unseen)), &fitted)
     };
     let (before_problem, after_problem) = (show(&stated.plant, fitted[0]), show(&best.plant, fitted[1]));
-    let before = Engine::new(&before_problem, options.threads).ok()?;
-    let after = Engine::like(&before, &after_problem).ok()?;
+    let before = EstimationSession::new(&before_problem, options.threads).ok()?;
+    let after = EstimationSession::like(&before, &after_problem).ok()?;
     // one noise for both, the augmented plant's: else the gain is that of a noise model
     let own = own_numbers(&before, &best.noise).zip(own_numbers(&after, &best.noise));
     let (theta_before, theta_after) = own.unwrap_or_else(|| (before.prior(), after.prior()));
@@ -103,7 +103,12 @@ fn predicting<T>(
     look(Pair { before: (&before, nominal), after: (&after, augmented), with: &with })
 }
 
-fn on_recording(other: &Problem, own: (&Engine<'_>, &Fit), best: &Standing, options: &Options) -> Option<ShownParts> {
+fn on_recording(
+    other: &Problem,
+    own: (&EstimationSession<'_>, &Fit),
+    best: &Standing,
+    options: &Options,
+) -> Option<ShownParts> {
     predicting(other, own, best, options, |Pair { before, after, .. }| {
         let gain = gain(before.0, before.1, after);
         let (free_before, free_after) = (free_run(before.0, before.1), free_run(after.0, after.1));
@@ -115,23 +120,23 @@ fn on_recording(other: &Problem, own: (&Engine<'_>, &Fit), best: &Standing, opti
 /// `gain` on another recording with the least that `best` foretells, where it decides nothing itself and is short of what that expects.
 ///
 /// Cost: a prediction for every number of the effects, and the pair they are predicted beside.
-pub(super) fn foretold(own: (&Engine<'_>, &Fit), best: &Standing, gain: Gain, options: &Options) -> Gain {
-    let is_open = gain.is_short() && gain.status() == Status::Unconfirmed;
+pub(super) fn foretold(own: (&EstimationSession<'_>, &Fit), best: &Standing, gain: Gain, options: &Options) -> Gain {
+    let is_open = gain.is_below_expected() && gain.status() == Status::Unconfirmed;
     let Some(other) = options.held_out.as_ref().filter(|_| is_open) else { return gain };
     let sigma = predicting(other, own, best, options, |Pair { before, after, with }| {
         let plants: Vec<Plant> = moved(own.0, best)?.iter().map(|theta| with(theta)).collect();
-        foretold_sigma(before, after, &plants)
+        expected_gain_sigma(before, after, &plants)
     });
     // of what cannot be predicted nothing is foretold
-    gain.foretold_to(sigma.unwrap_or(f64::INFINITY))
+    gain.with_expected_gain_sigma(sigma.unwrap_or(f64::INFINITY))
 }
 
 /// The fitted numbers with those of the effects moved along each column of a root of their posterior covariance, by their standard deviations (over
 /// all valleys) and correlations.
-fn moved(engine: &Engine<'_>, best: &Standing) -> Option<Vec<Vec<f64>>> {
-    let own = Engine::like(engine, &best.problem).ok()?;
+fn moved(session: &EstimationSession<'_>, best: &Standing) -> Option<Vec<Vec<f64>>> {
+    let own = EstimationSession::like(session, &best.problem).ok()?;
     let fit = &best.fit;
-    let covariance = fit.board.normal(&own, &fit.theta, &best.noise, &[])?.factor()?.inverse();
+    let covariance = fit.linearised.normal(&own, &fit.theta, &best.noise, &[])?.factor()?.inverse();
     along_root(&best.problem.unknowns, (&fit.theta, &fit.sigma), &covariance)
 }
 
@@ -187,19 +192,19 @@ fn frozen(plant: &Plant, (unknowns, theta): (&[Unknown], &[f64]), unseen: &[&str
 }
 
 /// The numbers that a recording has for itself, fitted on it.
-fn own_numbers(engine: &Engine<'_>, noise: &NoiseModel) -> Option<Vec<f64>> {
-    let prior = engine.prior();
+fn own_numbers(session: &EstimationSession<'_>, noise: &NoiseModel) -> Option<Vec<f64>> {
+    let prior = session.prior();
     if prior.is_empty() {
         return Some(prior);
     }
-    fit(engine, &engine.problem.plant, &prior, noise, OWN_ROUNDS).ok().map(|fit| fit.theta)
+    fit(session, &session.problem.plant, &prior, noise, OWN_ROUNDS).ok().map(|fit| fit.theta)
 }
 
 /// Values of shared unknowns of the same name; those of single recordings and segments belong to theirs and stand at their priors.
-pub(super) fn carried(engine: &Engine<'_>, unknowns: &[Unknown], theta: &[f64]) -> Vec<f64> {
-    let mut carried = engine.start_from(unknowns, theta);
-    let parameters = engine.problem.plant.parameters();
-    for (value, unknown) in carried.iter_mut().zip(&engine.problem.unknowns) {
+pub(super) fn carried(session: &EstimationSession<'_>, unknowns: &[Unknown], theta: &[f64]) -> Vec<f64> {
+    let mut carried = session.start_from(unknowns, theta);
+    let parameters = session.problem.plant.parameters();
+    for (value, unknown) in carried.iter_mut().zip(&session.problem.unknowns) {
         if parameters.iter().any(|p| p.name == unknown.parameter && p.scope != dynamics::description::Scope::Shared) {
             *value = unknown.prior;
         }
@@ -210,20 +215,20 @@ pub(super) fn carried(engine: &Engine<'_>, unknowns: &[Unknown], theta: &[f64]) 
 /// Blocks of the record, each predicted with parameters from the others: linear in what leaving a block out changes.
 fn on_blocks(
     problem: &Problem,
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     stated: &Fit,
     best: &Standing,
     options: &Options,
 ) -> Option<ShownParts> {
-    let after_engine = Engine::like(engine, &best.problem).ok()?;
-    let before = block_terms(engine, &stated.board, &stated.theta, &best.noise)?;
-    let after = block_terms(&after_engine, &best.fit.board, &best.fit.theta, &best.noise)?;
+    let after_session = EstimationSession::like(session, &best.problem).ok()?;
+    let before = block_terms(session, &stated.linearised, &stated.theta, &best.noise)?;
+    let after = block_terms(&after_session, &best.fit.linearised, &best.fit.theta, &best.noise)?;
     let differences: Vec<(f64, f64)> = before.0.iter().zip(&after.0).map(|((t, a), (_, b))| (*t, b - a)).collect();
-    let gain = blocks(&differences, block_s(engine));
+    let gain = blocks(&differences, block_s(session));
     let (_, test) = problem.split(1.0 - 1.0 / FOLDS as f64);
-    let test_before = Engine::new(&test, options.threads).ok()?;
+    let test_before = EstimationSession::new(&test, options.threads).ok()?;
     let augmented = test.with_plant(&best.plant);
-    let test_after = Engine::like(&test_before, &augmented).ok()?;
+    let test_after = EstimationSession::like(&test_before, &augmented).ok()?;
     let nominal = Predictor { plant: &stated.plant, theta: &before.1, noise: &best.noise };
     let with = Predictor { plant: &best.plant, theta: &after.1, noise: &best.noise };
     let overlays = figures::overlays((&test_before, nominal), (&test_after, with));
@@ -239,19 +244,19 @@ fn on_blocks(
 
 /// Log-likelihood of every instant with parameters from the other folds, and the parameters without the last fold.
 pub(super) fn block_terms(
-    engine: &Engine<'_>,
-    board: &Board,
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
     theta: &[f64],
     noise: &NoiseModel,
 ) -> Option<(Terms, Vec<f64>)> {
-    let normal = board.normal(engine, theta, noise, &[])?;
-    let (r, columns) = board.whitened(engine, noise, &[])?;
-    let events = event_of_sample(engine);
+    let normal = linearised.normal(session, theta, noise, &[])?;
+    let (r, columns) = linearised.whitened(session, noise, &[])?;
+    let events = event_of_sample(session);
     let instants = events.last().map_or(0, |last| last + 1);
-    let times: Vec<f64> = instants_s(engine);
+    let times: Vec<f64> = instants_s(session);
     let fold = |event: usize| event * FOLDS / instants.max(1);
     let n = normal.unknowns;
-    let mut sum = half_log_determinants(engine, board, noise)?;
+    let mut sum = half_log_determinants(session, linearised, noise)?;
     let mut last = theta.to_vec();
     for k in 0..FOLDS {
         let own: Vec<usize> = (0..events.len()).filter(|s| fold(events[*s]) == k).collect();
@@ -268,7 +273,7 @@ pub(super) fn block_terms(
             sum[events[s]] -= 0.5 * left * left;
         }
         if k + 1 == FOLDS {
-            for (i, unknown) in engine.problem.unknowns.iter().enumerate() {
+            for (i, unknown) in session.problem.unknowns.iter().enumerate() {
                 last[i] = (theta[i] + step[i] * unknown.sigma).clamp(unknown.low, unknown.high);
             }
         }
@@ -277,9 +282,13 @@ pub(super) fn block_terms(
 }
 
 /// `−½ ln |S|` of every instant.
-fn half_log_determinants(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> Option<Vec<f64>> {
+fn half_log_determinants(
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
+    noise: &NoiseModel,
+) -> Option<Vec<f64>> {
     let mut list = Vec::new();
-    for (linear, timeline) in board.linears.iter().zip(engine.timelines.iter()) {
+    for (linear, timeline) in linearised.linears.iter().zip(session.timelines.iter()) {
         let found = gains(linear, timeline, noise)?;
         for (k, event) in timeline.events.iter().enumerate().filter(|(_, event)| event.count > 0) {
             let factor = &found.factor[found.factor_first[k]..];
@@ -290,10 +299,10 @@ fn half_log_determinants(engine: &Engine<'_>, board: &Board, noise: &NoiseModel)
 }
 
 /// Time of every instant, runs one behind the other.
-fn instants_s(engine: &Engine<'_>) -> Vec<f64> {
+fn instants_s(session: &EstimationSession<'_>) -> Vec<f64> {
     let mut times = Vec::new();
     let mut origin = 0.0;
-    for timeline in engine.timelines.iter() {
+    for timeline in session.timelines.iter() {
         let first = timeline.events.first().map_or(0.0, |event| event.t_s);
         times.extend(timeline.events.iter().filter(|event| event.count > 0).map(|event| origin + event.t_s - first));
         origin += timeline.events.last().map_or(0.0, |event| event.t_s - first) + 10.0 * BLOCK_S;

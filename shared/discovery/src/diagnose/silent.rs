@@ -1,7 +1,7 @@
 //! Recordings of which no diagnosis can be made: too few samples for the numbers that are free, or a channel that stands still.
 
 use examination::doctor::FALSE_ALARM;
-use identification::fit::Engine;
+use identification::fit::EstimationSession;
 use identification::problem::standstill;
 
 /// Samples that must be left beside one for every free number: with fewer the size of the noise is known to no better than a third, and no
@@ -9,27 +9,27 @@ use identification::problem::standstill;
 const SPARE: usize = 5;
 
 /// Why nothing can be said, and what would help.
-pub(super) fn silent(engine: &Engine<'_>) -> Option<String> {
-    too_few(engine).or_else(|| (0..engine.problem.plant.sensors.len()).find_map(|channel| stuck(engine, channel)))
+pub(super) fn silent(session: &EstimationSession<'_>) -> Option<String> {
+    too_few(session).or_else(|| (0..session.problem.plant.sensors.len()).find_map(|channel| stuck(session, channel)))
 }
 
 /// Numbers that are free: unknowns, initial states of every run and a size of the noise of every channel.
-fn too_few(engine: &Engine<'_>) -> Option<String> {
-    let problem = engine.problem;
+fn too_few(session: &EstimationSession<'_>) -> Option<String> {
+    let problem = session.problem;
     let states = dynamics::system::System::new(&problem.plant).map_or(0, |system| system.tangent_len());
     let free = problem.unknowns.len() + states * problem.runs.len() + problem.plant.sensors.len();
     let least = free + SPARE;
-    (engine.samples < least).then(|| {
+    (session.samples < least).then(|| {
         format!(
             "{} samples are too few for {free} free numbers (unknowns, initial states and sizes of the noise): record {least} at least",
-            engine.samples
+            session.samples
         )
     })
 }
 
 /// A channel of which every sample is the same number, though its noise would make each another.
-fn stuck(engine: &Engine<'_>, channel: usize) -> Option<String> {
-    let problem = engine.problem;
+fn stuck(session: &EstimationSession<'_>, channel: usize) -> Option<String> {
+    let problem = session.problem;
     let sensor = &problem.plant.sensors[channel];
     let samples = problem.runs.iter().map(|run| &run.samples[channel]);
     let stretches: Vec<(&[f64], &[f64])> = samples.map(|own| (&own.time_s[..], &own.value[..])).collect();

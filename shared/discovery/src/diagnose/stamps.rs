@@ -4,7 +4,7 @@
 //! side of it, which no noise describes. Whether the readings are even, or truly uneven, the recording says: the nominal plant is
 //! fitted to both and the better one is kept.
 
-use identification::fit::{Engine, fit};
+use identification::fit::{EstimationSession, fit};
 use identification::problem::{Drive, Problem, Samples};
 
 /// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first even already, beyond the second not a grid.
@@ -22,8 +22,8 @@ const ROUNDS: usize = 3;
 pub(super) fn evened(problem: &Problem, threads: usize) -> Option<Problem> {
     let even = even(problem)?;
     let objective = |problem: &Problem| {
-        let engine = Engine::new(problem, threads).ok()?;
-        Some(fit(&engine, &problem.plant, &engine.prior(), &engine.noise, ROUNDS).ok()?.objective)
+        let session = EstimationSession::new(problem, threads).ok()?;
+        Some(fit(&session, &problem.plant, &session.prior(), &session.noise, ROUNDS).ok()?.objective)
     };
     (objective(&even)? < objective(problem)? - GAIN).then_some(even)
 }

@@ -8,7 +8,7 @@
 use super::judged::{Judged, judged};
 use super::search::{Found, searched};
 use super::{CONFIRMED_SHARE, NAME_SHARE, Options, Standing};
-use identification::fit::{Engine, Fit};
+use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
 use identification::problem::Problem;
 
@@ -20,17 +20,17 @@ const SUSPICION: f64 = 0.1;
 /// Cost: a search but for its scores, and a prediction of the held-out recording for each rival.
 pub(super) fn confirmed(
     problem: &Problem,
-    (engine, stated): (&Engine<'_>, &Fit),
+    (session, stated): (&EstimationSession<'_>, &Fit),
     (nominal, alone): (&Standing, &Found),
     options: &Options,
     notes: &mut Vec<String>,
 ) -> Option<(Found, Judged)> {
     let easier = Options { alpha: SUSPICION / NAME_SHARE, terms_max: options.terms_max.min(1), ..options.clone() };
-    let mut found = searched(engine, (nominal.clone(), alone.screening.clone()), &easier, &mut |_, _| {}).ok()?;
+    let mut found = searched(session, (nominal.clone(), alone.screening.clone()), &easier, &mut |_, _| {}).ok()?;
     // the best of several confirmations is one by chance more often
     let chances = 1 + found.rivals.len();
     let mut own = Vec::new();
-    let judged = judged(problem, (engine, stated), &mut found, options, &mut own);
+    let judged = judged(problem, (session, stated), &mut found, options, &mut own);
     let level = CONFIRMED_SHARE * options.alpha / SUSPICION / chances as f64;
     let gain = judged.shown.gain.filter(|gain| gain.status() == Status::Confirmed)?;
     let p = found.adopted.first().filter(|_| gain.interval(2.0 * level)[0] > 0.0)?.p;

@@ -15,12 +15,12 @@ use crate::unknown_law::{Acts, UnknownLaw};
 use dynamics::description::SiteKind;
 use examination::doctor::short;
 use identification::filter::NoiseModel;
-use identification::fit::{Engine, Fit, NOT_FOUND_RATIO};
+use identification::fit::{EstimationSession, Fit, NOT_FOUND_RATIO};
 use identification::held_out::{Gain, Status};
 use identification::statistics::chi_squared_tail;
 
 pub(super) struct Findings<'a> {
-    pub engine: &'a Engine<'a>,
+    pub session: &'a EstimationSession<'a>,
     pub stated: &'a Fit,
     pub best: &'a Standing,
     pub adopted: &'a [Adopted],
@@ -51,10 +51,10 @@ impl Findings<'_> {
 const NAME_WEIGHT: f64 = 0.9;
 
 /// The stated noise; disturbances that nobody stated count only upwards.
-fn as_stated(engine: &Engine<'_>, found: &NoiseModel) -> NoiseModel {
-    let mut stated = engine.noise.clone();
-    for ((own, found), actuator) in stated.input_sigma.iter_mut().zip(&found.input_sigma).zip(&engine.noise_names) {
-        let known = engine.problem.plant.actuator(actuator).is_some_and(|a| a.noise.value > 0.0);
+fn as_stated(session: &EstimationSession<'_>, found: &NoiseModel) -> NoiseModel {
+    let mut stated = session.noise.clone();
+    for ((own, found), actuator) in stated.input_sigma.iter_mut().zip(&found.input_sigma).zip(&session.noise_names) {
+        let known = session.problem.plant.actuator(actuator).is_some_and(|a| a.noise.value > 0.0);
         if !known && *found < *own {
             *own = *found;
         }
@@ -63,17 +63,23 @@ fn as_stated(engine: &Engine<'_>, found: &NoiseModel) -> NoiseModel {
 }
 
 /// Least `−2 ln p` of `fit` under `noise`, its numbers free.
-fn least(engine: &Engine<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
-    Some(fit.board.normal(engine, &fit.theta, noise, &[])?.minimum()?.0)
+fn least(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
+    Some(fit.linearised.normal(session, &fit.theta, noise, &[])?.minimum()?.0)
 }
 
 /// p of the stated noise against the adapted one.
-pub(super) fn noise_p(engine: &Engine<'_>, stated: &Fit, adapted: &Fit, noise: &NoiseModel, objective: f64) -> f64 {
-    let as_stated = as_stated(engine, noise);
+pub(super) fn noise_p(
+    session: &EstimationSession<'_>,
+    stated: &Fit,
+    adapted: &Fit,
+    noise: &NoiseModel,
+    objective: f64,
+) -> f64 {
+    let as_stated = as_stated(session, noise);
     let jittering = noise.jitter_s.iter().filter(|jitter| **jitter > 0.0).count();
     let freedom = (noise.input_sigma.len() + 2 * noise.sensor_sigma.len() + jittering) as f64;
-    match [stated, adapted].into_iter().filter_map(|fit| least(engine, fit, &as_stated)).min_by(f64::total_cmp) {
-        Some(before) => chi_squared_tail((before - objective + engine.disturbance_price(noise)).max(0.0), freedom),
+    match [stated, adapted].into_iter().filter_map(|fit| least(session, fit, &as_stated)).min_by(f64::total_cmp) {
+        Some(before) => chi_squared_tail((before - objective + session.disturbance_price(noise)).max(0.0), freedom),
         None => 0.0,
     }
 }
@@ -81,15 +87,15 @@ pub(super) fn noise_p(engine: &Engine<'_>, stated: &Fit, adapted: &Fit, noise: &
 /// Share of the misfit that the adopted effects remove while no disturbance is louder than stated, and no reading either unless that is granted;
 /// what is left took louder noise. Quieter noise, its colour and jitter are granted.
 fn share_explained(findings: &Findings<'_>, grants_readings: bool) -> Option<f64> {
-    let (engine, best) = (findings.engine, findings.best);
+    let (session, best) = (findings.session, findings.best);
     let mut noise = best.noise.clone();
     let capped = |found: &mut [f64], stated: &[f64]| found.iter_mut().zip(stated).for_each(|(f, s)| *f = f.min(*s));
-    capped(&mut noise.input_sigma, &engine.noise.input_sigma);
+    capped(&mut noise.input_sigma, &session.noise.input_sigma);
     if !grants_readings {
-        capped(&mut noise.sensor_sigma, &engine.noise.sensor_sigma);
+        capped(&mut noise.sensor_sigma, &session.noise.sensor_sigma);
     }
-    let own = Engine::like(engine, &best.problem).ok()?;
-    let before = least(engine, findings.stated, &noise)?;
+    let own = EstimationSession::like(session, &best.problem).ok()?;
+    let before = least(session, findings.stated, &noise)?;
     let (after, free) = (least(&own, &best.fit, &noise)?, least(&own, &best.fit, &best.noise)?);
     Some((before - after) / (before - free).max(f64::MIN_POSITIVE))
 }
@@ -110,17 +116,17 @@ fn tried(findings: &Findings<'_>) -> Vec<Tried> {
 
 pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     let mut diagnosis = Diagnosis::cannot_decide(String::new());
-    let engine = findings.engine;
+    let session = findings.session;
     diagnosis.compare.channels.clone_from(&findings.judged.shown.compare);
     diagnosis.notes.clone_from(&findings.notes);
     let judged = findings.adopted.iter().zip(&findings.judged.status);
-    diagnosis.effects = judged.map(|(own, status)| effect(engine, findings.with(*status), own, *status)).collect();
+    diagnosis.effects = judged.map(|(own, status)| effect(session, findings.with(*status), own, *status)).collect();
     let refused = findings.judged.refused.iter();
-    diagnosis.effects.extend(refused.map(|(own, with)| effect(engine, with, own, Status::Refused)));
+    diagnosis.effects.extend(refused.map(|(own, with)| effect(session, with, own, Status::Rejected)));
     diagnosis.nominal = nominal(findings);
     diagnosis.detection_limits = limits(findings);
     diagnosis.tried = tried(findings);
-    diagnosis.not_found = (engine.problem.unknowns.iter().zip(&findings.stated.ratio))
+    diagnosis.not_found = (session.problem.unknowns.iter().zip(&findings.stated.ratio))
         .filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO)
         .map(|(unknown, _)| unknown.name.clone())
         .collect();
@@ -128,31 +134,31 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     held_out(findings, &mut diagnosis);
     let before = Standing {
         plant: findings.stated.plant.clone(),
-        problem: engine.problem.clone(),
+        problem: session.problem.clone(),
         fit: findings.stated.clone(),
-        noise: engine.noise.clone(),
+        noise: session.noise.clone(),
         objective: 0.0,
     };
     if let Some(first) = findings.adopted.first() {
-        diagnosis.located.extend(locate(engine, &before, &first.column, &first.score, first.p));
+        diagnosis.located.extend(locate(session, &before, &first.column, &first.score, first.p));
     }
-    diagnosis.located.extend(odd(findings).map(|tile| loud(engine, tile)));
+    diagnosis.located.extend(odd(findings).map(|tile| loud(session, tile)));
     (diagnosis.verdict, diagnosis.reason) = verdict(findings);
     let unknown = outweighing(findings);
     if unknown.is_none() {
         diagnosis.reason.push_str(&astray(findings));
     }
-    let as_stated = (&findings.stated.board, &engine.noise);
+    let as_stated = (&findings.stated.linearised, &session.noise);
     let (best, adopted) = (findings.best, findings.adopted);
-    diagnosis.figures = figures(engine, as_stated, best, adopted, findings.screening, unknown);
+    diagnosis.figures = figures(session, as_stated, best, adopted, findings.screening, unknown);
     diagnosis.figures.overlays.clone_from(&findings.judged.shown.overlays);
     if let Some(map) = unknown {
-        diagnosis.located.push(located(engine, map, findings.alpha));
+        diagnosis.located.push(located(session, map, findings.alpha));
         without_names(findings, map, &mut diagnosis);
     }
     if unknown.is_none() {
         diagnosis.augmented_plant = augmented(findings);
-        match next(engine, findings.best, findings.adopted) {
+        match next(session, findings.best, findings.adopted) {
             Next::NothingOpen => {}
             Next::Scenario(text) => diagnosis.next_experiment = Some(text),
             Next::Never(why) => diagnosis.notes.push(why),
@@ -240,36 +246,36 @@ fn has_lone_outliers(findings: &Findings<'_>) -> bool {
 
 /// `angle has 3 outliers of 2000, the largest of 17.2 standard deviations at 7.000 s of run.csv`, of every channel.
 fn outlying(findings: &Findings<'_>) -> String {
-    let engine = findings.engine;
+    let session = findings.session;
     let told = |own: &Outliers| {
         format!(
             "{} has {} of {}, the largest of {:.1} standard deviations at {:.3} s of {}",
-            engine.problem.plant.sensors[own.channel].name,
+            session.problem.plant.sensors[own.channel].name,
             own.count,
             own.samples,
             own.largest,
             own.time_s,
-            engine.problem.recordings[engine.problem.runs[own.run].recording]
+            session.problem.recordings[session.problem.runs[own.run].recording]
         )
     };
     findings.left.outliers.iter().map(told).collect::<Vec<_>>().join("; ")
 }
 
-fn loud(engine: &Engine<'_>, tile: &Loudest) -> Where {
-    let channel = engine.problem.plant.sensors[tile.channel].name.clone();
+fn loud(session: &EstimationSession<'_>, tile: &Loudest) -> Where {
+    let channel = session.problem.plant.sensors[tile.channel].name.clone();
     Where { site: channel.clone(), channel, time: tile.time_s, band_hz: tile.band_hz, states: Vec::new(), p: tile.p() }
 }
 
 /// The recording in whose time a tile stands.
-fn recording<'e>(engine: &'e Engine<'_>, tile: &Loudest) -> &'e str {
-    &engine.problem.recordings[engine.problem.runs[tile.run].recording]
+fn recording<'e>(session: &'e EstimationSession<'_>, tile: &Loudest) -> &'e str {
+    &session.problem.recordings[session.problem.runs[tile.run].recording]
 }
 
 fn told(findings: &Findings<'_>, tile: &Loudest) -> String {
     format!(
         "{} of {} from {:.3} to {:.3} s between {:.3} and {:.3} Hz, evidence {:.0}",
-        findings.engine.problem.plant.sensors[tile.channel].name,
-        recording(findings.engine, tile),
+        findings.session.problem.plant.sensors[tile.channel].name,
+        recording(findings.session, tile),
         tile.time_s[0],
         tile.time_s[1],
         tile.band_hz[0],
@@ -278,21 +284,21 @@ fn told(findings: &Findings<'_>, tile: &Loudest) -> String {
     )
 }
 
-fn located(engine: &Engine<'_>, map: &UnknownLaw, alpha: f64) -> Where {
-    let (begin, end) = engine
+fn located(session: &EstimationSession<'_>, map: &UnknownLaw, alpha: f64) -> Where {
+    let (begin, end) = session
         .problem
         .runs
         .iter()
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(b, e), run| (b.min(run.begin_s), e.max(run.end_s)));
     let channel = match map.place.acts {
-        Acts::Reading(channel) => engine.problem.plant.sensors[channel].name.clone(),
+        Acts::Reading(channel) => session.problem.plant.sensors[channel].name.clone(),
         Acts::Force(_) => String::new(),
     };
     Where {
         channel,
         site: map.place.site.clone(),
         time: [begin, end],
-        band_hz: [0.0, 0.5 / engine.timelines[0].period_s],
+        band_hz: [0.0, 0.5 / session.timelines[0].period_s],
         states: map.names.clone(),
         p: (libm::exp(-0.5 * map.evidence) * map.tried as f64).min(alpha),
     }
@@ -359,10 +365,10 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
     let weight = findings.adopted.iter().map(|a| a.weight).fold(1.0, f64::min);
     let sensor = findings.adopted.iter().all(|a| a.column.candidate.site.kind == SiteKind::Sensor);
     let state = status(findings.judged.shown.gain.as_ref());
-    if state == Status::Refused {
+    if state == Status::Rejected {
         let short = findings.judged.shown.gain.filter(|gain| gain.interval95()[1] >= 0.0);
         let so = short.map_or(String::new(), |gain| {
-            let (own, se, foretold) = (gain.loglik_gain, gain.gain_se, gain.foretold);
+            let (own, se, foretold) = (gain.loglik_gain, gain.gain_se, gain.expected);
             format!(": they gain {own:.1} ± {se:.1} by it where it foretells {foretold:.1}")
         });
         let reason = format!("{} explained this recording, but held-out data refuse it{so}", kinds.join(" and "));
@@ -399,7 +405,7 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
         return (Verdict::CannotDecide, reason);
     }
     let word = if state == Status::Confirmed { "confirmed" } else { "not yet confirmed" };
-    let runs_away = findings.judged.shown.gain.filter(Gain::is_astray).map_or(String::new(), |gain| {
+    let runs_away = findings.judged.shown.gain.filter(Gain::free_run_diverges).map_or(String::new(), |gain| {
         format!(", by single steps: in free run {:.1} times as far from them as the plant alone", gain.free_run)
     });
     let open = findings.adopted.iter().zip(&findings.judged.status).filter(|(_, own)| **own != state);
@@ -488,12 +494,12 @@ const WORTH: f64 = 10.0;
 
 /// What changed most between stated and adapted noise and matters, in words.
 fn changed_noise(findings: &Findings<'_>) -> String {
-    let (engine, best) = (findings.engine, findings.best);
-    let mut list = changes(engine, &best.noise);
+    let (session, best) = (findings.session, findings.best);
+    let mut list = changes(session, &best.noise);
     list.sort_by(|a, b| b.0.total_cmp(&a.0));
     let objective = |noise: &NoiseModel| {
-        let normal = best.fit.board.normal(engine, &best.fit.theta, noise, &[]);
-        normal.and_then(|normal| normal.minimum_without()).unwrap_or(f64::INFINITY) + engine.disturbance_price(noise)
+        let normal = best.fit.linearised.normal(session, &best.fit.theta, noise, &[]);
+        normal.and_then(|normal| normal.minimum_without()).unwrap_or(f64::INFINITY) + session.disturbance_price(noise)
     };
     let least = objective(&best.noise);
     let (worth, rest): (Vec<_>, Vec<_>) = list.into_iter().partition(|(.., before)| objective(before) > least + WORTH);
@@ -502,18 +508,18 @@ fn changed_noise(findings: &Findings<'_>) -> String {
 }
 
 /// Every number of the noise that was adapted: by how much, in words, and the noise without that.
-fn changes(engine: &Engine<'_>, noise: &NoiseModel) -> Vec<(f64, String, NoiseModel)> {
+fn changes(session: &EstimationSession<'_>, noise: &NoiseModel) -> Vec<(f64, String, NoiseModel)> {
     let mut list = Vec::new();
-    let stated = &engine.noise;
+    let stated = &session.noise;
     let mut push = |size: f64, text: String, back: &dyn Fn(&mut NoiseModel)| {
         let mut before = noise.clone();
         back(&mut before);
         list.push((size, text, before));
     };
-    for (i, sensor) in engine.problem.plant.sensors.iter().enumerate() {
+    for (i, sensor) in session.problem.plant.sensors.iter().enumerate() {
         let (name, factor) = (&sensor.name, noise.sensor_sigma[i] / stated.sensor_sigma[i]);
         push(libm::log(factor).abs(), format!("{name} x{factor:.2}"), &|n| n.sensor_sigma[i] = stated.sensor_sigma[i]);
-        let jitter = noise.jitter_s[i] / engine.interval_s(i);
+        let jitter = noise.jitter_s[i] / session.interval_s(i);
         if jitter > 0.0 {
             // an hundredth of an interval is as telling as a factor of e
             let text = format!("stamps of {name} jitter by {:.1} % of the interval", 100.0 * jitter);
@@ -522,7 +528,7 @@ fn changes(engine: &Engine<'_>, noise: &NoiseModel) -> Vec<(f64, String, NoiseMo
         let colour = libm::atanh(noise.pole[i].abs().min(0.999));
         push(colour, format!("{name} correlated, pole {:.2}", noise.pole[i]), &|n| n.pole[i] = 0.0);
     }
-    for (i, name) in engine.noise_names.iter().enumerate() {
+    for (i, name) in session.noise_names.iter().enumerate() {
         let factor = noise.input_sigma[i] / stated.input_sigma[i];
         if factor > 1.0 {
             let text = format!("{name} x{factor:.3}");
@@ -532,7 +538,7 @@ fn changes(engine: &Engine<'_>, noise: &NoiseModel) -> Vec<(f64, String, NoiseMo
     list
 }
 
-fn effect(engine: &Engine<'_>, best: &Standing, adopted: &Adopted, status: Status) -> EffectReport {
+fn effect(session: &EstimationSession<'_>, best: &Standing, adopted: &Adopted, status: Status) -> EffectReport {
     let rivals = adopted.rivals.iter().map(|rival| Rival {
         kind: rival.kind.to_owned(),
         site: rival.site.clone(),
@@ -550,16 +556,16 @@ fn effect(engine: &Engine<'_>, best: &Standing, adopted: &Adopted, status: Statu
         probability: adopted.weight,
         status,
         rivals: rivals.collect(),
-        parameters: parameters(engine, best, candidate),
+        parameters: parameters(session, best, candidate),
         kappa: adopted.score.kappa,
         d: adopted.d,
     }
 }
 
 /// Numbers of the effect of `candidate` that were estimated, and the times that were searched.
-fn parameters(engine: &Engine<'_>, best: &Standing, candidate: &Candidate) -> Vec<ParameterReport> {
+fn parameters(session: &EstimationSession<'_>, best: &Standing, candidate: &Candidate) -> Vec<ParameterReport> {
     let prefix = format!("effect.{}@{}.", candidate.effect.kind, candidate.site);
-    let times = Engine::like(engine, &best.problem).ok();
+    let times = EstimationSession::like(session, &best.problem).ok();
     let times = times.and_then(|own| found_times(&own, (&best.fit, &best.noise), candidate));
     let (times, beside) = times.unwrap_or_default();
     let own = best.problem.unknowns.iter().enumerate().filter(|(_, u)| u.parameter.starts_with(&prefix));
@@ -580,7 +586,7 @@ fn parameters(engine: &Engine<'_>, best: &Standing, candidate: &Candidate) -> Ve
 
 fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
     let candidate = &lost.column.candidate;
-    let unit = findings.engine.problem.plant.effect_unit(
+    let unit = findings.session.problem.plant.effect_unit(
         &dynamics::description::EffectUse {
             kind: candidate.effect.kind.to_owned(),
             site: candidate.site.clone(),
@@ -609,7 +615,7 @@ fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
 
 fn nominal(findings: &Findings<'_>) -> Vec<Nominal> {
     let (before, after) = (findings.stated, &findings.judged.model);
-    let unknowns = &findings.engine.problem.unknowns;
+    let unknowns = &findings.session.problem.unknowns;
     unknowns
         .iter()
         .enumerate()
@@ -630,7 +636,7 @@ fn nominal(findings: &Findings<'_>) -> Vec<Nominal> {
 
 fn limits(findings: &Findings<'_>) -> Vec<DetectionLimit> {
     let mut list: Vec<DetectionLimit> = Vec::new();
-    let plant = &findings.engine.problem.plant;
+    let plant = &findings.session.problem.plant;
     for score in &findings.screening.scores {
         let candidate = &findings.screening.columns[score.column].candidate;
         let (kind, site) = (candidate.effect.kind, candidate.site.to_string());
@@ -666,8 +672,8 @@ fn held_out(findings: &Findings<'_>, diagnosis: &mut Diagnosis) {
         (held.loglik_gain, held.gain_se, held.gain_ci95) =
             (Some(gain.loglik_gain), Some(gain.gain_se), Some(gain.interval95()));
     }
-    held.whiteness_p_before = whiteness_p(findings.engine, findings.stated, &findings.engine.noise);
-    held.whiteness_p_after = whiteness_p(findings.engine, &findings.judged.model.fit, &findings.judged.model.noise);
+    held.whiteness_p_before = whiteness_p(findings.session, findings.stated, &findings.session.noise);
+    held.whiteness_p_after = whiteness_p(findings.session, &findings.judged.model.fit, &findings.judged.model.noise);
 }
 
 /// Plant file with estimates and confirmed effects.

@@ -48,7 +48,7 @@ impl Comparison<'_> {
         while adopted.members.len() > 1 {
             let (_, statuses) = upper_modes::ask(self, &adopted.members, options.fitted_modes);
             // the last came in with the least gain
-            let Some(place) = statuses.iter().rposition(|status| *status == Status::Refused) else { break };
+            let Some(place) = statuses.iter().rposition(|status| *status == Status::Rejected) else { break };
             let change = &adopted.members[place].change;
             notes.push(format!(
                 "{} at {} is not adopted: fitted on the lower modes it predicts the upper ones worse",
@@ -102,7 +102,7 @@ impl Comparison<'_> {
             let d = (without.objective - with.objective).max(0.0).sqrt();
             diagnosis.effects.push(EffectReport { d, ..report });
         }
-        let (refused, tied) = (statuses.contains(&Status::Refused), tied.contains(&true));
+        let (refused, tied) = (statuses.contains(&Status::Rejected), tied.contains(&true));
         diagnosis.verdict = match (refused, tied) {
             (true, _) => Verdict::CannotDecide,
             (_, true) => Verdict::NotSeparable,

@@ -138,7 +138,7 @@ impl Gain {
         let [before, after] = self.size;
         match self.interval() {
             [low, _] if low > 0.0 && after < before => Status::Confirmed,
-            [_, high] if high < 0.0 || after > before => Status::Refused,
+            [_, high] if high < 0.0 || after > before => Status::Rejected,
             _ => Status::Unconfirmed,
         }
     }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use dynamics::description::Plant;
 
-use identification::fit::board::dot;
-use identification::fit::{Board, Engine, Fit, FitError, Rounds, fit, fit_from_afar};
+use identification::dot::dot;
+use identification::fit::{EstimationSession, Fit, FitError, LinearisedProblem, Rounds, fit, fit_by_continuation};
 use identification::problem::{Problem, Unknown};
 use identification::series::{Channel, Recording};
 use identification::work::Work;
@@ -19,7 +19,7 @@ const ASTRAY: f64 = 5.0;
 const CONFINED: f64 = 1.01 * ASTRAY;
 /// Relinearisations of a fit.
 const ROUNDS: Rounds = Rounds::at_most(4);
-/// A fit from afar is several.
+/// A fit by continuation is several.
 const SEVERAL: f64 = 4.0;
 
 pub(super) struct Prediction {
@@ -55,7 +55,7 @@ pub(super) enum Numbers<'a> {
     /// A fit from the priors on.
     Fitted,
     /// The same by way of larger disturbances, where that is better.
-    FromAfar,
+    ByContinuation,
     /// A fit that starts at these, at the priors where they have none of that name.
     From(&'a Prediction),
 }
@@ -67,7 +67,7 @@ impl Numbers<'_> {
             Self::Priors => 0,
             Self::Step => 1,
             Self::Fitted => 2,
-            Self::FromAfar => 3,
+            Self::ByContinuation => 3,
             Self::From(_) => 4,
         }
     }
@@ -105,17 +105,17 @@ impl<'a> Asking<'a> {
     fn cost(&self, recording: &Recording, numbers: Numbers<'_>) -> f64 {
         let each = |numbers: Numbers<'_>| self.dearest[numbers.kind()].get();
         let each = match numbers {
-            Numbers::FromAfar => each(numbers).max(SEVERAL * each(Numbers::Fitted)),
+            Numbers::ByContinuation => each(numbers).max(SEVERAL * each(Numbers::Fitted)),
             _ => each(numbers),
         };
         each * self.samples(recording) as f64
     }
 
-    /// By a fit from afar, or from the priors where there is no room for that; no answer, and `what` left out, where for neither.
+    /// By a fit by continuation, or from the priors where there is no room for that; no answer, and `what` left out, where for neither.
     pub fn fitted(&self, recording: &Recording, what: &'static str) -> Option<Option<Prediction>> {
         let room = self.work.until(1.0);
-        let far = self.affords_until(room, recording, Numbers::FromAfar);
-        let how = if far { Numbers::FromAfar } else { Numbers::Fitted };
+        let far = self.affords_until(room, recording, Numbers::ByContinuation);
+        let how = if far { Numbers::ByContinuation } else { Numbers::Fitted };
         self.affords(recording, how, what).then(|| self.predicted(recording, how))
     }
 
@@ -124,8 +124,8 @@ impl<'a> Asking<'a> {
         let mut problem = Problem::new(self.plant, core::slice::from_ref(recording), &[]).ok()?;
         confine(&mut problem.unknowns);
         let before = self.work.spent();
-        let engine = Engine::counted(&problem, 1, self.work.clone());
-        let found = engine.ok().and_then(|engine| predicted(&engine, numbers));
+        let session = EstimationSession::counted(&problem, 1, self.work.clone());
+        let found = session.ok().and_then(|session| predicted(&session, numbers));
         let each = (self.work.spent() - before) / self.samples(recording).max(1) as f64;
         let dearest = &self.dearest[numbers.kind()];
         dearest.set(dearest.get().max(each));
@@ -141,22 +141,22 @@ fn confine(unknowns: &mut [Unknown]) {
     }
 }
 
-fn predicted(engine: &Engine<'_>, numbers: Numbers<'_>) -> Option<Prediction> {
-    let (plant, prior) = (&engine.problem.plant, engine.prior());
+fn predicted(session: &EstimationSession<'_>, numbers: Numbers<'_>) -> Option<Prediction> {
+    let (plant, prior) = (&session.problem.plant, session.prior());
     let fitted = |fit: Result<Fit, FitError>| fit.ok().map(|fit| (fit.chi2_per_sample, fit.theta));
-    let from = |theta: &[f64], rounds| fitted(fit(engine, plant, theta, &engine.noise, rounds));
+    let from = |theta: &[f64], rounds| fitted(fit(session, plant, theta, &session.noise, rounds));
     let (mean_square, theta) = match numbers {
         Numbers::Priors => {
-            let board = Board::new(engine, plant, &prior, &engine.noise).ok()?;
-            let (r, _) = board.whitened(engine, &engine.noise, &[])?;
+            let linearised = LinearisedProblem::new(session, plant, &prior, &session.noise).ok()?;
+            let (r, _) = linearised.whitened(session, &session.noise, &[])?;
             Some((dot(&r, &r) / r.len().max(1) as f64, prior))
         }
         Numbers::Step => from(&prior, Rounds::at_most(1)),
         Numbers::Fitted => from(&prior, ROUNDS),
-        Numbers::FromAfar => fitted(fit_from_afar(engine, ROUNDS)),
-        Numbers::From(other) => from(&engine.start_from(&other.unknowns, &other.theta), ROUNDS),
+        Numbers::ByContinuation => fitted(fit_by_continuation(session, ROUNDS)),
+        Numbers::From(other) => from(&session.start_from(&other.unknowns, &other.theta), ROUNDS),
     }?;
-    let (samples, unknowns) = (engine.samples, engine.problem.unknowns.clone());
+    let (samples, unknowns) = (session.samples, session.problem.unknowns.clone());
     let astray = astray(&unknowns, &theta);
     mean_square.is_finite().then_some(Prediction { mean_square, samples, astray, unknowns, theta })
 }
@@ -195,7 +195,7 @@ mod tests {
         let whole = recording(&rubbed, 6, 2.0);
         let work = Arc::new(Work::default());
         let asking = Asking::new(&nominal, &work);
-        let part = asking.predicted(&whole.beginning(0.3), Numbers::FromAfar).expect("it is predicted");
+        let part = asking.predicted(&whole.beginning(0.3), Numbers::ByContinuation).expect("it is predicted");
         let all = asking.predicted(&whole, Numbers::From(&part)).expect("it is predicted");
         let (share, least) = (part.samples as f64 / all.samples as f64, part.of_more(all.samples));
         assert!((0.25..0.35).contains(&share) && least.samples == all.samples);

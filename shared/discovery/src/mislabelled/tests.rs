@@ -16,7 +16,7 @@ fn labels() -> Arc<Work> {
 
 /// Whether the plant follows a recording with its own numbers, as it is labelled.
 fn is_followed(recording: &Recording, plant: &Plant) -> bool {
-    is_near(&Asking::new(plant, &labels()).predicted(recording, Numbers::FromAfar))
+    is_near(&Asking::new(plant, &labels()).predicted(recording, Numbers::ByContinuation))
 }
 
 /// Channels and factor of what is found.

@@ -5,9 +5,9 @@ use super::candidates::Direction;
 use super::forcing::{Course, Sources, comparable, respond};
 use dynamics::description::{Plant, SiteKind};
 use dynamics::effect::{Law, Role};
-use identification::filter::{Gains, Machine, gains, whiten};
-use identification::fit::board::dot;
-use identification::fit::{Board, Engine, parallel};
+use identification::dot::dot;
+use identification::filter::{Gains, Propagator, gains, whiten};
+use identification::fit::{EstimationSession, LinearisedProblem, parallel};
 
 /// One candidate with what it does to the innovations.
 #[derive(Clone, Debug)]
@@ -29,28 +29,28 @@ const LITTLE: f64 = 0.1;
 
 /// Columns of all candidates that change anything, in their order.
 pub fn columns(
-    (engine, board): (&Engine<'_>, &Board),
+    (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
     theta: &[f64],
     candidates: &[Candidate],
 ) -> Vec<Column> {
-    let found: Option<Vec<Gains>> = (board.linears.iter().zip(engine.timelines.iter()))
+    let found: Option<Vec<Gains>> = (linearised.linears.iter().zip(session.timelines.iter()))
         .map(|(linear, timeline)| gains(linear, timeline, &linear.noise))
         .collect();
     let Some(found) = found else { return Vec::new() };
-    let courses: Option<Vec<Course<'_>>> = (board.linears.iter().enumerate())
-        .map(|(run, linear)| Some(Course::new(linear, machine(engine, plant, theta, run)?)))
+    let courses: Option<Vec<Course<'_>>> = (linearised.linears.iter().enumerate())
+        .map(|(run, linear)| Some(Course::new(linear, propagator(session, plant, theta, run)?)))
         .collect();
     let Some(courses) = courses else { return Vec::new() };
-    courses.iter().for_each(|course| engine.work.add(course.base.work()));
+    courses.iter().for_each(|course| session.work.add(course.base.work()));
     let laws: Vec<&[Candidate]> = candidates.chunk_by(|a, b| a.same_law(b)).collect();
-    let own = |i: usize| law((engine, board), plant, theta, laws[i], (&found, &courses));
-    parallel(laws.len(), engine.threads, own).into_iter().flatten().collect()
+    let own = |i: usize| law((session, linearised), plant, theta, laws[i], (&found, &courses));
+    parallel(laws.len(), session.threads, own).into_iter().flatten().collect()
 }
 
 /// Columns of the points of one law; what is felt at one of them is about what is felt at the next.
 fn law(
-    (engine, board): (&Engine<'_>, &Board),
+    (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
     theta: &[f64],
     points: &[Candidate],
@@ -60,7 +60,7 @@ fn law(
     let mut own = |(place, point): (usize, &Candidate)| {
         let mut point = Candidate { felt: point.felt.or(felt), ..point.clone() };
         point.directions.retain(|direction| !silent.contains(direction));
-        let found = column_of((engine, board), plant, theta, &point, (found, courses));
+        let found = column_of((session, linearised), plant, theta, &point, (found, courses));
         felt = found.felt;
         if place == 0 && is_a_part_that_swings(&point) {
             silent = found.silent;
@@ -77,9 +77,14 @@ fn is_a_part_that_swings(candidate: &Candidate) -> bool {
     swings && matches!(candidate.effect.law, Law::Structure(_)) && candidate.at.is_none()
 }
 
-fn machine<'a>(engine: &'a Engine<'_>, plant: &Plant, theta: &[f64], run: usize) -> Option<Machine<'a>> {
-    let instance = engine.problem.instance(plant, theta, run);
-    Machine::new(engine.problem, run, &instance, &engine.timelines[run]).ok()
+fn propagator<'a>(
+    session: &'a EstimationSession<'_>,
+    plant: &Plant,
+    theta: &[f64],
+    run: usize,
+) -> Option<Propagator<'a>> {
+    let instance = session.problem.instance(plant, theta, run);
+    Propagator::new(session.problem, run, &instance, &session.timelines[run]).ok()
 }
 
 /// What a candidate does.
@@ -93,7 +98,7 @@ struct Done {
 
 /// Column of a candidate.
 fn column_of(
-    (engine, board): (&Engine<'_>, &Board),
+    (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
     theta: &[f64],
     candidate: &Candidate,
@@ -104,19 +109,19 @@ fn column_of(
     column.candidate.directions.clear();
     for direction in 0..candidate.directions.len() {
         // a direction that does nothing (out of the plane) would make the others singular
-        let forced = || forced(engine, board, (plant, courses), theta, (candidate, direction));
+        let forced = || forced(session, linearised, (plant, courses), theta, (candidate, direction));
         let forced = candidate.at.is_none().then(forced).flatten();
         let found = match forced {
             Some(forced) => forced,
             None => {
-                let passed = along(engine, board, plant, theta, (candidate, direction), found);
+                let passed = along(session, linearised, plant, theta, (candidate, direction), found);
                 let own = passed.as_ref().filter(|(.., is_felt)| *is_felt).map(|(_, step, _)| *step);
                 felt = felt.zip(own).map(|(a, b)| a.max(b));
                 passed.map(|(raw, step, _)| (raw, step))
             }
         };
         let Some((raw, step)) = found else { continue };
-        if 0.5 * candidate.range(direction)[1] * stated_size(engine, &raw) < NOTHING {
+        if 0.5 * candidate.range(direction)[1] * stated_size(session, &raw) < NOTHING {
             silent.push(candidate.directions[direction].clone());
             continue;
         }
@@ -136,8 +141,8 @@ const ASKED: usize = 60;
 /// Column of one direction by forcing. Outer `None`: the law is not linear in its amplitude, or has states, lags or parts of its own.
 #[allow(clippy::option_option)]
 fn forced(
-    engine: &Engine<'_>,
-    board: &Board,
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
     (plant, courses): (&Plant, &[Course<'_>]),
     theta: &[f64],
     (candidate, direction): (&Candidate, usize),
@@ -152,27 +157,27 @@ fn forced(
     let (small, large_plant) = (with(SMALL * large)?, with(large)?);
     // what a sensor says moves nothing: commands are those recorded
     let readings_alone = candidate.site.kind == SiteKind::Sensor;
-    let mut raw = vec![0.0; board.nu.len()];
+    let mut raw = vec![0.0; linearised.nu.len()];
     let mut any = false;
-    for (run, (linear, course)) in board.linears.iter().zip(courses).enumerate() {
-        let timeline = &engine.timelines[run];
-        let mut other = machine(engine, &small, theta, run)?;
+    for (run, (linear, course)) in linearised.linears.iter().zip(courses).enumerate() {
+        let timeline = &session.timelines[run];
+        let mut other = propagator(session, &small, theta, run)?;
         if !comparable(&course.base, &other) {
             return None;
         }
         let every = (timeline.events.len() / ASKED).max(1);
-        let mut much = machine(engine, &large_plant, theta, run)?;
+        let mut much = propagator(session, &large_plant, theta, run)?;
         let few = course.sources(&mut other, readings_alone, every);
         let bends = bent(&few, &course.sources(&mut much, readings_alone, every)) > BENT;
         let all = (!bends).then(|| course.sources(&mut other, readings_alone, 1));
-        engine.work.add(other.work() + much.work());
+        session.work.add(other.work() + much.work());
         let all = all?;
         let change = respond(linear, timeline, &all);
         any |= change.iter().any(|c| *c != 0.0);
         if !change.iter().all(|c| c.is_finite()) {
             return None;
         }
-        for (raw, change) in raw[engine.offsets[run]..].iter_mut().zip(&change) {
+        for (raw, change) in raw[session.offsets[run]..].iter_mut().zip(&change) {
             *raw = -change / (SMALL * large);
         }
     }
@@ -193,8 +198,8 @@ fn bent(small: &Sources, large: &Sources) -> f64 {
 
 /// Column of one direction at an amplitude that is felt: with that amplitude, and whether it was.
 fn along(
-    engine: &Engine<'_>,
-    board: &Board,
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
     plant: &Plant,
     theta: &[f64],
     (candidate, direction): (&Candidate, usize),
@@ -202,7 +207,7 @@ fn along(
 ) -> Option<(Vec<f64>, f64, bool)> {
     let default = candidate.effect.parameters[0].default.abs();
     if let Some(step) = candidate.at {
-        let change = change(engine, board, plant, theta, candidate, (step, direction))?;
+        let change = change(session, linearised, plant, theta, candidate, (step, direction))?;
         return change.iter().all(|c| c.is_finite()).then(|| (change.iter().map(|d| -d / step).collect(), step, false));
     }
     let mut step =
@@ -212,8 +217,9 @@ fn along(
     let mut between = [0.0, f64::INFINITY];
     let mut is_felt = false;
     for _ in 0..TRIES {
-        let felt = change(engine, board, plant, theta, candidate, (step, direction));
-        let size = felt.as_ref().map(|change| felt_size(engine, board, change, found)).filter(|size| size.is_finite());
+        let felt = change(session, linearised, plant, theta, candidate, (step, direction));
+        let size =
+            felt.as_ref().map(|change| felt_size(session, linearised, change, found)).filter(|size| size.is_finite());
         let (Some(change), Some(size)) = (felt, size) else {
             between[1] = step.min(between[1]);
             step = within(0.01 * step, between);
@@ -238,9 +244,9 @@ fn along(
     // nothing at what the plant survives says nothing of more
     let (own, step, _) = best.filter(|(.., off)| off.is_finite() || between[1].is_infinite())?;
     let mut raw: Vec<f64> = own.iter().map(|d| -d / step).collect();
-    if !integrates_alike(engine, plant, theta, candidate, (step, direction)) {
+    if !integrates_alike(session, plant, theta, candidate, (step, direction)) {
         // what finer steps alone change does not grow with the amplitude
-        let little = change(engine, board, plant, theta, candidate, (LITTLE * step, direction))?;
+        let little = change(session, linearised, plant, theta, candidate, (LITTLE * step, direction))?;
         raw = own.iter().zip(&little).map(|(own, little)| (little - own) / ((1.0 - LITTLE) * step)).collect();
     }
     raw.iter().all(|c| c.is_finite()).then_some((raw, step, is_felt))
@@ -248,7 +254,7 @@ fn along(
 
 /// The plant with the candidate takes the same steps of integration as without: parts of their own may ask for finer ones.
 fn integrates_alike(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     plant: &Plant,
     theta: &[f64],
     candidate: &Candidate,
@@ -261,8 +267,8 @@ fn integrates_alike(
     if with.add_effect(candidate.effect.kind, &candidate.site, &candidate.values(step, direction)).is_err() {
         return true;
     }
-    let finer = |plant: &Plant, run: usize| machine(engine, plant, theta, run).map(|machine| machine.finer());
-    (0..engine.timelines.len()).all(|run| finer(plant, run) == finer(&with, run))
+    let finer = |plant: &Plant, run: usize| propagator(session, plant, theta, run).map(|propagator| propagator.finer());
+    (0..session.timelines.len()).all(|run| finer(plant, run) == finer(&with, run))
 }
 
 /// `step`, or where it is beyond what did too little or too much, the geometric mean of the two.
@@ -271,26 +277,26 @@ fn within(step: f64, [low, high]: [f64; 2]) -> f64 {
 }
 
 /// Size of a column in stated standard deviations.
-fn stated_size(engine: &Engine<'_>, raw: &[f64]) -> f64 {
-    let channels = engine.timelines.iter().flat_map(|timeline| &timeline.channel);
-    let own = raw.iter().zip(channels).map(|(change, channel)| change / engine.noise.sensor_sigma[*channel]);
+fn stated_size(session: &EstimationSession<'_>, raw: &[f64]) -> f64 {
+    let channels = session.timelines.iter().flat_map(|timeline| &timeline.channel);
+    let own = raw.iter().zip(channels).map(|(change, channel)| change / session.noise.sensor_sigma[*channel]);
     own.map(|change| change * change).sum::<f64>().sqrt()
 }
 
 /// Whitened size of a change of the innovations.
-fn felt_size(engine: &Engine<'_>, board: &Board, change: &[f64], found: &[Gains]) -> f64 {
+fn felt_size(session: &EstimationSession<'_>, linearised: &LinearisedProblem, change: &[f64], found: &[Gains]) -> f64 {
     let mut white = change.to_vec();
-    for (run, linear) in board.linears.iter().enumerate() {
-        let range = engine.offsets[run]..engine.offsets[run] + linear.nu.len();
-        whiten(linear, &engine.timelines[run], &found[run], &mut [&mut white[range]]);
+    for (run, linear) in linearised.linears.iter().enumerate() {
+        let range = session.offsets[run]..session.offsets[run] + linear.nu.len();
+        whiten(linear, &session.timelines[run], &found[run], &mut [&mut white[range]]);
     }
     dot(&white, &white).sqrt()
 }
 
 /// Change of the innovations at one amplitude in one direction.
 fn change(
-    engine: &Engine<'_>,
-    board: &Board,
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
     plant: &Plant,
     theta: &[f64],
     candidate: &Candidate,
@@ -298,8 +304,8 @@ fn change(
 ) -> Option<Vec<f64>> {
     let mut with = plant.clone();
     with.add_effect(candidate.effect.kind, &candidate.site, &candidate.values(step, direction)).ok()?;
-    let nu = engine.innovations(&with, theta, &board.linears, &|_| true)?;
-    let mut change: Vec<f64> = nu.iter().zip(&board.nu).map(|(a, b)| a - b).collect();
+    let nu = session.innovations(&with, theta, &linearised.linears, &|_| true)?;
+    let mut change: Vec<f64> = nu.iter().zip(&linearised.nu).map(|(a, b)| a - b).collect();
     change.iter_mut().for_each(|c| {
         if !c.is_finite() {
             *c = f64::NAN
@@ -318,14 +324,14 @@ mod tests {
     fn points(name: &str, duration_s: f64, kinds: &[&str]) -> (Vec<String>, Vec<String>, usize) {
         let nominal = deployed(name);
         let problem = problem(&nominal, recording(&nominal, 3, duration_s));
-        let engine = Engine::new(&problem, 1).unwrap();
-        let theta = engine.prior();
-        let board = Board::new(&engine, &nominal, &theta, &engine.noise).unwrap();
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let theta = session.prior();
+        let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
         let jumps = (&Lines::default(), &[][..], &Instants::default());
-        let period_s = engine.timelines[0].period_s;
-        let mut list = candidates(&problem, &nominal, &board.linears, period_s, jumps, &[]);
+        let period_s = session.timelines[0].period_s;
+        let mut list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
         list.retain(|candidate| kinds.contains(&candidate.effect.kind));
-        let of = |list: &[Candidate]| columns((&engine, &board), &nominal, &theta, list);
+        let of = |list: &[Candidate]| columns((&session, &linearised), &nominal, &theta, list);
         let told = |c: Column| format!("{:?} {:?}", c.candidate, c.candidate.directions);
         let alone = list.iter().flat_map(|candidate| of(core::slice::from_ref(candidate)));
         (of(&list).into_iter().map(told).collect(), alone.map(told).collect(), list.len())

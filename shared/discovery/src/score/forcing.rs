@@ -10,7 +10,7 @@
 //!
 //! Exact to first order in the amplitude. Where an interval takes several steps of integration Δ is the difference of two flows.
 
-use identification::filter::{Linear, Machine};
+use identification::filter::{Linear, Propagator};
 use identification::problem::Timeline;
 
 /// Pushes of the state (`tangent` numbers per event, over the interval behind it) and of the readings (per sample).
@@ -20,8 +20,8 @@ pub struct Sources {
     pub reading: Vec<f64>,
 }
 
-/// The machines differ in numbers alone: same states, same lags, same commands.
-pub fn comparable(base: &Machine<'_>, other: &Machine<'_>) -> bool {
+/// The propagators differ in numbers alone: same states, same lags, same commands.
+pub fn comparable(base: &Propagator<'_>, other: &Propagator<'_>) -> bool {
     base.layout == other.layout
         && base.same_lags(other)
         && base.x0 == other.x0
@@ -33,7 +33,7 @@ pub fn comparable(base: &Machine<'_>, other: &Machine<'_>) -> bool {
 
 /// The plant as it is along the filtered trajectory of one run: found once, it serves every change of it.
 pub struct Course<'a> {
-    pub base: Machine<'a>,
+    pub base: Propagator<'a>,
     linear: &'a Linear,
     /// Per event `x'` as its stretch begins and as it ends; where it takes several steps the end of the flow instead of the first.
     begin: Vec<f64>,
@@ -43,7 +43,7 @@ pub struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    pub fn new(linear: &'a Linear, mut base: Machine<'a>) -> Self {
+    pub fn new(linear: &'a Linear, mut base: Propagator<'a>) -> Self {
         let (x, events) = (base.x0.len(), base.timeline.events.len());
         let mut reading = vec![0.0; base.timeline.value.len()];
         let (mut begin, mut end) = (vec![0.0; events * x], vec![0.0; events * x]);
@@ -61,7 +61,7 @@ impl<'a> Course<'a> {
     }
 
     /// Sources of `other`, of the same run; `every`: only each so-manieth event. What changes `readings_alone` pushes no state.
-    pub fn sources(&self, other: &mut Machine<'_>, readings_alone: bool, every: usize) -> Sources {
+    pub fn sources(&self, other: &mut Propagator<'_>, readings_alone: bool, every: usize) -> Sources {
         let (linear, timeline) = (self.linear, self.base.timeline);
         let (n, x, m) = (linear.layout.tangent, self.base.x0.len(), linear.layout.noise_inputs.len());
         let events = timeline.events.len();
@@ -107,16 +107,16 @@ impl<'a> Course<'a> {
     }
 }
 
-/// `x'` of `machine` along the trajectory as the stretch behind event `k` begins and as it ends, or the end of its flow.
-fn motion(linear: &Linear, machine: &mut Machine<'_>, k: usize, (begin, end): (&mut [f64], &mut [f64])) {
+/// `x'` of `propagator` along the trajectory as the stretch behind event `k` begins and as it ends, or the end of its flow.
+fn motion(linear: &Linear, propagator: &mut Propagator<'_>, k: usize, (begin, end): (&mut [f64], &mut [f64])) {
     let (x, m) = (begin.len(), linear.layout.noise_inputs.len());
     let (after, held) = (&linear.updated[k * x..(k + 1) * x], &linear.held_updated[k * m..(k + 1) * m]);
-    if machine.timeline.events[k].steps > 1 {
+    if propagator.timeline.events[k].steps > 1 {
         begin.copy_from_slice(after);
-        machine.flow(k, begin, held);
+        propagator.flow(k, begin, held);
     } else {
-        machine.slope(k, false, after, held, begin);
-        machine.slope(k, true, &linear.states[(k + 1) * x..(k + 2) * x], held, end);
+        propagator.slope(k, false, after, held, begin);
+        propagator.slope(k, true, &linear.states[(k + 1) * x..(k + 2) * x], held, end);
     }
 }
 
@@ -131,15 +131,15 @@ impl MeanBegin {
         Self { x: linear.states[..x].to_vec(), row: 0 }
     }
 
-    /// Readings of `machine` along the trajectory at event `k`.
-    fn read(&self, linear: &Linear, machine: &mut Machine<'_>, k: usize, out: &mut [f64]) {
+    /// Readings of `propagator` along the trajectory at event `k`.
+    fn read(&self, linear: &Linear, propagator: &mut Propagator<'_>, k: usize, out: &mut [f64]) {
         let (x, m) = (self.x.len(), linear.layout.noise_inputs.len());
         let (state, held) = (&linear.states[k * x..(k + 1) * x], &linear.held[k * m..(k + 1) * m]);
-        machine.read(k, state, held, (&self.x, self.row), out);
+        propagator.read(k, state, held, (&self.x, self.row), out);
     }
 
-    fn keep(&mut self, linear: &Linear, machine: &Machine<'_>, k: usize) {
-        let (event, x) = (machine.timeline.events[k], self.x.len());
+    fn keep(&mut self, linear: &Linear, propagator: &Propagator<'_>, k: usize) {
+        let (event, x) = (propagator.timeline.events[k], self.x.len());
         if event.begins_mean {
             self.x.copy_from_slice(&linear.updated[k * x..(k + 1) * x]);
             self.row = event.row;
@@ -204,27 +204,27 @@ pub fn respond(linear: &Linear, timeline: &Timeline, sources: &Sources) -> Vec<f
 mod tests {
     use super::*;
     use crate::synthetic::{plant, problem, recording};
-    use identification::fit::{Board, Engine};
+    use identification::fit::{EstimationSession, LinearisedProblem};
 
     /// Relative distance of the forced change from that of a full pass at a small amplitude.
     fn apart(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> f64 {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&nominal, 3, duration_s));
-        let engine = Engine::new(&problem, 1).unwrap();
-        let theta = engine.prior();
-        let board = Board::new(&engine, &nominal, &theta, &engine.noise).unwrap();
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let theta = session.prior();
+        let linearised = LinearisedProblem::new(&session, &nominal, &theta, &session.noise).unwrap();
         let mut with = nominal.clone();
         with.add_effect(kind, &site.parse().unwrap(), values).unwrap();
-        let timeline = &engine.timelines[0];
-        let machine = |plant: &dynamics::description::Plant| {
-            Machine::new(&problem, 0, &problem.instance(plant, &theta, 0), timeline).unwrap()
+        let timeline = &session.timelines[0];
+        let propagator = |plant: &dynamics::description::Plant| {
+            Propagator::new(&problem, 0, &problem.instance(plant, &theta, 0), timeline).unwrap()
         };
-        let (base, mut other) = (machine(&nominal), machine(&with));
+        let (base, mut other) = (propagator(&nominal), propagator(&with));
         assert!(comparable(&base, &other));
-        let linear = &board.linears[0];
+        let linear = &linearised.linears[0];
         let forced = respond(linear, timeline, &Course::new(linear, base).sources(&mut other, false, 1));
-        let full = engine.innovations(&with, &theta, &board.linears, &|_| true).unwrap();
-        let change: Vec<f64> = full.iter().zip(&board.nu).map(|(a, b)| a - b).collect();
+        let full = session.innovations(&with, &theta, &linearised.linears, &|_| true).unwrap();
+        let change: Vec<f64> = full.iter().zip(&linearised.nu).map(|(a, b)| a - b).collect();
         let distance: f64 = forced.iter().zip(&change).map(|(a, b)| (a - b) * (a - b)).sum();
         (distance / change.iter().map(|c| c * c).sum::<f64>()).sqrt()
     }

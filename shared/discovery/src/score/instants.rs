@@ -8,7 +8,7 @@ use super::{Candidate, columns, scores};
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Law, Role};
 use identification::filter::NoiseModel;
-use identification::fit::{Board, Engine};
+use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Timeline;
 use identification::statistics::{chi_squared_quantile, median};
 
@@ -36,24 +36,24 @@ pub struct Instants {
 ///
 /// Cost: two columns a jump.
 pub fn instants(
-    (engine, board): (&Engine<'_>, &Board),
-    along: (&Engine<'_>, &Board),
+    (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
+    along: (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
 ) -> Instants {
     let mut found = Instants::default();
-    let mut r = [board.nu.clone()];
-    let longest = (0..engine.timelines.len()).max_by_key(|run| engine.timelines[*run].value.len());
-    let Some((run, _)) = longest.zip(board.whiten(engine, noise, &mut r)) else { return found };
-    let timeline = &engine.timelines[run];
+    let mut r = [linearised.nu.clone()];
+    let longest = (0..session.timelines.len()).max_by_key(|run| session.timelines[*run].value.len());
+    let Some((run, _)) = longest.zip(linearised.whiten(session, noise, &mut r)) else { return found };
+    let timeline = &session.timelines[run];
     let mut pool: Vec<(f64, [f64; 2])> = Vec::new();
     for (channel, sensor) in plant.sensors.iter().enumerate() {
         let own: Vec<usize> = samples_of(timeline, channel);
         found.looked = found.looked.max(own.len());
-        let jumps = jumps(&own.iter().map(|s| r[0][engine.offsets[run] + s]).collect::<Vec<_>>());
+        let jumps = jumps(&own.iter().map(|s| r[0][session.offsets[run] + s]).collect::<Vec<_>>());
         let edges = jumps.iter().map(|(_, k)| edge(timeline, &own, *k)).collect::<Vec<_>>();
-        let stays = stay((engine, board), along, plant, theta, noise, (&sensor.name, &edges));
+        let stays = stay((session, linearised), along, plant, theta, noise, (&sensor.name, &edges));
         let all = jumps.iter().zip(&edges).zip(stays);
         let own: Vec<(f64, [f64; 2])> =
             all.filter(|(_, stays)| *stays).map(|((jump, edge), _)| (jump.0, *edge)).collect();
@@ -86,8 +86,8 @@ fn reading_step(plant: &Plant) -> Option<(&'static Effect, &'static EffectParame
 
 /// Which jumps of a sensor's innovations are rather a step of its readings that stays than one wrong reading.
 fn stay(
-    (engine, board): (&Engine<'_>, &Board),
-    along: (&Engine<'_>, &Board),
+    (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
+    along: (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
@@ -111,7 +111,7 @@ fn stay(
     let both = |[begin, until]: &[f64; 2]| [of(*begin, lasting.default), of(*begin, until - begin)];
     let list: Vec<Candidate> = edges.iter().flat_map(both).collect();
     let found = columns(along, plant, theta, &list);
-    let judged = scores(engine, board, theta, noise, &found);
+    let judged = scores(session, linearised, theta, noise, &found);
     let statistic = |begin: f64, lasts: bool| {
         let is_own = |inner: &[(&str, f64)]| inner[0].1 == begin && (inner[1].1 == lasting.default) == lasts;
         let own = found.iter().zip(&judged).find(|(column, _)| is_own(&column.candidate.inner));

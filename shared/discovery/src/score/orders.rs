@@ -105,7 +105,7 @@ impl Grid {
 mod tests {
     use super::*;
     use crate::synthetic::{plant, problem, recording, with_effect};
-    use identification::fit::{Board, Engine};
+    use identification::fit::{EstimationSession, LinearisedProblem};
 
     /// Effect, site, values, channel.
     type Case = (&'static str, &'static str, &'static [(&'static str, f64)], Option<usize>);
@@ -119,9 +119,9 @@ mod tests {
         ];
         for (kind, site, values, channel) in cases {
             let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, values), 4, 3.0));
-            let engine = Engine::new(&problem, 1).unwrap();
-            let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
-            let found = orders(&board.linears[0], &engine.timelines[0], &nominal, &engine.noise.sensor_sigma);
+            let session = EstimationSession::new(&problem, 1).unwrap();
+            let linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
+            let found = orders(&linearised.linears[0], &session.timelines[0], &nominal, &session.noise.sensor_sigma);
             let own = found.iter().find(|own| own.channel == channel).unwrap();
             assert!((own.list[0] - values[1].1).abs() < 0.6, "{kind} {:?}", own.list);
         }

@@ -7,7 +7,7 @@
 use super::{Candidate, Column, Score, Scorer, columns};
 use dynamics::description::Plant;
 use dynamics::effect::{EffectParameter, Prior, Role};
-use identification::fit::{Board, Engine};
+use identification::fit::{EstimationSession, LinearisedProblem};
 
 /// Rounds of steps, of what has sharp edges in time and of everything else, and halvings of a step that can be told from none.
 const LEVELS_OF_EDGES: usize = 14;
@@ -99,17 +99,17 @@ impl Climb {
 /// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS_OF_EDGES`] columns, fewer laws where these are long; a law whose steps are all halved out is done.
 pub fn refined(
     scorer: &Scorer<'_, '_>,
-    along: (&Engine<'_>, &Board),
+    along: (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
     theta: &[f64],
     (list, found): (&[Column], &[Score]),
 ) -> Vec<Column> {
-    let engine = along.0;
-    let [begin_s, end_s] = engine.problem.span_s();
+    let session = along.0;
+    let [begin_s, end_s] = session.problem.span_s();
     let duration_s = end_s - begin_s;
-    let laws = (WORK_MAX / (COLUMNS as f64 * engine.samples.max(1) as f64)) as usize;
+    let laws = (WORK_MAX / (COLUMNS as f64 * session.samples.max(1) as f64)) as usize;
     // an edge in time is as sharp as a sample
-    let edges = libm::log2((duration_s / (16.0 * engine.timelines[0].period_s)).max(1.0)).ceil() as usize;
+    let edges = libm::log2((duration_s / (16.0 * session.timelines[0].period_s)).max(1.0)).ceil() as usize;
     let mut climbs = starts(list, found, duration_s, edges);
     climbs.truncate(laws.clamp(2, LAWS));
     for level in 0..LEVELS_OF_EDGES.max(2 * edges) {
@@ -131,7 +131,7 @@ pub fn refined(
             }
         }
     }
-    let free = libm::log(engine.samples.max(2) as f64);
+    let free = libm::log(session.samples.max(2) as f64);
     // a whole order is the scale's own and free of charge; one that is not is a number found
     let is_charged = |parameter: &EffectParameter| matches!(parameter.prior, Prior::FreeUnlessWhole(_));
     let gained =

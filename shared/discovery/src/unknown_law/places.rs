@@ -1,8 +1,8 @@
 //! Where an unknown law may act, on what it may depend, and the functions it is made of.
 
 use dynamics::description::Plant;
-use identification::filter::{DISTURBANCE, Linear, Machine};
-use identification::fit::Board;
+use identification::filter::{DISTURBANCE, Linear, Propagator};
+use identification::fit::LinearisedProblem;
 
 /// Functions along each of two coordinates, and along one that is alone: as many in all.
 const SIDE: usize = 5;
@@ -66,36 +66,36 @@ impl Place {
     }
 
     /// Coordinates of a force in state `x` under what acts as event `k` begins its stretch, or ends it.
-    pub fn at_state(&self, machine: &Machine<'_>, (k, end): (usize, bool), x: &[f64], out: &mut [f64]) {
+    pub fn at_state(&self, propagator: &Propagator<'_>, (k, end): (usize, bool), x: &[f64], out: &mut [f64]) {
         for (out, coordinate) in out.iter_mut().zip(&self.along) {
             *out = match coordinate {
                 Coordinate::State(state) => x[*state],
-                Coordinate::Command(input) => machine.acting(k, end, *input),
-                Coordinate::CommandRate(input) => command_rate(machine, k, *input),
-                _ => machine.timeline.events[if end { k + 1 } else { k }].t_s,
+                Coordinate::Command(input) => propagator.acting(k, end, *input),
+                Coordinate::CommandRate(input) => command_rate(propagator, k, *input),
+                _ => propagator.timeline.events[if end { k + 1 } else { k }].t_s,
             };
         }
     }
 
     /// Coordinates of a reading at one of its samples.
-    pub fn at_sample(&self, linear: &Linear, machine: &Machine<'_>, sample: usize, out: &mut [f64]) {
+    pub fn at_sample(&self, linear: &Linear, propagator: &Propagator<'_>, sample: usize, out: &mut [f64]) {
         for (out, coordinate) in out.iter_mut().zip(&self.along) {
             *out = match coordinate {
-                Coordinate::Reading => machine.timeline.value[sample] - (linear.nu[sample] - linear.pull[sample]),
+                Coordinate::Reading => propagator.timeline.value[sample] - (linear.nu[sample] - linear.pull[sample]),
                 Coordinate::ReadingRate => linear.slope[sample],
-                _ => machine.timeline.stamp_s[sample],
+                _ => propagator.timeline.stamp_s[sample],
             };
         }
     }
 }
 
 /// Rate of change of a command over the stretch behind event `k`: of one that is held its step, spread over that stretch.
-fn command_rate(machine: &Machine<'_>, k: usize, input: usize) -> f64 {
-    let timeline = machine.timeline;
+fn command_rate(propagator: &Propagator<'_>, k: usize, input: usize) -> f64 {
+    let timeline = propagator.timeline;
     let Some(next) = timeline.events.get(k + 1) else { return 0.0 };
     let lasts_s = next.t_s - timeline.events[k].t_s;
-    let before = if k == 0 { machine.acting(0, false, input) } else { machine.acting(k - 1, true, input) };
-    if lasts_s > 0.0 { (machine.acting(k, true, input) - before) / lasts_s } else { 0.0 }
+    let before = if k == 0 { propagator.acting(0, false, input) } else { propagator.acting(k - 1, true, input) };
+    if lasts_s > 0.0 { (propagator.acting(k, true, input) - before) / lasts_s } else { 0.0 }
 }
 
 /// Every place of a plant: forces that act on a coordinate with their pairs, its position alone and time; readings over what is read, over it and
@@ -180,18 +180,18 @@ pub(super) fn basis(span: &Span, at: &[f64], out: &mut [f64]) {
 }
 
 /// The middle 98 % of every coordinate, all of time and of a rate of commands, which may change seldom; `None` where one stands still.
-pub(super) fn visited(board: &Board, machines: &[Machine<'_>], place: &Place) -> Option<Span> {
+pub(super) fn visited(linearised: &LinearisedProblem, propagators: &[Propagator<'_>], place: &Place) -> Option<Span> {
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); place.along.len()];
     let mut at = vec![0.0; place.along.len()];
-    for (linear, machine) in board.linears.iter().zip(machines) {
+    for (linear, propagator) in linearised.linears.iter().zip(propagators) {
         let mut take = |at: &[f64]| values.iter_mut().zip(at).for_each(|(values, at)| values.push(*at));
         match place.acts {
             Acts::Force(_) => linear.updated.chunks(linear.state_names.len()).enumerate().for_each(|(k, x)| {
-                place.at_state(machine, (k, false), x, &mut at);
+                place.at_state(propagator, (k, false), x, &mut at);
                 take(&at);
             }),
-            Acts::Reading(channel) => samples_of(machine, channel).for_each(|sample| {
-                place.at_sample(linear, machine, sample, &mut at);
+            Acts::Reading(channel) => samples_of(propagator, channel).for_each(|sample| {
+                place.at_sample(linear, propagator, sample, &mut at);
                 take(&at);
             }),
         }
@@ -206,7 +206,7 @@ pub(super) fn visited(board: &Board, machines: &[Machine<'_>], place: &Place) ->
     values.into_iter().zip(&place.along).map(span).collect()
 }
 
-pub(super) fn samples_of(machine: &Machine<'_>, channel: usize) -> impl Iterator<Item = usize> {
-    let timeline = machine.timeline;
+pub(super) fn samples_of(propagator: &Propagator<'_>, channel: usize) -> impl Iterator<Item = usize> {
+    let timeline = propagator.timeline;
     (0..timeline.value.len()).filter(move |sample| timeline.channel[*sample] == channel)
 }

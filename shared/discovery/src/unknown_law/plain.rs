@@ -10,12 +10,12 @@
 
 use super::places::{Acts, Coordinate, Near, Place, Span, near, visited};
 use super::ridge::{Cell, cells};
-use super::{Functions, UnknownLaw, Weights, columns, machines, predicted};
-use crate::compete::subsets::Rung;
+use super::{Functions, UnknownLaw, Weights, columns, predicted, propagators};
+use crate::compete::subsets::NoiseHypothesis;
 use dynamics::description::Plant;
-use identification::filter::{Linear, Machine, NoiseModel};
+use identification::filter::{Linear, NoiseModel, Propagator};
 use identification::fit::noise::{Search, maximise};
-use identification::fit::{Board, Engine};
+use identification::fit::{EstimationSession, LinearisedProblem};
 
 /// `|x|^power`, odd: with the sign of x.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,26 +92,26 @@ pub struct Told {
 ///
 /// Cost: a column each (some thirty an input, eight a channel), whitened once with all products.
 pub fn plain(
-    (engine, board): (&Engine<'_>, &Board),
-    along: (&Engine<'_>, &Board),
+    (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
+    along: (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
     theta: &[f64],
     noise: &NoiseModel,
     named: &[&Vec<f64>],
 ) -> Option<Plain> {
-    let about = board.linears.first().map_or(0, |linear| places(plant, linear).iter().map(|(_, f)| f.len()).sum());
-    if !engine.work.allows(board.normal_work(engine, about + named.len()), "laws of one number without a name") {
+    let about = linearised.linears.first().map_or(0, |linear| places(plant, linear).iter().map(|(_, f)| f.len()).sum());
+    if !session.work.allows(linearised.normal_work(session, about + named.len()), "laws of one number without a name") {
         return None;
     }
-    let machines = machines(along.0, plant, theta)?;
-    let mut laws = laws((along.0, &machines), along.1, plant);
+    let propagators = propagators(along.0, plant, theta)?;
+    let mut laws = laws((along.0, &propagators), along.1, plant);
     let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().copied()).collect();
-    let rung = Rung::new(engine, board, theta, &extra, noise)?;
-    let (gram, right) = (&rung.reduced, &rung.reduced_right);
+    let hypothesis = NoiseHypothesis::new(session, linearised, theta, &extra, noise)?;
+    let (gram, right) = (&hypothesis.reduced, &hypothesis.reduced_right);
     let same = |i: usize, j: usize| gram[(i, j)].abs() > SAME * (gram[(i, i)] * gram[(j, j)]).sqrt();
     let has_name = |i: usize| (laws.len()..extra.len()).any(|j| same(i, j));
     let statistic = |i: usize| right[i] * right[i] / gram[(i, i)];
-    let mut order: Vec<usize> = (0..laws.len()).filter(|i| rung.seen(*i) && !has_name(*i)).collect();
+    let mut order: Vec<usize> = (0..laws.len()).filter(|i| hypothesis.seen(*i) && !has_name(*i)).collect();
     order.sort_by(|a, b| statistic(*b).total_cmp(&statistic(*a)).then(a.cmp(b)));
     let mut taken: Vec<usize> = Vec::with_capacity(TAKEN);
     for i in order {
@@ -123,9 +123,9 @@ pub fn plain(
     let fitted = |i: &usize| {
         let own = [&laws[*i].column];
         let search = Search { sweeps: 3, colour: true, scan: false };
-        let (noise, objective) = maximise(engine, board, theta, &own, noise, search)?;
-        let (_, amplitude) = board.normal(engine, theta, &noise, &own)?.minimum()?;
-        let alone = Rung::new(engine, board, theta, &own, &noise)?;
+        let (noise, objective) = maximise(session, linearised, theta, &own, noise, search)?;
+        let (_, amplitude) = linearised.normal(session, theta, &noise, &own)?.minimum()?;
+        let alone = NoiseHypothesis::new(session, linearised, theta, &own, &noise)?;
         Some((*i, noise, objective, [*amplitude.first()?, 1.0 / alone.reduced[(0, 0)].sqrt()]))
     };
     let fits = taken.iter().filter_map(fitted);
@@ -137,17 +137,17 @@ impl Plain {
     /// As a law without a name, ahead by so much of names with so many `numbers`; `None` where parts of the recording cannot be predicted.
     pub fn told(
         self,
-        engine: &Engine<'_>,
-        (board, theta): (&Board, &[f64]),
+        session: &EstimationSession<'_>,
+        (linearised, theta): (&LinearisedProblem, &[f64]),
         ahead: f64,
         numbers: usize,
     ) -> Option<UnknownLaw> {
         let Law { place, factors, span, scales, column } = self.law;
-        let names = place.names(board.linears.first()?);
+        let names = place.names(linearised.linears.first()?);
         let is_of_time = place.is_of_time();
         let columns = [column];
         let weights = Weights { columns: &columns, precision: 0.0, is_of_time };
-        let held_out = predicted(engine, (board, theta), &self.noise, &weights)?;
+        let held_out = predicted(session, (linearised, theta), &self.noise, &weights)?;
         let [value, sigma] = self.amplitude;
         let cell = |at: [f64; 2]| {
             let shape = shape(factors, &scales, &at);
@@ -160,21 +160,26 @@ impl Plain {
 }
 
 /// Every plain law of a plant that varies, with its column.
-fn laws((engine, machines): (&Engine<'_>, &[Machine<'_>]), board: &Board, plant: &Plant) -> Vec<Law> {
-    let Some(linear) = board.linears.first() else { return Vec::new() };
-    let is_alone = board.linears.len() == 1;
+fn laws(
+    (session, propagators): (&EstimationSession<'_>, &[Propagator<'_>]),
+    linearised: &LinearisedProblem,
+    plant: &Plant,
+) -> Vec<Law> {
+    let Some(linear) = linearised.linears.first() else { return Vec::new() };
+    let is_alone = linearised.linears.len() == 1;
     let mut laws = Vec::new();
     for (place, forms) in places(plant, linear) {
         // time is another one in every run
         if place.is_of_time() && !is_alone {
             continue;
         }
-        let Some(span) = visited(board, machines, &place) else { continue };
+        let Some(span) = visited(linearised, propagators, &place) else { continue };
         let scales = scales(&place, &span);
         let fill = |at: &[f64], out: &mut [f64]| {
             out.iter_mut().zip(forms).for_each(|(out, factors)| *out = shape(factors, &scales, at));
         };
-        let columns = columns((engine, machines), board, &place, &Functions { count: forms.len(), fill: &fill });
+        let columns =
+            columns((session, propagators), linearised, &place, &Functions { count: forms.len(), fill: &fill });
         for (factors, column) in forms.iter().zip(columns) {
             if column.iter().all(|c| c.is_finite()) && column.iter().any(|c| *c != 0.0) {
                 laws.push(Law { place: place.clone(), factors, span: span.clone(), scales: scales.clone(), column });
@@ -256,15 +261,15 @@ mod tests {
     fn found(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> (Plain, String, bool) {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, values), 6, duration_s));
-        let engine = Engine::new(&problem, 1).unwrap();
-        let fitted = identification::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
-        let (board, theta) = (&fitted.board, &fitted.theta);
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let fitted = identification::fit::fit(&session, &nominal, &session.prior(), &session.noise, 6).unwrap();
+        let (linearised, theta) = (&fitted.linearised, &fitted.theta);
         let best = |named: &[&Vec<f64>]| {
-            plain((&engine, board), (&engine, board), &nominal, theta, &engine.noise, named).unwrap()
+            plain((&session, linearised), (&session, linearised), &nominal, theta, &session.noise, named).unwrap()
         };
         let first = best(&[]);
         let again = best(&[&first.law.column]);
-        let names = first.law.place.names(&board.linears[0]);
+        let names = first.law.place.names(&linearised.linears[0]);
         let told = formula(first.law.factors, &names);
         let same = again.law.place == first.law.place && again.law.factors == first.law.factors;
         (first, told, same)

@@ -1,7 +1,7 @@
 //! Weights of a map with one prior scale, and what the map says.
 
 use super::places::{FUNCTIONS, Span, basis};
-use crate::compete::subsets::Rung;
+use crate::compete::subsets::NoiseHypothesis;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
 /// Cells of the map that is told, along each of two coordinates and along one.
@@ -26,10 +26,10 @@ pub(super) struct Ridge {
 }
 
 impl Ridge {
-    /// The scale that maximises the evidence on `rung`.
-    pub fn new(rung: &Rung, samples: f64) -> Option<Self> {
-        let eigen = SymmetricEigen::try_new(rung.reduced.clone(), 1e-12, 10_000)?;
-        let g = eigen.eigenvectors.tr_mul(&rung.reduced_right);
+    /// The scale that maximises the evidence on `hypothesis`.
+    pub fn new(hypothesis: &NoiseHypothesis, samples: f64) -> Option<Self> {
+        let eigen = SymmetricEigen::try_new(hypothesis.reduced.clone(), 1e-12, 10_000)?;
+        let g = eigen.eigenvectors.tr_mul(&hypothesis.reduced_right);
         let largest = eigen.eigenvalues.iter().copied().fold(0.0, f64::max);
         if largest <= 0.0 {
             return None;
@@ -44,16 +44,16 @@ impl Ridge {
                 gain += variance * g * g / (1.0 + seen);
                 price += libm::log(1.0 + seen);
             }
-            let objective = rung.at(rung.reduced_chi2 - gain, samples) + price;
+            let objective = hypothesis.at(hypothesis.reduced_chi2 - gain, samples) + price;
             if best.is_none_or(|best| objective < best.0) {
                 best = Some((objective, variance, gain));
             }
         }
         let (objective, variance, gain) = best?;
-        let scale = (rung.reduced_chi2 - gain).max(0.0) / samples;
-        let n = rung.reduced.nrows();
-        let factor = Cholesky::new(&rung.reduced + DMatrix::identity(n, n) / variance)?;
-        let weights = factor.solve(&rung.reduced_right);
+        let scale = (hypothesis.reduced_chi2 - gain).max(0.0) / samples;
+        let n = hypothesis.reduced.nrows();
+        let factor = Cholesky::new(&hypothesis.reduced + DMatrix::identity(n, n) / variance)?;
+        let weights = factor.solve(&hypothesis.reduced_right);
         Some(Self { objective, weights, covariance: factor.inverse() * scale, precision: 1.0 / variance })
     }
 

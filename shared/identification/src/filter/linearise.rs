@@ -2,19 +2,19 @@
 
 use super::initial::{Start, response};
 use super::linear::STEP;
-use super::machine::{Machine, Mean};
+use super::propagator::{Mean, Propagator};
 use super::recursion::Recursion;
 use super::transition::Transitions;
 use super::{Frozen, Linear, NoiseModel};
 use crate::problem::Timeline;
 
 impl Linear {
-    /// Room for every event and sample of `machine`'s run.
-    fn empty(machine: &Machine<'_>, noise: &NoiseModel, initial_sigma: &[f64], start: &Start) -> Self {
-        let layout = machine.layout.clone();
+    /// Room for every event and sample of `propagator`'s run.
+    fn empty(propagator: &Propagator<'_>, noise: &NoiseModel, initial_sigma: &[f64], start: &Start) -> Self {
+        let layout = propagator.layout.clone();
         let (n, m, c) = (layout.tangent, layout.noise_inputs.len(), layout.clone);
-        let events = machine.timeline.events.len();
-        let samples = machine.timeline.value.len();
+        let events = propagator.timeline.events.len();
+        let samples = propagator.timeline.value.len();
         Self {
             transition: vec![0.0; events * n * (n + m)],
             measurement: vec![0.0; samples * (n + m + c)],
@@ -24,15 +24,15 @@ impl Linear {
             start: start.change.clone(),
             pull: vec![0.0; samples],
             is_wide: start.sigma == initial_sigma,
-            finer: machine.finer,
+            finer: propagator.finer,
             frozen: Frozen {
                 rows: layout.len(),
                 gain: Vec::with_capacity(samples * layout.len()),
                 first: Vec::with_capacity(events),
             },
             nu: vec![0.0; samples],
-            states: Vec::with_capacity(events * machine.x0.len()),
-            updated: Vec::with_capacity(events * machine.x0.len()),
+            states: Vec::with_capacity(events * propagator.x0.len()),
+            updated: Vec::with_capacity(events * propagator.x0.len()),
             held: Vec::with_capacity(events * m),
             held_updated: Vec::with_capacity(events * m),
             noise: NoiseModel {
@@ -40,57 +40,57 @@ impl Linear {
                 jitter_s: vec![0.0; noise.pole.len()],
                 ..noise.clone()
             },
-            names: super::tangent_names(&machine.system).into_iter().map(|(name, _)| name).collect(),
-            input_names: layout.noise_inputs.iter().map(|i| machine.system.inputs()[*i].name.clone()).collect(),
-            state_names: machine.system.states().iter().map(|state| state.name.clone()).collect(),
+            names: super::tangent_names(&propagator.system).into_iter().map(|(name, _)| name).collect(),
+            input_names: layout.noise_inputs.iter().map(|i| propagator.system.inputs()[*i].name.clone()).collect(),
+            state_names: propagator.system.states().iter().map(|state| state.name.clone()).collect(),
             layout,
         }
     }
 }
 
-/// Extended Kalman filter over a run with white noise, from `start`, which `machine` is moved to:
-/// its gains, innovations and linear model.
+/// Extended Kalman filter over a run with white noise, from `start`, which `propagator` is moved
+/// to: its gains, innovations and linear model.
 ///
 /// Cost: `tangent + inputs + clone + 1` readings an event, and as many flows, or a third of their
 /// work ([`Transitions`]).
 pub fn linearise(
-    machine: &mut Machine<'_>,
+    propagator: &mut Propagator<'_>,
     noise: &NoiseModel,
     initial_sigma: &[f64],
     start: &Start,
 ) -> Result<Linear, String> {
-    machine.begin(&start.change);
-    let mut linear = Linear::empty(machine, noise, initial_sigma, start);
+    propagator.begin(&start.change);
+    let mut linear = Linear::empty(propagator, noise, initial_sigma, start);
     let (n, m) = (linear.layout.tangent, linear.layout.noise_inputs.len());
-    let events = machine.timeline.events.len();
-    let mut update = Update::new(machine, &linear, start);
-    let mut mean = machine.start();
-    let mut transitions = Transitions::new(machine);
+    let events = propagator.timeline.events.len();
+    let mut update = Update::new(propagator, &linear, start);
+    let mut mean = propagator.start();
+    let mut transitions = Transitions::new(propagator);
     for k in 0..events {
-        let event = machine.timeline.events[k];
-        machine.renew(k, &mut mean);
+        let event = propagator.timeline.events[k];
+        propagator.renew(k, &mut mean);
         update.recursion.renew(event.reset, &linear.noise);
         linear.states.extend_from_slice(&mean.x);
         linear.held.extend_from_slice(&mean.w);
         linear.frozen.first.push(linear.frozen.gain.len());
         if event.count > 0 {
-            update.take_up(machine, k, &mut mean, &mut linear)?;
+            update.take_up(propagator, k, &mut mean, &mut linear)?;
         }
         linear.updated.extend_from_slice(&mean.x);
         linear.held_updated.extend_from_slice(&mean.w);
-        machine.begin_mean(k, &mut mean);
+        propagator.begin_mean(k, &mut mean);
         if event.begins_mean {
             update.recursion.begin_mean();
         }
         if k + 1 < events {
             let transition = &mut linear.transition[k * n * (n + m)..(k + 1) * n * (n + m)];
-            transitions.write(machine, k, &mut mean, &update.recursion.sigmas(), transition);
+            transitions.write(propagator, k, &mut mean, &update.recursion.sigmas(), transition);
             update.recursion.propagate(transition);
         }
     }
-    linear.slope = slopes(&linear.nu, &update.corrected_by, machine.timeline);
+    linear.slope = slopes(&linear.nu, &update.corrected_by, propagator.timeline);
     if start.change.iter().any(|change| *change != 0.0) {
-        linear.pull = response(&linear, machine.timeline, &start.change);
+        linear.pull = response(&linear, propagator.timeline, &start.change);
         linear.nu.iter_mut().zip(&linear.pull).for_each(|(nu, pull)| *nu += pull);
     }
     Ok(linear)
@@ -109,15 +109,15 @@ struct Update {
 }
 
 impl Update {
-    fn new(machine: &Machine<'_>, linear: &Linear, start: &Start) -> Self {
+    fn new(propagator: &Propagator<'_>, linear: &Linear, start: &Start) -> Self {
         let channels = linear.noise.sensor_sigma.len();
         Self {
             recursion: Recursion::new(&linear.layout, &start.sigma),
-            scratch: Scratch::new(machine),
+            scratch: Scratch::new(propagator),
             predicted: vec![0.0; channels],
             change: vec![0.0; linear.layout.len()],
             read_s: vec![f64::NAN; channels],
-            corrected_by: vec![0.0; machine.timeline.value.len()],
+            corrected_by: vec![0.0; propagator.timeline.value.len()],
         }
     }
 
@@ -125,19 +125,19 @@ impl Update {
     /// is corrected.
     fn take_up(
         &mut self,
-        machine: &mut Machine<'_>,
+        propagator: &mut Propagator<'_>,
         k: usize,
         mean: &mut Mean,
         linear: &mut Linear,
     ) -> Result<(), String> {
-        let event = machine.timeline.events[k];
+        let event = propagator.timeline.events[k];
         let samples = event.first..event.first + event.count;
         let row_len = linear.row_len();
-        self.scratch.measurement(machine, k, mean, &mut linear.measurement[event.first * row_len..]);
-        self.decays(machine, k, linear);
-        machine.predict(k, mean, &mut self.predicted);
+        self.scratch.measurement(propagator, k, mean, &mut linear.measurement[event.first * row_len..]);
+        self.decays(propagator, k, linear);
+        propagator.predict(k, mean, &mut self.predicted);
         let rows = &linear.measurement[samples.start * row_len..samples.end * row_len];
-        let channels = &machine.timeline.channel[samples.clone()];
+        let channels = &propagator.timeline.channel[samples.clone()];
         let (decay, slope) = (&linear.decay[samples.clone()], &linear.slope[samples.clone()]);
         if !self.recursion.update(&linear.noise, channels, rows, (decay, slope)) {
             return Err(format!("the filter's covariance is not positive at {} s", event.t_s));
@@ -145,7 +145,7 @@ impl Update {
         linear.frozen.gain.extend_from_slice(&self.recursion.gain);
         self.change.fill(0.0);
         for (slot, predicted) in self.predicted.iter().enumerate().take(event.count) {
-            let innovation = machine.timeline.value[event.first + slot] - predicted;
+            let innovation = propagator.timeline.value[event.first + slot] - predicted;
             linear.nu[event.first + slot] = innovation;
             for (row, change) in self.change.iter_mut().enumerate() {
                 *change += self.recursion.gain[row * event.count + slot] * innovation;
@@ -155,23 +155,23 @@ impl Update {
             return Err(format!("the filtered state runs away at {} s", event.t_s));
         }
         for (row, sample) in rows.chunks_exact(row_len.max(1)).zip(samples) {
-            self.corrected_by[sample] = match linear.layout.lag_of[machine.timeline.channel[sample]] {
+            self.corrected_by[sample] = match linear.layout.lag_of[propagator.timeline.channel[sample]] {
                 Some(lag) => self.change[linear.layout.lags_at() + lag],
                 None => linear.layout.places(row).map(|(place, h)| h * self.change[place]).sum(),
             };
         }
-        machine.correct(mean, &self.change);
+        propagator.correct(mean, &self.change);
         Ok(())
     }
 
     /// Shares of their old output that lagging channels of event `k` keep.
-    fn decays(&mut self, machine: &Machine<'_>, k: usize, linear: &mut Linear) {
-        let event = machine.timeline.events[k];
+    fn decays(&mut self, propagator: &Propagator<'_>, k: usize, linear: &mut Linear) {
+        let event = propagator.timeline.events[k];
         for sample in event.first..event.first + event.count {
-            let channel = machine.timeline.channel[sample];
+            let channel = propagator.timeline.channel[sample];
             if linear.layout.lag_of[channel].is_some() {
                 let since = event.t_s - self.read_s[channel];
-                linear.decay[sample] = if since > 0.0 { machine.lag_decay(channel, since) } else { 0.0 };
+                linear.decay[sample] = if since > 0.0 { propagator.lag_decay(channel, since) } else { 0.0 };
                 self.read_s[channel] = event.t_s;
             }
         }
@@ -214,33 +214,33 @@ struct Scratch {
 }
 
 impl Scratch {
-    fn new(machine: &Machine<'_>) -> Self {
-        let (n, t) = (machine.x0.len(), machine.layout.tangent);
-        let p = machine.layout.lag_of.len();
+    fn new(propagator: &Propagator<'_>) -> Self {
+        let (n, t) = (propagator.x0.len(), propagator.layout.tangent);
+        let p = propagator.layout.lag_of.len();
         let zeros = |n: usize| vec![0.0; n];
         Self { delta: zeros(t), moved: zeros(n), w: Vec::new(), y: zeros(p), y0: zeros(p) }
     }
 
-    fn measurement(&mut self, machine: &mut Machine<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
-        let (n, m, c) = (machine.layout.tangent, machine.layout.noise_inputs.len(), machine.layout.clone);
-        let count = machine.timeline.events[k].count;
+    fn measurement(&mut self, propagator: &mut Propagator<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
+        let (n, m, c) = (propagator.layout.tangent, propagator.layout.noise_inputs.len(), propagator.layout.clone);
+        let count = propagator.timeline.events[k].count;
         self.w.clone_from(&mean.w);
-        machine.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_row), &mut self.y0);
+        propagator.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_row), &mut self.y0);
         for column in 0..n + m + c {
             if column < n {
                 self.delta.fill(0.0);
                 self.delta[column] = STEP;
-                machine.system.retract(&mean.x, &self.delta, &mut self.moved);
-                machine.read(k, &self.moved, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
+                propagator.system.retract(&mean.x, &self.delta, &mut self.moved);
+                propagator.read(k, &self.moved, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
             } else if column < n + m {
                 self.w[column - n] += STEP;
-                machine.read(k, &mean.x, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
+                propagator.read(k, &mean.x, &self.w, (&mean.clone, mean.clone_row), &mut self.y);
                 self.w[column - n] = mean.w[column - n];
             } else {
                 self.delta.fill(0.0);
                 self.delta[column - n - m] = STEP;
-                machine.system.retract(&mean.clone, &self.delta, &mut self.moved);
-                machine.read(k, &mean.x, &self.w, (&self.moved, mean.clone_row), &mut self.y);
+                propagator.system.retract(&mean.clone, &self.delta, &mut self.moved);
+                propagator.read(k, &mean.x, &self.w, (&self.moved, mean.clone_row), &mut self.y);
             }
             for slot in 0..count {
                 out[slot * (n + m + c) + column] = (self.y[slot] - self.y0[slot]) / STEP;

@@ -36,11 +36,11 @@ impl NoiseModel {
 
     /// Every standard deviation `factor` times as large.
     #[must_use]
-    pub fn louder(&self, factor: f64) -> Self {
-        let mut louder = self.clone();
-        let sizes = louder.input_sigma.iter_mut().chain(&mut louder.sensor_sigma).chain(&mut louder.jitter_s);
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        let sizes = scaled.input_sigma.iter_mut().chain(&mut scaled.sensor_sigma).chain(&mut scaled.jitter_s);
         sizes.for_each(|sigma| *sigma *= factor);
-        louder
+        scaled
     }
 
     /// No number is farther from its own in `other` than a fifth of it, no pole's area hyperbolic
@@ -56,7 +56,7 @@ impl NoiseModel {
 
     /// Some input or channel has more than `factor` times the standard deviation that it has in
     /// `other`, and than in `floor`.
-    pub fn is_louder(&self, other: &Self, floor: &Self, factor: f64) -> bool {
+    pub fn exceeds(&self, other: &Self, floor: &Self, factor: f64) -> bool {
         let sizes = |noise: &Self| [&noise.input_sigma[..], &noise.sensor_sigma[..]].concat();
         sizes(self)
             .iter()

@@ -1,20 +1,20 @@
 use super::*;
-use crate::fit::{Board, Engine};
+use crate::fit::{EstimationSession, LinearisedProblem};
 use crate::problem::Problem;
 use crate::synthetic::{plant, problem, recording};
 use dynamics::description::Plant;
 
-fn whitened(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> Vec<f64> {
-    let mut columns = [board.nu.clone()];
-    board.whiten(engine, noise, &mut columns).unwrap();
+fn whitened(session: &EstimationSession<'_>, linearised: &LinearisedProblem, noise: &NoiseModel) -> Vec<f64> {
+    let mut columns = [linearised.nu.clone()];
+    linearised.whiten(session, noise, &mut columns).unwrap();
     let [r] = columns;
     r
 }
 
-fn board<'p>(problem: &'p Problem) -> (Engine<'p>, Board) {
-    let engine = Engine::new(problem, 1).unwrap();
-    let board = Board::new(&engine, &problem.plant, &engine.prior(), &engine.noise).unwrap();
-    (engine, board)
+fn linearised<'p>(problem: &'p Problem) -> (EstimationSession<'p>, LinearisedProblem) {
+    let session = EstimationSession::new(problem, 1).unwrap();
+    let linearised = LinearisedProblem::new(&session, &problem.plant, &session.prior(), &session.noise).unwrap();
+    (session, linearised)
 }
 
 #[test]
@@ -22,8 +22,8 @@ fn innovations_of_the_true_plant_are_white_and_of_unit_size() {
     for (name, duration_s) in [("pendulum", 10.0), ("oscillator", 2.0), ("drive_rig", 2.0), ("tank_planar", 400.0)] {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&nominal, 5, duration_s));
-        let (engine, board) = board(&problem);
-        let r = whitened(&engine, &board, &engine.noise);
+        let (session, linearised) = linearised(&problem);
+        let r = whitened(&session, &linearised, &session.noise);
         let n = r.len() as f64;
         let size = r.iter().map(|r| r * r).sum::<f64>() / n;
         // mean of n squares: five standard errors of sqrt(2/n)
@@ -38,16 +38,16 @@ fn innovations_of_the_true_plant_are_white_and_of_unit_size() {
 fn on_a_linear_plant_whitening_for_another_noise_is_the_filter_of_that_noise() {
     let nominal = plant("oscillator");
     let problem = problem(&nominal, recording(&nominal, 2, 0.6));
-    let (engine, first) = board(&problem);
-    let mut other = engine.noise.clone();
+    let (session, first) = linearised(&problem);
+    let mut other = session.noise.clone();
     other.input_sigma[0] *= 7.0;
     other.sensor_sigma[1] *= 0.3;
-    let second = Board::new(&engine, &problem.plant, &engine.prior(), &other).unwrap();
-    let (a, b) = (whitened(&engine, &first, &other), whitened(&engine, &second, &other));
+    let second = LinearisedProblem::new(&session, &problem.plant, &session.prior(), &other).unwrap();
+    let (a, b) = (whitened(&session, &first, &other), whitened(&session, &second, &other));
     // derivatives by differences with steps of 1e-6: 1e-6 of the largest innovation
     let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(worst < 1e-4, "{worst}");
-    assert!(whitened(&engine, &first, &engine.noise).iter().zip(&a).any(|(a, b)| (a - b).abs() > 0.1));
+    assert!(whitened(&session, &first, &session.noise).iter().zip(&a).any(|(a, b)| (a - b).abs() > 0.1));
 }
 
 /// Three accelerometers see eight states: what the first readings hardly tell swings in the wide
@@ -63,19 +63,22 @@ fn where_the_pass_starts_leaves_the_likelihood_as_it_was_and_takes_the_swings_ou
         &[("mass_ratio", 0.04), ("frequency", 17.0), ("damping_ratio", 0.02)],
     );
     let problem = problem(&nominal, recording(&nominal, 3, 3.0));
-    let (mut engine, _) = board(&problem);
+    let (mut session, _) = linearised(&problem);
     // nothing is known of its start, not even that the commands move it
-    engine.added = std::sync::Arc::new(vec![Vec::new()]);
-    let narrow = Board::new(&engine, &problem.plant, &engine.prior(), &engine.noise).unwrap();
-    let timeline = &engine.timelines[0];
-    let mut machine = Machine::new(&problem, 0, &problem.instance(&problem.plant, &narrow.theta, 0), timeline).unwrap();
+    session.added = std::sync::Arc::new(vec![Vec::new()]);
+    let narrow = LinearisedProblem::new(&session, &problem.plant, &session.prior(), &session.noise).unwrap();
+    let timeline = &session.timelines[0];
+    let mut propagator =
+        Propagator::new(&problem, 0, &problem.instance(&problem.plant, &narrow.theta, 0), timeline).unwrap();
     let sigmas = narrow.linears[0].initial_sigma.clone();
-    let wide = linearise(&mut machine, &engine.noise, &sigmas, &Start::prior(&sigmas)).unwrap();
+    let wide = linearise(&mut propagator, &session.noise, &sigmas, &Start::prior(&sigmas)).unwrap();
     let [swing, none] = [&wide, &narrow.linears[0]].map(|linear| linear.peak(timeline));
     assert!(none < 6.0 && swing > 100.0, "{none} {swing}");
     let mut other = narrow.clone();
     (other.nu, other.linears) = (wide.nu.clone(), vec![wide]);
-    let objective = |board: &Board| board.objective(&engine, &board.nu, &board.theta, &engine.noise).unwrap();
+    let objective = |linearised: &LinearisedProblem| {
+        linearised.objective(&session, &linearised.nu, &linearised.theta, &session.noise).unwrap()
+    };
     let apart = objective(&narrow) - objective(&other);
     // both are about other trajectories, and centrifugal terms are not linear
     assert!(apart.abs() < 0.5, "{apart}");
@@ -85,16 +88,17 @@ fn where_the_pass_starts_leaves_the_likelihood_as_it_was_and_takes_the_swings_ou
 fn pull_is_what_a_pass_of_the_same_gains_from_the_mean_of_the_prior_sees_more() {
     let nominal = plant("oscillator");
     let problem = problem(&nominal, recording(&nominal, 2, 0.6));
-    let (engine, board) = board(&problem);
-    let timeline = &engine.timelines[0];
-    let machine = || Machine::new(&problem, 0, &problem.instance(&problem.plant, &board.theta, 0), timeline).unwrap();
-    let sigmas = board.linears[0].initial_sigma.clone();
+    let (session, linearised) = linearised(&problem);
+    let timeline = &session.timelines[0];
+    let propagator =
+        || Propagator::new(&problem, 0, &problem.instance(&problem.plant, &linearised.theta, 0), timeline).unwrap();
+    let sigmas = linearised.linears[0].initial_sigma.clone();
     // a millimetre and two centimetres per second off, and gains that hardly mend it
     let start = Start { change: vec![1e-3, -0.02], sigma: vec![1e-5, 1e-4] };
-    let linear = linearise(&mut machine(), &engine.noise, &sigmas, &start).unwrap();
+    let linear = linearise(&mut propagator(), &session.noise, &sigmas, &start).unwrap();
     let mut nu = vec![0.0; timeline.value.len()];
-    assert!(machine().pass(&linear.frozen, &(0..linear.layout.len()).collect::<Vec<_>>(), &mut nu));
-    let sigma = |k: usize| engine.noise.sensor_sigma[timeline.channel[k]];
+    assert!(propagator().pass(&linear.frozen, &(0..linear.layout.len()).collect::<Vec<_>>(), &mut nu));
+    let sigma = |k: usize| session.noise.sensor_sigma[timeline.channel[k]];
     let most = |list: &[f64]| list.iter().enumerate().map(|(k, x)| x.abs() / sigma(k)).fold(0.0, f64::max);
     let apart: Vec<f64> = nu.iter().zip(&linear.nu).map(|(a, b)| a - b).collect();
     assert!(most(&linear.pull) > 50.0 && most(&apart) < 1e-3, "{} {}", most(&linear.pull), most(&apart));
@@ -104,13 +108,13 @@ fn pull_is_what_a_pass_of_the_same_gains_from_the_mean_of_the_prior_sees_more() 
 fn coloured_noise_is_whitened_by_its_pole() {
     let nominal = plant("oscillator");
     let problem = problem(&nominal, crate::synthetic::coloured(&nominal, 4, 2.0, 0.8));
-    let (engine, board) = board(&problem);
+    let (session, linearised) = linearised(&problem);
     let rho = |r: &[f64]| (2..r.len()).map(|t| r[t] * r[t - 2]).sum::<f64>() / r.iter().map(|r| r * r).sum::<f64>();
-    let mut right = engine.noise.clone();
+    let mut right = session.noise.clone();
     right.pole.fill(0.8);
-    assert!(rho(&whitened(&engine, &board, &engine.noise)) > 0.3);
+    assert!(rho(&whitened(&session, &linearised, &session.noise)) > 0.3);
     // five standard errors
-    assert!(rho(&whitened(&engine, &board, &right)).abs() < 5.0 / (engine.samples as f64).sqrt());
+    assert!(rho(&whitened(&session, &linearised, &right)).abs() < 5.0 / (session.samples as f64).sqrt());
 }
 
 #[test]
@@ -136,9 +140,9 @@ fn a_delay_or_a_lag_of_the_command_is_felt_by_angle_and_rate_as_the_simulation_h
             sensor.resolution.value = 0.0;
         }
         let problem = problem(&with, recording(&quiet, 1, 2.0));
-        let (engine, board) = board(&problem);
-        let sigma = |sample: usize| engine.noise.sensor_sigma[engine.timelines[0].channel[sample]];
-        let worst = board.nu.iter().enumerate().map(|(i, nu)| nu.abs() / sigma(i)).fold(0.0, f64::max);
+        let (session, linearised) = linearised(&problem);
+        let sigma = |sample: usize| session.noise.sensor_sigma[session.timelines[0].channel[sample]];
+        let worst = linearised.nu.iter().enumerate().map(|(i, nu)| nu.abs() / sigma(i)).fold(0.0, f64::max);
         // the parts of the interval leave 1/60 of what the tilt mends, which is a few standard deviations
         assert!(worst < 0.1, "{kind}: {worst} standard deviations");
     }
@@ -160,9 +164,9 @@ fn a_lag_of_an_accelerometer_is_felt_as_the_simulation_has_it() {
             sensor.resolution.value = 0.0;
         }
         let problem = problem(&with, recording(&quiet, 1, 2.0));
-        let (engine, board) = board(&problem);
-        let sigma = engine.noise.sensor_sigma[1];
-        let own = board.nu.iter().zip(&engine.timelines[0].channel).filter(|(_, channel)| **channel == 1);
+        let (session, linearised) = linearised(&problem);
+        let sigma = session.noise.sensor_sigma[1];
+        let own = linearised.nu.iter().zip(&session.timelines[0].channel).filter(|(_, channel)| **channel == 1);
         let worst = own.skip(10).map(|(nu, _)| nu.abs() / sigma).fold(0.0, f64::max);
         // the parabola leaves a third order in period times frequency; a line between readings leaves forty standard deviations
         assert!(worst < 0.4, "{time_constant_s}: {worst} standard deviations");
@@ -177,19 +181,19 @@ fn columns_whitened_together_are_bit_for_bit_those_whitened_alone() {
     let lagged =
         crate::synthetic::with_effect(&nominal, "sensor_lag", "sensor:displacement", &[("time_constant", 3e-3)]);
     let problem = problem(&lagged, recording(&lagged, 2, 0.6));
-    let (engine, board) = board(&problem);
-    let mut other = engine.noise.clone();
+    let (session, linearised) = linearised(&problem);
+    let mut other = session.noise.clone();
     other.input_sigma[0] *= 7.0;
     other.pole.fill(0.6);
     // an eight and the rest, no two alike
-    let turned = |k: usize| [&board.nu[37 * k..], &board.nu[..37 * k]].concat();
+    let turned = |k: usize| [&linearised.nu[37 * k..], &linearised.nu[..37 * k]].concat();
     let columns: Vec<Vec<f64>> = (0..11).map(turned).collect();
-    for noise in [&engine.noise, &other] {
+    for noise in [&session.noise, &other] {
         let mut together = columns.clone();
-        board.whiten(&engine, noise, &mut together).unwrap();
+        linearised.whiten(&session, noise, &mut together).unwrap();
         for (k, (column, together)) in columns.iter().zip(&together).enumerate() {
             let mut alone = [column.clone()];
-            board.whiten(&engine, noise, &mut alone).unwrap();
+            linearised.whiten(&session, noise, &mut alone).unwrap();
             assert!(together.iter().zip(&alone[0]).all(|(a, b)| a.to_bits() == b.to_bits()), "column {k}");
         }
     }
@@ -203,13 +207,13 @@ fn a_delayed_reading_of_an_instant_before_the_recording_tells_nothing() {
     // whatever it reads
     rate.value[0] += 10.0;
     let problem = problem(&nominal, recorded);
-    let (engine, board) = board(&problem);
-    let (linear, timeline) = (&board.linears[0], &engine.timelines[0]);
+    let (session, linearised) = linearised(&problem);
+    let (linear, timeline) = (&linearised.linears[0], &session.timelines[0]);
     let channel = nominal.sensors.iter().position(|sensor| sensor.name == "rate").unwrap();
     let first = (0..timeline.value.len()).find(|sample| timeline.channel[*sample] == channel).unwrap();
     let row = &linear.measurement[first * linear.row_len()..(first + 1) * linear.row_len()];
     assert!(linear.nu[first] == 0.0 && row.iter().all(|h| *h == 0.0), "{} {row:?}", linear.nu[first]);
-    let r = whitened(&engine, &board, &engine.noise);
+    let r = whitened(&session, &linearised, &session.noise);
     assert!(r.iter().all(|r| r.abs() < 5.0), "{:?}", r.iter().fold(0.0f64, |most, r| most.max(r.abs())));
 }
 
@@ -221,8 +225,8 @@ fn readings_that_a_stated_delay_puts_before_the_recording_tell_nothing_and_the_o
     let every_s = nominal.sensors[channel].period_s.map_or(period_s, |period| period.value);
     nominal.sensors[channel].delay_s = dynamics::description::Quantity::known(2.5 * every_s);
     let problem = problem(&nominal, recording(&nominal, 5, 1.0));
-    let (engine, board) = board(&problem);
-    let (linear, timeline) = (&board.linears[0], &engine.timelines[0]);
+    let (session, linearised) = linearised(&problem);
+    let (linear, timeline) = (&linearised.linears[0], &session.timelines[0]);
     let own: Vec<usize> = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect();
     let silent = |s: &&usize| {
         let row = &linear.measurement[*s * linear.row_len()..(*s + 1) * linear.row_len()];
@@ -230,7 +234,7 @@ fn readings_that_a_stated_delay_puts_before_the_recording_tell_nothing_and_the_o
     };
     let read: Vec<f64> = own.iter().filter(|s| !silent(s)).map(|s| timeline.stamp_s[*s]).collect();
     assert!(read.iter().all(|stamp| *stamp > 2.5 * every_s) && read[0] < 3.5 * every_s, "{:?}", &read[..3]);
-    let r = whitened(&engine, &board, &engine.noise);
+    let r = whitened(&session, &linearised, &session.noise);
     assert!(r.iter().all(|r| r.abs() < 5.0), "{:?}", r.iter().fold(0.0f64, |most, r| most.max(r.abs())));
 }
 
@@ -286,8 +290,8 @@ fn a_star_tracker_may_tell_an_attitude_by_either_of_its_two_rotation_vectors() {
     }
     assert!(own.len() == 3 && read > 20, "{read}");
     let problem = problem(&nominal, recorded);
-    let (engine, board) = board(&problem);
-    let r = whitened(&engine, &board, &engine.noise);
+    let (session, linearised) = linearised(&problem);
+    let r = whitened(&session, &linearised, &session.noise);
     let loudest = r.iter().map(|r| r.abs()).fold(0.0, f64::max);
     // the largest of 3 600 normal numbers
     assert!(loudest < 5.0, "{loudest}");

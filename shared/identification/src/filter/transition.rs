@@ -1,18 +1,19 @@
 //! `[Φ | Γ]` from one event to the next.
 //!
-//! By differences of the very flow; of large plants from slopes in the middle of every step of integration, which are a fourth of its
-//! evaluations:
+//! By differences of the very flow; of large plants from slopes in the middle of every step of
+//! integration, which are a fourth of its evaluations:
 //!
 //! ```text
 //! [Φ | Γ] = exp(h [A B; 0 0]),   A = ∂f/∂x, B = ∂f/∂w in the middle of the step
 //!     error (ω h)²/24 of what A changes by
 //! ```
 //!
-//! One flow of a change of everything at once, as large as the filter's standard deviations are, tells whether that is the flow's own:
-//! where a law turns within the step it is not, and all flows are taken.
+//! One flow of a change of everything at once, as large as the filter's standard deviations are,
+//! tells whether that is the flow's own: where a law turns within the step it is not, and all flows
+//! are taken.
 
 use super::linear::STEP;
-use super::machine::{Machine, Mean};
+use super::propagator::{Mean, Propagator};
 
 /// Numbers of a change from which slopes are worth their bookkeeping.
 const LARGE: usize = 8;
@@ -43,14 +44,14 @@ pub(super) struct Transitions {
 }
 
 impl Transitions {
-    pub fn new(machine: &Machine<'_>) -> Self {
-        let (x, n, m) = (machine.x0.len(), machine.layout.tangent, machine.layout.noise_inputs.len());
+    pub fn new(propagator: &Propagator<'_>) -> Self {
+        let (x, n, m) = (propagator.x0.len(), propagator.layout.tangent, propagator.layout.noise_inputs.len());
         let zeros = |count: usize| vec![0.0; count];
         let matrix = || zeros(n * (n + m));
         Self {
             n,
             m,
-            by_slopes: is_by_slopes(machine),
+            by_slopes: is_by_slopes(propagator),
             delta: zeros(n + m),
             moved: zeros(x),
             base: zeros(x),
@@ -66,40 +67,48 @@ impl Transitions {
         }
     }
 
-    /// Moves the mean to the event behind `k` and writes `[Φ | Γ]`; `sigmas` of the state and the noise inputs at `k`.
-    pub fn write(&mut self, machine: &mut Machine<'_>, k: usize, mean: &mut Mean, sigmas: &[f64], out: &mut [f64]) {
+    /// Moves the mean to the event behind `k` and writes `[Φ | Γ]`; `sigmas` of the state and the
+    /// noise inputs at `k`.
+    pub fn write(
+        &mut self,
+        propagator: &mut Propagator<'_>,
+        k: usize,
+        mean: &mut Mean,
+        sigmas: &[f64],
+        out: &mut [f64],
+    ) {
         self.w.copy_from_slice(&mean.w);
         self.base.copy_from_slice(&mean.x);
         if self.by_slopes {
-            self.take_slopes(machine, k, out);
-            if self.is_that_of_the_flow(machine, k, mean, sigmas, out) {
+            self.take_slopes(propagator, k, out);
+            if self.is_that_of_the_flow(propagator, k, mean, sigmas, out) {
                 mean.x.copy_from_slice(&self.base);
                 return;
             }
         } else {
-            machine.flow(k, &mut self.base, &self.w);
+            propagator.flow(k, &mut self.base, &self.w);
         }
-        self.take_flows(machine, k, mean, out);
+        self.take_flows(propagator, k, mean, out);
         mean.x.copy_from_slice(&self.base);
     }
 
     /// Of a flow for every number, beside that of the mean in `base`.
-    fn take_flows(&mut self, machine: &mut Machine<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
+    fn take_flows(&mut self, propagator: &mut Propagator<'_>, k: usize, mean: &Mean, out: &mut [f64]) {
         let (n, m) = (self.n, self.m);
         for column in 0..n + m {
             if column < n {
                 self.delta.fill(0.0);
                 self.delta[column] = STEP;
-                machine.system.retract(&mean.x, &self.delta[..n], &mut self.moved);
+                propagator.system.retract(&mean.x, &self.delta[..n], &mut self.moved);
             } else {
                 self.moved.copy_from_slice(&mean.x);
                 self.w[column - n] += STEP;
             }
-            machine.flow(k, &mut self.moved, &self.w);
+            propagator.flow(k, &mut self.moved, &self.w);
             if column >= n {
                 self.w[column - n] = mean.w[column - n];
             }
-            machine.system.difference(&self.base, &self.moved, &mut self.difference);
+            propagator.system.difference(&self.base, &self.moved, &mut self.difference);
             for row in 0..n {
                 out[row * (n + m) + column] = self.difference[row] / STEP;
             }
@@ -107,16 +116,16 @@ impl Transitions {
     }
 
     /// Of the slopes in the middle of every step; `base` goes from event to event.
-    fn take_slopes(&mut self, machine: &mut Machine<'_>, k: usize, out: &mut [f64]) {
+    fn take_slopes(&mut self, propagator: &mut Propagator<'_>, k: usize, out: &mut [f64]) {
         let (n, len) = (self.n, self.n + self.m);
         out.fill(0.0);
         (0..n).for_each(|i| out[i * len + i] = 1.0);
-        for part in 0..machine.parts(k) {
-            let (_, h, _) = machine.part(k, part, &self.w);
+        for part in 0..propagator.parts(k) {
+            let (_, h, _) = propagator.part(k, part, &self.w);
             self.moved.copy_from_slice(&self.base);
-            machine.advance(k, part, &mut self.base, &self.w);
-            machine.middle(&self.moved, h, &mut self.middle);
-            self.take_rates(machine, (k, part), h);
+            propagator.advance(k, part, &mut self.base, &self.w);
+            propagator.middle(&self.moved, h, &mut self.middle);
+            self.take_rates(propagator, (k, part), h);
             exponential((&self.rates, n, len), &mut self.power, &mut self.next, &mut self.own);
             // what was before goes through the step, and its own inputs join
             product((&self.own, n, len), out, &mut self.next);
@@ -128,13 +137,13 @@ impl Transitions {
     }
 
     /// `h [A | B]` in `middle`.
-    fn take_rates(&mut self, machine: &mut Machine<'_>, (k, part): (usize, usize), h: f64) {
+    fn take_rates(&mut self, propagator: &mut Propagator<'_>, (k, part): (usize, usize), h: f64) {
         let (n, len) = (self.n, self.n + self.m);
-        machine.slope_within(k, part, &self.middle, &self.w, &mut self.slope);
+        propagator.slope_within(k, part, &self.middle, &self.w, &mut self.slope);
         for column in 0..len {
             let number = if column < n { &mut self.middle[column] } else { &mut self.w[column - n] };
             let before = core::mem::replace(number, *number + STEP);
-            machine.slope_within(k, part, &self.middle, &self.w, &mut self.slope_moved);
+            propagator.slope_within(k, part, &self.middle, &self.w, &mut self.slope_moved);
             *if column < n { &mut self.middle[column] } else { &mut self.w[column - n] } = before;
             for row in 0..n {
                 self.rates[row * len + column] = h * (self.slope_moved[row] - self.slope[row]) / STEP;
@@ -145,7 +154,7 @@ impl Transitions {
     /// A change of everything at once goes the same way by the flow.
     fn is_that_of_the_flow(
         &mut self,
-        machine: &mut Machine<'_>,
+        propagator: &mut Propagator<'_>,
         k: usize,
         mean: &Mean,
         sigmas: &[f64],
@@ -159,11 +168,11 @@ impl Transitions {
         for (i, (delta, sigma)) in self.delta.iter_mut().zip(sigmas).enumerate() {
             *delta = STEP * sigma / largest * if i % 3 == 1 { -1.0 } else { 1.0 };
         }
-        machine.system.retract(&mean.x, &self.delta[..n], &mut self.moved);
+        propagator.system.retract(&mean.x, &self.delta[..n], &mut self.moved);
         self.w.iter_mut().zip(&self.delta[n..]).for_each(|(w, delta)| *w += delta);
-        machine.flow(k, &mut self.moved, &self.w);
+        propagator.flow(k, &mut self.moved, &self.w);
         self.w.copy_from_slice(&mean.w);
-        machine.system.difference(&self.base, &self.moved, &mut self.difference);
+        propagator.system.difference(&self.base, &self.moved, &mut self.difference);
         (0..n).all(|i| {
             let shares = || matrix[i * len..(i + 1) * len].iter().zip(&self.delta).map(|(f, delta)| f * delta);
             let (sum, square) = shares().fold((0.0, 0.0), |(sum, square), share| (sum + share, square + share * share));
@@ -174,9 +183,9 @@ impl Transitions {
 }
 
 /// Of many numbers, none of them of a turn, which is no sum.
-fn is_by_slopes(machine: &Machine<'_>) -> bool {
-    let layout = &machine.layout;
-    layout.tangent + layout.noise_inputs.len() >= LARGE && machine.x0.len() == layout.tangent
+fn is_by_slopes(propagator: &Propagator<'_>) -> bool {
+    let layout = &propagator.layout;
+    layout.tangent + layout.noise_inputs.len() >= LARGE && propagator.x0.len() == layout.tangent
 }
 
 /// `[exp Z | (1 + Z/2 + Z²/6 + …) B]` of `[Z | B]`, `n` rows of `len`.

@@ -12,7 +12,7 @@
 
 mod climb;
 
-use super::{Board, Engine, parallel};
+use super::{EstimationSession, LinearisedProblem, parallel};
 use crate::filter::NoiseModel;
 
 /// What is moved, and how far.
@@ -68,17 +68,17 @@ fn moved(noise: &NoiseModel, coordinate: Coordinate, by: f64) -> NoiseModel {
 /// Noise that minimises `−2 ln p` over noise, unknowns and `extra` columns from `start`; returns it
 /// with that minimum.
 pub fn maximise(
-    engine: &Engine<'_>,
-    board: &Board,
+    session: &EstimationSession<'_>,
+    linearised: &LinearisedProblem,
     theta: &[f64],
     extra: &[&Vec<f64>],
     start: &NoiseModel,
     search: Search,
 ) -> Option<(NoiseModel, f64)> {
     let value = |noise: &NoiseModel| -> Option<f64> {
-        Some(board.normal(engine, theta, noise, extra)?.minimum()?.0 + engine.disturbance_price(noise))
+        Some(linearised.normal(session, theta, noise, extra)?.minimum()?.0 + session.disturbance_price(noise))
     };
-    let size = board.linears.first().map_or(0, |linear| linear.layout.len());
+    let size = linearised.linears.first().map_or(0, |linear| linear.layout.len());
     let mut list: Vec<Coordinate> = (0..start.sensor_sigma.len()).map(Coordinate::Sensor).collect();
     if size <= SIZE_MAX {
         list.extend((0..start.input_sigma.len()).map(Coordinate::Input));
@@ -87,32 +87,32 @@ pub fn maximise(
         }
     }
     // the same for every set of columns: what is compared is searched alike
-    let is_dear = engine.work.affords(DEAR, board.whitening_work(engine, COLUMNS_PER_POINT))
+    let is_dear = session.work.affords(DEAR, linearised.whitening_work(session, COLUMNS_PER_POINT))
         < (POINTS_PER_COORDINATE * list.len()) as f64;
     if is_dear {
-        return climb::climbed((engine, board), (theta, extra), start, list, search);
+        return climb::climbed((session, linearised), (theta, extra), start, list, search);
     }
     let least = value(start)?;
-    Some(one_by_one(engine, size, (start, least), list, search, &value))
+    Some(one_by_one(session, size, (start, least), list, search, &value))
 }
 
 /// Along one coordinate after the other.
 fn one_by_one(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     size: usize,
     start: (&NoiseModel, f64),
     mut list: Vec<Coordinate>,
     search: Search,
     value: &(dyn Fn(&NoiseModel) -> Option<f64> + Sync),
 ) -> (NoiseModel, f64) {
-    let (mut noise, mut best) = begun(engine, search, size, start, value);
+    let (mut noise, mut best) = begun(session, search, size, start, value);
     list.extend((0..noise.jitter_s.len()).filter(|k| noise.jitter_s[*k] > 0.0).map(Coordinate::Jitter));
     let first = |c: &Coordinate| if matches!(c, Coordinate::Sensor(_)) { 0.1 } else { 0.3 };
     let mut steps: Vec<f64> = list.iter().map(first).collect();
     for _ in 0..search.sweeps {
         let before = best;
         for (coordinate, step) in list.iter().zip(&mut steps) {
-            (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, value);
+            (noise, best) = along(session.threads, (&noise, best), *coordinate, step, value);
         }
         if before - best < SWEPT {
             break;
@@ -123,7 +123,7 @@ fn one_by_one(
 
 /// Inputs off their floor and jitters taken up, where the search asks for that.
 fn begun(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     search: Search,
     size: usize,
     (start, best): (&NoiseModel, f64),
@@ -132,27 +132,27 @@ fn begun(
     if !search.scan || size > SIZE_MAX {
         return (start.clone(), best);
     }
-    let (noise, best) = scan(engine, start, best, value);
-    jitter(engine, &noise, best, value)
+    let (noise, best) = scan(session, start, best, value);
+    jitter(session, &noise, best, value)
 }
 
 /// Decades above the floor for inputs that nobody stated.
 fn scan(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     start: &NoiseModel,
     least: f64,
     value: &dyn Fn(&NoiseModel) -> Option<f64>,
 ) -> (NoiseModel, f64) {
     let (mut noise, mut best) = (start.clone(), least);
     for k in 0..noise.input_sigma.len() {
-        if noise.input_sigma[k] > 1.01 * engine.noise.input_sigma[k] {
+        if noise.input_sigma[k] > 1.01 * session.noise.input_sigma[k] {
             continue;
         }
         let mut worse = 0;
         for decade in 1..5 {
             let tried = moved(&noise, Coordinate::Input(k), 0.0);
             let mut tried = NoiseModel { ..tried };
-            tried.input_sigma[k] = engine.noise.input_sigma[k] * 10f64.powi(decade);
+            tried.input_sigma[k] = session.noise.input_sigma[k] * 10f64.powi(decade);
             let Some(found) = value(&tried) else { break };
             if found < best {
                 (noise, best) = (tried, found);
@@ -170,7 +170,7 @@ fn scan(
 
 /// Jitter of stamps, where it explains a channel better than noise of the size that suits it best.
 fn jitter(
-    engine: &Engine<'_>,
+    session: &EstimationSession<'_>,
     start: &NoiseModel,
     least: f64,
     value: &(dyn Fn(&NoiseModel) -> Option<f64> + Sync),
@@ -180,19 +180,19 @@ fn jitter(
         let mut steps = vec![0.3; coordinates.len()];
         for _ in 0..JITTER_SWEEPS {
             for (coordinate, step) in coordinates.iter().zip(&mut steps) {
-                (noise, best) = along(engine.threads, (&noise, best), *coordinate, step, value);
+                (noise, best) = along(session.threads, (&noise, best), *coordinate, step, value);
             }
         }
         (noise, best)
     };
     let (mut noise, mut best) = (start.clone(), least);
     // stamps that are even to the last digit do not jitter
-    for k in (0..noise.jitter_s.len()).filter(|k| engine.has_uneven_stamps(*k)) {
+    for k in (0..noise.jitter_s.len()).filter(|k| session.has_uneven_stamps(*k)) {
         (noise, best) = climbed(&noise, best, &[Coordinate::Sensor(k)]);
         let trial = |share: &f64| {
             let mut tried = noise.clone();
-            tried.jitter_s[k] = share * engine.interval_s(k);
-            tried.sensor_sigma[k] = tried.sensor_sigma[k].min(engine.noise.sensor_sigma[k]);
+            tried.jitter_s[k] = share * session.interval_s(k);
+            tried.sensor_sigma[k] = tried.sensor_sigma[k].min(session.noise.sensor_sigma[k]);
             value(&tried).map(|found| (tried, found))
         };
         let best_share = JITTER_SHARES.iter().filter_map(trial).min_by(|a, b| a.1.total_cmp(&b.1));

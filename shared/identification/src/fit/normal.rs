@@ -1,7 +1,7 @@
 //! Normal equations with priors, and what they promise.
 
 use super::bounded::bounded;
-use super::engine::Engine;
+use super::estimation_session::EstimationSession;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Whitened normal equations with priors: unknowns in prior standard deviations, then extra
@@ -20,15 +20,15 @@ pub struct Normal {
 }
 
 /// `Σ ((θ − θ₀)/σ)²`.
-pub fn prior_chi2(engine: &Engine<'_>, theta: &[f64]) -> f64 {
-    theta.iter().zip(&engine.problem.unknowns).map(|(t, u)| ((t - u.prior) / u.sigma).powi(2)).sum()
+pub fn prior_chi2(session: &EstimationSession<'_>, theta: &[f64]) -> f64 {
+    theta.iter().zip(&session.problem.unknowns).map(|(t, u)| ((t - u.prior) / u.sigma).powi(2)).sum()
 }
 
 impl Normal {
     /// Of products of the whitened innovations, sensitivities and further columns, row by row, j ≥
     /// i.
     pub(super) fn new(
-        engine: &Engine<'_>,
+        session: &EstimationSession<'_>,
         theta: &[f64],
         sums: &[f64],
         unknowns: usize,
@@ -39,14 +39,14 @@ impl Normal {
         let product = |i: usize, j: usize| sums[i.min(j) * width + i.max(j)];
         let mut matrix = DMatrix::from_fn(n, n, |i, j| product(1 + i, 1 + j));
         let mut right = DVector::from_fn(n, |i, _| product(0, 1 + i));
-        for (i, unknown) in engine.problem.unknowns.iter().enumerate().take(unknowns) {
+        for (i, unknown) in session.problem.unknowns.iter().enumerate().take(unknowns) {
             matrix[(i, i)] += 1.0;
             right[i] += (unknown.prior - theta[i]) / unknown.sigma;
         }
-        let own = engine.problem.unknowns.iter().zip(theta).take(unknowns);
+        let own = session.problem.unknowns.iter().zip(theta).take(unknowns);
         let room = own.map(|(u, t)| [((u.low - t) / u.sigma).min(0.0), ((u.high - t) / u.sigma).max(0.0)]).collect();
         let chi2 = product(0, 0);
-        let objective = chi2 + log_determinant + prior_chi2(engine, theta);
+        let objective = chi2 + log_determinant + prior_chi2(session, theta);
         (objective.is_finite() && matrix.iter().all(|v: &f64| v.is_finite())).then_some(Self {
             unknowns,
             matrix,
@@ -64,9 +64,9 @@ impl Normal {
     }
 
     /// Step in θ and the decrease of the objective it promises; unknowns at an edge stay there.
-    pub fn step(&self, engine: &Engine<'_>, theta: &[f64], damping: f64) -> Option<(Vec<f64>, f64)> {
+    pub fn step(&self, session: &EstimationSession<'_>, theta: &[f64], damping: f64) -> Option<(Vec<f64>, f64)> {
         let n = self.unknowns;
-        let unknowns = &engine.problem.unknowns;
+        let unknowns = &session.problem.unknowns;
         let mut fixed = vec![false; n];
         for _ in 0..4 {
             let mut matrix = self.matrix.view((0, 0), (n, n)).into_owned();
@@ -119,8 +119,8 @@ impl Normal {
 
     /// By how much the extra columns relieve the priors of the plant's own numbers: decrease of
     /// `Σ ((θ − θ₀)/σ)²` from the least objective without them to that with.
-    pub fn relief(&self, engine: &Engine<'_>, theta: &[f64]) -> Option<f64> {
-        let unknowns = &engine.problem.unknowns;
+    pub fn relief(&self, session: &EstimationSession<'_>, theta: &[f64]) -> Option<f64> {
+        let unknowns = &session.problem.unknowns;
         let off: Vec<f64> = theta.iter().zip(unknowns).map(|(t, u)| (t - u.prior) / u.sigma).collect();
         let squares = |columns: usize| {
             let (_, step) = bounded(&self.matrix, &self.right, &self.room, &(0..columns).collect::<Vec<_>>())?;
@@ -131,9 +131,9 @@ impl Normal {
     }
 
     /// Posterior standard deviations of the unknowns.
-    pub fn sigmas(&self, engine: &Engine<'_>) -> Vec<f64> {
+    pub fn sigmas(&self, session: &EstimationSession<'_>) -> Vec<f64> {
         let Some(factor) = self.factor() else { return vec![f64::NAN; self.unknowns] };
         let inverse = factor.inverse();
-        (0..self.unknowns).map(|i| inverse[(i, i)].max(0.0).sqrt() * engine.problem.unknowns[i].sigma).collect()
+        (0..self.unknowns).map(|i| inverse[(i, i)].max(0.0).sqrt() * session.problem.unknowns[i].sigma).collect()
     }
 }

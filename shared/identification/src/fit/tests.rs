@@ -10,8 +10,8 @@ fn estimates_are_within_the_sigmas_they_state() {
         for seed in 1..=6 {
             let truth = off_priors(&nominal, seed);
             let problem = problem(&nominal, recording(&truth, seed, 2.0));
-            let engine = Engine::new(&problem, 1).unwrap();
-            let fitted = fit(&engine, &nominal, &engine.prior(), &engine.noise, 4).unwrap();
+            let session = EstimationSession::new(&problem, 1).unwrap();
+            let fitted = fit(&session, &nominal, &session.prior(), &session.noise, 4).unwrap();
             for ((unknown, theta), sigma) in problem.unknowns.iter().zip(&fitted.theta).zip(&fitted.sigma) {
                 let true_value = truth.parameters().into_iter().find(|p| p.name == unknown.parameter).unwrap().value;
                 let z = (theta - true_value) / sigma;
@@ -25,7 +25,8 @@ fn estimates_are_within_the_sigmas_they_state() {
     assert!(within / count > 0.85, "{}", within / count);
 }
 
-/// A sensitivity that is the swing of a start and not the number's makes its sigma too small by as much as it swings.
+/// A sensitivity that is the swing of a start and not the number's makes its sigma too small by as
+/// much as it swings.
 #[test]
 fn a_hidden_mode_costs_as_many_sigma_as_it_is_off_and_is_found_from_afar() {
     let at = |values: [f64; 3]| {
@@ -37,8 +38,8 @@ fn a_hidden_mode_costs_as_many_sigma_as_it_is_off_and_is_found_from_afar() {
     let mut start = at([0.055, 17.1, 0.03]);
     start.effects[0].values.iter_mut().for_each(|(_, quantity)| quantity.sigma = Some(0.5 * quantity.value));
     let problem = problem(&start, recording(&truth, 3, 4.0));
-    let engine = Engine::new(&problem, 1).unwrap();
-    let fitted = fit(&engine, &start, &engine.prior(), &engine.noise, 6).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let fitted = fit(&session, &start, &session.prior(), &session.noise, 6).unwrap();
     for (name, truth) in [("mass_ratio", 0.04), ("frequency", 17.0), ("damping_ratio", 0.02)] {
         let i = problem
             .unknowns
@@ -48,43 +49,44 @@ fn a_hidden_mode_costs_as_many_sigma_as_it_is_off_and_is_found_from_afar() {
         let z = (fitted.theta[i] - truth) / fitted.sigma[i];
         assert!(z.abs() < 4.0, "{name}: {} ± {}", fitted.theta[i], fitted.sigma[i]);
         // alone, by its own curvature: half as much again is what it may bend
-        let normal = fitted.board.normal(&engine, &fitted.theta, &engine.noise, &[]).unwrap();
+        let normal = fitted.linearised.normal(&session, &fitted.theta, &session.noise, &[]).unwrap();
         let alone = problem.unknowns[i].sigma / normal.matrix[(i, i)].sqrt();
         let mut moved = fitted.theta.clone();
         moved[i] += 3.0 * alone;
-        let nu = engine.innovations(&start, &moved, &fitted.board.linears, &|_| true).unwrap();
-        let cost = fitted.board.objective(&engine, &nu, &moved, &engine.noise).unwrap() - fitted.objective;
+        let nu = session.innovations(&start, &moved, &fitted.linearised.linears, &|_| true).unwrap();
+        let cost = fitted.linearised.objective(&session, &nu, &moved, &session.noise).unwrap() - fitted.objective;
         assert!((6.0..13.5).contains(&cost), "{name}: {cost}");
     }
 }
 
-/// A wide prior on its start, which the recording narrows to nothing, would cost a mode more than it explains.
+/// A wide prior on its start, which the recording narrows to nothing, would cost a mode more than
+/// it explains.
 #[test]
 fn a_mode_that_an_effect_adds_starts_within_what_the_commands_do_to_it() {
     let nominal = plant("hub_appendage");
     let small = [("mass_ratio", 4e-3), ("frequency", 16.0), ("damping_ratio", 0.005)];
     let augmented = with_effect(&nominal, "mode_left_out", "mode:bending_2", &small);
     let without = problem(&nominal, recording(&augmented, 3, 6.0));
-    let engine = Engine::new(&without, 1).unwrap();
+    let session = EstimationSession::new(&without, 1).unwrap();
     let with = without.with_plant(&augmented);
-    let like = Engine::like(&engine, &with).unwrap();
-    let least = |engine: &Engine<'_>, plant: &Plant| {
-        let fitted = fit(engine, plant, &engine.prior(), &engine.noise, 4).unwrap();
-        (fitted.objective, fitted.chi2_per_sample * engine.samples as f64)
+    let like = EstimationSession::like(&session, &with).unwrap();
+    let least = |session: &EstimationSession<'_>, plant: &Plant| {
+        let fitted = fit(session, plant, &session.prior(), &session.noise, 4).unwrap();
+        (fitted.objective, fitted.chi2_per_sample * session.samples as f64)
     };
-    let (before, after) = (least(&engine, &nominal), least(&like, &augmented));
+    let (before, after) = (least(&session, &nominal), least(&like, &augmented));
     let (gained, explained) = (before.0 - after.0, before.1 - after.1);
     assert!(explained > 30.0, "{explained}");
     assert!(gained > explained - 25.0, "{gained} of {explained}");
     // of the two numbers of a start that nobody knows 0.3 would cost as much again
-    let wide = Engine { added: engine.added.clone(), ..like.clone() };
+    let wide = EstimationSession { added: session.added.clone(), ..like.clone() };
     assert!(least(&wide, &augmented).0 > after.0 + 15.0);
-    // whichever engine it is like
-    let own = Engine::new(&with, 1).unwrap();
+    // whichever session it is like
+    let own = EstimationSession::new(&with, 1).unwrap();
     assert_eq!(own.added, like.added);
     assert!(own.added[0].iter().all(|(name, sigma)| name.contains("left_out") && *sigma > 0.0 && *sigma < 0.3));
     assert_eq!(own.added[0].len(), 2);
-    let again = Engine::like(&like, &without).unwrap();
+    let again = EstimationSession::like(&like, &without).unwrap();
     assert!(again.added[0].is_empty());
 }
 
@@ -94,13 +96,13 @@ fn a_masked_parameter_is_corrected_by_the_effect_that_masked_it() {
     let truth = with_effect(&nominal, "joint_coulomb", "joint:pivot", &[("force", 4e-3)]);
     let recorded = recording(&truth, 3, 12.0);
     let without = problem(&nominal, recorded.clone());
-    let engine = Engine::new(&without, 1).unwrap();
-    let biased = fit(&engine, &nominal, &engine.prior(), &engine.noise, 4).unwrap();
+    let session = EstimationSession::new(&without, 1).unwrap();
+    let biased = fit(&session, &nominal, &session.prior(), &session.noise, 4).unwrap();
     let mut augmented = with_effect(&nominal, "joint_coulomb", "joint:pivot", &[("force", 1e-3)]);
     augmented.effects[0].values[0].1.sigma = Some(0.1);
     let with = without.with_plant(&augmented);
-    let engine = Engine::like(&engine, &with).unwrap();
-    let corrected = fit(&engine, &augmented, &engine.prior(), &engine.noise, 4).unwrap();
+    let session = EstimationSession::like(&session, &with).unwrap();
+    let corrected = fit(&session, &augmented, &session.prior(), &session.noise, 4).unwrap();
     let at = |name: &str| with.unknowns.iter().position(|u| u.name == name).unwrap();
     let friction = at("pivot.friction");
     assert!((biased.theta[friction] - 1.5e-3).abs() > 5.0 * biased.sigma[friction]);
@@ -110,7 +112,8 @@ fn a_masked_parameter_is_corrected_by_the_effect_that_masked_it() {
     assert!(corrected.objective < biased.objective - 20.0);
 }
 
-/// Unknowns that a recording tells apart only together: a sensitivity bent by its own step would tell them apart alone.
+/// Unknowns that a recording tells apart only together: a sensitivity bent by its own step would
+/// tell them apart alone.
 #[test]
 fn what_a_recording_tells_does_not_hang_on_how_wide_a_prior_is() {
     let nominal = plant("double_pendulum");
@@ -120,8 +123,8 @@ fn what_a_recording_tells_does_not_hang_on_how_wide_a_prior_is() {
         let mut start = truth.clone();
         start.effects[0].values[0].1.sigma = Some(prior);
         let problem = problem(&start, recorded.clone());
-        let engine = Engine::new(&problem, 1).unwrap();
-        let fitted = fit(&engine, &start, &engine.prior(), &engine.noise, 4).unwrap();
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let fitted = fit(&session, &start, &session.prior(), &session.noise, 4).unwrap();
         let damping = problem.unknowns.iter().position(|unknown| unknown.name.contains("damping@")).unwrap();
         fitted.sigma[damping]
     };
@@ -129,7 +132,8 @@ fn what_a_recording_tells_does_not_hang_on_how_wide_a_prior_is() {
     assert!((0.8..1.25).contains(&(wide / narrow)), "{narrow:e} {wide:e}");
 }
 
-/// A slosh mass whose frequency is off by more than a cycle over the recording: the nearest maximum is another plant's.
+/// A slosh mass whose frequency is off by more than a cycle over the recording: the nearest maximum
+/// is another plant's.
 #[test]
 fn a_slosh_frequency_that_slips_cycles_is_found_by_way_of_disturbances() {
     let nominal = plant("tank_planar");
@@ -138,9 +142,9 @@ fn a_slosh_frequency_that_slips_cycles_is_found_by_way_of_disturbances() {
     truth.set_parameter("fuel.stiffness.y", stiffness_n_m).unwrap();
     truth.set_parameter("fuel.mass", mass_kg).unwrap();
     let problem = problem(&nominal, recording(&truth, 1, 1500.0));
-    let engine = Engine::new(&problem, 1).unwrap();
-    let direct = fit(&engine, &nominal, &engine.prior(), &engine.noise, 6).unwrap();
-    let found = fit_from_afar(&engine, 6).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let direct = fit(&session, &nominal, &session.prior(), &session.noise, 6).unwrap();
+    let found = fit_by_continuation(&session, 6).unwrap();
     assert!(direct.chi2_per_sample > 10.0, "{}", direct.chi2_per_sample);
     assert!((0.85..1.15).contains(&found.chi2_per_sample), "{}", found.chi2_per_sample);
     for (name, value) in [("fuel.stiffness.y", stiffness_n_m), ("fuel.mass", mass_kg)] {

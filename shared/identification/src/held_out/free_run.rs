@@ -2,8 +2,8 @@
 
 use super::Predictor;
 use crate::dot::dot;
-use crate::filter::{Frozen, Machine, NoiseModel, initial_sigmas};
-use crate::fit::Engine;
+use crate::filter::{Frozen, NoiseModel, Propagator, initial_sigmas};
+use crate::fit::EstimationSession;
 use crate::problem::Timeline;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use serde::Serialize;
@@ -20,12 +20,12 @@ pub struct ChannelFit {
 }
 
 /// Free run of every channel over all runs, initial states from the first stretches.
-pub fn free_run(engine: &Engine<'_>, predictor: Predictor<'_>) -> Vec<ChannelFit> {
-    let channels = engine.problem.plant.sensors.len();
+pub fn free_run(session: &EstimationSession<'_>, predictor: Predictor<'_>) -> Vec<ChannelFit> {
+    let channels = session.problem.plant.sensors.len();
     let mut sums = vec![[0.0f64; 4]; channels];
-    for run in 0..engine.timelines.len() {
-        let timeline = &engine.timelines[run];
-        let Some((residual, first)) = free_residual(engine, predictor, run) else {
+    for run in 0..session.timelines.len() {
+        let timeline = &session.timelines[run];
+        let Some((residual, first)) = free_residual(session, predictor, run) else {
             for sum in &mut sums {
                 sum[0] = f64::NAN;
             }
@@ -42,7 +42,7 @@ pub fn free_run(engine: &Engine<'_>, predictor: Predictor<'_>) -> Vec<ChannelFit
             }
         }
     }
-    let sensors = &engine.problem.plant.sensors;
+    let sensors = &session.problem.plant.sensors;
     (sensors.iter().zip(&sums))
         .filter(|(_, sum)| sum[1] > 0.0)
         .map(|(sensor, sum)| {
@@ -54,19 +54,23 @@ pub fn free_run(engine: &Engine<'_>, predictor: Predictor<'_>) -> Vec<ChannelFit
 }
 
 /// Residuals of the free run and the first event behind the stretch that gave the initial state.
-pub fn free_residual(engine: &Engine<'_>, predictor: Predictor<'_>, run: usize) -> Option<(Vec<f64>, usize)> {
-    let timeline = &engine.timelines[run];
-    let instance = engine.problem.instance(predictor.plant, predictor.theta, run);
+pub fn free_residual(
+    session: &EstimationSession<'_>,
+    predictor: Predictor<'_>,
+    run: usize,
+) -> Option<(Vec<f64>, usize)> {
+    let timeline = &session.timelines[run];
+    let instance = session.problem.instance(predictor.plant, predictor.theta, run);
     let events = timeline.events.len();
     let first = ((events as f64 * FIRST_SHARE) as usize).clamp(events.min(8), FIRST_EVENTS_MAX.max(8)).min(events);
     let stretch = head(timeline, first);
-    let mut machine = Machine::new(engine.problem, run, &instance, &stretch).ok()?;
-    let sigmas = initial_sigmas(&instance, &machine.system, &engine.problem.runs[run].initial, &[]);
-    let x0 = initial(&mut machine, &sigmas, predictor.noise)?;
-    let mut machine = Machine::new(engine.problem, run, &instance, timeline).ok()?;
-    machine.x0 = x0;
+    let mut propagator = Propagator::new(session.problem, run, &instance, &stretch).ok()?;
+    let sigmas = initial_sigmas(&instance, &propagator.system, &session.problem.runs[run].initial, &[]);
+    let x0 = initial(&mut propagator, &sigmas, predictor.noise)?;
+    let mut propagator = Propagator::new(session.problem, run, &instance, timeline).ok()?;
+    propagator.x0 = x0;
     let mut nu = vec![0.0; timeline.value.len()];
-    machine.pass(&Frozen::of_free_run(timeline.events.len()), &[], &mut nu).then_some((nu, first))
+    propagator.pass(&Frozen::of_free_run(timeline.events.len()), &[], &mut nu).then_some((nu, first))
 }
 
 fn head(timeline: &Timeline, events: usize) -> Timeline {
@@ -82,20 +86,20 @@ fn head(timeline: &Timeline, events: usize) -> Timeline {
 
 /// Initial state by Levenberg–Marquardt on the free run of a stretch, from the filter's first
 /// estimates.
-fn initial(machine: &mut Machine<'_>, sigmas: &[f64], noise: &NoiseModel) -> Option<Vec<f64>> {
+fn initial(propagator: &mut Propagator<'_>, sigmas: &[f64], noise: &NoiseModel) -> Option<Vec<f64>> {
     let n = sigmas.len();
-    let prior = machine.x0.clone();
-    let frozen = Frozen::of_free_run(machine.timeline.events.len());
-    let weight: Vec<f64> = machine.timeline.channel.iter().map(|c| 1.0 / noise.sensor_sigma[*c]).collect();
-    let residual = |machine: &mut Machine<'_>, x0: &[f64]| -> Option<Vec<f64>> {
-        machine.x0.copy_from_slice(x0);
-        let mut nu = vec![0.0; machine.timeline.value.len()];
-        let ok = machine.pass(&frozen, &[], &mut nu);
+    let prior = propagator.x0.clone();
+    let frozen = Frozen::of_free_run(propagator.timeline.events.len());
+    let weight: Vec<f64> = propagator.timeline.channel.iter().map(|c| 1.0 / noise.sensor_sigma[*c]).collect();
+    let residual = |propagator: &mut Propagator<'_>, x0: &[f64]| -> Option<Vec<f64>> {
+        propagator.x0.copy_from_slice(x0);
+        let mut nu = vec![0.0; propagator.timeline.value.len()];
+        let ok = propagator.pass(&frozen, &[], &mut nu);
         nu.iter_mut().zip(&weight).for_each(|(nu, w)| *nu *= w);
         (ok && nu.iter().all(|v| v.is_finite())).then_some(nu)
     };
     let mut x = prior.clone();
-    let mut r = residual(machine, &x)?;
+    let mut r = residual(propagator, &x)?;
     let mut away = vec![0.0; n];
     let cost = |r: &[f64], away: &[f64]| {
         r.iter().map(|v| v * v).sum::<f64>() + away.iter().zip(sigmas).map(|(a, s)| (a / s).powi(2)).sum::<f64>()
@@ -108,8 +112,8 @@ fn initial(machine: &mut Machine<'_>, sigmas: &[f64], noise: &NoiseModel) -> Opt
             let mut delta = vec![0.0; n];
             delta[i] = step;
             let mut moved = x.clone();
-            machine.system.retract(&x, &delta, &mut moved);
-            let shifted = residual(machine, &moved)?;
+            propagator.system.retract(&x, &delta, &mut moved);
+            let shifted = residual(propagator, &moved)?;
             columns.push(shifted.iter().zip(&r).map(|(a, b)| (b - a) / step * sigmas[i]).collect::<Vec<f64>>());
         }
         let before = cost(&r, &away);
@@ -123,10 +127,10 @@ fn initial(machine: &mut Machine<'_>, sigmas: &[f64], noise: &NoiseModel) -> Opt
             let step = Cholesky::new(matrix)?.solve(&right);
             let delta: Vec<f64> = step.iter().zip(sigmas).map(|(s, sigma)| s * sigma).collect();
             let mut moved = x.clone();
-            machine.system.retract(&x, &delta, &mut moved);
+            propagator.system.retract(&x, &delta, &mut moved);
             let mut moved_away = vec![0.0; n];
-            machine.system.difference(&prior, &moved, &mut moved_away);
-            if let Some(fresh) = residual(machine, &moved) {
+            propagator.system.difference(&prior, &moved, &mut moved_away);
+            if let Some(fresh) = residual(propagator, &moved) {
                 let after = cost(&fresh, &moved_away);
                 if after < before {
                     gained = before - after;

@@ -16,7 +16,8 @@ pub struct Gain {
     /// Sum of the signed roots of the blocks in its standard deviations under random signs.
     pub agreement: f64,
     /// What the augmented plant itself expects to gain; zero where it was not asked.
-    pub foretold: f64,
+    #[serde(rename = "foretold")]
+    pub expected: f64,
     /// What it gains at least, if it is right; zero where that was not asked.
     pub least: f64,
     /// Its free run's distance from the data over that of the plant alone: geometric mean of the
@@ -55,14 +56,14 @@ impl Gain {
     }
 
     /// Even its upper bound is below what was foretold.
-    pub fn is_short(&self) -> bool {
-        self.interval95()[1] < self.foretold
+    pub fn is_below_expected(&self) -> bool {
+        self.interval95()[1] < self.expected
     }
 
     /// With a standard deviation of what was foretold.
     #[must_use]
-    pub fn foretold_to(self, sigma: f64) -> Self {
-        Self { least: (self.foretold - EXPECTED_GAIN_TOLERANCE_SIGMA * sigma).max(0.0), ..self }
+    pub fn with_expected_gain_sigma(self, sigma: f64) -> Self {
+        Self { least: (self.expected - EXPECTED_GAIN_TOLERANCE_SIGMA * sigma).max(0.0), ..self }
     }
 
     /// With free runs of the plant alone and with the effect.
@@ -80,14 +81,14 @@ impl Gain {
 
     /// In free run it is further from the data than the plant alone.
     #[must_use]
-    pub fn is_astray(&self) -> bool {
+    pub fn free_run_diverges(&self) -> bool {
         self.free_run > FREE_RUN_DIVERGENCE_RATIO
     }
 
     pub fn status(&self) -> Status {
         match self.interval95() {
             [low, _] if low > 0.0 => Status::Confirmed,
-            [_, high] if high < self.least => Status::Refused,
+            [_, high] if high < self.least => Status::Rejected,
             _ => Status::Unconfirmed,
         }
     }
@@ -99,7 +100,8 @@ impl Gain {
 pub enum Status {
     Confirmed,
     Unconfirmed,
-    Refused,
+    #[serde(rename = "refused")]
+    Rejected,
     NotConverged,
 }
 
@@ -133,7 +135,7 @@ pub fn blocks(differences: &[(f64, f64)], block_s: f64) -> Gain {
         blocks: sums.len(),
         skewness: if skewness.is_finite() { skewness } else { 0.0 },
         agreement: if size > 0.0 { roots / size.sqrt() } else { 0.0 },
-        foretold: 0.0,
+        expected: 0.0,
         least: 0.0,
         free_run: 1.0,
     }
@@ -155,7 +157,7 @@ mod tests {
         (0..30).for_each(|k| sums[k] += 0.3 * (k as f64).sin());
         assert_eq!(gain(&sums).status(), Status::Confirmed);
         sums.iter_mut().for_each(|d| *d = -*d);
-        assert_eq!(gain(&sums).status(), Status::Refused);
+        assert_eq!(gain(&sums).status(), Status::Rejected);
         // three blocks that the others do not bear out are chance, whatever they hold
         sums = (0..30).map(|k| 0.3 * (k as f64).sin()).chain([150.0, 40.0, 25.0]).collect();
         assert_eq!(gain(&sums).status(), Status::Unconfirmed);

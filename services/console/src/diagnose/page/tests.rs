@@ -182,7 +182,7 @@ fn the_first_paragraph_says_what_where_how_large_whether_confirmed_and_what_it_c
 #[test]
 fn of_several_effects_each_is_said_to_be_confirmed_open_or_refused_and_what_is_refused_is_not_missing() {
     let mut several = full();
-    for (kind, status) in [("joint_stribeck", Status::Unconfirmed), ("sensor_step", Status::Refused)] {
+    for (kind, status) in [("joint_stribeck", Status::Unconfirmed), ("sensor_step", Status::Rejected)] {
         several.effects.push(EffectReport { kind: kind.into(), status, ..several.effects[0].clone() });
     }
     let text = html(several);

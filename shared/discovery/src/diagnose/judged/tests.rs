@@ -31,7 +31,7 @@ fn what_another_recording_refuses_beside_the_others_leaves_and_they_stay() {
     let once = with_effect(&physics, "sensor_step", "sensor:rate", &STEP);
     let found = asked(&nominal, &once, &physics);
     assert_eq!(standing(&found, "joint_coulomb"), Some(Status::Confirmed), "{}", found.reason);
-    assert_eq!(standing(&found, "sensor_step"), Some(Status::Refused), "{}", found.reason);
+    assert_eq!(standing(&found, "sensor_step"), Some(Status::Rejected), "{}", found.reason);
     assert!(matches!(found.verdict, Verdict::Named | Verdict::NotSeparable), "{}", found.reason);
     let written = found.augmented_plant.expect("something is confirmed");
     assert!(written.contains("joint_coulomb") && !written.contains("sensor_step"), "{written}");
@@ -50,7 +50,7 @@ fn what_another_recording_should_have_shown_and_does_not_is_refused() {
     };
     // with half of it frozen parameters gain nothing and lose nothing
     let found = asked(recording(&sounds(1e-3), 62, 1.0));
-    assert_eq!(standing(&found, "sensor_tone"), Some(Status::Refused), "{}", found.reason);
+    assert_eq!(standing(&found, "sensor_tone"), Some(Status::Rejected), "{}", found.reason);
     assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("foretells"), "{}", found.reason);
     assert!(found.augmented_plant.is_none());
     // what is too little to show it is no reason to refuse
@@ -116,11 +116,11 @@ fn what_held_out_data_do_not_decide_keeps_its_name_and_stays_out_of_the_model() 
 fn standing_at(friction: f64, sigma: f64) -> Standing {
     let nominal = plant("pendulum");
     let problem = problem(&nominal, recording(&nominal, 1, 0.5));
-    let engine = Engine::new(&problem, 1).unwrap();
-    let mut fit = identification::fit::fit(&engine, &nominal, &engine.prior(), &engine.noise, 1).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let mut fit = identification::fit::fit(&session, &nominal, &session.prior(), &session.noise, 1).unwrap();
     let at = problem.unknowns.iter().position(|unknown| unknown.name == "pivot.friction").unwrap();
     (fit.theta[at], fit.sigma[at]) = (friction, sigma);
-    let noise = engine.noise.clone();
+    let noise = session.noise.clone();
     Standing { plant: nominal, problem: problem.clone(), fit, noise, objective: 0.0 }
 }
 

@@ -98,22 +98,22 @@ fn what_is_foretold_is_as_uncertain_as_the_numbers_that_foretell_it() {
     let nominal = plant("drive_rig");
     let biased = |bias: f64| crate::synthetic::with_effect(&nominal, "sensor_bias", "sensor:rate", &[("bias", bias)]);
     let (problem, d) = (crate::synthetic::problem(&nominal, recording(&biased(1e-3), 1, 0.5)), 7.0);
-    let before = Engine::new(&problem, 1).unwrap();
+    let before = EstimationSession::new(&problem, 1).unwrap();
     let theta = before.prior();
     let augmented = problem.with_plant(&biased(1e-3));
-    let after = Engine::like(&before, &augmented).unwrap();
+    let after = EstimationSession::like(&before, &augmented).unwrap();
     let noise = before.noise.clone();
     let predictor = |plant| Predictor { plant, theta: &theta, noise: &noise };
     let own = ((&before, predictor(&problem.plant)), (&after, predictor(&augmented.plant)));
     let gain = gain(own.0.0, own.0.1, own.1).unwrap();
     let moved = augmented.with_plant(&biased(1e-3 * (1.0 + 1.0 / d))).plant;
-    let sigma = foretold_sigma(own.0, own.1, core::slice::from_ref(&moved)).unwrap();
-    assert!((sigma - 2.0 / d * gain.foretold).abs() < 1e-6 * sigma, "{sigma} of {}", gain.foretold);
+    let sigma = expected_gain_sigma(own.0, own.1, core::slice::from_ref(&moved)).unwrap();
+    assert!((sigma - 2.0 / d * gain.expected).abs() < 1e-6 * sigma, "{sigma} of {}", gain.expected);
     // what is off each on its own adds by squares
-    let both = foretold_sigma(own.0, own.1, &[moved.clone(), moved]).unwrap();
+    let both = expected_gain_sigma(own.0, own.1, &[moved.clone(), moved]).unwrap();
     assert!((both - 2f64.sqrt() * sigma).abs() < 1e-9 * both, "{both}");
-    let (least, expected) = (gain.foretold_to(sigma).least, gain.foretold * (1.0 - 6.0 / d));
-    assert!(gain.foretold > 1.0 && (least - expected).abs() < 1e-5 * expected, "{least} of {}", gain.foretold);
+    let (least, expected) = (gain.with_expected_gain_sigma(sigma).least, gain.expected * (1.0 - 6.0 / d));
+    assert!(gain.expected > 1.0 && (least - expected).abs() < 1e-5 * expected, "{least} of {}", gain.expected);
 }
 
 #[test]

@@ -1,12 +1,12 @@
 use super::*;
-use crate::fit::{Board, Engine};
+use crate::fit::{EstimationSession, LinearisedProblem};
 use crate::problem::Problem;
 use crate::synthetic::{coloured, plant, problem, recording, with_effect};
 
 /// `−2 ln p` of the readings under one noise, by whitening alone.
-fn value(engine: &Engine<'_>, board: &Board, noise: &NoiseModel) -> f64 {
-    let mut columns = [board.nu.clone()];
-    let log_determinant = board.whiten(engine, noise, &mut columns).unwrap();
+fn value(session: &EstimationSession<'_>, linearised: &LinearisedProblem, noise: &NoiseModel) -> f64 {
+    let mut columns = [linearised.nu.clone()];
+    let log_determinant = linearised.whiten(session, noise, &mut columns).unwrap();
     log_determinant + columns[0].iter().map(|r| r * r).sum::<f64>()
 }
 
@@ -21,13 +21,14 @@ fn moved(noise: &NoiseModel, kind: &str, k: usize, by: f64) -> NoiseModel {
     moved
 }
 
-/// Noise off what is stated: some louder, some quieter, every other channel coloured, all with jitter.
-fn noises(engine: &Engine<'_>) -> [NoiseModel; 2] {
-    let mut white = engine.noise.clone();
+/// Noise off what is stated: some louder, some quieter, every other channel coloured, all with
+/// jitter.
+fn noises(session: &EstimationSession<'_>) -> [NoiseModel; 2] {
+    let mut white = session.noise.clone();
     white.input_sigma.iter_mut().for_each(|sigma| *sigma *= 3.0);
     white.sensor_sigma.iter_mut().enumerate().for_each(|(k, sigma)| *sigma *= [1.4, 0.8][k % 2]);
     for k in 0..white.jitter_s.len() {
-        white.jitter_s[k] = 0.05 * engine.interval_s(k);
+        white.jitter_s[k] = 0.05 * session.interval_s(k);
     }
     let mut coloured = white.clone();
     coloured.pole.iter_mut().step_by(2).for_each(|pole| *pole = 0.6);
@@ -35,18 +36,18 @@ fn noises(engine: &Engine<'_>) -> [NoiseModel; 2] {
 }
 
 fn is_the_slope_of_the_likelihood(problem: &Problem) {
-    let engine = Engine::new(problem, 1).unwrap();
-    let board = Board::new(&engine, &problem.plant, &engine.prior(), &engine.noise).unwrap();
-    for noise in noises(&engine) {
-        let found = gradient(&board.linears[0], &engine.timelines[0], &noise, &board.nu).unwrap();
-        assert!((found.value - value(&engine, &board, &noise)).abs() < 1e-7 * found.value.abs().max(1.0));
+    let session = EstimationSession::new(problem, 1).unwrap();
+    let linearised = LinearisedProblem::new(&session, &problem.plant, &session.prior(), &session.noise).unwrap();
+    for noise in noises(&session) {
+        let found = gradient(&linearised.linears[0], &session.timelines[0], &noise, &linearised.nu).unwrap();
+        assert!((found.value - value(&session, &linearised, &noise)).abs() < 1e-7 * found.value.abs().max(1.0));
         let slopes =
             [("input", &found.input), ("sensor", &found.sensor), ("pole", &found.pole), ("jitter", &found.jitter)];
         for (kind, slopes) in slopes {
             for (k, slope) in slopes.iter().enumerate() {
                 // where an initial state is wide the recursion's rounding is felt over smaller steps
                 let step = 1e-2;
-                let at = |by: f64| value(&engine, &board, &moved(&noise, kind, k, by));
+                let at = |by: f64| value(&session, &linearised, &moved(&noise, kind, k, by));
                 let difference = (at(step) - at(-step)) / (2.0 * step);
                 let scale = difference.abs().max(slope.second.sqrt()).max(1.0);
                 assert!((slope.first - difference).abs() < 5e-3 * scale, "{kind} {k}: {slope:?} {difference}");
@@ -71,13 +72,13 @@ fn the_gradient_is_that_of_the_likelihood_by_differences() {
 fn the_gradient_is_that_of_the_likelihood_where_the_plant_alone_would_fall() {
     let nominal = plant("six_joint_arm");
     let problem = problem(&nominal, recording(&nominal, 3, 30.0));
-    let engine = Engine::new(&problem, 1).unwrap();
-    let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
-    let noise = &noises(&engine)[0];
-    let found = gradient(&board.linears[0], &engine.timelines[0], noise, &board.nu).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
+    let noise = &noises(&session)[0];
+    let found = gradient(&linearised.linears[0], &session.timelines[0], noise, &linearised.nu).unwrap();
     for (kind, slopes) in [("input", &found.input), ("sensor", &found.sensor)] {
         for (k, slope) in slopes.iter().enumerate() {
-            let at = |by: f64| value(&engine, &board, &moved(noise, kind, k, by));
+            let at = |by: f64| value(&session, &linearised, &moved(noise, kind, k, by));
             let difference = (at(1e-2) - at(-1e-2)) / 2e-2;
             let scale = slope.second.sqrt().max(difference.abs());
             assert!((slope.first - difference).abs() < 5e-3 * scale, "{kind} {k}: {slope:?} {difference}");
@@ -90,20 +91,21 @@ fn the_gradient_of_several_recordings_is_the_sum_of_theirs() {
     let nominal = plant("oscillator");
     let both = [recording(&nominal, 1, 0.5), recording(&nominal, 2, 0.8)];
     let problem = Problem::new(&nominal, &both, &[]).unwrap();
-    let engine = Engine::new(&problem, 1).unwrap();
-    let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
-    let (whole, _) = board.gradient(&engine, (&board.nu, &engine.prior()), &engine.noise).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
+    let (whole, _) = linearised.gradient(&session, (&linearised.nu, &session.prior()), &session.noise).unwrap();
     let (mut value, mut first) = (0.0, 0.0);
-    for (run, offset) in engine.offsets.iter().enumerate() {
-        let own = &board.nu[*offset..offset + engine.timelines[run].value.len()];
-        let part = gradient(&board.linears[run], &engine.timelines[run], &engine.noise, own).unwrap();
+    for (run, offset) in session.offsets.iter().enumerate() {
+        let own = &linearised.nu[*offset..offset + session.timelines[run].value.len()];
+        let part = gradient(&linearised.linears[run], &session.timelines[run], &session.noise, own).unwrap();
         (value, first) = (value + part.value, first + part.sensor[0].first);
     }
     assert!((whole.value - value).abs() < 1e-9 * value.abs() && (whole.sensor[0].first - first).abs() < 1e-9);
-    assert_eq!(engine.offsets.len(), 2);
+    assert_eq!(session.offsets.len(), 2);
 }
 
-/// Numbers of the gradient's scatter over recordings: its expected square is twice the expected second derivative.
+/// Numbers of the gradient's scatter over recordings: its expected square is twice the expected
+/// second derivative.
 #[test]
 fn slopes_scatter_over_recordings_as_their_second_derivatives_say() {
     let nominal = plant("oscillator");
@@ -111,19 +113,19 @@ fn slopes_scatter_over_recordings_as_their_second_derivatives_say() {
     let drawn = 40;
     for seed in 1..=drawn {
         let problem = problem(&nominal, recording(&nominal, seed, 2.0));
-        let engine = Engine::new(&problem, 1).unwrap();
-        let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
-        let found = gradient(&board.linears[0], &engine.timelines[0], &engine.noise, &board.nu).unwrap();
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
+        let found = gradient(&linearised.linears[0], &session.timelines[0], &session.noise, &linearised.nu).unwrap();
         let add = |sum: &mut [f64; 2], slope: &Slope| {
             *sum = [sum[0] + slope.first * slope.first, sum[1] + 2.0 * slope.second];
         };
         add(&mut sensor, &found.sensor[0]);
         add(&mut pole, &found.pole[0]);
         let problem = self::problem(&nominal, coloured(&nominal, seed, 2.0, 0.8));
-        let engine = Engine::new(&problem, 1).unwrap();
-        let noise = NoiseModel { pole: vec![0.8; 2], ..engine.noise.clone() };
-        let board = Board::new(&engine, &nominal, &engine.prior(), &engine.noise).unwrap();
-        let found = gradient(&board.linears[0], &engine.timelines[0], &noise, &board.nu).unwrap();
+        let session = EstimationSession::new(&problem, 1).unwrap();
+        let noise = NoiseModel { pole: vec![0.8; 2], ..session.noise.clone() };
+        let linearised = LinearisedProblem::new(&session, &nominal, &session.prior(), &session.noise).unwrap();
+        let found = gradient(&linearised.linears[0], &session.timelines[0], &noise, &linearised.nu).unwrap();
         add(&mut own_pole, &found.pole[1]);
     }
     // chi-squared of 40

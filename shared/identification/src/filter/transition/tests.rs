@@ -1,5 +1,5 @@
 use super::*;
-use crate::fit::Engine;
+use crate::fit::EstimationSession;
 use crate::synthetic::{plant, problem, recording, with_effect};
 use dynamics::description::Plant;
 
@@ -19,25 +19,26 @@ impl Pair {
     }
 }
 
-/// Along a run of `plant` with `more`, which is stepped as `plant` is and finer, and the length of a row.
+/// Along a run of `plant` with `more`, which is stepped as `plant` is and finer, and the length of
+/// a row.
 fn along(plant: &Plant, more: &dyn Fn(&Plant) -> Plant, duration_s: f64) -> (Vec<Pair>, usize) {
     let problem = problem(plant, recording(plant, 3, duration_s));
-    let engine = Engine::new(&problem, 1).unwrap();
-    let mut machine = Machine::new(&problem, 0, &more(plant), &engine.timelines[0]).unwrap();
-    let mut own = Transitions::new(&machine);
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let mut propagator = Propagator::new(&problem, 0, &more(plant), &session.timelines[0]).unwrap();
+    let mut own = Transitions::new(&propagator);
     let (n, len) = (own.n, own.n + own.m);
     let sigmas = vec![1e-3; len];
-    let mut mean = machine.start();
+    let mut mean = propagator.start();
     let mut step = |k: usize| {
         let mut pair = Pair { slopes: vec![0.0; n * len], flows: vec![0.0; n * len], agrees: false };
         own.base.copy_from_slice(&mean.x);
-        own.take_slopes(&mut machine, k, &mut pair.slopes);
-        pair.agrees = own.is_that_of_the_flow(&mut machine, k, &mean, &sigmas, &pair.slopes);
-        own.take_flows(&mut machine, k, &mean, &mut pair.flows);
+        own.take_slopes(&mut propagator, k, &mut pair.slopes);
+        pair.agrees = own.is_that_of_the_flow(&mut propagator, k, &mean, &sigmas, &pair.slopes);
+        own.take_flows(&mut propagator, k, &mean, &mut pair.flows);
         mean.x.copy_from_slice(&own.base);
         pair
     };
-    ((0..engine.timelines[0].events.len() - 1).map(&mut step).collect(), len)
+    ((0..session.timelines[0].events.len() - 1).map(&mut step).collect(), len)
 }
 
 #[test]

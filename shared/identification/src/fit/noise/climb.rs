@@ -7,7 +7,7 @@
 
 use super::{Coordinate, POLE_MAX, POLE_MIN, SWEPT, Search, begun, moved};
 use crate::filter::{Gradient, NoiseModel, Slope};
-use crate::fit::{Board, Engine};
+use crate::fit::{EstimationSession, LinearisedProblem};
 use nalgebra::{DMatrix, DVector};
 
 /// How often unknowns and columns are found again, and steps to each end for every sweep of a
@@ -34,16 +34,16 @@ const POLE_PRICE: f64 = 2.0;
 /// Cost: normal equations for each hold; about three likelihoods of one column a step, however many
 /// coordinates there are.
 pub(super) fn climbed(
-    (engine, board): (&Engine<'_>, &Board),
+    (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     (theta, extra): (&[f64], &[&Vec<f64>]),
     start: &NoiseModel,
     list: Vec<Coordinate>,
     search: Search,
 ) -> Option<(NoiseModel, f64)> {
-    let hold = |noise: &NoiseModel| Held::new((engine, board), theta, extra, noise);
+    let hold = |noise: &NoiseModel| Held::new((session, linearised), theta, extra, noise);
     let mut held = hold(start)?;
-    let size = board.linears.first().map_or(0, |linear| linear.layout.len());
-    let (noise, least) = begun(engine, search, size, (start, held.least), &|noise| held.value(noise));
+    let size = linearised.linears.first().map_or(0, |linear| linear.layout.len());
+    let (noise, least) = begun(session, search, size, (start, held.least), &|noise| held.value(noise));
     let mut climb = Climb::new(&list, noise, least);
     for _ in 0..HOLDS_MAX {
         let before = held.least;
@@ -63,8 +63,8 @@ pub(super) fn climbed(
 
 /// Unknowns and further columns held where they explain most under one noise.
 struct Held<'e, 'p> {
-    engine: &'e Engine<'p>,
-    board: &'e Board,
+    session: &'e EstimationSession<'p>,
+    linearised: &'e LinearisedProblem,
     /// What they leave of the raw innovations, and where the unknowns are.
     left: Vec<f64>,
     theta: Vec<f64>,
@@ -74,32 +74,32 @@ struct Held<'e, 'p> {
 
 impl<'e, 'p> Held<'e, 'p> {
     fn new(
-        (engine, board): (&'e Engine<'p>, &'e Board),
+        (session, linearised): (&'e EstimationSession<'p>, &'e LinearisedProblem),
         theta: &[f64],
         extra: &[&Vec<f64>],
         noise: &NoiseModel,
     ) -> Option<Self> {
-        let (least, x) = board.normal(engine, theta, noise, extra)?.least()?;
-        let mut left = board.nu.clone();
-        for (column, x) in board.jacobian.iter().chain(extra.iter().copied()).zip(&x) {
+        let (least, x) = linearised.normal(session, theta, noise, extra)?.least()?;
+        let mut left = linearised.nu.clone();
+        for (column, x) in linearised.jacobian.iter().chain(extra.iter().copied()).zip(&x) {
             left.iter_mut().zip(column).for_each(|(left, c)| *left -= c * x);
         }
-        let unknowns = engine.problem.unknowns.iter().zip(&x);
+        let unknowns = session.problem.unknowns.iter().zip(&x);
         let theta = theta.iter().zip(unknowns).map(|(theta, (unknown, x))| theta + x * unknown.sigma).collect();
-        Some(Self { engine, board, left, theta, least: least + engine.disturbance_price(noise) })
+        Some(Self { session, linearised, left, theta, least: least + session.disturbance_price(noise) })
     }
 
     /// `−2 ln p` under another noise.
     fn value(&self, noise: &NoiseModel) -> Option<f64> {
-        let value = self.board.objective(self.engine, &self.left, &self.theta, noise)?;
-        Some(value + self.engine.disturbance_price(noise))
+        let value = self.linearised.objective(self.session, &self.left, &self.theta, noise)?;
+        Some(value + self.session.disturbance_price(noise))
     }
 
     /// The same with its slopes.
     fn gradient(&self, noise: &NoiseModel) -> Option<Gradient> {
-        let (mut found, prior) = self.board.gradient(self.engine, (&self.left, &self.theta), noise)?;
-        found.value += prior + self.engine.disturbance_price(noise);
-        let levels = noise.input_sigma.iter().zip(&self.engine.disturbance_sigma);
+        let (mut found, prior) = self.linearised.gradient(self.session, (&self.left, &self.theta), noise)?;
+        found.value += prior + self.session.disturbance_price(noise);
+        let levels = noise.input_sigma.iter().zip(&self.session.disturbance_sigma);
         for (slope, (level, sigma)) in found.input.iter_mut().zip(levels) {
             let price = (level / sigma).powi(2);
             *slope += Slope { first: 2.0 * price, second: 4.0 * price };

@@ -15,17 +15,17 @@ fn coordinates(noise: &NoiseModel) -> Vec<Coordinate> {
 
 /// `−2 ln p` where coordinate by coordinate ends, and where the gradient does, with its noise.
 fn both(problem: &Problem) -> (f64, f64, NoiseModel) {
-    let engine = Engine::new(problem, 1).unwrap();
-    let fitted = fit(&engine, &problem.plant, &engine.prior(), &engine.noise, 4).unwrap();
+    let session = EstimationSession::new(problem, 1).unwrap();
+    let fitted = fit(&session, &problem.plant, &session.prior(), &session.noise, 4).unwrap();
     let value = |noise: &NoiseModel| {
-        let normal = fitted.board.normal(&engine, &fitted.theta, noise, &[])?;
-        Some(normal.minimum()?.0 + engine.disturbance_price(noise))
+        let normal = fitted.linearised.normal(&session, &fitted.theta, noise, &[])?;
+        Some(normal.minimum()?.0 + session.disturbance_price(noise))
     };
-    let start = (&engine.noise, value(&engine.noise).unwrap());
-    let size = fitted.board.linears[0].layout.len();
-    let (_, one_by_one) = one_by_one(&engine, size, start, coordinates(&engine.noise), SEARCH, &value);
-    let at = ((&engine, &fitted.board), (&fitted.theta[..], &[][..]));
-    let (noise, at_once) = climbed(at.0, at.1, &engine.noise, coordinates(&engine.noise), SEARCH).unwrap();
+    let start = (&session.noise, value(&session.noise).unwrap());
+    let size = fitted.linearised.linears[0].layout.len();
+    let (_, one_by_one) = one_by_one(&session, size, start, coordinates(&session.noise), SEARCH, &value);
+    let at = ((&session, &fitted.linearised), (&fitted.theta[..], &[][..]));
+    let (noise, at_once) = climbed(at.0, at.1, &session.noise, coordinates(&session.noise), SEARCH).unwrap();
     (one_by_one, at_once, noise)
 }
 
@@ -39,7 +39,7 @@ fn the_gradient_leads_as_low_as_coordinate_by_coordinate() {
             // poles that are not worth their price are none here
             let poles = noise.pole.iter().filter(|pole| **pole == 0.0).count() as f64;
             assert!(at_once < one_by_one + 0.3 + POLE_PRICE * poles, "{name} {factor}: {one_by_one} {at_once}");
-            let own = Engine::new(&problem, 1).unwrap();
+            let own = EstimationSession::new(&problem, 1).unwrap();
             for (found, stated) in noise.sensor_sigma.iter().zip(&own.noise.sensor_sigma) {
                 // hundreds of samples
                 assert!((0.8..1.25).contains(&(found / (factor * stated))), "{name} {factor}: {found} {stated}");
@@ -52,11 +52,11 @@ fn the_gradient_leads_as_low_as_coordinate_by_coordinate() {
 fn a_start_ten_times_too_loud_or_too_quiet_ends_in_the_same() {
     let nominal = plant("drive_rig");
     let problem = problem(&nominal, recording(&nominal, 7, 2.0));
-    let engine = Engine::new(&problem, 1).unwrap();
-    let fitted = fit(&engine, &nominal, &engine.prior(), &engine.noise, 4).unwrap();
+    let session = EstimationSession::new(&problem, 1).unwrap();
+    let fitted = fit(&session, &nominal, &session.prior(), &session.noise, 4).unwrap();
     let end = |factor: f64| {
-        let at = ((&engine, &fitted.board), (&fitted.theta[..], &[][..]));
-        climbed(at.0, at.1, &engine.noise.louder(factor), coordinates(&engine.noise), SEARCH).unwrap().1
+        let at = ((&session, &fitted.linearised), (&fitted.theta[..], &[][..]));
+        climbed(at.0, at.1, &session.noise.scaled(factor), coordinates(&session.noise), SEARCH).unwrap().1
     };
     let [quiet, stated, loud] = [0.1, 1.0, 10.0].map(end);
     // both channels may keep a pole or not

@@ -22,7 +22,7 @@ pub use pass::Mean;
 pub(crate) use stiffness::step_s;
 
 /// A compiled plant with the timeline of one run.
-pub struct Machine<'a> {
+pub struct Propagator<'a> {
     pub system: System,
     pub timeline: &'a Timeline,
     pub layout: Layout,
@@ -71,8 +71,8 @@ pub(super) struct Moving<'w> {
     w: &'w [f64],
 }
 
-impl<'a> Machine<'a> {
-    /// Machine of `plant` (not yet equipped) for run `run`.
+impl<'a> Propagator<'a> {
+    /// Propagator of `plant` (not yet equipped) for run `run`.
     ///
     /// # Errors
     /// The plant cannot be compiled or its initial state names what does not exist.
@@ -134,7 +134,7 @@ impl<'a> Machine<'a> {
         self.finer
     }
 
-    /// Work that this machine has done.
+    /// Work that this propagator has done.
     pub fn work(&self) -> f64 {
         of_evaluations(self.evaluations, &self.system)
     }
@@ -199,7 +199,7 @@ impl<'a> Machine<'a> {
     }
 
     /// Every channel lags as it does in `other`.
-    pub fn same_lags(&self, other: &Machine<'_>) -> bool {
+    pub fn same_lags(&self, other: &Propagator<'_>) -> bool {
         self.sensors.iter().zip(&other.sensors).all(|(a, b)| a.lag == b.lag)
     }
 

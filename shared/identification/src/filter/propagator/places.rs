@@ -1,10 +1,10 @@
 //! A run beside the linear model of another plant: where it begins, and which of its numbers are
 //! which.
 
-use super::Machine;
+use super::Propagator;
 use crate::filter::{Linear, tangent_names};
 
-impl Machine<'_> {
+impl Propagator<'_> {
     /// The run begins where the pass of `linear` began and, where the states are the same, is
     /// integrated in the same steps; `map` gives the place of its numbers in a change of state
     /// here.
@@ -18,8 +18,8 @@ impl Machine<'_> {
         self.begin(&change);
     }
 
-    /// Place of each entry of the frozen z of `linear` in this machine's, by name; `None` where one
-    /// is missing.
+    /// Place of each entry of the frozen z of `linear` in this propagator's, by name; `None` where
+    /// one is missing.
     pub fn map_names(&self, linear: &Linear) -> Option<Vec<usize>> {
         let ours = tangent_names(&self.system);
         let place = |name: &String| ours.iter().position(|(own, _)| own == name);

@@ -1,9 +1,9 @@
 //! Readings of a run as its sensors take them, before their lags: at instants off their stamps, and
 //! means.
 
-use super::Machine;
+use super::Propagator;
 
-impl Machine<'_> {
+impl Propagator<'_> {
     /// Readings of the samples of event `k` before lags, into `out` (one per sample). `clone` is
     /// the state at the beginning of means.
     pub fn read(&mut self, k: usize, x: &[f64], w: &[f64], clone: (&[f64], usize), out: &mut [f64]) {

@@ -8,7 +8,7 @@
 //! the disturbances shrink the memory grows, and the next fit starts within the cycle that the last
 //! one found.
 
-use super::{Board, Engine, Fit, FitError, Rounds, fit};
+use super::{EstimationSession, Fit, FitError, LinearisedProblem, Rounds, fit};
 
 /// Mean square of the whitened innovations up to which a fit is taken as it is.
 const CHI2_PER_SAMPLE_NEAR: f64 = 2.0;
@@ -18,22 +18,22 @@ const STEPS_MAX: usize = 6;
 /// Relinearisations under one loudness: the next begins where this comes to.
 const ROUNDS_PER_STEP: usize = 3;
 
-/// Fits the plant of `engine`'s problem under its stated noise from the priors; where something is
+/// Fits the plant of `session`'s problem under its stated noise from the priors; where something is
 /// left that the noise does not explain, once more by way of larger disturbances, those that the
 /// plant states of its actuators among them, and the better of both to its end.
 ///
 /// # Errors
 /// Those of [`fit`].
-pub fn fit_from_afar(engine: &Engine<'_>, rounds: impl Into<Rounds>) -> Result<Fit, FitError> {
+pub fn fit_by_continuation(session: &EstimationSession<'_>, rounds: impl Into<Rounds>) -> Result<Fit, FitError> {
     let rounds = rounds.into();
-    let plant = &engine.problem.plant;
-    let from = |theta: &[f64], rounds: Rounds| fit(engine, plant, theta, &engine.noise, rounds);
-    let direct = from(&engine.prior(), rounds.without_more());
+    let plant = &session.problem.plant;
+    let from = |theta: &[f64], rounds: Rounds| fit(session, plant, theta, &session.noise, rounds);
+    let direct = from(&session.prior(), rounds.without_more());
     let is_near = direct.as_ref().is_ok_and(|fit| fit.chi2_per_sample < CHI2_PER_SAMPLE_NEAR);
-    let approached = if is_near || engine.noise.input_sigma.is_empty() {
+    let approached = if is_near || session.noise.input_sigma.is_empty() {
         None
     } else {
-        approached(engine).and_then(|theta| from(&theta, rounds.without_more())).ok()
+        approached(session).and_then(|theta| from(&theta, rounds.without_more())).ok()
     };
     let best = match (direct, approached) {
         (Ok(direct), Some(approached)) if approached.objective < direct.objective => approached,
@@ -45,23 +45,23 @@ pub fn fit_from_afar(engine: &Engine<'_>, rounds: impl Into<Rounds>) -> Result<F
 
 /// Where fits under ever quieter disturbances end, from those on that explain the misfit at the
 /// priors.
-fn approached(engine: &Engine<'_>) -> Result<Vec<f64>, FitError> {
-    let plant = &engine.problem.plant;
-    let mut theta = engine.prior();
+fn approached(session: &EstimationSession<'_>) -> Result<Vec<f64>, FitError> {
+    let plant = &session.problem.plant;
+    let mut theta = session.prior();
     let driven = |power: usize| {
-        let mut noise = engine.noise.clone();
+        let mut noise = session.noise.clone();
         noise.input_sigma.iter_mut().for_each(|sigma| *sigma *= libm::pow(DISTURBANCE_FACTOR, power as f64));
         noise
     };
     let explains = |power: &usize| {
         let noise = driven(*power);
-        let board = Board::new(engine, plant, &theta, &noise).ok();
-        let normal = board.and_then(|board| board.normal(engine, &theta, &noise, &[]));
-        normal.is_some_and(|normal| normal.chi2 < CHI2_PER_SAMPLE_NEAR * engine.samples as f64)
+        let linearised = LinearisedProblem::new(session, plant, &theta, &noise).ok();
+        let normal = linearised.and_then(|linearised| linearised.normal(session, &theta, &noise, &[]));
+        normal.is_some_and(|normal| normal.chi2 < CHI2_PER_SAMPLE_NEAR * session.samples as f64)
     };
     let largest = (1..=STEPS_MAX).find(explains).unwrap_or(STEPS_MAX);
     for power in (1..=largest).rev() {
-        let fitted = fit(engine, plant, &theta, &driven(power), Rounds::at_most(ROUNDS_PER_STEP))?;
+        let fitted = fit(session, plant, &theta, &driven(power), Rounds::at_most(ROUNDS_PER_STEP))?;
         theta = fitted.theta;
     }
     Ok(theta)

@@ -2,7 +2,7 @@
 
 use super::FitError;
 use super::parallel;
-use crate::filter::{Linear, Machine, NoiseModel, Start, equip, initial_sigmas, linearise, step_s};
+use crate::filter::{Linear, NoiseModel, Propagator, Start, equip, initial_sigmas, linearise, step_s};
 use crate::problem::{Problem, Run, Timeline};
 use crate::work::Work;
 use dynamics::description::Plant;
@@ -15,7 +15,7 @@ pub use start::is_mass;
 
 /// A problem with its timelines.
 #[derive(Clone)]
-pub struct Engine<'p> {
+pub struct EstimationSession<'p> {
     pub problem: &'p Problem,
     pub timelines: std::sync::Arc<Vec<Timeline>>,
     pub threads: usize,
@@ -33,7 +33,7 @@ pub struct Engine<'p> {
     /// First sample of each run in the vector of all.
     pub offsets: Vec<usize>,
     pub samples: usize,
-    /// What all engines of one diagnosis have computed.
+    /// What all sessions of one diagnosis have computed.
     pub work: std::sync::Arc<Work>,
 }
 
@@ -44,11 +44,12 @@ const INITIAL_TRANSIENT_RATIO: f64 = 2.0;
 /// Largest innovation [standard deviations] that needs no other start: of 10⁵ normal ones, 0.06 lie
 /// beyond.
 const INNOVATION_SIGMA_MAX: f64 = 5.0;
-/// `−2 ln p` by which the start at the posterior may be worse, a factor √e of likelihood. Both are the
-/// same as far as the plant is linear about them: beyond, the posterior is that of another plant.
+/// `−2 ln p` by which the start at the posterior may be worse, a factor √e of likelihood. Both are
+/// the same as far as the plant is linear about them: beyond, the posterior is that of another
+/// plant.
 const POSTERIOR_LOSS_MAX: f64 = 1.0;
 
-impl<'p> Engine<'p> {
+impl<'p> EstimationSession<'p> {
     /// # Errors
     /// The plant cannot be compiled, a channel has no noise.
     pub fn new(problem: &'p Problem, threads: usize) -> Result<Self, FitError> {
@@ -58,7 +59,7 @@ impl<'p> Engine<'p> {
     /// What is computed is added to `work`.
     ///
     /// # Errors
-    /// Those of [`Engine::new`].
+    /// Those of [`EstimationSession::new`].
     pub fn counted(problem: &'p Problem, threads: usize, work: std::sync::Arc<Work>) -> Result<Self, FitError> {
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
@@ -82,7 +83,7 @@ impl<'p> Engine<'p> {
         let disturbance_sigma = vec![f64::INFINITY; noise.input_sigma.len()];
         let threads = threads.max(1);
         let none = std::sync::Arc::new(vec![Vec::new(); problem.runs.len()]);
-        let mut engine = Self {
+        let mut session = Self {
             problem,
             timelines,
             threads,
@@ -95,21 +96,21 @@ impl<'p> Engine<'p> {
             samples,
             work,
         };
-        engine.added = std::sync::Arc::new(start::added(&engine, &system));
-        let runs = parallel(problem.runs.len(), threads, |run| start::hardly_seen(&engine, run));
-        engine.hardly_seen = std::sync::Arc::new(runs);
+        session.added = std::sync::Arc::new(start::added(&session, &system));
+        let runs = parallel(problem.runs.len(), threads, |run| start::hardly_seen(&session, run));
+        session.hardly_seen = std::sync::Arc::new(runs);
         let unstated: Vec<usize> =
-            (0..engine.noise.input_sigma.len()).filter(|k| engine.noise.input_sigma[*k] <= 0.0).collect();
-        engine.set_floors()?;
-        engine.set_disturbance_priors(&unstated);
-        Ok(engine)
+            (0..session.noise.input_sigma.len()).filter(|k| session.noise.input_sigma[*k] <= 0.0).collect();
+        session.set_floors()?;
+        session.set_disturbance_priors(&unstated);
+        Ok(session)
     }
 
-    /// Engine of the same recordings with another plant of the same channels and inputs.
+    /// Session of the same recordings with another plant of the same channels and inputs.
     ///
     /// # Errors
     /// The plant's noise inputs are others.
-    pub fn like<'q>(other: &Engine<'_>, problem: &'q Problem) -> Result<Engine<'q>, FitError> {
+    pub fn like<'q>(other: &EstimationSession<'_>, problem: &'q Problem) -> Result<EstimationSession<'q>, FitError> {
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
         let command = |i: &usize| system.inputs()[*i].role == dynamics::system::InputRole::Command;
@@ -117,7 +118,7 @@ impl<'p> Engine<'p> {
         if inputs != other.noise.input_sigma.len() {
             return Err(FitError::Filter("the plant has other inputs".to_owned()));
         }
-        let mut engine = Engine {
+        let mut session = EstimationSession {
             problem,
             timelines: other.timelines.clone(),
             threads: other.threads,
@@ -130,24 +131,27 @@ impl<'p> Engine<'p> {
             samples: other.samples,
             work: other.work.clone(),
         };
-        engine.added = std::sync::Arc::new(start::added(&engine, &system));
-        Ok(engine)
+        session.added = std::sync::Arc::new(start::added(&session, &system));
+        Ok(session)
     }
 
-    /// Engine of the same plant with other commands and readings at the same instants.
+    /// Session of the same plant with other commands and readings at the same instants.
     ///
     /// # Errors
     /// The plant cannot be compiled, or the samples are not as many.
-    pub fn at_other_values<'q>(other: &Engine<'_>, problem: &'q Problem) -> Result<Engine<'q>, FitError> {
-        let mut engine = Engine::like(other, problem)?;
+    pub fn at_other_values<'q>(
+        other: &EstimationSession<'_>,
+        problem: &'q Problem,
+    ) -> Result<EstimationSession<'q>, FitError> {
+        let mut session = EstimationSession::like(other, problem)?;
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
         let own = timelines(problem, &equipped, &system)?;
         if !own.iter().zip(other.timelines.iter()).all(|(a, b)| a.channel == b.channel && a.stamp_s == b.stamp_s) {
             return Err(FitError::Filter("the samples are others".to_owned()));
         }
-        engine.timelines = std::sync::Arc::new(own);
-        Ok(engine)
+        session.timelines = std::sync::Arc::new(own);
+        Ok(session)
     }
 
     /// Priors, with the values of unknowns of the same name from elsewhere.
@@ -188,8 +192,8 @@ impl<'p> Engine<'p> {
             let instance = self.problem.instance(plant, theta, run);
             // a staircase has no slope: gains are those of its chord
             let smooth = without_steps(&instance);
-            let machine = || Machine::new(self.problem, run, &smooth, &self.timelines[run]);
-            let mut wide = machine()?;
+            let propagator = || Propagator::new(self.problem, run, &smooth, &self.timelines[run]);
+            let mut wide = propagator()?;
             let initial = &self.problem.runs[run].initial;
             let sigmas = initial_sigmas(
                 &smooth,
@@ -197,23 +201,23 @@ impl<'p> Engine<'p> {
                 initial,
                 &[&self.added[run][..], &self.hardly_seen[run]].concat(),
             );
-            let fresh = |machine: &mut Machine<'_>, start: &Start| {
-                let found = linearise(machine, noise, &sigmas, start);
-                self.work.add(machine.work() + machine.recursion_work());
+            let fresh = |propagator: &mut Propagator<'_>, start: &Start| {
+                let found = linearise(propagator, noise, &sigmas, start);
+                self.work.add(propagator.work() + propagator.recursion_work());
                 found
             };
             let mut linear = fresh(&mut wide, &Start::prior(&sigmas))?;
             let timeline = &self.timelines[run];
             if linear.peak(timeline) > INNOVATION_SIGMA_MAX
                 && let Some(start) = Start::posterior(&linear, timeline)
-                && let Ok(narrow) = fresh(&mut machine()?, &start)
+                && let Ok(narrow) = fresh(&mut propagator()?, &start)
                 && linear.peak(timeline) > INITIAL_TRANSIENT_RATIO * narrow.peak(timeline)
                 && narrow.objective(timeline) < linear.objective(timeline) + POSTERIOR_LOSS_MAX
             {
                 linear = narrow;
             }
             if smooth.effects.len() != instance.effects.len() {
-                let mut exact = Machine::new(self.problem, run, &instance, &self.timelines[run])?;
+                let mut exact = Propagator::new(self.problem, run, &instance, &self.timelines[run])?;
                 let map = exact.map_names(&linear).ok_or_else(|| "the variant lacks a state".to_owned())?;
                 exact.begin_as(&linear, &map);
                 let arrives = exact.pass(&linear.frozen, &map, &mut linear.nu);
@@ -240,7 +244,8 @@ impl<'p> Engine<'p> {
     pub fn pass_work(&self, plant: &Plant, theta: &[f64]) -> f64 {
         let of = |run: usize| {
             let instance = self.problem.instance(plant, theta, run);
-            Machine::new(self.problem, run, &instance, &self.timelines[run]).map_or(0.0, |machine| machine.pass_work())
+            Propagator::new(self.problem, run, &instance, &self.timelines[run])
+                .map_or(0.0, |propagator| propagator.pass_work())
         };
         (0..self.timelines.len()).map(of).sum()
     }
@@ -262,11 +267,11 @@ impl<'p> Engine<'p> {
                 continue;
             }
             let instance = self.problem.instance(plant, theta, run);
-            let mut machine = Machine::new(self.problem, run, &instance, &self.timelines[run]).ok()?;
-            let map = places(&machine, linear)?;
-            machine.begin_as(linear, &map);
-            let arrives = machine.pass(&linear.frozen, &map, part);
-            self.work.add(machine.work());
+            let mut propagator = Propagator::new(self.problem, run, &instance, &self.timelines[run]).ok()?;
+            let map = places(&propagator, linear)?;
+            propagator.begin_as(linear, &map);
+            let arrives = propagator.pass(&linear.frozen, &map, part);
+            self.work.add(propagator.work());
             if !arrives {
                 return None;
             }
@@ -287,9 +292,13 @@ fn timelines(problem: &Problem, equipped: &Plant, system: &System) -> Result<Vec
     problem.runs.iter().map(timeline).collect()
 }
 
-/// Places of the frozen filter's z in that of `machine`.
-fn places(machine: &Machine<'_>, linear: &Linear) -> Option<Vec<usize>> {
-    if machine.layout == linear.layout { Some((0..linear.layout.len()).collect()) } else { machine.map_names(linear) }
+/// Places of the frozen filter's z in that of `propagator`.
+fn places(propagator: &Propagator<'_>, linear: &Linear) -> Option<Vec<usize>> {
+    if propagator.layout == linear.layout {
+        Some((0..linear.layout.len()).collect())
+    } else {
+        propagator.map_names(linear)
+    }
 }
 
 fn without_steps(plant: &Plant) -> Plant {

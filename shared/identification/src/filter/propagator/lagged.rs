@@ -6,10 +6,10 @@
 //! with a time constant far below the interval the lag shows the slope at its end, not the mean
 //! slope.
 
-use super::{Machine, Mean};
+use super::{Mean, Propagator};
 use dynamics::lags::LagState;
 
-impl Machine<'_> {
+impl Propagator<'_> {
     /// Readings as the sensors tell them. Call once per event, before the update.
     pub fn predict(&mut self, k: usize, mean: &mut Mean, out: &mut [f64]) {
         self.read(k, &mean.x, &mean.w, (&mean.clone, mean.clone_row), out);

@@ -1,6 +1,6 @@
 //! The pass with frozen gains.
 
-use super::Machine;
+use super::Propagator;
 use crate::filter::Frozen;
 use dynamics::lags::LagState;
 
@@ -18,7 +18,7 @@ pub struct Mean {
     pub lag_time_s: Vec<f64>,
 }
 
-impl Machine<'_> {
+impl Propagator<'_> {
     pub fn start(&self) -> Mean {
         let channels = self.sensors.len();
         Mean {
@@ -72,7 +72,7 @@ impl Machine<'_> {
     }
 
     /// Innovations `y − ŷ` of the whole run with frozen gains. `map[i]` is the place in this
-    /// machine's z of entry i of the gains' z. Returns false where the state ran away.
+    /// propagator's z of entry i of the gains' z. Returns false where the state ran away.
     pub fn pass(&mut self, frozen: &Frozen, map: &[usize], nu: &mut [f64]) -> bool {
         let mut mean = self.start();
         let mut change = vec![0.0; self.layout.len()];

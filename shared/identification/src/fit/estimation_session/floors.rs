@@ -1,7 +1,7 @@
 //! Noise of inputs that nobody states: the floor that it starts at, and the prior of its level.
 
-use super::Engine;
-use crate::filter::{Machine, NoiseModel, Start, gains, initial_sigmas, linearise};
+use super::EstimationSession;
+use crate::filter::{NoiseModel, Propagator, Start, gains, initial_sigmas, linearise};
 use crate::fit::FitError;
 
 /// Mean increase of `ln S` per sample that a disturbance nobody stated starts at: not seen in any
@@ -18,7 +18,7 @@ const FLOORS_LEAST: f64 = 10.0;
 const FLOOR_EVENTS: usize = 400;
 const HALVINGS: usize = 24;
 
-impl Engine<'_> {
+impl EstimationSession<'_> {
     /// Gives inputs without stated noise the level that inflates the innovations by
     /// [`FLOOR_INFLATION`].
     pub(super) fn set_floors(&mut self) -> Result<(), FitError> {
@@ -36,19 +36,19 @@ impl Engine<'_> {
         }
         timeline.channel.truncate(last);
         let plant = self.problem.instance(&self.problem.plant, &theta, 0);
-        let mut machine = Machine::new(self.problem, 0, &plant, &timeline).map_err(FitError::Filter)?;
-        let sigmas = initial_sigmas(&plant, &machine.system, &self.problem.runs[0].initial, &[]);
+        let mut propagator = Propagator::new(self.problem, 0, &plant, &timeline).map_err(FitError::Filter)?;
+        let sigmas = initial_sigmas(&plant, &propagator.system, &self.problem.runs[0].initial, &[]);
         let mut start = self.noise.clone();
         // noise enough that the filter follows whatever the priors are
         let begin = Start::prior(&sigmas);
-        let linear = linearise(&mut machine, &start, &sigmas, &begin).or_else(|_| {
+        let linear = linearise(&mut propagator, &start, &sigmas, &begin).or_else(|_| {
             missing.iter().for_each(|k| start.input_sigma[*k] = 1.0);
-            linearise(&mut machine, &start, &sigmas, &begin)
+            linearise(&mut propagator, &start, &sigmas, &begin)
         });
         let linear = linear.map_err(FitError::Filter)?;
         let determinant = |noise: &NoiseModel| gains(&linear, &timeline, noise).map(|g| g.log_determinant);
         let none = determinant(&self.noise).unwrap_or(f64::NEG_INFINITY);
-        self.work.add(machine.work() + (1 + missing.len() * HALVINGS) as f64 * machine.recursion_work());
+        self.work.add(propagator.work() + (1 + missing.len() * HALVINGS) as f64 * propagator.recursion_work());
         for k in missing {
             let mut noise = self.noise.clone();
             let (mut low, mut high) = (-12.0, 6.0);
