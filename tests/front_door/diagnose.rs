@@ -58,7 +58,7 @@ fn check_object(result: &Value) {
         text(&row, &["kind", "site"]);
         numbers(&row, &["probability", "kappa", "d"]);
         let status = row["status"].as_str().unwrap();
-        assert!(["confirmed", "unconfirmed", "refused", "not_converged"].contains(&status), "{status}");
+        assert!(["confirmed", "unconfirmed", "rejected", "not_converged"].contains(&status), "{status}");
         for rival in rows(&row["rivals"]) {
             text(&rival, &["kind", "site", "reason"]);
             numbers(&rival, &["probability"]);

@@ -202,7 +202,7 @@ fn pairs<'a>(cases: impl Iterator<Item = &'a Opened>) -> Pairs {
     let strong = |o: &&Opened| o.truth.d.len() == 2 && o.truth.d.iter().all(|d| *d >= 10.0);
     cases.filter(strong).fold(Pairs::default(), |sum, o| {
         let found = |hidden: &crate::hidden::Hidden| {
-            let is_it = |name: &Name| name.kind == hidden.kind && name.site == hidden.site && name.status != "refused";
+            let is_it = |name: &Name| name.kind == hidden.kind && name.site == hidden.site && name.status != "rejected";
             o.answer.names.iter().any(is_it)
         };
         let both = o.answer.detects() && o.truth.effects.iter().all(found);

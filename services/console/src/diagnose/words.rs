@@ -51,7 +51,7 @@ pub fn status_words(status: Status) -> &'static str {
     match status {
         Status::Confirmed => "confirmed",
         Status::Unconfirmed => "unconfirmed",
-        Status::Rejected => "refused",
+        Status::Rejected => "rejected",
         Status::NotConverged => "detected, model not converged",
     }
 }

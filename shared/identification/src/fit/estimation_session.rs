@@ -191,7 +191,7 @@ impl<'p> EstimationSession<'p> {
         let runs = parallel(self.timelines.len(), self.threads, |run| {
             let instance = self.problem.instance(plant, theta, run);
             // a staircase has no slope: gains are those of its chord
-            let smooth = without_steps(&instance);
+            let smooth = instance.without_staircases();
             let propagator = || Propagator::new(self.problem, run, &smooth, &self.timelines[run]);
             let mut wide = propagator()?;
             let initial = &self.problem.runs[run].initial;
@@ -299,12 +299,6 @@ fn places(propagator: &Propagator<'_>, linear: &Linear) -> Option<Vec<usize>> {
     } else {
         propagator.map_names(linear)
     }
-}
-
-fn without_steps(plant: &Plant) -> Plant {
-    let mut smooth = plant.clone();
-    smooth.effects.retain(|effect| effect.kind != "sensor_quantisation");
-    smooth
 }
 
 fn strip(plant: &Plant, run: &Run) -> dynamics::description::Initial {

@@ -100,7 +100,6 @@ impl Gain {
 pub enum Status {
     Confirmed,
     Unconfirmed,
-    #[serde(rename = "refused")]
     Rejected,
     NotConverged,
 }
