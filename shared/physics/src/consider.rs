@@ -28,7 +28,8 @@ pub struct SensorSheet {
 }
 
 impl SensorSheet {
-    fn sigmas(&self) -> SVector<f64, CONSIDERED> {
+    /// In the order of [`channels_by_error`].
+    pub fn sigmas(&self) -> SVector<f64, CONSIDERED> {
         let ([r1, r2], [z1, z2]) = (self.joint_rate_scale, self.joint_zero_rad);
         SVector::from([self.gyro_bias_rad_s, self.gyro_scale, r1, r2, z1, z2, self.latency_s])
     }
@@ -51,7 +52,7 @@ impl<const P: usize> ConsideredEstimate<P> {
 }
 
 /// Change of the measured channels (w0, d1, d2, th1, th2) by each considered error, one column each.
-fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64) -> SMatrix<f64, CHANNELS, CONSIDERED> {
+pub fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64) -> SMatrix<f64, CHANNELS, CONSIDERED> {
     let mut columns = SMatrix::zeros();
     columns[(0, 0)] = 1.0;
     columns[(0, 1)] = sample.omega0_z_rad_s;

@@ -77,7 +77,7 @@ pub struct ForceMoments {
 
 /// `x(t+B) = Φ x(t) + G [impulse, first moment]`, `x = [r, ṙ]`, for the force linear in time with those moments.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Transition {
+pub struct Transition {
     pub phi: Matrix2<f64>,
     pub gain: Matrix2<f64>,
 }
@@ -97,6 +97,7 @@ impl Transition {
         unscale(&e.fixed_view::<2, 2>(0, 0).into(), &e.fixed_view::<2, 2>(0, 2).into(), length_s, base_mass_kg)
     }
 
+    /// The state at the end of the block.
     pub fn apply(&self, state: &Vector2<f64>, force: &Vector2<f64>) -> Vector2<f64> {
         self.phi * state + self.gain * force
     }

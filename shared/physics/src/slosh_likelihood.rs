@@ -263,14 +263,14 @@ impl Likelihood {
 }
 
 /// By `[ms, ks, cs, r0, ṙ0, bias, thrust scale, thrust delay]`.
-pub(crate) type Sensitivity = SVector<f64, 8>;
+pub type Sensitivity = SVector<f64, 8>;
 type Sensitivities = SMatrix<f64, 8, 8>;
 
 /// States whose derivatives are carried: by κ, γ, r0, ṙ0, thrust scale, thrust delay.
 const CARRIED: usize = 6;
 
 /// Slosh state and its derivatives, block after block.
-pub(crate) struct Walk {
+pub struct Walk {
     kappa: f64,
     gamma: f64,
     base_mass_kg: f64,
@@ -285,7 +285,8 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    pub(crate) fn new(base_mass_kg: f64, hypothesis: &SloshHypothesis, length_s: f64) -> Self {
+    /// At the start of the hypothesis; blocks are expected to be `length_s` long, others cost an exponential.
+    pub fn new(base_mass_kg: f64, hypothesis: &SloshHypothesis, length_s: f64) -> Self {
         let parameters = hypothesis.parameters;
         let mu = parameters.reduced_mass_kg(base_mass_kg);
         let (kappa, gamma) = (parameters.stiffness_n_m / mu, parameters.damping_n_s_m / mu);
@@ -330,7 +331,7 @@ impl Walk {
     }
 
     /// Predicted Δv of the block and its derivatives.
-    pub(crate) fn step(&mut self, block: &SloshBlock) -> (f64, Sensitivity) {
+    pub fn step(&mut self, block: &SloshBlock) -> (f64, Sensitivity) {
         if (block.length_s - self.length_s).abs() > SAME_LENGTH * block.length_s {
             self.length_s = block.length_s;
             self.transition = self.neighbours.at(self.length_s).unwrap_or_else(|| {

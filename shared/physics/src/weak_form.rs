@@ -13,7 +13,6 @@
 
 use crate::dynamic_equation::{ArmSample, LagrangeForm, lagrange_form};
 use crate::momentum::{CHANNELS, MomentumSample};
-use crate::momentum_methods::MomentumError;
 use estimation::weighted_least_squares::{Estimate, LeastSquaresError};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -151,11 +150,11 @@ impl<const P: usize> Whitened<P> {
         Some(())
     }
 
-    fn solve(&self) -> Result<Estimate<P>, MomentumError> {
+    fn solve(&self) -> Result<Estimate<P>, LeastSquaresError> {
         let refused = LeastSquaresError::InformationNotPositive { rows: self.windows, weakest: 0.0 };
         let scale = self.information.diagonal().map(|value| 1.0 / libm::sqrt(value));
         let scaling = SMatrix::<f64, P, P>::from_diagonal(&scale);
-        let factor = (scaling * self.information * scaling).cholesky().ok_or(MomentumError::NotExcited(refused))?;
+        let factor = (scaling * self.information * scaling).cholesky().ok_or(refused)?;
         let alpha = scaling * factor.solve(&(scaling * self.moment));
         Ok(Estimate { alpha, covariance: scaling * factor.inverse() * scaling })
     }
@@ -172,11 +171,11 @@ pub struct WeakEstimate<const P: usize> {
 /// Parameters from rates, angles and torques, h unknown.
 ///
 /// # Errors
-/// [`MomentumError::NotExcited`]: too few windows, or a direction without trace.
+/// [`LeastSquaresError::InformationNotPositive`]: too few windows, or a direction without trace.
 pub fn weak_form<const P: usize>(
     samples: &[ArmSample],
     settings: &WeakSettings,
-) -> Result<WeakEstimate<P>, MomentumError> {
+) -> Result<WeakEstimate<P>, LeastSquaresError> {
     assert!(settings.window_samples >= 4);
     assert!(settings.window_samples.is_multiple_of(2));
     let mut alpha: Option<SVector<f64, P>> = None;
@@ -187,7 +186,7 @@ pub fn weak_form<const P: usize>(
         while begin + settings.window_samples < samples.len() + 1 {
             let window = Window::of(&samples[begin..], alpha.as_ref(), settings);
             let refused = LeastSquaresError::InformationNotPositive { rows: sums.windows, weakest: 0.0 };
-            sums.push(window).ok_or(MomentumError::NotExcited(refused))?;
+            sums.push(window).ok_or(refused)?;
             begin += settings.window_samples / 2;
         }
         let estimate = sums.solve()?;
