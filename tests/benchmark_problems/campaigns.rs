@@ -5,17 +5,17 @@
 //! parameters spreads at most by √(0.95 · 0.05 / n).
 
 use crate::claims::{Claim, demand};
-use console::bench::campaign::{Benchmark, Campaign, statistics, statistics_against};
-use console::bench::inertial::Inertial;
-use console::bench::inertial::flying::Flying;
-use console::bench::inertial::late::Late;
-use console::bench::inertial::operational::Operational;
-use console::bench::inertial::sheet::Sheet;
-use console::bench::inertial::target::Chain;
-use console::bench::inertial::wheel::Wheel;
-use console::bench::modes::Modes;
-use console::bench::report::MethodReport;
-use console::bench::slosh::{self, Slosh};
+use bench::campaign::{Benchmark, Campaign, statistics, statistics_against};
+use bench::inertial::Inertial;
+use bench::inertial::flying::Flying;
+use bench::inertial::late::Late;
+use bench::inertial::operational::Operational;
+use bench::inertial::sheet::Sheet;
+use bench::inertial::target::Chain;
+use bench::inertial::wheel::Wheel;
+use bench::modes::Modes;
+use bench::report::MethodReport;
+use bench::slosh::{self, Slosh};
 
 /// Not the seed that `obsid bench` takes by default.
 pub const SEED: u64 = 2024;
@@ -290,7 +290,7 @@ fn decay_percent(benchmark: &Modes) -> Vec<f64> {
     let truth = benchmark.true_modes();
     let bounds = benchmark.decay_bounds().expect("the decay shows both modes");
     let percent = |(mode, bound): (_, &(f64, f64))| {
-        let mode: &console::bench::modes::TrueMode = mode;
+        let mode: &bench::modes::TrueMode = mode;
         [100.0 * bound.0 / mode.frequency_hz(), 100.0 * bound.1 / mode.damping_ratio()]
     };
     truth.iter().zip(&bounds).flat_map(percent).collect()
@@ -298,7 +298,7 @@ fn decay_percent(benchmark: &Modes) -> Vec<f64> {
 
 #[test]
 fn bounds_of_the_experiments_are_those_of_an_independent_study() {
-    let percent = |parameters: Option<Vec<console::bench::campaign::Parameter>>| -> Vec<f64> {
+    let percent = |parameters: Option<Vec<bench::campaign::Parameter>>| -> Vec<f64> {
         parameters.expect("exciting").iter().map(|row| 100.0 * row.bound / row.truth.abs()).collect()
     };
     // Relative tolerance: half a unit of the last printed digit of the smallest number, and 0.5 % for details of the motion.

@@ -6,9 +6,9 @@ use crate::models::{
     acceleration_discrepancy, closed_form_appendage, decay_residual, is_angle, momentum_discrepancy, number, off_axis,
     one_kind_noisy, residual_over_claim, skewed, slosh_discrepancy,
 };
-use console::bench::inertial::{Inertial, sigma, truth};
-use console::bench::modes::Modes;
-use console::bench::slosh::Slosh;
+use bench::inertial::{Inertial, sigma, truth};
+use bench::modes::Modes;
+use bench::slosh::Slosh;
 use dynamics::description::Plant;
 use physics::appendage::{Appendage, Mode};
 

@@ -1,7 +1,7 @@
 //! What the partition that flies publishes in the default mission, read back from its recording: both estimates of the arm, the sensor
 //! sheet's sigma, what the data did to the prior, and the target's numbers.
 
-use console::bench::inertial::{Inertial, truth};
+use bench::inertial::{Inertial, truth};
 use nalgebra::{SMatrix, SVector};
 use recording::RecordedRun;
 use std::path::PathBuf;

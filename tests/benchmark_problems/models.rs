@@ -3,9 +3,9 @@
 //! State by state the two are compared in `plant_dynamics`.
 
 use crate::claims::{Claim, demand};
-use console::bench::inertial::{Inertial, planar_arm, sigma, truth};
-use console::bench::modes::{Modes, SENSORS};
-use console::bench::slosh::Slosh;
+use bench::inertial::{Inertial, planar_arm, sigma, truth};
+use bench::modes::{Modes, SENSORS};
+use bench::slosh::Slosh;
 use dynamics::description::{Noise, Plant, Quantity, SensorKind};
 use dynamics::noise::Stream;
 use dynamics::system::{System, Workspace};

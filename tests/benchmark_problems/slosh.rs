@@ -2,14 +2,14 @@
 
 use crate::campaigns::{SEED, honest, methods, spread};
 use crate::claims::{Claim, demand};
-use console::bench::campaign::{Benchmark, Campaign};
-use console::bench::report::MethodReport;
-use console::bench::slosh::global::RandomTanks;
-use console::bench::slosh::planar::Planar;
-use console::bench::slosh::tank_model::TankModelChoice;
-use console::bench::slosh::{self, Concealed, Slosh, suspension, trend};
+use bench::campaign::{Benchmark, Campaign};
+use bench::report::MethodReport;
+use bench::slosh::global::RandomTanks;
+use bench::slosh::planar::Planar;
+use bench::slosh::tank_model::TankModelChoice;
+use bench::slosh::{self, Concealed, Slosh, suspension, trend};
+use bench::slosh_suspension::SuspensionKind;
 use physics::slosh_likelihood::SloshUnknowns;
-use physics::slosh_suspension::SuspensionKind;
 
 fn efficiency(report: &MethodReport, limit: f64) -> Vec<Claim> {
     let say = |name: &str| format!("{} {name} RMSE/CRLB", report.name);

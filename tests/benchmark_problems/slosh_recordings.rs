@@ -5,18 +5,18 @@
 //! were skipped, and fail when `OBSID_REQUIRE` contains `recordings`.
 
 use crate::claims::{Claim, demand};
-use console::bench::slosh::planar::summed;
+use bench::slosh::planar::summed;
+use bench::slosh_planar::{PlanarHub, Wrench};
+use bench::slosh_planar_fit::whiteness;
+use bench::slosh_planar_id::{ONE_AXIS, PlanarAnswer, PlanarSearch, STARTS_MAX, identify_one_axis, lateral_spring};
+use bench::slosh_planar_record::{PlanarNoise, PlanarRecord};
+use bench::slosh_planar_scan::{PlanarSample, scan_modes};
+use bench::slosh_planar_second::identify_second;
+use bench::slosh_suspension::{SuspensionKind, SuspensionVerdict, decide};
 use nalgebra::{SVector, Vector2};
 use physics::slosh_arc::SloshSample;
 use physics::slosh_estimator::{SloshEstimator, SloshSettings};
 use physics::slosh_likelihood::SloshUnknowns;
-use physics::slosh_planar::{PlanarHub, Wrench};
-use physics::slosh_planar_fit::whiteness;
-use physics::slosh_planar_id::{ONE_AXIS, PlanarAnswer, PlanarSearch, STARTS_MAX, identify_one_axis, lateral_spring};
-use physics::slosh_planar_record::{PlanarNoise, PlanarRecord};
-use physics::slosh_planar_scan::{PlanarSample, scan_modes};
-use physics::slosh_planar_second::identify_second;
-use physics::slosh_suspension::{SuspensionKind, SuspensionVerdict, decide};
 use std::io::Read;
 use std::path::PathBuf;
 

@@ -1,6 +1,6 @@
 //! A plant of `deploy/plants` as equations, with its states and inputs by name.
 
-pub use console::bench::inertial::planar_arm as arm_of;
+pub use bench::inertial::planar_arm as arm_of;
 use dynamics::description::{Plant, SiteKind};
 use dynamics::noise::Stream;
 use dynamics::system::{System, Totals, Workspace};

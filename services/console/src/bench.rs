@@ -1,18 +1,10 @@
 //! `obsid bench PROBLEM`: seeded Monte Carlo of a benchmark problem against its truth and its Cramér–Rao bound.
 //!
-//! Truth comes from `plant`, estimates from the code that flies (`physics`, `modal`) and from the literature's baselines.
 //! A command line gives the same bytes on any number of cores, the measured times excepted.
 
-pub mod campaign;
-pub mod dynamics;
-pub mod inertial;
-pub mod modes;
-pub mod report;
-mod simulated;
-pub mod slosh;
-
 use crate::{Failure, print};
-use campaign::{Benchmark, Campaign};
+use bench::campaign::{Benchmark, Campaign};
+use bench::{evaluation, inertial, modes, slosh};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 
@@ -125,7 +117,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         Problem::Modes => measure_modes(arguments, &[modes::Modes::bp3a()]),
         Problem::ModesInLoop => measure_modes(arguments, &[modes::Modes::bp3b(), modes::Modes::bp3b_outputs()]),
-        Problem::Dynamics => dynamics::run(arguments.json),
+        Problem::Dynamics => {
+            let cases = evaluation::cases(&runtime::sys::allocations);
+            print(&if arguments.json { evaluation::json(&cases) } else { evaluation::table(&cases) });
+            Ok(())
+        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! `obsid design PROBLEM`: experiments that tell more, within what the hardware allows.
 
 mod inertial;
-mod minimise;
 mod slosh;
 
 use crate::Failure;

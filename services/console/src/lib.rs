@@ -4,7 +4,7 @@
 //! run failed, 2 usage, 3 bad input.
 #![forbid(unsafe_code)]
 
-pub mod bench;
+mod bench;
 mod challenge;
 mod compare;
 mod design;

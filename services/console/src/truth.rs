@@ -1,8 +1,7 @@
 //! What was simulated: the numbers that estimates are compared with, taken from the plants of the scenario.
 
 use bench::arm_parameters::minimal_parameters;
-use dynamics::description::{Initial, Plant, TankModel};
-use dynamics::system::{System, Workspace};
+use bench::truth::{modes, tank};
 use runtime::RunConfig;
 use runtime::scenario::PlantUse;
 use sensor_sim::systems;
@@ -46,26 +45,4 @@ pub fn target(run: &RunConfig) -> Option<[f64; 4]> {
         numbers.iter().find(|parameter| parameter.name == wanted).map(|parameter| parameter.value)
     };
     Some([of("mass")?, of("com.x")?, of("com.y")?, of("inertia.zz")?])
-}
-
-/// Mass, stiffness and damping of the only slosh mass; `None`: the plant has no such tank.
-#[must_use]
-pub fn tank(plant: &Plant) -> Option<[f64; 3]> {
-    let [tank] = &plant.tanks[..] else { return None };
-    match &tank.model {
-        TankModel::Spring { stiffness_n_m, damping_n_s_m, .. } => {
-            Some([tank.mass_kg.value, stiffness_n_m.first()?.value, damping_n_s_m.first()?.value])
-        }
-        TankModel::Pendulum { .. } => None,
-    }
-}
-
-/// Frequency [Hz] and damping ratio of every mode of hub and appendage together, lowest first.
-#[must_use]
-pub fn modes(plant: &Plant) -> Option<Vec<f64>> {
-    let system = System::new(plant).ok()?;
-    let x = system.initial_state(&Initial::default(), &|_| None).ok()?;
-    let u = vec![0.0; system.inputs().len()];
-    let found = system.modes(&mut Workspace::new(&system), 0.0, &x, &u);
-    Some(found.modes.iter().flat_map(|mode| [mode.frequency_hz, mode.damping_ratio]).collect())
 }

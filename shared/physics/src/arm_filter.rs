@@ -256,6 +256,3 @@ fn in_state_order(motion: &MomentumSample) -> [f64; MOTION] {
     let ([d1, d2], [th1, th2]) = (motion.joint_rate_rad_s, motion.joint_angle_rad);
     [motion.omega0_z_rad_s, th1, th2, d1, d2]
 }
-
-#[cfg(test)]
-mod tests;

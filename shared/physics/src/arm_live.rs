@@ -186,6 +186,3 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         self.consider.covariance(sheet, self.samples)
     }
 }
-
-#[cfg(test)]
-mod tests;

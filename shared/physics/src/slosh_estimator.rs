@@ -8,7 +8,7 @@
 //! remembered as a quadratic about the estimate of that time, for the start of a record often says the most. Every answer names the frequencies
 //! that were searched, and a mode the blocks do not tell is refused.
 //!
-//! *Why not a Kalman filter?* A bank of unscented filters ([`slosh_filter`](crate::slosh_filter)) attains the bound in one pass too, at
+//! *Why not a Kalman filter?* A bank of unscented filters (`bench::slosh_filter`) attains the bound in one pass too, at
 //! seven filters' cost a sample; this searches the frequencies from the data alone, needs no prior, and tells its misfit
 //! in χ² and block means. *Why not the literature's total least squares?* It integrates a noisy accelerometer twice;
 //! its damping error grows with the length of the record.

@@ -1,0 +1,5 @@
+//! Experiments that tell more, within what the hardware allows.
+
+pub mod inertial;
+mod minimise;
+pub mod slosh;

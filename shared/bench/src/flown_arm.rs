@@ -1,0 +1,5 @@
+//! The estimators of the arm that fly, on simulated records beside methods that do not.
+
+mod filter;
+mod live;
+mod mated;
