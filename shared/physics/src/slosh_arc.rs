@@ -29,6 +29,10 @@ pub const RESOLVED_MERGED: f64 = 0.3;
 /// The same for blocks of one sample, where the held force is exact: nine tenths of the Nyquist frequency.
 pub const RESOLVED_SINGLE: f64 = 0.9 * core::f64::consts::PI;
 
+/// Block lengths closer than this share one transition: sums of equal intervals differ by rounding
+/// only.
+pub(crate) const SAME_LENGTH: f64 = 1e-12;
+
 /// Thrust held and acceleration averaged over one interval.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SloshSample {

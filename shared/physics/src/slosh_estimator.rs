@@ -27,9 +27,6 @@ use crate::slosh_likelihood::{
 use crate::slosh_prior::{Remembered, TankPrior};
 use crate::slosh_scan::{SloshCandidate, SloshScan, prefers_a_fast_mode, scan};
 
-/// Block lengths closer than this share one transition: sums of equal intervals differ by rounding only.
-pub(crate) const SAME_LENGTH: f64 = 1e-12;
-
 /// Bound of the Levenberg–Marquardt iterations.
 pub const ITERATIONS_MAX: u32 = 60;
 

@@ -8,8 +8,7 @@ use nalgebra::{Matrix2, Matrix2x6, Matrix6, Matrix6x2, SMatrix, SVector, Vector2
 use serde::{Deserialize, Serialize};
 
 use crate::slosh::{NeighbouringSensitivities, SloshParameters, SloshState, TransitionWithSensitivity};
-use crate::slosh_arc::{SloshArc, SloshBlock};
-use crate::slosh_estimator::SAME_LENGTH;
+use crate::slosh_arc::{SAME_LENGTH, SloshArc, SloshBlock};
 
 /// Which unknowns are estimated; the others are known to be zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -15,8 +15,7 @@ use nalgebra::{Matrix2, Vector2, Vector4};
 use serde::{Deserialize, Serialize};
 
 use crate::slosh::{NeighbouringTransitions, SloshParameters, Transition};
-use crate::slosh_arc::{RESOLVED_MERGED, SloshArc};
-use crate::slosh_estimator::SAME_LENGTH;
+use crate::slosh_arc::{RESOLVED_MERGED, SAME_LENGTH, SloshArc};
 use crate::slosh_likelihood::{SEGMENT_BLOCKS_MIN, SloshUnknowns, solve_scaled};
 
 /// A decade apart where damping hardly shows, closer where it does.
