@@ -12,12 +12,12 @@ use physics::free_flying::{Five, Pi, accelerations};
 
 const MOTION: usize = 5;
 const WRENCH: usize = 5;
-const STATES: usize = MOTION + 8;
+const BOUND_STATES: usize = MOTION + 8;
 const MEASURED: usize = MOTION + 2;
 /// The next state, then what is measured at this one.
-const BOTH: usize = STATES + MEASURED;
+const BOTH: usize = BOUND_STATES + MEASURED;
 
-type State = SVector<f64, STATES>;
+type State = SVector<f64, BOUND_STATES>;
 
 /// Step and accelerometer at a state (π scaled) under a wrench.
 fn next_and_seen(settings: &FlyingSettings, x: &State, wrench: &Five) -> Option<SVector<f64, BOTH>> {
@@ -32,9 +32,9 @@ fn next_and_seen(settings: &FlyingSettings, x: &State, wrench: &Five) -> Option<
     let (middle, _) = rate(&core::array::from_fn(|i| begin[i] + 0.5 * h * first[i]))?;
     Some(SVector::from_fn(|i, _| match i {
         0..MOTION => begin[i] + h * middle[i],
-        MOTION..STATES => x[i],
-        _ if i < STATES + MOTION => begin[i - STATES],
-        _ => seen[i - STATES - MOTION],
+        MOTION..BOUND_STATES => x[i],
+        _ if i < BOUND_STATES + MOTION => begin[i - BOUND_STATES],
+        _ => seen[i - BOUND_STATES - MOTION],
     }))
 }
 
@@ -43,12 +43,12 @@ fn jacobians(
     settings: &FlyingSettings,
     x: &State,
     wrench: &Five,
-) -> Option<(SMatrix<f64, BOTH, STATES>, SMatrix<f64, BOTH, WRENCH>)> {
+) -> Option<(SMatrix<f64, BOTH, BOUND_STATES>, SMatrix<f64, BOTH, WRENCH>)> {
     const STEP: f64 = 1e-5; // of rad, rad/s and relative parameters
     const WRENCH_STEP: f64 = 1e-2; // linear in the wrench
-    let mut by_state = SMatrix::<f64, BOTH, STATES>::zeros();
+    let mut by_state = SMatrix::<f64, BOTH, BOUND_STATES>::zeros();
     let mut by_wrench = SMatrix::<f64, BOTH, WRENCH>::zeros();
-    for i in 0..STATES {
+    for i in 0..BOUND_STATES {
         let (mut plus, mut minus) = (*x, *x);
         plus[i] += STEP;
         minus[i] -= STEP;
@@ -76,7 +76,7 @@ pub fn bound(noise_free: &[FlyingSample], settings: &FlyingSettings) -> Option<S
     let wrench_noise =
         SMatrix::<f64, WRENCH, WRENCH>::from_diagonal(&Five::from(settings.wrench_sigma).map(|sd| sd * sd));
     // Nothing is known of the motion before the first sample: a rad and a rad/s, ten thousand times what one sample says.
-    let mut covariance = SMatrix::<f64, STATES, STATES>::from_diagonal(&State::from_fn(|i, _| match i {
+    let mut covariance = SMatrix::<f64, BOUND_STATES, BOUND_STATES>::from_diagonal(&State::from_fn(|i, _| match i {
         0..MOTION => 1.0,
         _ => {
             let sd = settings.start_sd[i - MOTION] / settings.scale[i - MOTION];
@@ -90,10 +90,10 @@ pub fn bound(noise_free: &[FlyingSample], settings: &FlyingSettings) -> Option<S
             if i < MOTION { motion[i] } else { settings.start[i - MOTION] / settings.scale[i - MOTION] }
         });
         let (by_state, by_wrench) = jacobians(settings, &x, &Five::from(sample.wrench))?;
-        let f = by_state.fixed_rows::<STATES>(0);
-        let h = by_state.fixed_rows::<MEASURED>(STATES);
-        let g = by_wrench.fixed_rows::<STATES>(0);
-        let d = by_wrench.fixed_rows::<MEASURED>(STATES);
+        let f = by_state.fixed_rows::<BOUND_STATES>(0);
+        let h = by_state.fixed_rows::<MEASURED>(BOUND_STATES);
+        let g = by_wrench.fixed_rows::<BOUND_STATES>(0);
+        let d = by_wrench.fixed_rows::<MEASURED>(BOUND_STATES);
         let innovation = h * covariance * h.transpose() + d * wrench_noise * d.transpose() + noise;
         let cross = f * covariance * h.transpose() + g * wrench_noise * d.transpose();
         let gain = innovation.cholesky()?.solve(&cross.transpose()).transpose();

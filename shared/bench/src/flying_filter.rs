@@ -15,12 +15,12 @@ use serde::{Deserialize, Serialize};
 /// States of motion, of the wrench's error, and all with the parameters.
 const MOTION: usize = 5;
 const WRENCH: usize = 5;
-const STATES: usize = MOTION + WRENCH + 8;
+const FILTER_STATES: usize = MOTION + WRENCH + 8;
 const FIRST_PARAMETER: usize = MOTION + WRENCH;
 /// Innovations count as statistics from here on.
 const SETTLED_SAMPLES: u64 = 1000;
 
-type State = SVector<f64, STATES>;
+type State = SVector<f64, FILTER_STATES>;
 
 /// What the sensors say in one control period, and the wrench commanded and measured for it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -69,7 +69,7 @@ impl Motion {
     }
 }
 
-impl StateSpace<STATES, WRENCH, 2> for Motion {
+impl StateSpace<FILTER_STATES, WRENCH, 2> for Motion {
     /// Midpoint rule; the error of the wrench is forgotten, for the next period brings its own.
     fn propagate(&self, state: &State, wrench: &SVector<f64, WRENCH>) -> State {
         let (pi, felt, h) = (self.pi(state), Self::felt(state, wrench), self.interval_s);
@@ -104,7 +104,7 @@ impl StateSpace<STATES, WRENCH, 2> for Motion {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlyingFilter {
     model: Motion,
-    filter: UnscentedFilter<STATES>,
+    filter: UnscentedFilter<FILTER_STATES>,
     settings: FlyingSettings,
     samples: u64,
     nis: ChiSquareMean,
@@ -163,12 +163,9 @@ impl FlyingFilter {
         if self.samples >= SETTLED_SAMPLES {
             self.nis.push(nis, MOTION as u32 + 2);
         }
-        let fresh =
-            SMatrix::<f64, STATES, WRENCH>::from_fn(
-                |i, j| {
-                    if i == MOTION + j { self.settings.wrench_sigma[j] } else { 0.0 }
-                },
-            );
+        let fresh = SMatrix::<f64, FILTER_STATES, WRENCH>::from_fn(|i, j| {
+            if i == MOTION + j { self.settings.wrench_sigma[j] } else { 0.0 }
+        });
         self.filter.predict(&model, &wrench, &fresh)?;
         self.samples += 1;
         Ok(())

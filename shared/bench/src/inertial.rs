@@ -36,7 +36,7 @@ const TORQUES: [&str; 2] = ["shoulder_torque", "elbow_torque"];
 /// Where estimators with a start begin, relative to the truth.
 const START_SHARE: f64 = 0.55;
 /// Prior: a number to start from, information 1e-6/a².
-const PRIOR_RELATIVE_SD: f64 = 1000.0;
+const FLAT_PRIOR_RELATIVE_SD: f64 = 1000.0;
 /// Sigma of a momentum called exact, relative: far below any sensor, far above rounding.
 const EXACT: f64 = 1e-8;
 
@@ -116,7 +116,7 @@ impl<const P: usize, const A: usize> Inertial<P, A> {
             sigma_h_nms: 0.0,
             sigma: sigma(&plant),
             prior_alpha: truth(&plant) * START_SHARE,
-            prior_relative_sd: PRIOR_RELATIVE_SD,
+            prior_relative_sd: FLAT_PRIOR_RELATIVE_SD,
         };
         let methods = estimators.iter().map(|estimator| estimator.method).collect();
         Self { name, plant, settings, wiring: |measured| measured, estimators, methods }

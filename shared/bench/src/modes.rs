@@ -27,8 +27,8 @@ use std::ops::Range;
 pub const SENSORS: usize = 10;
 /// An identified mode farther than this from every true one is not one of them.
 const SAME_MODE_SHARE: f64 = 0.05;
-const PARAMETERS: usize = 2 * MODES;
-const NAMES: [&str; PARAMETERS] = ["f1", "zeta1", "f2", "zeta2"];
+const MODAL_PARAMETERS: usize = 2 * MODES;
+const NAMES: [&str; MODAL_PARAMETERS] = ["f1", "zeta1", "f2", "zeta2"];
 /// Lines taken by the method that works on lines: around the modes that are expected.
 const BAND_HZ: (f64, f64) = (0.5, 10.0);
 /// The identifier as it flies, which finds the order by itself.
@@ -117,7 +117,7 @@ impl Modes {
             config: Config::new(SENSORS, rate_hz(&plant)),
             segment_start_s: 0.0,
             step_s: Some(STEP_S),
-            samples: (STEPS as f64 * STEP_S * rate_hz(&plant)).round() as usize,
+            samples: (STAIRCASE_STEPS as f64 * STEP_S * rate_hz(&plant)).round() as usize,
             settings: Settings { band_hz: Some(BAND_HZ), ..Settings::new(MODES) },
             truth: Truth::HubFree,
             methods: TABLE_XI_INPUT.to_vec(),
@@ -307,7 +307,7 @@ impl Modes {
         match (method.identify)(record, &self.settings) {
             // Orders are given: what else a method finds are the states that were to spare.
             Ok(found) => judge(truth, &found),
-            Err(_) => Answer::none(PARAMETERS),
+            Err(_) => Answer::none(MODAL_PARAMETERS),
         }
     }
 }
@@ -386,7 +386,7 @@ impl Benchmark for Modes {
     }
 }
 
-const STEPS: usize = 5;
+const STAIRCASE_STEPS: usize = 5;
 /// A quarter of the 200 samples between two steps: past and future together are half of them.
 const OUTPUT_ONLY_BLOCK_ROWS: usize = 50;
 const STEP_S: f64 = 1.0;

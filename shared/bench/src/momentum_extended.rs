@@ -14,7 +14,7 @@ use physics::momentum::{CHANNELS, ChannelSigma, MomentumSample, locked_inertia_k
 
 /// Samples on either side of the line whose slope is `ẇ0`: ±0.1 s at 100 Hz. Its noise, 1e-3 rad/s², is 1 % of the motion's.
 pub const SLOPE_SAMPLES: usize = 10;
-const PASSES: usize = 4;
+const EXTENDED_PASSES: usize = 4;
 
 /// Index of gyro latency [s] and external torque [N m] in the estimate of [`with_latency_and_drift`].
 pub const LATENCY: usize = 8;
@@ -60,7 +60,7 @@ pub fn with_latency_and_drift(
     let mut alpha = SVector::<f64, 10>::zeros();
     alpha.fixed_rows_mut::<8>(0).copy_from(start);
     let mut outcome = None;
-    for _ in 0..PASSES {
+    for _ in 0..EXTENDED_PASSES {
         let arm: SVector<f64, 8> = alpha.fixed_rows::<8>(0).into_owned();
         let mut pass = WeightedPass::at(alpha);
         for (k, sample) in samples.iter().enumerate() {
@@ -97,8 +97,8 @@ pub fn with_wheel_modulation<const P: usize, const A: usize>(
     wheel_shows(samples, &wheel_nms, &channels, start)?;
     let mut alpha = SVector::<f64, A>::from_fn(|i, _| if i < P { start[i] } else { 0.0 });
     let mut outcome = None;
-    for count in 0..2 * PASSES {
-        let mut pass = if count < PASSES { WeightedPass::at(alpha) } else { WeightedPass::likely_at(alpha) };
+    for count in 0..2 * EXTENDED_PASSES {
+        let mut pass = if count < EXTENDED_PASSES { WeightedPass::at(alpha) } else { WeightedPass::likely_at(alpha) };
         for (k, sample) in samples.iter().enumerate() {
             let row = noisy_momentum_row::<P>(sample, -wheel_nms(k), &channels);
             pass.push(&widened::<P, A>(&row, &[-1.0]));

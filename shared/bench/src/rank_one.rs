@@ -7,8 +7,8 @@ use estimation::weighted_least_squares::Estimate;
 use physics::free_floating::Alpha;
 
 /// The step below which the projection has settled, relative to the constraint's own size.
-const SETTLED: f64 = 1e-12;
-const STEPS_MAX: usize = 6;
+const PROJECTION_SETTLED: f64 = 1e-12;
+const PROJECTION_STEPS_MAX: usize = 6;
 
 /// The constrained maximum of the normal density `estimate`: `min |α − α°|²` in the metric of its information, `a4 a7 = a5 a6`.
 ///
@@ -17,7 +17,7 @@ const STEPS_MAX: usize = 6;
 pub fn constrain(estimate: &Estimate<8>) -> Option<Estimate<8>> {
     let (origin, covariance) = (estimate.alpha, estimate.covariance);
     let mut alpha = origin;
-    for _ in 0..STEPS_MAX {
+    for _ in 0..PROJECTION_STEPS_MAX {
         let gradient = Alpha::from([0.0, 0.0, 0.0, alpha[6], -alpha[5], -alpha[4], alpha[3], 0.0]);
         let across = covariance * gradient;
         let variance = gradient.dot(&across);
@@ -28,7 +28,7 @@ pub fn constrain(estimate: &Estimate<8>) -> Option<Estimate<8>> {
         let next = origin - across * (violation / variance);
         let moved = (next - alpha).norm();
         alpha = next;
-        if moved <= SETTLED * alpha.norm() {
+        if moved <= PROJECTION_SETTLED * alpha.norm() {
             return Some(Estimate { alpha, covariance: covariance - across * across.transpose() / variance });
         }
     }

@@ -17,7 +17,7 @@ use nalgebra::{SMatrix, SVector};
 use physics::slosh_arc::SloshSample;
 
 /// Scale, scale times delay, bias, trend, curvature.
-const COLUMNS: usize = 5;
+const THRUST_COLUMNS: usize = 5;
 
 /// Thrust over its command less one, its delay, and their standard deviations.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,11 +58,12 @@ pub fn calibrate_thrust(
     base_mass_kg: f64,
     before_n: Option<f64>,
 ) -> Result<ThrustCalibration, CalibrationError> {
-    let (got, need) = (burst.len(), 2 * COLUMNS);
+    let (got, need) = (burst.len(), 2 * THRUST_COLUMNS);
     if got < need {
         return Err(CalibrationError::TooShort { got, need });
     }
-    let (mut normal, mut right) = (SMatrix::<f64, COLUMNS, COLUMNS>::zeros(), SVector::<f64, COLUMNS>::zeros());
+    let (mut normal, mut right) =
+        (SMatrix::<f64, THRUST_COLUMNS, THRUST_COLUMNS>::zeros(), SVector::<f64, THRUST_COLUMNS>::zeros());
     let (mut before_n, mut measured) = (before_n, 0);
     let mut square = 0.0;
     for (k, sample) in burst.iter().enumerate() {
@@ -72,14 +73,21 @@ pub fn calibrate_thrust(
         if !sample.sigma_m_s2.is_finite() {
             continue;
         }
-        let row = SVector::<f64, COLUMNS>::from([sample.force_n / base_mass_kg, -edge_n / base_mass_kg, 1.0, t, t * t]);
+        let row = SVector::<f64, THRUST_COLUMNS>::from([
+            sample.force_n / base_mass_kg,
+            -edge_n / base_mass_kg,
+            1.0,
+            t,
+            t * t,
+        ]);
         let weight = 1.0 / (sample.sigma_m_s2 * sample.sigma_m_s2);
         normal += row * row.transpose() * weight;
         right += row * (sample.acceleration_m_s2 * weight);
         square += sample.acceleration_m_s2 * sample.acceleration_m_s2 * weight;
         measured += 1;
     }
-    let covariance = FisherInformation::<COLUMNS> { matrix: normal }.bound().ok_or(CalibrationError::NotExcited)?;
+    let covariance =
+        FisherInformation::<THRUST_COLUMNS> { matrix: normal }.bound().ok_or(CalibrationError::NotExcited)?;
     let solved = covariance * right;
     let (scale, delay_s, interval_s) = (solved[0], solved[1] / solved[0], burst[0].interval_s);
     let delay_variance =
@@ -96,7 +104,7 @@ pub fn calibrate_thrust(
         delay_sigma_s,
         scale_delay_covariance_s: (covariance[(0, 1)] - delay_s * covariance[(0, 0)]) / scale,
         chi_square: square - solved.dot(&right),
-        degrees_of_freedom: f64::from(measured as u32) - COLUMNS as f64,
+        degrees_of_freedom: f64::from(measured as u32) - THRUST_COLUMNS as f64,
     })
 }
 

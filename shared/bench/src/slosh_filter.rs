@@ -24,9 +24,9 @@ use physics::slosh::{SloshParameters, SloshState};
 use physics::slosh_arc::SloshSample;
 
 /// `[q, q̇, β, ln κ, γ]`.
-pub const STATES: usize = 5;
+pub const SLOSH_STATES: usize = 5;
 /// And the bias of the accelerometer.
-pub const STATES_WITH_BIAS: usize = 6;
+pub const SLOSH_STATES_WITH_BIAS: usize = 6;
 
 /// Filters of a bank.
 pub const FILTERS_MAX: usize = 48;
@@ -38,7 +38,7 @@ const REACH: f64 = 2.5;
 /// A filter e¹⁴ times less likely than the best is dropped.
 const DROPPED: f64 = 14.0;
 
-/// Model of one interval; `X` is [`STATES`] or [`STATES_WITH_BIAS`].
+/// Model of one interval; `X` is [`SLOSH_STATES`] or [`SLOSH_STATES_WITH_BIAS`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct SloshStep {
     base_mass_kg: f64,
@@ -147,7 +147,7 @@ pub struct SloshFilter<const X: usize> {
 
 impl<const X: usize> SloshFilter<X> {
     pub fn new(base_mass_kg: f64, prior: &SloshPrior) -> Self {
-        const { assert!(X == STATES || X == STATES_WITH_BIAS) }
+        const { assert!(X == SLOSH_STATES || X == SLOSH_STATES_WITH_BIAS) }
         let SloshParameters { slosh_mass_kg, stiffness_n_m, damping_n_s_m } = prior.parameters;
         assert!(slosh_mass_kg > 0.0);
         assert!(stiffness_n_m > 0.0);
@@ -264,7 +264,7 @@ fn narrow<const X: usize>(
         (mean[i], sigma[i]) = (value, spread);
     }
     sigma.fixed_rows_mut::<2>(0).copy_from(&(prior.state_sigma * share[0]));
-    if X == STATES_WITH_BIAS {
+    if X == SLOSH_STATES_WITH_BIAS {
         sigma[5] = prior.bias_sigma_m_s2;
     }
     UnscentedFilter::new(mean, sigma)

@@ -269,12 +269,12 @@ fn quadratic<const N: usize, const M: usize>(
 ) -> Option<Quadratic<N>> {
     /// Of the scale, forward. A frequency that is moved by a part moves the phase by half ωT times that, some hundred over an
     /// hour of slosh: truncation 1e-5 of the sensitivity, rounding below (1e-5 of the scale promised 6 % too little of σ).
-    const PART: f64 = 1e-7;
+    const FORWARD_STEP_SHARE: f64 = 1e-7;
     let mut nominal = craft(theta)?;
     let mut beside = [nominal; N];
     for (i, beside) in beside.iter_mut().enumerate() {
         let mut moved = *theta;
-        moved[i] += PART * scale[i];
+        moved[i] += FORWARD_STEP_SHARE * scale[i];
         *beside = craft(&moved)?;
     }
     let weights = record.noise.weights();
@@ -290,7 +290,7 @@ fn quadratic<const N: usize, const M: usize>(
         let residual = measured(sample) - expected;
         let mut sensitivity = SMatrix::<f64, CHANNELS, N>::zeros();
         for (i, beside) in beside.iter_mut().enumerate() {
-            sensitivity.set_column(i, &((beside.step(record, k)? - expected) / (PART * scale[i])));
+            sensitivity.set_column(i, &((beside.step(record, k)? - expected) / (FORWARD_STEP_SHARE * scale[i])));
         }
         let ramp = ramp(record, k);
         for c in 0..CHANNELS {

@@ -18,7 +18,7 @@ use physics::slosh::Transition;
 const PER_MODE: usize = 5;
 /// Three integrals of inputs, bias, trend.
 const RIGID: usize = 5;
-const COLUMNS: usize = RIGID + 2 * PER_MODE;
+const COLUMNS_MAX: usize = RIGID + 2 * PER_MODE;
 
 /// Damping of the searched oscillators: a line of a record of a few times its decay is found whatever its damping.
 const DAMPING_RATIO: f64 = 0.01;
@@ -27,7 +27,7 @@ const DAMPING_RATIO: f64 = 0.01;
 const LINES_APART: f64 = 1.0;
 
 /// Points of a search, whatever band and record.
-const POINTS_MAX: usize = 4096;
+const SCAN_POINTS_MAX: usize = 4096;
 
 /// Thrust and torque held, and what was measured, over one interval; all intervals of a record are of one length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -105,7 +105,7 @@ struct Search<'a> {
 impl Search<'_> {
     fn best(&self, band_hz: [f64; 2], step_hz: f64, modes: impl Fn(f64) -> [Option<f64>; 2]) -> (f64, f64) {
         let mut best = (band_hz[0].max(step_hz), 0.0);
-        for k in 0..POINTS_MAX {
+        for k in 0..SCAN_POINTS_MAX {
             let hertz = band_hz[0] + k as f64 * step_hz;
             if hertz > band_hz[1] {
                 break;
@@ -127,9 +127,10 @@ impl Search<'_> {
         let mut swings = modes.map(|hertz| hertz.map(|hertz| Swing::new(hertz, dt)));
         let count = RIGID + PER_MODE * swings.iter().flatten().count();
         let (mut impulse, middle) = (Vector3::zeros(), self.record.len() as f64 / 2.0);
-        let (mut normal, mut right) = (SMatrix::<f64, COLUMNS, COLUMNS>::identity(), SVector::<f64, COLUMNS>::zeros());
+        let (mut normal, mut right) =
+            (SMatrix::<f64, COLUMNS_MAX, COLUMNS_MAX>::identity(), SVector::<f64, COLUMNS_MAX>::zeros());
         normal.view_mut((0, 0), (count, count)).fill(0.0);
-        let mut row = SVector::<f64, COLUMNS>::zeros();
+        let mut row = SVector::<f64, COLUMNS_MAX>::zeros();
         for (k, sample) in self.record.iter().enumerate() {
             let Wrench { force_n, torque_n_m } = sample.wrench;
             let inputs = Vector3::new(force_n[0], force_n[1], torque_n_m);
@@ -153,10 +154,15 @@ impl Search<'_> {
 }
 
 /// `r' N⁻¹ r` by an elimination that leaves out columns without content of their own; lower triangle of `N`.
-fn solve_square(normal: &SMatrix<f64, COLUMNS, COLUMNS>, right: &SVector<f64, COLUMNS>, count: usize) -> f64 {
+fn solve_square(
+    normal: &SMatrix<f64, COLUMNS_MAX, COLUMNS_MAX>,
+    right: &SVector<f64, COLUMNS_MAX>,
+    count: usize,
+) -> f64 {
     /// Of a column's own square: below, what is left of it is rounding.
     const OWN: f64 = 1e-9;
-    let (mut factor, mut solved, mut sum) = (SMatrix::<f64, COLUMNS, COLUMNS>::zeros(), [0.0; COLUMNS], 0.0);
+    let (mut factor, mut solved, mut sum) =
+        (SMatrix::<f64, COLUMNS_MAX, COLUMNS_MAX>::zeros(), [0.0; COLUMNS_MAX], 0.0);
     for i in 0..count {
         for j in 0..i {
             if factor[(j, j)] > 0.0 {

@@ -30,7 +30,7 @@ use crate::slosh_planar_id::{Best, ONE_AXIS, PlanarSearch, for_each_place};
 use crate::slosh_planar_record::{PlanarError, PlanarRecord};
 
 /// Frequencies of the grid, a line apart.
-const POINTS_MAX: usize = 256;
+const GRID_POINTS_MAX: usize = 256;
 /// Damping ratios of the grid and their logarithmic prior, up to a constant, the median first: nodes 0, ∓√3 and weights
 /// 2/3, 1/6, 1/6 of Gauss and Hermite for `ln(ζ/0.01)` of unit variance.
 const RATIOS: [(f64, f64); 3] = [(0.01, 0.0), (0.001_769_2, -1.386_294), (0.056_522, -1.386_294)];
@@ -168,7 +168,7 @@ impl<'a> Search<'a> {
         axis: SecondAxis,
         search: &PlanarSearch,
         first: &SVector<f64, ONE_AXIS>,
-        found: &mut [Option<Walked>; POINTS_MAX],
+        found: &mut [Option<Walked>; GRID_POINTS_MAX],
     ) -> Option<()> {
         let mut start = self.start(&self.point(axis, 0, search), search, first)?.theta;
         let mut lowest = f64::INFINITY;
@@ -197,7 +197,7 @@ impl<'a> Search<'a> {
     fn mixed(
         &self,
         search: &PlanarSearch,
-        grid: &[[Option<Walked>; POINTS_MAX]; 2],
+        grid: &[[Option<Walked>; GRID_POINTS_MAX]; 2],
     ) -> Option<(Mixture, (Point, Fit))> {
         let walked = grid.iter().flatten().flatten();
         let greatest = walked.map(|(log_weight, _)| *log_weight).fold(f64::NEG_INFINITY, f64::max);
@@ -269,10 +269,10 @@ pub fn identify_second(
 ) -> Result<SecondMass, PlanarError> {
     let walk = Search::new(record, hub, search, first);
     let lines = (search.band_hz[1] - search.band_hz[0]) / walk.line_hz;
-    if lines >= POINTS_MAX as f64 {
-        return Err(PlanarError::BandTooWide { lines, most: POINTS_MAX });
+    if lines >= GRID_POINTS_MAX as f64 {
+        return Err(PlanarError::BandTooWide { lines, most: GRID_POINTS_MAX });
     }
-    let mut grid = [[None; POINTS_MAX]; 2];
+    let mut grid = [[None; GRID_POINTS_MAX]; 2];
     for (axis, found) in AXES.into_iter().zip(&mut grid) {
         walk.down_the_band(axis, search, first, found).ok_or(PlanarError::NotObserved)?;
     }

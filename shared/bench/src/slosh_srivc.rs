@@ -150,10 +150,10 @@ fn project(
     base_mass_kg: f64,
     at: &SloshParameters,
 ) -> Option<(SloshParameters, Matrix3<f64>)> {
-    const STEPS: usize = 12;
+    const GAUSS_NEWTON_STEPS: usize = 12;
     let mut theta = *at;
     let mut normal = Matrix3::zeros();
-    for _ in 0..STEPS {
+    for _ in 0..GAUSS_NEWTON_STEPS {
         let SloshParameters { slosh_mass_kg: m, stiffness_n_m: k, damping_n_s_m: c } = theta;
         let per_mu = 1.0 / base_mass_kg + 1.0 / m;
         let (by_c, by_k) = (c / (m * m), k / (m * m));

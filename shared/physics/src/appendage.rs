@@ -87,9 +87,9 @@ impl Appendage {
 /// Newton on the characteristic polynomial (highest power first) from `i ω`; `None` if it does not settle on a
 /// vibration.
 fn pole_near(polynomial: &[f64; 5], omega_rad_s: f64) -> Option<Mode> {
-    const ITERATIONS_MAX: usize = 50;
+    const POLE_ITERATIONS_MAX: usize = 50;
     let mut s = Complex::new(0.0, omega_rad_s);
-    for _ in 0..ITERATIONS_MAX {
+    for _ in 0..POLE_ITERATIONS_MAX {
         let (mut value, mut slope) = (Complex::new(0.0, 0.0), Complex::new(0.0, 0.0));
         for coefficient in polynomial {
             slope = slope * s + value;

@@ -46,8 +46,8 @@ pub fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64)
 }
 
 /// Samples on either side of the one whose base acceleration is wanted.
-const REACH: usize = 5;
-const RING: usize = 2 * REACH + 1;
+const DIFFERENCE_REACH: usize = 5;
+const RING: usize = 2 * DIFFERENCE_REACH + 1;
 
 /// `F − B = Σ w (y y' − S)` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the sheet. Fixed memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,8 +88,9 @@ impl<const P: usize> ConsiderSums<P> {
             return;
         }
         // `next` is the oldest
-        let (oldest, middle) = (&self.ring[self.next], &self.ring[(self.next + REACH) % RING]);
-        let acceleration = (sample.omega0_z_rad_s - oldest.omega0_z_rad_s) / (2.0 * REACH as f64 * self.interval_s);
+        let (oldest, middle) = (&self.ring[self.next], &self.ring[(self.next + DIFFERENCE_REACH) % RING]);
+        let acceleration =
+            (sample.omega0_z_rad_s - oldest.omega0_z_rad_s) / (2.0 * DIFFERENCE_REACH as f64 * self.interval_s);
         let row = noisy_momentum_row::<P>(middle, h_nms, &sigma.in_channel_order());
         let weight = 1.0 / row.residual_variance(reference);
         // r = h − y α: an error of the channels moves it by −(∂y/∂c δc)' α

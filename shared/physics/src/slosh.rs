@@ -194,7 +194,7 @@ pub(crate) struct NeighbouringTransitions {
 
 impl NeighbouringTransitions {
     /// Truncation below 0.5⁵/5! = 3e-4 of ṡ at the very end of the reach: good for a search.
-    const REACH: f64 = 0.5;
+    const SEARCH_REACH: f64 = 0.5;
 
     pub fn new(at: &Transition, kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
         let mode = Mode { kappa, gamma, length_s, base_mass_kg };
@@ -205,7 +205,7 @@ impl NeighbouringTransitions {
     #[inline]
     pub fn at(&self, length_s: f64) -> Option<Transition> {
         let Mode { kappa, gamma, base_mass_kg, .. } = self.mode;
-        let at = self.response.at(self.mode.offset(length_s, Self::REACH)?);
+        let at = self.response.at(self.mode.offset(length_s, Self::SEARCH_REACH)?);
         let phi = Matrix2::new(at.s_dot + gamma * at.s, at.s, -kappa * at.s, at.s_dot);
         Some(Transition { phi, gain: at.gain(length_s, base_mass_kg) })
     }
@@ -222,7 +222,7 @@ pub(crate) struct NeighbouringSensitivities {
 
 impl NeighbouringSensitivities {
     /// Truncation below 0.03⁵/5! = 2e-10 of ṡ: hidden by any noise.
-    const REACH: f64 = 0.03;
+    const LIKELIHOOD_REACH: f64 = 0.03;
 
     pub fn new(at: &TransitionWithSensitivity, kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
         let mode = Mode { kappa, gamma, length_s, base_mass_kg };
@@ -236,7 +236,7 @@ impl NeighbouringSensitivities {
     /// The transition of `length_s`; `None` out of the reach of the series.
     pub fn at(&self, length_s: f64) -> Option<TransitionWithSensitivity> {
         let Mode { kappa, gamma, base_mass_kg, .. } = self.mode;
-        let delta = self.mode.offset(length_s, Self::REACH)?;
+        let delta = self.mode.offset(length_s, Self::LIKELIHOOD_REACH)?;
         let (at, z, y) = (self.response.at(delta), self.by_kappa.at(delta), self.by_gamma.at(delta));
         let transition = |of: &ResponseAt, phi| Transition { phi, gain: of.gain(length_s, base_mass_kg) };
         Some(TransitionWithSensitivity {

@@ -28,7 +28,7 @@ use crate::slosh_prior::{Remembered, TankPrior};
 use crate::slosh_scan::{SloshCandidate, SloshScan, prefers_a_fast_mode, scan};
 
 /// Bound of the Levenberg–Marquardt iterations.
-pub const ITERATIONS_MAX: u32 = 60;
+pub const FIT_ITERATIONS_MAX: u32 = 60;
 
 /// Converged when a full Gauss–Newton step is shorter than this many standard deviations of the estimate.
 const STEP_SIGMAS: f64 = 1e-4;

@@ -114,15 +114,15 @@ impl Normal {
         data: &Estimate<D>,
         predict: impl Fn(&Unknowns) -> SVector<f64, D>,
     ) -> Result<(), TargetError> {
-        const STEP: f64 = 1e-6; // rounding 1e-10 relative, truncation 1e-12
+        const PARAMETER_STEP: f64 = 1e-6; // rounding 1e-10 relative, truncation 1e-12
         let factor = data.covariance.cholesky().ok_or(TargetError::CovarianceNotPositive)?;
         let residual = data.alpha - predict(at);
         let mut jacobian = SMatrix::<f64, D, UNKNOWNS>::zeros();
         for i in 0..UNKNOWNS {
             let (mut plus, mut minus) = (*at, *at);
-            plus[i] += STEP;
-            minus[i] -= STEP;
-            jacobian.set_column(i, &((predict(&plus) - predict(&minus)) / (2.0 * STEP)));
+            plus[i] += PARAMETER_STEP;
+            minus[i] -= PARAMETER_STEP;
+            jacobian.set_column(i, &((predict(&plus) - predict(&minus)) / (2.0 * PARAMETER_STEP)));
         }
         let weighted = factor.solve(&jacobian);
         self.information += jacobian.transpose() * weighted;

@@ -55,7 +55,7 @@ fn sensitivities<const P: usize>(
     alpha: &SVector<f64, P>,
     sigma: &[f64; CHANNELS],
 ) -> (SMatrix<f64, 3, CHANNELS>, SMatrix<f64, 3, CHANNELS>) {
-    const STEP: f64 = 1e-5;
+    const CHANNEL_STEP: f64 = 1e-5;
     let (mut momentum, mut gradient) = (SMatrix::<f64, 3, CHANNELS>::zeros(), SMatrix::<f64, 3, CHANNELS>::zeros());
     for (channel, sigma) in sigma.iter().enumerate() {
         let at = |step: f64| {
@@ -68,7 +68,7 @@ fn sensitivities<const P: usize>(
             let LagrangeForm { momentum, gradient } = lagrange_form::<P>(&moved);
             (momentum * alpha, gradient * alpha)
         };
-        let (plus, minus, scale) = (at(STEP), at(-STEP), sigma / (2.0 * STEP));
+        let (plus, minus, scale) = (at(CHANNEL_STEP), at(-CHANNEL_STEP), sigma / (2.0 * CHANNEL_STEP));
         momentum.set_column(channel, &((plus.0 - minus.0) * scale));
         gradient.set_column(channel, &((plus.1 - minus.1) * scale));
     }

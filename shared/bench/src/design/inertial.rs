@@ -28,7 +28,7 @@ const START_OFFSET: f64 = 1.2;
 /// Limits are drawn in by so much in a descent, then more, until the fine grid is content.
 const MARGINS: [f64; 5] = [0.01, 0.02, 0.03, 0.05, 0.08];
 /// A descent has settled when a step gains this share of the bound.
-const SETTLED: f64 = 1e-6;
+const DESCENT_SETTLED: f64 = 1e-6;
 
 /// A motion that was designed.
 pub type Designed = FourierTrajectory<HARMONICS>;
@@ -136,7 +136,7 @@ fn descend(design: &Design, start: &Designed, iterations: usize) -> Option<(Desi
             |numbers: &[f64]| inside.assess(&trajectory(numbers, design.duration_s)).map(|found| inside.cost(&found));
         // later descents only mend what is left
         let steps = if k == 0 { iterations } else { iterations.div_ceil(4) };
-        (numbers, _) = minimise(numbers, steps, SETTLED, &value)?;
+        (numbers, _) = minimise(numbers, steps, DESCENT_SETTLED, &value)?;
         let found = trajectory(&numbers, design.duration_s);
         let checked = design.assess_at(&found, instants(found.period_s, design.rate_hz))?;
         if design.violations(&checked).iter().all(|over| *over == 0.0) {

@@ -95,12 +95,12 @@ fn line_search(
     slope: &[f64],
     value: &impl Fn(&[f64]) -> Option<f64>,
 ) -> Option<(Vec<f64>, f64)> {
-    const PART: f64 = 1e-4;
+    const ARMIJO_SHARE: f64 = 1e-4;
     let promised = dot(direction, slope);
     let mut length = 1.0;
     for _ in 0..BACKTRACKS_MAX {
         let next: Vec<f64> = x.iter().zip(direction).map(|(x, d)| x + length * d).collect();
-        if let Some(there) = value(&next).filter(|there| *there <= here + PART * length * promised) {
+        if let Some(there) = value(&next).filter(|there| *there <= here + ARMIJO_SHARE * length * promised) {
             return Some((next, there));
         }
         length *= 0.5;

@@ -22,7 +22,7 @@ const ACCELEROMETER: [&str; 2] = ["accelerometer_x", "accelerometer_y"];
 const BASE_ACTUATORS: [&str; 3] = ["force_x", "force_y", "torque"];
 /// Where the filter would begin if the record said nothing, and how well that is believed.
 const START_SHARE: f64 = 0.55;
-const START_RELATIVE_SD: f64 = 0.3;
+const FLYING_PRIOR_RELATIVE_SD: f64 = 0.3;
 /// Windows of the weak form; those of the start are shorter than the stretch they see.
 const WINDOW_S: f64 = 4.0;
 const START_WINDOW_S: f64 = 2.0;
@@ -118,7 +118,7 @@ impl Flying {
     pub fn filtered(&self, record: &[FlyingSample]) -> Option<Estimate<8>> {
         let truth = self.truth();
         let stretch = ((START_S / self.plant.simulation.period_s) as usize).min(record.len());
-        let prior_sd = truth.map(|value| START_RELATIVE_SD * value.abs());
+        let prior_sd = truth.map(|value| FLYING_PRIOR_RELATIVE_SD * value.abs());
         let own = self.weak(&record[..stretch], START_WINDOW_S).and_then(|found| {
             let sd = found.covariance.diagonal().map(|variance| START_SIGMAS * variance.sqrt());
             sd.iter().zip(prior_sd.iter()).all(|(sd, prior)| sd < prior).then_some((found.alpha, sd))

@@ -31,7 +31,7 @@ const START_S: f64 = 20.0;
 /// What a filter's start is believed to, relative.
 const START_RELATIVE_SD: f64 = 1.0;
 /// Passes of the smoother.
-const PASSES: usize = 2;
+const SMOOTHER_PASSES: usize = 2;
 
 /// A method, its model, and what it makes of a record.
 #[derive(Clone, Debug)]
@@ -273,6 +273,6 @@ fn smoothed<const P: usize, const A: usize, const X: usize>(
     let Some(start) = weak_estimate(at, record) else { return Answer::none(P) };
     let mut steps = vec![SmootherStep::<X>::default(); record.samples.len()];
     let settings = at.smoother_settings(momentum_known);
-    let found = smooth(&record.samples, &start.estimate.alpha, &settings, PASSES, &mut steps);
+    let found = smooth(&record.samples, &start.estimate.alpha, &settings, SMOOTHER_PASSES, &mut steps);
     claimed(at, found.map(|found| found.estimate))
 }

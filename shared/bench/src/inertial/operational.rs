@@ -16,7 +16,7 @@ use physics::momentum::{MomentumSample, noisy_momentum_row};
 
 const METHODS: &[Method] = &[Method { name: "momentum-wls-bc-recursive", paper_percent: &[] }];
 /// Sigma of the prior, relative.
-const PRIOR_RELATIVE_SD: f64 = 0.05;
+const OPERATIONAL_PRIOR_RELATIVE_SD: f64 = 0.05;
 /// The elbow's posture, and the shoulder's slow move.
 const POSTURE_RAD: [f64; 2] = [0.4, -0.9];
 const SLEW_RAD: f64 = 0.5;
@@ -45,8 +45,8 @@ impl Operational {
     fn settings(&self, stream: Option<&Stream>) -> InertialSettings<8> {
         let drawn = |i: usize| stream.map_or(0.0, |stream| stream.normal(i as u64));
         let truth = truth::<8>(&self.arm.plant);
-        let prior_alpha = SVector::from_fn(|i, _| truth[i] * (1.0 + PRIOR_RELATIVE_SD * drawn(i)));
-        InertialSettings { prior_alpha, prior_relative_sd: PRIOR_RELATIVE_SD, ..self.arm.settings }
+        let prior_alpha = SVector::from_fn(|i, _| truth[i] * (1.0 + OPERATIONAL_PRIOR_RELATIVE_SD * drawn(i)));
+        InertialSettings { prior_alpha, prior_relative_sd: OPERATIONAL_PRIOR_RELATIVE_SD, ..self.arm.settings }
     }
 
     fn found(&self, samples: &[MomentumSample], settings: &InertialSettings<8>) -> Option<InertialEstimate<8>> {

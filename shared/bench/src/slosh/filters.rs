@@ -5,7 +5,7 @@
 
 use super::PARAMETERS;
 use crate::campaign::Answer;
-use crate::slosh_filter::{FilteredSlosh, STATES, SloshFilter, SloshPrior, filter_twice};
+use crate::slosh_filter::{FilteredSlosh, SLOSH_STATES, SloshFilter, SloshPrior, filter_twice};
 use nalgebra::{Matrix3, SMatrix, SVector, Vector1, Vector2, Vector3};
 use physics::slosh::{SloshParameters, SloshPropagator, SloshState};
 use physics::slosh_arc::SloshSample;
@@ -53,14 +53,14 @@ pub(super) fn summed_by(record: &[SloshSample], count: usize) -> Vec<SloshSample
 }
 
 pub(super) fn one_pass(record: &[SloshSample], base_mass_kg: f64, prior: &SloshPrior) -> Option<FilteredSlosh> {
-    let mut filter = SloshFilter::<STATES>::new(base_mass_kg, prior);
+    let mut filter = SloshFilter::<SLOSH_STATES>::new(base_mass_kg, prior);
     record.iter().try_for_each(|sample| filter.step(sample).map(|_| ())).ok()?;
     Some(filter.estimate())
 }
 
 /// Filters of the bank at work, mean over the samples of a record.
 pub(super) fn filters_at_work(record: &[SloshSample], base_mass_kg: f64, prior: &SloshPrior) -> f64 {
-    let mut filter = SloshFilter::<STATES>::new(base_mass_kg, prior);
+    let mut filter = SloshFilter::<SLOSH_STATES>::new(base_mass_kg, prior);
     let count = |sample: &SloshSample| {
         let at_work = filter.filters();
         filter.step(sample).map_or(0, |_| at_work)
@@ -70,24 +70,24 @@ pub(super) fn filters_at_work(record: &[SloshSample], base_mass_kg: f64, prior: 
 
 /// The second of two passes.
 pub(super) fn two_passes(record: &[SloshSample], base_mass_kg: f64, prior: &SloshPrior) -> Option<FilteredSlosh> {
-    filter_twice::<STATES>(record, base_mass_kg, prior).ok().map(|[_, second]| second)
+    filter_twice::<SLOSH_STATES>(record, base_mass_kg, prior).ok().map(|[_, second]| second)
 }
 
 /// Extended Kalman filter over the same model; nothing when it leaves the numbers.
 pub(super) fn extended(record: &[SloshSample], base_mass_kg: f64, prior: &SloshPrior) -> Option<FilteredSlosh> {
     let SloshParameters { slosh_mass_kg: m, stiffness_n_m: k, damping_n_s_m: c } = prior.parameters;
-    let mut mean = SVector::<f64, STATES>::from([0.0, 0.0, m.ln(), k.ln(), c.ln()]);
+    let mut mean = SVector::<f64, SLOSH_STATES>::from([0.0, 0.0, m.ln(), k.ln(), c.ln()]);
     let (s, l) = (prior.state_sigma, prior.log_sigma);
-    let sigma = SVector::<f64, STATES>::from([s[0], s[1], l[0], l[1], l[2]]);
-    let mut covariance = SMatrix::<f64, STATES, STATES>::from_diagonal(&sigma.component_mul(&sigma));
+    let sigma = SVector::<f64, SLOSH_STATES>::from([s[0], s[1], l[0], l[1], l[2]]);
+    let mut covariance = SMatrix::<f64, SLOSH_STATES, SLOSH_STATES>::from_diagonal(&sigma.component_mul(&sigma));
     for sample in record {
-        let observe = |x: &SVector<f64, STATES>| Vector1::new(moved(base_mass_kg, sample, x).1);
-        let propagate = |x: &SVector<f64, STATES>| moved(base_mass_kg, sample, x).0;
+        let observe = |x: &SVector<f64, SLOSH_STATES>| Vector1::new(moved(base_mass_kg, sample, x).1);
+        let propagate = |x: &SVector<f64, SLOSH_STATES>| moved(base_mass_kg, sample, x).0;
         let (h, noise) = (slope(&mean, observe), sample.sigma_m_s2 * sample.sigma_m_s2);
         let cross = covariance * h.transpose();
         let gain = cross / ((h * cross)[0] + noise);
         mean += gain * (sample.acceleration_m_s2 - observe(&mean)[0]);
-        let kept = SMatrix::<f64, STATES, STATES>::identity() - gain * h;
+        let kept = SMatrix::<f64, SLOSH_STATES, SLOSH_STATES>::identity() - gain * h;
         covariance = kept * covariance * kept.transpose() + gain * gain.transpose() * noise;
         let f = slope(&mean, propagate);
         mean = propagate(&mean);
@@ -107,7 +107,11 @@ pub(super) fn extended(record: &[SloshSample], base_mass_kg: f64, prior: &SloshP
 }
 
 /// The state after the interval of a sample, and the mean acceleration over it.
-fn moved(base_mass_kg: f64, sample: &SloshSample, state: &SVector<f64, STATES>) -> (SVector<f64, STATES>, f64) {
+fn moved(
+    base_mass_kg: f64,
+    sample: &SloshSample,
+    state: &SVector<f64, SLOSH_STATES>,
+) -> (SVector<f64, SLOSH_STATES>, f64) {
     let [slosh_mass_kg, stiffness_n_m, damping_n_s_m] = [2, 3, 4].map(|i| state[i].clamp(-LOG_MAX, LOG_MAX).exp());
     let tank = SloshParameters { slosh_mass_kg, stiffness_n_m, damping_n_s_m };
     let start = SloshState { displacement_m: state[0], velocity_m_s: state[1] };
@@ -120,12 +124,12 @@ fn moved(base_mass_kg: f64, sample: &SloshSample, state: &SVector<f64, STATES>) 
 
 /// Central differences; the states are of order one or enter linearly.
 fn slope<const Y: usize>(
-    at: &SVector<f64, STATES>,
-    map: impl Fn(&SVector<f64, STATES>) -> SVector<f64, Y>,
-) -> SMatrix<f64, Y, STATES> {
+    at: &SVector<f64, SLOSH_STATES>,
+    map: impl Fn(&SVector<f64, SLOSH_STATES>) -> SVector<f64, Y>,
+) -> SMatrix<f64, Y, SLOSH_STATES> {
     const STEP: f64 = 1e-5;
-    let mut slope = SMatrix::<f64, Y, STATES>::zeros();
-    for i in 0..STATES {
+    let mut slope = SMatrix::<f64, Y, SLOSH_STATES>::zeros();
+    for i in 0..SLOSH_STATES {
         let (mut plus, mut minus) = (*at, *at);
         plus[i] += STEP;
         minus[i] -= STEP;

@@ -55,7 +55,7 @@ fn the_step_in_closed_form_is_that_of_the_matrix_exponential() {
 fn one_pass_from_half_the_truth_is_honest_and_so_are_two() {
     let (mut sums, seeds) = ([0.0; 2], 40);
     for seed in 0..seeds {
-        let passes = filter_twice::<STATES>(&record(seed, 1000), BASE_MASS_KG, &prior()).expect("feasible");
+        let passes = filter_twice::<SLOSH_STATES>(&record(seed, 1000), BASE_MASS_KG, &prior()).expect("feasible");
         for (sum, pass) in sums.iter_mut().zip(passes) {
             let p = pass.parameters;
             let error = vector![p.slosh_mass_kg - 28.7, p.stiffness_n_m - 0.16, p.damping_n_s_m - 0.03];
@@ -69,7 +69,7 @@ fn one_pass_from_half_the_truth_is_honest_and_so_are_two() {
 
 #[test]
 fn a_wide_prior_is_a_sum_of_filters_of_which_the_record_leaves_few() {
-    let mut filter = SloshFilter::<STATES>::new(BASE_MASS_KG, &prior());
+    let mut filter = SloshFilter::<SLOSH_STATES>::new(BASE_MASS_KG, &prior());
     let (begun, mut squares) = (filter.filters(), 0.0);
     assert!(begun > 30 && begun < FILTERS_MAX, "{begun}");
     for sample in record(3, 600) {
@@ -82,7 +82,7 @@ fn a_wide_prior_is_a_sum_of_filters_of_which_the_record_leaves_few() {
 
 #[test]
 fn thrust_without_acceleration_moves_the_slosh_and_teaches_nothing() {
-    let mut filter = SloshFilter::<STATES>::new(BASE_MASS_KG, &prior());
+    let mut filter = SloshFilter::<SLOSH_STATES>::new(BASE_MASS_KG, &prior());
     let before = filter.estimate();
     assert_eq!(filter.step(&SloshSample::thrust_alone(1.0, 44.0)), Ok(None));
     let after = filter.estimate();

@@ -93,13 +93,13 @@ pub(super) fn derivative<const N: usize, const OUT: usize>(
     at: &SVector<f64, N>,
     scale: &SVector<f64, N>,
 ) -> SMatrix<f64, OUT, N> {
-    const PART: f64 = 1e-5;
+    const CENTRAL_STEP_SHARE: f64 = 1e-5;
     let mut derivative = SMatrix::<f64, OUT, N>::zeros();
     for (i, scale) in scale.iter().enumerate() {
         let (mut above, mut below) = (*at, *at);
-        above[i] += PART * scale;
-        below[i] -= PART * scale;
-        derivative.set_column(i, &((of(&above) - of(&below)) / (2.0 * PART * scale)));
+        above[i] += CENTRAL_STEP_SHARE * scale;
+        below[i] -= CENTRAL_STEP_SHARE * scale;
+        derivative.set_column(i, &((of(&above) - of(&below)) / (2.0 * CENTRAL_STEP_SHARE * scale)));
     }
     derivative
 }

@@ -107,14 +107,14 @@ fn what_the_grid_cannot_tell_is_an_error() {
     // 1500 s: 256 lines are 0.171 Hz.
     let wide = PlanarSearch { band_hz: [0.006, 0.18], ..SEARCH };
     let refused = identify_second(&record, HUB, &wide, &first);
-    assert!(matches!(refused, Err(PlanarError::BandTooWide { most: POINTS_MAX, .. })), "{refused:?}");
+    assert!(matches!(refused, Err(PlanarError::BandTooWide { most: GRID_POINTS_MAX, .. })), "{refused:?}");
     let blind = PlanarNoise { acceleration_m_s2: f64::INFINITY, rate_rad_s: f64::INFINITY };
     let blind = PlanarRecord::new(&samples, INTERVAL_S, blind);
     assert_eq!(identify_second(&blind, HUB, &SEARCH, &first), Err(PlanarError::NotObserved));
     // An axis whose points fail does not leave the other as the certain one.
     let walk = Search::new(&record, HUB, &SEARCH, &first);
     let mut eight = SVector::<f64, AT_A_POINT>::from([28.7, 0.16, 0.03, -0.45, 0.2, 9.0, 0.35, -0.15]);
-    let mut grid = [[None; POINTS_MAX]; 2];
+    let mut grid = [[None; GRID_POINTS_MAX]; 2];
     grid[0][8] = Some((0.0, eight)); // 24.7 mHz
     assert!(walk.mixed(&SEARCH, &grid).is_some());
     eight[5] = -1.0;

@@ -11,7 +11,7 @@
 use super::{Appendage, Mode};
 use nalgebra::{Matrix4, Vector4};
 
-const ITERATIONS_MAX: usize = 30;
+const PARTS_ITERATIONS_MAX: usize = 30;
 /// Measured modes farther than this from the nominal ones, relative, are others.
 const SAME_MODE: f64 = 0.3;
 
@@ -55,7 +55,7 @@ impl Appendage {
     pub fn parts(&self, modes: &Vector4<f64>, covariance: &Matrix4<f64>) -> Option<(Parts, Matrix4<f64>)> {
         let [a, b] = self.locked;
         let mut parts = Vector4::new(a.frequency_hz, a.damping_ratio, b.damping_ratio, self.inertia_kg_m2);
-        for _ in 0..ITERATIONS_MAX {
+        for _ in 0..PARTS_ITERATIONS_MAX {
             let inverse = self.slope(&parts)?.try_inverse()?;
             let step = inverse * (modes - self.free(&parts)?);
             parts += step;

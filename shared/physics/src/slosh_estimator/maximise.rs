@@ -38,7 +38,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     pub(super) fn maximise(&self, start: &SloshHypothesis, scanned: bool) -> Result<Solved, SloshError> {
         let (mut hypothesis, mut here) = (*start, self.likelihood(start));
         let (mut damping, mut step_sigmas) = (1e-3, f64::INFINITY);
-        for iterations in 0..ITERATIONS_MAX {
+        for iterations in 0..FIT_ITERATIONS_MAX {
             let Some(full) = damped_step(&here, 0.0) else { break };
             step_sigmas = libm::sqrt(full.dot(&here.gradient));
             if step_sigmas <= STEP_SIGMAS {
@@ -60,7 +60,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
                 None => damping *= 10.0,
             }
         }
-        Err(SloshError::NotConverged { iterations: ITERATIONS_MAX, step_sigmas })
+        Err(SloshError::NotConverged { iterations: FIT_ITERATIONS_MAX, step_sigmas })
     }
 
     pub(super) fn report(
