@@ -1,6 +1,7 @@
 //! Records of the benchmark's arm for the tests of this crate, in closed loop along trajectory B.
 //!
-//! The equations of motion are this crate's own; the benchmarks hold the same estimators against plants that are simulated.
+//! The equations of motion are those of `physics`; the benchmarks hold the same estimators against
+//! plants that are simulated.
 
 use crate::seeded_noise::SeededNoise;
 use nalgebra::SVector;
