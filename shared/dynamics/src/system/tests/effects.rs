@@ -7,36 +7,9 @@ use crate::lags::FilterKind;
 use crate::real::Real;
 use crate::system::FilterPlace;
 
-const AMPLITUDE: EffectParameter = EffectParameter {
-    name: "size",
-    unit: "1",
-    low: -10.0,
-    high: 10.0,
-    default: 1.0,
-    what: "how much",
-    out_of_plane: false,
-};
-
-const fn anywhere(_: &Plant, _: &Site) -> bool {
-    true
-}
-
 const fn toy(kind: &'static str, hidden_states: usize, law: Law) -> Effect {
-    let (title, text) = (kind, "");
-    Effect {
-        kind,
-        title,
-        sites: &SiteKind::ALL,
-        applies: anywhere,
-        parameters: &[AMPLITUDE],
-        amplitudes: 1,
-        hidden_states,
-        law,
-        what: text,
-        signature: text,
-        confounders: text,
-        experiment: text,
-    }
+    const AMPLITUDE: EffectParameter = EffectParameter::new("size", "1", [-10.0, 10.0], 1.0, "how much").amplitude();
+    Effect { kind, title: kind, sites: &SiteKind::ALL, parameters: &[AMPLITUDE], hidden_states, law, ..Effect::PLAIN }
 }
 
 /// Force −size (coordinate + 2 rate + 3 command).
