@@ -1,4 +1,4 @@
-//! Committed documents that are generated from the samples.
+//! Committed documents that are generated from the samples, or repeat what the code says.
 
 use crate::desk::{ask, workspace};
 
@@ -33,4 +33,25 @@ fn the_document_names_every_topic_with_fields_that_fill_its_sample() {
     }
     let markdown = ask(&["icd", "--md"]).ends_with(0).stdout;
     assert!(telemetry::TOPICS.iter().all(|topic| markdown.contains(&format!("## `{}`", topic.name))));
+}
+
+/// Names of the fields that a source gives to its effect.
+fn fields_of_effect(source: &str) -> Vec<&str> {
+    let body = source.split_once("Effect = Effect {\n").expect("a source with an effect").1;
+    let body = body.split_once("\n};").expect("an effect ends").0;
+    let names = body.lines().filter_map(|line| line.strip_prefix("    ")?.split_once(": "));
+    names.map(|(name, _)| name).filter(|name| name.chars().all(|c| c.is_ascii_lowercase() || c == '_')).collect()
+}
+
+#[test]
+fn the_example_for_newcomers_gives_every_field_of_an_effect() {
+    let read = |path: &str| std::fs::read_to_string(workspace().join(path)).unwrap();
+    let (page, pattern) = (read(".github/CONTRIBUTING.md"), read("shared/catalogue/src/joint_viscous.rs"));
+    let example = page.split_once("```rust\n").expect("an example").1.split_once("```").expect("its end").0;
+    assert!(fields_of_effect(&pattern).len() > 8, "{:?}", fields_of_effect(&pattern));
+    assert_eq!(
+        fields_of_effect(example),
+        fields_of_effect(&pattern),
+        "bring the example of CONTRIBUTING.md up to date"
+    );
 }
