@@ -14,6 +14,7 @@
 //! | `consistency` | NEES, NIS, χ² bands; whiteness on block means and by Ljung and Box; score tests |
 //! | `cramer_rao` | Fisher information and the bound it implies |
 //! | `cusum` | a lasting change of a mean: cumulative sums, jump from a running mean |
+//! | `quantiles` | median and quantiles by linear interpolation |
 //!
 //! *Why no trait for "linear in the parameters"?* Only one estimator here consumes rows, and it takes the row as a
 //! value ([`weighted_least_squares::NoisyRow`]); a trait would have a single implementor.
@@ -29,6 +30,7 @@ pub mod cramer_rao;
 pub mod cusum;
 pub mod generalised_total_least_squares;
 pub mod instrumental_variables;
+pub mod quantiles;
 #[cfg(test)]
 mod seeded_noise;
 pub mod total_least_squares;

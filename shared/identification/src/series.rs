@@ -7,9 +7,8 @@
 //!
 //! Units: SI throughout; `unit` is the text of the channel's SI unit.
 
+use estimation::quantiles::{median, quantile};
 use serde::Serialize;
-
-use crate::statistics::{median, quantile};
 
 /// An interval above this many median intervals is a gap: one sample at least is missing.
 pub const GAP_MEDIANS: f64 = 1.5;

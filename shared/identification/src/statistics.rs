@@ -1,7 +1,8 @@
-//! Statistics shared by the checks: quantiles of the standard laws, robust location and scale, least squares with a
-//! covariance that holds for correlated residuals, and the level of the white noise under a signal.
+//! Statistics shared by the checks: quantiles of the standard laws, least squares with a covariance that holds for
+//! correlated residuals, and the level of the white noise under a signal.
 
 use estimation::consistency::{bartlett_weight, normal_quantile};
+use estimation::quantiles::median;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
@@ -21,24 +22,6 @@ pub fn rms(x: &[f64]) -> f64 {
 pub fn deviation(x: &[f64]) -> f64 {
     let m = mean(x);
     if x.is_empty() { 0.0 } else { (x.iter().map(|v| (v - m) * (v - m)).sum::<f64>() / x.len() as f64).sqrt() }
-}
-
-/// Median; reorders its argument. Zero of an empty slice.
-#[must_use]
-pub fn median(x: &mut [f64]) -> f64 {
-    quantile(x, 0.5)
-}
-
-/// Quantile `q` in [0, 1] by linear interpolation; reorders its argument.
-#[must_use]
-pub fn quantile(x: &mut [f64], q: f64) -> f64 {
-    if x.is_empty() {
-        return 0.0;
-    }
-    x.sort_by(f64::total_cmp);
-    let at = q.clamp(0.0, 1.0) * (x.len() - 1) as f64;
-    let (low, part) = (libm::floor(at) as usize, at - libm::floor(at));
-    x[low] + part * (x[(low + 1).min(x.len() - 1)] - x[low])
 }
 
 /// `z` with two-sided normal tail probability `p`.

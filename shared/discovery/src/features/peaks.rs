@@ -124,7 +124,7 @@ fn floor(f: &[f64], log: &[f64], i: usize) -> f64 {
     let high = f.partition_point(|x| *x <= f[i] * (1.0 + FLOOR_SHARE)).max((i + FLOOR_LINES).min(f.len()));
     // at most some 400 of them: a median needs no more
     let stride = (high - low).div_ceil(400);
-    identification::statistics::median(&mut log[low..high].iter().copied().step_by(stride).collect::<Vec<f64>>())
+    estimation::quantiles::median(&mut log[low..high].iter().copied().step_by(stride).collect::<Vec<f64>>())
 }
 
 /// Fits over a wide and a narrow stretch: what they differ by is what one resonance on a constant does not describe.

@@ -7,10 +7,11 @@
 use super::{Candidate, columns, scores};
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Law, Role};
+use estimation::quantiles::median;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Timeline;
-use identification::statistics::{chi_squared_quantile, median};
+use identification::statistics::chi_squared_quantile;
 
 /// Instants of each list.
 pub const INSTANTS: usize = 4;

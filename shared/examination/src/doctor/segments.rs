@@ -8,8 +8,9 @@ use serde::Serialize;
 
 use super::{Check, FALSE_ALARM, Finding, Severity, short, usable};
 use crate::spectrum::{Averaging, density};
+use estimation::quantiles::{median, quantile};
 use identification::series::{Channel, Recording, Uniform};
-use identification::statistics::{chi_squared_quantile, deviation, differences, mean, median, quantile, rms};
+use identification::statistics::{chi_squared_quantile, deviation, differences, mean, rms};
 
 const BLOCKS_MAX: usize = 160;
 const BLOCKS_MIN: usize = 16;

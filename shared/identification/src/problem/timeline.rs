@@ -288,7 +288,7 @@ fn marks(plant: &Plant, run: &Run, shift_s: &[f64]) -> Vec<(f64, Mark)> {
 
 fn usual_interval(time_s: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time_s.windows(2).map(|w| w[1] - w[0]).collect();
-    if steps.is_empty() { 1.0 } else { crate::statistics::median(&mut steps) }
+    if steps.is_empty() { 1.0 } else { estimation::quantiles::median(&mut steps) }
 }
 
 fn fastest(run: &Run) -> f64 {
