@@ -1,8 +1,8 @@
 //! Recordings on the command line as channels with roles: what `doctor`, `compare` and `diagnose` work on.
 
 use crate::Failure;
+use channels::{Channel, Recording, Role};
 use dynamics::description::Plant;
-use identification::series::{Channel, Recording, Role};
 use recording::{Imported, Series, SeriesSet, Spectrum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

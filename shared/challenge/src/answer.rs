@@ -1,10 +1,10 @@
 //! What the tool answered, in the words the score needs.
 
 use crate::case::Exam;
+use channels::Recording;
 use discovery::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use dynamics::description::Plant;
 use identification::problem::Problem;
-use identification::series::Recording;
 use serde::Serialize;
 use serde_json::Value;
 

@@ -5,8 +5,8 @@ mod search;
 
 use crate::disturb::NoiseKind;
 use crate::hidden::Hidden;
+use channels::Recording;
 use dynamics::description::Plant;
-use identification::series::Recording;
 use serde::{Deserialize, Serialize};
 
 pub use draw::case;

@@ -6,9 +6,9 @@
 use dynamics::description::{Plant, Sensor};
 
 use crate::mislabelled::{self, Mislabelled, mislabelled};
+use channels::{Channel, Recording};
 use examination::doctor::{Check, FALSE_ALARM, Finding, Severity, examine_with, in_order, probability, short};
 use identification::problem::{Problem, ProblemError, period_s, standstill};
-use identification::series::{Channel, Recording};
 use identification::work::{LABELS, Work};
 use std::sync::Arc;
 

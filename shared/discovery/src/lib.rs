@@ -1,7 +1,8 @@
 //! What physics a plant leaves out: hypotheses, screening, decision, prediction, the next experiment.
 //!
-//! May import: `identification`, `examination`, `simulation`, `catalogue`, `plant_file`, `estimation`. Must never know: files, processes,
-//! clocks, the desk. Channels come in as numbers with names and SI units; findings go out as data.
+//! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`, `plant_file`,
+//! `estimation`. Must never know: files, processes, clocks, the desk. Channels come in as numbers
+//! with names and SI units; findings go out as data.
 
 #![forbid(unsafe_code)]
 
@@ -21,6 +22,6 @@ mod noise;
 #[cfg(test)]
 #[path = "../../identification/src/synthetic.rs"]
 mod synthetic;
-// for `synthetic`, which names them as of its own crate
+// for `synthetic`, which names it as of its own crate
 #[cfg(test)]
-use identification::{problem, series};
+use identification::problem;

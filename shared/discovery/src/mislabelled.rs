@@ -17,10 +17,10 @@ use std::sync::Arc;
 
 use dynamics::description::Plant;
 
+use channels::{Channel, Recording};
 use examination::doctor::quantity::{Kind, Quantity, of_channel};
 use examination::doctor::{Check, Finding, Severity, short};
 use identification::problem::{Problem, sample_sigma};
-use identification::series::{Channel, Recording};
 use identification::statistics::deviation;
 use identification::work::Work;
 use prediction::{Asking, FAR_OFF, Numbers, Prediction};

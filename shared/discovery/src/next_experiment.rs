@@ -11,10 +11,10 @@
 //! An entry either drives one free actuator, or scales the references of closed loops or the initial state.
 
 use crate::score::{Candidate, Score, columns, cosine, scores};
+use channels::{Channel, Recording, Role};
 use dynamics::description::{Plant, Quantity, Signal, SignalKind};
 use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Problem;
-use identification::series::{Channel, Recording, Role};
 use simulation::record;
 
 /// An entry of the menu with its discriminating power.

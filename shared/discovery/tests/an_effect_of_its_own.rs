@@ -1,12 +1,12 @@
 //! An effect that exists in this test alone is simulated, screened, refitted, reported and written, without another line of the program.
 
+use channels::{Channel, Recording, Role};
 use discovery::diagnose::{Options, Verdict, diagnose};
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Catalogue, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 use identification::problem::Problem;
-use identification::series::{Channel, Recording, Role};
 
 /// Damping that is large where the joint is far out: what a cam or an eddy-current brake does.
 static OWN: Effect = Effect {

@@ -1,8 +1,9 @@
 //! Quantiles of a sample by linear interpolation between its order statistics.
 //!
-//! Of n values in ascending order, quantile `q` lies at position `q (n − 1)`, counted from zero (definition 7 of
-//! Hyndman and Fan 1996); the median of an even number is therefore half way between the two in the middle. Where a
-//! result has to be one of the values themselves, take an order statistic instead.
+//! Of n values in ascending order, quantile `q` lies at position `q (n − 1)`, counted from zero
+//! (definition 7 of Hyndman and Fan 1996); the median of an even number is therefore half way
+//! between the two in the middle. Where a result has to be one of the values themselves, take an
+//! order statistic instead.
 
 /// Median; reorders its argument. Zero of an empty slice.
 #[must_use]

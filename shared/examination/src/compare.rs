@@ -18,7 +18,7 @@ pub use align::Correction;
 pub use locate::{Band, Coherence, Window};
 
 use crate::doctor::short;
-use identification::series::{Channel, Recording};
+use channels::{Channel, Recording};
 use identification::statistics::{deviation, mean, rms};
 use pair::{Pair, pair};
 

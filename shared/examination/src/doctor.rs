@@ -22,7 +22,7 @@ mod tests;
 
 use serde::Serialize;
 
-use identification::series::{Channel, Recording};
+use channels::{Channel, Recording};
 
 /// Probability that one check raises a finding on one recording that is sound.
 pub const FALSE_ALARM: f64 = 1e-4;

@@ -17,7 +17,7 @@ mod whitening;
 
 pub use weak::Blind;
 
-use crate::series::{Channel, Recording};
+use channels::{Channel, Recording};
 use dynamics::description::{Noise, Parameter, Plant, Quantity, Signal, SignalKind};
 use dynamics::system::Period;
 use nalgebra::{DMatrix, DVector};

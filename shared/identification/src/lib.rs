@@ -6,15 +6,15 @@
 //! tell (`information`), prediction of data that were not fitted (`held_out`), work counted alike
 //! on every machine (`work`).
 //!
-//! May import: `dynamics`, `catalogue`, `estimation`. Flight partitions may import it. Inside,
-//! `problem` ← `filter` ← `fit` ← `held_out`, never the other way.
+//! May import: `channels`, `dynamics`, `catalogue`, `estimation`. Flight partitions may import it.
+//! Inside, `problem` ← `filter` ← `fit` ← `held_out`, never the other way.
 //!
 //! Must never know: `simulation`, files, clocks, threads' order, what is decided from it.
 //!
 //! ```
 //! use identification::fit::{EstimationSession, fit};
 //! use identification::problem::Problem;
-//! # use identification::series::{Channel, Recording, Role};
+//! # use channels::{Channel, Recording, Role};
 //! # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml");
 //! # let text = std::fs::read_to_string(file).unwrap();
 //! # let plant = plant_file::parse(file, &text).unwrap().plant;
@@ -45,7 +45,6 @@ pub mod information;
 #[cfg(test)]
 mod noise;
 pub mod problem;
-pub mod series;
 pub mod statistics;
 #[cfg(test)]
 mod synthetic;

@@ -24,7 +24,7 @@ pub use standstill::{period_s, sample_sigma, standstill};
 pub use timeline::{Event, Timeline};
 pub use unknown::Unknown;
 
-use crate::series::Recording;
+use channels::Recording;
 use dynamics::description::{Initial, Plant};
 
 /// Why a plant and a recording do not belong together.

@@ -1,5 +1,5 @@
-//! Statistics shared by the checks: quantiles of the standard laws, least squares with a covariance that holds for
-//! correlated residuals, and the level of the white noise under a signal.
+//! Statistics shared by the checks: quantiles of the standard laws, least squares with a covariance
+//! that holds for correlated residuals, and the level of the white noise under a signal.
 
 use estimation::consistency::{bartlett_weight, normal_quantile};
 use estimation::quantiles::median;

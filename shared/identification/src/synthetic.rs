@@ -2,7 +2,7 @@
 
 use crate::noise::Noise as Draw;
 use crate::problem::Problem;
-use crate::series::{Channel, Recording, Role};
+use channels::{Channel, Recording, Role};
 use dynamics::description::{Noise, Plant};
 use simulation::record;
 

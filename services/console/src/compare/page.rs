@@ -2,9 +2,9 @@
 
 use super::{Compared, alternatives, percent, verdict_words};
 use crate::recordings::{probability, tool};
+use channels::{Channel, common_grid};
 use examination::compare::{ChannelComparison, Verdict};
 use examination::spectrum::{Averaging, density};
-use identification::series::{Channel, common_grid};
 use report::text::short;
 use report::{Block, Cell, Curve, Figure, Mark, Overlay, Page, Role, Section, Spectrum, Table};
 

@@ -2,10 +2,10 @@
 
 use super::{Examined, channels_of, grouped, summary, value_of, words_of};
 use crate::recordings::{Loaded, tool};
+use channels::{Channel, Uniform};
 use examination::doctor::Finding;
 use examination::doctor::segments::{Kind, propose};
 use examination::spectrum::{Averaging, density};
-use identification::series::{Channel, Uniform};
 use identification::statistics::white_floor;
 use report::text::short;
 use report::{Block, Cell, Curve, Figure, Mark, Overlay, Page, Role, Section, Spectrum, Table};

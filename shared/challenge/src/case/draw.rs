@@ -11,9 +11,9 @@ use crate::random::Draw;
 use crate::realised::{Lab, Realised, rig};
 use crate::simulate::{Experiment, simulate};
 use catalogue::EFFECTS;
+use channels::{Channel, Recording, Role};
 use dynamics::description::{Plant, Scope};
 use dynamics::effect::sites;
-use identification::series::{Channel, Recording, Role};
 
 /// Entries tried before a case is made without what its class asks for beyond an effect.
 const TRIALS: usize = 12;

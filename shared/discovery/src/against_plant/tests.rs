@@ -3,17 +3,17 @@
 use super::examine;
 use super::examine_for;
 use crate::synthetic::{plant, recording};
+use channels::Recording;
 use dynamics::description::{Plant, Quantity};
 use examination::doctor::{Check, Finding, Severity};
 use identification::problem::Problem;
-use identification::series::Recording;
 
 fn of(findings: &[Finding], check: Check) -> Option<&Finding> {
     findings.iter().find(|f| f.check == check)
 }
 
 /// Recording of an oscillator with its channel `displacement` changed.
-fn changed(nominal: &Plant, duration_s: f64, change: impl Fn(&mut identification::series::Channel)) -> Recording {
+fn changed(nominal: &Plant, duration_s: f64, change: impl Fn(&mut channels::Channel)) -> Recording {
     let mut recorded = recording(nominal, 1, duration_s);
     recorded.channels.iter_mut().filter(|c| c.name == "displacement").for_each(change);
     recorded
@@ -69,7 +69,7 @@ fn every_channel_in_another_unit_is_told_not_the_first_alone() {
 #[test]
 fn a_channel_with_stated_noise_that_never_changes_is_a_fault_and_told_once() {
     let nominal = plant("oscillator");
-    let still = |c: &mut identification::series::Channel| c.value.iter_mut().for_each(|v| *v = 0.01);
+    let still = |c: &mut channels::Channel| c.value.iter_mut().for_each(|v| *v = 0.01);
     let told = examine_for(&changed(&nominal, 2.0, still), &nominal, &mut |_| ());
     let constant: Vec<&Finding> =
         told.iter().filter(|f| f.check == Check::Constant && f.channel == "displacement").collect();

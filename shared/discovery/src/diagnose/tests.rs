@@ -1,6 +1,6 @@
 use super::*;
 use crate::synthetic::{coloured, louder, off_priors, plant, problem, recording, with_effect};
-use identification::series::Recording;
+use channels::Recording;
 
 const SHORT: [(&str, f64); 3] = [("pendulum", 6.0), ("oscillator", 1.0), ("drive_rig", 1.0)];
 

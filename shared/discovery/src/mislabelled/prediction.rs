@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use dynamics::description::Plant;
 
+use channels::{Channel, Recording};
 use identification::dot::dot;
 use identification::fit::{EstimationSession, Fit, FitError, LinearisedProblem, Rounds, fit, fit_by_continuation};
 use identification::problem::{Problem, Unknown};
-use identification::series::{Channel, Recording};
 use identification::work::Work;
 
 /// Mean square of the whitened innovations from which on a recording is missed by far.

@@ -4,9 +4,9 @@
 //! not independent of the innovations that it is projected on: with coloured noise the score invents physics. Along the loop simulated
 //! without noise it is, and differs from the other by what noise does to the effect.
 
+use channels::interpolate;
 use dynamics::description::{Noise, Plant, Quantity};
 use identification::problem::{Course, Drive, Problem, Run, Samples};
-use identification::series::interpolate;
 use simulation::Simulator;
 
 /// Share of a reading's own variation that the simulation may miss; a loop that does not follow its recording is none we know.

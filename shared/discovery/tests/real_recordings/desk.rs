@@ -1,9 +1,9 @@
 //! What every test needs: recordings as channels, plants, and the diagnosis in print.
 
+use channels::{Channel, Recording, Role};
 use discovery::diagnose::{Diagnosis, Options, diagnose};
 use dynamics::description::Plant;
 use identification::problem::Problem;
-use identification::series::{Channel, Recording, Role};
 use std::path::PathBuf;
 
 /// The folder of the recordings; `None` (said) where there is none.

@@ -1,7 +1,7 @@
 //! Friction damper with backlash under imposed displacement: two records jointly, three held out.
 
 use crate::desk::{diagnosed, folder, part, read, rig};
-use identification::series::Recording;
+use channels::Recording;
 
 #[test]
 fn a_law_with_memory_is_named_from_two_records_and_explains_more_than_half_of_three_others() {

@@ -8,7 +8,7 @@ use super::locate::{Band, locate};
 use super::{ChannelComparison, Correction, FALSE_ALARM, Pair, Verdict, constant, fit_percent};
 use crate::doctor::short;
 use crate::spectrum::{Averaging, density};
-use identification::series::Recording;
+use channels::Recording;
 use identification::statistics::{deviation, mean, rms};
 
 /// An explanation must take away this share of the squared difference to be the conclusion.

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::{FALSE_ALARM, Pair};
 use crate::spectrum::{Averaging, cross_spectrum, density};
-use identification::series::{Channel, Recording, Role, common_grid};
+use channels::{Channel, Recording, Role, common_grid};
 use identification::statistics::{differences, fisher_tail, holm, rms, white_floor};
 
 /// Longest list printed.

@@ -4,7 +4,7 @@
 //! difference could no longer be told. The simulated channel is read at the recorded stamps.
 
 use super::{SAMPLES_MIN, Verdict};
-use identification::series::{Channel, IRREGULAR_GAP_MEDIANS, interpolate, same_unit};
+use channels::{Channel, IRREGULAR_GAP_MEDIANS, interpolate, same_unit};
 
 /// Share of a step within which two stamps are the same.
 const SAME_STAMP_SHARE: f64 = 1e-6;

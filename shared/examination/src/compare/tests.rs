@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use super::{Verdict, compare};
 use crate::noise::Noise;
-use identification::series::{Channel, Recording, Role};
+use channels::{Channel, Recording, Role};
 
 fn recording(name: &str, time: &[f64], channels: &[(&str, Vec<f64>)]) -> Recording {
     let channels = channels

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::kinship::{kernel, seen};
 use super::{Check, FALSE_ALARM, Finding, Severity, probability, quantity, short, usable};
-use identification::series::{Channel, Recording, common_grid};
+use channels::{Channel, Recording, common_grid};
 use identification::statistics::{correlation_length, fisher_tail, mean};
 
 /// Share of the motion the best orientation must explain, and by which it must beat the recorded one.

@@ -4,8 +4,8 @@
 //! material size: jitter below 0.1 % of a step moves a signal at a tenth of the Nyquist frequency by 3e-4 of its amplitude.
 
 use super::{Check, Finding, Severity, short};
+use channels::{Channel, GAP_MEDIANS, IRREGULAR_SHARE, Recording, Role};
 use estimation::quantiles::{median, quantile};
-use identification::series::{Channel, GAP_MEDIANS, IRREGULAR_SHARE, Recording, Role};
 use identification::statistics::{deviation, rms};
 
 /// Jitter reported from this share of a step.

@@ -2,8 +2,8 @@
 
 use super::{Check, FALSE_ALARM, Finding, Severity, probability, short, usable};
 use crate::spectrum::{Averaging, cross_spectrum, density};
+use channels::{Channel, Recording, Role, common_grid};
 use estimation::consistency::ljung_box;
-use identification::series::{Channel, Recording, Role, common_grid};
 use identification::statistics::{
     chi_squared_tail, difference_dependence, difference_sigma, fisher_tail, mean, white_floor,
 };

@@ -8,7 +8,7 @@ use super::content::is_input;
 use super::levels::lattice;
 use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short};
 use crate::spectrum::{Averaging, density};
-use identification::series::{Channel, Recording, Uniform};
+use channels::{Channel, Recording, Uniform};
 use identification::statistics::{LeastSquares, deviation, fisher_tail, least_squares, white_floor};
 
 /// Half widths [samples] and own past of the filters tried: moving ones, then recursive ones (b's own past is free of a's noise under the null as well).

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 
 use super::content::is_input;
 use super::{Check, Finding, Severity, short, usable};
-use identification::series::{Channel, Recording, Uniform, common_grid};
+use channels::{Channel, Recording, Uniform, common_grid};
 use identification::statistics::{correlation_length, mean};
 
 const LAGS: usize = 24;

@@ -7,7 +7,7 @@
 use super::content::is_input;
 use super::derived::{OwnNoise, own_noise_below};
 use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short, usable};
-use identification::series::{Channel, Recording, Uniform, common_grid};
+use channels::{Channel, Recording, Uniform, common_grid};
 use identification::statistics::{LeastSquares, deviation, fisher_tail, least_squares, mean, rms};
 
 const OWN_LAGS: usize = 48;

@@ -9,7 +9,7 @@ mod judge;
 use super::derived::own_noise;
 use super::{FALSE_ALARM, Finding, quantity, usable};
 use crate::spectrum::correlation;
-use identification::series::{Channel, Recording, common_grid};
+use channels::{Channel, Recording, common_grid};
 use identification::statistics::{
     correlation_length, deviation, fisher_tail, least_squares, mean, rms, squared_correlation_tail,
 };

@@ -3,8 +3,8 @@
 use core::f64::consts::PI;
 
 use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short};
+use channels::{Channel, Recording, Role};
 use estimation::quantiles::median;
-use identification::series::{Channel, Recording, Role};
 use identification::statistics::{deviation, difference_sigma, mean, normal_two_sided, rms};
 
 /// Quantisation noise below this share of the rms is not reported: a 16-bit converter at a third of full scale.

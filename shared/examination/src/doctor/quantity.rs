@@ -127,7 +127,7 @@ pub fn axis(name: &str) -> Option<(String, usize)> {
 }
 
 /// Quantity of a channel: its unit, else (no unit given) what its name says, in SI.
-pub fn of_channel(channel: &identification::series::Channel) -> Option<Quantity> {
+pub fn of_channel(channel: &channels::Channel) -> Option<Quantity> {
     of(&channel.unit).or_else(|| {
         let lower = channel.name.to_lowercase();
         let has =

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use super::{Check, FALSE_ALARM, Finding, Severity, short, usable};
 use crate::spectrum::{Averaging, density};
+use channels::{Channel, Recording, Uniform};
 use estimation::quantiles::{median, quantile};
-use identification::series::{Channel, Recording, Uniform};
 use identification::statistics::{chi_squared_quantile, deviation, differences, mean, rms};
 
 const BLOCKS_MAX: usize = 160;

@@ -4,7 +4,7 @@ use core::f64::consts::PI;
 
 use super::{Check, Finding, Severity, examine};
 use crate::noise::Noise;
-use identification::series::{Channel, Recording, Role};
+use channels::{Channel, Recording, Role};
 
 fn channel(name: &str, unit: &str, time_s: &[f64], value: Vec<f64>) -> Channel {
     Channel { name: name.into(), unit: unit.into(), time_s: time_s.to_vec(), value, role: Role::Output }

@@ -7,7 +7,7 @@
 //! there the sensors go on.
 
 use super::{Drive, Run, Samples};
-use crate::series::{Channel, IRREGULAR_GAP_MEDIANS, Role};
+use channels::{Channel, IRREGULAR_GAP_MEDIANS, Role};
 
 /// Samples beside one for every state that a part must have: fewer say little but where it began.
 const SPARE: usize = 5;

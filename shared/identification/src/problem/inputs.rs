@@ -2,7 +2,7 @@
 
 use super::ProblemError;
 use super::smooth::SmoothMotion;
-use crate::series::Channel;
+use channels::Channel;
 use dynamics::description::{Actuator, ActuatorKind, Plant, Prescribed};
 use dynamics::signal::{SignalSum, SignalValue};
 

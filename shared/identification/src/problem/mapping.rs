@@ -1,6 +1,6 @@
 //! Names, scales and signs of a recording's channels turned into those of the plant.
 
-use crate::series::Recording;
+use channels::Recording;
 
 /// One channel: `ours = scale × theirs`.
 #[derive(Clone, Debug, PartialEq)]

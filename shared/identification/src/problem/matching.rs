@@ -4,7 +4,7 @@ use super::angles::turned;
 use super::gaps::parted;
 use super::inputs::drive;
 use super::{ProblemError, Run, Samples};
-use crate::series::{Channel, Recording, same_unit};
+use channels::{Channel, Recording, same_unit};
 use dynamics::description::{Actuator, Initial, Plant, Sensor};
 use dynamics::system::System;
 

@@ -195,7 +195,7 @@ fn when_a_command_comes_again_may_be_unknown_and_when_a_sensor_looks_is_not() {
 }
 
 /// A recording without the rows of one stretch.
-fn without_rows(recorded: &crate::series::Recording, lost_s: core::ops::Range<f64>) -> crate::series::Recording {
+fn without_rows(recorded: &channels::Recording, lost_s: core::ops::Range<f64>) -> channels::Recording {
     let mut left = recorded.clone();
     for channel in &mut left.channels {
         let kept: Vec<usize> = (0..channel.time_s.len()).filter(|i| !lost_s.contains(&channel.time_s[*i])).collect();
@@ -219,7 +219,7 @@ fn lost_rows_cut_a_run_where_the_command_changed_meanwhile_and_nowhere_else() {
     // the readings alone are lost, or the command stood still
     let mut blind = whole.clone();
     let inputs: Vec<&str> = nominal.actuators.iter().map(|a| a.name.as_str()).collect();
-    let is_input = |c: &crate::series::Channel| inputs.contains(&c.name.as_str());
+    let is_input = |c: &channels::Channel| inputs.contains(&c.name.as_str());
     blind.channels.iter_mut().zip(&lost.channels).filter(|(c, _)| !is_input(c)).for_each(|(c, l)| c.clone_from(l));
     let mut still = lost.clone();
     still.channels.iter_mut().filter(|c| is_input(c)).for_each(|c| c.value.fill(0.5));

@@ -4,9 +4,9 @@ use super::super::{Case, Diagnosed, object, words};
 use super::page;
 use crate::plants;
 use crate::recordings::Loaded;
+use channels::{Channel, Recording, Role};
 use discovery::diagnose::*;
 use identification::held_out::{ChannelFit, Status};
-use identification::series::{Channel, Recording, Role};
 
 fn loaded(name: &str) -> Loaded {
     let time_s: Vec<f64> = (0..400).map(|i| f64::from(i) * 0.05).collect();

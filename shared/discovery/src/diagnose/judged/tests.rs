@@ -1,8 +1,8 @@
 use super::*;
 use crate::diagnose::{Diagnosis, Verdict, diagnose};
 use crate::synthetic::{plant, problem, recording, with_effect};
+use channels::Recording;
 use dynamics::description::Plant;
-use identification::series::Recording;
 
 const STEP: [(&str, f64); 3] = [("step", 3e-3), ("begin", 0.437), ("duration", 0.171)];
 

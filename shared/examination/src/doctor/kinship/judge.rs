@@ -2,7 +2,7 @@
 
 use super::super::{Check, Finding, Severity, quantity, short};
 use super::Relation;
-use identification::series::Channel;
+use channels::Channel;
 use identification::statistics::{deviation, student_two_sided};
 
 /// Lag below this share of a step, scale error and offset below these shares are not reported: they move no estimate by a sigma that matters.
