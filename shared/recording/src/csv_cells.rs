@@ -1,6 +1,6 @@
 //! Cells of a CSV file: the header row `name [unit]`, and numbers in SI.
 
-use crate::channels::default_channel;
+use crate::canonical::default_channel;
 use crate::error::{Place, RecordingError, nearest};
 use crate::rows::Axis;
 use crate::units::{UNITS, Unit, accepted_for, unit_named};

@@ -11,7 +11,8 @@
 //! memory and every viewer that reads ROS 1 decodes it.
 #![forbid(unsafe_code)]
 
-pub mod channels;
+mod canonical;
+mod conversions;
 pub mod csv;
 mod csv_cells;
 mod csv_lines;
@@ -39,7 +40,8 @@ mod uff_lines;
 pub mod units;
 mod whole_file;
 
-pub use channels::{CHANNELS, ChannelInfo, Channels, Domains};
+pub use canonical::{CHANNELS, ChannelInfo, Channels, Domains};
+pub use conversions::{segments, series};
 pub use digest::{Digest, DigestBuilder, digest};
 pub use error::{MapPlace, Place, RecordingError};
 pub use map::ChannelMap;
@@ -47,7 +49,7 @@ pub use mcap_format::{McapRecorder, Recovered, write_mcap};
 pub use mcap_series::write_series_mcap;
 pub use replay::{ReplayFrames, ReplaySample};
 pub use run::{Attachment, RecordedRun, RecordedSample, read_mcap, read_mcap_topics};
-pub use series::{Restart, Segments, Series, SeriesSet, segments, series};
+pub use series::{Restart, Segments, Series, SeriesSet};
 pub use spectrum::Spectrum;
 pub use table::{Column, Table};
 pub use timing::{Gap, Timing};

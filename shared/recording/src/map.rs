@@ -3,7 +3,7 @@
 //! `[channels]` with lines `imu.accel_x = "acceleration_x [m/s^2]"`; quoted keys (`"imu.accel_x" = …`) and tables
 //! (`[channels.imu]`) mean the same. With a map, only the channels it names exist.
 
-use crate::channels::CHANNELS;
+use crate::canonical::CHANNELS;
 use crate::error::{MapPlace, RecordingError, nearest};
 use crate::file_name;
 use crate::table::Table;

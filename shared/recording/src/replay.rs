@@ -11,7 +11,7 @@
 //! says so itself.
 
 use crate::Imported;
-use crate::channels::{
+use crate::canonical::{
     ACCELERATION, ANGLE, CHANNELS, Channels, Domains, FORCE, JOINT_RATE, JOINT_TORQUE, RATE, TORQUE, WHEEL,
 };
 use crate::error::RecordingError;

@@ -3,7 +3,7 @@
 //! The recorded ticks say which sequence numbers belong to a frame (architecture D10). Samples that a restarted source
 //! sent again are taken once; samples behind the last tick belong to a frame that never closed and are left out.
 
-use crate::channels::Domains;
+use crate::canonical::Domains;
 use crate::error::RecordingError;
 use crate::replay::ReplaySample;
 use crate::run::RecordedRun;

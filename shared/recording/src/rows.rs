@@ -6,14 +6,11 @@
 
 use crate::Imported;
 use crate::error::{Place, RecordingError};
-use crate::series::{Restart, Segments, Series, SeriesSet, restarted};
+use crate::series::{NOT_ONE_RATE, Restart, Segments, Series, SeriesSet, restarted};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
 use crate::timing::{Timing, check_extent, examine};
 use core::ops::Range;
-
-/// Begins the note that says why a set of channels is no table.
-pub(crate) const NOT_ONE_RATE: &str = "not one rate: ";
 
 /// What the first column counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -239,5 +236,24 @@ impl Rows {
             }
         };
         self.source.iter().zip(&self.values).map(of_column).collect()
+    }
+}
+
+impl Table {
+    /// A table from columns in memory, under the same rules as one from a file; row `i` counts as line `i + 2`.
+    ///
+    /// # Errors
+    /// As for a file: time that does not increase, values that are not finite, more than one rate.
+    pub fn from_columns(file: &str, time_s: Vec<f64>, columns: Vec<Column>) -> Result<Self, RecordingError> {
+        let empty = columns.iter().map(|column| Column { values: Vec::new(), ..column.clone() });
+        let mut rows = Rows::new(file, Axis::Time, empty.collect());
+        let mut row = Vec::new();
+        for (i, time) in time_s.iter().enumerate() {
+            row.clear();
+            row.push(*time);
+            row.extend(columns.iter().map(|column| column.values.get(i).copied().unwrap_or(f64::NAN)));
+            rows.push_full(i as u64 + 2, &row)?;
+        }
+        rows.finish_table()
     }
 }
