@@ -132,7 +132,7 @@ fn refused(flag: &str, text: &str, reason: &str) -> Failure {
     Failure::Input(miette::miette!(help = help, "{flag} '{text}': {reason}"))
 }
 
-fn series(channel: simulation::Channel) -> Result<Series, Failure> {
+fn series(channel: channels::Channel) -> Result<Series, Failure> {
     let unit = recording::units::unit_named(&channel.unit).map(|unit| unit.si).ok_or_else(|| {
         Failure::Run(format!("channel '{}': recordings have no unit '{}'", channel.name, channel.unit))
     })?;

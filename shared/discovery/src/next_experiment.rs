@@ -11,7 +11,7 @@
 //! An entry either drives one free actuator, or scales the references of closed loops or the initial state.
 
 use crate::score::{Candidate, Score, columns, cosine, scores};
-use channels::{Channel, Recording, Role};
+use channels::Recording;
 use dynamics::description::{Plant, Quantity, Signal, SignalKind};
 use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Problem;
@@ -179,8 +179,5 @@ fn along(score: &Score) -> f64 {
 
 fn flown(plant: &Plant, duration_s: f64) -> Option<Recording> {
     let simulated = record(plant, 1, duration_s, &mut |_| {}).ok()?;
-    let channels = simulated.channels.into_iter();
-    let channels =
-        channels.map(|c| Channel { name: c.name, unit: c.unit, time_s: c.time_s, value: c.value, role: Role::Unknown });
-    Some(Recording { name: "next".to_owned(), channels: channels.collect() })
+    Some(Recording { name: "next".to_owned(), ..simulated })
 }

@@ -1,6 +1,5 @@
 //! An effect that exists in this test alone is simulated, screened, refitted, reported and written, without another line of the program.
 
-use channels::{Channel, Recording, Role};
 use discovery::diagnose::{Options, Verdict, diagnose};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -37,16 +36,7 @@ fn an_effect_that_only_this_test_knows_is_found_and_its_plant_is_written_and_rea
     let mut hidden = plant.clone();
     hidden.add_effect("damping_of_this_test", &joint, &[("damping", 0.4)]).unwrap();
     hidden.simulation.integrator = dynamics::description::Integrator::RungeKutta4;
-    let simulated = simulation::record(&hidden, 3, 30.0, &mut |_| {}).unwrap();
-    let channel = |c: simulation::Channel| Channel {
-        name: c.name,
-        unit: c.unit,
-        time_s: c.time_s,
-        value: c.value,
-        role: Role::Unknown,
-    };
-    let recording =
-        Recording { name: "own".to_owned(), channels: simulated.channels.into_iter().map(channel).collect() };
+    let recording = simulation::record(&hidden, 3, 30.0, &mut |_| {}).unwrap();
     let problem = Problem::new(&plant, &[recording], &[]).unwrap();
     let found = diagnose(&problem, &Options::default(), &mut |_, _| {});
     assert!(matches!(found.verdict, Verdict::Named | Verdict::NotSeparable), "{:?} {}", found.verdict, found.reason);

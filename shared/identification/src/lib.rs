@@ -14,16 +14,10 @@
 //! ```
 //! use identification::fit::{EstimationSession, fit};
 //! use identification::problem::Problem;
-//! # use channels::{Channel, Recording, Role};
 //! # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml");
 //! # let text = std::fs::read_to_string(file).unwrap();
 //! # let plant = plant_file::parse(file, &text).unwrap().plant;
-//! # let channel = |c: simulation::Channel| Channel {
-//! #     name: c.name, unit: c.unit, time_s: c.time_s, value: c.value, role: Role::Unknown,
-//! # };
-//! # let record = simulation::record(&plant, 5, 5.0, &mut |_| {}).unwrap();
-//! # let channels = record.channels.into_iter().map(channel).collect();
-//! # let recording = Recording { name: "swing".into(), channels };
+//! # let recording = simulation::record(&plant, 5, 5.0, &mut |_| {}).unwrap();
 //! // a plant with priors, and a recording of it
 //! let problem = Problem::new(&plant, &[recording], &[]).unwrap();
 //! let session = EstimationSession::new(&problem, 1).unwrap();

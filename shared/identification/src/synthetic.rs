@@ -2,7 +2,7 @@
 
 use crate::noise::Noise as Draw;
 use crate::problem::Problem;
-use channels::{Channel, Recording, Role};
+use channels::Recording;
 use dynamics::description::{Noise, Plant};
 use simulation::record;
 
@@ -23,14 +23,7 @@ pub fn plant(name: &str) -> Plant {
 
 pub fn recording(plant: &Plant, seed: u64, duration_s: f64) -> Recording {
     let simulated = record(plant, seed, duration_s, &mut |_| {}).unwrap();
-    let channel = |c: simulation::Channel| Channel {
-        name: c.name,
-        unit: c.unit,
-        time_s: c.time_s,
-        value: c.value,
-        role: Role::Unknown,
-    };
-    Recording { name: format!("seed_{seed}"), channels: simulated.channels.into_iter().map(channel).collect() }
+    Recording { name: format!("seed_{seed}"), ..simulated }
 }
 
 /// Standard deviation of one sample of each sensor.

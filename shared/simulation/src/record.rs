@@ -1,27 +1,14 @@
 //! A whole record: every channel that a file would hold.
 
 use super::{SimulationError, Simulator};
+use channels::{Channel, Recording};
 use dynamics::description::{Initial, Plant};
 use dynamics::system::Period;
 
-/// One channel of a record.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Channel {
-    pub name: String,
-    pub unit: String,
-    /// By the channel's own clock.
-    pub time_s: Vec<f64>,
-    pub value: Vec<f64>,
-}
-
-/// A simulated record: the commands of recorded actuators, then all sensors.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Recording {
-    pub channels: Vec<Channel>,
-}
-
-/// Simulates `plant` for `duration_s` and keeps what a recording holds. Segments restart with their own initial state at their own
-/// beginning; what lies between them is not recorded. `progress` is told the share that is done.
+/// Simulates `plant` for `duration_s` and keeps what a recording holds: the commands of recorded
+/// actuators, then all sensors, under the plant's name and with unknown roles, as a file would give
+/// them. Segments restart with their own initial state at their own beginning; what lies between
+/// them is not recorded. `progress` is called with the share that is done.
 ///
 /// # Errors
 /// See [`SimulationError`].
@@ -32,7 +19,7 @@ pub fn record(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Recording, SimulationError> {
     let mut simulator = Simulator::new(plant, seed, &plant.name)?;
-    let mut recording = Recording { channels: channels(plant, &simulator) };
+    let mut recording = Recording { name: plant.name.clone(), channels: empty_channels(plant, &simulator) };
     let recorded: Vec<usize> = (0..plant.actuators.len()).filter(|index| plant.actuators[*index].recorded).collect();
     for (begin_s, end_s, initial) in spans(plant, duration_s) {
         if let Some(initial) = initial {
@@ -47,10 +34,10 @@ pub fn record(
             simulator.check_finite()?;
             let row = simulator.row();
             for (channel, actuator) in recording.channels.iter_mut().zip(&recorded) {
-                channel.push(row.time_s, row.commands[*actuator]);
+                push(channel, row.time_s, row.commands[*actuator]);
             }
             for sample in &row.samples {
-                recording.channels[recorded.len() + sample.channel].push(sample.time_s, sample.value);
+                push(&mut recording.channels[recorded.len() + sample.channel], sample.time_s, sample.value);
             }
         }
     }
@@ -82,17 +69,14 @@ pub fn motion(plant: &Plant, duration_s: f64, visit: &mut dyn FnMut(&Period<'_>)
     Ok(())
 }
 
-impl Channel {
-    fn push(&mut self, time_s: f64, value: f64) {
-        self.time_s.push(time_s);
-        self.value.push(value);
-    }
+fn push(channel: &mut Channel, time_s: f64, value: f64) {
+    channel.time_s.push(time_s);
+    channel.value.push(value);
 }
 
 /// Empty channels in the order of a recording.
-fn channels(plant: &Plant, simulator: &Simulator) -> Vec<Channel> {
-    let channel =
-        |name: &str, unit: &str| Channel { name: name.to_owned(), unit: unit.to_owned(), ..Channel::default() };
+fn empty_channels(plant: &Plant, simulator: &Simulator) -> Vec<Channel> {
+    let channel = |name: &str, unit: &str| Channel::new(name, unit, Vec::new(), Vec::new());
     let inputs = simulator.system().inputs();
     let command = |index: usize| {
         let stated = super::inputs::stated_input(plant, inputs, index);

@@ -4,7 +4,6 @@ use super::impossible;
 use super::words::digits;
 use crate::progress::Share;
 use crate::{Failure, plants, simulate};
-use channels::{Channel, Recording, Role};
 use dynamics::description::{Parameter, Scope};
 use identification::information::{Blind, Expected, Prediction, Simulate, predict};
 use serde_json::{Value, json};
@@ -42,7 +41,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let duration_s = simulate::duration(arguments.duration, &plant)?;
     let bar = Share::new("predicted");
     let simulate = Simulate {
-        record: &|plant, duration_s| Ok(as_recording(simulation::record(plant, 0, duration_s, &mut |_| {})?)),
+        record: &|plant, duration_s| Ok(simulation::record(plant, 0, duration_s, &mut |_| {})?),
         motion: &|plant, duration_s, visit| Ok(simulation::motion(plant, duration_s, visit)?),
     };
     let prediction = predict(&plant, duration_s, simulate, &mut |share| bar.show(share));
@@ -55,14 +54,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         page(duration_s, &numbers, &prediction)
     });
     Ok(())
-}
-
-fn as_recording(simulated: simulation::Recording) -> Recording {
-    let channel = |simulation::Channel { name, unit, time_s, value }| {
-        let role = Role::Unknown;
-        Channel { name, unit, time_s, value, role }
-    };
-    Recording { name: "simulated".to_owned(), channels: simulated.channels.into_iter().map(channel).collect() }
 }
 
 const fn scope(scope: Scope) -> &'static str {

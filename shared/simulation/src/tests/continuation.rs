@@ -123,5 +123,7 @@ fn a_record_holds_recorded_commands_and_all_sensors() {
     assert_eq!(recording.channels.len(), 1 + 7);
     assert!(recording.channels.iter().all(|channel| channel.value.len() == 300 && channel.time_s.len() == 300));
     assert_eq!(recording.channels[0].name, "joint1");
+    assert_eq!(recording.name, plant.name);
+    assert!(recording.channels.iter().all(|channel| channel.role == channels::Role::Unknown));
     assert!(told.windows(2).all(|pair| pair[0] <= pair[1]) && told.last() == Some(&1.0));
 }
