@@ -18,9 +18,9 @@ fn plants() -> Vec<String> {
 }
 
 /// Channels of a file: name, unit, samples.
-fn channels(file: &Path) -> Vec<(String, &'static str, usize)> {
+fn channels(file: &Path) -> Vec<(String, String, usize)> {
     let set = recording::series(recording::read(file).unwrap()).unwrap();
-    set.channels.into_iter().map(|channel| (channel.name, channel.unit, channel.values.len())).collect()
+    set.recording.channels.into_iter().map(|channel| (channel.name, channel.unit, channel.value.len())).collect()
 }
 
 fn simulated(folder: &Folder, arguments: &[&str]) -> Value {
@@ -43,7 +43,11 @@ fn every_plant_is_checked_and_makes_a_second_of_recording() {
         let written = channels(&folder.path().join(&out));
         assert_eq!(told["channels"].as_array().unwrap().len(), written.len(), "{name}");
         for ((channel, unit, samples), row) in written.iter().zip(told["channels"].as_array().unwrap()) {
-            assert_eq!((row["name"].as_str(), row["unit"].as_str()), (Some(channel.as_str()), Some(*unit)), "{name}");
+            assert_eq!(
+                (row["name"].as_str(), row["unit"].as_str()),
+                (Some(channel.as_str()), Some(unit.as_str())),
+                "{name}"
+            );
             assert_eq!(number(row, "samples"), *samples as f64, "{name}: {channel}");
             assert!(*samples > 0, "{name}: {channel} is empty");
         }
@@ -62,9 +66,9 @@ fn an_mcap_holds_what_the_csv_holds() {
         let of = |file: &str| recording::series(recording::read(&folder.path().join(file)).unwrap()).unwrap();
         let (mcap, csv) = (of("a.mcap"), of("a.csv.gz"));
         assert_eq!(channels(&folder.path().join("a.mcap")), channels(&folder.path().join("a.csv.gz")));
-        for (one, other) in mcap.channels.iter().zip(&csv.channels) {
+        for (one, other) in mcap.recording.channels.iter().zip(&csv.recording.channels) {
             let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(&one.values), bits(&other.values), "{name}: {}", one.name);
+            assert_eq!(bits(&one.value), bits(&other.value), "{name}: {}", one.name);
         }
     }
     assert!(matches!(recording::read(&folder.path().join("a.mcap")), Ok(Imported::Series(_))));

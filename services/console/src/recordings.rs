@@ -3,7 +3,7 @@
 use crate::Failure;
 use channels::{Channel, Recording, Role};
 use dynamics::description::Plant;
-use recording::{Imported, Series, SeriesSet, Spectrum};
+use recording::{Imported, SeriesSet, Spectrum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -68,44 +68,47 @@ fn loaded(
     for (k, mut set) in sets.into_iter().enumerate() {
         let name = if several { format!("{file}, part {}", k + 1) } else { file.clone() };
         rename(&mut set)?;
-        let mut notes = core::mem::take(&mut set.notes);
+        let SeriesSet { mut recording, mut notes, .. } = set;
+        recording.name = name;
         if let Some(plant) = plant {
-            notes.extend(names_of_the_plant(&set, plant, &name)?);
+            notes.extend(names_of_the_plant(&recording, plant)?);
+            recording.channels.iter_mut().for_each(|channel| channel.role = role(&channel.name, plant));
         }
-        let channels = set.channels.into_iter().map(|series| channel(series, plant)).collect();
-        let recording = Recording { name, channels };
         loaded.push(Loaded { file: file.clone(), recording, notes, digest: digest.clone() });
     }
     Ok(loaded)
 }
 
-fn channel(series: Series, plant: Option<&Plant>) -> Channel {
-    let role = match plant {
-        Some(plant) if plant.actuator(&series.name).is_some() => Role::Input,
-        Some(plant) if plant.sensor(&series.name).is_some() => Role::Output,
-        _ => Role::Unknown,
-    };
-    Channel { name: series.name, unit: series.unit.into(), time_s: series.time_s, value: series.values, role }
+/// What a plant says of a channel of this name.
+fn role(name: &str, plant: &Plant) -> Role {
+    if plant.actuator(name).is_some() {
+        Role::Input
+    } else if plant.sensor(name).is_some() {
+        Role::Output
+    } else {
+        Role::Unknown
+    }
 }
 
 /// Where names or units of plant and recording do not meet.
-fn names_of_the_plant(set: &SeriesSet, plant: &Plant, name: &str) -> Result<Vec<String>, Failure> {
+fn names_of_the_plant(recording: &Recording, plant: &Plant) -> Result<Vec<String>, Failure> {
     let inputs = plant.actuators.iter().filter(|a| a.recorded).map(|a| (a.name.as_str(), plant.actuator_unit(a)));
     let outputs = plant.sensors.iter().map(|s| (s.name.as_str(), plant.sensor_unit(s)));
     let known: Vec<(&str, &str)> = inputs.chain(outputs).collect();
-    let recorded: Vec<&str> = set.channels.iter().map(|c| c.name.as_str()).collect();
+    let recorded: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
     if !known.iter().any(|(known, _)| recorded.contains(known)) {
         return Err(Failure::Input(miette::miette!(
             help = "rename the columns of the recording, or the [[actuator]]s and [[sensor]]s of the plant file, so that they meet; \
                     `obsid diagnose --map FILE` joins names that differ",
-            "{name}: none of its channels ({}) is an actuator or a sensor of plant '{}' ({})",
+            "{}: none of its channels ({}) is an actuator or a sensor of plant '{}' ({})",
+            recording.name,
             recorded.join(", "),
             plant.name,
             known.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
         )));
     }
     let mut notes = Vec::new();
-    for channel in &set.channels {
+    for channel in &recording.channels {
         match known.iter().find(|(known, _)| *known == channel.name) {
             None => {
                 let near =

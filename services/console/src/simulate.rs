@@ -2,8 +2,8 @@
 
 use crate::progress::Share;
 use crate::{Failure, plants};
+use channels::{Channel, Recording};
 use dynamics::description::Plant;
-use recording::{Series, SeriesSet};
 use serde_json::json;
 use simulation;
 use std::fmt::Write;
@@ -59,11 +59,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "`obsid plant check FILE` says what the plant itself lacks; --set and --hide may ask for what cannot be";
         Failure::Input(miette::miette!(help = help, "{}: {error}", arguments.plant.display()))
     })?;
-    let channels: Vec<Series> = recording.channels.into_iter().map(series).collect::<Result<_, _>>()?;
-    let set = SeriesSet { file: arguments.out.display().to_string(), channels, notes: Vec::new() };
-    let notes = recording::write_series(&set, &arguments.out).map_err(Failure::input)?;
+    let mut recording = Recording { name: arguments.out.display().to_string(), ..recording };
+    recording.channels.iter_mut().try_for_each(with_unit_of_files)?;
+    let notes = recording::write_series(&recording, &arguments.out).map_err(Failure::input)?;
     notes.iter().for_each(|note| crate::tell(&format!("note: {note}")));
-    crate::print(&if arguments.json { summary_json(arguments, duration_s, &set) } else { summary(duration_s, &set) });
+    crate::print(&if arguments.json {
+        summary_json(arguments, duration_s, &recording)
+    } else {
+        summary(duration_s, &recording)
+    });
     Ok(())
 }
 
@@ -132,36 +136,41 @@ fn refused(flag: &str, text: &str, reason: &str) -> Failure {
     Failure::Input(miette::miette!(help = help, "{flag} '{text}': {reason}"))
 }
 
-fn series(channel: channels::Channel) -> Result<Series, Failure> {
-    let unit = recording::units::unit_named(&channel.unit).map(|unit| unit.si).ok_or_else(|| {
+/// Spells the unit of a channel as files do.
+fn with_unit_of_files(channel: &mut Channel) -> Result<(), Failure> {
+    let unit = recording::units::unit_named(&channel.unit).ok_or_else(|| {
         Failure::Run(format!("channel '{}': recordings have no unit '{}'", channel.name, channel.unit))
     })?;
-    Ok(Series::si(&channel.name, unit, channel.time_s, channel.value))
+    channel.unit = unit.si.to_owned();
+    Ok(())
 }
 
-fn summary(duration_s: f64, set: &SeriesSet) -> String {
+fn summary(duration_s: f64, recording: &Recording) -> String {
     let mut text = format!("{:<28} {:<10} {:>10} {:>14} {:>14}\n", "channel", "unit", "samples", "least", "greatest");
-    for channel in &set.channels {
-        let (least, greatest) = extremes(&channel.values);
+    for channel in &recording.channels {
+        let (least, greatest) = extremes(&channel.value);
         let _ = writeln!(
             text,
             "{:<28} {:<10} {:>10} {least:>14.6e} {greatest:>14.6e}",
             channel.name,
             channel.unit,
-            channel.values.len()
+            channel.value.len()
         );
     }
-    let _ = writeln!(text, "\n{} channels, {duration_s} s -> {}", set.channels.len(), set.file);
+    let _ = writeln!(text, "\n{} channels, {duration_s} s -> {}", recording.channels.len(), recording.name);
     text
 }
 
-fn summary_json(arguments: &Arguments, duration_s: f64, set: &SeriesSet) -> String {
-    let channel = |channel: &Series| {
-        let (least, greatest) = extremes(&channel.values);
-        json!({ "name": channel.name, "unit": channel.unit, "samples": channel.values.len(), "least": least, "greatest": greatest })
+fn summary_json(arguments: &Arguments, duration_s: f64, recording: &Recording) -> String {
+    let channel = |channel: &Channel| {
+        let (least, greatest) = extremes(&channel.value);
+        json!({ "name": channel.name, "unit": channel.unit, "samples": channel.value.len(), "least": least, "greatest": greatest })
     };
-    let channels: Vec<_> = set.channels.iter().map(channel).collect();
-    format!("{}\n", json!({ "out": set.file, "seed": arguments.seed, "duration_s": duration_s, "channels": channels }))
+    let channels: Vec<_> = recording.channels.iter().map(channel).collect();
+    format!(
+        "{}\n",
+        json!({ "out": recording.name, "seed": arguments.seed, "duration_s": duration_s, "channels": channels })
+    )
 }
 
 /// (0, 0) of a channel without samples.

@@ -4,9 +4,10 @@ use crate::Imported;
 use crate::error::RecordingError;
 use crate::run::RecordedRun;
 use crate::run_series;
-use crate::series::{NOT_ONE_RATE, Series, SeriesSet};
+use crate::series::{NOT_ONE_RATE, SeriesSet, check, check_unit};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
+use channels::{Channel, Recording};
 
 /// The recording as channels: the columns of a table; of a run, every number its source measured (`imu.omega_bi_b.z
 /// [rad/s]`, `joints.angle.1 [rad]`, names and units from the telemetry's fields).
@@ -35,23 +36,21 @@ pub fn segments(imported: Imported) -> Result<Vec<SeriesSet>, RecordingError> {
 }
 
 fn of_table(table: Table) -> SeriesSet {
-    let Table { file, time_s, columns, notes, .. } = table;
-    let channels = columns.into_iter().map(|Column { name, unit, unit_in_file, values }| Series {
-        name,
-        unit,
-        unit_in_file,
-        time_s: time_s.clone(),
-        values,
-    });
-    SeriesSet { file, channels: channels.collect(), notes }
+    let mut set = SeriesSet::new(&table.file);
+    set.notes = table.notes;
+    for Column { name, unit, unit_in_file, values } in table.columns {
+        set.push(Channel::new(&name, unit, table.time_s.clone(), values), &unit_in_file);
+    }
+    set
 }
 
 fn of_run(run: &RecordedRun) -> Result<SeriesSet, RecordingError> {
-    let set = SeriesSet { file: run.file().into(), channels: run_series::channels(run), notes: Vec::new() };
-    if set.channels.is_empty() {
-        return Err(RecordingError::NoMeasurements { file: set.file });
+    let mut set = SeriesSet::new(run.file());
+    set.recording.channels = run_series::channels(run);
+    if set.recording.channels.is_empty() {
+        return Err(RecordingError::NoMeasurements { file: set.recording.name });
     }
-    set.check()?;
+    check(&set.recording)?;
     Ok(set)
 }
 
@@ -61,24 +60,25 @@ impl SeriesSet {
     /// # Errors
     /// [`RecordingError::NeedsOneRate`] when the channels have times of their own or the sampling is uneven.
     pub fn table(&self) -> Result<Table, RecordingError> {
-        let time_s = self.channels.first().map(|first| first.time_s.clone()).unwrap_or_default();
+        let Recording { name: file, channels } = &self.recording;
+        let time_s = channels.first().map(|first| first.time_s.clone()).unwrap_or_default();
         let noted = self.notes.iter().find_map(|note| note.strip_prefix(NOT_ONE_RATE));
         let refuse = |reason: String| {
             let reason = noted.map_or(reason, String::from);
-            RecordingError::NeedsOneRate { file: self.file.clone(), reason }
+            RecordingError::NeedsOneRate { file: file.clone(), reason }
         };
-        if let Some(other) = self.channels.iter().find(|channel| channel.time_s != time_s) {
-            let first = &self.channels[0].name;
+        if let Some(other) = channels.iter().find(|channel| channel.time_s != time_s) {
+            let first = &channels[0].name;
             return Err(refuse(format!("channels `{first}` and `{}` were sampled at different times", other.name)));
         }
-        let columns = self.channels.iter().map(|channel| Column {
-            name: channel.name.clone(),
-            unit: channel.unit,
-            unit_in_file: channel.unit_in_file.clone(),
-            values: channel.values.clone(),
-        });
-        let mut table = match Table::from_columns(&self.file, time_s, columns.collect()) {
-            Err(error) if error.is_uneven_sampling() => return Err(refuse(error.without_file(&self.file))),
+        let column = |channel: &Channel| {
+            let unit = check_unit(&self.recording, channel)?;
+            let (name, unit_in_file) = (channel.name.clone(), self.unit_in_file(channel).to_owned());
+            Ok(Column { name, unit, unit_in_file, values: channel.value.clone() })
+        };
+        let columns = channels.iter().map(column).collect::<Result<_, RecordingError>>()?;
+        let mut table = match Table::from_columns(file, time_s, columns) {
+            Err(error) if error.is_uneven_sampling() => return Err(refuse(error.without_file(file))),
             table => table?,
         };
         table.notes.splice(0..0, self.notes.iter().cloned());

@@ -8,12 +8,13 @@ use crate::csv_cells::{parse_headers, parse_row};
 use crate::csv_lines::Lines;
 use crate::error::RecordingError;
 use crate::rows::Rows;
-use crate::series::SeriesSet;
+use crate::series::{check, for_each_time};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
 use crate::timing::check_extent;
 use crate::whole_file::replace_stream;
 use crate::{Format, Imported, file_name};
+use channels::Recording;
 use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
 use std::fs::File;
@@ -45,7 +46,7 @@ impl Format for Csv {
         let not_writable = |what| RecordingError::NotWritable { file: file_name(path), format: self.name(), what };
         match imported {
             Imported::Table(table) => write_csv(table, path),
-            Imported::Series(set) => write_series_csv(set, path),
+            Imported::Series(set) => write_series_csv(&set.recording, path),
             Imported::Spectrum(spectrum) => write_spectrum_csv(spectrum, path),
             Imported::Run(_) => Err(not_writable("a recorded run")),
             Imported::Segments(_) => Err(not_writable("several recordings")),
@@ -132,19 +133,20 @@ pub fn write_csv(table: &Table, path: &Path) -> Result<(), RecordingError> {
 ///
 /// # Errors
 /// [`RecordingError::BadChannel`] for what would not read back, times too few to read back, the device's.
-pub fn write_series_csv(set: &SeriesSet, path: &Path) -> Result<(), RecordingError> {
-    set.check()?;
+pub fn write_series_csv(recording: &Recording, path: &Path) -> Result<(), RecordingError> {
+    check(recording)?;
     let mut times = Vec::new();
-    let Ok(()) = set.for_each_time(|time_s, _| {
+    let Ok(()) = for_each_time(recording, |time_s, _| {
         times.push(time_s);
         Ok::<(), core::convert::Infallible>(())
     });
     // The row of time i stands on line i + 2.
     check_extent(&file_name(path), &times, &(2..times.len() as u64 + 2).collect::<Vec<_>>())?;
-    let columns: Vec<_> = set.channels.iter().map(|channel| (channel.name.as_str(), channel.unit)).collect();
+    let columns: Vec<_> =
+        recording.channels.iter().map(|channel| (channel.name.as_str(), channel.unit.as_str())).collect();
     write_text(path, &mut |out| {
         write_header(out, "time [s]", &columns)?;
-        set.for_each_time(|time_s, values| {
+        for_each_time(recording, |time_s, values| {
             write!(out, "{}", Shortest(time_s))?;
             for value in values {
                 match value {

@@ -49,11 +49,12 @@ pub use mcap_format::{McapRecorder, Recovered, write_mcap};
 pub use mcap_series::write_series_mcap;
 pub use replay::{ReplayFrames, ReplaySample};
 pub use run::{Attachment, RecordedRun, RecordedSample, read_mcap, read_mcap_topics};
-pub use series::{Restart, Segments, Series, SeriesSet};
+pub use series::{Restart, Segments, SeriesSet, check};
 pub use spectrum::Spectrum;
 pub use table::{Column, Table};
 pub use timing::{Gap, Timing};
 
+use channels::Recording;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -146,13 +147,13 @@ pub fn read(path: &Path) -> Result<Imported, RecordingError> {
 /// whole or not at all, and holds the channels and nothing on how they were made. Gives notes on what the format rounded.
 ///
 /// # Errors
-/// Another name, what the format cannot hold ([`SeriesSet::check`]), the device's.
-pub fn write_series(set: &SeriesSet, path: &Path) -> Result<Vec<String>, RecordingError> {
+/// Another name, what the format cannot hold ([`check`]), the device's.
+pub fn write_series(recording: &Recording, path: &Path) -> Result<Vec<String>, RecordingError> {
     let name = path.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
     if name.ends_with(".mcap") {
-        write_series_mcap(set, path)
+        write_series_mcap(recording, path)
     } else if name.ends_with(".csv") || name.ends_with(".csv.gz") {
-        csv::write_series_csv(set, path).map(|()| Vec::new())
+        csv::write_series_csv(recording, path).map(|()| Vec::new())
     } else {
         Err(RecordingError::UnknownFormat {
             file: file_name(path),

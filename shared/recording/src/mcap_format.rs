@@ -43,7 +43,7 @@ impl Format for Mcap {
         match imported {
             Imported::Run(run) => write_mcap(run, path),
             // The notes say by how much times were rounded; who wants them calls the function.
-            Imported::Series(set) => write_series_mcap(set, path).map(|_| ()),
+            Imported::Series(set) => write_series_mcap(&set.recording, path).map(|_| ()),
             Imported::Table(_) => Err(not_writable("a table")),
             Imported::Segments(_) => Err(not_writable("several recordings")),
             Imported::Spectrum(_) => Err(not_writable("a spectrum")),

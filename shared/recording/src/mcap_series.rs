@@ -13,10 +13,11 @@ use crate::mcap_format::{write_error, write_options};
 use crate::mcap_read::{Entry, read_entries};
 use crate::run::RecordedRun;
 use crate::schema::{SCALAR_NAME, SCALAR_TEXT, UNIT};
-use crate::series::{Series, SeriesSet};
+use crate::series::{SeriesSet, check, for_each_time};
 use crate::units::{Unit, unit_named};
 use crate::whole_file::replace_stream;
 use crate::{Imported, file_name};
+use channels::{Channel, Recording};
 use mcap::records::MessageHeader;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -29,11 +30,11 @@ const TIME_MAX_S: f64 = 1e10;
 ///
 /// # Errors
 /// [`RecordingError::BadChannel`] for what would not read back, the device's.
-pub fn write_series_mcap(set: &SeriesSet, path: &Path) -> Result<Vec<String>, RecordingError> {
-    set.check()?;
-    let notes = check_times(set, path)?;
+pub fn write_series_mcap(recording: &Recording, path: &Path) -> Result<Vec<String>, RecordingError> {
+    check(recording)?;
+    let notes = check_times(recording, path)?;
     replace_stream(path, |file| {
-        write_messages(set, file).map_err(|error| match write_error(path, error) {
+        write_messages(recording, file).map_err(|error| match write_error(path, error) {
             RecordingError::Io { reason, .. } => reason,
             other => std::io::Error::other(other.to_string()),
         })
@@ -41,16 +42,16 @@ pub fn write_series_mcap(set: &SeriesSet, path: &Path) -> Result<Vec<String>, Re
     Ok(notes)
 }
 
-fn write_messages(set: &SeriesSet, out: impl Write) -> mcap::McapResult<()> {
+fn write_messages(recording: &Recording, out: impl Write) -> mcap::McapResult<()> {
     // `disable_seeking`: the place of the writer is never changed, a plain stream will do.
     let mut writer = write_options().create(mcap::write::NoSeek::new(out))?;
     let schema = writer.add_schema(SCALAR_NAME, "ros1msg", SCALAR_TEXT.as_bytes())?;
     let mut channels = Vec::new();
-    for channel in &set.channels {
-        let facts = BTreeMap::from([(UNIT.to_string(), channel.unit.to_string())]);
+    for channel in &recording.channels {
+        let facts = BTreeMap::from([(UNIT.to_string(), channel.unit.clone())]);
         channels.push((writer.add_channel(schema, &format!("/{}", channel.name), "ros1", &facts)?, 0));
     }
-    set.for_each_time(|time_s, values| {
+    for_each_time(recording, |time_s, values| {
         let time = nanoseconds(time_s);
         for ((channel_id, sequence), value) in channels.iter_mut().zip(values) {
             let Some(value) = value else { continue };
@@ -74,10 +75,10 @@ fn seconds(time_ns: u64) -> f64 {
 }
 
 /// Refuses times that the format cannot tell apart; notes those it rounds.
-fn check_times(set: &SeriesSet, path: &Path) -> Result<Vec<String>, RecordingError> {
+fn check_times(recording: &Recording, path: &Path) -> Result<Vec<String>, RecordingError> {
     let mut rounded = 0_u64;
     let mut change_max_s = 0.0_f64;
-    for channel in &set.channels {
+    for channel in &recording.channels {
         let bad = |found: String, cure: &str| RecordingError::BadChannel {
             file: file_name(path),
             channel: channel.name.clone(),
@@ -120,8 +121,8 @@ pub(crate) fn read_imported(path: &Path) -> Result<Imported, RecordingError> {
     match (scalars.channels.values().next(), run.is_empty()) {
         (None, _) => Ok(Imported::Run(run)),
         (Some(_), true) => scalars.finish().map(Imported::Series),
-        (Some((_, first)), false) => {
-            Err(RecordingError::NotARun { file: scalars.file.clone(), channel: first.name.clone() })
+        (Some(first), false) => {
+            Err(RecordingError::NotARun { file: scalars.file.clone(), channel: first.channel.name.clone() })
         }
     }
 }
@@ -129,7 +130,14 @@ pub(crate) fn read_imported(path: &Path) -> Result<Imported, RecordingError> {
 /// Channels on their way from a file, by their numbers in it: the order in which they were written.
 struct Scalars {
     file: String,
-    channels: BTreeMap<u16, (&'static Unit, Series)>,
+    channels: BTreeMap<u16, Scalar>,
+}
+
+/// A channel on its way, and what its numbers are in.
+struct Scalar {
+    channel: Channel,
+    unit: &'static Unit,
+    unit_in_file: String,
 }
 
 impl Scalars {
@@ -146,23 +154,24 @@ impl Scalars {
                 cure: "write the unit into the channel's metadata `unit`, `-` for a number without unit".into(),
             });
         };
-        let mut series = Series::si(name, found.si, Vec::new(), Vec::new());
-        series.unit_in_file = unit.into();
-        self.channels.insert(channel, (found, series));
+        let of_file = Channel::new(name, found.si, Vec::new(), Vec::new());
+        self.channels.insert(channel, Scalar { channel: of_file, unit: found, unit_in_file: unit.into() });
         Ok(())
     }
 
     fn take(&mut self, channel: u16, t_ns: u64, value: f64) {
-        if let Some((unit, series)) = self.channels.get_mut(&channel) {
-            series.time_s.push(seconds(t_ns));
-            series.values.push(unit.to_si(value));
+        if let Some(Scalar { channel, unit, .. }) = self.channels.get_mut(&channel) {
+            channel.time_s.push(seconds(t_ns));
+            channel.value.push(unit.to_si(value));
         }
     }
 
     fn finish(self) -> Result<SeriesSet, RecordingError> {
-        let channels = self.channels.into_values().map(|(_, series)| series).collect();
-        let set = SeriesSet { file: self.file, channels, notes: Vec::new() };
-        set.check()?;
+        let mut set = SeriesSet::new(&self.file);
+        for Scalar { channel, unit_in_file, .. } in self.channels.into_values() {
+            set.push(channel, &unit_in_file);
+        }
+        check(&set.recording)?;
         Ok(set)
     }
 }

@@ -21,7 +21,7 @@ use crate::replay_run::RunFrames;
 use crate::run::RecordedRun;
 use crate::spectrum::Spectrum;
 use crate::table::Table;
-use crate::timing::GAP_MEDIANS;
+use channels::GAP_MEDIANS;
 use core::ops::Range;
 use telemetry::{
     ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, BATCH_MAX, Header, IMU, Imu, JOINTS, Joints, TOPICS,

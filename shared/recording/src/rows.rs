@@ -6,10 +6,11 @@
 
 use crate::Imported;
 use crate::error::{Place, RecordingError};
-use crate::series::{NOT_ONE_RATE, Restart, Segments, Series, SeriesSet, restarted};
+use crate::series::{NOT_ONE_RATE, Restart, Segments, SeriesSet, restarted};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
 use crate::timing::{Timing, check_extent, examine};
+use channels::Channel;
 use core::ops::Range;
 
 /// What the first column counts.
@@ -162,8 +163,9 @@ impl Rows {
         if self.duplicates > 0 {
             notes.push(format!("{} row(s) stood twice and were dropped once", self.duplicates));
         }
-        let channels = self.channels(0..self.count());
-        Ok(Imported::Series(SeriesSet { file: self.file, channels, notes }))
+        let mut set = self.set(&self.file, 0..self.count());
+        set.notes = notes;
+        Ok(Imported::Series(set))
     }
 
     /// The rows as a table, or the reason why they are none.
@@ -216,26 +218,21 @@ impl Rows {
             }
             check_extent(&self.file, &self.first[rows.clone()], &self.lines[rows.clone()])?;
             let file = format!("{} (lines {first} to {last})", self.file);
-            segments.parts.push(SeriesSet { file, channels: self.channels(rows), notes: Vec::new() });
+            segments.parts.push(self.set(&file, rows));
         }
         Ok(segments)
     }
 
     /// The cells of some rows that are not empty, by column.
-    fn channels(&self, rows: Range<usize>) -> Vec<Series> {
-        let of_column = |(column, values): (&Column, &Vec<f64>)| {
+    fn set(&self, name: &str, rows: Range<usize>) -> SeriesSet {
+        let mut set = SeriesSet::new(name);
+        for (column, values) in self.source.iter().zip(&self.values) {
             let (times, values) = (&self.first[rows.clone()], &values[rows.clone()]);
             let given = times.iter().zip(values).filter(|(_, value)| !value.is_nan());
-            let (time_s, values) = given.map(|(time, value)| (*time, *value)).unzip();
-            Series {
-                name: column.name.clone(),
-                unit: column.unit,
-                unit_in_file: column.unit_in_file.clone(),
-                time_s,
-                values,
-            }
-        };
-        self.source.iter().zip(&self.values).map(of_column).collect()
+            let (time_s, value) = given.map(|(time, value)| (*time, *value)).unzip();
+            set.push(Channel::new(&column.name, column.unit, time_s, value), &column.unit_in_file);
+        }
+        set
     }
 }
 

@@ -6,17 +6,17 @@
 //! taken where the sample says that it is valid. Estimates, verdicts and housekeeping are no measurements of the plant.
 
 use crate::run::{RecordedRun, RecordedSample};
-use crate::series::Series;
 use crate::units::unit_named;
+use channels::Channel;
 use std::collections::BTreeMap;
 use telemetry::{ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, BATCH_MAX, FieldInfo, IMU, JOINTS, TOPICS, TopicId};
 
 /// The channels that have a sample at all, in the order of topics and fields.
-pub(crate) fn channels(run: &RecordedRun) -> Vec<Series> {
-    let mut channels: Vec<Series> =
+pub(crate) fn channels(run: &RecordedRun) -> Vec<Channel> {
+    let mut channels: Vec<Channel> =
         [IMU.id, JOINTS.id, ACTUATORS.id].iter().flat_map(|id| of_topic(run, *id)).collect();
     channels.extend(accelerometers(run));
-    channels.retain(|channel| !channel.values.is_empty());
+    channels.retain(|channel| !channel.value.is_empty());
     channels
 }
 
@@ -49,7 +49,7 @@ fn seconds(t_ns: u64) -> f64 {
 }
 
 /// An empty channel for one element of a field.
-fn channel(topic: TopicId, field: &FieldInfo, element: usize) -> Series {
+fn channel(topic: TopicId, field: &FieldInfo, element: usize) -> Channel {
     // `acceleration_b_m_s2` [m/s^2] is called `acceleration_b`: the unit stands beside the name.
     let suffix = format!("_{}", field.unit.to_lowercase().replace('/', "_").replace(['^', ' '], ""));
     let stem = field.name.strip_suffix(&suffix).unwrap_or(field.name);
@@ -59,11 +59,11 @@ fn channel(topic: TopicId, field: &FieldInfo, element: usize) -> Series {
         _ => format!(".{}", element + 1),
     };
     let unit = unit_named(field.unit).expect("measured fields have units of the table: a test visits all");
-    Series::si(&format!("{}.{stem}{element}", TOPICS[topic].name), unit.si, Vec::new(), Vec::new())
+    Channel::new(&format!("{}.{stem}{element}", TOPICS[topic].name), unit.si, Vec::new(), Vec::new())
 }
 
 /// One channel per element of every float64 field.
-fn of_topic(run: &RecordedRun, topic: TopicId) -> Vec<Series> {
+fn of_topic(run: &RecordedRun, topic: TopicId) -> Vec<Channel> {
     let fields = TOPICS[topic].fields.iter().filter(|field| field.ros == "float64");
     let elements = fields.flat_map(|field| (0..field.size / 8).map(move |element| (field, element)));
     let mut channels: Vec<_> = elements.map(|(f, element)| (f, element, channel(topic, f, element))).collect();
@@ -71,7 +71,7 @@ fn of_topic(run: &RecordedRun, topic: TopicId) -> Vec<Series> {
         for (field, element, channel) in &mut channels {
             if is_valid(&sample, field, *element) {
                 channel.time_s.push(seconds(t_ns));
-                channel.values.push(number(sample.payload, field.offset + 8 * *element));
+                channel.value.push(number(sample.payload, field.offset + 8 * *element));
             }
         }
     }
@@ -91,10 +91,10 @@ fn is_valid(sample: &RecordedSample<'_>, field: &FieldInfo, element: usize) -> b
 }
 
 /// The array's columns, batches unrolled.
-fn accelerometers(run: &RecordedRun) -> Vec<Series> {
+fn accelerometers(run: &RecordedRun) -> Vec<Channel> {
     let topic = ACCELEROMETERS.id;
     let Some(field) = TOPICS[topic].fields.iter().find(|field| field.ros == "float64") else { return Vec::new() };
-    let mut channels: Vec<Series> = (0..ACCELEROMETERS_MAX).map(|element| channel(topic, field, element)).collect();
+    let mut channels: Vec<Channel> = (0..ACCELEROMETERS_MAX).map(|element| channel(topic, field, element)).collect();
     for (t_ns, sample) in once(run, topic) {
         let Some(batch) = sample.get(ACCELEROMETERS) else { continue };
         let rows = (batch.count as usize).min(BATCH_MAX);
@@ -102,7 +102,7 @@ fn accelerometers(run: &RecordedRun) -> Vec<Series> {
             let columns = channels.iter_mut().zip(row).take(batch.channels as usize);
             for (channel, value) in columns {
                 channel.time_s.push(seconds(t_ns.saturating_add(u64::from(*offset_ns))));
-                channel.values.push(*value);
+                channel.value.push(*value);
             }
         }
     }

@@ -4,39 +4,20 @@
 //! change. A table is the special case of one time column.
 
 use crate::error::{Place, RecordingError};
-use crate::units::unit_named;
+use crate::units::si_unit;
+use channels::{Channel, Recording};
+use std::collections::BTreeMap;
 
 /// Begins the note that says why a set of channels is no table.
 pub(crate) const NOT_ONE_RATE: &str = "not one rate: ";
 
-/// One channel.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Series {
-    pub name: String,
-    /// SI unit of the values.
-    pub unit: &'static str,
-    /// Unit the file gave them in.
-    pub unit_in_file: String,
-    /// Times of the samples [s], strictly increasing.
-    pub time_s: Vec<f64>,
-    /// One finite value per time.
-    pub values: Vec<f64>,
-}
-
-impl Series {
-    /// A channel that is in SI already.
-    #[must_use]
-    pub fn si(name: &str, unit: &'static str, time_s: Vec<f64>, values: Vec<f64>) -> Self {
-        Series { name: name.into(), unit, unit_in_file: unit.into(), time_s, values }
-    }
-}
-
-/// A recording of channels.
+/// A recording of channels as a file gave it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SeriesSet {
-    /// Name of the file, for messages.
-    pub file: String,
-    pub channels: Vec<Series>,
+    /// Under the name of the file: channels in SI, times strictly increasing, values finite.
+    pub recording: Recording,
+    /// Units that the file gave, by channel, where they are not the channel's own.
+    units_in_file: BTreeMap<String, String>,
     /// Repairs and doubts, for the reader of a report.
     pub notes: Vec<String>,
 }
@@ -76,52 +57,77 @@ pub(crate) fn restarted(file: &str, line: u64, before: f64, value: f64) -> Recor
 }
 
 impl SeriesSet {
+    /// A recording without channels.
     #[must_use]
-    pub fn channel_named(&self, name: &str) -> Option<&Series> {
-        self.channels.iter().find(|channel| channel.name == name)
+    pub fn new(file: &str) -> Self {
+        let recording = Recording { name: file.into(), channels: Vec::new() };
+        SeriesSet { recording, units_in_file: BTreeMap::new(), notes: Vec::new() }
     }
 
-    /// Whether every channel has a name that files can carry, a known SI unit, finite values and increasing times.
-    ///
-    /// # Errors
-    /// [`RecordingError::BadChannel`] for the first that has not.
-    pub fn check(&self) -> Result<(), RecordingError> {
-        for (i, channel) in self.channels.iter().enumerate() {
-            let bad = |found: String, cure: &str| RecordingError::BadChannel {
-                file: self.file.clone(),
-                channel: channel.name.clone(),
-                found,
-                cure: cure.into(),
-            };
-            if let Some(found) = bad_name(&channel.name) {
-                return Err(bad(found.into(), "name it in plain words, without quotes and outer blanks"));
-            }
-            if self.channels[..i].iter().any(|other| other.name == channel.name) {
-                return Err(bad("the name stands twice".into(), "give every channel its own name"));
-            }
-            if unit_named(channel.unit).is_none_or(|unit| unit.si != channel.unit || unit.symbol != channel.unit) {
-                let found = format!("`{}` is not an SI unit of the table of units", channel.unit);
-                return Err(bad(found, "give the values in SI, `-` for a number without unit"));
-            }
-            check_samples(channel).map_err(|(found, cure)| bad(found, cure))?;
+    /// Adds a channel in SI, and the unit in which the file gave it.
+    pub fn push(&mut self, channel: Channel, unit_in_file: &str) {
+        if unit_in_file != channel.unit {
+            self.units_in_file.insert(channel.name.clone(), unit_in_file.into());
         }
-        Ok(())
+        self.recording.channels.push(channel);
     }
 
-    /// Calls `row` for every time at which a channel has a sample, in order: the time and, per channel, its value.
-    pub(crate) fn for_each_time<E>(&self, mut row: impl FnMut(f64, &[Option<f64>]) -> Result<(), E>) -> Result<(), E> {
-        let mut next = vec![0; self.channels.len()];
-        let mut values = vec![None; self.channels.len()];
-        loop {
-            let heads = self.channels.iter().zip(&next).filter_map(|(channel, at)| channel.time_s.get(*at));
-            let Some(time_s) = heads.copied().min_by(f64::total_cmp) else { return Ok(()) };
-            for ((channel, at), value) in self.channels.iter().zip(&mut next).zip(&mut values) {
-                let due = channel.time_s.get(*at).is_some_and(|head| *head == time_s);
-                *value = due.then(|| channel.values[*at]);
-                *at += usize::from(due);
-            }
-            row(time_s, &values)?;
+    /// Unit in which the file gave a channel of this recording.
+    #[must_use]
+    pub fn unit_in_file<'s>(&'s self, channel: &'s Channel) -> &'s str {
+        self.units_in_file.get(&channel.name).unwrap_or(&channel.unit)
+    }
+}
+
+/// Whether every channel has a name that files can carry, a known SI unit, finite values and increasing times.
+///
+/// # Errors
+/// [`RecordingError::BadChannel`] for the first that has not.
+pub fn check(recording: &Recording) -> Result<(), RecordingError> {
+    for (i, channel) in recording.channels.iter().enumerate() {
+        let bad = |(found, cure)| bad_channel(recording, channel, found, cure);
+        if let Some(found) = bad_name(&channel.name) {
+            return Err(bad((found.into(), "name it in plain words, without quotes and outer blanks")));
         }
+        if recording.channels[..i].iter().any(|other| other.name == channel.name) {
+            return Err(bad(("the name stands twice".into(), "give every channel its own name")));
+        }
+        check_unit(recording, channel)?;
+        check_samples(channel).map_err(bad)?;
+    }
+    Ok(())
+}
+
+fn bad_channel(recording: &Recording, channel: &Channel, found: String, cure: &str) -> RecordingError {
+    let (file, channel) = (recording.name.clone(), channel.name.clone());
+    RecordingError::BadChannel { file, channel, found, cure: cure.into() }
+}
+
+/// The unit of a channel as the table of units has it.
+pub(crate) fn check_unit(recording: &Recording, channel: &Channel) -> Result<&'static str, RecordingError> {
+    si_unit(&channel.unit).ok_or_else(|| {
+        let found = format!("`{}` is not an SI unit of the table of units", channel.unit);
+        bad_channel(recording, channel, found, "give the values in SI, `-` for a number without unit")
+    })
+}
+
+/// Calls `row` for every time at which a channel has a sample, in order: the time and, per channel, its value.
+pub(crate) fn for_each_time<E>(
+    recording: &Recording,
+    mut row: impl FnMut(f64, &[Option<f64>]) -> Result<(), E>,
+) -> Result<(), E> {
+    let channels = &recording.channels;
+    let mut next = vec![0; channels.len()];
+    let mut values = vec![None; channels.len()];
+    loop {
+        let heads = channels.iter().zip(&next).filter_map(|(channel, at)| channel.time_s.get(*at));
+        let Some(time_s) = heads.copied().min_by(f64::total_cmp) else { return Ok(()) };
+        for ((channel, at), value) in channels.iter().zip(&mut next).zip(&mut values) {
+            let due = channel.time_s.get(*at).is_some_and(|head| *head == time_s);
+            *value = due.then(|| channel.value[*at]);
+            *at += usize::from(due);
+        }
+        row(time_s, &values)?;
     }
 }
 
@@ -140,8 +146,8 @@ fn bad_name(name: &str) -> Option<&'static str> {
     }
 }
 
-fn check_samples(channel: &Series) -> Result<(), (String, &'static str)> {
-    let (times, values) = (&channel.time_s, &channel.values);
+fn check_samples(channel: &Channel) -> Result<(), (String, &'static str)> {
+    let (times, values) = (&channel.time_s, &channel.value);
     if times.len() != values.len() {
         let found = format!("{} times and {} values", times.len(), values.len());
         return Err((found, "give one value per time"));

@@ -4,9 +4,8 @@
 //! sampling are errors: every method behind this crate assumes one rate.
 
 use crate::error::{Place, RecordingError, rounded};
+use channels::GAP_MEDIANS;
 
-/// An interval above this many medians is a gap: one sample at least is missing.
-pub const GAP_MEDIANS: f64 = 1.5;
 /// Lasting change of the interval, and jitter (95 % of the intervals), up to which a recording has one rate.
 pub const INTERVAL_CHANGE_MAX: f64 = 0.2;
 /// Longest recording [s]; integer nanoseconds reach 18 times further.

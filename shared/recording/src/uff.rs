@@ -9,12 +9,13 @@
 
 use crate::error::RecordingError;
 use crate::rows::{Axis, Rows};
-use crate::series::{Series, SeriesSet};
+use crate::series::{SeriesSet, check};
 use crate::table::Column;
 use crate::uff_dataset::{Domain, Function, Quantity, read_function};
 use crate::uff_lines::Text;
 use crate::units::{Unit, unit_named};
 use crate::{Format, Imported, file_name};
+use channels::Channel;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -210,19 +211,12 @@ fn of_time(
         }
         return rows.finish();
     }
-    let channel = |(function, named): (&&Function, &Named)| Series {
-        name: named.name.clone(),
-        unit: named.unit,
-        unit_in_file: named.unit_in_file.clone(),
-        time_s: function.abscissa.clone(),
-        values: scaled((function, named)),
-    };
-    let set = SeriesSet {
-        file: file.into(),
-        channels: functions.iter().zip(&named).map(channel).collect(),
-        notes: Vec::new(),
-    };
-    set.check()?;
+    let mut set = SeriesSet::new(file);
+    for (function, named) in functions.iter().zip(&named) {
+        let channel = Channel::new(&named.name, named.unit, function.abscissa.clone(), scaled((function, named)));
+        set.push(channel, &named.unit_in_file);
+    }
+    check(&set.recording)?;
     Ok(Imported::Series(set))
 }
 

@@ -160,6 +160,11 @@ pub fn unit_named(text: &str) -> Option<&'static Unit> {
     UNITS.iter().find(|unit| unit.symbol == plain)
 }
 
+/// `text` as it stands in the table, where it is an SI unit there.
+pub(crate) fn si_unit(text: &str) -> Option<&'static str> {
+    unit_named(text).filter(|unit| unit.si == text && unit.symbol == text).map(|unit| unit.si)
+}
+
 /// Newton metres as data sheets run them together.
 fn with_dots(part: &str) -> &str {
     match part {

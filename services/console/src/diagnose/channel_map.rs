@@ -7,9 +7,10 @@ use crate::Failure;
 use crate::located::Located;
 use crate::plants::utf8_text;
 use crate::recordings::nearest;
+use channels::{Channel, Recording};
 use dynamics::description::Plant;
+use recording::SeriesSet;
 use recording::units::{UNITS, Unit, unit_named};
-use recording::{Series, SeriesSet};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -148,25 +149,30 @@ impl ChannelMap {
     /// # Errors
     /// [`Failure::Input`] at the line of the map that names a channel which the recording has not.
     pub fn apply(&self, set: &mut SeriesSet) -> Result<(), Failure> {
-        let mut renamed = Vec::with_capacity(set.channels.len());
+        let mut renamed = SeriesSet::new(&set.recording.name);
+        renamed.notes.append(&mut set.notes);
         for entry in &self.entries {
-            let Some(source) = set.channel_named(&entry.theirs) else { return Err(self.absent(entry, set)) };
-            renamed.push(converted(source, entry).map_err(|what| {
+            let source =
+                set.recording.channel_named(&entry.theirs).ok_or_else(|| self.absent(entry, &set.recording))?;
+            let (channel, unit_in_file) = converted(source, set.unit_in_file(source), entry).map_err(|what| {
                 self.refuse(entry.theirs_at.clone(), what, "give the unit in which the file's numbers are")
-            })?);
+            })?;
+            renamed.push(channel, &unit_in_file);
         }
-        let taken = |c: &Series| self.entries.iter().any(|e| e.theirs == c.name || e.ours == c.name);
-        renamed.extend(set.channels.iter().filter(|c| !taken(c)).cloned());
-        set.channels = renamed;
+        let taken = |c: &Channel| self.entries.iter().any(|e| e.theirs == c.name || e.ours == c.name);
+        for channel in set.recording.channels.iter().filter(|channel| !taken(channel)) {
+            renamed.push(channel.clone(), set.unit_in_file(channel));
+        }
+        *set = renamed;
         Ok(())
     }
 
-    fn absent(&self, entry: &Entry, set: &SeriesSet) -> Failure {
-        let names: Vec<&str> = set.channels.iter().map(|c| c.name.as_str()).collect();
+    fn absent(&self, entry: &Entry, recording: &Recording) -> Failure {
+        let names: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
         let near = nearest(&entry.theirs, names.iter().copied());
         let meant = near.map_or(String::new(), |near| format!("did you mean '{near}'? "));
         let cure = format!("{meant}right stands the name in the recording: {}", names.join(", "));
-        self.refuse(entry.theirs_at.clone(), format!("'{}' is no channel of {}", entry.theirs, set.file), &cure)
+        self.refuse(entry.theirs_at.clone(), format!("'{}' is no channel of {}", entry.theirs, recording.name), &cure)
     }
 
     fn refuse(&self, at: Range<usize>, message: String, cure: &str) -> Failure {
@@ -187,20 +193,20 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
-/// The channel under the plant's name, its numbers read in the map's unit and scaled.
-fn converted(source: &Series, entry: &Entry) -> Result<Series, String> {
-    let mut channel = Series { name: entry.ours.clone(), ..source.clone() };
+/// The channel under the plant's name, its numbers read in the map's unit and scaled, and the unit in which the file gave them.
+fn converted(source: &Channel, unit_in_file: &str, entry: &Entry) -> Result<(Channel, String), String> {
+    let mut channel = Channel { name: entry.ours.clone(), ..source.clone() };
+    let mut given_in = unit_in_file.to_owned();
     if let Some(unit) = entry.unit {
-        let known = unit_named(&source.unit_in_file);
-        let of_file =
-            known.ok_or_else(|| format!("'{}' has the unknown unit '{}'", source.name, source.unit_in_file))?;
+        let of_file = unit_named(unit_in_file)
+            .ok_or_else(|| format!("'{}' has the unknown unit '{unit_in_file}'", source.name))?;
         // back to the numbers of the file: units are straight lines
         let (offset, slope) = (of_file.to_si(0.0), of_file.to_si(1.0) - of_file.to_si(0.0));
-        channel.values.iter_mut().for_each(|value| *value = unit.to_si((*value - offset) / slope));
-        (channel.unit, channel.unit_in_file) = (unit.si, unit.symbol.to_owned());
+        channel.value.iter_mut().for_each(|value| *value = unit.to_si((*value - offset) / slope));
+        (channel.unit, given_in) = (unit.si.to_owned(), unit.symbol.to_owned());
     }
-    channel.values.iter_mut().for_each(|value| *value *= entry.scale);
-    Ok(channel)
+    channel.value.iter_mut().for_each(|value| *value *= entry.scale);
+    Ok((channel, given_in))
 }
 
 #[cfg(test)]

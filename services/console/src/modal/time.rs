@@ -44,7 +44,7 @@ pub(super) fn outcome(arguments: &Arguments, imported: Imported) -> Result<Outco
 
 /// The columns asked for, as one table of one rate.
 fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, Failure> {
-    let known: Vec<&str> = set.channels.iter().map(|channel| channel.name.as_str()).collect();
+    let known: Vec<&str> = set.recording.channels.iter().map(|channel| channel.name.as_str()).collect();
     for name in arguments.channels.iter().chain(&arguments.input) {
         if !known.contains(&name.as_str()) {
             let near = recordings::nearest(name, known.iter().copied());
@@ -60,7 +60,7 @@ fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, F
         (listed && arguments.input.as_ref() != Some(name)) || arguments.input.as_ref() == Some(name)
     };
     let mut used = set.clone();
-    used.channels.retain(|channel| wanted(&channel.name));
+    used.recording.channels.retain(|channel| wanted(&channel.name));
     let table = used.table().map_err(Failure::input)?;
     let is_input = |k: &usize| arguments.input.as_ref() == Some(&table.columns[*k].name);
     let responses: Vec<usize> = (0..table.columns.len()).filter(|k| !is_input(k)).collect();

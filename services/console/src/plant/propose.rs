@@ -4,7 +4,7 @@ mod roles;
 mod text;
 
 use crate::{Failure, plants};
-use recording::SeriesSet;
+use channels::Recording;
 use std::path::{Path, PathBuf};
 use text::{Proposal, rates};
 
@@ -33,6 +33,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let from = &arguments.from;
     let imported = recording::read(from).map_err(Failure::input)?;
     let parts = recording::segments(imported).map_err(Failure::input)?;
+    let parts: Vec<Recording> = parts.into_iter().map(|part| part.recording).collect();
     let name = stem(from);
     let proposal = Proposal::new(&name, from, &parts).map_err(|reason| {
         let help = "give a recording with at least one angle, rate, displacement, velocity or acceleration over time";
@@ -70,7 +71,7 @@ fn write_new(path: &Path, text: &str) -> Result<(), Failure> {
     })
 }
 
-fn summary(proposal: &Proposal, out: &Path, parts: &[SeriesSet]) -> String {
+fn summary(proposal: &Proposal, out: &Path, parts: &[Recording]) -> String {
     let mut text = String::new();
     for line in &proposal.lines {
         text.push_str(line);

@@ -1,6 +1,6 @@
 //! What every test needs: recordings as channels, plants, and the diagnosis in print.
 
-use channels::{Channel, Recording, Role};
+use channels::{Channel, Recording};
 use discovery::diagnose::{Diagnosis, Options, diagnose};
 use dynamics::description::Plant;
 use identification::problem::Problem;
@@ -23,17 +23,8 @@ pub fn folder(recording: &str) -> Option<PathBuf> {
 /// All recordings of a file: one for each time that time begins again.
 pub fn read(folder: &std::path::Path, file: &str) -> Vec<Recording> {
     let sets = recording::segments(recording::read(&folder.join(file)).unwrap()).unwrap();
-    let channel = |series: recording::Series| Channel {
-        name: series.name,
-        unit: series.unit.into(),
-        time_s: series.time_s,
-        value: series.values,
-        role: Role::Unknown,
-    };
-    let one = |(k, set): (usize, recording::SeriesSet)| Recording {
-        name: format!("{file}#{}", k + 1),
-        channels: set.channels.into_iter().map(channel).collect(),
-    };
+    let one =
+        |(k, set): (usize, recording::SeriesSet)| Recording { name: format!("{file}#{}", k + 1), ..set.recording };
     sets.into_iter().enumerate().map(one).collect()
 }
 

@@ -2,21 +2,22 @@
 
 use crate::samples::everything;
 use crate::scratch;
-use recording::{Imported, McapRecorder, Series, SeriesSet, read, read_mcap, write_series};
+use channels::{Channel, Recording};
+use recording::{Imported, McapRecorder, read, read_mcap, write_series};
 use std::collections::BTreeMap;
 
-fn one(name: &str, unit: &'static str, time_s: &[f64], values: &[f64]) -> SeriesSet {
-    let channel = Series::si(name, unit, time_s.to_vec(), values.to_vec());
-    SeriesSet { file: "memory".into(), channels: vec![channel], notes: Vec::new() }
+fn one(name: &str, unit: &str, time_s: &[f64], values: &[f64]) -> Recording {
+    let channel = Channel::new(name, unit, time_s.to_vec(), values.to_vec());
+    Recording { name: "memory".into(), channels: vec![channel] }
 }
 
-fn good() -> SeriesSet {
+fn good() -> Recording {
     one("x", "m", &[0.0, 1.0], &[1.0, 2.0])
 }
 
 #[test]
 fn what_would_not_read_back_is_refused_and_the_old_file_stays() {
-    let two = SeriesSet { channels: [good().channels, good().channels].concat(), ..good() };
+    let two = Recording { channels: [good().channels, good().channels].concat(), ..good() };
     let cases = [
         (one("", "m", &[0.0, 1.0], &[1.0, 2.0]), "the name is empty"),
         (one(" x", "m", &[0.0, 1.0], &[1.0, 2.0]), "blank"),
@@ -59,7 +60,7 @@ fn times_that_mcap_cannot_tell_apart_are_refused() {
         assert!(!path.exists());
         let csv = scratch("times.csv");
         write_series(&bad, &csv).unwrap();
-        assert_eq!(recording::series(read(&csv).unwrap()).unwrap().channels, bad.channels);
+        assert_eq!(recording::series(read(&csv).unwrap()).unwrap().recording.channels, bad.channels);
     }
 }
 
@@ -81,9 +82,10 @@ fn scalar_channels_of_another_hand_are_read_in_si_or_refused_with_the_channel() 
     let path = scratch("hand.mcap");
     foreign(&path, "/angle", Some("deg"), &[(0, 180.0), (5, 90.0)]);
     let Imported::Series(set) = read(&path).unwrap() else { panic!("channels") };
-    assert_eq!(set.channels[0].values, [core::f64::consts::PI, core::f64::consts::FRAC_PI_2]);
-    assert_eq!((set.channels[0].unit, set.channels[0].unit_in_file.as_str()), ("rad", "deg"));
-    assert_eq!(set.channels[0].time_s, [0.0, 5e-9]);
+    let angle = &set.recording.channels[0];
+    assert_eq!(angle.value, [core::f64::consts::PI, core::f64::consts::FRAC_PI_2]);
+    assert_eq!((angle.unit.as_str(), set.unit_in_file(angle)), ("rad", "deg"));
+    assert_eq!(angle.time_s, [0.0, 5e-9]);
     let refused = |name: &str, unit: Option<&str>, samples: &[(u64, f64)], says: &str| {
         foreign(&path, name, unit, samples);
         let error = read(&path).unwrap_err().explain();

@@ -2,8 +2,9 @@
 
 use crate::samples::{everything, listed};
 use crate::{Numbers, scratch};
+use channels::{Channel, Recording};
 use flate2::write::GzEncoder;
-use recording::{Imported, McapRecorder, ReplayFrames, Series, SeriesSet, write_mcap, write_series};
+use recording::{Imported, McapRecorder, ReplayFrames, write_mcap, write_series};
 use std::io::Write;
 
 /// Random truncations, byte flips and overwritten words of `bytes`.
@@ -62,17 +63,19 @@ fn a_damaged_mcap_of_channels_is_refused_or_gives_exactly_the_channels_written()
     let mut channel = |name: &str, every: usize| {
         let time_s: Vec<f64> = (0..200).step_by(every).map(|i| f64::from(i) / 100.0).collect();
         let values = time_s.iter().map(|_| numbers.unit()).collect();
-        Series::si(name, "rad", time_s, values)
+        Channel::new(name, "rad", time_s, values)
     };
-    let channels = vec![channel("a", 1), channel("b", 7)];
+    let written = Recording { name: "memory".into(), channels: vec![channel("a", 1), channel("b", 7)] };
     let path = scratch("damage-series.mcap");
-    write_series(&SeriesSet { file: "memory".into(), channels: channels.clone(), notes: Vec::new() }, &path).unwrap();
+    write_series(&written, &path).unwrap();
     let whole = std::fs::read(&path).unwrap();
     let mut refused = 0;
     for _ in 0..1000 {
         std::fs::write(&path, damaged(&whole, &mut numbers)).unwrap();
         match recording::read(&path) {
-            Ok(Imported::Series(read)) => assert!(read.channels == channels, "silently other samples"),
+            Ok(Imported::Series(read)) => {
+                assert!(read.recording.channels == written.channels, "silently other samples")
+            }
             Ok(_) => panic!("an MCAP of channels is a set of channels"),
             Err(error) => {
                 refused += 1;

@@ -35,28 +35,28 @@ fn channels_carry_the_fields_of_the_telemetry_where_they_are_valid() {
     let path = scratch("channels.mcap");
     write_mcap(&run(&samples), &path).unwrap();
     let set = series(read(&path).unwrap()).unwrap();
-    let named = |name: &str| set.channel_named(name).unwrap_or_else(|| panic!("{name} in {:?}", names(&set)));
+    let named = |name: &str| set.recording.channel_named(name).unwrap_or_else(|| panic!("{name} in {:?}", names(&set)));
     let rate = named("imu.omega_bi_b.z");
     assert_eq!(
-        (rate.unit, &rate.time_s[..], &rate.values[..]),
+        (rate.unit.as_str(), &rate.time_s[..], &rate.value[..]),
         ("rad/s", &[0.01, 0.02, 0.03, 0.04][..], &[1.0, 2.0, 3.0, 4.0][..])
     );
     assert_eq!(named("imu.acceleration_b.x").time_s, [0.01, 0.02]);
-    assert_eq!(named("imu.interval").values, [0.01; 4]);
+    assert_eq!(named("imu.interval").value, [0.01; 4]);
     assert_eq!(named("joints.torque.2").unit, "N*m");
     let array = named("accelerometers.acceleration.3");
     assert_eq!(array.time_s, [0.01, 0.015, 0.02, 0.025, 0.03, 0.035, 0.04, 0.045]);
-    assert_eq!(array.values, [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5]);
+    assert_eq!(array.value, [1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5]);
     for absent in ["imu.omega_bi_b.x", "joints.angle.3", "accelerometers.acceleration.4", "imu.valid"] {
-        assert!(set.channel_named(absent).is_none(), "{absent} was never valid");
+        assert!(set.recording.channel_named(absent).is_none(), "{absent} was never valid");
     }
     let again = scratch("channels.csv");
-    write_series(&set, &again).unwrap();
-    assert_eq!(series(read(&again).unwrap()).unwrap().channels, set.channels);
+    write_series(&set.recording, &again).unwrap();
+    assert_eq!(series(read(&again).unwrap()).unwrap().recording.channels, set.recording.channels);
 }
 
 fn names(set: &recording::SeriesSet) -> Vec<&str> {
-    set.channels.iter().map(|channel| channel.name.as_str()).collect()
+    set.recording.channels.iter().map(|channel| channel.name.as_str()).collect()
 }
 
 #[test]
@@ -74,9 +74,9 @@ fn every_measured_field_has_a_unit_of_the_table_and_results_are_no_measurements(
     for name in
         ["actuators.force_b.x", "actuators.torque_b.y", "actuators.wheel_momentum", "accelerometers.acceleration.12"]
     {
-        assert!(set.channel_named(name).is_some(), "{name} in {:?}", names(&set));
+        assert!(set.recording.channel_named(name).is_some(), "{name} in {:?}", names(&set));
     }
-    assert_eq!(set.channel_named("actuators.wheel_momentum").unwrap().unit, "N*m*s");
+    assert_eq!(set.recording.channel_named("actuators.wheel_momentum").unwrap().unit, "N*m*s");
     let measured = ["imu.", "joints.", "actuators.", "accelerometers."];
     assert!(names(&set).iter().all(|name| measured.iter().any(|topic| name.starts_with(topic))));
     let error = series(Imported::Run(RecordedRun::new("memory"))).unwrap_err().explain();

@@ -29,10 +29,11 @@ fn time_that_starts_again_begins_another_recording_of_the_same_channels() {
     assert_eq!(found.restarts.iter().map(|restart| restart.line).collect::<Vec<_>>(), [5, 7]);
     assert_eq!((found.restarts[1].before_s, found.restarts[1].after_s), (2.0, 0.0));
     let parts = segments(Imported::Segments(found)).unwrap();
-    let heights: Vec<_> = parts.iter().map(|part| part.channel_named("height").unwrap().values.clone()).collect();
+    let heights: Vec<_> =
+        parts.iter().map(|part| part.recording.channel_named("height").unwrap().value.clone()).collect();
     assert_eq!(heights, [vec![10.0, 8.0, 4.0], vec![11.0], vec![7.0, 6.0]]);
-    assert_eq!(parts[1].channels[0].time_s, [1.0, 2.0]);
-    assert!(parts[1].file.ends_with("drops.csv (lines 5 to 6)"), "{}", parts[1].file);
+    assert_eq!(parts[1].recording.channels[0].time_s, [1.0, 2.0]);
+    assert!(parts[1].recording.name.ends_with("drops.csv (lines 5 to 6)"), "{}", parts[1].recording.name);
     let error = series(read(&path).unwrap()).unwrap_err().explain();
     assert!(error.contains("drops.csv: line 5") && error.contains("split it before line 5"), "{error}");
     let one = segments(read(&file("one.csv", "time [s],x [m]\n0,1\n1,2\n")).unwrap()).unwrap();

@@ -288,8 +288,8 @@ fn functions_with_times_of_their_own_are_channels() {
     let text = TIME.ascii(&random(5)) + &slow.ascii(&random(5));
     let Imported::Series(set) = imported("two.uff", text.as_bytes()) else { panic!("channels") };
     assert_eq!(
-        set.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
+        set.recording.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
         ["acceleration_12z", "acceleration_1x"]
     );
-    assert_eq!(set.channels[1].time_s[1], 0.1);
+    assert_eq!(set.recording.channels[1].time_s[1], 0.1);
 }

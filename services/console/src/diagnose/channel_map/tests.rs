@@ -8,10 +8,11 @@ fn plant() -> Plant {
 
 fn set() -> SeriesSet {
     let time: Vec<f64> = (0..3).map(f64::from).collect();
-    let channel =
-        |name: &str, unit: &'static str, values: &[f64]| Series::si(name, unit, time.clone(), values.to_vec());
-    let channels = vec![channel("omega", "-", &[0.0, 90.0, -180.0]), channel("other", "V", &[1.0, 2.0, 3.0])];
-    SeriesSet { file: "log.csv".into(), channels, notes: Vec::new() }
+    let mut set = SeriesSet::new("log.csv");
+    for (name, unit, value) in [("omega", "-", [0.0, 90.0, -180.0]), ("other", "V", [1.0, 2.0, 3.0])] {
+        set.push(Channel::new(name, unit, time.clone(), value.to_vec()), unit);
+    }
+    set
 }
 
 fn map(text: &str) -> Result<ChannelMap, String> {
@@ -36,19 +37,19 @@ fn a_name_a_unit_and_a_sign_are_exchanged() {
     let mut set = set();
     let text = format!("[channels]\n{} = {{ name = \"omega\", scale = -1, unit = \"deg/s\" }}\n", rate());
     map(&text).unwrap().apply(&mut set).unwrap();
-    let channel = set.channel_named(&rate()).unwrap();
+    let channel = set.recording.channel_named(&rate()).unwrap();
     assert_eq!(channel.unit, "rad/s");
     let expected = [0.0, -core::f64::consts::FRAC_PI_2, core::f64::consts::PI];
     // one multiplication and one division
-    channel.values.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() <= 1e-15 * (1.0 + b.abs())));
-    assert!(set.channel_named("omega").is_none() && set.channel_named("other").is_some());
+    channel.value.iter().zip(expected).for_each(|(a, b)| assert!((a - b).abs() <= 1e-15 * (1.0 + b.abs())));
+    assert!(set.recording.channel_named("omega").is_none() && set.recording.channel_named("other").is_some());
 }
 
 #[test]
 fn a_header_with_its_unit_names_the_same_channel() {
     let mut set = set();
     map(&format!("[channels]\n{} = \"omega [-]\"\n", rate())).unwrap().apply(&mut set).unwrap();
-    assert_eq!(set.channel_named(&rate()).unwrap().values, [0.0, 90.0, -180.0]);
+    assert_eq!(set.recording.channel_named(&rate()).unwrap().value, [0.0, 90.0, -180.0]);
 }
 
 #[test]

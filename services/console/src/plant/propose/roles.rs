@@ -1,6 +1,6 @@
 //! What a channel of a recording is likely to be: told by its unit, its name, and how it moves.
 
-use recording::{Series, SeriesSet};
+use channels::{Channel, Recording};
 
 /// What a channel is taken for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,23 +31,23 @@ pub struct Guess {
 const HELD_SHARE: f64 = 0.8;
 
 /// Every channel's role.
-pub fn guesses(parts: &[SeriesSet]) -> Vec<Guess> {
+pub fn guesses(parts: &[Recording]) -> Vec<Guess> {
     let channels = &parts[0].channels;
     let mut guesses: Vec<Guess> = channels.iter().map(|channel| guess(channel, channels)).collect();
     impose(&mut guesses);
     guesses
 }
 
-fn guess(channel: &Series, all: &[Series]) -> Guess {
+fn guess(channel: &Channel, all: &[Channel]) -> Guess {
     let name = channel.name.to_lowercase();
     let said = |role, why: &str| Guess { role, why: why.to_owned() };
     if ["derived", "denoised", "filtered", "smoothed"].iter().any(|word| name.contains(word)) {
         return said(Role::Unused, "its name says that it was computed from another channel, so it is no measurement");
     }
-    let efforts = all.iter().filter(|other| matches!(other.unit, "N" | "N*m" | "A" | "V")).count();
-    let moves = all.iter().any(|other| matches!(other.unit, "m" | "m/s" | "m/s^2" | "rad" | "rad/s"));
+    let efforts = all.iter().filter(|other| matches!(other.unit.as_str(), "N" | "N*m" | "A" | "V")).count();
+    let moves = all.iter().any(|other| matches!(other.unit.as_str(), "m" | "m/s" | "m/s^2" | "rad" | "rad/s"));
     let measured = ["measured", "sensor", "load", "cell", "reaction"].iter().any(|word| name.contains(word));
-    match channel.unit {
+    match channel.unit.as_str() {
         "A" | "V" => said(Role::Command, "its unit is that of a drive's input"),
         "N" | "N*m" => {
             let measured_role = if channel.unit == "N" { Role::Force } else { Role::Torque };
@@ -91,17 +91,17 @@ fn impose(guesses: &mut [Guess]) {
 }
 
 /// Most samples repeat the one before, or there are few values in all.
-pub fn is_held(channel: &Series) -> bool {
-    let repeated = channel.values.windows(2).filter(|pair| pair[0] == pair[1]).count();
-    channel.values.len() > 8 && repeated as f64 > HELD_SHARE * (channel.values.len() - 1) as f64
+pub fn is_held(channel: &Channel) -> bool {
+    let repeated = channel.value.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    channel.value.len() > 8 && repeated as f64 > HELD_SHARE * (channel.value.len() - 1) as f64
 }
 
 /// Standard deviation of the noise over that of the channel.
-fn noise_share(channel: &Series) -> f64 {
-    let n = channel.values.len() as f64;
-    let mean = channel.values.iter().sum::<f64>() / n;
-    let variance = channel.values.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / n;
-    if variance > 0.0 { noise_sigma(&channel.values) / variance.sqrt() } else { 0.0 }
+fn noise_share(channel: &Channel) -> f64 {
+    let n = channel.value.len() as f64;
+    let mean = channel.value.iter().sum::<f64>() / n;
+    let variance = channel.value.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / n;
+    if variance > 0.0 { noise_sigma(&channel.value) / variance.sqrt() } else { 0.0 }
 }
 
 /// White noise of one sample from what is left of a channel after its third difference: `σ(∇³y)/√20`. The median takes no notice of
@@ -134,8 +134,8 @@ mod tests {
     use super::*;
     use dynamics::noise::Stream;
 
-    fn channel(name: &str, unit: &'static str, values: Vec<f64>) -> Series {
-        Series::si(name, unit, (0..values.len()).map(|k| k as f64 * 0.01).collect(), values)
+    fn channel(name: &str, unit: &'static str, values: Vec<f64>) -> Channel {
+        Channel::new(name, unit, (0..values.len()).map(|k| k as f64 * 0.01).collect(), values)
     }
 
     #[test]
@@ -161,7 +161,7 @@ mod tests {
         let held = channel("push", "N", (0..400).map(|k| f64::from(k / 50 % 2)).collect());
         let noisy = channel("force", "N", (0..400).map(|k| stream.normal(k)).collect());
         let place = channel("place", "m", (0..400).map(|k| (k as f64 * 0.05).sin()).collect());
-        let set = |channels: Vec<Series>| vec![SeriesSet { file: "x".into(), channels, notes: Vec::new() }];
+        let set = |channels: Vec<Channel>| vec![Recording { name: "x".into(), channels }];
         let roles = |channels| guesses(&set(channels)).into_iter().map(|guess| guess.role).collect::<Vec<_>>();
         assert_eq!(roles(vec![held, place.clone()]), [Role::Command, Role::Displacement]);
         assert_eq!(roles(vec![place, noisy]), [Role::Imposed, Role::Force]);

@@ -2,7 +2,7 @@
 
 use super::roles::{Guess, Role, guesses, noise_sigma, resolution};
 use crate::plant::words::digits;
-use recording::{Series, SeriesSet};
+use channels::{Channel, Recording};
 use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
@@ -38,7 +38,7 @@ struct Mechanism {
 impl Proposal {
     /// # Errors
     /// No channel says anything of motion.
-    pub fn new(name: &str, from: &Path, parts: &[SeriesSet]) -> Result<Self, String> {
+    pub fn new(name: &str, from: &Path, parts: &[Recording]) -> Result<Self, String> {
         let channels = &parts[0].channels;
         let guesses = guesses(parts);
         let used = guesses.iter().any(|guess| !matches!(guess.role, Role::Unused | Role::Command));
@@ -55,10 +55,10 @@ impl Proposal {
             sensor(channel, guess, &mechanism, parts, &mut text);
         }
         closing(&mechanism, parts, &mut text);
-        let told = |(channel, guess): (&Series, &Guess)| {
+        let told = |(channel, guess): (&Channel, &Guess)| {
             format!("{:<26} {:<8} {:<14} {}", channel.name, channel.unit, word(guess.role), guess.why)
         };
-        let object = |(channel, guess): (&Series, &Guess)| json!({ "name": channel.name, "unit": channel.unit, "taken_for": word(guess.role), "why": guess.why });
+        let object = |(channel, guess): (&Channel, &Guess)| json!({ "name": channel.name, "unit": channel.unit, "taken_for": word(guess.role), "why": guess.why });
         Ok(Proposal {
             text,
             lines: channels.iter().zip(&guesses).map(told).collect(),
@@ -102,7 +102,7 @@ fn axis_of(name: &str) -> Option<&'static str> {
 }
 
 impl Mechanism {
-    fn of(channels: &[Series], guesses: &[Guess]) -> Self {
+    fn of(channels: &[Channel], guesses: &[Guess]) -> Self {
         let with = |roles: &[Role]| {
             let chosen = channels.iter().zip(guesses).filter(|(_, guess)| roles.contains(&guess.role));
             chosen.map(|(channel, _)| channel.name.as_str()).collect::<Vec<_>>()
@@ -136,7 +136,7 @@ impl Mechanism {
     }
 
     /// The joint whose kind a channel fits: the same place among its like, else the last.
-    fn joint(&self, channel: &Series, linear: bool) -> Option<&Axis> {
+    fn joint(&self, channel: &Channel, linear: bool) -> Option<&Axis> {
         let digits: String = channel.name.chars().filter(char::is_ascii_digit).collect();
         let fits = || self.axes.iter().filter(move |axis| axis.linear == linear);
         let numbered = fits().find(|axis| !digits.is_empty() && axis.name.contains(&digits));
@@ -217,15 +217,15 @@ fn bodies(mechanism: &Mechanism, text: &mut String) {
     }
 }
 
-fn actuator(channel: &Series, guess: &Guess, mechanism: &Mechanism, text: &mut String) {
+fn actuator(channel: &Channel, guess: &Guess, mechanism: &Mechanism, text: &mut String) {
     let name = plain(&channel.name);
     let why = &guess.why;
     let axis = axis_of(&channel.name).filter(|axis| mechanism.spatial || *axis != "z").unwrap_or("x");
     let begin = format!("\n[[actuator]] # {why}\nname = \"{name}\"\n");
     let held = "# its command is the channel of that name in the recording; what stands here is for simulation\n";
-    let peak = channel.values.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
+    let peak = channel.value.iter().fold(0.0_f64, |most, value| most.max(value.abs()));
     let amplitude = digits(if peak > 0.0 { peak } else { 1.0 }, 3);
-    let unit = channel.unit;
+    let unit = channel.unit.as_str();
     let command = |unit: &str| {
         format!(
             "{held}command = {{ kind = \"square\", amplitude = \"{amplitude} {unit}\", frequency = \"0.1 Hz\" }} # FILL IN: as large as recorded, its form is a guess\n"
@@ -280,7 +280,7 @@ fn actuator(channel: &Series, guess: &Guess, mechanism: &Mechanism, text: &mut S
     let _ = write!(text, "{begin}{kind}");
 }
 
-fn sensor(channel: &Series, guess: &Guess, mechanism: &Mechanism, parts: &[SeriesSet], text: &mut String) {
+fn sensor(channel: &Channel, guess: &Guess, mechanism: &Mechanism, parts: &[Recording], text: &mut String) {
     let name = plain(&channel.name);
     let body = mechanism.body();
     let spatial_axis = axis_of(&channel.name).filter(|axis| mechanism.spatial || *axis != "z");
@@ -326,7 +326,7 @@ fn sensor(channel: &Series, guess: &Guess, mechanism: &Mechanism, parts: &[Serie
     let values = longest(channel, parts);
     let (sigma, step) = (noise_sigma(values), resolution(values));
     let floor = step.map_or(0.0, |step| step / 12.0_f64.sqrt());
-    let unit = channel.unit;
+    let unit = channel.unit.as_str();
     let noise = if sigma > floor {
         format!("noise = \"{} {unit}\" # of one sample, from the recording's third differences\n", digits(sigma, 2))
     } else {
@@ -345,22 +345,22 @@ fn sensor(channel: &Series, guess: &Guess, mechanism: &Mechanism, parts: &[Serie
 }
 
 /// Values of the channel in the part where it has most.
-fn longest<'p>(channel: &Series, parts: &'p [SeriesSet]) -> &'p [f64] {
-    let of = |part: &'p SeriesSet| part.channel_named(&channel.name).map(|found| found.values.as_slice());
+fn longest<'p>(channel: &Channel, parts: &'p [Recording]) -> &'p [f64] {
+    let of = |part: &'p Recording| part.channel_named(&channel.name).map(|found| found.value.as_slice());
     parts.iter().filter_map(of).max_by_key(|values| values.len()).unwrap_or(&[])
 }
 
-fn own_period(channel: &Series, parts: &[SeriesSet]) -> String {
+fn own_period(channel: &Channel, parts: &[Recording]) -> String {
     let (period_s, _) = rates(parts);
     let own_s = median_step(&channel.time_s);
     if (own_s / period_s - 1.0).abs() < 0.01 { String::new() } else { format!("period = \"{} s\"\n", digits(own_s, 6)) }
 }
 
 /// Sample period of the fastest channel, and the length of all parts.
-pub fn rates(parts: &[SeriesSet]) -> (f64, f64) {
+pub fn rates(parts: &[Recording]) -> (f64, f64) {
     let steps = parts.iter().flat_map(|part| &part.channels).map(|channel| median_step(&channel.time_s));
     let period_s = steps.filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
-    let length = |part: &SeriesSet| {
+    let length = |part: &Recording| {
         let ends = part.channels.iter().filter_map(|channel| Some(channel.time_s.last()? - channel.time_s.first()?));
         ends.fold(0.0, f64::max)
     };
@@ -374,15 +374,15 @@ fn median_step(time_s: &[f64]) -> f64 {
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
 
-fn closing(mechanism: &Mechanism, parts: &[SeriesSet], text: &mut String) {
+fn closing(mechanism: &Mechanism, parts: &[Recording], text: &mut String) {
     let (period_s, length_s) = rates(parts);
     let imposed = text.contains("prescribed_joint");
     let first = mechanism.axes.first().filter(|_| !imposed);
-    let begin_of = |part: &SeriesSet| {
+    let begin_of = |part: &Recording| {
         let axis = first?;
         let (unit, rate) = if axis.linear { ("m", "m/s") } else { ("rad", "rad/s") };
         let value = part.channels.iter().find(|channel| format!("joint_{}", plain(&channel.name)) == axis.name);
-        let value = value.filter(|channel| channel.unit == unit).and_then(|channel| channel.values.first());
+        let value = value.filter(|channel| channel.unit == unit).and_then(|channel| channel.value.first());
         let value = digits(value.copied().unwrap_or(0.0), 4);
         Some(format!(
             "\"joint:{}\" = {{ position = {{ value = \"{value} {unit}\", sigma = \"1 {unit}\", scope = \"per segment\" }}, rate = {{ value = 0, sigma = \"1 {rate}\", scope = \"per segment\" }} }}",
