@@ -282,7 +282,9 @@ impl InertialId {
     }
 }
 
-/// Of at most [`FIRST_ROWS`] intervals, the upper of two; one that is no interval does not count. 0: there is none.
+/// Of at most [`FIRST_ROWS`] intervals, the upper of the two in the middle; one that is no interval
+/// does not count. 0: there is none. An interval that was measured, not one half way between two as
+/// of `estimation::quantiles`: of a row in time and a late one it must not be the mean.
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let (mut sorted, mut count) = ([f64::INFINITY; FIRST_ROWS], 0);
     for (slot, value) in sorted.iter_mut().zip(values.filter(|value| value.is_finite() && *value > 0.0)) {

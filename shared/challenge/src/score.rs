@@ -130,6 +130,8 @@ fn mean(list: &[f64]) -> Option<f64> {
     (!list.is_empty()).then(|| list.iter().sum::<f64>() / list.len() as f64)
 }
 
+/// Half the sum of the two in the middle, by which published scores were made: the interpolation of
+/// `estimation::quantiles` can differ in the last bit. `None` of an empty list.
 fn median(mut list: Vec<f64>) -> Option<f64> {
     list.sort_by(f64::total_cmp);
     let n = list.len();

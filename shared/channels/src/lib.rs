@@ -12,8 +12,9 @@
 //! use channels::Channel;
 //!
 //! // 10 Hz, three samples lost behind 1.1 s
-//! let time_s: Vec<f64> = (0..40).filter(|k| !(12..15).contains(k)).map(|k| 0.1 * f64::from(k)).collect();
-//! let angle = Channel::new("angle", "rad", time_s.clone(), time_s.iter().map(|t| 0.2 * t).collect());
+//! let kept = (0..40).filter(|k| !(12..15).contains(k));
+//! let (time_s, value) = kept.map(|k| (0.1 * f64::from(k), 0.02 * f64::from(k))).unzip();
+//! let angle = Channel::new("angle", "rad", time_s, value);
 //! assert!((angle.interval_s().unwrap() - 0.1).abs() < 1e-12);
 //! let longest = angle.uniform().unwrap();
 //! assert_eq!((longest.value.len(), longest.interpolated), (25, false));

@@ -1,8 +1,8 @@
 //! What physics a plant leaves out: hypotheses, screening, decision, prediction, the next experiment.
 //!
-//! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`, `plant_file`,
-//! `estimation`. Must never know: files, processes, clocks, the desk. Channels come in as numbers
-//! with names and SI units; findings go out as data.
+//! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`,
+//! `plant_file`, `estimation`. Must never know: files, processes, clocks, the desk. Channels come
+//! in as numbers with names and SI units; findings go out as data.
 
 #![forbid(unsafe_code)]
 

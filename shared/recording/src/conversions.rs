@@ -1,4 +1,5 @@
-//! One form of a recording as another: any time record as channels, channels of one rate as a table.
+//! One form of a recording as another: any time record as channels, channels of one rate as a
+//! table.
 
 use crate::Imported;
 use crate::error::RecordingError;
@@ -9,11 +10,13 @@ use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
 use channels::{Channel, Recording};
 
-/// The recording as channels: the columns of a table; of a run, every number its source measured (`imu.omega_bi_b.z
-/// [rad/s]`, `joints.angle.1 [rad]`, names and units from the telemetry's fields).
+/// The recording as channels: the columns of a table; of a run, every number its source measured
+/// (`imu.omega_bi_b.z [rad/s]`, `joints.angle.1 [rad]`, names and units from the telemetry's
+/// fields).
 ///
 /// # Errors
-/// A spectrum, a file of several recordings ([`segments`] takes it), a run without samples of a source.
+/// A spectrum, a file of several recordings ([`segments`] takes it), a run without samples of a
+/// source.
 pub fn series(imported: Imported) -> Result<SeriesSet, RecordingError> {
     match imported {
         Imported::Table(table) => Ok(of_table(table)),
@@ -24,7 +27,8 @@ pub fn series(imported: Imported) -> Result<SeriesSet, RecordingError> {
     }
 }
 
-/// The recordings of a file, one for most: as [`series`], and those of a file in which time starts again.
+/// The recordings of a file, one for most: as [`series`], and those of a file in which time starts
+/// again.
 ///
 /// # Errors
 /// As [`series`].
@@ -58,7 +62,8 @@ impl SeriesSet {
     /// The channels as a table of one rate, for methods that need one.
     ///
     /// # Errors
-    /// [`RecordingError::NeedsOneRate`] when the channels have times of their own or the sampling is uneven.
+    /// [`RecordingError::NeedsOneRate`] when the channels have times of their own or the sampling
+    /// is uneven.
     pub fn table(&self) -> Result<Table, RecordingError> {
         let Recording { name: file, channels } = &self.recording;
         let time_s = channels.first().map(|first| first.time_s.clone()).unwrap_or_default();

@@ -1,14 +1,30 @@
 //! Recordings: what comes from files and goes to files. One file per format, one list: [`FORMATS`].
 //!
-//! [`read`] finds the format by content and gives an [`Imported`]; [`series`] turns every time record into channels
-//! with sample times of their own, [`ReplayFrames`] cuts what has one rate into the frames a source sends. What is
-//! wrong with a file is an error that names file, place, value and cure; what was repaired is counted and reported;
-//! nothing is filled or guessed.
+//! What it is: [`read`] finds the format by content and gives an [`Imported`]; [`series`] turns
+//! every time record into named channels, [`ReplayFrames`] cuts what has one rate into the frames a
+//! source sends, [`write_series`] writes channels. What is wrong with a file is an error that names
+//! file, place, value and cure; what was repaired is counted and reported; nothing is filled or
+//! guessed.
 //!
-//! May import: telemetry, file and format crates. Must never know: links, clocks, partitions, equations.
+//! May import: `channels`, `telemetry`, file and format crates. Must never know: links, clocks,
+//! partitions, equations.
 //!
-//! Why not JSON schemas in the MCAP? A sample is its own ROS 1 serialisation byte for byte, so the recorder copies
-//! memory and every viewer that reads ROS 1 decodes it.
+//! ```
+//! use channels::{Channel, Recording};
+//!
+//! let (time_s, value) = (0..100).map(|k| (f64::from(k) / 50.0, 0.1 * f64::from(k))).unzip();
+//! let angle = Channel::new("angle", "rad", time_s, value);
+//! let written = Recording { name: "swing".into(), channels: vec![angle] };
+//! let path = std::env::temp_dir().join(format!("obsid-swing-{}.csv.gz", std::process::id()));
+//! recording::write_series(&written, &path)?;
+//! let read = recording::series(recording::read(&path)?)?;
+//! assert_eq!(read.recording.channels, written.channels);
+//! # std::fs::remove_file(&path).unwrap();
+//! # Ok::<(), recording::RecordingError>(())
+//! ```
+//!
+//! Why not JSON schemas in the MCAP? A sample is its own ROS 1 serialisation byte for byte, so the
+//! recorder copies memory and every viewer that reads ROS 1 decodes it.
 #![forbid(unsafe_code)]
 
 mod canonical;

@@ -1,8 +1,9 @@
 //! Rows of a text recording in the order of the file, and what their times make of them.
 //!
-//! Every cell there and one rate: a [`Table`]. A cell left empty, or an uneven sampling: channels with sample times of
-//! their own ([`SeriesSet`]). Time that starts again: [`Segments`]. A frequency axis: a [`Spectrum`]. Time that runs
-//! back into the record and two values of one channel at one time are refused.
+//! Every cell there and one rate: a [`Table`]. A cell left empty, or an uneven sampling: channels
+//! with sample times of their own ([`SeriesSet`]). Time that starts again: [`Segments`]. A
+//! frequency axis: a [`Spectrum`]. Time that runs back into the record and two values of one
+//! channel at one time are refused.
 
 use crate::Imported;
 use crate::error::{Place, RecordingError};
@@ -103,7 +104,8 @@ impl Rows {
         }
     }
 
-    /// A time at or before the beginning begins another recording; one within the record is a mistake.
+    /// A time at or before the beginning begins another recording; one within the record is a
+    /// mistake.
     fn time_back(&mut self, line: u64, before: f64, value: f64) -> Result<(), RecordingError> {
         let start = self.starts[self.starts.len() - 1];
         if value > self.first[start] {
@@ -117,8 +119,8 @@ impl Rows {
         Ok(())
     }
 
-    /// A row at the time of the one before fills its empty cells; the same row again is dropped and counted; another
-    /// value at the same time is a contradiction.
+    /// A row at the time of the one before fills its empty cells; the same row again is dropped and
+    /// counted; another value at the same time is a contradiction.
     fn same_time(&mut self, line: u64, row: &[f64]) -> Result<(), RecordingError> {
         let last = self.count() - 1;
         let mut added = false;
@@ -237,7 +239,8 @@ impl Rows {
 }
 
 impl Table {
-    /// A table from columns in memory, under the same rules as one from a file; row `i` counts as line `i + 2`.
+    /// A table from columns in memory, under the same rules as one from a file; row `i` counts as
+    /// line `i + 2`.
     ///
     /// # Errors
     /// As for a file: time that does not increase, values that are not finite, more than one rate.

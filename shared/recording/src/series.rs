@@ -1,7 +1,7 @@
 //! Recordings of any plant: named scalar channels in SI, each with sample times of its own.
 //!
-//! Nothing ties the channels together: sensors of different rates, a camera that skips, a log that is written on
-//! change. A table is the special case of one time column.
+//! Nothing ties the channels together: sensors of different rates, a camera that skips, a log that
+//! is written on change. A table is the special case of one time column.
 
 use crate::error::{Place, RecordingError};
 use crate::units::si_unit;
@@ -79,7 +79,8 @@ impl SeriesSet {
     }
 }
 
-/// Whether every channel has a name that files can carry, a known SI unit, finite values and increasing times.
+/// Whether every channel has a name that files can carry, a known SI unit, finite values and
+/// increasing times.
 ///
 /// # Errors
 /// [`RecordingError::BadChannel`] for the first that has not.
@@ -111,7 +112,8 @@ pub(crate) fn check_unit(recording: &Recording, channel: &Channel) -> Result<&'s
     })
 }
 
-/// Calls `row` for every time at which a channel has a sample, in order: the time and, per channel, its value.
+/// Calls `row` for every time at which a channel has a sample, in order: the time and, per channel,
+/// its value.
 pub(crate) fn for_each_time<E>(
     recording: &Recording,
     mut row: impl FnMut(f64, &[Option<f64>]) -> Result<(), E>,

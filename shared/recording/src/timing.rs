@@ -160,6 +160,8 @@ fn check_one_rate(
     Ok(())
 }
 
+/// The lower of the two in the middle: an interval that the record has. Half way between two, as
+/// `estimation::quantiles` gives it, may be none of two rates, and no interval is then near it.
 fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -193,7 +193,8 @@ fn number(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
-/// The channel under the plant's name, its numbers read in the map's unit and scaled, and the unit in which the file gave them.
+/// The channel under the plant's name, its numbers read in the map's unit and scaled, and the unit
+/// in which the file gave them.
 fn converted(source: &Channel, unit_in_file: &str, entry: &Entry) -> Result<(Channel, String), String> {
     let mut channel = Channel { name: entry.ours.clone(), ..source.clone() };
     let mut given_in = unit_in_file.to_owned();

@@ -112,7 +112,8 @@ pub fn noise_sigma(values: &[f64]) -> f64 {
         return 0.0;
     }
     third.sort_by(f64::total_cmp);
-    // median of |x| of a normal distribution: 0.6745 σ
+    // The upper of the two in the middle, as proposals have always had it; against interpolation the
+    // digits change, not the estimate. Median of |x| of a normal distribution: 0.6745 σ.
     third[third.len() / 2] / 0.6745 / 20.0_f64.sqrt()
 }
 

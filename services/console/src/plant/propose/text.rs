@@ -368,6 +368,8 @@ pub fn rates(parts: &[Recording]) -> (f64, f64) {
     (period_s, parts.iter().map(|part| length(part) + period_s).sum())
 }
 
+/// The upper of the two in the middle: a step that the file has, with its digits. Half way between
+/// two, as `estimation::quantiles` gives it, may be a period that no channel has.
 fn median_step(time_s: &[f64]) -> f64 {
     let mut steps: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_by(f64::total_cmp);
