@@ -13,7 +13,7 @@ use super::kinematics::kinematics;
 use super::link_state::{Elimination, LinkState};
 use super::model::{Joint, LinkConstants, Model};
 use super::planar;
-use super::vector::{Spatial, Sym3, V3};
+use super::vector::{Sym3, V3};
 use crate::real::Real;
 
 /// Accelerations `v̇` of the joints and internal coordinates under the efforts `tau` and the
@@ -276,29 +276,6 @@ fn planar_root<T: Real>(link: &LinkConstants, frame: &LinkState<T>, world: V3<T>
     };
     let (moment, force) = (moment + frame.moment, force + frame.force);
     Factor3::of(&d).solve(V3::read(tau, link.v) - V3::new(n.dot(moment), x.dot(force), y.dot(force)))
-}
-
-impl<T: Real> Elimination<T> {
-    #[inline(always)]
-    fn of(u: Spatial<T>, d: T, effort: T) -> Self {
-        Self { u_angular: u.0, u_linear: u.1, reciprocal: T::one() / d, effort }
-    }
-
-    /// Inertia and force that remain when this coordinate gives way.
-    #[inline(always)]
-    fn apply(&self, inertia: &mut SpatialInertia<T>, moment: &mut V3<T>, force: &mut V3<T>) {
-        inertia.subtract_dyad(self.u_angular, self.u_linear, self.reciprocal);
-        let yielding = self.effort * self.reciprocal;
-        *moment += self.u_angular * yielding;
-        *force += self.u_linear * yielding;
-    }
-
-    /// Acceleration of this coordinate when the link would otherwise accelerate by
-    /// `(alpha, linear)`.
-    #[inline(always)]
-    fn acceleration(&self, alpha: V3<T>, linear: V3<T>) -> T {
-        (self.effort - self.u_angular.dot(alpha) - self.u_linear.dot(linear)) * self.reciprocal
-    }
 }
 
 /// Acceleration of the joint and the link from that of the parent.

@@ -1,7 +1,8 @@
 //! State of one link while an algorithm walks the tree: what all of them read and write.
 
 use super::inertia::SpatialInertia;
-use super::vector::{M3, V3};
+use super::vector::{M3, Spatial, V3};
+use crate::real::Real;
 
 /// State of one link in world axes; moments and linear quantities at the link's own origin.
 #[derive(Clone, Copy, Debug, Default)]
@@ -40,6 +41,29 @@ pub(crate) struct Elimination<T> {
     pub u_linear: V3<T>,
     pub reciprocal: T,
     pub effort: T,
+}
+
+impl<T: Real> Elimination<T> {
+    #[inline(always)]
+    pub fn of(u: Spatial<T>, d: T, effort: T) -> Self {
+        Self { u_angular: u.0, u_linear: u.1, reciprocal: T::one() / d, effort }
+    }
+
+    /// Inertia and force that remain when this coordinate gives way.
+    #[inline(always)]
+    pub fn apply(&self, inertia: &mut SpatialInertia<T>, moment: &mut V3<T>, force: &mut V3<T>) {
+        inertia.subtract_dyad(self.u_angular, self.u_linear, self.reciprocal);
+        let yielding = self.effort * self.reciprocal;
+        *moment += self.u_angular * yielding;
+        *force += self.u_linear * yielding;
+    }
+
+    /// Acceleration of this coordinate when the link would otherwise accelerate by
+    /// `(alpha, linear)`.
+    #[inline(always)]
+    pub fn acceleration(&self, alpha: V3<T>, linear: V3<T>) -> T {
+        (self.effort - self.u_angular.dot(alpha) - self.u_linear.dot(linear)) * self.reciprocal
+    }
 }
 
 /// What a link carries beyond its constants, link axes.

@@ -5,12 +5,13 @@ use super::attitude::{Attitude, attitudes};
 use super::{Layout, equip};
 use crate::problem::{Problem, Timeline};
 use crate::work::{of_evaluations, of_whitening};
-use dynamics::description::{Plant, Reading, Sensor};
-use dynamics::lags::{FilterKind, Lag};
-use dynamics::system::{FilterPlace, System, Workspace};
+use channel::{Channel, channel};
+use dynamics::description::Plant;
+use dynamics::system::{System, Workspace};
 use filtered_inputs::filtered_rows;
 use stiffness::finer;
 
+mod channel;
 mod filtered_inputs;
 mod lagged;
 mod pass;
@@ -48,16 +49,6 @@ pub struct Propagator<'a> {
     attitudes: Vec<Attitude>,
     /// Of the equations of motion, so far.
     evaluations: usize,
-}
-
-struct Channel {
-    mean: bool,
-    /// Stamp = (1 + skew) t + offset; delay on top.
-    offset_s: f64,
-    skew: f64,
-    delay_s: f64,
-    delay_is_unknown: bool,
-    lag: Option<Lag>,
 }
 
 /// Inputs that change during a step.
@@ -310,12 +301,6 @@ impl<'a> Propagator<'a> {
     }
 }
 
-impl Channel {
-    fn shifted(&self, shift_s: f64) -> bool {
-        self.offset_s != 0.0 || self.skew != 0.0 || self.delay_s != 0.0 || shift_s != 0.0
-    }
-}
-
 fn initial_state(system: &System, plant: &Plant, initial: &dynamics::description::Initial) -> Result<Vec<f64>, String> {
     let mut initial = initial.clone();
     let prescribed = |coordinate: &str| {
@@ -328,24 +313,4 @@ fn initial_state(system: &System, plant: &Plant, initial: &dynamics::description
     };
     initial.values.retain(|value| !prescribed(&value.coordinate));
     system.initial_state(&initial, &|_| None).map_err(|error| error.to_string())
-}
-
-fn channel(plant: &Plant, system: &System, sensor: &Sensor, index: usize) -> Channel {
-    let own = || system.filters().iter().filter(|filter| filter.place == FilterPlace::Output(index));
-    let source = sensor.source.as_ref().and_then(|name| plant.sources.iter().find(|source| source.name == *name));
-    // two lags of first order in series act as one of the sum, to second order
-    let time_constants = own().filter_map(|filter| match filter.kind {
-        FilterKind::FirstOrder { time_constant_s } => Some(time_constant_s),
-        _ => None,
-    });
-    let low_pass = sensor.low_pass_hz.map_or(0.0, |f| 1.0 / (core::f64::consts::TAU * f.value));
-    let total = low_pass + time_constants.sum::<f64>();
-    Channel {
-        mean: sensor.reading == Reading::Mean,
-        offset_s: source.map_or(0.0, |source| source.clock_offset_s.value),
-        skew: source.map_or(0.0, |source| source.clock_skew.value),
-        delay_s: sensor.delay_s.value + own().map(|filter| filter.kind.delay_s()).sum::<f64>(),
-        delay_is_unknown: sensor.delay_s.sigma.is_some() || own().any(|f| matches!(f.kind, FilterKind::Delay { .. })),
-        lag: Lag::new(FilterKind::FirstOrder { time_constant_s: total }),
-    }
 }
