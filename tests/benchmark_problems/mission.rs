@@ -7,7 +7,8 @@ use recording::RecordedRun;
 use std::path::PathBuf;
 use std::process::Command;
 use telemetry::{
-    ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, EXCITATION_AT, Estimate, Phase, TargetEstimate, Topic,
+    ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Identifiability, InertialEstimate, Phase,
+    TargetEstimate, Topic,
 };
 
 /// A run's own folder, gone when the run is.
@@ -46,9 +47,9 @@ fn flown(name: &str, change: impl Fn(&mut String)) -> RecordedRun {
     recording::read_mcap_topics(&file, telemetry::is_result).expect("a recording")
 }
 
-fn last(recorded: &RecordedRun, topic: Topic<Estimate>, phase: Phase) -> Estimate {
-    let closing = |estimate: &&Estimate| estimate.closing == 1 && estimate.phase == phase.code();
-    let all = recorded.of(topic).map(|(_, estimate)| estimate);
+fn last(recorded: &RecordedRun, topic: Topic<InertialEstimate>, phase: Phase) -> InertialEstimate {
+    let closing = |sample: &&InertialEstimate| sample.estimate.closing == 1 && sample.estimate.phase == phase.code();
+    let all = recorded.of(topic).map(|(_, sample)| sample);
     *all.filter(closing).last().expect("an experiment was closed")
 }
 
@@ -81,15 +82,15 @@ fn both_estimates_of_the_arm_are_published_in_both_phases_and_the_target_is_weig
     let (eight, nine) = (truth::<8>(&Inertial::bp1a().plant), truth::<9>(&Inertial::mated().plant));
     for topic in [ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE] {
         let (before, after) = (last(&recorded, topic, Phase::PreCapture), last(&recorded, topic, Phase::Mated));
-        let found = (nees(&before, &eight), nees(&after, &nine));
+        let found = (nees(&before.estimate, &eight), nees(&after.estimate, &nine));
         assert!(found.0 < CHI_SQUARE_8 && found.1 < CHI_SQUARE_9, "{found:?}");
     }
     let before = last(&recorded, ESTIMATE_INERTIAL, Phase::PreCapture);
     for i in 0..8 {
-        let (consider, noise) = (before.auxiliary[i], before.covariance[i][i].sqrt());
+        let (consider, noise) = (before.consider_sigma_kg_m2[i], before.estimate.covariance[i][i].sqrt());
         assert!(consider > 0.1 * noise && consider < 20.0 * noise, "a{}: {consider} beside {noise}", i + 1);
     }
-    assert!(before.auxiliary[EXCITATION_AT].abs() < 0.5, "every parameter is identified: {before:?}");
+    assert_eq!(before.estimate.identifiability[..8], [Identifiability::Identified.code(); 8], "{before:?}");
     let [stated, found] = targets(&recorded)[..] else { panic!("stated and found") };
     assert!(stated.is_intact() && found.is_intact());
     assert_eq!((stated.origin, stated.status, found.origin, found.status), (0, 0, 2, 0));

@@ -55,3 +55,44 @@ fn the_example_for_newcomers_gives_every_field_of_an_effect() {
         "bring the example of CONTRIBUTING.md up to date"
     );
 }
+
+#[test]
+fn the_document_shows_every_record_and_every_list_of_codes_that_a_field_speaks_of() {
+    let document = ask(&["icd", "--json"]).result();
+    let names = |key: &str| -> Vec<String> {
+        let rows = document[key].as_array().unwrap().iter();
+        rows.map(|row| row["name"].as_str().unwrap().to_string()).collect()
+    };
+    let (records, lists) = (names("records"), names("codes"));
+    let shown = ["records", "topics"].into_iter().flat_map(|key| document[key].as_array().unwrap());
+    let fields: Vec<_> = shown.flat_map(|row| row["fields"].as_array().unwrap()).collect();
+    let mut spoken_of = 0;
+    for field in fields {
+        let ty = field["type"].as_str().unwrap().split('[').next().unwrap().to_string();
+        assert!(["uint16", "uint32", "uint64", "float64"].contains(&&*ty) || records.contains(&ty), "{field}");
+        for word in field["what"].as_str().unwrap().split("ode of ").skip(1) {
+            let list = word.split(|c: char| !c.is_alphanumeric()).next().unwrap().to_string();
+            assert!(lists.contains(&list), "{field}");
+            spoken_of += 1;
+        }
+    }
+    assert!(spoken_of >= 15, "{spoken_of}");
+}
+
+#[test]
+fn the_document_names_every_parameter_with_its_unit_and_says_what_a_verdict_measured() {
+    let document = ask(&["icd", "--json"]).result();
+    let domains = document["parameters"].as_array().unwrap();
+    let count = |domain: &telemetry::Domain| telemetry::parameters(*domain).len();
+    let counts: Vec<usize> = domains.iter().map(|row| row["parameters"].as_array().unwrap().len()).collect();
+    assert_eq!(counts, telemetry::Domain::ALL.iter().map(count).collect::<Vec<_>>());
+    let rows = domains.iter().flat_map(|row| row["parameters"].as_array().unwrap());
+    for row in rows {
+        assert!(["name", "unit", "what"].iter().all(|key| !row[*key].as_str().unwrap().is_empty()), "{row}");
+    }
+    for list in document["codes"].as_array().unwrap() {
+        let measures = ["Reason", "ModeEvent"].contains(&list["name"].as_str().unwrap());
+        let rows = list["codes"].as_array().unwrap();
+        assert!(rows.iter().all(|row| row["measured_and_limit"].is_string() == measures), "{list}");
+    }
+}

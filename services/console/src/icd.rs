@@ -3,7 +3,11 @@
 use crate::{Failure, print};
 use serde_json::{Value, json};
 use std::fmt::Write;
-use telemetry::{FieldInfo, Header, Innovation, Record, Stamps, TOPICS, TopicInfo};
+use supervisor::mode::Event as ModeEvent;
+use telemetry::{
+    CODE_LISTS, Domain, Estimate, FieldInfo, Header, IdentifiedMode, Innovation, Reason, Record, Stamps, TOPICS,
+    TopicInfo,
+};
 
 /// The interface control document: every topic, field, unit and frame
 #[derive(clap::Args)]
@@ -39,8 +43,10 @@ pub fn json_text() -> String {
         "format": 1,
         "byte_order": "little endian, no padding",
         "user_header": record::<Stamps>(),
-        "records": [record::<Header>(), record::<Innovation>()],
+        "records": [record::<Header>(), record::<Estimate>(), record::<Innovation>(), record::<IdentifiedMode>()],
         "topics": TOPICS.iter().map(topic).collect::<Vec<_>>(),
+        "parameters": Domain::ALL.iter().map(|domain| parameters(*domain)).collect::<Vec<_>>(),
+        "codes": code_lists().iter().map(CodeTable::json).collect::<Vec<_>>(),
     });
     serde_json::to_string_pretty(&document).expect("text and numbers always serialise") + "\n"
 }
@@ -61,6 +67,43 @@ fn topic(info: &TopicInfo) -> Value {
         "consumers": info.consumers,
         "fields": fields(info.fields),
     })
+}
+
+fn parameters(domain: Domain) -> Value {
+    let rows = telemetry::parameters(domain).iter();
+    let rows = rows.map(|row| json!({ "name": row.name, "unit": row.unit, "what": row.what }));
+    json!({ "domain": domain.text(), "parameters": rows.collect::<Vec<_>>() })
+}
+
+/// What the numbers of one field stand for.
+struct CodeTable {
+    name: &'static str,
+    /// Code, text, and what `measured` and `limit` of the sample then are.
+    rows: Vec<(u16, &'static str, Option<&'static str>)>,
+}
+
+impl CodeTable {
+    fn json(&self) -> Value {
+        let row = |&(code, text, figures): &(u16, &str, Option<&str>)| {
+            let mut row = json!({ "code": code, "text": text });
+            if let Some(figures) = figures {
+                row["measured_and_limit"] = json!(figures);
+            }
+            row
+        };
+        json!({ "name": self.name, "codes": self.rows.iter().map(row).collect::<Vec<_>>() })
+    }
+}
+
+fn code_lists() -> Vec<CodeTable> {
+    let figures = |list: &str, code| (list == "Reason").then(|| Reason::from_code(code).map(Reason::figures)).flatten();
+    let table = |list: &telemetry::CodeList| CodeTable {
+        name: list.name,
+        rows: list.codes.iter().map(|&(code, text)| (code, text, figures(list.name, code))).collect(),
+    };
+    let events = ModeEvent::ALL.iter().map(|event| (event.code(), event.text(), Some(event.figures())));
+    let modes = CodeTable { name: "ModeEvent", rows: events.collect() };
+    CODE_LISTS.iter().map(table).chain([modes]).collect()
 }
 
 fn fields(fields: &[FieldInfo]) -> Vec<Value> {
@@ -96,21 +139,42 @@ pub fn topic_table() -> String {
 fn markdown() -> String {
     let mut text = format!("# Interface control document\n\n{}", topic_table());
     for info in TOPICS {
-        let _ =
-            writeln!(text, "\n## `{}`: {} ({} bytes, layout {:08x})\n", info.name, info.record, info.size, info.layout);
-        text.push_str("| offset | field | type | unit | frame | what |\n|---|---|---|---|---|---|\n");
-        for field in info.fields {
-            let _ = writeln!(
-                text,
-                "| {} | `{}` | {} | {} | {} | {} |",
-                field.offset,
-                field.name,
-                type_text(field),
-                field.unit,
-                field.frame,
-                field.what
-            );
+        let (name, record) = (info.name, info.record);
+        let _ = writeln!(text, "\n## `{name}`: {record} ({} bytes, layout {:08x})\n", info.size, info.layout);
+        field_table(&mut text, info.fields);
+    }
+    record_section::<Header>(&mut text);
+    record_section::<Estimate>(&mut text);
+    record_section::<Innovation>(&mut text);
+    record_section::<IdentifiedMode>(&mut text);
+    for &domain in Domain::ALL {
+        let _ = writeln!(text, "\n## Parameters: {domain}\n\n| name | unit | what |\n|---|---|---|");
+        for row in telemetry::parameters(domain) {
+            let _ = writeln!(text, "| `{}` | {} | {} |", row.name, row.unit, row.what);
+        }
+    }
+    for table in code_lists() {
+        let has_figures = table.rows.iter().any(|row| row.2.is_some());
+        let (head, rule) = if has_figures { (" measured and limit |", "---|") } else { ("", "") };
+        let _ = writeln!(text, "\n## Codes: {}\n\n| code | text |{head}\n|---|---|{rule}", table.name);
+        for (code, words, figures) in table.rows {
+            let figures = figures.map(|figures| format!(" {figures} |")).unwrap_or_default();
+            let _ = writeln!(text, "| {code} | {words} |{figures}");
         }
     }
     text
+}
+
+/// A record that stands inside others.
+fn record_section<T: Record>(text: &mut String) {
+    let _ = writeln!(text, "\n## Record {} ({} bytes, layout {:08x})\n", T::NAME, size_of::<T>(), T::HASH);
+    field_table(text, T::FIELDS);
+}
+
+fn field_table(text: &mut String, fields: &[FieldInfo]) {
+    text.push_str("| offset | field | type | unit | frame | what |\n|---|---|---|---|---|---|\n");
+    for field in fields {
+        let (offset, name, ty) = (field.offset, field.name, type_text(field));
+        let _ = writeln!(text, "| {offset} | `{name}` | {ty} | {} | {} | {} |", field.unit, field.frame, field.what);
+    }
 }

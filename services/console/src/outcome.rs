@@ -15,10 +15,10 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::Path;
 use supervisor::mode::Event;
-use supervisor::validation;
+use supervisor::{inertia, validation};
 use telemetry::{
-    Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, Estimate, MODE, Mode, ModeState, Phase, Reason, VERDICT,
-    Verdict,
+    AnyEstimate, COMPARISON_INERTIA, Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, InertiaAgreement,
+    InertiaComparison, InertialEstimate, MODE, Mode, ModeState, Phase, SloshStatus, VERDICT, Verdict,
 };
 
 /// One change of mode.
@@ -139,7 +139,7 @@ impl Outcome {
             Ok((recorded, identity)) => {
                 (modes, parameters) = results(run, &recorded);
                 arm = ArmResults::read(run, &recorded);
-                comparisons = recorded.of(VERDICT).filter_map(|(_, verdict)| comparison(verdict)).collect();
+                comparisons = recorded.of(COMPARISON_INERTIA).filter_map(|(_, sample)| comparison(sample)).collect();
                 digest = Some(identity);
             }
             Err(reason) => {
@@ -208,41 +208,44 @@ fn results(run: &RunConfig, recorded: &RecordedRun) -> (Vec<ModeRow>, Vec<Parame
     let modes = recorded.of(MODE).map(|(_, mode)| mode_row(mode, period_s)).collect();
     let verdicts: Vec<&Verdict> = recorded.of(VERDICT).map(|(_, verdict)| verdict).collect();
     let mut parameters = Vec::new();
-    for (domain, topic) in
-        [(Domain::Inertial, ESTIMATE_INERTIAL), (Domain::Slosh, ESTIMATE_SLOSH), (Domain::Modal, ESTIMATE_MODAL)]
-    {
+    for &domain in Domain::ALL {
         for &phase in Phase::ALL {
-            let of_phase = |code: u16| code == phase.code();
-            let estimate =
-                recorded.of(topic).map(|(_, estimate)| estimate).filter(|e| e.closing == 1 && of_phase(e.phase)).last();
-            let verdict =
-                verdicts.iter().rfind(|v| v.domain == domain.code() && of_phase(v.phase) && !compares(v)).copied();
+            let estimate = last_closing(recorded, domain, phase);
+            let verdict = verdicts.iter().rfind(|v| v.domain == domain.code() && v.phase == phase.code()).copied();
             parameters.extend(parameter_rows(run, domain, phase, estimate, verdict));
         }
     }
     (modes, parameters)
 }
 
-fn compares(verdict: &Verdict) -> bool {
-    Reason::from_code(verdict.reason).is_some_and(Reason::compares)
+/// The estimate with which the last experiment of `domain` in `phase` was closed.
+fn last_closing(recorded: &RecordedRun, domain: Domain, phase: Phase) -> Option<AnyEstimate<'_>> {
+    let is_it = |any: &AnyEstimate<'_>| any.common().closing == 1 && any.common().phase == phase.code();
+    match domain {
+        Domain::Inertial => {
+            recorded.of(ESTIMATE_INERTIAL).map(|(_, one)| AnyEstimate::Inertial(one)).filter(is_it).last()
+        }
+        Domain::Slosh => recorded.of(ESTIMATE_SLOSH).map(|(_, one)| AnyEstimate::Slosh(one)).filter(is_it).last(),
+        Domain::Modal => recorded.of(ESTIMATE_MODAL).map(|(_, one)| AnyEstimate::Modal(one)).filter(is_it).last(),
+    }
 }
 
-fn comparison(verdict: &Verdict) -> Option<ComparisonRow> {
-    let reason = Reason::from_code(verdict.reason).filter(|reason| reason.compares())?;
-    let compared = !matches!(reason, Reason::SeparateBodies | Reason::InertiaNotFound);
+fn comparison(sample: &InertiaComparison) -> Option<ComparisonRow> {
+    let agreement = InertiaAgreement::from_code(sample.agreement)?;
+    let compared = agreement.is_comparison();
     Some(ComparisonRow {
-        phase: Phase::from_code(verdict.phase)?,
-        agree: compared.then_some(reason == Reason::InertiaAgrees),
-        doubt: match reason {
-            Reason::InertiaModalDoubted => Some(Domain::Modal),
-            Reason::InertiaInertialDoubted => Some(Domain::Inertial),
+        phase: Phase::from_code(sample.phase)?,
+        agree: compared.then_some(agreement == InertiaAgreement::Agree),
+        doubt: match agreement {
+            InertiaAgreement::ModalDoubted => Some(Domain::Modal),
+            InertiaAgreement::InertialDoubted => Some(Domain::Inertial),
             _ => None,
         },
-        modal_kg_m2: compared.then_some(verdict.held_out_rms),
-        inertial_kg_m2: compared.then_some(verdict.held_out_noise),
-        sigma_kg_m2: compared.then_some(verdict.held_out_count),
-        z: compared.then_some(verdict.measured),
-        reason: validation::explain(verdict),
+        modal_kg_m2: compared.then_some(sample.modal_inertia_kg_m2),
+        inertial_kg_m2: compared.then_some(sample.inertial_inertia_kg_m2),
+        sigma_kg_m2: compared.then_some(sample.difference_sigma_kg_m2),
+        z: compared.then_some(sample.z),
+        reason: inertia::explain(sample),
     })
 }
 
@@ -290,18 +293,20 @@ fn parameter_rows(
     run: &RunConfig,
     domain: Domain,
     phase: Phase,
-    estimate: Option<&Estimate>,
+    estimate: Option<AnyEstimate<'_>>,
     verdict: Option<&Verdict>,
 ) -> Vec<ParameterRow> {
     if estimate.is_none() && verdict.is_none() {
         return Vec::new();
     }
     let truth = truth::parameters(run, domain, phase);
-    let found = estimate.filter(|estimate| estimate.status == 0).map_or(0, |estimate| usize::from(estimate.count));
+    let valid = estimate.filter(|estimate| estimate.common().status == 0);
+    let count = valid.map_or(0, |estimate| usize::from(estimate.common().count));
     let names = telemetry::parameters(domain);
-    let arm = arm_known(run, phase).filter(|_| domain == Domain::Inertial);
+    let known = arm_known(run, phase);
     let row = |i: usize| {
-        let found = estimate.filter(|_| i < found);
+        let found = valid.filter(|_| i < count);
+        let arm = found.and_then(|found| Some((known?, inertial(found)?)));
         ParameterRow {
             domain,
             phase,
@@ -309,28 +314,37 @@ fn parameter_rows(
                 name: names[i].name,
                 unit: names[i].unit,
                 truth: truth.get(i).copied(),
-                value: found.map(|estimate| estimate.values[i]),
-                sigma: found.map(|estimate| estimate.covariance[i][i].sqrt()),
+                value: found.map(|found| found.common().values[i]),
+                sigma: found.map(|found| found.common().covariance[i][i].sqrt()),
                 paper_error_percent: paper::error_percent(domain, phase, i),
             },
             complete: verdict.map(|verdict| verdict.complete == 1),
             adequate: verdict.and_then(|verdict| (verdict.adequate < 2).then_some(verdict.adequate == 1)),
             accepted: verdict.map(|verdict| verdict.accepted == 1),
             reason: reason(estimate, verdict),
-            dominant_channel: found
-                .filter(|_| domain == Domain::Modal)
-                .map(|estimate| estimate.auxiliary[i / 2] as u32),
-            standing: found.and_then(|estimate| match domain {
-                Domain::Slosh => remarks::slosh_standing(estimate, i),
-                Domain::Inertial => remarks::arm_standing(arm?, estimate, i),
-                Domain::Modal => None,
-            }),
-            consider_sigma: found.and_then(|estimate| remarks::consider_sigma(arm?, estimate, i)),
-            off_axis_sigmas: found.and_then(|estimate| remarks::off_axis(arm?, estimate, i)),
+            dominant_channel: found.and_then(|found| dominant_channel(found, i)),
+            standing: match arm {
+                Some((known, sample)) => remarks::arm_standing(known, &sample.estimate, i),
+                None => {
+                    found.filter(|_| domain == Domain::Slosh).and_then(|slosh| remarks::standing(slosh.common(), i))
+                }
+            },
+            consider_sigma: arm.and_then(|(known, sample)| remarks::consider_sigma(known, sample, i)),
+            off_axis_sigmas: arm.and_then(|(known, sample)| remarks::off_axis(known, sample, i)),
         }
     };
-    let expected = if truth.is_empty() { found.max(usize::from(found == 0)) } else { truth.len().max(found) };
+    let expected = if truth.is_empty() { count.max(usize::from(count == 0)) } else { truth.len().max(count) };
     (0..expected.min(names.len())).map(row).collect()
+}
+
+fn inertial(estimate: AnyEstimate<'_>) -> Option<&InertialEstimate> {
+    if let AnyEstimate::Inertial(sample) = estimate { Some(sample) } else { None }
+}
+
+/// Of the mode to which parameter `i` belongs.
+fn dominant_channel(estimate: AnyEstimate<'_>, i: usize) -> Option<u32> {
+    let AnyEstimate::Modal(sample) = estimate else { return None };
+    Some(sample.modes[i / 2].dominant_channel.into())
 }
 
 /// What the estimator of the arm was told: as it chooses it itself.
@@ -341,21 +355,35 @@ fn arm_known(run: &RunConfig, phase: Phase) -> Option<&ArmKnown> {
 }
 
 /// The supervisor's words, and the estimator's when it has no estimate.
-fn reason(estimate: Option<&Estimate>, verdict: Option<&Verdict>) -> String {
+fn reason(estimate: Option<AnyEstimate<'_>>, verdict: Option<&Verdict>) -> String {
     let mut text = verdict.map_or("no verdict".into(), validation::explain);
-    if let Some((estimate, domain)) = estimate.and_then(|e| Some((e, Domain::from_code(e.domain)?)))
-        && estimate.status != 0
-    {
-        let status = telemetry::status_text(domain, estimate.status);
-        if !text.contains(status) {
-            let _ = write!(text, ": {status}");
-        }
-        let numbers = [estimate.auxiliary[10], estimate.auxiliary[11]];
-        if numbers.iter().any(|number| *number != 0.0) {
-            let _ = write!(text, " ({}, {})", numbers[0], numbers[1]);
-        }
+    let Some(estimate) = estimate.filter(|estimate| estimate.common().status != 0) else { return text };
+    let status = telemetry::status_text(estimate.domain(), estimate.common().status);
+    if !text.contains(status) {
+        let _ = write!(text, ": {status}");
+    }
+    let figures = status_figures(estimate);
+    if figures != [0.0; 2] {
+        let _ = write!(text, " ({}, {})", figures[0], figures[1]);
     }
     text
+}
+
+/// The figures that prove a status, 0 where it has none.
+fn status_figures(estimate: AnyEstimate<'_>) -> [f64; 2] {
+    match estimate {
+        AnyEstimate::Inertial(_) => [0.0; 2],
+        AnyEstimate::Modal(modal) => [modal.record_samples as f64, modal.record_samples_needed as f64],
+        AnyEstimate::Slosh(slosh) => match SloshStatus::from_code(slosh.estimate.status as u16) {
+            Some(SloshStatus::ArcTooShort | SloshStatus::Fragmented) => {
+                [slosh.arc_blocks as f64, slosh.arc_blocks_needed as f64]
+            }
+            Some(SloshStatus::NoSloshFound) => [slosh.slosh_gain, slosh.slosh_gain_needed],
+            Some(SloshStatus::NotConverged) => [slosh.iterations as f64, slosh.step_sigma],
+            Some(SloshStatus::ModeNotResolved) => [slosh.block_phase_rad, slosh.block_phase_max_rad],
+            _ => [0.0; 2],
+        },
+    }
 }
 
 fn parameter_json(row: &ParameterRow) -> Value {

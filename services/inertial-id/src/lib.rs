@@ -8,7 +8,7 @@ mod target;
 
 use nalgebra::{SMatrix, SVector};
 use physics::arm_live::{LiveEstimators, LiveSettings, SCALE_SD};
-use physics::consider::{Excitation, SensorSheet, excitation};
+use physics::consider::{SensorSheet, excitation};
 use physics::dynamic_equation::ArmSample;
 use physics::inertial_estimator::InertialSettings;
 use physics::momentum::{ChannelSigma, MomentumSample, is_physically_consistent};
@@ -18,8 +18,8 @@ use runtime::scenario::{ArmExperiment, ArmKnown};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, EXCITATION_AT, Estimate, Experiment, IMU,
-    Imu, Innovation, JOINTS, Joints, PartitionId, Sample, TopicId,
+    Domain, ESTIMATE_INERTIAL, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Experiment, IMU, Imu,
+    InertialEstimate, InertialStatus, Innovation, JOINTS, Joints, PartitionId, Sample, TopicId,
 };
 
 /// An estimate goes out every so many frames of an experiment.
@@ -32,11 +32,6 @@ const BOTH_TORQUES: u64 = 0b11;
 const PRIOR_RELATIVE_SD: f64 = 1000.0;
 /// Innovations beyond this many sigma are marked as not accepted in the record; the estimator uses them all.
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
-/// `Estimate::status`, see `telemetry::status_text`.
-const NOT_KNOWN: u32 = 1;
-const NOT_EXCITED: u32 = 2;
-const NO_SAMPLES: u32 = 3;
-const NO_TORQUES: u32 = 4;
 
 /// The estimators of the phase: eight parameters before capture, nine with a target. In place: an experiment takes no memory.
 #[derive(Clone, Serialize, Deserialize)]
@@ -216,18 +211,17 @@ impl InertialId {
         });
     }
 
-    fn empty(&self, frame: &Frame<'_>, closing: bool) -> Estimate {
-        let mut sample = Estimate::zeroed_at(frame.t_ns);
-        sample.frame = frame.number;
-        sample.domain = Domain::Inertial.code();
-        sample.phase = self.state.window.phase().code();
-        sample.closing = u16::from(closing);
+    fn empty(&self, frame: &Frame<'_>, closing: bool) -> InertialEstimate {
+        let mut sample = InertialEstimate::zeroed_at(frame.t_ns);
+        let estimate = &mut sample.estimate;
+        (estimate.frame, estimate.domain) = (frame.number, Domain::Inertial.code());
+        (estimate.phase, estimate.closing) = (self.state.window.phase().code(), u16::from(closing));
         sample
     }
 
     fn publish(&mut self, frame: &Frame<'_>, closing: bool, out: &mut Outputs) {
         let (mut sample, mut torque) = (self.empty(frame, closing), self.empty(frame, closing));
-        let status = if self.is_told() { NO_SAMPLES } else { NOT_KNOWN };
+        let why = if self.is_told() { InertialStatus::NoSamples } else { InertialStatus::NotKnown };
         match (&self.state.estimators, self.known()) {
             (Some(Estimators::FreeFloating(live)), Some(known)) => {
                 fill(&mut sample, live, known);
@@ -240,10 +234,10 @@ impl InertialId {
                 fill(&mut sample, live, known);
                 fill_torque(&mut torque, live, known);
             }
-            _ => (sample.status, torque.status) = (status, status),
+            _ => [&mut sample, &mut torque].into_iter().for_each(|none| none.estimate.status = why.code().into()),
         }
-        sample.innovation = self.innovation();
-        torque.innovation.generation = self.state.window.generation.into();
+        sample.estimate.innovation = self.innovation();
+        torque.estimate.innovation.generation = self.state.window.generation.into();
         out.publish(ESTIMATE_INERTIAL, &sample);
         out.publish(ESTIMATE_INERTIAL_TORQUE, &torque);
     }
@@ -339,46 +333,50 @@ fn put<const P: usize>(sample: &mut Estimate, alpha: &SVector<f64, P>, covarianc
 }
 
 /// The momentum's estimate, what the sensor sheet may have done to it (NaN: not known), and what its data did to the prior.
-fn fill<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstimators<P, X>, known: &ArmKnown) {
+fn fill<const P: usize, const X: usize>(sample: &mut InertialEstimate, live: &LiveEstimators<P, X>, known: &ArmKnown) {
+    let common = &mut sample.estimate;
     let Ok(estimate) = live.estimate() else {
-        sample.status = NOT_EXCITED;
+        common.status = InertialStatus::NotExcited.code().into();
         return;
     };
-    put(sample, &estimate.alpha, &estimate.covariance);
-    sample.nis_mean = estimate.nis.per_degree().unwrap_or(0.0);
-    sample.nis_count = estimate.nis.count() as f64;
+    put(common, &estimate.alpha, &estimate.covariance);
+    common.nis_mean = estimate.nis.per_degree().unwrap_or(0.0);
+    common.nis_count = estimate.nis.count() as f64;
     for (scale, verdict) in estimate.whiteness.verdicts().iter().enumerate() {
-        sample.block_length[scale] = verdict.block_samples.into();
-        sample.block_z[scale] = verdict.z_score;
+        common.block_length[scale] = verdict.block_samples.into();
+        common.block_z[scale] = verdict.z_score;
+    }
+    let prior = live.prior_sd();
+    for i in 0..P {
+        common.identifiability[i] = excitation(estimate.noise_covariance[(i, i)].sqrt(), prior[i]).code();
     }
     let consider = live.consider(&sheet(known));
-    (0..P).for_each(|i| sample.auxiliary[i] = consider.map_or(f64::NAN, |consider| consider[(i, i)].sqrt()));
-    let prior = live.prior_sd();
-    let told = |i: usize| excitation(estimate.noise_covariance[(i, i)].sqrt(), prior[i]);
-    sample.auxiliary[EXCITATION_AT] = excitation_code::<P>(told);
-}
-
-/// A base-4 digit a parameter: what the data did to its prior.
-fn excitation_code<const P: usize>(told: impl Fn(usize) -> Excitation) -> f64 {
-    (0..P).rev().fold(0.0, |code, i| 4.0 * code + f64::from(told(i).code()))
+    for (i, sigma) in sample.consider_sigma_kg_m2.iter_mut().take(P).enumerate() {
+        *sigma = consider.map_or(f64::NAN, |consider| consider[(i, i)].sqrt());
+    }
 }
 
 /// The torques' estimate. What a sensor sheet that states errors may have done to it is not known (NaN).
-fn fill_torque<const P: usize, const X: usize>(sample: &mut Estimate, live: &LiveEstimators<P, X>, known: &ArmKnown) {
+fn fill_torque<const P: usize, const X: usize>(
+    sample: &mut InertialEstimate,
+    live: &LiveEstimators<P, X>,
+    known: &ArmKnown,
+) {
+    let common = &mut sample.estimate;
     let (Some(filter), Some(estimate)) = (live.filter(), live.torque()) else {
-        sample.status = NO_TORQUES;
+        common.status = InertialStatus::NoTorques.code().into();
         return;
     };
-    put(sample, &estimate.alpha, &estimate.covariance);
-    sample.nis_mean = filter.nis().per_degree().unwrap_or(0.0);
-    sample.nis_count = filter.nis().count() as f64;
+    put(common, &estimate.alpha, &estimate.covariance);
+    common.nis_mean = filter.nis().per_degree().unwrap_or(0.0);
+    common.nis_count = filter.nis().count() as f64;
     let states_none = sheet(known) == SensorSheet::default();
-    sample.auxiliary[..P].fill(if states_none { 0.0 } else { f64::NAN });
+    sample.consider_sigma_kg_m2[..P].fill(if states_none { 0.0 } else { f64::NAN });
     // the filter begins once the shape is found; what it may keep of its start is the common scale
     let scale_variance =
         estimate.alpha.dot(&(estimate.covariance * estimate.alpha)) / estimate.alpha.norm_squared().powi(2);
     let scale = excitation(scale_variance.sqrt(), SCALE_SD);
-    sample.auxiliary[EXCITATION_AT] = excitation_code::<P>(|_| scale);
+    common.identifiability[..P].fill(scale.code());
 }
 
 #[cfg(test)]

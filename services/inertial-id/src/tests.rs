@@ -1,8 +1,10 @@
 //! Laws of the partition: what a row must say, and what it may leave out.
 
 use super::*;
+use physics::consider::Excitation;
 use physics::free_floating::PlanarArm;
 use physics::momentum::predict_base_rate;
+use telemetry::Identifiability;
 
 const INTERVAL_S: f64 = 0.01;
 const H_NMS: f64 = 68.0;
@@ -98,17 +100,17 @@ fn what_the_sheet_may_have_done_is_no_number_until_it_is_known() {
         if k % 10 != 0 || live.estimate().is_err() {
             continue;
         }
-        let (mut with, mut without) = (Estimate::zeroed_at(0), Estimate::zeroed_at(0));
+        let (mut with, mut without) = (InertialEstimate::zeroed_at(0), InertialEstimate::zeroed_at(0));
         fill(&mut with, live, &known);
         fill(&mut without, live, &no_errors);
-        assert!(without.auxiliary[..8].iter().all(|sigma| *sigma == 0.0), "a sheet of no errors, row {k}");
+        assert!(without.consider_sigma_kg_m2[..8].iter().all(|sigma| *sigma == 0.0), "a sheet of no errors, row {k}");
         let is_known = live.consider(&sheet(&known)).is_some();
         assert!(
-            with.auxiliary[..8].iter().all(|sigma| if is_known { *sigma > 0.0 } else { sigma.is_nan() }),
+            with.consider_sigma_kg_m2[..8].iter().all(|sigma| if is_known { *sigma > 0.0 } else { sigma.is_nan() }),
             "row {k}"
         );
         unknown += usize::from(!is_known);
-        last = with.auxiliary[0];
+        last = with.consider_sigma_kg_m2[0];
     }
     assert!(unknown > 0 && last > 0.0, "{unknown} {last}");
 }
@@ -138,14 +140,14 @@ fn torques_that_are_not_measured_are_not_taken_for_zero() {
 fn what_the_sheet_does_to_the_torques_estimate_is_not_called_zero_unless_the_sheet_states_no_error() {
     let live = fed(&rows(80.0));
     let mut known = partition(H_NMS).free_floating.expect("told");
-    let mut sample = Estimate::zeroed_at(0);
+    let mut sample = InertialEstimate::zeroed_at(0);
     fill_torque(&mut sample, &live, &known);
-    assert_eq!(sample.auxiliary[..8], [0.0; 8]);
+    assert_eq!(sample.consider_sigma_kg_m2[..8], [0.0; 8]);
     known.sheet.gyro_bias_rad_s = 1e-6;
     fill_torque(&mut sample, &live, &known);
-    assert!(sample.auxiliary[..8].iter().all(|sigma| sigma.is_nan()));
+    assert!(sample.consider_sigma_kg_m2[..8].iter().all(|sigma| sigma.is_nan()));
     // eighty seconds of torques find their common scale
-    assert_eq!(sample.auxiliary[EXCITATION_AT], 0.0);
+    assert_eq!(sample.estimate.identifiability[..8], [Identifiability::Identified.code(); 8]);
 }
 
 #[test]
@@ -157,10 +159,10 @@ fn a_torques_estimate_is_excited_where_torques_found_the_common_scale_whatever_t
     (known.prior_relative_sd, known.joint_torque_scale_sigma) = (Some(0.005), 0.01);
     let known = known.clone();
     let live = fed_to(partition, &rows(40.0));
-    let mut sample = Estimate::zeroed_at(0);
+    let mut sample = InertialEstimate::zeroed_at(0);
     fill_torque(&mut sample, &live, &known);
     assert!(live.torque().is_some());
-    assert_eq!(sample.auxiliary[EXCITATION_AT], 0.0);
+    assert_eq!(sample.estimate.identifiability[..8], [Identifiability::Identified.code(); 8]);
 }
 
 #[test]
@@ -168,4 +170,14 @@ fn without_a_momentum_nothing_is_estimated() {
     let mut partition = partition(0.0);
     rows(1.0).iter().for_each(|(imu, joints)| partition.take_row(imu, joints));
     assert!(partition.state.estimators.is_none());
+}
+
+#[test]
+fn what_the_data_did_to_a_prior_travels_as_the_code_of_its_name() {
+    let pairs = [
+        (Excitation::Identified, Identifiability::Identified),
+        (Excitation::PriorKept, Identifiability::PriorKept),
+        (Excitation::NotExcited, Identifiability::NotExcited),
+    ];
+    pairs.iter().for_each(|(found, name)| assert_eq!(found.code(), name.code(), "{name}"));
 }

@@ -7,20 +7,19 @@
 //! Excitation is on while the samples say so (`excited`) and anything is commanded: a vehicle may announce an experiment
 //! that is silent most of the time, and a measured torque is never zero.
 //!
-//! Status: 0 valid; 1 no rows, or channels asked for that the record does not have; 2 record too short
-//! (`auxiliary[10]` samples, `auxiliary[11]` needed); 3 no mode found; 4 flat channels; 5 decomposition failed;
-//! 6 excited throughout. Where the status is 0, `auxiliary[k]` is the dominant channel of mode k, and `auxiliary[6 + k]` says which
-//! mode it is over all answers and experiments so far, and what to beware of ([`advice_bits`]). Told of the appendage's geometry
-//! (`[modal.known.appendage]`) it gives five modes at most, and `auxiliary[5]`, `[11]` are the inertia about the hub's axis that
-//! they imply and its sigma; 0 where they imply none.
+//! Where there are modes, [`telemetry::IdentifiedMode`] says of each on which channel it shows
+//! most, which mode it is over all answers and experiments so far, and what to beware of. Given the
+//! appendage's geometry (`[modal.known.appendage]`) the estimate holds five modes at most, with the
+//! inertia about the hub's axis that they imply.
+//!
 //! May import: modal, physics, runtime, telemetry. Must never know: the plant, recordings.
 #![forbid(unsafe_code)]
 
-mod advice_bits;
+mod advice;
 mod decay_rows;
 mod inertia;
 
-use advice_bits::{IDENTITY_UNIT, Pulse};
+use advice::Pulse;
 use decay_rows::DecayRows;
 use estimation::consistency::Whiteness;
 use modal::methods::Estimate as Found;
@@ -34,36 +33,17 @@ use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
     ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Accelerometers, Actuators, Domain, ESTIMATE_MODAL, Estimate,
-    Experiment, HUB_INERTIA_AT, HUB_INERTIA_SIGMA_AT, MODES_BESIDE_INERTIA, PARAMETERS_MAX, PartitionId, Sample,
-    TopicId,
+    Experiment, MODES_MAX, ModalEstimate, ModalStatus, PartitionId, Sample, TopicId,
 };
 
-const MODES_MAX: usize = PARAMETERS_MAX / 2;
 /// Modes refitted to a decay.
 const _: () = assert!(MODES_MAX == appendage::REFIT_MODES_MAX);
+/// Most modes of an estimate that also gives the hub's inertia.
+const MODES_WITH_INERTIA: usize = 5;
 /// An innovation beyond it is not of the model.
 const GATE_SIGMA: f64 = 5.0;
-/// Where a record that is too short says how long it is and how long it would have to be.
-const SAMPLES_AT: usize = 10;
-const NEED_AT: usize = 11;
-/// Where the identities of valid modes begin.
-const IDENTITY_AT: usize = 6;
-const _: () = assert!(IDENTITY_AT + MODES_MAX <= PARAMETERS_MAX);
-/// The inertia stands in the places of the sixth mode.
-const _: () = assert!(HUB_INERTIA_AT == MODES_BESIDE_INERTIA);
-const _: () = assert!(HUB_INERTIA_SIGMA_AT == IDENTITY_AT + MODES_BESIDE_INERTIA);
 /// Standard deviations of the mean innovation, or of a block of them, beyond which something acts that is not known.
 const LEAK_SIGMA: f64 = 5.0;
-
-/// Why there is no estimate.
-mod status {
-    pub const NOTHING_TO_WORK_ON: u32 = 1;
-    pub const TOO_SHORT: u32 = 2;
-    pub const NO_MODE: u32 = 3;
-    pub const FLAT: u32 = 4;
-    pub const DECOMPOSITION_FAILED: u32 = 5;
-    pub const EXCITED_THROUGHOUT: u32 = 6;
-}
 
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct State {
@@ -250,54 +230,57 @@ impl ModalId {
 
     fn publish(&mut self, frame: &Frame<'_>, closing: bool, out: &mut Outputs) {
         let mut sample = self.estimate(frame.t_ns, closing);
-        sample.frame = frame.number;
+        sample.estimate.frame = frame.number;
         out.publish(ESTIMATE_MODAL, &sample);
     }
 
-    fn estimate(&mut self, t_ns: u64, closing: bool) -> Estimate {
-        let mut sample = Estimate::zeroed_at(t_ns);
-        sample.domain = Domain::Modal.code();
-        sample.phase = self.state.window.phase().code();
-        sample.closing = u16::from(closing);
-        sample.innovation.variance = 1.0;
-        sample.innovation.gate = GATE_SIGMA;
-        sample.innovation.rows = self.state.rows;
-        sample.innovation.generation = self.state.window.generation.into();
+    fn estimate(&mut self, t_ns: u64, closing: bool) -> ModalEstimate {
+        let mut sample = ModalEstimate::zeroed_at(t_ns);
+        let common = &mut sample.estimate;
+        common.domain = Domain::Modal.code();
+        common.phase = self.state.window.phase().code();
+        common.closing = u16::from(closing);
+        common.innovation.variance = 1.0;
+        common.innovation.gate = GATE_SIGMA;
+        common.innovation.rows = self.state.rows;
+        common.innovation.generation = self.state.window.generation.into();
         if closing && let Some(identifier) = &mut self.state.identifier {
             self.state.gate.end_segment(identifier);
         }
         match self.state.identifier.as_mut().map(ModalIdentifier::identify) {
-            Some(_) if self.state.free_rows == 0 => sample.status = status::EXCITED_THROUGHOUT,
-            Some(Ok(modes)) => {
-                let known = self.known.appendage.as_ref();
-                let modes = best_known(modes, if known.is_some() { MODES_BESIDE_INERTIA } else { MODES_MAX });
-                fill(&mut sample, &modes, &self.state.channels);
-                if let Some((inertia, sigma)) = known.and_then(|known| inertia::of_modes(known, &modes)) {
-                    sample.auxiliary[HUB_INERTIA_AT] = inertia;
-                    sample.auxiliary[HUB_INERTIA_SIGMA_AT] = sigma;
-                }
-                self.test_decay(&mut sample);
-                self.name(&mut sample, &modes);
-            }
+            Some(_) if self.state.free_rows == 0 => common.status = ModalStatus::ExcitedThroughout.code().into(),
+            Some(Ok(modes)) => self.answer(&mut sample, modes),
             Some(Err(error)) => refuse(&mut sample, &error),
-            None => sample.status = status::NOTHING_TO_WORK_ON,
+            None => common.status = ModalStatus::NothingToWorkOn.code().into(),
         }
         sample
     }
 
+    /// The modes, what they imply, and how the decay tests them.
+    fn answer(&mut self, sample: &mut ModalEstimate, modes: Vec<Mode>) {
+        let known = self.known.appendage.as_ref();
+        let modes = best_known(modes, if known.is_some() { MODES_WITH_INERTIA } else { MODES_MAX });
+        fill(sample, &modes, &self.state.channels);
+        if let Some((inertia, sigma)) = known.and_then(|known| inertia::of_modes(known, &modes)) {
+            (sample.hub_inertia_kg_m2, sample.hub_inertia_sigma_kg_m2) = (inertia, sigma);
+        }
+        self.test_decay(&mut sample.estimate);
+        self.name(sample, &modes);
+    }
+
     /// Which mode each is, and what to beware of.
-    fn name(&mut self, sample: &mut Estimate, modes: &[Mode]) {
+    fn name(&mut self, sample: &mut ModalEstimate, modes: &[Mode]) {
         let state = &mut self.state;
         let (Some(identifier), Some(tracker)) = (&state.identifier, &mut state.tracker) else { return };
         let found: Vec<Found> = modes.iter().map(Found::from).collect();
-        let nis_z = (sample.nis_mean - 1.0) * (0.5 * sample.nis_count).sqrt();
-        let tested = sample.nis_count > 0.0;
-        let leaks = tested && (nis_z > LEAK_SIGMA || sample.block_z.iter().any(|z| *z > LEAK_SIGMA));
+        let common = &sample.estimate;
+        let nis_z = (common.nis_mean - 1.0) * (0.5 * common.nis_count).sqrt();
+        let tested = common.nis_count > 0.0;
+        let leaks = tested && (nis_z > LEAK_SIGMA || common.block_z.iter().any(|z| *z > LEAK_SIGMA));
         let record_s = f64::from(state.free_rows) / identifier.config().sample_rate_hz;
-        let bits = advice_bits::bits(&found, record_s, state.pulse.length_s(), leaks);
-        let identities = tracker.identities(modes);
-        for (at, (identity, bits)) in sample.auxiliary[IDENTITY_AT..].iter_mut().zip(identities.iter().zip(bits)) {
-            *at = f64::from(IDENTITY_UNIT * identity + bits);
+        advice::note(&mut sample.modes, &found, record_s, state.pulse.length_s(), leaks);
+        for (mode, identity) in sample.modes.iter_mut().zip(tracker.identities(modes)) {
+            mode.identity = identity;
         }
     }
 
@@ -339,15 +322,16 @@ impl ModalId {
     }
 }
 
-fn refuse(sample: &mut Estimate, error: &ModalError) {
-    sample.status = match *error {
+fn refuse(sample: &mut ModalEstimate, error: &ModalError) {
+    let status = match *error {
         ModalError::RecordTooShort { samples, need } => {
-            (sample.auxiliary[SAMPLES_AT], sample.auxiliary[NEED_AT]) = (samples as f64, need as f64);
-            status::TOO_SHORT
+            (sample.record_samples, sample.record_samples_needed) = (samples as u64, need as u64);
+            ModalStatus::RecordTooShort
         }
-        ModalError::NoSignal { .. } => status::FLAT,
-        ModalError::DecompositionFailed { .. } => status::DECOMPOSITION_FAILED,
+        ModalError::NoSignal { .. } => ModalStatus::FlatChannels,
+        ModalError::DecompositionFailed { .. } => ModalStatus::DecompositionFailed,
     };
+    sample.estimate.status = status.code().into();
 }
 
 /// The modes that are known best, in order of frequency.
@@ -360,20 +344,21 @@ fn best_known(mut modes: Vec<Mode>, most: usize) -> Vec<Mode> {
 }
 
 /// `channels` are the record's channels in use, from 0.
-fn fill(sample: &mut Estimate, modes: &[Mode], channels: &[usize]) {
-    sample.count = 2 * modes.len() as u16;
-    sample.consistent = u32::from(!modes.is_empty() && modes.iter().all(|mode| mode.damping_ratio > 0.0));
+fn fill(sample: &mut ModalEstimate, modes: &[Mode], channels: &[usize]) {
+    let common = &mut sample.estimate;
+    common.count = 2 * modes.len() as u16;
+    common.consistent = u32::from(!modes.is_empty() && modes.iter().all(|mode| mode.damping_ratio > 0.0));
     for (i, mode) in modes.iter().enumerate() {
         let (f, zeta) = (2 * i, 2 * i + 1);
-        (sample.values[f], sample.values[zeta]) = (mode.frequency_hz, mode.damping_ratio);
-        sample.covariance[f][f] = mode.sigma_frequency_hz * mode.sigma_frequency_hz;
-        sample.covariance[zeta][zeta] = mode.sigma_damping * mode.sigma_damping;
+        (common.values[f], common.values[zeta]) = (mode.frequency_hz, mode.damping_ratio);
+        common.covariance[f][f] = mode.sigma_frequency_hz * mode.sigma_frequency_hz;
+        common.covariance[zeta][zeta] = mode.sigma_damping * mode.sigma_damping;
         let both = mode.correlation * mode.sigma_frequency_hz * mode.sigma_damping;
-        (sample.covariance[f][zeta], sample.covariance[zeta][f]) = (both, both);
-        sample.auxiliary[i] = channels[mode.dominant_channel] as f64 + 1.0;
+        (common.covariance[f][zeta], common.covariance[zeta][f]) = (both, both);
+        sample.modes[i].dominant_channel = channels[mode.dominant_channel] as u16 + 1;
     }
     if modes.is_empty() {
-        sample.status = status::NO_MODE;
+        common.status = ModalStatus::NoMode.code().into();
     }
 }
 

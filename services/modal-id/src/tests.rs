@@ -2,6 +2,7 @@
 
 use super::*;
 use runtime::scenario::AppendageKnown;
+use telemetry::IdentifiedMode;
 
 #[global_allocator]
 static ALLOCATOR: runtime::sys::CountingAllocator = runtime::sys::CountingAllocator;
@@ -75,6 +76,10 @@ impl Case {
     }
 
     fn estimate(&self) -> Estimate {
+        self.sample().estimate
+    }
+
+    fn sample(&self) -> ModalEstimate {
         self.run(known(&[])).estimate(0, true)
     }
 }
@@ -129,12 +134,12 @@ fn damping_that_depends_on_amplitude_is_seen_however_long_the_record() {
 fn a_record_without_an_answer_says_why() {
     let status = |case: &Case, channels: &[usize]| {
         let estimate = case.run(known(channels)).estimate(0, true);
-        (estimate.status, estimate.auxiliary[SAMPLES_AT], estimate.auxiliary[NEED_AT])
+        (estimate.estimate.status, estimate.record_samples, estimate.record_samples_needed)
     };
     assert_eq!(status(&Case { seconds: 0.0, ..Case::new(1) }, &[]).0, 1);
     assert_eq!(status(&Case::new(1), &[9]).0, 1);
     let (short, samples, need) = status(&Case { seconds: 1.1, ..Case::new(1) }, &[]);
-    assert!(short == 2 && samples == 20.0 && need > 100.0, "{short} {samples} {need}");
+    assert!(short == 2 && samples == 20 && need > 100, "{short} {samples} {need}");
     let rest = Case { modes: Vec::new(), ..Case::new(1) };
     assert_eq!(status(&rest, &[]).0, 3);
     assert_eq!(status(&Case { excited: |_| true, torque_sigma_nm: 1e-3, ..Case::new(1) }, &[]).0, 6);
@@ -144,15 +149,15 @@ fn a_record_without_an_answer_says_why() {
         (batch.count, batch.channels, batch.interval_ns) = (1, 2, 5_000_000);
         flat.take_batch(&batch);
     }
-    assert_eq!(flat.estimate(0, true).status, 4);
+    assert_eq!(flat.estimate(0, true).estimate.status, 4);
 }
 
 #[test]
 fn the_dominant_channel_is_numbered_as_in_the_file_and_covariances_are_possible() {
-    let all = Case::new(1).run(known(&[])).estimate(0, true).auxiliary[0];
+    let all = Case::new(1).run(known(&[])).estimate(0, true).modes[0].dominant_channel;
     let alone = Case::new(1).run(known(&[3])).estimate(0, true);
-    assert_eq!(alone.auxiliary[0], 3.0);
-    assert!((1.0..=3.0).contains(&all));
+    assert_eq!(alone.modes[0].dominant_channel, 3);
+    assert!((1..=3).contains(&all));
     let covariance = Case::new(2).estimate().covariance;
     for i in 0..4 {
         for j in 0..4 {
@@ -162,28 +167,40 @@ fn the_dominant_channel_is_numbered_as_in_the_file_and_covariances_are_possible(
     }
 }
 
-/// Identities and bits of the modes.
-fn named(estimate: &Estimate) -> Vec<(u32, u32)> {
-    let of = |k: usize| estimate.auxiliary[IDENTITY_AT + k] as u32;
-    (0..usize::from(estimate.count) / 2).map(|k| (of(k) / IDENTITY_UNIT, of(k) % IDENTITY_UNIT)).collect()
+/// What is said of the modes found.
+fn named(sample: &ModalEstimate) -> &[IdentifiedMode] {
+    &sample.modes[..usize::from(sample.estimate.count) / 2]
+}
+
+/// Identities of modes of which nothing else is said.
+fn identities(sample: &ModalEstimate) -> Vec<u32> {
+    for mode in named(sample) {
+        assert_eq!(notes(mode), [0; 4], "{mode:?}");
+    }
+    named(sample).iter().map(|mode| mode.identity).collect()
+}
+
+/// Pulse nulled, record short, close modes, input leaks.
+fn notes(mode: &IdentifiedMode) -> [u16; 4] {
+    [mode.pulse_nulled, mode.record_short, mode.close_modes, mode.input_leaks]
 }
 
 #[test]
 fn modes_keep_their_numbers_from_answer_to_answer_over_a_restart_and_in_the_next_experiment() {
     let mut partition = Case { seconds: 4.0, ..Case::new(2) }.run(known(&[]));
     for _ in 0..2 {
-        assert_eq!(named(&partition.estimate(0, false)), [(1, 0), (2, 0)]);
+        assert_eq!(identities(&partition.estimate(0, false)), [1, 2]);
     }
     let mut bytes = Vec::new();
     partition.save(&mut bytes).unwrap();
     let mut restored = ModalId { state: State::default(), known: known(&[]), replays: true };
     restored.restore(&bytes).unwrap();
-    assert_eq!(named(&restored.estimate(0, false)), [(1, 0), (2, 0)]);
+    assert_eq!(identities(&restored.estimate(0, false)), [1, 2]);
     // Another record of the same structure shows one mode more, a third without the first.
     let mut next = |modes: Vec<(f64, f64)>, skip: usize| {
         let mut next = Case { modes, ..Case::new(2) }.run(known(&[]));
         next.state.tracker = restored.state.tracker.take();
-        let numbers: Vec<u32> = named(&next.estimate(0, true)).iter().map(|(identity, _)| *identity).collect();
+        let numbers: Vec<u32> = named(&next.estimate(0, true)).iter().map(|mode| mode.identity).collect();
         restored.state.tracker = next.state.tracker.take();
         numbers[skip..].to_vec()
     };
@@ -194,11 +211,12 @@ fn modes_keep_their_numbers_from_answer_to_answer_over_a_restart_and_in_the_next
 
 #[test]
 fn what_to_beware_of_stands_beside_the_mode_it_is_about() {
-    let bits = |case: &Case| named(&case.estimate()).iter().map(|(_, bits)| *bits).collect::<Vec<_>>();
+    let said = |case: &Case| named(&case.sample()).iter().map(notes).collect::<Vec<_>>();
+    let (nothing, [pulse_nulled, close, leaks]) = ([0; 4], [[1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]);
     // One second of torque and a mode at 1.02 Hz: 6 % of the largest decay are left.
-    assert_eq!(bits(&Case { modes: vec![(1.02, 0.008), (6.4844, 0.008)], ..Case::new(2) }), [1, 0]);
-    assert_eq!(bits(&Case { growth: 0.02, ..Case::new(1) }), [8]);
-    assert_eq!(bits(&Case { modes: vec![(4.5, 0.02), (4.8, 0.02)], seconds: 12.0, ..Case::new(2) }), [4, 4]);
+    assert_eq!(said(&Case { modes: vec![(1.02, 0.008), (6.4844, 0.008)], ..Case::new(2) }), [pulse_nulled, nothing]);
+    assert_eq!(said(&Case { growth: 0.02, ..Case::new(1) }), [leaks]);
+    assert_eq!(said(&Case { modes: vec![(4.5, 0.02), (4.8, 0.02)], seconds: 12.0, ..Case::new(2) }), [close; 2]);
     // An alternating torque is no pulse.
     let mut pulse = Pulse::default();
     for n in 0..100 {
@@ -262,11 +280,12 @@ fn told_of_the_appendage_it_gives_the_inertia_that_the_modes_imply_and_at_most_f
         });
         case.run(ModalKnown { appendage, ..known(&[]) }).estimate(0, true)
     };
-    let given = |estimate: &Estimate| (estimate.auxiliary[HUB_INERTIA_AT], estimate.auxiliary[HUB_INERTIA_SIGMA_AT]);
+    let given = |sample: &ModalEstimate| (sample.hub_inertia_kg_m2, sample.hub_inertia_sigma_kg_m2);
     for modes in [2, 3, 6] {
-        let estimate = told(&Case::new(modes));
-        assert_eq!((estimate.status, usize::from(estimate.count)), (0, 2 * modes.min(MODES_BESIDE_INERTIA)));
-        let (inertia, sigma) = given(&estimate);
+        let sample = told(&Case::new(modes));
+        let found = usize::from(sample.estimate.count);
+        assert_eq!((sample.estimate.status, found), (0, 2 * modes.min(MODES_WITH_INERTIA)));
+        let (inertia, sigma) = given(&sample);
         // Of 1.5611 and 6.4844 Hz instead of 1.56109992 and 6.48442584: 177.50 within a thousandth of a sigma.
         assert!(sigma > 0.0 && sigma < 1.0 && (inertia - 177.50).abs() < 4.0 * sigma, "{modes}: {inertia} ± {sigma}");
     }
@@ -275,5 +294,5 @@ fn told_of_the_appendage_it_gives_the_inertia_that_the_modes_imply_and_at_most_f
         (0.0, 0.0),
         "one mode says nothing"
     );
-    assert_eq!(given(&Case::new(2).estimate()), (0.0, 0.0), "nor does a geometry that is not known");
+    assert_eq!(given(&Case::new(2).sample()), (0.0, 0.0), "nor does a geometry that is not known");
 }

@@ -1,18 +1,18 @@
 //! Slosh mass, stiffness and damping on one axis (BP2, 1-D): maximum likelihood over a fixed-memory arc.
 //!
-//! Every sample goes into the arc as it comes; an answer is solved for when one is due. A record that begins late or has a
-//! gap leaves the slosh state unknown there, and it is estimated. With a prior (`expected` and `expected_sigma` of the
-//! scenario) any thrust will do, station keeping's too: each number says whether it was identified, whether the prior was
-//! kept, or whether nothing excited it (`auxiliary` 4 to 6: 1, 2, 3; 0 without a prior). All memory is taken at the start.
+//! Every sample goes into the arc as it comes; an answer is solved for when one is due. A record
+//! that begins late or has a gap leaves the slosh state unknown there, and it is estimated. With a
+//! prior (`expected` and `expected_sigma` of the scenario) any thrust will do, station keeping's
+//! too: each parameter says whether it was identified, the prior kept, or not excited
+//! (`Estimate::identifiability`). All memory is taken at the start.
 //!
 //! May import: physics, estimation, runtime, telemetry. Must never know: the plant, recordings.
 #![forbid(unsafe_code)]
 
 use nalgebra::Vector3;
-use physics::consider::Excitation;
 use physics::slosh::SloshParameters;
 use physics::slosh_arc::SloshSample;
-use physics::slosh_estimator::{SloshError, SloshEstimate, SloshEstimator, SloshSettings};
+use physics::slosh_estimator::{self, SloshError, SloshEstimator, SloshSettings};
 use physics::slosh_likelihood::SloshUnknowns;
 use physics::slosh_prior::TankPrior;
 use runtime::experiment::{ExperimentWindow, Step};
@@ -20,8 +20,8 @@ use runtime::scenario::SloshKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    ACTUATORS, Actuators, Domain, ESTIMATE_SLOSH, Estimate, Experiment, IMU, Imu, Innovation, PartitionId,
-    STANDINGS_AT, Sample, TopicId,
+    ACTUATORS, Actuators, Domain, ESTIMATE_SLOSH, Experiment, IMU, Imu, Innovation, PartitionId, Sample, SloshEstimate,
+    SloshStatus, TopicId,
 };
 
 const PARAMETERS: usize = 3;
@@ -29,10 +29,6 @@ const PARAMETERS: usize = 3;
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
 /// A first sample further than this many intervals behind the experiment's begin is late: what came before is not known.
 const LATE_INTERVALS: f64 = 1.5;
-/// Places of the two numbers of a refusal in `Estimate::auxiliary`.
-const NUMBERS_OF_STATUS: usize = 10;
-/// `Estimate::status` when the scenario does not say what has to be known.
-const STATUS_NOT_KNOWN: u32 = 1;
 
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct State {
@@ -173,27 +169,26 @@ impl SloshId {
         begin_ns
     }
 
-    fn estimate(&mut self, frame: u64, t_ns: u64, closing: bool) -> Estimate {
-        let mut sample = Estimate::zeroed_at(t_ns);
-        sample.frame = frame;
-        sample.domain = Domain::Slosh.code();
-        sample.phase = self.state.window.phase().code();
-        sample.closing = u16::from(closing);
-        sample.innovation = Innovation {
+    fn estimate(&mut self, frame: u64, t_ns: u64, closing: bool) -> SloshEstimate {
+        let mut sample = SloshEstimate::zeroed_at(t_ns);
+        let common = &mut sample.estimate;
+        (common.frame, common.domain) = (frame, Domain::Slosh.code());
+        (common.phase, common.closing) = (self.state.window.phase().code(), u16::from(closing));
+        common.innovation = Innovation {
             rows: self.state.rows,
             gate: GATE_SIGMA,
             generation: self.state.window.generation.into(),
             ..Innovation::default()
         };
         if self.known.is_none() {
-            sample.status = STATUS_NOT_KNOWN;
+            common.status = SloshStatus::NotKnown.code().into();
             return sample;
         }
         match self.estimator.estimate() {
             Ok(estimate) => {
                 fill(&mut sample, &estimate);
-                sample.auxiliary[2] = self.state.t_end_ns as f64 * 1e-9;
-                sample.innovation.t_ns = self.state.t_measured_ns;
+                sample.arc_end_s = self.state.t_end_ns as f64 * 1e-9;
+                sample.estimate.innovation.t_ns = self.state.t_measured_ns;
             }
             Err(error) => refuse(&mut sample, &error),
         }
@@ -224,55 +219,62 @@ fn estimator(known: &SloshKnown, saw_the_begin: bool) -> SloshEstimator {
     }
 }
 
-const fn code(standing: Excitation) -> f64 {
-    match standing {
-        Excitation::Identified => 1.0,
-        Excitation::PriorKept => 2.0,
-        Excitation::NotExcited => 3.0,
-    }
-}
-
-/// Codes of `telemetry::status_text` and the two numbers that prove them.
-fn refuse(sample: &mut Estimate, error: &SloshError) {
-    let (status, numbers) = match *error {
-        SloshError::ArcTooShort { got, need } => (2, [got as f64, need as f64]),
-        SloshError::NoSloshFound { gain, threshold } => (3, [gain, threshold]),
-        SloshError::NotConverged { iterations, step_sigmas } => (4, [f64::from(iterations), step_sigmas]),
-        SloshError::Fragmented { usable, need } => (5, [usable as f64, need as f64]),
-        SloshError::ModeNotResolved { omega_times_block, limit } => (6, [omega_times_block, limit]),
+/// Why there is no estimate, with the figures that prove it.
+fn refuse(sample: &mut SloshEstimate, error: &SloshError) {
+    let status = match *error {
+        SloshError::ArcTooShort { got, need } => {
+            (sample.arc_blocks, sample.arc_blocks_needed) = (got as u64, need as u64);
+            SloshStatus::ArcTooShort
+        }
+        SloshError::NoSloshFound { gain, threshold } => {
+            (sample.slosh_gain, sample.slosh_gain_needed) = (gain, threshold);
+            SloshStatus::NoSloshFound
+        }
+        SloshError::NotConverged { iterations, step_sigmas } => {
+            (sample.iterations, sample.step_sigma) = (iterations.into(), step_sigmas);
+            SloshStatus::NotConverged
+        }
+        SloshError::Fragmented { usable, need } => {
+            (sample.arc_blocks, sample.arc_blocks_needed) = (usable as u64, need as u64);
+            SloshStatus::Fragmented
+        }
+        SloshError::ModeNotResolved { omega_times_block, limit } => {
+            (sample.block_phase_rad, sample.block_phase_max_rad) = (omega_times_block, limit);
+            SloshStatus::ModeNotResolved
+        }
     };
-    sample.status = status;
-    sample.auxiliary[NUMBERS_OF_STATUS..NUMBERS_OF_STATUS + 2].copy_from_slice(&numbers);
+    sample.estimate.status = status.code().into();
 }
 
-fn fill(sample: &mut Estimate, estimate: &SloshEstimate) {
-    let parameters = &estimate.hypothesis.parameters;
+fn fill(sample: &mut SloshEstimate, found: &slosh_estimator::SloshEstimate) {
+    let parameters = &found.hypothesis.parameters;
     let values = [parameters.slosh_mass_kg, parameters.stiffness_n_m, parameters.damping_n_s_m];
-    sample.count = PARAMETERS as u16;
-    sample.values[..PARAMETERS].copy_from_slice(&values);
+    sample.displacement_m = found.state_at_end.displacement_m;
+    sample.rate_m_s = found.state_at_end.velocity_m_s;
+    sample.accelerometer_bias_m_s2 = found.hypothesis.bias_m_s2;
+    let common = &mut sample.estimate;
+    common.count = PARAMETERS as u16;
+    common.values[..PARAMETERS].copy_from_slice(&values);
     for i in 0..PARAMETERS {
         for j in 0..PARAMETERS {
-            sample.covariance[i][j] = estimate.covariance[(i, j)];
+            common.covariance[i][j] = found.covariance[(i, j)];
         }
     }
-    sample.consistent = u32::from(values.iter().all(|value| *value > 0.0));
-    sample.auxiliary[0] = estimate.state_at_end.displacement_m;
-    sample.auxiliary[1] = estimate.state_at_end.velocity_m_s;
-    sample.auxiliary[3] = estimate.hypothesis.bias_m_s2;
-    if let Some(standing) = estimate.standing {
-        sample.auxiliary[STANDINGS_AT..STANDINGS_AT + PARAMETERS].copy_from_slice(&standing.map(code));
+    common.consistent = u32::from(values.iter().all(|value| *value > 0.0));
+    if let Some(standing) = found.standing {
+        common.identifiability[..PARAMETERS].copy_from_slice(&standing.map(|one| one.code()));
     }
-    if let Some(newest) = estimate.innovation {
-        let record = &mut sample.innovation;
+    if let Some(newest) = found.innovation {
+        let record = &mut common.innovation;
         (record.innovation, record.variance) = (newest.innovation, newest.variance);
         record.test_ratio = newest.innovation * newest.innovation / (GATE_SIGMA * GATE_SIGMA * newest.variance);
         record.accepted = u32::from(record.test_ratio <= 1.0);
     }
-    sample.nis_mean = estimate.chi_square_per_degree();
-    sample.nis_count = estimate.degrees_of_freedom as f64;
-    for (scale, verdict) in estimate.whiteness.verdicts().iter().enumerate() {
-        sample.block_length[scale] = verdict.block_samples.into();
-        sample.block_z[scale] = verdict.z_score;
+    common.nis_mean = found.chi_square_per_degree();
+    common.nis_count = found.degrees_of_freedom as f64;
+    for (scale, verdict) in found.whiteness.verdicts().iter().enumerate() {
+        common.block_length[scale] = verdict.block_samples.into();
+        common.block_z[scale] = verdict.z_score;
     }
 }
 

@@ -3,6 +3,7 @@
 use super::*;
 use physics::slosh::{SloshPropagator, SloshState};
 use runtime::sys::{CountingAllocator, allocations};
+use telemetry::{Estimate, Identifiability, PARAMETERS_MAX};
 use zerocopy::IntoBytes;
 
 #[global_allocator]
@@ -87,8 +88,8 @@ fn worst_z(estimate: &Estimate) -> f64 {
     (0..PARAMETERS).map(z).fold(0.0, f64::max)
 }
 
-fn standings(estimate: &Estimate) -> [f64; 3] {
-    [4, 5, 6].map(|i| estimate.auxiliary[i])
+fn identifiability(estimate: &Estimate) -> [Identifiability; 3] {
+    [0, 1, 2].map(|i| Identifiability::from_code(estimate.identifiability[i]).expect("a known code"))
 }
 
 #[test]
@@ -99,7 +100,7 @@ fn a_burst_identifies_all_three_whatever_the_prior_and_the_innovation_is_that_of
     for (k, sample) in samples.iter().enumerate() {
         feed(&mut partition, &[*sample]);
         if k >= 400 && k % 4 == 0 {
-            let said = partition.estimate(0, 0, false).innovation;
+            let said = partition.estimate(0, 0, false).estimate.innovation;
             assert!(said.variance > 0.0 || k == 400, "only the first estimate has none before it");
             if k == 400 {
                 continue;
@@ -108,8 +109,8 @@ fn a_burst_identifies_all_three_whatever_the_prior_and_the_innovation_is_that_of
             (variances, count) = (variances + said.variance, count + 1.0);
         }
     }
-    let estimate = partition.estimate(0, 0, true);
-    assert_eq!((estimate.status, standings(&estimate)), (0, [1.0; 3]));
+    let estimate = partition.estimate(0, 0, true).estimate;
+    assert_eq!((estimate.status, identifiability(&estimate)), (0, [Identifiability::Identified; 3]));
     assert!(worst_z(&estimate) < 3.5, "{:?}", estimate.values);
     // 200 unit normal squares: their mean spreads by 0.1; a fitted parameter widens little after 200 s.
     assert!((squares / count - 1.0_f64).abs() < 0.4, "{}", squares / count);
@@ -122,13 +123,13 @@ fn a_late_start_leaves_the_state_unknown_and_the_answer_honest() {
     let from = 120; // 60 s of thrust not seen
     let mut honest = begun(known(true));
     feed(&mut honest, &samples[from..]);
-    let estimate = honest.estimate(0, 0, true);
+    let estimate = honest.estimate(0, 0, true).estimate;
     assert!(estimate.status == 0 && worst_z(&estimate) < 3.5, "{:?}", estimate.values);
     // Red where the rest is believed that is not there.
     let mut fooled = begun(known(true));
     fooled.state.begin_ns = samples[from].0.header.t_meas_ns;
     feed(&mut fooled, &samples[from..]);
-    let estimate = fooled.estimate(0, 0, true);
+    let estimate = fooled.estimate(0, 0, true).estimate;
     assert!(estimate.status != 0 || worst_z(&estimate) > 10.0, "{:?}", estimate.values);
 }
 
@@ -138,7 +139,7 @@ fn a_gap_under_thrust_is_survived() {
     let mut partition = begun(known(true));
     feed(&mut partition, &samples[..140]);
     feed(&mut partition, &samples[220..]); // 40 s of thrust not seen
-    let estimate = partition.estimate(0, 0, true);
+    let estimate = partition.estimate(0, 0, true).estimate;
     assert!(estimate.status == 0 && worst_z(&estimate) < 3.5, "{:?}", estimate.values);
 }
 
@@ -173,11 +174,11 @@ fn station_keeping_identifies_what_it_excites_and_keeps_the_prior_of_the_rest() 
     for seed in 0..10 {
         let mut partition = begun(known(true));
         feed(&mut partition, &record(4000.0, station_keeping, 10 + seed));
-        let estimate = partition.estimate(0, 0, true);
+        let estimate = partition.estimate(0, 0, true).estimate;
         assert_eq!(estimate.status, 0);
         honest += u32::from(worst_z(&estimate) < 3.0);
-        identified += u32::from(standings(&estimate).contains(&1.0));
-        kept += u32::from(standings(&estimate).contains(&2.0));
+        identified += u32::from(identifiability(&estimate).contains(&Identifiability::Identified));
+        kept += u32::from(identifiability(&estimate).contains(&Identifiability::PriorKept));
     }
     // Three numbers of ten records within three sigma: 99.7 % each.
     assert!(honest >= 9, "{honest}");
@@ -189,8 +190,8 @@ fn without_excitation_the_prior_is_the_answer_and_nothing_was_excited() {
     for starts_at_rest in [true, false] {
         let mut partition = begun(known(starts_at_rest));
         feed(&mut partition, &record(2000.0, |_| 0.0, 5));
-        let estimate = partition.estimate(0, 0, true);
-        assert_eq!((estimate.status, standings(&estimate)), (0, [3.0; 3]));
+        let estimate = partition.estimate(0, 0, true).estimate;
+        assert_eq!((estimate.status, identifiability(&estimate)), (0, [Identifiability::NotExcited; 3]));
         assert_eq!(estimate.values[..3], known(true).expected.unwrap());
         assert_eq!(estimate.covariance[0][0], 36.0);
     }
@@ -200,7 +201,10 @@ fn without_excitation_the_prior_is_the_answer_and_nothing_was_excited() {
 fn without_a_prior_a_craft_that_is_not_pushed_shows_no_slosh() {
     let mut partition = begun(SloshKnown { expected_sigma: None, ..known(true) });
     feed(&mut partition, &record(600.0, |_| 0.0, 6));
-    assert_eq!(partition.estimate(0, 0, true).status, 3);
+    let said = partition.estimate(0, 0, true);
+    assert_eq!(said.estimate.status, u32::from(SloshStatus::NoSloshFound.code()));
+    assert!(said.slosh_gain < said.slosh_gain_needed, "{} of {}", said.slosh_gain, said.slosh_gain_needed);
+    assert_eq!(said.estimate.identifiability, [Identifiability::NoPrior.code(); PARAMETERS_MAX]);
 }
 
 #[test]

@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn an_estimate_that_predicts_nothing_is_no_model() {
         let good = || {
-            let mut estimate: Estimate = telemetry::Sample::zeroed_at(0);
+            let mut estimate = Estimate::default();
             (estimate.count, estimate.consistent) = (8, 1);
             estimate.values[..8].copy_from_slice(&ALPHA);
             estimate

@@ -76,7 +76,6 @@ pub struct Candidate {
     pub frame: u64,
     pub count: usize,
     pub values: [f64; PARAMETERS_MAX],
-    pub auxiliary: [f64; PARAMETERS_MAX],
 }
 
 /// Rows of one experiment behind (and shortly before) its split, and the estimate to be tested on them.
@@ -134,9 +133,10 @@ impl<R> Recorder<R> {
         }
     }
 
-    /// An estimate of the running experiment; kept when it is the newest that has not seen the held-out rows.
-    fn offer(&mut self, estimate: &Estimate) {
-        let Some(window) = self.window else { return };
+    /// An estimate of the running experiment; kept, and `true`, when it is the newest that has not
+    /// seen the held-out rows.
+    fn offer(&mut self, estimate: &Estimate) -> bool {
+        let Some(window) = self.window else { return false };
         let usable = estimate.status == 0
             && estimate.innovation.generation == u64::from(window.generation)
             && (window.start_frame..=window.split_frame()).contains(&estimate.frame)
@@ -146,9 +146,9 @@ impl<R> Recorder<R> {
                 frame: estimate.frame,
                 count: usize::from(estimate.count).min(PARAMETERS_MAX),
                 values: estimate.values,
-                auxiliary: estimate.auxiliary,
             });
         }
+        usable
     }
 
     /// Estimate and held-out frame limit, when there is something to test.

@@ -7,13 +7,16 @@
 //! **Which to doubt**, in this order: the one that fails its own tests (innovations, NIS, held-out, physical consistency) while the other
 //! passes; a model that was not tested does neither. Else the one that the stated inertia contradicts by three sigmas while it bears the other out; else nothing says.
 
-use crate::validation::{NIS_FALSE_ALARM, empty_verdict};
+use crate::validation::NIS_FALSE_ALARM;
 use estimation::consistency::mean_square_band;
 use nalgebra::SVector;
 use physics::momentum::{MomentumSample, momentum_regressor};
 use runtime::scenario::AppendageKnown;
 use serde::{Deserialize, Serialize};
-use telemetry::{Domain, Estimate, HUB_INERTIA_AT, HUB_INERTIA_SIGMA_AT, MODES_BESIDE_INERTIA, Phase, Reason, Verdict};
+use telemetry::{
+    AnyEstimate, DoubtBasis, Estimate, Header, InertiaAgreement, InertiaComparison, InertialEstimate, ModalEstimate,
+    Phase, Reason, Verdict,
+};
 
 /// Joint standard deviations from which two statements disagree.
 pub const DISAGREE_SIGMA: f64 = 3.0;
@@ -36,24 +39,8 @@ struct Ended {
     stated: Option<Stated>,
 }
 
-/// What decided which to doubt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum By {
-    Nothing,
-    OwnTests,
-    StatedInertia,
-}
-
-impl By {
-    /// As `Verdict::parameter`.
-    const fn code(self) -> u16 {
-        match self {
-            Self::OwnTests => 0,
-            Self::StatedInertia => 1,
-            Self::Nothing => u16::MAX,
-        }
-    }
-}
+/// An inertia about the hub's axis with its standard deviation [kg m²].
+type Inertia = (f64, f64);
 
 /// The two statements of the phase being flown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -63,33 +50,37 @@ pub struct Inertias {
 }
 
 impl Inertias {
-    /// Takes the closing `estimate` of an experiment and the verdict on it; the comparison when it is the second of the two. Where no appendage
-    /// is `known` the modes imply no inertia, and there is nothing to say.
-    pub fn take(&mut self, estimate: &Estimate, judged: &Verdict, known: Option<&AppendageKnown>) -> Option<Verdict> {
-        let known = known?;
+    /// Takes the closing estimate of an experiment and the verdict on it; the comparison when it is
+    /// the second of the two. `None` where no appendage is `known`.
+    pub fn take(
+        &mut self,
+        sample: AnyEstimate<'_>,
+        judged: &Verdict,
+        known: Option<&AppendageKnown>,
+    ) -> Option<InertiaComparison> {
+        let (known, estimate) = (known?, sample.common());
         let phase = Phase::from_code(estimate.phase).filter(|phase| *phase != Phase::Mated)?;
         let sound = sound(estimate, judged);
-        let stated = |(inertia_kg_m2, sigma_kg_m2)| Stated { inertia_kg_m2, sigma_kg_m2, sound };
+        let ended = |found: Option<Inertia>| {
+            let stated = found.map(|(inertia_kg_m2, sigma_kg_m2)| Stated { inertia_kg_m2, sigma_kg_m2, sound });
+            Some(Ended { frame: estimate.frame, stated })
+        };
         let posture = known.arm_angle_rad;
-        match Domain::from_code(estimate.domain)? {
-            Domain::Modal => {
-                self.modal = Some(Ended { frame: estimate.frame, stated: of_modes(estimate).map(stated) });
+        match sample {
+            AnyEstimate::Modal(sample) => self.modal = ended(of_modes(sample)),
+            AnyEstimate::Inertial(sample) => {
+                self.inertial = ended(posture.and_then(|posture| of_momentum(sample, posture)));
             }
-            Domain::Inertial => {
-                let found = posture.and_then(|posture| of_momentum(estimate, posture));
-                self.inertial = Some(Ended { frame: estimate.frame, stated: found.map(stated) });
-            }
-            Domain::Slosh => return None,
+            AnyEstimate::Slosh(_) => return None,
         }
         let (modal, inertial) = (self.modal?, self.inertial?);
-        let mut verdict = empty(phase, judged);
-        verdict.estimate_frame = modal.frame.max(inertial.frame);
+        let mut comparison = empty(phase, judged, [modal.frame, inertial.frame]);
         match (posture, modal.stated, inertial.stated) {
-            (None, ..) => verdict.reason = Reason::SeparateBodies.code(),
-            (_, Some(modal), Some(inertial)) => compare(&mut verdict, modal, inertial, sheet(known)),
-            _ => verdict.reason = Reason::InertiaNotFound.code(),
+            (None, ..) => comparison.agreement = InertiaAgreement::SeparateBodies.code(),
+            (_, Some(modal), Some(inertial)) => compare(&mut comparison, modal, inertial, sheet(known)),
+            _ => comparison.agreement = InertiaAgreement::NotFound.code(),
         }
-        Some(verdict)
+        Some(comparison)
     }
 }
 
@@ -101,20 +92,20 @@ fn sound(estimate: &Estimate, judged: &Verdict) -> Option<bool> {
 }
 
 /// Inertia and sigma as the mass-property sheet states them.
-fn sheet(known: &AppendageKnown) -> Option<(f64, f64)> {
+fn sheet(known: &AppendageKnown) -> Option<Inertia> {
     let sigma = known.inertia_relative_sd * known.inertia_kg_m2;
     (sigma > 0.0).then_some((known.inertia_kg_m2, sigma))
 }
 
-fn of_modes(estimate: &Estimate) -> Option<(f64, f64)> {
-    let sigma = estimate.auxiliary[HUB_INERTIA_SIGMA_AT];
-    let given = estimate.status == 0 && usize::from(estimate.count) <= 2 * MODES_BESIDE_INERTIA && sigma > 0.0;
-    given.then_some((estimate.auxiliary[HUB_INERTIA_AT], sigma))
+fn of_modes(sample: &ModalEstimate) -> Option<Inertia> {
+    let (inertia, sigma) = (sample.hub_inertia_kg_m2, sample.hub_inertia_sigma_kg_m2);
+    (sample.estimate.status == 0 && sigma > 0.0).then_some((inertia, sigma))
 }
 
 /// `J = yᵀ α` of the arm held at `posture`, `y = ∂Y_h/∂w0`. Its variance is `yᵀ P y` and, for what the sensor sheet's systematic errors may
 /// do, `(Σ |y_i| s_i)²`: their correlations are not told, and as if all pulled one way is the most they can. `None` where that is not known.
-fn of_momentum(estimate: &Estimate, posture: [f64; 2]) -> Option<(f64, f64)> {
+fn of_momentum(sample: &InertialEstimate, posture: [f64; 2]) -> Option<Inertia> {
+    let estimate = &sample.estimate;
     if estimate.status != 0 || usize::from(estimate.count) != PARAMETERS {
         return None;
     }
@@ -123,64 +114,80 @@ fn of_momentum(estimate: &Estimate, posture: [f64; 2]) -> Option<(f64, f64)> {
     let (mut inertia, mut variance, mut systematic) = (0.0, 0.0, 0.0);
     for i in 0..PARAMETERS {
         inertia += y[i] * estimate.values[i];
-        systematic += y[i].abs() * estimate.auxiliary[i];
+        systematic += y[i].abs() * sample.consider_sigma_kg_m2[i];
         variance += (0..PARAMETERS).map(|j| y[i] * estimate.covariance[i][j] * y[j]).sum::<f64>();
     }
     let sigma = (variance + systematic * systematic).sqrt();
     (inertia > 0.0 && sigma > 0.0 && sigma.is_finite()).then_some((inertia, sigma))
 }
 
-/// Nothing compared yet, of the experiment that `judged` speaks of.
-fn empty(phase: Phase, judged: &Verdict) -> Verdict {
-    let blank = empty_verdict(judged.domain, phase.code(), judged.frame, judged.header.t_meas_ns);
-    Verdict { held_out_count: f64::NAN, ..blank }
+/// Nothing compared yet, in the frame of the verdict `judged`.
+fn empty(phase: Phase, judged: &Verdict, [modal_frame, inertial_frame]: [u64; 2]) -> InertiaComparison {
+    InertiaComparison {
+        header: Header::at(judged.header.t_meas_ns),
+        frame: judged.frame,
+        modal_frame,
+        inertial_frame,
+        phase: phase.code(),
+        agreement: InertiaAgreement::NotFound.code(),
+        doubt_basis: DoubtBasis::None.code(),
+        reserved: 0,
+        modal_inertia_kg_m2: f64::NAN,
+        inertial_inertia_kg_m2: f64::NAN,
+        difference_sigma_kg_m2: f64::NAN,
+        z: f64::NAN,
+        z_limit: DISAGREE_SIGMA,
+    }
 }
 
-fn compare(verdict: &mut Verdict, modal: Stated, inertial: Stated, sheet: Option<(f64, f64)>) {
+fn compare(comparison: &mut InertiaComparison, modal: Stated, inertial: Stated, sheet: Option<Inertia>) {
     let sigma = modal.sigma_kg_m2.hypot(inertial.sigma_kg_m2);
     let z = (modal.inertia_kg_m2 - inertial.inertia_kg_m2) / sigma;
-    (verdict.measured, verdict.limit) = (z, DISAGREE_SIGMA);
-    verdict.held_out_rms = modal.inertia_kg_m2;
-    verdict.held_out_noise = inertial.inertia_kg_m2;
-    verdict.held_out_count = sigma;
-    let (reason, by) =
-        if z.abs() <= DISAGREE_SIGMA { (Reason::InertiaAgrees, By::Nothing) } else { doubt(modal, inertial, sheet) };
-    (verdict.reason, verdict.parameter) = (reason.code(), by.code());
+    let (agreement, basis) = match z.abs() <= DISAGREE_SIGMA {
+        true => (InertiaAgreement::Agree, DoubtBasis::None),
+        false => doubt(modal, inertial, sheet),
+    };
+    (comparison.agreement, comparison.doubt_basis) = (agreement.code(), basis.code());
+    comparison.modal_inertia_kg_m2 = modal.inertia_kg_m2;
+    comparison.inertial_inertia_kg_m2 = inertial.inertia_kg_m2;
+    (comparison.difference_sigma_kg_m2, comparison.z) = (sigma, z);
 }
 
-fn doubt(modal: Stated, inertial: Stated, sheet: Option<(f64, f64)>) -> (Reason, By) {
+fn doubt(modal: Stated, inertial: Stated, sheet: Option<Inertia>) -> (InertiaAgreement, DoubtBasis) {
     let contradicted = |stated: Stated| {
         sheet.is_some_and(|(inertia, sigma)| {
             (stated.inertia_kg_m2 - inertia).abs() > DISAGREE_SIGMA * sigma.hypot(stated.sigma_kg_m2)
         })
     };
-    let blamed = |modal: bool| if modal { Reason::InertiaModalDoubted } else { Reason::InertiaInertialDoubted };
+    let (modal_doubted, inertial_doubted) = (InertiaAgreement::ModalDoubted, InertiaAgreement::InertialDoubted);
     match ((modal.sound, inertial.sound), (contradicted(modal), contradicted(inertial))) {
-        ((Some(false), Some(true)), _) => (blamed(true), By::OwnTests),
-        ((Some(true), Some(false)), _) => (blamed(false), By::OwnTests),
-        (_, (true, false)) => (blamed(true), By::StatedInertia),
-        (_, (false, true)) => (blamed(false), By::StatedInertia),
-        _ => (Reason::InertiaUndecided, By::Nothing),
+        ((Some(false), Some(true)), _) => (modal_doubted, DoubtBasis::OwnTests),
+        ((Some(true), Some(false)), _) => (inertial_doubted, DoubtBasis::OwnTests),
+        (_, (true, false)) => (modal_doubted, DoubtBasis::StatedInertia),
+        (_, (false, true)) => (inertial_doubted, DoubtBasis::StatedInertia),
+        _ => (InertiaAgreement::Undecided, DoubtBasis::None),
     }
 }
 
 /// One sentence with numbers.
-pub fn explain(verdict: &Verdict, reason: Reason) -> String {
-    let why = match verdict.parameter {
-        code if code == By::OwnTests.code() => ", which fails its own tests while the other passes",
-        code if code == By::StatedInertia.code() => {
-            ", which the stated inertia contradicts while it bears the other out"
-        }
-        _ => "",
+pub fn explain(comparison: &InertiaComparison) -> String {
+    let Some(agreement) = InertiaAgreement::from_code(comparison.agreement) else {
+        return format!("unknown agreement {}", comparison.agreement);
     };
-    let text = reason.text();
-    if reason == Reason::SeparateBodies || reason == Reason::InertiaNotFound {
+    let text = agreement.text();
+    if !agreement.is_comparison() {
         return text.to_string();
     }
-    let Verdict { measured, limit, held_out_rms, held_out_noise, held_out_count, .. } = verdict;
+    let why = match DoubtBasis::from_code(comparison.doubt_basis) {
+        Some(DoubtBasis::OwnTests) => ", which fails its own tests while the other passes",
+        Some(DoubtBasis::StatedInertia) => ", which the stated inertia contradicts while it bears the other out",
+        _ => "",
+    };
+    let InertiaComparison { modal_inertia_kg_m2: modal, inertial_inertia_kg_m2: momentum, z, z_limit, .. } = comparison;
     format!(
-        "{text}{why}: {held_out_rms:.4} (modes) against {held_out_noise:.4} kg m^2 (momentum), sigma of the difference \
-         {held_out_count:.4}, z {measured:+.1} of {limit:.0}"
+        "{text}{why}: {modal:.4} (modes) against {momentum:.4} kg m^2 (momentum), sigma of the difference {:.4}, \
+         z {z:+.1} of {z_limit:.0}",
+        comparison.difference_sigma_kg_m2
     )
 }
 

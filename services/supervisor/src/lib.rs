@@ -18,7 +18,7 @@
 
 pub mod contact;
 pub mod held_out;
-mod inertia;
+pub mod inertia;
 mod measured;
 mod mission;
 pub mod mode;
@@ -39,8 +39,8 @@ use runtime::experiment::ExperimentWindow;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    ACCELEROMETERS, ACTUATORS, Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL, ESTIMATE_SLOSH, Estimate, IMU, JOINTS, MODE,
-    ModeState, PartitionId, Phase, Reason, TopicId, VERDICT, Verdict,
+    ACCELEROMETERS, ACTUATORS, AnyEstimate, COMPARISON_INERTIA, Domain, ESTIMATE_INERTIAL, ESTIMATE_MODAL,
+    ESTIMATE_SLOSH, IMU, JOINTS, MODE, ModeState, PartitionId, Phase, Reason, TopicId, VERDICT, Verdict,
 };
 use verdicts::Ledger;
 
@@ -124,9 +124,10 @@ impl Partition for Supervisor {
             self.state.started = true;
             stimuli.push(Stimulus::Start);
         }
-        for estimate in
-            [ESTIMATE_MODAL, ESTIMATE_SLOSH, ESTIMATE_INERTIAL].into_iter().flat_map(|topic| frame.samples(topic))
-        {
+        let modal = frame.samples(ESTIMATE_MODAL).iter().map(AnyEstimate::Modal);
+        let slosh = frame.samples(ESTIMATE_SLOSH).iter().map(AnyEstimate::Slosh);
+        let inertial = frame.samples(ESTIMATE_INERTIAL).iter().map(AnyEstimate::Inertial);
+        for estimate in modal.chain(slosh).chain(inertial) {
             stimuli.extend(self.judge(estimate, frame, out));
         }
         let situation = self.situation(frame);
@@ -181,10 +182,10 @@ impl Supervisor {
     }
 
     /// Estimates are offered to the held-out test; the last one of an experiment is judged.
-    fn judge(&mut self, estimate: &Estimate, frame: &Frame<'_>, out: &mut Outputs) -> Option<Stimulus> {
-        let domain = Domain::from_code(estimate.domain)?;
+    fn judge(&mut self, sample: AnyEstimate<'_>, frame: &Frame<'_>, out: &mut Outputs) -> Option<Stimulus> {
+        let (domain, estimate) = (sample.domain(), sample.common());
         let phase = Phase::from_code(estimate.phase)?;
-        self.state.measured.offer(domain, estimate);
+        self.state.measured.offer(sample);
         if estimate.closing == 0 {
             return None;
         }
@@ -193,8 +194,8 @@ impl Supervisor {
         let verdict = validation::validate(estimate, held_out, need, frame.number, frame.t_ns);
         let sigma_over_need = validation::sigma_over_need(estimate, need);
         self.publish_verdict(&verdict, out);
-        if let Some(compared) = self.state.inertias.take(estimate, &verdict, self.mission.modal.appendage.as_ref()) {
-            out.publish(VERDICT, &compared);
+        if let Some(compared) = self.state.inertias.take(sample, &verdict, self.mission.modal.appendage.as_ref()) {
+            out.publish(COMPARISON_INERTIA, &compared);
         }
         if domain == Domain::Inertial && phase != Phase::Mated {
             // A model that serves to look for contact need not be accepted: its covariance is taken into account.

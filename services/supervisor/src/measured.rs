@@ -8,7 +8,7 @@ use runtime::experiment::{ESTIMATES_SPARSE_EVERY, ExperimentWindow};
 use runtime::pairs::{accelerations_with_forces, is_excited, rates_with_joints};
 use serde::{Deserialize, Serialize};
 use telemetry::{
-    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, Domain, Estimate, Experiment, IMU, JOINTS, Phase, Reason,
+    ACCELEROMETERS, ACCELEROMETERS_MAX, ACTUATORS, AnyEstimate, Domain, Experiment, IMU, JOINTS, Phase, Reason,
 };
 
 /// A sensor that has not spoken for so many frames, or for three of its intervals, is not alive.
@@ -134,11 +134,11 @@ impl Measured {
     }
 
     /// An estimate of a running experiment.
-    pub fn offer(&mut self, domain: Domain, estimate: &Estimate) {
-        match domain {
-            Domain::Inertial => self.inertial.offer(estimate),
-            Domain::Slosh => self.slosh.iter_mut().for_each(|slosh| slosh.offer(estimate)),
-            Domain::Modal => self.modal.iter_mut().for_each(|modal| modal.offer(estimate)),
+    pub fn offer(&mut self, estimate: AnyEstimate<'_>) {
+        match estimate {
+            AnyEstimate::Inertial(sample) => self.inertial.offer(&sample.estimate),
+            AnyEstimate::Slosh(sample) => self.slosh.iter_mut().for_each(|slosh| slosh.offer(sample)),
+            AnyEstimate::Modal(sample) => self.modal.iter_mut().for_each(|modal| modal.offer(&sample.estimate)),
         }
     }
 

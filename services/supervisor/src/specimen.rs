@@ -1,6 +1,6 @@
 //! An estimate that passes every test, for the tests of this crate to spoil.
 
-use telemetry::{Domain, Estimate, Innovation, Phase, Sample};
+use telemetry::{Domain, Estimate, Innovation, Phase};
 
 /// Closing, before capture, of 6000 rows; its numbers are zero.
 pub fn closing(domain: Domain) -> Estimate {
@@ -20,6 +20,6 @@ pub fn closing(domain: Domain) -> Estimate {
         nis_mean: 1.0,
         nis_count: 6000.0,
         block_length: [1.0, 10.0, 100.0],
-        ..Estimate::zeroed_at(0)
+        ..Estimate::default()
     }
 }

@@ -70,7 +70,7 @@ pub fn validate(estimate: &Estimate, held_out: Result<HeldOut, Reason>, need: &N
     if let Ok(held_out) = held_out {
         verdict.held_out_rms = held_out.rms;
         verdict.held_out_noise = held_out.noise;
-        verdict.held_out_count = held_out.count as f64;
+        verdict.held_out_count = held_out.count;
     }
     if estimate.status != 0 {
         return with_finding(verdict, Finding::new(Reason::NoEstimate, f64::from(estimate.status), 0.0));
@@ -100,7 +100,7 @@ pub fn no_model(domain: Domain, phase: Phase, (reason, measured, limit): Missing
 pub type Missing = (Reason, f64, f64);
 
 /// A verdict that nothing has been written into yet, of which nothing can be said.
-pub(crate) fn empty_verdict(domain: u16, phase: u16, frame: u64, t_ns: u64) -> Verdict {
+fn empty_verdict(domain: u16, phase: u16, frame: u64, t_ns: u64) -> Verdict {
     Verdict {
         header: Header::at(t_ns),
         frame,
@@ -119,7 +119,7 @@ pub(crate) fn empty_verdict(domain: u16, phase: u16, frame: u64, t_ns: u64) -> V
         block_z_worst: 0.0,
         held_out_rms: f64::NAN,
         held_out_noise: f64::NAN,
-        held_out_count: 0.0,
+        held_out_count: 0,
     }
 }
 
@@ -208,9 +208,6 @@ pub fn explain(verdict: &Verdict) -> String {
     let Some(reason) = Reason::from_code(verdict.reason) else {
         return format!("unknown reason {}", verdict.reason);
     };
-    if reason.compares() {
-        return crate::inertia::explain(verdict, reason);
-    }
     let domain = Domain::from_code(verdict.domain);
     let unit = if domain == Some(Domain::Inertial) { "rad/s" } else { "m/s^2" };
     let parameter = domain.and_then(|domain| parameters(domain).get(usize::from(verdict.parameter)));

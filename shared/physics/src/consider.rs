@@ -129,7 +129,7 @@ impl<const P: usize> ConsiderSums<P> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Excitation {
     /// Posterior sigma below a third of the prior's.
-    Identified,
+    Identified = 1,
     /// The data say something, the prior says more.
     PriorKept,
     /// Posterior sigma within 1 % of the prior's: no trace in the data.
@@ -137,9 +137,9 @@ pub enum Excitation {
 }
 
 impl Excitation {
-    /// As it travels in telemetry.
-    pub const fn code(self) -> u8 {
-        self as u8
+    /// As it travels in telemetry, where 0 is no prior.
+    pub const fn code(self) -> u16 {
+        self as u16
     }
 }
 

@@ -70,7 +70,7 @@ impl DigestBuilder {
     /// Hashes topic name, seq, t_meas and body of every sample, in the order (frame, topic, seq).
     #[must_use]
     pub fn finish(&self) -> Digest {
-        // Estimate, Verdict and Mode have their frame right behind the header.
+        // Every result has its frame right behind the header.
         let frame = |body: &[u8]| u64::from_le_bytes(*body.first_chunk().expect("a result begins with its frame"));
         let mut order: Vec<_> =
             self.samples.iter().map(|((topic, seq), (t, body))| (frame(body), *topic, *seq, *t, body)).collect();

@@ -5,16 +5,18 @@
 //! ROS 1 reader can decode it. Arrays of arrays appear flat, row by row.
 
 use core::fmt::Write;
-use telemetry::{FieldInfo, Header, Innovation, Record, Stamps, TopicInfo};
+use telemetry::{Estimate, FieldInfo, Header, IdentifiedMode, Innovation, Record, Stamps, TopicInfo};
 
 // The identity of memory and wire holds on little-endian machines only.
 const _: () = assert!(cfg!(target_endian = "little"), "recordings are written in the byte order of ROS 1");
 
 /// Records that appear inside others.
-const NESTED: [(&str, &[FieldInfo], usize); 3] = [
+const NESTED: [(&str, &[FieldInfo], usize); 5] = [
     (Stamps::NAME, Stamps::FIELDS, size_of::<Stamps>()),
     (Header::NAME, Header::FIELDS, size_of::<Header>()),
+    (Estimate::NAME, Estimate::FIELDS, size_of::<Estimate>()),
     (Innovation::NAME, Innovation::FIELDS, size_of::<Innovation>()),
+    (IdentifiedMode::NAME, IdentifiedMode::FIELDS, size_of::<IdentifiedMode>()),
 ];
 
 /// A sample of one scalar channel; its unit stands in the channel's metadata under [`UNIT`].
@@ -31,17 +33,23 @@ pub(crate) fn schema_name(topic: &TopicInfo) -> String {
 pub(crate) fn schema_text(topic: &TopicInfo) -> String {
     let mut text = String::from("obsid/Stamps stamps # transport: changes from run to run\n");
     let mut used = vec![Stamps::NAME];
-    for field in topic.fields {
-        write_field(&mut text, field);
-        if element_size(field.ros).is_none() && !used.contains(&field.ros) {
-            used.push(field.ros);
-        }
-    }
+    topic.fields.iter().for_each(|field| write_field(&mut text, field));
+    note_records(topic.fields, &mut used);
     for (name, fields, _) in NESTED.iter().filter(|(name, ..)| used.contains(name)) {
         let _ = writeln!(text, "{}\nMSG: obsid/{name}", "=".repeat(80));
         fields.iter().for_each(|field| write_field(&mut text, field));
     }
     text
+}
+
+/// Adds the names of all records inside `fields`, and inside these.
+fn note_records(fields: &[FieldInfo], used: &mut Vec<&'static str>) {
+    for (name, inner, _) in NESTED.iter().filter(|(name, ..)| fields.iter().any(|field| field.ros == *name)) {
+        if !used.contains(name) {
+            used.push(name);
+            note_records(inner, used);
+        }
+    }
 }
 
 fn write_field(text: &mut String, field: &FieldInfo) {

@@ -265,7 +265,7 @@ mod tests {
     use super::{Counters, Cursors, Inbox};
     use crate::config::Sabotage;
     use telemetry::{
-        ESTIMATE_INERTIAL, Estimate, IMU, Imu, PROGRESS, PartitionId, Progress, Sample, Stamps, TICK, TOPICS,
+        ESTIMATE_INERTIAL, IMU, Imu, InertialEstimate, PROGRESS, PartitionId, Progress, Sample, Stamps, TICK, TOPICS,
         TOPICS_MAX, Tick, Topic,
     };
 
@@ -425,10 +425,10 @@ mod tests {
     #[test]
     fn a_result_may_hold_nan_and_is_due_one_window_after_its_frame() {
         let mut inbox = inbox(Sabotage::None);
-        let mut estimate = Estimate::zeroed_at(0);
-        estimate.frame = 4;
-        estimate.nis_mean = f64::NAN;
-        let (stamps, payload) = wire(ESTIMATE_INERTIAL, 0, 1, estimate);
+        let mut sample = InertialEstimate::zeroed_at(0);
+        sample.estimate.frame = 4;
+        (sample.estimate.nis_mean, sample.consider_sigma_kg_m2[0]) = (f64::NAN, f64::NAN);
+        let (stamps, payload) = wire(ESTIMATE_INERTIAL, 0, 1, sample);
         assert!(inbox.arrive(ESTIMATE_INERTIAL.id, &stamps, &payload));
         for frame in 0..30 {
             inbox.collect(frame, &[0; TOPICS_MAX]);

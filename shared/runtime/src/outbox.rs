@@ -73,7 +73,7 @@ impl Outbox {
 #[cfg(test)]
 mod tests {
     use super::Outbox;
-    use telemetry::{ESTIMATE_INERTIAL, Estimate, IMU, Imu, MODE, Mode, Sample, TICK, TOPICS, Tick};
+    use telemetry::{ESTIMATE_INERTIAL, IMU, Imu, InertialEstimate, MODE, Mode, Sample, TICK, TOPICS, Tick};
     use zerocopy::IntoBytes;
 
     const WINDOW: u64 = 20;
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(outbox.entries().map(|entry| entry.frame).min(), Some(80));
         let mut outbox = empty();
         for frame in 0..100 {
-            outbox.keep(frame, ESTIMATE_INERTIAL.id, Estimate::zeroed_at(frame).as_bytes());
+            outbox.keep(frame, ESTIMATE_INERTIAL.id, InertialEstimate::zeroed_at(frame).as_bytes());
             outbox.keep(frame, MODE.id, Mode::zeroed_at(frame).as_bytes());
             outbox.forget_before(frame + 1);
         }
@@ -125,7 +125,7 @@ mod tests {
         // Producer at 100 frames; consumer checkpointed 80 = 100 − W; the result due in frame 80 was made in 80 − W.
         let mut outbox = empty();
         for frame in 0..100 {
-            outbox.keep(frame, ESTIMATE_INERTIAL.id, Estimate::zeroed_at(frame).as_bytes());
+            outbox.keep(frame, ESTIMATE_INERTIAL.id, InertialEstimate::zeroed_at(frame).as_bytes());
         }
         outbox.forget_before(100);
         assert_eq!(outbox.entries().next().map(|entry| entry.frame), Some(100 - 2 * WINDOW));

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use telemetry::{
-    COMMAND, Command, EVENT, Event, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Progress, TICK,
+    COMMAND, Command, EVENT, Event, EventCode, HOUSEKEEPING, Header, PROGRESS, PartitionId, Progress, Sample, TICK,
 };
 
 /// Frames per turn: bounds the time between looks at signals and links.
@@ -166,7 +166,8 @@ impl<'a> Process<'a> {
         if let Some(watch) = &mut process.watch {
             watch.say_ready();
         }
-        process.event(EventCode::Started, Severity::of_start(life), [life.epoch.into(), life.cause.into()])?;
+        let figures = Event { restarts: life.epoch, restart_cause: life.cause, ..Event::zeroed_at(0) };
+        process.event(EventCode::Started, Severity::of_start(life), figures)?;
         process.wake_everybody();
         process.runner.beat()?;
         Ok(process)
@@ -186,7 +187,8 @@ impl<'a> Process<'a> {
             }
         }
         for lost in given_up {
-            self.event(EventCode::GivenUp, Severity::Alarm, [lost.code().into(), 0.0])?;
+            let figures = Event { given_up: lost.code().into(), ..Event::zeroed_at(0) };
+            self.event(EventCode::GivenUp, Severity::Alarm, figures)?;
             self.runner.link_mut().bury_the_dead();
             self.wake_everybody();
         }
@@ -218,7 +220,8 @@ impl<'a> Process<'a> {
 
     fn end(&mut self) -> Result<(), ProcessError> {
         self.runner.finish()?;
-        self.event(EventCode::Ended, Severity::Information, [self.runner.frames_done() as f64, 0.0])?;
+        let figures = Event { frames: self.runner.frames_done(), ..Event::zeroed_at(0) };
+        self.event(EventCode::Ended, Severity::Information, figures)?;
         self.housekeeping()?;
         self.runner.beat()?;
         self.wake_everybody();
@@ -264,15 +267,9 @@ impl<'a> Process<'a> {
         }
     }
 
-    fn event(&mut self, code: EventCode, severity: Severity, numbers: [f64; 2]) -> Result<(), ProcessError> {
-        let [first, second] = numbers;
-        let event = Event {
-            header: Header::at(0),
-            partition: self.runner.id().code(),
-            severity: severity as u16,
-            code: code.code().into(),
-            arguments: [first, second, 0.0, 0.0],
-        };
+    fn event(&mut self, code: EventCode, severity: Severity, figures: Event) -> Result<(), ProcessError> {
+        let partition = self.runner.id().code();
+        let event = Event { partition, severity: severity as u16, code: code.code().into(), ..figures };
         Ok(self.runner.publish_status(EVENT, &event)?)
     }
 
@@ -281,10 +278,14 @@ impl<'a> Process<'a> {
         let (now, told) = (self.runner.counters(), self.told);
         self.told = now;
         if now.bad > told.bad {
-            self.event(EventCode::BadSamples, Severity::Warning, [(now.bad - told.bad) as f64, now.bad as f64])?;
+            let (samples, samples_total) = (now.bad - told.bad, now.bad);
+            let figures = Event { samples, samples_total, ..Event::zeroed_at(0) };
+            self.event(EventCode::BadSamples, Severity::Warning, figures)?;
         }
         if now.lost > told.lost {
-            self.event(EventCode::SamplesLost, Severity::Warning, [(now.lost - told.lost) as f64, now.lost as f64])?;
+            let (samples, samples_total) = (now.lost - told.lost, now.lost);
+            let figures = Event { samples, samples_total, ..Event::zeroed_at(0) };
+            self.event(EventCode::SamplesLost, Severity::Warning, figures)?;
         }
         Ok(())
     }

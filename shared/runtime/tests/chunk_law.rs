@@ -24,8 +24,9 @@ use std::rc::Rc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use telemetry::PartitionId::{InertialId, Recorder, SensorSim, SloshId, Supervisor};
 use telemetry::{
-    ACCELEROMETERS, Accelerometers, ESTIMATE_INERTIAL, ESTIMATE_SLOSH, Estimate, Header, IMU, Imu, JOINTS, Joints,
-    MODE, Mode, PROGRESS, PartitionId, Progress, Sample, Stamps, TOPICS, Topic, TopicId, VERDICT, Verdict,
+    ACCELEROMETERS, Accelerometers, ESTIMATE_INERTIAL, ESTIMATE_SLOSH, Estimate, IMU, Imu, InertialEstimate, JOINTS,
+    Joints, MODE, Mode, PROGRESS, PartitionId, Progress, Sample, SloshEstimate, Stamps, TOPICS, Topic, TopicId,
+    VERDICT, Verdict,
 };
 use toy_run::toy_run;
 use zerocopy::IntoBytes;
@@ -94,14 +95,15 @@ impl Partition for Source {
 }
 
 /// Publishes what it has seen every `every` frames.
-struct Estimator {
+struct Estimator<T> {
     id: PartitionId,
-    topic: Topic<Estimate>,
+    topic: Topic<T>,
+    common: fn(&mut T) -> &mut Estimate,
     every: u64,
     memory: u64,
 }
 
-impl Partition for Estimator {
+impl<T: Sample> Partition for Estimator<T> {
     fn id(&self) -> PartitionId {
         self.id
     }
@@ -113,10 +115,10 @@ impl Partition for Estimator {
         let seen = mix_all(mix_all(seen, frame.samples(IMU)), frame.samples(JOINTS));
         self.memory = mix_all(seen, frame.samples(ACCELEROMETERS));
         if frame.number % self.every == self.every - 1 {
-            let mut estimate = Estimate::zeroed_at(frame.t_ns);
-            (estimate.header, estimate.frame) = (Header::at(frame.t_ns), frame.number);
-            estimate.values[0] = as_f64(self.memory);
-            out.publish(self.topic, &estimate);
+            let mut sample = T::zeroed_at(frame.t_ns);
+            let common = (self.common)(&mut sample);
+            (common.frame, common.values[0]) = (frame.number, as_f64(self.memory));
+            out.publish(self.topic, &sample);
         }
     }
     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
@@ -142,8 +144,9 @@ impl Partition for Judge {
         const { &[ESTIMATE_INERTIAL.id, ESTIMATE_SLOSH.id] }
     }
     fn frame(&mut self, frame: &Frame<'_>, out: &mut Outputs) {
-        for estimate in frame.samples(ESTIMATE_INERTIAL).iter().chain(frame.samples(ESTIMATE_SLOSH)) {
-            self.memory = mix(mix(self.memory, &frame.number.to_le_bytes()), estimate.as_bytes());
+        let inertial = frame.samples(ESTIMATE_INERTIAL).iter().map(InertialEstimate::as_bytes);
+        for estimate in inertial.chain(frame.samples(ESTIMATE_SLOSH).iter().map(SloshEstimate::as_bytes)) {
+            self.memory = mix(mix(self.memory, &frame.number.to_le_bytes()), estimate);
             let mut verdict = Verdict::zeroed_at(frame.t_ns);
             (verdict.frame, verdict.measured) = (frame.number, as_f64(self.memory));
             out.publish(VERDICT, &verdict);
@@ -230,8 +233,14 @@ impl World {
         let partition: Box<dyn Partition> = match id {
             SensorSim => Box::new(Source::default()),
             Supervisor => Box::new(Judge::default()),
-            InertialId => Box::new(Estimator { id, topic: ESTIMATE_INERTIAL, every: 7, memory: 0 }),
-            SloshId => Box::new(Estimator { id, topic: ESTIMATE_SLOSH, every: 11, memory: 0 }),
+            InertialId => {
+                let common: fn(&mut InertialEstimate) -> &mut Estimate = |sample| &mut sample.estimate;
+                Box::new(Estimator { id, topic: ESTIMATE_INERTIAL, common, every: 7, memory: 0 })
+            }
+            SloshId => {
+                let common: fn(&mut SloshEstimate) -> &mut Estimate = |sample| &mut sample.estimate;
+                Box::new(Estimator { id, topic: ESTIMATE_SLOSH, common, every: 11, memory: 0 })
+            }
             _ => {
                 self.stream.borrow_mut().clear();
                 Box::new(Collector { stream: Rc::clone(&self.stream) })

@@ -21,8 +21,9 @@ pub use header::{Header, Stamps, crc32};
 pub use icd::FieldInfo;
 pub use layout::{Layout, Record, layout_hash};
 pub use names::{
-    Domain, EventCode, Experiment, ModeState, Parameter, PartitionId, Phase, Reason, TARGET_CONTRADICTED,
-    TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REFUSED, parameters, status_text, target_status_text,
+    CODE_LISTS, CodeList, Domain, DoubtBasis, EventCode, Experiment, Identifiability, InertiaAgreement, InertialStatus,
+    ModalStatus, ModeState, Parameter, PartitionId, Phase, Reason, SloshStatus, TARGET_CONTRADICTED, TARGET_CRC_WRONG,
+    TARGET_NOT_SOLVED, TARGET_REFUSED, parameters, status_text, target_status_text,
 };
 pub use records::*;
 pub use topics::*;

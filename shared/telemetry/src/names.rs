@@ -1,5 +1,12 @@
 //! Names that travel as numbers: partitions, modes, experiments, parameters, reasons.
 
+/// A list of codes: what each number of a field stands for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CodeList {
+    pub name: &'static str,
+    pub codes: &'static [(u16, &'static str)],
+}
+
 macro_rules! coded {
     ($(#[$doc:meta])* $name:ident { $($(#[$vdoc:meta])* $variant:ident = $code:literal $text:literal,)* }) => {
         $(#[$doc])*
@@ -9,17 +16,14 @@ macro_rules! coded {
         pub enum $name { $($(#[$vdoc])* $variant = $code,)* }
         impl $name {
             pub const ALL: &'static [$name] = &[$($name::$variant,)*];
+            /// As the interface control document shows it.
+            pub const LIST: CodeList = CodeList { name: stringify!($name), codes: &[$(($code, $text),)*] };
             #[must_use]
             pub const fn code(self) -> u16 { self as u16 }
             /// `None` for a code that this build does not know.
             #[must_use]
             pub const fn from_code(code: u16) -> Option<Self> {
                 match code { $($code => Some($name::$variant),)* _ => None }
-            }
-            /// Continues a hash over codes and texts, in order.
-            const fn hash(mut hash: u32) -> u32 {
-                $(hash = crate::layout_hash(hash, concat!($code, " ", $text, ";").as_bytes());)*
-                hash
             }
             #[must_use]
             pub const fn text(self) -> &'static str {
@@ -101,7 +105,7 @@ coded! {
 }
 
 coded! {
-    /// Why the supervisor accepts or refuses a model.
+    /// Why the supervisor accepts or rejects a model.
     Reason {
         Accepted = 0 "adequate, sigmas honest, physically consistent",
         NoEstimate = 1 "no estimate was made",
@@ -117,43 +121,154 @@ coded! {
         OutOfReach = 11 "skipped: its predicted sigma cannot meet the need",
         InputsLost = 12 "aborted: a sensor fell silent",
         NotReached = 13 "not flown",
-        InertiaAgrees = 14 "the inertia that the modes imply and the one that the momentum implies agree",
-        InertiaModalDoubted = 15 "the inertias of modes and momentum disagree: doubt the modal model",
-        InertiaInertialDoubted = 16 "the inertias of modes and momentum disagree: doubt the inertial model",
-        InertiaUndecided = 17 "the inertias of modes and momentum disagree: nothing says which to doubt",
-        SeparateBodies = 18 "inertias of modes and momentum are not comparable: separate bodies",
-        InertiaNotFound = 19 "inertias of modes and momentum are not comparable: one of them was not found",
     }
 }
 
 coded! {
-    /// What an event speaks of; its numbers stand in `Event::arguments`.
+    /// What the data of an experiment did to the prior of a parameter, in every domain.
+    Identifiability {
+        NoPrior = 0 "no prior",
+        Identified = 1 "identified",
+        PriorKept = 2 "prior kept",
+        NotExcited = 3 "not excited",
+    }
+}
+
+coded! {
+    /// The inertia that the modes imply against the one that the momentum implies.
+    InertiaAgreement {
+        Agree = 0 "the inertia that the modes imply and the one that the momentum implies agree",
+        ModalDoubted = 1 "the inertias of modes and momentum disagree: doubt the modal model",
+        InertialDoubted = 2 "the inertias of modes and momentum disagree: doubt the inertial model",
+        Undecided = 3 "the inertias of modes and momentum disagree: nothing says which to doubt",
+        SeparateBodies = 4 "inertias of modes and momentum are not comparable: separate bodies",
+        NotFound = 5 "inertias of modes and momentum are not comparable: one of them was not found",
+    }
+}
+
+impl InertiaAgreement {
+    /// Whether there were two inertias of one body.
+    #[must_use]
+    pub const fn is_comparison(self) -> bool {
+        !matches!(self, Self::SeparateBodies | Self::NotFound)
+    }
+}
+
+coded! {
+    /// What decided which of two inertias that disagree to doubt.
+    DoubtBasis {
+        None = 0 "nothing",
+        OwnTests = 1 "it fails its own tests while the other passes",
+        StatedInertia = 2 "the stated inertia contradicts it while it confirms the other",
+    }
+}
+
+coded! {
+    /// Why there is no estimate of the arm's parameters.
+    InertialStatus {
+        Valid = 0 "valid",
+        NotKnown = 1 "momentum or prior are not known: state them in the scenario",
+        NotExcited = 2 "not excited enough: some direction carries more noise than signal",
+        NoSamples = 3 "no sample had a rate and both joints at one time",
+        NoTorques = 4 "the motion's shape is not known yet, or no joint torques are: state joint_torque_sigma_nm",
+    }
+}
+
+coded! {
+    /// Why there is no estimate of the slosh parameters.
+    SloshStatus {
+        Valid = 0 "valid",
+        NotKnown = 1 "the hub's mass is not known: state it in the scenario",
+        ArcTooShort = 2 "the arc is too short for its unknowns",
+        NoSloshFound = 3 "no slosh found: no frequency explains more than noise (is the force on the stated axis?)",
+        NotConverged = 4 "the maximum of the likelihood was not reached",
+        Fragmented = 5 "too many gaps",
+        ModeNotResolved = 6 "the slosh mode is too fast for the blocks of so long a record: shorten it",
+    }
+}
+
+coded! {
+    /// Why there is no estimate of modes.
+    ModalStatus {
+        Valid = 0 "valid",
+        NothingToWorkOn = 1 "no accelerometer rows on the stated channels",
+        RecordTooShort = 2 "the record is too short",
+        NoMode = 3 "no mode found",
+        FlatChannels = 4 "the channels are flat",
+        DecompositionFailed = 5 "a factorisation did not converge",
+        ExcitedThroughout = 6 "excited throughout: no free or operational segment",
+    }
+}
+
+coded! {
+    /// What an event speaks of.
     EventCode {
-        /// Restarts before, cause of the last one.
         Started = 1 "started",
-        /// Samples dropped since the last such event, in all.
         BadSamples = 2 "bad samples dropped",
-        /// Sequence numbers missed since the last such event, in all.
         SamplesLost = 3 "samples lost",
-        /// Partition that was given up.
         GivenUp = 4 "partition given up",
-        /// Frames done.
         Ended = 5 "ended",
     }
 }
 
 impl Reason {
-    /// Whether it speaks of two estimates side by side, not of one.
+    /// What `Verdict::measured` and `Verdict::limit` are under this reason; 0 where it says none.
     #[must_use]
-    pub const fn compares(self) -> bool {
-        self.code() >= Self::InertiaAgrees.code()
+    pub const fn figures(self) -> &'static str {
+        match self {
+            Self::Accepted | Self::HeldOutTooLarge => {
+                "rms of the held-out simulation error and its need [as held_out_rms]"
+            }
+            Self::NoEstimate => "status of the estimate; no limit",
+            Self::InnovationsBiased => "z-score of the block means and its limit [sigma]",
+            Self::NisOutOfBand => {
+                "mean NIS and the end of its band that it passes [-]; a limit of infinity: too few rows"
+            }
+            Self::NotConsistent => "Estimate.consistent and 1",
+            Self::SigmaTooLarge => "standard deviation over the value and its need [%]",
+            Self::NoHeldOutData => {
+                "rms of the held-out signal and three times that of its noise [as held_out_rms]; both 0: no rows"
+            }
+            Self::OutOfReach => "largest predicted sigma over its need and the limit of that ratio [-]",
+            Self::NoNeedStated
+            | Self::PartitionLost
+            | Self::OperationalRecord
+            | Self::InputsLost
+            | Self::NotReached => "none",
+        }
     }
 }
 
+/// Every list of codes, as the interface control document shows them.
+pub const CODE_LISTS: [CodeList; 13] = [
+    PartitionId::LIST,
+    ModeState::LIST,
+    Experiment::LIST,
+    Domain::LIST,
+    Phase::LIST,
+    Identifiability::LIST,
+    InertialStatus::LIST,
+    SloshStatus::LIST,
+    ModalStatus::LIST,
+    Reason::LIST,
+    InertiaAgreement::LIST,
+    DoubtBasis::LIST,
+    EventCode::LIST,
+];
+
 /// Continues a hash over every list of codes and the names of all parameters.
-pub(crate) const fn hash_of_codes(hash: u32) -> u32 {
-    let hash = Phase::hash(Domain::hash(Experiment::hash(ModeState::hash(PartitionId::hash(hash)))));
-    let mut hash = EventCode::hash(Reason::hash(hash));
+pub(crate) const fn hash_of_codes(mut hash: u32) -> u32 {
+    let mut list = 0;
+    while list < CODE_LISTS.len() {
+        hash = crate::layout_hash(hash, CODE_LISTS[list].name.as_bytes());
+        let mut at = 0;
+        while at < CODE_LISTS[list].codes.len() {
+            let (code, text) = CODE_LISTS[list].codes[at];
+            hash = crate::layout_hash(crate::layout_hash(hash, &code.to_le_bytes()), text.as_bytes());
+            at += 1;
+        }
+        list += 1;
+    }
     let lists: [&[Parameter]; 3] = [&INERTIAL, &SLOSH, &MODAL];
     let mut list = 0;
     while list < lists.len() {
@@ -189,74 +304,61 @@ pub const fn target_status_text(status: u16) -> &'static str {
     }
 }
 
-/// Why an estimator has no estimate (`Estimate::status`); its numbers stand in `auxiliary` 10 and 11.
+/// Why an estimator has no estimate (`Estimate::status`).
 #[must_use]
 pub const fn status_text(domain: Domain, status: u32) -> &'static str {
-    match (domain, status) {
-        (_, 0) => "valid",
-        (Domain::Inertial, 1) => "momentum or prior are not known: state them in the scenario",
-        (Domain::Inertial, 2) => "not excited enough: some direction carries more noise than signal",
-        (Domain::Inertial, 4) => {
-            "the motion's shape is not known yet, or no joint torques are: state joint_torque_sigma_nm"
-        }
-        (Domain::Inertial, 3) => "no sample had a rate and both joints at one time",
-        (Domain::Slosh, 1) => "the hub's mass is not known: state it in the scenario",
-        (Domain::Slosh, 2) => "the arc is too short for its unknowns",
-        (Domain::Slosh, 3) => {
-            "no slosh found: no frequency explains more than noise (is the force on the stated axis?)"
-        }
-        (Domain::Slosh, 4) => "the maximum of the likelihood was not reached",
-        (Domain::Slosh, 5) => "too many gaps",
-        (Domain::Slosh, 6) => "the slosh mode is too fast for the blocks of so long a record: shorten it",
-        (Domain::Modal, 1) => "no accelerometer rows on the stated channels",
-        (Domain::Modal, 2) => "the record is too short",
-        (Domain::Modal, 3) => "no mode found",
-        (Domain::Modal, 4) => "the channels are flat",
-        (Domain::Modal, 5) => "a factorisation did not converge",
-        (Domain::Modal, 6) => "excited throughout: no free or operational segment",
-        _ => "unknown status",
-    }
+    let list = match domain {
+        Domain::Inertial => InertialStatus::LIST,
+        Domain::Slosh => SloshStatus::LIST,
+        Domain::Modal => ModalStatus::LIST,
+    };
+    // The codes of a status are contiguous from 0: a test says so.
+    if (status as usize) < list.codes.len() { list.codes[status as usize].1 } else { "unknown status" }
 }
 
-/// Name and unit of one element of an estimate's value vector.
+/// One element of an estimate's value vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
     pub name: &'static str,
     pub unit: &'static str,
+    pub what: &'static str,
 }
 
-const fn p(name: &'static str, unit: &'static str) -> Parameter {
-    Parameter { name, unit }
+const fn p(name: &'static str, unit: &'static str, what: &'static str) -> Parameter {
+    Parameter { name, unit, what }
 }
 
 const INERTIAL: [Parameter; 9] = [
-    p("a1", "kg m^2"),
-    p("a2", "kg m^2"),
-    p("a3", "kg m^2"),
-    p("a4", "kg m^2"),
-    p("a5", "kg m^2"),
-    p("a6", "kg m^2"),
-    p("a7", "kg m^2"),
-    p("a8", "kg m^2"),
-    p("a9", "kg m^2"),
+    p("a1", "kg m^2", "augmented inertia of the base: factor of w0 in the angular momentum"),
+    p("a2", "kg m^2", "augmented inertia of link 1: factor of w0 + d1"),
+    p("a3", "kg m^2", "augmented inertia of link 2 and what it holds: factor of w0 + d1 + d2"),
+    p("a4", "kg m^2", "coupling of base and link 1: factor of (2 w0 + d1) cos th1"),
+    p("a5", "kg m^2", "coupling of base and link 1: factor of (2 w0 + d1) sin th1"),
+    p("a6", "kg m^2", "coupling of base and link 2: factor of (2 w0 + d1 + d2) cos (th1 + th2)"),
+    p("a7", "kg m^2", "coupling of base and link 2: factor of (2 w0 + d1 + d2) sin (th1 + th2)"),
+    p("a8", "kg m^2", "coupling of links 1 and 2: factor of (2 w0 + 2 d1 + d2) cos th2"),
+    p(
+        "a9",
+        "kg m^2",
+        "coupling of links 1 and 2: factor of (2 w0 + 2 d1 + d2) sin th2; 0 while nothing is held off axis",
+    ),
 ];
-const SLOSH: [Parameter; 3] = [p("m_s", "kg"), p("k_s", "N/m"), p("c_s", "N s/m")];
-const MODAL: [Parameter; 12] = [
-    p("f1", "Hz"),
-    p("zeta1", "-"),
-    p("f2", "Hz"),
-    p("zeta2", "-"),
-    p("f3", "Hz"),
-    p("zeta3", "-"),
-    p("f4", "Hz"),
-    p("zeta4", "-"),
-    p("f5", "Hz"),
-    p("zeta5", "-"),
-    p("f6", "Hz"),
-    p("zeta6", "-"),
+const SLOSH: [Parameter; 3] = [
+    p("m_s", "kg", "slosh mass"),
+    p("k_s", "N/m", "stiffness between slosh mass and hub"),
+    p("c_s", "N s/m", "damping between slosh mass and hub"),
 ];
+/// Natural frequency and damping ratio of one mode.
+const fn mode(frequency: &'static str, damping: &'static str) -> [Parameter; 2] {
+    [p(frequency, "Hz", "natural frequency"), p(damping, "-", "damping ratio")]
+}
+const MODAL: [Parameter; 12] = {
+    let [[f1, zeta1], [f2, zeta2], [f3, zeta3]] = [mode("f1", "zeta1"), mode("f2", "zeta2"), mode("f3", "zeta3")];
+    let [[f4, zeta4], [f5, zeta5], [f6, zeta6]] = [mode("f4", "zeta4"), mode("f5", "zeta5"), mode("f6", "zeta6")];
+    [f1, zeta1, f2, zeta2, f3, zeta3, f4, zeta4, f5, zeta5, f6, zeta6]
+};
 
-/// Names and units of an estimate's values, in order.
+/// Names, units and meanings of an estimate's values, in order.
 #[must_use]
 pub const fn parameters(domain: Domain) -> &'static [Parameter] {
     match domain {
@@ -268,7 +370,10 @@ pub const fn parameters(domain: Domain) -> &'static [Parameter] {
 
 #[cfg(test)]
 mod tests {
-    use super::{Domain, Experiment, ModeState, PartitionId, Phase, Reason, parameters};
+    use super::{
+        Domain, DoubtBasis, Experiment, Identifiability, InertiaAgreement, InertialStatus, ModalStatus, ModeState,
+        PartitionId, Phase, Reason, SloshStatus, parameters, status_text,
+    };
     use crate::PARAMETERS_MAX;
 
     macro_rules! check_codes {
@@ -286,7 +391,20 @@ mod tests {
 
     #[test]
     fn every_code_stands_for_one_name_and_an_unknown_code_for_none() {
-        check_codes!(PartitionId, ModeState, Experiment, Domain, Phase, Reason);
+        check_codes!(PartitionId, ModeState, Experiment, Domain, Phase, Reason, Identifiability, InertiaAgreement);
+        check_codes!(DoubtBasis, InertialStatus, SloshStatus, ModalStatus);
+    }
+
+    #[test]
+    fn a_status_is_told_in_the_words_of_its_own_domain() {
+        for &domain in Domain::ALL {
+            assert_eq!(status_text(domain, 0), "valid");
+            assert_eq!(status_text(domain, u32::MAX), "unknown status");
+        }
+        for status in ModalStatus::ALL {
+            assert_eq!(status_text(Domain::Modal, status.code().into()), status.text());
+        }
+        assert_eq!(status_text(Domain::Inertial, InertialStatus::ALL.len() as u32), "unknown status");
     }
 
     #[test]

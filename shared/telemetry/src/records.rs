@@ -2,7 +2,7 @@
 
 use crate::header::Header;
 use crate::layout::record;
-use crate::{PARAMETERS_MAX, TOPICS_MAX};
+use crate::{Domain, INERTIAL_PARAMETERS_MAX, MODES_MAX, PARAMETERS_MAX, TOPICS_MAX};
 #[cfg(feature = "iceoryx2")]
 use iceoryx2::prelude::ZeroCopySend;
 
@@ -74,7 +74,7 @@ record! {
     /// A partition's execution counter and how far it is: the pacing of a simulated clock.
     Progress {
         header: Header, "-", "-", "header";
-        partition: u32, "-", "-", "partition";
+        partition: u32, "-", "-", "code of PartitionId";
         epoch: u32, "-", "-", "how often it was started before";
         cycles: u64, "-", "-", "execution counter, one per turn of its loop";
         frames_processed: u64, "-", "-", "frames done";
@@ -98,24 +98,107 @@ record! {
 }
 
 record! {
-    /// Values, covariance, innovation record and quality of one domain.
+    /// What every estimator says of its model: parameters, covariance, how the data tested them.
     Estimate {
-        header: Header, "-", "-", "header";
         frame: u64, "-", "-", "frame after which the estimate was made";
-        domain: u16, "-", "-", "domain";
-        phase: u16, "-", "-", "phase";
+        domain: u16, "-", "-", "code of Domain: it names the parameters and their units";
+        phase: u16, "-", "-", "code of Phase";
         count: u16, "-", "-", "parameters in use";
         closing: u16, "-", "-", "1 for the last estimate of an experiment";
-        status: u32, "-", "-", "0 estimate valid; else why there is none, see status_text";
+        status: u32, "-", "-", "0 estimate valid; else why there is none: code of InertialStatus, of SloshStatus or of ModalStatus";
         consistent: u32, "-", "-", "1 when the parameters are physically possible";
-        values: [f64; PARAMETERS_MAX], "see parameter list", "-", "parameters";
+        values: [f64; PARAMETERS_MAX], "of the domain's parameters", "-", "parameters";
         covariance: [[f64; PARAMETERS_MAX]; PARAMETERS_MAX], "products of the units", "-", "covariance of the parameters";
-        auxiliary: [f64; PARAMETERS_MAX], "-", "-", "inertial: consider sigma of each parameter [kg m^2], what the sensor sheet's systematic errors may do (NaN while it is not known), 9: excitation, a base-4 digit a parameter from a1 on (0 identified, 1 prior kept, 2 not excited); slosh: displacement [m], rate [m/s] and time [s] at the end of the arc, accelerometer bias [m/s^2], and of each parameter 1 identified, 2 prior kept, 3 not excited, 0 no prior; modal: dominant channel of each mode, from 6 on 16 x its identity plus advice (1 pulse nulled, 2 record short, 4 close modes, 8 input leaks), with up to five modes 5 and 11 the inertia about the hub's axis that they imply and its sigma [kg m^2], 0: none; 10, 11: numbers of a status";
+        identifiability: [u16; PARAMETERS_MAX], "-", "-", "per parameter, code of Identifiability: 0 no prior, or no estimate; 1 identified, 2 prior kept, 3 not excited. Inertial parameters without a stated prior sigma: against a start of a thousand times their size";
         innovation: Innovation, "-", "-", "latest innovation record";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         nis_count: f64, "-", "-", "rows in that mean";
         block_length: [f64; 3], "rows", "-", "block lengths of the whiteness test";
         block_z: [f64; 3], "sigma", "-", "z-score of the mean squared block mean, per block length";
+    }
+}
+
+record! {
+    /// Parameters of the arm, from the momentum or from the joint torques.
+    InertialEstimate {
+        header: Header, "-", "-", "header";
+        estimate: Estimate, "-", "-", "parameters a1 to a9 with their tests";
+        consider_sigma_kg_m2: [f64; INERTIAL_PARAMETERS_MAX], "kg m^2", "-", "per parameter: standard deviation of what the sensor sheet's systematic errors may do to it, not part of the covariance; NaN: not known";
+    }
+}
+
+record! {
+    /// Slosh parameters, the slosh mass's state behind the arc, and the figures of a status.
+    SloshEstimate {
+        header: Header, "-", "-", "header";
+        estimate: Estimate, "-", "-", "parameters m_s, k_s, c_s with their tests";
+        arc_end_s: f64, "s", "-", "end of the arc, as t_meas counts";
+        displacement_m: f64, "m", "slosh axis", "slosh mass relative to the hub at the end of the arc";
+        rate_m_s: f64, "m/s", "slosh axis", "its rate";
+        accelerometer_bias_m_s2: f64, "m/s^2", "slosh axis", "bias of the accelerometer, 0 where it is not estimated";
+        arc_blocks: u64, "-", "-", "status 2 and 5: usable blocks of the arc, else 0";
+        arc_blocks_needed: u64, "-", "-", "status 2 and 5: how many its unknowns need, else 0";
+        slosh_gain: f64, "-", "-", "status 3: chi square that the best frequency explains beyond a rigid spacecraft, else 0";
+        slosh_gain_needed: f64, "-", "-", "status 3: what noise alone may explain, else 0";
+        iterations: u64, "-", "-", "status 4: steps taken, else 0";
+        step_sigma: f64, "sigma", "-", "status 4: length of the last step, else 0";
+        block_phase_rad: f64, "rad", "-", "status 6: natural frequency times the length of a block, else 0";
+        block_phase_max_rad: f64, "rad", "-", "status 6: its limit, else 0";
+    }
+}
+
+record! {
+    /// What is said of one mode beside its frequency and damping.
+    IdentifiedMode {
+        identity: u32, "-", "-", "number of the mode over all answers and experiments, from 1; 0: no mode";
+        dominant_channel: u16, "-", "-", "channel on which it shows most, numbered from 1";
+        pulse_nulled: u16, "-", "-", "1: a pulse of this length leaves the mode at rest";
+        record_short: u16, "-", "-", "1: the record is too short for its damping";
+        close_modes: u16, "-", "-", "1: another mode lies within its bandwidth";
+        input_leaks: u16, "-", "-", "1: the residual is not the sensor noise: an unknown input, or an unmodelled mode";
+        reserved: u16, "-", "-", "0";
+    }
+}
+
+record! {
+    /// Modes of the appendages, the hub inertia that they imply, and the figures of a status.
+    ModalEstimate {
+        header: Header, "-", "-", "header";
+        estimate: Estimate, "-", "-", "frequency and damping ratio of each mode, with their tests";
+        modes: [IdentifiedMode; MODES_MAX], "-", "-", "per mode";
+        hub_inertia_kg_m2: f64, "kg m^2", "hub axis", "inertia about the hub's axis that the modes imply by the stated geometry; 0: none";
+        hub_inertia_sigma_kg_m2: f64, "kg m^2", "hub axis", "its standard deviation; 0: none";
+        record_samples: u64, "-", "-", "status 2: samples of the record, else 0";
+        record_samples_needed: u64, "-", "-", "status 2: how many it needs, else 0";
+    }
+}
+
+/// An estimate of any domain.
+#[derive(Clone, Copy, Debug)]
+pub enum AnyEstimate<'a> {
+    Inertial(&'a InertialEstimate),
+    Slosh(&'a SloshEstimate),
+    Modal(&'a ModalEstimate),
+}
+
+impl<'a> AnyEstimate<'a> {
+    /// What estimates of every domain have.
+    #[must_use]
+    pub const fn common(self) -> &'a Estimate {
+        match self {
+            Self::Inertial(sample) => &sample.estimate,
+            Self::Slosh(sample) => &sample.estimate,
+            Self::Modal(sample) => &sample.estimate,
+        }
+    }
+
+    #[must_use]
+    pub const fn domain(self) -> Domain {
+        match self {
+            Self::Inertial(_) => Domain::Inertial,
+            Self::Slosh(_) => Domain::Slosh,
+            Self::Modal(_) => Domain::Modal,
+        }
     }
 }
 
@@ -160,26 +243,45 @@ impl TargetEstimate {
 }
 
 record! {
-    /// What the supervisor says of an estimate, and which test failed; by the reasons that compare inertias, of two estimates.
+    /// What the supervisor says of an estimate, and which test failed.
     Verdict {
         header: Header, "-", "-", "header";
         frame: u64, "-", "-", "frame of the decision";
         estimate_frame: u64, "-", "-", "frame of the estimate";
-        domain: u16, "-", "-", "domain";
-        phase: u16, "-", "-", "phase";
+        domain: u16, "-", "-", "code of Domain";
+        phase: u16, "-", "-", "code of Phase";
         complete: u16, "-", "-", "1: innovations white on block means and NIS in its band";
         adequate: u16, "-", "-", "1: held-out simulation error below the need; 2: not decidable";
         accepted: u16, "-", "-", "1: adequate with honest sigmas and physically consistent";
-        reason: u16, "-", "-", "reason code";
-        parameter: u16, "-", "-", "parameter the reason speaks of, 65535 for none; inertias compared: 0 decided by their own tests, 1 by the stated inertia";
+        reason: u16, "-", "-", "code of Reason";
+        parameter: u16, "-", "-", "parameter the reason speaks of, numbered from 0; 65535 for none";
         reserved: u16, "-", "-", "0";
-        measured: f64, "of the failed test", "-", "measured figure of that test";
-        limit: f64, "of the failed test", "-", "its limit";
+        measured: f64, "of the reason", "-", "figure that decided: the list of reasons says which";
+        limit: f64, "of the reason", "-", "its limit";
         nis_mean: f64, "-", "-", "mean normalised innovation squared per degree of freedom";
         block_z_worst: f64, "sigma", "-", "largest z-score of the block means";
-        held_out_rms: f64, "rad/s or m/s^2", "-", "rms error of a simulation over data not used for the fit; NaN: none; inertias compared: of the modes [kg m^2]";
-        held_out_noise: f64, "rad/s or m/s^2", "-", "rms that sensor noise alone would give; inertias compared: of the momentum [kg m^2]";
-        held_out_count: f64, "-", "-", "rows held out; inertias compared: sigma of their difference [kg m^2]";
+        held_out_rms: f64, "inertial rad/s; slosh, modal m/s^2", "-", "rms error of a simulation over data not used for the fit; NaN: none";
+        held_out_noise: f64, "as held_out_rms", "-", "rms that sensor noise alone would give; NaN: none";
+        held_out_count: u64, "-", "-", "rows held out";
+    }
+}
+
+record! {
+    /// The inertia about the hub's axis, implied by the modes and by the momentum: do they agree?
+    InertiaComparison {
+        header: Header, "-", "-", "header";
+        frame: u64, "-", "-", "frame of the comparison";
+        modal_frame: u64, "-", "-", "frame of the modal estimate";
+        inertial_frame: u64, "-", "-", "frame of the inertial estimate";
+        phase: u16, "-", "-", "code of Phase";
+        agreement: u16, "-", "-", "code of InertiaAgreement";
+        doubt_basis: u16, "-", "-", "code of DoubtBasis: what decided which to doubt";
+        reserved: u16, "-", "-", "0";
+        modal_inertia_kg_m2: f64, "kg m^2", "hub axis", "inertia that the modes imply; NaN: not compared";
+        inertial_inertia_kg_m2: f64, "kg m^2", "hub axis", "inertia that the momentum implies; NaN: not compared";
+        difference_sigma_kg_m2: f64, "kg m^2", "hub axis", "standard deviation of their difference; NaN: not compared";
+        z: f64, "sigma", "-", "modal minus inertial, in standard deviations of the difference; NaN: not compared";
+        z_limit: f64, "sigma", "-", "beyond it the two disagree";
     }
 }
 
@@ -190,14 +292,14 @@ record! {
         frame: u64, "-", "-", "frame of the decision";
         effective_frame: u64, "-", "-", "first frame that belongs to the new mode";
         duration_frames: u64, "-", "-", "length of the experiment, 0 for none";
-        state: u16, "-", "-", "state of the mode table";
-        previous: u16, "-", "-", "state left";
-        experiment: u16, "-", "-", "experiment";
-        event: u16, "-", "-", "event of the mode table that caused it";
+        state: u16, "-", "-", "code of ModeState";
+        previous: u16, "-", "-", "code of ModeState: the state left";
+        experiment: u16, "-", "-", "code of Experiment";
+        event: u16, "-", "-", "code of ModeEvent: what caused it";
         generation: u32, "-", "-", "experiment counter";
         ended: u32, "-", "-", "1: nothing follows, the run may end";
-        measured: f64, "of the guard", "-", "quantity the guard looked at";
-        limit: f64, "of the guard", "-", "its limit";
+        measured: f64, "of the event", "-", "quantity the guard looked at: the list of events says which";
+        limit: f64, "of the event", "-", "its limit";
     }
 }
 
@@ -215,7 +317,7 @@ record! {
     /// Housekeeping of a partition, about once a second of wall time.
     Housekeeping {
         header: Header, "-", "-", "header";
-        partition: u32, "-", "-", "partition";
+        partition: u32, "-", "-", "code of PartitionId";
         restarts: u32, "-", "-", "how often it was restarted";
         restart_cause: u32, "-", "-", "of the last restart: 0 none, 1 to 255 signal, 256 + exit code";
         reserved: u32, "-", "-", "0";
@@ -236,15 +338,28 @@ record! {
     /// Something happened that an operator would want to read.
     Event {
         header: Header, "-", "-", "header";
-        partition: u16, "-", "-", "reporting partition";
+        partition: u16, "-", "-", "reporting partition, code of PartitionId";
         severity: u16, "-", "-", "0 information, 1 warning, 2 alarm";
-        code: u32, "-", "-", "event code, see EventCode";
-        arguments: [f64; 4], "of the event", "-", "numbers of the event";
+        code: u32, "-", "-", "code of EventCode";
+        restarts: u32, "-", "-", "started: how often it was started before";
+        restart_cause: u32, "-", "-", "started: as Housekeeping.restart_cause";
+        samples: u64, "-", "-", "bad samples dropped, samples lost: since the last such event";
+        samples_total: u64, "-", "-", "bad samples dropped, samples lost: in all";
+        frames: u64, "-", "-", "ended: frames done";
+        given_up: u32, "-", "-", "partition given up: code of PartitionId";
+        reserved: u32, "-", "-", "0";
     }
 }
 
 impl Default for Innovation {
     /// No test yet.
+    fn default() -> Self {
+        zerocopy::FromZeros::new_zeroed()
+    }
+}
+
+impl Default for Estimate {
+    /// Every field 0: of the first domain, without parameters.
     fn default() -> Self {
         zerocopy::FromZeros::new_zeroed()
     }

@@ -9,19 +9,13 @@ use core::marker::PhantomData;
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout};
 
 /// Room for topics in per-topic tables of samples.
-pub const TOPICS_MAX: usize = 16;
+pub const TOPICS_MAX: usize = 20;
 /// Most parameters an estimate carries.
 pub const PARAMETERS_MAX: usize = 12;
-/// Most modes of a modal estimate that also carries an inertia.
-pub const MODES_BESIDE_INERTIA: usize = 5;
-/// Where in `Estimate::auxiliary` it then carries the inertia about the hub's axis, and its sigma (0: none).
-pub const HUB_INERTIA_AT: usize = 5;
-pub const HUB_INERTIA_SIGMA_AT: usize = 11;
-/// Where `Estimate::auxiliary` carries the standing of each slosh parameter (1 identified, 2 prior kept, 3 not excited; 0: no prior).
-pub const STANDINGS_AT: usize = 4;
-/// Where it carries the excitation of the inertial parameters, behind their considered sigmas: a base-4 digit each (0 identified,
-/// 1 prior kept, 2 not excited).
-pub const EXCITATION_AT: usize = 9;
+/// Most parameters of the arm, those with a target.
+pub const INERTIAL_PARAMETERS_MAX: usize = 9;
+/// Most modes an estimate carries.
+pub const MODES_MAX: usize = PARAMETERS_MAX / 2;
 
 /// What every sample type can do.
 #[cfg(not(feature = "iceoryx2"))]
@@ -157,9 +151,12 @@ impl_sample!(
     Accelerometers,
     Tick,
     Progress,
-    Estimate,
+    InertialEstimate,
+    SloshEstimate,
+    ModalEstimate,
     TargetEstimate,
     Verdict,
+    InertiaComparison,
     Mode,
     Command,
     Housekeeping,
@@ -172,17 +169,18 @@ samples! {
     ACTUATORS "actuators": Actuators x 2048, 10 a frame, Source, "1 kHz or less", "sensor-sim" => "slosh-id modal-id supervisor recorder";
     ACCELEROMETERS "accelerometers": Accelerometers x 256, 1 a frame, Source, "one batch a frame", "sensor-sim" => "modal-id supervisor recorder";
     TICK "tick": Tick x 256, 1 a frame, Source, "100 Hz", "sensor-sim" => "all";
-    ESTIMATE_INERTIAL "estimate/inertial": Estimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "inertial-id" => "supervisor recorder";
-    ESTIMATE_SLOSH "estimate/slosh": Estimate x 32, 0 a frame, Feedback, "0.1 Hz and at the end of an experiment", "slosh-id" => "supervisor recorder";
-    ESTIMATE_MODAL "estimate/modal": Estimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "modal-id" => "supervisor recorder";
+    ESTIMATE_INERTIAL "estimate/inertial": InertialEstimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "inertial-id" => "supervisor recorder";
+    ESTIMATE_SLOSH "estimate/slosh": SloshEstimate x 32, 0 a frame, Feedback, "0.1 Hz and at the end of an experiment", "slosh-id" => "supervisor recorder";
+    ESTIMATE_MODAL "estimate/modal": ModalEstimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "modal-id" => "supervisor recorder";
     VERDICT "verdict": Verdict x 32, 0 a frame, Feedback, "at the end of an experiment", "supervisor" => "recorder";
     MODE "mode": Mode x 16, 0 a frame, Feedback, "on change", "supervisor" => "all";
     PROGRESS "progress": Progress x 16, 0 a frame, Status, "every checkpoint, 20 Hz when idle", "all" => "all";
     HOUSEKEEPING "housekeeping": Housekeeping x 16, 0 a frame, Status, "1 Hz of wall time", "all" => "recorder";
     COMMAND "command": Command x 16, 0 a frame, Status, "on demand", "supervisor" => "all";
     EVENT "event": Event x 64, 0 a frame, Status, "on demand", "all" => "recorder";
-    ESTIMATE_INERTIAL_TORQUE "estimate/inertial-torque": Estimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "inertial-id" => "recorder";
+    ESTIMATE_INERTIAL_TORQUE "estimate/inertial-torque": InertialEstimate x 32, 0 a frame, Feedback, "1 Hz and at the end of an experiment", "inertial-id" => "recorder";
     ESTIMATE_TARGET "estimate/target": TargetEstimate x 16, 0 a frame, Feedback, "at the end of an experiment after capture", "inertial-id" => "recorder";
+    COMPARISON_INERTIA "comparison/inertia": InertiaComparison x 16, 0 a frame, Feedback, "at the end of the second of two experiments", "supervisor" => "recorder";
 }
 
 /// The topic called `name`.
@@ -220,7 +218,7 @@ mod tests {
         Delivery, MODE, Sample, TICK, TOPICS, TargetEstimate, Topic, TopicInfo, TopicVisitor, for_each_topic,
         is_result, topic_named,
     };
-    use crate::PartitionId;
+    use crate::{Estimate, PartitionId, Record};
 
     #[test]
     fn every_sample_begins_with_a_header_and_has_no_gap_between_fields() {
@@ -243,12 +241,9 @@ mod tests {
     fn every_result_says_after_its_header_in_which_frame_it_was_made() {
         // The runtime reads it there to know in which frame the result takes effect (architecture D4).
         for info in TOPICS.iter().filter(|info| info.delivery == Delivery::Feedback) {
-            assert_eq!(
-                (info.fields[1].name, info.fields[1].ros, info.fields[1].offset),
-                ("frame", "uint64", 24),
-                "{}",
-                info.name
-            );
+            let second = &info.fields[1];
+            let first = if second.ros == Estimate::NAME { &Estimate::FIELDS[0] } else { second };
+            assert_eq!((first.name, first.ros, second.offset), ("frame", "uint64", 24), "{}", info.name);
         }
     }
 
@@ -273,7 +268,9 @@ mod tests {
     #[test]
     fn estimates_verdicts_and_modes_are_results_and_nothing_else_is() {
         let results = TOPICS.iter().enumerate().filter(|(id, _)| is_result(*id)).map(|(_, info)| info.record);
-        assert!(results.eq(["Estimate", "Estimate", "Estimate", "Verdict", "Mode", "Estimate", "TargetEstimate"]));
+        let estimates = ["InertialEstimate", "SloshEstimate", "ModalEstimate"];
+        let others = ["Verdict", "Mode", "InertialEstimate", "TargetEstimate", "InertiaComparison"];
+        assert!(results.eq(estimates.into_iter().chain(others)));
         assert!(is_result(MODE.id) && !is_result(TICK.id));
     }
 

@@ -5,7 +5,7 @@ use crate::{paper, truth};
 use recording::RecordedRun;
 use runtime::RunConfig;
 use serde_json::{Value, json};
-use telemetry::{Domain, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, Estimate, Phase, TargetEstimate};
+use telemetry::{Domain, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, InertialEstimate, Phase, TargetEstimate};
 
 /// Of mass, centre of mass and inertia.
 const TARGET: [(&str, &str); 4] = [("m_t", "kg"), ("x_t", "m"), ("y_t", "m"), ("I_t", "kg m^2")];
@@ -46,7 +46,7 @@ impl ArmResults {
     pub fn read(run: &RunConfig, recorded: &RecordedRun) -> Self {
         let of_phase = |phase: Phase| {
             let all = recorded.of(ESTIMATE_INERTIAL_TORQUE).map(|(_, estimate)| estimate);
-            let last = all.filter(|found| found.closing == 1 && found.phase == phase.code()).last();
+            let last = all.filter(|found| found.estimate.closing == 1 && found.estimate.phase == phase.code()).last();
             last.map_or_else(Vec::new, |found| torque_rows(run, phase, found))
         };
         let torques = Phase::ALL.iter().flat_map(|&phase| of_phase(phase)).collect();
@@ -63,7 +63,8 @@ impl ArmResults {
     }
 }
 
-fn torque_rows(run: &RunConfig, phase: Phase, found: &Estimate) -> Vec<ArmRow> {
+fn torque_rows(run: &RunConfig, phase: Phase, sample: &InertialEstimate) -> Vec<ArmRow> {
+    let found = &sample.estimate;
     let truth = truth::parameters(run, Domain::Inertial, phase);
     let known = arm_known(run, phase);
     let valid = found.status == 0;
@@ -81,7 +82,7 @@ fn torque_rows(run: &RunConfig, phase: Phase, found: &Estimate) -> Vec<ArmRow> {
             paper_error_percent: paper::torque_error_percent(phase, i),
         },
         remark,
-        consider_sigma: known.filter(|_| valid).and_then(|known| remarks::consider_sigma(known, found, i)),
+        consider_sigma: known.filter(|_| valid).and_then(|known| remarks::consider_sigma(known, sample, i)),
     };
     (0..count.min(telemetry::parameters(Domain::Inertial).len())).map(row).collect()
 }

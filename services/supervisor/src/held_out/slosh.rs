@@ -3,7 +3,7 @@
 use super::{Errors, HeldOut, Recorder, Window};
 use physics::slosh::{SloshParameters, SloshPropagator, SloshState};
 use serde::{Deserialize, Serialize};
-use telemetry::Estimate;
+use telemetry::SloshEstimate;
 
 /// Force and mean acceleration over some consecutive intervals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -28,10 +28,27 @@ impl SloshRow {
     }
 }
 
+/// Where the free run begins: the slosh state at the end of the candidate's arc.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+struct ArcEnd {
+    t_s: f64,
+    state: SloshState,
+    accelerometer_bias_m_s2: f64,
+}
+
+impl ArcEnd {
+    fn of(sample: &SloshEstimate) -> Self {
+        let state = SloshState { displacement_m: sample.displacement_m, velocity_m_s: sample.rate_m_s };
+        Self { t_s: sample.arc_end_s, state, accelerometer_bias_m_s2: sample.accelerometer_bias_m_s2 }
+    }
+}
+
 /// Held-out force and acceleration on the slosh axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SloshHeldOut {
     recorder: Recorder<SloshRow>,
+    /// Of the recorder's candidate.
+    arc_end: ArcEnd,
     base_mass_kg: f64,
     velocity_random_walk_m_s_sqrt_s: f64,
     /// Of the first sample: it says how noisy the accelerometer is.
@@ -43,8 +60,8 @@ impl SloshHeldOut {
     /// White noise of the accelerometer as a random walk of its integral.
     pub fn new(capacity: usize, base_mass_kg: f64, velocity_random_walk_m_s_sqrt_s: f64) -> Self {
         assert!(base_mass_kg > 0.0);
-        let recorder = Recorder::new(capacity);
-        Self { recorder, base_mass_kg, velocity_random_walk_m_s_sqrt_s, interval_s: None, open: None }
+        let (recorder, arc_end) = (Recorder::new(capacity), ArcEnd::default());
+        Self { recorder, arc_end, base_mass_kg, velocity_random_walk_m_s_sqrt_s, interval_s: None, open: None }
     }
 
     /// Set the window's lead to the longest time between two estimates, else none may be early enough for its rows.
@@ -53,8 +70,10 @@ impl SloshHeldOut {
         (self.open, self.interval_s) = (None, None);
     }
 
-    pub fn offer(&mut self, estimate: &Estimate) {
-        self.recorder.offer(estimate);
+    pub fn offer(&mut self, sample: &SloshEstimate) {
+        if self.recorder.offer(&sample.estimate) {
+            self.arc_end = ArcEnd::of(sample);
+        }
     }
 
     /// One interval from `begin_s` on: force held, mean acceleration measured.
@@ -85,22 +104,20 @@ impl SloshHeldOut {
         self.recorder.rows.windows(2).all(fits)
     }
 
-    /// Free run from the candidate's slosh state at the end of its arc (`auxiliary` 0 to 3: displacement, rate, time,
-    /// accelerometer bias), against what was measured less the bias.
-    /// `None` without a candidate whose time is covered, when an interval is missing, or when the slosh mass is not
-    /// positive.
+    /// Free run from the candidate's slosh state at the end of its arc, against what was measured
+    /// less the bias. `None` without a candidate whose time is covered, when an interval is
+    /// missing, or when the slosh mass is not positive.
     pub fn close(&self) -> Option<HeldOut> {
         let (candidate, split_frame) = self.recorder.subject()?;
         let [m_s, k_s, c_s] = [candidate.values[0], candidate.values[1], candidate.values[2]];
-        let [displacement_m, velocity_m_s, from_s, bias_m_s2, ..] = candidate.auxiliary;
+        let ArcEnd { t_s: from_s, state, accelerometer_bias_m_s2: bias_m_s2 } = self.arc_end;
         let first = &self.recorder.rows.first()?.1;
         let slack_s = 0.5 * first.duration_s / first.samples as f64;
         if !(first.begin_s <= from_s + slack_s && self.contiguous() && m_s > 0.0) {
             return None;
         }
         let parameters = SloshParameters { slosh_mass_kg: m_s, stiffness_n_m: k_s, damping_n_s_m: c_s };
-        let mut free_run =
-            SloshPropagator::new(parameters, self.base_mass_kg, SloshState { displacement_m, velocity_m_s });
+        let mut free_run = SloshPropagator::new(parameters, self.base_mass_kg, state);
         let (mut errors, mut samples) = (Errors::default(), 0);
         let split_s = split_frame as f64 * self.recorder.window?.frame_period_s;
         for (_, row) in self.recorder.rows.iter().filter(|(_, row)| row.end_s() > from_s + slack_s) {

@@ -6,7 +6,7 @@ use crate::specimen::closing;
 use nalgebra::SVector;
 use physics::momentum::{MomentumSample, predict_base_rate};
 use physics::slosh::{SloshParameters, SloshPropagator, SloshState};
-use telemetry::{ACCELEROMETERS_MAX, Domain, Innovation};
+use telemetry::{ACCELEROMETERS_MAX, Domain, Estimate, Innovation, Sample, SloshEstimate};
 
 const WINDOW: Window =
     Window { start_frame: 500, duration_frames: 6000, generation: 2, frame_period_s: 0.01, lead_frames: 0 };
@@ -18,18 +18,17 @@ fn gyro_rad_s(interval_s: f64) -> f64 {
     GYRO_RAD_S * (0.01 / interval_s).sqrt()
 }
 
-fn estimate(domain: Domain, frame: u64, values: &[f64], auxiliary: &[f64]) -> Estimate {
-    let padded = |numbers: &[f64]| core::array::from_fn(|i| numbers.get(i).copied().unwrap_or(0.0));
+fn estimate(domain: Domain, frame: u64, values: &[f64]) -> Estimate {
     let innovation = Innovation { generation: 2, ..closing(domain).innovation };
-    let (count, values, auxiliary) = (values.len() as u16, padded(values), padded(auxiliary));
-    Estimate { frame, count, closing: 0, values, auxiliary, innovation, ..closing(domain) }
+    let padded = core::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0));
+    Estimate { frame, count: values.len() as u16, closing: 0, values: padded, innovation, ..closing(domain) }
 }
 
 /// Flies the whole window at 100 Hz with the arm of `ALPHA`; the estimate of frame 5000 says `values`.
 fn inertial(values: &[f64], capacity: usize, seed: u64) -> InertialHeldOut {
     let (mut noise, mut held_out) = (SeededNoise::new(seed), InertialHeldOut::new(capacity));
     held_out.begin(WINDOW);
-    held_out.offer(&estimate(Domain::Inertial, 5000, values, &[]));
+    held_out.offer(&estimate(Domain::Inertial, 5000, values));
     for frame in 0..8000 {
         let t = frame as f64 * 0.01;
         let angle = [0.8 + 0.9 * libm::sin(0.21 * t), -1.2 + 0.8 * libm::cos(0.63 * t)];
@@ -76,7 +75,7 @@ fn only_the_newest_estimate_up_to_the_split_is_tested() {
     let mut recorder: Recorder<u8> = Recorder::new(10);
     recorder.begin(WINDOW);
     let mut offer = |frame, generation, status| {
-        let mut offered = estimate(Domain::Inertial, frame, &ALPHA, &[]);
+        let mut offered = estimate(Domain::Inertial, frame, &ALPHA);
         (offered.innovation.generation, offered.status) = (generation, status);
         recorder.offer(&offered);
         recorder.candidate.map(|candidate| candidate.frame)
@@ -95,7 +94,7 @@ fn without_candidate_rows_or_positive_inertia_nothing_is_said() {
     let mut held_out = InertialHeldOut::new(100);
     assert_eq!(held_out.close(68.0, gyro_rad_s), None);
     held_out.begin(WINDOW);
-    held_out.offer(&estimate(Domain::Inertial, 5000, &ALPHA, &[]));
+    held_out.offer(&estimate(Domain::Inertial, 5000, &ALPHA));
     assert_eq!(held_out.close(68.0, gyro_rad_s), None);
     assert_eq!(inertial(&[-1.0; 8], 1000, 1).close(68.0, gyro_rad_s), None);
 }
@@ -103,6 +102,18 @@ fn without_candidate_rows_or_positive_inertia_nothing_is_said() {
 const BASE_MASS_KG: f64 = 1004.5;
 const TANK: SloshParameters = SloshParameters { slosh_mass_kg: 28.7, stiffness_n_m: 0.16, damping_n_s_m: 0.03 };
 const ACCELEROMETER_M_S2: f64 = 4.2e-4;
+
+/// Made at the end of `frame`, where the slosh mass was in `state`.
+fn slosh_estimate(frame: u64, values: &[f64], state: SloshState, accelerometer_bias_m_s2: f64) -> SloshEstimate {
+    SloshEstimate {
+        estimate: estimate(Domain::Slosh, frame, values),
+        arc_end_s: (frame + 1) as f64 * 0.01,
+        displacement_m: state.displacement_m,
+        rate_m_s: state.velocity_m_s,
+        accelerometer_bias_m_s2,
+        ..SloshEstimate::zeroed_at(0)
+    }
+}
 
 /// Burst and coast at 100 Hz; the estimate of `candidate_frame` says `values` and carries
 /// the true slosh state after that frame. Force edges fall on multiples of 41.5 s.
@@ -130,12 +141,7 @@ fn burst(
         held_out.push(frame, frame as f64 * 0.01, 0.01, force_n, acceleration);
         if frame == candidate_frame {
             let state = truth.state();
-            held_out.offer(&estimate(
-                Domain::Slosh,
-                frame,
-                &values,
-                &[state.displacement_m, state.velocity_m_s, (frame + 1) as f64 * 0.01],
-            ));
+            held_out.offer(&slosh_estimate(frame, &values, state, 0.0));
         }
     }
     held_out
@@ -195,7 +201,7 @@ fn decay(duration_frames: u64, values: &[f64], capacity: usize, seed: u64, lost:
     let mut noise = SeededNoise::new(seed);
     let mut held_out = ModalHeldOut::new(capacity, vec![0, 1, 2], ROW_SIGMA_M_S2);
     held_out.begin(Window { start_frame: 0, duration_frames, generation: 2, frame_period_s: 0.01, lead_frames: 0 });
-    held_out.offer(&estimate(Domain::Modal, duration_frames * 4 / 5, values, &[]));
+    held_out.offer(&estimate(Domain::Modal, duration_frames * 4 / 5, values));
     for row in 0..2 * duration_frames {
         let time_s = row as f64 * 0.005;
         let mut accelerations = [0.0; ACCELEROMETERS_MAX];
@@ -306,8 +312,7 @@ fn a_bias_that_the_estimator_knows_is_no_error_of_the_slosh_model() {
             held_out.push(frame, frame as f64 * 0.01, 0.01, force_n, measured);
             if frame == 4799 {
                 let state = truth.state();
-                let auxiliary = [state.displacement_m, state.velocity_m_s, 48.0, known];
-                held_out.offer(&estimate(Domain::Slosh, frame, &TRUE_TANK, &auxiliary));
+                held_out.offer(&slosh_estimate(frame, &TRUE_TANK, state, known));
             }
         }
         held_out.close().expect("covered").rms

@@ -73,6 +73,18 @@ impl Event {
         Self::ALL.into_iter().find(|event| event.code() == code)
     }
 
+    /// What `Mode::measured` and `Mode::limit` are of a change that this event caused.
+    pub const fn figures(self) -> &'static str {
+        match self {
+            Elapsed | Timeout => "frames waited and the duration [frames]",
+            ContactSeen => "statistic of the jump and its limit [sigma]",
+            _ => {
+                "base rate and its limit [rad/s] where the next state demands one; to CAPTURE by accepted models the \
+                 age of the older one and its limit [frames]; else 0"
+            }
+        }
+    }
+
     pub const fn text(self) -> &'static str {
         match self {
             SafeCommand => "safe command",

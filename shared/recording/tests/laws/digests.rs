@@ -3,7 +3,9 @@
 use crate::Numbers;
 use crate::samples::{listed, random, seal};
 use recording::{DigestBuilder, RecordedRun, digest};
-use telemetry::{ESTIMATE_INERTIAL, ESTIMATE_MODAL, Estimate, IMU, Imu, MODE, Mode, VERDICT, Verdict};
+use telemetry::{
+    ESTIMATE_INERTIAL, ESTIMATE_MODAL, IMU, Imu, InertialEstimate, MODE, ModalEstimate, Mode, VERDICT, Verdict,
+};
 
 type Sealed = (usize, telemetry::Stamps, Vec<u8>);
 
@@ -12,8 +14,11 @@ fn results() -> Vec<Sealed> {
     let mut all = Vec::new();
     for seq in 1..=20 {
         let t = seq * 1_000;
-        all.push(seal(ESTIMATE_INERTIAL, Estimate { frame: 10 * seq, ..random(&mut numbers, t) }, seq, 0));
-        all.push(seal(ESTIMATE_MODAL, Estimate { frame: 10 * seq, ..random(&mut numbers, t) }, seq, 0));
+        let (mut inertial, mut modal): (InertialEstimate, ModalEstimate) =
+            (random(&mut numbers, t), random(&mut numbers, t));
+        (inertial.estimate.frame, modal.estimate.frame) = (10 * seq, 10 * seq);
+        all.push(seal(ESTIMATE_INERTIAL, inertial, seq, 0));
+        all.push(seal(ESTIMATE_MODAL, modal, seq, 0));
         all.push(seal(VERDICT, Verdict { frame: 10 * seq + 1, ..random(&mut numbers, t) }, seq, 0));
         all.push(seal(MODE, Mode { frame: 7 * seq, ..random(&mut numbers, t) }, seq, 0));
         all.push(seal(IMU, random::<Imu>(&mut numbers, t), seq, 0));

@@ -3,7 +3,7 @@
 use crate::samples::{random, seal};
 use crate::{Numbers, scratch};
 use recording::{ChannelMap, Imported, RecordedRun, ReplayFrames, ReplaySample, read_mcap, write_mcap};
-use telemetry::{ACCELEROMETERS, ACTUATORS, Accelerometers, Actuators, Header, IMU, Imu, TICK, Tick};
+use telemetry::{ACCELEROMETERS, ACTUATORS, Accelerometers, Actuators, Header, IMU, Imu, TICK, TOPICS_MAX, Tick};
 
 const PERIOD_NS: u64 = 10_000_000;
 
@@ -11,7 +11,7 @@ const PERIOD_NS: u64 = 10_000_000;
 fn flown(frames: u64, ticks: bool) -> RecordedRun {
     let mut numbers = Numbers(21);
     let mut run = RecordedRun::new("run");
-    let mut seq = [0u64; 16];
+    let mut seq = [0u64; TOPICS_MAX];
     let mut add = |(topic, stamps, payload): (usize, telemetry::Stamps, Vec<u8>)| {
         run.push(topic, &stamps, &payload).unwrap();
     };

@@ -1,7 +1,7 @@
 use super::super::{FoundNumber, ParameterRow, parameter_json};
 use super::*;
 use physics::mated::OFF_AXIS_SIGMAS;
-use telemetry::Sample;
+use telemetry::{Domain, Sample};
 
 const H_NMS: f64 = 68.0;
 /// Of noise alone.
@@ -27,8 +27,9 @@ fn known(h_cm_sigma_nms: f64, prior_relative_sd: Option<f64>) -> ArmKnown {
 }
 
 /// With the covariance of noise and of the momentum's common scale, the sheet's part zero.
-fn mated(known: &ArmKnown) -> Estimate {
-    let mut estimate = Estimate::zeroed_at(0);
+fn mated(known: &ArmKnown) -> InertialEstimate {
+    let mut sample = InertialEstimate::zeroed_at(0);
+    let estimate = &mut sample.estimate;
     (estimate.domain, estimate.phase, estimate.count) = (Domain::Inertial.code(), Phase::Mated.code(), 9);
     estimate.values[..9].copy_from_slice(&ALPHA);
     let scale = known.h_cm_sigma_nms / known.h_cm_nms;
@@ -36,10 +37,10 @@ fn mated(known: &ArmKnown) -> Estimate {
         ALPHA.iter().enumerate().for_each(|(j, b)| estimate.covariance[i][j] = scale * scale * a * b);
         estimate.covariance[i][i] += NOISE * NOISE;
     }
-    estimate
+    sample
 }
 
-fn shown(known: &ArmKnown, estimate: &Estimate) -> Option<f64> {
+fn shown(known: &ArmKnown, estimate: &InertialEstimate) -> Option<f64> {
     off_axis(known, estimate, OFF_AXIS_AT)
 }
 
@@ -59,7 +60,7 @@ fn a_large_sigma_of_the_momentum_does_not_hide_a_target_off_the_axis() {
 fn what_the_sheet_may_have_done_widens_the_sigma_that_a_target_is_shown_by() {
     let known = known(0.0, None);
     let mut estimate = mated(&known);
-    estimate.auxiliary[OFF_AXIS_AT] = 3.0 * NOISE;
+    estimate.consider_sigma_kg_m2[OFF_AXIS_AT] = 3.0 * NOISE;
     let expected = ALPHA[8] / (NOISE * 10.0_f64.sqrt());
     assert!((shown(&known, &estimate).expect("known") - expected).abs() < 1e-12 * expected.abs());
 }
@@ -68,16 +69,20 @@ fn what_the_sheet_may_have_done_widens_the_sigma_that_a_target_is_shown_by() {
 fn a_prior_alone_or_a_sheet_whose_part_is_not_known_shows_no_target_and_hides_none() {
     let with_prior = known(0.0, Some(0.01));
     let mut estimate = mated(&with_prior);
-    for (digit, says) in [(0.0, true), (1.0, false), (2.0, false)] {
-        // the digit of a9
-        estimate.auxiliary[EXCITATION_AT] = digit * 4.0_f64.powi(8);
-        assert_eq!(shown(&with_prior, &estimate).is_some(), says, "{digit}");
-        // without a prior the digits say nothing
-        assert!(shown(&known(0.0, None), &estimate).is_some(), "{digit}");
+    let cases = [
+        (Identifiability::Identified, true),
+        (Identifiability::PriorKept, false),
+        (Identifiability::NotExcited, false),
+    ];
+    for (found, says) in cases {
+        estimate.estimate.identifiability[OFF_AXIS_AT] = found.code();
+        assert_eq!(shown(&with_prior, &estimate).is_some(), says, "{found}");
+        // where no prior is stated it says nothing
+        assert!(shown(&known(0.0, None), &estimate).is_some(), "{found}");
     }
     let without = known(0.0, None);
     let mut estimate = mated(&without);
-    estimate.auxiliary[OFF_AXIS_AT] = f64::NAN;
+    estimate.consider_sigma_kg_m2[OFF_AXIS_AT] = f64::NAN;
     assert_eq!(shown(&without, &estimate), None);
 }
 
@@ -86,20 +91,19 @@ fn only_the_ninth_number_of_the_mated_arm_shows_a_target() {
     let known = known(0.0, None);
     let estimate = mated(&known);
     assert!((0..9).all(|i| off_axis(&known, &estimate, i).is_some() == (i == OFF_AXIS_AT)));
-    let before = Estimate { phase: Phase::PreCapture.code(), ..estimate };
-    let modal = Estimate { domain: Domain::Modal.code(), ..estimate };
-    assert_eq!((shown(&known, &before), shown(&known, &modal)), (None, None));
+    let mut before = estimate;
+    before.estimate.phase = Phase::PreCapture.code();
+    assert_eq!(shown(&known, &before), None);
 }
 
 #[test]
 fn standings_are_those_of_each_number_and_none_without_a_prior() {
-    let mut estimate = Estimate::zeroed_at(0);
-    assert_eq!(slosh_standing(&estimate, 0), None);
-    estimate.auxiliary[STANDINGS_AT..STANDINGS_AT + 3].copy_from_slice(&[1.0, 2.0, 3.0]);
+    let mut estimate = InertialEstimate::zeroed_at(0).estimate;
+    assert_eq!(standing(&estimate, 0), None);
+    let codes = [Identifiability::Identified, Identifiability::PriorKept, Identifiability::NotExcited];
+    estimate.identifiability[..3].copy_from_slice(&codes.map(Identifiability::code));
     let all = ["identified", "prior kept", "not excited"];
-    assert_eq!([0, 1, 2].map(|i| slosh_standing(&estimate, i).expect("a prior")), all);
-    // a1 identified, a2 prior kept, a3 not excited
-    estimate.auxiliary[EXCITATION_AT] = 4.0 + 2.0 * 16.0;
+    assert_eq!([0, 1, 2].map(|i| standing(&estimate, i).expect("a prior")), all);
     let told = known(0.0, Some(0.1));
     assert_eq!([0, 1, 2].map(|i| arm_standing(&told, &estimate, i).expect("a prior")), all);
     assert_eq!(arm_standing(&known(0.0, None), &estimate, 0), None);
@@ -111,7 +115,7 @@ fn what_a_sheet_may_have_done_is_left_out_only_where_it_states_no_error() {
     let silent = ArmKnown { sheet: SheetSigmas::default(), ..stated.clone() };
     let mut estimate = mated(&stated);
     for sigma in [0.3, 0.0, f64::NAN] {
-        estimate.auxiliary[2] = sigma;
+        estimate.consider_sigma_kg_m2[2] = sigma;
         let said = consider_sigma(&stated, &estimate, 2).expect("an error is stated");
         assert_eq!(said.to_bits(), sigma.to_bits());
         assert_eq!(consider_sigma(&silent, &estimate, 2), None);

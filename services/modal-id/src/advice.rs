@@ -1,19 +1,10 @@
-//! What the numbers of a mode do not say by themselves, as bits beside its identity: `auxiliary[6 + k] = 16 identity + bits`.
-//!
-//! Bit 0: a pulse of this length leaves the mode at rest; 1: the record is too short for its damping; 2: another mode lies within
-//! its bandwidth; 3: the residual of the decay is not the sensor noise, an unknown input leaks in or a mode is missing.
+//! What to beware of in a mode beside its frequency and damping ([`IdentifiedMode`]).
 
 use modal::advice::{Advice, advice, pulse_nulling};
 use modal::methods::Estimate;
 use serde::{Deserialize, Serialize};
-use telemetry::Actuators;
+use telemetry::{Actuators, IdentifiedMode};
 
-const PULSE_NULLED: u32 = 1;
-const RECORD_TOO_SHORT: u32 = 2;
-const CLOSE_MODES: u32 = 4;
-const INPUT_LEAKS: u32 = 8;
-/// Identities stand above the bits.
-pub const IDENTITY_UNIT: u32 = 16;
 /// Part of the commanded impulse that points one way: what is less is no pulse.
 const ONE_WAY: f64 = 0.95;
 
@@ -52,22 +43,23 @@ impl Pulse {
     }
 }
 
-/// The bits of each mode.
-pub fn bits(found: &[Estimate], record_s: f64, pulse_s: Option<f64>, leaks: bool) -> Vec<u32> {
+/// Notes of each mode `found` in a record of `record_s`, excited by a pulse of `pulse_s`; `leaks`:
+/// the residual is not the sensor noise.
+pub fn note(modes: &mut [IdentifiedMode], found: &[Estimate], record_s: f64, pulse_s: Option<f64>, leaks: bool) {
     let mut said = advice(found, record_s, None);
     if let Some(pulse_s) = pulse_s {
         said.extend(found.iter().filter_map(|mode| pulse_nulling(mode.frequency_hz, pulse_s)));
     }
-    let of_mode = |mode: &Estimate| {
-        let is = |f: &f64| *f == mode.frequency_hz;
-        said.iter().fold(if leaks { INPUT_LEAKS } else { 0 }, |bits, advice| {
-            bits | match advice {
-                Advice::PulseNulled { frequency_hz, .. } if is(frequency_hz) => PULSE_NULLED,
-                Advice::RecordTooShort { frequency_hz, .. } if is(frequency_hz) => RECORD_TOO_SHORT,
-                Advice::CloseModes { lower_hz, upper_hz, .. } if is(lower_hz) || is(upper_hz) => CLOSE_MODES,
-                _ => 0,
+    for (mode, found) in modes.iter_mut().zip(found) {
+        let is = |f: &f64| *f == found.frequency_hz;
+        mode.input_leaks = u16::from(leaks);
+        for advice in &said {
+            match advice {
+                Advice::PulseNulled { frequency_hz, .. } if is(frequency_hz) => mode.pulse_nulled = 1,
+                Advice::RecordTooShort { frequency_hz, .. } if is(frequency_hz) => mode.record_short = 1,
+                Advice::CloseModes { lower_hz, upper_hz, .. } if is(lower_hz) || is(upper_hz) => mode.close_modes = 1,
+                _ => {}
             }
-        })
-    };
-    found.iter().map(of_mode).collect()
+        }
+    }
 }
