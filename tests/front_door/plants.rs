@@ -244,7 +244,7 @@ fn parameters_tell_what_an_experiment_would_identify() {
     let row = |name: &str| rows.iter().find(|row| row["name"] == name).unwrap_or_else(|| panic!("{name}: {object}"));
     for name in ["carriage.mass", "rail.stiffness", "rail.friction"] {
         assert!(number(row(name), "expected_sigma") < number(row(name), "prior_sigma"), "{name}");
-        assert_eq!(row(name)["standing"], "identified");
+        assert_eq!(row(name)["identifiability"], "identified");
     }
     assert!(row("shaker.noise")["prior_sigma"].is_null() && row("shaker.noise")["expected_sigma"].is_null());
     let page = ask(&["plant", "parameters", "mated", "--duration", "2"]).ends_with(0);

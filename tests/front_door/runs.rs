@@ -86,10 +86,10 @@ fn what_the_sensor_sheet_may_have_done_stands_beside_each_number_of_the_arm_null
 }
 
 #[test]
-fn the_ninth_number_alone_says_how_far_off_the_axis_it_lies_and_without_a_prior_no_number_has_a_standing() {
+fn the_ninth_number_alone_says_how_far_off_the_axis_it_lies_and_without_a_prior_no_number_has_an_identifiability() {
     for row in ["inertial", "slosh", "modal"].iter().flat_map(|domain| estimates(&DEFAULT, domain)) {
         assert_eq!(row.get("off_axis_sigmas").is_some(), row["name"] == "a9", "{row}");
-        assert!(row.get("standing").is_none(), "{row}");
+        assert!(row.get("identifiability").is_none(), "{row}");
     }
     let [.., a9] = &rows(&DEFAULT, "inertial", "mated")[..] else { panic!("nine") };
     // 150 kg are held: far beyond the five sigmas that show a target

@@ -71,7 +71,7 @@ pub struct ParameterRow {
     /// Modal: the channel on which the mode shows most, numbered from 1.
     pub dominant_channel: Option<u32>,
     /// With a prior: what the record did to the number.
-    pub standing: Option<&'static str>,
+    pub identifiability: Option<&'static str>,
     /// Inertial: what the sensors' systematic errors may have done, beside the noise's sigma (NaN: not known);
     /// none where the sheet states no error.
     pub consider_sigma: Option<f64>,
@@ -87,7 +87,7 @@ impl ParameterRow {
             true => format!("{:.0} sigma off the axis: holds a target, or joint 2 has an offset", sigmas.abs()),
             false => format!("{:.1} sigma off the axis: no target shows", sigmas.abs()),
         });
-        let words = self.standing.map(str::to_string).into_iter().chain(off_axis);
+        let words = self.identifiability.map(str::to_string).into_iter().chain(off_axis);
         words.collect::<Vec<_>>().join("; ")
     }
 }
@@ -323,11 +323,11 @@ fn parameter_rows(
             accepted: verdict.map(|verdict| verdict.accepted == 1),
             reason: reason(estimate, verdict),
             dominant_channel: found.and_then(|found| dominant_channel(found, i)),
-            standing: match arm {
-                Some((known, sample)) => remarks::arm_standing(known, &sample.estimate, i),
-                None => {
-                    found.filter(|_| domain == Domain::Slosh).and_then(|slosh| remarks::standing(slosh.common(), i))
-                }
+            identifiability: match arm {
+                Some((known, sample)) => remarks::arm_identifiability(known, &sample.estimate, i),
+                None => found
+                    .filter(|_| domain == Domain::Slosh)
+                    .and_then(|slosh| remarks::identifiability(slosh.common(), i)),
             },
             consider_sigma: arm.and_then(|(known, sample)| remarks::consider_sigma(known, sample, i)),
             off_axis_sigmas: arm.and_then(|(known, sample)| remarks::off_axis(known, sample, i)),
@@ -396,8 +396,8 @@ fn parameter_json(row: &ParameterRow) -> Value {
     if let Some(channel) = row.dominant_channel {
         object["dominant_channel"] = json!(channel);
     }
-    if let Some(standing) = row.standing {
-        object["standing"] = json!(standing);
+    if let Some(identifiability) = row.identifiability {
+        object["identifiability"] = json!(identifiability);
     }
     if let Some(sigma) = row.consider_sigma {
         object["consider_sigma"] = json!(sigma);

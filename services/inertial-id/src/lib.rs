@@ -6,9 +6,10 @@
 
 mod target;
 
+use estimation::identifiability::Identifiability;
 use nalgebra::{SMatrix, SVector};
 use physics::arm_live::{LiveEstimators, LiveSettings, SCALE_SD};
-use physics::consider::{SensorSheet, excitation};
+use physics::consider::SensorSheet;
 use physics::dynamic_equation::ArmSample;
 use physics::inertial_estimator::InertialSettings;
 use physics::momentum::{ChannelSigma, MomentumSample, is_physically_consistent};
@@ -348,7 +349,7 @@ fn fill<const P: usize, const X: usize>(sample: &mut InertialEstimate, live: &Li
     }
     let prior = live.prior_sd();
     for i in 0..P {
-        common.identifiability[i] = excitation(estimate.noise_covariance[(i, i)].sqrt(), prior[i]).code();
+        common.identifiability[i] = Identifiability::of(estimate.noise_covariance[(i, i)].sqrt(), prior[i]).code();
     }
     let consider = live.consider(&sheet(known));
     for (i, sigma) in sample.consider_sigma_kg_m2.iter_mut().take(P).enumerate() {
@@ -375,7 +376,7 @@ fn fill_torque<const P: usize, const X: usize>(
     // the filter begins once the shape is found; what it may keep of its start is the common scale
     let scale_variance =
         estimate.alpha.dot(&(estimate.covariance * estimate.alpha)) / estimate.alpha.norm_squared().powi(2);
-    let scale = excitation(scale_variance.sqrt(), SCALE_SD);
+    let scale = Identifiability::of(scale_variance.sqrt(), SCALE_SD);
     common.identifiability[..P].fill(scale.code());
 }
 

@@ -1,7 +1,7 @@
 //! Laws of the partition: what a row must say, and what it may leave out.
 
 use super::*;
-use physics::consider::Excitation;
+use estimation::identifiability::Identifiability as Rule;
 use physics::free_floating::PlanarArm;
 use physics::momentum::predict_base_rate;
 use telemetry::Identifiability;
@@ -175,9 +175,9 @@ fn without_a_momentum_nothing_is_estimated() {
 #[test]
 fn what_the_data_did_to_a_prior_travels_as_the_code_of_its_name() {
     let pairs = [
-        (Excitation::Identified, Identifiability::Identified),
-        (Excitation::PriorKept, Identifiability::PriorKept),
-        (Excitation::NotExcited, Identifiability::NotExcited),
+        (Rule::Identified, Identifiability::Identified),
+        (Rule::PriorKept, Identifiability::PriorKept),
+        (Rule::NotExcited, Identifiability::NotExcited),
     ];
     pairs.iter().for_each(|(found, name)| assert_eq!(found.code(), name.code(), "{name}"));
 }

@@ -41,7 +41,7 @@ const _: () = assert!(MODES_MAX == appendage::REFIT_MODES_MAX);
 /// Most modes of an estimate that also gives the hub's inertia.
 const MODES_WITH_INERTIA: usize = 5;
 /// An innovation beyond it is not of the model.
-const GATE_SIGMA: f64 = 5.0;
+const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
 /// Standard deviations of the mean innovation, or of a block of them, beyond which something acts that is not known.
 const LEAK_SIGMA: f64 = 5.0;
 

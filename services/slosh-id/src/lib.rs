@@ -261,8 +261,8 @@ fn fill(sample: &mut SloshEstimate, found: &slosh_estimator::SloshEstimate) {
         }
     }
     common.consistent = u32::from(values.iter().all(|value| *value > 0.0));
-    if let Some(standing) = found.standing {
-        common.identifiability[..PARAMETERS].copy_from_slice(&standing.map(|one| one.code()));
+    if let Some(identifiability) = found.identifiability {
+        common.identifiability[..PARAMETERS].copy_from_slice(&identifiability.map(|one| one.code()));
     }
     if let Some(newest) = found.innovation {
         let record = &mut common.innovation;

@@ -7,6 +7,8 @@
 //! |---|---|
 //! | `weighted_least_squares` | errors-in-variables least squares with noise compensation and late weights |
 //! | `weighted_pass` | the same in batch: one pass at fixed weights |
+//! | `golden_section` | minimum of a function of one variable |
+//! | `identifiability` | what data did to a prior: identified, prior kept, not excited |
 //! | `instrumental_variables` | rows with noise, instruments without; with itself as instrument, least squares |
 //! | `generalised_total_least_squares` | noise covariance of the columns, observation exact |
 //! | `total_least_squares` | the seed's estimator, streamed through the Givens factor of `[Y b]` |
@@ -29,6 +31,8 @@ pub mod consistency;
 pub mod cramer_rao;
 pub mod cusum;
 pub mod generalised_total_least_squares;
+pub mod golden_section;
+pub mod identifiability;
 pub mod instrumental_variables;
 pub mod quantiles;
 #[cfg(test)]

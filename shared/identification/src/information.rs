@@ -20,6 +20,7 @@ pub use weak::Blind;
 use channels::{Channel, Recording};
 use dynamics::description::{Noise, Parameter, Plant, Quantity, Signal, SignalKind};
 use dynamics::system::Period;
+use estimation::identifiability::Identifiability;
 use nalgebra::{DMatrix, DVector};
 
 /// Step of the central difference in prior sigmas: truncation falls with its square, rounding grows
@@ -28,39 +29,8 @@ const STEP_SIGMAS: f64 = 1e-3;
 /// Where readings bend this share as much as they follow a step, nothing is linear about them:
 /// moved up and down at random they come to one.
 const BENT: f64 = 0.7;
-/// A parameter counts as identified when the data leave less than this share of its prior sigma:
-/// they then hold `1/0.5² − 1` = 3 times the prior's information; as not excited above the second,
-/// where they hold less than 4 % of it.
-const IDENTIFIED_RATIO: f64 = 0.5;
-const NOT_EXCITED_RATIO: f64 = 0.98;
 /// Rows that are folded into the triangle at a time.
 const BLOCK_ROWS: usize = 2048;
-
-/// What the data do to a prior.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
-    Identified,
-    PriorKept,
-    NotExcited,
-}
-
-impl Standing {
-    pub const fn text(self) -> &'static str {
-        match self {
-            Self::Identified => "identified",
-            Self::PriorKept => "prior kept",
-            Self::NotExcited => "not excited",
-        }
-    }
-
-    fn of(ratio: f64) -> Self {
-        match ratio {
-            r if r < IDENTIFIED_RATIO => Self::Identified,
-            r if r < NOT_EXCITED_RATIO => Self::PriorKept,
-            _ => Self::NotExcited,
-        }
-    }
-}
 
 /// One uncertain number of the plant.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,7 +43,7 @@ pub struct Expected {
     pub sigma: f64,
     /// With every other number known.
     pub sigma_alone: f64,
-    pub standing: Standing,
+    pub identifiability: Identifiability,
 }
 
 /// The outcome of an experiment, predicted.
@@ -271,10 +241,11 @@ impl Experiment<'_> {
                 prior_sigma: *sigma,
                 sigma: sigma * ratio,
                 sigma_alone: sigma / (1.0 + columns[i].norm_squared()).sqrt(),
-                standing: Standing::of(ratio),
+                identifiability: Identifiability::of(ratio, 1.0),
             }
         });
-        let unseen: Vec<usize> = (0..n).filter(|i| variance[*i].sqrt() > NOT_EXCITED_RATIO).collect();
+        let unseen: Vec<usize> =
+            (0..n).filter(|i| Identifiability::of(variance[*i].sqrt(), 1.0) == Identifiability::NotExcited).collect();
         Prediction {
             parameters: parameters.collect(),
             blind: weak::combinations(directions.select_rows(&unseen), uncertain, &covariance),

@@ -18,7 +18,6 @@ use estimation::cramer_rao::FisherInformation;
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-use crate::consider::Excitation;
 use crate::slosh::SloshState;
 use crate::slosh_arc::{FLIGHT_CAPACITY, SampleRejected, SloshArc, SloshBlock, SloshSample};
 use crate::slosh_likelihood::{
@@ -26,6 +25,7 @@ use crate::slosh_likelihood::{
 };
 use crate::slosh_prior::{Remembered, TankPrior};
 use crate::slosh_scan::{SloshCandidate, SloshScan, prefers_a_fast_mode, scan};
+use estimation::identifiability::Identifiability;
 
 /// Bound of the Levenberg–Marquardt iterations.
 pub const FIT_ITERATIONS_MAX: u32 = 60;
@@ -73,7 +73,7 @@ pub struct SloshEstimate {
     /// Frequencies of the last scan: slosh outside is neither found nor excluded.
     pub searched_hz: [f64; 2],
     /// What the record did to each of the three, where there was a prior.
-    pub standing: Option<[Excitation; 3]>,
+    pub identifiability: Option<[Identifiability; 3]>,
     /// The newest block against what the estimate before said of it; `None` for the first estimate.
     pub innovation: Option<SloshInnovation>,
 }
@@ -258,8 +258,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         let here = Likelihood { information: Matrix6::identity(), ..at(&hypothesis) };
         let kept = self.report(&hypothesis, &here, 0, true).ok()?.0;
         let covariance = Matrix3::from_diagonal(&prior.sigma.component_mul(&prior.sigma));
-        let standing = Some(prior.standing_unseen(&self.arc, base_mass_kg));
-        Some(SloshEstimate { covariance, standing, ..kept })
+        let identifiability = Some(prior.identifiability_unseen(&self.arc, base_mass_kg));
+        Some(SloshEstimate { covariance, identifiability, ..kept })
     }
 
     /// Best tank of the grid: where the maximum likelihood, and any other local method, begins.

@@ -8,10 +8,10 @@ use estimation::cramer_rao::FisherInformation;
 use nalgebra::{Matrix3, Matrix6, Vector2, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
-use crate::consider::{Excitation, excitation};
 use crate::slosh::SloshParameters;
 use crate::slosh_arc::SloshArc;
 use crate::slosh_likelihood::{Likelihood, SloshHypothesis, Walk};
+use estimation::identifiability::Identifiability;
 
 /// A tank believed before the first sample, each number with a standard deviation of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,13 +42,17 @@ impl TankPrior {
     }
 
     /// What a posterior covariance did to each of the three.
-    pub(crate) fn standing(&self, sigmas: &Vector3<f64>) -> [Excitation; 3] {
-        core::array::from_fn(|i| excitation(sigmas[i], self.sigma[i]))
+    pub(crate) fn identifiability(&self, sigmas: &Vector3<f64>) -> [Identifiability; 3] {
+        core::array::from_fn(|i| Identifiability::of(sigmas[i], self.sigma[i]))
     }
 
     /// What the thrust of an arc would have told of the expected tank, had it started at rest: no more than that the
     /// prior is kept, for nothing was found.
-    pub(crate) fn standing_unseen<const N: usize>(&self, arc: &SloshArc<N>, base_mass_kg: f64) -> [Excitation; 3] {
+    pub(crate) fn identifiability_unseen<const N: usize>(
+        &self,
+        arc: &SloshArc<N>,
+        base_mass_kg: f64,
+    ) -> [Identifiability; 3] {
         let mut information: Matrix3<f64> = self.quadratic().information.fixed_view::<3, 3>(0, 0).into();
         let mut walk = Walk::new(base_mass_kg, &self.hypothesis(), arc.block_length_s());
         for segment in (0..arc.segments()).map(|i| arc.segment(i)) {
@@ -59,8 +63,8 @@ impl TankPrior {
             }
         }
         let bound = FisherInformation::<3> { matrix: information }.sigmas();
-        let standing = self.standing(&bound.unwrap_or(self.sigma));
-        standing.map(|one| if one == Excitation::NotExcited { one } else { Excitation::PriorKept })
+        let each = self.identifiability(&bound.unwrap_or(self.sigma));
+        each.map(|one| if one == Identifiability::NotExcited { one } else { Identifiability::PriorKept })
     }
 }
 

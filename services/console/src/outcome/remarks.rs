@@ -10,15 +10,15 @@ use telemetry::{Estimate, Identifiability, InertialEstimate, Phase};
 const OFF_AXIS_AT: usize = 8;
 
 /// What an estimator says of number i; nothing without a prior.
-pub(super) fn standing(estimate: &Estimate, i: usize) -> Option<&'static str> {
+pub(super) fn identifiability(estimate: &Estimate, i: usize) -> Option<&'static str> {
     let found = Identifiability::from_code(*estimate.identifiability.get(i)?)?;
     (found != Identifiability::NoPrior).then_some(found.text())
 }
 
 /// What `inertial-id` says of number i; nothing where no prior is stated: it then starts from one
 /// that holds nothing.
-pub(super) fn arm_standing(known: &ArmKnown, estimate: &Estimate, i: usize) -> Option<&'static str> {
-    known.prior_relative_sd.and(standing(estimate, i))
+pub(super) fn arm_identifiability(known: &ArmKnown, estimate: &Estimate, i: usize) -> Option<&'static str> {
+    known.prior_relative_sd.and(identifiability(estimate, i))
 }
 
 /// NaN: not known (yet); nothing where the sheet states no error.
@@ -33,7 +33,7 @@ pub(super) fn off_axis(known: &ArmKnown, sample: &InertialEstimate, i: usize) ->
     let estimate = &sample.estimate;
     let is_mated = estimate.phase == Phase::Mated.code();
     let is_prior = known.prior_relative_sd.is_some()
-        && arm_standing(known, estimate, OFF_AXIS_AT) != Some(Identifiability::Identified.text());
+        && arm_identifiability(known, estimate, OFF_AXIS_AT) != Some(Identifiability::Identified.text());
     let sheet = sample.consider_sigma_kg_m2[OFF_AXIS_AT];
     if i != OFF_AXIS_AT || !is_mated || is_prior {
         return None;

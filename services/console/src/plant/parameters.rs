@@ -74,7 +74,7 @@ fn as_json(name: &str, duration_s: f64, numbers: &[Parameter], prediction: &Pred
         json!({
             "name": number.name, "unit": number.unit, "value": number.value, "prior_sigma": number.sigma,
             "scope": scope(number.scope), "expected_sigma": expected.map(|e| e.sigma),
-            "expected_sigma_alone": expected.map(|e| e.sigma_alone), "standing": expected.map(|e| e.standing.text()),
+            "expected_sigma_alone": expected.map(|e| e.sigma_alone), "identifiability": expected.map(|e| e.identifiability.text()),
         })
     };
     let blind = |blind: &Blind| {
@@ -93,7 +93,7 @@ fn page(duration_s: f64, numbers: &[Parameter], prediction: &Prediction) -> Stri
     let width = numbers.iter().map(|number| number.name.len()).max().unwrap_or(0).max(9);
     let (uncertain, known): (Vec<_>, Vec<_>) = numbers.iter().partition(|number| number.sigma.is_some());
     let mut text = format!(
-        "{:<width$}  {:<12} {:>14} {:>11} {:>11} {:>9}  {:<13} standing\n",
+        "{:<width$}  {:<12} {:>14} {:>11} {:>11} {:>9}  {:<13} identifiability\n",
         "parameter", "unit", "value", "prior", "expected", "%", "scope"
     );
     for number in &uncertain {
@@ -132,7 +132,7 @@ fn row(number: &Parameter, expected: Option<&Expected>, width: usize) -> String 
         percent.unwrap_or_else(|| "-".into()),
         scope(number.scope),
         // what is only noise is not in the mean
-        expected.map_or("of the noise", |expected| expected.standing.text())
+        expected.map_or("of the noise", |expected| expected.identifiability.text())
     )
 }
 

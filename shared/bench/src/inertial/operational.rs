@@ -9,8 +9,8 @@ use dynamics::description::{Quantity, Signal, SignalKind};
 use dynamics::noise::Stream;
 use estimation::consistency::nees;
 use estimation::cramer_rao::FisherInformation;
+use estimation::identifiability::Identifiability;
 use nalgebra::SVector;
-use physics::consider::{Excitation, excitation};
 use physics::inertial_estimator::{InertialEstimate, InertialEstimator, InertialSettings};
 use physics::momentum::{MomentumSample, noisy_momentum_row};
 
@@ -110,11 +110,7 @@ impl Benchmark for Operational {
         let prior = settings.prior_sd();
         let said = |i: usize| {
             let ratio = found.noise_covariance[(i, i)].sqrt() / prior[i];
-            let word = match excitation(ratio, 1.0) {
-                Excitation::Identified => "identified",
-                Excitation::PriorKept => "prior kept",
-                Excitation::NotExcited => "not excited",
-            };
+            let word = Identifiability::of(ratio, 1.0).text();
             format!("{} {word} ({ratio:.3})", NAMES[i])
         };
         let all: Vec<String> = (0..8).map(said).collect();

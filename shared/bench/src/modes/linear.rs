@@ -2,6 +2,7 @@
 
 use dynamics::description::{Initial, Plant};
 use dynamics::system::{StateSpace, System, Workspace};
+use dynamics::zero_order_hold::exponential;
 use modal::c64;
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -60,7 +61,7 @@ pub fn closed_loop(plant: &Plant, accelerometers: &[usize]) -> Option<Vec<TrueMo
     let mut joint = DMatrix::zeros(n + 1, n + 1);
     joint.view_mut((0, 0), (n, n)).copy_from(&(&space.a * period));
     joint.view_mut((0, n), (n, 1)).copy_from(&(space.b.columns(0, 1) * period));
-    let held = exponential(&joint);
+    let held = exponential(joint);
     let feedback = DVector::from_fn(n + 1, |state, _| match state {
         state if state < n => -(kp + ki * period) * space.c[(angle, state)] - kd * space.c[(rate, state)],
         _ => ki,
@@ -87,18 +88,6 @@ pub fn closed_loop(plant: &Plant, accelerometers: &[usize]) -> Option<Vec<TrueMo
     let mut modes: Vec<TrueMode> = eigenvalues.iter().filter(|z| z.im >= 0.0).map(mode).collect();
     modes.sort_by(|a, b| a.frequency_hz().total_cmp(&b.frequency_hz()));
     Some(modes)
-}
-
-/// Of a matrix of norm below one, by its series.
-fn exponential(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    const TERMS: usize = 25; // 1/25! is below rounding
-    let mut term = DMatrix::identity(matrix.nrows(), matrix.ncols());
-    let mut sum = term.clone();
-    for k in 1..TERMS {
-        term = &term * matrix / k as f64;
-        sum += &term;
-    }
-    sum
 }
 
 /// Inverse iteration next to an eigenvalue.

@@ -9,6 +9,7 @@ use super::refit::{FOR_EVER_S, Refit, settled};
 use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant};
 use dynamics::effect::Role;
+use estimation::golden_section::INVERSE_GOLDEN_RATIO;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, LinearisedProblem};
 use nalgebra::{Cholesky, DMatrix};
@@ -22,7 +23,6 @@ const REACH: f64 = 0.125;
 /// Least distance of two edges that are told apart [sampling intervals], and share of a width that it is known by.
 const FINEST: f64 = 0.125;
 /// What a bracket shrinks by.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// A time inside an effect of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,7 +113,7 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
     while high - low > FINEST * finest {
         // into the wider side
         let is_up = high - best.0 > best.0 - low;
-        let t_s = best.0 + (1.0 - GOLDEN) * if is_up { high - best.0 } else { low - best.0 };
+        let t_s = best.0 + (1.0 - INVERSE_GOLDEN_RATIO) * if is_up { high - best.0 } else { low - best.0 };
         let found = value(t_s);
         if found < best.1 {
             (low, high) = if is_up { (best.0, high) } else { (low, best.0) };

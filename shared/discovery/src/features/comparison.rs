@@ -2,9 +2,10 @@
 
 use super::changes::Change;
 use super::frame::Frame;
-use super::likelihood::{Each, Evidence, Factor, Group, Likelihood, golden};
+use super::likelihood::{Each, Evidence, Factor, Group, Likelihood};
 use super::peaks::MeasuredMode;
 use dynamics::description::Plant;
+use estimation::golden_section;
 use identification::statistics::fisher_tail;
 use nalgebra::DMatrix;
 
@@ -106,7 +107,7 @@ impl<'a> Comparison<'a> {
         let values: Vec<f64> = grid.iter().map(|a| objective(*a)).collect();
         let least = (0..grid.len()).min_by(|a, b| values[*a].total_cmp(&values[*b]))?;
         let (low, high) = (grid[least.saturating_sub(1)], grid[(least + 1).min(grid.len() - 1)]);
-        let amplitude = golden(low, high, 18, &objective);
+        let amplitude = golden_section::minimise(low, high, 18, objective);
         let amplitude = if objective(amplitude) <= values[least] { amplitude } else { grid[least] };
         let likelihood = evidence.best(&with(amplitude)?);
         likelihood.objective.is_finite().then_some((amplitude, likelihood))

@@ -8,6 +8,7 @@
 //!
 //! C is a diagonal and a few columns, and is solved as such (Woodbury): a likelihood costs rows × columns².
 
+use estimation::golden_section;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Kind of a feature.
@@ -160,7 +161,7 @@ impl Evidence {
             let at = |k: i32| low + (high - low) * f64::from(k) / f64::from(GRID);
             let values: Vec<f64> = (0..=GRID).map(|k| value(at(k))).collect();
             let least = (0..=GRID).min_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize])).unwrap_or(0);
-            let ln_tau = golden(at((least - 1).max(0)), at((least + 1).min(GRID)), 20, &value);
+            let ln_tau = golden_section::minimise(at((least - 1).max(0)), at((least + 1).min(GRID)), 20, &value);
             tau[*group as usize] = libm::exp(ln_tau);
         }
         Likelihood { objective: self.at(residual, &tau), tau, rms: self.rms(residual, &tau) }
@@ -190,23 +191,4 @@ impl Evidence {
         let size = (factor.form(a, a) * factor.form(b, b)).sqrt();
         if size > 0.0 { factor.form(a, b) / size } else { 0.0 }
     }
-}
-
-/// Minimum of `f` in `[a, b]` by golden section.
-pub(super) fn golden(mut a: f64, mut b: f64, steps: usize, f: &dyn Fn(f64) -> f64) -> f64 {
-    const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    let (mut c, mut d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
-    let (mut at_c, mut at_d) = (f(c), f(d));
-    for _ in 0..steps {
-        if at_c < at_d {
-            (b, d, at_d) = (d, c, at_c);
-            c = b - GOLDEN * (b - a);
-            at_c = f(c);
-        } else {
-            (a, c, at_c) = (c, d, at_d);
-            d = a + GOLDEN * (b - a);
-            at_d = f(d);
-        }
-    }
-    0.5 * (a + b)
 }

@@ -73,7 +73,7 @@ fn sigmas_of_a_pushed_mass_are_those_of_the_closed_form() {
         // slope at the two ends is one-sided, 1 % of a hundred samples; the step of 1e-3 sigma adds 1e-7
         assert!((got.sigma / joint - 1.0).abs() < 5e-3, "{name}: {} {joint}", got.sigma);
         assert!((got.sigma_alone / alone - 1.0).abs() < 5e-3, "{name}: {} {alone}", got.sigma_alone);
-        assert_eq!(got.standing, Standing::Identified);
+        assert_eq!(got.identifiability, Identifiability::Identified);
     }
     assert_eq!((found.samples, found.blind.len()), (100, 0));
     // a function of one parameter has its sigma
@@ -174,8 +174,8 @@ fn what_acts_only_as_a_sum_or_not_at_all_is_named_as_unseen() {
     // two masses that move as one, and an inertia that never turns
     let text = CART.replace("[[actuator]]", "[[body]]\nname = \"load\"\nparent = \"cart\"\nmass = { value = \"2 kg\", sigma = \"0.1 kg\" }\ninertia = { value = \"1 kg*m^2\", sigma = \"10 %\" }\njoint = { kind = \"fixed\" }\n[[actuator]]");
     let found = predicted(&plant(&text), 5.0).unwrap();
-    assert_eq!(expected(&found, "load.inertia.zz").standing, Standing::NotExcited);
-    assert_eq!(expected(&found, "cart.mass").standing, Standing::PriorKept);
+    assert_eq!(expected(&found, "load.inertia.zz").identifiability, Identifiability::NotExcited);
+    assert_eq!(expected(&found, "cart.mass").identifiability, Identifiability::PriorKept);
     let texts: Vec<Vec<&str>> =
         found.blind.iter().map(|blind| blind.weights.iter().map(|(name, _)| name.as_str()).collect()).collect();
     assert_eq!(texts.len(), 2, "{texts:?}");
@@ -207,7 +207,7 @@ fn a_sensor_without_noise_is_reported_and_has_no_weight() {
     let text = CART.replace("noise = \"2 mm\"\n", "");
     let found = predicted(&plant(&text), 5.0).unwrap();
     assert_eq!(found.without_noise, ["place"]);
-    assert!(found.parameters.iter().all(|parameter| parameter.standing == Standing::NotExcited));
+    assert!(found.parameters.iter().all(|parameter| parameter.identifiability == Identifiability::NotExcited));
     assert_eq!((found.samples, found.blind.len()), (0, 3));
 }
 
@@ -246,7 +246,7 @@ fn bounds_of_the_free_floating_arm_from_momentum_are_those_of_the_study() {
         assert!((0.94..1.02).contains(&(got / percent)), "a{}: {got} % against {percent} %", i + 1);
     }
     // masses and inertias apart are as unknown as before
-    assert_eq!(expected(&found, "hub.mass").standing, Standing::NotExcited);
+    assert_eq!(expected(&found, "hub.mass").identifiability, Identifiability::NotExcited);
 }
 
 #[test]

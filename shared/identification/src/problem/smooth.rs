@@ -19,6 +19,7 @@
 
 use crate::statistics::chi_squared_quantile;
 use dynamics::signal::SignalValue;
+use estimation::golden_section;
 
 /// Probability of a kink in a motion that has none.
 const KINK_ALPHA: f64 = 1e-3;
@@ -256,22 +257,8 @@ impl<'a> Band<'a> {
             // nothing to take off
             return Spline { gcv: grid[0], ..self.solve(0.0) };
         }
-        const GOLDEN: f64 = 0.618_033_988_749_894_9;
-        let (mut a, mut b) = (at(least - 1), at((least + 1).min(GRID_POINTS - 1)));
-        let (mut c, mut d) = (b - GOLDEN * (b - a), a + GOLDEN * (b - a));
-        let (mut at_c, mut at_d) = (gcv(c), gcv(d));
-        for _ in 0..10 {
-            if at_c < at_d {
-                (b, d, at_d) = (d, c, at_c);
-                c = b - GOLDEN * (b - a);
-                at_c = gcv(c);
-            } else {
-                (a, c, at_c) = (c, d, at_d);
-                d = a + GOLDEN * (b - a);
-                at_d = gcv(d);
-            }
-        }
-        self.solve(libm::exp(0.5 * (a + b)))
+        let best = golden_section::minimise(at(least - 1), at((least + 1).min(GRID_POINTS - 1)), 10, gcv);
+        self.solve(libm::exp(best))
     }
 
     /// Knots whose curvature is beyond what the spline's prior allows; of neighbours the largest.

@@ -90,7 +90,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
             iterations,
             scanned,
             searched_hz: self.searched_hz,
-            standing: self.prior.map(|prior| prior.standing(&three.diagonal().map(libm::sqrt))),
+            identifiability: self.prior.map(|prior| prior.identifiability(&three.diagonal().map(libm::sqrt))),
             innovation: None,
         };
         Ok((estimate, covariance))

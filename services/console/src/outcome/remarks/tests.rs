@@ -97,16 +97,16 @@ fn only_the_ninth_number_of_the_mated_arm_shows_a_target() {
 }
 
 #[test]
-fn standings_are_those_of_each_number_and_none_without_a_prior() {
+fn identifiabilities_are_those_of_each_number_and_none_without_a_prior() {
     let mut estimate = InertialEstimate::zeroed_at(0).estimate;
-    assert_eq!(standing(&estimate, 0), None);
+    assert_eq!(identifiability(&estimate, 0), None);
     let codes = [Identifiability::Identified, Identifiability::PriorKept, Identifiability::NotExcited];
     estimate.identifiability[..3].copy_from_slice(&codes.map(Identifiability::code));
     let all = ["identified", "prior kept", "not excited"];
-    assert_eq!([0, 1, 2].map(|i| standing(&estimate, i).expect("a prior")), all);
+    assert_eq!([0, 1, 2].map(|i| identifiability(&estimate, i).expect("a prior")), all);
     let told = known(0.0, Some(0.1));
-    assert_eq!([0, 1, 2].map(|i| arm_standing(&told, &estimate, i).expect("a prior")), all);
-    assert_eq!(arm_standing(&known(0.0, None), &estimate, 0), None);
+    assert_eq!([0, 1, 2].map(|i| arm_identifiability(&told, &estimate, i).expect("a prior")), all);
+    assert_eq!(arm_identifiability(&known(0.0, None), &estimate, 0), None);
 }
 
 #[test]
@@ -141,14 +141,17 @@ fn in_json_what_is_not_said_has_no_key_and_what_is_not_known_is_null() {
         accepted: None,
         reason: String::new(),
         dominant_channel: None,
-        standing: None,
+        identifiability: None,
         consider_sigma: None,
         off_axis_sigmas: None,
     };
     let object = parameter_json(&row);
-    assert!(["standing", "consider_sigma", "off_axis_sigmas"].iter().all(|key| object.get(key).is_none()), "{object}");
-    (row.standing, row.consider_sigma, row.off_axis_sigmas) = (Some("prior kept"), Some(f64::NAN), Some(-7.5));
+    assert!(
+        ["identifiability", "consider_sigma", "off_axis_sigmas"].iter().all(|key| object.get(key).is_none()),
+        "{object}"
+    );
+    (row.identifiability, row.consider_sigma, row.off_axis_sigmas) = (Some("prior kept"), Some(f64::NAN), Some(-7.5));
     let object = parameter_json(&row);
     assert!(object.get("consider_sigma").is_some_and(serde_json::Value::is_null), "{object}");
-    assert_eq!((&object["standing"], &object["off_axis_sigmas"]), (&"prior kept".into(), &(-7.5).into()));
+    assert_eq!((&object["identifiability"], &object["off_axis_sigmas"]), (&"prior kept".into(), &(-7.5).into()));
 }

@@ -3,6 +3,7 @@
 use dynamics::description::Plant;
 use dynamics::dual::Dual;
 use dynamics::system::{StateSpace, System, SystemMode, Workspace};
+use dynamics::zero_order_hold::exponential;
 use nalgebra::{Complex, DMatrix};
 use serde_json::{Value, json};
 use simulation::{SimulationError, Simulator};
@@ -106,7 +107,7 @@ fn closed_loop(plant: &Plant, space: &StateSpace) -> Vec<LoopPole> {
     let mut held = DMatrix::zeros(n + m, n + m);
     held.view_mut((0, 0), (n, n)).copy_from(&(&space.a * period_s));
     held.view_mut((0, n), (n, m)).copy_from(&(&space.b * period_s));
-    let held = exponential(&held);
+    let held = exponential(held);
     let loops = plant.controllers.len();
     let mut step = DMatrix::identity(n + loops, n + loops);
     step.view_mut((0, 0), (n, n)).copy_from(&held.view((0, 0), (n, n)));
@@ -139,22 +140,6 @@ fn closed_loop(plant: &Plant, space: &StateSpace) -> Vec<LoopPole> {
         .collect();
     poles.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     poles
-}
-
-/// `e^A` by scaling and squaring of its Taylor series: halved below one half, sixteen terms leave rounding.
-fn exponential(a: &DMatrix<f64>) -> DMatrix<f64> {
-    let halvings = (2.0 * a.norm()).max(1.0).log2().ceil();
-    let small = a / halvings.exp2();
-    let mut term = DMatrix::identity(a.nrows(), a.ncols());
-    let mut sum = term.clone();
-    for k in 1..=16 {
-        term = &term * &small / f64::from(k);
-        sum += &term;
-    }
-    for _ in 0..halvings as u32 {
-        sum = &sum * &sum;
-    }
-    sum
 }
 
 /// Index in `u` of an actuator that is commanded.
