@@ -3,6 +3,7 @@
 use crate::outcome;
 use crate::partition::PARTITIONS;
 use crate::progress::Progress;
+use crate::run::ScenarioRun;
 use crate::scratch::Scratch;
 use runtime::RunConfig;
 use runtime::lockstep::{self, Ending, LockstepBus};
@@ -55,12 +56,18 @@ pub fn take_signals() -> std::io::Result<Signals> {
 }
 
 /// Carries `run` out, to its end or as far as it gets.
-pub fn launch(run: &RunConfig, link: LinkKind, images: Option<&Path>, scratch: &Scratch, signals: Signals) -> Finished {
+pub fn launch(
+    run: &ScenarioRun,
+    link: LinkKind,
+    images: Option<&Path>,
+    scratch: &Scratch,
+    signals: Signals,
+) -> Finished {
     let started = Instant::now();
     let progress = Progress::new(outcome::frames_expected(run));
     let ended = match link {
-        LinkKind::Shm => as_processes(run, images, &progress, scratch, signals),
-        LinkKind::Lockstep => in_lockstep(run, &progress, scratch, signals),
+        LinkKind::Shm => as_processes(&run.config, images, &progress, scratch, signals),
+        LinkKind::Lockstep => in_lockstep(&run.config, &progress, scratch, signals),
     };
     progress.end();
     let (rows, failure) = ended.unwrap_or_else(|failure| (Vec::new(), Some(failure)));

@@ -27,7 +27,6 @@ mod recordings;
 mod replay;
 mod run;
 mod scenario_file;
-mod scenario_limits;
 mod scratch;
 mod simulate;
 mod table;

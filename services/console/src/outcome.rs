@@ -4,12 +4,12 @@ mod arm;
 mod remarks;
 
 use crate::launch::{Finished, LinkKind};
+use crate::run::ScenarioRun;
 use crate::{paper, truth};
 pub use arm::ArmResults;
 use physics::mated::OFF_AXIS_SIGMAS;
+use plant_file::scenario::ArmKnown;
 use recording::{McapRecorder, RecordedRun, RecordingError};
-use runtime::RunConfig;
-use runtime::scenario::ArmKnown;
 use runtime::statistics::PartitionRow;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -126,12 +126,12 @@ pub struct Outcome {
 impl Outcome {
     /// Reads the results of `run` if it `recorded` any; of one that failed, what its recorder still wrote.
     #[must_use]
-    pub fn read(run: &RunConfig, finished: Finished, recorded: bool) -> Self {
+    pub fn read(run: &ScenarioRun, finished: Finished, recorded: bool) -> Self {
         let Finished { rows, wall_s, link, mut failure } = finished;
         let (mut modes, mut parameters, mut arm) = (Vec::new(), Vec::new(), ArmResults::default());
         let (mut comparisons, mut digest) = (Vec::new(), None);
         let found = if recorded {
-            recorded_results(&run.record, failure.is_some()).map_err(|error| error.explain())
+            recorded_results(&run.config.record, failure.is_some()).map_err(|error| error.explain())
         } else {
             Err("nothing was recorded".into())
         };
@@ -203,7 +203,7 @@ fn recorded_results(path: &Path, failed: bool) -> Result<(RecordedRun, String), 
     Ok((recorded, digest.hex))
 }
 
-fn results(run: &RunConfig, recorded: &RecordedRun) -> (Vec<ModeRow>, Vec<ParameterRow>) {
+fn results(run: &ScenarioRun, recorded: &RecordedRun) -> (Vec<ModeRow>, Vec<ParameterRow>) {
     let period_s = run.scenario.period_ns() as f64 * 1e-9;
     let modes = recorded.of(MODE).map(|(_, mode)| mode_row(mode, period_s)).collect();
     let verdicts: Vec<&Verdict> = recorded.of(VERDICT).map(|(_, verdict)| verdict).collect();
@@ -259,10 +259,10 @@ fn comparison_json(row: &ComparisonRow) -> Value {
 
 /// Frames that a run will have, about.
 #[must_use]
-pub fn frames_expected(run: &RunConfig) -> u64 {
+pub fn frames_expected(run: &ScenarioRun) -> u64 {
     let scenario = &run.scenario;
-    let between = 3 * run.window_frames;
-    if let Some(replay) = &run.replay {
+    let between = 3 * run.config.window_frames;
+    if let Some(replay) = &run.config.replay {
         return replay.frames + 2 * between;
     }
     let durations = [
@@ -290,7 +290,7 @@ fn mode_row(mode: &Mode, period_s: f64) -> ModeRow {
 }
 
 fn parameter_rows(
-    run: &RunConfig,
+    run: &ScenarioRun,
     domain: Domain,
     phase: Phase,
     estimate: Option<AnyEstimate<'_>>,
@@ -348,7 +348,7 @@ fn dominant_channel(estimate: AnyEstimate<'_>, i: usize) -> Option<u32> {
 }
 
 /// What the estimator of the arm was told: as it chooses it itself.
-fn arm_known(run: &RunConfig, phase: Phase) -> Option<&ArmKnown> {
+fn arm_known(run: &ScenarioRun, phase: Phase) -> Option<&ArmKnown> {
     let scenario = &run.scenario;
     let arm = scenario.inertial.as_ref().filter(|_| phase != Phase::Mated).or(scenario.mated.as_ref());
     arm.map(|arm| &arm.known)

@@ -3,8 +3,8 @@
 use crate::plants::utf8_text;
 use crate::run::{self, Common};
 use crate::{Failure, scenario_file};
+use plant_file::scenario::Scenario;
 use recording::{ChannelMap, Channels, Imported, ReplayFrames};
-use runtime::Scenario;
 use runtime::config::ReplayConfig;
 use std::path::{Path, PathBuf};
 

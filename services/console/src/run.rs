@@ -5,8 +5,9 @@ use crate::outcome::Outcome;
 use crate::partition::PARTITIONS;
 use crate::scratch::{ResultsFile, Scratch};
 use crate::{Failure, limits_file, scenario_file, table};
+use plant_file::scenario::Scenario;
+use runtime::RunConfig;
 use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
-use runtime::{RunConfig, Scenario};
 use std::path::{Path, PathBuf};
 use telemetry::PartitionId;
 
@@ -71,6 +72,12 @@ pub struct Common {
     stall_s: Option<u64>,
 }
 
+/// A run, and its scenario as the partitions read it.
+pub struct ScenarioRun {
+    pub config: RunConfig,
+    pub scenario: Scenario,
+}
+
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let scenario = match &arguments.scenario {
         Some(path) => scenario_file::read(path)?,
@@ -78,8 +85,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     can_be_simulated(&scenario, arguments.scenario.as_deref())?;
     let mut run = config(scenario, &arguments.common, None)?;
-    run.seed = arguments.seed.unwrap_or(run.scenario.seed);
-    run.speed = arguments.speed;
+    run.config.seed = arguments.seed.unwrap_or(run.scenario.seed);
+    run.config.speed = arguments.speed;
     carry_out(run, &arguments.common)
 }
 
@@ -112,13 +119,13 @@ fn can_be_simulated(scenario: &Scenario, file: Option<&Path>) -> Result<(), Fail
 ///
 /// # Errors
 /// [`Failure::Input`] when there is no place for the run or its recording, [`Failure::Run`] when it failed.
-pub fn carry_out(mut run: RunConfig, common: &Common) -> Result<(), Failure> {
-    run.check_depths().map_err(Failure::Run)?;
+pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
+    run.config.check_depths().map_err(Failure::Run)?;
     // Before there is anything that a signal could leave behind.
     let signals = launch::take_signals().map_err(|error| Failure::Run(format!("signals: {error}")))?;
     let scratch = Scratch::new()?;
     let results = ResultsFile::new(common.record.as_deref(), &scratch)?;
-    run.record = results.path().to_path_buf();
+    run.config.record = results.path().to_path_buf();
     let finished = launch::launch(&run, common.link, common.images.as_deref(), &scratch, signals);
     let outcome = Outcome::read(&run, finished, results.is_written());
     let text = if common.json { format!("{}\n", outcome.json()) } else { table::outcome(&outcome) };
@@ -130,7 +137,7 @@ pub fn carry_out(mut run: RunConfig, common: &Common) -> Result<(), Failure> {
 ///
 /// # Errors
 /// When the table of limits cannot be used.
-pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>) -> Result<RunConfig, Failure> {
+pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>) -> Result<ScenarioRun, Failure> {
     let partitions: Vec<PartitionId> = PARTITIONS.iter().map(|(id, _)| *id).collect();
     let table = limits_file::read(common.partitions.as_deref(), &partitions)?;
     let mut limits = table;
@@ -143,11 +150,13 @@ pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>)
         // A simulated tank starts at rest, also where the simulation was recorded; of any other nothing is known.
         slosh.known.starts_at_rest.get_or_insert(replay.is_none() || slosh.plant.is_some());
     }
-    Ok(RunConfig {
+    let config = RunConfig {
+        scenario: serde_json::to_value(&scenario).expect("names and numbers always serialise"),
+        name: scenario.name.clone(),
+        period_ns: scenario.period_ns(),
         seed: scenario.seed,
         window_frames: scenario.window_frames,
         checkpoint_frames: (scenario.window_frames / 4).max(1),
-        scenario,
         replay,
         record: PathBuf::new(),
         record_all: common.record.is_some(),
@@ -160,7 +169,8 @@ pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>)
             .flatten()
             .copied()
             .collect(),
-    })
+    };
+    Ok(ScenarioRun { config, scenario })
 }
 
 fn positive(text: &str) -> Result<f64, String> {

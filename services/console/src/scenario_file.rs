@@ -1,10 +1,9 @@
 //! Scenario files: TOML with spans, so that an error points at its place.
 
 use crate::located::Located;
-use crate::{Failure, plants, scenario_limits};
+use crate::{Failure, plants};
 use dynamics::description::Plant;
-use runtime::Scenario;
-use runtime::scenario::PlantUse;
+use plant_file::scenario::{CapturePlan, PlantUse, Scenario, limits};
 use std::ops::Range;
 use std::path::Path;
 use toml::de::{DeArray, DeTable, DeValue};
@@ -45,7 +44,7 @@ pub fn no_scenario() -> Scenario {
         modal: None,
         slosh: None,
         inertial: None,
-        capture: runtime::scenario::CapturePlan::default(),
+        capture: CapturePlan::default(),
         mated: None,
     }
 }
@@ -58,7 +57,7 @@ pub fn no_scenario() -> Scenario {
 pub fn parse(file: &str, text: &str, folder: Option<&Path>) -> Result<Scenario, Failure> {
     let mut scenario: Scenario = toml_file(file, text, "see deploy/scenarios/default.toml for every key")?;
     let mut impossible = scenario.impossible_numbers();
-    impossible.extend(scenario_limits::beyond(&scenario));
+    impossible.extend(limits::beyond(&scenario));
     let Some(first) = impossible.first() else {
         read_plants(file, text, &mut scenario, folder)?;
         return Ok(scenario);

@@ -1,16 +1,16 @@
 //! What was simulated: the numbers that estimates are compared with, taken from the plants of the scenario.
 
+use crate::run::ScenarioRun;
 use bench::arm_parameters::minimal_parameters;
 use bench::truth::{modes, tank};
-use runtime::RunConfig;
-use runtime::scenario::PlantUse;
+use plant_file::scenario::PlantUse;
 use sensor_sim::systems;
 use telemetry::{Domain, Phase};
 
 /// True parameters of a domain in a phase; empty when nothing was simulated (a recording), or a plant whose numbers have no
 /// counterpart among the estimates.
 #[must_use]
-pub fn parameters(run: &RunConfig, domain: Domain, phase: Phase) -> Vec<f64> {
+pub fn parameters(run: &ScenarioRun, domain: Domain, phase: Phase) -> Vec<f64> {
     let scenario = &run.scenario;
     let of = |used: Option<&PlantUse>| used.and_then(|used| systems::plant(used).ok());
     let found = match (domain, phase) {
@@ -36,7 +36,7 @@ pub fn parameters(run: &RunConfig, domain: Domain, phase: Phase) -> Vec<f64> {
 
 /// Mass, centre of mass and inertia of what is grasped, from its grasp point; `None`: nothing was simulated, or nothing is grasped.
 #[must_use]
-pub fn target(run: &RunConfig) -> Option<[f64; 4]> {
+pub fn target(run: &ScenarioRun) -> Option<[f64; 4]> {
     let mated = run.scenario.mated.as_ref()?;
     let (plant, name) = (systems::plant(mated.plant.as_ref()?).ok()?, mated.grasps.as_ref()?);
     let numbers = plant.parameters();

@@ -13,9 +13,9 @@ use physics::consider::SensorSheet;
 use physics::dynamic_equation::ArmSample;
 use physics::inertial_estimator::InertialSettings;
 use physics::momentum::{ChannelSigma, MomentumSample, is_physically_consistent};
+use plant_file::scenario::{ArmExperiment, ArmKnown, Scenario};
 use runtime::experiment::{ExperimentWindow, Step};
 use runtime::pairs::rates_with_joints;
-use runtime::scenario::{ArmExperiment, ArmKnown};
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
@@ -74,13 +74,14 @@ pub struct InertialId {
 /// Builds the partition of `run`.
 ///
 /// # Errors
-/// None: what is not known is refused when an experiment asks for it.
+/// When the scenario cannot be read; what it does not say is refused when an experiment asks for it.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
+    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::InertialId))?;
     let known = |arm: &Option<ArmExperiment>| arm.as_ref().map(|arm| arm.known.clone());
     Ok(Box::new(InertialId {
         state: State::default(),
-        free_floating: known(&run.scenario.inertial),
-        mated: known(&run.scenario.mated),
+        free_floating: known(&scenario.inertial),
+        mated: known(&scenario.mated),
         replays: run.replay.as_ref().is_some_and(|replay| replay.inertial),
     }))
 }

@@ -8,7 +8,7 @@ use physics::free_floating::PlanarArm;
 use physics::mated::Target;
 use physics::target::{self, ChaserPrior, Identified, recover};
 use physics::target_statement::{FusionError, Statement, fuse};
-use runtime::scenario::{ChaserSheet, TargetStatement};
+use plant_file::scenario::{ChaserSheet, TargetStatement};
 use serde::{Deserialize, Serialize};
 use telemetry::{Sample, TARGET_CONTRADICTED, TARGET_CRC_WRONG, TARGET_NOT_SOLVED, TARGET_REFUSED, TargetEstimate};
 

@@ -2,7 +2,7 @@
 
 use modal::Mode;
 use physics::appendage::{self, Appendage};
-use runtime::scenario::AppendageKnown;
+use plant_file::scenario::AppendageKnown;
 
 /// Inertia and standard deviation [kg m²]; `None` where the two modes of the geometry are not among those found.
 pub fn of_modes(known: &AppendageKnown, modes: &[Mode]) -> Option<(f64, f64)> {

@@ -26,9 +26,9 @@ use modal::methods::Estimate as Found;
 use modal::tracking::ModeTracker;
 use modal::{Config, ModalError, ModalIdentifier, Mode, OnsetGate};
 use physics::appendage;
+use plant_file::scenario::{ModalKnown, Scenario};
 use runtime::experiment::{ExperimentWindow, Step};
 use runtime::pairs::is_excited;
-use runtime::scenario::ModalKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
@@ -77,11 +77,12 @@ pub struct ModalId {
 /// Builds the partition of `run`.
 ///
 /// # Errors
-/// None.
+/// When the scenario cannot be read.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
+    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::ModalId))?;
     Ok(Box::new(ModalId {
         state: State::default(),
-        known: run.scenario.modal.as_ref().map(|modal| modal.known.clone()).unwrap_or_default(),
+        known: scenario.modal.map(|modal| modal.known).unwrap_or_default(),
         replays: run.replay.as_ref().is_some_and(|replay| replay.modal),
     }))
 }

@@ -1,7 +1,7 @@
 //! Laws of the partition: which rows count, which are tested, and what it says when it has no estimate.
 
 use super::*;
-use runtime::scenario::AppendageKnown;
+use plant_file::scenario::AppendageKnown;
 use telemetry::IdentifiedMode;
 
 #[global_allocator]

@@ -40,10 +40,10 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let fail = |reason: String| ConnectError { partition: PartitionId::Recorder, reason };
     let scenario = serde_json::to_string_pretty(&run.scenario).map_err(|error| fail(error.to_string()))?;
     let metadata = BTreeMap::from([
-        ("scenario".into(), run.scenario.name.clone()),
+        ("scenario".into(), run.name.clone()),
         ("seed".into(), run.seed.to_string()),
         ("window_frames".into(), run.window_frames.to_string()),
-        ("period_ns".into(), run.scenario.period_ns().to_string()),
+        ("period_ns".into(), run.period_ns.to_string()),
         ("version".into(), env!("CARGO_PKG_VERSION").into()),
     ]);
     Ok(Box::new(Recorder {

@@ -7,6 +7,7 @@ mod simulation;
 pub mod systems;
 mod vehicle;
 
+use plant_file::scenario::Scenario;
 use recording::{ChannelMap, ReplayFrames, ReplaySample};
 use runtime::experiment::ExperimentWindow;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
@@ -34,11 +35,11 @@ pub struct SensorSim {
 /// Builds the source of `run`.
 ///
 /// # Errors
-/// When the recording cannot be read.
+/// When scenario or recording cannot be read.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let replay = run.replay.as_ref().map(|_| read_recording(run)).transpose()?;
-    let simulation = Simulation::new(run)
-        .map_err(|error| ConnectError { partition: PartitionId::SensorSim, reason: error.to_string() })?;
+    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::SensorSim))?;
+    let simulation = Simulation::new(run, scenario).map_err(ConnectError::of(PartitionId::SensorSim))?;
     Ok(Box::new(SensorSim { state: State::default(), simulation, replay, window_frames: run.window_frames }))
 }
 
@@ -48,7 +49,7 @@ fn read_recording(run: &RunConfig) -> Result<ReplayFrames, ConnectError> {
     let imported = recording::read(&config.path).map_err(|error| fail(error.to_string()))?;
     let map = config.channel_map.as_deref().map(|text| ChannelMap::parse("map", text)).transpose();
     let map = map.map_err(|error| fail(error.to_string()))?;
-    ReplayFrames::new(&imported, map.as_ref(), run.scenario.period_ns()).map_err(|error| fail(error.to_string()))
+    ReplayFrames::new(&imported, map.as_ref(), run.period_ns).map_err(|error| fail(error.to_string()))
 }
 
 impl Partition for SensorSim {

@@ -3,8 +3,9 @@
 use crate::systems::{self, Setting, SystemsError};
 use crate::vehicle::Vehicle;
 use dynamics::noise::Stream;
+use plant_file::scenario::Scenario;
 use runtime::experiment::ExperimentWindow;
-use runtime::{Frame, Outputs, RunConfig, Scenario};
+use runtime::{Frame, Outputs, RunConfig};
 use serde::{Deserialize, Serialize};
 use simulation::SimulatorState;
 use telemetry::{
@@ -68,12 +69,12 @@ pub struct Simulation {
 impl Simulation {
     /// # Errors
     /// An experiment of the scenario cannot be simulated.
-    pub fn new(run: &RunConfig) -> Result<Self, SystemsError> {
-        systems::check(&run.scenario).map_err(|(_, error)| error)?;
+    pub fn new(run: &RunConfig, scenario: Scenario) -> Result<Self, SystemsError> {
+        systems::check(&scenario).map_err(|(_, error)| error)?;
         Ok(Simulation {
-            scenario: run.scenario.clone(),
+            period_s: scenario.period_ns() as f64 * 1e-9,
+            scenario,
             seed: run.seed,
-            period_s: run.scenario.period_ns() as f64 * 1e-9,
             idle_gyro: Stream::new(run.seed, "idle.gyro.z"),
             vehicle: None,
         })

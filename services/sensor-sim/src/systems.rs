@@ -3,8 +3,7 @@
 
 use crate::vehicle::{Vehicle, VehicleError};
 use dynamics::description::{Controller, Plant, Quantity, Signal, SignalKind};
-use runtime::Scenario;
-use runtime::scenario::{ArmExperiment, ModalExperiment, PlantUse, SloshExperiment, Trajectory};
+use plant_file::scenario::{ArmExperiment, ModalExperiment, PlantUse, Scenario, SloshExperiment, Trajectory};
 use simulation::fourier_reference::FourierReference;
 
 /// Why an experiment cannot be simulated.

@@ -15,8 +15,8 @@ use physics::slosh_arc::SloshSample;
 use physics::slosh_estimator::{self, SloshError, SloshEstimator, SloshSettings};
 use physics::slosh_likelihood::SloshUnknowns;
 use physics::slosh_prior::TankPrior;
+use plant_file::scenario::{Scenario, SloshKnown};
 use runtime::experiment::{ExperimentWindow, Step};
-use runtime::scenario::SloshKnown;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
 use telemetry::{
@@ -56,10 +56,11 @@ pub struct SloshId {
 /// Builds the partition of `run`.
 ///
 /// # Errors
-/// None: what is not known is refused when an experiment asks for it.
+/// When the scenario cannot be read; what it does not say is refused when an experiment asks for it.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
+    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::SloshId))?;
     let replays = run.replay.as_ref().is_some_and(|replay| replay.slosh);
-    Ok(Box::new(SloshId::new(run.scenario.slosh.as_ref().map(|slosh| slosh.known.clone()), replays)))
+    Ok(Box::new(SloshId::new(scenario.slosh.map(|slosh| slosh.known), replays)))
 }
 
 impl Partition for SloshId {

@@ -29,7 +29,7 @@ fn normal(seed: u64) -> f64 {
 fn known(starts_at_rest: bool) -> SloshKnown {
     SloshKnown {
         m_0_kg: BASE_MASS_KG,
-        axis: runtime::scenario::Axis::X,
+        axis: plant_file::scenario::Axis::X,
         accelerometer_vrw_m_s_sqrt_h: VRW_M_S_SQRT_H,
         interval_s: INTERVAL_S,
         expected: Some([34.4, 0.192, 0.015]),

@@ -11,7 +11,7 @@ use crate::validation::NIS_FALSE_ALARM;
 use estimation::consistency::mean_square_band;
 use nalgebra::SVector;
 use physics::momentum::{MomentumSample, momentum_regressor};
-use runtime::scenario::AppendageKnown;
+use plant_file::scenario::AppendageKnown;
 use serde::{Deserialize, Serialize};
 use telemetry::{
     AnyEstimate, DoubtBasis, Estimate, Header, InertiaAgreement, InertiaComparison, InertialEstimate, ModalEstimate,

@@ -35,6 +35,7 @@ use inertia::Inertias;
 use measured::Measured;
 use mission::Mission;
 use mode::{ContactMeasure, ModeMachine, Situation, Stimulus};
+use plant_file::scenario::Scenario;
 use runtime::experiment::ExperimentWindow;
 use runtime::{ConnectError, Frame, Outputs, Partition, RunConfig, StateError};
 use serde::{Deserialize, Serialize};
@@ -77,10 +78,10 @@ pub struct Supervisor {
 /// Builds the supervisor of `run`.
 ///
 /// # Errors
-/// When a need names a parameter that its domain does not have.
+/// When the scenario cannot be read, or a need names a parameter that its domain does not have.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
-    let fail = |reason| ConnectError { partition: PartitionId::Supervisor, reason };
-    let mission = Mission::new(run).map_err(fail)?;
+    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::Supervisor))?;
+    let mission = Mission::new(run, &scenario).map_err(ConnectError::of(PartitionId::Supervisor))?;
     let state = State {
         machine: ModeMachine::new(mission.plan, run.window_frames),
         started: false,

@@ -10,10 +10,10 @@ use physics::slosh::SloshParameters;
 use physics::slosh_estimator::SloshSettings;
 use physics::slosh_likelihood::{SloshHypothesis, SloshUnknowns};
 use physics::slosh_plan::SloshPlan;
-use runtime::RunConfig;
-use runtime::scenario::{
-    self, ArmExperiment, ArmKnown, ModalExperiment, ModalKnown, SloshExperiment, SloshKnown, Trajectory,
+use plant_file::scenario::{
+    self, ArmExperiment, ArmKnown, ModalExperiment, ModalKnown, Scenario, SloshExperiment, SloshKnown, Trajectory,
 };
+use runtime::RunConfig;
 use telemetry::{Domain, Phase, parameters};
 
 /// Pacing windows that a verdict may take after the end of its experiment.
@@ -67,8 +67,7 @@ pub struct Mission {
 impl Mission {
     /// # Errors
     /// A need for a parameter that the domain does not have.
-    pub fn new(run: &RunConfig) -> Result<Self, String> {
-        let scenario = &run.scenario;
+    pub fn new(run: &RunConfig, scenario: &Scenario) -> Result<Self, String> {
         let stated =
             |domain, need: Option<&scenario::Need>| need.map_or(Ok(Need::default()), |need| need_of(domain, need));
         let needs = [
@@ -81,7 +80,7 @@ impl Mission {
             sigma.and_then(|sigma| over_need(&sigma, &needs[usize::from(domain.code())]))
         };
         Ok(Mission {
-            plan: plan(run),
+            plan: plan(run, scenario),
             inertial: scenario.inertial.as_ref().map(|arm| KnownArm::new(&arm.known)),
             mated: scenario.mated.as_ref().map(|arm| KnownArm::new(&arm.known)),
             slosh: scenario.slosh.as_ref().map(|slosh| slosh.known.clone()),
@@ -123,8 +122,7 @@ fn need_of(domain: Domain, stated: &scenario::Need) -> Result<Need, String> {
     Ok(need)
 }
 
-fn plan(run: &RunConfig) -> Plan {
-    let scenario = &run.scenario;
+fn plan(run: &RunConfig, scenario: &Scenario) -> Plan {
     let capture = &scenario.capture;
     let experiment = |frames: u64| ExperimentPlan {
         duration_frames: frames,

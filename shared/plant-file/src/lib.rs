@@ -282,6 +282,7 @@ mod numbers;
 mod origin;
 mod outputs;
 mod run;
+pub mod scenario;
 mod section;
 mod set_text;
 pub mod units;

@@ -19,7 +19,6 @@ pub mod partition;
 pub mod process;
 pub mod rundir;
 pub mod runner;
-pub mod scenario;
 pub mod shm;
 pub mod statistics;
 pub mod sys;
@@ -28,4 +27,3 @@ pub mod watch;
 
 pub use config::RunConfig;
 pub use partition::{Connect, ConnectError, Frame, Outputs, Partition, StateError, restore_state, save_state};
-pub use scenario::Scenario;

@@ -89,6 +89,13 @@ pub struct ConnectError {
     pub reason: String,
 }
 
+impl ConnectError {
+    /// For `map_err`: what `partition` has met.
+    pub fn of<E: ToString>(partition: PartitionId) -> impl Fn(E) -> Self {
+        move |error| ConnectError { partition, reason: error.to_string() }
+    }
+}
+
 /// Why a checkpoint could not be written or taken up.
 #[derive(Debug, thiserror::Error)]
 pub enum StateError {

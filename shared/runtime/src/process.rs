@@ -247,14 +247,14 @@ impl<'a> Process<'a> {
         let Some(speed) = self.run.speed.filter(|_| self.runner.id() == PartitionId::SensorSim) else {
             return FRAMES_PER_TURN;
         };
-        let period_s = self.run.scenario.period_ns() as f64 * 1e-9;
+        let period_s = self.run.period_ns as f64 * 1e-9;
         let due = (self.started.elapsed().as_secs_f64() * speed / period_s) as u64;
         (self.first_frame + due).saturating_sub(self.runner.frames_done()).min(FRAMES_PER_TURN)
     }
 
     fn time_to_next_frame(&self) -> Duration {
         match self.run.speed.filter(|_| self.runner.id() == PartitionId::SensorSim) {
-            Some(speed) => BEAT.min(Duration::from_nanos((self.run.scenario.period_ns() as f64 / speed) as u64)),
+            Some(speed) => BEAT.min(Duration::from_nanos((self.run.period_ns as f64 / speed) as u64)),
             None => BEAT,
         }
     }

@@ -122,7 +122,7 @@ impl<L: Link> Runner<L> {
             urgent: Vec::with_capacity(8),
             latency: LatencyHistogram::default(),
             frame_ns_max: 0,
-            period_ns: run.scenario.period_ns(),
+            period_ns: run.period_ns,
             checkpoint_frames: run.checkpoint_frames,
             faults: run.faults.clone(),
             fault_hook: None,

@@ -1,9 +1,9 @@
 //! What the arm's experiments say beside the momentum's parameters: the same parameters from motion and torques, and the target's own numbers.
 
 use super::{FoundNumber, arm_known, remarks};
+use crate::run::ScenarioRun;
 use crate::{paper, truth};
 use recording::RecordedRun;
-use runtime::RunConfig;
 use serde_json::{Value, json};
 use telemetry::{Domain, ESTIMATE_INERTIAL_TORQUE, ESTIMATE_TARGET, InertialEstimate, Phase, TargetEstimate};
 
@@ -43,7 +43,7 @@ pub struct ArmResults {
 
 impl ArmResults {
     #[must_use]
-    pub fn read(run: &RunConfig, recorded: &RecordedRun) -> Self {
+    pub fn read(run: &ScenarioRun, recorded: &RecordedRun) -> Self {
         let of_phase = |phase: Phase| {
             let all = recorded.of(ESTIMATE_INERTIAL_TORQUE).map(|(_, estimate)| estimate);
             let last = all.filter(|found| found.estimate.closing == 1 && found.estimate.phase == phase.code()).last();
@@ -63,7 +63,7 @@ impl ArmResults {
     }
 }
 
-fn torque_rows(run: &RunConfig, phase: Phase, sample: &InertialEstimate) -> Vec<ArmRow> {
+fn torque_rows(run: &ScenarioRun, phase: Phase, sample: &InertialEstimate) -> Vec<ArmRow> {
     let found = &sample.estimate;
     let truth = truth::parameters(run, Domain::Inertial, phase);
     let known = arm_known(run, phase);

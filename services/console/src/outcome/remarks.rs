@@ -3,7 +3,7 @@
 
 use nalgebra::SMatrix;
 use physics::mated::{MatedAlpha, off_axis_sigmas};
-use runtime::scenario::{ArmKnown, SheetSigmas};
+use plant_file::scenario::{ArmKnown, SheetSigmas};
 use telemetry::{Estimate, Identifiability, InertialEstimate, Phase};
 
 /// The parameter that is zero while link 2 holds nothing off its axis.

@@ -8,7 +8,9 @@ use telemetry::PartitionId;
 /// A run of `partitions` with a small pacing window, so that its edges are met often.
 pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
     RunConfig {
-        scenario: serde_json::from_str(r#"{"format":1,"name":"toy"}"#).unwrap(),
+        scenario: serde_json::Value::Null,
+        name: "toy".into(),
+        period_ns: 10_000_000,
         seed: 1,
         replay: None,
         record: PathBuf::from("nowhere.mcap"),

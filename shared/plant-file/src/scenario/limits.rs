@@ -3,8 +3,7 @@
 //! Each limit stands for something that would end in a panic, a run without end or a number without meaning; a
 //! scenario is refused before anything is started.
 
-use runtime::Scenario;
-use runtime::scenario::{AppendageKnown, ArmExperiment, ArmKnown, Impossible, ModalExperiment, Need, SloshExperiment};
+use super::{AppendageKnown, ArmExperiment, ArmKnown, Impossible, ModalExperiment, Need, Scenario, SloshExperiment};
 use std::ops::RangeInclusive;
 use telemetry::{ACCELEROMETERS_MAX, BATCH_MAX, Domain, TOPICS};
 
@@ -215,7 +214,7 @@ impl Limits {
 mod tests {
     use super::*;
 
-    const ONE_BODY: &str = include_str!("../../../deploy/scenarios/one_body.toml");
+    const ONE_BODY: &str = include_str!("../../../../deploy/scenarios/one_body.toml");
 
     /// Keys that are refused once `from` reads `to`.
     fn refused(from: &str, to: &str) -> Vec<String> {

@@ -1,0 +1,92 @@
+//! A scenario: what is simulated or known, how it is excited, what the identified model is needed for.
+//!
+//! Files are TOML with `format = 1`; units are in the keys. Each experiment is simulated on a plant of its own (`plant`, read
+//! by `sensor-sim` alone) and states what the estimators are told (`known`) and what they must reach (`need`).
+
+mod arm;
+mod capture;
+mod impossible;
+pub mod limits;
+mod modal;
+mod need;
+mod plant_use;
+mod slosh;
+
+pub use arm::{ArmExperiment, ArmKnown, ChaserSheet, SheetSigmas, TargetStatement, Trajectory};
+pub use capture::CapturePlan;
+pub use impossible::Impossible;
+pub use modal::{AppendageKnown, ModalExperiment, ModalKnown};
+pub use need::Need;
+pub use plant_use::PlantUse;
+pub use slosh::{Axis, SloshExperiment, SloshKnown};
+
+use serde::{Deserialize, Serialize};
+
+/// A scenario file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Version of this format.
+    pub format: u32,
+    pub name: String,
+    #[serde(default = "default_frame_period")]
+    pub frame_period_ms: u64,
+    #[serde(default = "default_seed")]
+    pub seed: u64,
+    #[serde(default = "default_window")]
+    pub window_frames: u64,
+    #[serde(default)]
+    pub modal: Option<ModalExperiment>,
+    #[serde(default)]
+    pub slosh: Option<SloshExperiment>,
+    #[serde(default)]
+    pub inertial: Option<ArmExperiment>,
+    #[serde(default)]
+    pub capture: CapturePlan,
+    #[serde(default)]
+    pub mated: Option<ArmExperiment>,
+}
+
+const fn default_frame_period() -> u64 {
+    10
+}
+const fn default_seed() -> u64 {
+    1
+}
+const fn default_window() -> u64 {
+    100
+}
+
+impl Scenario {
+    #[must_use]
+    pub fn period_ns(&self) -> u64 {
+        self.frame_period_ms * 1_000_000
+    }
+
+    /// The plants of the experiments, by the experiment's name.
+    pub fn plants_mut(&mut self) -> impl Iterator<Item = (&'static str, &mut PlantUse)> {
+        let modal = self.modal.as_mut().and_then(|modal| modal.plant.as_mut());
+        let slosh = self.slosh.as_mut().and_then(|slosh| slosh.plant.as_mut());
+        let inertial = self.inertial.as_mut().and_then(|arm| arm.plant.as_mut());
+        let mated = self.mated.as_mut().and_then(|arm| arm.plant.as_mut());
+        let all = [("modal", modal), ("slosh", slosh), ("inertial", inertial), ("mated", mated)];
+        all.into_iter().filter_map(|(name, plant)| plant.map(|plant| (name, plant)))
+    }
+
+    /// Frames in `seconds`, rounded to the nearest.
+    #[must_use]
+    pub fn frames(&self, seconds: f64) -> u64 {
+        (seconds * 1000.0 / self.frame_period_ms as f64).round() as u64
+    }
+
+    /// The scenario that a run carries.
+    ///
+    /// # Errors
+    /// It is of another build.
+    pub fn of_run(carried: &serde_json::Value) -> Result<Self, serde_json::Error> {
+        Scenario::deserialize(carried)
+    }
+}
+
+#[cfg(test)]
+mod tests;
