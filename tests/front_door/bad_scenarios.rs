@@ -68,7 +68,7 @@ fn a_number_that_no_system_has_is_shown_with_its_limit() {
 fn every_fault_is_named_at_once() {
     refused(
         &format!("{MODAL}pulse_s = -1.0\n[capture]\nsettle_s = -5.0\n"),
-        &["modal.pulse_s", "also: capture.settle_s"],
+        &["wrong.toml:6:11", "modal.pulse_s", "wrong.toml:8:12", "capture.settle_s"],
     );
 }
 

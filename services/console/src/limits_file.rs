@@ -1,7 +1,8 @@
 //! The warden's table of limits and actions: `deploy/partitions.toml`, or a file of the user's.
 
+use crate::Failure;
+use crate::located::Located;
 use crate::plants::utf8_text;
-use crate::{Failure, scenario_file};
 use runtime::config::Limits;
 use std::path::Path;
 use telemetry::PartitionId;
@@ -19,7 +20,7 @@ pub fn read(path: Option<&Path>, partitions: &[PartitionId]) -> Result<Limits, F
         Failure::Input(miette::miette!(help = cure, "{message}"))
     };
     let text = path.map_or(Ok(DEFAULT.to_string()), |path| utf8_text(path).map_err(unreadable))?;
-    let limits: Limits = scenario_file::toml_file(&file, &text, "see deploy/partitions.toml for every key")?;
+    let limits: Limits = toml::from_str(&text).map_err(|error| refusal(&file, &text, &error))?;
     if limits.format != 1 {
         return Err(Failure::Input(miette::miette!(
             help = "see deploy/partitions.toml for a table of this build",
@@ -33,6 +34,14 @@ pub fn read(path: Option<&Path>, partitions: &[PartitionId]) -> Result<Limits, F
         }
         None => Ok(limits),
     }
+}
+
+/// An unknown key or a wrong type, at its place.
+fn refusal(file: &str, text: &str, error: &toml::de::Error) -> Failure {
+    let span = error.span().unwrap_or(0..0);
+    let offending = text.get(span.clone()).unwrap_or("").lines().next().unwrap_or("");
+    let message = format!("{} (at '{offending}')", error.message());
+    Failure::input(Located::new(file, text, span, message, "see deploy/partitions.toml for every key".into()))
 }
 
 #[cfg(test)]

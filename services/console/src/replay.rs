@@ -28,11 +28,11 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let scenario = match &arguments.scenario {
+    let opened = match &arguments.scenario {
         Some(path) => scenario_file::read(path)?,
-        None => scenario_file::no_scenario(),
+        None => scenario_file::no_scenario()?,
     };
-    let replay = inspect(&arguments.recording, arguments.map.as_deref(), &scenario)?;
+    let replay = inspect(&arguments.recording, arguments.map.as_deref(), &opened.scenario)?;
     if arguments.common.record.as_deref().is_some_and(|record| is_same_file(record, &arguments.recording)) {
         return Err(Failure::Input(miette::miette!(
             help = "give --record another file",
@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             arguments.recording.display()
         )));
     }
-    run::carry_out(run::config(scenario, &arguments.common, Some(replay))?, &arguments.common)
+    run::carry_out(run::config(opened, &arguments.common, Some(replay))?, &arguments.common)
 }
 
 fn is_same_file(one: &Path, other: &Path) -> bool {

@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::partition::PARTITIONS;
 use crate::scratch::{ResultsFile, Scratch};
 use crate::{Failure, limits_file, scenario_file, table};
-use plant_file::scenario::Scenario;
+use plant_file::scenario::{Opened, Scenario};
 use runtime::RunConfig;
 use runtime::config::{Fault, KillPoint, ReplayConfig, Sabotage};
 use std::path::{Path, PathBuf};
@@ -79,12 +79,12 @@ pub struct ScenarioRun {
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let scenario = match &arguments.scenario {
+    let opened = match &arguments.scenario {
         Some(path) => scenario_file::read(path)?,
         None => scenario_file::default_scenario()?,
     };
-    can_be_simulated(&scenario, arguments.scenario.as_deref())?;
-    let mut run = config(scenario, &arguments.common, None)?;
+    can_be_simulated(&opened.scenario, arguments.scenario.as_deref())?;
+    let mut run = config(opened, &arguments.common, None)?;
     run.config.seed = arguments.seed.unwrap_or(run.scenario.seed);
     run.config.speed = arguments.speed;
     carry_out(run, &arguments.common)
@@ -137,7 +137,7 @@ pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
 ///
 /// # Errors
 /// When the table of limits cannot be used.
-pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>) -> Result<ScenarioRun, Failure> {
+pub fn config(opened: Opened, common: &Common, replay: Option<ReplayConfig>) -> Result<ScenarioRun, Failure> {
     let partitions: Vec<PartitionId> = PARTITIONS.iter().map(|(id, _)| *id).collect();
     let table = limits_file::read(common.partitions.as_deref(), &partitions)?;
     let mut limits = table;
@@ -145,13 +145,11 @@ pub fn config(scenario: Scenario, common: &Common, replay: Option<ReplayConfig>)
     if let Some(hang_ms) = common.hang_ms {
         limits.partitions.iter_mut().for_each(|row| row.hang_ms = hang_ms);
     }
-    let mut scenario = scenario;
-    if let Some(slosh) = &mut scenario.slosh {
-        // A simulated tank starts at rest, also where the simulation was recorded; of any other nothing is known.
-        slosh.known.starts_at_rest.get_or_insert(replay.is_none() || slosh.plant.is_some());
-    }
+    let Opened { mut scenario, text, files, .. } = opened;
+    scenario.assume_rest(replay.is_some());
     let config = RunConfig {
-        scenario: serde_json::to_value(&scenario).expect("names and numbers always serialise"),
+        scenario: text,
+        files,
         name: scenario.name.clone(),
         period_ns: scenario.period_ns(),
         seed: scenario.seed,

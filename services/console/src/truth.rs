@@ -4,7 +4,6 @@ use crate::run::ScenarioRun;
 use bench::arm_parameters::minimal_parameters;
 use bench::truth::{modes, tank};
 use plant_file::scenario::PlantUse;
-use sensor_sim::systems;
 use telemetry::{Domain, Phase};
 
 /// True parameters of a domain in a phase; empty when nothing was simulated (a recording), or a plant whose numbers have no
@@ -12,7 +11,7 @@ use telemetry::{Domain, Phase};
 #[must_use]
 pub fn parameters(run: &ScenarioRun, domain: Domain, phase: Phase) -> Vec<f64> {
     let scenario = &run.scenario;
-    let of = |used: Option<&PlantUse>| used.and_then(|used| systems::plant(used).ok());
+    let of = |used: Option<&PlantUse>| used.and_then(|used| used.configure().ok()).map(|used| used.plant);
     let found = match (domain, phase) {
         (_, Phase::Replay) => None,
         (Domain::Inertial, Phase::PreCapture) => {
@@ -38,7 +37,7 @@ pub fn parameters(run: &ScenarioRun, domain: Domain, phase: Phase) -> Vec<f64> {
 #[must_use]
 pub fn target(run: &ScenarioRun) -> Option<[f64; 4]> {
     let mated = run.scenario.mated.as_ref()?;
-    let (plant, name) = (systems::plant(mated.plant.as_ref()?).ok()?, mated.grasps.as_ref()?);
+    let (plant, name) = (mated.plant.as_ref()?.configure().ok()?.plant, mated.grasps.as_ref()?);
     let numbers = plant.parameters();
     let of = |number: &str| {
         let wanted = format!("{name}.{number}");

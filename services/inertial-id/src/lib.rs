@@ -76,7 +76,8 @@ pub struct InertialId {
 /// # Errors
 /// When the scenario cannot be read; what it does not say is refused when an experiment asks for it.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
-    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::InertialId))?;
+    let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
+        .map_err(ConnectError::of(PartitionId::InertialId))?;
     let known = |arm: &Option<ArmExperiment>| arm.as_ref().map(|arm| arm.known.clone());
     Ok(Box::new(InertialId {
         state: State::default(),

@@ -79,7 +79,8 @@ pub struct ModalId {
 /// # Errors
 /// When the scenario cannot be read.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
-    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::ModalId))?;
+    let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
+        .map_err(ConnectError::of(PartitionId::ModalId))?;
     Ok(Box::new(ModalId {
         state: State::default(),
         known: scenario.modal.map(|modal| modal.known).unwrap_or_default(),

@@ -21,12 +21,16 @@ const INPUTS: [TopicId; TOPIC_TABLE.len()] = {
     all
 };
 
+/// What the scenario is called in a recording.
+const SCENARIO: &str = "scenario.toml";
+
 /// The partition.
 pub struct Recorder {
     path: PathBuf,
     file: Option<McapRecorder>,
     metadata: BTreeMap<String, String>,
-    scenario: String,
+    /// Name and text of the scenario and of the files that it names.
+    attachments: Vec<(String, String)>,
     record_all: bool,
     written: u64,
     failure: Option<String>,
@@ -35,10 +39,8 @@ pub struct Recorder {
 /// Builds the partition of `run`; the file is made with its first frame or taken up after a restart.
 ///
 /// # Errors
-/// When the scenario cannot be written down.
+/// None.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
-    let fail = |reason: String| ConnectError { partition: PartitionId::Recorder, reason };
-    let scenario = serde_json::to_string_pretty(&run.scenario).map_err(|error| fail(error.to_string()))?;
     let metadata = BTreeMap::from([
         ("scenario".into(), run.name.clone()),
         ("seed".into(), run.seed.to_string()),
@@ -46,11 +48,12 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         ("period_ns".into(), run.period_ns.to_string()),
         ("version".into(), env!("CARGO_PKG_VERSION").into()),
     ]);
+    let files = run.files.iter().map(|(name, text)| (name.clone(), text.clone()));
     Ok(Box::new(Recorder {
         path: run.record.clone(),
         file: None,
         metadata,
-        scenario,
+        attachments: [(SCENARIO.to_string(), run.scenario.clone())].into_iter().chain(files).collect(),
         record_all: run.record_all,
         written: 0,
         failure: None,
@@ -107,8 +110,9 @@ impl Recorder {
         if self.file.is_none() {
             let mut file = McapRecorder::create(&self.path).map_err(|error| error.to_string())?;
             file.metadata("run", &self.metadata).map_err(|error| error.to_string())?;
-            file.attach("scenario.json", "application/json", self.scenario.as_bytes())
-                .map_err(|error| error.to_string())?;
+            for (name, text) in &self.attachments {
+                file.attach(name, "application/toml", text.as_bytes()).map_err(|error| error.to_string())?;
+            }
             self.file = Some(file);
         }
         let file = self.file.as_mut().ok_or("no file")?;

@@ -38,7 +38,8 @@ pub struct SensorSim {
 /// When scenario or recording cannot be read.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let replay = run.replay.as_ref().map(|_| read_recording(run)).transpose()?;
-    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::SensorSim))?;
+    let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
+        .map_err(ConnectError::of(PartitionId::SensorSim))?;
     let simulation = Simulation::new(run, scenario).map_err(ConnectError::of(PartitionId::SensorSim))?;
     Ok(Box::new(SensorSim { state: State::default(), simulation, replay, window_frames: run.window_frames }))
 }

@@ -47,7 +47,7 @@ pub fn check(scenario: &Scenario) -> Result<(), (&'static str, SystemsError)> {
 /// See [`SystemsError`].
 pub fn arm(experiment: &ArmExperiment, grasped: bool, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
     let Some(used) = &experiment.plant else { return Ok(None) };
-    let mut plant = plant(used)?;
+    let mut plant = configured(used)?;
     if let (Some(target), false) = (&experiment.grasps, grasped) {
         without_body(&mut plant, target).map_err(|reason| refused(used, reason))?;
     }
@@ -67,7 +67,7 @@ pub fn arm(experiment: &ArmExperiment, grasped: bool, setting: Setting<'_>) -> R
 /// See [`SystemsError`].
 pub fn tank(experiment: &SloshExperiment, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
     let Some(used) = &experiment.plant else { return Ok(None) };
-    let mut plant = plant(used)?;
+    let mut plant = configured(used)?;
     plant.simulation.period_s = experiment.known.interval_s;
     if experiment.force_amplitude_n != 0.0 {
         command(
@@ -89,7 +89,7 @@ pub fn tank(experiment: &SloshExperiment, setting: Setting<'_>) -> Result<Option
 /// See [`SystemsError`].
 pub fn appendage(experiment: &ModalExperiment, setting: Setting<'_>) -> Result<Option<Vehicle>, SystemsError> {
     let Some(used) = &experiment.plant else { return Ok(None) };
-    let mut plant = plant(used)?;
+    let mut plant = configured(used)?;
     // Where the scenario states no rate, the sensors keep the plant's own.
     let own_s = plant.simulation.period_s;
     let stated_s = (experiment.known.rate_hz > 0.0).then(|| 1.0 / experiment.known.rate_hz);
@@ -103,22 +103,8 @@ pub fn appendage(experiment: &ModalExperiment, setting: Setting<'_>) -> Result<O
     vehicle(used, &plant, setting)
 }
 
-/// The plant that a scenario uses, with its numbers set and its effects hidden.
-///
-/// # Errors
-/// [`SystemsError::Plant`].
-pub fn plant(used: &PlantUse) -> Result<Plant, SystemsError> {
-    let parsed = plant_file::parse(&used.file, &used.text);
-    let all =
-        |errors: Vec<plant_file::FileError>| errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
-    let mut plant = parsed.map_err(|errors| refused(used, all(errors)))?.plant;
-    let numbers: Vec<String> = used.set.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    plant_file::set_all(&mut plant, &numbers).map_err(|reason| refused(used, reason))?;
-    for effect in &used.hide {
-        let effect = plant_file::parse_effect(&plant, effect).map_err(|reason| refused(used, reason))?;
-        plant.effects.push(effect);
-    }
-    Ok(plant)
+fn configured(used: &PlantUse) -> Result<Plant, SystemsError> {
+    used.configure().map(|configured| configured.plant).map_err(|error| refused(used, error.to_string()))
 }
 
 fn refused(used: &PlantUse, reason: String) -> SystemsError {

@@ -58,7 +58,8 @@ pub struct SloshId {
 /// # Errors
 /// When the scenario cannot be read; what it does not say is refused when an experiment asks for it.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
-    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::SloshId))?;
+    let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
+        .map_err(ConnectError::of(PartitionId::SloshId))?;
     let replays = run.replay.as_ref().is_some_and(|replay| replay.slosh);
     Ok(Box::new(SloshId::new(scenario.slosh.map(|slosh| slosh.known), replays)))
 }

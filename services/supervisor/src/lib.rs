@@ -80,7 +80,8 @@ pub struct Supervisor {
 /// # Errors
 /// When the scenario cannot be read, or a need names a parameter that its domain does not have.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
-    let scenario = Scenario::of_run(&run.scenario).map_err(ConnectError::of(PartitionId::Supervisor))?;
+    let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
+        .map_err(ConnectError::of(PartitionId::Supervisor))?;
     let mission = Mission::new(run, &scenario).map_err(ConnectError::of(PartitionId::Supervisor))?;
     let state = State {
         machine: ModeMachine::new(mission.plan, run.window_frames),

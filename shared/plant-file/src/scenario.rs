@@ -1,29 +1,34 @@
-//! A scenario: what is simulated or known, how it is excited, what the identified model is needed for.
+//! A scenario: what is simulated or known, how it is excited, what the identified model is for.
 //!
-//! Files are TOML with `format = 1`; units are in the keys. Each experiment is simulated on a plant of its own (`plant`, read
-//! by `sensor-sim` alone) and states what the estimators are told (`known`) and what they must reach (`need`).
+//! Files are TOML with `format = 1`; units are in the keys. Each experiment is simulated on a plant
+//! of its own (`plant`, read by `sensor-sim` alone), and states what the estimators are told
+//! (`known`) and what they must reach (`need`).
+//!
+//! A run carries the text as it was written. Each partition reads it in `connect`, with the same
+//! reader that checked it before the run: [`Scenario::read`].
 
 mod arm;
 mod capture;
 mod impossible;
-pub mod limits;
+mod limits;
 mod modal;
 mod need;
 mod plant_use;
+mod read;
 mod slosh;
 
 pub use arm::{ArmExperiment, ArmKnown, ChaserSheet, SheetSigmas, TargetStatement, Trajectory};
 pub use capture::CapturePlan;
-pub use impossible::Impossible;
 pub use modal::{AppendageKnown, ModalExperiment, ModalKnown};
 pub use need::Need;
-pub use plant_use::PlantUse;
+pub use plant_use::{ConfiguredPlant, PlantUse, PlantUseError};
+pub use read::{Opened, Refusal, error_at, open};
 pub use slosh::{Axis, SloshExperiment, SloshKnown};
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 /// A scenario file.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scenario {
     /// Version of this format.
@@ -79,12 +84,12 @@ impl Scenario {
         (seconds * 1000.0 / self.frame_period_ms as f64).round() as u64
     }
 
-    /// The scenario that a run carries.
-    ///
-    /// # Errors
-    /// It is of another build.
-    pub fn of_run(carried: &serde_json::Value) -> Result<Self, serde_json::Error> {
-        Scenario::deserialize(carried)
+    /// A simulated tank starts at rest unless the scenario says otherwise, also where the
+    /// simulation was recorded; of any other nothing is known.
+    pub fn assume_rest(&mut self, is_replay: bool) {
+        if let Some(slosh) = &mut self.slosh {
+            slosh.known.starts_at_rest.get_or_insert(!is_replay || slosh.plant.is_some());
+        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Experiments with an arm, before and after capture, and what is known of arm and target.
 
 use super::{Need, PlantUse};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 /// Joint trajectory of an arm experiment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Trajectory {
     B,
@@ -12,7 +12,7 @@ pub enum Trajectory {
 }
 
 /// Arm experiment: free-floating base, joints on a reference trajectory (BP1A, mated).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmExperiment {
     pub duration_s: f64,
@@ -28,7 +28,7 @@ pub struct ArmExperiment {
 }
 
 /// What the inertial estimator is told.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmKnown {
     /// System angular momentum about the system's centre of mass.
@@ -64,7 +64,7 @@ pub struct ArmKnown {
 }
 
 /// One sigma of each systematic error of gyro and joint sensors.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SheetSigmas {
     pub gyro_bias_rad_s: f64,
@@ -77,7 +77,7 @@ pub struct SheetSigmas {
 }
 
 /// The arm's data sheet: base, link 1, link 2; masses and inertias with relative sigmas.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChaserSheet {
     pub mass_kg: [f64; 3],
@@ -100,7 +100,7 @@ pub struct ChaserSheet {
 }
 
 /// Mass properties as a target states them, in its own frame.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TargetStatement {
     pub mass_kg: f64,

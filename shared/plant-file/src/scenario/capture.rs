@@ -1,9 +1,9 @@
 //! What happens between pre-capture and mated identification.
 
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 /// What happens between pre-capture and mated identification.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CapturePlan {
     /// Capture is part of the plan.

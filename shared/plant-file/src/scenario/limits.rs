@@ -1,9 +1,12 @@
-//! What a scenario may ask of this build: signs, orders, names and sizes, beyond numbers that no system can have.
+//! What a scenario may ask of this build: signs, orders, names and sizes, beyond numbers that no
+//! system can have.
 //!
-//! Each limit stands for something that would end in a panic, a run without end or a number without meaning; a
+//! Each limit stands for something that would end in a panic, a run without end or a number without
+//! meaning; a
 //! scenario is refused before anything is started.
 
-use super::{AppendageKnown, ArmExperiment, ArmKnown, Impossible, ModalExperiment, Need, Scenario, SloshExperiment};
+use super::impossible::Impossible;
+use super::{AppendageKnown, ArmExperiment, ArmKnown, ModalExperiment, Need, Scenario, SloshExperiment};
 use std::ops::RangeInclusive;
 use telemetry::{ACCELEROMETERS_MAX, BATCH_MAX, Domain, TOPICS};
 

@@ -1,10 +1,10 @@
 //! The modal experiment, and what is known of hub and appendage.
 
 use super::{Need, PlantUse};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 /// Modal experiment: torque pulse, then free decay (BP3A); or an operational record.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModalExperiment {
     pub duration_s: f64,
@@ -21,7 +21,7 @@ pub struct ModalExperiment {
 }
 
 /// What the modal estimator is told.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModalKnown {
     /// White noise of one accelerometer sample.
@@ -36,15 +36,18 @@ pub struct ModalKnown {
     pub band_hz: Option<[f64; 2]>,
     /// Channels used, all when empty (numbered from 1).
     pub channels: Vec<usize>,
-    /// Hub and appendage by analysis: with it the inertia about the hub's axis follows from the modes.
+    /// Hub and appendage by analysis: with it the inertia about the hub's axis follows from the
+    /// modes.
     pub appendage: Option<AppendageKnown>,
 }
 
-/// A hub with one flexible appendage, about its axis; of a body that floats, about its centre of mass with the translation free.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A hub with one flexible appendage, about its axis; of a body that floats, about its centre of
+/// mass with the translation free.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AppendageKnown {
-    /// Of the whole with the appendage undeformed, as the mass-property sheet says, and the sheet's relative sigma (0: none is stated).
+    /// Of the whole with the appendage undeformed, as the mass-property sheet says, and the sheet's
+    /// relative sigma (0: none is stated).
     pub inertia_kg_m2: f64,
     #[serde(default)]
     pub inertia_relative_sd: f64,
@@ -52,9 +55,11 @@ pub struct AppendageKnown {
     pub coupling_sqrt_kg_m: [f64; 2],
     #[serde(default)]
     pub coupling_relative_sd: f64,
-    /// Modes with the rotation held fast, `[f_hz, zeta]`: their ratio is that of the geometry, the rest is found.
+    /// Modes with the rotation held fast, `[f_hz, zeta]`: their ratio is that of the geometry, the
+    /// rest is found.
     pub locked: [[f64; 2]; 2],
-    /// Joint angles of the arm during the modal experiment, if that is the body which the arm's experiment weighs: the two
+    /// Joint angles of the arm during the modal experiment, if that is the body which the arm's
+    /// experiment weighs: the two
     /// inertias are then compared. Without it they are of separate bodies.
     #[serde(default)]
     pub arm_angle_rad: Option<[f64; 2]>,

@@ -1,10 +1,10 @@
 //! The slosh experiment, and what is known of hub and tank.
 
 use super::{Need, PlantUse};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
 /// Slosh experiment on one axis (BP2, 1-D).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SloshExperiment {
     pub duration_s: f64,
@@ -20,7 +20,7 @@ pub struct SloshExperiment {
 }
 
 /// What the slosh estimator is told.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SloshKnown {
     /// Mass of hub without slosh mass.
@@ -35,17 +35,19 @@ pub struct SloshKnown {
     /// Tank expected before the experiment, `[m_s, k_s, c_s]`: its outcome is predicted from it.
     #[serde(default)]
     pub expected: Option<[f64; 3]>,
-    /// Standard deviations of `expected`: it is then a prior, and the estimate says what the record did to each number.
+    /// Standard deviations of `expected`: it is then a prior, and the estimate says what the record
+    /// did to each number.
     #[serde(default)]
     pub expected_sigma: Option<[f64; 3]>,
-    /// The slosh mass is at rest when the experiment begins. Unless stated: yes in a simulation, which starts so; not
+    /// The slosh mass is at rest when the experiment begins. Unless stated: yes in a simulation,
+    /// which starts so; not
     /// known in a recording.
     #[serde(default)]
     pub starts_at_rest: Option<bool>,
 }
 
 /// Body axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Axis {
     #[default]

@@ -1,17 +1,36 @@
+//! Numbers of a scenario, and what follows from them.
+
 use super::Scenario;
 
-const WHOLE: &str = r#"{
-    "format": 1, "name": "toy", "frame_period_ms": 10,
-    "modal": {"duration_s": 60, "torque_nm": 1, "pulse_s": 1, "need": {"sigma_percent": {"f1": 1}}},
-    "slosh": {"duration_s": 60, "plant": {"file": "tank_1d"}, "known": {"m_0_kg": 300},
-        "need": {"held_out_rms": 0.001}},
-    "inertial": {"duration_s": 60, "trajectory": "b", "known": {"h_cm_nms": -0.5, "prior": [1,2,3,4,5,6,7,8]}},
-    "mated": {"duration_s": 60, "trajectory": "mated", "known": {"h_cm_nms": 0.5, "prior": [1,2,3,4,5,6,7,8,9]},
-        "plant": {"file": "mated"}, "grasps": "target"}
-}"#;
+mod reading;
+
+const WHOLE: &str = r#"
+format = 1
+name = "toy"
+[modal]
+duration_s = 60
+torque_nm = 1
+pulse_s = 1
+need.sigma_percent.f1 = 1
+[slosh]
+duration_s = 60
+plant.file = "tank_1d"
+known.m_0_kg = 300
+need.held_out_rms = 0.001
+[inertial]
+duration_s = 60
+trajectory = "b"
+known = { h_cm_nms = -0.5, prior = [1, 2, 3, 4, 5, 6, 7, 8] }
+[mated]
+duration_s = 60
+trajectory = "mated"
+plant.file = "mated"
+grasps = "target"
+known = { h_cm_nms = 0.5, prior = [1, 2, 3, 4, 5, 6, 7, 8, 9] }
+"#;
 
 fn whole() -> Scenario {
-    serde_json::from_str(WHOLE).unwrap()
+    toml::from_str(WHOLE).unwrap()
 }
 
 fn keys(change: impl FnOnce(&mut Scenario)) -> Vec<String> {
@@ -67,7 +86,7 @@ fn an_impossible_number_says_its_value_and_why() {
     assert_eq!((found[0].value.as_str(), found[0].why.as_str()), ("-3.5", "must be a finite number above 0"));
 }
 
-/// TOML knows `nan` and `inf`; the run's configuration, which is JSON, does not: partitions could not read it.
+/// TOML knows `nan` and `inf`; an estimator that is told of one gives no number at all.
 #[test]
 fn no_number_can_be_nan_unnoticed() {
     let mut unnoticed = Vec::new();

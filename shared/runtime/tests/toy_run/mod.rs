@@ -2,13 +2,15 @@
 
 use runtime::RunConfig;
 use runtime::config::{Limits, Sabotage};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use telemetry::PartitionId;
 
 /// A run of `partitions` with a small pacing window, so that its edges are met often.
 pub fn toy_run(partitions: &[PartitionId]) -> RunConfig {
     RunConfig {
-        scenario: serde_json::Value::Null,
+        scenario: String::new(),
+        files: BTreeMap::new(),
         name: "toy".into(),
         period_ns: 10_000_000,
         seed: 1,
