@@ -7,6 +7,7 @@ use plant_file::scenario::Scenario;
 use recording::{ChannelMap, Channels, Imported, ReplayFrames};
 use runtime::config::ReplayConfig;
 use std::path::{Path, PathBuf};
+use telemetry::Domain;
 
 /// Play a recording through the partitions
 #[derive(clap::Args)]
@@ -65,15 +66,18 @@ fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<Repla
     let carries = frames.identifiable();
     let named =
         scenario.modal.is_some() || scenario.slosh.is_some() || scenario.inertial.is_some() || scenario.mated.is_some();
+    let identifiable = [
+        (Domain::Inertial, carries.inertial && (scenario.inertial.is_some() || scenario.mated.is_some())),
+        (Domain::Slosh, carries.slosh && scenario.slosh.is_some()),
+        (Domain::Modal, carries.modal && (scenario.modal.is_some() || !named)),
+    ];
     let replay = ReplayConfig {
         path: std::path::absolute(path).unwrap_or_else(|_| path.into()),
         channel_map,
         frames: frames.frame_count(),
-        inertial: carries.inertial && (scenario.inertial.is_some() || scenario.mated.is_some()),
-        slosh: carries.slosh && scenario.slosh.is_some(),
-        modal: carries.modal && (scenario.modal.is_some() || !named),
+        domains: identifiable.iter().filter(|(_, can_be)| *can_be).map(|(domain, _)| *domain).collect(),
     };
-    if replay.inertial || replay.slosh || replay.modal {
+    if !replay.domains.is_empty() {
         return Ok(replay);
     }
     Err(nothing_to_identify(path, &carries, named, &found(&imported, parsed.as_ref())))

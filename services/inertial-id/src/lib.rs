@@ -83,7 +83,7 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
         state: State::default(),
         free_floating: known(&scenario.inertial),
         mated: known(&scenario.mated),
-        replays: run.replay.as_ref().is_some_and(|replay| replay.inertial),
+        replays: run.replay.as_ref().is_some_and(|replay| replay.identifies(Domain::Inertial)),
     }))
 }
 

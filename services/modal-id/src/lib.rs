@@ -84,7 +84,7 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     Ok(Box::new(ModalId {
         state: State::default(),
         known: scenario.modal.map(|modal| modal.known).unwrap_or_default(),
-        replays: run.replay.as_ref().is_some_and(|replay| replay.modal),
+        replays: run.replay.as_ref().is_some_and(|replay| replay.identifies(Domain::Modal)),
     }))
 }
 

@@ -60,7 +60,7 @@ pub struct SloshId {
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::SloshId))?;
-    let replays = run.replay.as_ref().is_some_and(|replay| replay.slosh);
+    let replays = run.replay.as_ref().is_some_and(|replay| replay.identifies(Domain::Slosh));
     Ok(Box::new(SloshId::new(scenario.slosh.map(|slosh| slosh.known), replays)))
 }
 

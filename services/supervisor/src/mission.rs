@@ -132,7 +132,7 @@ fn plan(run: &RunConfig, scenario: &Scenario) -> Plan {
     let planned = |duration_s: Option<f64>| duration_s.map(|duration_s| experiment(scenario.frames(duration_s).max(1)));
     let replay = run.replay.as_ref().map(|replay| ReplayPlan {
         experiment: experiment(replay.frames.max(1)),
-        domains: [replay.inertial, replay.slosh, replay.modal],
+        domains: [Domain::Inertial, Domain::Slosh, Domain::Modal].map(|domain| replay.identifies(domain)),
     });
     Plan {
         modal: planned(scenario.modal.as_ref().map(|modal| modal.duration_s)),

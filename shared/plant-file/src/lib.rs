@@ -1,4 +1,4 @@
-//! Plant files: TOML in, a checked [`Plant`] out, and back.
+//! Plant files: TOML in, a checked [`Plant`] out, and back. Scenarios: [`scenario`].
 //!
 //! Every number has a unit. What is wrong is reported all at once, each with line, column and a cure.
 //!

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-use telemetry::PartitionId;
+use telemetry::{Domain, PartitionId};
 
 /// Switches a safeguard off, so that a test can be seen red.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -74,9 +74,15 @@ pub struct ReplayConfig {
     pub channel_map: Option<String>,
     /// Length of the recording in frames.
     pub frames: u64,
-    pub inertial: bool,
-    pub slosh: bool,
-    pub modal: bool,
+    /// What can be identified from it, with what the scenario knows.
+    pub domains: Vec<Domain>,
+}
+
+impl ReplayConfig {
+    #[must_use]
+    pub fn identifies(&self, domain: Domain) -> bool {
+        self.domains.contains(&domain)
+    }
 }
 
 /// One run: a scenario, a seed, and how it is carried out.
@@ -212,6 +218,7 @@ impl RunConfig {
 pub(crate) mod tests {
     use super::{Fault, KillPoint, Limits, ReplayConfig, RunConfig, Sabotage};
     use std::collections::BTreeMap;
+    use telemetry::Domain;
     use telemetry::PartitionId::{InertialId, ModalId, SensorSim, SloshId};
 
     /// A run of two partitions over an empty scenario.
@@ -265,9 +272,7 @@ pub(crate) mod tests {
                 path: "in.csv".into(),
                 channel_map: Some("a = \"b\"".into()),
                 frames: 7,
-                inertial: true,
-                slosh: false,
-                modal: true,
+                domains: vec![Domain::Inertial, Domain::Modal],
             }),
             speed: Some(0.1),
             sabotage: Sabotage::NoOutbox,
