@@ -77,7 +77,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("channels", &["estimation"]),
     ("dynamics", &[]),
     ("catalogue", &["dynamics"]),
-    ("plant-file", &["catalogue", "dynamics"]),
+    ("plant-file", &["catalogue", "dynamics", "telemetry"]),
     ("simulation", &["channels", "dynamics"]),
     ("identification", &["catalogue", "channels", "dynamics", "estimation"]),
     ("recording", &["channels", "telemetry"]),
