@@ -1,9 +1,8 @@
 //! Carries a run out: as processes under a warden, or in lockstep in this one.
 
-use crate::outcome;
 use crate::partition::PARTITIONS;
 use crate::progress::Progress;
-use crate::run::ScenarioRun;
+use crate::scenario_run::{Finished, LinkKind, ScenarioRun, frames_expected};
 use crate::scratch::Scratch;
 use runtime::RunConfig;
 use runtime::lockstep::{self, Ending, LockstepBus};
@@ -19,30 +18,12 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// What carries the samples.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum LinkKind {
-    /// Processes over shared memory.
-    Shm,
-    /// One thread, partition after partition.
-    Lockstep,
-}
-
 /// The frames of a turn in lockstep.
 const LOCKSTEP_CHUNK: u64 = 25;
 /// What the warden says too.
 const STOPPED: &str = "stopped by a signal";
 /// Time for a dead warden's children, which the kernel kills with it, to be gone.
 const ORPHANS_GRACE: Duration = Duration::from_millis(200);
-
-/// How a run went.
-pub struct Finished {
-    pub rows: Vec<PartitionRow>,
-    pub wall_s: f64,
-    pub link: LinkKind,
-    /// Why it did not get to its end.
-    pub failure: Option<String>,
-}
 
 /// Rows as far as they are known, and why the run did not get to its end.
 type Ended = (Vec<PartitionRow>, Option<String>);
@@ -64,7 +45,7 @@ pub fn launch(
     signals: Signals,
 ) -> Finished {
     let started = Instant::now();
-    let progress = Progress::new(outcome::frames_expected(run));
+    let progress = Progress::new(frames_expected(run));
     let ended = match link {
         LinkKind::Shm => as_processes(&run.config, images, &progress, scratch, signals),
         LinkKind::Lockstep => in_lockstep(&run.config, &progress, scratch, signals),

@@ -27,6 +27,7 @@ mod recordings;
 mod replay;
 mod run;
 mod scenario_file;
+mod scenario_run;
 mod scratch;
 mod simulate;
 mod table;

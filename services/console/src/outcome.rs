@@ -3,8 +3,7 @@
 mod arm;
 mod remarks;
 
-use crate::launch::{Finished, LinkKind};
-use crate::run::ScenarioRun;
+use crate::scenario_run::{Finished, LinkKind, ScenarioRun};
 use crate::{paper, truth};
 pub use arm::ArmResults;
 use physics::mated::OFF_AXIS_SIGMAS;
@@ -255,27 +254,6 @@ fn comparison_json(row: &ComparisonRow) -> Value {
         "modal_kg_m2": row.modal_kg_m2, "inertial_kg_m2": row.inertial_kg_m2, "sigma_kg_m2": row.sigma_kg_m2, "z": row.z,
         "reason": row.reason,
     })
-}
-
-/// Frames that a run will have, about.
-#[must_use]
-pub fn frames_expected(run: &ScenarioRun) -> u64 {
-    let scenario = &run.scenario;
-    let between = 3 * run.config.window_frames;
-    if let Some(replay) = &run.config.replay {
-        return replay.frames + 2 * between;
-    }
-    let durations = [
-        scenario.modal.as_ref().map(|modal| modal.duration_s),
-        scenario.slosh.as_ref().map(|slosh| slosh.duration_s),
-        scenario.inertial.as_ref().map(|arm| arm.duration_s),
-        scenario
-            .mated
-            .as_ref()
-            .filter(|_| scenario.capture.enabled)
-            .map(|arm| arm.duration_s + scenario.capture.settle_s),
-    ];
-    durations.iter().flatten().map(|&duration_s| scenario.frames(duration_s) + between).sum::<u64>() + 2 * between
 }
 
 fn mode_row(mode: &Mode, period_s: f64) -> ModeRow {

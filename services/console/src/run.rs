@@ -1,8 +1,9 @@
 //! `obsid run`: a scenario through the partitions.
 
-use crate::launch::{self, LinkKind};
+use crate::launch;
 use crate::outcome::Outcome;
 use crate::partition::PARTITIONS;
+use crate::scenario_run::{LinkKind, ScenarioRun};
 use crate::scratch::{ResultsFile, Scratch};
 use crate::{Failure, limits_file, scenario_file, table};
 use plant_file::scenario::{Opened, Scenario};
@@ -70,12 +71,6 @@ pub struct Common {
     /// Drill: seconds without a frame until a run has failed
     #[arg(long, hide = true)]
     stall_s: Option<u64>,
-}
-
-/// A run, and its scenario as the partitions read it.
-pub struct ScenarioRun {
-    pub config: RunConfig,
-    pub scenario: Scenario,
 }
 
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {

@@ -1,7 +1,7 @@
 //! Tables for a terminal: aligned on the decimal point, with sigmas.
 
-use crate::launch::LinkKind;
 use crate::outcome::{FoundNumber, Outcome, ParameterRow};
+use crate::scenario_run::LinkKind;
 use std::fmt::Write;
 use telemetry::{Domain, PartitionId};
 

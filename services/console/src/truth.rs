@@ -1,6 +1,6 @@
 //! What was simulated: the numbers that estimates are compared with, taken from the plants of the scenario.
 
-use crate::run::ScenarioRun;
+use crate::scenario_run::ScenarioRun;
 use bench::arm_parameters::minimal_parameters;
 use bench::truth::{modes, tank};
 use plant_file::scenario::PlantUse;

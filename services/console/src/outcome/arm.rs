@@ -1,7 +1,7 @@
 //! What the arm's experiments say beside the momentum's parameters: the same parameters from motion and torques, and the target's own numbers.
 
 use super::{FoundNumber, arm_known, remarks};
-use crate::run::ScenarioRun;
+use crate::scenario_run::ScenarioRun;
 use crate::{paper, truth};
 use recording::RecordedRun;
 use serde_json::{Value, json};
