@@ -19,8 +19,14 @@ fn friction_of_the_bearing_is_found_in_one_step_and_the_other_confirms_it_better
 }
 
 #[test]
-fn both_steps_are_diagnosed() {
+fn both_steps_together_show_the_friction_of_the_bearing() {
     let Some(folder) = folder("cubesat_adcs") else { return };
     let whole = &read(&folder, "step_response.csv")[0];
-    let _found = diagnosed("cubesat, both steps", &rig("cubesat_gyro_step"), core::slice::from_ref(whole), &[]);
+    let found = diagnosed("cubesat, both steps", &rig("cubesat_gyro_step"), core::slice::from_ref(whole), &[]);
+    let friction = found.effects.iter().find(|effect| effect.site == "joint:bearing");
+    let friction = friction.unwrap_or_else(|| panic!("{:?} {}", found.verdict, found.reason));
+    assert!(
+        friction.probability > 0.0 && friction.parameters.iter().all(|p| p.value.is_finite() && p.sigma > 0.0),
+        "{friction:?}"
+    );
 }

@@ -1,0 +1,9 @@
+#![no_main]
+
+#[path = "../bodies.rs"]
+mod bodies;
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    let (_, body) = bodies::BODIES.iter().find(|(name, _)| *name == "scenario").expect("a body");
+    body(bytes);
+});
