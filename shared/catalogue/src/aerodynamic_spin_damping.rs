@@ -1,6 +1,5 @@
 //! A torque against spin, with its square.
 
-use super::applies::anywhere;
 use super::geometry::{norm, push};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "aerodynamic_spin_damping",
     title: "Quadratic damping of spin (air)",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[EffectParameter::new("coefficient", "N m s^2/rad^2", [0.0, 100.0], 1e-3, "coefficient c").amplitude()],
     law: Law::Body(both!(law)),
     family: Family::Aerodynamics,

@@ -1,6 +1,5 @@
 //! A flexible appendage on a body that the model takes for rigid.
 
-use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind, Space};
 use dynamics::effect::{Amplitude, Effect, EffectParameter, Family, Law, Spread};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "appendage_left_out",
     title: "Flexible appendage on a body taken for rigid",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("share_x", "1", [0.0, 0.9], 0.01, "effective mass along body x over the body's mass")
             .amplitude(),

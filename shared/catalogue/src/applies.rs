@@ -2,11 +2,6 @@
 
 use dynamics::description::{Actuator, ActuatorKind, Appendage, Body, JointKind, Plant, Sensor, SensorKind, Site};
 
-/// At every site of the kind.
-pub const fn anywhere(_: &Plant, _: &Site) -> bool {
-    true
-}
-
 /// At reaction wheels.
 pub fn wheel(plant: &Plant, site: &Site) -> bool {
     actuator(plant, site).is_some_and(|actuator| matches!(actuator.kind, ActuatorKind::Wheel { .. }))

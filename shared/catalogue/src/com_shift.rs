@@ -1,6 +1,5 @@
 //! A centre of mass that is elsewhere.
 
-use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "com_shift",
     title: "Shift of a centre of mass",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("shift_x", "m", [-1.0, 1.0], 0.01, "true minus stated centre of mass, body x").amplitude(),
         EffectParameter::new("shift_y", "m", [-1.0, 1.0], 0.0, "true minus stated centre of mass, body y").amplitude(),

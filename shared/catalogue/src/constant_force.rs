@@ -1,6 +1,5 @@
 //! A force that stays.
 
-use super::applies::anywhere;
 use super::geometry::{constant, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "constant_force",
     title: "Constant force on a body",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force_x", "N", [-1e3, 1e3], 0.05, "force F, inertial x").amplitude(),
         EffectParameter::new("force_y", "N", [-1e3, 1e3], 0.0, "force F, inertial y").amplitude(),

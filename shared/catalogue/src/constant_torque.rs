@@ -1,6 +1,5 @@
 //! A torque that stays.
 
-use super::applies::anywhere;
 use super::geometry::{constant, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "constant_torque",
     title: "Constant torque on a body",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("torque_x", "N m", [-1e3, 1e3], 0.0, "torque T, inertial x").amplitude().out_of_plane(),
         EffectParameter::new("torque_y", "N m", [-1e3, 1e3], 0.0, "torque T, inertial y").amplitude().out_of_plane(),

@@ -1,6 +1,5 @@
 //! Aerodynamic drag at a centre of pressure.
 
-use super::applies::anywhere;
 use super::geometry::{norm, push, velocity_through_medium};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "drag",
     title: "Aerodynamic drag at a centre of pressure",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("area", "m^2", [0.0, 1e3], 1.0, "drag coefficient x area").amplitude(),
         EffectParameter::new("arm_x", "m", [-10.0, 10.0], 0.0, "centre of pressure from the centre of mass, body x"),

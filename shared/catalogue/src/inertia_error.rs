@@ -1,6 +1,5 @@
 //! A body that is harder to turn than its data sheet says.
 
-use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "inertia_error",
     title: "Inertia other than stated",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[EffectParameter::new("error", "1", [-0.5, 0.5], 0.02, "relative error of the inertia").amplitude()],
     law: Law::Structure(build),
     family: Family::MassProperties,

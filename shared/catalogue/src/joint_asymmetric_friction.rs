@@ -1,6 +1,5 @@
 //! Dry friction that differs with direction.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_asymmetric_friction",
     title: "Friction that differs with direction",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force", "J/*", [-1e5, 1e5], 0.01, "half the difference of the two Coulomb levels")
             .amplitude(),

@@ -1,6 +1,5 @@
 //! Play between motor and link.
 
-use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{EffectUse, Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_backlash",
     title: "Backlash between motor and link",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("half_gap", "*", [0.0, 1.0], 0.01, "half b of the play").amplitude(),
         EffectParameter::new(

@@ -1,6 +1,5 @@
 //! Smooth hysteresis: dampers, cable bundles, bolted joints.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Prior, Scan, Spread};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_bouc_wen",
     title: "Bouc-Wen hysteresis in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force", "J/*", [0.0, 1e5], 0.05, "force F at which the hysteresis saturates").amplitude(),
         EffectParameter::new("yield", "*", [1e-4, 1.0], 0.02, "displacement d over which it does")

@@ -1,6 +1,5 @@
 //! Dry friction in a joint.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_coulomb",
     title: "Coulomb friction in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "friction force or torque F_c while moving").amplitude(),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns").smoothing(),

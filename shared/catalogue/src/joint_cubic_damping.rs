@@ -1,6 +1,5 @@
 //! Damping with the cube of the rate.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_cubic_damping",
     title: "Cubic damping in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[EffectParameter::new("damping", "J s^3/*^4", [0.0, 1e6], 0.05, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
     family: Family::Damping,

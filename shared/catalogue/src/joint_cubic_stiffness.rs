@@ -1,6 +1,5 @@
 //! A spring that hardens or softens.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_cubic_stiffness",
     title: "Cubic stiffness across a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("stiffness", "J/*^4", [-1e12, 1e12], 0.05, "coefficient k3; positive hardens").amplitude(),
         EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is odd")

@@ -1,6 +1,5 @@
 //! The end of a joint's travel.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_end_stop",
     title: "End stops of a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("stiffness", "J/*^2.5", [0.0, 1e8], 1e3, "contact coefficient k of |depth|^1.5")
             .amplitude(),

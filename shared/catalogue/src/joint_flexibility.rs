@@ -1,6 +1,5 @@
 //! A gear that winds up between motor and link.
 
-use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law, Scan, Spread};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_flexibility",
     title: "Flexibility between motor and link",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("compliance", "*^2/J", [0.0, 1.0], 1e-4, "one over the spring constant of the gear")
             .amplitude()

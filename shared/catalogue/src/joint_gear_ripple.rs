@@ -1,6 +1,5 @@
 //! Torque that repeats with the joint's angle.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_gear_ripple",
     title: "Gear ripple, cogging, eccentricity",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("sine", "J/*", [-1e5, 1e5], 0.02, "coefficient a of sin N q").amplitude(),
         EffectParameter::new("cosine", "J/*", [-1e5, 1e5], 0.0, "coefficient b of cos N q").amplitude(),

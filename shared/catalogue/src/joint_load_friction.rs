@@ -1,6 +1,5 @@
 //! Friction that the load on the gear makes.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_load_friction",
     title: "Load-dependent friction in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("coefficient", "1", [0.0, 0.8], 0.05, "friction per applied force or torque").amplitude(),
         EffectParameter::new("smooth_rate", "*/s", [1e-6, 0.1], 1e-3, "rate v0 over which the sign turns").smoothing(),

@@ -1,6 +1,5 @@
 //! Looseness: a spring with a dead band about a fixed centre.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_looseness",
     title: "Looseness of a joint about a fixed centre",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("stiffness", "J/*^2", [0.0, 1e8], 10.0, "spring constant k outside the gap").amplitude(),
         EffectParameter::new("half_gap", "*", [0.0, 1.0], 0.01, "half b of the play")

@@ -1,6 +1,5 @@
 //! Friction with memory: bristles that bend before they slide.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_lugre",
     title: "LuGre friction in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "Coulomb level F_c").amplitude(),
         EffectParameter::new("break_away_ratio", "1", [1.0, 3.0], 1.3, "static over Coulomb friction"),

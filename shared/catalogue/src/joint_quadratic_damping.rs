@@ -1,6 +1,5 @@
 //! Damping with the square of the rate: windage, orifices.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_quadratic_damping",
     title: "Quadratic damping in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[EffectParameter::new("damping", "J s^2/*^3", [0.0, 1e6], 0.05, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
     family: Family::Damping,

@@ -1,6 +1,5 @@
 //! A spring that is stiffer one way than the other.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_quadratic_stiffness",
     title: "Quadratic stiffness across a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("stiffness", "J/*^3", [-1e9, 1e9], 0.05, "coefficient k2").amplitude(),
         EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 about which it is even")

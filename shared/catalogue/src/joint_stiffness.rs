@@ -1,6 +1,5 @@
 //! A spring across a joint: cable bundles, membranes, magnets.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_stiffness",
     title: "Stiffness across a joint (cable harness)",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("stiffness", "J/*^2", [0.0, 1e7], 0.05, "spring constant k").amplitude(),
         EffectParameter::new("rest", "*", [-3.2, 3.2], 0.0, "coordinate q0 at which it is slack").scanned(Scan::Inside),

@@ -1,6 +1,5 @@
 //! The extra friction of a joint that hardly moves.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_stribeck",
     title: "Stribeck friction in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force", "J/*", [0.0, 1e5], 0.02, "break-away force above the Coulomb level").amplitude(),
         EffectParameter::new("stribeck_rate", "*/s", [1e-4, 1.0], 0.02, "rate v_s at which it has fallen to 1/e")

@@ -1,6 +1,5 @@
 //! A constant force or torque in a joint.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_torque_bias",
     title: "Constant force or torque in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[EffectParameter::new("force", "J/*", [-1e5, 1e5], 0.02, "force or torque F").amplitude()],
     law: Law::Coordinate(both!(law)),
     family: Family::Actuation,

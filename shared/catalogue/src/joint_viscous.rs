@@ -1,6 +1,5 @@
 //! Friction in proportion to the rate.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "joint_viscous",
     title: "Viscous friction in a joint",
     sites: &[SiteKind::Joint],
-    applies: anywhere,
     parameters: &[EffectParameter::new("damping", "J s/*^2", [0.0, 1e6], 0.05, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
     family: Family::Damping,

@@ -1,6 +1,5 @@
 //! Drag in proportion to speed.
 
-use super::applies::anywhere;
 use super::geometry::{push, velocity_through_medium};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "linear_drag",
     title: "Linear drag",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[EffectParameter::new(
         "coefficient",
         "N s/m",

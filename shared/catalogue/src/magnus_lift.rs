@@ -1,6 +1,5 @@
 //! The side force of a body that spins as it flies.
 
-use super::applies::anywhere;
 use super::geometry::{cross, push, velocity_through_medium};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "magnus_lift",
     title: "Magnus lift",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[EffectParameter::new(
         "coefficient",
         "kg",

@@ -1,6 +1,5 @@
 //! A mode whose frequency depends on the body's spin.
 
-use super::applies::anywhere;
 use super::geometry::dot;
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "mode_centrifugal_stiffening",
     title: "Centrifugal stiffening of a mode",
     sites: &[SiteKind::Mode],
-    applies: anywhere,
     parameters: &[EffectParameter::new("coefficient", "1", [-3.0, 10.0], 1.0, "share b; negative softens").amplitude()],
     law: Law::Coordinate(both!(law)),
     family: Family::Stiffness,

@@ -1,6 +1,5 @@
 //! Dry friction in a structure: hinges, latches.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "mode_coulomb",
     title: "Coulomb damping of a mode",
     sites: &[SiteKind::Mode],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force", "sqrt(kg) m/s^2", [0.0, 100.0], 0.01, "modal force F while moving").amplitude(),
         EffectParameter::new(

@@ -1,6 +1,5 @@
 //! A mode that hardens or softens.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "mode_duffing",
     title: "Cubic stiffness of a mode",
     sites: &[SiteKind::Mode],
-    applies: anywhere,
     parameters: &[EffectParameter::new(
         "stiffness",
         "1/(kg m^2 s^2)",

@@ -1,6 +1,5 @@
 //! A mode that the model of an appendage lacks.
 
-use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law, Spread};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "mode_left_out",
     title: "Another mode of an appendage",
     sites: &[SiteKind::Mode],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("mass_ratio", "1", [0.0, 1.0], 0.1, "its effective mass over that of the mode beside it")
             .amplitude(),

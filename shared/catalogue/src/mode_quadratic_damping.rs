@@ -1,6 +1,5 @@
 //! Modal damping that grows with amplitude: air.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "mode_quadratic_damping",
     title: "Quadratic damping of a mode (air)",
     sites: &[SiteKind::Mode],
-    applies: anywhere,
     parameters: &[EffectParameter::new("damping", "1/(sqrt(kg) m)", [0.0, 1e3], 0.1, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
     family: Family::Damping,

@@ -1,6 +1,5 @@
 //! A mode that a change of temperature kicks.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Prior, Scan, Spread};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "mode_thermal_snap",
     title: "Thermal snap of an appendage's mode",
     sites: &[SiteKind::Mode],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force", "sqrt(kg) m/s^2", [-100.0, 100.0], 0.05, "modal force F of the new shape")
             .amplitude(),

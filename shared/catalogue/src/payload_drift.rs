@@ -1,6 +1,5 @@
 //! A mass that changes with time.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "payload_drift",
     title: "Mass that drifts with time",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[EffectParameter::new("rate", "kg/s", [-0.1, 0.1], 1e-3, "mass gained per time").amplitude()],
     law: Law::Body(both!(law)),
     family: Family::Consumption,

@@ -1,6 +1,5 @@
 //! Drag with the square of the speed.
 
-use super::applies::anywhere;
 use super::geometry::{norm, push, velocity_through_medium};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "quadratic_drag",
     title: "Quadratic drag of one coefficient",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[EffectParameter::new(
         "coefficient",
         "kg/m",

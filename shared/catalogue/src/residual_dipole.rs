@@ -1,6 +1,5 @@
 //! The body is a magnet.
 
-use super::applies::anywhere;
 use super::geometry::{constant, cross, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "residual_dipole",
     title: "Residual magnetic dipole",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("dipole_x", "A m^2", [-100.0, 100.0], 0.5, "dipole m of the body, body x").amplitude(),
         EffectParameter::new("dipole_y", "A m^2", [-100.0, 100.0], 0.0, "dipole m of the body, body y").amplitude(),

@@ -1,6 +1,5 @@
 //! A sensor that reads beside zero.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_bias",
     title: "Bias of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[EffectParameter::new("bias", "*", [-10.0, 10.0], 1e-3, "offset b of the reading").amplitude()],
     law: Law::Sensor(both!(law)),
     family: Family::SensorError,

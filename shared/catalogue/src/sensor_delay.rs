@@ -1,6 +1,5 @@
 //! A reading of a while ago.
 
-use super::applies::anywhere;
 use super::filters;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_delay",
     title: "Delay of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[EffectParameter::new("delay", "s", [0.0, 1.0], 0.01, "dead time d").amplitude()],
     law: Law::SensorFilter(filters::delay),
     family: Family::Timing,

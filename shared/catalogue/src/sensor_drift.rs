@@ -1,6 +1,5 @@
 //! A bias that grows with time.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_drift",
     title: "Drift of a sensor's bias",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[EffectParameter::new("rate", "*/s", [-1.0, 1.0], 1e-5, "change of bias per time").amplitude()],
     law: Law::Sensor(both!(law)),
     family: Family::SensorError,

@@ -1,6 +1,5 @@
 //! A reading that follows slowly.
 
-use super::applies::anywhere;
 use super::filters;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_lag",
     title: "First-order lag of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[EffectParameter::new("time_constant", "s", [0.0, 2.0], 0.01, "time constant T")
         .amplitude()
         .multimodal()],

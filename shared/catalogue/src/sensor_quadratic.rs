@@ -1,6 +1,5 @@
 //! A sensor that is not quite straight.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_quadratic",
     title: "Quadratic non-linearity of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[EffectParameter::new("coefficient", "1/*", [-1.0, 1.0], 1e-3, "coefficient k2").amplitude()],
     law: Law::Sensor(both!(law)),
     family: Family::SensorError,

@@ -1,6 +1,5 @@
 //! A reading in steps.
 
-use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_quantisation",
     title: "Quantisation of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[EffectParameter::new("step", "*", [0.0, 1.0], 1e-3, "step D").amplitude()],
     law: Law::Structure(build),
     staircase: true,

@@ -1,6 +1,5 @@
 //! A reading that is cut.
 
-use super::applies::anywhere;
 use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
@@ -9,7 +8,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_saturation",
     title: "Saturation of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[EffectParameter::new("inverse_limit", "1/*", [0.0, 1e5], 1.0, "one over the largest magnitude read")
         .amplitude()],
     law: Law::Structure(build),

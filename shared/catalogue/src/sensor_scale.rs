@@ -1,6 +1,5 @@
 //! A sensor whose unit is not quite its unit.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_scale",
     title: "Scale factor error of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[EffectParameter::new("error", "1", [-0.3, 0.3], 0.01, "relative error e of the scale").amplitude()],
     law: Law::Sensor(both!(law)),
     family: Family::SensorError,

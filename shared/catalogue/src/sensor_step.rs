@@ -1,6 +1,5 @@
 //! A bias that begins at an instant.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_step",
     title: "Step of a sensor's bias",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("step", "*", [-10.0, 10.0], 1e-3, "change b of the reading").amplitude(),
         EffectParameter::new("begin", "s", [0.0, 1e6], 10.0, "time at which it begins").onset(),

@@ -1,6 +1,5 @@
 //! A tone from outside the plant.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_tone",
     title: "Periodic pick-up of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("amplitude", "*", [0.0, 10.0], 1e-3, "amplitude A").amplitude(),
         EffectParameter::new(

@@ -1,6 +1,5 @@
 //! A bias that settles after power-on.
 
-use super::applies::anywhere;
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Prior, Scan, Spread};
@@ -10,7 +9,6 @@ pub static EFFECT: Effect = Effect {
     kind: "sensor_warm_up",
     title: "Warm-up of a sensor",
     sites: &[SiteKind::Sensor],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("bias", "*", [-10.0, 10.0], 1e-3, "bias b at the start, relative to the end").amplitude(),
         EffectParameter::new("time_constant", "s", [0.1, 1e5], 30.0, "time constant T")

@@ -1,6 +1,5 @@
 //! Slosh that sticks to the wall.
 
-use super::applies::anywhere;
 use super::geometry::{constant, dot, norm};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "slosh_contact_line",
     title: "Contact-line friction of a slosh mode",
     sites: &[SiteKind::Tank],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("force", "J/*", [0.0, 100.0], 0.01, "force F that the moving contact line resists with")
             .amplitude(),

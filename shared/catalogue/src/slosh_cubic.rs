@@ -1,6 +1,5 @@
 //! A slosh spring that hardens or softens with amplitude.
 
-use super::applies::anywhere;
 use super::geometry::{constant, dot};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "slosh_cubic",
     title: "Cubic stiffness of a slosh mode",
     sites: &[SiteKind::Tank],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("stiffness", "J/*^4", [-1e7, 1e7], 100.0, "coefficient k3; negative softens").amplitude()
     ],

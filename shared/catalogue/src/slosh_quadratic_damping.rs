@@ -1,6 +1,5 @@
 //! Slosh damping that grows with amplitude: baffles.
 
-use super::applies::anywhere;
 use super::geometry::{constant, dot, norm};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "slosh_quadratic_damping",
     title: "Quadratic damping of a slosh mode (baffles)",
     sites: &[SiteKind::Tank],
-    applies: anywhere,
     parameters: &[EffectParameter::new("damping", "J s^2/*^3", [0.0, 1e6], 10.0, "coefficient c").amplitude()],
     law: Law::Coordinate(both!(law)),
     family: Family::Damping,

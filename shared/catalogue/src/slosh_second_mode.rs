@@ -1,6 +1,5 @@
 //! The next slosh mode of a tank.
 
-use super::applies::anywhere;
 use super::geometry::perpendicular;
 use super::parts;
 use core::f64::consts::{FRAC_PI_2, TAU};
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "slosh_second_mode",
     title: "Second slosh mode",
     sites: &[SiteKind::Tank],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("mass_ratio", "1", [0.0, 1.0], 0.1, "its slosh mass over that of the first mode")
             .amplitude(),

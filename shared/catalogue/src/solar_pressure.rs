@@ -1,6 +1,5 @@
 //! Sunlight that pushes beside the centre of mass.
 
-use super::applies::anywhere;
 use super::geometry::{constant, push, to_body};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "solar_pressure",
     title: "Solar radiation pressure",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new(
             "force_x",

@@ -1,6 +1,5 @@
 //! A torque against spin, in proportion to it.
 
-use super::applies::anywhere;
 use super::geometry::push;
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "spin_damping",
     title: "Linear damping of spin (eddy currents, film)",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[EffectParameter::new("coefficient", "N m s/rad", [0.0, 100.0], 1e-3, "coefficient c").amplitude()],
     law: Law::Body(both!(law)),
     family: Family::Aerodynamics,

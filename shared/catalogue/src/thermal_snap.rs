@@ -1,6 +1,5 @@
 //! A kick of torque at eclipse that gives its momentum back.
 
-use super::applies::anywhere;
 use super::geometry::{constant, push};
 use dynamics::both;
 use dynamics::description::SiteKind;
@@ -11,7 +10,6 @@ pub static EFFECT: Effect = Effect {
     kind: "thermal_snap",
     title: "Thermal snap",
     sites: &[SiteKind::Body],
-    applies: anywhere,
     parameters: &[
         EffectParameter::new("torque_x", "N m", [-100.0, 100.0], 0.0, "torque A at the start, body x")
             .amplitude()
