@@ -46,7 +46,7 @@ fn fields_of_effect(source: &str) -> Vec<&str> {
 #[test]
 fn the_example_for_newcomers_gives_every_field_of_an_effect() {
     let read = |path: &str| std::fs::read_to_string(workspace().join(path)).unwrap();
-    let (page, pattern) = (read(".github/CONTRIBUTING.md"), read("shared/catalogue/src/joint_viscous.rs"));
+    let (page, pattern) = (read(".github/CONTRIBUTING.md"), read("shared/catalogue/src/joint_stribeck.rs"));
     let example = page.split_once("```rust\n").expect("an example").1.split_once("```").expect("its end").0;
     assert!(fields_of_effect(&pattern).len() > 8, "{:?}", fields_of_effect(&pattern));
     assert_eq!(
