@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Offset of an actuator: `u_acting = u + b`.
 pub static EFFECT: Effect = Effect {
     kind: "actuator_bias",
     title: "Offset of an actuator",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Dead zone of an actuator: `u_acting = u − b sgn u` where `|u| > b`, else 0.
 pub static EFFECT: Effect = Effect {
     kind: "actuator_dead_zone",
     title: "Dead zone of an actuator",

@@ -5,6 +5,7 @@ use super::filters;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Delay of an actuator: `u_acting(t) = u(t − d)`.
 pub static EFFECT: Effect = Effect {
     kind: "actuator_delay",
     title: "Delay of an actuator",

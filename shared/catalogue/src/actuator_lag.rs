@@ -5,6 +5,7 @@ use super::filters;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// First-order lag of an actuator: `u_acting / u = 1 / (T s + 1)`.
 pub static EFFECT: Effect = Effect {
     kind: "actuator_lag",
     title: "First-order lag of an actuator",

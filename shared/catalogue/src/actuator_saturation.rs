@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Saturation of an actuator: `u_acting` is `u`, clipped to ±1/`inverse_limit`.
 pub static EFFECT: Effect = Effect {
     kind: "actuator_saturation",
     title: "Saturation of an actuator",

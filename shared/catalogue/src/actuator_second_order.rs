@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
+/// Second-order response of an actuator: `u_acting / u = ω² / (s² + 2 ζ ω s + ω²)`.
 pub static EFFECT: Effect = Effect {
     kind: "actuator_second_order",
     title: "Second-order response of an actuator",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
+/// Actuator that holds its last value: `u_acting = u + share (u(t0) − u)` from `t0` on.
 pub static EFFECT: Effect = Effect {
     kind: "actuator_stuck",
     title: "Actuator that holds its last value",

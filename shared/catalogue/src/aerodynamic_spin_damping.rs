@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Quadratic damping of spin: `T = −c |ω| ω`, body axes.
 pub static EFFECT: Effect = Effect {
     kind: "aerodynamic_spin_damping",
     title: "Quadratic damping of spin (air)",

@@ -39,38 +39,44 @@ pub fn turning_body(plant: &Plant, site: &Site) -> bool {
     false
 }
 
-/// At inputs that push; a motion that is imposed is what it is.
+/// At inputs that apply a force or torque; a prescribed motion has no law of an actuator.
 pub fn effort(plant: &Plant, site: &Site) -> bool {
     use ActuatorKind::{PrescribedBase, PrescribedJoint};
     actuator(plant, site).is_some_and(|a| !matches!(a.kind, PrescribedJoint { .. } | PrescribedBase { .. }))
 }
 
+/// At gyros.
 pub fn gyro(plant: &Plant, site: &Site) -> bool {
     sensor(plant, site).is_some_and(|sensor| matches!(sensor.kind, SensorKind::Gyro { .. }))
 }
 
+/// At encoders.
 pub fn encoder(plant: &Plant, site: &Site) -> bool {
     sensor(plant, site).is_some_and(|sensor| matches!(sensor.kind, SensorKind::Encoder { .. }))
 }
 
+/// The actuator that a site names; `None`: no such actuator.
 pub fn actuator<'a>(plant: &'a Plant, site: &Site) -> Option<&'a Actuator> {
     plant.actuators.iter().find(|actuator| actuator.name == site.name)
 }
 
+/// The sensor that a site names; `None`: no such sensor.
 pub fn sensor<'a>(plant: &'a Plant, site: &Site) -> Option<&'a Sensor> {
     plant.sensors.iter().find(|sensor| sensor.name == site.name)
 }
 
+/// The body that a site names; `None`: no such body.
 pub fn body<'a>(plant: &'a Plant, site: &Site) -> Option<&'a Body> {
     plant.bodies.iter().find(|body| body.name == site.name)
 }
 
-/// The appendage of a mode, and the mode's place in it.
+/// The appendage of the mode that a site names, and the index of the mode in it.
 pub fn mode<'a>(plant: &'a Plant, site: &Site) -> Option<(&'a Appendage, usize)> {
     let place = |appendage: &Appendage| appendage.modes.iter().position(|mode| mode.name == site.name);
     plant.appendages.iter().find_map(|appendage| Some((appendage, place(appendage)?)))
 }
-/// The first of the sensors that one clock stamps: it stands for the clock.
+
+/// At the first of the sensors that one clock stamps: one site per clock.
 pub fn first_of_its_clock(plant: &Plant, site: &Site) -> bool {
     let shares =
         |other: &&Sensor| other.source.is_some() && other.source == sensor(plant, site).and_then(|s| s.source.clone());

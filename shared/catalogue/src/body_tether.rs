@@ -7,6 +7,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Spring between a free body's origin and ground: `F = −k (r − r0)`, inertial axes.
 pub static EFFECT: Effect = Effect {
     kind: "body_tether",
     title: "Harness or tether between a free body and ground",

@@ -4,6 +4,7 @@ use super::{applies, parts};
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Clock offset of a source: stamped time `(1 + skew) t + offset`.
 pub static EFFECT: Effect = Effect {
     kind: "clock_offset",
     title: "Clock offset of a source",

@@ -1,9 +1,10 @@
-//! A centre of mass that is elsewhere.
+//! A centre of mass other than stated.
 
 use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Shift of a centre of mass: `c → c + d`, body axes; the inertia about the centre of mass stays.
 pub static EFFECT: Effect = Effect {
     kind: "com_shift",
     title: "Shift of a centre of mass",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Constant force at a body's centre of mass, inertial axes.
 pub static EFFECT: Effect = Effect {
     kind: "constant_force",
     title: "Constant force on a body",

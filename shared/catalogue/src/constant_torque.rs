@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Constant torque on a body, inertial axes.
 pub static EFFECT: Effect = Effect {
     kind: "constant_torque",
     title: "Constant torque on a body",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Needs};
 use dynamics::real::Real;
 
+/// Aerodynamic drag at a centre of pressure: `F = −½ ρ c_d A |v| v`, v relative to the medium.
 pub static EFFECT: Effect = Effect {
     kind: "drag",
     title: "Aerodynamic drag at a centre of pressure",
@@ -31,11 +32,11 @@ pub static EFFECT: Effect = Effect {
 };
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
-    let told = local.surroundings;
-    let density = if told.density_kg_m3 > 0.0 { told.density_kg_m3 } else { p[4] };
+    let surroundings = local.surroundings;
+    let density = if surroundings.density_kg_m3 > 0.0 { surroundings.density_kg_m3 } else { p[4] };
     let velocity = velocity_through_medium(local);
     let size = norm(velocity).scale(-0.5 * density * p[0]);
-    let at = core::array::from_fn(|i| told.body_com_m[i] + p[1 + i]);
+    let at = core::array::from_fn(|i| surroundings.body_com_m[i] + p[1 + i]);
     push(&mut action.wrench, at, velocity.map(|v| v * size), [T::zero(); 3]);
 }
 

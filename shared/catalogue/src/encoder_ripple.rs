@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Prior, Spread};
 use dynamics::real::Real;
 
+/// Periodic error of an encoder: `y = q + A sin(N q + φ)`.
 pub static EFFECT: Effect = Effect {
     kind: "encoder_ripple",
     title: "Periodic error of an encoder",

@@ -41,39 +41,44 @@ pub fn tilt_factors(tilt: [f64; 2]) -> (f64, f64) {
     if angle < 1e-4 { (1.0 - 0.5 * square, 1.0 - square / 6.0) } else { (libm::cos(angle), libm::sin(angle) / angle) }
 }
 
+/// `a × b` of constants.
 pub fn cross_f64(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
+/// A constant vector as a vector of `T`, with zero derivative.
 pub fn constant<T: Real>(a: [f64; 3]) -> [T; 3] {
     a.map(T::constant)
 }
 
+/// `a + b`.
 pub fn add<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     core::array::from_fn(|i| a[i] + b[i])
 }
 
+/// `a · b`.
 pub fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
+/// `a × b`.
 pub fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// Length; its derivative is zero where the length is.
+/// Euclidean length; at zero length its derivative is zero.
 pub fn norm<T: Real>(a: [T; 3]) -> T {
     let square = dot(a, a);
     if square.value() > 0.0 { square.sqrt() } else { T::zero() }
 }
 
-/// An inertial vector in body axes.
+/// `C_ibᵀ v`: a vector in inertial axes, expressed in body axes.
 pub fn to_body<T: Real>(local: &Local<'_, T>, inertial: [T; 3]) -> [T; 3] {
     let c_ib = local.body.rotation;
     core::array::from_fn(|j| c_ib[0][j] * inertial[0] + c_ib[1][j] * inertial[1] + c_ib[2][j] * inertial[2])
 }
 
-/// Adds a force at a point and a torque, body axes, to a wrench at the origin.
+/// Adds a force at the point `at_m` and a torque, both in body axes, to the wrench `[moment; force]` at the body's origin.
 pub fn push<T: Real>(wrench: &mut [T; 6], at_m: [f64; 3], force_n: [T; 3], torque_n_m: [T; 3]) {
     let moment = cross(constant(at_m), force_n);
     for i in 0..3 {

@@ -4,6 +4,7 @@ use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Gravity other than stated, for the whole plant: `g → g + dg`.
 pub static EFFECT: Effect = Effect {
     kind: "gravity_error",
     title: "Gravity other than stated (tilted base, sloping table)",

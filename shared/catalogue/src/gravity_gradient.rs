@@ -6,6 +6,7 @@ use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Prior, Scan};
 use dynamics::real::Real;
 
+/// Gravity-gradient torque: `T = −2 A (r·b) (r × b)`, r to the planet, b the body's long axis.
 pub static EFFECT: Effect = Effect {
     kind: "gravity_gradient",
     title: "Gravity-gradient torque",

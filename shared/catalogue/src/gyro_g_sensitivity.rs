@@ -7,6 +7,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Acceleration sensitivity of a gyro: `y = ω + s · f`, f the specific force of the body's origin.
 pub static EFFECT: Effect = Effect {
     kind: "gyro_g_sensitivity",
     title: "Acceleration sensitivity of a gyro",

@@ -4,6 +4,7 @@ use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Inertia other than stated: `I → (1 + e) I` about the centre of mass, mass unchanged.
 pub static EFFECT: Effect = Effect {
     kind: "inertia_error",
     title: "Inertia other than stated",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Friction that differs with direction: `F = −dF tanh²(q'/v0)`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_asymmetric_friction",
     title: "Friction that differs with direction",

@@ -4,6 +4,7 @@ use super::geometry::{across, tilted};
 use dynamics::description::{JointKind, Plant, Site, SiteKind, Space};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Misalignment of a joint's axis: `a → cos e a + sin e (e1 t1 + e2 t2) / e`, joint frame.
 pub static EFFECT: Effect = Effect {
     kind: "joint_axis_misalignment",
     title: "Misalignment of a joint's axis",

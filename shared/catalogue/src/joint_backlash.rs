@@ -4,6 +4,7 @@ use super::parts;
 use dynamics::description::{EffectUse, Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Backlash between motor and link: a contact `−k (x − b sgn x) − c x'` beyond a half gap b.
 pub static EFFECT: Effect = Effect {
     kind: "joint_backlash",
     title: "Backlash between motor and link",

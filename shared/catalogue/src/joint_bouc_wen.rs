@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Prior, Scan, Spread};
 use dynamics::real::Real;
 
+/// Bouc–Wen hysteresis: `F = −F z`, `z' = (q' − b |q'| |z|^(n−1) z − (1−b) q' |z|^n) / d`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_bouc_wen",
     title: "Bouc-Wen hysteresis in a joint",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Coulomb friction: `F = −F_c tanh(q'/v0)`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_coulomb",
     title: "Coulomb friction in a joint",

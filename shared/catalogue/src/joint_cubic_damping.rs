@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Cubic damping: `F = −c q'³`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_cubic_damping",
     title: "Cubic damping in a joint",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
 use dynamics::real::Real;
 
+/// Cubic stiffness: `F = −k3 (q − q0)³`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_cubic_stiffness",
     title: "Cubic stiffness across a joint",

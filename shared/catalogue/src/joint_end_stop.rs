@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
 use dynamics::real::Real;
 
+/// End stops: `F = −k x^1.5 (1 + a x')` at a penetration x, never pulling.
 pub static EFFECT: Effect = Effect {
     kind: "joint_end_stop",
     title: "End stops of a joint",

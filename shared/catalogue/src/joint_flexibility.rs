@@ -4,6 +4,7 @@ use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law, Scan, Spread};
 
+/// Flexibility between motor and link: a spring and a damper behind the gear.
 pub static EFFECT: Effect = Effect {
     kind: "joint_flexibility",
     title: "Flexibility between motor and link",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Gear ripple, cogging, eccentricity: `F = a sin N q + b cos N q`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_gear_ripple",
     title: "Gear ripple, cogging, eccentricity",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Load-dependent friction: `F = −μ |u| tanh(q'/v0)`, u the joint's actuator effort.
 pub static EFFECT: Effect = Effect {
     kind: "joint_load_friction",
     title: "Load-dependent friction in a joint",

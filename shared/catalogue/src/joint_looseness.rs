@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
 use dynamics::real::Real;
 
+/// Spring with a dead band about a fixed centre: `F = −k (x − b sgn x) − c q'` where `|x| > b`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_looseness",
     title: "Looseness of a joint about a fixed centre",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
 use dynamics::real::Real;
 
+/// LuGre friction: `F = −F_c (z + T e^−(q'/v_s)² z')`, `z' = (q' − |q'| z / r) / d`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_lugre",
     title: "LuGre friction in a joint",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Quadratic damping: `F = −c |q'| q'`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_quadratic_damping",
     title: "Quadratic damping in a joint",

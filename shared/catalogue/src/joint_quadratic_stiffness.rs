@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
 use dynamics::real::Real;
 
+/// Quadratic stiffness: `F = −k2 (q − q0)²`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_quadratic_stiffness",
     title: "Quadratic stiffness across a joint",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Scan};
 use dynamics::real::Real;
 
+/// Stiffness across a joint: `F = −k (q − q0)`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_stiffness",
     title: "Stiffness across a joint (cable harness)",

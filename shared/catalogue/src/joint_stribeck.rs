@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Scan};
 use dynamics::real::Real;
 
+/// Stribeck friction: `F = −dF tanh(q'/v0) exp(−(q'/v_s)²)`, added to the Coulomb level.
 pub static EFFECT: Effect = Effect {
     kind: "joint_stribeck",
     title: "Stribeck friction in a joint",

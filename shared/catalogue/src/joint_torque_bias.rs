@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Constant generalised force in a joint.
 pub static EFFECT: Effect = Effect {
     kind: "joint_torque_bias",
     title: "Constant force or torque in a joint",

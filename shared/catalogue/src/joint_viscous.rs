@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Viscous friction: `F = −c q'`.
 pub static EFFECT: Effect = Effect {
     kind: "joint_viscous",
     title: "Viscous friction in a joint",

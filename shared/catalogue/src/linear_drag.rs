@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Needs};
 use dynamics::real::Real;
 
+/// Linear drag at the centre of mass: `F = −c v`, v relative to the medium.
 pub static EFFECT: Effect = Effect {
     kind: "linear_drag",
     title: "Linear drag",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Needs};
 use dynamics::real::Real;
 
+/// Magnus lift at the centre of mass: `F = S ω × v`, v relative to the medium.
 pub static EFFECT: Effect = Effect {
     kind: "magnus_lift",
     title: "Magnus lift",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Mass depletion by firing: `m(t) = m0 − k ∫ |F| dt`.
 pub static EFFECT: Effect = Effect {
     kind: "mass_depletion",
     title: "Mass depletion by firing",

@@ -4,6 +4,7 @@ use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Mass other than stated: `m → (1 + e) m`, inertia about the centre of mass unchanged.
 pub static EFFECT: Effect = Effect {
     kind: "mass_error",
     title: "Mass other than stated",

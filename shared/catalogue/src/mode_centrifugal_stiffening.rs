@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Centrifugal stiffening of a mode: modal force `−b |ω|² η`, ω the body's rate.
 pub static EFFECT: Effect = Effect {
     kind: "mode_centrifugal_stiffening",
     title: "Centrifugal stiffening of a mode",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Coulomb damping of a mode: modal force `−F tanh(η'/v0)`.
 pub static EFFECT: Effect = Effect {
     kind: "mode_coulomb",
     title: "Coulomb damping of a mode",

@@ -1,4 +1,4 @@
-//! Two modes that are not each other's strangers.
+//! Two modes with an elastic coupling.
 
 use super::applies::mode;
 use super::parts;
@@ -6,6 +6,7 @@ use core::f64::consts::TAU;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Elastic coupling of two modes: modal stiffness `[[ω1², c ω1 ω2], [c ω1 ω2, ω2²]]`.
 pub static EFFECT: Effect = Effect {
     kind: "mode_coupling",
     title: "Elastic coupling of a mode to the next one",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Cubic stiffness of a mode: modal force `−k3 η³`.
 pub static EFFECT: Effect = Effect {
     kind: "mode_duffing",
     title: "Cubic stiffness of a mode",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Quadratic damping of a mode: modal force `−c |η'| η'`.
 pub static EFFECT: Effect = Effect {
     kind: "mode_quadratic_damping",
     title: "Quadratic damping of a mode (air)",

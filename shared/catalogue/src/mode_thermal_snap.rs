@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Prior, Scan, Spread};
 use dynamics::real::Real;
 
+/// Thermal snap of a mode: modal force `F (1 − e^(−(t−t0)/T))` from `t0` on.
 pub static EFFECT: Effect = Effect {
     kind: "mode_thermal_snap",
     title: "Thermal snap of an appendage's mode",

@@ -1,4 +1,4 @@
-//! An actuator that gives more or less than it is told.
+//! An actuator that gives more or less than is commanded.
 
 use super::applies::effort;
 use dynamics::both;
@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Gain of an actuator other than stated: `u_acting = (1 + e) u`.
 pub static EFFECT: Effect = Effect {
     kind: "motor_constant_error",
     title: "Actuator gain (motor constant, thrust level) other than stated",

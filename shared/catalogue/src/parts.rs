@@ -4,6 +4,10 @@ use dynamics::description::{
     Appendage, Body, Joint, JointKind, Mode, Orientation, Plant, Quantity, Sensor, Site, Source, Space, Tank,
 };
 
+/// The sensor that a site names.
+///
+/// # Errors
+/// The plant has no such sensor.
 pub fn sensor_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<&'a mut Sensor, String> {
     let found = plant.sensors.iter_mut().find(|sensor| sensor.name == site.name);
     found.ok_or_else(|| format!("no sensor '{}'", site.name))
@@ -14,7 +18,7 @@ pub fn axes(plant: &Plant) -> usize {
     if plant.space == Space::Planar { 2 } else { 3 }
 }
 
-/// The clock of a sensor; one of its own where it has none.
+/// The clock of a sensor; a sensor without a source gets a clock of its own.
 pub fn clock_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<&'a mut Source, String> {
     let sensor = sensor_mut(plant, site)?;
     let name = sensor.source.get_or_insert_with(|| format!("{}_clock", sensor.name)).clone();
@@ -25,17 +29,25 @@ pub fn clock_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<&'a mut Source
     Ok(plant.sources.iter_mut().find(|source| source.name == name).expect("it has just been added if it was not there"))
 }
 
+/// The body called `name`.
+///
+/// # Errors
+/// The plant has no such body.
 pub fn body_mut<'a>(plant: &'a mut Plant, name: &str) -> Result<&'a mut Body, String> {
     let found = plant.bodies.iter_mut().find(|body| body.name == name);
     found.ok_or_else(|| format!("no body '{name}'"))
 }
 
+/// The tank that a site names.
+///
+/// # Errors
+/// The plant has no such tank.
 pub fn tank_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<&'a mut Tank, String> {
     let found = plant.tanks.iter_mut().find(|tank| tank.name == site.name);
     found.ok_or_else(|| format!("no tank '{}'", site.name))
 }
 
-/// The appendage of a mode, and the mode's place in it.
+/// The appendage of the mode that a site names, and the index of the mode in it.
 pub fn mode_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<(&'a mut Appendage, usize), String> {
     let place = |appendage: &Appendage| appendage.modes.iter().position(|mode| mode.name == site.name);
     let found = plant.appendages.iter_mut().find_map(|appendage| place(appendage).map(|place| (appendage, place)));

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Mass that drifts with time: `m(t) = m0 + r t` at the centre of mass.
 pub static EFFECT: Effect = Effect {
     kind: "payload_drift",
     title: "Mass that drifts with time",

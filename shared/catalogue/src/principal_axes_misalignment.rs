@@ -5,6 +5,7 @@ use super::parts;
 use dynamics::description::{Plant, Site, SiteKind, Space};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Misalignment of the principal axes: `I → R I Rᵀ` about the centre of mass.
 pub static EFFECT: Effect = Effect {
     kind: "principal_axes_misalignment",
     title: "Misalignment of the principal axes of inertia (products of inertia other than stated)",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Quadratic drag at the centre of mass: `F = −c |v| v`, v relative to the medium.
 pub static EFFECT: Effect = Effect {
     kind: "quadratic_drag",
     title: "Quadratic drag of one coefficient",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local, Needs};
 use dynamics::real::Real;
 
+/// Residual magnetic dipole: `T = m × B`, m in body axes.
 pub static EFFECT: Effect = Effect {
     kind: "residual_dipole",
     title: "Residual magnetic dipole",

@@ -1,10 +1,11 @@
-//! A sensor that reads beside zero.
+//! A sensor with a constant offset.
 
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Bias of a sensor: `y = h + b`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_bias",
     title: "Bias of a sensor",

@@ -1,9 +1,10 @@
-//! A reading of a while ago.
+//! A reading that lies in the past.
 
 use super::filters;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Delay of a sensor: `y(t) = h(t − d)`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_delay",
     title: "Delay of a sensor",

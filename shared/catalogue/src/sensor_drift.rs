@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Drift of a sensor's bias: `y = h + r t`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_drift",
     title: "Drift of a sensor's bias",

@@ -4,6 +4,7 @@ use super::filters;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// First-order lag of a sensor: `y / h = 1 / (T s + 1)`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_lag",
     title: "First-order lag of a sensor",

@@ -1,9 +1,10 @@
-//! A sensor that sits elsewhere.
+//! A sensor at a position other than stated.
 
 use super::parts;
 use dynamics::description::{Plant, Quantity, Sensor, SensorKind, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Position error of a sensor: `r → r + d`, body axes.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_lever_arm",
     title: "Position error of a sensor",

@@ -5,6 +5,7 @@ use super::parts;
 use dynamics::description::{Plant, Sensor, SensorKind, Site, SiteKind, Space};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Misalignment of a sensor: `a → cos e a + sin e (e1 t1 + e2 t2) / e`, a its sensitive axis.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_misalignment",
     title: "Misalignment of a sensor (cross-axis sensitivity)",

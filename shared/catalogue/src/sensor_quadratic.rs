@@ -1,10 +1,11 @@
-//! A sensor that is not quite straight.
+//! A sensor with a quadratic non-linearity.
 
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Quadratic non-linearity of a sensor: `y = h + k2 h²`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_quadratic",
     title: "Quadratic non-linearity of a sensor",

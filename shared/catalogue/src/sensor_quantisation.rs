@@ -4,6 +4,7 @@ use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Quantisation of a sensor: `y = D round(y / D)`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_quantisation",
     title: "Quantisation of a sensor",

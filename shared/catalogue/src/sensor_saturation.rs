@@ -4,6 +4,7 @@ use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
+/// Saturation of a sensor: `y` is clipped to ±1/`inverse_limit`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_saturation",
     title: "Saturation of a sensor",

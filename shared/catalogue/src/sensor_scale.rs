@@ -1,10 +1,11 @@
-//! A sensor whose unit is not quite its unit.
+//! A sensor whose scale factor is off.
 
 use dynamics::both;
 use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Scale factor error of a sensor: `y = (1 + e) h`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_scale",
     title: "Scale factor error of a sensor",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local};
 use dynamics::real::Real;
 
+/// Step of a sensor's bias: `y = h + b` for a time from an onset on.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_step",
     title: "Step of a sensor's bias",

@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Periodic pick-up of a sensor: `y = h + A sin(2π f t + φ)`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_tone",
     title: "Periodic pick-up of a sensor",

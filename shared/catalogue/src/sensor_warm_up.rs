@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Prior, Scan, Spread};
 use dynamics::real::Real;
 
+/// Warm-up of a sensor: `y = h + b e^(−t/T)`.
 pub static EFFECT: Effect = Effect {
     kind: "sensor_warm_up",
     title: "Warm-up of a sensor",

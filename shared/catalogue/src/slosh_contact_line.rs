@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Contact-line friction of a slosh mode: `F = −F tanh(|s'|/v0) s'/|s'|`, s along all slosh axes.
 pub static EFFECT: Effect = Effect {
     kind: "slosh_contact_line",
     title: "Contact-line friction of a slosh mode",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Cubic stiffness of a slosh mode: `F = −k3 |s|² s`, s along all slosh axes.
 pub static EFFECT: Effect = Effect {
     kind: "slosh_cubic",
     title: "Cubic stiffness of a slosh mode",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Quadratic damping of a slosh mode: `F = −c |s'| s'`, s along all slosh axes.
 pub static EFFECT: Effect = Effect {
     kind: "slosh_quadratic_damping",
     title: "Quadratic damping of a slosh mode (baffles)",

@@ -6,6 +6,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use dynamics::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
 use dynamics::effect::{Effect, EffectParameter, Family, Law, Spread};
 
+/// Second slosh mode: a further mass on springs and dampers, taken out of the rigid body.
 pub static EFFECT: Effect = Effect {
     kind: "slosh_second_mode",
     title: "Second slosh mode",

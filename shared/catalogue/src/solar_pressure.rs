@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Solar radiation pressure: a force along the light, inertial axes, at a centre of pressure.
 pub static EFFECT: Effect = Effect {
     kind: "solar_pressure",
     title: "Solar radiation pressure",

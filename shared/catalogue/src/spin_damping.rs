@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Linear damping of spin: `T = −c ω`, body axes.
 pub static EFFECT: Effect = Effect {
     kind: "spin_damping",
     title: "Linear damping of spin (eddy currents, film)",

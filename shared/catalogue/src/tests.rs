@@ -274,7 +274,7 @@ fn a_part_that_cannot_be_built_is_refused_with_its_reason_and_the_plant_stays() 
     assert_eq!(built, before);
 }
 
-/// They are not told it: a law that looked at it would find a body at rest.
+/// They do not receive it: a law that used the motion of the body would find a body at rest.
 #[test]
 fn laws_of_joints_and_tanks_do_not_look_at_the_motion_of_the_body() {
     let at = |effect: &Effect| effect.sites.iter().all(|site| matches!(site, SiteKind::Joint | SiteKind::Tank));

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local, Prior, Scan, Spread};
 use dynamics::real::Real;
 
+/// Thermal snap: `T = A (1 − s) e^−s`, `s = (t − t0) / T`; its impulse is zero.
 pub static EFFECT: Effect = Effect {
     kind: "thermal_snap",
     title: "Thermal snap",

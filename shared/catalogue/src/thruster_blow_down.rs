@@ -7,6 +7,7 @@ use dynamics::effect::fired;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Blow-down of a thruster: `u_acting = u e^(−a J)`, `J' = |u_acting|`.
 pub static EFFECT: Effect = Effect {
     kind: "thruster_blow_down",
     title: "Blow-down of a thruster",
@@ -33,8 +34,8 @@ pub static EFFECT: Effect = Effect {
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
     let pressure = (-local.hidden[0].scale(p[0])).exp();
-    let told = local.surroundings;
-    action.hidden_rate[0] = fired(action.value, told.one_sided, told.quiet) * pressure;
+    let surroundings = local.surroundings;
+    action.hidden_rate[0] = fired(action.value, surroundings.one_sided, surroundings.quiet) * pressure;
     action.value *= pressure;
 }
 

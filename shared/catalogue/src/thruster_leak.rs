@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Limit, Local};
 use dynamics::real::Real;
 
+/// Leak of a thruster: `u_acting = u + F` from an onset on.
 pub static EFFECT: Effect = Effect {
     kind: "thruster_leak",
     title: "Leak of a thruster",

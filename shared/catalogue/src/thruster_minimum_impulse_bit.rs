@@ -5,6 +5,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
+/// Minimum impulse bit of a thruster: a command with `|u| P < I` over a control period P is not fired.
 pub static EFFECT: Effect = Effect {
     kind: "thruster_minimum_impulse_bit",
     title: "Minimum impulse bit of a thruster",

@@ -7,6 +7,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Misalignment of a thruster: `F d → F (cos e d + sin e (e1 t1 + e2 t2) / e)` at the same point.
 pub static EFFECT: Effect = Effect {
     kind: "thruster_misalignment",
     title: "Misalignment of a thruster",

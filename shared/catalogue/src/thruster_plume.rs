@@ -7,6 +7,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Plume impingement on the thruster's own body: a force `−c F d` beside the line of thrust d.
 pub static EFFECT: Effect = Effect {
     kind: "thruster_plume",
     title: "Plume impingement on the thruster's own body",

@@ -245,7 +245,7 @@ pub fn work_of_a_cycle(effect: &Effect, parameters: &[f64], amplitude: f64, omeg
     work
 }
 
-/// The law of a force −c |v| v with its one number c: its work over a cycle, and that it never drives.
+/// Tests the law of a force −c |v| v: its work over a cycle is that of c, and it never drives.
 pub fn damps_with_the_square_of_the_rate(effect: &Effect) {
     let (c, a, omega) = (0.7, 0.3, 2.0);
     let expected = -8.0 / 3.0 * c * omega * omega * a * a * a;

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Coulomb friction of a wheel: `−T tanh(W/v0)` on the rotor, its reaction on the body.
 pub static EFFECT: Effect = Effect {
     kind: "wheel_coulomb",
     title: "Coulomb friction of a wheel",

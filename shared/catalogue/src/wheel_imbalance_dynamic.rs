@@ -8,6 +8,7 @@ use dynamics::description::{Plant, Site, SiteKind, Space};
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Dynamic imbalance of a wheel: torque `U W² (cos p e1 + sin p e2)` on the body, `p' = W`.
 pub static EFFECT: Effect = Effect {
     kind: "wheel_imbalance_dynamic",
     title: "Dynamic imbalance of a wheel",

@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Speed limit of a wheel: a torque that accelerates the rotor fades to zero at `W_max`.
 pub static EFFECT: Effect = Effect {
     kind: "wheel_speed_saturation",
     title: "Speed limit of a wheel",

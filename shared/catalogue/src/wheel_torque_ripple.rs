@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Torque ripple of a wheel: `u_acting = u + A sin(N p + φ)`, `p' = W`.
 pub static EFFECT: Effect = Effect {
     kind: "wheel_torque_ripple",
     title: "Torque ripple of a wheel",

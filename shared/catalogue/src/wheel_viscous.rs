@@ -6,6 +6,7 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
+/// Viscous friction of a wheel: `−c W` on the rotor, its reaction on the body.
 pub static EFFECT: Effect = Effect {
     kind: "wheel_viscous",
     title: "Viscous friction of a wheel",
