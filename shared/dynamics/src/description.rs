@@ -1,6 +1,6 @@
 //! A plant as its file states it: bodies, joints, tanks, appendages, actuators, sensors and effects, in SI.
 //!
-//! One description, four uses: it is simulated, identified, diagnosed, and written back with what was found.
+//! One description, four uses: simulation, identification, diagnosis, and a file with the estimates.
 //! Nothing here computes; `system` compiles a description into equations, `file` reads and writes it.
 //!
 //! Frames: every vector of a body is in that body's axes; a joint's placement is in the axes of the inboard body. Planar
@@ -53,7 +53,7 @@ pub struct EffectUse {
     /// Name in the catalogue, snake case.
     pub kind: String,
     pub site: Site,
-    /// In the order of the catalogue entry; absent ones stand at the entry's default.
+    /// In the order of the catalogue entry; absent ones have the entry's default.
     pub values: Vec<(String, Quantity)>,
 }
 

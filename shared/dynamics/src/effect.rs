@@ -1,7 +1,9 @@
-//! What an effect is: parameters, sites, and a law of what is locally known.
+//! An effect: parameters, sites, and a law of the local state.
 //!
-//! The law runs in simulation, in a filter's prediction and, over [`Dual`](crate::dual::Dual) numbers, in a Jacobian. Entries stand in a
-//! catalogue of their own; here is what every entry has in common, and how the effects of a plant become numbers and parts.
+//! The law runs in simulation, in the prediction of a filter and, over [`Dual`](crate::dual::Dual) numbers, in a Jacobian. The crate
+//! `catalogue` has the entries. This module has what they share, and how the effects of a plant become parameters and parts.
+//!
+//! A search knows an effect by its fields alone: [`Role`], [`Scan`] and [`Prior`] of every parameter, [`Family`], [`Limit`]s, [`Needs`].
 
 mod law;
 mod parameter;
@@ -17,59 +19,79 @@ use crate::lags::FilterKind;
 /// Where in the equations an effect acts.
 #[derive(Clone, Copy)]
 pub enum Law {
-    /// Generalised force on a joint, slosh or modal coordinate: `action.force`. A tank with several axes: on each, told of all.
+    /// Generalised force on a joint, slosh or modal coordinate: `action.force`. A tank with several axes: one call per axis,
+    /// each with the displacement along all axes.
     Coordinate(Both),
-    /// Wrench on a body, its axes, at its origin: `action.wrench`; and mass that comes or goes at its centre of mass: `action.added_mass_kg`.
+    /// Wrench on a body, in body axes at its origin: `action.wrench`; mass added at its centre of mass: `action.added_mass_kg`.
     Body(Both),
-    /// What acts, from what is commanded: `action.value`, and a wrench besides on the actuator's body.
+    /// Acting value from the commanded one: `action.value`; and a further wrench on the body of the actuator: `action.wrench`.
     Actuator(Both),
-    /// What is read, from what is there: `action.value`.
+    /// Reading from the true value: `action.value`.
     Sensor(Both),
-    /// An exact discrete filter on the command.
+    /// Exact discrete filter on the command, from the parameters.
     ActuatorFilter(fn(&[f64]) -> FilterKind),
-    /// An exact discrete filter on the reading.
+    /// Exact discrete filter on the reading, from the parameters.
     SensorFilter(fn(&[f64]) -> FilterKind),
-    /// A part that the description lacks (a second slosh mass, a mode, a flexible joint), or a number that is another.
+    /// Change of the description: an added part (a second slosh mass, a mode, a flexible joint) or another value of a parameter.
     Structure(fn(&mut Plant, &Site, &[f64]) -> Result<(), String>),
 }
 
-/// What the amplitudes of an effect are.
+/// Which amplitudes of an effect are physical.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Amplitude {
+    /// Every value within the range of the parameter.
     Any,
-    /// Shares of the mass or inertia of its body that a part takes: the largest is not negative, and the part alone, its body held,
-    /// resonates below the frequency at which a recording shows both: by the root of what of the body is left.
+    /// Shares μ of the mass or inertia of a body that a part takes. The largest is not negative. With the body held the part
+    /// resonates at `f √(1 − μ)`, f the frequency at which a recording shows body and part together.
     ShareOfBody,
 }
 
-/// What of a plant's environment an effect needs.
+/// Part of a plant's environment that an effect requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Needs {
+    /// No part.
     Nothing,
+    /// Density and wind.
     Atmosphere,
+    /// A magnetic field in inertial axes.
     MagneticField,
 }
 
-/// Laws that are confused with each other more than with any other.
+/// Group of laws that are confused with each other more than with any other law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Family {
+    /// Mass, centre of mass, inertia, geometry other than stated.
     MassProperties,
+    /// Force opposed to the rate, of bounded size.
     Friction,
+    /// Force opposed to the rate, growing with it.
     Damping,
+    /// Force that depends on the displacement.
     Stiffness,
+    /// Dead zones, backlash, end stops.
     Clearance,
+    /// Periodic in a coordinate.
     Ripple,
+    /// Added modes and compliance.
     Flexibility,
+    /// Maps and dynamics from command to action.
     Actuation,
+    /// Laws of propellant in tanks.
     Slosh,
+    /// Forces and torques independent of the motion.
     Disturbance,
+    /// Forces and torques of a medium.
     Aerodynamics,
+    /// Mass that leaves or arrives.
     Consumption,
+    /// Errors of the value of a reading.
     SensorError,
+    /// Errors of the time of a command or reading.
     Timing,
 }
 
 impl Family {
+    /// Name in reports, in lower case.
     pub const fn name(self) -> &'static str {
         match self {
             Self::MassProperties => "mass properties",
@@ -103,20 +125,25 @@ pub struct Limit {
 pub struct Effect {
     /// Name in files and on the command line, snake case.
     pub kind: &'static str,
+    /// Noun phrase for reports.
     pub title: &'static str,
+    /// Kinds of site at which it can act.
     pub sites: &'static [SiteKind],
-    /// Which of those sites: a wheel's imbalance sits at wheels, not at every actuator.
+    /// Whether it can act at a site of those kinds: the imbalance of a wheel acts at wheels, not at every actuator.
     pub applies: fn(&Plant, &Site) -> bool,
+    /// Amplitudes first; a law receives their values in this order.
     pub parameters: &'static [EffectParameter],
-    /// What the amplitudes are.
+    /// Which amplitudes are physical.
     pub amplitude: Amplitude,
-    /// Continuous states of its own (hysteresis, integrated impulse); at most [`HIDDEN_MAX`], zero at the start.
+    /// Number of its own continuous states (hysteresis, integrated impulse); at most [`HIDDEN_MAX`], zero at the start.
     pub hidden_states: usize,
+    /// Where in the equations it acts, and its function.
     pub law: Law,
-    /// What of the environment it needs.
+    /// Part of the environment that it requires.
     pub needs: Needs,
-    /// Its reading is a staircase, which has no derivative: linearisations are taken without it.
+    /// Its reading is a staircase without a derivative; linearisations omit it.
     pub staircase: bool,
+    /// Group of laws with which it is confused most.
     pub family: Family,
     /// Simpler laws that it contains as limits.
     pub limits: &'static [Limit],
@@ -124,14 +151,14 @@ pub struct Effect {
     pub what: &'static str,
     /// Channel, time, frequency and state at which it shows.
     pub signature: &'static str,
-    /// What it is mistaken for.
+    /// Effects and parameters with a similar signature.
     pub confounders: &'static str,
-    /// The experiment that tells them apart.
+    /// The experiment that separates it from its confounders.
     pub experiment: &'static str,
 }
 
 impl Effect {
-    /// What entries leave out: a law of nothing, without hidden states, needs or limits.
+    /// Default of every field that an entry does not state: any site of its kinds, no action, hidden states, needs or limits.
     pub const PLAIN: Self = Self {
         kind: "",
         title: "",
@@ -151,7 +178,7 @@ impl Effect {
         experiment: "",
     };
 
-    /// How many of its parameters, from the first on, are its amplitudes.
+    /// Number of leading parameters with [`Role::Amplitude`].
     pub fn amplitudes(&self) -> usize {
         self.parameters.iter().take_while(|parameter| parameter.role == Role::Amplitude).count()
     }
@@ -166,7 +193,7 @@ impl Effect {
         self.parameters.iter().find(|parameter| parameter.role == role)
     }
 
-    /// The parameters that a plant in `space` feels.
+    /// The parameters with an effect on a plant in `space`.
     pub fn parameters_in(&self, space: Space) -> impl Iterator<Item = &'static EffectParameter> {
         self.parameters.iter().filter(move |parameter| space == Space::Spatial || !parameter.out_of_plane)
     }
@@ -190,11 +217,12 @@ impl core::fmt::Debug for Effect {
 pub struct Catalogue(&'static [&'static Effect]);
 
 impl Catalogue {
+    /// A catalogue of `entries`, which act in this order.
     pub const fn new(entries: &'static [&'static Effect]) -> Self {
         Self(entries)
     }
 
-    /// Every entry, in the order in which they act.
+    /// Every entry, in the order of action.
     pub fn entries(&self) -> &'static [&'static Effect] {
         self.0
     }
@@ -204,7 +232,7 @@ impl Catalogue {
         self.0.iter().copied().find(|effect| effect.kind == kind)
     }
 
-    /// Place of an effect among those that act; of an unknown one behind all.
+    /// Index of an effect in the order of action; for an unknown one the number of entries.
     pub fn place(&self, kind: &str) -> usize {
         self.0.iter().position(|effect| effect.kind == kind).unwrap_or(self.0.len())
     }

@@ -32,7 +32,7 @@ pub enum FilterKind {
     Delay { delay_s: f64 },
     /// A command whose impulse over one control period is below the smallest is not fired; see [`Gate`].
     MinimumImpulse { impulse_n_s: f64, interval_s: f64 },
-    /// From `begin_s` on, this share of the command stays what it was; see [`Gate`].
+    /// From `begin_s` on, this share of the command keeps its value at `begin_s`; see [`Gate`].
     Stuck { share: f64, begin_s: f64 },
 }
 

@@ -121,6 +121,7 @@ impl SignalSum {
         Ok(Self { terms: signals.iter().map(term).collect::<Result<_, _>>()? })
     }
 
+    /// Without terms: zero at all times.
     pub fn is_empty(&self) -> bool {
         self.terms.is_empty()
     }

@@ -66,7 +66,7 @@ pub enum FilterPlace {
     Output(usize),
 }
 
-/// A filter that an effect asks the simulator for; lags and delays that sensors state themselves are not repeated here.
+/// A filter that an effect requires of the simulator; lags and delays of the sensors themselves are not repeated here.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filter {
     pub site: Site,
@@ -111,18 +111,22 @@ impl System {
         compile::compile(plant)
     }
 
+    /// Whether the plant moves in a plane or in space.
     pub fn space(&self) -> Space {
         self.space
     }
 
+    /// Meaning of every component of `x`, in order.
     pub fn states(&self) -> &[StateName] {
         &self.layout.states
     }
 
+    /// Meaning of every component of `u`, in order.
     pub fn inputs(&self) -> &[InputName] {
         &self.layout.inputs
     }
 
+    /// Meaning of every component of `y`, in order.
     pub fn outputs(&self) -> &[OutputName] {
         &self.layout.outputs
     }

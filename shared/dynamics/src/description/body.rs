@@ -34,7 +34,7 @@ impl Default for Orientation {
 /// A joint; at zero angle or displacement the body's axes are those of the joint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Name of the site; the body's name where none is stated.
+    /// Name of the site; by default the name of the body.
     pub name: String,
     pub kind: JointKind,
     /// Where it is on the inboard body [m].

@@ -33,18 +33,22 @@ impl Tank {
 }
 
 impl Plant {
+    /// The body called `name`.
     pub fn body(&self, name: &str) -> Option<&Body> {
         self.bodies.iter().find(|body| body.name == name)
     }
 
+    /// The joint called `name`, whichever body it carries.
     pub fn joint(&self, name: &str) -> Option<&Joint> {
         self.bodies.iter().map(|body| &body.joint).find(|joint| joint.name == name)
     }
 
+    /// The actuator called `name`.
     pub fn actuator(&self, name: &str) -> Option<&Actuator> {
         self.actuators.iter().find(|actuator| actuator.name == name)
     }
 
+    /// The sensor called `name`.
     pub fn sensor(&self, name: &str) -> Option<&Sensor> {
         self.sensors.iter().find(|sensor| sensor.name == name)
     }

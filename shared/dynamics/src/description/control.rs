@@ -54,7 +54,7 @@ pub enum ActuatorKind {
 }
 
 impl ActuatorKind {
-    /// Imposes a motion; nothing else is an effort.
+    /// Imposes a motion; every other kind is an effort.
     pub const fn is_imposed(&self) -> bool {
         matches!(self, Self::PrescribedJoint { .. } | Self::PrescribedBase { .. })
     }
@@ -65,8 +65,8 @@ impl ActuatorKind {
 pub struct Actuator {
     pub name: String,
     pub kind: ActuatorKind,
-    /// Sum of the terms; empty: zero, or whatever its controller commands. A pulse or step of unknown time and size is
-    /// a term whose numbers have priors.
+    /// Sum of the terms; empty: zero, or the command of its controller. A pulse or step of unknown time and size is
+    /// a term whose parameters have priors.
     pub command: Vec<Signal>,
     /// White noise of what acts, per control period [SI unit of the input].
     pub noise: Quantity,

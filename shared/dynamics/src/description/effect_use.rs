@@ -4,7 +4,7 @@ use super::{EffectUse, Plant, Quantity, Site, nearest::suggestion};
 use crate::effect::{self, Catalogue, Effect, EffectParameter, Role};
 
 impl Plant {
-    /// Adds effect `kind` at `site`; `values` in SI, absent ones stand at the catalogue's default.
+    /// Adds effect `kind` at `site`; `values` in SI, absent ones have the catalogue's default.
     ///
     /// # Errors
     /// What is unknown or impossible, with the nearest known word.
@@ -39,7 +39,7 @@ impl Plant {
         used.values.iter().find(|(name, _)| name == parameter.name).map(|(_, quantity)| *quantity)
     }
 
-    /// The plant as it is described when nothing of the catalogue is present.
+    /// The plant without effects of the catalogue.
     #[must_use]
     pub fn without_effects(&self) -> Self {
         Self { effects: Vec::new(), ..self.clone() }
@@ -47,7 +47,7 @@ impl Plant {
 }
 
 impl EffectUse {
-    /// The same with every number of the catalogue's entry stated; absent ones get their default.
+    /// The same with every parameter of the catalogue's entry stated; absent ones get their default.
     #[must_use]
     pub(super) fn in_full(&self, catalogue: Catalogue) -> Self {
         let Some(entry) = catalogue.effect(&self.kind) else { return self.clone() };
@@ -65,7 +65,7 @@ impl Catalogue {
     /// The entry called `kind`.
     ///
     /// # Errors
-    /// There is none; the nearest is suggested.
+    /// The catalogue has no such entry; the nearest is suggested.
     pub fn known(&self, kind: &str) -> Result<&'static Effect, String> {
         self.effect(kind).ok_or_else(|| {
             let kinds = self.entries().iter().map(|effect| effect.kind);
@@ -123,7 +123,7 @@ pub fn known_parameter<'e>(entry: &'e Effect, name: &str) -> Result<&'e EffectPa
     })
 }
 
-/// Values outside their plausible range: name, message, and what the number is.
+/// Values outside their plausible range: name, message, and the meaning of the parameter.
 pub fn implausible<'u>(
     plant: &Plant,
     entry: &'static Effect,

@@ -1,4 +1,4 @@
-//! Every number of a plant by a stable, unique name with its unit: one visitor, from which listing
+//! Every parameter of a plant by a stable, unique name with its unit: one visitor, from which listing
 //! and setting derive.
 //!
 //! Names are those of the file: `hub.mass`, `link_1.com.x`, `shoulder.friction`,
@@ -11,7 +11,7 @@ mod visitor;
 use super::{Controller, EffectUse, Initial, Plant, Quantity, Scope, SensorKind, Space, Tank, nearest};
 use visitor::Visitor;
 
-/// One number of a plant.
+/// One parameter of a plant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     pub name: String,
@@ -23,7 +23,7 @@ pub struct Parameter {
     pub scope: Scope,
 }
 
-/// Why a number cannot be set.
+/// Why a parameter cannot be set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParameterError {
     #[error("no parameter is called '{name}'{}", nearest.as_ref().map(|n| format!("; did you mean '{n}'?")).unwrap_or_default())]
@@ -33,7 +33,7 @@ pub enum ParameterError {
 }
 
 impl Plant {
-    /// Every number, in file order; of effects also those that stand at the catalogue's default.
+    /// Every parameter, in file order; of effects also those at the catalogue's default.
     pub fn parameters(&self) -> Vec<Parameter> {
         let mut list = Vec::new();
         let effects = self.effects.iter().map(|effect| effect.in_full(self.catalogue)).collect();
@@ -44,7 +44,7 @@ impl Plant {
         list
     }
 
-    /// Sets one number, SI; its prior and scope stay.
+    /// Sets one parameter, SI; its prior and scope stay.
     ///
     /// # Errors
     /// No such name, or no finite value. Whether the plant is still possible is for
@@ -72,7 +72,7 @@ impl Plant {
         found
     }
 
-    /// States a number of an effect that stood at its default.
+    /// States a parameter of an effect that had its default.
     fn put_default(&mut self, name: &str, value: f64) -> bool {
         for i in 0..self.effects.len() {
             let mut changed = self.clone();
@@ -91,7 +91,7 @@ impl Plant {
         false
     }
 
-    /// Calls `visit(name, SI unit, number)` for every number that is stated, in file order.
+    /// Calls `visit(name, SI unit, quantity)` for every stated parameter, in file order.
     /// Positions of sensors at points of appendages follow those points.
     pub fn visit_quantities(&mut self, visit: &mut dyn FnMut(&str, &str, &mut Quantity)) {
         let units = Units::of(self);
@@ -136,7 +136,7 @@ impl Plant {
         }
     }
 
-    /// Units of the two derivatives of what an initial value names.
+    /// Units of position and rate of the coordinate that an initial value names.
     pub fn initial_unit(&self, coordinate: &str) -> (&'static str, &'static str) {
         let (kind, name) = coordinate.split_once(':').unwrap_or(("", coordinate));
         let base = name.split('.').next().unwrap_or(name);

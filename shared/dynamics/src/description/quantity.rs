@@ -1,4 +1,4 @@
-//! One number of a plant file: known, or to be estimated from a prior.
+//! One parameter of a plant file: known, or to be estimated from a prior.
 
 /// Over what a parameter is one and the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -12,7 +12,7 @@ pub enum Scope {
     PerSegment,
 }
 
-/// A number in SI.
+/// A value in SI.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quantity {
     pub value: f64,
@@ -22,10 +22,12 @@ pub struct Quantity {
 }
 
 impl Quantity {
+    /// A value without uncertainty, the same in all recordings.
     pub const fn known(value: f64) -> Self {
         Self { value, sigma: None, scope: Scope::Shared }
     }
 
+    /// A value with a normal prior of standard deviation `sigma`, the same in all recordings.
     pub const fn with_prior(value: f64, sigma: f64) -> Self {
         Self { value, sigma: Some(sigma), scope: Scope::Shared }
     }

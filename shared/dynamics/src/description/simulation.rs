@@ -47,7 +47,7 @@ pub struct InitialValue {
     pub rate: Quantity,
 }
 
-/// State at the beginning of a record or segment; what is not named is zero, or follows from the references of prescribed and
+/// State at the beginning of a record or segment; a coordinate without a value is zero, or follows from the references of prescribed and
 /// controlled joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Initial {

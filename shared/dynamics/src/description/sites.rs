@@ -14,8 +14,10 @@ pub enum SiteKind {
 }
 
 impl SiteKind {
+    /// Every kind, in the order of the module's first line.
     pub const ALL: [Self; 6] = [Self::Joint, Self::Body, Self::Tank, Self::Mode, Self::Actuator, Self::Sensor];
 
+    /// The word before the colon in the text of a site.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Joint => "joint",

@@ -1,4 +1,4 @@
-//! What a law is told, and what it may do.
+//! Arguments and results of a law.
 
 use crate::dual::Dual;
 use crate::real::Real;
@@ -72,7 +72,7 @@ pub struct Local<'a, T> {
     pub surroundings: &'a Surroundings,
 }
 
-/// What a law does; starts as zero, but for `value`, which starts as the command or the reading.
+/// Result of a law. All is zero before the first law, but `value`, which is the command or the reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Action<T> {
     pub force: T,
@@ -88,7 +88,7 @@ pub struct Action<T> {
 /// A law over one scalar: state of the site and the effect's parameters, in catalogue order.
 pub type LawFn<T> = fn(&Local<'_, T>, &[f64], &mut Action<T>);
 
-/// The same law over numbers and over dual numbers.
+/// One law over real and over dual numbers.
 #[derive(Clone, Copy)]
 pub struct Both {
     pub real: LawFn<f64>,
@@ -112,8 +112,8 @@ impl Pick for Dual {
     }
 }
 
-/// What counts as firing of what acts: thrusters push one way, so that their noise cancels in an integral; of a force that pushes both
-/// ways only what stands out of its noise counts.
+/// The part of an acting value that counts as firing. Thrusters push one way, so that their noise cancels in an integral. A force that
+/// pushes both ways counts if its magnitude exceeds `quiet`, a bound of its noise.
 pub fn fired<T: Real>(value: T, one_sided: bool, quiet: f64) -> T {
     if one_sided {
         value

@@ -1,4 +1,4 @@
-//! From the effects a plant carries to numbers and parts.
+//! From the effects of a plant to values and parts.
 
 use super::{Catalogue, Effect, Law};
 use crate::description::{EffectUse, Plant, Site, Space};
@@ -15,7 +15,7 @@ pub enum EffectError {
     UnknownSite { kind: String, site: String, nearest: Option<String> },
     #[error("{kind} has no parameter '{parameter}'{}", hint(.nearest))]
     UnknownParameter { kind: String, parameter: String, nearest: Option<String> },
-    /// The part cannot be built with these numbers.
+    /// The part cannot be built with these values.
     #[error("{kind} at {site}: {reason}")]
     Impossible { kind: String, site: String, reason: String },
 }
@@ -55,7 +55,7 @@ fn unknown_site(effect: &Effect, used: &EffectUse, plant: &Plant) -> EffectError
     EffectError::UnknownSite { kind, site, nearest }
 }
 
-/// The numbers of `used` in the order of the catalogue entry, absent ones at their defaults, zero behind the last.
+/// The values of `used` in the order of the catalogue entry, absent ones at their defaults, zero behind the last.
 ///
 /// # Errors
 /// [`EffectError::UnknownParameter`]: a name that the entry does not have.
@@ -74,7 +74,7 @@ pub fn values(effect: &Effect, used: &EffectUse) -> Result<[f64; PARAMETERS_MAX]
     Ok(values)
 }
 
-/// Sets to zero what a plant in `space` does not feel.
+/// Sets to zero the values of components that leave the plane of a planar plant.
 pub fn felt(effect: &Effect, values: &mut [f64; PARAMETERS_MAX], space: Space) {
     for (value, parameter) in values.iter_mut().zip(effect.parameters) {
         if space == Space::Planar && parameter.out_of_plane {
@@ -89,7 +89,7 @@ pub fn sites(effect: &Effect, plant: &Plant) -> Vec<Site> {
     of_kind.filter(|site| (effect.applies)(plant, site)).collect()
 }
 
-/// Builds the parts that the plant's structural effects stand for and removes those effects; all others stay. Every effect is checked for
+/// Builds the parts of the plant's structural effects and removes those effects; all others stay. Every effect is checked for
 /// its name, its site and its parameters.
 ///
 /// Structures at sites of the plant itself are built in the order of the catalogue, then of their sites; those at parts that others have

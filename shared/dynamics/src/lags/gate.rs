@@ -5,7 +5,7 @@ use super::FilterKind;
 /// An instant meant to lie on an edge must not fall before it by rounding [s].
 const EDGE_S: f64 = 1e-9;
 
-/// A map of commands; the others of [`FilterKind`] pass. What it remembers is one number, zero at the start.
+/// A map of commands with one state, zero at the start. The other kinds of [`FilterKind`] pass the command unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gate {
     kind: FilterKind,

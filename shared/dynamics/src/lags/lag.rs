@@ -29,7 +29,7 @@ pub struct Lag {
 }
 
 impl Lag {
-    /// The lag of `kind`; `None` where there is none (nothing, or a delay).
+    /// The lag of `kind`; `None` for no filter and for a delay.
     pub fn new(kind: FilterKind) -> Option<Self> {
         let lags = match kind {
             FilterKind::None

@@ -6,7 +6,7 @@ use super::model::{Joint, Model};
 use nalgebra::DMatrix;
 
 impl Model {
-    /// Inertia of every coordinate where it is the same in every pose and the mass matrix has nothing beside its diagonal: then
+    /// Inertia of every coordinate where it is the same in every pose and the mass matrix is diagonal: then
     /// `q̈ = τ / m` and `q̇ = v`, gravity and wrenches apart. A drive on a bench, a carriage on a rail.
     pub fn inertias_apart(&self) -> Option<Vec<f64>> {
         let turns_or_slides = |joint: &Joint| matches!(joint, Joint::Revolute { .. } | Joint::Prismatic { .. });

@@ -44,9 +44,9 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Largest over smallest singular value of the independent columns, each scaled to unit length.
     pub condition_number: f64,
-    /// Last accepted over first refused pivot of the rank decision; infinite when nothing was refused or it was exactly zero.
+    /// Last accepted over first rejected pivot of the rank decision; infinite if no pivot was rejected or the rejected one is zero.
     pub gap: f64,
-    /// Names of standard parameters that move nothing at all.
+    /// Names of standard parameters without influence on the equations.
     pub unidentifiable: Vec<String>,
     /// Names of those that act only in combination with an independent one.
     pub regrouped: Vec<String>,
@@ -163,7 +163,7 @@ pub(crate) fn numerical_rank(matrix: &DMatrix<f64>) -> (usize, f64, Vec<usize>) 
     let largest = pivots.first().copied().unwrap_or(0.0);
     let rank = pivots.iter().take_while(|d| **d > INDEPENDENCE * largest).count();
     let gap = match (rank.checked_sub(1), pivots.get(rank)) {
-        (Some(last), Some(refused)) if *refused > 0.0 => pivots[last] / refused,
+        (Some(last), Some(rejected)) if *rejected > 0.0 => pivots[last] / rejected,
         _ => f64::INFINITY,
     };
     (rank, gap, order.iter().map(|c| *c as usize).collect())

@@ -16,7 +16,7 @@ pub(crate) enum JointForce {
     Direct,
 }
 
-/// Workspace of one model: everything is allocated here, nothing later.
+/// Workspace of one model: all memory is allocated here.
 ///
 /// Frame 0 is the world. Valid after the call that filled it: poses and velocities after any of
 /// them, accelerations and joint wrenches after forward or inverse dynamics.

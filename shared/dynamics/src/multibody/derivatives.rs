@@ -32,7 +32,7 @@ type Spatial = super::vector::Spatial<f64>;
 /// [`integrate_position`](super::integrate_position) takes it. Columns of internal coordinates in
 /// `dtau_dq` are zero: their positions are the caller's.
 ///
-/// Of the model's constants alone: refuses (panics on) a workspace with
+/// For the constants of the model alone: panics on a workspace with
 /// [`Data::set_internal_positions`] or [`Data::set_added_mass`], whose terms it lacks; dual numbers
 /// differentiate those.
 ///

@@ -40,6 +40,7 @@ pub(crate) struct Derivatives {
 }
 
 impl Derivatives {
+    /// Memory for every coordinate and link of `model`; no later call allocates.
     pub fn new(model: &Model) -> Self {
         Self { columns: vec![Column::default(); model.v_len()], links: vec![Carried::default(); model.links_len() + 1] }
     }

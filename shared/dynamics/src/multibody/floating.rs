@@ -6,7 +6,7 @@ use super::kinematics::{kinematics, velocities};
 use super::model::{Joint, Model};
 use super::vector::{Sym3, V3};
 
-/// Inertia of a tree locked as it stands, and its momentum, about the origin of its first link, world axes.
+/// Inertia of a tree locked in its pose, and its momentum, about the origin of its first link, world axes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Locked {
     inertia: Sym3<f64>,

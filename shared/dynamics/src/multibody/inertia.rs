@@ -68,6 +68,7 @@ impl<T: Real> SpatialInertia<T> {
         Self { a, b: M3 { rows: moved }, c: self.c }
     }
 
+    /// `self += other`, block by block; both about the same point.
     #[inline(always)]
     pub fn add(&mut self, other: &Self) {
         self.a += other.a;
@@ -79,7 +80,7 @@ impl<T: Real> SpatialInertia<T> {
 
     /// `(α, a)` with `self (α, a) = (moment, force)`, by two 3 × 3 eliminations: `C` first, then its Schur complement.
     ///
-    /// Fails (not a number) only when the inertia is singular, which [`Model::new`](super::Model::new) refuses.
+    /// Fails (NaN) only for a singular inertia, which [`Model::new`](super::Model::new) rejects.
     #[inline(always)]
     pub fn solve(&self, moment: V3<T>, force: V3<T>) -> (V3<T>, V3<T>) {
         let linear = Factor3::of(&self.c);
@@ -108,6 +109,7 @@ pub(crate) struct Factor3<T> {
 }
 
 impl<T: Real> Factor3<T> {
+    /// `L D Lᵀ` factors of a positive definite matrix; 1 division per pivot.
     #[inline(always)]
     pub fn of(s: &Sym3<T>) -> Self {
         let d0 = T::one() / s.xx;
@@ -119,6 +121,7 @@ impl<T: Real> Factor3<T> {
         Self { l10, l20, l21, d: V3::new(d0, d1, d2) }
     }
 
+    /// `x` in `L D Lᵀ x = b`.
     #[inline(always)]
     pub fn solve(&self, b: V3<T>) -> V3<T> {
         let y = b.y - self.l10 * b.x;

@@ -81,7 +81,7 @@ pub struct Link {
 ///
 /// The Lagrangian is left-invariant (it sees body velocities alone), so momentum and energy are
 /// conserved exactly; it is not invariant against a uniform translation when `D` has a linear part,
-/// since the shift of the centre of mass with `η` is left out: the world must move along with the
+/// since the shift of the centre of mass with `η` is neglected: the world must move along with the
 /// spacecraft, not with the Earth.
 /// [`Data::set_internal_positions`](super::Data::set_internal_positions) brings that shift in.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,7 +124,7 @@ pub(crate) struct LinkConstants {
     pub v_len: usize,
     pub position: V3<f64>,
     pub rotation: M3<f64>,
-    /// Parent is the world and `rotation` one: nothing to turn.
+    /// The parent is the world and `rotation` is I: no rotation is computed.
     pub along_world: bool,
     pub mass: f64,
     pub com: V3<f64>,
@@ -158,10 +158,12 @@ pub struct Model {
 }
 
 impl Model {
+    /// Number of links.
     pub fn links_len(&self) -> usize {
         self.links.len()
     }
 
+    /// Number of internal coordinates: modes and wheels.
     pub fn internals_len(&self) -> usize {
         self.internals.len()
     }
@@ -196,10 +198,12 @@ impl Model {
         self.internals[internal].v
     }
 
+    /// Index of the parent link; `None`: the link sits on the inertial base.
     pub fn parent(&self, link: usize) -> Option<usize> {
         self.links[link].parent.checked_sub(1)
     }
 
+    /// Gravity in inertial axes [m/s²].
     pub fn gravity_m_s2(&self) -> [f64; 3] {
         self.gravity.array()
     }

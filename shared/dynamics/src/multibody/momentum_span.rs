@@ -39,13 +39,14 @@ pub struct MomentumBasis<'a> {
     pub evaluate: &'a StateFunctions<'a>,
 }
 
+/// Dimensions of what angular momentum determines: a linear span, and the parameters that reach it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MomentumSpan {
     /// Number of coefficients that momentum can determine.
     pub span_dimension: usize,
     /// Dimension of the set that physical parameters reach: the rank of `∂α/∂θ`.
     pub manifold_dimension: usize,
-    /// Last accepted over first refused pivot of the two rank decisions.
+    /// Last accepted over first rejected pivot of the two rank decisions.
     pub gaps: [f64; 2],
     /// Functions with a coefficient, in order; numbered (`"f1"` …) when no basis was given.
     pub functions: Vec<String>,
@@ -70,7 +71,7 @@ pub enum MomentumSpanError {
     BasisIncomplete { residual: f64 },
     /// Functions of the basis are linearly dependent on the model's states.
     BasisDependent { rank: usize, functions: usize },
-    /// The span is larger than this many samples can tell.
+    /// The span is larger than this many samples can determine.
     TooLarge { draws: usize },
 }
 
@@ -283,7 +284,7 @@ fn manifold_dimension(
     values.sort_by(|a, b| b.total_cmp(a));
     // differences leave 1e-9 of the largest; a direction that weak is not a direction
     let rank = values.iter().filter(|value| **value > 1e-7 * values[0]).count();
-    let gap = values.get(rank).map_or(f64::INFINITY, |refused| values[rank - 1] / refused);
+    let gap = values.get(rank).map_or(f64::INFINITY, |rejected| values[rank - 1] / rejected);
     Ok((rank, gap))
 }
 

@@ -18,43 +18,50 @@ pub(crate) struct V3<T> {
 }
 
 impl<T: Real> V3<T> {
+    /// The vector `[x, y, z]`.
     #[inline(always)]
     pub fn new(x: T, y: T, z: T) -> Self {
         Self { x, y, z }
     }
 
+    /// The vector 0.
     #[inline(always)]
     pub fn zero() -> Self {
         Self::new(T::zero(), T::zero(), T::zero())
     }
 
+    /// Constant components, with zero derivative.
     #[inline(always)]
     pub fn constant(v: &V3<f64>) -> Self {
         Self::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))
     }
 
-    /// Three numbers from position `at` of a slice.
+    /// `values[at..at + 3]`.
     #[inline(always)]
     pub fn read(values: &[T], at: usize) -> Self {
         let three = &values[at..at + 3];
         Self::new(three[0], three[1], three[2])
     }
 
+    /// Writes x, y, z to `values[at..at + 3]`.
     #[inline(always)]
     pub fn write(self, values: &mut [T], at: usize) {
         values[at..at + 3].copy_from_slice(&self.array());
     }
 
+    /// `[x, y, z]`.
     #[inline(always)]
     pub fn array(self) -> [T; 3] {
         [self.x, self.y, self.z]
     }
 
+    /// `self · b`.
     #[inline(always)]
     pub fn dot(self, b: Self) -> T {
         self.x * b.x + self.y * b.y + self.z * b.z
     }
 
+    /// `self × b`.
     #[inline(always)]
     pub fn cross(self, b: Self) -> Self {
         Self::new(self.y * b.z - self.z * b.y, self.z * b.x - self.x * b.z, self.x * b.y - self.y * b.x)
@@ -66,6 +73,7 @@ impl<T: Real> V3<T> {
         self * self.dot(b) - b * self.dot(self)
     }
 
+    /// `factor · self`, the factor a constant.
     #[inline(always)]
     pub fn scale(self, factor: f64) -> Self {
         Self::new(self.x.scale(factor), self.y.scale(factor), self.z.scale(factor))
@@ -73,6 +81,7 @@ impl<T: Real> V3<T> {
 }
 
 impl V3<f64> {
+    /// From nalgebra's vector.
     pub fn from_vector(v: &Vector3<f64>) -> Self {
         Self::new(v.x, v.y, v.z)
     }
@@ -138,6 +147,7 @@ pub(crate) struct M3<T> {
 }
 
 impl<T: Real> M3<T> {
+    /// The identity I.
     #[inline(always)]
     pub fn identity() -> Self {
         let (one, zero) = (T::one(), T::zero());
@@ -151,26 +161,31 @@ impl<T: Real> M3<T> {
         Self { rows: [V3::new(zero, -v.z, v.y), V3::new(v.z, zero, -v.x), V3::new(-v.y, v.x, zero)] }
     }
 
+    /// Rows as arrays.
     #[inline(always)]
     pub fn arrays(&self) -> [[T; 3]; 3] {
         [self.rows[0].array(), self.rows[1].array(), self.rows[2].array()]
     }
 
+    /// First column.
     #[inline(always)]
     pub fn column_x(&self) -> V3<T> {
         V3::new(self.rows[0].x, self.rows[1].x, self.rows[2].x)
     }
 
+    /// Second column.
     #[inline(always)]
     pub fn column_y(&self) -> V3<T> {
         V3::new(self.rows[0].y, self.rows[1].y, self.rows[2].y)
     }
 
+    /// Third column.
     #[inline(always)]
     pub fn column_z(&self) -> V3<T> {
         V3::new(self.rows[0].z, self.rows[1].z, self.rows[2].z)
     }
 
+    /// `self v`.
     #[inline(always)]
     pub fn apply(&self, v: V3<T>) -> V3<T> {
         V3::new(self.rows[0].dot(v), self.rows[1].dot(v), self.rows[2].dot(v))
@@ -189,6 +204,7 @@ impl<T: Real> M3<T> {
         V3::new(row(self.rows[0]), row(self.rows[1]), row(self.rows[2]))
     }
 
+    /// `self b`, 3 × 3 by 3 × 3.
     #[inline(always)]
     pub fn product(&self, b: &Self) -> Self {
         let row = |r: V3<T>| b.rows[0] * r.x + b.rows[1] * r.y + b.rows[2] * r.z;
@@ -231,6 +247,7 @@ impl<T: Real> M3<T> {
 }
 
 impl M3<f64> {
+    /// From nalgebra's matrix.
     pub fn from_matrix(m: &Matrix3<f64>) -> Self {
         let row = |i: usize| V3::new(m[(i, 0)], m[(i, 1)], m[(i, 2)]);
         Self { rows: [row(0), row(1), row(2)] }
@@ -256,22 +273,26 @@ pub(crate) struct Sym3<T> {
 }
 
 impl<T: Real> Sym3<T> {
+    /// The matrix 0.
     #[inline(always)]
     pub fn zero() -> Self {
         let zero = T::zero();
         Self { xx: zero, xy: zero, xz: zero, yy: zero, yz: zero, zz: zero }
     }
 
+    /// `value I`.
     #[inline(always)]
     pub fn diagonal(value: T) -> Self {
         Self { xx: value, yy: value, zz: value, ..Self::zero() }
     }
 
+    /// Rows of the full matrix.
     #[inline(always)]
     pub fn rows(&self) -> [V3<T>; 3] {
         [V3::new(self.xx, self.xy, self.xz), V3::new(self.xy, self.yy, self.yz), V3::new(self.xz, self.yz, self.zz)]
     }
 
+    /// `self v`.
     #[inline(always)]
     pub fn apply(&self, v: V3<T>) -> V3<T> {
         let [x, y, z] = self.rows();

@@ -1,4 +1,4 @@
-//! What each actuator does with its number.
+//! Forces and torques of each actuator from its input.
 
 use super::System;
 use super::effect_terms::body_state;

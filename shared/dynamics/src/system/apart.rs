@@ -1,4 +1,4 @@
-//! The derivative of plants whose coordinates do not feel each other: nothing but the effort at its joint accelerates a link, and poses
+//! The derivative of plants with uncoupled coordinates: only the effort at its joint accelerates a link, and poses
 //! need not be known.
 
 use super::System;
@@ -8,10 +8,10 @@ use crate::effect::Pick;
 impl System {
     /// 1 / inertia of every coordinate; `None` where one feels another, its own pose, or what acts on bodies, and where a law asks for poses.
     pub(super) fn lightness_apart(&self) -> Option<Vec<f64>> {
-        let weightless = self.environment.told.gravity_m_s2 == [0.0; 3] && !self.environment.shaken;
-        let poses_asked =
+        let weightless = self.environment.constants.gravity_m_s2 == [0.0; 3] && !self.environment.shaken;
+        let poses_needed =
             self.effects.coordinates.iter().any(|term| term.carried) || self.sensors.iter().any(|sensor| sensor.hidden);
-        if !weightless || poses_asked || self.pushed || !self.layout.prescribed.is_empty() {
+        if !weightless || poses_needed || self.pushed || !self.layout.prescribed.is_empty() {
             return None;
         }
         Some(self.model.inertias_apart()?.iter().map(|inertia| 1.0 / inertia).collect())

@@ -20,7 +20,7 @@ pub(super) struct Binding<'a> {
     pub environment: &'a Surrounding,
 }
 
-/// A site: its coordinates (none, one, or one per axis of a tank), its body, and what a law is told of it.
+/// A site: its coordinates (none, one, or one per axis of a tank), its body, and the constants that a law receives.
 #[derive(Clone, Debug)]
 struct Place {
     coordinates: Vec<Coordinate>,
@@ -160,10 +160,10 @@ impl Binding<'_> {
                     Acts::Wrench { .. } | Acts::Base { .. } => Vec::new(),
                 };
                 let mut place = of(actuators[at].link, coordinate, position, axis, at);
-                let told = &mut place.surroundings;
-                (told.one_sided, told.quiet) = (actuators[at].one_sided, actuators[at].quiet);
+                let constants = &mut place.surroundings;
+                (constants.one_sided, constants.quiet) = (actuators[at].one_sided, actuators[at].quiet);
                 if let Acts::Voltage { back_emf, .. } = actuators[at].acts {
-                    told.back_emf_v_s_rad = back_emf;
+                    constants.back_emf_v_s_rad = back_emf;
                 }
                 Ok(place)
             }
@@ -243,7 +243,7 @@ impl Binding<'_> {
             body_inertia_com_kg_m2: [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
             site_position_m,
             site_axis,
-            ..self.environment.told
+            ..self.environment.constants
         }
     }
 }
@@ -277,7 +277,7 @@ fn hidden_states(
     }
 }
 
-/// Sorted by owner, order of the catalogue kept; tells every owner its range.
+/// Sorts by owner in the order of the catalogue; every owner gets its range.
 fn grouped(
     mut terms: Vec<Indexed>,
     owners: usize,

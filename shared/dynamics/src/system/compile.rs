@@ -1,4 +1,4 @@
-//! From a description to a [`System`]: every name resolved, every number in its place.
+//! From a description to a [`System`]: names become indices, parameters become arrays.
 
 use super::actuation::{Acts, Actuation};
 use super::binding::Binding;
@@ -25,7 +25,7 @@ pub(super) fn compile(plant: &Plant) -> Result<System, SystemError> {
     let plant = &with_structure_effects(plant)?;
     let mechanism = Mechanism::new(plant)?;
     let environment = surrounding(plant);
-    let model = mechanism.compile(environment.told.gravity_m_s2)?;
+    let model = mechanism.compile(environment.constants.gravity_m_s2)?;
     let names = Names::new(plant, &mechanism, &model);
     let mut layout = Layout {
         q_len: model.q_len(),
@@ -74,7 +74,7 @@ pub(super) fn compile(plant: &Plant) -> Result<System, SystemError> {
     Ok(system)
 }
 
-/// Copy of the plant with the parts and numbers that effects of structure add.
+/// Copy of the plant with the parts and values that structural effects add.
 fn with_structure_effects(plant: &Plant) -> Result<Plant, SystemError> {
     let mut plant = plant.clone();
     apply_structures(&mut plant)?;
@@ -86,7 +86,7 @@ fn surrounding(plant: &Plant) -> Surrounding {
     let orbit = outside
         .gravity_gradient
         .map(|orbit| Orbit { rate_rad_s: orbit.orbit_rate_rad_s.value, phase_rad: orbit.phase_rad.value });
-    let told = Surroundings {
+    let constants = Surroundings {
         gravity_m_s2: values(&outside.gravity_m_s2),
         orbit_rate_rad_s: orbit.map_or(0.0, |orbit| orbit.rate_rad_s),
         orbit_phase_rad: orbit.map_or(0.0, |orbit| orbit.phase_rad),
@@ -100,7 +100,7 @@ fn surrounding(plant: &Plant) -> Surrounding {
     // the motor of a flexible joint is a body without mass
     let heavy = plant.bodies.iter().position(|body| body.mass_kg.value > 0.0);
     Surrounding {
-        told,
+        constants,
         force_n: values(&outside.constant_force_n),
         torque_n_m: values(&outside.constant_torque_n_m),
         disturbed: free.or(heavy).unwrap_or(0),

@@ -23,7 +23,7 @@ pub(super) struct EffectTerm {
     pub tank: Vec<(Coordinate, [f64; 3])>,
     /// The body the site belongs to.
     pub link: usize,
-    /// The law is told the motion of that body.
+    /// The law receives the motion of that body.
     pub carried: bool,
     pub surroundings: Surroundings,
 }
@@ -52,7 +52,7 @@ impl EffectTerm {
 }
 
 impl System {
-    /// Adds the forces of laws on coordinates and bodies; after actuators, whose efforts they are told.
+    /// Adds the forces of laws on coordinates and bodies. Actuators come before, because their efforts are arguments of the laws.
     #[inline]
     pub(super) fn apply_effects<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T]) {
         for term in &self.effects.coordinates {
@@ -146,7 +146,7 @@ pub(super) fn body_state<T: Pick>(ws: &Workspace<T>, link: usize) -> BodyState<T
     }
 }
 
-/// Adds the accelerations to what a sensor's law is told.
+/// The motion of a body with its accelerations, as the law of a sensor receives it.
 pub(super) fn accelerated<T: Pick>(ws: &Workspace<T>, link: usize, body: BodyState<T>) -> BodyState<T> {
     let [ax, ay, az, ..] = ws.data.link_acceleration(link);
     let specific_force_m_s2 = ws.data.specific_force(link, [T::zero(); 3]);

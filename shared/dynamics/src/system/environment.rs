@@ -17,8 +17,8 @@ pub(super) struct Orbit {
 /// What surrounds the plant.
 #[derive(Clone, Debug)]
 pub(super) struct Surrounding {
-    /// Common part of what effects are told.
-    pub told: Surroundings,
+    /// Arguments common to all laws.
+    pub constants: Surroundings,
     /// Inertial axes; force at the centre of mass of `disturbed`.
     pub force_n: [f64; 3],
     pub torque_n_m: [f64; 3],
@@ -50,7 +50,7 @@ impl System {
             base.velocity = add(base.velocity, part(1));
             base.acceleration = add(base.acceleration, part(2));
         }
-        let gravity = subtract(self.environment.told.gravity_m_s2.map(T::constant), base.acceleration);
+        let gravity = subtract(self.environment.constants.gravity_m_s2.map(T::constant), base.acceleration);
         ws.base = base;
         ws.data.gravity = gravity.into();
         ws.data.frames[0].acceleration = gravity.map(|g| -g).into();
@@ -75,8 +75,8 @@ impl System {
     /// First-order tide about the system's centre of mass: on every link the torque `3 n² r × I r` and the force
     /// `m n² (3 r (r·ρ) − ρ)`, `r` the unit vector to the planet, `ρ` the link's place relative to that centre.
     ///
-    /// Forces add up to nothing, torques about the centre of mass to `3 n² r × I r` of the whole (Hughes, Spacecraft Attitude
-    /// Dynamics, ch. 8). Modal displacements are left out. Masses must be given as of a circular orbit, states relative to the
+    /// Forces add up to zero, torques about the centre of mass to `3 n² r × I r` of the whole (Hughes, Spacecraft Attitude
+    /// Dynamics, ch. 8). Modal displacements are neglected. Masses must be given as of a circular orbit, states relative to the
     /// freely falling centre.
     fn apply_gravity_gradient<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, orbit: Orbit) {
         let (sin, cos) = libm::sincos(orbit.phase_rad + orbit.rate_rad_s * t_s);

@@ -12,10 +12,10 @@ impl System {
     /// State at the beginning.
     ///
     /// `references` gives (position, rate) of prescribed joints and, where `initial.on_reference`, of controlled ones, by name of
-    /// the joint; stated values go first for the controlled ones. What is not named is zero; hidden states are zero.
+    /// the joint; stated values go first for the controlled ones. Coordinates without a value are zero; hidden states are zero.
     ///
     /// # Errors
-    /// A coordinate that does not exist, or momentum asked of a system that does not float.
+    /// A coordinate that does not exist, or a stated momentum of a system that does not float.
     pub fn initial_state(
         &self,
         initial: &Initial,

@@ -1,4 +1,4 @@
-//! Which number of the state, input and output vector is what.
+//! Meaning of every component of the state, input and output vectors.
 
 use crate::real::Real;
 
@@ -10,7 +10,7 @@ pub struct StateName {
     pub unit: &'static str,
 }
 
-/// What one number of `u` is.
+/// Meaning of one component of `u`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InputRole {
     /// Command of the actuator.
@@ -21,7 +21,7 @@ pub enum InputRole {
     Acceleration,
 }
 
-/// One number of `u`.
+/// One component of `u`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputName {
     /// Of the actuator; prescribed motions add `.position`, `.rate`, `.acceleration`.
@@ -32,7 +32,7 @@ pub struct InputName {
     pub role: InputRole,
 }
 
-/// One number of `y`; there is one per sensor, in their order.
+/// One component of `y`; one per sensor, in the order of the sensors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct OutputName {
     pub name: String,
@@ -73,10 +73,12 @@ pub(super) struct Layout {
 }
 
 impl Layout {
+    /// Number of position coordinates in the state.
     pub fn positions(&self) -> usize {
         self.free_positions.len()
     }
 
+    /// Number of velocity coordinates in the state.
     pub fn velocities(&self) -> usize {
         self.free_velocities.len()
     }
@@ -86,6 +88,7 @@ impl Layout {
         self.positions() + self.velocities()
     }
 
+    /// Length of the state vector, hidden states included.
     pub fn states_len(&self) -> usize {
         self.hidden_at() + self.hidden
     }

@@ -2,7 +2,7 @@
 //!
 //! A rate gyro returns the turn of its body divided by the interval, an accelerometer the increment of inertial velocity (less
 //! that of free fall) divided by the interval, in body axes at the attitude half way. Both follow from the states at the two
-//! ends alone, whatever happened between. Other sensors return the mean of both ends.
+//! ends alone. Other sensors return the mean of both ends.
 
 use super::System;
 use super::geometry::{along, rotation_vector, subtract, times, transposed_product};
@@ -12,7 +12,7 @@ use crate::description::Reading;
 use crate::effect::Pick;
 
 impl System {
-    /// What sensors with [`Reading::Mean`] say over `[t_s, t_s + dt_s]` from the states at both ends; the other numbers of `y`
+    /// Readings of sensors with [`Reading::Mean`] over `[t_s, t_s + dt_s]` from the states at both ends; the other numbers of `y`
     /// are left alone. `u_end` differs from `u` in prescribed motions only.
     ///
     /// Laws of effects on such sensors see the mean as reading and the state at the end of the interval.
@@ -37,7 +37,7 @@ impl System {
         self.arrive(ws, t_s + dt_s, x_end, u_end);
         for (k, sensor) in self.sensors.iter().enumerate().filter(|(_, sensor)| sensor.reading == Reading::Mean) {
             let value = self.mean(ws, sensor, &ws.begin[k], dt_s);
-            y[k] = self.as_told(ws, t_s + dt_s, x_end, sensor, value);
+            y[k] = self.disturbed_reading(ws, t_s + dt_s, x_end, sensor, value);
         }
     }
 
@@ -77,7 +77,7 @@ impl System {
             }
             Measured::Accelerometer { link, point, axis, flexure } => {
                 let gained = subtract(self.inertial_velocity(ws, *link, point, flexure), begin.velocity);
-                let fallen = self.environment.told.gravity_m_s2.map(|g| T::constant(g * dt_s));
+                let fallen = self.environment.constants.gravity_m_s2.map(|g| T::constant(g * dt_s));
                 let turned = transposed_product(&begin.rotation, &ws.data.link_pose(*link).1);
                 let half = times(rotation_vector(&turned), T::constant(0.5));
                 along(Self::seen_from(&begin.rotation, half, subtract(gained, fallen)), axis).scale(1.0 / dt_s)

@@ -26,6 +26,10 @@ pub(super) struct Mechanism {
 }
 
 impl Mechanism {
+    /// Links and internal coordinates of a plant.
+    ///
+    /// # Errors
+    /// A name without a part, or a joint that no link can represent.
     pub fn new(plant: &Plant) -> Result<Self, SystemError> {
         let mut mechanism = Self::default();
         for body in &plant.bodies {
@@ -51,6 +55,10 @@ impl Mechanism {
         Ok(mechanism)
     }
 
+    /// The model of these links and internal coordinates under gravity in inertial axes.
+    ///
+    /// # Errors
+    /// [`SystemError::Mechanism`]: the part that prevents a mechanism, by its name in the plant.
     pub fn compile(&self, gravity_m_s2: [f64; 3]) -> Result<Model, SystemError> {
         let compiled = Model::new(&self.links, &self.internals, Vector3::from(gravity_m_s2));
         compiled.map_err(|error| SystemError::Mechanism { name: self.at_fault(&error), error })

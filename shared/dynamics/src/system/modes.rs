@@ -1,6 +1,6 @@
 //! Natural frequencies and damping of the linearised plant.
 //!
-//! States that nothing depends on (a floating base's position, the angle of a free joint) are removed with their exact eigenvalue before
+//! States without influence (a floating base's position, the angle of a free joint) are removed with their exact eigenvalue before
 //! the numerical eigenvalue problem, because a defective zero would otherwise scatter by the square root of rounding.
 
 use super::workspace::Workspace;
@@ -83,7 +83,7 @@ impl System {
 impl StateSpace {
     /// Readings of every output in the mode of `pole` (real and imaginary part [1/s]), up to one complex factor.
     ///
-    /// `C v` (outputs), `A v = λ v`: a component is what the sensor says, in its own unit, while nothing but this mode moves. Sensors' own
+    /// `C v` (outputs), `A v = λ v`: a component is the reading of the sensor, in its own unit, while only this mode moves. Sensors' own
     /// lags, delays and scales are not in it. `pole` is one of [`System::modes`] of the same system and place, and is simple: of two
     /// equal poles any mixture of both is an answer.
     ///

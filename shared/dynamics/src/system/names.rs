@@ -1,4 +1,4 @@
-//! Names of the description and what they stand for in the model.
+//! Names of the description and their indices in the model.
 
 use super::error::SystemError;
 use super::geometry::values;
@@ -28,6 +28,7 @@ pub(super) struct Names {
 }
 
 impl Names {
+    /// Names of a plant, with the indices of their coordinates in the model.
     pub fn new(plant: &Plant, mechanism: &Mechanism, model: &Model) -> Self {
         let joint = |link: usize| Coordinate { position: Some(model.q_index(link)), v: model.v_index(link) };
         let mode = |(k, link): (usize, &usize)| {
@@ -60,6 +61,10 @@ impl Names {
         }
     }
 
+    /// Index of the link of a body.
+    ///
+    /// # Errors
+    /// No body is called `name`; `what` is the part that refers to it.
     pub fn body(&self, name: &str, what: &str) -> Result<usize, SystemError> {
         self.bodies.iter().position(|body| body == name).ok_or_else(|| unknown(what, "body", name))
     }
@@ -83,10 +88,12 @@ impl Names {
         Ok(self.wheels[found.ok_or_else(|| unknown(what, "wheel", actuator))?].1)
     }
 
+    /// First position coordinate of a body's joint.
     pub fn q_index(&self, body: usize) -> usize {
         self.q_indices[body]
     }
 
+    /// First velocity coordinate of a body's joint.
     pub fn v_index(&self, body: usize) -> usize {
         self.v_indices[body]
     }

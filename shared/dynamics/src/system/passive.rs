@@ -15,6 +15,7 @@ pub(super) struct Passive {
 }
 
 impl Passive {
+    /// Stiffness or damping is not zero.
     pub fn acts(&self) -> bool {
         self.stiffness != 0.0 || self.damping != 0.0
     }

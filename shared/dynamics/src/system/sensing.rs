@@ -13,7 +13,7 @@ impl System {
         assert!(y.len() == self.sensors.len());
         for (sensor, y) in self.sensors.iter().zip(y) {
             let value = self.measured(ws, sensor);
-            *y = self.as_told(ws, t_s, x, sensor, value);
+            *y = self.disturbed_reading(ws, t_s, x, sensor, value);
         }
     }
 
@@ -22,7 +22,7 @@ impl System {
         for output in outputs {
             let sensor = &self.sensors[*output];
             let value = self.measured(ws, sensor);
-            y[*output] = self.as_told(ws, t_s, x, sensor, value);
+            y[*output] = self.disturbed_reading(ws, t_s, x, sensor, value);
         }
     }
 
@@ -31,13 +31,13 @@ impl System {
     pub(super) fn hidden_rates_of_sensors<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T]) {
         for sensor in self.sensors.iter().filter(|sensor| sensor.hidden) {
             let value = self.measured(ws, sensor);
-            self.as_told(ws, t_s, x, sensor, value);
+            self.disturbed_reading(ws, t_s, x, sensor, value);
         }
     }
 
     /// Scale, bias and effects on a true value.
     #[inline(always)]
-    pub(super) fn as_told<T: Pick>(
+    pub(super) fn disturbed_reading<T: Pick>(
         &self,
         ws: &mut Workspace<T>,
         t_s: f64,

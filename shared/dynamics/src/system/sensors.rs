@@ -71,10 +71,12 @@ pub(super) struct PlaneAngle {
 }
 
 impl PlaneAngle {
+    /// `constant + Σ ± q` [rad].
     pub fn value<T: Real>(&self, position: &[T]) -> T {
         self.terms.iter().fold(T::constant(self.constant), |sum, (q, _, sign)| sum + position[*q].scale(*sign))
     }
 
+    /// `Σ ± v` [rad/s].
     pub fn rate<T: Real>(&self, velocity: &[T]) -> T {
         self.terms.iter().fold(T::zero(), |sum, (_, v, sign)| sum + velocity[*v].scale(*sign))
     }
@@ -132,7 +134,7 @@ impl SensorTerm {
         }
     }
 
-    /// A mean of something that only dynamics give, or seen by a law that may ask for accelerations.
+    /// A mean of a quantity that only the dynamics give, or a reading through a law that may need accelerations.
     pub fn mean_needs_dynamics(&self) -> bool {
         let kinematic = matches!(
             self.measured,

@@ -21,7 +21,7 @@ pub(super) struct JointSite {
     pub axis: [f64; 3],
 }
 
-/// What an initial value names.
+/// The coordinate that an initial value names.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NamedCoordinate {
     /// As in [`InitialValue`](crate::description::InitialValue).
@@ -38,7 +38,7 @@ pub(super) enum InitialPlace {
         link: usize,
         axis: usize,
     },
-    /// Speed, and what it is when nothing is said.
+    /// Speed, and its default.
     Wheel {
         v: usize,
         speed_rad_s: f64,

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 
 /// `‖A^64‖^(1/64)` (Gelfand): from above, within `κ^(1/64)` of the radius, κ the condition of the eigenvectors. No iteration that
-/// may not end. Zero for what is not finite.
+/// may not end. Zero for a matrix that is not finite.
 pub fn spectral_radius(a: DMatrix<f64>) -> f64 {
     let (mut power, mut log_scale) = (a, 0.0);
     for _ in 0..6 {

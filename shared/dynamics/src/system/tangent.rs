@@ -51,7 +51,7 @@ impl System {
         }
     }
 
-    /// Calls `visit` with (part, first state, first number of the change), in the order of the states.
+    /// Calls `visit` with (part, first state, first component of the change), in the order of the states.
     fn walk(&self, mut visit: impl FnMut(Part, usize, usize)) {
         let (mut state, mut tangent) = (0, 0);
         while state < self.states().len() {

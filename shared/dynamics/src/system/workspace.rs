@@ -56,6 +56,7 @@ pub(super) struct Line<T> {
 }
 
 impl<T: Pick> Workspace<T> {
+    /// Memory for one evaluation of `system` at a time; evaluations allocate nothing.
     pub fn new(system: &System) -> Self {
         let layout = &system.layout;
         let zeros = |n: usize| vec![T::zero(); n];

@@ -1,4 +1,4 @@
-//! The walk over every number of a plant, part by part.
+//! The walk over every parameter of a plant, part by part.
 
 use crate::description::{
     Actuator, ActuatorKind, Appendage, Body, Controller, Drive, EffectUse, Environment, Initial, InitialValue,
@@ -6,7 +6,7 @@ use crate::description::{
 };
 use crate::effect::Catalogue;
 
-/// Visits the numbers of one part of a plant after the other, each with its name and unit.
+/// Visits the parameters of one part of a plant after the other, each with its name and unit.
 pub(super) struct Visitor<'v> {
     pub planar: bool,
     pub catalogue: Catalogue,
@@ -16,6 +16,7 @@ pub(super) struct Visitor<'v> {
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 impl Visitor<'_> {
+    /// Visits the parameter `prefix.key` with its SI unit.
     pub fn one(&mut self, prefix: &str, key: &str, unit: &str, quantity: &mut Quantity) {
         (self.visit)(&format!("{prefix}.{key}"), unit, quantity);
     }
@@ -36,6 +37,7 @@ impl Visitor<'_> {
         }
     }
 
+    /// Gravity, constant force and torque, atmosphere, orbit and field: `environment.…`.
     pub fn environment(&mut self, environment: &mut Environment) {
         let prefix = "environment";
         self.vector(prefix, "gravity", "m/s^2", &mut environment.gravity_m_s2);
@@ -57,6 +59,7 @@ impl Visitor<'_> {
         }
     }
 
+    /// Mass, centre of mass and inertia of a body, and its joint.
     pub fn body(&mut self, body: &mut Body) {
         let name = &body.name;
         self.one(name, "mass", "kg", &mut body.mass_kg);
@@ -83,6 +86,7 @@ impl Visitor<'_> {
         self.one(&name, "rest", unit, &mut joint.rest);
     }
 
+    /// Position and slosh mass of a tank; stiffness and damping of its springs, or length and damping of its pendulum.
     pub fn tank(&mut self, tank: &mut Tank) {
         let name = &tank.name;
         self.vector(name, "position", "m", &mut tank.position_m);
@@ -104,6 +108,7 @@ impl Visitor<'_> {
         }
     }
 
+    /// Points, and frequency, damping, participations and shapes of every mode.
     pub fn appendage(&mut self, appendage: &mut Appendage) {
         let points: Vec<String> = appendage.points.iter().map(|(name, _)| name.clone()).collect();
         for (point, position) in &mut appendage.points {
@@ -120,6 +125,7 @@ impl Visitor<'_> {
         }
     }
 
+    /// Geometry, wheel or motor parameters, command, noise and range of an actuator; `unit` is that of its input.
     pub fn actuator(&mut self, actuator: &mut Actuator, unit: &str) {
         let name = &actuator.name;
         match &mut actuator.kind {
@@ -212,6 +218,7 @@ impl Visitor<'_> {
         }
     }
 
+    /// Gains, reference and feed-forward of a controller; `effort` and `coordinate` are units.
     pub fn controller(&mut self, controller: &mut Controller, effort: &str, coordinate: &str) {
         let name = &controller.name;
         self.one(name, "kp", &format!("{effort}/{coordinate}"), &mut controller.kp);
@@ -221,6 +228,7 @@ impl Visitor<'_> {
         self.one(name, "feed_forward", "1", &mut controller.feed_forward);
     }
 
+    /// Position, noise, bias, scale, misalignment, range, resolution, filter and times of a sensor; `unit` is that of its channel.
     pub fn sensor(&mut self, sensor: &mut Sensor, unit: &str) {
         let name = &sensor.name;
         match &mut sensor.kind {
@@ -245,6 +253,7 @@ impl Visitor<'_> {
         sensor.period_s.iter_mut().for_each(|period| self.one(name, "period", "s", period));
     }
 
+    /// Initial angular momentum, positions and rates; `units` has position and rate of each coordinate.
     pub fn initial(&mut self, prefix: &str, initial: &mut Initial, units: &[(&str, &str)]) {
         if let Some(momentum) = &mut initial.momentum_com_n_m_s {
             self.turning(prefix, "momentum", "N*m*s", momentum);
@@ -256,6 +265,7 @@ impl Visitor<'_> {
         }
     }
 
+    /// Values of every effect, `effect.KIND@SITE.NAME`; a second effect of that name is numbered.
     pub fn effects(&mut self, effects: &mut [EffectUse], units: &[Vec<String>]) {
         let mut names: Vec<String> = Vec::with_capacity(effects.len());
         for (effect, units) in effects.iter_mut().zip(units) {

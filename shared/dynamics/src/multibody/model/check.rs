@@ -1,4 +1,4 @@
-//! What a description must satisfy to be a mechanism, and what is said when it does not.
+//! Conditions on a description of a mechanism, and the errors of each.
 
 use super::{JointKind, Link};
 use core::fmt;
@@ -52,7 +52,7 @@ pub enum ModelError {
         internal: usize,
         mass: f64,
     },
-    /// Kinetic energy is not positive for a motion of this velocity coordinate: nothing heavy enough moves with it.
+    /// Kinetic energy is not positive for a motion of this velocity coordinate: the mass that moves with it is too small.
     MassMatrixNotPositive {
         v_index: usize,
         pivot: f64,

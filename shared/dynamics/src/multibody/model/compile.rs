@@ -14,7 +14,7 @@ impl Model {
     ///
     /// # Errors
     /// [`ModelError`]: the first thing found that makes it no mechanism. Whether an inertia belongs
-    /// to a real body (triangle inequality) is not asked: planar descriptions need only one of its
+    /// to a real body (triangle inequality) is not tested: planar descriptions need only one of its
     /// entries.
     pub fn new(
         links: &[Link],
