@@ -1,4 +1,4 @@
-//! What the tool answered, in the words the score needs.
+//! The answer of the tool, reduced to the fields of the score.
 
 use crate::case::Exam;
 use channels::Recording;
@@ -8,7 +8,7 @@ use identification::problem::Problem;
 use serde::Serialize;
 use serde_json::Value;
 
-/// A rival is in the set where its weight is above this: twelve in BIC below an even first.
+/// Smallest weight of a rival in the answered set: ΔBIC = 12 to a first name of weight one half.
 pub const IN_SET: f64 = 1e-3;
 
 /// A named effect.
@@ -17,7 +17,7 @@ pub struct Name {
     pub kind: String,
     pub site: String,
     pub probability: f64,
-    /// As the report spells it.
+    /// Spelled as in the report.
     pub status: String,
     pub rivals: Vec<(String, String, f64)>,
     pub parameters: Vec<(String, f64, f64)>,
@@ -32,16 +32,16 @@ pub struct Answer {
     pub names: Vec<Name>,
     /// Channel, time [s, s].
     pub located: Vec<(String, [f64; 2])>,
-    /// Name, value after, sigma.
+    /// Nominal parameters: name, estimate, sigma.
     pub nominal: Vec<(String, f64, f64)>,
-    /// The tool did not return.
+    /// The diagnosis panicked.
     pub crashed: bool,
-    /// Kind and site of every law that was looked for, and the chances that it had.
+    /// Kind and site of every tested law, and its number of hypotheses: the points of its grid.
     #[serde(skip)]
     pub tried: Vec<(String, String, f64)>,
 }
 
-/// Serialised names are the report's own.
+/// Serialised with the names of the report.
 fn spelled<T: Serialize>(value: &T) -> String {
     match serde_json::to_value(value) {
         Ok(Value::String(text)) => text,
@@ -77,24 +77,25 @@ impl Answer {
         Self { verdict, reason, names, located, nominal, crashed, tried }
     }
 
+    /// The verdict is `verdict`.
     #[must_use]
     pub fn is(&self, verdict: &str) -> bool {
         self.verdict == verdict
     }
 
-    /// Chances that a law had; `None` where it was not looked for.
+    /// Number of hypotheses of a law; `None`: it was not tested.
     #[must_use]
     pub fn chances(&self, kind: &str, site: &str) -> Option<f64> {
         self.tried.iter().find(|(own, at, _)| own == kind && at == site).map(|(.., chances)| *chances)
     }
 
-    /// Says that something is missing: physics or a sensor, by name or without.
+    /// The verdict reports unmodelled physics or a sensor fault, identified or not.
     #[must_use]
     pub fn detects(&self) -> bool {
         ["named", "not_separable", "sensor", "not_in_catalogue"].contains(&self.verdict.as_str())
     }
 
-    /// First name and its set, the first name included.
+    /// The first name and its rivals above [`IN_SET`]: kind, site, probability.
     #[must_use]
     pub fn set(&self) -> Vec<(&str, &str, f64)> {
         let Some(first) = self.names.first().filter(|_| self.detects()) else { return Vec::new() };
@@ -107,15 +108,15 @@ fn problem(plant: &Plant, recording: &Recording) -> Result<Problem, String> {
     Problem::new(plant, std::slice::from_ref(recording), &[]).map_err(|error| error.to_string())
 }
 
-/// Asks the tool, which sees the plant file and the recordings and nothing else.
+/// Diagnoses an exam. The tool receives only the plant and the recordings.
 #[must_use]
 pub fn ask(exam: &Exam) -> Answer {
-    let asked = || -> Result<Diagnosis, String> {
+    let diagnosed = || -> Result<Diagnosis, String> {
         let held_out = exam.held_out.as_ref().map(|(plant, recording)| problem(plant, recording)).transpose()?;
         let options = Options { without: exam.without.clone(), held_out, threads: 1, ..Options::default() };
         Ok(diagnose(&problem(&exam.plant, &exam.recording)?, &options, &mut |_, _| {}))
     };
-    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(asked)) {
+    match std::panic::catch_unwind(std::panic::AssertUnwindSafe(diagnosed)) {
         Ok(Ok(diagnosis)) => Answer::of(&diagnosis),
         Ok(Err(reason)) => Answer::none(reason, false),
         Err(_) => Answer::none("the diagnosis panicked".to_owned(), true),

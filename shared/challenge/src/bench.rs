@@ -1,4 +1,4 @@
-//! Benches: deployed plants with their sampling, loop and the menu of what can be hidden in them.
+//! Benches: deployed plants with sampling, control loop and the effects that a case can hide in them.
 
 mod menus;
 
@@ -12,13 +12,13 @@ pub struct Entry {
     pub kind: &'static str,
     pub site: &'static str,
     pub seat: Seat,
-    /// Name of the amplitude, where the search for it begins, and the largest.
+    /// Name of the amplitude, first value of the search for it, and the largest value.
     pub amplitude: (&'static str, f64, f64),
     /// The amplitude may be negative.
     pub signed: bool,
     /// Further values, drawn log-uniformly between two bounds.
     pub shape: &'static [(&'static str, f64, f64)],
-    /// Kinds that contain this law as a limit or the other way round: left out of the catalogue together with it.
+    /// Kinds that contain this law as a limit, or are a limit of it; a case without this law removes them from the catalogue, too.
     pub kin: &'static [&'static str],
 }
 
@@ -32,7 +32,7 @@ pub struct Bench {
     sensors: &'static [&'static str],
     pub closed: Option<Gains>,
     pub menu: &'static [Entry],
-    /// What is never hidden here and a hidden effect may be taken for, beside the menu.
+    /// Effects that are never hidden here, with which a hidden effect can be confused, besides the menu.
     pub rivals: &'static [Entry],
 }
 
@@ -120,10 +120,10 @@ pub static BENCHES: &[Bench] = &[
     },
 ];
 
-/// The plant as it is given to the tool: sampled as the bench samples, commands taken from the recording.
+/// The plant that the tool receives: sampled as the bench samples, commands taken from the recording.
 ///
 /// # Panics
-/// A deployed plant file that does not parse.
+/// The deployed plant file does not parse.
 #[must_use]
 pub fn kept(bench: &Bench) -> Plant {
     let parsed = plant_file::parse(bench.plant, bench.text);
@@ -162,7 +162,7 @@ pub fn with_loop(plant: &Plant, gains: Gains, sines: &[[f64; 3]]) -> Plant {
     plant
 }
 
-/// Degrees of freedom without anything hidden.
+/// Degrees of freedom without hidden structure.
 #[must_use]
 pub fn coordinates(bench: &Bench, numbers: &Numbers) -> usize {
     machine(bench.plant, numbers, Extra::default()).dof()

@@ -1,4 +1,4 @@
-//! All cases of a seed: sealed first, then asked, then opened; folded in index order whatever the threads.
+//! All cases of a seed: sealed, then diagnosed, then opened; folded in index order for any number of threads.
 
 use crate::answer::{Answer, ask};
 use crate::case::{Sealed, Truth, case, digest};
@@ -6,18 +6,18 @@ use crate::score::Opened;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// What a caller may watch: work done of all, and a clock (the crate has none).
+/// Callbacks of a campaign: progress, a clock (the crate has none), and the digests.
 pub struct Watch<'a> {
     pub progress: &'a (dyn Fn(&str, usize, usize) + Sync),
     pub seconds: &'a (dyn Fn() -> f64 + Sync),
-    /// Told all digests before the first diagnosis.
+    /// Receives all digests before the first diagnosis.
     pub sealed: &'a mut dyn FnMut(&[Sealed]),
 }
 
 /// Carries out `cases` cases of `seed` on `threads` threads.
 ///
 /// # Errors
-/// A truth whose digest is no more what it was before the diagnosis.
+/// The digest of a truth differs from its digest before the diagnosis.
 pub fn campaign(cases: u64, seed: u64, threads: usize, watch: &mut Watch<'_>) -> Result<Vec<Opened>, String> {
     let n = cases as usize;
     let (progress, seconds) = (watch.progress, watch.seconds);
@@ -52,10 +52,10 @@ pub fn campaign(cases: u64, seed: u64, threads: usize, watch: &mut Watch<'_>) ->
     opened.collect()
 }
 
-/// The truth behind sealed bytes.
+/// Deserialises the truth of a sealed case.
 ///
 /// # Errors
-/// Bytes that are none.
+/// The bytes are not a serialised truth.
 pub fn open(bytes: &[u8]) -> Result<Truth, String> {
     serde_json::from_slice(bytes).map_err(|error| error.to_string())
 }

@@ -14,20 +14,20 @@ pub use draw::case;
 #[cfg(test)]
 mod tests;
 
-/// What a case is about.
+/// Class of a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Class {
     Null,
     Single,
     Pair,
-    /// The effect's kind and its kin are taken out of the tool's catalogue.
+    /// The kind of the effect and its kin are removed from the tool's catalogue.
     LeftOut,
-    /// A nominal number is led astray by two of its sigmas or more, and takes 30 % of the effect's energy or more.
+    /// A nominal parameter absorbs 30 % or more of the effect's energy, with a bias of two of its sigmas or more.
     Masked,
 }
 
-/// A nominal number that the effect leads astray.
+/// A nominal parameter that the effect biases.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Astray {
     pub name: String,
@@ -35,7 +35,7 @@ pub struct Astray {
     pub shift_sigma: f64,
 }
 
-/// What nobody may know before the answer.
+/// The sealed part of a case: known only after the answer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     pub case: u64,
@@ -56,7 +56,7 @@ pub struct Truth {
     pub astray: Option<Astray>,
     /// Channel and time [s, s] of an effect that has a time.
     pub window: Option<(String, [f64; 2])>,
-    /// Of the true plant, numbers with a prior.
+    /// Parameters of the true plant that have a prior.
     pub numbers: Vec<(String, f64)>,
     /// BLAKE3 of the recordings.
     pub recordings: Vec<String>,
@@ -64,7 +64,7 @@ pub struct Truth {
     pub candidates: usize,
 }
 
-/// What the tool is given.
+/// The input of the tool.
 pub struct Exam {
     pub plant: Plant,
     pub recording: Recording,
@@ -73,7 +73,7 @@ pub struct Exam {
     pub without: Vec<String>,
 }
 
-/// A case whose truth is closed: its bytes and their digest.
+/// A case with its truth as bytes, and their digest.
 pub struct Sealed {
     pub exam: Exam,
     pub truth: Vec<u8>,

@@ -1,11 +1,11 @@
-//! Noise of a recording: as the plant file states it, or wrong in one way.
+//! Noise of a recording: as stated in the plant file, or different in one respect.
 
 use crate::bench::Bench;
 use crate::random::Draw;
 use dynamics::description::{Noise, Plant};
 use serde::{Deserialize, Serialize};
 
-/// How the truth's noise differs from what the file states.
+/// Difference between the true noise and the stated one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoiseKind {
@@ -18,7 +18,7 @@ pub enum NoiseKind {
     StampJitter,
 }
 
-/// The wrong ones.
+/// Every kind but [`NoiseKind::Right`].
 pub const WRONG: [NoiseKind; 6] = [
     NoiseKind::SensorLouder,
     NoiseKind::Ar03,
@@ -38,6 +38,7 @@ pub fn sensor_sigma(plant: &Plant, period_s: f64) -> Vec<f64> {
     plant.sensors.iter().map(|sensor| sigma(&sensor.noise)).collect()
 }
 
+/// Standard deviation of one sample of each input, in the order of the actuators.
 #[must_use]
 pub fn input_sigma(plant: &Plant) -> Vec<f64> {
     plant.actuators.iter().map(|actuator| actuator.noise.value).collect()
@@ -48,7 +49,7 @@ pub struct Disturbance {
     pub inputs: Vec<Vec<f64>>,
     pub sensors: Vec<Vec<f64>>,
     pub resolution: Vec<f64>,
-    /// Per sample: by how much the stamp is off [s].
+    /// Per sample: error of the time stamp [s].
     pub stamps: Vec<f64>,
 }
 

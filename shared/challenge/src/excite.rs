@@ -6,19 +6,19 @@ use crate::simulate::{Command, Loop};
 use core::f64::consts::{PI, TAU};
 use dynamics::description::Plant;
 
-/// What is flown, and what the plant file then says about it.
+/// Initial state and command of an experiment, and the plant file that states them.
 pub struct Flight {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub command: Command,
-    /// With the stated release, and with the loop that flies.
+    /// With the stated initial state and the control loop of the experiment.
     pub plant: Plant,
 }
 
-/// A seeded experiment on `bench` with `plant` as it is known.
+/// A seeded experiment on `bench` with the nominal `plant`.
 ///
 /// # Panics
-/// A bench without an experiment.
+/// The bench has no experiment.
 #[must_use]
 pub fn flight(bench: &Bench, plant: &Plant, draw: &mut Draw) -> Flight {
     let n = bench.samples;
@@ -82,7 +82,7 @@ pub fn flight(bench: &Bench, plant: &Plant, draw: &mut Draw) -> Flight {
     }
 }
 
-/// Let go from angles that are stated and, within their prior, not quite true.
+/// Release from stated angles; the true ones differ within their prior.
 fn release(plant: &Plant, joints: &[(&str, [f64; 2])], draw: &mut Draw) -> Flight {
     let mut known = plant.clone();
     let mut q = Vec::new();

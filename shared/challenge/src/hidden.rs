@@ -1,6 +1,6 @@
-//! What is hidden in a case: laws written here, under the catalogue's names and parameters.
+//! Hidden effects of a case: laws of this crate under the names and parameters of the catalogue.
 //!
-//! Dry friction sticks and slips at located instants; it is no tanh. Everything else is the law its name says.
+//! Dry friction sticks and slips at located instants instead of a smooth tanh. Every other law is the one of its name.
 
 use crate::equations::Extra;
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,7 @@ pub struct Hidden {
 }
 
 impl Hidden {
+    /// The first value; zero without values.
     #[must_use]
     pub fn amplitude(&self) -> f64 {
         self.values.first().map_or(0.0, |(_, value)| *value)
@@ -34,18 +35,18 @@ impl Hidden {
     }
 }
 
-/// Where a law sits in the machine.
+/// Place of a law in the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Seat {
     /// A coordinate of the machine.
     Coordinate(usize),
     Input(usize),
     Sensor(usize),
-    /// The machine itself is another.
+    /// The structure of the machine changes.
     Structure,
 }
 
-/// Dry friction in a coordinate: level while sliding, and what comes on top at rest and fades by `exp(-(v / rate)²)`.
+/// Dry friction in a coordinate: `level + extra exp(−(v / rate)²)`, opposed to the rate v.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dry {
     pub coordinate: usize,
@@ -78,7 +79,7 @@ pub enum Force {
         sine: f64,
         order: f64,
     },
-    /// Force, yield displacement, exponent, share; its state is number `state`.
+    /// Force, yield displacement, exponent, share; its hidden state has the index `state`.
     BoucWen {
         force: f64,
         give: f64,
@@ -89,6 +90,7 @@ pub enum Force {
 }
 
 impl Force {
+    /// Force at coordinate `q` and rate `v`, with the hidden states of the case.
     #[must_use]
     pub fn at(&self, q: f64, v: f64, hidden: &[f64]) -> f64 {
         match *self {
@@ -113,7 +115,7 @@ impl Force {
     }
 }
 
-/// What happens to a command before it acts.
+/// Map and dynamics from a command to the acting input.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InputFault {
     pub bias: f64,
@@ -132,7 +134,7 @@ impl InputFault {
     }
 }
 
-/// What happens to a true reading before its noise.
+/// Errors of a true reading before its noise.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SensorFault {
     pub scale: f64,
@@ -149,8 +151,9 @@ pub struct SensorFault {
 }
 
 impl SensorFault {
+    /// The erroneous reading of `truth` at `t_s`, without delay, lag and noise.
     #[must_use]
-    pub fn told(&self, t_s: f64, truth: f64) -> f64 {
+    pub fn reading(&self, t_s: f64, truth: f64) -> f64 {
         let [ripple, order, phase] = self.ripple;
         let [tone, frequency_hz, tone_phase] = self.tone;
         let [step, begin_s, duration_s] = self.step;
@@ -168,7 +171,7 @@ impl SensorFault {
     }
 }
 
-/// All hidden effects of a case, sorted by where they act.
+/// All hidden effects of a case, sorted by place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     pub extra: Extra,
@@ -181,7 +184,7 @@ pub struct Faults {
 
 impl Faults {
     /// # Panics
-    /// A kind that has no law here: a menu is wrong.
+    /// A kind without a law in this crate: a menu is wrong.
     #[must_use]
     pub fn of(list: &[(Hidden, Seat)], inputs: usize, sensors: usize) -> Self {
         let mut faults = Self {

@@ -8,19 +8,20 @@ use crate::equations::{DOF_MAX, Equations, Vector};
 use crate::hidden::Faults;
 use differential_equations::prelude::{CrossingDirection, Event, EventConfig, ExplicitRungeKutta, IVP, ODE, Status};
 
-/// Relative and absolute error of a step; displacements of micrometres are what the finest sensor sees.
+/// Relative and absolute error of a step; the finest sensor resolves micrometres.
 const TOLERANCE: (f64, f64) = (1e-9, 1e-12);
-/// Rate past zero at which sliding is taken to have ended: below what integration resolves.
+/// Rate past zero that ends sliding: below the resolution of the integration.
 const STOP_RATE: f64 = 1e-11;
 /// Most inputs, sensors and hidden states of a machine.
 const INPUTS_MAX: usize = 3;
 const SENSORS_MAX: usize = 3;
 const HIDDEN_MAX: usize = 2;
-/// Most numbers of a state; those beyond a machine's own stay zero.
+/// Length of a state; components that a machine does not use stay zero.
 const STATES_MAX: usize = 2 * DOF_MAX + HIDDEN_MAX + INPUTS_MAX + SENSORS_MAX;
-/// Changes of contact in one stretch; more is chatter and the rest is left as it is.
+/// Most changes of contact in one stretch; after more (chatter) the contacts stay as they are.
 const CHANGES_MAX: usize = 60;
 
+/// State of a coordinate with dry friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Contact {
     Stuck,
@@ -28,9 +29,10 @@ pub enum Contact {
     Sliding(f64),
 }
 
+/// A state vector, in the order of the module's page.
 pub type State = [f64; STATES_MAX];
 
-/// A machine with what is hidden in it.
+/// A machine with its hidden effects.
 pub struct Rig {
     pub equations: Box<dyn Equations>,
     pub faults: Faults,
@@ -45,7 +47,7 @@ pub struct Motion {
     step_s: f64,
 }
 
-/// Where things are in the state.
+/// Offsets of the parts of a state vector.
 #[derive(Clone, Copy)]
 pub struct Places {
     pub n: usize,
@@ -55,6 +57,7 @@ pub struct Places {
 }
 
 impl Rig {
+    /// Offsets for the degrees of freedom and faults of this machine.
     pub fn places(&self) -> Places {
         let n = self.equations.dof();
         let hidden = 2 * n;
@@ -62,7 +65,7 @@ impl Rig {
         Places { n, hidden, inputs, sensors: inputs + self.faults.inputs.len() }
     }
 
-    /// At rest or moving as `q`, `v` say; lags settled on nothing.
+    /// Initial state at `q`, `v`; lags settled at zero input.
     pub fn begin(&self, q: &[f64], v: &[f64]) -> Motion {
         let places = self.places();
         let mut x = [0.0; STATES_MAX];
@@ -74,14 +77,15 @@ impl Rig {
         Motion { x, contacts, step_s: 0.0 }
     }
 
+    /// Positions and rates of a state.
     pub fn coordinates(&self, x: &[f64]) -> (Vector, Vector) {
         let n = self.equations.dof();
         let take = |from: usize| Vector::from_fn(|i, _| if i < n { x[from + i] } else { 0.0 });
         (take(0), take(n))
     }
 
-    /// Inputs as they act `t_s` into a stretch: through their lags, which are exponentials of a held input and no stiff states.
-    /// `x` holds where each lag was when the stretch began.
+    /// Acting inputs at `t_s` into a stretch. The lag of a held input is an exponential, so that it is not a stiff state; `x` holds the
+    /// lags at the beginning of the stretch.
     fn acting(&self, t_s: f64, x: &[f64], u: &[f64]) -> [f64; INPUTS_MAX] {
         let from = self.places().inputs;
         let mut acting = [0.0; INPUTS_MAX];
@@ -179,7 +183,7 @@ impl Rig {
         motion.x[from..from + u.len()].copy_from_slice(&acting[..u.len()]);
     }
 
-    /// What has come to rest is stuck for now.
+    /// Contacts whose rate is zero become stuck.
     fn stop(&self, motion: &mut Motion) {
         let n = self.equations.dof();
         for (dry, contact) in self.faults.dry.iter().zip(&mut motion.contacts) {
@@ -192,7 +196,7 @@ impl Rig {
         }
     }
 
-    /// What cannot be held begins to slide where it is pulled.
+    /// Contacts whose holding force exceeds the friction begin to slide in its direction.
     fn settle(&self, t_s: f64, motion: &mut Motion, u: &[f64]) {
         for _ in 0..self.faults.dry.len() {
             let (_, reactions) = self.acceleration(t_s, &motion.x, u, &motion.contacts);
@@ -244,7 +248,7 @@ impl Event<f64, State> for Field<'_> {
         EventConfig::new(CrossingDirection::Negative, Some(1))
     }
 
-    /// The least distance of any contact from its change; its scale is of no matter to the root.
+    /// The least distance of any contact from a change; only its sign and its zero matter.
     fn event(&self, t_s: f64, x: &State) -> f64 {
         let n = self.rig.equations.dof();
         let (_, reactions) = self.rig.acceleration(t_s, x, self.u, &self.contacts);

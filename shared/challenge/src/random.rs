@@ -1,6 +1,6 @@
 //! Named streams of random numbers: PCG64 seeded by BLAKE3 of (seed, case, name).
 //!
-//! Another generator and another seeding than the simulator's in `plant`: truth and tool share no noise.
+//! Generator and seeding differ from those of `dynamics::noise`: truth and tool share no noise.
 
 use rand_distr::{Distribution, StandardNormal, StandardUniform};
 use rand_pcg::Pcg64;
@@ -10,6 +10,7 @@ use rand_pcg::rand_core::SeedableRng;
 pub struct Draw(Pcg64);
 
 impl Draw {
+    /// The stream `name` of a case; streams of other names, cases and seeds are independent.
     #[must_use]
     pub fn new(seed: u64, case: u64, name: &str) -> Self {
         let digest = blake3::hash(format!("obsid challenge/{seed}/{case}/{name}").as_bytes());
@@ -21,13 +22,13 @@ impl Draw {
         StandardNormal.sample(&mut self.0)
     }
 
-    /// Equally likely between `low` and `high`.
+    /// Uniform between `low` and `high`.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         let share: f64 = StandardUniform.sample(&mut self.0);
         low + share * (high - low)
     }
 
-    /// Equally likely in the logarithm between two positive numbers.
+    /// Log-uniform between two positive values.
     pub fn log_uniform(&mut self, low: f64, high: f64) -> f64 {
         libm::exp(self.uniform(libm::log(low), libm::log(high)))
     }

@@ -1,9 +1,9 @@
-//! How much of an effect a recording shows: d, what the nominal numbers absorb, and how like its rivals it is.
+//! Detectability of an effect in a recording: d, the share that nominal parameters absorb, and the similarity to rivals.
 //!
 //! The noise-free record with the effect, less the one without it under the same command, whitened ([`crate::whiten`]), is fitted by the
-//! sensitivities of all numbers that have a prior (which is a row of its own) and of the initial state (free); chord steps follow the
-//! curvature until they bring nothing more. `d²` is what no numbers explain; `kappa = 1 − d² / d₀²` what they do. It is the noncentrality of a test that knows the
-//! effect's direction and the right noise: the ideal. Approximations: sensitivities are those of the nominal record; a quantiser is noise.
+//! sensitivities of all parameters with a prior (which is a row of its own) and of the initial state (free); chord steps follow the
+//! curvature until the gain vanishes. `d²` is the energy that no parameter values explain, `kappa = 1 − d² / d₀²` the share that they do.
+//! d² is the noncentrality of the ideal test, which knows the direction of the effect and the right noise. Approximations: sensitivities are those of the nominal record; a quantiser is noise.
 
 use crate::bench::{Bench, coordinates};
 use crate::equations::Numbers;
@@ -19,47 +19,47 @@ const SHARE: f64 = 1e-3;
 /// Change of an initial coordinate over which a sensitivity is taken [rad or m, per second].
 const INITIAL: f64 = 1e-5;
 
-/// Chord steps, and the dampings of each: what a record hardly shows must not move far.
+/// Chord steps, and the dampings of each: weakly determined parameters must not move far.
 const STEPS: usize = 12;
 const DAMPINGS: [f64; 5] = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
 /// Share of the cost that ends the descent: two percent of d².
 const GAIN: f64 = 0.02;
 
-/// Cost, numbers and what is left.
+/// Cost, parameters and residual.
 type Point = (f64, DVector<f64>, DVector<f64>);
 
-/// A machine with `list` hidden in it.
+/// The machine of `bench` with `list` hidden in it.
 #[must_use]
 pub fn rig(bench: &Bench, numbers: &Numbers, list: &[(Hidden, Seat)], inputs: usize, sensors: usize) -> Rig {
     let faults = Faults::of(list, inputs, sensors);
     Rig { equations: machine(bench.plant, numbers, faults.extra), faults }
 }
 
-/// One experiment, noise-free, ready to be asked.
+/// One noise-free experiment with its sensitivities; evaluates the detectability of effects.
 pub struct Lab<'a> {
     pub bench: &'a Bench,
     pub numbers: Numbers,
     pub experiment: Experiment,
     sensors: Vec<String>,
     inputs: usize,
-    /// Name and prior of the numbers.
+    /// Name and prior sigma of the parameters.
     priors: Vec<(String, f64)>,
     whitener: Whitener,
-    /// Columns: numbers in units of their prior, then the initial state.
+    /// Columns: parameters in units of their prior, then the initial state.
     jacobian: DMatrix<f64>,
     normal: DMatrix<f64>,
-    /// The nominal record, where commands do not depend on readings.
+    /// The nominal record; `None` in a closed loop, where commands depend on readings.
     base: Option<Trace>,
 }
 
-/// What a recording shows of an effect.
+/// Detectability of an effect in a recording.
 #[derive(Clone, Debug)]
 pub struct Realised {
     pub d: f64,
     pub kappa: f64,
-    /// Per number: by how many of its posterior sigmas the nominal fit is led astray.
+    /// Per parameter: bias of the nominal fit in its posterior sigmas.
     pub shifts: Vec<(String, f64)>,
-    /// What is left, whitened.
+    /// The whitened residual.
     pub direction: DVector<f64>,
 }
 
@@ -98,7 +98,7 @@ impl<'a> Lab<'a> {
         simulate(&rig, numbers, &self.sensors, experiment)
     }
 
-    /// The experiment with `beta` added to numbers and initial state, under a recorded command.
+    /// The experiment with `beta` added to parameters and initial state, under a recorded command.
     fn moved(&self, beta: &DVector<f64>, command: &[Vec<f64>]) -> Trace {
         let mut numbers = self.numbers.clone();
         for ((name, sigma), step) in self.priors.iter().zip(beta.iter()) {
@@ -177,7 +177,7 @@ impl<'a> Lab<'a> {
         best
     }
 
-    /// What `list` leaves behind; `curved`: by re-simulation, until another step gains less than [`GAIN`] of what is left.
+    /// The residual of `list`; `curved`: by re-simulation, until a further step gains less than [`GAIN`] of the cost.
     #[must_use]
     pub fn realised(&self, list: &[(Hidden, Seat)], curved: bool) -> Realised {
         let with = self.run(list, &self.numbers, &self.experiment);

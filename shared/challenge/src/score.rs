@@ -3,16 +3,16 @@
 //! - False alarm: a null with right noise answered by anything but `none`; one with wrong noise by physics or a sensor (`named`, `not_separable`,
 //!   `sensor`, `not_in_catalogue`). `cannot_decide` and `unobservable` on wrong noise are no alarms.
 //! - Detected: a verdict of those four. Power is that of single and masked cases; ideal `Φ(d − z_m)`, z_m two-sided at
-//!   [`ALPHA`] over the tool's own chances: the laws it looked for times the points of the hidden one's grid (where it looked for that at all,
-//!   else entries times sites of the plant); beside it that of a test without grids, over entries times sites.
+//!   [`ALPHA`] over the tool's number of hypotheses: the tested laws times the points of the hidden law's grid (if that law was tested,
+//!   else entries times sites of the plant); besides, that of a test without grids, over entries times sites.
 //! - First name and set: single and masked cases of d ≥ 8 that were detected. Ideal `Φ(d √((1 − ρ)/2))`, ρ towards the nearest entry of
 //!   the bench's menu (the catalogue has more entries: again a little high).
 //! - Set: first name and rivals with a weight of [`IN_SET`](crate::answer::IN_SET) or more.
-//! - Left out, d ≥ 15: abstained are `not_in_catalogue` and `cannot_decide`; a false name has a probability above 0.9.
-//! - Pairs: both are named and held-out data refuse neither.
-//! - Masked: the number that was led astray stands within two of its sigmas of the truth.
+//! - Effect outside the catalogue, d ≥ 15: abstained are `not_in_catalogue` and `cannot_decide`; a false identification has a probability above 0.9.
+//! - Pairs: both effects are identified and held-out data reject neither.
+//! - Masked: the estimate of the biased parameter lies within two of its sigmas of the truth.
 //! - Held out: of first names, right or wrong, of d ≥ 7 on the held-out recording, those confirmed.
-//! - Brier: mean of (probability of the first name − it is right)² over all cases that name something.
+//! - Brier: mean of (probability of the first name − it is right)² over all cases with an identified effect.
 
 use crate::answer::{Answer, Name};
 use crate::case::{Class, Truth};
@@ -25,17 +25,19 @@ pub const ALPHA: f64 = 2e-3;
 /// Edges of the bins of d.
 const EDGES: [f64; 8] = [0.0, 4.0, 5.5, 7.0, 9.0, 13.0, 25.0, 100.0];
 
+/// Detections of the cases with `d_low ≤ d < d_high`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Power {
     pub d_low: f64,
     pub d_high: f64,
     pub n: usize,
     pub detected: usize,
-    /// Expected number of detections by an ideal test with the tool's grids, and by one without any.
+    /// Expected number of detections by an ideal test with the tool's grids, and by one without grids.
     pub ideal: f64,
     pub ideal_without_grids: f64,
 }
 
+/// Cases whose effect is outside the catalogue.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LeaveOneOut {
     pub n: usize,
@@ -43,12 +45,14 @@ pub struct LeaveOneOut {
     pub false_name: usize,
 }
 
+/// Cases with two effects.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Pairs {
     pub n: usize,
     pub both_named: usize,
 }
 
+/// Cases in which a nominal parameter absorbs the effect.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Masked {
     pub n: usize,
@@ -82,7 +86,7 @@ pub struct Opened {
     pub truth: Truth,
     pub digest: String,
     pub answer: Answer,
-    /// Seconds of drawing and of diagnosis, where somebody measured them.
+    /// Seconds of drawing and of diagnosis, by the clock of the caller.
     pub seconds: [f64; 2],
 }
 
@@ -90,19 +94,20 @@ fn phi(x: f64) -> f64 {
     Normal::standard().cdf(x)
 }
 
-/// Threshold of an ideal test of that many chances.
+/// Two-sided threshold [sigma] of an ideal test of that many hypotheses at [`ALPHA`].
 #[must_use]
 pub fn z_m(chances: f64) -> f64 {
     Normal::standard().inverse_cdf(1.0 - ALPHA / (2.0 * chances.max(1.0)))
 }
 
-/// Chances that the tool gave what was hidden.
+/// Number of hypotheses of the tool for the hidden effect.
 fn chances(opened: &Opened) -> f64 {
     let hidden = opened.truth.effects.first();
     let own = hidden.and_then(|hidden| opened.answer.chances(&hidden.kind, &hidden.site));
     own.unwrap_or(opened.truth.candidates as f64)
 }
 
+/// A null that the tool does not answer with `none`; with wrong noise, a null answered by a detection.
 #[must_use]
 pub fn is_false_alarm(truth: &Truth, answer: &Answer) -> bool {
     truth.class == Class::Null && if truth.noise == NoiseKind::Right { !answer.is("none") } else { answer.detects() }
@@ -148,14 +153,14 @@ pub fn score(all: &[Opened]) -> Score {
     let in_set = |o: &Opened| o.answer.set().iter().any(|(kind, site, _)| matches(&o.truth, kind, site));
     let ideal = |o: &Opened| phi(d_of(o) * ((1.0 - o.truth.rho) / 2.0).max(0.0).sqrt());
     let errors: Vec<f64> = known().filter(|o| first_is_right(o)).filter_map(parameter_z).collect();
-    let told: Vec<&Opened> = all.iter().filter(|o| !o.answer.set().is_empty()).collect();
+    let answered: Vec<&Opened> = all.iter().filter(|o| !o.answer.set().is_empty()).collect();
     let brier = |o: &&Opened| {
         let right = if first_is_right(o) { 1.0 } else { 0.0 };
         (o.answer.set()[0].2 - right) * (o.answer.set()[0].2 - right)
     };
-    let asked_again: Vec<&Opened> =
+    let with_held_out: Vec<&Opened> =
         known().filter(|o| o.truth.held_out_d >= 7.0 && !o.answer.set().is_empty()).collect();
-    let confirmed: Vec<bool> = asked_again.iter().map(|o| o.answer.names[0].status == "confirmed").collect();
+    let confirmed: Vec<bool> = with_held_out.iter().map(|o| o.answer.names[0].status == "confirmed").collect();
     Score {
         cases: all.len(),
         nulls: of(Class::Null).count(),
@@ -172,7 +177,7 @@ pub fn score(all: &[Opened]) -> Score {
         parameter_z_rms: mean(&errors.iter().map(|z| z * z).collect::<Vec<_>>()).map(f64::sqrt),
         parameter_z_below_2_share: share(&errors.iter().map(|z| z.abs() < 2.0).collect::<Vec<_>>()),
         heldout_confirmed_share: share(&confirmed),
-        brier: mean(&told.iter().map(brier).collect::<Vec<_>>()),
+        brier: mean(&answered.iter().map(brier).collect::<Vec<_>>()),
     }
 }
 

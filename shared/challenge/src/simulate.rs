@@ -1,4 +1,4 @@
-//! A recording's truth: sampled inputs, closed loops, sensors with their faults, at exact sampling instants.
+//! The true signals of a recording: sampled inputs, closed loops, sensors with their faults, at exact sampling instants.
 //!
 //! A command is held from its instant on; the samples of an instant see the command that begins there. Noise comes in as lists,
 //! so that the same experiment can be run with and without it.
@@ -6,7 +6,7 @@
 use crate::equations::Numbers;
 use crate::motion::{Motion, Rig};
 
-/// What drives the inputs.
+/// Source of the inputs.
 #[derive(Clone, Debug)]
 pub enum Command {
     /// Per input, per period.
@@ -44,15 +44,15 @@ pub struct Experiment {
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     pub command: Command,
-    /// Per input, per period: what acts besides the command. Empty: nothing.
+    /// Per input, per period: the acting value minus the command. Empty: zero.
     pub input_noise: Vec<Vec<f64>>,
-    /// Per sensor, per sample. Empty: none.
+    /// Per sensor, per sample. Empty: zero.
     pub sensor_noise: Vec<Vec<f64>>,
-    /// Per sensor: quantisation step; zero: none.
+    /// Per sensor: quantisation step; zero: no quantisation.
     pub resolution: Vec<f64>,
 }
 
-/// What came out.
+/// The recorded signals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trace {
     /// Per sensor, as recorded.
@@ -61,14 +61,15 @@ pub struct Trace {
     pub command: Vec<Vec<f64>>,
 }
 
-/// Runs `experiment` on `rig`; `names` are the sensors', whose biases and scales stand among `numbers`.
+/// Runs `experiment` on `rig`; `names` are those of the sensors, `numbers` has their biases and scales.
 #[must_use]
 pub fn simulate(rig: &Rig, numbers: &Numbers, names: &[String], experiment: &Experiment) -> Trace {
     let (sensors, inputs) = (names.len(), rig.faults.inputs.len());
     let mut trace = Trace { measured: vec![Vec::new(); sensors], command: vec![Vec::new(); inputs] };
     let mut motion = rig.begin(&experiment.q, &experiment.v);
-    let told = |name: &String| [numbers.or_zero(&format!("{name}.scale")), numbers.or_zero(&format!("{name}.bias"))];
-    let own: Vec<[f64; 2]> = names.iter().map(told).collect();
+    let scale_and_bias =
+        |name: &String| [numbers.or_zero(&format!("{name}.scale")), numbers.or_zero(&format!("{name}.bias"))];
+    let own: Vec<[f64; 2]> = names.iter().map(scale_and_bias).collect();
     // readings of the delayed sensors at the instants they belong to
     let mut late: Vec<Option<f64>> = vec![None; sensors];
     for k in 0..experiment.samples {
@@ -125,13 +126,13 @@ fn finish(
     t_s: f64,
     truth: f64,
 ) -> f64 {
-    let mut y = rig.faults.sensors[s].told(t_s, truth * (1.0 + scale) + bias);
+    let mut y = rig.faults.sensors[s].reading(t_s, truth * (1.0 + scale) + bias);
     y += experiment.sensor_noise.get(s).map_or(0.0, |list| list[k]);
     let step = experiment.resolution.get(s).copied().unwrap_or(0.0);
     if step > 0.0 { step * libm::round(y / step) } else { y }
 }
 
-/// Inputs as they act at `offset_s` into period `k`: delayed, mapped, with their noise. Lags belong to the motion.
+/// Acting inputs at `offset_s` into period `k`: delayed, mapped, with their noise. Lags belong to the motion.
 fn effective(rig: &Rig, commands: &[Vec<f64>], experiment: &Experiment, k: usize, offset_s: f64) -> Vec<f64> {
     let act = |(j, fault): (usize, &crate::hidden::InputFault)| {
         let back = libm::ceil((fault.delay_s - offset_s) / experiment.period_s - 1e-9).max(0.0) as usize;
@@ -142,7 +143,7 @@ fn effective(rig: &Rig, commands: &[Vec<f64>], experiment: &Experiment, k: usize
     rig.faults.inputs.iter().enumerate().map(act).collect()
 }
 
-/// Moves over period `k`, stopping where a delayed command switches and where a delayed sensor looks; returns what the latter saw.
+/// Moves over period `k`, stopping where a delayed command switches and where a delayed sensor reads; returns its readings.
 fn period(
     rig: &Rig,
     motion: &mut Motion,

@@ -29,6 +29,9 @@ impl Whitener {
         Self { sigma: sigma.to_vec(), filter }
     }
 
+    /// The whitened difference: samples in order, all sensors of a sample together.
+    ///
+    /// Noise as stated becomes independent with unit variance; the squared norm is the noncentrality of a test.
     #[must_use]
     pub fn whiten(&self, difference: &[Vec<f64>]) -> Vec<f64> {
         let samples = difference.first().map_or(0, Vec::len);

@@ -1,4 +1,4 @@
-//! What can be hidden where, beginning with which amplitude.
+//! Effects that can be hidden at each bench, with the first amplitude of the search.
 
 use super::Entry;
 use crate::hidden::Seat::{self, Coordinate, Input, Sensor, Structure};
@@ -54,7 +54,7 @@ const fn drift(site: &'static str, sensor: usize, start: f64, most: f64) -> Entr
     kin(entry("sensor_drift", site, Sensor(sensor), ("rate", start, most), true), &["sensor_warm_up"])
 }
 
-/// What nothing hides and much is like: the scale of a sensor, the bias and the gain of an actuator.
+/// Rivals that are never hidden: the scale of a sensor, the bias and the gain of an actuator.
 const fn rival_scale(site: &'static str, sensor: usize) -> Entry {
     entry("sensor_scale", site, Sensor(sensor), ("error", 3e-3, 0.25), false)
 }
@@ -67,10 +67,13 @@ const fn rival_gain(site: &'static str, input: usize) -> Entry {
     entry("motor_constant_error", site, Input(input), ("error", 0.03, 0.5), false)
 }
 
+/// Rivals of the effects hidden at the motor drive.
 pub static DRIVE_RIVALS: &[Entry] =
     &[rival_scale("sensor:angle", 0), rival_bias("actuator:motor", 0, 5e-2), rival_gain("actuator:motor", 0)];
+/// Rivals of the effects hidden at the oscillator.
 pub static OSCILLATOR_RIVALS: &[Entry] =
     &[rival_scale("sensor:displacement", 0), rival_bias("actuator:shaker", 0, 1e-2), rival_gain("actuator:shaker", 0)];
+/// Rivals of the effects hidden at the planar tank.
 pub static TANK_RIVALS: &[Entry] = &[
     rival_scale("sensor:acceleration_y", 1),
     rival_bias("actuator:force_x", 0, 1e-3),
@@ -78,6 +81,7 @@ pub static TANK_RIVALS: &[Entry] = &[
     rival_gain("actuator:force_y", 1),
     rival_gain("actuator:torque", 2),
 ];
+/// Rivals of the effects hidden at the hub with a flexible panel.
 pub static PANEL_RIVALS: &[Entry] = &[
     rival_scale("sensor:acceleration_3", 0),
     rival_scale("sensor:acceleration_10", 2),
@@ -89,6 +93,7 @@ const fn step(site: &'static str, sensor: usize, start: f64) -> Entry {
     entry("sensor_step", site, Sensor(sensor), ("step", start, 1e3 * start), true)
 }
 
+/// Effects that a case can hide at the pendulum.
 pub static PENDULUM: &[Entry] = &[
     coulomb("joint:pivot", 0, 2e-3),
     quadratic("joint:pivot", 0, 1e-3),
@@ -110,6 +115,7 @@ pub static PENDULUM: &[Entry] = &[
     ),
 ];
 
+/// Effects that a case can hide at the motor drive.
 pub static DRIVE: &[Entry] = &[
     coulomb("joint:drive", 0, 5e-3),
     shaped(
@@ -172,6 +178,7 @@ pub static DRIVE: &[Entry] = &[
     ),
 ];
 
+/// Effects that a case can hide at the double pendulum.
 pub static DOUBLE_PENDULUM: &[Entry] = &[
     coulomb("joint:pivot_1", 0, 5e-4),
     coulomb("joint:pivot_2", 1, 2e-4),
@@ -194,6 +201,7 @@ pub static DOUBLE_PENDULUM: &[Entry] = &[
     ),
 ];
 
+/// Effects that a case can hide at the oscillator.
 pub static OSCILLATOR: &[Entry] = &[
     coulomb("joint:rail", 0, 1e-2),
     quadratic("joint:rail", 0, 0.3),
@@ -233,6 +241,7 @@ pub static OSCILLATOR: &[Entry] = &[
     ),
 ];
 
+/// Effects that a case can hide at the planar tank.
 pub static TANK: &[Entry] = &[
     shaped(
         kin(
@@ -259,7 +268,8 @@ pub static TANK: &[Entry] = &[
     ),
 ];
 
-// No joint_viscous at the bearing: nothing here tells its rate, and an unknown initial rate is worth as much as the friction.
+// No joint_viscous at the bearing: no sensor measures its rate, and an unknown initial rate is worth as much as the friction.
+/// Effects that a case can hide at the hub with a flexible panel.
 pub static PANEL: &[Entry] = &[
     shaped(
         kin(

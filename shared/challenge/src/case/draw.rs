@@ -1,4 +1,4 @@
-//! A case from its seed and number.
+//! A case from its seed and index.
 
 use super::search::{rival, scale, shaped};
 use super::{Astray, Class, Exam, Sealed, Truth, digest, recording_digest};
@@ -15,13 +15,13 @@ use channels::{Channel, Recording, Role};
 use dynamics::description::{Plant, Scope};
 use dynamics::effect::sites;
 
-/// Entries tried before a case is made without what its class asks for beyond an effect.
+/// Entries drawn before a case is accepted without the further requirement of its class.
 const TRIALS: usize = 12;
-/// What makes a case masked.
-const ASTRAY_SIGMA: f64 = 2.0;
-const ABSORBED: f64 = 0.3;
+/// Least bias of a nominal parameter, in its sigmas, and least absorbed share of energy in a masked case.
+const BIAS_SIGMA_MIN: f64 = 2.0;
+const ABSORBED_SHARE_MIN: f64 = 0.3;
 
-/// Ten cases hold three nulls, four single effects, a pair, one left out of the catalogue, one masked.
+/// Ten cases hold three nulls, four single effects, a pair, one with its effect outside the catalogue, one masked.
 pub(super) fn class_of(case: u64) -> Class {
     match case % 10 {
         0 | 3 | 6 => Class::Null,
@@ -48,7 +48,7 @@ fn noise_of(case: u64, class: Class, plant: &Plant) -> NoiseKind {
     if kind == NoiseKind::ActuatorDouble && quiet { NoiseKind::SensorLouder } else { kind }
 }
 
-/// Numbers of `plant` moved off their priors: what all recordings share, and what `own` recording has.
+/// Draws the parameters of `plant` from their priors: those of all recordings, and those of the recording `own`.
 fn true_numbers(plant: &Plant, (seed, case): (u64, u64), own: &str) -> Numbers {
     let mut numbers = Numbers::of(plant);
     for parameter in plant.parameters() {
@@ -67,7 +67,7 @@ fn priors(plant: &Plant) -> Vec<(String, f64)> {
     stated.filter_map(|p| p.sigma.map(|sigma| (p.name, sigma))).collect()
 }
 
-/// One experiment: what is flown, with which numbers and which noise.
+/// One experiment: trajectory, parameters and noise.
 struct Setup<'a> {
     bench: &'a Bench,
     names: Vec<String>,
@@ -135,7 +135,7 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// Hidden effects of a case and what they realise.
+/// Hidden effects of a case and their detectability.
 #[derive(Default)]
 struct Chosen {
     list: Vec<(Hidden, Seat)>,
@@ -160,7 +160,9 @@ fn choose(lab: &Lab<'_>, class: Class, planned: f64, draw: &mut Draw) -> Chosen 
         let good = match class {
             Class::Null => false,
             Class::Single => true,
-            Class::Masked => found.kappa >= ABSORBED && worst(&found).is_some_and(|w| w.1.abs() >= ASTRAY_SIGMA),
+            Class::Masked => {
+                found.kappa >= ABSORBED_SHARE_MIN && most_biased(&found).is_some_and(|w| w.1.abs() >= BIAS_SIGMA_MIN)
+            }
             Class::LeftOut => rival_outside(lab, entry, &found, draw) < 0.8,
             Class::Pair => match first.take() {
                 Some((e, h, f)) => {
@@ -184,15 +186,15 @@ fn choose(lab: &Lab<'_>, class: Class, planned: f64, draw: &mut Draw) -> Chosen 
     fallback
 }
 
-/// Largest cosine with entries that stay in the catalogue when this one is left out.
+/// Largest cosine with entries that stay in the catalogue when this one is removed.
 fn rival_outside(lab: &Lab<'_>, entry: &Entry, found: &Realised, draw: &mut Draw) -> f64 {
     let own = Hidden { kind: entry.kind.into(), site: entry.site.into(), values: vec![] };
     let stays = |other: &Entry| other.kind != entry.kind && !entry.kin.contains(&other.kind);
     rival(lab, &own, found, draw, &stays).0
 }
 
-/// The number that is led furthest astray.
-fn worst(found: &Realised) -> Option<&(String, f64)> {
+/// The nominal parameter with the largest bias in its sigmas.
+fn most_biased(found: &Realised) -> Option<&(String, f64)> {
     found.shifts.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
 }
 
@@ -206,7 +208,7 @@ fn planned_d(class: Class, draw: &mut Draw) -> f64 {
     }
 }
 
-/// Draws, simulates and seals case number `case` of `seed`.
+/// Draws, simulates and seals case `case` of `seed`.
 #[must_use]
 pub fn case(seed: u64, case: u64) -> Sealed {
     let ids = (seed, case);
@@ -236,7 +238,7 @@ pub fn case(seed: u64, case: u64) -> Sealed {
         .realised
         .first()
         .filter(|_| class == Class::Masked)
-        .and_then(worst)
+        .and_then(most_biased)
         .map(|(name, shift)| Astray { name: name.clone(), truth: setup.numbers.get(name), shift_sigma: *shift });
     let truth = Truth {
         case,

@@ -1,4 +1,4 @@
-//! The amplitude that gives a planned d, and the rivals of an effect.
+//! The amplitude of a planned detectability d, and the nearest rival of an effect.
 
 use crate::bench::Entry;
 use crate::hidden::Hidden;
@@ -20,7 +20,7 @@ pub fn shaped(entry: &Entry, draw: &mut Draw) -> Hidden {
     Hidden { kind: entry.kind.to_owned(), site: entry.site.to_owned(), values }
 }
 
-/// Scales `hidden` until it realises `planned` to 10 %; `None` where it cannot within half of that.
+/// Scales `hidden` until its d is `planned` to 10 %; `None`: no amplitude in its range gives 0.6 to 1.7 of it.
 pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64) -> Option<(Hidden, Realised)> {
     let (_, start, limit) = entry.amplitude;
     // a lag or a gear much faster than anything here costs time and shows nothing
@@ -48,7 +48,7 @@ pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64) -> Opt
     best.filter(|(_, found)| found.d > 0.6 * planned && found.d < 1.7 * planned)
 }
 
-/// Largest |cosine| with the other entries of the menu and the bench's rivals that `are_there`, each at the amplitude where searches begin.
+/// Largest |cosine| with the other entries of the menu and the bench's rivals that `are_there`, each at the first amplitude of its search.
 pub fn rival(
     lab: &Lab<'_>,
     own: &Hidden,

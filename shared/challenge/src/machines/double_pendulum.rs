@@ -8,6 +8,7 @@ use crate::equations::{Equations, Matrix, Numbers, Vector};
 
 const GRAVITY_M_S2: f64 = 9.81;
 
+/// Two bars in a vertical plane; masses, centres of mass, inertias and friction of the plant `double_pendulum`.
 pub struct DoublePendulum {
     mass_kg: [f64; 2],
     com_m: [[f64; 2]; 2],
@@ -17,6 +18,10 @@ pub struct DoublePendulum {
 }
 
 impl DoublePendulum {
+    /// Reads the parameters of the plant file by name.
+    ///
+    /// # Panics
+    /// A parameter is not in `numbers`.
     pub fn new(numbers: &Numbers) -> Self {
         let bars = ["upper", "lower"];
         Self {

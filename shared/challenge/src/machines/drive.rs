@@ -4,6 +4,7 @@
 
 use crate::equations::{Equations, Extra, Matrix, Numbers, Vector};
 
+/// Motor with rotor, gear and disc of the plant `drive_rig`; with a compliant gear two degrees of freedom.
 pub struct Drive {
     rotor_kg_m2: f64,
     disc_kg_m2: f64,
@@ -14,6 +15,10 @@ pub struct Drive {
 }
 
 impl Drive {
+    /// Reads the parameters of the plant file by name; `extra.gear` makes the gear compliant.
+    ///
+    /// # Panics
+    /// A parameter is not in `numbers`.
     pub fn new(numbers: &Numbers, extra: Extra) -> Self {
         let (rotor, disc) = (numbers.get("drive.rotor_inertia"), numbers.get("disc.inertia.zz"));
         let gear = extra.gear.map(|[compliance, zeta]| {

@@ -2,6 +2,7 @@
 
 use crate::equations::{Equations, Matrix, Numbers, Vector};
 
+/// Mass, spring and damper of the plant `oscillator`.
 pub struct Oscillator {
     mass_kg: f64,
     stiffness_n_m: f64,
@@ -9,6 +10,10 @@ pub struct Oscillator {
 }
 
 impl Oscillator {
+    /// Reads the parameters of the plant file by name.
+    ///
+    /// # Panics
+    /// A parameter is not in `numbers`.
     pub fn new(numbers: &Numbers) -> Self {
         Self {
             mass_kg: numbers.get("carriage.mass"),

@@ -9,6 +9,7 @@ use core::f64::consts::TAU;
 /// Points that are read, and where they are [m].
 pub const POINTS: [(&str, f64); 3] = [("a3", 2.0), ("a6", 3.5), ("a10", 5.5)];
 
+/// Hub and hub-locked modes of the plant `hub_appendage`.
 pub struct Panel {
     inertia_kg_m2: f64,
     modes: Vec<Mode>,
@@ -22,6 +23,10 @@ struct Mode {
 }
 
 impl Panel {
+    /// Reads the parameters of the plant file by name; `extra.second` adds a bending mode.
+    ///
+    /// # Panics
+    /// A parameter is not in `numbers`.
     pub fn new(numbers: &Numbers, extra: Extra) -> Self {
         let com = numbers.get("hub.com.x");
         let mode = |name: &str| Mode {

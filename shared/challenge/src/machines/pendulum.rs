@@ -4,6 +4,7 @@ use crate::equations::{Equations, Matrix, Numbers, Vector};
 
 const GRAVITY_M_S2: f64 = 9.81;
 
+/// Rigid bar on a pivot of the plant `pendulum`.
 pub struct Pendulum {
     mass_kg: f64,
     com_m: [f64; 2],
@@ -12,6 +13,10 @@ pub struct Pendulum {
 }
 
 impl Pendulum {
+    /// Reads the parameters of the plant file by name.
+    ///
+    /// # Panics
+    /// A parameter is not in `numbers`.
     pub fn new(numbers: &Numbers) -> Self {
         Self {
             mass_kg: numbers.get("bar.mass"),

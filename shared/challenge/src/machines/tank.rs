@@ -6,6 +6,7 @@
 
 use crate::equations::{Equations, Extra, Matrix, Numbers, Vector};
 
+/// Planar hub with one or two slosh masses of the plant `tank_planar`.
 pub struct Tank {
     hub_kg: f64,
     /// First moment and inertia about the hub's origin.
@@ -18,6 +19,10 @@ pub struct Tank {
 }
 
 impl Tank {
+    /// Reads the parameters of the plant file by name; `extra.second` adds a slosh mass.
+    ///
+    /// # Panics
+    /// A parameter is not in `numbers`.
     pub fn new(numbers: &Numbers, extra: Extra) -> Self {
         let place_m = ["x", "y"].map(|axis| numbers.get(&format!("fuel.position.{axis}")));
         let first = ["mass", "stiffness.y", "damping.y"].map(|what| numbers.get(&format!("fuel.{what}")));
