@@ -1,4 +1,4 @@
-//! What the numbers do not say by themselves: whether the experiment could answer the question at all.
+//! Advice on the experiment: whether a record can determine its modes at all.
 
 use crate::methods::Estimate;
 
@@ -15,7 +15,7 @@ const COLOURED: f64 = 2.0;
 /// One piece of advice.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Advice {
-    /// A pulse of this length takes back what it gave the mode.
+    /// A pulse of this length cancels its own excitation of the mode.
     PulseNulled { frequency_hz: f64, pulse_s: f64, share: f64, better_pulse_s: f64 },
     /// The damping is hardly known: the record covers too few decay times.
     RecordTooShort { frequency_hz: f64, relative_deviation: f64, record_s: f64, longer_s: f64 },

@@ -25,6 +25,7 @@ pub struct HalfBand {
 }
 
 impl HalfBand {
+    /// A decimator of `channels` channels with an empty filter. All memory is allocated here.
     #[must_use]
     pub fn new(channels: usize) -> Self {
         Self {

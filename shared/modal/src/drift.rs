@@ -2,7 +2,7 @@
 //!
 //! A fit of the whole record hides what changes along it: damping that grows with amplitude moves the fitted damping by tens of
 //! per cent and leaves the residuals almost white. The same record in parts shows it with ten standard deviations, and the sign
-//! says what it is. Evidence, not a verdict: wear, temperature and a payload that moves drift too.
+//! says what it is. Evidence, not a verdict: wear, temperature and a moving payload drift, too.
 
 use crate::mac::modal_assurance_criterion;
 use crate::maximum_likelihood::{Model, fit};
@@ -11,7 +11,7 @@ use crate::record::Record;
 use faer::c64;
 use std::ops::Range;
 
-/// Standard deviations from which a change is worth a word: two halves, two numbers for each of ten modes, once in a thousand
+/// Standard deviations from which a change is reported: two halves, two parameters for each of ten modes, once in a thousand
 /// linear records.
 pub const WORTH_A_WORD_SIGMA: f64 = 4.0;
 /// Shapes less alike than this are not of one mode.
@@ -57,7 +57,7 @@ impl std::fmt::Display for Drift {
     }
 }
 
-/// Modes found in two parts, each paired with the nearest of like shape; those without deviations are left out.
+/// Modes found in two parts, each paired with the nearest of like shape; those without standard deviations are omitted.
 #[must_use]
 pub fn between(earlier: &[Estimate], later: &[Estimate]) -> Vec<Drift> {
     let of = |before: &Estimate| {
@@ -136,7 +136,7 @@ pub fn parts_of(record: &Record, slowest_hz: f64) -> Vec<Range<usize>> {
     (0..count).map(|k| k * samples / count..(k + 1) * samples / count).collect()
 }
 
-/// A part with modes found in whatever way.
+/// A part with its modes, from any method.
 #[must_use]
 pub fn part(record: &Record, over: &Range<usize>, modes: Vec<Estimate>) -> PartOfRecord {
     let (l, rows) = (record.channels, record.rows(over));

@@ -31,7 +31,7 @@ impl SlidingHistory {
         self.buffer[self.cursor * l..(self.cursor + 1) * l].copy_from_slice(sample);
     }
 
-    /// The last `depth` samples, newest first; zeros stand where none has arrived since [`Self::clear`].
+    /// The last `depth` samples, newest first; zeros for samples not arrived since [`Self::clear`].
     pub(crate) fn newest_first(&self) -> &[f64] {
         &self.buffer[self.cursor * self.channels..(self.cursor + self.depth) * self.channels]
     }

@@ -100,6 +100,7 @@ impl ModalIdentifier {
         Self { config, stages, covariances }
     }
 
+    /// The settings of [`Self::new`].
     #[must_use]
     pub fn config(&self) -> &Config {
         &self.config
@@ -111,7 +112,7 @@ impl ModalIdentifier {
         self.covariances[0].samples()
     }
 
-    /// Adds one sample of all channels; no allocation. A number that is not finite ends the segment and begins another.
+    /// Adds one sample of all channels; no allocation. A value that is not finite ends the segment and begins another.
     pub fn push(&mut self, sample: &[f64]) {
         assert_eq!(sample.len(), self.config.channels);
         if sample.iter().any(|y| !y.is_finite()) {
@@ -132,7 +133,7 @@ impl ModalIdentifier {
         }
     }
 
-    /// Begins a segment: nothing before this is related to anything after it.
+    /// Begins a segment: earlier and later samples are unrelated.
     pub fn open_segment(&mut self) {
         self.stages.iter_mut().for_each(HalfBand::clear);
         self.covariances.iter_mut().for_each(StreamingCovariance::open_segment);
@@ -151,7 +152,7 @@ impl ModalIdentifier {
         self.identify_with_reasons().map(|selection| selection.modes)
     }
 
-    /// As [`Self::identify`], with every pole left out and the reason.
+    /// As [`Self::identify`], with every rejected pole and the reason.
     ///
     /// # Errors
     /// [`ModalError`] when no rate can be solved at all.

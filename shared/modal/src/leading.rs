@@ -2,9 +2,9 @@
 
 use faer::{Mat, MatRef, Side};
 
-/// Vectors iterated beyond those asked for: the ratio of eigenvalues that far apart decides the speed.
+/// Vectors iterated beyond the requested ones: the ratio of eigenvalues that far apart decides the speed.
 const SPARE: usize = 10;
-/// Where a state of noise is asked for there is no gap, and the full decomposition is cheaper than more passes.
+/// If a state of noise is requested there is no gap, and the full decomposition is cheaper than more passes.
 const PASSES_MAX: usize = 8;
 /// Change of the Ritz vectors' eigenvalues per pass, relative to each, at which they stand: their error is its square root squared.
 const SETTLED: f64 = 1e-13;

@@ -1,12 +1,43 @@
-//! Modal parameters of vibrating structures from streams of measured motion: frequencies, damping ratios, shapes, and their uncertainty.
+//! Modal parameters of vibrating structures from measured motion: frequency, damping ratio, shape, uncertainty.
 //!
-//! May import: faer (single-threaded), libm, serde. Must never know: telemetry, partitions, clocks, files, spacecraft.
+//! What it is: an [`identifier`] that flies (samples one by one, fixed memory, [`Mode`]s on request), and [`methods`]
+//! for whole [`record`]s on the ground, of which [`maximum_likelihood`] with known inputs is the reference.
 //!
-//! Two halves. What flies: [`identifier`], samples one by one in fixed memory, [`Mode`]s when asked. On the ground: [`methods`], one
-//! list over whole [`record`]s, [`maximum_likelihood`] with known inputs the estimator of record; [`frequency_responses`]; [`advice`] and [`drift`].
+//! May import: faer (single-threaded), libm, serde.
 //!
-//! Below the first: [`streaming`] (exact block-Hankel Gram matrix), [`decimation`], [`ssi_cov`] (all orders from one factorisation),
-//! [`stabilisation`] and [`selection`] (which poles are modes), [`uncertainty`], [`mac`]; [`tracking`] (which mode is which). Before it: [`onset`] (a jump ends a segment).
+//! Must never know: telemetry, partitions, clocks, files, spacecraft.
+//!
+//! ```
+//! use modal::{Config, ModalIdentifier};
+//!
+//! let (rate_hz, omega_rad_s, zeta) = (50.0, std::f64::consts::TAU * 3.0, 0.02);
+//! let mut identifier = ModalIdentifier::new(Config { halvings: 0, ..Config::new(1, rate_hz) });
+//! for k in 0..1000_u32 {
+//!     let t_s = f64::from(k) / rate_hz;
+//!     let noise = 1e-3 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
+//!     identifier.push(&[(-zeta * omega_rad_s * t_s).exp() * (omega_rad_s * t_s).sin() + noise]);
+//! }
+//! let modes = identifier.identify().expect("a mode of a free decay");
+//! assert!((modes[0].frequency_hz - 3.0).abs() < 0.01);
+//! assert!((modes[0].damping_ratio - zeta).abs() < 0.002);
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `identifier` | the identifier in flight: samples in, modes out |
+//! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
+//! | `decimation` | half the sample rate behind an anti-alias filter |
+//! | `onset` | a jump in the motion ends a segment |
+//! | `ssi_cov`, `weighting` | covariance-driven subspace identification: all orders from one factorisation |
+//! | `stabilisation`, `selection` | poles that persist over orders; poles that are modes |
+//! | `uncertainty` | standard deviations of frequency and damping |
+//! | `mac` | assurance criteria and collinearity of shapes |
+//! | `tracking` | the identity of modes over successive answers |
+//! | `methods`, `record` | every method by name, over whole records |
+//! | `maximum_likelihood`, `model_order` | variable projection with known inputs; the number of modes by BIC |
+//! | `era`, `lsce`, `po_moesp`, `rational_fraction` | methods of the literature |
+//! | `frequency_responses` | frequency responses with coherence from records |
+//! | `advice`, `drift` | whether a record can determine its modes; changes of modes within a record |
 #![forbid(unsafe_code)]
 
 pub mod advice;

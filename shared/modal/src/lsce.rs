@@ -19,7 +19,7 @@ use faer::{Mat, Side, c64};
 const JITTER: f64 = 1e-14;
 const JITTER_MAX: f64 = 1e-9;
 /// Roots beyond this damping ratio are not sought.
-const DAMPING_MAX: f64 = 0.8;
+const ROOT_DAMPING_RATIO_MAX: f64 = 0.8;
 /// Real roots above this are drifts that last, those below die out within some samples.
 const SLOW: f64 = 0.5;
 
@@ -75,5 +75,5 @@ fn continuous(z: c64, sample_rate_hz: f64) -> Option<c64> {
         return None;
     }
     let pole = c64::new(0.5 * libm::log(magnitude), libm::atan2(z.im, z.re)) * sample_rate_hz;
-    (z.im == 0.0 || pole.re.abs() < DAMPING_MAX * pole.norm_sqr().sqrt()).then_some(pole)
+    (z.im == 0.0 || pole.re.abs() < ROOT_DAMPING_RATIO_MAX * pole.norm_sqr().sqrt()).then_some(pole)
 }

@@ -56,19 +56,19 @@ pub fn mean_phase_deviation(shape: &[c64]) -> f64 {
     if weights > 0.0 { angles / weights } else { 0.0 }
 }
 
-/// Extended modal amplitude coherence of outputs: 1 when the last block row of the observability matrix holds of a mode what its
-/// first block row and its pole foretell (Pappa, Elliott & Schenk 1993, output part; channels weighted by their power).
+/// Extended modal amplitude coherence of outputs: 1 when the component of a mode in the last block row of the observability matrix is the one
+/// that its first block row and its pole predict (Pappa, Elliott & Schenk 1993, output part; channels weighted by their power).
 ///
-/// `first` and `last` are the mode's components in the first and in the last block row, `growth = z^(i−1)` foretells `last = growth · first`.
+/// `first` and `last` are the mode's components in the first and in the last block row, `growth = z^(i−1)` predicts `last = growth · first`.
 #[must_use]
 pub fn extended_modal_amplitude_coherence(first: &[c64], last: &[c64], growth: c64) -> f64 {
     assert_eq!(first.len(), last.len());
     let (mut sum, mut total) = (0.0, 0.0);
     for (first, last) in first.iter().zip(last) {
-        let foretold = *first * growth;
-        let (a, b) = (foretold.norm_sqr().sqrt(), last.norm_sqr().sqrt());
+        let predicted = *first * growth;
+        let (a, b) = (predicted.norm_sqr().sqrt(), last.norm_sqr().sqrt());
         let size = if a.max(b) > 0.0 { a.min(b) / a.max(b) } else { 0.0 };
-        let cross = *last * foretold.conj();
+        let cross = *last * predicted.conj();
         let angle = libm::atan2(cross.im, cross.re).abs();
         let phase = (1.0 - angle / std::f64::consts::FRAC_PI_4).max(0.0);
         sum += first.norm_sqr() * size * phase;

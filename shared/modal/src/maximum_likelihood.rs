@@ -4,7 +4,7 @@
 //! poles are sought by iteration; residues, direct terms and biases follow from them by least squares (Golub & Pereyra 1973), and
 //! the Jacobian is that of Kaufman 1975, `P⊥ (∂Φ/∂λ) c`, whose Gram matrix is the Fisher information of the poles with all
 //! linear unknowns marginalised. Nothing is fed back from the output into the regressors, so a controller that closes a loop
-//! around the structure does no harm as long as what it commands is known.
+//! around the structure does no harm as long as its commands are known.
 //!
 //! Cost per iteration: 4 N m² + 2 N m l multiply-adds for m linear columns and l channels.
 
@@ -24,7 +24,7 @@ pub(crate) use basis::free_columns;
 pub use start::start;
 
 const ITERATIONS_MAX: usize = 60;
-/// Predicted gain in log-likelihood below which the poles stand: 1e-4 of a standard deviation.
+/// Predicted gain in log-likelihood below which the iteration ends: 1e-4 of a standard deviation.
 const GAIN_MIN: f64 = 1e-8;
 /// First damping of a step that made matters worse, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -52,7 +52,7 @@ pub enum MlError {
     RecordTooShort { samples: usize, need: usize },
     /// All channels are flat.
     NoSignal,
-    /// The poles leave no trace in the record that could be told apart.
+    /// The record does not distinguish the poles.
     NotIdentifiable { modes: usize },
     /// No poles to start from.
     NoStart { found: usize, asked: usize },
@@ -80,7 +80,7 @@ pub struct Fit {
     pub covariance: Vec<f64>,
     /// Residues per channel of the input (or initial motion) that moves the mode most, largest component 1.
     pub mode_shapes: Vec<Vec<c64>>,
-    /// Standard deviation of what is left, per channel.
+    /// Standard deviation of the residuals, per channel.
     pub channel_sigma: Vec<f64>,
     /// `y − ŷ`, channel by channel.
     pub residuals: Vec<Vec<f64>>,
@@ -90,11 +90,13 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Natural frequency `|λ| / 2π` [Hz].
     #[must_use]
     pub fn frequency_hz(&self, mode: usize) -> f64 {
         self.poles[mode].norm_sqr().sqrt() / (2.0 * std::f64::consts::PI)
     }
 
+    /// `−Re λ / |λ|`.
     #[must_use]
     pub fn damping_ratio(&self, mode: usize) -> f64 {
         -self.poles[mode].re / self.poles[mode].norm_sqr().sqrt()
@@ -107,12 +109,13 @@ impl Fit {
         (self.covariance[f * n + f], self.covariance[(f + 1) * n + f + 1], self.covariance[f * n + f + 1])
     }
 
+    /// Modal phase collinearity of the shape: 1 for a real mode.
     #[must_use]
     pub fn phase_collinearity(&self, mode: usize) -> f64 {
         modal_phase_collinearity(&self.mode_shapes[mode])
     }
 
-    /// Mean square of the residuals' correlations at lags 1–20 over that of white noise: 1 when nothing is left to explain.
+    /// Mean square of the residuals' correlations at lags 1–20 over that of white noise: 1 if the residuals are white.
     #[must_use]
     pub fn residual_correlation(&self) -> f64 {
         correlation(&self.residuals)
@@ -184,7 +187,7 @@ pub fn fit(record: &Record, model: Model, start: &[c64]) -> Result<Fit, MlError>
 /// As [`fit`]; of a record that moves before its input acts, the fit with that motion, and the model it is of.
 ///
 /// The motion is part of the model when `2 ln L` gains more by it than its unknowns cost (Schwarz 1978): `Σ_i N ln(RSS_i / RSS_i')`
-/// against `unknowns · ln(numbers)`, at the poles of the fit without.
+/// against `unknowns · ln(samples · channels)`, at the poles of the fit without.
 ///
 /// # Errors
 /// As [`fit`].

@@ -17,7 +17,7 @@ use std::borrow::Cow;
 /// Further roots that take part in the fit of the shapes of LSCE's modes.
 const SHAPE_COMPANIONS: usize = 4;
 
-/// What a method is told.
+/// Input of a method besides the record.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// Oscillations sought.
@@ -43,7 +43,7 @@ impl Settings {
 pub struct Estimate {
     pub frequency_hz: f64,
     pub damping_ratio: f64,
-    /// What the method claims; none where it claims nothing.
+    /// Standard deviations that the method states; `None`: it states none.
     pub deviation: Option<Deviation>,
     /// Complex shape per channel, largest component 1.
     pub mode_shape: Vec<c64>,

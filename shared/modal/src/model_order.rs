@@ -6,10 +6,10 @@ use crate::record::Record;
 
 /// Numbers of modes tried in vain before the search ends: two close modes may only pay together.
 const IN_VAIN: usize = 2;
-/// Standard deviations a damping ratio has to stand above zero.
+/// Least damping ratio in its standard deviations.
 const SIGNIFICANCE: f64 = 3.0;
 
-/// The fit whose `−2 ln L + unknowns · ln(numbers)` (Schwarz 1978) is smallest among 1 … `modes_max` modes.
+/// The fit whose `−2 ln L + unknowns · ln(samples · channels)` (Schwarz 1978) is smallest among 1 … `modes_max` modes.
 ///
 /// # Errors
 /// [`MlError`] of one mode when no number of modes can be fitted.
@@ -40,7 +40,7 @@ pub fn fit_of_any_order(record: &Record, model: Model, modes_max: usize) -> Resu
     best.map(|(_, fit)| fit).ok_or(first_error.unwrap_or(MlError::NoStart { found: 0, asked: 1 }))
 }
 
-/// Every mode stands out of its own uncertainty.
+/// Every mode is significant against its own uncertainty.
 fn resolved(fit: &Fit) -> bool {
     (0..fit.poles.len()).all(|k| {
         let sigma = fit.variances(k).1.sqrt();

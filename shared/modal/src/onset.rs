@@ -1,7 +1,7 @@
 //! A jump in a record ends its segment: what follows is related to what the structure did before only by the jump.
 //!
 //! A record of accelerations alone often begins with rest before the structure is struck. Hankel columns that reach over
-//! the blow hold an input that output-only identification knows nothing of. A segment is opened where more than half of
+//! the blow hold an input that is unknown to output-only identification. A segment is opened where more than half of
 //! the next three Hankel columns' rows (3 × 2i) have more than [`POWER_RATIO`] times the mean power of the segment so far,
 //! and more than half of the first [`BLOW_ROWS`] too (power: squared distance from the segment's mean, over all channels).
 //! That is ten standard deviations of all that was seen before, at once, and for longer than the columns lost at the

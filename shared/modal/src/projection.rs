@@ -1,6 +1,6 @@
 //! Orthogonal projection of columns: the linear half of every fit.
 
-/// A column that keeps less than this part of its length beside the columns before it says nothing new.
+/// A column that keeps less than this part of its length beside the columns before it is dependent on them.
 const DEPENDENT: f64 = 1e-11;
 
 /// Scalar product with eight partial sums, so that it runs as vectors.
@@ -25,7 +25,7 @@ pub(crate) fn add(y: &mut [f64], factor: f64, x: &[f64]) {
     }
 }
 
-/// `Φ = Q R` with dependent columns left out (their coefficients are zero).
+/// `Φ = Q R` without dependent columns (their coefficients are zero).
 pub(crate) struct Basis {
     rows: usize,
     count: usize,

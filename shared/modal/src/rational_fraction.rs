@@ -39,7 +39,7 @@ impl Orders {
 pub enum RfpError {
     /// Fewer lines in the band than the unknowns need.
     TooFewLines { lines: usize, need: usize },
-    /// The lines cannot tell the polynomials apart, or the roots did not converge.
+    /// The lines do not determine the polynomials, or the roots did not converge.
     NotDetermined { lines: usize },
 }
 

@@ -1,4 +1,4 @@
-//! A record of vibration: outputs, inputs where they are known, and the segments in which nothing unknown acts.
+//! A record of vibration: outputs, inputs where they are known, and the segments without unknown inputs.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ pub struct Record {
     pub inputs: usize,
     /// `input[t · inputs + m]`, held from one sample to the next and felt by the sample at which it begins.
     pub input: Vec<f64>,
-    /// Stretches of samples in which only the structure itself moves; output-only methods look at nothing else, and never across.
+    /// Stretches of samples in which only the structure itself moves; output-only methods use these alone, each by itself.
     pub segments: Vec<Range<usize>>,
 }
 
@@ -44,6 +44,7 @@ impl Record {
         self
     }
 
+    /// Number of samples per channel.
     #[must_use]
     pub fn samples(&self) -> usize {
         self.outputs.len() / self.channels

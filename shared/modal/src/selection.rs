@@ -6,7 +6,7 @@
 //! - when some order leaves a white residual (a free decay with sensor noise), the lowest such order is the model: poles that appear
 //!   only above it model noise, and modes are reported from it;
 //! - otherwise (ambient excitation) modes are reported from an order at which all resolved modes have appeared, the lowest whose predicted
-//!   variance is within [`DEVIATION_SLACK`] of the smallest: at lower orders the modes left out bend those in the model.
+//!   variance is within [`DEVIATION_SLACK`] of the smallest: at lower orders the unmodelled modes bias those in the model.
 
 use faer::c64;
 
@@ -22,9 +22,9 @@ const DEVIATION_SLACK: f64 = 1.2;
 const CANDIDATES_FIRST: usize = 2;
 /// Poles of a resolved track whose deviation is computed to choose the one reported.
 const CANDIDATES_LAST: usize = 4;
-/// States beyond the order at which the last mode appeared: one more pair takes up what is left, so that no mode has to.
+/// States beyond the order at which the last mode appeared: one more pair models the remainder, which would otherwise bias a mode.
 const ORDER_MARGIN: usize = 2;
-/// Standard deviations a damping ratio has to stand above zero: some hundred tracks are judged per record, 0.1 % of noise passes 3.
+/// Least damping ratio in its standard deviations: some hundred tracks are judged per record, 0.1 % of noise passes 3.
 const DAMPING_SIGNIFICANCE: f64 = 3.0;
 
 /// An identified mode.
@@ -64,7 +64,7 @@ impl Default for SelectionSettings {
     }
 }
 
-/// Modes and left-out poles of one record at one sample rate.
+/// Modes and rejected poles of one record at one sample rate.
 #[derive(Clone, Debug, Default)]
 pub struct Selection {
     pub modes: Vec<Mode>,

@@ -21,13 +21,13 @@ const RANK_FLOOR: f64 = 1e-14;
 const SUBSPACE_ROWS_MIN: usize = 700;
 /// Vectors iterated beyond the largest order.
 const SUBSPACE_SPARE: usize = 20;
-/// Each pass takes the square of the ratio of singular values off what is wrong: a state ten times above the rest is exact to 1e-8.
+/// Each pass reduces the error by the square of the ratio of singular values: a state ten times above the rest is exact to 1e-8.
 const SUBSPACE_PASSES: usize = 3;
 
 /// Why no realisation came out.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SsiError {
-    /// The record fills fewer columns than the states asked for need.
+    /// The record fills fewer columns than the requested states need.
     RecordTooShort { columns: u64, need: u64 },
     /// All singular values vanish: the channels are flat.
     NoSignal { largest_singular_value: f64 },

@@ -1,13 +1,13 @@
 //! Stabilisation over the order sweep: which poles repeat from one model order to the next.
 //!
 //! A physical mode appears at the same frequency, damping and shape in many successive orders; a pole that models noise wanders.
-//! Poles are linked to the track whose last member (at most [`GAP_MAX`] orders back) they agree with; every pole left out carries its reason.
+//! Poles are linked to the track whose last member (at most [`ORDER_GAP_MAX`] orders back) they agree with; every rejected pole has its reason.
 
 use crate::mac::modal_assurance_criterion;
 use crate::ssi_cov::Pole;
 
 /// Orders a track may miss: a new singular vector can disturb an old mode for one complex pair.
-const GAP_MAX: usize = 3;
+const ORDER_GAP_MAX: usize = 3;
 
 /// Agreement demanded between successive orders.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -16,7 +16,7 @@ pub struct StabilityCriteria {
     pub frequency_change_max: f64,
     /// Relative change of damping.
     pub damping_change_max: f64,
-    /// Absolute change of damping that is always allowed: the relative one means nothing near zero.
+    /// Absolute change of damping that is always allowed: the relative one is meaningless near zero.
     pub damping_change_floor: f64,
     pub mac_min: f64,
     /// Poles above this damping ratio are not sought.
@@ -41,7 +41,7 @@ impl Default for StabilityCriteria {
 pub enum Rejection {
     /// A real pole: bias, drift or a filter, not an oscillation.
     NotOscillating,
-    /// Outside the band asked for or the pass band of its decimation.
+    /// Outside the requested band or the pass band of its decimation.
     OutOfBand {
         frequency_min_hz: f64,
         frequency_max_hz: f64,
@@ -80,7 +80,7 @@ pub enum Rejection {
     },
 }
 
-/// A pole left out and why.
+/// A rejected pole and the reason.
 #[derive(Clone, Debug)]
 pub struct RejectedPole {
     pub decimation: usize,
@@ -97,7 +97,7 @@ pub struct Track {
 }
 
 impl StabilityCriteria {
-    /// Reason to leave a pole out whatever the other orders say.
+    /// Reason to reject a pole, for any poles of other orders.
     #[must_use]
     pub fn hard_rejection(&self, pole: &Pole, band_hz: (f64, f64)) -> Option<Rejection> {
         if pole.eigenvalue.im <= 0.0 {
@@ -113,7 +113,7 @@ impl StabilityCriteria {
         }
     }
 
-    /// How far a pole agrees with one of another order: 0 nothing, 1 frequency, 2 damping too, 3 shape too.
+    /// How far a pole agrees with one of another order: 0 no agreement, 1 frequency, 2 damping too, 3 shape too.
     #[must_use]
     pub fn agreement(&self, a: &Pole, b: &Pole) -> usize {
         let allowed = (self.damping_change_max * b.damping_ratio).max(self.damping_change_floor);
@@ -151,7 +151,7 @@ pub fn tracks(poles: Vec<Pole>, criteria: &StabilityCriteria) -> Vec<Track> {
             for (t, track) in tracks.iter().enumerate() {
                 let last = track.poles.last().expect("a track is made with a pole");
                 let distance = criteria.distance(pole, last);
-                if order - last.order <= GAP_MAX && distance <= 1.0 {
+                if order - last.order <= ORDER_GAP_MAX && distance <= 1.0 {
                     pairs.push((distance, t, p));
                 }
             }

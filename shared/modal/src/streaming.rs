@@ -113,7 +113,7 @@ impl StreamingCovariance {
         }
     }
 
-    /// Adds one sample of all channels. A sample with a number that is not finite ends the segment and begins another.
+    /// Adds one sample of all channels. A sample with a value that is not finite ends the segment and begins another.
     pub fn push(&mut self, sample: &[f64]) {
         assert_eq!(sample.len(), self.channels);
         if !self.open {
@@ -151,7 +151,7 @@ impl StreamingCovariance {
         size_of::<f64>() * (self.blocks.iter().map(numbers).sum::<usize>() + self.history.numbers())
     }
 
-    /// Samples that stand in the sums.
+    /// Number of samples in the sums.
     #[must_use]
     pub fn samples(&self) -> u64 {
         self.blocks[..self.used].iter().map(|block| block.samples).sum()

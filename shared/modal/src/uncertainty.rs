@@ -2,8 +2,8 @@
 //!
 //! To first order a pole moves by `δz = q δH r = Σ_t e_t c_t`, with `e_t = q y_f(t)`, `c_t = r y_p(t)`, where `H` is the future–past product,
 //! `q = (χ U↑⁺ [rows below] − z χ U↑⁺ [rows above]) (I − U Uᵀ)` and `r = V S⁻¹ φ` (χ, φ the left and right eigenvectors). Pintelon, Guillaume &
-//! Schoukens 2007; Reynders, Pintelon & De Roeck 2008; Döhler & Mevel 2013. `q` is blind to the states, so `e_t` consists of what is new
-//! within the future window: sensor noise on a free decay, innovations on an ambient record. In both cases `e_t` and `e_{t+k}` are
+//! Schoukens 2007; Reynders, Pintelon & De Roeck 2008; Döhler & Mevel 2013. `q` is blind to the states, so `e_t` is the new part
+//! of the future window: sensor noise on a free decay, innovations on an ambient record. In both cases `e_t` and `e_{t+k}` are
 //! independent from k = i on, and `e_t c_{t+k}` and `c_t e_{t+k}` are never both correlated, so that (Bartlett)
 //!
 //! `E|δz|² = Σ_{|k|<i} ρ_eē(k) S_cc̄(k)`, `E δz² = Σ_{|k|<i} ρ_ee(k) S_cc(k)`, `S_xy(k) = Σ_t x_t y_{t+k}` over pairs of columns of the record.
@@ -32,7 +32,7 @@ pub struct PoleDeviation {
     pub complete: bool,
     pub sigma_frequency_hz: f64,
     pub sigma_damping: f64,
-    /// Of the errors of frequency and damping; 0 where the moments say nothing about it.
+    /// Of the errors of frequency and damping; 0 if the moments do not determine it.
     pub correlation: f64,
 }
 
@@ -167,6 +167,7 @@ pub struct Residual {
 }
 
 impl Residual {
+    /// The whiteness ratio of the residuals is below `WHITENESS_RATIO_MAX`.
     #[must_use]
     pub fn is_white(&self) -> bool {
         self.whiteness_ratio < WHITENESS_RATIO_MAX

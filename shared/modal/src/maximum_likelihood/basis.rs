@@ -8,7 +8,7 @@ use super::Model;
 use crate::record::Record;
 use faer::c64;
 
-/// Sampled columns, each of `rows` numbers.
+/// Sampled columns, each of `rows` values.
 pub(super) struct Columns {
     pub rows: usize,
     /// All linear columns: those of the modes first.
@@ -26,6 +26,7 @@ pub(super) fn exp(z: c64) -> c64 {
 }
 
 impl Columns {
+    /// Columns and their derivatives for `poles` over all samples of `record`. Cost: O(samples · modes · inputs).
     pub fn new(record: &Record, model: Model, poles: &[c64]) -> Self {
         let rows = record.samples();
         let pairs = record.inputs + usize::from(model.initial_motion);

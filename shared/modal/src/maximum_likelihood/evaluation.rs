@@ -1,4 +1,4 @@
-//! The model at one set of poles: what its columns explain, what they leave, and what that says of the poles.
+//! The model at one set of poles: coefficients, residuals, and the information on the poles.
 
 use super::Model;
 use super::basis::Columns;
@@ -27,6 +27,7 @@ pub(super) struct Outputs {
 }
 
 impl Outputs {
+    /// Outputs of a record by channel, with the rounding floor of their squares.
     pub fn new(record: &Record) -> Self {
         let channels: Vec<Vec<f64>> = (0..record.channels).map(|c| record.channel(c, 0..record.samples())).collect();
         let floor = channels.iter().map(|y| ROUNDING * dot(y, y)).collect();
@@ -35,6 +36,7 @@ impl Outputs {
 }
 
 impl Evaluation {
+    /// Projects the outputs on the columns of `poles`: coefficients, residuals and squares per channel.
     pub fn new(record: &Record, model: Model, outputs: &Outputs, poles: &[c64]) -> Self {
         let columns = Columns::new(record, model, poles);
         let basis = Basis::new(columns.linear.clone(), columns.rows);

@@ -17,12 +17,12 @@ use std::borrow::Cow;
 const BLOCK_ROWS: usize = 20;
 /// Samples below which no rate is tried: less than two windows of past and future.
 const SAMPLES_MIN: usize = 4 * BLOCK_ROWS;
-/// States tried beyond those of the modes: bias, drift, and modes that are not asked for.
+/// States tried beyond those of the modes: bias, drift, and modes outside the request.
 const SPARE_STATES: usize = 3;
-/// Correlation of residuals (1: white) below which a start leaves nothing that a slower rate could find.
+/// Correlation of residuals (1: white) below which no slower rate can find a further mode.
 const WHITE: f64 = 2.0;
-/// Damping ratio above which an oscillation is none to start from.
-const DAMPING_MAX: f64 = 0.5;
+/// Largest damping ratio of a pole that a fit starts from.
+const START_DAMPING_RATIO_MAX: f64 = 0.5;
 
 /// Continuous poles of `modes` oscillations: of every rate the least damped of the smallest order that shows as many, of the
 /// rates the one whose poles leave the smallest residual.
@@ -117,7 +117,7 @@ fn oscillations(realisation: &Realisation, order: usize, sample_rate_hz: f64) ->
     let mut poles: Vec<(f64, c64)> = realisation
         .poles(order, sample_rate_hz)
         .iter()
-        .filter(|pole| pole.eigenvalue.im > 0.0 && pole.damping_ratio.abs() < DAMPING_MAX)
+        .filter(|pole| pole.eigenvalue.im > 0.0 && pole.damping_ratio.abs() < START_DAMPING_RATIO_MAX)
         .map(|pole| (pole.damping_ratio.abs(), pole.continuous()))
         .collect();
     poles.sort_by(|a, b| a.0.total_cmp(&b.0));
