@@ -1,4 +1,4 @@
-//! The figures, one per file. Each is a struct of what it shows, drawn by `draw(claim)`.
+//! The figures, one per file. Each is a struct of its data, drawn by `draw(claim)`.
 
 mod bars;
 mod clusters;

@@ -30,6 +30,7 @@ pub struct Section {
 }
 
 impl Section {
+    /// A section of `blocks` under `title`.
     #[must_use]
     pub fn new(title: &str, blocks: Vec<Block>) -> Self {
         Section { title: title.into(), blocks }

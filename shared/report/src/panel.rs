@@ -1,4 +1,4 @@
-//! A panel: two axes, their grid, and what is drawn between them.
+//! A panel: two axes, their grid, and the drawing between them.
 
 use crate::decimate;
 use crate::scale::Axis;
@@ -28,7 +28,7 @@ impl Area {
     }
 }
 
-/// Two axes and what is drawn between them, in pixels from the upper left corner.
+/// Two axes and the drawing between them, in pixels from the upper left corner.
 pub struct Panel {
     pub area: Area,
     x: Axis,
@@ -39,14 +39,17 @@ pub struct Panel {
 }
 
 impl Panel {
+    /// An empty panel at `area`; the drawing calls fill it.
     pub fn new(area: Area, x: Axis, y: Axis) -> Self {
         Panel { area, x, y, inner: Svg::default(), x_labelled: true }
     }
 
+    /// Horizontal place of `x` from the left end of the axis [px].
     pub fn x_px(&self, x: f64) -> f64 {
         self.x.place(x) * self.area.width
     }
 
+    /// Vertical place of `y` from the top of the axis [px].
     pub fn y_px(&self, y: f64) -> f64 {
         (1.0 - self.y.place(y)) * self.area.height
     }
@@ -98,7 +101,7 @@ impl Panel {
         }
     }
 
-    /// A stretch of the horizontal axis from top to bottom, with what it is under the pointer.
+    /// A stretch of the horizontal axis from top to bottom, with its meaning under the pointer.
     pub fn stretch(&mut self, class: &str, from: f64, to: f64, what: &str) {
         let (left, right) = (self.x_px(from).clamp(0.0, self.area.width), self.x_px(to).clamp(0.0, self.area.width));
         if left.is_finite() && right.is_finite() {

@@ -14,7 +14,7 @@ pub struct Axis {
     quantity: String,
     unit: String,
     logarithmic: bool,
-    /// `None` where there is nothing to show.
+    /// `None`: no usable value.
     range: Option<(f64, f64)>,
 }
 
@@ -58,6 +58,7 @@ impl Axis {
         Axis { quantity: quantity.into(), unit: unit.into(), logarithmic: true, range: usable.then_some(range) }
     }
 
+    /// Without a range: the axis covers no usable value.
     pub fn is_empty(&self) -> bool {
         self.range.is_none()
     }

@@ -7,12 +7,12 @@ pub const LEVELS: usize = 16;
 
 type Rgb = [i32; 3];
 
-/// From nothing to the one colour and beyond, on a light and on a dark page.
+/// From zero to the one colour and beyond, on a light and on a dark page.
 const SEQUENTIAL: [[Rgb; 4]; 2] = [
     [[244, 246, 248], [150, 190, 232], [20, 102, 200], [6, 38, 88]],
     [[24, 29, 35], [26, 76, 134], [88, 166, 255], [228, 241, 255]],
 ];
-/// From one sign through nothing to the other.
+/// From one sign through zero to the other.
 const DIVERGING: [[Rgb; 5]; 2] = [
     [[8, 60, 130], [110, 165, 225], [245, 245, 243], [240, 165, 100], [160, 66, 6]],
     [[150, 200, 255], [45, 105, 175], [32, 36, 42], [180, 95, 30], [255, 190, 130]],

@@ -24,6 +24,7 @@ pub struct Svg {
 }
 
 impl Svg {
+    /// Appends an element as text; the caller escapes it.
     pub fn raw(&mut self, element: &str) {
         self.body.push_str(element);
     }
@@ -39,18 +40,22 @@ impl Svg {
         self.body.push_str("/>");
     }
 
+    /// A rectangle from its upper left corner; a negative width becomes zero.
     pub fn rect(&mut self, class: &str, x: f64, y: f64, width: f64, height: f64) {
         self.shape("rect", class, &[("x", x), ("y", y), ("width", width.max(0.0)), ("height", height.max(0.0))]);
     }
 
+    /// A straight line.
     pub fn line(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
         self.shape("line", class, &[("x1", from.0), ("y1", from.1), ("x2", to.0), ("y2", to.1)]);
     }
 
+    /// A circle of radius [px].
     pub fn circle(&mut self, class: &str, x: f64, y: f64, radius: f64) {
         self.shape("circle", class, &[("cx", x), ("cy", y), ("r", radius)]);
     }
 
+    /// An ellipse of half-axes [px].
     pub fn ellipse(&mut self, class: &str, centre: (f64, f64), radii: (f64, f64)) {
         self.shape("ellipse", class, &[("cx", centre.0), ("cy", centre.1), ("rx", radii.0), ("ry", radii.1)]);
     }
@@ -79,7 +84,7 @@ impl Svg {
         self.path(class, &runs);
     }
 
-    /// Text that keeps within `width`: what is cut shows in full under the pointer.
+    /// Text cut to `width`; the full text shows under the pointer.
     pub fn text(&mut self, class: &str, at: (f64, f64), anchor: Anchor, width: f64, text: &str) {
         self.turned_text(class, at, anchor, width, text, 0);
     }

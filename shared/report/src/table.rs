@@ -15,7 +15,7 @@ pub enum Cell {
     Number(f64),
     /// Value and standard deviation.
     Estimate(f64, f64),
-    /// A number as somebody else has written it.
+    /// A number as formatted by the caller.
     Written(String),
     None,
 }
@@ -56,6 +56,7 @@ pub struct Table {
 }
 
 impl Table {
+    /// A table with these column heads and no rows.
     #[must_use]
     pub fn new(caption: &str, columns: &[&str]) -> Self {
         Table { caption: caption.into(), columns: columns.iter().map(|c| (*c).into()).collect(), rows: Vec::new() }

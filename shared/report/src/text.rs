@@ -1,4 +1,4 @@
-//! Text that fits and is safe: escaping, numbers with the digits that mean something, widths.
+//! Escaped text of a known width, and numbers with their significant digits.
 
 use std::fmt::Write;
 
@@ -21,7 +21,7 @@ pub fn escape(text: &str) -> String {
     out
 }
 
-/// A number for a sentence: four significant digits; what is no number is a dash.
+/// A number for a sentence: four significant digits; NaN and infinity are a dash.
 #[must_use]
 pub fn short(x: f64) -> String {
     if !x.is_finite() {
@@ -107,7 +107,7 @@ pub fn fit(text: &str, em_max: f64) -> String {
     "…".into()
 }
 
-/// A coordinate of a drawing: tenths of a unit, without trailing zeros; what is no number or far outside lies at the border of what is drawn.
+/// A coordinate of a drawing: tenths of a unit, without trailing zeros; NaN and values far outside lie at the border of the drawing.
 pub(crate) fn coordinate(out: &mut String, x: f64) {
     let tenths = (if x.is_nan() { 0.0 } else { x.clamp(-1e5, 1e5) } * 10.0).round() as i64;
     let (sign, size) = (if tenths < 0 { "-" } else { "" }, tenths.unsigned_abs());

@@ -11,7 +11,7 @@ use crate::text::width_em;
 pub struct Bar {
     pub label: String,
     pub value: f64,
-    /// 95 %; equal to the value where there is none.
+    /// 95 %; equal to the value without an interval.
     pub interval: (f64, f64),
     pub role: Role,
     /// Right of the bar: a verdict, a number.
@@ -29,10 +29,11 @@ pub struct Bars<'a> {
     pub from_zero: bool,
 }
 
-const ROW: f64 = 26.0;
+const BAR_ROW_HEIGHT: f64 = 26.0;
 const TOP: f64 = 10.0;
 
 impl Bars<'_> {
+    /// One row per bar with its interval, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
@@ -41,7 +42,7 @@ impl Bars<'_> {
         };
         let left = widest(&mut self.bars.iter().map(|b| b.label.as_str()), 280.0) + 16.0;
         let right = widest(&mut self.bars.iter().map(|b| b.note.as_str()), 230.0) + 16.0;
-        let (width, height) = (WIDTH - left - right, ROW * self.bars.len().max(2) as f64);
+        let (width, height) = (WIDTH - left - right, BAR_ROW_HEIGHT * self.bars.len().max(2) as f64);
         let numbers = self.bars.iter().flat_map(|b| [b.value, b.interval.0, b.interval.1]);
         let zero = self.from_zero.then_some(0.0);
         let axis = Axis::linear(self.quantity, self.unit, numbers.chain(self.reference).chain(zero));
@@ -57,7 +58,7 @@ impl Bars<'_> {
             }
         }
         for (k, bar) in self.bars.iter().enumerate() {
-            let y = TOP + (k as f64 + 0.5) * ROW;
+            let y = TOP + (k as f64 + 0.5) * BAR_ROW_HEIGHT;
             svg.text("label", (left - 8.0, y + 4.0), Anchor::End, left - 12.0, &bar.label);
             svg.text("tick", (left + width + 8.0, y + 4.0), Anchor::Start, right - 10.0, &bar.note);
             self.draw_bar(&mut svg, bar, y, &x);

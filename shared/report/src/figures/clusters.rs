@@ -23,9 +23,10 @@ pub struct Clusters<'a> {
     pub modes: Vec<Mode>,
 }
 
-const HEIGHT: f64 = 280.0;
+const CLUSTERS_HEIGHT: f64 = 280.0;
 
 impl Clusters<'_> {
+    /// Poles and modes over damping ratio and frequency, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
@@ -39,14 +40,15 @@ impl Clusters<'_> {
         let z = self.modes.iter().flat_map(|m| ends(m.damping_ratio, m.damping_sigma));
         let x = Axis::linear("frequency", "Hz", f.chain(self.pole_frequency_hz.iter().copied()));
         let percent: Vec<f64> = z.chain(self.pole_damping_ratio.iter().copied()).map(|z| 100.0 * z).collect();
-        let mut panel = Panel::new(Area::full(top, HEIGHT), x, Axis::linear("damping ratio", "%", percent.into_iter()));
+        let mut panel =
+            Panel::new(Area::full(top, CLUSTERS_HEIGHT), x, Axis::linear("damping ratio", "%", percent.into_iter()));
         let damping: Vec<f64> = self.pole_damping_ratio.iter().map(|z| 100.0 * z).collect();
         panel.dots("dot before", self.pole_frequency_hz, &damping);
         for mode in &self.modes {
             draw_mode(&mut panel, mode);
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + HEIGHT + BELOW)
+        svg.figure(claim, top + CLUSTERS_HEIGHT + BELOW)
     }
 }
 

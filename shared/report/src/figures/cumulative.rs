@@ -19,9 +19,10 @@ pub struct Cumulative<'a> {
     pub marks_are: &'a str,
 }
 
-const HEIGHT: f64 = 190.0;
+const CUMULATIVE_HEIGHT: f64 = 190.0;
 
 impl Cumulative<'_> {
+    /// The curves over time, with the threshold as a line, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
@@ -35,7 +36,7 @@ impl Cumulative<'_> {
         let top = legend(&mut svg, 4.0, &entries) + 8.0;
         let x = Axis::tight("time", "s", self.curves.iter().flat_map(|c| c.x.iter().copied()));
         let ys = self.curves.iter().flat_map(|c| c.y.iter().copied()).chain(self.threshold);
-        let mut panel = Panel::new(Area::full(top, HEIGHT), x, Axis::linear(self.quantity, self.unit, ys));
+        let mut panel = Panel::new(Area::full(top, CUMULATIVE_HEIGHT), x, Axis::linear(self.quantity, self.unit, ys));
         for mark in &self.marks {
             panel.stretch("area mark", mark.from, mark.to, &mark.what);
         }
@@ -47,6 +48,6 @@ impl Cumulative<'_> {
             panel.level("line truth", threshold);
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + HEIGHT + BELOW)
+        svg.figure(claim, top + CUMULATIVE_HEIGHT + BELOW)
     }
 }

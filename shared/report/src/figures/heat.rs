@@ -1,4 +1,4 @@
-//! Numbers as colours: levels, runs of equal colour, the bar that says what a colour means.
+//! Values as colours: levels, runs of equal colour, the bar of the colour scale.
 
 use crate::panel::LEFT;
 use crate::scale::Axis;
@@ -14,7 +14,7 @@ pub struct Colours {
 }
 
 impl Colours {
-    /// Over the finite numbers of `values`, or over `range` where one is given. A scale with both signs is symmetric about zero.
+    /// Over the finite elements of `values`, or over `range` where one is given. A scale with both signs is symmetric about zero.
     pub fn new(values: impl Iterator<Item = f64>, range: Option<(f64, f64)>) -> Option<Self> {
         let finite = values.filter(|v| v.is_finite());
         let found = finite.fold(None, |r: Option<(f64, f64)>, v| Some(r.map_or((v, v), |(l, h)| (l.min(v), h.max(v)))));
@@ -33,12 +33,13 @@ impl Colours {
         self.signed
     }
 
-    /// Level of a number; `None` for what is none.
+    /// Level of a value; `None` for NaN and infinity.
     pub fn level(&self, value: f64) -> Option<usize> {
         let share = (value - self.low) / (self.high - self.low);
         value.is_finite().then(|| ((share * LEVELS as f64).max(0.0) as usize).min(LEVELS - 1))
     }
 
+    /// CSS class of a level: `d0` … on a signed scale, `q0` … on one of one sign.
     pub fn class(&self, level: usize) -> String {
         format!("{}{level}", if self.signed { 'd' } else { 'q' })
     }
@@ -76,18 +77,18 @@ impl Colours {
         flush(run);
     }
 
-    /// The bar with its numbers; 34 high.
+    /// The bar of the scale with its ticks; 34 px high.
     pub fn legend(&self, svg: &mut Svg, top: f64, quantity: &str, unit: &str) {
-        const WIDTH: f64 = 240.0;
+        const SCALE_WIDTH: f64 = 240.0;
         let axis = Axis::tight(quantity, unit, [self.low, self.high].into_iter());
-        let step = WIDTH / LEVELS as f64;
+        let step = SCALE_WIDTH / LEVELS as f64;
         for level in 0..LEVELS {
             svg.rect(&self.class(level), LEFT + level as f64 * step, top, step + 0.3, 10.0);
         }
-        svg.rect("frame", LEFT, top, WIDTH, 10.0);
+        svg.rect("frame", LEFT, top, SCALE_WIDTH, 10.0);
         for tick in axis.ticks(4) {
-            svg.text("tick", (LEFT + tick.place * WIDTH, top + 24.0), Anchor::Middle, 60.0, &tick.label);
+            svg.text("tick", (LEFT + tick.place * SCALE_WIDTH, top + 24.0), Anchor::Middle, 60.0, &tick.label);
         }
-        svg.text("label", (LEFT + WIDTH + 28.0, top + 10.0), Anchor::Start, 390.0, &axis.label(4));
+        svg.text("label", (LEFT + SCALE_WIDTH + 28.0, top + 10.0), Anchor::Start, 390.0, &axis.label(4));
     }
 }

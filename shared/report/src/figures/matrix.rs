@@ -20,6 +20,7 @@ pub struct Matrix<'a> {
 const LEGEND: f64 = 40.0;
 
 impl Matrix<'_> {
+    /// One coloured cell per pair, with its value, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();

@@ -17,9 +17,10 @@ pub struct Scatter<'a> {
     pub band: Option<Band<'a>>,
 }
 
-const HEIGHT: f64 = 300.0;
+const SCATTER_HEIGHT: f64 = 300.0;
 
 impl Scatter<'_> {
+    /// Samples as dots, laws as lines, the band of 95 % behind them, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
@@ -31,7 +32,7 @@ impl Scatter<'_> {
         let x = Axis::linear(self.x.0, self.x.1, self.curves.iter().flat_map(|c| c.x.iter().copied()));
         let band = self.band.iter().flat_map(|b| b.low.iter().chain(b.high).copied());
         let y = Axis::linear(self.y.0, self.y.1, self.curves.iter().flat_map(|c| c.y.iter().copied()).chain(band));
-        let mut panel = Panel::new(Area::full(top, HEIGHT), x, y);
+        let mut panel = Panel::new(Area::full(top, SCATTER_HEIGHT), x, y);
         panel.level("zero", 0.0);
         if let Some(band) = self.band {
             panel.band("area band", band.x, band.low, band.high);
@@ -44,6 +45,6 @@ impl Scatter<'_> {
             }
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + HEIGHT + BELOW)
+        svg.figure(claim, top + SCATTER_HEIGHT + BELOW)
     }
 }

@@ -20,11 +20,12 @@ pub struct Spectrum<'a> {
     pub noise: Option<f64>,
 }
 
-const HEIGHT: f64 = 190.0;
+const SPECTRUM_HEIGHT: f64 = 190.0;
 /// A spectrum is not followed further below its peak: rounding is not physics.
 const DECADES_MAX: i32 = 14;
 
 impl Spectrum<'_> {
+    /// Power over frequency, both axes logarithmic, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
@@ -48,8 +49,11 @@ impl Spectrum<'_> {
         let top = legend(&mut svg, 4.0, &entries) + 8.0;
         let x = Axis::logarithmic("frequency", "Hz", self.curves.iter().flat_map(|c| c.x.iter().copied()), 6);
         let ys = self.curves.iter().flat_map(|c| c.y.iter().copied()).chain(self.noise);
-        let mut panel =
-            Panel::new(Area::full(top, HEIGHT), x, Axis::logarithmic(self.quantity, self.unit, ys, DECADES_MAX));
+        let mut panel = Panel::new(
+            Area::full(top, SPECTRUM_HEIGHT),
+            x,
+            Axis::logarithmic(self.quantity, self.unit, ys, DECADES_MAX),
+        );
         for band in &self.bands {
             panel.stretch("area mark", band.from, band.to, &band.what);
         }
@@ -60,6 +64,6 @@ impl Spectrum<'_> {
             panel.level("line truth", noise);
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + HEIGHT + BELOW)
+        svg.figure(claim, top + SPECTRUM_HEIGHT + BELOW)
     }
 }

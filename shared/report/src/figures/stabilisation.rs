@@ -33,7 +33,7 @@ pub struct Stabilisation<'a> {
     pub chosen_hz: Vec<f64>,
 }
 
-const HEIGHT: f64 = 300.0;
+const STABILISATION_HEIGHT: f64 = 300.0;
 const KINDS: [(Stability, &str, &str); 4] = [
     (Stability::New, "before-fill", "new"),
     (Stability::Frequency, "ring before", "frequency stable"),
@@ -42,6 +42,7 @@ const KINDS: [(Stability, &str, &str); 4] = [
 ];
 
 impl Stabilisation<'_> {
+    /// Poles by stability over frequency and model order, with the spectrum behind them, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
@@ -55,7 +56,7 @@ impl Stabilisation<'_> {
             self.poles.iter().map(|p| p.frequency_hz).chain(self.spectrum.iter().flat_map(|s| s.x.iter().copied()));
         let x = Axis::tight("frequency", "Hz", frequencies);
         let mut panel = Panel::new(
-            Area::full(top, HEIGHT),
+            Area::full(top, STABILISATION_HEIGHT),
             x,
             Axis::linear("model order", "-", self.poles.iter().map(|p| p.order)),
         );
@@ -76,7 +77,7 @@ impl Stabilisation<'_> {
             }
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + HEIGHT + BELOW)
+        svg.figure(claim, top + STABILISATION_HEIGHT + BELOW)
     }
 
     fn behind(&self, panel: &mut Panel, spectrum: &Curve<'_>) {

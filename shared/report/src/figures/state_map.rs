@@ -17,21 +17,22 @@ pub struct StateMap<'a> {
     pub force: (&'a str, &'a str),
     /// Ends of the colour scale; those of the data where none are given. Give it to two maps to compare them.
     pub range: Option<(f64, f64)>,
-    /// Rows from the lowest `y` up; NaN where the data say nothing.
+    /// Rows from the lowest `y` up; NaN for cells without data.
     pub rows: Vec<Vec<f64>>,
     /// Where the recording has been.
     pub visited: (&'a [f64], &'a [f64]),
 }
 
-const HEIGHT: f64 = 300.0;
+const STATE_MAP_HEIGHT: f64 = 300.0;
 
 impl StateMap<'_> {
+    /// Cells over two coordinates, coloured by value, empty without data, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
         let colours = Colours::new(self.rows.iter().flatten().copied(), self.range);
         let ends = |range: (f64, f64)| [range.0, range.1].into_iter().filter(|_| colours.is_some());
-        let area = Area::full(44.0, HEIGHT);
+        let area = Area::full(44.0, STATE_MAP_HEIGHT);
         let x = Axis::tight(self.x.0, self.x.1, ends(self.x_range));
         let mut panel = Panel::new(area, x, Axis::tight(self.y.0, self.y.1, ends(self.y_range)));
         if let Some(colours) = &colours {
@@ -48,7 +49,7 @@ impl StateMap<'_> {
             panel.dots("dot measured small", self.visited.0, self.visited.1);
         }
         panel.draw(&mut svg);
-        svg.figure(claim, 44.0 + HEIGHT + BELOW)
+        svg.figure(claim, 44.0 + STATE_MAP_HEIGHT + BELOW)
     }
 }
 

@@ -30,11 +30,12 @@ pub struct TileMap<'a> {
     pub columns: usize,
 }
 
-const ROW: f64 = 16.0;
+const BIN_ROW_HEIGHT: f64 = 16.0;
 /// The turned label of the frequency fits.
 const HEIGHT_MIN: f64 = 100.0;
 
 impl TileMap<'_> {
+    /// One map of time and frequency per channel on a common colour scale, under the title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();
@@ -53,7 +54,10 @@ impl TileMap<'_> {
         let columns = self.columns.clamp(1, 2);
         let mut top = 44.0;
         for line in self.maps.chunks(columns) {
-            let height = line.iter().map(|m| (ROW * m.rows.len() as f64).clamp(HEIGHT_MIN, 240.0)).fold(0.0, f64::max);
+            let height = line
+                .iter()
+                .map(|m| (BIN_ROW_HEIGHT * m.rows.len() as f64).clamp(HEIGHT_MIN, 240.0))
+                .fold(0.0, f64::max);
             for (k, map) in line.iter().enumerate() {
                 let width = WIDTH / columns as f64;
                 let area = Area { left: 74.0 + k as f64 * width, top: top + 18.0, width: width - 90.0, height };
@@ -81,7 +85,7 @@ fn draw_map(svg: &mut Svg, area: Area, map: &Tiles<'_>, colours: &Colours) {
     panel.draw(svg);
 }
 
-/// At most `count` tiles, each the number of greatest size that it covers.
+/// At most `count` time–frequency bins, each the value of largest magnitude that it covers.
 fn pooled(row: &[f64], count: usize) -> Vec<f64> {
     let size = row.len().div_ceil(count.max(1)).max(1);
     let largest = |tiles: &[f64]| {
