@@ -44,6 +44,7 @@ impl ChiSquareMean {
         self.degrees += u64::from(degrees);
     }
 
+    /// Number of accumulated values.
     pub fn count(&self) -> u64 {
         self.count
     }

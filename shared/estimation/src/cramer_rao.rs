@@ -16,6 +16,10 @@ impl<const P: usize> Default for FisherInformation<P> {
 }
 
 impl<const P: usize> FisherInformation<P> {
+    /// Adds a scalar measurement: `F += h hᵀ / σ²`, `h` (P) its sensitivity, σ² its variance.
+    ///
+    /// # Panics
+    /// `variance` is not positive.
     pub fn push(&mut self, sensitivity: &SVector<f64, P>, variance: f64) {
         assert!(variance > 0.0);
         self.matrix += sensitivity * sensitivity.transpose() / variance;

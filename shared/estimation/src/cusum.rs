@@ -17,7 +17,7 @@ pub const SLACK: f64 = 0.5;
 /// Mean overshoot of a Gaussian random walk, twice 0.583 (Siegmund 1985).
 const OVERSHOOT: f64 = 1.166;
 
-/// How seldom a change may be seen where there is none.
+/// Probability of a false alarm over a number of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FalseAlarm {
     /// Probability of a false alarm over all `samples`.
@@ -56,6 +56,7 @@ pub struct Cusum {
 }
 
 impl Cusum {
+    /// A detector with the limit of `alarm`, both sums zero.
     pub fn new(alarm: FalseAlarm) -> Self {
         Self { limit: cusum_limit(alarm), upper: 0.0, lower: 0.0 }
     }
@@ -75,7 +76,7 @@ impl Cusum {
 
 /// Samples from which the scatter is learned, and over which the mean follows what changes slowly.
 pub const BASELINE_SAMPLES: u32 = 100;
-/// Samples before the first decision: the scatter of fewer says nothing.
+/// Samples before the first decision: the scatter of fewer is too uncertain.
 const BASELINE_MIN: u32 = 8;
 /// Errors of the learned mean and scatter that are allowed for [standard deviations].
 const BASELINE_SIGMAS: f64 = 3.0;
@@ -85,7 +86,7 @@ const BASELINE_SIGMAS: f64 = 3.0;
 /// With `n` samples behind it, at most [`BASELINE_SAMPLES`], mean and scatter are known to `σ/√n` and `σ/√(2n)`. The
 /// scatter is taken larger and the slack wider by three of these, so alarms come no oftener than stated from the first
 /// decision on. The scatter is never taken smaller than the noise the sensors must have. Afterwards the mean follows
-/// with gain `1/n`: a constant error is nothing to it, nor is a drift of up to half a sigma in `n` samples.
+/// with gain `1/n`: it does not detect a constant error, nor a drift of up to half a sigma in `n` samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JumpDetector {
     cusum: Cusum,
@@ -96,10 +97,12 @@ pub struct JumpDetector {
 }
 
 impl JumpDetector {
+    /// A detector with the limit of `alarm`, before its first sample.
     pub fn new(alarm: FalseAlarm) -> Self {
         Self { cusum: Cusum::new(alarm), samples: 0, mean: 0.0, squares: 0.0 }
     }
 
+    /// Limit of the statistic [sigma].
     pub fn limit(&self) -> f64 {
         self.cusum.limit()
     }

@@ -34,7 +34,7 @@ impl<const P: usize, const A: usize> GeneralisedTotalLeastSquares<P, A> {
 
     /// # Errors
     /// [`TlsError::Nongeneric`]: no finite α explains the data. [`TlsError::NoiseSingular`]: some combination of the columns is
-    /// free of noise, so that there is nothing to divide by; weight with [`crate::weighted_pass`] instead.
+    /// free of noise, so that no division by its noise is possible; weight with [`crate::weighted_pass`] instead.
     pub fn estimate(&self) -> Result<SVector<f64, P>, TlsError> {
         if self.rows < A as u64 {
             return Err(TlsError::TooFewRows { got: self.rows, need: A as u64 });

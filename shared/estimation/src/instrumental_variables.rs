@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::weighted_least_squares::{Estimate, add_outer_product};
 
+/// Data without an instrumental-variable estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InstrumentError {
     /// `Σ ζ y'` is singular: the instruments do not see some direction of the parameters.

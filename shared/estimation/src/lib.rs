@@ -1,7 +1,29 @@
-//! Recursive, fixed-memory estimators and the statistics that say whether to believe them.
+//! Recursive, fixed-memory estimators and the statistics that test their consistency.
 //!
-//! May import: nalgebra, libm, serde. No std, no alloc: every size is a const generic and every loop has a bound
-//! that can be stated. Must never know: any spacecraft, sensor, unit of a physical quantity, clock or file.
+//! What it is: least squares with noisy rows (weighted, total, instrumental), a square-root unscented Kalman filter,
+//! information bounds, tests of consistency and of lasting changes. Every size is a const generic; every loop has a
+//! stated bound. No std, no alloc: the crate flies.
+//!
+//! May import: nalgebra, libm, serde.
+//!
+//! Must never know: any spacecraft, sensor, unit of a physical quantity, clock or file.
+//!
+//! ```
+//! use estimation::{cramer_rao::FisherInformation, total_least_squares::TotalLeastSquares};
+//! use nalgebra::vector;
+//!
+//! let mut fit = TotalLeastSquares::<2, 3>::default(); // two parameters, three columns of [Y b]
+//! let mut information = FisherInformation::<2>::default();
+//! for k in 0..20 {
+//!     let (row, observed) = (vector![1.0, f64::from(k)], 3.0 + 0.5 * f64::from(k));
+//!     fit.push(&row, observed);
+//!     information.push(&row, 0.01); // variance of one observation
+//! }
+//! let alpha = fit.estimate().expect("more rows than parameters");
+//! assert!((alpha - vector![3.0, 0.5]).norm() < 1e-12);
+//! let sigmas = information.sigmas().expect("both parameters are observable");
+//! assert!(sigmas[1] < sigmas[0] && sigmas[0] < 0.05);
+//! ```
 //!
 //! | file | subject |
 //! |---|---|
@@ -9,7 +31,7 @@
 //! | `weighted_pass` | the same in batch: one pass at fixed weights |
 //! | `golden_section` | minimum of a function of one variable |
 //! | `identifiability` | what data did to a prior: identified, prior kept, not excited |
-//! | `instrumental_variables` | rows with noise, instruments without; with itself as instrument, least squares |
+//! | `instrumental_variables` | rows with noise, instruments without; with the row as its own instrument, least squares |
 //! | `generalised_total_least_squares` | noise covariance of the columns, observation exact |
 //! | `total_least_squares` | the seed's estimator, streamed through the Givens factor of `[Y b]` |
 //! | `unscented` | square-root unscented Kalman filter; the trait of models in state space |
@@ -47,7 +69,7 @@ use serde::{Deserialize, Serialize};
 /// Five standard deviations: the gate [`Innovation::test_ratio`] is measured against.
 pub const GATE_SIGMAS: f64 = 5.0;
 
-/// What one measurement said before it was used: the raw material of every validation.
+/// Difference between a measurement and its prediction, before the update.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Innovation {
     /// Measured minus predicted, in the unit of the measurement.
@@ -61,6 +83,7 @@ pub struct Innovation {
 }
 
 impl Innovation {
+    /// The innovation with its variance, the sum of `noise_variance` and of the `uncertainty` of the prediction.
     pub fn new(innovation: f64, noise_variance: f64, uncertainty: f64) -> Self {
         let variance = noise_variance + uncertainty;
         let test_ratio = innovation * innovation / (GATE_SIGMAS * GATE_SIGMAS * variance);
@@ -72,7 +95,7 @@ impl Innovation {
         (self.variance - self.noise_variance) / self.noise_variance
     }
 
-    /// Innovation over its predicted standard deviation: a unit normal number when the model holds.
+    /// Innovation over its predicted standard deviation: standard normal if the model holds.
     pub fn normalised(&self) -> f64 {
         self.innovation / libm::sqrt(self.variance)
     }

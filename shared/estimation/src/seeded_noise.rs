@@ -1,4 +1,4 @@
-//! Seeded normal numbers for the tests of this crate and of those that fly it: splitmix64 and Box–Muller.
+//! Seeded normal deviates for the tests of this crate and of those that fly it: splitmix64 and Box–Muller.
 
 pub struct SeededNoise {
     state: u64,

@@ -6,6 +6,7 @@
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
+/// Data without a total least squares estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TlsError {
     /// Fewer rows than unknowns plus one: `need > got`.

@@ -35,6 +35,7 @@ pub trait StateSpace<const X: usize, const U: usize, const Z: usize> {
     }
 }
 
+/// Condition under which a prediction or update is impossible; the belief is then unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UnscentedError {
     /// The mean itself left the region where the model has a meaning: prior too wide, or the model is wrong.
@@ -74,7 +75,7 @@ struct Transformed<const X: usize, const Y: usize> {
 }
 
 impl<const X: usize> UnscentedFilter<X> {
-    /// Independent standard deviations; a zero is a number known exactly.
+    /// Independent standard deviations; zero: known exactly.
     pub fn new(mean: SVector<f64, X>, sigma: SVector<f64, X>) -> Self {
         assert!(mean.iter().all(|value| value.is_finite()));
         assert!(sigma.iter().all(|value| *value >= 0.0 && value.is_finite()));
@@ -122,10 +123,12 @@ impl<const X: usize> UnscentedFilter<X> {
         }
     }
 
+    /// Mean of the states and constants.
     pub fn mean(&self) -> &SVector<f64, X> {
         &self.mean
     }
 
+    /// `P = S Sᵀ` (X × X). Cost: X³ multiplications, no allocation.
     pub fn covariance(&self) -> SMatrix<f64, X, X> {
         self.factor * self.factor.transpose()
     }

@@ -44,6 +44,7 @@ pub struct Estimate<const P: usize> {
     pub covariance: SMatrix<f64, P, P>,
 }
 
+/// Data without a weighted least squares estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LeastSquaresError {
     /// `F − B` is not positive definite: the rows seen so far carry more noise than signal in some direction.
@@ -115,7 +116,7 @@ pub struct BiasCompensatedLeastSquares<const P: usize> {
     settled: NormalEquations<P>,
     late: [Block<P>; LATE_BLOCKS],
     open: Block<P>,
-    /// Next slot of `late`; the oldest block stands there.
+    /// Next slot of `late`; the oldest block is there.
     cursor: usize,
     late_blocks: usize,
     rows: u64,
@@ -155,6 +156,7 @@ impl<const P: usize> BiasCompensatedLeastSquares<P> {
         self
     }
 
+    /// Number of rows taken.
     pub fn rows(&self) -> u64 {
         self.rows
     }
@@ -164,7 +166,7 @@ impl<const P: usize> BiasCompensatedLeastSquares<P> {
         &self.reference
     }
 
-    /// Takes one row; returns what it said about the estimate before it was used.
+    /// Adds one row; returns its innovation against the estimate before the update.
     pub fn update<const C: usize>(&mut self, row: &NoisyRow<P, C>) -> Innovation {
         let y = &row.regressor;
         let py = self.reference.covariance * y;

@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector};
 /// How much of a row's noise is taken off its share of `B`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Compensation {
-    /// `S`, whatever the row shows.
+    /// `S`, for every row.
     Expected,
     /// `S e²/s²`, `e` the row's residual at the reference.
     Shown,

@@ -4,7 +4,7 @@ use core::f64::consts::{FRAC_1_SQRT_2, PI};
 
 /// Quantile of the unit normal: Acklam's rational approximation (1.2e-9) and one step of Halley's, to rounding.
 ///
-/// Both tails are as exact: it is the lower one that is computed, so ask for small probabilities, not for those near one.
+/// Both tails are equally exact, because the lower one is computed: small probabilities keep their digits, those near one do not.
 pub fn normal_quantile(probability: f64) -> f64 {
     assert!(probability > 0.0);
     assert!(probability < 1.0);
@@ -21,7 +21,7 @@ pub fn normal_quantile(probability: f64) -> f64 {
     z - step / (1.0 + 0.5 * z * step)
 }
 
-/// Probability that a unit normal number is at least `|z|` in magnitude.
+/// Probability that a standard normal variable is at least `|z|` in magnitude.
 pub fn normal_two_sided_tail(z: f64) -> f64 {
     libm::erfc(z.abs() * FRAC_1_SQRT_2)
 }
@@ -63,7 +63,7 @@ fn horner(coefficients: &[f64], x: f64) -> f64 {
 
 /// Quantile of χ² with `degrees` of freedom: exact for one, Wilson and Hilferty's approximation for more.
 ///
-/// Bounds of the relative error, from so many degrees on, at the tails that are asked for in flight:
+/// Bounds of the relative error, from so many degrees on, at the tails that flight requires:
 ///
 /// | degrees | upper 1e-3 to 3.3e-4 | upper 1e-4 to 6e-9 | lower 5e-4 |
 /// |---|---|---|---|
@@ -72,7 +72,7 @@ fn horner(coefficients: &[f64], x: f64) -> f64 {
 /// | 100 | 0.06 % | 0.27 % | 0.11 % |
 /// | 1000 | 2.2e-5 | 1.2e-4 | 2.5e-5 |
 ///
-/// There it errs outwards, upper quantiles high and lower ones low: honest data are refused no oftener than stated.
+/// There it errs outwards, upper quantiles high and lower ones low: consistent data are rejected no more often than stated.
 pub fn chi_square_quantile(probability: f64, degrees: f64) -> f64 {
     assert!(degrees > 0.0);
     if degrees == 1.0 {
@@ -84,10 +84,10 @@ pub fn chi_square_quantile(probability: f64, degrees: f64) -> f64 {
     degrees * root * root * root
 }
 
-/// Fewer degrees of freedom than this decide nothing: the approximation of the χ² tail fails below three.
+/// Least degrees of freedom of a decision: the approximation of the χ² tail fails below three.
 pub const DEGREES_MIN: f64 = 3.0;
 
-/// Two-sided band of a mean square of `degrees` unit normal numbers, left with probability `false_alarm`; `None` when
+/// Two-sided band of a mean square of `degrees` standard normal variables, left with probability `false_alarm`; `None` when
 /// there are too few to say.
 pub fn mean_square_band(degrees: f64, false_alarm: f64) -> Option<(f64, f64)> {
     let bound = |probability| chi_square_quantile(probability, degrees) / degrees;

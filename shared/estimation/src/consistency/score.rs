@@ -1,7 +1,7 @@
 //! Score tests: does a column that the model lacks explain what the model left?
 //!
 //! With residuals `r` of unit noise and columns `c`, both behind what the model can take, `g = cᵀ r` is the score and `M = cᵀ c` its variance
-//! under the null. [`score_statistic`] believes that variance; [`long_run_score`] takes it from the products `c_t r_t` themselves, and so
+//! under the null. [`score_statistic`] relies on that variance; [`long_run_score`] takes it from the products `c_t r_t` themselves, and so
 //! holds for coloured residuals and unequal noise (Newey and West 1987).
 
 /// Share by which the variance's diagonal is raised: columns that coincide share their amplitude instead of failing.
