@@ -148,7 +148,7 @@ pub fn split_joint(plant: &mut Plant, site: &Site, share: f64) -> Result<SplitJo
     Ok(SplitJoint { link: place + 1, gear: gear_name, motor_inertia, link_inertia: (1.0 - taken) * whole })
 }
 
-/// What the joint's rotation or translation moves of its own body: `a·I a + m |a × c|²`, or the mass.
+/// Inertia of a body about its own joint, `a·I a + m |a × c|²`, or its mass along a prismatic joint.
 fn inertia_about_joint(body: &Body) -> Option<f64> {
     let (m, c) = (body.mass_kg.value, body.com_m.map(|x| x.value));
     let [xx, yy, zz, xy, xz, yz] = body.inertia_com_kg_m2.map(|i| i.value);

@@ -1,4 +1,4 @@
-//! What tests of laws need: states to try them on, work over a cycle, and a plant with one of everything.
+//! Tools for tests of laws: random states, work over a cycle, and a plant with one of everything.
 
 use dynamics::description::{
     Actuator, ActuatorKind, Appendage, Body, Joint, JointKind, Mode, Noise, Orientation, Plant, Quantity, Reading,
@@ -9,7 +9,7 @@ use dynamics::effect::{Action, BodyState, Both, Effect, HIDDEN_MAX, Law, Local, 
 use dynamics::noise::Stream;
 use dynamics::real::Real;
 
-/// A state to try a law on; zero, upright and at rest but for what a test states.
+/// Arguments of a law: zero, upright and at rest, but for the fields that a test states.
 #[derive(Clone, Copy, Debug)]
 pub struct Trial {
     pub t_s: f64,
@@ -102,7 +102,7 @@ impl Trial {
         }
     }
 
-    /// What the law starts from.
+    /// The action before the law.
     pub fn untouched(&self, effect: &Effect) -> Action<f64> {
         let value = match effect.law {
             Law::Actuator(_) => self.command,
@@ -112,7 +112,7 @@ impl Trial {
         Action { value, ..Action::default() }
     }
 
-    /// What the law does with these parameters.
+    /// The action after the law with these parameters.
     pub fn act(&self, effect: &Effect, parameters: &[f64]) -> Action<f64> {
         let mut action = self.untouched(effect);
         let local = Local {

@@ -1,4 +1,4 @@
-//! Closed forms of the deployed plants, each with what its plant file lacks.
+//! Closed forms of the deployed plants, each with the structure that a case can add.
 
 mod double_pendulum;
 mod drive;

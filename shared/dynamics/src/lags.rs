@@ -1,7 +1,7 @@
 //! Exact discrete filters: lags and delays of actuators and sensors, never stiff states.
 //!
 //! A lag is advanced over an interval by its own closed form, however short its time constant is beside the interval. On an
-//! actuator the input is held, and what acts is the *mean* of the lag's output over the interval: the impulse is exact, and the plant
+//! actuator the input is held, and the acting value is the *mean* of the lag's output over the interval: the impulse is exact, and the plant
 //! sees a held input. On a sensor the input moves on a straight line.
 //!
 //! Gates ([`Gate`]) act on the held command before all that.
@@ -17,7 +17,7 @@ pub use delay::{HeldDelay, HeldDelayState};
 pub use gate::Gate;
 pub use lag::{Lag, LagState};
 
-/// What a filter is, in continuous time.
+/// Kind of a filter, in continuous time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FilterKind {
     /// Passes.

@@ -20,7 +20,7 @@ pub struct SignalError {
 /// An instant meant to lie on an edge must not fall before it by rounding [s].
 pub const EDGE_S: f64 = 1e-9;
 
-/// Value of a signal and its derivatives, in the SI unit of what it drives, per second, per second squared.
+/// Value of a signal and its derivatives, in the SI unit of the driven input, per second, per second squared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SignalValue {
     pub value: f64,

@@ -90,7 +90,7 @@ pub struct System {
     filters: Vec<Filter>,
     /// Per link, about its centre of mass, link axes.
     inertia_com: Vec<[[f64; 3]; 3]>,
-    /// What a reading of all sensors takes.
+    /// Computations that a reading of all sensors requires.
     reach: sensors::Reach,
     /// Some actuator, environment or effect pushes bodies.
     pushed: bool,

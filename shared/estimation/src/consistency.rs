@@ -8,7 +8,7 @@
 //! |---|---|
 //! | `laws` | quantiles of the normal and the χ² law, bands and limits |
 //! | `whiteness` | block means, lag one, Ljung and Box |
-//! | `score` | does a column that the model lacks explain what the model left |
+//! | `score` | does a column that the model lacks explain its residuals |
 
 mod laws;
 mod score;

@@ -1,4 +1,4 @@
-//! Fisher information of an experiment and the Cramér–Rao bound it implies: what no unbiased estimator can beat.
+//! Fisher information of an experiment and the Cramér–Rao bound on the covariance of any unbiased estimator.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};

@@ -74,7 +74,7 @@ impl Cusum {
     }
 }
 
-/// Samples from which the scatter is learned, and over which the mean follows what changes slowly.
+/// Samples from which the scatter is learned, and over which the mean follows slow changes.
 pub const BASELINE_SAMPLES: u32 = 100;
 /// Samples before the first decision: the scatter of fewer is too uncertain.
 const BASELINE_MIN: u32 = 8;

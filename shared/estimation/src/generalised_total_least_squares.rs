@@ -1,7 +1,7 @@
 //! Generalised total least squares: noisy regressors with a known covariance, an observation without noise.
 //!
 //! `min ‖Y α − b‖² / (α' S α)`, S the mean noise covariance of a row. With the exact column first, `[b Y] = Q R`: the first row
-//! of R is met exactly, and what remains, whitened by `S = L L'`, is a smallest right singular vector (Golub, Hoffman, Stewart
+//! of R is met exactly, and the remainder, whitened by `S = L L'`, is a smallest right singular vector (Golub, Hoffman, Stewart
 //! 1987; Van Huffel, Vandewalle 1989). Plain total least squares is `S = 1` and `b` as noisy as the rest.
 
 use crate::total_least_squares::{TlsError, rotate_in, smallest_right_singular_vector};

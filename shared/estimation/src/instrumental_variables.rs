@@ -1,4 +1,4 @@
-//! Instrumental variables: rows that are noisy, instruments that know the signal but not the noise.
+//! Instrumental variables: noisy rows, and instruments correlated with the signal but not with the noise.
 //!
 //! `(Σ w ζ y') α = Σ w ζ b`: consistent however large the noise of `y`, if only `ζ` is independent of it (Söderström, Stoica
 //! 1983). The instruments come from simulating the model at the last estimate along the commanded motion; a few passes settle.

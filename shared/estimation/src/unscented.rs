@@ -46,7 +46,7 @@ pub enum UnscentedError {
     InnovationCertain,
 }
 
-/// What a measurement said before it was used.
+/// Difference between a measurement and its prediction, before the update.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VectorInnovation<const Z: usize> {
     /// Measured minus predicted.
@@ -108,8 +108,8 @@ impl<const X: usize> UnscentedFilter<X> {
         self
     }
 
-    /// A first measurement of the leading components, after the start or after a gap: they are what it says, independent of the others,
-    /// of which nothing is forgotten.
+    /// A first measurement of the leading components, after the start or after a gap: they take the measured values,
+    /// independent of the other components, which keep theirs.
     pub fn begin_at(&mut self, measured: &[f64], sigma: &[f64]) {
         assert_eq!(measured.len(), sigma.len());
         assert!(measured.len() <= X);

@@ -210,8 +210,8 @@ impl<const P: usize> BiasCompensatedLeastSquares<P> {
 
     /// Solves until the parameters, and with them the weights, change by less than 1 %, at most three times.
     ///
-    /// Needed in the first seconds only: there one solve leaves a covariance weighted at parameters that were wrong by
-    /// factors, and it promised 4 % of what the innovations then showed.
+    /// Needed in the first seconds only: there one solve leaves a covariance weighted at parameters that are wrong by
+    /// factors; it was 4 % of the variance that the innovations then showed.
     fn solve_from(&self, alpha: &SVector<f64, P>) -> Result<Estimate<P>, LeastSquaresError> {
         const PASSES_MAX: usize = 3;
         const WEIGHT_CHANGE: f64 = 0.01;

@@ -34,7 +34,7 @@ impl<const P: usize> WeightedPass<P> {
         Self::with(reference, Compensation::Expected)
     }
 
-    /// Weights are those of `reference`, and each row's noise is compensated by what its residual shows of it: a fixed point is one of the
+    /// Weights are those of `reference`, and each row's noise is compensated by its share in the residual: a fixed point is one of the
     /// likelihood, `Σ (y e − S α e²/s²)/s² = 0`. [`at`](Self::at) takes the mean of `e²/s²`, one, for itself; the difference is noise of
     /// relative variance `s²` over the signal's in the direction of α, and matters where a weak signal gives the scale. Needs a reference
     /// within some residual sigmas: go there by [`at`](Self::at).

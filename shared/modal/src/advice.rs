@@ -8,7 +8,7 @@ const NULLING: f64 = 0.2;
 const DAMPING_UNKNOWN: f64 = 0.2;
 /// Modes closer than this many sums of half bandwidths overlap.
 const OVERLAP: f64 = 3.0;
-/// Correlation of residuals (1: white) above which something acts that the model does not know: 20 lags of some channels scatter
+/// Correlation of residuals (1: white) above which the model lacks an input or a mode: 20 lags of some channels scatter
 /// by a few tenths.
 const COLOURED: f64 = 2.0;
 
@@ -51,7 +51,7 @@ impl std::fmt::Display for Advice {
     }
 }
 
-/// Whether a pulse of `pulse_s` leaves the mode at rest: its decay is `2 |sin(π f T)|` of what a step gives.
+/// Whether a pulse of `pulse_s` leaves the mode at rest: its decay is `2 |sin(π f T)|` of that after a step.
 #[must_use]
 pub fn pulse_nulling(frequency_hz: f64, pulse_s: f64) -> Option<Advice> {
     let cycles = frequency_hz * pulse_s;
@@ -62,7 +62,7 @@ pub fn pulse_nulling(frequency_hz: f64, pulse_s: f64) -> Option<Advice> {
     (share < NULLING && cycles > 0.5).then_some(Advice::PulseNulled { frequency_hz, pulse_s, share, better_pulse_s })
 }
 
-/// Advice on what a method found in a record of `record_s`; `residual_correlation` where the method has residuals.
+/// Advice on the modes of a method in a record of `record_s`; `residual_correlation` where the method has residuals.
 #[must_use]
 pub fn advice(found: &[Estimate], record_s: f64, residual_correlation: Option<f64>) -> Vec<Advice> {
     let mut all = Vec::new();

@@ -59,7 +59,7 @@ impl HalfBand {
         Some(&self.output)
     }
 
-    /// Forgets what it has seen: a new segment begins.
+    /// Clears the filter: a new segment begins.
     pub fn clear(&mut self) {
         self.history.clear();
         self.filled = 0;

@@ -1,6 +1,6 @@
 //! Frequency and damping over the parts of a record: constants of a linear structure, clocks of one that is not.
 //!
-//! A fit of the whole record hides what changes along it: damping that grows with amplitude moves the fitted damping by tens of
+//! A fit of the whole record hides changes along it: damping that grows with amplitude moves the fitted damping by tens of
 //! per cent and leaves the residuals almost white. The same record in parts shows it with ten standard deviations, and the sign
 //! says what it is. Evidence, not a verdict: wear, temperature and a moving payload drift, too.
 
@@ -77,7 +77,7 @@ pub fn between(earlier: &[Estimate], later: &[Estimate]) -> Vec<Drift> {
     earlier.iter().filter_map(of).collect()
 }
 
-/// The nearest of like shape, within three half-power widths and what the deviations allow.
+/// The nearest of like shape, within three half-power widths and the tolerance of the deviations.
 fn alike<'a>(mode: &Estimate, among: &'a [Estimate]) -> Option<&'a Estimate> {
     let apart = |other: &&Estimate| (other.frequency_hz - mode.frequency_hz).abs();
     let deviation = |estimate: &Estimate| estimate.deviation.map_or(0.0, |d| d.frequency_hz);
@@ -114,7 +114,7 @@ pub struct TrackPoint {
     pub damping_sd: f64,
 }
 
-/// A mode of the whole record and what its parts say of it.
+/// A mode of the whole record with its estimates over the parts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Track {
     pub frequency_hz: f64,

@@ -32,7 +32,7 @@ pub struct ResponseMode {
     pub mode_shape: Vec<c64>,
 }
 
-/// What was found, and on which way.
+/// Modes of the accepted order, and the poles of all orders.
 #[derive(Clone, Debug)]
 pub struct ResponseFit {
     pub order: usize,

@@ -27,7 +27,7 @@ pub struct Gram {
     pub(crate) tails: Vec<(u64, Vec<f64>)>,
 }
 
-/// What is known of a stretch of samples without a break.
+/// Sums over a stretch of samples without a break.
 pub(crate) struct Stretch<'a> {
     pub samples: u64,
     /// `R_k[a][b]` at `a · 2il + k · l + b`.

@@ -29,7 +29,7 @@ const GAIN_MIN: f64 = 1e-8;
 /// First damping of a step that made matters worse, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
 
-/// What belongs to the model beside forced modes and direct terms.
+/// Terms of the model besides forced modes and direct terms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Model {
     /// The structure moves at the first sample: two more columns per mode.
@@ -264,7 +264,7 @@ pub fn modelled(record: &Record, fit: &Fit) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// What modes at `poles` found otherwise explain of a record, channel by channel: one linear least squares.
+/// The part of a record that modes at given `poles` explain, channel by channel: one linear least squares.
 #[must_use]
 pub fn explained(record: &Record, model: Model, poles: &[c64]) -> Vec<Vec<f64>> {
     let outputs = Outputs::new(record);

@@ -1,4 +1,4 @@
-//! The methods, one list: what each needs, and how it is called.
+//! One list of the methods: the requirements of each, and its call.
 
 use crate::era::era;
 use crate::gram::output_gram;
@@ -64,7 +64,7 @@ pub enum MethodError {
     Subspace(SsiError),
     Likelihood(MlError),
     Fraction(RfpError),
-    /// The method needs to know what drives the structure.
+    /// The method needs the input of the structure.
     NeedsInput,
 }
 

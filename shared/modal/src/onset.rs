@@ -1,4 +1,4 @@
-//! A jump in a record ends its segment: what follows is related to what the structure did before only by the jump.
+//! A jump in a record ends its segment: the motion after it is related to the motion before it only by the jump.
 //!
 //! A record of accelerations alone often begins with rest before the structure is struck. Hankel columns that reach over
 //! the blow hold an input that is unknown to output-only identification. A segment is opened where more than half of
@@ -63,7 +63,7 @@ impl OnsetGate {
         }
     }
 
-    /// Hands over what waits and forgets the segment.
+    /// Returns the waiting samples and clears the segment.
     pub fn end_segment(&mut self, identifier: &mut ModalIdentifier) {
         while !self.powers.is_empty() {
             self.release(identifier);
@@ -80,7 +80,7 @@ impl OnsetGate {
         self.values.reserve_exact((rows + 1) * channels);
     }
 
-    /// What is known of the segment; memory stays.
+    /// Clears the sums of the segment; memory stays.
     fn forget(&mut self) {
         self.mean.fill(0.0);
         (self.rows, self.squares) = (0, 0.0);

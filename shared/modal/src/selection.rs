@@ -47,7 +47,7 @@ pub struct Mode {
     pub decimation: usize,
 }
 
-/// What the selection demands.
+/// Criteria of the selection.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct SelectionSettings {
     pub stability: StabilityCriteria,
@@ -185,7 +185,7 @@ fn refusal(pole: &Pole, deviation: PoleDeviation, settings: &SelectionSettings) 
     })
 }
 
-/// What deviations are computed from.
+/// Input of the standard deviations.
 struct Appraisal<'a> {
     gram: &'a Gram,
     block_grams: &'a [Gram],

@@ -79,7 +79,7 @@ pub struct Pole {
     pub(crate) left: Vec<c64>,
 }
 
-/// What is factorised.
+/// The factorised matrix.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
     /// The future–past product `H = Y_f Y_pᵀ` (SSI-COV).

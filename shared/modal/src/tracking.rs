@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 pub const TRACKS_MAX: usize = 16;
 /// Answers a mode may miss: at one per second, a minute.
 pub const GAP_MAX: u32 = 60;
-/// Agreement of shapes that keeps a number. Looser than what makes a pole stable: a shape known from a short record scatters.
+/// Agreement of shapes that keeps a number. Looser than the criterion of a stable pole: a shape known from a short record scatters.
 const MAC_KEEPS: f64 = 0.6;
 /// Frequencies this far apart [joint standard deviations] are still one mode.
 const FREQUENCY_SIGMA: f64 = 3.0;

@@ -37,7 +37,7 @@ pub struct PoleDeviation {
 }
 
 impl PoleDeviation {
-    /// Variance of frequency and damping relative to what an ambient record allows, which grows with ζ.
+    /// Variance of frequency and damping relative to the one of an ambient record, which grows with ζ.
     ///
     /// `((σ_f/f)² + σ_ζ²) / ζ`. Without the division a choice by smallest deviation would prefer poles whose damping came out too low.
     #[must_use]

@@ -23,7 +23,7 @@ pub use stabilisation::{Pole, Stabilisation, Stability};
 pub use state_map::StateMap;
 pub use tiles::{TileMap, Tiles};
 
-/// What a line is, which decides how it looks.
+/// Role of a line, which decides its style.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// Black dots.
@@ -49,7 +49,7 @@ impl Role {
         }
     }
 
-    /// What lies under what: measured below, truth on top.
+    /// Order of drawing: measured below, truth on top.
     fn layer(self) -> u8 {
         match self {
             Role::Measured => 0,

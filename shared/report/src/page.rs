@@ -6,7 +6,7 @@ use crate::table::Table;
 use crate::text::escape;
 use std::fmt::Write;
 
-/// What a section is made of.
+/// Part of a section.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
     Text(String),
@@ -46,7 +46,7 @@ pub struct Page {
     pub sections: Vec<Section>,
     /// The command that wrote the page.
     pub command: String,
-    /// What it was made of, each with its digest.
+    /// Names of the inputs, each with its digest.
     pub digests: Vec<(String, String)>,
     /// Name and version of the program.
     pub tool: String,

@@ -168,7 +168,7 @@ impl Steps {
     }
 }
 
-/// What all labels of an axis have in common.
+/// Common format of all labels of an axis.
 struct Notation {
     power: i32,
     offset: f64,

@@ -141,7 +141,7 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// What the reader has to know beyond the axes.
+    /// Caption: information beyond the axes.
     #[must_use]
     pub fn caption(self, caption: impl Into<String>) -> Self {
         Figure { caption: caption.into(), ..self }

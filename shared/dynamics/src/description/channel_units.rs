@@ -1,4 +1,4 @@
-//! SI units of inputs, channels and sites: what `unit of the input` means for each kind.
+//! SI units of inputs, channels and sites: the `unit of the input` of each kind.
 
 use super::{
     Actuator, ActuatorKind, Body, Drive, Joint, JointKind, Plant, Prescribed, Sensor, SensorKind, Site, SiteKind,
@@ -16,7 +16,7 @@ impl Joint {
         if self.is_prismatic() { "m" } else { "rad" }
     }
 
-    /// Unit of what drives it.
+    /// Unit of its input.
     pub const fn effort_unit(&self) -> &'static str {
         if self.is_prismatic() { "N" } else { "N*m" }
     }
@@ -86,7 +86,7 @@ impl Plant {
         }
     }
 
-    /// SI unit of what a site is about: its coordinate, its input, its channel; none at a body.
+    /// SI unit of a site: of its coordinate, its input, its channel; none at a body.
     pub fn site_unit(&self, site: &Site) -> &'static str {
         match site.kind {
             SiteKind::Joint => self.joint(&site.name).map_or("rad", Joint::unit),

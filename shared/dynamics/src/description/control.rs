@@ -2,7 +2,7 @@
 
 use super::{Quantity, Signal};
 
-/// What drives a motor.
+/// Source of a motor: current or voltage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Drive {
     /// Torque = constant × gear × current.
@@ -19,14 +19,14 @@ pub enum Prescribed {
     Acceleration,
 }
 
-/// What moves when the base is shaken.
+/// Motion of a shaken base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Base {
     /// Inertial space accelerates along this unit vector: all bodies feel the reaction.
     Translation { direction: [f64; 3] },
 }
 
-/// What an input is.
+/// Kind of an input.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ActuatorKind {
     /// Torque [N m] or force [N] in a joint.
@@ -68,7 +68,7 @@ pub struct Actuator {
     /// Sum of the terms; empty: zero, or the command of its controller. A pulse or step of unknown time and size is
     /// a term whose parameters have priors.
     pub command: Vec<Signal>,
-    /// White noise of what acts, per control period [SI unit of the input].
+    /// White noise of the acting value, per control period [SI unit of the input].
     pub noise: Quantity,
     /// Largest |command|; `None`: unlimited.
     pub range: Option<Quantity>,

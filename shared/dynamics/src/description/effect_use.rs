@@ -7,7 +7,7 @@ impl Plant {
     /// Adds effect `kind` at `site`; `values` in SI, absent ones have the catalogue's default.
     ///
     /// # Errors
-    /// What is unknown or impossible, with the nearest known word.
+    /// An unknown name or an impossible value, with the nearest known word.
     pub fn add_effect(&mut self, kind: &str, site: &Site, values: &[(&str, f64)]) -> Result<(), String> {
         let values = values.iter().map(|(name, value)| ((*name).to_owned(), Quantity::known(*value))).collect();
         let effect = EffectUse { kind: kind.to_owned(), site: site.clone(), values };

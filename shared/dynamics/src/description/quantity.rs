@@ -1,6 +1,6 @@
 //! One parameter of a plant file: known, or to be estimated from a prior.
 
-/// Over what a parameter is one and the same.
+/// Scope of a parameter: over which recordings it has one value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scope {
     /// All recordings share it (a mass).

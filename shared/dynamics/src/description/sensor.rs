@@ -17,7 +17,7 @@ impl Default for Noise {
     }
 }
 
-/// What one sample means.
+/// Relation of a sample to time: an instant or a mean.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reading {
     /// The value at the instant.
@@ -28,7 +28,7 @@ pub enum Reading {
     Mean,
 }
 
-/// What is measured.
+/// Measured quantity, with its place and axis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SensorKind {
     /// Inertial angular rate along `axis` [rad/s].
@@ -88,7 +88,7 @@ pub enum SensorKind {
 }
 
 impl SensorKind {
-    /// Whether it has a sensitive axis that a misalignment can turn; in a plane what turns about z has none.
+    /// Whether it has a sensitive axis that a misalignment can turn; in a plane an axis along z has none.
     pub const fn has_direction(&self, planar: bool) -> bool {
         match self {
             Self::Accelerometer { .. } | Self::Force { .. } | Self::Position { .. } | Self::Velocity { .. } => true,

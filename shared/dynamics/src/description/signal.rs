@@ -2,7 +2,7 @@
 
 use super::Quantity;
 
-/// One term of a signal; amplitudes are in the SI unit of what the signal drives.
+/// One term of a signal; amplitudes are in the SI unit of the driven input.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SignalKind {
     Constant {

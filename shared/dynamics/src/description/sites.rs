@@ -2,7 +2,7 @@
 
 use super::{JointKind, Plant};
 
-/// What a site is.
+/// Kind of a site.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum SiteKind {
     Joint,

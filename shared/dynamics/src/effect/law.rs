@@ -43,12 +43,13 @@ pub struct Surroundings {
     pub back_emf_v_s_rad: f64,
     /// Longest step of integration [s]: hidden states must be no faster than it can follow.
     pub step_s: f64,
-    /// Of an actuator: it pushes one way only; and the magnitude below which what acts is noise, not firing.
+    /// Of an actuator: it pushes one way only.
     pub one_sided: bool,
+    /// Of an actuator: magnitude below which the acting value is noise, not firing.
     pub quiet: f64,
 }
 
-/// What is known at a site at an instant.
+/// Arguments of a law: the state at a site at an instant.
 #[derive(Clone, Copy, Debug)]
 pub struct Local<'a, T> {
     pub t_s: f64,
@@ -60,10 +61,10 @@ pub struct Local<'a, T> {
     /// coordinate. Of a pendulum: its angles about its two axes [rad].
     pub displacement: [T; 3],
     pub displacement_rate: [T; 3],
-    /// What the actuator is commanded; at a joint: the sum of what its actuators apply; at a body: the sum of what its
+    /// The command of an actuator; at a joint: the sum of its actuators' efforts; at a body: the sum of what its
     /// thrusters and body forces fire, noise apart [N].
     pub command: T,
-    /// What the sensor would read without this effect.
+    /// The reading of the sensor without this effect.
     pub reading: T,
     /// At rest for a law on a joint or a tank: their motion is all that acts there.
     pub body: &'a BodyState<T>,

@@ -30,7 +30,7 @@ impl HeldDelay {
         Self { periods: periods as usize, fraction_s: if rest < EDGE_S { 0.0 } else { rest } }
     }
 
-    /// Time after the beginning of each period at which what acts changes; `None`: at the beginning.
+    /// Time after the beginning of each period at which the acting value changes; `None`: at the beginning.
     pub fn switch_s(&self) -> Option<f64> {
         (self.fraction_s > 0.0).then_some(self.fraction_s)
     }
@@ -46,7 +46,7 @@ impl HeldDelay {
         state.past[state.newest] = command;
     }
 
-    /// What leaves the delay `since_s` after the beginning of the period of the newest command.
+    /// The output of the delay `since_s` after the beginning of the period of the newest command.
     pub fn at(&self, state: &HeldDelayState, since_s: f64) -> f64 {
         let age = self.periods + usize::from(since_s < self.fraction_s);
         let before = if age > state.newest { state.newest + state.past.len() } else { state.newest };

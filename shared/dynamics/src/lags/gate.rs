@@ -17,7 +17,7 @@ impl Gate {
         matches!(kind, FilterKind::MinimumImpulse { .. } | FilterKind::Stuck { .. }).then_some(Self { kind })
     }
 
-    /// What the `command` of the interval that begins at `t_s` becomes; `held` is what the gate remembers.
+    /// The value that passes for `command` in the interval from `t_s` on; `held` is the state of the gate.
     pub fn pass(&self, held: &mut f64, t_s: f64, command: f64) -> f64 {
         match self.kind {
             FilterKind::MinimumImpulse { impulse_n_s, interval_s } => {

@@ -8,7 +8,7 @@ use super::FilterKind;
 use core::f64::consts::TAU;
 use serde::{Deserialize, Serialize};
 
-/// What a lag remembers: its output and the output's rate (second order alone uses the rate).
+/// State of a lag: its output and the output's rate (second order alone uses the rate).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LagState {
     pub output: f64,

@@ -38,7 +38,7 @@ pub struct BaseParameter {
     pub terms: Vec<(usize, f64)>,
 }
 
-/// What the stacked equations can see.
+/// Parameters that the stacked equations determine.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BaseParameters {
     pub base: Vec<BaseParameter>,

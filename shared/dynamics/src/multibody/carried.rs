@@ -1,4 +1,4 @@
-//! What a link carries beyond its constants, at an instant: mass that comes or goes, and the first
+//! Carried mass and motion of a link beyond its constants, at an instant: mass that comes or goes, and the first
 //! moment that modes shift.
 //!
 //! Both are inertia and weight without a history: the flux of momentum with which mass leaves is a
@@ -48,7 +48,7 @@ impl<T: Real> Data<T> {
 }
 
 impl<T: Real> LinkState<T> {
-    /// What is carried as a spatial inertia about the origin, world axes.
+    /// The carried mass as a spatial inertia about the origin, world axes.
     pub fn carried_inertia(&self) -> SpatialInertia<T> {
         let r = self.rotation.apply(self.carried.position);
         let m = self.carried.mass;
@@ -58,13 +58,13 @@ impl<T: Real> LinkState<T> {
         SpatialInertia { a: about_origin, b: M3::skew(first_moment), c: Sym3::diagonal(m) }
     }
 
-    /// First moment of what is carried about the origin, world axes, and its mass.
+    /// First moment of the carried mass about the origin, world axes, and the mass.
     pub fn carried_moment(&self) -> (V3<T>, T) {
         let (carried, r) = (&self.carried, &self.rotation);
         (r.apply(carried.shift + carried.position * carried.mass), carried.mass)
     }
 
-    /// Adds what is carried to inertia and velocity forces.
+    /// Adds the carried mass to inertia and velocity forces.
     pub fn add_carried(&mut self) {
         let inertia = self.carried_inertia();
         self.moment += self.omega.cross(inertia.a.apply(self.omega));
@@ -72,7 +72,7 @@ impl<T: Real> LinkState<T> {
         self.inertia.add(&inertia);
     }
 
-    /// Adds the force that what is carried needs at the accelerations of the link.
+    /// Adds the force that accelerates the carried mass with the link.
     pub fn add_carried_force(&mut self) {
         let inertia = self.carried_inertia();
         let (moment, force) = inertia.apply(self.alpha, self.acceleration);
@@ -80,7 +80,7 @@ impl<T: Real> LinkState<T> {
         self.force += force + self.omega.cross_twice(self.carried_moment().0);
     }
 
-    /// Momentum of what is carried, about the origin.
+    /// Momentum of the carried mass, about the origin.
     pub fn carried_momentum(&self) -> (V3<T>, V3<T>) {
         self.carried_inertia().apply(self.omega, self.velocity)
     }

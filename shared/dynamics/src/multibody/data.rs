@@ -1,4 +1,4 @@
-//! Workspace of the algorithms, and what can be read from it afterwards.
+//! Workspace of the algorithms, and their results in it.
 
 use super::derivatives_workspace::Derivatives;
 use super::link_state::LinkState;
@@ -6,7 +6,7 @@ use super::model::Model;
 use super::vector::{M3, V3};
 use crate::real::Real;
 
-/// What the last algorithm left in `moment` and `force`.
+/// Contents of `moment` and `force` after the last algorithm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum JointForce {
     None,
@@ -94,7 +94,7 @@ impl<T: Real> Data<T> {
         self.rotated_acceleration(link, point_m, self.gravity)
     }
 
-    /// What an accelerometer there feels: acceleration − gravity, link axes.
+    /// Specific force at a point of a link: acceleration − gravity, link axes.
     pub fn specific_force(&self, link: usize, point_m: [T; 3]) -> [T; 3] {
         self.rotated_acceleration(link, point_m, V3::zero())
     }

@@ -1,4 +1,4 @@
-//! State of one link while an algorithm walks the tree: what all of them read and write.
+//! State of one link while an algorithm walks the tree, common to all algorithms.
 
 use super::inertia::SpatialInertia;
 use super::vector::{M3, Spatial, V3};
@@ -28,7 +28,7 @@ pub(crate) struct LinkState<T> {
     /// Angular acceleration, and acceleration of the origin minus gravity.
     pub alpha: V3<T>,
     pub acceleration: V3<T>,
-    /// What comes on top of the link's constants.
+    /// Terms beyond the link's constants.
     pub carried: Carried<T>,
     /// Elimination of the joint: `U`, `1/D`, `u`.
     pub joint: [Elimination<T>; 3],
@@ -66,7 +66,7 @@ impl<T: Real> Elimination<T> {
     }
 }
 
-/// What a link carries beyond its constants, link axes.
+/// Carried mass and motion of a link beyond its constants, link axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Carried<T> {
     /// The positions of its internal coordinates are known.

@@ -92,7 +92,7 @@ pub struct InternalCoordinate {
     pub coupling: [f64; 6],
 }
 
-/// A joint with what its equations need.
+/// A joint with the constants of its equations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(clippy::large_enum_variant)] // read in the inner loop: no indirection, and trees are small
 pub(crate) enum Joint {

@@ -95,7 +95,7 @@ pub fn kinetic_energy<T: Real>(model: &Model, data: &mut Data<T>, q: &[T], v: &[
     twice.scale(0.5)
 }
 
-/// Energy of the links in the uniform gravity, zero at the world's origin, with what they carry. Springs are the caller's, and so
+/// Energy of the links in the uniform gravity, zero at the world's origin, carried masses included. Springs are the caller's, and so
 /// is the work of gravity on internal coordinates, `−η Dᵀ g`, unless their positions are known
 /// ([`Data::set_internal_positions`]).
 pub fn potential_energy<T: Real>(model: &Model, data: &mut Data<T>, q: &[T], v: &[T]) -> T {

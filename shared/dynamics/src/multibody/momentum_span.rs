@@ -1,4 +1,4 @@
-//! What the angular momentum of a free-floating system can say about its parameters.
+//! Parameters that the angular momentum of a free-floating system determines.
 //!
 //! About the centre of mass, with the linear momentum zero, the momentum is linear in coefficients that are *not* linear in the
 //! standard parameters (they are divided by the total mass): `h(state; θ) = Σ α_j(θ) w_j(state)`. The span of all `h(·; θ)` has a

@@ -4,7 +4,7 @@
 //! the link's origin in link axes ([`Model::standard_parameters`]). Rotor inertias and internal
 //! coordinates are not among them: their efforts are to be subtracted from the left-hand side. A
 //! workspace with [`Data::set_internal_positions`] or [`Data::set_added_mass`] is refused (a
-//! panic): what they add is no product with these parameters. (Khalil & Dombre, Modeling,
+//! panic): their terms are not a product with these parameters. (Khalil & Dombre, Modeling,
 //! Identification and Control of Robots, ch. 9.)
 
 use super::data::Data;

@@ -32,7 +32,7 @@ pub(super) struct Actuation {
     pub link: usize,
     /// Its effects in `EffectTerms::actuators`.
     pub effects: Range<usize>,
-    /// What counts as firing: see [`fired`](crate::effect::fired).
+    /// The part of the acting value that counts as firing: see [`fired`](crate::effect::fired).
     pub one_sided: bool,
     pub quiet: f64,
 }
@@ -70,7 +70,7 @@ impl System {
         }
     }
 
-    /// What acts after all laws; their wrenches go to the actuator's body, their hidden rates to their places.
+    /// The acting value after all laws; their wrenches go to the actuator's body, their hidden rates to their places.
     fn actuator_effects<T: Pick>(
         &self,
         ws: &mut Workspace<T>,

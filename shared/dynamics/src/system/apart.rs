@@ -6,7 +6,8 @@ use super::workspace::Workspace;
 use crate::effect::Pick;
 
 impl System {
-    /// 1 / inertia of every coordinate; `None` where one feels another, its own pose, or what acts on bodies, and where a law asks for poses.
+    /// 1 / inertia of every coordinate; `None` if coordinates are coupled, if an inertia depends on the pose, if a force
+    /// acts on a body, and if a law needs poses.
     pub(super) fn lightness_apart(&self) -> Option<Vec<f64>> {
         let weightless = self.environment.constants.gravity_m_s2 == [0.0; 3] && !self.environment.shaken;
         let poses_needed =

@@ -13,7 +13,7 @@ use super::{Filter, FilterPlace};
 use crate::description::{ActuatorKind, EffectUse, Plant, SensorKind, Site, SiteKind};
 use crate::effect::{Both, Effect, Law, PARAMETERS_MAX, Surroundings};
 
-/// What binding needs to know.
+/// Input of the binding of effects.
 pub(super) struct Binding<'a> {
     pub plant: &'a Plant,
     pub names: &'a Names,
@@ -34,7 +34,7 @@ struct Place {
 type Indexed = (usize, EffectTerm);
 
 impl Binding<'_> {
-    /// Terms by what they act on, and filters; adds hidden states to `layout` and ranges to actuators and sensors.
+    /// Terms by the place of their action, and filters; adds hidden states to `layout` and ranges to actuators and sensors.
     pub fn bind(
         &self,
         layout: &mut Layout,

@@ -28,7 +28,7 @@ pub(super) struct EffectTerm {
     pub surroundings: Surroundings,
 }
 
-/// All laws, by what they act on.
+/// All laws, by the place of their action.
 #[derive(Clone, Default)]
 pub(super) struct EffectTerms {
     pub coordinates: Vec<EffectTerm>,
@@ -92,7 +92,7 @@ impl System {
         }
     }
 
-    /// What is known at the site of `term` before accelerations are.
+    /// Arguments of the law of `term`, without accelerations.
     #[inline]
     pub(super) fn local<'a, T: Pick>(
         &self,

@@ -14,7 +14,7 @@ pub(super) struct Orbit {
     pub phase_rad: f64,
 }
 
-/// What surrounds the plant.
+/// Environment of the plant.
 #[derive(Clone, Debug)]
 pub(super) struct Surrounding {
     /// Arguments common to all laws.

@@ -22,7 +22,7 @@ impl System {
         self.write_rates(ws, x_dot);
     }
 
-    /// `y = h(t, x, u)`: what every sensor says at the instant, without noise, range, quantisation, filter and delay.
+    /// `y = h(t, x, u)`: the reading of every sensor at the instant, without noise, range, quantisation, filter and delay.
     ///
     /// Cost: as much of the equations as the sensors take; no allocation.
     pub fn read<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], y: &mut [T]) {

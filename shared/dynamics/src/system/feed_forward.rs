@@ -70,7 +70,7 @@ impl System {
     }
 }
 
-/// Everything prescribed but free joints: what a feed-forward lets go.
+/// Every joint is prescribed but the free ones, which a feed-forward leaves free.
 pub(super) fn all_but_base(model: &Model, kinds: impl Iterator<Item = JointKind>) -> Vec<bool> {
     let mut flags = vec![true; model.v_len()];
     for (link, kind) in kinds.enumerate() {

@@ -1,4 +1,4 @@
-//! What sensors say that average over an interval.
+//! Readings of sensors that average over an interval.
 //!
 //! A rate gyro returns the turn of its body divided by the interval, an accelerometer the increment of inertial velocity (less
 //! that of free fall) divided by the interval, in body axes at the attitude half way. Both follow from the states at the two

@@ -1,4 +1,4 @@
-//! What sensors say at an instant.
+//! Readings of sensors at an instant.
 
 use super::System;
 use super::effect_terms::{accelerated, body_state};

@@ -8,7 +8,7 @@ use crate::description::{JointKind, Plant, Reading, Sensor, SensorKind, Space};
 use crate::real::Real;
 use core::ops::Range;
 
-/// What is measured, without errors; axes are turned by the misalignment.
+/// The measured quantity, without errors; axes are turned by the misalignment.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Measured {
     /// `angle`: of the body in a plane plant.
@@ -87,7 +87,7 @@ impl PlaneAngle {
 pub(super) enum Reach {
     /// Positions and velocities as they are.
     State,
-    /// What actuators without laws apply.
+    /// Efforts of actuators without laws.
     Efforts,
     /// Poses and velocities of links.
     Motion,
@@ -108,7 +108,7 @@ pub(super) struct SensorTerm {
 }
 
 impl SensorTerm {
-    /// What its instantaneous reading takes; `given`: per velocity, a prescribed joint's effort comes from dynamics.
+    /// Computations that its instantaneous reading requires; `given`: per velocity, a prescribed joint's effort comes from dynamics.
     pub fn reach(&self, given: &[bool]) -> Reach {
         if !self.effects.is_empty() {
             return Reach::Accelerations;

@@ -6,7 +6,7 @@ use super::workspace::Workspace;
 use crate::effect::Pick;
 use crate::multibody::{kinetic_energy, momentum, potential_energy};
 
-/// What conservation laws speak of. Effects have no share in masses and energies.
+/// Quantities of conservation laws. Effects have no share in masses and energies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals<T> {
     pub mass_kg: f64,

@@ -39,7 +39,7 @@ pub(super) struct BaseMotion<T> {
     pub acceleration: [T; 3],
 }
 
-/// What a mean reading needs of the beginning of its interval.
+/// State at the beginning of the interval of a mean reading.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Begin<T> {
     pub rotation: [[T; 3]; 3],

@@ -1,6 +1,6 @@
-//! Score tests: does a column that the model lacks explain what the model left?
+//! Score tests: does a column that the model lacks explain its residuals?
 //!
-//! With residuals `r` of unit noise and columns `c`, both behind what the model can take, `g = cᵀ r` is the score and `M = cᵀ c` its variance
+//! With residuals `r` of unit noise and columns `c`, both with the model's columns projected out, `g = cᵀ r` is the score and `M = cᵀ c` its variance
 //! under the null. [`score_statistic`] relies on that variance; [`long_run_score`] takes it from the products `c_t r_t` themselves, and so
 //! holds for coloured residuals and unequal noise (Newey and West 1987).
 

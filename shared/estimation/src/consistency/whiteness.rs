@@ -14,7 +14,7 @@ struct BlockMeans {
     squares: ChiSquareMean,
 }
 
-/// What [`Whiteness`] found at one scale.
+/// Result of [`Whiteness`] at one scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ScaleVerdict {
     pub block_samples: u32,

@@ -1,4 +1,4 @@
-//! What is gathered over time: the evidence for a model, a sum of squares.
+//! Sums over time: the evidence for a model, a sum of squares.
 
 use super::overlay::{Mark, entry};
 use super::{Curve, layered};

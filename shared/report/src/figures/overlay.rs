@@ -32,7 +32,7 @@ pub struct Overlay<'a> {
     /// Measured minus modelled, in a panel of its own.
     pub residual: Vec<Curve<'a>>,
     pub marks: Vec<Mark>,
-    /// What the marks are, for the legend.
+    /// Meaning of the marks, for the legend.
     pub marks_are: &'a str,
 }
 

@@ -1,11 +1,11 @@
-//! Stabilisation diagram: poles over model order. What is physics stays as the order grows.
+//! Stabilisation diagram: poles over model order. Physical poles persist as the order grows.
 
 use super::Curve;
 use crate::panel::{Area, BELOW, Entry, Panel, legend};
 use crate::scale::Axis;
 use crate::svg::{Figure, Svg};
 
-/// What a pole has in common with one of the order below.
+/// Agreement of a pole with one of the order below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stability {
     New,

@@ -13,7 +13,7 @@ pub struct StateMap<'a> {
     pub x_range: (f64, f64),
     pub y: (&'a str, &'a str),
     pub y_range: (f64, f64),
-    /// What the colour says.
+    /// Meaning of the colour.
     pub force: (&'a str, &'a str),
     /// Ends of the colour scale; those of the data where none are given. Give it to two maps to compare them.
     pub range: Option<(f64, f64)>,

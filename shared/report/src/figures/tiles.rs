@@ -20,7 +20,7 @@ pub struct Tiles<'a> {
 /// Maps over the same colour scale, e.g. before and after side by side.
 #[derive(Clone, Debug, Default)]
 pub struct TileMap<'a> {
-    /// Name and unit of what the colour says.
+    /// Name and unit of the coloured quantity.
     pub quantity: &'a str,
     pub unit: &'a str,
     /// Ends of the colour scale; those of the data where none are given. Give it to two figures to compare them.
