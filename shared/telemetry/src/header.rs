@@ -5,7 +5,7 @@ use crate::layout::record;
 use iceoryx2::prelude::ZeroCopySend;
 
 record! {
-    /// First field of every sample. The same for the same seed and command, whatever was killed on the way.
+    /// First field of every sample. The same for the same seed and command, whichever partitions were killed and restarted.
     Header {
         layout: u32, "-", "-", "layout hash of the sample's type";
         source: u16, "-", "-", "producing partition";
@@ -16,7 +16,7 @@ record! {
 }
 
 impl Header {
-    /// A header for time `t_meas_ns`; the runtime fills in layout, source and sequence number.
+    /// A header for time `t_meas_ns`. Layout, source and sequence number stay 0 until the runtime sends the sample.
     #[must_use]
     pub const fn at(t_meas_ns: u64) -> Self {
         Header { layout: 0, source: 0, flags: 0, seq: 0, t_meas_ns }
@@ -33,7 +33,7 @@ record! {
     }
 }
 
-/// CRC-32 (IEEE) of a payload.
+/// CRC-32 (IEEE 802.3, reflected, polynomial 0xEDB88320) of a payload, as [`Stamps`] carry it.
 #[must_use]
 pub fn crc32(payload: &[u8]) -> u32 {
     crc32fast::hash(payload)

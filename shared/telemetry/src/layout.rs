@@ -5,7 +5,7 @@
 
 use crate::FieldInfo;
 
-/// A type whose memory layout can be named: a primitive, an array, or a record made by `record!`.
+/// A type whose memory layout has a hash: a primitive, an array, or a record made by `record!`.
 pub trait Layout {
     /// CRC-32 over names, types and offsets.
     const HASH: u32;
@@ -17,7 +17,9 @@ pub trait Layout {
 
 /// A padding-free struct with documented fields.
 pub trait Record: Layout + Sized {
+    /// Name of the struct, which is also the schema's in a recording.
     const NAME: &'static str;
+    /// One row per field, in the order of memory; offsets are contiguous.
     const FIELDS: &'static [FieldInfo];
 }
 
@@ -37,7 +39,8 @@ impl<T: Layout, const N: usize> Layout for [T; N] {
     const LENGTH: usize = N;
 }
 
-/// CRC-32 (IEEE) continued over `bytes`: `const`, so that a mismatch is known at compile time.
+/// CRC-32 (IEEE) of `bytes`, continued from the CRC `seed` (0 to begin). `const`, because layout hashes are constants;
+/// [`crc32`](crate::crc32) is the fast one for payloads.
 #[must_use]
 pub const fn layout_hash(seed: u32, bytes: &[u8]) -> u32 {
     let mut crc = !seed;

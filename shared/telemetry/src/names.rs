@@ -1,9 +1,11 @@
-//! Names that travel as numbers: partitions, modes, experiments, parameters, reasons.
+//! Names that samples carry as codes: partitions, modes, experiments, parameters, reasons.
 
-/// A list of codes: what each number of a field stands for.
+/// A list of codes: the meaning of each value of a coded field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CodeList {
+    /// Of the enumeration, as field descriptions cite it.
     pub name: &'static str,
+    /// Code and meaning.
     pub codes: &'static [(u16, &'static str)],
 }
 
@@ -15,9 +17,11 @@ macro_rules! coded {
         #[repr(u16)]
         pub enum $name { $($(#[$vdoc])* $variant = $code,)* }
         impl $name {
+            /// Every variant, in the order of its code.
             pub const ALL: &'static [$name] = &[$($name::$variant,)*];
             /// As the interface control document shows it.
             pub const LIST: CodeList = CodeList { name: stringify!($name), codes: &[$(($code, $text),)*] };
+            /// As samples carry it; part of the wire format, never reassigned.
             #[must_use]
             pub const fn code(self) -> u16 { self as u16 }
             /// `None` for a code that this build does not know.
@@ -25,6 +29,7 @@ macro_rules! coded {
             pub const fn from_code(code: u16) -> Option<Self> {
                 match code { $($code => Some($name::$variant),)* _ => None }
             }
+            /// As logs, screens and the interface control document show it.
             #[must_use]
             pub const fn text(self) -> &'static str {
                 match self { $($name::$variant => $text,)* }
@@ -49,9 +54,10 @@ coded! {
 }
 
 impl PartitionId {
+    /// Partitions of a complete system, the source included: the length of tables indexed by [`PartitionId::code`].
     pub const COUNT: usize = Self::ALL.len();
 
-    /// The partition called `name`.
+    /// The partition whose [`PartitionId::text`] is `name`; `None` if there is none.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.iter().copied().find(|id| id.text() == name)
@@ -283,13 +289,19 @@ pub(crate) const fn hash_of_codes(mut hash: u32) -> u32 {
     hash
 }
 
-/// `TargetEstimate::status`.
+/// `TargetEstimate::status`: the target's statement arrived with a wrong CRC and was not used.
 pub const TARGET_CRC_WRONG: u16 = 1;
+/// `TargetEstimate::status`: the statement was rejected. It contradicts the identified parameters at p < 0.001, or its
+/// covariance is not positive definite.
 pub const TARGET_REFUSED: u16 = 2;
+/// `TargetEstimate::status`: no target could be identified, because an estimate or the data sheet is missing, a covariance is
+/// not positive definite, or the search did not converge.
 pub const TARGET_NOT_SOLVED: u16 = 3;
+/// `TargetEstimate::status`: the estimates before and after capture and the chaser's data sheet contradict each other at
+/// p < 0.001.
 pub const TARGET_CONTRADICTED: u16 = 4;
 
-/// What is wrong with numbers of a target; empty when nothing is.
+/// Meaning of a `TargetEstimate::status`; empty for 0, a valid estimate.
 #[must_use]
 pub const fn target_status_text(status: u16) -> &'static str {
     match status {
@@ -319,8 +331,11 @@ pub const fn status_text(domain: Domain, status: u32) -> &'static str {
 /// One element of an estimate's value vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Parameter {
+    /// Symbol, unique inside a domain.
     pub name: &'static str,
+    /// SI unit, `-` for a ratio.
     pub unit: &'static str,
+    /// Quantity, with the point and the axis that it refers to.
     pub what: &'static str,
 }
 

@@ -182,7 +182,7 @@ pub enum AnyEstimate<'a> {
 }
 
 impl<'a> AnyEstimate<'a> {
-    /// What estimates of every domain have.
+    /// The part that estimates of every domain have in common: parameters, covariance, tests.
     #[must_use]
     pub const fn common(self) -> &'a Estimate {
         match self {
@@ -192,6 +192,7 @@ impl<'a> AnyEstimate<'a> {
         }
     }
 
+    /// By the type of the sample; `Estimate::domain` carries the same as a code.
     #[must_use]
     pub const fn domain(self) -> Domain {
         match self {
@@ -228,14 +229,14 @@ impl TargetEstimate {
         &bytes[size_of::<Header>() + size_of::<u64>()..bytes.len() - size_of::<u64>()]
     }
 
-    /// The same with its crc.
+    /// The same sample with `crc32` computed over `epoch_ns` to `fit_chi_square`.
     #[must_use]
     pub fn sealed(mut self) -> Self {
         self.crc32 = crate::crc32(self.sealed_bytes());
         self
     }
 
-    /// Whether the crc is that of the numbers.
+    /// Whether `crc32` is that of `epoch_ns` to `fit_chi_square`: false after any change behind [`TargetEstimate::sealed`].
     #[must_use]
     pub fn is_intact(&self) -> bool {
         self.crc32 == crate::crc32(self.sealed_bytes())

@@ -17,10 +17,12 @@ pub const INERTIAL_PARAMETERS_MAX: usize = 9;
 /// Most modes an estimate carries.
 pub const MODES_MAX: usize = PARAMETERS_MAX / 2;
 
-/// What every sample type can do.
+/// A record that begins with a [`Header`] and travels on a topic: plain bytes without padding or pointers.
 #[cfg(not(feature = "iceoryx2"))]
 pub trait Sample: Record + FromBytes + IntoBytes + Immutable + KnownLayout + Copy + core::fmt::Debug + 'static {
+    /// Its first field.
     fn header(&self) -> &Header;
+    /// For the runtime, which stamps layout, source and sequence number.
     fn header_mut(&mut self) -> &mut Header;
     /// A sample of time `t_meas_ns` with every field 0.
     #[must_use]
@@ -30,7 +32,7 @@ pub trait Sample: Record + FromBytes + IntoBytes + Immutable + KnownLayout + Cop
         sample
     }
 }
-/// What every sample type can do.
+/// A record that begins with a [`Header`] and travels on a topic: plain bytes without padding or pointers.
 #[cfg(feature = "iceoryx2")]
 pub trait Sample:
     Record
@@ -43,7 +45,9 @@ pub trait Sample:
     + iceoryx2::prelude::ZeroCopySend
     + 'static
 {
+    /// Its first field.
     fn header(&self) -> &Header;
+    /// For the runtime, which stamps layout, source and sequence number.
     fn header_mut(&mut self) -> &mut Header;
     /// A sample of time `t_meas_ns` with every field 0.
     #[must_use]
@@ -70,6 +74,7 @@ pub type TopicId = usize;
 
 /// A topic whose sample type is known.
 pub struct Topic<T> {
+    /// Index in [`TOPICS`], and in per-topic arrays of samples.
     pub id: TopicId,
     sample: PhantomData<fn() -> T>,
 }
@@ -83,22 +88,34 @@ impl<T> Copy for Topic<T> {}
 /// A row of the topic table.
 #[derive(Clone, Copy, Debug)]
 pub struct TopicInfo {
+    /// Also the name of the transport's service and of the recording's channel.
     pub name: &'static str,
+    /// [`Record::NAME`] of its samples.
     pub record: &'static str,
+    /// [`Record::FIELDS`] of its samples.
     pub fields: &'static [FieldInfo],
+    /// [`Layout::HASH`] of its samples, equal in all processes that exchange them.
     pub layout: u32,
+    /// Of one sample [bytes], a multiple of 8.
     pub size: usize,
+    /// Buffer of a consumer and history for late joiners [samples].
     pub depth: usize,
     /// Most samples the producer sends in one frame.
     pub per_frame: usize,
+    /// Which frame of a consumer takes a sample.
     pub delivery: Delivery,
+    /// In words, for the interface control document.
     pub rate: &'static str,
+    /// Names of partitions, separated by blanks, or `all`.
     pub producers: &'static str,
+    /// As `producers`.
     pub consumers: &'static str,
 }
 
-/// Calls a generic function for every topic with its sample type: the one place where types meet numbers.
+/// A generic function that [`for_each_topic`] calls for every topic with its sample type: the only bridge from a
+/// [`TopicId`] to a type.
 pub trait TopicVisitor {
+    /// Called once per topic, in the order of [`TOPICS`].
     fn visit<T: Sample>(&mut self, topic: Topic<T>, info: &'static TopicInfo);
 }
 
@@ -183,19 +200,22 @@ samples! {
     COMPARISON_INERTIA "comparison/inertia": InertiaComparison x 16, 0 a frame, Feedback, "at the end of the second of two experiments", "supervisor" => "recorder";
 }
 
-/// The topic called `name`.
+/// Index of the topic whose [`TopicInfo::name`] is `name`; `None` for a topic of another build.
 #[must_use]
 pub fn topic_named(name: &str) -> Option<TopicId> {
     TOPICS.iter().position(|topic| topic.name == name)
 }
 
-/// The estimates, verdicts and modes: what a digest covers (architecture D7).
+/// Whether `topic` carries estimates, verdicts or modes: the samples that a run's digest covers (architecture D7).
+///
+/// # Panics
+/// When `topic` is not below the number of topics.
 #[must_use]
 pub fn is_result(topic: TopicId) -> bool {
     TOPICS[topic].delivery == Delivery::Feedback
 }
 
-/// One number for everything that two builds must agree on beyond a sample's own layout: the topic table in its order
+/// One hash for everything that two builds must agree on beyond a sample's own layout: the topic table in its order
 /// (samples index topics by number), the stamps, and every list of codes.
 #[must_use]
 pub const fn generation() -> u32 {
