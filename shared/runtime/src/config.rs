@@ -1,11 +1,11 @@
-//! What a run is made of: written once by who starts it, read by every partition.
+//! Configuration of a run: written once by the process that starts it, read by every partition.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use telemetry::{Domain, PartitionId};
 
-/// Switches a safeguard off, so that a test can be seen red.
+/// Switches a safeguard off, to show that the tests detect its absence.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sabotage {
@@ -22,6 +22,7 @@ pub enum Sabotage {
 }
 
 impl Sabotage {
+    /// Values of the command line's option; without it nothing is switched off.
     pub const NAMES: &'static [(&'static str, Sabotage)] = &[
         ("drain-by-topic", Sabotage::DrainByTopic),
         ("no-dedupe", Sabotage::NoDedupe),
@@ -45,6 +46,7 @@ pub enum KillPoint {
 }
 
 impl KillPoint {
+    /// Values of the command line's option.
     pub const NAMES: &'static [(&'static str, KillPoint)] = &[
         ("connect", KillPoint::Connect),
         ("frame", KillPoint::Frame),
@@ -69,6 +71,7 @@ pub enum Fault {
 /// A recording, and what can be identified from it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ReplayConfig {
+    /// File of the recording.
     pub path: PathBuf,
     /// Channel map, as TOML text.
     pub channel_map: Option<String>,
@@ -79,6 +82,7 @@ pub struct ReplayConfig {
 }
 
 impl ReplayConfig {
+    /// Whether the recording has the channels, and the scenario the known values, that `domain` needs.
     #[must_use]
     pub fn identifies(&self, domain: Domain) -> bool {
         self.domains.contains(&domain)
@@ -92,9 +96,9 @@ pub struct RunConfig {
     pub scenario: String,
     /// Texts of the files that the scenario names.
     pub files: BTreeMap<String, String>,
-    /// Of the scenario.
+    /// Name of the scenario.
     pub name: String,
-    /// Of a frame.
+    /// Length of a frame [ns].
     pub period_ns: u64,
     pub seed: u64,
     /// A recording to replay instead of a simulation.
@@ -170,7 +174,7 @@ impl Limits {
     /// The row of `partition`.
     ///
     /// # Panics
-    /// When the table has no row for it: [`Limits::missing`] is asked before a run.
+    /// When the table has no row for it: callers check [`Limits::missing`] before a run.
     #[must_use]
     pub fn of(&self, partition: PartitionId) -> &PartitionLimits {
         self.partitions.iter().find(|row| row.name == partition).expect("checked before the run")

@@ -4,9 +4,11 @@ use crate::partition::Frame;
 use serde::{Deserialize, Serialize};
 use telemetry::{Experiment, Mode, ModeState, Phase};
 
+/// Time between two estimates at first [frames].
 const ESTIMATES_DENSE_EVERY: u64 = 100;
 /// Longest time between two estimates of an experiment [frames].
 pub const ESTIMATES_SPARSE_EVERY: u64 = 1000;
+/// Time after which estimates are sparse [frames].
 const ESTIMATES_SPARSE_AFTER: u64 = 1000;
 
 /// What a frame means for a partition's experiment.
@@ -28,7 +30,9 @@ pub enum Step {
 pub struct ExperimentWindow {
     pub experiment: Experiment,
     pub state: ModeState,
+    /// Experiment counter of the mode, from 1; 0 before the first.
     pub generation: u32,
+    /// First frame of the experiment.
     pub begin_frame: u64,
     /// First frame behind the experiment.
     pub end_frame: u64,
@@ -49,7 +53,7 @@ impl Default for ExperimentWindow {
 }
 
 impl ExperimentWindow {
-    /// Takes the frame's mode; says what the frame is for a partition that answers to the experiments in `mine`.
+    /// Takes the frame's mode and returns the meaning of the frame for a partition that works in the experiments `mine`.
     pub fn step(&mut self, frame: &Frame<'_>, mine: &[Experiment]) -> Step {
         if let Some(mode) = frame.new_mode() {
             return self.enter(mode, mine);
@@ -97,6 +101,7 @@ impl ExperimentWindow {
         frame.number.saturating_sub(self.begin_frame)
     }
 
+    /// Phase in which an estimate of this experiment is made; pre-capture while there is no experiment.
     #[must_use]
     pub fn phase(&self) -> Phase {
         match self.experiment {

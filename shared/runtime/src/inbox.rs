@@ -11,15 +11,20 @@ use zerocopy::{FromBytes, IntoBytes};
 /// Counters of an inbox; they survive restarts in the checkpoint.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Counters {
+    /// Samples delivered to frames.
     pub received: u64,
+    /// Sequence numbers that never came.
     pub lost: u64,
+    /// Samples dropped because their sequence number had been seen.
     pub duplicates: u64,
+    /// Samples dropped for a wrong CRC, a wrong layout or a value that is not finite.
     pub bad: u64,
 }
 
-/// What of an inbox a restart must know: the last sequence number that a frame has taken, per topic.
+/// State of an inbox in a checkpoint: the last sequence number that a frame has taken, per topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Cursors {
+    /// By topic; 0 before the first sample.
     pub taken: [u64; TOPICS_MAX],
     pub counters: Counters,
 }
@@ -112,17 +117,19 @@ impl Inbox {
         Inbox { queues, cursors, window, sabotage }
     }
 
+    /// For the checkpoint: [`Inbox::new`] goes on behind them.
     #[must_use]
     pub fn cursors(&self) -> Cursors {
         self.cursors
     }
 
+    /// Totals since the run began, over all restarts.
     #[must_use]
     pub fn counters(&self) -> Counters {
         self.cursors.counters
     }
 
-    /// Takes one arrival: copy, check, then queue it, or count why not. Says whether it was queued.
+    /// Takes one arrival: copy, check, then queue it or count the reason for dropping it. Returns whether it was queued.
     pub fn arrive(&mut self, topic: TopicId, stamps: &Stamps, payload: &[u8]) -> bool {
         let (window, sabotage) = (self.window, self.sabotage);
         let counters = &mut self.cursors.counters;

@@ -16,6 +16,7 @@ impl Default for LatencyHistogram {
 }
 
 impl LatencyHistogram {
+    /// Counts one latency [ns]; below 8 ns as 8 ns, beyond the last bucket in the last.
     pub fn record(&mut self, latency_ns: u64) {
         let octave = u64::from(latency_ns.max(8).ilog2());
         let eighth = (latency_ns.max(8) >> (octave - 3)) & 7;

@@ -1,8 +1,35 @@
-//! The runtime: links, frames, checkpoints, pacing, the warden. Only this crate touches the world.
+//! What it is: execution of partitions in frames: links, checkpoints, pacing, and the process supervisor, `warden`.
+//! Shared memory, processes, clocks and signals are used in this crate alone.
 //!
-//! May import: `telemetry`, `iceoryx2`, operating-system crates. Must never know: equations, estimators, recordings.
+//! A partition is a function of frames. Its state goes into a checkpoint and comes back from it:
+//!
+//! ```
+//! use runtime::{Frame, Outputs, Partition, StateError, restore_state, save_state};
+//! use telemetry::{IMU, PartitionId, TopicId};
+//!
+//! struct ImuCounter(u64);
+//!
+//! impl Partition for ImuCounter {
+//!     fn id(&self) -> PartitionId { PartitionId::InertialId }
+//!     fn inputs(&self) -> &'static [TopicId] { &[IMU.id] }
+//!     fn frame(&mut self, frame: &Frame<'_>, _: &mut Outputs) { self.0 += frame.samples(IMU).len() as u64; }
+//!     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> { save_state(&self.0, state) }
+//!     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> { self.0 = restore_state(state)?; Ok(()) }
+//! }
+//!
+//! let (mut checkpoint, mut restarted) = (Vec::new(), ImuCounter(0));
+//! ImuCounter(1234).save(&mut checkpoint)?;
+//! restarted.restore(&checkpoint)?;
+//! assert_eq!(restarted.0, 1234);
+//! # Ok::<(), StateError>(())
+//! ```
+//!
+//! May import: `telemetry`, `iceoryx2`, operating-system crates.
+//!
+//! Must never know: equations, estimators, recordings.
+//!
 //! Read first: [`partition`] (what a partition is), [`inbox`] (from arrivals to frames), [`runner`] (a turn).
-// Unsafe stands in `sys/allocations.rs` alone.
+// Unsafe code is in `sys/allocations.rs` alone.
 #![deny(unsafe_code)]
 
 pub mod checkpoint;

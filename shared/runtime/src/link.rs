@@ -1,4 +1,4 @@
-//! A link carries samples between partitions. Two exist: shared memory and lockstep; one conformance suite holds both.
+//! A link carries samples between partitions. Two exist, shared memory and lockstep; one conformance suite tests both.
 
 use telemetry::{PartitionId, Stamps, TopicId};
 
@@ -21,22 +21,22 @@ pub enum LinkError {
 
 /// Carries samples. Never blocks on a peer: a full buffer drops its oldest sample, and the gap shows in `seq`.
 pub trait Link {
-    /// Sends one sample to whoever listens now or joins within the topic's history.
+    /// Sends one sample to the partitions that are connected, and to those that join while it is in the topic's history.
     ///
     /// # Errors
-    /// When the transport refuses.
+    /// When the transport cannot lend memory or send.
     fn publish(&mut self, topic: TopicId, stamps: &Stamps, payload: &[u8]) -> Result<(), LinkError>;
 
     /// Hands every sample that has arrived on `topic` to `sink`, oldest first.
     ///
     /// # Errors
-    /// When the transport refuses.
+    /// When the topic's service has vanished or the transport cannot receive.
     fn drain(&mut self, topic: TopicId, sink: &mut dyn FnMut(&Stamps, &[u8])) -> Result<(), LinkError>;
 
     /// Delivers history to partitions that joined since.
     ///
     /// # Errors
-    /// When the transport refuses.
+    /// When the transport cannot update its connections.
     fn refresh(&mut self) -> Result<(), LinkError>;
 
     /// Tells `partition` that something was sent.

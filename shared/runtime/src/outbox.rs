@@ -31,12 +31,15 @@ pub struct Outbox {
 }
 
 impl Outbox {
+    /// Takes up the entries of a checkpoint, in the order in which they were sent; `window` is the pacing window [frames].
     #[must_use]
     pub fn from_entries(entries: Vec<Entry>, window: u64) -> Self {
         let (modes, recent): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.topic == MODE.id);
         Outbox { modes: modes.into(), recent: recent.into(), window }
     }
 
+    /// Stores the payload that was sent on `topic` in `frame`. Of the modes the oldest is dropped once the topic's depth is
+    /// reached.
     pub fn keep(&mut self, frame: u64, topic: TopicId, payload: &[u8]) {
         let used = payload.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
         let entry = Entry { frame, topic, trimmed: payload[..used].to_vec() };
@@ -49,7 +52,7 @@ impl Outbox {
         self.modes.push_back(entry);
     }
 
-    /// Drops what no consumer can still miss when `frames_done` frames are done.
+    /// Drops entries that every consumer must have received when `frames_done` frames are done.
     pub fn forget_before(&mut self, frames_done: u64) {
         while self.recent.front().is_some_and(|oldest| oldest.frame + self.kept_frames(oldest.topic) < frames_done) {
             self.recent.pop_front();

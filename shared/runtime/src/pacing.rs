@@ -9,14 +9,14 @@ use telemetry::{Command, Delivery, PartitionId, Progress, TOPICS, TOPICS_MAX};
 /// Opcode of the command that removes a partition from the required ones.
 pub const GIVEN_UP: u32 = 1;
 
-/// The partition that `command` gives up.
+/// The partition that `command` gives up; `None` for another opcode or an unknown partition.
 #[must_use]
 pub fn given_up(command: &Command) -> Option<PartitionId> {
     let id = u16::try_from(command.argument).ok().and_then(PartitionId::from_code);
     id.filter(|_| command.opcode == GIVEN_UP)
 }
 
-/// Who is waited for, and how far they are.
+/// Required partitions and the frames that they have checkpointed.
 pub struct Pacing {
     window: u64,
     required: [bool; PartitionId::COUNT],
@@ -25,6 +25,7 @@ pub struct Pacing {
 }
 
 impl Pacing {
+    /// Waits for the required partitions of `run`; none has checkpointed a frame yet.
     #[must_use]
     pub fn new(run: &RunConfig) -> Self {
         let mut required = [false; PartitionId::COUNT];

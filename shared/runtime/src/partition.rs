@@ -8,10 +8,13 @@ use crate::inbox::Inbox;
 use telemetry::{Command, Mode, PartitionId, Sample, Stamps, Topic, TopicId};
 use zerocopy::IntoBytes;
 
-/// One control period: what had arrived for it, in an order that no schedule can change (architecture D1).
+/// One control period with the samples that belong to it, in an order that does not depend on scheduling (architecture D1).
 pub struct Frame<'a> {
+    /// Counted from 0.
     pub number: u64,
+    /// Time at which it begins [ns].
     pub t_ns: u64,
+    /// Its length [ns].
     pub period_ns: u64,
     /// The source has ended with this frame.
     pub ended: bool,
@@ -39,7 +42,7 @@ impl Frame<'_> {
     }
 }
 
-/// What a partition answers to a frame. The runtime adds layout, source, sequence number, CRC and time of send.
+/// Samples that a partition sends with a frame. The runtime adds layout, source, sequence number, CRC and time of send.
 pub struct Outputs {
     words: Vec<u64>,
     items: Vec<(TopicId, usize)>,
@@ -90,7 +93,7 @@ pub struct ConnectError {
 }
 
 impl ConnectError {
-    /// For `map_err`: what `partition` has met.
+    /// For `map_err`: an error of `partition` with the text of the cause.
     pub fn of<E: ToString>(partition: PartitionId) -> impl Fn(E) -> Self {
         move |error| ConnectError { partition, reason: error.to_string() }
     }
@@ -107,6 +110,7 @@ pub enum StateError {
 
 /// A partition: takes its memory in its constructor, acts only in `frame`.
 pub trait Partition {
+    /// Its name in the topic table; the same in every life.
     fn id(&self) -> PartitionId;
     /// Topics it consumes; `TICK` and `MODE` need not be named.
     fn inputs(&self) -> &'static [TopicId];
@@ -117,7 +121,7 @@ pub trait Partition {
     /// # Errors
     /// When the state cannot be encoded or a file cannot be flushed.
     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError>;
-    /// Takes up what `save` wrote.
+    /// Replaces its state by one that `save` wrote.
     ///
     /// # Errors
     /// When the bytes are not such a state.

@@ -120,8 +120,8 @@ struct Process<'a> {
     runner: Runner<ShmLink>,
     run: &'a RunConfig,
     statistics: Statistics,
-    /// Counters as last told in an event.
-    told: Counters,
+    /// Counters as last reported in an event.
+    reported: Counters,
     watch: Option<HangWatch>,
     finished: bool,
     others_done: Vec<PartitionId>,
@@ -152,7 +152,7 @@ impl<'a> Process<'a> {
         }
         let mut process = Process {
             first_frame: runner.frames_done(),
-            told: runner.counters(),
+            reported: runner.counters(),
             runner,
             run,
             statistics: Statistics::new(dir.statistics(id), id, life),
@@ -210,7 +210,7 @@ impl<'a> Process<'a> {
         Ok(())
     }
 
-    /// Over: this partition has finished, and nobody can need its samples any more.
+    /// Over: this partition has finished, and no partition can need its samples any more.
     fn is_over(&self) -> bool {
         let needs_us = |id: &&PartitionId| {
             **id != self.runner.id() && !self.others_done.contains(id) && !self.runner.given_up().contains(id)
@@ -273,17 +273,17 @@ impl<'a> Process<'a> {
         Ok(self.runner.publish_status(EVENT, &event)?)
     }
 
-    /// Drops and losses are told once a housekeeping period, however many they are.
-    fn tell_losses(&mut self) -> Result<(), ProcessError> {
-        let (now, told) = (self.runner.counters(), self.told);
-        self.told = now;
-        if now.bad > told.bad {
-            let (samples, samples_total) = (now.bad - told.bad, now.bad);
+    /// Reports drops and losses: one event of each per housekeeping period.
+    fn report_losses(&mut self) -> Result<(), ProcessError> {
+        let (now, reported) = (self.runner.counters(), self.reported);
+        self.reported = now;
+        if now.bad > reported.bad {
+            let (samples, samples_total) = (now.bad - reported.bad, now.bad);
             let figures = Event { samples, samples_total, ..Event::zeroed_at(0) };
             self.event(EventCode::BadSamples, Severity::Warning, figures)?;
         }
-        if now.lost > told.lost {
-            let (samples, samples_total) = (now.lost - told.lost, now.lost);
+        if now.lost > reported.lost {
+            let (samples, samples_total) = (now.lost - reported.lost, now.lost);
             let figures = Event { samples, samples_total, ..Event::zeroed_at(0) };
             self.event(EventCode::SamplesLost, Severity::Warning, figures)?;
         }
@@ -291,7 +291,7 @@ impl<'a> Process<'a> {
     }
 
     fn housekeeping(&mut self) -> Result<(), ProcessError> {
-        self.tell_losses()?;
+        self.report_losses()?;
         let sample = self.statistics.sample(&self.runner);
         self.runner.publish_status(HOUSEKEEPING, &sample)?;
         Ok(self.statistics.write()?)

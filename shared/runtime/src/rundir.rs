@@ -22,10 +22,12 @@ const SOCKET_PATH_MAX: usize = 107;
 pub struct RunDir(PathBuf);
 
 impl RunDir {
+    /// Names the folder; touches no file.
     #[must_use]
     pub fn at(path: &Path) -> Self {
         RunDir(path.to_path_buf())
     }
+    /// The folder itself.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.0
@@ -36,14 +38,17 @@ impl RunDir {
         let name = self.0.file_name().unwrap_or_default().to_string_lossy();
         format!("{name}_")
     }
+    /// Folder of iceoryx2's service and node files.
     #[must_use]
     pub fn iceoryx_root(&self) -> PathBuf {
         self.0.join("iox")
     }
+    /// Folder with the checkpoints of all partitions.
     #[must_use]
     pub fn checkpoints(&self) -> PathBuf {
         self.0.join("checkpoints")
     }
+    /// The [`RunConfig`] as JSON.
     #[must_use]
     pub fn config(&self) -> PathBuf {
         self.0.join("run.json")
@@ -53,6 +58,7 @@ impl RunDir {
     pub fn ready(&self) -> PathBuf {
         self.0.join("ready")
     }
+    /// Figures of `partition` as JSON, rewritten while it runs.
     #[must_use]
     pub fn statistics(&self, partition: PartitionId) -> PathBuf {
         self.0.join(format!("{partition}.stats.json"))
@@ -89,7 +95,7 @@ impl OwnedRunDir {
     /// Makes the folder under `parent` and writes `run` into it.
     ///
     /// # Errors
-    /// When the file system refuses.
+    /// When a file or folder cannot be made, locked or written, or its path is too long for the sockets in it.
     pub fn create(parent: &Path, run: &RunConfig) -> io::Result<Self> {
         let pid = std::process::id();
         let path = (0..1000).map(|n| parent.join(format!("{NAME}{pid}-{n}"))).find(|path| make_private(path).is_ok());
@@ -110,6 +116,7 @@ impl OwnedRunDir {
         Ok(owned)
     }
 
+    /// Paths inside the folder; they are void once `self` is dropped.
     #[must_use]
     pub fn dir(&self) -> &RunDir {
         &self.dir

@@ -30,7 +30,7 @@ pub enum RunError {
     Stalled(String),
 }
 
-/// What a turn did.
+/// Result of a turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turn {
     /// Frames were processed.
@@ -80,7 +80,7 @@ impl<L: Link> Runner<L> {
     /// Takes the partition up at its last checkpoint, if `store` has one, and sends its last outputs again.
     ///
     /// # Errors
-    /// When the checkpoint does not decode or the link refuses.
+    /// When the checkpoint cannot be read or decoded, or the link cannot send the last outputs.
     pub fn start(
         mut partition: Box<dyn Partition>,
         link: L,
@@ -148,30 +148,37 @@ impl<L: Link> Runner<L> {
         self
     }
 
+    /// Of the partition that it drives.
     #[must_use]
     pub fn id(&self) -> PartitionId {
         self.partition.id()
     }
+    /// How often the partition was started before in this run.
     #[must_use]
     pub fn epoch(&self) -> u32 {
         self.epoch
     }
+    /// Frames processed since the run began, over all restarts; the last ones may not be in a checkpoint yet.
     #[must_use]
     pub fn frames_done(&self) -> u64 {
         self.frames_done
     }
+    /// Execution counter: turns since this start. One that stands still is a hang.
     #[must_use]
     pub fn cycles(&self) -> u64 {
         self.cycles
     }
+    /// Samples received and dropped, over all restarts.
     #[must_use]
     pub fn counters(&self) -> Counters {
         self.inbox.counters()
     }
+    /// From the send of a sample to the frame that takes it, since this start.
     #[must_use]
     pub fn latency(&self) -> &LatencyHistogram {
         &self.latency
     }
+    /// Longest execution of a frame since this start [µs].
     #[must_use]
     pub fn frame_us_max(&self) -> f64 {
         self.frame_ns_max as f64 * 1e-3
@@ -186,10 +193,11 @@ impl<L: Link> Runner<L> {
     pub fn given_up(&self) -> &[PartitionId] {
         &self.given_up
     }
+    /// For a caller that waits on the link between turns.
     pub fn link_mut(&mut self) -> &mut L {
         &mut self.link
     }
-    /// Progress reports that came since the last call.
+    /// Progress reports received since the last call.
     pub fn take_heard(&mut self) -> Vec<Progress> {
         self.heard_by_pacing = 0;
         core::mem::take(&mut self.heard)

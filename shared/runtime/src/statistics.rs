@@ -55,6 +55,7 @@ pub struct Statistics {
 }
 
 impl Statistics {
+    /// Counts processor and wall time from now; the figures of `id` go to the file `path`.
     #[must_use]
     pub fn new(path: PathBuf, id: PartitionId, life: Life) -> Self {
         let row = PartitionRow {

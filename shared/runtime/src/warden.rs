@@ -1,7 +1,7 @@
-//! The warden: parent of every partition. Starts, buries, restarts, gives up; maps no shared memory.
+//! The warden is the process supervisor: parent of every partition. It starts, reaps and restarts them, or gives them up; it maps no shared memory.
 //!
 //! One thread around one `poll`: pidfds of the children, the supervisor's pipe, a signal pipe. Its death ends its
-//! children; the next start removes what it left.
+//! children; the next start removes the files that it left.
 
 use crate::config::{GivenUp, Limits, RunConfig};
 use crate::process::Life;
@@ -19,7 +19,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use telemetry::PartitionId;
 
-/// Exit code of a partition that was told to end before its run was over.
+/// Exit code of a partition that had to end before its run was over.
 pub const EXIT_STOPPED: i32 = 6;
 /// Exit code of a partition that no restart can help.
 pub const EXIT_FINAL: i32 = 4;
@@ -32,7 +32,7 @@ const END_GRACE: Duration = Duration::from_secs(5);
 const STILLBORN_AGE: Duration = Duration::from_secs(1);
 const TERM_GRACE: Duration = Duration::from_secs(2);
 
-/// What the warden tells who started it, one line each.
+/// Reports of the warden to the process that started it, one line each.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Report {
@@ -146,7 +146,7 @@ struct Warden<'a> {
     /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its own.
     supervisor_heard: Instant,
     first_end: Option<Instant>,
-    /// The run is over, who still runs was told to end.
+    /// The run is over: partitions that still run have been ordered to end.
     ending: bool,
     window_frames: u64,
     report: &'a mut dyn FnMut(&Report),
@@ -195,7 +195,7 @@ impl<'a> Warden<'a> {
                 return Ok(());
             }
             if self.first_end.is_some_and(|first| first.elapsed() > END_GRACE) {
-                // The run is over; who has not heard of it is told.
+                // The run is over: partitions that have not received this are informed.
                 self.ending = true;
                 self.signal_running(Signal::TERM);
                 self.first_end = Some(Instant::now());
@@ -353,7 +353,7 @@ impl<'a> Warden<'a> {
             if let (PartitionId::Supervisor, State::Running { child, .. }) = (ward.id, &mut ward.state)
                 && let Some(stdin) = &mut child.stdin
             {
-                // A supervisor that is dying is told again when it is back.
+                // A dying supervisor receives the order again after its restart.
                 let _ = writeln!(stdin, "{line}");
             }
         }

@@ -32,6 +32,8 @@ pub struct HangWatch {
 }
 
 impl HangWatch {
+    /// Watches every partition of `run` but the supervisor, with its `hang_ms` as the limit, and starts a thread that reads the
+    /// warden's orders from standard input.
     #[must_use]
     pub fn new(run: &RunConfig) -> Self {
         let (sender, orders) = unbounded();
@@ -58,11 +60,12 @@ impl HangWatch {
         HangWatch { pulses: others.map(pulse).collect(), last_status: now, orders, pipe: LineWriter::default() }
     }
 
+    /// Reports to the warden that all services exist, so that it starts the other partitions.
     pub fn say_ready(&mut self) {
         self.pipe.say("READY", false);
     }
 
-    /// Takes what was heard; reports hangs and status; returns the partitions that were given up since.
+    /// Takes the progress reports `heard`; reports hangs and status; returns the partitions that were given up since.
     pub fn turn(&mut self, heard: &[Progress], frame: u64, mode: &str) -> Vec<PartitionId> {
         for progress in heard {
             self.hear(progress);

@@ -1,4 +1,4 @@
-//! Lines to whoever may have gone away or stopped reading: nobody blocks on a reader, nobody dies of one.
+//! Lines to a reader that may be gone or may have stopped reading: no writer blocks on it or ends with it.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::VecDeque;
