@@ -1,6 +1,27 @@
-//! The source: simulates sensors of the experiment in effect, or replays a recording, frame by frame.
+//! What it is: the source of all sensor samples: simulates the sensors of the experiment in effect, or replays a
+//! recording, frame by frame.
 //!
-//! May import: plant, recording, runtime, telemetry. Must never know: estimators and the closed forms they fly with.
+//! ```no_run
+//! use runtime::rundir::RunDir;
+//! use telemetry::PartitionId;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // The folder of a run, as `obsid run` makes it.
+//! let folder = std::env::args_os().nth(1).ok_or("no folder of a run")?;
+//! let run = RunDir::at(folder.as_ref()).load()?;
+//! let mut source = sensor_sim::connect(&run)?;
+//! assert_eq!(source.id(), PartitionId::SensorSim);
+//! assert!(source.inputs().is_empty());
+//! let mut checkpoint = Vec::new();
+//! source.save(&mut checkpoint)?;
+//! source.restore(&checkpoint)?;
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! May import: dynamics, plant_file, simulation, recording, runtime, telemetry.
+//!
+//! Must never know: estimators, and the closed-form models that they use.
 #![forbid(unsafe_code)]
 
 mod simulation;
@@ -15,7 +36,7 @@ use serde::{Deserialize, Serialize};
 use simulation::{Simulation, SimulationState};
 use telemetry::{ACCELEROMETERS, ACTUATORS, Experiment, Header, IMU, JOINTS, PartitionId, TopicId};
 
-/// What a restart needs.
+/// State of a checkpoint.
 #[derive(Clone, Default, Serialize, Deserialize)]
 struct State {
     window: ExperimentWindow,
@@ -24,7 +45,7 @@ struct State {
     simulation: SimulationState,
 }
 
-/// The source partition.
+/// The source partition: without inputs of its own, the only one that opens frames.
 pub struct SensorSim {
     state: State,
     simulation: Simulation,
@@ -35,7 +56,7 @@ pub struct SensorSim {
 /// Builds the source of `run`.
 ///
 /// # Errors
-/// When scenario or recording cannot be read.
+/// When the scenario, the plant it names, the recording or its channel map cannot be read, or the plant cannot be simulated.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let replay = run.replay.as_ref().map(|_| read_recording(run)).transpose()?;
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())

@@ -134,7 +134,7 @@ fn follow(controller: &mut Controller, reference: &FourierReference, joint: usiz
     controller.reference = vec![Signal { kind, begin_s: Quantity::known(0.0), end_s: None }];
 }
 
-/// Takes a body off, and nothing may hang on it.
+/// Removes a body to which no other is attached.
 fn without_body(plant: &mut Plant, name: &str) -> Result<(), String> {
     let before = plant.bodies.len();
     plant.bodies.retain(|body| body.name != name);

@@ -109,10 +109,13 @@ impl Vehicle {
         (self.period_s / self.frame_s).round() as u64
     }
 
+    /// State of plant, sensors and noise for a checkpoint.
     pub fn state(&self) -> SimulatorState {
         self.simulator.state()
     }
 
+    /// Takes up what [`Vehicle::state`] returned.
+    ///
     /// # Errors
     /// The state is that of another plant.
     pub fn restore(&mut self, state: &SimulatorState) -> Result<(), SimulationError> {
@@ -124,7 +127,7 @@ impl Vehicle {
         self.simulator.set_excited(excited);
         self.simulator.step();
         if let Err(error) = self.simulator.check_finite() {
-            // numbers that are none would pass for sensors that are silent
+            // values that are not finite would pass for silent sensors
             panic!("the simulation ends: {error}");
         }
         let row = self.simulator.row();
