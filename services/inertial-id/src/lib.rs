@@ -1,7 +1,27 @@
-//! Inertial parameters before capture (eight, BP1A) and mated (nine): from the conservation of angular momentum and, where torques are
-//! measured, from the equations of motion, which need no momentum. After capture the target's own numbers.
+//! What it is: estimation of the arm's inertial parameters, eight before capture (BP1A) and nine mated: from the
+//! conservation of angular momentum and, where torques are measured, from the equations of motion, which need no
+//! momentum. After capture it also estimates the target's own parameters.
 //!
-//! May import: physics, estimation, runtime, telemetry. Must never know: the plant, recordings.
+//! ```no_run
+//! use runtime::rundir::RunDir;
+//! use telemetry::{PartitionId, TOPICS};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // The folder of a run, as `obsid run` makes it.
+//! let folder = std::env::args_os().nth(1).ok_or("no folder of a run")?;
+//! let run = RunDir::at(folder.as_ref()).load()?;
+//! let partition = inertial_id::connect(&run)?;
+//! assert_eq!(partition.id(), PartitionId::InertialId);
+//! for topic in partition.inputs() {
+//!     println!("{}: {}", TOPICS[*topic].name, TOPICS[*topic].rate);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! May import: physics, estimation, plant_file, runtime, telemetry.
+//!
+//! Must never know: how a plant is simulated, recordings.
 #![forbid(unsafe_code)]
 
 mod target;
@@ -23,13 +43,13 @@ use telemetry::{
     InertialEstimate, InertialStatus, Innovation, JOINTS, Joints, PartitionId, Sample, TopicId,
 };
 
-/// An estimate goes out every so many frames of an experiment.
+/// Time between two estimates of an experiment [frames].
 const ESTIMATE_EVERY_FRAMES: u64 = 100;
-/// The sample interval is the median of the first rows': one that is late, or the first of a recording, says nothing of the others.
+/// Rows whose median interval is the sample interval: a single one may be late, or the first of a recording.
 const FIRST_ROWS: usize = 11;
 /// Bits of `Joints::torque_valid` that the equations of motion need.
 const BOTH_TORQUES: u64 = 0b11;
-/// Prior: a number to start from, information 1e-6/a².
+/// Standard deviation of the prior over the parameter: a starting value with information 1e-6/a².
 const PRIOR_RELATIVE_SD: f64 = 1000.0;
 /// Innovations beyond this many sigma are marked as not accepted in the record; the estimator uses them all.
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
@@ -63,7 +83,7 @@ struct FirstRow {
     sample: ArmSample,
 }
 
-/// The partition.
+/// The partition: fed with rates, joint angles and torques of an experiment, it publishes estimates of the arm and of the target.
 pub struct InertialId {
     state: State,
     free_floating: Option<ArmKnown>,
@@ -74,7 +94,7 @@ pub struct InertialId {
 /// Builds the partition of `run`.
 ///
 /// # Errors
-/// When the scenario cannot be read; what it does not say is refused when an experiment asks for it.
+/// When the scenario cannot be read; values that it lacks are reported by the status of an estimate once an experiment needs them.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::InertialId))?;
@@ -191,13 +211,13 @@ impl InertialId {
         self.state.window.experiment == Experiment::MatedInertial
     }
 
-    /// What the present phase is told.
+    /// Values that the scenario specifies for the present phase.
     fn known(&self) -> Option<&ArmKnown> {
         self.free_floating.as_ref().filter(|_| !self.is_mated()).or(self.mated.as_ref())
     }
 
-    /// Momentum and prior are stated.
-    fn is_told(&self) -> bool {
+    /// The scenario specifies momentum and prior.
+    fn has_momentum_and_prior(&self) -> bool {
         let known = self.known();
         known.is_some_and(|known| known.h_cm_sigma_nms < known.h_cm_nms.abs() && known.prior.iter().any(|a| *a != 0.0))
     }
@@ -205,7 +225,7 @@ impl InertialId {
     /// Eight parameters before capture, nine with a target; none where momentum or prior are not known.
     fn make_estimators(&mut self, interval_s: f64) {
         let eight = !self.is_mated() && self.free_floating.is_some();
-        self.state.estimators = self.known().filter(|_| interval_s > 0.0 && self.is_told()).and_then(|known| {
+        self.state.estimators = self.known().filter(|_| interval_s > 0.0 && self.has_momentum_and_prior()).and_then(|known| {
             if eight {
                 LiveEstimators::new(&settings(known, interval_s)).ok().map(Estimators::FreeFloating)
             } else {
@@ -224,12 +244,12 @@ impl InertialId {
 
     fn publish(&mut self, frame: &Frame<'_>, closing: bool, out: &mut Outputs) {
         let (mut sample, mut torque) = (self.empty(frame, closing), self.empty(frame, closing));
-        let why = if self.is_told() { InertialStatus::NoSamples } else { InertialStatus::NotKnown };
+        let why = if self.has_momentum_and_prior() { InertialStatus::NoSamples } else { InertialStatus::NotKnown };
         match (&self.state.estimators, self.known()) {
             (Some(Estimators::FreeFloating(live)), Some(known)) => {
                 fill(&mut sample, live, known);
                 fill_torque(&mut torque, live, known);
-                // a record that was broken off, or told nothing, takes no earlier one's place
+                // a record that was aborted, or has no known momentum and prior, does not replace an earlier one
                 let before = closing.then(|| target::Before::of(live, &sheet(known))).flatten();
                 self.state.before = before.or(self.state.before);
             }
@@ -335,7 +355,7 @@ fn put<const P: usize>(sample: &mut Estimate, alpha: &SVector<f64, P>, covarianc
     sample.consistent = u32::from(is_physically_consistent(alpha));
 }
 
-/// The momentum's estimate, what the sensor sheet may have done to it (NaN: not known), and what its data did to the prior.
+/// The momentum's estimate, the systematic error that the sensors' data sheet allows (NaN: not known), and the identifiability against the prior.
 fn fill<const P: usize, const X: usize>(sample: &mut InertialEstimate, live: &LiveEstimators<P, X>, known: &ArmKnown) {
     let common = &mut sample.estimate;
     let Ok(estimate) = live.estimate() else {
@@ -359,7 +379,7 @@ fn fill<const P: usize, const X: usize>(sample: &mut InertialEstimate, live: &Li
     }
 }
 
-/// The torques' estimate. What a sensor sheet that states errors may have done to it is not known (NaN).
+/// The torques' estimate. The effect of systematic errors that the sensors' data sheet states is not known (NaN).
 fn fill_torque<const P: usize, const X: usize>(
     sample: &mut InertialEstimate,
     live: &LiveEstimators<P, X>,

@@ -1,4 +1,4 @@
-//! The target's numbers at the end of the experiment after capture, and what the target stated of itself.
+//! The target's parameters at the end of the experiment after capture, and the target's statement of them.
 
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::{SMatrix, SVector, Vector4};
@@ -35,7 +35,7 @@ impl Before {
     }
 }
 
-/// What was stated, if anything, and what was identified, alone or with it.
+/// The target's statement, if there is one, and the identified target, fused with the statement where they agree.
 pub fn samples(
     chaser: &ChaserSheet,
     statement: Option<&TargetStatement>,
