@@ -1,12 +1,32 @@
-//! Slosh mass, stiffness and damping on one axis (BP2, 1-D): maximum likelihood over a fixed-memory arc.
+//! What it is: estimation of slosh mass, stiffness and damping on one axis (BP2, 1-D): maximum likelihood over a
+//! fixed-memory arc.
 //!
-//! Every sample goes into the arc as it comes; an answer is solved for when one is due. A record
+//! Every sample goes into the arc as it comes; the likelihood is maximised when an estimate is due. A record
 //! that begins late or has a gap leaves the slosh state unknown there, and it is estimated. With a
 //! prior (`expected` and `expected_sigma` of the scenario) any thrust will do, station keeping's
 //! too: each parameter says whether it was identified, the prior kept, or not excited
 //! (`Estimate::identifiability`). All memory is taken at the start.
 //!
-//! May import: physics, estimation, runtime, telemetry. Must never know: the plant, recordings.
+//! ```no_run
+//! use runtime::rundir::RunDir;
+//! use telemetry::{PartitionId, TOPICS};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // The folder of a run, as `obsid run` makes it.
+//! let folder = std::env::args_os().nth(1).ok_or("no folder of a run")?;
+//! let run = RunDir::at(folder.as_ref()).load()?;
+//! let partition = slosh_id::connect(&run)?;
+//! assert_eq!(partition.id(), PartitionId::SloshId);
+//! for topic in partition.inputs() {
+//!     println!("{}: {}", TOPICS[*topic].name, TOPICS[*topic].rate);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! May import: physics, estimation, plant_file, runtime, telemetry.
+//!
+//! Must never know: how a plant is simulated, recordings.
 #![forbid(unsafe_code)]
 
 use nalgebra::Vector3;
@@ -27,7 +47,7 @@ use telemetry::{
 const PARAMETERS: usize = 3;
 /// Innovations beyond this many sigma are marked as not accepted; the estimator uses them all.
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
-/// A first sample further than this many intervals behind the experiment's begin is late: what came before is not known.
+/// A first sample further than this behind the experiment's begin is late: the slosh state is unknown [intervals].
 const LATE_INTERVALS: f64 = 1.5;
 
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -45,7 +65,7 @@ struct State {
     t_measured_ns: u64,
 }
 
-/// The partition.
+/// The partition: fed with thrust and acceleration of an experiment, it publishes estimates of the slosh parameters.
 pub struct SloshId {
     state: State,
     estimator: Box<SloshEstimator>,
@@ -56,7 +76,7 @@ pub struct SloshId {
 /// Builds the partition of `run`.
 ///
 /// # Errors
-/// When the scenario cannot be read; what it does not say is refused when an experiment asks for it.
+/// When the scenario cannot be read; values that it lacks are reported by the status of an estimate once an experiment needs them.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::SloshId))?;
