@@ -1,12 +1,12 @@
-//! What to beware of in a mode beside its frequency and damping ([`IdentifiedMode`]).
+//! Cautions about each mode beside its frequency and damping ([`IdentifiedMode`]).
 
 use modal::advice::{Advice, advice, pulse_nulling};
 use modal::methods::Estimate;
 use serde::{Deserialize, Serialize};
 use telemetry::{Actuators, IdentifiedMode};
 
-/// Part of the commanded impulse that points one way: what is less is no pulse.
-const ONE_WAY: f64 = 0.95;
+/// Least share of the commanded impulse that points one way in a pulse.
+const ONE_WAY_SHARE_MIN: f64 = 0.95;
 
 /// The excitation so far, as far as it may be a single pulse.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
@@ -20,6 +20,7 @@ pub struct Pulse {
 }
 
 impl Pulse {
+    /// Adds a command that is not zero.
     pub fn excited(&mut self, command: &Actuators) {
         self.several |= self.ended;
         self.length_s += command.interval_s;
@@ -32,14 +33,15 @@ impl Pulse {
         self.size += square.sqrt();
     }
 
+    /// Takes a sample without excitation: a command behind it begins another pulse.
     pub fn ended(&mut self) {
         self.ended = self.length_s > 0.0;
     }
 
-    /// Length of the one pulse that there was.
+    /// Length of the excitation [s] if it was a single pulse in one direction.
     pub fn length_s(&self) -> Option<f64> {
         let along = self.impulse.iter().map(|sum| sum * sum).sum::<f64>().sqrt();
-        (self.length_s > 0.0 && !self.several && along > ONE_WAY * self.size).then_some(self.length_s)
+        (self.length_s > 0.0 && !self.several && along > ONE_WAY_SHARE_MIN * self.size).then_some(self.length_s)
     }
 }
 

@@ -8,7 +8,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Rows kept from the beginning of the segment.
 const FULL_ROWS: usize = 256;
+/// Rows kept of each doubling of the segment's length behind them.
 const OCTAVE_ROWS: usize = 128;
 /// Reached after 2²² rows, more than an hour at 1 kHz.
 const ROWS_MAX: usize = FULL_ROWS + 14 * OCTAVE_ROWS;
@@ -49,6 +51,8 @@ impl DecayRows {
         }
     }
 
+    /// Takes the next row of the segment, one value per channel, at time `t_ns`; keeps it if it is on the grid and there is
+    /// room.
     pub fn push(&mut self, row: &[f64], t_ns: u64) {
         if self.complete || self.kept == ROWS_MAX {
             return;
@@ -61,10 +65,12 @@ impl DecayRows {
         self.seen += 1;
     }
 
+    /// The rows kept, one after the other, each with one value per channel in the unit of the record.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
+    /// Rows kept.
     pub fn len(&self) -> usize {
         self.kept
     }

@@ -1,18 +1,37 @@
-//! Modes of flexible appendages (BP3A): streaming SSI-COV over free-decay or operational segments.
+//! What it is: identification of the modes of flexible appendages (BP3A): streaming SSI-COV over free-decay or operational segments.
 //!
-//! A segment is open while nothing excites: behind a known excitation there is a free decay, which is what output-only
-//! identification assumes, and what came before the first excitation is dropped. Without a known excitation the whole
+//! A segment is open while the excitation is off: behind a known excitation there is a free decay, which output-only
+//! identification assumes, and the rows before the first excitation are dropped. Without a known excitation the whole
 //! record is operational, in segments that end where it jumps.
 //!
 //! Excitation is on while the samples say so (`excited`) and anything is commanded: a vehicle may announce an experiment
 //! that is silent most of the time, and a measured torque is never zero.
 //!
-//! Where there are modes, [`telemetry::IdentifiedMode`] says of each on which channel it shows
-//! most, which mode it is over all answers and experiments so far, and what to beware of. Given the
+//! Where there are modes, [`telemetry::IdentifiedMode`] states for each its dominant
+//! channel, its identity over all estimates and experiments so far, and cautions. Given the
 //! appendage's geometry (`[modal.known.appendage]`) the estimate holds five modes at most, with the
 //! inertia about the hub's axis that they imply.
 //!
-//! May import: modal, physics, runtime, telemetry. Must never know: the plant, recordings.
+//! ```no_run
+//! use runtime::rundir::RunDir;
+//! use telemetry::{PartitionId, TOPICS};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // The folder of a run, as `obsid run` makes it.
+//! let folder = std::env::args_os().nth(1).ok_or("no folder of a run")?;
+//! let run = RunDir::at(folder.as_ref()).load()?;
+//! let partition = modal_id::connect(&run)?;
+//! assert_eq!(partition.id(), PartitionId::ModalId);
+//! for topic in partition.inputs() {
+//!     println!("{}: {}", TOPICS[*topic].name, TOPICS[*topic].rate);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! May import: modal, estimation, physics, plant_file, runtime, telemetry.
+//!
+//! Must never know: how a plant is simulated, recordings.
 #![forbid(unsafe_code)]
 
 mod advice;
@@ -40,9 +59,9 @@ use telemetry::{
 const _: () = assert!(MODES_MAX == appendage::REFIT_MODES_MAX);
 /// Most modes of an estimate that also gives the hub's inertia.
 const MODES_WITH_INERTIA: usize = 5;
-/// An innovation beyond it is not of the model.
+/// Innovations beyond this many sigma are marked as not accepted.
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
-/// Standard deviations of the mean innovation, or of a block of them, beyond which something acts that is not known.
+/// Standard deviations of the mean innovation, or of a block of them, beyond which an unknown input acts.
 const LEAK_SIGMA: f64 = 5.0;
 
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -67,7 +86,7 @@ struct State {
     tracker: Option<ModeTracker>,
 }
 
-/// The partition.
+/// The partition: fed with accelerations of an experiment, it publishes estimates of the modes.
 pub struct ModalId {
     state: State,
     known: ModalKnown,
