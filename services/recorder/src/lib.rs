@@ -1,7 +1,30 @@
-//! Every sample to one MCAP file, in a process of its own: a stalled disk may not hold up an estimator.
+//! What it is: recording of every sample in one MCAP file, in a process of its own: a stalled disk may not delay an
+//! estimator.
 //!
 //! The file is the partition's memory: a checkpoint completes a chunk, and a restart goes on behind the samples that
-//! the checkpoint counts. May import: recording, runtime, telemetry. Must never know: equations.
+//! the checkpoint counts.
+//!
+//! ```no_run
+//! use runtime::rundir::RunDir;
+//! use telemetry::{PartitionId, TOPICS};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // The folder of a run, as `obsid run` makes it.
+//! let folder = std::env::args_os().nth(1).ok_or("no folder of a run")?;
+//! let run = RunDir::at(folder.as_ref()).load()?;
+//! println!("records to {}", run.record.display());
+//! let partition = recorder::connect(&run)?;
+//! assert_eq!(partition.id(), PartitionId::Recorder);
+//! for topic in partition.inputs() {
+//!     println!("{}: {}", TOPICS[*topic].name, TOPICS[*topic].rate);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! May import: recording, runtime, telemetry.
+//!
+//! Must never know: equations, estimators, the meaning of a sample.
 #![forbid(unsafe_code)]
 
 use recording::McapRecorder;
@@ -21,10 +44,10 @@ const INPUTS: [TopicId; TOPIC_TABLE.len()] = {
     all
 };
 
-/// What the scenario is called in a recording.
+/// Name of the scenario's attachment in a recording.
 const SCENARIO: &str = "scenario.toml";
 
-/// The partition.
+/// The partition: writes every topic, publishes none.
 pub struct Recorder {
     path: PathBuf,
     file: Option<McapRecorder>,
