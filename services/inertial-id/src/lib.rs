@@ -225,13 +225,14 @@ impl InertialId {
     /// Eight parameters before capture, nine with a target; none where momentum or prior are not known.
     fn make_estimators(&mut self, interval_s: f64) {
         let eight = !self.is_mated() && self.free_floating.is_some();
-        self.state.estimators = self.known().filter(|_| interval_s > 0.0 && self.has_momentum_and_prior()).and_then(|known| {
-            if eight {
-                LiveEstimators::new(&settings(known, interval_s)).ok().map(Estimators::FreeFloating)
-            } else {
-                LiveEstimators::new(&settings(known, interval_s)).ok().map(Estimators::Mated)
-            }
-        });
+        self.state.estimators =
+            self.known().filter(|_| interval_s > 0.0 && self.has_momentum_and_prior()).and_then(|known| {
+                if eight {
+                    LiveEstimators::new(&settings(known, interval_s)).ok().map(Estimators::FreeFloating)
+                } else {
+                    LiveEstimators::new(&settings(known, interval_s)).ok().map(Estimators::Mated)
+                }
+            });
     }
 
     fn empty(&self, frame: &Frame<'_>, closing: bool) -> InertialEstimate {
