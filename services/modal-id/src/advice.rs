@@ -33,7 +33,7 @@ impl Pulse {
         self.size += square.sqrt();
     }
 
-    /// Takes a sample without excitation: a command behind it begins another pulse.
+    /// The excitation has ended: a command behind it begins another pulse.
     pub fn ended(&mut self) {
         self.ended = self.length_s > 0.0;
     }
