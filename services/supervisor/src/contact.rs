@@ -1,7 +1,7 @@
-//! Contact recognised from the data: the momentum of a free arm jumps when the rates belong to another body.
+//! Detection of contact from the data: the momentum of a free arm jumps when the rates belong to another body.
 //!
-//! `h = Y_h α` stays what it is as long as nothing touches the arm. Neither its level nor the model need be right for
-//! that: what is tested is the jump of `Y_h α` away from its own running mean ([`JumpDetector`]), so a wrong momentum, a
+//! `h = Y_h α` is constant until a body touches the arm. Neither its level nor the model need be right for
+//! that: the test is of the jump of `Y_h α` away from its own running mean ([`JumpDetector`]), so a wrong momentum, a
 //! gyro bias or a scaled α is part of the baseline. What the model's error can add is its change since the baseline:
 //! with `ȳ` the running mean of the regressor it has the variance `(y − ȳ)ᵀ P (y − ȳ)`, which widens the slack.
 //!
@@ -21,7 +21,7 @@ use telemetry::Estimate;
 /// One in a thousand modes of up to 1e5 samples.
 pub const FALSE_ALARM: FalseAlarm = FalseAlarm { probability: 1e-3, samples: 1e5 };
 
-/// Channels of which nothing is known: the scatter of the data alone decides.
+/// Channels of unknown noise: the scatter of the data alone decides.
 pub const NOISE_UNKNOWN: ChannelSigma =
     ChannelSigma { omega0_rad_s: 0.0, joint_rate_rad_s: [0.0; 2], joint_angle_rad: [0.0; 2] };
 
@@ -42,7 +42,7 @@ pub struct FreeArm {
 }
 
 impl FreeArm {
-    /// `None` for an estimate with which nothing can be predicted: none made, physically impossible, not finite.
+    /// `None` for an estimate that cannot predict: none made, physically impossible, not finite.
     pub fn of(estimate: &Estimate) -> Option<Self> {
         let arm = Self {
             alpha: SVector::from_fn(|i, _| estimate.values[i]),
@@ -81,7 +81,7 @@ impl ContactDetector {
         self.skipped
     }
 
-    /// Takes one sample of `frame` and the noise of its channels ([`NOISE_UNKNOWN`] where nothing is known); `Some` in the sample
+    /// Takes one sample of `frame` and the noise of its channels ([`NOISE_UNKNOWN`] where it is unknown); `Some` in the sample
     /// that gives the contact away, once.
     pub fn push(&mut self, frame: u64, sample: &MomentumSample, sigma: &ChannelSigma) -> Option<Contact> {
         if !sample.is_finite() {

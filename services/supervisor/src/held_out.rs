@@ -1,10 +1,10 @@
-//! Held-out simulation: the last fifth of an experiment, predicted by an estimate that never saw it.
+//! Held-out simulation: the last fifth of an experiment, predicted by an estimate from the rows before it.
 //!
 //! The recorder of a domain keeps the rows behind the split frame (80 % of the experiment's length, known from the mode
 //! sample) in memory taken once, and the newest estimate made up to the split. At the end the model is simulated over
 //! the rows: inertial, the base rate that momentum conservation demands of the measured joints; slosh, a free run from
-//! the estimate's own slosh state, driven by the measured force; modal, what a free decay with the estimate's poles
-//! leaves over when its amplitudes are refitted.
+//! the estimate's own slosh state, driven by the measured force; modal, the residual of a free decay with the
+//! estimate's poles when its amplitudes are refitted.
 //!
 //! An experiment longer than the memory is thinned evenly: instants are skipped (inertial, modal) or consecutive
 //! intervals merged to their means (slosh: exact while the force is constant over the merged interval). How many rows
@@ -26,15 +26,16 @@ pub use slosh::SloshHeldOut;
 /// Most rows any recorder holds.
 pub const ROWS_MAX: usize = 4096;
 
-/// What the simulation of the held-out rows says.
+/// Result of the simulation of the held-out rows, in the unit of the measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HeldOut {
     /// Root mean square of measured minus simulated.
     pub rms: f64,
-    /// What sensor noise alone would give.
+    /// The rms error that sensor noise alone would give.
     pub noise: f64,
-    /// Root mean square of what was measured, about its mean: an error of this size explains nothing.
+    /// Root mean square of what was measured, about its mean: a model that predicts the mean errs by as much.
     pub signal_rms: f64,
+    /// Values compared.
     pub count: u64,
 }
 
@@ -43,8 +44,11 @@ pub struct HeldOut {
 pub struct Window {
     /// Effective frame of the mode sample.
     pub start_frame: u64,
+    /// Length of the experiment.
     pub duration_frames: u64,
+    /// Experiment counter: estimates of another one are not simulated.
     pub generation: u32,
+    /// Length of a frame.
     pub frame_period_s: f64,
     /// Frames before the split from which rows are kept too: as long as estimates may lie apart (slosh), else 0.
     pub lead_frames: u64,

@@ -1,18 +1,37 @@
-//! Supervisor: which experiment is flown when, which model is believed, and whether the target is on the arm.
+//! What it is: decisions on a run: which experiment is flown when, which model is accepted, and whether the target is
+//! on the arm.
 //!
-//! May import: telemetry, estimation, physics, runtime. Must never know: how a plant is simulated, another service, a
-//! clock, a file.
+//! ```no_run
+//! use runtime::rundir::RunDir;
+//! use telemetry::{PartitionId, TOPICS};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // The folder of a run, as `obsid run` makes it.
+//! let folder = std::env::args_os().nth(1).ok_or("no folder of a run")?;
+//! let run = RunDir::at(folder.as_ref()).load()?;
+//! let partition = supervisor::connect(&run)?;
+//! assert_eq!(partition.id(), PartitionId::Supervisor);
+//! for topic in partition.inputs() {
+//!     println!("{}: {}", TOPICS[*topic].name, TOPICS[*topic].rate);
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! May import: telemetry, estimation, physics, plant_file, runtime.
+//!
+//! Must never know: how a plant is simulated, another service, a clock, a file.
 //!
 //! | file | subject |
 //! |---|---|
 //! | `mode` | the mode table and the machine that evaluates it, once a frame |
 //! | `validation` | two verdicts on a model: complete, adequate |
 //! | `held_out` | the last fifth of an experiment, simulated with an estimate that never saw it |
-//! | `inertia` | the inertia by the modes against that by the momentum, and which to doubt |
-//! | `contact` | contact recognised from a jump of the momentum, or of the base rate |
-//! | `verdicts` | what is said of experiments that give no model |
-//! | `mission` | from the scenario to the plan, the needs and the predictions |
-//! | `measured` | what the samples of a frame say: base rate, who is alive, rows held out |
+//! | `inertia` | comparison of the inertia by the modes with that by the momentum, and which to doubt |
+//! | `contact` | contact detected from a jump of the momentum, or of the base rate |
+//! | `verdicts` | verdicts on experiments that give no model |
+//! | `mission` | plan, needs and predicted sigmas of the scenario |
+//! | `measured` | quantities from the samples of a frame: base rate, live sensors, held-out rows |
 
 #![forbid(unsafe_code)]
 
@@ -69,7 +88,7 @@ struct State {
     inertias: Inertias,
 }
 
-/// The partition.
+/// The partition: consumes samples and estimates, publishes modes, verdicts and inertia comparisons.
 pub struct Supervisor {
     mission: Mission,
     state: State,

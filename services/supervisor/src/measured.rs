@@ -48,7 +48,7 @@ impl Heard {
     }
 }
 
-/// A cast of NaN is 0: an interval that is none adds no patience.
+/// A cast of NaN is 0: an unknown interval adds no patience.
 fn patience_frames(interval_frames: f64) -> u64 {
     SILENT_FRAMES.max((SILENT_INTERVALS * interval_frames).ceil() as u64)
 }
@@ -82,6 +82,8 @@ pub struct Measured {
 }
 
 impl Measured {
+    /// Takes the memory for the held-out rows of the inertial and the slosh model; the modal one's follows with its first rows,
+    /// which determine the number of channels.
     pub fn new(mission: &Mission) -> Self {
         let slosh = mission.slosh.as_ref().map(|known| {
             SloshHeldOut::new(HELD_OUT_ROWS, known.m_0_kg, known.accelerometer_vrw_m_s_sqrt_h / SQRT_HOUR_S)

@@ -99,6 +99,7 @@ impl Mission {
         })
     }
 
+    /// Needs of a model of `domain` in `phase`; those after capture are stated apart.
     pub fn need(&self, domain: Domain, phase: Phase) -> &Need {
         match (domain, phase) {
             (Domain::Inertial, Phase::Mated) => &self.mated_need,
@@ -106,6 +107,7 @@ impl Mission {
         }
     }
 
+    /// The arm as known in `phase`. Before capture, one known only with a target serves as well.
     pub fn arm(&self, phase: Phase) -> Option<&KnownArm> {
         if phase == Phase::Mated { self.mated.as_ref() } else { self.inertial.as_ref().or(self.mated.as_ref()) }
     }

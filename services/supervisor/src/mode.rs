@@ -8,8 +8,8 @@
 //! Decisions taken here, which the table does not show:
 //! - A decision takes effect `window_frames` later. Until then only urgent events act, because everything measured
 //!   still speaks of the old mode. Timers run from the effective frame.
-//! - CAPTURE asks for accepted inertial *and* slosh models, also when the plan flies no slosh experiment: what was not
-//!   identified is not accepted, and the override exists for a vehicle without a tank.
+//! - CAPTURE requires accepted inertial *and* slosh models, also when the plan flies no slosh experiment: a domain
+//!   without an identified model is not accepted, and the override exists for a vehicle without a tank.
 //! - APPROACH_HOLD without permission waits for an operator until its timeout, then the run ends in STANDBY.
 //! - A verdict counts only with the experiment counter (generation) of the experiment that waits for it.
 //! - After the end of the run nothing but the safe command acts.
@@ -103,10 +103,12 @@ impl ModeMachine {
         self.state
     }
 
+    /// First frame of [`Self::state`]; later than the present frame while a decision waits for the pacing window.
     pub fn effective_frame(&self) -> u64 {
         self.effective_frame
     }
 
+    /// The plan is done or given up: no further decision follows but a safe command.
     pub fn ended(&self) -> bool {
         self.ended
     }
@@ -155,7 +157,7 @@ impl ModeMachine {
         }
     }
 
-    /// Events that nobody reports: they follow from what is measured and from the frame.
+    /// Events without a report: they follow from the situation and the frame.
     fn derived(&self, event: Event, frame: u64, situation: &Situation) -> bool {
         let waited = frame.saturating_sub(self.since_frame);
         let in_force = !self.ended && frame >= self.effective_frame;

@@ -7,12 +7,12 @@
 //!
 //! Sigmas are *honest* when the mean NIS lies in its band and no block length is coloured: a covariance computed for
 //! white residuals is too small for residuals that hang together, by the very factor by which their block means exceed
-//! theirs, and nothing says how much the parameters are off. So a model that is proven incomplete is never accepted.
+//! theirs, and the error of the parameters is unknown. So a model that is proven incomplete is never accepted.
 //! Only the upper side of the whiteness test counts. Residuals of a fit are tested on the rows that made it; its free
 //! parameters take the slow part out of them, so their block means are too small by construction.
 //!
 //! The held-out error is judged as measured, sensor noise included: taking the noise out would need to know it exactly.
-//! Where the signal does not stand out of the noise the figure says nothing of the model, and nothing was held out.
+//! Where the signal does not stand out of the noise the figure is independent of the model, and the verdict says that no data were held out.
 //!
 //! Every limit follows from a stated false-alarm probability and the number of blocks behind the figure.
 
@@ -99,7 +99,7 @@ pub fn no_model(domain: Domain, phase: Phase, (reason, measured, limit): Missing
 /// Why there is no model, with figure and limit.
 pub type Missing = (Reason, f64, f64);
 
-/// A verdict that nothing has been written into yet, of which nothing can be said.
+/// A verdict without figures or a reason yet.
 fn empty_verdict(domain: u16, phase: u16, frame: u64, t_ns: u64) -> Verdict {
     Verdict {
         header: Header::at(t_ns),
@@ -193,7 +193,7 @@ fn sigma_failure(estimate: &Estimate, need: &Need) -> Option<Finding> {
 }
 
 /// Largest standard deviation over its need, over all parameters with a need; `None` when none is stated. At most one:
-/// nothing is left to learn.
+/// every need is met.
 pub fn sigma_over_need(estimate: &Estimate, need: &Need) -> Option<f64> {
     (0..usize::from(estimate.count).min(PARAMETERS_MAX))
         .filter_map(|index| {
@@ -203,7 +203,7 @@ pub fn sigma_over_need(estimate: &Estimate, need: &Need) -> Option<f64> {
         .max_by(f64::total_cmp)
 }
 
-/// One sentence with numbers.
+/// The verdict as one sentence, with the deciding figure and its limit, for logs and reports.
 pub fn explain(verdict: &Verdict) -> String {
     let Some(reason) = Reason::from_code(verdict.reason) else {
         return format!("unknown reason {}", verdict.reason);

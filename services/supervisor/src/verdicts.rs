@@ -1,4 +1,4 @@
-//! Verdicts on what was not identified: every planned experiment leaves one, also when it was skipped, broke off, gave
+//! Verdicts on experiments without a model: every planned experiment leaves one, also when it was skipped, broke off, gave
 //! no estimate, or was never reached.
 
 use crate::mode::{Decision, Event, ModeMachine, OUT_OF_REACH, Plan, Situation, StepStatus};
@@ -29,7 +29,7 @@ impl Ledger {
         self.owed[slot(domain, phase)] = false;
     }
 
-    /// What must be said now of experiments that will not be judged.
+    /// Verdicts due now on experiments that give no model to judge.
     pub fn missing(
         &mut self,
         decision: Option<&Decision>,

@@ -15,6 +15,7 @@ pub struct InertialHeldOut {
 }
 
 impl InertialHeldOut {
+    /// Takes memory for `capacity` rows.
     pub fn new(capacity: usize) -> Self {
         Self { recorder: Recorder::new(capacity), interval_s: None }
     }
@@ -25,6 +26,7 @@ impl InertialHeldOut {
         self.interval_s = None;
     }
 
+    /// Takes an estimate made up to the split; the newest one is simulated.
     pub fn offer(&mut self, estimate: &Estimate) {
         self.recorder.offer(estimate);
     }

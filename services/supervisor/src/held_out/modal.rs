@@ -1,4 +1,4 @@
-//! Held-out test of a modal model: what a free decay with its poles leaves over when the amplitudes are refitted.
+//! Held-out test of a modal model: the residual of a free decay with its poles when the amplitudes are refitted.
 
 use super::{HeldOut, Recorder, Window};
 use physics::appendage::{Mode, REFIT_MODES_MAX, refit_free_decay_residual};
@@ -31,6 +31,7 @@ impl ModalHeldOut {
         self.accelerations_m_s2.clear();
     }
 
+    /// Takes an estimate made up to the split; the newest one is simulated.
     pub fn offer(&mut self, estimate: &Estimate) {
         self.recorder.offer(estimate);
     }
@@ -71,12 +72,13 @@ impl ModalHeldOut {
 
     /// Rate of the rows kept; `None` when they are not evenly spaced.
     fn uniform_rate_hz(&self) -> Option<f64> {
-        /// Of an interval: a tenth of it moves a row by less than its neighbour, a whole one is a gap.
-        const JITTER: f64 = 0.1;
+        /// Largest deviation of a row's time from an even grid [intervals]; a missing row deviates by one.
+        const GRID_DEVIATION_MAX: f64 = 0.1;
         let rows = &self.recorder.rows;
         let (first, last) = (rows.first()?.1, rows.last()?.1);
         let interval_s = (last - first) / rows.len().checked_sub(1)? as f64;
-        let even = rows.windows(2).all(|pair| (pair[1].1 - pair[0].1 - interval_s).abs() < JITTER * interval_s);
+        let even =
+            rows.windows(2).all(|pair| (pair[1].1 - pair[0].1 - interval_s).abs() < GRID_DEVIATION_MAX * interval_s);
         (even && interval_s > 0.0).then(|| 1.0 / interval_s)
     }
 }

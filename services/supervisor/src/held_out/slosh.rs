@@ -57,19 +57,23 @@ pub struct SloshHeldOut {
 }
 
 impl SloshHeldOut {
-    /// White noise of the accelerometer as a random walk of its integral.
+    /// Takes memory for `capacity` rows. `base_mass_kg` is the mass without the slosh mass; the accelerometer's white noise is
+    /// given as the random walk of its integral [m/s/√s].
     pub fn new(capacity: usize, base_mass_kg: f64, velocity_random_walk_m_s_sqrt_s: f64) -> Self {
         assert!(base_mass_kg > 0.0);
         let (recorder, arc_end) = (Recorder::new(capacity), ArcEnd::default());
         Self { recorder, arc_end, base_mass_kg, velocity_random_walk_m_s_sqrt_s, interval_s: None, open: None }
     }
 
-    /// Set the window's lead to the longest time between two estimates, else none may be early enough for its rows.
+    /// A new experiment. The window's lead must be the longest time between two estimates, so that the rows reach back to the
+    /// end of an estimate's arc.
     pub fn begin(&mut self, window: Window) {
         self.recorder.begin(window);
         (self.open, self.interval_s) = (None, None);
     }
 
+    /// Takes an estimate made up to the split, with the slosh state at the end of its arc: the free run of the newest one
+    /// begins there.
     pub fn offer(&mut self, sample: &SloshEstimate) {
         if self.recorder.offer(&sample.estimate) {
             self.arc_end = ArcEnd::of(sample);
@@ -95,11 +99,11 @@ impl SloshHeldOut {
 
     /// No interval is missing or doubled: a free run cannot jump.
     fn contiguous(&self) -> bool {
-        /// Of a row: stamps may jitter by this much, a missing interval is more.
-        const JITTER: f64 = 0.2;
+        /// Largest gap between a row's end and the next one's begin [sample intervals]; a missing sample leaves one.
+        const JOIN_MISMATCH_MAX: f64 = 0.2;
         let fits = |pair: &[(u64, SloshRow)]| {
             let (row, next) = (&pair[0].1, &pair[1].1);
-            (next.begin_s - row.end_s()).abs() <= JITTER * row.duration_s / row.samples as f64
+            (next.begin_s - row.end_s()).abs() <= JOIN_MISMATCH_MAX * row.duration_s / row.samples as f64
         };
         self.recorder.rows.windows(2).all(fits)
     }

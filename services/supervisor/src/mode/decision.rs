@@ -48,7 +48,7 @@ pub struct Decision {
     pub generation: u32,
     /// Nothing follows.
     pub ended: bool,
-    /// What the guard (or, without one, the event) looked at, and its limit; both 0 when nothing was measured.
+    /// Quantity that the guard (or, without one, the event) compared, and its limit; both 0 without a comparison.
     pub measured: f64,
     pub limit: f64,
 }
@@ -78,10 +78,15 @@ pub(super) mod state_code {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
     use telemetry::ModeState;
 
+    /// For `#[serde(with)]`: the code as `u16`.
     pub fn serialize<S: Serializer>(state: &ModeState, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_u16(state.code())
     }
 
+    /// For `#[serde(with)]`.
+    ///
+    /// # Errors
+    /// When the code is not one of `ModeState`.
     pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ModeState, D::Error> {
         let code = u16::deserialize(deserializer)?;
         ModeState::from_code(code).ok_or_else(|| D::Error::custom(format!("unknown mode state {code}")))

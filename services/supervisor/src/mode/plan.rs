@@ -1,4 +1,4 @@
-//! What the scenario wants flown, and what is measured while it is: the two inputs of the mode table.
+//! The plan of the scenario and the measured situation: the two inputs of the mode table.
 
 use serde::{Deserialize, Serialize};
 use telemetry::Domain;
@@ -10,7 +10,7 @@ pub struct ExperimentPlan {
     pub duration_frames: u64,
     /// Latest frame after its beginning at which a verdict is waited for; longer than the duration.
     pub timeout_frames: u64,
-    /// How often it is repeated when its model is refused.
+    /// How often it is repeated when its model is rejected.
     pub retries: u32,
 }
 
@@ -61,7 +61,7 @@ impl Plan {
     }
 }
 
-/// What is measured of one domain.
+/// Measured state of one domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct DomainSituation {
     /// Every sensor its experiment needs has spoken recently.
@@ -85,7 +85,7 @@ pub struct ContactMeasure {
     pub limit: f64,
 }
 
-/// What is measured in one frame.
+/// Measured state in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Situation {
     /// Magnitude of the measured base rate; NaN when it is not known, which holds every guard on it closed.
@@ -99,10 +99,12 @@ pub struct Situation {
 }
 
 impl Situation {
+    /// The part of one domain.
     pub fn of(&self, domain: Domain) -> &DomainSituation {
         &self.domains[usize::from(domain.code())]
     }
 
+    /// As [`Situation::of`], to be filled in.
     pub fn of_mut(&mut self, domain: Domain) -> &mut DomainSituation {
         &mut self.domains[usize::from(domain.code())]
     }

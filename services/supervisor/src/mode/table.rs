@@ -36,7 +36,7 @@ pub enum Event {
     Start = 6,
     /// The validation accepted the model of an experiment.
     ModelAccepted = 7,
-    /// The validation refused it, or had none to judge.
+    /// The validation rejected it, or had no model to judge.
     ModelRefused = 8,
     /// Contact recognised from the data (derived).
     ContactSeen = 9,
@@ -49,6 +49,7 @@ pub enum Event {
 }
 
 impl Event {
+    /// In the order of their codes, which is that of urgency.
     pub const ALL: [Event; 12] = [
         SafeCommand,
         PartitionLost,
@@ -64,6 +65,7 @@ impl Event {
         Check,
     ];
 
+    /// As `Mode::event` carries it.
     pub const fn code(self) -> u16 {
         self as u16
     }
@@ -73,7 +75,7 @@ impl Event {
         Self::ALL.into_iter().find(|event| event.code() == code)
     }
 
-    /// What `Mode::measured` and `Mode::limit` are of a change that this event caused.
+    /// Meaning of `Mode::measured` and `Mode::limit` in a change that this event caused.
     pub const fn figures(self) -> &'static str {
         match self {
             Elapsed | Timeout => "frames waited and the duration [frames]",
@@ -85,6 +87,7 @@ impl Event {
         }
     }
 
+    /// As logs and the interface control document show it.
     pub const fn text(self) -> &'static str {
         match self {
             SafeCommand => "safe command",
