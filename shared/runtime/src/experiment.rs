@@ -18,6 +18,7 @@ pub enum Step {
     Idle,
     /// First frame: begin with a fresh estimator.
     Begin,
+    /// A frame of the experiment behind its first.
     Go,
     /// The frame after the last one: no more data, state the closing estimate.
     Close,
@@ -28,7 +29,9 @@ pub enum Step {
 /// The window of frames of the present experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExperimentWindow {
+    /// Experiment of the mode in effect; it stays after the last frame.
     pub experiment: Experiment,
+    /// State of the mode in effect.
     pub state: ModeState,
     /// Experiment counter of the mode, from 1; 0 before the first.
     pub generation: u32,

@@ -5,16 +5,19 @@ use telemetry::{PartitionId, Stamps, TopicId};
 /// What went wrong between partitions.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
+    /// An operation of the transport failed.
     #[error("topic {topic}: {operation} failed: {reason}")]
     Transport { topic: &'static str, operation: &'static str, reason: String },
     /// No living process holds the service any more (or none has made it).
     #[error("topic {topic}: its service does not exist")]
     Vanished { topic: &'static str },
+    /// Two builds with different layouts or topic tables met.
     #[error(
         "topic {topic}: this process was built with {what} {ours:08x}, the running system with {theirs}: \
          build every partition from one revision"
     )]
     Layout { topic: &'static str, what: &'static str, ours: u32, theirs: String },
+    /// The process cannot join the shared memory.
     #[error("shared memory node: {0}")]
     Node(String),
 }

@@ -7,7 +7,9 @@ use telemetry::{Delivery, MODE, TOPICS, TopicId};
 /// One output; trailing zeros (unused rows of a batch, unused parameters) are not stored.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
+    /// Frame it was sent with.
     pub frame: u64,
+    /// Topic it was sent on.
     pub topic: TopicId,
     trimmed: Vec<u8>,
 }

@@ -88,7 +88,9 @@ impl Outputs {
 #[derive(Debug, thiserror::Error)]
 #[error("{partition} cannot start: {reason}")]
 pub struct ConnectError {
+    /// The one that cannot start.
     pub partition: PartitionId,
+    /// Text of the cause.
     pub reason: String,
 }
 
@@ -102,8 +104,10 @@ impl ConnectError {
 /// Why a checkpoint could not be written or taken up.
 #[derive(Debug, thiserror::Error)]
 pub enum StateError {
+    /// The bytes are not a state of this build, or a value cannot be encoded.
     #[error("state does not decode: {0}")]
     Codec(#[from] postcard::Error),
+    /// A file of the partition failed, or its state belongs to another scenario.
     #[error("{0}")]
     Other(String),
 }

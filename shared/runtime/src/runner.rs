@@ -20,12 +20,16 @@ use zerocopy::{FromBytes, IntoBytes};
 /// Why a partition cannot go on.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
+    /// The link between partitions failed.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// The checkpoint cannot be read or written.
     #[error("checkpoint: {0}")]
     Checkpoint(#[from] CheckpointError),
+    /// The partition's state cannot be encoded or decoded.
     #[error("state: {0}")]
     State(#[from] StateError),
+    /// Lockstep only: a whole round without progress before the end of the run.
     #[error("no partition can go on: {0}")]
     Stalled(String),
 }
@@ -35,6 +39,7 @@ pub enum RunError {
 pub enum Turn {
     /// Frames were processed.
     Worked(u64),
+    /// No frame was complete.
     Idle,
     /// The last frame is done and checkpointed.
     Finished,

@@ -36,12 +36,19 @@ const TERM_GRACE: Duration = Duration::from_secs(2);
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Report {
+    /// The run's folder exists; `purged` folders of dead runs were removed.
     Started { folder: PathBuf, purged: usize },
+    /// Last frame of the supervisor and the state of the mode in effect.
     Status { frame: u64, mode: String },
+    /// A process ended before its run was over; `cause` is its signal or exit code.
     Death { partition: String, pid: u32, cause: String },
+    /// A partition runs again, for the `restarts`-th time.
     Restart { partition: String, restarts: u32 },
+    /// A partition's execution counter stood still for its limit: it is killed.
     Hang { partition: String },
+    /// A partition died too often: the run goes on without it or ends.
     GivenUp { partition: String },
+    /// The run is over; `reason` says why where it is not `ok`.
     End { ok: bool, reason: String, partitions: Vec<PartitionRow> },
 }
 
