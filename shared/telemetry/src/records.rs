@@ -176,8 +176,11 @@ record! {
 /// An estimate of any domain.
 #[derive(Clone, Copy, Debug)]
 pub enum AnyEstimate<'a> {
+    /// From the momentum or from the joint torques.
     Inertial(&'a InertialEstimate),
+    /// Of the slosh mass, its spring and damper.
     Slosh(&'a SloshEstimate),
+    /// Of the appendages' modes.
     Modal(&'a ModalEstimate),
 }
 
