@@ -19,7 +19,9 @@ pub enum SystemsError {
 /// Whose noise, and how long a frame is.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
+    /// Length of a frame [s].
     pub frame_s: f64,
+    /// Of all noise streams.
     pub seed: u64,
     /// Prefix of the noise streams.
     pub stream: &'a str,
