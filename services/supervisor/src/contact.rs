@@ -28,16 +28,20 @@ pub const NOISE_UNKNOWN: ChannelSigma =
 /// Contact, recognised.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Contact {
+    /// Frame of the sample that passed the limit.
     pub frame: u64,
     /// Cumulative sum [sigma].
     pub statistic: f64,
+    /// Limit that the statistic passed [sigma].
     pub limit: f64,
 }
 
 /// The model of the phase before capture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreeArm {
+    /// Eight inertial parameters of the arm [kg m²].
     pub alpha: SVector<f64, 8>,
+    /// Their covariance [kg² m⁴].
     pub covariance: SMatrix<f64, 8, 8>,
 }
 

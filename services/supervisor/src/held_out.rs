@@ -77,8 +77,11 @@ impl Window {
 /// The newest estimate made up to the split.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
+    /// Frame after which it was made.
     pub frame: u64,
+    /// Parameters in use.
     pub count: usize,
+    /// In the units and order of the domain's parameters.
     pub values: [f64; PARAMETERS_MAX],
 }
 

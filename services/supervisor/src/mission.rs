@@ -25,6 +25,7 @@ const SAFE_DWELL_S: f64 = 5.0;
 /// What is known of the arm's sensors and momentum in one phase.
 #[derive(Clone, Debug)]
 pub struct KnownArm {
+    /// Angular momentum about the centre of mass [N m s].
     pub h_nms: f64,
     gyro_arw_deg_sqrt_h: f64,
     joint_rate_sigma_rad_s: f64,
@@ -51,11 +52,17 @@ impl KnownArm {
 /// The supervisor's view of a run.
 #[derive(Clone, Debug)]
 pub struct Mission {
+    /// For the mode table.
     pub plan: Plan,
+    /// Arm before capture; `None` where the scenario does not describe one.
     pub inertial: Option<KnownArm>,
+    /// Arm with the target.
     pub mated: Option<KnownArm>,
+    /// Spacecraft and tank; `None` where the scenario does not describe one.
     pub slosh: Option<SloshKnown>,
+    /// Accelerometer array; a default where the scenario does not describe one.
     pub modal: ModalKnown,
+    /// Length of a frame.
     pub frame_period_s: f64,
     /// By `Domain::code`: largest predicted sigma over its need at the end of the experiment before capture. Nothing is
     /// predicted of the mated one: its target is not known before it is grasped.

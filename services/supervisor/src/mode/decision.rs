@@ -36,11 +36,17 @@ impl Stimulus {
 /// A change of mode.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decision {
+    /// Frame in which it is taken.
     pub frame: u64,
+    /// First frame of the new state.
     pub effective_frame: u64,
+    /// State that is left.
     pub from: ModeState,
+    /// State that is entered.
     pub to: ModeState,
+    /// Cause.
     pub event: Event,
+    /// Experiment of the new state.
     pub experiment: Experiment,
     /// Length of the experiment, 0 for none.
     pub duration_frames: u64,
@@ -50,6 +56,7 @@ pub struct Decision {
     pub ended: bool,
     /// Quantity that the guard (or, without one, the event) compared, and its limit; both 0 without a comparison.
     pub measured: f64,
+    /// In the unit of `measured`, see `Event::figures`.
     pub limit: f64,
 }
 

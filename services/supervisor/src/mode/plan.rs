@@ -17,6 +17,7 @@ pub struct ExperimentPlan {
 /// A recording played instead of an experiment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ReplayPlan {
+    /// As long as the recording.
     pub experiment: ExperimentPlan,
     /// Domains whose channels the recording carries, by `Domain::code`.
     pub domains: [bool; 3],
@@ -25,8 +26,11 @@ pub struct ReplayPlan {
 /// The scenario's mission, as data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
+    /// Experiments before capture; `None` where the scenario plans none.
     pub modal: Option<ExperimentPlan>,
+    /// As `modal`.
     pub slosh: Option<ExperimentPlan>,
+    /// As `modal`.
     pub inertial: Option<ExperimentPlan>,
     /// Whether the approach and the capture are flown.
     pub capture: bool,
@@ -81,7 +85,9 @@ pub struct DomainSituation {
 /// A statistic that recognised contact, and the limit it passed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactMeasure {
+    /// Cumulative sum [sigma].
     pub statistic: f64,
+    /// Limit that it passed [sigma].
     pub limit: f64,
 }
 

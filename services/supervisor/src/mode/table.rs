@@ -184,18 +184,26 @@ pub enum Next {
 /// One line of the table; several events that are answered alike share it.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
+    /// Causes of the change.
     pub events: &'static [Event],
+    /// Condition; without it the next row of the event counts.
     pub guard: Guard,
+    /// Effect on counters and steps.
     pub action: Action,
+    /// State that follows.
     pub next: Next,
 }
 
 /// One state of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
+    /// State of all rows.
     pub state: ModeState,
+    /// Durations that raise `Elapsed` and `Timeout`.
     pub timer: Timer,
+    /// State that an aborted experiment leads to.
     pub abort: ModeState,
+    /// In the order in which they are evaluated.
     pub rows: &'static [Row],
 }
 
