@@ -23,8 +23,11 @@ pub struct Checkpoint {
     pub ended: bool,
     /// Partitions that had been given up.
     pub given_up: Vec<PartitionId>,
+    /// By topic: last sequence number sent.
     pub seq: [u64; TOPICS_MAX],
+    /// By topic: last sequence number taken; and the counters of the inbox.
     pub cursors: Cursors,
+    /// Outputs that a restart sends again.
     pub outbox: Vec<Entry>,
     /// The partition's own state.
     pub state: Vec<u8>,

@@ -100,6 +100,7 @@ pub struct RunConfig {
     pub name: String,
     /// Length of a frame [ns].
     pub period_ns: u64,
+    /// Of all noise streams.
     pub seed: u64,
     /// A recording to replay instead of a simulation.
     pub replay: Option<ReplayConfig>,
@@ -113,9 +114,13 @@ pub struct RunConfig {
     pub window_frames: u64,
     /// A checkpoint every so many frames.
     pub checkpoint_frames: u64,
+    /// Those that the run starts, the source included.
     pub partitions: Vec<PartitionId>,
+    /// When the warden restarts a partition, and when it gives one up.
     pub limits: Limits,
+    /// For tests: the safeguard that is switched off.
     pub sabotage: Sabotage,
+    /// For tests: faults that partitions inject into themselves.
     pub faults: Vec<Fault>,
 }
 
@@ -127,6 +132,7 @@ pub struct Limits {
     pub format: u32,
     /// A run that makes no progress this long is ended as failed [s].
     pub stall_s: u64,
+    /// One row per partition, in any order.
     #[serde(rename = "partition")]
     pub partitions: Vec<PartitionLimits>,
 }
@@ -135,6 +141,7 @@ pub struct Limits {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PartitionLimits {
+    /// Partition of this row.
     pub name: PartitionId,
     /// Its execution counter stands still this long: it is killed and restarted [ms].
     pub hang_ms: u64,
@@ -144,6 +151,7 @@ pub struct PartitionLimits {
     pub restarts_within_s: u64,
     /// Waits before the first, second, ... restart [ms]; the last one repeats.
     pub back_off_ms: Vec<u64>,
+    /// What becomes of the run once it is given up.
     pub given_up: GivenUp,
 }
 

@@ -26,6 +26,7 @@ pub struct Counters {
 pub struct Cursors {
     /// By topic; 0 before the first sample.
     pub taken: [u64; TOPICS_MAX],
+    /// Totals since the run began.
     pub counters: Counters,
 }
 

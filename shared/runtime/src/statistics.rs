@@ -11,19 +11,31 @@ use telemetry::{Header, Housekeeping, PartitionId};
 /// One row of the table that a run ends with.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct PartitionRow {
+    /// Of the partition, as in `PartitionId::text`.
     pub name: String,
+    /// Samples delivered to frames.
     pub received: u64,
+    /// Sequence numbers that never came.
     pub lost: u64,
+    /// How often it was restarted.
     pub restarts: u32,
     /// Of the last restart: 0 none, 1 to 255 signal, 256 + exit code.
     pub restart_cause: u32,
+    /// From send to frame, median [µs].
     pub latency_us_p50: f64,
+    /// From send to frame, 99th percentile [µs].
     pub latency_us_p99: f64,
+    /// Processor time over wall time since the last start [%].
     pub cpu_percent: f64,
+    /// Samples dropped because they had been seen.
     pub duplicates: u64,
+    /// Samples dropped for CRC, layout or a value that is not finite.
     pub bad: u64,
+    /// Processor time since the last start [s].
     pub cpu_s: f64,
+    /// Longest execution of a frame since the last start [µs].
     pub frame_us_max: f64,
+    /// Frames done.
     pub frames: u64,
     /// The warden gave it up.
     #[serde(default)]
