@@ -38,7 +38,7 @@ enum Problem {
     /// The same with a late gyro and a torque from outside, both to be found
     #[value(name = "bp1a-late")]
     Late,
-    /// The same with the systematic errors that the sensors' sheets allow
+    /// The same with the systematic errors that the data sheets of the sensors allow
     #[value(name = "bp1a-sheet")]
     Sheet,
     /// The same without a designed input: what an ordinary move tells
@@ -62,7 +62,7 @@ enum Problem {
     /// The same from two cycles of a square wave and coasting; start, bias and thrust scale unknown
     #[value(name = "bp2-burst")]
     SloshBurst,
-    /// The same within half a metre of stroke, with the paper's accelerometer and with a quieter one
+    /// The same within half a metre of stroke, with the paper's accelerometer and with one of lower noise
     #[value(name = "bp2-stroke")]
     SloshStroke,
     /// Tanks drawn at random, found from the scan alone

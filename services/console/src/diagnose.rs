@@ -1,6 +1,6 @@
-//! `obsid diagnose`: what physics a plant file leaves out, according to recordings.
+//! `obsid diagnose`: physics that a plant file does not model, according to recordings.
 //!
-//! The desk reads, renames, asks the engine ([`discovery::diagnose`]) and shows its answer: as a table for a terminal, as JSON, and with
+//! The command line reads and renames the recordings, calls [`discovery::diagnose`] and shows the diagnosis: as a table for a terminal, as JSON, and with
 //! `--out` as a page with figures beside the files that go on (augmented plant, next experiment). It decides nothing.
 
 mod channel_map;
@@ -32,7 +32,7 @@ use recording::{SeriesSet, Spectrum};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Find the physics that a plant file leaves out: locate, name, model, show on held-out data
+/// Find the physics that a plant file does not model: locate, name, model, confirm on held-out data
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   obsid diagnose swing.csv --plant pendulum.toml --out report      what is missing; report/report.html, report/augmented.toml
@@ -77,7 +77,7 @@ pub struct Arguments {
     threads: Option<u16>,
 }
 
-/// What was asked: a plant and the recordings held against it.
+/// What is diagnosed: a plant and the recordings that it should explain.
 struct Case {
     plant: Plant,
     plant_file: String,
@@ -155,7 +155,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What is mislabelled, record by record, what asking that has cost, and what was not asked.
+/// Check of the channel metadata: mislabelled channels per recording, the cost of the check, and the hypotheses that were not tested.
 struct Labels {
     labels: Vec<Option<Mislabelled>>,
     spent: f64,

@@ -17,6 +17,10 @@ pub struct Arguments {
     json: bool,
 }
 
+/// Prints the digest of the results in a recording, one line or JSON.
+///
+/// # Errors
+/// [`Failure::Input`] where the file is no MCAP of a run, or is damaged.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     check_is_mcap(&arguments.file)?;
     let recorded = recording::read_mcap_topics(&arguments.file, telemetry::is_result).map_err(Failure::input)?;

@@ -134,6 +134,7 @@ pub fn words_of(name: impl serde::Serialize) -> String {
     serde_json::to_value(name).ok().and_then(|v| v.as_str().map(|s| s.replace('_', " "))).unwrap_or_default()
 }
 
+/// Value, standard deviation and unit of a finding, rounded to what the deviation supports.
 pub fn value_of(finding: &Finding) -> String {
     let unit = if finding.unit == "-" { String::new() } else { format!(" {}", finding.unit) };
     match finding.sigma {

@@ -24,6 +24,10 @@ pub struct Arguments {
     md: bool,
 }
 
+/// Prints the interface control document: a table of topics, Markdown or JSON.
+///
+/// # Errors
+/// None: the text is compiled into the program.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let text = if arguments.json {
         json_text()

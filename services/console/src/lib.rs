@@ -1,7 +1,25 @@
-//! The operator's desk: one file per verb, each with its arguments and what it does.
+//! The command line `obsid`: one file per subcommand, each with its arguments and what it does.
 //!
-//! May import: everything. Starts a run's warden, shows, stops; dies without consequence. Exit codes: 0 done, 1 the
-//! run failed, 2 usage, 3 bad input.
+//! What it is: [`main`] parses the arguments, calls the subcommand and returns its exit code: 0 done, 1 the run failed,
+//! 2 usage, 3 bad input. `launch` starts a run (its process supervisor is `partition warden`), shows its progress and
+//! stops it; a console that dies ends no run badly. Every other file reads, calls one library and prints.
+//!
+//! May import: every crate.
+//!
+//! Must never know: how a quantity is estimated or an effect is decided; it shows results and computes none. Nothing
+//! imports it but the program itself.
+//!
+//! ```no_run
+//! use console::Failure;
+//!
+//! // `obsid doctor rig.csv --plant rig.toml`: arguments from the environment, findings to standard output
+//! let exit_code: std::process::ExitCode = console::main();
+//!
+//! // how a subcommand ends without success: exit code 1 here, 3 for `Failure::Input`
+//! let failure = Failure::Run("the run ended before its results".into());
+//! eprintln!("obsid: {failure}");
+//! std::process::exit(i32::from(exit_code != std::process::ExitCode::SUCCESS));
+//! ```
 #![forbid(unsafe_code)]
 
 mod bench;
@@ -37,7 +55,7 @@ use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Why a verb ends without success.
+/// Why a subcommand ends without success.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// The run failed.
@@ -58,7 +76,7 @@ impl Failure {
 #[command(name = "obsid", version, about = "On-board system identification for servicing spacecraft", after_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
-    verb: Verb,
+    command: Command,
 }
 
 const EXAMPLES: &str = "Examples:
@@ -67,10 +85,10 @@ const EXAMPLES: &str = "Examples:
   obsid replay slab.csv.gz                         a recording through the partitions
   obsid simulate study_case --out flight.mcap      what the sensors of a plant would say
   obsid plant describe study_case                  a plant on one page: masses, modes, base parameters
-  obsid design bp1a --out arm.toml                 joint motion that tells more, within the limits
+  obsid design bp1a --out arm.toml                 more informative joint motion, within the limits
   obsid doctor rig.csv --plant rig.toml            what is wrong with a recording, with the cure
   obsid compare flight.csv simulated.csv           how far apart two recordings are, and by what
-  obsid diagnose swing.csv --plant pendulum.toml   what physics the plant file leaves out, with proof
+  obsid diagnose swing.csv --plant pendulum.toml   physics that the plant file does not model, with proof
   obsid modal slab.csv.gz --out report             modes of a recording: frequencies, damping, shapes
   obsid digest flight.mcap                         identity of the recorded results
   obsid icd --md                                   the interface control document";
@@ -87,7 +105,7 @@ const DESIGN_EXAMPLES: &str = "Examples:
   obsid design slosh --stroke-max-m 0.25 --out tank.toml    a narrower tank, as a plant for 'obsid simulate'";
 
 #[derive(Subcommand)]
-enum Verb {
+enum Command {
     Run(run::Arguments),
     #[command(after_help = BENCH_EXAMPLES)]
     Bench(bench::Arguments),
@@ -107,7 +125,7 @@ enum Verb {
     Partition(partition::Arguments),
 }
 
-/// Parses the command line, carries the verb out, turns the outcome into an exit code.
+/// Parses the command line, carries the subcommand out, turns the outcome into an exit code.
 #[must_use]
 pub fn main() -> ExitCode {
     tracing_subscriber::fmt()
@@ -117,22 +135,22 @@ pub fn main() -> ExitCode {
         .log_internal_errors(false)
         .init();
     keep_messages_on_one_line();
-    let result = match Arguments::parse().verb {
-        Verb::Run(arguments) => run::run(&arguments),
-        Verb::Replay(arguments) => replay::run(&arguments),
-        Verb::Bench(arguments) => bench::run(&arguments),
-        Verb::Design(arguments) => design::run(&arguments),
-        Verb::Simulate(arguments) => simulate::run(&arguments),
-        Verb::Effects(arguments) => effects::run(&arguments),
-        Verb::Plant(arguments) => plant::run(&arguments),
-        Verb::Doctor(arguments) => doctor::run(&arguments),
-        Verb::Compare(arguments) => compare::run(&arguments),
-        Verb::Challenge(arguments) => challenge::run(&arguments),
-        Verb::Modal(arguments) => modal::run(&arguments),
-        Verb::Diagnose(arguments) => diagnose::run(&arguments),
-        Verb::Digest(arguments) => digest::run(&arguments),
-        Verb::Icd(arguments) => icd::run(&arguments),
-        Verb::Partition(arguments) => return partition::run(&arguments),
+    let result = match Arguments::parse().command {
+        Command::Run(arguments) => run::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Design(arguments) => design::run(&arguments),
+        Command::Simulate(arguments) => simulate::run(&arguments),
+        Command::Effects(arguments) => effects::run(&arguments),
+        Command::Plant(arguments) => plant::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
+        Command::Compare(arguments) => compare::run(&arguments),
+        Command::Challenge(arguments) => challenge::run(&arguments),
+        Command::Modal(arguments) => modal::run(&arguments),
+        Command::Diagnose(arguments) => diagnose::run(&arguments),
+        Command::Digest(arguments) => digest::run(&arguments),
+        Command::Icd(arguments) => icd::run(&arguments),
+        Command::Partition(arguments) => return partition::run(&arguments),
     };
     match result {
         Ok(()) if OUTPUT_LOST.load(Ordering::Relaxed) => ExitCode::from(1),

@@ -59,7 +59,7 @@ pub struct Arguments {
     out: Option<PathBuf>,
 }
 
-/// Orders of the sweep where none are asked.
+/// Orders of the sweep by default.
 const ORDERS: &str = "2..30";
 
 fn orders(text: &str) -> Result<RangeInclusive<usize>, String> {

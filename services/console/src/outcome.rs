@@ -40,6 +40,7 @@ pub struct FoundNumber {
 }
 
 impl FoundNumber {
+    /// Distance from the truth, relative to it [%]; `None` where either is unknown.
     #[must_use]
     pub fn error_percent(&self) -> Option<f64> {
         let (truth, value) = (self.truth?, self.value?);
@@ -72,14 +73,14 @@ pub struct ParameterRow {
     /// With a prior: what the record did to the number.
     pub identifiability: Option<&'static str>,
     /// Inertial: what the sensors' systematic errors may have done, beside the noise's sigma (NaN: not known);
-    /// none where the sheet states no error.
+    /// none where the data sheet states no error.
     pub consider_sigma: Option<f64>,
     /// Mated, of a9: the centre of mass of link 2 and what it holds lies so many sigmas off the link's axis.
     pub off_axis_sigmas: Option<f64>,
 }
 
 impl ParameterRow {
-    /// What stands behind the number in the table.
+    /// The remark printed behind the value in the table.
     #[must_use]
     pub fn remark(&self) -> String {
         let off_axis = self.off_axis_sigmas.map(|sigmas| match sigmas.abs() > OFF_AXIS_SIGMAS {
@@ -325,7 +326,7 @@ fn dominant_channel(estimate: AnyEstimate<'_>, i: usize) -> Option<u32> {
     Some(sample.modes[i / 2].dominant_channel.into())
 }
 
-/// What the estimator of the arm was told: as it chooses it itself.
+/// Prior knowledge of the arm's estimator, chosen as the estimator does.
 fn arm_known(run: &ScenarioRun, phase: Phase) -> Option<&ArmKnown> {
     let scenario = &run.scenario;
     let arm = scenario.inertial.as_ref().filter(|_| phase != Phase::Mated).or(scenario.mated.as_ref());

@@ -50,6 +50,7 @@ pub struct Arguments {
     images: Option<PathBuf>,
 }
 
+/// Runs the partition (or the warden) of this name until its run ends; exit code 2 for an unknown name.
 pub fn run(arguments: &Arguments) -> ExitCode {
     if arguments.name == "warden" {
         return warden(arguments);

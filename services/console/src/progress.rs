@@ -7,6 +7,7 @@ use std::io::IsTerminal;
 pub struct Progress(ProgressBar);
 
 impl Progress {
+    /// A bar of `frames` frames on standard error; hidden where that is no terminal.
     pub fn new(frames: u64) -> Self {
         let target =
             if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -16,6 +17,7 @@ impl Progress {
         Progress(bar)
     }
 
+    /// Moves the bar to `frame` and shows the mode beside it.
     pub fn show(&self, frame: u64, mode: &str) {
         self.0.set_position(frame);
         self.0.set_message(mode.to_string());
@@ -26,12 +28,13 @@ impl Progress {
         self.0.suspend(|| crate::tell(line));
     }
 
+    /// Removes the bar from the terminal.
     pub fn end(&self) {
         self.0.finish_and_clear();
     }
 }
 
-/// Share done of work whose steps nobody wants to count.
+/// Share done of work that has no countable steps.
 pub struct Share(ProgressBar);
 
 impl Share {
@@ -57,6 +60,7 @@ impl Share {
         self.0.set_position((share.clamp(0.0, 1.0) * 1000.0) as u64);
     }
 
+    /// Removes the bar from the terminal.
     pub fn end(&self) {
         self.0.finish_and_clear();
     }

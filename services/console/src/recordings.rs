@@ -34,7 +34,7 @@ pub fn read(path: &Path, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> 
     loaded(path, recording::read(path).map_err(Failure::input)?, plant, &|_| Ok(()))
 }
 
-/// As [`read`], with `rename` applied to each recording before the plant is asked; spectra are taken, too.
+/// As [`read`], with `rename` applied to each recording before the plant is evaluated; spectra are taken, too.
 ///
 /// # Errors
 /// As [`read`], and those of `rename`.
@@ -162,6 +162,7 @@ impl Loaded {
         )
     }
 
+    /// File, digest, time span [s], channels and notes.
     pub fn as_json(&self) -> Value {
         let (start_s, end_s) = self.span_s();
         let channel = |c: &Channel| json!({ "name": c.name, "unit": c.unit, "role": c.role, "samples": c.value.len() });
@@ -189,6 +190,7 @@ impl ReportFile {
         Ok(ReportFile(folder.join(name)))
     }
 
+    /// The path as text for messages; bytes that are no UTF-8 are replaced.
     pub fn path(&self) -> String {
         self.0.display().to_string()
     }

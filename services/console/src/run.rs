@@ -73,6 +73,10 @@ pub struct Common {
     stall_s: Option<u64>,
 }
 
+/// Runs a scenario as processes and shows the results beside the truth.
+///
+/// # Errors
+/// [`Failure::Input`] where the scenario cannot be simulated; [`Failure::Run`] where the run fails or misses what it needs.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let opened = match &arguments.scenario {
         Some(path) => scenario_file::read(path)?,

@@ -1,4 +1,4 @@
-//! The files of a run that nobody asked for, and the one that was asked for.
+//! Temporary files of a run, and the recording that `--record` keeps.
 //!
 //! Scratch lies in `<root>/obsid-<pid>-console/`, private and beside the runs' own folders, so that whoever starts next
 //! removes what a killed console left. Console and warden share the folder's lock: what one of them still writes
@@ -163,6 +163,7 @@ impl ResultsFile {
         Ok(ResultsFile { before: mark(&path), path, made })
     }
 
+    /// Where the file lies until it is kept or removed.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -11,6 +11,7 @@ use report::{Block, Cell, Curve, Figure, Mark, Overlay, Page, Role, Section, Spe
 /// Channels with figures; the tables hold all.
 const FIGURES_MAX: usize = 24;
 
+/// The report of `obsid compare` as one page: a section per pair of recordings, with figures of the first [`FIGURES_MAX`] channels.
 pub fn page(compared: &[Compared], command: &str) -> Page {
     let mut left = FIGURES_MAX;
     let sections = compared.iter().map(|one| section(one, command, &mut left)).collect();

@@ -1,7 +1,7 @@
-//! Spectra as evidence: where the desk hands them to the feature form of the diagnosis.
+//! Spectra as evidence: the command line hands them to the feature form of the diagnosis.
 //!
-//! A file may hold a magnitude, or real and imaginary parts under names that end so; phases and coherences carry no peaks. One response is
-//! asked: the first of the file, which is said.
+//! A file may hold a magnitude, or real and imaginary parts under names that end so; phases and coherences carry no peaks. Only the
+//! first response of the file is used; a note names it.
 
 use discovery::diagnose::Diagnosis;
 use discovery::features::{self, FeatureOptions};

@@ -1,4 +1,4 @@
-//! What the engine measured, as figures: tiles before and after, evidence over time, maps of the force, angles of rivals, held-out overlays.
+//! Measurements of the diagnosis as figures: energy in time–frequency bins before and after, evidence over time, maps of the force, angles of rivals, held-out overlays.
 
 use super::paragraph::percent;
 use discovery::diagnose::{Angles, Diagnosis, EvidenceCurve, LawMap, Overlay as Shown, Tile};
@@ -7,7 +7,7 @@ use report::{Cumulative, Curve, Figure, Matrix, Overlay, Role, Scatter, StateMap
 
 /// Figures of one kind; beyond them the tables hold what there is.
 const EACH_MAX: usize = 12;
-/// Columns of a map of tiles.
+/// Columns of a map of time–frequency bins.
 const COLUMNS_MAX: usize = 400;
 
 /// Innovations of every channel over time and frequency, before beside after.
@@ -39,7 +39,7 @@ pub fn tiles(diagnosis: &Diagnosis) -> Vec<Figure> {
     channels.iter().take(EACH_MAX).filter_map(draw).collect()
 }
 
-/// Tiles of unequal size on equal steps of time and octaves.
+/// Time–frequency bins of unequal size on equal steps of time and octaves.
 struct Grid<'a> {
     tiles: &'a [&'a Tile],
     time_s: (f64, f64),
@@ -66,7 +66,7 @@ impl<'a> Grid<'a> {
         Some(Grid { tiles, time_s, columns, frequency_hz, rows })
     }
 
-    /// Of the tiles that cover a place the one that stands out most.
+    /// The most significant of the bins that cover a place.
     fn map<'n>(&self, name: &'n str, z: fn(&Tile) -> f64) -> Tiles<'n> {
         let (begin, step) = (self.time_s.0, (self.time_s.1 - self.time_s.0) / self.columns as f64);
         let octave = libm::log2(self.frequency_hz.1 / self.frequency_hz.0) / self.rows as f64;

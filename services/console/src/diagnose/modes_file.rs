@@ -15,7 +15,7 @@ pub struct ModesFile {
     pub digest: String,
     pub modes: Vec<MeasuredMode>,
     pub tracks: Vec<ModeTrack>,
-    /// What was left out.
+    /// Rows that were skipped, and why.
     pub notes: Vec<String>,
 }
 

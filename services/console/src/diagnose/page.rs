@@ -9,6 +9,7 @@ use discovery::diagnose::Diagnosis;
 use identification::held_out::Status;
 use report::{Block, Cell, Figure, Page, Section, Table};
 
+/// The report of `obsid diagnose`: verdict, effects, figures, parameters, detection limits and digests of what was read.
 pub fn page(diagnosed: &Diagnosed, next_experiment: Option<&str>) -> Page {
     let Diagnosed { case, diagnosis, .. } = diagnosed;
     let mut sections = vec![missing(diagnosis), shown(diagnosis), places(diagnosis)];

@@ -85,7 +85,7 @@ fn set(diagnosis: &Diagnosis) -> String {
     held_up(diagnosis).map(each).collect::<Vec<_>>().join("; and ")
 }
 
-/// What stands behind the verdict.
+/// The effects that support the verdict.
 fn held_up(diagnosis: &Diagnosis) -> impl Iterator<Item = &EffectReport> {
     diagnosis.effects.iter().filter(|e| !matches!(e.status, Status::NotConverged | Status::Rejected))
 }
@@ -115,7 +115,7 @@ fn shown(diagnosis: &Diagnosis) -> Option<String> {
     Some(format!("With it the fit of {} in free run goes from {before} to {after} % on {on}{others}{but}.", best.name))
 }
 
-/// A fit as it is printed: far below nothing, a decimal says nothing.
+/// A fit as it is printed: without decimals where it is far below zero.
 pub fn percent(fit: f64) -> String {
     match fit {
         f if !f.is_finite() => "–".into(),

@@ -12,7 +12,7 @@ use std::ops::RangeInclusive;
 const ORDERS: RangeInclusive<usize> = 2..=30;
 
 /// The modes of the responses in `spectra`, all of one structure; `None` where they are no complex responses, and where one file of them
-/// shows no modes that way: it is asked by its peaks then, which is noted in it.
+/// shows no modes that way: its peaks are used then, which a note says.
 ///
 /// # Errors
 /// [`Failure::Input`] where several files cannot be taken together, or show no modes.

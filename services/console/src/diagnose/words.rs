@@ -9,11 +9,12 @@ use identification::held_out::Status;
 use report::text::{short, with_sigma};
 use std::fmt::Write;
 
-/// Detection limits that are told; the JSON and the page hold all.
-const LIMITS_TOLD: usize = 5;
-/// Rows of the plant's numbers; those that moved most.
-const NOMINAL_TOLD: usize = 12;
+/// Detection limits that are printed; the JSON and the page hold all.
+const LIMITS_PRINTED: usize = 5;
+/// Rows of the plant's parameters that are printed: those that moved most.
+const PARAMETERS_PRINTED: usize = 12;
 
+/// The diagnosis as text for a terminal; `written`: files were written with `--out`, so that the next steps can name them.
 pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
     let Diagnosed { case, findings, diagnosis } = diagnosed;
     let mut text = String::new();
@@ -101,7 +102,7 @@ fn nominal(diagnosis: &Diagnosis) -> String {
         "\n{:<34} {:>14} {:>14} {:>12} {:>12}\n",
         "number of the plant", "before", "after", "sigma", "shift [sigma]"
     );
-    for row in rows.iter().take(NOMINAL_TOLD) {
+    for row in rows.iter().take(PARAMETERS_PRINTED) {
         let (after, sigma) = with_sigma(row.after, row.sigma);
         let _ = writeln!(
             text,
@@ -111,8 +112,8 @@ fn nominal(diagnosis: &Diagnosis) -> String {
             short(row.shift_sigma)
         );
     }
-    if rows.len() > NOMINAL_TOLD {
-        let _ = writeln!(text, "  and {} more", rows.len() - NOMINAL_TOLD);
+    if rows.len() > PARAMETERS_PRINTED {
+        let _ = writeln!(text, "  and {} more", rows.len() - PARAMETERS_PRINTED);
     }
     text
 }
@@ -167,12 +168,12 @@ fn limits(diagnosis: &Diagnosis) -> String {
         return String::new();
     }
     let mut text = String::from("\nnot found; it would have been from this size on\n");
-    for limit in all.iter().take(LIMITS_TOLD) {
+    for limit in all.iter().take(LIMITS_PRINTED) {
         let name = format!("{}@{}", limit.kind, limit.site);
         let _ = writeln!(text, "  {name:<48} {:>12}{}", short(limit.amplitude), unit(&limit.unit));
     }
-    if all.len() > LIMITS_TOLD {
-        let _ = writeln!(text, "  and {} more (--json, or the page of --out)", all.len() - LIMITS_TOLD);
+    if all.len() > LIMITS_PRINTED {
+        let _ = writeln!(text, "  and {} more (--json, or the page of --out)", all.len() - LIMITS_PRINTED);
     }
     text
 }

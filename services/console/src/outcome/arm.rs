@@ -1,4 +1,4 @@
-//! What the arm's experiments say beside the momentum's parameters: the same parameters from motion and torques, and the target's own numbers.
+//! What the arm's experiments say beside the momentum's parameters: the same parameters from motion and torques, and the parameters of the target.
 
 use super::{FoundNumber, arm_known, remarks};
 use crate::scenario_run::ScenarioRun;
@@ -42,6 +42,7 @@ pub struct ArmResults {
 }
 
 impl ArmResults {
+    /// The last closing estimate of each phase from torques, and that of the target, out of a recorded run.
     #[must_use]
     pub fn read(run: &ScenarioRun, recorded: &RecordedRun) -> Self {
         let of_phase = |phase: Phase| {

@@ -1,4 +1,4 @@
-//! What is said of a parameter beside its value: what the record did to its prior, what the sensor
+//! What is said of a parameter beside its value: what the record did to its prior, what the sensors' data
 //! sheet may have done to it, and whether it shows a target.
 
 use nalgebra::SMatrix;
@@ -21,12 +21,12 @@ pub(super) fn arm_identifiability(known: &ArmKnown, estimate: &Estimate, i: usiz
     known.prior_relative_sd.and(identifiability(estimate, i))
 }
 
-/// NaN: not known (yet); nothing where the sheet states no error.
+/// NaN: not known (yet); `None` where the data sheet states no error.
 pub(super) fn consider_sigma(known: &ArmKnown, sample: &InertialEstimate, i: usize) -> Option<f64> {
     sample.consider_sigma_kg_m2.get(i).copied().filter(|_| known.sheet != SheetSigmas::default())
 }
 
-/// Of the parameter that shows a target, in sigmas of noise and sheet together; nothing where the sheet's part is not known, or the
+/// Of the parameter that shows a target, in sigmas of noise and data sheet together; `None` where the part of the data sheet is not known, or the
 /// number is its prior's. An error of the momentum scales all numbers and moves no zero: its part `(σ_h / h)² α α'` of the covariance
 /// is taken out.
 pub(super) fn off_axis(known: &ArmKnown, sample: &InertialEstimate, i: usize) -> Option<f64> {

@@ -28,6 +28,10 @@ pub struct Inertial {
 }
 
 impl Inertial {
+    /// Totals, base parameters and the span of the momentum of a plant as a tree of rigid bodies.
+    ///
+    /// # Errors
+    /// [`SimulationError`] where the equations of the plant cannot be set up.
     pub fn of(plant: &Plant) -> Result<Self, SimulationError> {
         let (mass_kg, com_m, inertia) = totals(plant)?;
         let rigid = rigid_tree(plant);
@@ -43,10 +47,12 @@ impl Inertial {
         Ok(Inertial { mass_kg, com_m, inertia_com_kg_m2: inertia, base, momentum, free_base })
     }
 
+    /// Mass [kg], centre of mass [m] and inertia about it [kg m²] of the whole plant.
     pub fn totals_json(&self) -> Value {
         json!({ "mass_kg": self.mass_kg, "com_m": self.com_m, "inertia_com_kg_m2": self.inertia_com_kg_m2 })
     }
 
+    /// Base parameters: combinations, condition number, and the gap of the singular values that decides the rank (null: infinite).
     pub fn base_json(&self) -> Value {
         let gap = self.base.gap.is_finite().then_some(self.base.gap);
         json!({
@@ -70,7 +76,7 @@ pub struct MomentumView {
 }
 
 impl MomentumView {
-    /// `None` where the tree is not one of revolute joints or the span cannot be told.
+    /// `None` where the tree is not one of revolute joints or the rank of the span is ambiguous.
     fn of(rigid: &Plant, system: &System) -> Option<Self> {
         let functions = planar_tree_functions(system.model())?;
         let numbers = varied(rigid);
@@ -94,6 +100,7 @@ impl MomentumView {
         Some(MomentumView { span, dependences })
     }
 
+    /// Dimension of the span, functions and gaps; null for a gap that is infinite.
     pub fn as_json(&self) -> Value {
         json!({
             "base_parameters": self.span.span_dimension, "manifold_dimension": self.span.manifold_dimension,

@@ -8,6 +8,7 @@ use dynamics::description::{
 };
 use std::fmt::Write;
 
+/// The plant on one page of text: bodies, parts, drives, sensors, modes and base parameters.
 pub fn text(plant: &Plant, facts: &Facts) -> String {
     let mut text = String::new();
     head(plant, &mut text);

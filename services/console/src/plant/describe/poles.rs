@@ -18,11 +18,12 @@ pub enum About {
     Initial,
     /// All coordinates zero, at rest: the initial posture is no equilibrium.
     Neutral,
-    /// The initial posture though it is no equilibrium, as the neutral one is none either.
+    /// The initial posture; neither it nor the neutral one is an equilibrium.
     NoEquilibrium,
 }
 
 impl About {
+    /// The point of linearisation, as it is printed.
     pub const fn text(self) -> &'static str {
         match self {
             Self::Initial => "about the initial posture at rest",
@@ -48,6 +49,10 @@ pub struct Poles {
 }
 
 impl Poles {
+    /// Poles of the plant linearised at rest, without and with its controllers.
+    ///
+    /// # Errors
+    /// [`SimulationError`] where the neutral posture cannot be evaluated.
     pub fn of(plant: &Plant, simulator: &mut Simulator) -> Result<Self, SimulationError> {
         let initial = simulator.truth().state.to_vec();
         let system = simulator.system();
@@ -68,6 +73,7 @@ impl Poles {
         Ok(Poles { about, open: modes.modes, zeros: modes.zeros, closed })
     }
 
+    /// Frequencies [Hz], damping ratios and poles [1/s], each with the state that dominates its mode.
     pub fn as_json(&self) -> Value {
         let open = self.open.iter().map(|mode| {
             json!({

@@ -1,4 +1,4 @@
-//! What a channel of a recording is likely to be: told by its unit, its name, and how it moves.
+//! What a channel of a recording is likely to be: guessed from its unit, its name, and how it moves.
 
 use channels::{Channel, Recording};
 
@@ -72,7 +72,7 @@ fn guess(channel: &Channel, all: &[Channel]) -> Guess {
     }
 }
 
-/// A rig with a measured force and no command is moved as told: its displacement is the input.
+/// A rig with a measured force and no command is moved as commanded: its displacement is the input.
 fn impose(guesses: &mut [Guess]) {
     let has = |guesses: &[Guess], role| guesses.iter().any(|guess| guess.role == role);
     if has(guesses, Role::Command) {

@@ -66,6 +66,7 @@ impl Proposal {
         })
     }
 
+    /// The proposal as one line of JSON: the file written and the guess for each channel.
     pub fn json(&self, out: &Path) -> String {
         format!("{}\n", json!({ "out": out.display().to_string(), "channels": self.channels }))
     }
