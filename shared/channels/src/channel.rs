@@ -47,6 +47,7 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// The channel of exactly this name.
     #[must_use]
     pub fn channel_named(&self, name: &str) -> Option<&Channel> {
         self.channels.iter().find(|channel| channel.name == name)

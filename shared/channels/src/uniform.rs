@@ -26,6 +26,7 @@ impl Uniform {
         self.start_s + i as f64 * self.dt_s
     }
 
+    /// Time of the last sample [s].
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.time_s(self.value.len().saturating_sub(1))

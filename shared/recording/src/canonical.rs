@@ -146,6 +146,7 @@ impl Channels {
         &self.array
     }
 
+    /// What was repaired or assumed when channels were matched, one sentence each.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes

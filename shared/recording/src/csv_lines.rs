@@ -16,6 +16,7 @@ pub(crate) struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
+    /// Lines of `source`, the first counted as 1; `gzipped` words the errors of a damaged archive.
     pub fn new(source: R, gzipped: bool) -> Self {
         Lines { source, gzipped, text: Vec::new(), cells: ::csv::ByteRecord::new(), line: 0 }
     }

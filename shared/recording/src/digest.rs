@@ -30,6 +30,7 @@ pub struct DigestBuilder {
 }
 
 impl DigestBuilder {
+    /// A digest of no samples yet.
     #[must_use]
     pub fn new() -> Self {
         Self::default()

@@ -9,7 +9,7 @@
 //! 4. When less than a tenth of the record is quiet, there is nothing behind the excitation to look at: the record is
 //!    operational, and no row is called excited.
 //!
-//! Fails on an excitation that cannot be told from noise over more than three quarters of a record (white or close to
+//! Fails on an excitation that cannot be distinguished from noise over more than three quarters of a record (white or close to
 //! the sample rate): such a record counts as operational, which it is.
 
 /// Part of the largest magnitude above which a channel is on.
@@ -64,7 +64,7 @@ fn level(channel: &[f64]) -> Option<f64> {
     rises.then(|| (ON * largest).max(SCATTERS * scatter))
 }
 
-/// Excited too: the quiet stretches that are only zero crossings. Rest before the first excitation is none.
+/// Excited too: the quiet stretches that are only zero crossings. Rest before the first excitation does not count.
 fn bridge(on: &mut [bool]) {
     let shortest = (on.len() / QUIET_PART).max(QUIET_ROWS);
     let (mut start, mut excited) = (0, 0);

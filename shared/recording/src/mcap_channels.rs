@@ -37,14 +37,17 @@ pub(crate) struct FileChannels {
 }
 
 impl FileChannels {
+    /// Keeps the name and encoding of a schema record.
     pub fn schema(&mut self, id: u16, name: String, encoding: String) {
         self.schemas.insert(id, (name, encoding));
     }
 
+    /// Notes a compression of chunks that is not read, for the error of a file without readable samples.
     pub fn compressed_by(&mut self, compression: &str) {
         self.compression = Some(compression.into());
     }
 
+    /// Keeps a channel record and decides by its schema and encodings what it carries.
     pub fn add(&mut self, channel: &Channel) -> Carried {
         let (schema, schema_encoding) = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
         let is_ros1 = channel.message_encoding == "ros1" && schema_encoding == "ros1msg";
@@ -62,6 +65,7 @@ impl FileChannels {
         carried
     }
 
+    /// `None` for a channel that no record has declared.
     pub fn carried(&self, id: u16) -> Option<Carried> {
         self.carried.get(&id).copied()
     }

@@ -34,6 +34,10 @@ pub(crate) struct RawSample<'a> {
 }
 
 impl RawSample<'_> {
+    /// Compares the CRC-32 of the payload with the recorded one.
+    ///
+    /// # Errors
+    /// The sample whose payload differs, with both checksums.
     pub fn check_crc(&self, path: &Path) -> Result<(), RecordingError> {
         let computed = crc32(self.payload);
         if computed == self.stamps.crc32 {
@@ -79,6 +83,7 @@ pub(crate) struct Damage {
 }
 
 impl Damage {
+    /// The error for a file at `path`: truncated where it ends early, corrupt otherwise.
     pub fn into_error(self, path: &Path) -> RecordingError {
         let Damage { offset, readable, truncated, reason } = self;
         let file = file_name(path);

@@ -39,6 +39,10 @@ struct Batch {
 }
 
 impl RunFrames {
+    /// The input samples of a recorded run, in frames of `period_ns` [ns], and notes on what was left aside.
+    ///
+    /// # Errors
+    /// [`RecordingError`] where the run was recorded with another period, or holds no samples to replay.
     pub fn new(run: &RecordedRun, period_ns: u64) -> Result<(Self, Vec<String>), RecordingError> {
         let ticks: BTreeMap<u64, Tick> = run.of(TICK).map(|(_, tick)| (tick.frame, *tick)).collect();
         let ticks: Vec<Tick> = ticks.into_values().collect();
@@ -116,10 +120,12 @@ impl RunFrames {
         Header::at(recorded.t_meas_ns.saturating_sub(self.begin_ns))
     }
 
+    /// Frames from the first to the last sample.
     pub fn frame_count(&self) -> u64 {
         self.frames
     }
 
+    /// Emits the samples of frame `k` with stamps from the beginning of the replay [ns], in the order IMU, joints, actuators, accelerometers.
     pub fn frame(&self, k: u64, emit: &mut dyn FnMut(ReplaySample)) {
         for (_, imu) in &self.imu[range(&self.imu, k)] {
             emit(ReplaySample::Imu(Imu { header: self.at(&imu.header), ..*imu }));
@@ -135,6 +141,7 @@ impl RunFrames {
         }
     }
 
+    /// The domains whose sensors and inputs the recording holds.
     pub fn identifiable(&self) -> Domains {
         const RATE_Z: u64 = 1 << 2;
         let valid = self.imu.iter().fold(0, |bits, (_, imu)| bits | imu.valid);

@@ -36,6 +36,7 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
+    /// No rows yet of `columns` over `axis`; `file` is named in errors.
     pub fn new(file: &str, axis: Axis, columns: Vec<Column>) -> Self {
         let values = columns.iter().map(|_| Vec::new()).collect();
         Rows {
@@ -50,6 +51,7 @@ impl Rows {
         }
     }
 
+    /// Rows so far.
     pub fn count(&self) -> usize {
         self.first.len()
     }
@@ -170,7 +172,7 @@ impl Rows {
         Ok(Imported::Series(set))
     }
 
-    /// The rows as a table, or the reason why they are none.
+    /// The rows as a table, or the reason why they do not make one.
     pub fn finish_table(self) -> Result<Table, RecordingError> {
         if self.axis == Axis::Frequency {
             return Err(Spectrum::refusal(&self.file));

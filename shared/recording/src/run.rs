@@ -70,11 +70,13 @@ impl RecordedRun {
         &self.file
     }
 
+    /// Samples of all topics together.
     #[must_use]
     pub fn len(&self) -> usize {
         self.index.len()
     }
 
+    /// Whether the run holds no sample of any topic.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.index.is_empty()
@@ -86,6 +88,7 @@ impl RecordedRun {
         &self.metadata
     }
 
+    /// Files attached to the recording, in their order.
     #[must_use]
     pub fn attachments(&self) -> &[Attachment] {
         &self.attachments

@@ -16,6 +16,7 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
+    /// Place of the column of exactly this name.
     #[must_use]
     pub fn column_named(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|column| column.name == name)

@@ -163,7 +163,7 @@ fn name_all(functions: &[&Function], units: Option<(f64, f64)>, notes: &mut Vec<
     all
 }
 
-/// SI unit and factor from the labels; where a label says nothing, from the kind of quantity and dataset 164.
+/// SI unit and factor from the labels; where a label is empty, from the kind of quantity and dataset 164.
 fn unit_of(function: &Function, units: Option<(f64, f64)>) -> Option<(&'static str, f64)> {
     let factor = |unit: &Unit| unit.to_si(1.0) - unit.to_si(0.0);
     let one = |quantity: &Quantity| -> Option<(&'static str, f64)> {

@@ -81,6 +81,7 @@ impl Function {
         }
     }
 
+    /// Unit of the ordinate as the file words it, over that of the denominator where there is one; `-` where the file names none.
     pub fn unit_in_words(&self) -> String {
         let word = |quantity: &Quantity| quantity.label().unwrap_or("-").to_string();
         match &self.denominator {

@@ -14,10 +14,12 @@ pub(crate) struct Text<'a> {
 }
 
 impl<'a> Text<'a> {
+    /// The lines of `bytes`; `file` is named in errors.
     pub fn new(file: &'a str, bytes: &'a [u8]) -> Self {
         Self { file, bytes, at: 0, line: 0 }
     }
 
+    /// [`RecordingError::BadUff`] at the current line.
     pub fn error(&self, found: String, cure: &str) -> RecordingError {
         RecordingError::BadUff { file: self.file.into(), line: self.line, found, cure: cure.into() }
     }
@@ -37,6 +39,10 @@ impl<'a> Text<'a> {
         Some(ascii.collect::<String>().trim_end_matches('\r').to_string())
     }
 
+    /// The next line.
+    ///
+    /// # Errors
+    /// The file ends before it.
     pub fn needed_line(&mut self) -> Result<String, RecordingError> {
         let before = self.line;
         self.next_line().ok_or_else(|| self.error(format!("the file ends after line {before}"), CUT))
@@ -49,6 +55,10 @@ impl<'a> Text<'a> {
         line.starts_with(b"    -1")
     }
 
+    /// The next `length` bytes of binary numbers.
+    ///
+    /// # Errors
+    /// The file ends within them; the message counts what is left.
     pub fn block(&mut self, length: usize) -> Result<&'a [u8], RecordingError> {
         let found = self.bytes.len().saturating_sub(self.at);
         let block = self.bytes.get(self.at..self.at.saturating_add(length));
