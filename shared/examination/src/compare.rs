@@ -25,7 +25,7 @@ use pair::{Pair, pair};
 /// Probability that one list (windows, bands, coherence) of one channel names a place when only white noise separates the two.
 pub const FALSE_ALARM: f64 = 1e-4;
 /// Fewest common samples.
-const SAMPLES_MIN: usize = 32;
+const COMPARED_SAMPLES_MIN: usize = 32;
 
 /// What separates a channel from its simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

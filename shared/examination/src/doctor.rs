@@ -98,6 +98,7 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// A finding on `channel` with its value in `unit` (`-`: dimensionless); evidence and cure are still empty.
     pub fn new(check: Check, severity: Severity, channel: &str, value: f64, unit: &str) -> Self {
         Finding {
             check,
@@ -112,21 +113,25 @@ impl Finding {
         }
     }
 
+    /// With the other channels that the finding concerns.
     pub fn with(mut self, others: &[&str]) -> Self {
         self.others = others.iter().map(|s| (*s).to_string()).collect();
         self
     }
 
+    /// With the standard deviation of the value, in its unit; dropped where it is not finite.
     pub fn sigma(mut self, sigma: f64) -> Self {
         self.sigma = sigma.is_finite().then_some(sigma);
         self
     }
 
+    /// With the evidence: one sentence with its statistic and probability.
     pub fn because(mut self, evidence: String) -> Self {
         self.evidence = evidence;
         self
     }
 
+    /// With what the operator can do about it.
     pub fn cure(mut self, cure: impl Into<String>) -> Self {
         self.cure = cure.into();
         self
@@ -142,7 +147,7 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
     examine_with(recording, &mut |_| ())
 }
 
-/// As [`examine`]; `progress` is told the share that is done, never less than before.
+/// As [`examine`]; `progress` receives the share that is done, never less than before.
 #[must_use]
 pub fn examine_with(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let mut findings = clock::examine(recording);

@@ -23,6 +23,7 @@ impl Correction {
     }
 }
 
+/// The four corrections that may explain a difference, each fitted on its own.
 pub struct Corrections {
     pub lag: Correction,
     pub scale: Correction,

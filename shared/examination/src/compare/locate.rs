@@ -55,6 +55,7 @@ pub struct Coherence {
     pub share: f64,
 }
 
+/// Where in time and frequency a difference exceeds the noise, and which channels it follows.
 pub struct Places {
     pub noise_sigma: Option<f64>,
     pub windows: Vec<Window>,
@@ -63,6 +64,7 @@ pub struct Places {
 }
 
 impl Places {
+    /// Whether the difference exceeds the noise nowhere and follows no channel.
     pub fn silent(&self) -> bool {
         self.windows.is_empty() && self.bands.is_empty() && self.coherence.is_empty()
     }

@@ -1,9 +1,9 @@
 //! A recorded channel and its simulation at the same times.
 //!
 //! The recorded values are never interpolated: where the stamps are irregular, a cubic through white noise would colour it and the noise under the
-//! difference could no longer be told. The simulated channel is read at the recorded stamps.
+//! difference could no longer be estimated. The simulated channel is read at the recorded stamps.
 
-use super::{SAMPLES_MIN, Verdict};
+use super::{COMPARED_SAMPLES_MIN, Verdict};
 use channels::{Channel, IRREGULAR_GAP_MEDIANS, interpolate, same_unit};
 
 /// Share of a step within which two stamps are the same.
@@ -56,9 +56,9 @@ impl Simulation {
     }
 }
 
-/// Both at common times, or why they cannot be compared: units of different quantities, no common time, fewer than [`SAMPLES_MIN`] common samples.
+/// Both at common times, or why they cannot be compared: units of different quantities, no common time, fewer than [`COMPARED_SAMPLES_MIN`] common samples.
 pub(super) fn pair(real: &Channel, simulated: &Channel) -> Result<Pair, (Verdict, String)> {
-    let few = || (Verdict::TooShort, format!("cannot be compared: fewer than {SAMPLES_MIN} common samples"));
+    let few = || (Verdict::TooShort, format!("cannot be compared: fewer than {COMPARED_SAMPLES_MIN} common samples"));
     // a number without unit may be anything
     let stated = |c: &Channel| !["", "1", "-"].contains(&c.unit.as_str());
     if stated(real) && stated(simulated) && !same_unit(&real.unit, &simulated.unit) {
@@ -71,7 +71,7 @@ pub(super) fn pair(real: &Channel, simulated: &Channel) -> Result<Pair, (Verdict
         return Err((Verdict::NoCommonTime, apart));
     }
     let n = stretch.len();
-    if n < SAMPLES_MIN {
+    if n < COMPARED_SAMPLES_MIN {
         return Err(few());
     }
     let dt_s = (real.time_s[stretch[n - 1]] - real.time_s[stretch[0]]) / (n - 1) as f64;
@@ -80,7 +80,7 @@ pub(super) fn pair(real: &Channel, simulated: &Channel) -> Result<Pair, (Verdict
         .into_iter()
         .filter(|&i| real.time_s[i] >= first - tolerance_s && real.time_s[i] <= last + tolerance_s)
         .collect();
-    if common.len() < SAMPLES_MIN {
+    if common.len() < COMPARED_SAMPLES_MIN {
         return Err(few());
     }
     let time_s: Vec<f64> = common.iter().map(|&i| real.time_s[i]).collect();

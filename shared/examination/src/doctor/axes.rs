@@ -12,7 +12,7 @@ use channels::{Channel, Recording, common_grid};
 use identification::statistics::{correlation_length, fisher_tail, mean};
 
 /// Share of the motion the best orientation must explain, and by which it must beat the recorded one.
-const R2_MIN: f64 = 0.5;
+const ROTATED_AXES_R2_MIN: f64 = 0.5;
 const R2_GAIN_MIN: f64 = 0.2;
 /// Orientations this near to the best are not told apart.
 const R2_TIE: f64 = 0.02;
@@ -67,6 +67,7 @@ enum Kind {
     Rate,
 }
 
+/// Gyro triads whose recorded axes do not explain the motion of another triad, each with the orientation that does.
 pub fn examine(recording: &Recording) -> Vec<Finding> {
     let channels = usable(recording, 64);
     let triads = triads(&channels);
@@ -138,7 +139,7 @@ fn compare(gyro: &[&Channel; 3], other: &[&Channel; 3], kind: Kind) -> Option<Fi
     let (explained, independent, half) = best?;
     let top = (0..48).max_by(|&i, &j| explained[i].total_cmp(&explained[j]).then(j.cmp(&i)))?;
     let p = 48.0 * fisher_tail((1.0 - explained[0]) / (1.0 - explained[top]).max(1e-12), independent, independent);
-    if explained[top] < R2_MIN || explained[top] - explained[0] < R2_GAIN_MIN || p > FALSE_ALARM {
+    if explained[top] < ROTATED_AXES_R2_MIN || explained[top] - explained[0] < R2_GAIN_MIN || p > FALSE_ALARM {
         return None;
     }
     let ties = explained.iter().filter(|r| **r > explained[top] - R2_TIE).count();

@@ -14,7 +14,7 @@ const JITTER_SHARE: f64 = 1e-3;
 const JITTER_WARNING_SHARE: f64 = 0.05;
 
 /// A noise level from n samples has a relative standard deviation of `1 / sqrt(2 (n - 1))`: below ten it is not known to a quarter.
-const SAMPLES_MIN: usize = 10;
+const CHANNEL_SAMPLES_MIN: usize = 10;
 
 /// Findings about the stamps, one per source (channels with the same stamps).
 pub fn examine(recording: &Recording) -> Vec<Finding> {
@@ -70,7 +70,7 @@ fn not_finite(source: &[&Channel]) -> Vec<Finding> {
 fn few_samples(source: &[&Channel]) -> Option<Finding> {
     // a command is held until the next one: two may be all there is
     let few: Vec<&&Channel> =
-        source.iter().filter(|c| c.role != Role::Input && c.finite().len() < SAMPLES_MIN).collect();
+        source.iter().filter(|c| c.role != Role::Input && c.finite().len() < CHANNEL_SAMPLES_MIN).collect();
     let (first, others) = few.split_first()?;
     let others: Vec<&str> = others.iter().map(|c| c.name.as_str()).collect();
     let n = first.finite().len();
@@ -83,8 +83,8 @@ fn few_samples(source: &[&Channel]) -> Option<Finding> {
     Some(
         Finding::new(Check::FewSamples, Severity::Warning, &first.name, n as f64, "samples")
             .with(&others)
-            .because(format!("{n} samples: {known} (± 24 % at {SAMPLES_MIN}), and most checks here need more"))
-            .cure(format!("record longer or faster: at least {SAMPLES_MIN} samples a channel, and several times the numbers sought")),
+            .because(format!("{n} samples: {known} (± 24 % at {CHANNEL_SAMPLES_MIN}), and most checks here need more"))
+            .cure(format!("record longer or faster: at least {CHANNEL_SAMPLES_MIN} samples a channel, and several times the numbers sought")),
     )
 }
 

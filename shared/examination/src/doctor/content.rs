@@ -13,6 +13,7 @@ const NYQUIST_SHARE: f64 = 0.01;
 /// A change of the noise level below this ratio is not reported.
 const NOISE_RATIO: f64 = 2.0;
 
+/// Findings on the spectrum of each channel: aliasing, noise of changing level, no signal.
 pub fn examine(recording: &Recording) -> Vec<Finding> {
     let channels = usable(recording, 64);
     let count = channels.len() as f64;
@@ -134,8 +135,8 @@ fn no_signal(channel: &Channel, inputs: &[&Channel]) -> Option<Finding> {
     let (m, n) = (mean(&u.value), u.value.len());
     let centred: Vec<f64> = u.value.iter().map(|v| v - m).collect();
     let power: f64 = centred.iter().map(|v| v * v).sum();
-    const LAGS: usize = 20;
-    if ljung_box(&centred, LAGS).is_some_and(|statistic| chi_squared_tail(statistic, LAGS as f64) < 0.01) {
+    const LJUNG_BOX_LAGS: usize = 20;
+    if ljung_box(&centred, LJUNG_BOX_LAGS).is_some_and(|statistic| chi_squared_tail(statistic, LJUNG_BOX_LAGS as f64) < 0.01) {
         return None;
     }
     for input in inputs {
@@ -150,7 +151,7 @@ fn no_signal(channel: &Channel, inputs: &[&Channel]) -> Option<Finding> {
     Some(
         Finding::new(Check::NoSignal, Severity::Note, &channel.name, sigma, &channel.unit)
             .with(&inputs.iter().map(|c| c.name.as_str()).collect::<Vec<_>>())
-            .because(format!("white (Ljung-Box over {LAGS} lags) with sigma {} {}, mean {}, and coherent with no input", short(sigma), channel.unit, short(m)))
+            .because(format!("white (Ljung-Box over {LJUNG_BOX_LAGS} lags) with sigma {} {}, mean {}, and coherent with no input", short(sigma), channel.unit, short(m)))
             .cure("parameters that act on this channel alone cannot be found here; excite it, or use it to measure the noise"),
     )
 }

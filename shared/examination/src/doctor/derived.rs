@@ -14,7 +14,7 @@ use identification::statistics::{LeastSquares, deviation, fisher_tail, least_squ
 /// Half widths [samples] and own past of the filters tried: moving ones, then recursive ones (b's own past is free of a's noise under the null as well).
 const FILTERS: [(usize, usize); 9] = [(0, 0), (1, 0), (2, 0), (4, 0), (8, 0), (16, 0), (32, 0), (1, 2), (4, 2)];
 /// Rows used at most; a filter of 65 taps is fixed by far fewer.
-const ROWS_MAX: usize = 8000;
+const FUNCTION_ROWS_MAX: usize = 8000;
 /// Residual power below this share of what an independent channel would have to keep: where a's noise is its rounding, which is no motion for certain, ...
 const ROUNDING_SHARE: f64 = 0.5;
 /// ... and where it is a white floor, which could be broad-band motion that b sees too, with noise of its own.
@@ -22,7 +22,7 @@ const FLOOR_SHARE: f64 = 0.05;
 
 /// Channels that follow from others, each from the one that it follows best.
 ///
-/// Copies first: as the simplest function of each other they would pass for filtered ones, too. `progress` is told the share done.
+/// Copies first: as the simplest function of each other they would pass for filtered ones, too. `progress` receives the share done.
 pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let grids: Vec<Option<Uniform>> =
         recording.channels.iter().map(|c| c.uniform().filter(|u| u.value.len() >= 24)).collect();
@@ -118,6 +118,7 @@ pub struct OwnNoise {
     pub share_max: f64,
 }
 
+/// Noise of a channel from its own samples; `None` where neither its resolution nor a white floor shows it.
 pub fn own_noise(x: &[f64]) -> Option<OwnNoise> {
     own_noise_below(x, 0.1)
 }
@@ -198,7 +199,7 @@ fn norm(fit: &LeastSquares, half: usize) -> f64 {
 /// `b_k ≈ Σ h_i a_(k+i) + Σ g_j b_(k-j) + c`, i from `half` ahead to `half` behind, j up to `own`.
 fn fir(a: &[f64], b: &[f64], half: usize, own: usize) -> Option<LeastSquares> {
     let rows: Vec<usize> = (half.max(own)..b.len() - half).collect();
-    let stride = rows.len().div_ceil(ROWS_MAX);
+    let stride = rows.len().div_ceil(FUNCTION_ROWS_MAX);
     let rows: Vec<usize> = rows.into_iter().step_by(stride).collect();
     let centre = identification::statistics::mean(a);
     let mut columns: Vec<Vec<f64>> =

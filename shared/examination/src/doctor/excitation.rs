@@ -10,14 +10,16 @@ use super::{Check, Finding, Severity, short, usable};
 use channels::{Channel, Recording, Uniform, common_grid};
 use identification::statistics::{correlation_length, mean};
 
-const LAGS: usize = 24;
+/// Lags of the covariance whose eigenvalues are counted.
+const EXCITATION_LAGS: usize = 24;
 /// Power of a direction relative to the strongest, 30 dB down.
 const POWER_SHARE: f64 = 1e-3;
 /// Below this order two complex gains cannot be told apart.
 const ORDER_MIN: usize = 4;
 
+/// Order of persistent excitation of each input, and inputs that are collinear.
 pub fn examine(recording: &Recording) -> Vec<Finding> {
-    let inputs: Vec<&Channel> = usable(recording, 4 * LAGS).into_iter().filter(|c| is_input(c)).collect();
+    let inputs: Vec<&Channel> = usable(recording, 4 * EXCITATION_LAGS).into_iter().filter(|c| is_input(c)).collect();
     let mut findings: Vec<Finding> = inputs.iter().filter_map(|c| order(c)).collect();
     findings.extend(collinear(&inputs));
     findings
@@ -26,9 +28,9 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
 fn order(channel: &Channel) -> Option<Finding> {
     let u = channel.uniform()?;
     let n = u.value.len();
-    let spacing = (libm::round(correlation_length(&u.value) / 4.0) as usize).clamp(1, n / (3 * LAGS));
-    let (m, reach) = (mean(&u.value), spacing * (LAGS - 1));
-    let covariance = DMatrix::from_fn(LAGS, LAGS, |i, j| {
+    let spacing = (libm::round(correlation_length(&u.value) / 4.0) as usize).clamp(1, n / (3 * EXCITATION_LAGS));
+    let (m, reach) = (mean(&u.value), spacing * (EXCITATION_LAGS - 1));
+    let covariance = DMatrix::from_fn(EXCITATION_LAGS, EXCITATION_LAGS, |i, j| {
         (reach..n).map(|k| (u.value[k - i * spacing] - m) * (u.value[k - j * spacing] - m)).sum::<f64>()
     });
     let eigenvalues = covariance.symmetric_eigenvalues();
@@ -36,7 +38,7 @@ fn order(channel: &Channel) -> Option<Finding> {
     (order < ORDER_MIN).then(|| {
         Finding::new(Check::Excitation, Severity::Warning, &channel.name, order as f64, "-")
             .because(format!(
-                "persistently exciting of order {order} ({LAGS} lags of {} s, 30 dB): {} of a linear plant can be found through it",
+                "persistently exciting of order {order} ({EXCITATION_LAGS} lags of {} s, 30 dB): {} of a linear plant can be found through it",
                 short(spacing as f64 * u.dt_s), if order <= 2 { "two parameters (one complex gain)" } else { "three parameters" }
             ))
             .cure("add frequencies or amplitudes (multisine, pulses of several lengths), or hold the other parameters at their priors")
@@ -48,7 +50,7 @@ fn collinear(inputs: &[&Channel]) -> Option<Finding> {
         return None;
     }
     let grids: Vec<Uniform> =
-        inputs[1..].iter().filter_map(|c| common_grid(inputs[0], c, 4 * LAGS).map(|(_, u)| u)).collect();
+        inputs[1..].iter().filter_map(|c| common_grid(inputs[0], c, 4 * EXCITATION_LAGS).map(|(_, u)| u)).collect();
     let first = inputs[0].uniform()?;
     let mut columns = vec![first.value];
     columns.extend(grids.into_iter().map(|u| u.value));

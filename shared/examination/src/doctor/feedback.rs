@@ -10,13 +10,16 @@ use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short, usable};
 use channels::{Channel, Recording, Uniform, common_grid};
 use identification::statistics::{LeastSquares, deviation, fisher_tail, least_squares, mean, rms};
 
+/// Past samples of the input, and of the outputs, that predict the input.
 const OWN_LAGS: usize = 48;
 const OUTPUT_LAGS: usize = 3;
-const ROWS_MAX: usize = 12_000;
+/// Rows of the regression on the past; longer recordings are thinned evenly.
+const FEEDBACK_ROWS_MAX: usize = 12_000;
 /// Share of the unpredicted part of u that the outputs' past must predict.
 const SHARE_MIN: f64 = 0.5;
 const OUTPUTS_MAX: usize = 12;
 
+/// Inputs that depend on earlier outputs: a feedback loop was closed during the recording.
 pub fn examine(recording: &Recording) -> Vec<Finding> {
     let channels = usable(recording, 200);
     let outputs: Vec<&Channel> = channels.iter().copied().filter(|c| !is_input(c)).take(OUTPUTS_MAX).collect();
@@ -40,10 +43,10 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
 }
 
 fn rows(n: usize, first: usize) -> Vec<usize> {
-    (first..n).step_by((n - first).div_ceil(ROWS_MAX)).collect()
+    (first..n).step_by((n - first).div_ceil(FEEDBACK_ROWS_MAX)).collect()
 }
 
-/// Position or rate: a force reaches it only through time. An accelerometer holds the force of the same instant, which looks like a law and is none.
+/// Position or rate: a force reaches it only through time. An accelerometer holds the force of the same instant, which looks like feedback and is not.
 fn moves(output: &Channel) -> bool {
     quantity::of_channel(output)
         .is_some_and(|q| matches!(q.kind, quantity::Kind::Angle | quantity::Kind::Length) && q.order < 2)

@@ -15,7 +15,7 @@ use identification::statistics::{
 };
 
 /// Correlation squared below which nothing is said about a pair.
-const R2_MIN: f64 = 0.9;
+const RELATED_R2_MIN: f64 = 0.9;
 /// Parts of the record whose lags are compared.
 const SKEW_PARTS: usize = 16;
 /// Tests made on a pair.
@@ -39,7 +39,7 @@ struct Relation {
     skew: Option<(f64, f64, f64)>,
 }
 
-/// Findings for all related pairs but those of `derived`; `progress` is told the share done.
+/// Findings for all related pairs but those of `derived`; `progress` receives the share done.
 pub fn examine(recording: &Recording, derived: &[(String, String)], progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let channels = usable(recording, 48);
     let mut pairs: Vec<(&Channel, &Channel, usize)> = Vec::new();
@@ -94,10 +94,10 @@ fn relate(a: &Channel, b: &Channel, order: usize, level: f64) -> Option<Relation
     let mut half = 4;
     while half <= (n / 12).max(4) {
         if let Some((r2, sharpness, lag)) = coarse(&ua.value, &ub.value, order, half)
-            && r2 > 0.5 * R2_MIN
+            && r2 > 0.5 * RELATED_R2_MIN
         {
             // Information on the lag: slope of b squared per noise, times independent windows. Correlated pairs go before weakly correlated ones.
-            let merit = if r2 < R2_MIN { r2 - 2.0 } else { sharpness / ((1.0 - r2).max(1e-12) * half as f64) };
+            let merit = if r2 < RELATED_R2_MIN { r2 - 2.0 } else { sharpness / ((1.0 - r2).max(1e-12) * half as f64) };
             if best.is_none_or(|(m, ..)| merit > m) {
                 best = Some((merit, half, lag));
             }
@@ -117,7 +117,7 @@ fn relate(a: &Channel, b: &Channel, order: usize, level: f64) -> Option<Relation
     let (fit, positions) = windows.fit(lag, dt)?;
     let independent = positions.len() as f64 / correlation_length(&windows.left);
     let freedom = (independent - 3.0).max(1.0);
-    if fit.r2 < R2_MIN || squared_correlation_tail(fit.r2, 2.0, freedom) > level {
+    if fit.r2 < RELATED_R2_MIN || squared_correlation_tail(fit.r2, 2.0, freedom) > level {
         return None;
     }
     let scale = fit.coefficients[0];
@@ -153,7 +153,7 @@ fn skew(a: &[f64], b: &[f64], order: usize, half: usize, lag: f64, dt: f64) -> O
         let range = part * size..(part + 1) * size;
         let columns: Vec<Vec<f64>> = windows.columns.iter().map(|c| c[range.clone()].to_vec()).collect();
         let fit = least_squares(&columns, &windows.left[range.clone()], 8.min(size / 4))?;
-        if fit.r2 < R2_MIN || fit.sigma[1] <= 0.0 {
+        if fit.r2 < RELATED_R2_MIN || fit.sigma[1] <= 0.0 {
             continue;
         }
         times.push(mean(&positions[range].iter().map(|&p| p as f64 * dt).collect::<Vec<_>>()));

@@ -13,6 +13,7 @@ const QUANTISATION_RMS_SHARE: f64 = 1e-5;
 const QUANTISATION_NOISE_SHARE: f64 = 0.1;
 const EQUAL_NEIGHBOURS_SHARE: f64 = 0.2;
 
+/// Findings on the values of each channel: constant, saturated, quantised, with spikes, wrapped.
 pub fn examine(recording: &Recording) -> Vec<Finding> {
     let mut findings = Vec::new();
     let channels = recording.channels.len() as f64;

@@ -22,6 +22,7 @@ pub struct Quantity {
 }
 
 impl Quantity {
+    /// Whether it is an angle itself, not a rate or an acceleration.
     pub fn is_angle(&self) -> bool {
         self.kind == Kind::Angle && self.order == 0
     }

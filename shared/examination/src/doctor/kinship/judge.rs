@@ -36,6 +36,7 @@ pub(super) struct Judged<'a> {
 }
 
 impl<'a> Judged<'a> {
+    /// Channel `b` against the derivative of `order` of channel `a`; `level` is the false-alarm probability of one test.
     pub fn new(a: &'a Channel, b: &'a Channel, order: usize, r: &'a Relation, level: f64) -> Self {
         let what = ["", "the rate of change of ", "the second derivative of "][order.min(2)];
         let window = short(2.0 * r.half_s);
