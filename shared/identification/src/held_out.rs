@@ -55,9 +55,9 @@ pub fn gain(
     Some(Gain { expected: 0.5 * apart, ..gain })
 }
 
-/// Standard deviation of what the augmented plant foretells, `moved` being that plant with its
-/// numbers off by each column of a root of their covariance: exact where predictions are linear in
-/// them. A recording's own numbers stay as they were fitted, so that it is rather too large.
+/// Standard deviation of what the augmented plant predicts, `moved` being that plant with its
+/// parameters off by each column of a root of their covariance: exact where predictions are linear in
+/// them. The parameters of one recording stay as they were fitted, so that it is rather too large.
 ///
 /// Cost: a prediction for each.
 pub fn expected_gain_sigma(

@@ -1,4 +1,4 @@
-//! What a plant's own sensors and commands tell of its uncertain numbers, before anything is flown:
+//! The information of a plant's sensors and commands on its uncertain parameters, before a flight:
 //! Fisher information.
 //!
 //! `F = Jᵀ Σ⁻¹ J + diag(1/σ_prior²)`, `J = ∂y/∂θ` by central differences of noise-free simulations
@@ -98,7 +98,7 @@ pub struct Simulate<'a> {
 /// # Errors
 /// The simulator's; [`InformationError::NoLine`] where the plant runs away once its loops are cut.
 ///
-/// Cost: two simulations a parameter. `progress` is told the share done.
+/// Cost: two simulations a parameter. `progress` receives the share done.
 pub fn predict(
     plant: &Plant,
     duration_s: f64,

@@ -75,7 +75,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// The samples in `[begin_s, end_s]`; what `is_rest` begins where nobody stated.
+    /// The samples in `[begin_s, end_s]`; what `is_rest` begins at an unspecified state.
     fn part(&self, [begin_s, end_s]: [f64; 2], is_rest: bool) -> Self {
         let mut part = Self { begin_s, end_s, is_rest: is_rest || self.is_rest, ..self.clone() };
         part.keep(|t| (begin_s..=end_s).contains(&t));

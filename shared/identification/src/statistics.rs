@@ -6,6 +6,7 @@ use estimation::quantiles::median;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
 
+/// Arithmetic mean; zero of no values.
 #[must_use]
 pub fn mean(x: &[f64]) -> f64 {
     if x.is_empty() { 0.0 } else { x.iter().sum::<f64>() / x.len() as f64 }

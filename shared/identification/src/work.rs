@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// What a diagnosis may cost before it ends with what it has: about two minutes of one core with
 /// what it then finishes.
 pub const MOST: f64 = 1e11;
-/// Of that, what asking whether labels of channels are mistaken may cost.
+/// Of that, the most that the check of the channel metadata may cost.
 pub const LABELS: f64 = 0.2 * MOST;
 /// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates
 /// apart.
@@ -39,14 +39,17 @@ impl Default for Work {
 }
 
 impl Work {
+    /// A budget of `most` units of work (about nanoseconds of one core), none of them spent.
     pub fn of(most: f64) -> Self {
         Self { most, spent: AtomicU64::new(0), left_out: Mutex::default() }
     }
 
+    /// Counts work as spent; threads may count at once, the sum does not depend on their order.
     pub fn add(&self, work: f64) {
         self.spent.fetch_add(work as u64, Ordering::Relaxed);
     }
 
+    /// Work spent so far.
     pub fn spent(&self) -> f64 {
         self.spent.load(Ordering::Relaxed) as f64
     }
@@ -75,6 +78,7 @@ impl Work {
         many
     }
 
+    /// Notes work that the budget did not allow; the same note twice counts once.
     pub fn leave_out(&self, what: &'static str) {
         if let Ok(mut list) = self.left_out.lock() {
             list.insert(what);
@@ -86,7 +90,7 @@ impl Work {
         share * self.most / cost.max(1.0)
     }
 
-    /// What was left out, if anything was.
+    /// The work that was left out, if any was.
     pub fn note(&self) -> Option<String> {
         let list = self.left_out.lock().ok()?;
         let all: Vec<&str> = list.iter().copied().collect();

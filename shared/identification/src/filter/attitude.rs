@@ -4,7 +4,7 @@
 //! r and r (1 − 2π/|r|) are the same rotation
 //! ```
 //!
-//! A tracker that turns on past half a turn jumps from one to the other. What is predicted is told as the one that is nearer to what was read.
+//! A tracker that turns on past half a turn jumps from one to the other. The prediction takes the one of the two that is nearer to the reading.
 
 use crate::problem::{Event, Timeline};
 use core::f64::consts::TAU;

@@ -26,7 +26,7 @@ pub fn initial_sigmas(
     names.iter().map(|(name, unit)| stated(name).unwrap_or_else(|| unstated(name, unit))).collect()
 }
 
-/// Largest free motion of a slosh mass [m] or a mode [√kg m] that nobody stated.
+/// Largest free motion of a slosh mass [m] or a mode [√kg m] whose prior is unspecified.
 const FREE_MOTION: f64 = 0.3;
 
 fn wide(plant: &Plant, name: &str, unit: &str) -> f64 {

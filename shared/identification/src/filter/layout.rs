@@ -18,26 +18,32 @@ pub struct Layout {
 }
 
 impl Layout {
+    /// Place of the first noise input in z.
     pub fn noise_at(&self) -> usize {
         self.tangent
     }
 
+    /// Place of the first lag in z.
     pub fn lags_at(&self) -> usize {
         self.tangent + self.noise_inputs.len()
     }
 
+    /// Place of the clone of the state in z.
     pub fn clone_at(&self) -> usize {
         self.lags_at() + self.lags
     }
 
+    /// Place of the first coloured noise in z.
     pub fn colours_at(&self) -> usize {
         self.clone_at() + self.clone
     }
 
+    /// Length of z: tangent, noise inputs, lags, clone and coloured noises.
     pub fn len(&self) -> usize {
         self.colours_at() + self.colours
     }
 
+    /// Whether z has no component.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }

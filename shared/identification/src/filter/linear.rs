@@ -41,6 +41,7 @@ pub struct Linear {
 }
 
 impl Linear {
+    /// Partial derivatives of one reading: by state, noise inputs and clone.
     pub fn row_len(&self) -> usize {
         self.layout.tangent + self.layout.noise_inputs.len() + self.layout.clone
     }

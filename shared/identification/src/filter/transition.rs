@@ -44,6 +44,7 @@ pub(super) struct Transitions {
 }
 
 impl Transitions {
+    /// Workspace for the transitions of one propagator; all memory is allocated here.
     pub fn new(propagator: &Propagator<'_>) -> Self {
         let (x, n, m) = (propagator.x0.len(), propagator.layout.tangent, propagator.layout.noise_inputs.len());
         let zeros = |count: usize| vec![0.0; count];

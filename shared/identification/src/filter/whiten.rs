@@ -20,7 +20,7 @@ pub const LANES: usize = 8;
 /// Events that are taken at a time: their numbers stay near the processor.
 pub const PART: usize = 64;
 
-/// One number of every column.
+/// The same component of every column.
 pub type Lane<const W: usize> = [f64; W];
 
 /// Whitens `columns` (each as long as the samples of the run) in place.
@@ -83,6 +83,7 @@ pub struct Apart<const W: usize> {
 }
 
 impl<const W: usize> Apart<W> {
+    /// Workspace for `W` columns over the events of a timeline.
     pub fn new(layout: &Layout, timeline: &Timeline) -> Self {
         let most = timeline.events.iter().map(|event| event.count).max().unwrap_or(0);
         let zeros = |count: usize| vec![[0.0; W]; count];

@@ -3,7 +3,7 @@
 //!
 //! A number that the recording tells to a thousandth of its prior (the frequency of a slosh mass
 //! over many of its periods) has a likelihood with many maxima, one for each cycle that the model
-//! slips. A filter that is told of large disturbances believes its sensors and forgets: its
+//! slips. A filter with large disturbances in its model believes its sensors and forgets: its
 //! innovations feel a wrong frequency over its memory alone, which makes one maximum of them. As
 //! the disturbances shrink the memory grows, and the next fit starts within the cycle that the last
 //! one found.
@@ -43,7 +43,7 @@ pub fn fit_by_continuation(session: &EstimationSession<'_>, rounds: impl Into<Ro
     if best.converged || rounds.more == 0 { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
 }
 
-/// Where fits under ever quieter disturbances end, from those on that explain the misfit at the
+/// Where fits under disturbances of ever lower variance end, from those on that explain the misfit at the
 /// priors.
 fn approached(session: &EstimationSession<'_>) -> Result<Vec<f64>, FitError> {
     let plant = &session.problem.plant;

@@ -23,8 +23,8 @@ pub struct EstimationSession<'p> {
     pub noise: NoiseModel,
     /// Names of the noise inputs.
     pub noise_names: Vec<String>,
-    /// Prior standard deviation of the level of a disturbance that nobody states; infinite where it
-    /// is stated.
+    /// Prior standard deviation of the level of a disturbance that the plant does not specify; infinite where it
+    /// does.
     pub disturbance_sigma: Vec<f64>,
     /// Per run, names and standard deviations of initial states that the recording hardly shows.
     pub hardly_seen: std::sync::Arc<Vec<Vec<(String, f64)>>>,
@@ -177,6 +177,7 @@ impl<'p> EstimationSession<'p> {
         off.iter().sum::<f64>() > 0.01 * off.len() as f64
     }
 
+    /// Prior means of the unknowns, in their order; where every fit starts.
     pub fn prior(&self) -> Vec<f64> {
         self.problem.unknowns.iter().map(|unknown| unknown.prior).collect()
     }

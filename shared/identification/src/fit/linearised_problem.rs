@@ -60,6 +60,7 @@ impl LinearisedProblem {
         Self { steps: other.steps.clone(), ..self }
     }
 
+    /// Readings of all recordings together.
     pub fn samples(&self) -> usize {
         self.nu.len()
     }

@@ -1,13 +1,13 @@
 //! Sizes and poles of the noise by maximum likelihood on a linear model, with or without further
-//! columns; disturbances that nobody states pay their prior.
+//! columns; unspecified disturbances pay their prior.
 //!
 //! Coordinates: logarithm of every input's and channel's standard deviation, inverse hyperbolic
 //! tangent of every channel's pole. They are moved one after the other along parabolas through
 //! three points, a bounded number of sweeps.
 //!
 //! Of a large plant or a long recording that is dear: many columns are whitened for every point.
-//! Noise and mean of a Gaussian tell nothing of each other (their Fisher information has no common
-//! block), so there unknowns and columns are held where they explain most and all coordinates are
+//! The information on the noise and on the mean of a Gaussian is independent (their Fisher
+//! information has no common block), so there unknowns and columns are held where they explain most and all coordinates are
 //! moved at once along the gradient ([`climb`]).
 
 mod climb;
@@ -136,7 +136,7 @@ fn begun(
     jitter(session, &noise, best, value)
 }
 
-/// Decades above the floor for inputs that nobody stated.
+/// Decades above the floor for inputs of unspecified noise.
 fn scan(
     session: &EstimationSession<'_>,
     start: &NoiseModel,

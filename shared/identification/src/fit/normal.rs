@@ -117,7 +117,7 @@ impl Normal {
         Some(self.objective - bounded(&self.matrix, &self.right, &self.room, &places)?.0)
     }
 
-    /// By how much the extra columns relieve the priors of the plant's own numbers: decrease of
+    /// By how much the extra columns relieve the priors of the plant's parameters: decrease of
     /// `Σ ((θ − θ₀)/σ)²` from the least objective without them to that with.
     pub fn relief(&self, session: &EstimationSession<'_>, theta: &[f64]) -> Option<f64> {
         let unknowns = &session.problem.unknowns;

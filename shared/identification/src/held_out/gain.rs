@@ -15,13 +15,13 @@ pub struct Gain {
     pub skewness: f64,
     /// Sum of the signed roots of the blocks in its standard deviations under random signs.
     pub agreement: f64,
-    /// What the augmented plant itself expects to gain; zero where it was not asked.
+    /// What the augmented plant itself expects to gain; zero where it was not predicted.
     #[serde(rename = "foretold")]
     pub expected: f64,
-    /// What it gains at least, if it is right; zero where that was not asked.
+    /// What it gains at least, if it is right; zero where that was not evaluated.
     pub least: f64,
     /// Its free run's distance from the data over that of the plant alone: geometric mean of the
-    /// rms over channels; one where it was not asked, infinite where it ran away.
+    /// rms over channels; one where it was not run, infinite where it diverged.
     pub free_run: f64,
 }
 
@@ -33,6 +33,7 @@ const FREE_RUN_DIVERGENCE_RATIO: f64 = 1.5;
 const EXPECTED_GAIN_TOLERANCE_SIGMA: f64 = 3.0;
 
 impl Gain {
+    /// Confidence interval of the gain at 95 % [nats, all held-out samples together].
     pub fn interval95(&self) -> [f64; 2] {
         self.interval(0.05)
     }
@@ -55,12 +56,12 @@ impl Gain {
         3.0 / kappa * (libm::cbrt(1.0 + kappa * (x - kappa / 6.0)) - 1.0)
     }
 
-    /// Even its upper bound is below what was foretold.
+    /// Even its upper bound is below the predicted gain.
     pub fn is_below_expected(&self) -> bool {
         self.interval95()[1] < self.expected
     }
 
-    /// With a standard deviation of what was foretold.
+    /// With a standard deviation of the predicted gain.
     #[must_use]
     pub fn with_expected_gain_sigma(self, sigma: f64) -> Self {
         Self { least: (self.expected - EXPECTED_GAIN_TOLERANCE_SIGMA * sigma).max(0.0), ..self }
@@ -85,6 +86,7 @@ impl Gain {
         self.free_run > FREE_RUN_DIVERGENCE_RATIO
     }
 
+    /// Confirmed where the 95 % interval is above zero, rejected where it is below the least gain, else unconfirmed.
     pub fn status(&self) -> Status {
         match self.interval95() {
             [low, _] if low > 0.0 => Status::Confirmed,
@@ -94,7 +96,7 @@ impl Gain {
     }
 }
 
-/// Standing of an effect.
+/// Result of the held-out test of an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {

@@ -1,8 +1,8 @@
 //! Stretches in which nothing was recorded.
 //!
-//! A command is held from one stamp to the next. Where rows are lost nobody knows what was
-//! commanded meanwhile: unless the command is the same before and after, the run is cut there and
-//! what follows begins where nobody stated, as a run of its own. Three rows or fewer are too few
+//! A command is held from one stamp to the next. Where rows are lost the command is
+//! unknown meanwhile: unless the command is the same before and after, the run is cut there and
+//! what follows begins at an unspecified state, as a run of its own. Three rows or fewer are too few
 //! for that. A command that is logged when it changes alone is held, too, for longer than usual:
 //! there the sensors go on.
 
@@ -36,7 +36,7 @@ pub(super) fn parted(run: Run, states: usize) -> (Vec<Run>, Option<String>) {
 }
 
 /// Where a command changed over an interval that is too long for it and for a sensor, and no sensor
-/// told anything once it should have come.
+/// has a sample where one was due.
 fn gaps(run: &Run) -> Vec<[f64; 2]> {
     let sensors: Vec<(&Samples, Vec<[f64; 2]>)> =
         run.samples.iter().map(|samples| (samples, too_long(&samples.time_s).0)).collect();
@@ -65,7 +65,7 @@ fn gaps(run: &Run) -> Vec<[f64; 2]> {
     all
 }
 
-/// Intervals between stamps that are too long, and the longest that is none [s].
+/// Intervals between stamps that are too long, and the longest that is not [s].
 fn too_long(time_s: &[f64]) -> (Vec<[f64; 2]>, f64) {
     let (name, unit) = (String::new(), String::new());
     let channel = Channel { name, unit, time_s: time_s.to_vec(), value: vec![0.0; time_s.len()], role: Role::Unknown };

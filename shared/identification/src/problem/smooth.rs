@@ -4,7 +4,7 @@
 //! A displacement that is imposed is measured like anything else, and its rate and acceleration are
 //! wanted. A spline through all samples turns noise into accelerations and rings at kinks. Here
 //! `Σ (y − f)² + α ∫ f″²` is minimised (Reinsch, Numer. Math. 10, 1967), α by generalised
-//! cross-validation (Craven and Wahba, 1979), and curvature is not asked of knots at which the
+//! cross-validation (Craven and Wahba, 1979), and curvature is not penalised at knots at which the
 //! slope jumps. Value, rate and acceleration are those of one function.
 //!
 //! With `γ` the second derivatives at the inner knots, `B = R + α QᵀQ`, `B γ = Qᵀ y`,

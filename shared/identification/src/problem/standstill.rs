@@ -16,7 +16,7 @@ pub struct Standstill {
     pub p: f64,
 }
 
-/// What stands still over all `stretches` of one channel, each its times and readings; `None` where a reading changes or no noise is stated.
+/// The constant reading over all `stretches` of one channel, each its times and readings; `None` where a reading changes or no noise is stated.
 pub fn standstill(plant: &Plant, sensor: &Sensor, stretches: &[(&[f64], &[f64])]) -> Option<Standstill> {
     let period_s = period_s(plant, sensor);
     let sigma = sample_sigma(plant, sensor);

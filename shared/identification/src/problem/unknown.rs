@@ -20,6 +20,7 @@ pub struct Unknown {
 }
 
 impl Unknown {
+    /// Whether it is shared by all runs, or belongs to the recording and segment of this one.
     pub fn concerns(&self, run: &Run) -> bool {
         self.recording.is_none_or(|r| r == run.recording) && self.segment.is_none_or(|s| Some(s) == run.segment)
     }

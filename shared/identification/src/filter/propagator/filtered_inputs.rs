@@ -38,7 +38,7 @@ const PARTS: usize = 16;
 
 /// Mean, and change of the straight line of the same first moment, of what acts over each interval
 /// between events when `held` is commanded: rates and positions at its end are those of what acts,
-/// not of its mean alone. Readings that feel the command itself are told the mean.
+/// not of its mean alone. Readings that feel the command itself receive the mean.
 fn acting(kind: &FilterKind, timeline: &Timeline, held: &[f64]) -> Vec<[f64; 2]> {
     let length = |k: usize| timeline.events[k].step_s * timeline.events[k].steps as f64;
     let delay_s = kind.delay_s();

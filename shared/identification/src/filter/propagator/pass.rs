@@ -19,6 +19,7 @@ pub struct Mean {
 }
 
 impl Propagator<'_> {
+    /// The mean before the first event: initial state, noise inputs and lags at zero.
     pub fn start(&self) -> Mean {
         let channels = self.sensors.len();
         Mean {

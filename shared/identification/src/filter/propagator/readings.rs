@@ -37,7 +37,7 @@ impl Propagator<'_> {
         }
     }
 
-    /// The sample is about an instant before the recording, where nobody knows what acted: the
+    /// The sample is about an instant before the recording, where the inputs are unknown: the
     /// first of a channel whose delay is unknown, whatever that is, or known to reach there.
     fn is_uninformative(&self, k: usize, channel: usize) -> bool {
         let sensor = &self.sensors[channel];

@@ -1,13 +1,13 @@
-//! Noise of inputs that nobody states: the floor that it starts at, and the prior of its level.
+//! Unspecified noise of inputs: the floor that it starts at, and the prior of its level.
 
 use super::EstimationSession;
 use crate::filter::{NoiseModel, Propagator, Start, gains, initial_sigmas, linearise};
 use crate::fit::FitError;
 
-/// Mean increase of `ln S` per sample that a disturbance nobody stated starts at: not seen in any
+/// Mean increase of `ln S` per sample that an unspecified disturbance starts at: not seen in any
 /// recording we can hold.
 const FLOOR_INFLATION: f64 = 1e-4;
-/// What nobody states is small beside the forces at work: prior standard deviation of its level, as
+/// An unspecified disturbance is small beside the forces at work: prior standard deviation of its level, as
 /// a share of their rms.
 const DISTURBANCE_SHARE: f64 = 0.01;
 /// Largest change of a rate over an interval that a floor may make [m/s or rad/s].
@@ -67,7 +67,7 @@ impl EstimationSession<'_> {
         Ok(())
     }
 
-    /// Per noise input that nobody states, a share of the force that moves what it pushes: `Δv / Γ`
+    /// Per noise input of unspecified size, a share of the force that moves what it pushes: `Δv / Γ`
     /// along the filtered trajectory.
     pub(super) fn set_disturbance_priors(&mut self, unstated: &[usize]) {
         for factor in [1.0, 10.0, 100.0] {

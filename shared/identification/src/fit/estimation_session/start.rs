@@ -1,14 +1,14 @@
 //! Initial states that a recording hardly shows.
 //!
-//! What nobody states of a start has a wide prior, and the filter finds it in the first readings. A
+//! An unspecified initial state has a wide prior, and the filter finds it in the first readings. A
 //! state that these see only through a product of small motions (the rate of a hub whose
 //! accelerometers feel nothing but its centrifugal pull) leaves the linear model before it is
 //! found, and every relinearisation finds it elsewhere. Such a state is taken to start as near its
 //! value as the recorded commands alone would drive it from there.
 //!
 //! So is a mode or a tank that an effect adds: nothing is known of its start but that it is one of
-//! a structure that the commands move. A wide prior on it would cost the effect what nobody
-//! believed of it (the likelihood of a wide prior that the data narrow to nothing is low).
+//! a structure that the commands move. A wide prior on it would cost the effect evidence for an
+//! implausible assumption (a wide prior that the data narrow to a point has a low likelihood).
 
 use super::EstimationSession;
 use crate::filter::{Frozen, Propagator, equip, initial_sigmas, tangent_names};

@@ -3,7 +3,7 @@
 //!
 //! Unknowns and columns are held where they explain most, and found again at each end of the way,
 //! until that moves it no more. White noise gets a pole where the slope along it says that one is
-//! worth its price; one that is not in the end is none: it would only make the filter larger.
+//! worth its price; one that is not in the end is removed: it would only make the filter larger.
 
 use super::{Coordinate, POLE_MAX, POLE_MIN, SWEPT, Search, begun, moved};
 use crate::filter::{Gradient, NoiseModel, Slope};
@@ -24,7 +24,7 @@ const SHORTENING: [f64; 2] = [0.05, 0.5];
 const GAIN_SHARE_MIN: f64 = 1e-2;
 /// Second derivative of a prior that hardly tells anything of a size: a factor e.
 const PRIOR: f64 = 2.0;
-/// Gain in `−2 ln p` below which a pole is none: what chance gives a number that is not there
+/// Gain in `−2 ln p` below which a pole is rejected: what chance gives a parameter that is not there
 /// (AIC).
 const POLE_PRICE: f64 = 2.0;
 
@@ -227,7 +227,7 @@ impl<'l> Climb<'l> {
         if self.noise == before { None } else { held.gradient(&self.noise) }
     }
 
-    /// Poles that gain less than their price are none; whether any was.
+    /// Poles that gain less than their price are removed; whether any was.
     fn without_idle_poles(&mut self, held: &Held<'_, '_>) -> bool {
         let before = self.idle.len();
         for coordinate in self.list {
