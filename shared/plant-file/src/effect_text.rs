@@ -31,7 +31,7 @@ pub fn parse_effect(plant: &Plant, text: &str) -> Result<EffectUse, String> {
     in_catalogue_order(EffectUse { kind: kind.to_owned(), site, values }, entry)
 }
 
-/// What of an effect is possible, but not plausible, as a file with it would be told.
+/// Warnings that a file with this effect would get: what is possible, but not plausible.
 pub fn effect_warnings(plant: &Plant, effect: &EffectUse) -> Vec<String> {
     let Ok(entry) = plant.catalogue.known(&effect.kind) else { return Vec::new() };
     let said = |(_, message, what): (&str, String, &str)| format!("{message} ({what})");

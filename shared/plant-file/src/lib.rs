@@ -1,6 +1,28 @@
 //! Plant files: TOML in, a checked [`Plant`] out, and back. Scenarios: [`scenario`].
 //!
-//! Every number has a unit. What is wrong is reported all at once, each with line, column and a cure.
+//! What it is: [`parse`] reads a plant and reports all faults of a file at once, each with line, column and a cure. Every
+//! number has a unit. [`write`] puts a plant back into a file that is read as the same plant.
+//!
+//! May import: `dynamics`, `catalogue`, `telemetry` (names and limits of a scenario), TOML.
+//!
+//! Must never know: recordings, estimators, processes; it opens no file, its callers pass the text.
+//!
+//! ```
+//! let text = r#"
+//!     format = 1
+//!     name = "cart"
+//!     space = "planar"
+//!     [[body]]
+//!     name = "cart"
+//!     mass = { value = "2 kg", sigma = "1 %" }
+//!     inertia = "0.1 kg m^2"
+//!     joint = { kind = "prismatic", name = "rail", axis = "x", friction = "0.3 N*s/m" }
+//! "#;
+//! let plant = plant_file::parse("cart.toml", text).expect("a complete plant").plant;
+//! assert_eq!(plant.bodies[0].name, "cart");
+//! let faults = plant_file::parse("cart.toml", &text.replace("2 kg", "2 m")).unwrap_err();
+//! assert_eq!(faults.len(), 1); // a mass in metres: line, column and cure
+//! ```
 //!
 //! # Format 1
 //!
@@ -25,7 +47,7 @@
 //! exactly. Many in one unit: `{ unit = "rad/s", values = [0.1, 0.2] }`. A direction is `"x"`, `"-z"` or any vector that is not zero:
 //! `[1, 1, 0]`.
 //!
-//! **Names** stand once in a file; a joint without a name has its body's. References to names may point anywhere in the file.
+//! **Names** are unique in a file; a joint without a name has its body's. References to names may point anywhere in the file.
 //!
 //! ## Bodies
 //!

@@ -1,7 +1,7 @@
 //! A scenario: what is simulated or known, how it is excited, what the identified model is for.
 //!
 //! Files are TOML with `format = 1`; units are in the keys. Each experiment is simulated on a plant
-//! of its own (`plant`, read by `sensor-sim` alone), and states what the estimators are told
+//! of its own (`plant`, read by `sensor-sim` alone), and states what the estimators know
 //! (`known`) and what they must reach (`need`).
 //!
 //! A run carries the text as it was written. Each partition reads it in `connect`, with the same
@@ -63,6 +63,7 @@ const fn default_window() -> u64 {
 }
 
 impl Scenario {
+    /// Period of a frame [ns].
     #[must_use]
     pub fn period_ns(&self) -> u64 {
         self.frame_period_ms * 1_000_000

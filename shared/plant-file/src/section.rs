@@ -53,6 +53,7 @@ pub(super) struct Section<'r, 'd> {
 }
 
 impl<'r, 'd> Section<'r, 'd> {
+    /// A table of the document at the bytes `span`; `what` names it in messages, `place` in findings about the plant.
     pub fn new(reader: &'r Reader, table: &'d DeTable<'d>, span: Range<usize>, place: Place, what: String) -> Self {
         reader.places.borrow_mut().insert(place.clone(), span.clone());
         Self {
@@ -84,7 +85,7 @@ impl<'r, 'd> Section<'r, 'd> {
         Place { key, ..self.place.clone() }
     }
 
-    /// What stands at `key`; from now on the key is known.
+    /// The node at `key`; from now on the key is known.
     pub fn get(&self, key: &str) -> Option<&'d Node<'d>> {
         self.asked.borrow_mut().push(key.to_owned());
         let node = self.table.get(key)?;
@@ -92,6 +93,7 @@ impl<'r, 'd> Section<'r, 'd> {
         Some(node)
     }
 
+    /// Whether the file has the key; the key does not become known by it.
     pub fn has(&self, key: &str) -> bool {
         self.table.contains_key(key)
     }
@@ -139,6 +141,7 @@ impl<'r, 'd> Section<'r, 'd> {
         self.error(key, message, "");
     }
 
+    /// The text at `key`; `None` where it is missing, or of another type (reported).
     pub fn text(&self, key: &str) -> Option<String> {
         let node = self.get(key)?;
         let text = node.get_ref().as_str();
@@ -158,6 +161,7 @@ impl<'r, 'd> Section<'r, 'd> {
         String::new()
     }
 
+    /// True or false; `default` where it is missing, or of another type (reported).
     pub fn flag(&self, key: &str, default: bool) -> bool {
         let Some(node) = self.get(key) else { return default };
         node.get_ref().as_bool().unwrap_or_else(|| {
@@ -184,7 +188,7 @@ impl<'r, 'd> Section<'r, 'd> {
         })
     }
 
-    /// One of a list of words; `None` where it is missing (reported if `default` is none) or unknown (reported).
+    /// One of a list of words; `None` where it is missing (reported if there is no `default`) or unknown (reported).
     pub fn word<T: Copy>(&self, key: &str, words: &[(&str, T)], default: Option<T>) -> Option<T> {
         let names = || words.iter().map(|(word, _)| *word);
         if !self.table.contains_key(key) {
@@ -210,10 +214,12 @@ impl<'r, 'd> Section<'r, 'd> {
         Some(self.read(key, node, unit))
     }
 
+    /// A number in `unit`; `default`, known exactly, where it is missing or cannot be read (reported).
     pub fn quantity_or(&self, key: &str, unit: &str, default: f64) -> Quantity {
         self.quantity(key, unit).unwrap_or(Quantity::known(default))
     }
 
+    /// A number in `unit`; 1 stands in where it is missing (reported with an example).
     pub fn required_quantity(&self, key: &str, unit: &str) -> Quantity {
         match self.required(key, &format!("as in {key} = \"1 {unit}\"")) {
             Some(node) => self.read(key, node, unit),
@@ -271,10 +277,12 @@ impl<'r, 'd> Section<'r, 'd> {
         }
     }
 
+    /// A vector in `unit`; zero where it is missing or cannot be read (reported).
     pub fn vector_or_zero(&self, key: &str, unit: &str) -> [Quantity; 3] {
         self.vector(key, unit).unwrap_or_default()
     }
 
+    /// A vector in `unit`; zero stands in where it is missing (reported with an example).
     pub fn required_vector(&self, key: &str, unit: &str) -> [Quantity; 3] {
         if !self.table.contains_key(key) {
             self.get(key);
@@ -298,6 +306,7 @@ impl<'r, 'd> Section<'r, 'd> {
         }
     }
 
+    /// Reports a list of another length than `wanted`, once a list.
     pub fn wrong_length(&self, key: &str, length: usize, wanted: &str) {
         // a list that could not be read was reported as such
         if !self.reader.poisoned.borrow().contains(&self.at(key)) {
@@ -313,6 +322,7 @@ impl<'r, 'd> Section<'r, 'd> {
         Some(axis.unwrap_or([0.0, 0.0, 1.0]))
     }
 
+    /// A unit vector; x stands in where it is missing (reported with an example).
     pub fn required_axis(&self, key: &str) -> [f64; 3] {
         if !self.table.contains_key(key) {
             self.get(key);
@@ -406,7 +416,7 @@ impl<'r, 'd> Section<'r, 'd> {
         self.reader.unsure.borrow_mut().insert(name.to_owned());
     }
 
-    /// Reports every key that is missing and every key that nobody asked for.
+    /// Reports every key that is missing and every key that is unknown.
     pub fn finish(&self) {
         let asked = self.asked.borrow();
         let unknown = |name: &str| !asked.iter().any(|known| known == name);

@@ -256,7 +256,7 @@ impl Check<'_> {
         }
     }
 
-    /// A name stands for one thing; a joint may have its body's.
+    /// A name is unique; a joint may have its body's.
     fn names(&mut self) {
         let mut seen: std::collections::BTreeMap<&str, String> = std::collections::BTreeMap::new();
         for (at, key, name) in named_things(self.plant) {

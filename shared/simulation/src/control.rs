@@ -54,6 +54,10 @@ pub(crate) struct Controllers {
 }
 
 impl Controllers {
+    /// The controllers of a plant; feed-forward works on the plant without its effects.
+    ///
+    /// # Errors
+    /// [`SimulationError`] where the equations for feed-forward cannot be set up.
     pub fn new(plant: &Plant) -> Result<Self, SimulationError> {
         let feeds_forward = plant.controllers.iter().any(|controller| controller.feed_forward.value != 0.0);
         let nominal = if feeds_forward { Some(System::new(&plant.without_effects())?) } else { None };
@@ -87,6 +91,7 @@ impl Controllers {
         Some(self.references.len() - 1)
     }
 
+    /// Controllers of the plant.
     pub fn len(&self) -> usize {
         self.loops.len()
     }

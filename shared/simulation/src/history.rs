@@ -76,10 +76,12 @@ impl History {
         self.newest
     }
 
+    /// Forgets all samples; the memory stays.
     pub fn clear(&mut self) {
         self.length = 0;
     }
 
+    /// Whether a history can be restored from the other: same widths, same capacity.
     pub fn same_shape(&self, other: &Self) -> bool {
         self.widths == other.widths && self.capacity == other.capacity
     }

@@ -104,6 +104,7 @@ impl Inputs {
         &self.pieces
     }
 
+    /// The first actuator that prescribes a motion; `None` where all are forces.
     pub fn prescribed_actuator(&self) -> Option<usize> {
         self.prescribed.first().map(|motion| motion.actuator)
     }

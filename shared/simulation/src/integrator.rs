@@ -94,7 +94,7 @@ impl Stepper {
     /// Integrator for `system`. `lengths_s` are the intervals that will be asked for; the exact hold prepares them.
     ///
     /// # Errors
-    /// The exact hold is asked of a plant that is not linear in its state about (`x`, `u`).
+    /// The exact hold is requested for a plant that is not linear in its state about (`x`, `u`).
     pub fn new(
         system: &System,
         integrator: Integrator,

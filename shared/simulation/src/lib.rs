@@ -7,6 +7,23 @@
 //! files, a clock, a thread, a random generator with a running state. Noise is a function of (seed,
 //! stream name, sample number). The simulator is rebuilt from its plant and carries its changing
 //! part in a small serialisable state; equal plant, seed and state give equal bits.
+//!
+//! ```
+//! use simulation::{Simulator, record};
+//!
+//! # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml");
+//! # let text = std::fs::read_to_string(file).unwrap();
+//! # let plant = plant_file::parse(file, &text).unwrap().plant;
+//! // a pendulum from its plant file, five seconds of it under seed 7
+//! let recording = record(&plant, 7, 5.0, &mut |_| {})?;
+//! assert_eq!(recording.channels, record(&plant, 7, 5.0, &mut |_| {})?.channels); // the same bits
+//!
+//! // the same, one control period at a time
+//! let mut simulator = Simulator::new(&plant, 7, &plant.name)?;
+//! let row = simulator.step();
+//! println!("{} s: {} samples", row.time_s, row.samples.len());
+//! # Ok::<(), simulation::SimulationError>(())
+//! ```
 
 #![forbid(unsafe_code)]
 

@@ -52,10 +52,12 @@ impl Dynamics {
         taken
     }
 
+    /// Writes the readings of `outputs` at state `x` and inputs `u` into `y`; the others are left as they are.
     pub fn read_some(&mut self, t_s: f64, x: &[f64], u: &[f64], outputs: &[usize], y: &mut [f64]) {
         self.system.read_some(&mut self.workspace, t_s, x, u, outputs, y);
     }
 
+    /// Writes all readings at state `x` and inputs `u` into `y`.
     pub fn read(&mut self, t_s: f64, x: &[f64], u: &[f64], y: &mut [f64]) {
         self.system.read(&mut self.workspace, t_s, x, u, y);
     }

@@ -174,6 +174,10 @@ pub(crate) struct Sensors {
 }
 
 impl Sensors {
+    /// The sensors of a plant; noise streams are named by `prefix` and the sensor.
+    ///
+    /// # Errors
+    /// [`SimulationError`] where a sensor's filter or timing cannot be simulated.
     pub fn new(plant: &Plant, system: &System, seed: u64, prefix: &str) -> Result<Self, SimulationError> {
         let mut channels = Vec::with_capacity(plant.sensors.len());
         let mut lag_count = 0;
@@ -199,6 +203,7 @@ impl Sensors {
         })
     }
 
+    /// First-order lags of all sensors together.
     pub fn lag_count(&self) -> usize {
         self.lag_count
     }
@@ -223,6 +228,7 @@ impl Sensors {
         self.channels.iter().map(|channel| libm::ceil(period_s / channel.period_s) as usize + 2).sum()
     }
 
+    /// The state before the first period: no sample taken, lags not settled.
     pub fn start(&self) -> SensorsState {
         SensorsState {
             channels: vec![ChannelState::default(); self.channels.len()],

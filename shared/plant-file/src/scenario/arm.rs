@@ -27,7 +27,7 @@ pub struct ArmExperiment {
     pub need: Need,
 }
 
-/// What the inertial estimator is told.
+/// Prior knowledge of the inertial estimator.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ArmKnown {
@@ -52,10 +52,10 @@ pub struct ArmKnown {
     /// Sigma of the prior over its value; without it the prior is a number to start from.
     #[serde(default)]
     pub prior_relative_sd: Option<f64>,
-    /// Systematic errors that the sensors' sheets allow.
+    /// Systematic errors that the data sheets of the sensors allow.
     #[serde(default)]
     pub sheet: SheetSigmas,
-    /// After capture: what is known of the arm itself; with it the target's own numbers are found.
+    /// After capture: what is known of the arm itself; with it the parameters of the target are identified.
     #[serde(default)]
     pub chaser: Option<ChaserSheet>,
     /// What a cooperative target states of itself.

@@ -1,4 +1,4 @@
-//! What a scenario may ask of this build: signs, orders, names and sizes, beyond numbers that no
+//! Limits of a scenario in this build: signs, orders, names and sizes, beyond numbers that no
 //! system can have.
 //!
 //! Each limit stands for something that would end in a panic, a run without end or a number without

@@ -20,7 +20,7 @@ pub struct ModalExperiment {
     pub need: Need,
 }
 
-/// What the modal estimator is told.
+/// Prior knowledge of the modal estimator.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModalKnown {

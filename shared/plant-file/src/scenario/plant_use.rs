@@ -15,7 +15,7 @@ pub struct PlantUse {
     /// Numbers that differ from the file's: name and value with unit.
     #[serde(default)]
     pub set: BTreeMap<String, String>,
-    /// Effects that the plant carries and no estimator is told of: `KIND@SITE name=value …`.
+    /// Effects that the plant carries and no estimator models: `KIND@SITE name=value …`.
     #[serde(default)]
     pub hide: Vec<String>,
     /// The file's text, which comes from who reads the scenario: a partition opens no files.

@@ -19,7 +19,7 @@ pub struct SloshExperiment {
     pub need: Need,
 }
 
-/// What the slosh estimator is told.
+/// Prior knowledge of the slosh estimator.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SloshKnown {
@@ -57,6 +57,7 @@ pub enum Axis {
 }
 
 impl Axis {
+    /// Place of the axis in a vector: 0, 1 or 2.
     #[must_use]
     pub const fn index(self) -> usize {
         self as usize

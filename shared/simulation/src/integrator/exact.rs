@@ -68,6 +68,7 @@ impl ExactHold {
         Ok(Self { transitions, input, next: zeros(), term: zeros(), product: zeros(), a, b })
     }
 
+    /// Moves `x` on by `length_s` [s] under constant inputs `u`.
     pub fn advance(&mut self, u: &[f64], length_s: f64, x: &mut [f64]) {
         self.input.as_mut_slice()[..u.len()].copy_from_slice(u);
         let Some(known) = self.transitions.iter().find(|transition| transition.length_s == length_s) else {

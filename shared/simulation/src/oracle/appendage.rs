@@ -258,10 +258,12 @@ impl AppendageTruth {
         self.sample = state.sample;
     }
 
+    /// Angle of the hub [rad].
     pub fn hub_angle_rad(&self) -> f64 {
         self.state[0]
     }
 
+    /// Rate of the hub [rad/s].
     pub fn hub_rate_rad_s(&self) -> f64 {
         self.state[self.state.len() / 2]
     }

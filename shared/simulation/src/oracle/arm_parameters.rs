@@ -54,6 +54,7 @@ impl ArmParameters {
         Self { target: Some(target), ..self }
     }
 
+    /// Base and two links as the chain that the oracle integrates.
     pub fn chain(&self) -> ArmChain {
         let link = |i: usize| Body {
             mass_kg: self.link_mass_kg[i],
