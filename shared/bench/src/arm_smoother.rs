@@ -32,6 +32,7 @@ pub struct SmootherSettings {
     pub momentum_nms: Option<(f64, f64)>,
 }
 
+/// Why a record gives no smoothed motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SmootherError {
     /// Parameters on the way were not those of bodies: the start is too poor.

@@ -110,6 +110,7 @@ pub struct Campaign {
 }
 
 impl Campaign {
+    /// `trials` records from one seed, on all cores; panics without records.
     pub fn new(trials: usize, seed: u64) -> Self {
         assert!(trials > 0);
         Self { trials, seed, threads: std::thread::available_parallelism().map_or(1, NonZero::get) }

@@ -176,6 +176,7 @@ impl FlyingFilter {
         &self.nis
     }
 
+    /// The eight parameters with covariance after the last sample.
     pub fn estimate(&self) -> Estimate<8> {
         let (all, scale) = (self.filter.covariance(), &self.settings.scale);
         let at = |i: usize, j: usize| all[(FIRST_PARAMETER + i, FIRST_PARAMETER + j)] * scale[i] * scale[j];

@@ -40,7 +40,7 @@ const FLAT_PRIOR_RELATIVE_SD: f64 = 1000.0;
 /// Sigma of a momentum called exact, relative: far below any sensor, far above rounding.
 const EXACT: f64 = 1e-8;
 
-/// Sigma of the torque sensors' common scale where a method is told of one, and of what is believed of the momentum then; relative.
+/// Sigma of the torque sensors' common scale where a method models one, and of what is believed of the momentum then; relative.
 const TORQUE_SCALE_SD: f64 = 1e-3;
 const BELIEVED_MOMENTUM_SD: f64 = 0.1;
 
@@ -61,7 +61,7 @@ pub enum Model {
     Joint,
 }
 
-/// An arm, its experiment, and what the estimators are told; `P` parameters, `A = P + 1`.
+/// An arm, its experiment, and the prior knowledge of the estimators; `P` parameters, `A = P + 1`.
 #[derive(Clone, Debug)]
 pub struct Inertial<const P: usize, const A: usize> {
     pub name: &'static str,
@@ -74,7 +74,7 @@ pub struct Inertial<const P: usize, const A: usize> {
     methods: Vec<Method>,
 }
 
-/// One record and what the estimators are told with it.
+/// One record and what the estimators know with it.
 pub(crate) struct Record {
     pub samples: Vec<ArmSample>,
     pub motions: Vec<MomentumSample>,

@@ -1,7 +1,7 @@
 //! BP3: modes of a flexible appendage on a hub, from ten accelerometers along it.
 //!
 //! BP3A: a pulse of torque on a free hub; the truth are the **hub-free** modes. BP3B: a sampled loop makes the hub climb a staircase.
-//! Methods that are told the torque are held against the same hub-free modes. Methods that see only outputs between the steps find the
+//! Methods that know the torque are held against the same hub-free modes. Methods that see only outputs between the steps find the
 //! modes of the **closed loop**, which are another truth (damping of the first mode 20 % instead of 0.8 %), and are held against that.
 //! The bound is that of the record with residues, direct terms and biases of every channel unknown.
 
@@ -69,7 +69,7 @@ enum Truth {
     ClosedLoop,
 }
 
-/// An appendage, what moves it, and what the methods are told.
+/// An appendage, what moves it, and what the methods know.
 #[derive(Clone, Debug)]
 pub struct Modes {
     name: &'static str,

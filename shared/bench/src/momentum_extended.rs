@@ -1,4 +1,4 @@
-//! Momentum with more unknowns than the arm: gyro latency and external torque, or a momentum that nobody knows.
+//! Momentum with more unknowns than the arm: gyro latency and external torque, or an unknown momentum.
 //!
 //! - **Latency and drift.** A gyro late by δ reads `w0 − δ ẇ0`, an external torque lets the momentum grow as `h + T t`:
 //!   `[Y_h, ẇ0 (D α), −t] [α; δ; T] = h`, `D α = ∂h/∂w0`. Both columns are cheap (the bound of the eight rises by 5–40 %), left out
@@ -16,8 +16,9 @@ use physics::momentum::{CHANNELS, ChannelSigma, MomentumSample, locked_inertia_k
 pub const SLOPE_SAMPLES: usize = 10;
 const EXTENDED_PASSES: usize = 4;
 
-/// Index of gyro latency [s] and external torque [N m] in the estimate of [`with_latency_and_drift`].
+/// Index of the gyro latency [s] in the estimate of [`with_latency_and_drift`].
 pub const LATENCY: usize = 8;
+/// Index of the external torque [N m] in the same estimate.
 pub const EXTERNAL_TORQUE: usize = 9;
 
 /// A row with `E` columns more, free of noise of their own.
@@ -110,7 +111,7 @@ pub fn with_wheel_modulation<const P: usize, const A: usize>(
     Ok(outcome.expect("there is at least one pass"))
 }
 
-/// The scale is told by the wheel's variation over the noise of the mean, `s/√N`: below five of these it is not known to a fifth.
+/// The scale is determined by the wheel's variation over the noise of the mean, `s/√N`: below five of these it is not known to a fifth.
 fn wheel_shows<const P: usize>(
     samples: &[MomentumSample],
     wheel_nms: &impl Fn(usize) -> f64,

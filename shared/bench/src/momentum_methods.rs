@@ -29,6 +29,7 @@ pub struct KnownMomentum {
     pub sigma_h_nms: f64,
 }
 
+/// Why a batch estimator gives no parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MomentumError {
     /// `Y_h α = h` is homogeneous in (α, h): without h only the ratios of the parameters exist. Give h from the wheels' book-keeping,

@@ -59,14 +59,15 @@ pub const SEED_FORM: usize = 0;
 pub const FLIGHT: usize = 2;
 /// Place of the refined instrumental variables.
 pub const REFINED: usize = 3;
-/// Place of the unscented filters in one pass, and in two.
+/// Place of the unscented filter in one pass.
 pub const ONE_PASS: usize = 4;
+/// Place of the unscented filter in two passes.
 pub const TWO_PASSES: usize = 5;
 
 /// Blocks with which a bound is computed: nothing is merged that the records show.
 const BOUND_CAPACITY: usize = 4096;
 
-/// A tank and what the estimator is told.
+/// A tank and the prior knowledge of the estimator.
 #[derive(Clone, Debug)]
 pub struct Slosh {
     pub name: &'static str,
@@ -113,7 +114,7 @@ impl Slosh {
     }
 
     /// Six cycles of 88 s every half hour for two hours (what `obsid design slosh` finds), as strong as 0.5 m of stroke allow; the accelerometer of the paper (noise 1), or
-    /// a quieter one.
+    /// one of lower noise.
     pub fn stroke(noise: f64) -> Self {
         const STROKE_M: f64 = 0.5;
         let bursts = Bursts { amplitude_n: 1.0, cycles: 6, cycle_s: 88.2, repeat_s: 1800.0, duration_s: 7200.0 };

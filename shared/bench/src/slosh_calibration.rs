@@ -1,4 +1,4 @@
-//! Scale and delay of the thrust from a fast square wave that slosh does not follow, before it is asked about slosh.
+//! Scale and delay of the thrust from a fast square wave that slosh does not follow, before it is used for slosh.
 //!
 //! A thrust scale that is free takes 8 % of mass, stiffness and damping with it in the plane (it scales them all). Far above
 //! the slosh mode the hub answers alone: the reaction of the slosh mass is `β (ω_mode/ω)²` of the thrust, 2e-5 at 0.5 Hz.
@@ -38,6 +38,7 @@ impl ThrustCalibration {
     }
 }
 
+/// Why a burst calibrates no thrust.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CalibrationError {
     /// Fewer samples than twice the unknowns.

@@ -146,6 +146,7 @@ pub struct SloshFilter<const X: usize> {
 }
 
 impl<const X: usize> SloshFilter<X> {
+    /// The filter at its prior; panics unless masses, stiffness and damping are positive.
     pub fn new(base_mass_kg: f64, prior: &SloshPrior) -> Self {
         const { assert!(X == SLOSH_STATES || X == SLOSH_STATES_WITH_BIAS) }
         let SloshParameters { slosh_mass_kg, stiffness_n_m, damping_n_s_m } = prior.parameters;

@@ -35,6 +35,7 @@ pub enum Suspension {
     Pendulum { pivot_m: Vector2<f64>, length_m: f64, damping_n_s_m: f64 },
 }
 
+/// A slosh mass and what holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarSlosh {
     pub mass_kg: f64,

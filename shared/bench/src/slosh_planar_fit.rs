@@ -26,7 +26,7 @@ pub struct PlanarCraft<const M: usize> {
 }
 
 impl<const M: usize> PlanarCraft<M> {
-    /// At rest under thrusters that do as they are told.
+    /// At rest under thrusters that follow their commands exactly.
     pub fn at_rest(hub: PlanarHub, masses: [PlanarSlosh; M]) -> Self {
         Self { hub, masses, thrust: PlanarThrust::default(), start: PlanarState::default() }
     }
@@ -62,6 +62,7 @@ impl<const N: usize> PlanarPrior<N> {
     }
 }
 
+/// A maximum-likelihood estimate with its goodness of fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarEstimate<const N: usize> {
     pub theta: SVector<f64, N>,
@@ -74,6 +75,7 @@ pub struct PlanarEstimate<const N: usize> {
 }
 
 impl<const N: usize> PlanarEstimate<N> {
+    /// Standard deviations, in the units of `theta`.
     pub fn sigmas(&self) -> SVector<f64, N> {
         self.covariance.diagonal().map(libm::sqrt)
     }

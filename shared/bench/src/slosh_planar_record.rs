@@ -1,4 +1,4 @@
-//! What is told of a flight in the plane: samples, the noise of their sensors, and how thrusters follow their commands.
+//! Data of a flight in the plane: samples, the noise of their sensors, and how thrusters follow their commands.
 
 use nalgebra::Vector2;
 
@@ -52,7 +52,7 @@ impl<'a> PlanarRecord<'a> {
 }
 
 /// What the thrusters along x and y make of a command: `scale (f(t − delay))`; the torque is as commanded. A delay needs
-/// commands held over each sample: of sums of samples with edges within, the delayed mean is not told by mean and line.
+/// commands held over each sample: of sums of samples with edges within, the delayed mean is not determined by mean and line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarThrust {
     pub scale: Vector2<f64>,

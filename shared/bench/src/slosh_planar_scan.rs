@@ -35,7 +35,7 @@ pub struct PlanarSample {
     /// Mean over the interval.
     pub wrench: Wrench,
     /// End less begin of the straight line through that mean which has the first moment of what acted; zero where it was
-    /// held. An edge within a sum of samples is told by it: without, sums of 2 s move a mass by one sigma.
+    /// held. An edge within a sum of samples is described by it: without, sums of 2 s move a mass by one sigma.
     pub wrench_change: Wrench,
     /// Of the sensor, mean over the interval, in the body axes of its middle.
     pub acceleration_m_s2: Vector2<f64>,

@@ -67,6 +67,7 @@ pub struct SecondMass {
 }
 
 impl SecondMass {
+    /// Standard deviations of the posterior, in the units of `theta`.
     pub fn sigmas(&self) -> SVector<f64, TWO_MASSES> {
         self.covariance.diagonal().map(sqrt)
     }

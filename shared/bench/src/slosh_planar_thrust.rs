@@ -1,7 +1,7 @@
 //! Slosh in the plane under thrusters that were calibrated, not known: their scales and delays are estimated with the tank.
 //!
-//! A scale believed wrongly moves mass, stiffness and damping by twice as much. What a burst told of it
-//! (`slosh_calibration`), mean and covariance, stands as a prior beside the record, so that the covariance of the seven
+//! A scale believed wrongly moves mass, stiffness and damping by twice as much. The estimate of a burst
+//! (`slosh_calibration`), mean and covariance, is a prior beside the record, so that the covariance of the seven
 //! numbers holds what is left of the calibration's error:
 //!
 //! ```text

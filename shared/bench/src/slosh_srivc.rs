@@ -22,6 +22,7 @@ pub const REFINEMENTS_MAX: u32 = 20;
 /// Ends when a refinement moves every parameter by less than this part of its standard deviation.
 const STEP_SIGMAS: f64 = 1e-3;
 
+/// Why the refinement ends without a tank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SrivcError {
     /// Instruments and rows share a direction without content: excite more.
@@ -30,6 +31,7 @@ pub enum SrivcError {
     Impossible { refinement: u32 },
 }
 
+/// A tank by refined instrumental variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SrivcEstimate {
     pub parameters: SloshParameters,

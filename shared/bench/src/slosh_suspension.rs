@@ -21,6 +21,7 @@ pub const BIC_DECIDES: f64 = 10.0;
 /// Five numbers, and rate, displacement and speed at the beginning of a level.
 const LEVEL: usize = ONE_AXIS + 3;
 
+/// What holds the slosh mass: its stiffness is constant (spring) or proportional to the thrust (pendulum).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SuspensionKind {
     Spring,
@@ -28,6 +29,7 @@ pub enum SuspensionKind {
 }
 
 impl SuspensionKind {
+    /// The competing hypothesis.
     pub fn other(self) -> Self {
         if self == Self::Spring { Self::Pendulum } else { Self::Spring }
     }
@@ -64,6 +66,7 @@ impl StiffnessRegression {
     }
 }
 
+/// Both fits, and which of them the record prefers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SuspensionVerdict {
     /// `None` when the criterion does not decide, or the winner does not explain the record.
@@ -75,6 +78,7 @@ pub struct SuspensionVerdict {
 }
 
 impl SuspensionVerdict {
+    /// The fit under one hypothesis.
     pub fn estimate(&self, kind: SuspensionKind) -> &PlanarAnswer<ONE_AXIS> {
         match kind {
             SuspensionKind::Spring => &self.spring,
@@ -96,7 +100,7 @@ struct Level {
     axial_n: f64,
 }
 
-/// A level is told from its neighbour by this part of the greatest axial thrust.
+/// A level differs from its neighbour by at least this part of the greatest axial thrust.
 const SAME_THRUST: f64 = 0.02;
 /// A level shorter than this many samples is a transition.
 const LEVEL_SAMPLES_MIN: usize = 64;

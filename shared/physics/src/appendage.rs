@@ -14,6 +14,7 @@ use estimation::cramer_rao::FisherInformation;
 use nalgebra::{Complex, Matrix4, SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
+/// Modes of the appendage that are estimated.
 pub const MODES: usize = 2;
 
 /// Columns of a free decay that are linear in it: `e^{−σt}(cos, sin)` per mode and a constant (sensor bias).
@@ -189,6 +190,7 @@ fn projected_gram(modes: &[Mode; MODES], decay: &FreeDecay) -> Option<Matrix4<f6
     Some(slopes - cross.transpose() * linear.cholesky()?.solve(&cross))
 }
 
+/// Why a free decay gives no modes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FreeDecayError {
     /// Fewer samples than twice the linear columns: `need > got`.

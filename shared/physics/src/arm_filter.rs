@@ -236,6 +236,7 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
         noise
     }
 
+    /// Samples used so far.
     pub fn samples(&self) -> u64 {
         self.samples
     }
@@ -245,6 +246,7 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
         &self.nis
     }
 
+    /// Parameters with covariance after the last sample, in the units of the parameters.
     pub fn estimate(&self) -> Estimate<P> {
         let (all, scale) = (self.filter.covariance(), &self.model.scale);
         let covariance = SMatrix::from_fn(|i, j| all[(MOTION + i, MOTION + j)] * scale[i] * scale[j]);

@@ -28,7 +28,7 @@ const SMALL_SHARE: f64 = 0.05;
 /// It is looked so many samples whether the shape is settled.
 const LOOK_EVERY: u64 = 50;
 
-/// What the estimators are told.
+/// Prior knowledge and noise that the estimators assume.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LiveSettings<const P: usize> {
     pub momentum: InertialSettings<P>,
@@ -159,8 +159,8 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         Some(Estimate { alpha, covariance: covariance + alpha * alpha.transpose() * (scale_sd * scale_sd) })
     }
 
-    /// The one of the two with the smaller relative variances: the momentum's, with what the sensor sheet may have done to it, while h is
-    /// known better than torques tell. The momentum's does not stand where what the sheet may have done to it is not known. `None`: neither.
+    /// The one of the two with the smaller relative variances: the momentum's, with the systematic errors that the sensors' data sheet allows, while h is
+    /// known better than torques tell. The momentum's is rejected where the effect of these errors is not known. `None`: neither.
     pub fn best(&self, sheet: &SensorSheet) -> Option<Estimate<P>> {
         let total = |(found, systematic): (InertialEstimate<P>, SMatrix<f64, P, P>)| Estimate {
             alpha: found.alpha,
@@ -180,7 +180,7 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         self.settings.momentum.prior_sd()
     }
 
-    /// What the errors of the sensor sheet may have done to the momentum's estimate; `None` until it has settled, and where the samples since
+    /// Covariance of the momentum's estimate from the systematic errors of the sensors' data sheet; `None` until it has settled, and where the samples since
     /// do not determine the parameters.
     pub fn consider(&self, sheet: &SensorSheet) -> Option<SMatrix<f64, P, P>> {
         self.consider.covariance(sheet, self.samples)

@@ -1,6 +1,6 @@
 //! The second sigma of an estimate: what the sensor sheet's systematic errors may have done to it (Schmidt's consider covariance).
 //!
-//! White noise averages out, a bias does not. Errors β that are not estimated (gyro bias, scales, zeros, latency) with sheet sigmas
+//! White noise averages out, a bias does not. Errors β that are not estimated (gyro bias, scales, zeros, latency) with the sigmas of the data sheet
 //! `σ_β` move the momentum fit by `∂α/∂β = (Λ + F − B)⁻¹ Σ w y ∂r/∂β` (F − B the data's information, Λ the prior's: what the prior holds, no
 //! error of a sensor moves); their covariance `(∂α/∂β) diag(σ_β²) (∂α/∂β)'` stands beside that of the
 //! noise, never mixed into it: more data shrink the one and not the other. Misalignment of the gyro acts as a scale (its cosine) in the plane.
@@ -9,10 +9,10 @@ use crate::momentum::{CHANNELS, ChannelSigma, MomentumSample, channel_jacobian, 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
-/// Errors of the sheet that are considered.
+/// Errors of the data sheet that are considered.
 pub const CONSIDERED: usize = 7;
 
-/// Standard deviations of what the sheet does not promise to be zero.
+/// Standard deviations of the errors that the data sheet allows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SensorSheet {
     pub gyro_bias_rad_s: f64,
@@ -49,7 +49,7 @@ pub fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64)
 const DIFFERENCE_REACH: usize = 5;
 const RING: usize = 2 * DIFFERENCE_REACH + 1;
 
-/// `F − B = Σ w (y y' − S)` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the sheet. Fixed memory.
+/// `F − B = Σ w (y y' − S)` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the data sheet. Fixed memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConsiderSums<const P: usize> {
     interval_s: f64,
@@ -109,7 +109,7 @@ impl<const P: usize> ConsiderSums<P> {
     }
 
     /// `(∂α/∂β) diag(σ_β²) (∂α/∂β)'`, `∂α/∂β = (Λ + r (F − B))⁻¹ r Σ w y ∂r/∂β`: the fit has `rows_of_fit` rows, `r` times those in the sums,
-    /// which stand for the others. Zero for a sheet that states no error; `None` when the samples do not determine the parameters.
+    /// which stand for the others. Zero for a data sheet that states no error; `None` when the samples do not determine the parameters.
     pub fn covariance(&self, sheet: &SensorSheet, rows_of_fit: u64) -> Option<SMatrix<f64, P, P>> {
         if *sheet == SensorSheet::default() {
             return Some(SMatrix::zeros());

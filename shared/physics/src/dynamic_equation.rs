@@ -21,6 +21,7 @@ pub struct ArmSample {
 }
 
 impl ArmSample {
+    /// Whether motion and torques are free of NaN and infinity.
     pub fn is_finite(&self) -> bool {
         self.motion.is_finite() && self.torque_n_m.iter().all(|value| value.is_finite())
     }

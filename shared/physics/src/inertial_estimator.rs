@@ -40,6 +40,7 @@ impl<const P: usize> InertialSettings<P> {
     }
 }
 
+/// Why the momentum gives no parameters, or a sample was not used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InertialError {
     /// Momentum is zero or as uncertain as it is large: parameters have no scale. Spin up a wheel, or use torques.

@@ -31,6 +31,7 @@ pub struct MomentumSample {
 }
 
 impl MomentumSample {
+    /// Whether rates and angles are free of NaN and infinity.
     pub fn is_finite(&self) -> bool {
         let [a, b] = self.joint_rate_rad_s;
         let [c, d] = self.joint_angle_rad;

@@ -196,6 +196,7 @@ impl NeighbouringTransitions {
     /// Truncation below 0.5⁵/5! = 3e-4 of ṡ at the very end of the reach: good for a search.
     const SEARCH_REACH: f64 = 0.5;
 
+    /// About the transition `at` of `length_s` [s]; `kappa` [1/s²] and `gamma` [1/s] are stiffness and damping of the relative motion over its mass.
     pub fn new(at: &Transition, kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
         let mode = Mode { kappa, gamma, length_s, base_mass_kg };
         Self { mode, response: Response::of(at, &mode, |_| 0.0) }
@@ -224,6 +225,7 @@ impl NeighbouringSensitivities {
     /// Truncation below 0.03⁵/5! = 2e-10 of ṡ: hidden by any noise.
     const LIKELIHOOD_REACH: f64 = 0.03;
 
+    /// As [`NeighbouringTransitions::new`], with derivatives by `kappa` and `gamma`.
     pub fn new(at: &TransitionWithSensitivity, kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
         let mode = Mode { kappa, gamma, length_s, base_mass_kg };
         let response = Response::of(&at.value, &mode, |_| 0.0);
@@ -324,12 +326,14 @@ pub struct SloshPropagator {
 }
 
 impl SloshPropagator {
+    /// A tank on a craft of `base_mass_kg` [kg]; panics unless both masses are positive.
     pub fn new(parameters: SloshParameters, base_mass_kg: f64, state: SloshState) -> Self {
         assert!(base_mass_kg > 0.0);
         assert!(parameters.slosh_mass_kg > 0.0);
         Self { parameters, base_mass_kg, state }
     }
 
+    /// Displacement and rate of the slosh mass relative to the craft.
     pub fn state(&self) -> SloshState {
         self.state
     }

@@ -59,6 +59,7 @@ impl SloshSample {
     }
 }
 
+/// A sample was not used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleRejected {
     /// Samples refused so far: not finite, of no duration, of no noise, or older than the arc's end.
@@ -218,6 +219,7 @@ impl<const CAPACITY: usize> SloshArc<CAPACITY> {
         self.complete + usize::from(self.open_samples > 0)
     }
 
+    /// Whether no sample has been used.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -269,7 +271,7 @@ impl<const CAPACITY: usize> SloshArc<CAPACITY> {
         self.resolved_product() / self.resolution_s()
     }
 
-    /// Largest ω × block length at which a mode is told: [`RESOLVED_SINGLE`] or [`RESOLVED_MERGED`].
+    /// Largest ω × block length at which a mode is resolved: [`RESOLVED_SINGLE`] or [`RESOLVED_MERGED`].
     pub fn resolved_product(&self) -> f64 {
         if self.samples_per_block == 1 { RESOLVED_SINGLE } else { RESOLVED_MERGED }
     }

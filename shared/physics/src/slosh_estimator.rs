@@ -33,6 +33,7 @@ pub const FIT_ITERATIONS_MAX: u32 = 60;
 /// Converged when a full Gauss–Newton step is shorter than this many standard deviations of the estimate.
 const STEP_SIGMAS: f64 = 1e-4;
 
+/// Why an arc gives no tank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SloshError {
     /// Fewer blocks than twice the unknowns: `need > got`.
@@ -89,6 +90,7 @@ pub struct SloshInnovation {
 }
 
 impl SloshEstimate {
+    /// Standard deviations of slosh mass [kg], stiffness [N/m] and damping [N s/m].
     pub fn sigmas(&self) -> Vector3<f64> {
         self.covariance.diagonal().map(libm::sqrt)
     }
@@ -119,6 +121,7 @@ pub struct SloshEstimator<const CAPACITY: usize = FLIGHT_CAPACITY> {
 }
 
 impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
+    /// An estimator without samples and without prior; panics unless the mass of the craft is positive.
     pub fn new(settings: SloshSettings) -> Self {
         assert!(settings.base_mass_kg > 0.0);
         Self {
@@ -201,6 +204,7 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         self.remembered = Some(now);
     }
 
+    /// The record so far, in blocks.
     pub fn arc(&self) -> &SloshArc<CAPACITY> {
         &self.arc
     }

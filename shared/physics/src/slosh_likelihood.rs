@@ -24,6 +24,7 @@ pub enum SloshUnknowns {
 }
 
 impl SloshUnknowns {
+    /// Unknowns of the likelihood.
     pub fn count(self) -> usize {
         match self {
             Self::Parameters => 3,

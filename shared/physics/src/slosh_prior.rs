@@ -2,7 +2,7 @@
 //!
 //! Station keeping was not designed to show slosh. Where no frequency explains the record beyond noise, a likelihood still
 //! has dips within the prior, each as sharp as the noise line it fits; a local fit would call that a measurement. Then the
-//! prior stays, and what the thrust would have told of the expected tank says whether it was excited at all.
+//! prior stays, and the information of the thrust on the expected tank says whether it was excited at all.
 
 use estimation::cramer_rao::FisherInformation;
 use nalgebra::{Matrix3, Matrix6, Vector2, Vector3, Vector6};
@@ -46,7 +46,7 @@ impl TankPrior {
         core::array::from_fn(|i| Identifiability::of(sigmas[i], self.sigma[i]))
     }
 
-    /// What the thrust of an arc would have told of the expected tank, had it started at rest: no more than that the
+    /// The information of an arc's thrust on the expected tank, had it started at rest: no more than that the
     /// prior is kept, for nothing was found.
     pub(crate) fn identifiability_unseen<const N: usize>(
         &self,
@@ -77,10 +77,12 @@ pub(crate) struct Remembered {
 }
 
 impl Remembered {
+    /// Gradient of the log-likelihood at a hypothesis.
     pub fn gradient_at(&self, hypothesis: &SloshHypothesis) -> Vector6<f64> {
         self.gradient - self.information * hypothesis.offset_from(&self.at)
     }
 
+    /// Adds χ², gradient and information to a likelihood at the same hypothesis; χ² up to a constant.
     pub fn add_to(&self, here: &mut Likelihood, hypothesis: &SloshHypothesis) {
         let offset = hypothesis.offset_from(&self.at);
         here.chi_square += offset.dot(&(self.information * offset - self.gradient * 2.0));

@@ -59,6 +59,7 @@ pub struct TargetEstimate {
     pub degrees: u32,
 }
 
+/// Why before and after capture give no target.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TargetError {
     /// A covariance among the data is not positive definite.
@@ -74,6 +75,7 @@ impl TargetEstimate {
         self.degrees > 0 && self.chi_square > limit(self.degrees)
     }
 
+    /// Mass [kg], centre of mass from the grasp point [m], inertia about it [kg m²].
     pub fn values(&self) -> Vector4<f64> {
         let [x, y] = self.target.grasp_to_com_m;
         Vector4::new(self.target.mass_kg, x, y, self.target.inertia_com_kg_m2)

@@ -74,7 +74,7 @@ impl Flying {
         }
     }
 
-    /// What the sensors say and the base was told.
+    /// Readings of the sensors and commands to the base.
     pub fn record(&self, seed: u64, record: usize) -> Vec<FlyingSample> {
         let mut simulator = simulator(&self.plant, seed, record);
         let motion = CHANNELS.map(|name| channel(&self.plant, name));

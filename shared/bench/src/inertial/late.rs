@@ -1,4 +1,4 @@
-//! Trajectory B with what nobody told the estimator: the gyro is 5 ms late and an external torque of 1e-3 N m acts on the base.
+//! Trajectory B with two unmodelled effects: the gyro is 5 ms late and an external torque of 1e-3 N m acts on the base.
 //!
 //! Plain weighted least squares beside the fit with the two columns, each against the bound of its own model: the eight alone, as if nothing
 //! were hidden, and all ten together.
@@ -24,26 +24,27 @@ const METHODS: &[Method] = &[
 const LATENCY_LIMIT_S: f64 = 0.5e-3;
 const TORQUE_LIMIT_N_M: f64 = 2e-4;
 
-/// The arm as told, and as it is.
+/// The arm as modelled, and as it is.
 #[derive(Clone, Debug)]
 pub struct Late {
-    told: Inertial<8, 9>,
+    modelled: Inertial<8, 9>,
     actual: Inertial<8, 9>,
 }
 
 impl Late {
+    /// The arm of BP1A with hidden gyro latency and external torque.
     pub fn bp1a() -> Self {
-        let told = Inertial::bp1a();
-        let mut actual = told.clone();
+        let modelled = Inertial::bp1a();
+        let mut actual = modelled.clone();
         for text in HIDDEN {
             let effect = parse_effect(&actual.plant, text).expect("the benchmark's plant has these sites");
             actual.plant.effects.push(effect);
         }
-        Self { told, actual }
+        Self { modelled, actual }
     }
 
     fn truth(&self) -> SVector<f64, 10> {
-        let alpha = truth::<8>(&self.told.plant);
+        let alpha = truth::<8>(&self.modelled.plant);
         SVector::from_fn(|i, _| match i {
             LATENCY => LATE_S,
             EXTERNAL_TORQUE => TORQUE_N_M,
@@ -52,17 +53,17 @@ impl Late {
     }
 
     fn momentum(&self) -> KnownMomentum {
-        self.told.momentum()
+        self.modelled.momentum()
     }
 
     fn with_columns(&self, samples: &[MomentumSample]) -> Option<(Estimate<10>, f64)> {
-        let settings = &self.told.settings;
-        let (interval_s, start) = (self.told.interval_s(), &settings.prior_alpha);
+        let settings = &self.modelled.settings;
+        let (interval_s, start) = (self.modelled.interval_s(), &settings.prior_alpha);
         with_latency_and_drift(samples, interval_s, self.momentum(), &settings.sigma, start).ok()
     }
 
     fn without(&self, samples: &[MomentumSample]) -> Option<(Estimate<8>, f64)> {
-        let settings = &self.told.settings;
+        let settings = &self.modelled.settings;
         weighted(samples, self.momentum(), &settings.sigma, &settings.prior_alpha).ok()
     }
 }

@@ -30,6 +30,7 @@ pub struct Operational {
 }
 
 impl Operational {
+    /// The arm of BP1A in a posture, with one slow move of the shoulder.
     pub fn bp1a() -> Self {
         let mut arm = Inertial::bp1a();
         let known = Quantity::known;

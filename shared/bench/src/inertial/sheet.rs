@@ -1,5 +1,5 @@
-//! Trajectory B with the systematic errors that the sensors' sheets allow drawn anew for every record: gyro bias and scale, joint rate scales
-//! and zeros, latency. Intervals from the noise alone, and from noise and sheet together (Schmidt's consider covariance).
+//! Trajectory B with the systematic errors that the data sheets of the sensors allow, drawn anew for every record: gyro bias and scale, joint rate scales
+//! and zeros, latency. Intervals from the noise alone, and from noise and data sheet together (Schmidt's consider covariance).
 
 use super::{Inertial, NAMES, truth};
 use crate::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
@@ -22,7 +22,7 @@ const SHEET: SensorSheet = SensorSheet {
 const METHODS: &[Method] =
     &[Method { name: "noise alone", paper_percent: &[] }, Method { name: "noise and sheet", paper_percent: &[] }];
 
-/// Perfect knowledge of the noise, and what the sheet allows besides.
+/// Perfect knowledge of the noise, and what the data sheet allows besides.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     arm: Inertial<8, 9>,
@@ -31,6 +31,7 @@ pub struct Sheet {
 }
 
 impl Sheet {
+    /// The arm of BP1A with the systematic errors of its sensors' data sheets.
     pub fn bp1a() -> Self {
         let arm = Inertial::bp1a();
         let (clean, dt) = (arm.noise_free(), arm.interval_s());
@@ -80,7 +81,7 @@ impl Benchmark for Sheet {
         "bp1a with errors of the sensors' sheets"
     }
 
-    /// Bound: noise and sheet together along the motion with perfect sensors.
+    /// Bound: noise and data sheet together along the motion with perfect sensors.
     fn parameters(&self) -> Option<Vec<Parameter>> {
         let truth = truth::<8>(&self.arm.plant);
         let total = self.found(&self.arm.noise_free())?.total();

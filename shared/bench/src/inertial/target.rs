@@ -1,8 +1,8 @@
 //! The target's mass, centre of mass and inertia: the whole chain before capture (BP1A, BP1B) and after it, simulated.
 //!
-//! The momentum after capture is known, or found from a modulated wheel; or it is known and the target states its own numbers with honest
+//! The momentum after capture is known, or found from a modulated wheel; or it is known and the target states its parameters with honest
 //! sigmas, which are tested and fused. The chaser's data sheet is drawn anew for every record from the sigmas that the
-//! estimator is told.
+//! estimator assumes.
 
 use super::flying::Flying;
 use super::methods::weighted;
@@ -45,6 +45,7 @@ pub struct Chain {
 }
 
 impl Chain {
+    /// The chain of BP1: arm before capture, flying base, arm after capture, wheel.
     pub fn bp1() -> Self {
         Self { before: Inertial::bp1a(), flying: Flying::bp1b(), after: Inertial::mated(), wheel: Wheel::mated() }
     }

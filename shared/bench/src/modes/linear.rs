@@ -16,10 +16,12 @@ pub struct TrueMode {
 }
 
 impl TrueMode {
+    /// Undamped natural frequency: the modulus of the pole over 2π [Hz].
     pub fn frequency_hz(&self) -> f64 {
         self.pole.norm_sqr().sqrt() / core::f64::consts::TAU
     }
 
+    /// Share of critical damping; negative for a mode that grows.
     pub fn damping_ratio(&self) -> f64 {
         -self.pole.re / self.pole.norm_sqr().sqrt()
     }

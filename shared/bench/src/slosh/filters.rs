@@ -19,7 +19,7 @@ const SAMPLES_SUMMED: usize = 5;
 /// Twelve decades about one: beyond, a divergent filter's numbers say nothing.
 const LOG_MAX: f64 = 27.0;
 
-/// What the filters are told before the first sample.
+/// Prior of the filters before the first sample.
 pub(super) fn prior(truth: &Vector3<f64>) -> SloshPrior {
     let start = truth * START;
     SloshPrior {

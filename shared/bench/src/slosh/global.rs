@@ -1,4 +1,4 @@
-//! Global start on one axis: tanks drawn at random, nothing told but the mass of the craft.
+//! Global start on one axis: tanks drawn at random, nothing known but the mass of the craft.
 //!
 //! Slosh masses of 10 to 150 kg, modes of 6 to 40 mHz, damping ratios of 0.2 to 5 %, the first and the last two evenly in
 //! their logarithms. Five cycles of ±44 N, ever faster, then coasting to 1000 s; start, bias and thrust scale unknown. An
@@ -25,6 +25,7 @@ pub struct RandomTanks {
 }
 
 impl RandomTanks {
+    /// The craft of BP2 with five cycles of ±44 N and an uncalibrated thrust.
     pub fn new() -> Self {
         let mut craft = Slosh { name: "bp2-global", concealed: UNCALIBRATED, ..Slosh::bp2() };
         super::experiments::quicken(&mut craft.plant, 44.0, &CYCLES_S, 1000.0);

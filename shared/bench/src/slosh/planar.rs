@@ -29,7 +29,7 @@ const BURSTS: usize = 200;
 /// The bursts along x and along y come before the record: sensor noise of their own, from other seeds.
 const BURST_SEEDS: [u64; 2] = [1 << 32, 2 << 32];
 
-/// Bias of accelerometers and gyro, which nobody knows.
+/// Bias of accelerometers and gyro, unknown to the estimators.
 const BIAS: [f64; 3] = [1e-5, -2e-5, 3e-6];
 
 /// Slosh between 4 and 30 mHz, a tank within a metre of the centre of mass.
@@ -147,6 +147,7 @@ impl Planar {
         ))
     }
 
+    /// Springs and thrust scales from one record; `None` where the global search finds no mode.
     pub fn identify(
         &self,
         samples: &[PlanarSample],

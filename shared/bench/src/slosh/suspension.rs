@@ -1,6 +1,6 @@
 //! `obsid bench bp2-suspension`: spring or pendulum, record by record of new noise, each truth in turn.
 //!
-//! What is asked: the right name always, a right model that explains its record (z within 4) with its length within 0.2 % and its mass
+//! Requirements: the right hypothesis always, a right model that explains its record (z within 4) with its length within 0.2 % and its mass
 //! within three sigma, and a wrong one that does not explain it (z above 50).
 
 use super::tank_model::TankModelChoice;
@@ -99,6 +99,7 @@ impl Verdicts {
         serde_json::to_string(self).expect("names and numbers always serialise") + "\n"
     }
 
+    /// The counts and ranges as text.
     pub fn table(&self) -> String {
         let Self { problem, trials, seed, right, wrong, undecided, failed, .. } = self;
         let mut text = format!("{problem}, {trials} records, seed {seed}\n\n");

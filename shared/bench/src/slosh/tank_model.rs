@@ -72,6 +72,7 @@ impl TankModelChoice {
         if self.truth == SuspensionKind::Spring { SPRING } else { PENDULUM }
     }
 
+    /// The samples of one record of the plant; sensors without bias.
     pub fn record(&self, seed: u64, record: usize) -> Vec<PlanarSample> {
         samples(&self.plant, seed, record, [0.0; 3])
     }

@@ -32,6 +32,7 @@ pub(super) struct Mixture {
 }
 
 impl Mixture {
+    /// A sum of no cells.
     pub fn new() -> Self {
         Self {
             cells: 0,
@@ -45,6 +46,7 @@ impl Mixture {
         }
     }
 
+    /// Adds a cell; all weights are rescaled where it has the greatest so far.
     pub fn add(&mut self, cell: &Cell) {
         if self.cells == 0 {
             self.reference = cell.theta;
@@ -69,6 +71,7 @@ impl Mixture {
         self.hertz += Vector2::new(cell.hertz, cell.hertz * cell.hertz + within) * weight;
     }
 
+    /// Mean and covariance of the posterior over all cells, beside the best single fit.
     pub fn report(&self, best: &Fit) -> SecondMass {
         let (mean, hertz) = (self.mean / self.weight, self.hertz / self.weight);
         SecondMass {
