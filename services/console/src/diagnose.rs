@@ -36,7 +36,7 @@ use std::sync::Arc;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   obsid diagnose swing.csv --plant pendulum.toml --out report      what is missing; report/report.html, report/augmented.toml
-  obsid diagnose a.csv b.csv --plant rig.toml --held-out c.csv     fitted jointly to two, asked on a third
+  obsid diagnose a.csv b.csv --plant rig.toml --held-out c.csv     fitted jointly to two, tested on a third
   obsid diagnose log.csv --plant rig.toml --map map.toml --json    your own column names; one JSON object
   obsid diagnose modes.json --plant panel.toml                     modes as `obsid modal --json` prints them, and their drift
   obsid diagnose panel.uff --plant panel.toml                      frequency responses: their frequencies, damping and shapes

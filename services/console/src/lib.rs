@@ -190,7 +190,7 @@ fn print(text: &str) {
     }
 }
 
-/// Says a line on standard error; that nobody is there to read it is no failure.
+/// Says a line on standard error; a closed standard error is no failure.
 fn tell(text: &str) {
     runtime::sys::tell(&format!("{text}\n"));
 }

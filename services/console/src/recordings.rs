@@ -196,7 +196,7 @@ impl ReportFile {
     }
 
     /// # Errors
-    /// [`Failure::Run`] when the file system refuses.
+    /// [`Failure::Run`] when the file system denies it.
     pub fn write(&self, page: &report::Page) -> Result<(), Failure> {
         std::fs::write(&self.0, page.html()).map_err(|error| Failure::Run(format!("{}: {error}", self.path())))
     }

@@ -61,7 +61,7 @@ impl Scratch {
     /// Leaves the run's configuration for the warden, which removes it when it has read it.
     ///
     /// # Errors
-    /// When the file system refuses.
+    /// When the file system denies it.
     pub fn leave_config(&self, run: &runtime::RunConfig) -> std::io::Result<PathBuf> {
         let path = self.folder.join(CONFIG);
         File::create_new(&path)?.write_all(serde_json::to_string(run).map_err(std::io::Error::other)?.as_bytes())?;
@@ -75,7 +75,7 @@ impl Drop for Scratch {
     }
 }
 
-/// A folder that did not exist, for nobody else's eyes.
+/// A folder that did not exist, readable by this user alone.
 fn make_folder(root: &Path) -> std::io::Result<PathBuf> {
     let pid = std::process::id();
     for number in 0..FOLDERS_MAX {

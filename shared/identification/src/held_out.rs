@@ -3,7 +3,7 @@
 //! The initial state of each run comes from its first stretch by least squares on the free run. Two
 //! measures: free run (rms and fit % = 100 (1 − |e| / |y − mean y|) per channel behind that
 //! stretch) and the gain in one-step log-likelihood, summed in blocks of 2 s whose scatter gives
-//! its standard error. Confirmed: its 95 % interval is above zero; refused: below. A few blocks may
+//! its standard error. Confirmed: its 95 % interval is above zero; rejected: below. A few blocks may
 //! hold most of a gain (the swing that a free law governs), so the interval is Hall's for skewed
 //! means (J. R. Statist. Soc. B 54, 1992): with κ = skewness / √n
 //!

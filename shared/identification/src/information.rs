@@ -132,7 +132,7 @@ fn quiet(plant: &Plant) -> Plant {
     let mut quiet = plant.clone();
     quiet.simulation.jitter_s = 0.0;
     for actuator in &mut quiet.actuators {
-        // the loops are cut along what their actuators were told
+        // the loops are opened along the commands of their actuators
         (actuator.noise, actuator.recorded) = (zero, true);
     }
     for sensor in &mut quiet.sensors {
@@ -221,7 +221,7 @@ impl Experiment<'_> {
                 bends += (weight * (up - down)).powi(2);
             }
         }
-        // per prior sigma, as columns are: what nobody could read bends by rounding alone
+        // per prior sigma, as columns are: what no sensor could read bends by rounding alone
         bends > (2.0 * STEP_SIGMAS).powi(2) && bends > BENT * BENT * follows
     }
 

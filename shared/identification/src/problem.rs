@@ -39,7 +39,7 @@ pub enum ProblemError {
     )]
     Empty { recording: String, channel: String, begin_s: f64, end_s: f64 },
     #[error(
-        "what '{actuator}' did is not recorded, and the plant states no signal of its own for it: record its command, or, where nobody knows it, state `recorded = false` and a signal with unknown numbers"
+        "what '{actuator}' did is not recorded, and the plant states no signal of its own for it: record its command, or, where it is unknown, state `recorded = false` and a signal with unknown numbers"
     )]
     UnknownInput { actuator: String },
     #[error("there is no recording")]
@@ -148,7 +148,7 @@ fn key(name: &str) -> String {
 }
 
 impl Problem {
-    /// Every reason for which [`Problem::new`] refuses `recording`, names and units first; empty where it does not.
+    /// Every reason for which [`Problem::new`] rejects `recording`, names and units first; empty where it does not.
     #[must_use]
     pub fn refusals(plant: &Plant, recording: &Recording) -> Vec<ProblemError> {
         let unmet = matching::unmet(plant, recording, &[]);

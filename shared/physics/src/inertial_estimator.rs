@@ -3,7 +3,7 @@
 //! Joins the momentum regressor with the errors-in-variables estimator and the consistency statistics. The scale of
 //! every parameter is that of `h_cm`: a momentum wrong by 0.1 % makes all of them wrong by 0.1 % and leaves no trace in
 //! the residual. `h_cm` is therefore an input with a sigma, the sigma is carried into the covariance, and without a
-//! momentum the estimator refuses to be made.
+//! momentum the estimator cannot be made.
 
 use estimation::Innovation;
 use estimation::consistency::{ChiSquareMean, Whiteness};

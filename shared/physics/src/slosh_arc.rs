@@ -62,7 +62,7 @@ impl SloshSample {
 /// A sample was not used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleRejected {
-    /// Samples refused so far: not finite, of no duration, of no noise, or older than the arc's end.
+    /// Samples rejected so far: not finite, of no duration, of no noise, or older than the arc's end.
     pub rejected: u64,
 }
 
@@ -179,7 +179,7 @@ impl<const CAPACITY: usize> SloshArc<CAPACITY> {
     /// the arc is untouched.
     pub fn push_at(&mut self, begin_s: f64, sample: &SloshSample) -> Result<(), SampleRejected> {
         let gap_s = begin_s - self.end_s.unwrap_or(begin_s);
-        // A stamp that is not a number compares as neither: it is refused.
+        // A stamp that is not a number compares as neither: it is rejected.
         let in_order = gap_s > -JITTER * sample.interval_s;
         if !(sample.is_usable() && in_order && begin_s.is_finite()) {
             self.rejected += 1;

@@ -6,7 +6,7 @@
 //! A full arc is merged into blocks of twice the length unless it shows a mode these would not tell; then the oldest
 //! quarter leaves instead, and the state at the start of the rest is unknown; what it said of the parameters is
 //! remembered as a quadratic about the estimate of that time, for the start of a record often says the most. Every answer names the frequencies
-//! that were searched, and a mode the blocks do not tell is refused.
+//! that were searched, and a mode that the blocks do not resolve is rejected.
 //!
 //! *Why not a Kalman filter?* A bank of unscented filters (`bench::slosh_filter`) attains the bound in one pass too, at
 //! seven filters' cost a sample; this searches the frequencies from the data alone, needs no prior, and tells its misfit

@@ -4,7 +4,7 @@
 //! not a product of two rounded numbers. Products and quotients associate from the left: `N m/rad/s` is (N m/rad)/s.
 //!
 //! Angles and cycles have no dimension, but a rad/s is not a Hz: both are remembered, so that a frequency given in rad/s is converted
-//! and a rate given in Hz is refused.
+//! and a rate given in Hz is rejected.
 
 use core::f64::consts::PI;
 

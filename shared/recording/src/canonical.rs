@@ -188,7 +188,7 @@ impl Channels {
         }
     }
 
-    /// A group with a hole is refused where a map asked for it, and left out with a note where only names matched.
+    /// A group with a hole is rejected where a map asked for it, and left out with a note where only names matched.
     fn incomplete(
         &mut self,
         table: &Table,

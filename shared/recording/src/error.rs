@@ -43,7 +43,7 @@ impl core::fmt::Display for MapPlace {
     }
 }
 
-/// Every way in which a recording, or the map beside it, can be refused.
+/// Every way in which a recording, or the map beside it, can be rejected.
 #[derive(Debug, Error, Diagnostic)]
 pub enum RecordingError {
     #[error("{file}: cannot {action}: {reason}")]

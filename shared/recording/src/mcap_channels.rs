@@ -1,7 +1,7 @@
 //! The channels of an MCAP file: telemetry of a run, scalars of a plant, or another program's.
 //!
 //! One foreign channel makes the file foreign: its samples are then not read, but its channels are collected to the
-//! end, so that the refusal names them.
+//! end, so that the error names them.
 
 use crate::error::RecordingError;
 use crate::schema::{SCALAR_NAME, schema_name};
@@ -23,7 +23,7 @@ struct Foreign {
     schema: String,
 }
 
-/// Names of channels said in a refusal.
+/// Names of channels said in an error.
 const NAMED_MAX: usize = 12;
 
 /// Channels and schemas by their numbers in the file.
@@ -76,7 +76,7 @@ impl FileChannels {
     }
 
     /// # Errors
-    /// The refusal of a file whose samples are not read, with the channels seen so far.
+    /// The error of a file whose samples are not read, with the channels seen so far.
     pub fn check(&self, file: String) -> Result<(), RecordingError> {
         if let Some(Foreign { topic, encoding, schema }) = self.foreign.values().next() {
             let (topic, encoding, schema) = (topic.clone(), encoding.clone(), schema.clone());

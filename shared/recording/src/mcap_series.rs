@@ -6,7 +6,7 @@
 //! Times are unsigned whole nanoseconds: a time is rounded to the nearest, and reads back as `ns / 1e9`, the f64 nearest
 //! to that decimal. Times given as such decimals (`0.1`, `3e-6`) come back bit for bit; for others
 //! [`write_series_mcap`] notes the largest change. A negative time, and two samples of a channel within one nanosecond,
-//! are refused: CSV holds them.
+//! are rejected: CSV holds them.
 
 use crate::error::RecordingError;
 use crate::mcap_format::{write_error, write_options};

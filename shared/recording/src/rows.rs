@@ -3,7 +3,7 @@
 //! Every cell there and one rate: a [`Table`]. A cell left empty, or an uneven sampling: channels
 //! with sample times of their own ([`SeriesSet`]). Time that starts again: [`Segments`]. A
 //! frequency axis: a [`Spectrum`]. Time that runs back into the record and two values of one
-//! channel at one time are refused.
+//! channel at one time are rejected.
 
 use crate::Imported;
 use crate::error::{Place, RecordingError};

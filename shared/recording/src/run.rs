@@ -148,7 +148,7 @@ impl RecordedRun {
             Entry::ScalarChannel { name, .. } => {
                 Err(RecordingError::NotARun { file: file_name(path), channel: name.into() })
             }
-            // A channel stands before its samples and was refused.
+            // A channel stands before its samples and was rejected.
             Entry::Scalar { .. } => Ok(()),
         }
     }

@@ -42,7 +42,7 @@ pub struct Restart {
 }
 
 impl Segments {
-    /// The refusal where one recording is needed.
+    /// The error where one recording is needed.
     pub(crate) fn refusal(&self) -> RecordingError {
         let Restart { line, before_s, after_s } = self.restarts[0];
         restarted(&self.file, line, before_s, after_s)

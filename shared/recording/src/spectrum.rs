@@ -22,7 +22,7 @@ impl Spectrum {
         self.columns.iter().position(|column| column.name == name)
     }
 
-    /// The refusal where a time record is needed.
+    /// The error where a time record is needed.
     pub(crate) fn refusal(file: &str) -> RecordingError {
         let place = Place { file: file.into(), line: 1, column: 1, name: "frequency [Hz]".into() };
         let cure = "this is a spectrum, not a time record: nothing can be replayed from it; give the recording it was computed from";

@@ -1,4 +1,4 @@
-//! The time axis of a table: rate, jitter, gaps. What is repaired is counted, what is ambiguous is refused.
+//! The time axis of a table: rate, jitter, gaps. What is repaired is counted, what is ambiguous is rejected.
 //!
 //! A gap (interval above 1.5 medians) is reported and never filled. A lasting change of the interval and an uneven
 //! sampling are errors: every method behind this crate assumes one rate.

@@ -57,7 +57,7 @@ const STEPS_MAX: f64 = 1000.0;
 pub(crate) fn choose(plant: &Plant, system: &System) -> Result<Choice, SimulationError> {
     let Settings { integrator, step_s, period_s, .. } = plant.simulation;
     let stated = Choice { integrator, step_s, instead: None };
-    // prescribed motions are refused by name
+    // prescribed motions are rejected by name
     let held = system.inputs().iter().all(|input| input.role == InputRole::Command);
     if integrator != Integrator::ExactZeroOrderHold || !held {
         return Ok(stated);

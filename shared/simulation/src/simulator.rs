@@ -114,7 +114,7 @@ impl Simulator {
         let mut system = System::new(plant)?;
         let chosen = integrator::choose(described, &system)?;
         if chosen.step_s != settings.step_s {
-            // laws with states of their own are told the step
+            // laws with states of their own receive the step
             let finer = SimulationSettings { step_s: chosen.step_s, ..settings.clone() };
             system = System::new(&Plant { simulation: finer, ..plant.clone() })?;
         }

@@ -23,11 +23,11 @@ pub fn diagnose(plant: &Plant, spectrum: &Spectrum) -> Diagnosis {
             spectrum.file
         ));
     };
-    let asked =
+    let used =
         features::Spectrum { name: spectrum.file.clone(), frequency_hz: spectrum.frequency_hz.clone(), magnitude };
-    let mut diagnosis = features::diagnose_spectrum(plant, &asked, &FeatureOptions::default());
+    let mut diagnosis = features::diagnose_spectrum(plant, &used, &FeatureOptions::default());
     if spectrum.columns.len() > 1 {
-        diagnosis.notes.push(format!("{}: the response asked is {name}", spectrum.file));
+        diagnosis.notes.push(format!("{}: the response used is {name}", spectrum.file));
     }
     diagnosis.notes.extend(spectrum.notes.iter().map(|note| format!("{}: {note}", spectrum.file)));
     diagnosis

@@ -254,7 +254,7 @@ pub fn angles(angles: &Angles) -> Option<Figure> {
         values,
         range: Some((0.0, 90.0)),
     };
-    Some(figure.draw(&claim).caption("0: these data cannot tell them apart; 90: they have nothing in common. Behind what the plant's own numbers take up."))
+    Some(figure.draw(&claim).caption("0: these data cannot tell them apart; 90: they have nothing in common. Behind what the plant's parameters explain."))
 }
 
 /// Held-out data with both free runs and their residuals.

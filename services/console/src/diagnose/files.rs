@@ -43,7 +43,7 @@ impl OutFiles {
     /// Writes the files and puts their paths into the diagnosis; what this diagnosis has not goes, if an earlier one left it.
     ///
     /// # Errors
-    /// [`Failure::Run`] when the file system refuses.
+    /// [`Failure::Run`] when the file system denies it.
     pub fn write(&self, diagnosed: &mut Diagnosed) -> Result<(), Failure> {
         let augmented = diagnosed.diagnosis.augmented_plant.take();
         let next = diagnosed.diagnosis.next_experiment.take();

@@ -137,7 +137,7 @@ fn standing(diagnosis: &Diagnosis) -> Option<String> {
     let fitted: Vec<&EffectReport> = diagnosis.effects.iter().filter(|e| e.status != Status::NotConverged).collect();
     let name = |e: &EffectReport| if fitted.len() == 1 { "it".to_owned() } else { format!("{} at {}", e.kind, e.site) };
     let of = |status| fitted.iter().filter(|e| e.status == status).map(|e| name(e)).collect::<Vec<_>>();
-    let [confirmed, open, refused] = [Status::Confirmed, Status::Unconfirmed, Status::Rejected].map(of);
+    let [confirmed, open, rejected] = [Status::Confirmed, Status::Unconfirmed, Status::Rejected].map(of);
     let numbers = gain_words(diagnosis).map_or(String::new(), |gain| format!(" ({gain})"));
     let left_out = |kinds: &[String], does: &str, numbers: &str| {
         let is = if kinds.len() == 1 { "is" } else { "are" };
@@ -147,7 +147,7 @@ fn standing(diagnosis: &Diagnosis) -> Option<String> {
     if !confirmed.is_empty() {
         sentences.push(format!("Held-out data confirm {}{numbers}.", confirmed.join(" and ")));
     }
-    for (kinds, does) in [(&open, "do not decide yet on"), (&refused, "refuse")] {
+    for (kinds, does) in [(&open, "do not decide yet on"), (&rejected, "refuse")] {
         // the gain is that of the model
         let numbers = if sentences.is_empty() { &*numbers } else { "" };
         if !kinds.is_empty() {

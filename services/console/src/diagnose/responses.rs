@@ -20,10 +20,10 @@ pub fn modes_or_peaks(spectra: &mut [(Spectrum, String)]) -> Result<Option<Modes
     let none = |found: &Option<ModesFile>| found.as_ref().is_some_and(|found| found.modes.is_empty());
     match (modes(spectra), spectra) {
         (Err(_), [(one, _)]) => {
-            one.notes.push("no rational fraction describes the responses: asked by its peaks".into())
+            one.notes.push("no rational fraction describes the responses: its peaks are used".into())
         }
         (Ok(found), [(one, _)]) if none(&found) => {
-            one.notes.push("no mode of the responses repeats from order to order: asked by its peaks".into());
+            one.notes.push("no mode of the responses repeats from order to order: its peaks are used".into());
         }
         (found, _) => return found,
     }

@@ -62,8 +62,12 @@ fn effect(effect: &EffectReport) -> String {
     if effect.status != Status::NotConverged {
         let _ = write!(text, ", probability {:.2}", effect.probability);
     }
-    let _ =
-        writeln!(text, ", d {}, {} % absorbed by the plant's numbers", short(effect.d), short(100.0 * effect.kappa));
+    let _ = writeln!(
+        text,
+        ", d {}, {} % collinear with the plant's parameters",
+        short(effect.d),
+        short(100.0 * effect.kappa)
+    );
     if effect.title != effect.kind {
         let _ = writeln!(text, "  {}", effect.title);
     }

@@ -39,7 +39,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         let help = "give a recording with at least one angle, rate, displacement, velocity or acceleration over time";
         Failure::Input(miette::miette!(help = help, "{}: {reason}", from.display()))
     })?;
-    // a proposal that this very program refuses would be worse than none
+    // a proposal that this very program rejects would be worse than none
     plants::parse(&name, &proposal.text)
         .map_err(|_| Failure::Run(format!("{}: the proposal for these channels is no plant file", from.display())))?;
     write_new(&arguments.out, &proposal.text)?;

@@ -160,7 +160,7 @@ fn features(channel: &Channel, start: f64, duration: f64, count: usize, slow: bo
         within.push(deviation(block));
     }
     let samples = channel.value.len() as f64 / count as f64;
-    // ln of an rms over m correlated differences scatters by about sqrt(3/(4 m)); 5 % is nobody's break.
+    // ln of an rms over m correlated differences scatters by about sqrt(3/(4 m)); 5 % is no break.
     let lively_sigma = scatter(&lively).max((0.75 / samples).sqrt()).max(0.05);
     let spread = median(&mut within.clone()).max(floor);
     let level_sigma = scatter(&level).max(0.25 * spread);

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// `f(0), …, f(count − 1)` on `threads` threads, each taking the next that nobody has.
+/// `f(0), …, f(count − 1)` on `threads` threads, each taking the next that is free.
 pub fn parallel<T: Send>(count: usize, threads: usize, f: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let threads = threads.clamp(1, count.max(1));
     if threads == 1 {

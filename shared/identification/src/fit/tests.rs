@@ -78,7 +78,7 @@ fn a_mode_that_an_effect_adds_starts_within_what_the_commands_do_to_it() {
     let (gained, explained) = (before.0 - after.0, before.1 - after.1);
     assert!(explained > 30.0, "{explained}");
     assert!(gained > explained - 25.0, "{gained} of {explained}");
-    // of the two numbers of a start that nobody knows 0.3 would cost as much again
+    // of the two components of an unknown start 0.3 would cost as much again
     let wide = EstimationSession { added: session.added.clone(), ..like.clone() };
     assert!(least(&wide, &augmented).0 > after.0 + 15.0);
     // whichever session it is like

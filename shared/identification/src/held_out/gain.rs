@@ -181,7 +181,7 @@ mod tests {
             hall[found.status() as usize] += 1;
             student[Gain { skewness: 0.0, ..found }.status() as usize] += 1;
         }
-        // confirmed, unconfirmed, refused; 100 ± 10 on each side, fewer for the neighbours that may count as correlated, and where most blocks
+        // confirmed, unconfirmed, rejected; 100 ± 10 on each side, fewer for the neighbours that may count as correlated, and where most blocks
         // are against the few that hold the sum
         assert!((1..=130).contains(&hall[0]) && (50..=130).contains(&hall[2]), "{hall:?}");
         assert!(student[0] < 30 && student[2] > 200, "{student:?}");

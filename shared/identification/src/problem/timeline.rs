@@ -271,7 +271,7 @@ fn marks(plant: &Plant, run: &Run, shift_s: &[f64]) -> Vec<(f64, Mark)> {
                     marks.push((t + interval_s, sample));
                 }
             } else if t >= run.begin_s - SAME_S || shift_s[channel] <= 0.0 {
-                // what a stated delay puts before the recording is about what nobody knows
+                // what a stated delay puts before the recording is about unknown inputs
                 marks.push((t.max(run.begin_s), sample));
             }
         }

@@ -3,7 +3,7 @@
 //!
 //! Each limit stands for something that would end in a panic, a run without end or a number without
 //! meaning; a
-//! scenario is refused before anything is started.
+//! scenario is rejected before anything is started.
 
 use super::impossible::Impossible;
 use super::{AppendageKnown, ArmExperiment, ArmKnown, ModalExperiment, Need, Scenario, SloshExperiment};
@@ -56,7 +56,7 @@ impl Limits {
         self.unless(!value.is_finite() || range.contains(&value), key, &format!("{value:?}"), &why);
     }
 
-    /// The same for what is named nowhere else: a value that is not finite is refused.
+    /// The same for what is named nowhere else: a value that is not finite is rejected.
     fn within_and_finite(&mut self, key: &str, value: f64, range: RangeInclusive<f64>) {
         let why = format!("must be {} to {}", range.start(), range.end());
         self.unless(range.contains(&value), key, &format!("{value:?}"), &why);
@@ -219,7 +219,7 @@ mod tests {
 
     const ONE_BODY: &str = include_str!("../../../../deploy/scenarios/one_body.toml");
 
-    /// Keys that are refused once `from` reads `to`.
+    /// Keys that are rejected once `from` reads `to`.
     fn refused(from: &str, to: &str) -> Vec<String> {
         assert!(ONE_BODY.contains(from));
         let scenario: Scenario = toml::from_str(&ONE_BODY.replace(from, to)).unwrap();

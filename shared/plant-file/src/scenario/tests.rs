@@ -86,7 +86,7 @@ fn an_impossible_number_says_its_value_and_why() {
     assert_eq!((found[0].value.as_str(), found[0].why.as_str()), ("-3.5", "must be a finite number above 0"));
 }
 
-/// TOML knows `nan` and `inf`; an estimator that is told of one gives no number at all.
+/// TOML knows `nan` and `inf`; an estimator with one of them gives no number at all.
 #[test]
 fn no_number_can_be_nan_unnoticed() {
     let mut unnoticed = Vec::new();

@@ -1,4 +1,4 @@
-//! Every bad table is refused with line, column, value and cure.
+//! Every bad table is rejected with line, column, value and cure.
 
 use crate::{file, scratch};
 use flate2::write::GzEncoder;

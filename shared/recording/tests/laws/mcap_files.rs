@@ -1,4 +1,4 @@
-//! MCAP: round trip, recovery after a killed writer, refusal of foreign files and other layouts.
+//! MCAP: round trip, recovery after a killed writer, rejection of foreign files and other layouts.
 
 use crate::samples::{everything, listed, random, seal};
 use crate::{Numbers, scratch};

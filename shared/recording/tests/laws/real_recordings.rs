@@ -1,4 +1,4 @@
-//! Every CSV of the recordings folder is read, and replayed or refused for the right reason.
+//! Every CSV of the recordings folder is read, and replayed or rejected for the right reason.
 //!
 //! The folder is `$OBSID_RECORDINGS`, else `../shared/recordings` beside the workspace; where it is absent the tests
 //! say that they are skipped, and fail when `$OBSID_REQUIRE` contains `recordings`.

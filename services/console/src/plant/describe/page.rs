@@ -154,8 +154,8 @@ fn acts(actuator: &Actuator) -> String {
             let drive = if matches!(drive, Drive::Current) { "current" } else { "voltage" };
             format!("motor in joint {joint}, {drive}")
         }
-        ActuatorKind::PrescribedJoint { joint, .. } => format!("moves joint {joint} as told"),
-        ActuatorKind::PrescribedBase { .. } => "moves inertial space as told".into(),
+        ActuatorKind::PrescribedJoint { joint, .. } => format!("moves joint {joint} as commanded"),
+        ActuatorKind::PrescribedBase { .. } => "moves inertial space as commanded".into(),
     }
 }
 

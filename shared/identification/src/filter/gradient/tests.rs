@@ -21,7 +21,7 @@ fn moved(noise: &NoiseModel, kind: &str, k: usize, by: f64) -> NoiseModel {
     moved
 }
 
-/// Noise off what is stated: some louder, some quieter, every other channel coloured, all with
+/// Noise off what is stated: some of higher, some of lower variance, every other channel coloured, all with
 /// jitter.
 fn noises(session: &EstimationSession<'_>) -> [NoiseModel; 2] {
     let mut white = session.noise.clone();
