@@ -136,7 +136,9 @@ fn no_signal(channel: &Channel, inputs: &[&Channel]) -> Option<Finding> {
     let centred: Vec<f64> = u.value.iter().map(|v| v - m).collect();
     let power: f64 = centred.iter().map(|v| v * v).sum();
     const LJUNG_BOX_LAGS: usize = 20;
-    if ljung_box(&centred, LJUNG_BOX_LAGS).is_some_and(|statistic| chi_squared_tail(statistic, LJUNG_BOX_LAGS as f64) < 0.01) {
+    if ljung_box(&centred, LJUNG_BOX_LAGS)
+        .is_some_and(|statistic| chi_squared_tail(statistic, LJUNG_BOX_LAGS as f64) < 0.01)
+    {
         return None;
     }
     for input in inputs {
