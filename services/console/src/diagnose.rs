@@ -321,8 +321,8 @@ fn examine_all(case: &Case, labels: &[Option<Mislabelled>], bar: &Share) -> Vec<
     let mut all = Vec::new();
     for (k, (one, label)) in case.fitted.iter().zip(labels).enumerate() {
         let share = |part: f64| DOCTOR_SHARE * (k as f64 + part) / case.fitted.len() as f64;
-        let told = &mut |part| bar.phase("examine the recordings", share(part));
-        let found = examine_beside(&one.recording, &case.plant, label.as_ref(), told);
+        let progress = &mut |part| bar.phase("examine the recordings", share(part));
+        let found = examine_beside(&one.recording, &case.plant, label.as_ref(), progress);
         all.extend(found.into_iter().map(|finding| (k, finding)));
     }
     all

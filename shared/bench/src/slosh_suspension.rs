@@ -19,7 +19,7 @@ pub const LEVELS_MAX: usize = 8;
 pub const BIC_DECIDES: f64 = 10.0;
 
 /// Five numbers, and rate, displacement and speed at the beginning of a level.
-const LEVEL: usize = ONE_AXIS + 3;
+const LEVEL_UNKNOWNS: usize = ONE_AXIS + 3;
 
 /// What holds the slosh mass: its stiffness is constant (spring) or proportional to the thrust (pendulum).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -208,7 +208,7 @@ fn level_stiffness(
     spring: &PlanarAnswer<ONE_AXIS>,
     pendulum: &PlanarAnswer<ONE_AXIS>,
 ) -> Option<(f64, f64)> {
-    let craft = |theta: &SVector<f64, LEVEL>| {
+    let craft = |theta: &SVector<f64, LEVEL_UNKNOWNS>| {
         let craft = lateral_spring(*hub, &theta.fixed_rows::<ONE_AXIS>(0).into_owned())?;
         let start = PlanarState {
             rate_rad_s: theta[5],
@@ -221,9 +221,9 @@ fn level_stiffness(
     // The mass hangs a rod's length behind its pivot.
     let as_spring = [hung[0], hung[0] * axial_m_s2 / hung[1], hung[2], hung[3] - hung[1], hung[4]];
     let starts = [SVector::<f64, ONE_AXIS>::from(as_spring), spring.estimate.theta];
-    let scale = SVector::<f64, LEVEL>::from([10.0, 0.3, 0.1, 0.3, 0.3, 1e-4, 0.03, 0.01]);
+    let scale = SVector::<f64, LEVEL_UNKNOWNS>::from([10.0, 0.3, 0.1, 0.3, 0.3, 1e-4, 0.03, 0.01]);
     let fits = starts.iter().filter_map(|five| {
-        let mut start = SVector::<f64, LEVEL>::zeros();
+        let mut start = SVector::<f64, LEVEL_UNKNOWNS>::zeros();
         start.fixed_rows_mut::<ONE_AXIS>(0).copy_from(five);
         fit(level, &craft, &start, &scale).ok()
     });

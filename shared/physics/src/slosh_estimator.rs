@@ -257,8 +257,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         let at = |hypothesis: &SloshHypothesis| likelihood(&self.arc, base_mass_kg, hypothesis, unknowns, |_| {});
         let unbiased = at(&hypothesis);
         // Zero where the bias is known, and where no segment is long enough to tell it.
-        let told = unbiased.information[(3, 3)];
-        hypothesis.bias_m_s2 = if told > 0.0 { unbiased.gradient[3] / told } else { 0.0 };
+        let information = unbiased.information[(3, 3)];
+        hypothesis.bias_m_s2 = if information > 0.0 { unbiased.gradient[3] / information } else { 0.0 };
         let here = Likelihood { information: Matrix6::identity(), ..at(&hypothesis) };
         let kept = self.report(&hypothesis, &here, 0, true).ok()?.0;
         let covariance = Matrix3::from_diagonal(&prior.sigma.component_mul(&prior.sigma));

@@ -280,8 +280,8 @@ mod tests {
     fn what_is_not_known_of_the_grasp_goes_into_the_centre_of_mass_along_the_link_and_nowhere_else() {
         let (arm, sd) = (PlanarArm::default(), 2e-3);
         let known = recover(&prior(), &identified(&arm, true), &GUESS).expect("converges");
-        let told = recover(&ChaserPrior { grasp_sd_m: sd, ..prior() }, &identified(&arm, true), &GUESS);
-        let added = told.expect("converges").covariance - known.covariance;
+        let uncertain = recover(&ChaserPrior { grasp_sd_m: sd, ..prior() }, &identified(&arm, true), &GUESS);
+        let added = uncertain.expect("converges").covariance - known.covariance;
         // the arm at hand carries the target 2 mm further out than the data sheet says
         let off =
             Identified { after: exact(mated_parameters(&arm, 1.898 + sd, &TARGET), 1e-3), ..identified(&arm, true) };

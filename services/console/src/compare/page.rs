@@ -34,8 +34,8 @@ fn verdict(compared: &[Compared]) -> String {
         None if same == all.len() => format!("Nothing but noise separates the two in all {} channels.", all.len()),
         None => {
             let lost = all.iter().filter(|c| !c.verdict.compared());
-            let told: Vec<String> = lost.map(|c| format!("{} {}", c.name, c.conclusion)).collect();
-            format!("{}.", told.join(". "))
+            let sentences: Vec<String> = lost.map(|c| format!("{} {}", c.name, c.conclusion)).collect();
+            format!("{}.", sentences.join(". "))
         }
         Some(c) => {
             let fit = c.fit_percent.map_or(String::new(), |f| format!(" (fit {f:.1} %)"));

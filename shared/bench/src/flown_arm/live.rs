@@ -133,11 +133,11 @@ fn the_sheet_moves_the_fit_as_said(every: usize) {
         latency_s: 0.0,
     };
     let samples = record(&truth, &benchmark_sigma(), seconds, 4, 1.0);
-    let mut told = settings(&truth, H_NMS);
+    let mut assumed = settings(&truth, H_NMS);
     // a fifth of what the record itself says of its weakest parameter
-    (told.momentum.prior_alpha, told.momentum.prior_relative_sd) = (truth, 1e-3);
+    (assumed.momentum.prior_alpha, assumed.momentum.prior_relative_sd) = (truth, 1e-3);
     let run = |spoil: &dyn Fn(&mut ArmSample)| {
-        let mut live = LiveEstimators::<8, 13>::new(&told).expect("h known");
+        let mut live = LiveEstimators::<8, 13>::new(&assumed).expect("h known");
         for (k, sample) in samples.iter().enumerate().filter(|(k, _)| (k + 1) % every != 0) {
             let mut sample = *sample;
             spoil(&mut sample);
@@ -172,9 +172,9 @@ fn the_sheet_moves_the_fit_as_said(every: usize) {
 #[test]
 fn the_momentum_stands_for_nothing_while_what_the_sheet_did_to_it_is_not_known() {
     let truth = skewed();
-    let (samples, told) = (record(&truth, &benchmark_sigma(), 12, 4, 1.0), settings(&truth, H_NMS));
+    let (samples, assumed) = (record(&truth, &benchmark_sigma(), 12, 4, 1.0), settings(&truth, H_NMS));
     let sheet = SensorSheet { gyro_bias_rad_s: 5e-5, ..SensorSheet::default() };
-    let mut live = LiveEstimators::<8, 13>::new(&LiveSettings { torque_sigma_n_m: None, ..told }).expect("h known");
+    let mut live = LiveEstimators::<8, 13>::new(&LiveSettings { torque_sigma_n_m: None, ..assumed }).expect("h known");
     let mut unknown = 0;
     for (k, sample) in samples.iter().enumerate() {
         live.push(k as u64 * INTERVAL_NS, sample).expect("finite");

@@ -108,13 +108,13 @@ impl Planar {
         plant.actuators[axis].command =
             vec![square(amplitude_n, 0.0, quarter_s), square(-amplitude_n, quarter_s, duration_s)];
         let sigma_m_s2 = sample_sigma(&plant, ["acceleration_x", "acceleration_y"][axis]);
-        let told = |sample: PlanarSample| SloshSample {
+        let on_axis = |sample: PlanarSample| SloshSample {
             interval_s: plant.simulation.period_s,
             force_n: sample.wrench.force_n[axis] / (1.0 + SCALE_ERROR[axis]),
             acceleration_m_s2: sample.acceleration_m_s2[axis],
             sigma_m_s2,
         };
-        samples(&plant, seed ^ BURST_SEEDS[axis], record, BIAS).into_iter().map(told).collect()
+        samples(&plant, seed ^ BURST_SEEDS[axis], record, BIAS).into_iter().map(on_axis).collect()
     }
 
     /// What the bursts of a record tell of the thrusters.
@@ -147,16 +147,16 @@ impl Planar {
         ))
     }
 
-    /// Springs and thrust scales from one record; `None` where the global search finds no mode.
+    /// Springs and thrust scales from one record; `None` where search or fit fail.
     pub fn identify(
         &self,
         samples: &[PlanarSample],
         calibrations: &[ThrustCalibration; 2],
     ) -> Option<PlanarAnswer<SPRINGS_AND_THRUST>> {
-        identify_springs_and_thrust(&self.told(samples), self.hub, &SEARCH, calibrations).ok()
+        identify_springs_and_thrust(&self.record_of(samples), self.hub, &SEARCH, calibrations).ok()
     }
 
-    fn told<'a>(&self, samples: &'a [PlanarSample]) -> PlanarRecord<'a> {
+    fn record_of<'a>(&self, samples: &'a [PlanarSample]) -> PlanarRecord<'a> {
         PlanarRecord::new(samples, self.plant.simulation.period_s, self.noise)
     }
 
@@ -168,7 +168,7 @@ impl Planar {
         let mut truth = SVector::<f64, SPRINGS_AND_THRUST>::zeros();
         truth.fixed_rows_mut::<SPRINGS>(0).copy_from(&self.truth());
         (truth[SPRINGS], truth[SPRINGS + 2]) = (1.0 + SCALE_ERROR[0], 1.0 + SCALE_ERROR[1]);
-        let record = PlanarRecord { noise, ..self.told(&samples) };
+        let record = PlanarRecord { noise, ..self.record_of(&samples) };
         let craft = |theta: &SVector<f64, SPRINGS_AND_THRUST>| springs_and_thrust(self.hub, theta);
         let covariance = bound(&record, &craft, (&truth, &scale_of(&truth)), &prior)?;
         Some(covariance.fixed_view::<SPRINGS, SPRINGS>(0, 0).diagonal().map(f64::sqrt))

@@ -77,7 +77,7 @@ impl TankModelChoice {
         samples(&self.plant, seed, record, [0.0; 3])
     }
 
-    fn told<'a>(&self, samples: &'a [PlanarSample]) -> PlanarRecord<'a> {
+    fn record_of<'a>(&self, samples: &'a [PlanarSample]) -> PlanarRecord<'a> {
         PlanarRecord::new(samples, self.plant.simulation.period_s, self.noise)
     }
 
@@ -126,7 +126,7 @@ impl Benchmark for TankModelChoice {
         scale[4] = 0.3;
         let craft = |theta: &SVector<f64, ONE_AXIS>| self.truth.craft(self.hub, theta);
         let bound =
-            bound(&self.told(&samples), &craft, (&truth, &scale), &PlanarPrior::none())?.diagonal().map(f64::sqrt);
+            bound(&self.record_of(&samples), &craft, (&truth, &scale), &PlanarPrior::none())?.diagonal().map(f64::sqrt);
         let names = self.names();
         // The last one is zero: there is no relative error of it.
         Some((0..ONE_AXIS - 1).map(|i| Parameter { name: names[i], truth: truth[i], bound: bound[i] }).collect())

@@ -386,7 +386,7 @@ fn what_blocks_lose_falls_with_the_second_power_of_omega_times_block_at_least() 
     }
     println!("χ of noise-free blocks, ωB = 0.25, 0.5, 1.0: {errors:.4?}");
     assert!(errors[1] / errors[0] > 4.0 && errors[2] / errors[1] > 4.0, "{errors:?}");
-    assert!(errors[0] < 1.0, "at the limit of what is told, blocks lose less than noise hides");
+    assert!(errors[0] < 1.0, "at the limit of resolution, blocks lose less than noise hides");
 }
 
 #[test]

@@ -180,13 +180,13 @@ fn names_stand_once() {
     check_one(&errors, line, &["'motor' is given twice", "actuator 'motor'", "controller 'motor'"]);
     // a joint's name counts; the later of the two is reported
     let errors = errors_with("name = \"imu\"\nclock", "name = \"rail\"\nclock");
-    let told = errors
+    let error = errors
         .iter()
         .find(|error| error.message.contains("'rail' is given twice"))
         .unwrap_or_else(|| panic!("{}", shown(&errors)));
     assert!(
-        told.message.contains("the joint of body 'slider'") && told.line == line_of(PLANT, "name = \"imu\""),
-        "{told}"
+        error.message.contains("the joint of body 'slider'") && error.line == line_of(PLANT, "name = \"imu\""),
+        "{error}"
     );
 }
 
@@ -213,19 +213,19 @@ fn every_point_moves_in_every_mode() {
 fn a_joint_whose_motion_is_imposed_has_one_driver() {
     let errors =
         errors_with("kind = \"joint_torque\"\njoint = \"shoulder\"", "kind = \"joint_torque\"\njoint = \"rail\"");
-    let told =
+    let error =
         errors.iter().find(|error| error.message.contains("imposed")).unwrap_or_else(|| panic!("{}", shown(&errors)));
-    assert_eq!(told.line, line_of(PLANT, "joint = \"rail\""));
-    assert!(["'rail'", "'motor'", "'pusher'"].iter().all(|word| told.message.contains(word)), "{told}");
+    assert_eq!(error.line, line_of(PLANT, "joint = \"rail\""));
+    assert!(["'rail'", "'motor'", "'pusher'"].iter().all(|word| error.message.contains(word)), "{error}");
 }
 
 #[test]
 fn only_a_body_without_parent_is_free() {
     let errors = errors_with("kind = \"revolute\"", "kind = \"free\"");
-    let told = errors.iter().find(|error| error.message.contains("carried by another and free"));
-    let told = told.unwrap_or_else(|| panic!("{}", shown(&errors)));
-    assert_eq!(told.line, line_of(PLANT, "kind = \"revolute\""));
-    assert!(told.message.contains("'link_1'") && told.cure.contains("revolute"), "{told}");
+    let error = errors.iter().find(|error| error.message.contains("carried by another and free"));
+    let error = error.unwrap_or_else(|| panic!("{}", shown(&errors)));
+    assert_eq!(error.line, line_of(PLANT, "kind = \"revolute\""));
+    assert!(error.message.contains("'link_1'") && error.cure.contains("revolute"), "{error}");
 }
 
 #[test]

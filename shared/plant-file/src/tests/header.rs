@@ -67,9 +67,9 @@ fn an_effect_on_one_line_is_warned_of_as_in_a_file() {
         "{}\n[[effect]]\nkind = \"joint_coulomb\"\nsite = \"joint:shoulder\"\nforce = \"-0.2 N*m\"\n",
         blocks("toml")
     );
-    let told = parse("file", &file).unwrap().warnings;
-    assert_eq!(told.len(), 1);
-    assert!(warnings[0].starts_with(&told[0].message), "{warnings:?}, {told:?}");
+    let from_file = parse("file", &file).unwrap().warnings;
+    assert_eq!(from_file.len(), 1);
+    assert!(warnings[0].starts_with(&from_file[0].message), "{warnings:?}, {from_file:?}");
     assert!(effect_warnings(&plant, &plant.effects[0]).is_empty());
 }
 

@@ -51,7 +51,7 @@ pub(super) fn overload(plant: &Plant, index: usize, body: &Body) -> Option<Fault
     let at = At::new("body", index, &body.name);
     Some(Fault {
         place: Place { key, ..culprit.place.clone() },
-        message: told(plant.space, &at, &inertia, &taken),
+        message: message_of(plant.space, &at, &inertia, &taken),
         cure: "mass and inertia of a body include its undeformed appendages and locked wheels".into(),
         warning: true,
         because_of: ["mass", "com", "inertia"].map(|key| at.place(key)).into_iter().chain(parts(&shares)).collect(),
@@ -79,7 +79,7 @@ fn leading(size: &Vector6, direction: &Vector6) -> &'static str {
 }
 
 /// The single axis at fault, where it is one.
-fn told(space: Space, at: &At, inertia: &Matrix6, taken: &Matrix6) -> String {
+fn message_of(space: Space, at: &At, inertia: &Matrix6, taken: &Matrix6) -> String {
     let named = ["kg*m^2 about x", "kg*m^2 about y", "kg*m^2 about z", "kg along x", "kg along y", "kg along z"];
     let order = if space == Space::Planar { vec![3, 4, 2] } else { vec![3, 4, 5, 0, 1, 2] };
     let axis = order.into_iter().find(|i| taken[(*i, *i)] > 0.0 && taken[(*i, *i)] >= inertia[(*i, *i)]);

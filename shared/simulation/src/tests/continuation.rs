@@ -118,12 +118,12 @@ fn segments_start_in_their_own_state_and_do_not_repeat_noise() {
 fn a_record_holds_recorded_commands_and_all_sensors() {
     let mut plant = plants::arm(&ArmNoise::default());
     plant.actuators[1].recorded = false;
-    let mut told = Vec::new();
-    let recording = record(&plant, 0, 3.0, &mut |share| told.push(share)).unwrap();
+    let mut shares = Vec::new();
+    let recording = record(&plant, 0, 3.0, &mut |share| shares.push(share)).unwrap();
     assert_eq!(recording.channels.len(), 1 + 7);
     assert!(recording.channels.iter().all(|channel| channel.value.len() == 300 && channel.time_s.len() == 300));
     assert_eq!(recording.channels[0].name, "joint1");
     assert_eq!(recording.name, plant.name);
     assert!(recording.channels.iter().all(|channel| channel.role == channels::Role::Unknown));
-    assert!(told.windows(2).all(|pair| pair[0] <= pair[1]) && told.last() == Some(&1.0));
+    assert!(shares.windows(2).all(|pair| pair[0] <= pair[1]) && shares.last() == Some(&1.0));
 }

@@ -55,8 +55,8 @@ fn a_header_with_its_unit_names_the_same_channel() {
 #[test]
 fn what_cannot_be_is_refused_with_line_and_suggestion() {
     let refused = |text: &str, says: &[&str]| {
-        let told = map(text).err().unwrap_or_else(|| panic!("accepted: {text}"));
-        says.iter().for_each(|words| assert!(told.contains(words), "`{words}` is not in {told}"));
+        let error = map(text).err().unwrap_or_else(|| panic!("accepted: {text}"));
+        says.iter().for_each(|words| assert!(error.contains(words), "`{words}` is not in {error}"));
     };
     let rate = rate();
     refused(&format!("[channels]\n{rate}x = \"omega\"\n"), &["map.toml:2:1", &format!("did you mean '{rate}'?")]);

@@ -247,8 +247,8 @@ fn figures_of_numbers_that_are_none_are_left_out_and_nothing_panics() {
     d.effects[0].parameters[0].sigma = f64::NAN;
     let text = html(d.clone());
     assert!(!text.contains("NaN") && text.ends_with("</html>\n"));
-    let told = words::in_words(&diagnosed(d), false);
-    assert!(!told.contains("NaN") && told.contains("verdict: named"), "{told}");
+    let text = words::in_words(&diagnosed(d), false);
+    assert!(!text.contains("NaN") && text.contains("verdict: named"), "{text}");
     let empty = html(Diagnosis::cannot_decide("nothing moves".into()));
     assert!(empty.contains("Nothing can be decided, because nothing moves.") && !empty.contains("<figure>"));
 }
@@ -267,8 +267,8 @@ fn every_verdict_is_told_in_a_sentence_of_its_own() {
     ];
     for (verdict, says) in all {
         let d = Diagnosis { verdict, reason: "nothing to see".into(), ..full() };
-        let told = words::in_words(&diagnosed(d), true).split_whitespace().collect::<Vec<_>>().join(" ");
-        assert!(told.to_lowercase().contains(&says.to_lowercase()), "{verdict:?}: {told}");
+        let text = words::in_words(&diagnosed(d), true).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(text.to_lowercase().contains(&says.to_lowercase()), "{verdict:?}: {text}");
     }
 }
 
@@ -286,8 +286,8 @@ fn a_force_of_no_channel_shows_at_its_site() {
     let mut found = full();
     found.located[0].channel.clear();
     found.located[0].site = "joint:pivot".into();
-    let told = words::in_words(&diagnosed(found), false).split_whitespace().collect::<Vec<_>>().join(" ");
-    assert!(told.contains("It shows most at joint:pivot between") && told.contains("where: at joint:pivot,"), "{told}");
+    let text = words::in_words(&diagnosed(found), false).split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(text.contains("It shows most at joint:pivot between") && text.contains("where: at joint:pivot,"), "{text}");
 }
 
 #[test]

@@ -104,8 +104,8 @@ fn identifiabilities_are_those_of_each_number_and_none_without_a_prior() {
     estimate.identifiability[..3].copy_from_slice(&codes.map(Identifiability::code));
     let all = ["identified", "prior kept", "not excited"];
     assert_eq!([0, 1, 2].map(|i| identifiability(&estimate, i).expect("a prior")), all);
-    let told = known(0.0, Some(0.1));
-    assert_eq!([0, 1, 2].map(|i| arm_identifiability(&told, &estimate, i).expect("a prior")), all);
+    let assumed = known(0.0, Some(0.1));
+    assert_eq!([0, 1, 2].map(|i| arm_identifiability(&assumed, &estimate, i).expect("a prior")), all);
     assert_eq!(arm_identifiability(&known(0.0, None), &estimate, 0), None);
 }
 

@@ -12,7 +12,7 @@ use simulation::{SimulationError, Simulator};
 /// Random states over which regressors are stacked: several times as many rows as columns.
 const STATES: usize = 100;
 /// Share by which the parameters of a family are varied about their values.
-const VARIED: f64 = 0.3;
+const VARIATION_SHARE: f64 = 0.3;
 
 /// Totals and base parameters.
 pub struct Inertial {
@@ -80,8 +80,10 @@ impl MomentumView {
     fn of(rigid: &Plant, system: &System) -> Option<Self> {
         let functions = planar_tree_functions(system.model())?;
         let numbers = varied(rigid);
-        let ranges: Vec<(f64, f64)> =
-            numbers.iter().map(|(_, value)| (value - VARIED * value.abs(), value + VARIED * value.abs())).collect();
+        let ranges: Vec<(f64, f64)> = numbers
+            .iter()
+            .map(|(_, value)| (value - VARIATION_SHARE * value.abs(), value + VARIATION_SHARE * value.abs()))
+            .collect();
         let model = |values: &[f64]| {
             let mut moved = rigid.clone();
             for ((name, _), value) in numbers.iter().zip(values) {

@@ -55,13 +55,13 @@ impl Proposal {
             sensor(channel, guess, &mechanism, parts, &mut text);
         }
         closing(&mechanism, parts, &mut text);
-        let told = |(channel, guess): (&Channel, &Guess)| {
+        let line = |(channel, guess): (&Channel, &Guess)| {
             format!("{:<26} {:<8} {:<14} {}", channel.name, channel.unit, word(guess.role), guess.why)
         };
         let object = |(channel, guess): (&Channel, &Guess)| json!({ "name": channel.name, "unit": channel.unit, "taken_for": word(guess.role), "why": guess.why });
         Ok(Proposal {
             text,
-            lines: channels.iter().zip(&guesses).map(told).collect(),
+            lines: channels.iter().zip(&guesses).map(line).collect(),
             channels: channels.iter().zip(&guesses).map(object).collect(),
         })
     }

@@ -22,8 +22,8 @@ const POLE_STRIDE: f64 = 0.6;
 const SHORTENINGS_MAX: usize = 6;
 const SHORTENING: [f64; 2] = [0.05, 0.5];
 const GAIN_SHARE_MIN: f64 = 1e-2;
-/// Second derivative of a prior that hardly tells anything of a size: a factor e.
-const PRIOR: f64 = 2.0;
+/// Second derivative of a weak prior on the logarithm of a size: a factor e.
+const LOOSE_PRIOR_CURVATURE: f64 = 2.0;
 /// Gain in `−2 ln p` below which a pole is rejected: what chance gives a parameter that is not there
 /// (AIC).
 const POLE_PRICE: f64 = 2.0;
@@ -264,7 +264,10 @@ struct Metric {
 
 impl Metric {
     fn new(slopes: &[Slope]) -> Self {
-        let second = DVector::from_iterator(slopes.len(), slopes.iter().map(|slope| 1.0 / (slope.second + PRIOR)));
+        let second = DVector::from_iterator(
+            slopes.len(),
+            slopes.iter().map(|slope| 1.0 / (slope.second + LOOSE_PRIOR_CURVATURE)),
+        );
         Self { inverse: DMatrix::from_diagonal(&second), last: None }
     }
 
