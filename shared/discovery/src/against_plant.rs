@@ -1,7 +1,6 @@
-//! What a plant has to say of a recording before it is held against it.
+//! Faults of a recording that only show against a plant: names, units, time unit, constant channels.
 //!
-//! Names and units are judged by [`Problem::refusals`] and channels that stand still by [`standstill`], so that what a diagnosis refuses
-//! is a fault here.
+//! Names and units are checked by [`Problem::refusals`] and constant channels by [`standstill`], the functions a diagnosis uses. What makes a diagnosis reject the recording is therefore a fault here.
 
 use dynamics::description::{Plant, Sensor};
 
@@ -17,6 +16,9 @@ const TIME_UNITS: [(f64, &str); 3] = [(1e3, "milliseconds"), (1e6, "microseconds
 /// A ratio of steps within this share of a unit's is that unit.
 const UNIT_SHARE: f64 = 0.02;
 
+/// Findings about `recording` as data of `plant`: channels or units that do not match, constant channels, too few readings, a time unit that is off by a power of a thousand.
+///
+/// The channel metadata (wrong unit, flipped sign, swapped channels) is not checked here: see [`examine_for`]. Cost: O(samples).
 pub fn examine(recording: &Recording, plant: &Plant) -> Vec<Finding> {
     let mut findings: Vec<Finding> =
         Problem::refusals(plant, recording).iter().filter_map(|error| refused(error, plant)).collect();
@@ -28,7 +30,7 @@ pub fn examine(recording: &Recording, plant: &Plant) -> Vec<Finding> {
     findings
 }
 
-/// What makes a diagnosis refuse the recording; what is wrong with the plant alone, `obsid plant check` tells.
+/// The finding for an error that makes a diagnosis reject the recording; errors of the plant alone belong to `obsid plant check`.
 fn refused(error: &ProblemError, plant: &Plant) -> Option<Finding> {
     let (check, channel, value) = match error {
         ProblemError::MissingChannel { channel, .. } => (Check::Missing, channel, 1.0),
@@ -40,7 +42,7 @@ fn refused(error: &ProblemError, plant: &Plant) -> Option<Finding> {
     let unit = if check == Check::FewSamples { "samples" } else { "channel" };
     Some(
         Finding::new(check, Severity::Fault, channel, value, unit)
-            .because(format!("{error}; `obsid diagnose` refuses it with plant '{}'", plant.name))
+            .because(format!("{error}; `obsid diagnose` rejects it with plant '{}'", plant.name))
             .cure(error.cure("the plant file")),
     )
 }
@@ -65,7 +67,7 @@ fn stuck(plant: &Plant, sensor: &Sensor, channel: &Channel) -> Option<Finding> {
     )
 }
 
-/// No more readings than the plant has numbers to be found from them.
+/// The recording has no more readings than the plant has parameters to estimate.
 fn few_readings(recording: &Recording, plant: &Plant) -> Option<Finding> {
     let problem = Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
     let (readings, unknowns) = (problem.samples(), problem.unknowns.len());
@@ -76,15 +78,15 @@ fn few_readings(recording: &Recording, plant: &Plant) -> Option<Finding> {
         Finding::new(Check::FewSamples, Severity::Warning, first, readings as f64, "samples")
             .with(others)
             .because(format!(
-                "{readings} readings of all sensors for {unknowns} unknown numbers of the plant and its initial state: none is left to judge the fit by"
+                "{readings} readings of all sensors for {unknowns} unknown parameters of the plant and its initial state: none is left to test the fit"
             ))
-            .cure("record longer or faster, or leave out sigmas of numbers that are known")
+            .cure("record longer or faster, or remove the sigmas of known parameters")
     })
 }
 
-/// Steps of the sensors that are a thousand, a million or a thousand million times the plant's, or that part of them.
+/// The steps of the sensors are longer or shorter than the plant's by a power of a thousand.
 ///
-/// A hint and no proof: both may be as they are.
+/// This is a hint, not a proof: both may be correct.
 fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> {
     let ratio = |(sensor, channel): &(&Sensor, &Channel)| Some(channel.interval_s()? / period_s(plant, sensor));
     let near = |x: f64, unit: f64| (x / unit - 1.0).abs() < UNIT_SHARE;
@@ -115,7 +117,7 @@ fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> 
     )
 }
 
-/// As [`examine_with`], and what `plant` has to say of the recording, of its labels too.
+/// As [`examine_with`], with the findings against `plant` ([`examine`]) and the check of the channel metadata ([`mislabelled`]).
 #[must_use]
 pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let work = Arc::new(Work::of(LABELS));
@@ -127,7 +129,7 @@ pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMu
     in_order(findings)
 }
 
-/// As [`examine_for`], where it is known what is [`mislabelled`]: a channel of which the plant says what is wrong is not told again for that.
+/// As [`examine_for`] with the [`mislabelled`] channels given: a channel whose mistake is known is not reported a second time for it.
 #[must_use]
 pub fn examine_beside(
     recording: &Recording,

@@ -1,11 +1,8 @@
-//! Sets of effects against each other and against the noise: joint likelihoods, both sides with their own noise.
+//! Model comparison: sets of effects against each other and against the noise, by joint likelihoods in which each side has its own noise.
 //!
-//! What [`subsets`] ranks first goes to a likelihood ratio in which sizes and poles of the noise are maximised with the effects and
-//! without them: noise fitted to the nominal plant alone has swallowed part of the physics, noise taken on trust invents some. The best
-//! are fitted as physics, from the amplitudes of the linear problem on, with the numbers inside their laws free.
+//! The sets that [`subsets`] ranks first are tested by a likelihood ratio. Sizes and poles of the noise are maximised with the effects and without them: noise fitted to the nominal plant alone has absorbed part of the unmodelled physics, noise taken as stated invents some. The best sets are fitted as physics, starting at the amplitudes of the linear problem, with the shape parameters of their laws free.
 //!
-//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set counts when its ratio passes at `alpha` over all that was
-//! tried ([`Trials`]), when it beats the best smaller set by as much, and when the robust score of its joint direction does not veto it.
+//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set is accepted when three conditions hold: its likelihood ratio is significant at `alpha` after the correction for multiplicity ([`Trials`]), it beats the best smaller set by the same test, and the robust score of its joint direction does not veto it.
 
 mod hops;
 mod refit;
@@ -27,19 +24,19 @@ use identification::fit::{EstimationSession, Fit, Normal, parallel};
 use identification::statistics::{chi_squared_quantile, chi_squared_tail};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// One set of effects that came this far.
+/// A set of effects with its likelihood, noise and fit.
 #[derive(Clone, Debug)]
 pub struct Contender {
     pub subset: Subset,
     /// Least `−2 ln p`: as physics, else on the linear model.
     pub objective: f64,
-    /// Ratio of likelihoods, noise maximised on both sides, and its p times the price of the search.
+    /// Likelihood ratio `2 Δ ln p`, noise maximised on both sides, and its p value after the correction for multiplicity.
     pub ratio: f64,
     pub p: f64,
     pub noise: NoiseModel,
     pub veto: Veto,
     pub refit: Option<Refit>,
-    /// The refit was taken to the end of its valley, and the nominal plant was fitted from there.
+    /// The fit has converged in parameters and noise, and the nominal plant was fitted from there.
     pub is_settled: bool,
     pub is_met: bool,
     /// `−2 ln p + k ln n`, relative to the nominal plant's.
@@ -47,47 +44,49 @@ pub struct Contender {
     pub free: usize,
 }
 
-/// What the robust score says.
+/// Result of the robust score, which does not depend on the noise model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Veto {
     Passed,
     Vetoed,
-    /// Its ceiling is below its threshold: it cannot speak.
+    /// No power: the largest value that it can reach is below its threshold.
     Silent,
 }
 
-/// Who competed, best first, and the least objective of the nominal plant that was met on the way.
+/// The sets tested so far, best first, and the least objective of the nominal plant found on the way.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     pub contenders: Vec<Contender>,
     pub null: f64,
     /// Logarithm of the number of samples.
     samples: f64,
-    /// Work of the dearest sets so far, each.
+    /// Work of the most expensive set so far.
     work_each: f64,
 }
 
-/// The nominal plant as the sets meet it.
+/// The nominal plant that the sets are compared with.
 pub struct Nominal<'a> {
     pub fit: &'a Fit,
     pub noise: &'a NoiseModel,
     pub objective: f64,
 }
 
-/// BIC from which a law takes the place of another, or another shape than usual: twenty to one.
+/// ΔBIC from which one law replaces another, or a law with more shape parameters the simpler one [−2 ln p]. Posterior odds of 20 : 1, as exp(−6/2) = 1/20; Kass & Raftery's "strong" evidence.
 pub const PREFERRED: f64 = 6.0;
 /// Largest set.
 pub const SET_MAX: usize = 3;
-/// Family-wise level of the veto among the sets that are looked at.
+/// Family-wise level of the robust veto over the sets tested. Chosen, no derivation: a lower level vetoes more effects where the noise model is right.
 const VETO_LEVEL: f64 = 0.01;
-/// Noise this many times as loud without an effect as with it has swallowed some of it.
+/// Ratio of noise standard deviations without and with an effect from which that noise has absorbed part of the effect, so that a veto whitened by it is not counted. Chosen on seeded cases, no derivation.
 const SWALLOWED: f64 = 1.5;
-/// Sets that meet each other before it is known what one costs.
+/// Sets tested before the cost of one is known.
 const FEW: usize = 2;
-/// Energy of an effect in less than this many independent instants counts as brief.
+/// Ratio of the robust score's ceiling to its threshold below which the score has no power: the effect acts in too few independent instants. Chosen, no derivation.
 const CEILING_SPARE: f64 = 1.15;
 
-/// Likelihoods and refits of the most promising sets of `ranking`.
+/// Likelihoods and fits of the first sets of `ranking`, at the level `alpha`.
+///
+/// Cost: for each set of the shortlist up to three maximisations of the noise and one fit as physics; bounded by `session.work`.
 pub fn compete(
     session: &EstimationSession<'_>,
     nominal: &Nominal<'_>,
@@ -101,7 +100,7 @@ pub fn compete(
     outcome
 }
 
-/// Likelihood and refit of one set, and the least objective without it under the noise that suits it.
+/// Likelihood and fit of one set, and the least objective without it under the noise that suits it.
 fn one(
     session: &EstimationSession<'_>,
     nominal: &Nominal<'_>,
@@ -116,7 +115,7 @@ fn one(
     let apart = if subset.noise.is_about(nominal.noise) { 1 } else { 2 };
     let found = starts.iter().filter_map(|start| maximise(session, linearised, theta, &extra, start, search));
     let (noise, objective) = found.take(apart).min_by(|a, b| a.1.total_cmp(&b.1))?;
-    // the noise found with the effects may be the better one without them, too
+    // the noise found with the effects may also be the better one without them
     let other = (!noise.is_about(nominal.noise)).then(|| maximise(session, linearised, theta, &[], &noise, search));
     let without = other.flatten().map_or(nominal.objective, |found| found.1);
     let null = without.min(nominal.objective);
@@ -124,18 +123,18 @@ fn one(
     let (_, amplitude) = normal.minimum()?;
     let amplitudes = signed(columns, subset, &amplitude)?;
     let says = |noise: &NoiseModel| veto(session, nominal.fit, columns, subset, noise, p_veto);
-    // under the noise that suits the plant alone, too, its numbers are driven from their priors
+    // the set also relieves the parameters of their tension with the priors under the noise of the plant alone
     let alone = linearised.normal(session, theta, nominal.noise, &extra);
     let relief = |normal: &Normal| normal.relief(session, theta).unwrap_or(0.0);
     let least = relief(&normal).min(alone.as_ref().map_or(0.0, relief));
-    // several laws that only share a change of the plant's numbers among them are a change of those numbers
+    // several laws that together only change the plant's parameters are a change of those parameters
     let is_one = subset.members.len() == 1;
     let relieves = is_one && least > chi_squared_quantile(1.0 - p_veto, extra.len() as f64);
     let veto = match (says(&noise), says(nominal.noise)) {
         _ if relieves => Veto::Passed,
         (Veto::Passed, _) | (_, Veto::Passed) => Veto::Passed,
         (Veto::Silent, Veto::Silent) => Veto::Silent,
-        // noise that has swallowed the effect has no say in it
+        // noise that has absorbed the effect cannot veto it
         (Veto::Silent, _) if nominal.noise.exceeds(&noise, &session.noise, SWALLOWED) => Veto::Silent,
         _ => Veto::Vetoed,
     };
@@ -144,7 +143,7 @@ fn one(
         subset.members.iter().zip(&subset.amplitudes).map(|(c, a)| (&columns[*c], a.as_slice())).collect();
     let ratio = null - objective;
     let refit = (veto != Veto::Vetoed).then(|| refit_all(session, nominal.fit, &parts, &noise, null - 0.5 * ratio));
-    // a refit that lost most of what the line promised has not converged
+    // a fit that lost most of the gain of the linear problem has not converged
     let refit = refit.flatten().filter(|refit| null - refit.objective > 0.5 * ratio);
     let free = refit.as_ref().map_or(subset.free, |refit| refit.free);
     let objective = refit.as_ref().map_or(objective, |refit| refit.objective);
@@ -153,12 +152,12 @@ fn one(
 }
 
 impl Contender {
-    /// Significant, fitted as physics, better than nothing by BIC, and not vetoed.
+    /// Significant at `alpha` after multiplicity, fitted as physics, preferred to the nominal plant by BIC, and not vetoed.
     pub fn stands(&self, alpha: f64) -> bool {
         self.p < alpha && self.veto != Veto::Vetoed && self.refit.is_some() && self.bic < 0.0
     }
 
-    /// Fits its plant to the end of its valley and looks into those beside it, once.
+    /// Iterates the fit to its local optimum and runs the multistart about it, once.
     pub fn settle(&mut self, session: &EstimationSession<'_>, columns: &[Column]) {
         if !core::mem::replace(&mut self.is_settled, true)
             && let Some(refit) = self.refit.take()
@@ -170,9 +169,7 @@ impl Contender {
         }
     }
 
-    /// No member has all its amplitudes within two of their standard errors of nothing. A single one is asked only where it adds a mode or a
-    /// tank: what gained by their free start alone is a swing that nothing drives. Whether any other is there the ratio of likelihoods has said (a
-    /// lag's jump shows the lag, and not how long it is).
+    /// No member has all its amplitudes within two standard errors of zero. A single effect is tested only where it adds a mode or a tank: a gain by their free initial state alone is an oscillation that nothing drives. Any other single effect is decided by the likelihood ratio (a lag's jump shows the lag, not its length).
     pub fn is_there(&self, session: &EstimationSession<'_>, columns: &[Column]) -> bool {
         let members = &self.subset.members;
         let vanishes = |refit: &Refit| members.iter().any(|member| refit.vanishes(&columns[*member]));
@@ -188,7 +185,7 @@ impl Contender {
 }
 
 impl Outcome {
-    /// The sets of `list` meet the others, as many of them as there is room for, at first [`FEW`] in any case. Returns how many.
+    /// Tests the sets of `list` in order, as many as the work allows and [`FEW`] in any case. Returns how many.
     pub fn enter(
         &mut self,
         session: &EstimationSession<'_>,
@@ -203,7 +200,7 @@ impl Outcome {
         let mut rest = list;
         while !rest.is_empty() {
             let is_first = self.work_each == 0.0;
-            let many = if is_first { FEW } else { session.work.pays_for(self.work_each, "sets that scored less") };
+            let many = if is_first { FEW } else { session.work.pays_for(self.work_each, "sets of lower score") };
             if many == 0 {
                 break;
             }
@@ -221,21 +218,20 @@ impl Outcome {
         list.len() - rest.len()
     }
 
-    /// Ratios, p, BIC and order against a nominal plant that does as well as `null`.
+    /// Recomputes ratios, p, BIC and order against a nominal plant of objective `null`.
     pub fn settle(&mut self, null: f64, trials: &Trials) {
         self.null = null.min(self.null);
         self.contenders.iter_mut().for_each(|c| c.judge(self.null, trials, self.samples));
         self.sort();
     }
 
-    /// Best first; twins in the order of the catalogue.
+    /// Best first; sets of equal BIC in the order of the catalogue.
     fn sort(&mut self) {
         let key = |c: &Contender| libm::round(c.bic / subsets::TIE);
         self.contenders.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.subset.members.cmp(&b.subset.members)));
     }
 
-    /// The set to adopt: the best that stands; a larger one must beat every smaller one that stands at `alpha`, and predict what it was
-    /// not fitted to better than it (`better`).
+    /// Index of the set to adopt: the best accepted one. A larger set must beat every smaller accepted one at `alpha` and predict data it was not fitted to better than it (`better`).
     pub fn best(&self, alpha: f64, trials: &Trials, better: &dyn Fn(&Contender, &Contender) -> bool) -> Option<usize> {
         let mut best: Option<usize> = None;
         for size in 1..=SET_MAX {
@@ -260,7 +256,7 @@ impl Outcome {
     }
 }
 
-/// Amplitudes by member; `None` where one is none that its effect can have.
+/// Amplitudes by member; `None` where one is impossible for its effect.
 fn signed(columns: &[Column], subset: &Subset, flat: &[f64]) -> Option<Vec<Vec<f64>>> {
     let mut at = 0;
     let mut amplitudes = Vec::with_capacity(subset.members.len());
@@ -275,7 +271,7 @@ fn signed(columns: &[Column], subset: &Subset, flat: &[f64]) -> Option<Vec<Vec<f
     Some(amplitudes)
 }
 
-/// The robust score of the set's joint direction, whitened by `noise`; it holds whatever the noise is, so any whitening may pass it.
+/// The robust score of the set's joint direction, whitened by `noise`; it is valid whatever the noise is, so any whitening may pass it.
 fn veto(
     session: &EstimationSession<'_>,
     fit: &Fit,
@@ -307,7 +303,7 @@ fn veto(
     }
 }
 
-/// `exp(−ΔBIC/2)` normalised over contenders within `span` of the best; zero beyond.
+/// `exp(−ΔBIC/2)`, normalised over those within `span` of the best; zero beyond.
 pub fn weights(bic: &[f64], span: f64) -> Vec<f64> {
     let best = bic.iter().copied().fold(f64::INFINITY, f64::min);
     let raw: Vec<f64> = bic.iter().map(|b| if b - best <= span { libm::exp(-0.5 * (b - best)) } else { 0.0 }).collect();

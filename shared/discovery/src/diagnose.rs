@@ -1,11 +1,16 @@
-//! What physics was left out of a plant, according to recordings: compare, locate, name, model, show.
+//! Which physics is unmodelled, according to recordings: fit, screen, compare, confirm, report.
 //!
-//! Order of work: fit the nominal plant; maximise its noise; score every effect at every site under the stated and under the adapted
-//! noise; let the best compete with two-sided likelihoods; fit them as physics; repeat with the enlarged plant, at most three
-//! times, what a later effect takes the place of leaving again; look once more for what came first beside all others; freeze everything
-//! and ask data that were not used, of all effects and of each. Where nothing stands, what is only suspected is asked of another recording. Nothing is named that the robust score vetoes or held-out data refuse; a significant score whose model cannot be fitted is reported as that.
+//! Order of work:
+//! 1. fit the nominal plant and maximise the likelihood over its noise;
+//! 2. score every effect at every site under the stated and under the adapted noise;
+//! 3. compare the best sets by likelihood ratios and fit them as physics;
+//! 4. repeat on the augmented plant, at most three times: greedy forward search with backward elimination;
+//! 5. search once more for each earlier effect beside all others;
+//! 6. freeze all parameters and predict data that were not fitted, with all effects and without each.
 //!
-//! Every loop is bounded, and those of the search together by [`Options::work_max`]; what was cut is said.
+//! If no effect is accepted, effects of lower significance are tested on the held-out recording alone. No effect is reported that the robust score vetoes or held-out data reject. A significant score whose model cannot be fitted is reported as such.
+//!
+//! Every loop is bounded, and the search as a whole by [`Options::work_max`]; the report says what was omitted for it.
 
 mod adoption;
 mod evidence;
@@ -45,20 +50,20 @@ use identification::problem::Problem;
 use identification::work::Work;
 use std::rc::Rc;
 
-/// Bounds and levels.
+/// Levels and bounds of a diagnosis.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Probability of any finding where nothing is missing.
+    /// Probability of any finding where no physics is unmodelled, all tests together.
     pub alpha: f64,
     pub terms_max: usize,
     pub threads: usize,
     /// Effects that the catalogue is taken without.
     pub without: Vec<String>,
-    /// Recordings to ask at the end, as a problem of the same plant.
+    /// Recordings to predict at the end, as a problem of the same plant.
     pub held_out: Option<Problem>,
-    /// The same experiment once more, run by run: what physics does repeats, what noise does not.
+    /// The same experiment repeated, run by run: physics recurs, noise does not.
     pub repeat: Option<Problem>,
-    /// Largest work ([`identification::work`]): about nanoseconds of one core; what is left out for it is said.
+    /// Bound of the work ([`identification::work`]), in about nanoseconds of one core; the report says what was omitted for it.
     pub work_max: f64,
 }
 
@@ -76,18 +81,18 @@ impl Default for Options {
     }
 }
 
-/// Share of alpha for physics and sensors with a name that one recording shows.
+/// Share of alpha for effects of the catalogue that one recording shows. The shares add to one (Bonferroni); how they are split is chosen, no derivation.
 const NAME_SHARE: f64 = 0.85;
-/// Share for those that only a held-out recording confirms.
+/// Share of alpha for effects that only a held-out recording confirms.
 const CONFIRMED_SHARE: f64 = 0.01;
-/// Share of each of the three that have no name: noise, tiles and maps.
+/// Share of alpha for each of the three tests without an effect of the catalogue: noise, time–frequency bins, maps.
 const NAMELESS_SHARE: f64 = (1.0 - NAME_SHARE - CONFIRMED_SHARE) / 3.0;
-/// ΔBIC within which a rival is printed.
+/// ΔBIC within which a rival is reported: posterior weight exp(−12/2) = 0.25 % at its edge.
 pub const RIVAL_SPAN: f64 = 12.0;
-/// Relinearisations of the nominal fit; it ends where it has converged.
+/// Relinearisations of the nominal fit; it ends earlier where it has converged.
 const ROUNDS: usize = 6;
 
-/// A plant that stands as the best so far.
+/// The best accepted plant so far: parameters, noise and `−2 ln p`.
 #[derive(Clone)]
 struct Standing {
     plant: Plant,
@@ -97,12 +102,12 @@ struct Standing {
     objective: f64,
 }
 
-/// One adopted effect.
+/// An adopted effect.
 #[derive(Clone)]
 struct Adopted {
     column: Column,
     score: Score,
-    /// Significance of the set it came with.
+    /// p value of the set it was adopted with.
     p: f64,
     /// Square root of the likelihood ratio of that set.
     d: f64,
@@ -110,7 +115,7 @@ struct Adopted {
     rivals: Vec<Contested>,
 }
 
-/// An effect that could stand in the place of an adopted one.
+/// A rival: an effect that could replace an adopted one.
 #[derive(Clone)]
 struct Contested {
     candidate: Candidate,
@@ -121,7 +126,7 @@ struct Contested {
     cosine: f64,
 }
 
-/// An effect that is significant and could not be fitted.
+/// A significant effect that could not be fitted.
 struct Unfitted {
     column: Column,
     score: Score,
@@ -130,13 +135,18 @@ struct Unfitted {
     p: f64,
 }
 
-/// Diagnoses `problem`. `progress` is told a phase and the share done.
+/// Diagnoses `problem`: the whole sequence above, from the nominal fit to the report. `progress` receives a phase and the share done.
+///
+/// A problem that cannot be decided (too few samples, a constant channel, a fit that fails) is a [`Diagnosis`] with the verdict [`Verdict::CannotDecide`] and the reason, never an error. The same problem and options give the same answer on every machine and with any number of threads.
+///
+/// Cost: two or three fits of the nominal plant, and a search of at most [`Options::work_max`].
 pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Diagnosis {
     let found = match stamps::evened(problem, options.threads) {
         None => run(problem, options, progress),
         Some(mut even) => {
-            even.notes
-                .push("the readings are even and their stamps are not: they were put back on their grid".to_owned());
+            even.notes.push(
+                "the readings are even and their stamps are not: the stamps were replaced by their grid".to_owned(),
+            );
             let again = |other: &Option<Problem>| other.as_ref().map(|p| stamps::even(p).unwrap_or_else(|| p.clone()));
             let (held_out, repeat) = (again(&options.held_out), again(&options.repeat));
             run(&even, &Options { held_out, repeat, ..options.clone() }, progress)
@@ -164,8 +174,8 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     progress("held out", 0.85);
     let mut judged = judged(problem, (&session, &stated), &mut found, options, &mut notes);
     let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
-    if is_open && session.work.allows(search, "what is only suspected") {
-        progress("what is only suspected", 0.9);
+    if is_open && session.work.allows(search, "effects of low significance") {
+        progress("effects of low significance", 0.9);
         let confirmed = suspicion::confirmed(problem, (&session, &stated), (&bare, &found), options, &mut notes);
         if let Some(confirmed) = confirmed {
             (found, judged) = confirmed;
@@ -177,10 +187,10 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         }
         _ => None,
     };
-    progress("a plain law without a name", 0.93);
+    progress("a one-parameter law outside the catalogue", 0.93);
     let plainer = plainer::plainer(&session, &bare, (&found.best, &found.adopted), &found.screening);
     progress("a law that is not in the catalogue", 0.95);
-    // what another recording refuses was something here all the same
+    // an effect that another recording rejects explained something here all the same
     let whole = judged.refused.first().map_or(&found.best, |(_, with)| with);
     let mut map = remainder(&session, whole)?;
     if let Some(map) = &mut map {
@@ -209,22 +219,22 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     }))
 }
 
-/// The law that the standing plant still lacks.
+/// The law that the accepted plant still lacks.
 fn remainder(session: &EstimationSession<'_>, best: &Standing) -> Result<Option<UnknownLaw>, String> {
     let own = EstimationSession::like(session, &best.problem).map_err(|error| error.to_string())?;
     Ok(unknown_law::best(&own, &best.plant, &best.fit.linearised, &best.fit.theta, &best.noise))
 }
 
-/// Where the innovations of a plant are least like normal white noise.
+/// Where the innovations of a plant deviate most from normal white noise.
 #[derive(Default)]
 struct LeftOver {
     loudest: Option<Loudest>,
     outliers: Vec<Outliers>,
-    /// The loudest tile beside them.
+    /// The strongest time–frequency bin once outliers are clipped.
     beside: Option<Loudest>,
 }
 
-/// What is left of the innovations of the standing plant.
+/// Deviations from white noise of the innovations of the accepted plant.
 fn left_over(session: &EstimationSession<'_>, best: &Standing) -> Result<LeftOver, String> {
     let own = EstimationSession::like(session, &best.problem).map_err(|error| error.to_string())?;
     let left = || {
@@ -241,7 +251,7 @@ fn left_over(session: &EstimationSession<'_>, best: &Standing) -> Result<LeftOve
     Ok(left().unwrap_or_default())
 }
 
-/// Noise maximised, parameters fitted under it, noise once more.
+/// The nominal plant under adapted noise: noise maximised, parameters fitted under it, noise maximised again.
 fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<Standing, String> {
     let search = Search { sweeps: 8, colour: true, scan: true };
     let failed = || "the likelihood of the noise cannot be found".to_owned();
@@ -255,7 +265,7 @@ fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<Standing, S
     Ok(Standing { plant: plant.clone(), problem: session.problem.clone(), fit: adapted, noise, objective })
 }
 
-/// Standing of all adopted effects together.
+/// Status of all adopted effects together.
 fn status(gain: Option<&Gain>) -> Status {
     gain.map_or(Status::Unconfirmed, Gain::status)
 }

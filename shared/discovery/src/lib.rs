@@ -1,8 +1,27 @@
-//! What physics a plant leaves out: hypotheses, screening, decision, prediction, the next experiment.
+//! Which physics a plant does not model: hypotheses, screening, decision, prediction, next experiment.
 //!
-//! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`,
-//! `plant_file`, `estimation`. Must never know: files, processes, clocks, the desk. Channels come
-//! in as numbers with names and SI units; findings go out as data.
+//! What it is: every effect of the catalogue scored at every site (`score`), sets of effects compared by likelihood (`compete`), the whole sequence from a nominal fit to a verdict (`diagnose`), the same from modes instead of time series (`features`), laws outside the catalogue (`unknown_law`), an omnibus test of the residuals (`omnibus`), wrong channel metadata (`mislabelled`, `against_plant`), the experiment that separates two effects (`next_experiment`).
+//!
+//! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`, `dynamics`, `plant_file`, `estimation`. Inside, `score` ← `compete` ← `diagnose`; all others stand beside.
+//!
+//! Must never know: files, processes, clocks, the command line. Channels come in as numbers with names and SI units; findings go out as data.
+//!
+//! ```
+//! use discovery::diagnose::{Options, Verdict, diagnose};
+//! use identification::problem::Problem;
+//! # let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy/plants/pendulum.toml");
+//! # let text = std::fs::read_to_string(file).unwrap();
+//! let plant = plant_file::parse(file, &text).unwrap().plant;
+//! // a pendulum with dry friction, which its plant file does not model
+//! let mut truth = plant.clone();
+//! truth.add_effect("joint_coulomb", &"joint:pivot".parse().unwrap(), &[("force", 0.05)]).unwrap();
+//! let recording = simulation::record(&truth, 5, 2.0, &mut |_| {}).unwrap();
+//! let problem = Problem::new(&plant, &[recording], &[]).unwrap();
+//! let options = Options { terms_max: 1, ..Options::default() };
+//! let found = diagnose(&problem, &options, &mut |_, _| {});
+//! assert_ne!(found.verdict, Verdict::None); // something is missing
+//! println!("{:?}: {}", found.verdict, found.reason);
+//! ```
 
 #![forbid(unsafe_code)]
 

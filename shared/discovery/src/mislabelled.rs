@@ -1,14 +1,8 @@
-//! Channels in another unit, or of another sign, than their label says, as the likelihood of a plant has it.
+//! Wrong units, flipped signs and swapped channels, detected by the likelihood of a plant.
 //!
-//! A channel that reads `f` times what it should is predicted by the plant, to the noise that it states, once it is divided by `f`. That is
-//! asked where the plant misses the recording by far alone, or follows it with numbers far from what its file states. What is put right must be
-//! explained: the whitened innovations fall far below what they were, counted in the unit of the readings, for a free response divided by
-//! anything is one still, and by as much less of whatever it misses. What only shrinks to nothing explains nothing: the reading must stay
-//! above its noise, and without the command the plant must miss the recording again.
+//! A channel that reads `f` times its true value is predicted by the plant, to the stated noise, once it is divided by `f`. The test is made only where the plant misses the recording by far, or follows it with parameters far from those its file states. The corrected recording must be explained: the whitened innovations must fall far below their former value, counted in the unit of the readings, because a free response divided by anything is still one, and its misfit is divided as well. A channel that only shrinks to zero explains nothing: the reading must stay above its noise, and without the command the plant must miss the recording again.
 //!
-//! Of a long recording beginnings that the plant misses by far are asked before the whole; what explains one must explain the whole. What
-//! asking costs is counted ([`identification::work`]): nearest hypotheses come first, and those that there is no room for are not asked, and told of
-//! no channel.
+//! Of a long recording the first samples are tested before the whole; the mistake that explains them must explain the whole. The cost of testing is counted ([`identification::work`]): the nearest hypotheses come first, and those beyond the work are omitted and reported for no channel.
 
 mod prediction;
 
@@ -25,16 +19,16 @@ use identification::statistics::deviation;
 use identification::work::Work;
 use prediction::{Asking, FAR_OFF, Numbers, Prediction};
 
-/// What is wrong with the label of a channel, or of several.
+/// What is wrong with the metadata of a channel, or of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mistake {
-    /// They read so many times what they should, as `degrees read as radians` do.
+    /// They read so many times their true value, as in `degrees read as radians`.
     Factor(f64, &'static str),
-    /// Two are each other's.
+    /// Two channels are exchanged.
     Swapped,
 }
 
-/// Channels of a recording whose label is wrong.
+/// Channels of a recording whose metadata is wrong.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mislabelled {
     pub recording: String,
@@ -42,38 +36,35 @@ pub struct Mislabelled {
     pub mistake: Mistake,
     /// Other mistakes that explain it as well.
     pub instead: Vec<Mislabelled>,
-    /// Rms of the innovations of the whole recording [stated standard deviations] as it is labelled, at least, and put right; infinite where
-    /// the plant cannot follow it at all.
+    /// Rms of the innovations of the whole recording [stated standard deviations] as labelled, at least, and corrected; infinite where the plant cannot follow it at all.
     pub before: f64,
     pub after: f64,
 }
 
-/// Standard deviations of its noise that a reading must stay above, and times the mean square without a command.
+/// Standard deviations of its noise that a corrected reading must exceed, and ratio by which the mean square must rise without the command. Chosen on seeded cases, no derivation.
 const ABOVE_NOISE: f64 = 3.0;
 const WITHOUT: f64 = 2.0;
-/// A hypothesis explains it as well within this factor of the best mean square.
+/// Ratio to the best mean square within which a hypothesis explains it as well. Chosen, no derivation.
 const AS_WELL: f64 = 1.1;
-/// Hypotheses that are looked at, those of single channels first.
+/// Hypotheses that are evaluated, those of single channels first.
 const HYPOTHESES: usize = 200;
-/// Share of the room left that goes into ranking them.
+/// Share of the remaining work for ranking them. Chosen, no derivation.
 const RANKING: f64 = 0.6;
-/// What is left out where there is no room.
-const FURTHER: &str = "mistakes of labels that come less near at first";
-const LONGER: &str = "labels of channels by more of a recording";
-/// Hypotheses that are fitted to the end.
+/// What is omitted where the work is spent.
+const FURTHER: &str = "mistakes of the channel metadata that come less near at first";
+const LONGER: &str = "channel metadata on more of a recording";
+/// Hypotheses that are fitted completely.
 const FITTED: usize = 5;
-/// Readings that are asked first, and how many times more next.
+/// Readings that are tested first, and the factor to the next part.
 const BEGINNING: usize = 2000;
 const GROWTH: usize = 4;
 
-/// The mistake that explains what `plant` misses of `recording` by far; none where it follows it, and none where `work` has no room to ask: that is
-/// left out there.
+/// The mistake that explains why `plant` misses `recording` by far; `None` where the plant follows it, and where `work` has no budget left, which is recorded there.
 ///
-/// Cost: a linearisation; where the plant is far off, for each beginning up to [`HYPOTHESES`] of them, [`FITTED`] fits and as many again for
-/// commands, as long as `work` has room; then what is asked of the whole of what explains a beginning.
+/// Cost: a linearisation. Where the plant is far off, for each part up to [`HYPOTHESES`] linearisations, [`FITTED`] fits and as many again for commands, within `work`; then the test on the whole recording.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
-    // what no plant can read is another's to tell
+    // what no plant can read is left to the other checks
     Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
     let asking = Asking::new(plant, work);
     if is_near(&asking.predicted(recording, Numbers::Priors)) {
@@ -93,7 +84,7 @@ pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Op
     explained(&asking, recording)?.told()
 }
 
-/// That labels were not asked to the end, as `note` says.
+/// The finding that the channel metadata was not tested completely, for the reason in `note`.
 pub(super) fn not_asked(recording: &Recording, plant: &Plant, note: &str) -> Option<Finding> {
     let is_read = |channel: &&Channel| plant.sensors.iter().any(|sensor| sensor.name == channel.name);
     let read: Vec<&str> = recording.channels.iter().filter(is_read).map(|channel| channel.name.as_str()).collect();
@@ -101,8 +92,8 @@ pub(super) fn not_asked(recording: &Recording, plant: &Plant, note: &str) -> Opt
     Some(
         Finding::new(Check::Units, Severity::Note, first, read.len() as f64, "channels")
             .with(others)
-            .because(format!("with the numbers that its file states the plant misses the recording by far, and whether a label explains that was not asked to the end: {note}"))
-            .cure("ask a beginning of the recording, or a plant with fewer uncertain numbers"),
+            .because(format!("with the parameters that its file states the plant misses the recording by far, and whether wrong channel metadata explains that was not tested completely: {note}"))
+            .cure("diagnose a shorter part of the recording, or a plant with fewer uncertain parameters"),
     )
 }
 
@@ -110,21 +101,21 @@ fn is_near(found: &Option<Prediction>) -> bool {
     found.as_ref().is_some_and(Prediction::is_near)
 }
 
-/// What explains that a recording is missed by far, best first.
+/// Hypotheses that explain why a recording is missed by far, best first.
 struct Explained {
     before: Option<Prediction>,
     list: Vec<(Prediction, Mislabelled)>,
 }
 
 impl Explained {
-    /// Comes near, and nearer by far than `before`.
+    /// The plant comes near, and nearer by far than `before`.
     fn holds(&self, plant: &Plant, (after, found): &(Prediction, Mislabelled)) -> bool {
         let as_read = after.mean_square * found.weight(plant);
         let falls = self.before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
         after.is_near() && (falls || found.is_of_command(plant))
     }
 
-    /// Keeps what holds, best first, and nothing where the recording is followed as it is labelled.
+    /// Keeps the hypotheses that hold, best first; none where the recording is followed as labelled.
     fn keep_near(&mut self, plant: &Plant) {
         let list = core::mem::take(&mut self.list);
         if !is_near(&self.before) {
@@ -146,7 +137,7 @@ impl Explained {
     }
 }
 
-/// Mistakes that explain what is missed of `recording`; none where it is followed, `None` where there is no room to ask.
+/// Mistakes that explain the misfit of `recording`; empty where it is followed, `None` where no budget is left.
 fn explained(asking: &Asking<'_>, recording: &Recording) -> Option<Explained> {
     if !asking.affords(recording, Numbers::Fitted, LONGER) {
         return None;
@@ -170,7 +161,7 @@ fn explained(asking: &Asking<'_>, recording: &Recording) -> Option<Explained> {
     Some(explained)
 }
 
-/// The same of the whole `recording`, from where fits to its beginning ended.
+/// The same on the whole `recording`, started where the fits to its first part ended.
 fn confirmed(asking: &Asking<'_>, recording: &Recording, of_part: Explained) -> Option<Mislabelled> {
     let mut list = Vec::new();
     for (part, found) in of_part.list {
@@ -194,7 +185,7 @@ fn confirmed(asking: &Asking<'_>, recording: &Recording, of_part: Explained) -> 
     explained.told()
 }
 
-/// Those hypotheses that come nearest: at the priors, and after one step where there is room for that.
+/// The hypotheses that come nearest: at the priors, and after one step where the work allows.
 fn ranked(asking: &Asking<'_>, recording: &Recording) -> Vec<(Prediction, Mislabelled)> {
     let until = asking.work.until(RANKING);
     let mut all = hypotheses(recording, asking.plant).into_iter();
@@ -221,7 +212,7 @@ fn ranked(asking: &Asking<'_>, recording: &Recording) -> Vec<(Prediction, Mislab
     ranked
 }
 
-/// Those of `list` with numbers that are found in another way, as far as there is room.
+/// The hypotheses of `list` with parameters found in another way, as far as the work allows.
 fn nearer(
     asking: &Asking<'_>,
     recording: &Recording,
@@ -271,7 +262,7 @@ impl Mislabelled {
         self.channels.iter().any(|name| plant.actuator(name).is_some())
     }
 
-    /// Squared size of a reading as recorded in what it is once put right, at least one.
+    /// Squared ratio of a reading as recorded to its corrected value, at least one.
     fn weight(&self, plant: &Plant) -> f64 {
         if self.is_of_command(plant) { 1.0 } else { (self.factor() * self.factor()).max(1.0) }
     }
@@ -284,7 +275,7 @@ impl Mislabelled {
         self.channels.contains(&channel.name)
     }
 
-    /// `recording` put right.
+    /// `recording` with this mistake corrected.
     #[must_use]
     pub fn cured(&self, recording: &Recording) -> Recording {
         let mut cured = recording.clone();
@@ -299,16 +290,16 @@ impl Mislabelled {
         cured
     }
 
-    /// `'rate' reads 57.3 times what the plant says (degrees read as radians)`.
+    /// `'rate' reads 57.3 times what the plant predicts (degrees read as radians)`.
     #[must_use]
     pub fn in_words(&self) -> String {
         let names = self.channels.iter().map(|name| format!("'{name}'")).collect::<Vec<_>>().join(" and ");
         let verb = if self.channels.len() == 1 { "reads" } else { "read" };
         let own = match self.mistake {
             Mistake::Factor(factor, meaning) => {
-                format!("{names} {verb} {} times what the plant says ({meaning})", short(factor))
+                format!("{names} {verb} {} times what the plant predicts ({meaning})", short(factor))
             }
-            Mistake::Swapped => format!("{names} are each other's"),
+            Mistake::Swapped => format!("{names} are swapped"),
         };
         self.instead.iter().fold(own, |all, other| format!("{all}, or {}", other.in_words()))
     }
@@ -333,7 +324,7 @@ impl Mislabelled {
         Finding::new(check, Severity::Fault, first, self.factor(), "-")
             .with(&others)
             .because(format!(
-                "{}: with that put right the plant predicts the recording to {} stated standard deviations rms, {now}",
+                "{}: with that corrected the plant predicts the recording to {} stated standard deviations rms, {now}",
                 self.in_words(),
                 short(self.after)
             ))
@@ -342,7 +333,7 @@ impl Mislabelled {
 }
 
 impl Mislabelled {
-    /// What is put right is more than nothing.
+    /// The corrected reading is more than zero: it exceeds its noise.
     fn is_seen(&self, asking: &Asking<'_>, recording: &Recording, after: &Prediction) -> bool {
         let plant = asking.plant;
         let mut silent = recording.clone();
@@ -368,8 +359,7 @@ impl Mislabelled {
     }
 }
 
-/// Every channel that the plant reads or is driven by, and all sensors of one kind together, by every factor of their quantity; two of one
-/// quantity for each other.
+/// Every channel that the plant reads or is driven by, and all sensors of one kind together, by every factor of their quantity; any two of one quantity exchanged.
 fn hypotheses(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
     let recorded = |name: &String| recording.channels.iter().find(|channel| channel.name == *name);
     let sensors: Vec<&Channel> = plant.sensors.iter().filter_map(|sensor| recorded(&sensor.name)).collect();
@@ -396,7 +386,7 @@ fn hypotheses(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
     all
 }
 
-/// What a reading of `quantity` is multiplied by where its unit is mistaken.
+/// Factors on a reading of `quantity` whose unit is mistaken.
 fn factors(quantity: Option<Quantity>) -> Vec<Mistake> {
     let (degree, g, rpm) = (180.0 / PI, 9.80665, 60.0 / TAU);
     let milli = [(1e3, "milli read as one"), (1e-3, "one read as milli")];

@@ -1,4 +1,4 @@
-//! The experiment that would tell two effects apart: a menu within limits, judged before it is flown.
+//! Design of the experiment that separates two effects: a menu within limits, evaluated by simulation.
 //!
 //! Each entry is simulated with the first effect at work and linearised as a recording of its own. With both effects' columns `c_1`, `c_2`
 //! whitened and the nominal unknowns (known as well as this recording leaves them) projected off, the second can imitate the first up to
@@ -7,8 +7,7 @@
 //! d = |a| |c_1'| √(1 − ρ²),   ρ = cos(c_1', c_2')
 //! ```
 //!
-//! which is the discriminating power: standard errors between the best fits of the two (Atkinson and Fedorov's T-optimality, linearised).
-//! An entry either drives one free actuator, or scales the references of closed loops or the initial state.
+//! the discriminating power: standard errors between the best fits of the two (Atkinson and Fedorov's T-optimality, linearised). An entry drives one free actuator, or scales the references of closed loops or the initial state.
 
 use crate::score::{Candidate, Score, columns, cosine, scores};
 use channels::Recording;
@@ -28,27 +27,27 @@ pub struct Experiment {
     pub d: f64,
 }
 
-/// Below this no entry separates the two.
+/// Discriminating power [standard errors] below which no entry separates the two: two-sided 0.3 % of a normal distribution.
 pub const SEPARATES: f64 = 3.0;
-/// Control periods of a simulated entry at most.
+/// Bound of the control periods of a simulated entry.
 const PERIODS_MAX: f64 = 20_000.0;
 /// Scales of references and of initial states.
 const SCALES: [f64; 2] = [0.3, 2.0];
 
-/// What is to be told apart.
+/// The two effects to separate, and the limits of the experiment.
 pub struct Question<'a> {
-    /// With the first effect; numbers as fitted, their standard deviations as this recording leaves them.
+    /// With the first effect; parameters as fitted, with their standard deviations on this recording.
     pub plant: &'a Plant,
     pub first: &'a Candidate,
     /// Amplitude of the first along each of its directions.
     pub amplitude: &'a [f64],
     pub second: &'a Candidate,
     pub duration_s: f64,
-    /// Largest |command| of each actuator where it states no range.
+    /// Largest |command| of each actuator where its range is unspecified.
     pub flown: &'a [f64],
 }
 
-/// All entries that can be flown, the most telling first.
+/// All feasible entries by falling discriminating power. Cost: for each entry a simulation, a linearisation and two columns.
 pub fn menu(question: &Question<'_>, threads: usize) -> Vec<Experiment> {
     let period_s = question.plant.simulation.period_s;
     let duration_s = question.duration_s.min(PERIODS_MAX * period_s);
@@ -147,7 +146,7 @@ fn profiles(limit: f64, duration_s: f64, period_s: f64) -> Vec<(&'static str, Si
     ]
 }
 
-/// Discriminating power of one entry; `None` where it cannot be flown or shows neither.
+/// Discriminating power of one entry; `None` where it is not feasible or shows neither effect.
 fn power(question: &Question<'_>, with: &Plant, duration_s: f64, threads: usize) -> Option<f64> {
     let recording = flown(with, duration_s)?;
     let mut plant = with.clone();
@@ -170,7 +169,7 @@ fn power(question: &Question<'_>, with: &Plant, duration_s: f64, threads: usize)
     Some(along(&first) * (1.0 - rho * rho).max(0.0).sqrt())
 }
 
-/// Norm of what the first effect leaves at its amplitude.
+/// Norm of the first effect's projected column at its amplitude.
 fn along(score: &Score) -> f64 {
     let n = score.projected.first().map_or(0, Vec::len);
     let at = |s: usize| score.projected.iter().zip(&score.amplitude).map(|(c, a)| a * c[s]).sum::<f64>();

@@ -1,27 +1,25 @@
-//! What no law was asked about: tiles of time, octave and channel that are louder than white noise, and lines of a channel's spectrum.
+//! Omnibus test of the residuals: energy in time–frequency bins.
 //!
-//! Whitened innovations of every channel and run go through an orthonormal Haar transform and, whole, a Fourier transform; both leave white
-//! noise white. A tile is a window of `n` coefficients of one octave (or of the samples themselves), or of the real and imaginary parts of
-//! neighbouring lines of the spectrum; with energy `E` its evidence against unit variance is
+//! Whitened innovations of every channel and run go through an orthonormal Haar transform and, whole, a Fourier transform; both leave white noise white. A time–frequency bin is a window of `n` coefficients of one octave (or of the samples themselves), or of the real and imaginary parts of neighbouring lines of the spectrum; with energy `E` its evidence against unit variance is
 //!
 //! ```text
 //! 2 ln p(E) / p(E | 1) = E − n − n ln(E / n),   E > n
 //! ```
 //!
-//! It tells that something is left and where, never what: an unknown law and unknown noise look alike here.
+//! The test shows that residual energy is left and where, never what it is: an unknown law and unknown noise look alike here.
 
 use identification::fit::EstimationSession;
 use identification::problem::Timeline;
 use realfft::RealFftPlanner;
 
-/// Octaves from half the sampling frequency down; what is slower is one more band.
+/// Octaves from half the sampling frequency down; lower frequencies are one more band.
 const OCTAVES: usize = 5;
-/// Coefficients of a window.
+/// Lengths of a window in coefficients.
 const LENGTHS: [usize; 5] = [1, 4, 16, 64, 256];
-/// Samples at the beginning of a run that pay for its initial state.
+/// Samples at the start of a run that are not tested: they carry the error of its initial state.
 const BEGINNING: usize = 5;
 
-/// The loudest tile.
+/// The time–frequency bin of most evidence.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Loudest {
     pub channel: usize,
@@ -29,32 +27,32 @@ pub struct Loudest {
     /// In the recording's time.
     pub time_s: [f64; 2],
     pub band_hz: [f64; 2],
-    /// Decrease of `−2 ln p` were the tile's variance free.
+    /// Decrease of `−2 ln p` if the bin's variance were free.
     pub evidence: f64,
-    /// Tiles that were looked at.
+    /// Number of bins tested.
     pub tried: usize,
 }
 
 impl Loudest {
-    /// Chance that the loudest of so many in white noise is as loud.
+    /// p value: probability that the largest of so many bins of white noise has as much evidence.
     #[must_use]
     pub fn p(&self) -> f64 {
         (self.tried as f64 * libm::exp(-0.5 * self.evidence)).min(1.0)
     }
 
-    /// Evidence beyond what the loudest of so many has by chance at `alpha`.
+    /// Its evidence is beyond that of the largest of so many bins of white noise at the level `alpha`.
     #[must_use]
     pub fn stands(&self, alpha: f64) -> bool {
         self.p() < alpha
     }
 }
 
-/// Whitened innovations beyond this are drawn in, standard deviations.
+/// Whitened innovations beyond this are clipped [standard deviations]: 6e-5 of a normal distribution. Chosen, no derivation.
 const TAIL: f64 = 4.0;
-/// Share of a channel's samples that outliers are at most.
+/// Largest share of a channel's samples that outliers may be. Chosen, no derivation: more often they may be a law of every reversal or contact.
 const RARE: f64 = 0.01;
 
-/// Lone innovations of one channel that are too large for a normal distribution.
+/// Isolated innovations of one channel that are too large for a normal distribution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outliers {
     pub channel: usize,
@@ -68,15 +66,14 @@ pub struct Outliers {
 }
 
 impl Outliers {
-    /// So few that they are no law of every reversal or contact.
+    /// Too few to be a law of every reversal or contact.
     #[must_use]
     pub fn is_rare(&self) -> bool {
         self.count as f64 <= RARE * self.samples as f64
     }
 }
 
-/// Outliers of every channel that has some, the largest first, and the loudest tile once they are drawn in: none of its like stands where they were
-/// alone.
+/// Outliers of every channel that has some, the largest first, and the bin of most evidence once they are clipped.
 #[must_use]
 pub fn without_outliers(session: &EstimationSession<'_>, r: &[f64]) -> (Vec<Outliers>, Option<Loudest>) {
     let drawn_in: Vec<f64> = r.iter().map(|r| r.clamp(-TAIL, TAIL)).collect();
@@ -135,12 +132,12 @@ struct Series {
     r: Vec<f64>,
 }
 
-/// Samples of a channel in a run behind those that pay for the initial state.
+/// Samples of a channel in a run without those that carry the error of the initial state.
 fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
     (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).skip(BEGINNING).collect()
 }
 
-/// The loudest tile of whitened innovations `r` of all runs; none where every run is too short.
+/// The bin of most evidence of whitened innovations `r` of all runs; `None` where every run is too short. Cost: O(n log n) for each channel.
 #[must_use]
 pub fn loudest(session: &EstimationSession<'_>, r: &[f64]) -> Option<Loudest> {
     let mut list = Vec::new();
@@ -198,7 +195,7 @@ fn spectrum(series: &[f64]) -> Option<Band> {
     (lines > 0).then_some(Band { w, along: Along::Frequency { samples: series.len() } })
 }
 
-/// Evidence, first coefficient and length of the loudest window, and how many there were. Windows overlap by half.
+/// Evidence, first coefficient and length of the window of most evidence, and how many were tested. Windows overlap by half.
 fn within(w: &[f64], along: Along) -> (Option<(f64, usize, usize)>, usize) {
     let mut sums = Vec::with_capacity(w.len() + 1);
     sums.push(0.0);
@@ -245,8 +242,7 @@ mod tests {
             stood[0] += usize::from(found.stands(0.05));
             stood[1] += usize::from(found.stands(1.0));
         }
-        // At most as promised (20 of 400, and three standard deviations of that); windows overlap and a free variance has its price, but
-        // where every loudest of a chance of one may stand, some do.
+        // At most as promised (20 of 400, and three standard deviations of that); windows overlap and a free variance has its price, but where every largest of a chance of one may pass, some do.
         assert!(stood[0] <= 33 && stood[1] >= 10, "{stood:?}");
     }
 

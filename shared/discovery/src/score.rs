@@ -7,8 +7,7 @@
 //! T = gᵀ M⁻¹ g,   g = c'ᵀ r,   M = c'ᵀ c',   κ = 1 − |c'|²/|c|²,   amplitude for d: d / |c'|
 //! ```
 //!
-//! T is χ² when the noise is as assumed: it screens and ranks. The robust form takes the variance of the products `c'_k r_k` from their
-//! own sums over lags (Bartlett); it is a veto. Its ceiling is √(n_eff / L): a brief effect cannot pass it, whatever its size.
+//! T is χ² when the noise is as assumed: it screens and ranks. The robust form takes the variance of the products `c'_k r_k` from their own sums over lags (Bartlett); it can only veto. Its ceiling is √(n_eff / L): a brief effect cannot pass it, whatever its size.
 
 pub mod candidates;
 mod columns;
@@ -46,21 +45,23 @@ pub struct Score {
     pub p: f64,
     /// Estimated amplitude along each direction.
     pub amplitude: Vec<f64>,
-    /// Share of the effect's energy that nominal unknowns take.
+    /// Share of the effect's energy that the nominal unknowns absorb, κ in [0, 1].
     pub kappa: f64,
-    /// Amplitude that would stand at six standard errors (in the weakest-seen single direction).
+    /// Amplitude detectable at six standard errors (in the weakest single direction).
     pub limit: f64,
     pub robust: Robust,
     /// Whitened and projected, one per direction.
     pub projected: Vec<Vec<f64>>,
 }
 
-/// A candidate that takes less than this of its own norm past the projection is the nominal unknowns themselves.
+/// Share of its own square that a column must keep past the projection; below it is collinear with the nominal unknowns (rounding of the projection).
 const ABSORBED: f64 = 1e-7;
-/// Standard errors at which an effect counts as detectable.
+/// Standard errors at which an effect counts as detectable. Chosen by custom, no derivation; it sets the reported limits only.
 pub const LIMIT_D: f64 = 6.0;
 
-/// Scores of `columns` at `theta` under `noise`; `None` for those that nothing is left of.
+/// Scores of `columns` at `theta` under `noise`; `None` for those that are collinear with the unknowns.
+///
+/// Cost: one whitening of all columns, then O(samples × unknowns) for each direction.
 pub fn scores(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
@@ -97,7 +98,7 @@ impl<'e, 'p> Scorer<'e, 'p> {
         Some(Self { session, linearised, gains, projector, events: event_of_sample(session) })
     }
 
-    /// `None` for columns that nothing is left of.
+    /// `None` for columns that are collinear with the unknowns.
     pub fn scores(&self, columns: &[Column]) -> Vec<Option<Score>> {
         let mut all: Vec<Vec<f64>> = columns.iter().flat_map(|column| &column.raw).cloned().collect();
         self.linearised.whiten_by(self.session, &self.gains, &mut all);
@@ -115,7 +116,7 @@ impl<'e, 'p> Scorer<'e, 'p> {
 pub struct Projector {
     jacobian: Vec<Vec<f64>>,
     factor: Option<Cholesky<f64, nalgebra::Dyn>>,
-    /// Residual with the unknowns maximised along.
+    /// Residual with the unknowns at their maximum.
     pub residual: Vec<f64>,
 }
 
@@ -166,7 +167,7 @@ fn subtract(from: &mut [f64], columns: &[Vec<f64>], by: &DVector<f64>) {
 fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector, events: &[usize]) -> Option<Score> {
     let (projected, taken): (Vec<Vec<f64>>, Vec<DVector<f64>>) = raw.iter().map(|c| projector.project(c)).unzip();
     let k = raw.len();
-    // inner product with the prior's rows: what a prior forbids is not absorbed
+    // inner product with the prior's rows: a direction that a prior forbids is not absorbed
     let inner = |i: usize, j: usize| dot(&projected[i], &projected[j]) + taken[i].dot(&taken[j]);
     let whole: f64 = raw.iter().map(|c| dot(c, c)).sum();
     let matrix = DMatrix::from_fn(k, k, inner);
@@ -208,7 +209,7 @@ pub fn event_of_sample(session: &EstimationSession<'_>) -> Vec<usize> {
     list
 }
 
-/// Cosine between what two candidates leave (their estimated directions for several).
+/// Cosine between the projected columns of two candidates (along their estimated directions where there are several), in [−1, 1].
 pub fn cosine(a: &Score, b: &Score) -> f64 {
     let along = |score: &Score| -> Vec<f64> {
         let n = score.projected[0].len();

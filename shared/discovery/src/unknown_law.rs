@@ -4,9 +4,7 @@
 //! f(a, b) = Σ w_i φ_i(a, b),   φ Gaussians on a 5 × 5 grid over the visited box (25 along one coordinate),   w ~ N(0, s²)
 //! ```
 //!
-//! The weights have one prior scale s, which maximises the evidence; every place has its map, the best evidence wins. It counts when it
-//! predicts parts of the recording that it was not fitted to. Columns come from the forcing of the linear model: a force acts where a
-//! noise input acts, an error where its channel is read.
+//! The weights have one prior scale s, which maximises the evidence; every place has its map, and the one of most evidence is taken. It is accepted when it predicts parts of the recording that it was not fitted to. Columns come from the forcing of the linear model: a force acts at a noise input, an error at the reading of its channel.
 
 mod places;
 mod plain;
@@ -28,27 +26,27 @@ use nalgebra::Cholesky;
 use places::{FUNCTIONS, Span, basis, places, samples_of, visited};
 use ridge::Ridge;
 
-/// Parts of the recording, each predicted from the others; stretches that a part is made of where the law is one of time.
+/// Folds of the recording, each predicted from the others; stretches that a fold is made of where the law depends on time.
 const FOLDS: usize = 8;
 const STRETCHES: usize = 8;
 
-/// The best map.
+/// The map of most evidence.
 #[derive(Clone, Debug)]
 pub struct UnknownLaw {
     pub place: Place,
     pub names: Vec<String>,
     pub cells: Vec<Cell>,
-    /// Twice the logarithm of the evidence above no map, noise maximised along the hypotheses on both sides.
+    /// Twice the logarithm of the evidence relative to no map, noise maximised over the hypotheses on both sides.
     pub evidence: f64,
-    /// Maps that were tried.
+    /// Number of maps tested.
     pub tried: usize,
     /// Gain on parts of the recording that the weights were not fitted to.
     pub held_out: Gain,
-    /// In words, where it is a plain law.
+    /// The formula, where it is a one-parameter law.
     pub plain: Option<Told>,
 }
 
-/// The map that leads so far.
+/// The best map so far.
 struct Leader {
     evidence: f64,
     place: Place,
@@ -58,13 +56,13 @@ struct Leader {
     span: Span,
 }
 
-/// Share of all work that every place on every hypothesis may take; where it is not enough, so many places that lead on the first and the last hypothesis go on.
+/// Share of all work for every place on every hypothesis, and least number of places kept; beyond the share only the places that lead on the first and the last hypothesis are continued. Chosen, no derivation.
 const LOOK: f64 = 0.05;
 const FEW: usize = 3;
 
 /// The map of most evidence about `theta`; `None` where nothing varies.
 ///
-/// Cost: [`FUNCTIONS`] columns a place, whitened once a hypothesis; the unknowns' once for all places.
+/// Cost: [`FUNCTIONS`] columns for each place, whitened once for each hypothesis; those of the unknowns once for all places.
 pub fn best(
     session: &EstimationSession<'_>,
     plant: &Plant,
@@ -73,7 +71,7 @@ pub fn best(
     adapted: &NoiseModel,
 ) -> Option<UnknownLaw> {
     let mut places = places(plant, linearised.linears.first()?);
-    // time is another one in every run
+    // time differs from run to run
     places.retain(|place| linearised.linears.len() == 1 || !place.is_of_time());
     let noises = noise_hypotheses(session, adapted);
     let propagators = propagators(session, plant, theta)?;
@@ -135,7 +133,7 @@ struct Functions<'f> {
     fill: &'f dyn Fn(&[f64], &mut [f64]),
 }
 
-/// One propagator a run; `None` where the plant is none.
+/// One propagator for each run; `None` where the plant cannot be evaluated.
 fn propagators<'e>(session: &'e EstimationSession<'_>, plant: &Plant, theta: &[f64]) -> Option<Vec<Propagator<'e>>> {
     let propagator = |run: usize| {
         Propagator::new(session.problem, run, &session.problem.instance(plant, theta, run), &session.timelines[run])
@@ -167,7 +165,7 @@ fn columns(
     columns
 }
 
-/// What each function does as a force at a noise input: mean of both ends of an interval, and what an instant reads.
+/// Each function as a force at a noise input: mean of both ends of an interval, and the direct part of an instant.
 fn forces<'l>(
     linear: &'l Linear,
     propagator: &'l Propagator<'_>,
@@ -208,7 +206,7 @@ fn forces<'l>(
     }
 }
 
-/// What each function does as an error of a channel's readings.
+/// Each function as an error of a channel's readings.
 fn errors<'l>(
     linear: &'l Linear,
     propagator: &'l Propagator<'_>,
@@ -296,7 +294,7 @@ mod tests {
     use crate::synthetic::{plant, problem, recording, with_effect};
     use identification::held_out::Status;
 
-    /// The best map where `kind` was left out, and whether it stands.
+    /// The best map where `kind` is unmodelled, and whether it is accepted.
     fn found(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> UnknownLaw {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, values), 6, duration_s));

@@ -1,11 +1,8 @@
-//! From one valley of a likelihood to the next.
+//! Multistart over the multimodal parameters of an effect.
 //!
-//! Some numbers inside a law have a likelihood with many maxima: the order of a ripple has one for each period more over what was
-//! travelled, a frequency one for each period more over what was recorded, a width inside friction one on each side of what was visited.
-//! A fit climbs the one it starts in; what stands starts once more from both neighbours of every such number. A valley that is nearly as
-//! good widens what is known: `σ² = Σ w (σ_k² + (θ_k − θ)²)`, `w ∝ exp(−½ Δ)` of `−2 ln p` (all valleys taken as equally wide).
+//! Some shape parameters have a likelihood with many maxima: the order of a ripple has one for each period more over the range travelled, a frequency one for each period more over the recording, a width inside friction one on each side of the rates visited. A fit climbs the maximum it starts in; the accepted model is therefore fitted once more from both neighbours of every such parameter. A local optimum that is nearly as good enlarges the standard deviations: `σ² = Σ w (σ_k² + (θ_k − θ)²)`, `w ∝ exp(−½ Δ)` of `−2 ln p` (all optima taken as equally wide).
 //!
-//! The rate over which a sign turns is no physics where it is numerics alone: a sharper turn stands where it fits better.
+//! The rate over which a sign is smoothed is not physics where it is only numerical: a smaller one is taken where it fits better.
 
 use super::refit::{ROUNDS, Refit, Valley, settled};
 use crate::score::Column;
@@ -14,24 +11,24 @@ use dynamics::description::Plant;
 use dynamics::effect::{EffectParameter, Role};
 use identification::fit::{EstimationSession, fit};
 
-/// Gain in `−2 ln p` from which a neighbour is a better valley, and not the same one seen from its other side.
+/// Gain in `−2 ln p` from which a neighbour is a better optimum. Below it, the same optimum was reached from another side (convergence tolerance).
 const BETTER: f64 = 0.5;
-/// Loss in `−2 ln p` up to which a valley is remembered, and distance in standard errors from which it is another one.
+/// Loss in `−2 ln p` up to which a local optimum is kept for the uncertainties: weight exp(−6) = 0.25 % beyond. The second is the distance in standard errors from which two optima are distinct; chosen, no derivation.
 const REMEMBERED: f64 = 12.0;
 const APART: f64 = 3.0;
-/// Neighbour of a width, a rate or a time; sharper turn of a sign, and how often it is sharpened.
+/// Factor to the neighbours of a width, a rate or a time; divisor of the smoothing rate of a sign, and how often it is divided. They trade coverage against fits; chosen, no derivation.
 const FACTOR: f64 = 3.0;
 const SHARPER: f64 = 5.0;
 const SHARPENED: usize = 2;
 
-/// `refit` of `members`, or a better valley beside it: one hop down and up from every number while there is room, at every sharpness, room or not.
+/// The best of `refit` and the fits of a multistart about it: one start below and one above for every multimodal parameter of `members` while the work allows, and for every smoothing rate in any case.
 ///
-/// Cost: two fits a number of that kind; where a sign turns as many and one more for every turn that is sharper.
+/// Cost: two fits for each such parameter and smoothing rate, and one more for each smaller rate.
 pub fn hopped(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]) -> Refit {
     let mut best = refit;
     let mut dearest = 0.0f64;
     for column in members {
-        // a sharper turn may have its best numbers elsewhere
+        // with a sharper sign the best parameters may lie elsewhere
         let mut plant = Some(best.plant.clone());
         for sharpness in 0..=SHARPENED {
             let Some(own) = plant else { break };
@@ -42,7 +39,7 @@ pub fn hopped(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]
                 moved.into_iter().flatten().map(move |moved| Some((place, moved)))
             });
             for moved in straight.into_iter().chain(hops).collect::<Vec<_>>() {
-                if moved.is_some() && !session.work.allows(dearest, "other valleys of a likelihood") {
+                if moved.is_some() && !session.work.allows(dearest, "other local optima of a likelihood") {
                     continue;
                 }
                 let before = session.work.spent();
@@ -57,7 +54,7 @@ pub fn hopped(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]
     best
 }
 
-/// Places among the unknowns of the numbers of the effect of `column`.
+/// Index among the unknowns of each parameter of the effect of `column`.
 fn numbers(refit: &Refit, column: &Column) -> Vec<(usize, &'static EffectParameter)> {
     let candidate = &column.candidate;
     let place = |p: &'static EffectParameter| {
@@ -68,7 +65,7 @@ fn numbers(refit: &Refit, column: &Column) -> Vec<(usize, &'static EffectParamet
     candidate.effect.parameters.iter().filter_map(place).collect()
 }
 
-/// The better of both is kept, and every other valley that is nearly as good, once.
+/// Keeps the better of both, and every other distinct optimum that is nearly as good.
 fn take(best: &mut Refit, found: Refit) {
     let other = if found.objective < best.objective - BETTER { core::mem::replace(best, found) } else { found };
     let mut list = core::mem::take(&mut best.valleys);
@@ -87,7 +84,7 @@ fn take(best: &mut Refit, found: Refit) {
     }
 }
 
-/// `plant` with the sign of the effect of `column` turning over a smaller rate.
+/// `plant` with the sign of the effect of `column` smoothed over a smaller rate.
 fn sharper(plant: &Plant, column: &Column) -> Option<Plant> {
     let (candidate, mut plant) = (&column.candidate, plant.clone());
     let smoothing = candidate.effect.with_role(Role::Smoothing)?;
@@ -98,7 +95,7 @@ fn sharper(plant: &Plant, column: &Column) -> Option<Plant> {
     Some(plant)
 }
 
-/// Where the next valleys of a number may lie; `None` where it has one.
+/// Starting values at which the next optima of a parameter may lie; `None` where its likelihood is unimodal.
 fn neighbours(
     session: &EstimationSession<'_>,
     refit: &Refit,
@@ -120,7 +117,7 @@ fn neighbours(
     }
 }
 
-/// Where a fit of `plant` from the numbers of `best`, one of them `moved` and its prior with it, ends.
+/// Fit of `plant` that starts at the parameters of `best`, one of them `moved` together with its prior.
 fn from(session: &EstimationSession<'_>, best: &Refit, mut plant: Plant, moved: Option<(usize, f64)>) -> Option<Refit> {
     let mut theta = best.fit.theta.clone();
     if let Some((place, value)) = moved {
@@ -149,7 +146,7 @@ mod tests {
     use identification::fit::{Fit, LinearisedProblem};
     use identification::work::Work;
 
-    /// The hidden law fitted from `inner` on: before its hops and after them.
+    /// The hidden law fitted from `inner` on: before its multistart and after it.
     fn fitted(
         (name, duration_s): (&str, f64),
         (kind, site): (&str, &str),

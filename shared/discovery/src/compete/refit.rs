@@ -1,4 +1,4 @@
-//! The plant with a candidate as physics: fitted from the score's amplitude, numbers inside its law free.
+//! Fit of the augmented plant: an effect as physics, started at the score's amplitude, the shape parameters of its law free.
 
 use super::PREFERRED;
 use crate::score::{Candidate, Column};
@@ -19,13 +19,13 @@ pub struct Refit {
     pub noise: NoiseModel,
     /// Least `−2 ln p` with its own noise.
     pub objective: f64,
-    /// Numbers of the effect that were free.
+    /// Free parameters of the effects.
     pub free: usize,
-    /// Other ends of the fit that are nearly as good.
+    /// Other local optima that are nearly as good.
     pub valleys: Vec<Valley>,
 }
 
-/// Where else a fit ends.
+/// A further local optimum of a fit.
 #[derive(Clone, Debug)]
 pub struct Valley {
     pub objective: f64,
@@ -34,7 +34,7 @@ pub struct Valley {
 }
 
 impl Refit {
-    /// Posterior standard deviations over all valleys.
+    /// Posterior standard deviations over all local optima, one for each unknown, in its unit.
     pub fn sigma(&self) -> Vec<f64> {
         let weight = |valley: &Valley| libm::exp(-0.5 * (valley.objective - self.objective));
         let whole = 1.0 + self.valleys.iter().map(weight).sum::<f64>();
@@ -47,7 +47,7 @@ impl Refit {
         (0..self.fit.sigma.len()).map(|i| over(i).sqrt()).collect()
     }
 
-    /// Fitted again without the effect of `column`.
+    /// Fitted again without the effect of `column`; `None` where that fit fails.
     pub fn without(&self, session: &EstimationSession<'_>, column: &Column) -> Option<Self> {
         let candidate = &column.candidate;
         let mut plant = self.plant.clone();
@@ -61,7 +61,7 @@ impl Refit {
         Some(settled(session, start))
     }
 
-    /// It has modes or tanks that `plant` lacks, which start as the recording says.
+    /// The effects add modes or tanks that `plant` lacks, whose initial state is free.
     pub fn adds_masses(&self, plant: &Plant) -> bool {
         let masses = |plant: &Plant| {
             let system = System::new(&equip(plant)).ok()?;
@@ -71,12 +71,12 @@ impl Refit {
         masses(plant).zip(masses(&self.plant)).is_some_and(|(known, own)| own.iter().any(|name| !known.contains(name)))
     }
 
-    /// Every amplitude of the effect is within two of its standard errors of nothing.
+    /// Every amplitude of the effect is within two standard errors of zero.
     pub fn vanishes(&self, column: &Column) -> bool {
         self.evidence(column) <= 2.0
     }
 
-    /// Largest amplitude of the effect in its standard errors; of an effect without any no end of them.
+    /// Largest amplitude of the effect in its standard errors; infinite for an effect without amplitude.
     pub fn evidence(&self, column: &Column) -> f64 {
         let effect = column.candidate.effect;
         let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
@@ -89,18 +89,20 @@ impl Refit {
     }
 }
 
-/// What lasts as long as this has no end in any recording.
+/// Duration from which an effect has no end in any recording [s].
 pub(super) const FOR_EVER_S: f64 = 1e8;
-/// Largest share of a body that a mode carries.
+/// Largest share of a body's mass that a mode carries [1]. It keeps the rest of the body from a zero mass; chosen, no derivation.
 const CARRIED_MAX: f64 = 0.9;
 /// Relinearisations of a refit.
 pub(super) const ROUNDS: usize = 3;
-/// Turns of what is adopted between numbers and noise, relinearisations of each, and the gain in `−2 ln p` that ends them.
+/// Alternations between parameters and noise in the final fit, relinearisations of each, and the gain in `−2 ln p` that ends them: small against the 0.5 and more of every decision on such gains.
 const TURNS: usize = 6;
 const SETTLING_ROUNDS: usize = 6;
 const SETTLED: f64 = 0.1;
 
-/// Fits `nominal` plus all `parts` (column, amplitudes along its directions); a start that comes below `good` ends the search.
+/// Fits `nominal` plus all `parts` (column, amplitudes along its directions) with `noise`. A start whose objective is below `good` ends the search over starts; `None` where no start can be fitted.
+///
+/// Cost: at most one fit a start, each of a few relinearisations.
 pub fn refit_all(
     session: &EstimationSession<'_>,
     nominal: &Fit,
@@ -143,7 +145,7 @@ pub fn refit_all(
     shaped.or(best)
 }
 
-/// `refit` with the shapes of its laws free, where BIC prefers that.
+/// `refit` with the shape parameters of its laws free, where BIC prefers that.
 fn shaped(session: &EstimationSession<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Option<Refit> {
     let mut plant = refit.plant.clone();
     let mut more = 0;
@@ -177,7 +179,7 @@ fn shaped(session: &EstimationSession<'_>, refit: &Refit, parts: &[(&Column, &[f
     })
 }
 
-/// `refit` at the end of its valley: numbers and noise in turn until neither gains; as it is where it cannot be moved.
+/// `refit` at its local optimum: parameters and noise in turn until neither gains; unchanged where it cannot be improved.
 pub fn settled(session: &EstimationSession<'_>, refit: Refit) -> Refit {
     let search = Search { sweeps: 3, colour: true, scan: false };
     let mut best = refit;
@@ -195,7 +197,7 @@ pub fn settled(session: &EstimationSession<'_>, refit: Refit) -> Refit {
     best
 }
 
-/// The plant with the effect at `share` of its estimated amplitude; its numbers have wide priors.
+/// The plant with the effect at `share` of its estimated amplitude; its parameters have wide priors.
 fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) -> Option<(Plant, usize)> {
     let candidate = &column.candidate;
     let parameters = candidate.effect.parameters;
@@ -240,8 +242,7 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
     Some((plant, free))
 }
 
-/// Factor on the frequency of an appendage: a line stands where the body is free to answer it, its mode's own frequency, body locked, lower by the
-/// root of what of the body the mode does not carry.
+/// Factor on the frequency of an appendage: a spectral line lies at the frequency of the free body, the mode's own frequency (body locked) is lower by the root of the share of the body that the mode does not carry.
 fn locked(parameter: &EffectParameter, candidate: &Candidate, amplitude: &[f64], share: f64) -> f64 {
     if parameter.role != Role::Frequency || candidate.effect.amplitude != Amplitude::ShareOfBody {
         return 1.0;
@@ -250,7 +251,7 @@ fn locked(parameter: &EffectParameter, candidate: &Candidate, amplitude: &[f64],
     (1.0 - carried.min(CARRIED_MAX)).sqrt()
 }
 
-/// Numbers that a refit of `candidate` along `directions` leaves free.
+/// Number of parameters that a fit of `candidate` along `directions` leaves free.
 pub fn free_numbers(candidate: &Candidate, directions: usize) -> usize {
     let is_free = |p: &EffectParameter, value: f64| p.prior.sigma(value).is_some() || is_searched(p, value);
     let free = |(name, value): &&(&str, f64)| candidate.effect.parameter(name).is_some_and(|p| is_free(p, *value));
@@ -281,7 +282,7 @@ fn varies(candidate: &Candidate, name: &str) -> bool {
     candidate.directions.windows(2).any(|pair| of(&pair[0]) != of(&pair[1]))
 }
 
-/// A time that the refinement of the score has searched: the refit leaves it there, and it counts as free all the same.
+/// A time that the score's refinement has searched: the fit keeps its value, and it counts as a free parameter.
 fn is_searched(parameter: &EffectParameter, value: f64) -> bool {
     parameter.role == Role::Onset || parameter.role == Role::Duration && value < FOR_EVER_S
 }

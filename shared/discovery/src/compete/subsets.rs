@@ -1,16 +1,13 @@
-//! Every single effect, pair and promising triple at once, under several noise hypotheses.
+//! Every single effect, every pair and the promising triples, ranked under several noise hypotheses.
 //!
-//! Which law is right depends on how much of the mismatch is called noise: large disturbances hide slow evidence, small ones overrate it.
-//! So the whitened normal equations of all columns are taken at a few hypotheses between the adapted noise and the least that is
-//! stated, the common scale of the noise is maximised in closed form, and a subset is judged at its best hypothesis:
+//! Which law is right depends on how much of the misfit is taken as noise: large disturbances hide slow evidence, small ones overrate it. The whitened normal equations of all columns are therefore taken under a few hypotheses between the adapted and the stated noise. The common scale of the noise is maximised in closed form, and a subset is ranked by its best hypothesis:
 //!
 //! ```text
 //! −2 ln p(S) = min over hypotheses of  n ln(χ²(S)/n) + ln|S_k|,    χ²(S) = χ² − gᵀ M⁻¹ g  (columns of S, nominal unknowns projected off)
 //! BIC(S) = −2 ln p(S) + k ln n
 //! ```
 //!
-//! Amplitudes keep their sign and nominal unknowns their range: who would leave it is held at its edge. The hypotheses only rank and start;
-//! the likelihoods that decide are maximised over continuous noise.
+//! Amplitudes keep their sign and nominal unknowns their range: a value that would leave it is held at its bound. The hypotheses only rank and give starting values; the likelihoods that decide are maximised over continuous noise.
 
 use super::SET_MAX;
 use super::refit::free_numbers;
@@ -21,7 +18,7 @@ use identification::fit::bounded::bounded;
 use identification::fit::{EstimationSession, LinearisedProblem, Normal, parallel};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// One noise hypothesis with the normal equations of unknowns (in prior standard deviations) and columns.
+/// A noise hypothesis with the normal equations of unknowns (in prior standard deviations) and columns, (u + k) × (u + k).
 pub(crate) struct NoiseHypothesis {
     pub noise: NoiseModel,
     log_determinant: f64,
@@ -37,14 +34,14 @@ pub(crate) struct NoiseHypothesis {
     pub reduced_chi2: f64,
 }
 
-/// A set of effects and what the best hypothesis says of it.
+/// A set of effects and its result under the best hypothesis.
 #[derive(Clone, Debug)]
 pub struct Subset {
     /// Indices of columns.
     pub members: Vec<usize>,
-    /// Numbers that are free.
+    /// Number of free parameters.
     pub free: usize,
-    /// Relative to no effect at its own best hypothesis.
+    /// BIC relative to no effect at its own best hypothesis.
     pub bic: f64,
     /// Noise of the hypothesis, at its maximised scale.
     pub noise: NoiseModel,
@@ -59,14 +56,13 @@ pub struct Ranking {
     pub trials: Trials,
 }
 
-/// Sets of each size whose likelihood is taken.
+/// Sets of each size whose likelihood is maximised. They trade work against the risk of missing the right set; chosen, no derivation.
 const SHORTLIST: [usize; SET_MAX] = [5, 4, 2];
-/// Significance, in units of the level, up to which a hypothesis's word is followed up.
+/// Significance under a hypothesis, in multiples of the level, up to which a set is tested by its likelihood. Ten leaves room for the gain by continuous noise; chosen, no derivation.
 const FOLLOWED: f64 = 10.0;
 
 impl Ranking {
-    /// The best sets of each size of distinct laws, as far as their hypothesis finds them significant and no smaller set does better: first the best
-    /// of every size, then the second of every size. `samples`: logarithm of their number.
+    /// The best sets of distinct laws of each size that are significant under their hypothesis and that no smaller set beats: first the best of every size, then the second of every size. `samples`: logarithm of their number.
     pub fn shortlist(&self, columns: &[Column], samples: f64, alpha: f64) -> Vec<Subset> {
         let mut list: Vec<(usize, &Subset)> = Vec::new();
         let mut least = 0.0f64;
@@ -93,7 +89,7 @@ impl Ranking {
     }
 }
 
-/// Shares of the way from adapted to stated noise: of the inputs, of the colour and jitter of the sensors, of their size.
+/// Shares of the way from adapted to stated noise: of the inputs, of the colour and jitter of the sensors, of their size. Chosen, no derivation; the last hypothesis is all noise as stated.
 const RUNGS: [[f64; 3]; 7] = [
     [0.0, 0.0, 0.0],
     [0.3, 0.0, 0.0],
@@ -105,14 +101,16 @@ const RUNGS: [[f64; 3]; 7] = [
 ];
 /// Largest work of one Gram matrix [multiplications].
 const WORK_MAX: f64 = 2e8;
-/// Subsets of each size that are looked at with their constraints, and pairs that are extended.
+/// Subsets of each size that are evaluated with their bounds, and pairs that are extended to triples. They trade work against coverage; chosen, no derivation.
 const LOOKED: usize = 60;
 const EXTENDED: usize = 25;
 
-/// BIC within which two sets are equal.
+/// BIC within which two sets count as equal and keep the order of the catalogue: rounding and convergence, not evidence.
 pub const TIE: f64 = 0.5;
 
-/// Ranks subsets of `columns` up to `size_max`.
+/// Ranks subsets of `columns` up to `size_max` under the hypotheses between `noise` and the stated one, best first.
+///
+/// Cost: one Gram matrix of all columns for each hypothesis (O(samples × columns²), bounded by [`WORK_MAX`]), then small Cholesky factors for each subset.
 pub fn rank(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
@@ -142,7 +140,7 @@ pub fn rank(
     for size in 1..=size_max {
         let mut quick: Vec<(f64, Vec<usize>)> =
             last.iter().filter_map(|set| Some((judge.quick(set)?, set.clone()))).collect();
-        // twins stand in the order of the catalogue
+        // sets of equal BIC keep the order of the catalogue
         quick.sort_by(|a, b| libm::round(a.0 / TIE).total_cmp(&libm::round(b.0 / TIE)).then(a.1.cmp(&b.1)));
         let mut looked: Vec<Subset> = quick.iter().take(LOOKED).filter_map(|(_, set)| judge.constrained(set)).collect();
         looked.sort_by(|a, b| {
@@ -160,7 +158,7 @@ pub fn rank(
     Ranking { sizes, trials: Trials::new(columns, &cosine) }
 }
 
-/// Noise from adapted to stated, geometrically; what is quieter than stated stays, and hypotheses are scaled as a whole.
+/// Noise from adapted to stated, geometrically; a variance below the stated one stays, and hypotheses are scaled as a whole.
 pub(crate) fn noise_hypotheses(session: &EstimationSession<'_>, adapted: &NoiseModel) -> Vec<NoiseModel> {
     let jitters = adapted.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let coloured = jitters || adapted.pole.iter().any(|pole| pole.abs() > 0.05);
@@ -198,7 +196,7 @@ struct Group {
     first: usize,
     count: usize,
     free: usize,
-    /// What the amplitudes can be.
+    /// Range of each amplitude.
     room: Vec<[f64; 2]>,
 }
 
@@ -242,7 +240,7 @@ impl Layout {
     }
 }
 
-/// Columns worth a place: the best of every law, then the best of all, as many as the work allows.
+/// Columns for the normal equations: the best of every law, then the best of all, as many as the work allows.
 fn choose(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
@@ -282,7 +280,7 @@ fn choose(
 }
 
 impl NoiseHypothesis {
-    /// NoiseHypothesis of `noise` with the raw columns `extra`; `None` where a covariance is not positive.
+    /// Hypothesis of `noise` with the raw columns `extra`; `None` where a covariance is not positive.
     pub fn new(
         session: &EstimationSession<'_>,
         linearised: &LinearisedProblem,
@@ -293,7 +291,7 @@ impl NoiseHypothesis {
         Self::of(session, theta, linearised.normal(session, theta, noise, extra)?, noise)
     }
 
-    /// NoiseHypothesis of `noise` with the columns of its normal equations.
+    /// Hypothesis of `noise` from normal equations that hold the columns.
     pub fn of(session: &EstimationSession<'_>, theta: &[f64], normal: Normal, noise: &NoiseModel) -> Option<Self> {
         let (u, width) = (normal.unknowns, normal.right.len() - normal.unknowns);
         let chi2 = normal.chi2 + identification::fit::prior_chi2(session, theta);
@@ -314,6 +312,7 @@ impl NoiseHypothesis {
         self.at(self.reduced_chi2 - gain, samples)
     }
 
+    /// `−2 ln p` for the residual sum of squares `chi2` over `samples`: `n ln(χ²/n) + n + ln|S|`, scale of the noise maximised.
     pub fn at(&self, chi2: f64, samples: f64) -> f64 {
         samples * libm::log(chi2.max(f64::MIN_POSITIVE) / samples) + samples + self.log_determinant
     }
@@ -337,13 +336,13 @@ impl NoiseHypothesis {
         Some((solved.dot(&right), solved.iter().zip(&scale).map(|(s, scale)| s * scale).collect()))
     }
 
-    /// Cosine of what is left of two columns behind the unknowns.
+    /// Cosine between two columns once the unknowns are projected off.
     fn cosine(&self, a: usize, b: usize) -> Option<f64> {
         let left = (self.reduced[(a, a)] * self.reduced[(b, b)]).sqrt();
         (self.seen(a) && self.seen(b)).then(|| self.reduced[(a, b)] / left)
     }
 
-    /// Something of the column is left behind the unknowns.
+    /// The column is not collinear with the unknowns: more than 1e-7 of its square remains once they are projected off.
     pub fn seen(&self, place: usize) -> bool {
         let whole = self.matrix
             [(place + self.matrix.nrows() - self.reduced.nrows(), place + self.matrix.nrows() - self.reduced.nrows())];
@@ -364,7 +363,7 @@ impl Judge<'_> {
         set.iter().map(|g| self.layout.groups[*g].free).sum()
     }
 
-    /// BIC at the best hypothesis where no amplitude has the wrong sign; unknowns free.
+    /// BIC at the best hypothesis under which no amplitude has the wrong sign; unknowns unbounded.
     fn quick(&self, set: &[usize]) -> Option<f64> {
         let places = self.layout.places(set);
         let best = self.hypotheses.iter().filter_map(|hypothesis| {
@@ -375,7 +374,7 @@ impl Judge<'_> {
         best.is_finite().then(|| best - self.null + self.free(set) as f64 * libm::log(self.samples))
     }
 
-    /// Every amplitude is one that its effect can have.
+    /// Every amplitude is possible for its effect.
     fn possible(&self, set: &[usize], amplitudes: &[f64]) -> bool {
         let mut at = 0;
         set.iter().all(|g| {
@@ -386,7 +385,7 @@ impl Judge<'_> {
         })
     }
 
-    /// The same with unknowns held in their ranges.
+    /// The same with the unknowns bounded to their ranges.
     fn constrained(&self, set: &[usize]) -> Option<Subset> {
         let mut best: Option<(f64, usize, f64, Vec<f64>)> = None;
         for (i, hypothesis) in self.hypotheses.iter().enumerate() {
@@ -420,7 +419,7 @@ impl Judge<'_> {
         })
     }
 
-    /// χ² and amplitudes; an unknown that would leave its range is held at its edge.
+    /// χ² and amplitudes; an unknown that would leave its range is held at its bound.
     fn solve(&self, hypothesis: &NoiseHypothesis, set: &[usize]) -> Option<(f64, Vec<f64>)> {
         let u = self.layout.unknowns;
         let places: Vec<usize> = (0..u).chain(self.layout.places(set).into_iter().map(|p| u + p)).collect();
@@ -498,7 +497,7 @@ pub(super) mod tests {
         let pairs = vec![set(&[0, 3], -700.0), set(&[1, 3], -600.0), set(&[2, 3], -400.0)];
         let ranking = Ranking { sizes: vec![singles, pairs], trials: Trials::new(&columns, &|_, _| None) };
         let order: Vec<Vec<usize>> = ranking.shortlist(&columns, 7.0, 0.01).into_iter().map(|s| s.members).collect();
-        // what does worse than a smaller set is not met
+        // a set that a smaller one beats is not tested
         let expected: [&[usize]; 6] = [&[0], &[0, 3], &[1], &[1, 3], &[2], &[3]];
         assert_eq!(order, expected);
     }

@@ -1,9 +1,6 @@
-//! When what begins or ends within a recording does so.
+//! Onset and end of effects that begin or end within a recording.
 //!
-//! The score finds a time beside the nominal plant. A law that stands is physics, and the numbers beside it have moved: its edges are moved
-//! along the likelihood, every other number following on the linear model. An edge in time has no derivative where integration steps over
-//! it: alone it is known to half the width in which `−2 ln p` rises by less than one, and differences over that width say how it goes with the
-//! other edge and with every other number.
+//! The score finds a time beside the nominal plant. In the accepted plant the other parameters have moved, so each edge in time is moved along the likelihood while all other parameters follow on the linear model. An edge has no derivative where an integration step crosses it. Alone, its standard error is half the width in which `−2 ln p` rises by less than one; differences over that width give its correlation with the other edge and with every other parameter.
 
 use super::refit::{FOR_EVER_S, Refit, settled};
 use crate::score::{Candidate, Column};
@@ -14,15 +11,14 @@ use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, LinearisedProblem};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Gain in `−2 ln p` from which an edge lies elsewhere.
+/// Gain in `−2 ln p` from which an edge is moved: above the convergence tolerance, below any evidence.
 const BETTER: f64 = 0.5;
-/// Turns between the edges and all other numbers.
+/// Sweeps between the edges and all other parameters.
 const TURNS: usize = 3;
 /// Largest move of an edge in one turn: this share of the recording.
 const REACH: f64 = 0.125;
-/// Least distance of two edges that are told apart [sampling intervals], and share of a width that it is known by.
+/// Least distance between two edges that are distinguished [sampling intervals], and relative tolerance of a width.
 const FINEST: f64 = 0.125;
-/// What a bracket shrinks by.
 
 /// A time inside an effect of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,7 +35,7 @@ struct Place {
     edge: Edge,
 }
 
-/// A time that was found, with its standard error.
+/// A time that was searched, with its standard error [s].
 #[derive(Clone, Debug, PartialEq)]
 pub struct FoundTime {
     pub name: &'static str,
@@ -47,9 +43,9 @@ pub struct FoundTime {
     pub sigma: f64,
 }
 
-/// `refit` with the edges in time of its `members` where the likelihood is largest.
+/// `refit` with the edges in time of its `members` at the maximum of the likelihood.
 ///
-/// Cost: some forty passes and likelihoods an edge, and a fit where one moved.
+/// Cost: some forty passes and likelihoods for each edge, and a fit where one moved.
 pub fn timed(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]) -> Refit {
     let mut best = refit;
     for _ in 0..TURNS {
@@ -64,7 +60,7 @@ pub fn timed(session: &EstimationSession<'_>, refit: Refit, members: &[&Column])
     best
 }
 
-/// The plant of `refit` with its edges moved; `None` where none gains.
+/// The plant of `refit` with its edges moved; `None` where no move gains.
 fn moved(session: &EstimationSession<'_>, refit: &Refit, members: &[&Column]) -> Option<Plant> {
     let own = EstimationSession::like(session, &refit.problem).ok()?;
     let list: Vec<Place> = members.iter().flat_map(|column| places(&own, &refit.plant, &column.candidate)).collect();
@@ -77,7 +73,7 @@ fn moved(session: &EstimationSession<'_>, refit: &Refit, members: &[&Column]) ->
     let mut least = present;
     let mut dearest = 0.0f64;
     for place in list {
-        if !session.work.allows(dearest, "times of effects") {
+        if !session.work.allows(dearest, "onsets and durations of effects") {
             break;
         }
         let before = session.work.spent();
@@ -95,7 +91,7 @@ fn moved(session: &EstimationSession<'_>, refit: &Refit, members: &[&Column]) ->
     (least < present - BETTER).then_some(plant)
 }
 
-/// Where `value` is least about `at` (where it is `present`): the best of steps that double to `reach` on both sides, its bracket by golden section.
+/// Minimum of `value` about `at` (where it is `present`): the best of steps that double up to `reach` on both sides, then golden section in its bracket.
 fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest, reach]: [f64; 2]) -> (f64, f64) {
     let mut seen = vec![(at, present)];
     let mut step = finest;
@@ -125,8 +121,9 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
     best
 }
 
-/// Times of the effect of `candidate` that the search has found, as `fit` of its plant knows them; none where it has none. Beside them the
-/// standard errors of all unknowns with these times free.
+/// Onset and duration [s] of the effect of `candidate` that the search has found, with standard errors, and the standard errors of all unknowns with these times free. `None` where it has no such time.
+///
+/// Cost: a bisection along the likelihood and two passes for each edge.
 pub fn found_times(
     session: &EstimationSession<'_>,
     (fit, noise): (&Fit, &NoiseModel),
@@ -158,13 +155,13 @@ pub fn found_times(
     Some((times, sigma))
 }
 
-/// From the first beginning of a run to the last end of one [s].
+/// From the first start of a run to the last end of one [s].
 fn span_s(session: &EstimationSession<'_>) -> [f64; 2] {
     let runs = session.problem.runs.iter();
     runs.fold([f64::INFINITY, f64::NEG_INFINITY], |[b, e], run| [b.min(run.begin_s), e.max(run.end_s)])
 }
 
-/// Edges of the effect of `candidate` in `plant` that the refinement of the score searches; one outside of what was recorded is none.
+/// Edges of the effect of `candidate` in `plant` that the score's refinement searches; edges outside the recording are absent.
 fn places(session: &EstimationSession<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Place> {
     let is_own = |used: &EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
     let Some(effect) = plant.effects.iter().position(is_own) else { return Vec::new() };
@@ -173,7 +170,7 @@ fn places(session: &EstimationSession<'_>, plant: &Plant, candidate: &Candidate)
     [Edge::Begin, Edge::End].map(|edge| Place { effect, edge }).into_iter().filter(is_inside).collect()
 }
 
-/// When an effect begins or ends; `None` where it has no such edge.
+/// Time of an edge of an effect; `None` where it has no such edge.
 fn time(plant: &Plant, effect: usize, edge: Edge) -> Option<f64> {
     let known = |role: Role| plant.stated(&plant.effects[effect], role).filter(|q| q.sigma.is_none()).map(|q| q.value);
     let begin = known(Role::Onset)?;
@@ -207,7 +204,7 @@ fn with(plant: &Plant, place: Place, t_s: f64) -> Option<Plant> {
     Some(plant)
 }
 
-/// Least objective of a plant beside a fit, all numbers following on the fit's linear model.
+/// Least objective of a plant near a fit, all parameters following on the fit's linear model.
 struct Follow<'a, 'p> {
     session: &'a EstimationSession<'p>,
     linearised: LinearisedProblem,
@@ -225,7 +222,7 @@ impl<'a, 'p> Follow<'a, 'p> {
         self.linearised.normal(self.session, self.theta, self.noise, &[])?.minimum_without()
     }
 
-    /// Half the width in which the objective rises by less than one, at least what integration resolves; all other edges stay.
+    /// Half the width in which the objective rises by less than one, at least the resolution of the integration; all other edges fixed.
     fn sigma(&mut self, plant: &Plant, place: Place) -> Option<f64> {
         let at = time(plant, place.effect, place.edge)?;
         let finest = self.session.timelines.first()?.period_s;
@@ -266,7 +263,7 @@ impl<'a, 'p> Follow<'a, 'p> {
         let extra: Vec<&Vec<f64>> = columns.iter().collect();
         let mut normal = self.linearised.normal(self.session, self.theta, self.noise, &extra)?;
         let n = normal.unknowns;
-        // what a difference over a jump of the likelihood makes of an edge is a direction: alone, the edge is known to its own width
+        // a difference over a jump of the likelihood gives a direction only: its length is the edge's own width
         let factor = normal.factor()?;
         for (k, width) in alone.iter().enumerate() {
             let across = normal.matrix.view((0, n + k), (n, 1)).into_owned();

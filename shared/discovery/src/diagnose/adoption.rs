@@ -1,4 +1,4 @@
-//! One round of the search: which set of effects joins the plant, and what could stand in its place.
+//! One round of the search: the set of effects to adopt, and its rivals.
 
 use super::screening::Screening;
 use super::showing::block_terms;
@@ -11,28 +11,28 @@ use identification::fit::{EstimationSession, Fit, fit};
 use identification::held_out::{block_s, blocks};
 use identification::problem::Problem;
 
-/// Relinearisations of the standing plant, once more from elsewhere.
+/// Relinearisations of the accepted plant when it is fitted again from another start.
 const NULL_ROUNDS: usize = 3;
 
-/// BIC on the hypotheses within which a rival of the best set is fitted as physics, too, and how many at most.
+/// ΔBIC under the noise hypotheses within which a rival of the best set is also fitted as physics, and how many at most. Chosen, no derivation: a wider span finds more rivals at one fit each.
 const NEAR: f64 = 6.0;
 const NEAR_MAX: usize = 8;
 
-/// What one round of the search found.
+/// Result of one round of the search.
 #[derive(Default)]
 pub(super) struct Step {
     pub adopted: Vec<Adopted>,
     pub refit: Option<Refit>,
     pub unfitted: Vec<Unfitted>,
-    /// Least objective of the plant without them that was met.
+    /// Least objective found of the plant without them.
     pub null: f64,
-    /// Smaller sets that stand too, larger ones first: for the case that held-out data do not confirm the one adopted.
+    /// Smaller accepted sets, larger ones first: needed where held-out data do not confirm the adopted one.
     pub smaller: Vec<(Vec<Adopted>, Refit)>,
-    /// Sets of the same size that stand and are not excluded, and by how much in BIC they are behind: held-out data may know better.
+    /// Accepted sets of the same size that are not excluded, and their ΔBIC: held-out data may prefer one.
     pub rivals: Vec<(Vec<Adopted>, Refit, f64)>,
 }
 
-/// The next set of effects, if any stands, and those that are significant but could not be fitted.
+/// The next set of effects, if any is accepted, and those that are significant but could not be fitted.
 pub(super) fn step(
     session: &EstimationSession<'_>,
     best: &Standing,
@@ -47,11 +47,11 @@ pub(super) fn step(
     let mut outcome = compete(session, &nominal, &found.columns, &ranking, alpha);
     let mut asked: Vec<Subset> = Vec::new();
     let better = |small: &Contender, large: &Contender| predicts_better(session, small, large);
-    // work of the dearest fit to its end
+    // work of the most expensive complete fit
     let mut settled = 0.0f64;
     while let Some(at) = outcome.best(alpha, &ranking.trials, &better) {
         if !outcome.contenders[at].is_met {
-            // its fit to the end, and once more from the other side: the nominal plant with the noise and the numbers that suit the set
+            // complete its fit, then fit the nominal plant from the noise and the parameters of the set
             let contender = &mut outcome.contenders[at];
             let before = session.work.spent();
             contender.settle(session, &found.columns);
@@ -75,7 +75,7 @@ pub(super) fn step(
             continue;
         }
         if !outcome.contenders[at].is_there(session, &found.columns) {
-            // what was gained was the noise's, or the other members'
+            // the gain belongs to the noise or to the other members
             asked.push(outcome.contenders.remove(at).subset);
             continue;
         }
@@ -97,7 +97,7 @@ pub(super) fn step(
     Step { unfitted: unfitted.collect(), null: outcome.null, ..Step::default() }
 }
 
-/// Sets of laws that have not met the others and differ from contender `at` in one member, as near on the hypotheses as a rival.
+/// Sets of laws that were not compared yet and differ from set `at` in one member, as near under the hypotheses as a rival.
 fn unmet(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, asked: &[Subset]) -> Vec<Subset> {
     let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
     let alike = |a: &[usize], b: &[usize]| a.iter().filter(|m| b.iter().any(|o| law(**m, *o))).count();
@@ -117,7 +117,7 @@ fn unmet(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, ask
     list
 }
 
-/// A set that was not fitted to its end and stands beside contender `at` within the span of rivals, or as the best of a smaller size.
+/// An accepted set whose fit is not complete: within the span of rivals of set `at`, or the best of a smaller size.
 fn unsettled(outcome: &Outcome, at: usize, alpha: f64) -> Option<usize> {
     let (list, winner) = (&outcome.contenders, &outcome.contenders[at]);
     let size = |c: &Contender| c.subset.members.len();
@@ -127,14 +127,14 @@ fn unsettled(outcome: &Outcome, at: usize, alpha: f64) -> Option<usize> {
     smaller.chain(rivals).find(|i| !list[*i].is_settled)
 }
 
-/// Of the same size, standing, and not excluded.
+/// Of the same size, accepted, and not excluded.
 fn is_rival(contender: &Contender, winner: &Contender, alpha: f64) -> bool {
     contender.subset.members.len() == winner.subset.members.len()
         && contender.stands(alpha)
         && contender.bic - winner.bic <= RIVAL_SPAN
 }
 
-/// The best set of every size below that of contender `at` that stands.
+/// The best accepted set of every size below that of set `at`.
 fn smaller(
     found: &Screening,
     outcome: &Outcome,
@@ -148,7 +148,7 @@ fn smaller(
     best.filter_map(|i| Some((adopt(found, outcome, i, ranking), outcome.contenders[i].refit.clone()?))).collect()
 }
 
-/// The other sets of the size of contender `at` that stand within the span of rivals, best first.
+/// The other accepted sets of the size of set `at` within the span of rivals, best first.
 fn rivals(
     session: &EstimationSession<'_>,
     found: &Screening,
@@ -167,8 +167,7 @@ fn rivals(
     others.filter_map(told).collect()
 }
 
-/// Parts of the recording are predicted from the others better by `large` than by `small`, by more than the standard error of blocks:
-/// the rule of one standard error.
+/// `large` predicts parts of the recording from the others better than `small`, by more than the standard error over blocks (the one-standard-error rule).
 fn predicts_better(session: &EstimationSession<'_>, small: &Contender, large: &Contender) -> bool {
     let (Some(without), Some(with)) = (&small.refit, &large.refit) else { return false };
     let terms = |problem: &Problem, fit: &Fit| {
@@ -182,7 +181,7 @@ fn predicts_better(session: &EstimationSession<'_>, small: &Contender, large: &C
     gain.loglik_gain > gain.gain_se
 }
 
-/// The members of contender `at` with their rivals: sets of the same size that differ from it in that member alone.
+/// The members of set `at` with their rivals: sets of the same size that differ from it in that member alone.
 fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> Vec<Adopted> {
     let winner = &outcome.contenders[at];
     let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
@@ -193,7 +192,7 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
         .map(|s| s.bic)
         .fold(f64::INFINITY, f64::min);
     let on_hypothesis = if on_hypothesis.is_finite() { on_hypothesis } else { winner.bic };
-    // likelihoods where they were taken, else the hypothesis's word, relative to the winner's own at the same depth
+    // maximised likelihoods where they exist, else BIC under the hypotheses, relative to the winner's own at the same depth
     let deep = outcome.contenders.iter().map(|c| (&c.subset.members, c.bic - winner.bic));
     let shallow = ranking.sizes[members.len() - 1].iter().map(|s| (&s.members, s.bic - on_hypothesis));
     let all: Vec<(&Vec<usize>, f64)> = deep.chain(shallow).filter(|(set, _)| set.len() == members.len()).collect();
@@ -236,7 +235,7 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
 }
 
 impl Standing {
-    /// As `refit` has it, its sigmas over all valleys.
+    /// As `refit` has it, its standard deviations over all local optima.
     pub(super) fn of(refit: &Refit) -> Self {
         Self {
             plant: refit.plant.clone(),
@@ -255,7 +254,7 @@ impl From<Standing> for Refit {
     }
 }
 
-/// Least objective of the standing plant under the noise of `refit`: its own numbers and those of `refit`, fitted again, then the noise.
+/// Least objective of the accepted plant under the noise of `refit`: from its own parameters and from those of `refit`, fitted again, then the noise.
 fn nominal_with(session: &EstimationSession<'_>, best: &Standing, refit: &Refit) -> Option<f64> {
     let search = Search { sweeps: 4, colour: true, scan: false };
     let own = maximise(session, &best.fit.linearised, &best.fit.theta, &[], &refit.noise, search)?;

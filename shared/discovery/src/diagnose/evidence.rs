@@ -10,7 +10,7 @@ use identification::statistics::chi_squared_tail;
 
 const LAGS: usize = 20;
 
-/// Least p over channels of Ljung and Box's statistic over twenty lags, times the number of channels.
+/// Least p over channels of Ljung and Box's statistic over twenty lags, times the number of channels; `None` where a covariance is not positive.
 pub fn whiteness_p(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
     let mut r = [fit.linearised.nu.clone()];
     fit.linearised.whiten(session, noise, &mut r)?;
@@ -21,10 +21,10 @@ pub fn whiteness_p(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseMode
         for (run, offset) in session.offsets.iter().enumerate() {
             let timeline = &session.timelines[run];
             let own = (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel);
-            // the first samples pay for the initial state
+            // the first samples carry the error of the initial state
             series.extend(own.map(|s| r[0][offset + s]).skip(5));
         }
-        // too short or silent: nothing speaks against it
+        // too short or constant: no evidence against whiteness
         least = least.min(ljung_box(&series, LAGS).map_or(1.0, |statistic| chi_squared_tail(statistic, LAGS as f64)));
     }
     Some((least * channels as f64).min(1.0))

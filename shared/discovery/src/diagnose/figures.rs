@@ -1,4 +1,4 @@
-//! What the report draws, thinned to what an eye can see.
+//! Data of the report's figures, thinned to what a figure resolves.
 
 use super::report::{Angles, EvidenceCurve, Figures, LawCell, LawMap, Overlay, Tile};
 use super::{Adopted, Screening, Standing};
@@ -12,7 +12,7 @@ use identification::held_out::{Predictor, free_residual};
 /// Windows of a recording, and points of a curve.
 const WINDOWS: usize = 16;
 const POINTS: usize = 1500;
-/// Candidates whose angles are told.
+/// Candidates whose angles are reported.
 const ANGLES: usize = 8;
 
 pub(super) fn figures(
@@ -30,7 +30,7 @@ pub(super) fn figures(
     let (Some(b), Some(a)) = (whitened(before), whitened((&best.fit.linearised, &best.noise))) else {
         return Figures::default();
     };
-    // evidence under one noise: louder noise is none
+    // evidence under one noise: a gain by noise of higher variance is not evidence
     let fair = whitened((before.0, &best.noise)).unwrap_or_else(|| b.clone());
     Figures {
         tiles: tiles(session, &b, &a),

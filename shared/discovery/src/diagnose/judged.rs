@@ -1,7 +1,6 @@
-//! What held-out data say of what was found: which of several names they favour, and what each effect of a set adds to the others.
+//! Selection on held-out data: which of several sets they prefer, and what each effect of a set adds to the others.
 //!
-//! An effect is confirmed on its own where the set predicts better with it than without it, the others fitted again. What they refuse beside the
-//! others leaves; what they do not decide keeps its name and stays out of the model.
+//! An effect is confirmed on its own where the set predicts better with it than without it, the others fitted again. An effect that held-out data reject beside the others is removed. An effect that they do not decide is reported and stays out of the model.
 
 use super::search::Found;
 use super::showing::{Shown, foretold, held_out};
@@ -13,30 +12,30 @@ use identification::fit::{EstimationSession, Fit};
 use identification::held_out::{Gain, Status};
 use identification::problem::Problem;
 
-/// Logarithm of the odds from which another recording's word on rivals is taken: twenty to one.
+/// Log-odds from which another recording replaces the adopted set by a rival: ln 20 = 3.0, odds of 20 : 1.
 const FAVOURED: f64 = 3.0;
-/// Probability that what adds nothing is called one of refused and confirmed; of several effects that could be refused all together.
+/// Probability that an effect that adds nothing is rejected or confirmed; for rejections divided by the number of effects tested (Bonferroni).
 const LEVEL: f64 = 0.05;
 
-/// What held-out data say of a set of effects, and of each.
+/// Evidence of held-out data on a set of effects, and on each.
 pub(super) struct Judged {
-    /// Of the model.
+    /// For the whole model.
     pub shown: Shown,
-    /// Of what is named, in its order.
+    /// For each adopted effect, in their order.
     pub status: Vec<Status>,
-    /// The plant with what is confirmed on its own, where the set is.
+    /// The plant with the effects that are confirmed each on its own, where the set is.
     pub model: Standing,
-    /// What left, with the plant that had it.
+    /// Rejected effects, with the plant that had them.
     pub refused: Vec<(Adopted, Standing)>,
 }
 
-/// The plant without one of its effects, and what held-out data gain by it.
+/// The plant without one of its effects, and the gain on held-out data of the plant with it.
 struct Part {
     without: Refit,
     gain: Gain,
 }
 
-/// A recording, the nominal plant and how to ask.
+/// A recording, the nominal plant and the held-out data to test on.
 struct Asking<'a> {
     problem: &'a Problem,
     session: &'a EstimationSession<'a>,
@@ -44,7 +43,9 @@ struct Asking<'a> {
     options: &'a Options,
 }
 
-/// Held-out data on what was found, which is left with what they do not refuse.
+/// Tests `found` on held-out data; the effects that they reject are removed from it.
+///
+/// Cost: a prediction for each rival and smaller set, and a fit and a prediction for each effect of a set of several.
 pub(super) fn judged(
     problem: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
@@ -62,13 +63,13 @@ pub(super) fn judged(
     while let Some(place) = worst(&parts, |gain, count| gain.interval(LEVEL / count)[1] < 0.0) {
         let Some(part) = parts.swap_remove(place) else { break };
         let gone = found.adopted.remove(place);
-        notes.push(format!("held-out data refuse {} beside {}", named([&gone]), named(&found.adopted)));
+        notes.push(format!("held-out data reject {} beside {}", named([&gone]), named(&found.adopted)));
         let left = asking.standing(part.without, &found.adopted);
         refused.push((gone, core::mem::replace(&mut found.best, left)));
         shown = asking.held_out(&found.best, false);
         parts = asking.parts(&found.best, &found.adopted);
     }
-    // what has been asked of gains so far is whether they confirm
+    // up to here gains were only tested for confirmation
     shown.gain = shown.gain.map(|gain| foretold((session, stated), &found.best, gain, options));
     let of_all = status(shown.gain.as_ref());
     let mut judged = Judged { shown, status: vec![of_all; found.adopted.len()], model: found.best.clone(), refused };
@@ -81,12 +82,12 @@ pub(super) fn judged(
 }
 
 impl Judged {
-    /// What adds nothing that is certain leaves the model, the least first, where the rest is confirmed.
+    /// An effect without a certain gain leaves the model, the least first, where the rest is confirmed.
     fn confirm_each(&mut self, asking: &Asking<'_>, adopted: &[Adopted], mut parts: Vec<Option<Part>>) {
         let mut left: Vec<usize> = (0..adopted.len()).collect();
         let others = |left: &[usize]| left.iter().map(|place| adopted[*place].clone()).collect::<Vec<_>>();
         let mut model = None;
-        // nothing that can be compared is above zero
+        // a bound that cannot be compared is not above zero
         while let Some(place) =
             worst(&parts, |gain, _| gain.interval(LEVEL)[0].partial_cmp(&0.0) != Some(Ordering::Greater))
         {
@@ -98,7 +99,7 @@ impl Judged {
         }
         let Some(model) = model else { return };
         let shown = asking.held_out(&model, false);
-        // else they are confirmed together and none alone
+        // otherwise they are confirmed together and none alone
         if status(shown.gain.as_ref()) == Status::Confirmed {
             self.status.fill(Status::Unconfirmed);
             left.iter().for_each(|place| self.status[*place] = Status::Confirmed);
@@ -107,7 +108,7 @@ impl Judged {
     }
 }
 
-/// The part that gains least of those that are `meant`, by their gains and the number of parts.
+/// The part of least gain among those that are `meant`, given their gains and the number of parts.
 fn worst(parts: &[Option<Part>], meant: impl Fn(&Gain, f64) -> bool) -> Option<usize> {
     let all = parts.iter().enumerate().filter_map(|(place, part)| Some((place, part.as_ref()?.gain)));
     let those = all.filter(|(_, gain)| meant(gain, parts.len() as f64));
@@ -119,13 +120,13 @@ impl Asking<'_> {
         held_out(self.problem, self.session, self.stated, best, nothing, self.options)
     }
 
-    /// What is left of a set, its sigmas over all valleys.
+    /// The fit without some effects after multistart, its standard deviations over all local optima.
     fn standing(&self, left: Refit, adopted: &[Adopted]) -> Standing {
         let columns: Vec<&Column> = adopted.iter().map(|own| &own.column).collect();
         Standing::of(&hopped(self.session, timed(self.session, left, &columns), &columns))
     }
 
-    /// Each of `adopted` on its own, where it is one of several.
+    /// Tests each of `adopted` on its own, where there are several.
     ///
     /// Cost: a fit and a prediction each.
     fn parts(&self, best: &Standing, adopted: &[Adopted]) -> Vec<Option<Part>> {
@@ -146,33 +147,30 @@ fn named<'a>(set: impl IntoIterator<Item = &'a Adopted>) -> String {
     set.into_iter().map(|own| own.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ")
 }
 
-/// Held-out data on what was found, and by how much in BIC that is behind what this recording favours. Another recording is evidence on names,
-/// too: the rival that both recordings together favour, each law under its own noise, takes the place of what this one favours, and any that
-/// is confirmed the place of what is not; else the nearest smaller set that they confirm or at least find better. Weights stay those of this
-/// recording: of laws that only come near the truth another one makes too sure.
+/// Evidence of held-out data, and the ΔBIC of the set chosen behind the best one on this recording. A rival replaces the adopted set if both recordings together prefer it, each law under its own noise, or if it alone is confirmed; otherwise the nearest smaller set that held-out data confirm, or at least predict better with, is taken. Weights stay those of this recording: for laws that only approximate the truth a second recording would make them overconfident.
 fn borne_out(asking: &Asking<'_>, found: &mut Found, notes: &mut Vec<String>) -> (Shown, f64) {
     let (shown, lead) = favoured(asking, found, notes);
     (no_more_than_borne(asking, found, shown, notes), lead)
 }
 
-/// The set of rivals that both recordings favour.
+/// The rival that both recordings together prefer, if any.
 fn favoured(asking: &Asking<'_>, found: &mut Found, notes: &mut Vec<String>) -> (Shown, f64) {
     let mut shown = asking.held_out(&found.best, found.adopted.is_empty());
     let rivals = core::mem::take(&mut found.rivals);
-    // the best of several confirmations is one by chance more often
+    // Bonferroni over the rivals: the best of several confirmations occurs by chance more often
     let alpha = LEVEL / rivals.len().max(1) as f64;
     let mut lead = 0.0;
-    // parts of the same recording have named already
+    // parts of the same recording took part in the selection already
     let is_other = asking.options.held_out.is_some();
     for (set, standing, behind) in rivals.into_iter().filter(|_| is_other) {
         let is_confirmed = status(shown.gain.as_ref()) == Status::Confirmed;
         let again = asking.held_out(&standing, false);
-        // logarithm of the odds by both recordings
+        // log-odds by both recordings
         let ahead = again.loglik.zip(shown.loglik).map_or(0.0, |(rival, own)| rival - own - 0.5 * (behind - lead));
         let bears = again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0);
-        // of two that nothing confirms the better predicted one, too
+        // if neither is confirmed, the better predicted one as well
         if (bears || !is_confirmed) && ahead > FAVOURED || bears && !is_confirmed {
-            let word = if bears && !is_confirmed { "held-out data confirm" } else { "both recordings together favour" };
+            let word = if bears && !is_confirmed { "held-out data confirm" } else { "both recordings together prefer" };
             notes.push(format!("{word} {}, not {}", named(&set), named(&found.adopted)));
             (found.adopted, found.best, found.unknown_noise, shown, lead) = (set, standing, 0.0, again, behind);
         }
@@ -180,7 +178,7 @@ fn favoured(asking: &Asking<'_>, found: &mut Found, notes: &mut Vec<String>) -> 
     (shown, lead)
 }
 
-/// The plant's numbers as one set has them: names, values, standard deviations, and by how much the set is behind in BIC on this recording.
+/// The plant's parameters under one set: names, values, standard deviations, and the set's ΔBIC on this recording.
 struct Numbers {
     list: Vec<(String, f64, f64)>,
     behind: f64,
@@ -194,8 +192,7 @@ impl Numbers {
     }
 }
 
-/// Standard deviations over all sets that this recording does not exclude, weights `exp(−ΔBIC/2)`: where names cannot be told apart a number may
-/// be what any of them makes of it.
+/// Standard deviations over all sets that this recording does not exclude, weights `exp(−ΔBIC/2)`. If several effects remain possible, parameter uncertainties include all of them.
 ///
 /// ```text
 /// σ² ← Σ w_i (σ_i² + (θ_i − θ)²) / Σ w_i,   never below its own
@@ -217,14 +214,14 @@ fn widen(best: &mut Standing, sets: &[Numbers], lead: f64) {
     }
 }
 
-/// The nearest smaller set where held-out data do not bear all of `found`: a term that they do not bear takes no other with it.
+/// The nearest smaller set where held-out data do not confirm all of `found`: an unconfirmed effect must not discredit the others.
 fn no_more_than_borne(asking: &Asking<'_>, found: &mut Found, mut shown: Shown, notes: &mut Vec<String>) -> Shown {
     for (set, standing) in core::mem::take(&mut found.smaller) {
         if found.adopted.is_empty() || status(shown.gain.as_ref()) == Status::Confirmed {
             break;
         }
         let law = |own: &Adopted, other: &Adopted| own.column.candidate.same_law(&other.column.candidate);
-        // others stood before something took their place
+        // sets from before a replacement hold other effects
         if !set.iter().all(|own| found.adopted.iter().any(|other| law(own, other))) {
             continue;
         }
@@ -234,7 +231,7 @@ fn no_more_than_borne(asking: &Asking<'_>, found: &mut Found, mut shown: Shown, 
         if is_confirmed || gain(&again) > gain(&shown) {
             let word = if is_confirmed { "confirm" } else { "are better predicted by" };
             notes.push(format!(
-                "held-out data {word} {} of {} effects that this recording asks for",
+                "held-out data {word} {} of {} effects that this recording suggests",
                 set.len(),
                 found.adopted.len()
             ));

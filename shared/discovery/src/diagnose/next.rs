@@ -1,4 +1,4 @@
-//! What to fly when a name stays open: the pair in question, the menu, and the words that go with it.
+//! The next experiment where an effect is not decided: the pair in question, the menu, and its sentences.
 
 use super::{Adopted, Contested, Standing};
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
@@ -6,14 +6,14 @@ use dynamics::description::Plant;
 use identification::fit::EstimationSession;
 use identification::problem::{Drive, Problem};
 
-/// Weight of the first name above which nothing is open.
+/// Weight of the first effect above which the pair counts as decided. Chosen, no derivation.
 const OPEN: f64 = 0.9;
-/// Cosine above which two effects show the same.
+/// Absolute cosine above which two effects are indistinguishable by any menu entry.
 const TWIN: f64 = 0.9999;
-/// Entries of the menu that are told.
+/// Menu entries in the report.
 const TOLD: usize = 5;
 
-/// The scenario that separates the most open name from its strongest rival, or why there is none.
+/// The scenario that separates the least decided effect from its strongest rival, or why there is none.
 pub(super) enum Next {
     NothingOpen,
     /// A plant file whose commands are the experiment.
@@ -43,7 +43,7 @@ pub(super) fn next(session: &EstimationSession<'_>, best: &Standing, adopted: &[
     in_words(own, rival, &menu(&question, session.threads))
 }
 
-/// The rival with the largest weight, exact twins last: nothing separates those.
+/// The rival of largest weight; exact twins last, since no experiment separates those.
 fn strongest(own: &Adopted) -> Option<&Contested> {
     let key = |rival: &Contested| (rival.cosine.abs() < TWIN, rival.weight);
     own.rivals.iter().max_by(|a, b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)))
@@ -73,7 +73,7 @@ fn in_words(own: &Adopted, rival: &Contested, menu: &[Experiment]) -> Next {
     }
 }
 
-/// The plant with the numbers of the fit and their standard deviations.
+/// The plant with the fitted parameters and their standard deviations.
 pub(super) fn posterior(best: &Standing) -> Plant {
     let mut plant = best.plant.clone();
     let values: Vec<(&str, f64, f64)> = (best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma)))

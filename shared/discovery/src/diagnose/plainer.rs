@@ -1,5 +1,6 @@
-//! Names that stand for less than they say: where one plain law that the catalogue has no name for, in the place of one of them or of all, explains
-//! the recording as well with fewer numbers, or better, they are none.
+//! Parsimony: an effect is withdrawn if a one-parameter law outside the catalogue explains the data as well (ΔBIC > 6).
+//!
+//! The law may replace one adopted effect or all of them.
 
 use super::screening::{Screening, in_a_quiet_loop};
 use super::{Adopted, Standing};
@@ -8,12 +9,12 @@ use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Plain, UnknownLaw, plain};
 use identification::fit::{EstimationSession, LinearisedProblem};
 
-/// Share of what names explain that a law on the linear model may be off by.
+/// Share of the explained `−2 ln p` by which a law evaluated on the linear model may be wrong. Chosen, no derivation.
 const BENT: f64 = 1e-3;
 
-/// The plain law that BIC prefers to what is `adopted` by twenty to one; most ahead where several are. `nominal` is the plant without any of it.
+/// The one-parameter law that BIC prefers to `adopted` by 20 : 1, the best of several. `nominal` is the plant without any of the effects.
 ///
-/// Cost: a column a law; where several effects are adopted as much for each, and a fit without it.
+/// Cost: a column for each law; with several adopted effects as much again for each, and a fit without it.
 pub(super) fn plainer(
     session: &EstimationSession<'_>,
     nominal: &Standing,
@@ -34,8 +35,8 @@ pub(super) fn plainer(
     }
     let mut each = session.work.spent() - begun;
     for own in adopted.iter().filter(|_| adopted.len() > 1) {
-        // a fit beside it
-        if !session.work.allows(2.0 * each, "laws of one number in the place of each name") {
+        // a fit without it
+        if !session.work.allows(2.0 * each, "one-parameter laws in the place of each effect") {
             break;
         }
         let begun = session.work.spent();
@@ -56,7 +57,7 @@ pub(super) fn plainer(
     (by > PREFERRED).then(|| plain.told(&own, (&base.fit.linearised, &base.fit.theta), by, numbers as usize)).flatten()
 }
 
-/// The best plain law of the plant `base`, under the noise that suits `best`.
+/// The best one-parameter law on the plant `base`, under the noise of `best`.
 fn at(session: &EstimationSession<'_>, base: &Standing, best: &Standing, named: &[Candidate]) -> Option<Plain> {
     let own = EstimationSession::like(session, &base.problem).ok()?;
     let (linearised, theta): (&LinearisedProblem, _) = (&base.fit.linearised, &base.fit.theta);

@@ -1,8 +1,6 @@
-//! The same experiment once more: what physics does repeats, what noise does not.
+//! Repetition of the experiment: a physical effect recurs, noise does not.
 //!
-//! With `c` the joint direction of what was adopted, at the amplitudes of the first recording, the repeat is asked one question: how many
-//! times that direction does it hold? The answer is a ratio of likelihoods with the noise maximised on both sides, by the sign of the
-//! multiple: `z = ±√(2 ln p(c) − 2 ln p(0))`. Where the physics is there z expects `|c'|`, else a standard normal.
+//! With `c` the joint direction of the adopted effects, at the amplitudes of the first recording, one parameter is tested on the repeat: the multiple of `c` that it holds. The statistic is a likelihood ratio with the noise maximised on both sides, signed by the multiple: `z = ±√(2 ln p(c) − 2 ln p(0))`. Under the effect its expectation is `|c'|`, else z is standard normal.
 
 use super::showing::carried;
 use super::{Adopted, Standing};
@@ -12,32 +10,32 @@ use identification::fit::noise::{Search, maximise};
 use identification::fit::{EstimationSession, Fit, fit};
 use identification::problem::Problem;
 
-/// One-sided level of 1 %: the repeat is asked one question.
+/// One-sided 1 % quantile of the standard normal distribution: one test on the repeat.
 const REPEATS_Z: f64 = 2.33;
 /// Relinearisations of the nominal plant on the repeat.
 const ROUNDS: usize = 6;
 
-/// What the repeat says.
+/// Result of the repeat.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Repeat {
     pub z: f64,
-    /// What z would be if the first recording's amplitudes were exact.
+    /// Expectation of z if the first recording's amplitudes were exact.
     pub expected: f64,
 }
 
 impl Repeat {
-    /// The repeat shows what the first recording did.
+    /// The repeat shows the effects at the level of [`REPEATS_Z`].
     pub fn confirms(&self) -> bool {
         self.z > REPEATS_Z
     }
 
-    /// The repeat would hardly show it even if it were there.
+    /// The repeat has no power: it would hardly show the effects even if they were present.
     pub fn silent(&self) -> bool {
         self.expected < 2.0 * REPEATS_Z && !self.confirms()
     }
 }
 
-/// Asks `repeat` for `adopted`; `None` where the nominal plant cannot follow it.
+/// Tests `adopted` on `repeat`; `None` where the nominal plant cannot be fitted to it.
 pub(super) fn ask(
     repeat: &Problem,
     nominal: (&EstimationSession<'_>, &Fit, &NoiseModel),

@@ -1,9 +1,10 @@
-//! The diagnosis as data: field names are those of its JSON.
+//! The diagnosis as data; field names are those of its JSON.
 
 use crate::mislabelled::Mislabelled;
 use identification::held_out::{ChannelFit, Status};
 use serde::Serialize;
 
+/// Conclusion of a diagnosis, in one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
@@ -17,6 +18,7 @@ pub enum Verdict {
     CannotDecide,
 }
 
+/// Free run of the nominal plant against the fitted recording, by channel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Compare {
     pub channels: Vec<ChannelFit>,
@@ -34,6 +36,7 @@ pub struct Where {
     pub p: f64,
 }
 
+/// An effect that could replace a reported one, with its posterior probability in [0, 1].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Rival {
     pub kind: String,
@@ -42,6 +45,7 @@ pub struct Rival {
     pub reason: String,
 }
 
+/// An estimated parameter with its standard deviation, both in `unit`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ParameterReport {
     pub name: String,
@@ -50,6 +54,7 @@ pub struct ParameterReport {
     pub unit: String,
 }
 
+/// A reported effect: its probability in [0, 1], its status on held-out data, its rivals and parameters, the share `kappa` of its energy that the plant's parameters absorb, and its significance `d` in standard errors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectReport {
     pub kind: String,
@@ -64,7 +69,7 @@ pub struct EffectReport {
     pub d: f64,
 }
 
-/// A nominal parameter before and after.
+/// A parameter of the plant before and after the diagnosis, in its own unit; the shift in standard deviations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Nominal {
     pub name: String,
@@ -74,6 +79,7 @@ pub struct Nominal {
     pub shift_sigma: f64,
 }
 
+/// Source of the held-out data: another recording, blocks of the same one, or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeldOutKind {
@@ -82,6 +88,7 @@ pub enum HeldOutKind {
     None,
 }
 
+/// Free-run fit of one channel on held-out data, without and with the effects [%, unit of the channel].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOutChannel {
     pub name: String,
@@ -91,6 +98,7 @@ pub struct HeldOutChannel {
     pub rms_after: f64,
 }
 
+/// Prediction of held-out data without and with the effects: gain in log-likelihood with its standard error and 95 % interval, p values of whiteness.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOut {
     pub kind: HeldOutKind,
@@ -102,6 +110,7 @@ pub struct HeldOut {
     pub whiteness_p_after: Option<f64>,
 }
 
+/// Smallest amplitude of an effect that the recording would show at six standard errors, in `unit`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DetectionLimit {
     pub kind: String,
@@ -110,7 +119,7 @@ pub struct DetectionLimit {
     pub unit: String,
 }
 
-/// Whitened innovations of one channel in one window and octave: how far their power lies from one, in standard errors.
+/// A time–frequency bin: whitened innovations of one channel in one window and octave, deviation of their power from one in standard errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
     pub channel: String,
@@ -129,7 +138,7 @@ pub struct EvidenceCurve {
     pub gain: Vec<f64>,
 }
 
-/// A law over two coordinates, or over `x` alone: what the data say in each cell, and what the fitted law says there.
+/// A law over two coordinates, or over `x` alone: the data in each cell and the fitted law there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawMap {
     /// What it is and where, and its unit.
@@ -141,6 +150,7 @@ pub struct LawMap {
     pub cells: Vec<LawCell>,
 }
 
+/// One cell of a [`LawMap`]: coordinates, value with its standard error, and the fitted law at that place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawCell {
     pub x: f64,
@@ -151,7 +161,7 @@ pub struct LawCell {
     pub law: f64,
 }
 
-/// Cosines between what the best candidates leave behind the nominal unknowns.
+/// Cosines between the best candidates once the nominal unknowns are projected off.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Angles {
     pub names: Vec<String>,
@@ -169,7 +179,7 @@ pub struct Overlay {
     pub after: Vec<f64>,
 }
 
-/// What the report draws; no part of the JSON.
+/// Data of the figures; not part of the JSON.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figures {
     pub tiles: Vec<Tile>,
@@ -179,16 +189,16 @@ pub struct Figures {
     pub overlays: Vec<Overlay>,
 }
 
-/// A law that was looked for.
+/// A law that was tested.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tried {
     pub kind: String,
     pub site: String,
-    /// All laws times the points of its own grid: what its significance was multiplied by, before laws that are alike were counted once.
+    /// Number of laws times the points of its own grid: the factor on its p value before collinear laws are counted once.
     pub chances: f64,
 }
 
-/// Everything that was found. The checks of the recordings themselves come from [`examination::doctor`].
+/// All findings of a diagnosis. The checks of the recordings themselves come from [`examination::doctor`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
     pub verdict: Verdict,
@@ -204,7 +214,7 @@ pub struct Diagnosis {
     pub not_found: Vec<String>,
     pub notes: Vec<String>,
     pub next_experiment: Option<String>,
-    /// Text of the plant file with what was confirmed (a caller that writes it puts the path here).
+    /// Text of the plant file with the confirmed effects (a caller that writes it puts the path here).
     pub augmented_plant: Option<String>,
     pub report: Option<String>,
     #[serde(skip)]
@@ -214,7 +224,7 @@ pub struct Diagnosis {
 }
 
 impl HeldOut {
-    /// Nothing was asked.
+    /// No held-out data were evaluated.
     pub fn none() -> Self {
         Self {
             kind: HeldOutKind::None,
@@ -229,8 +239,7 @@ impl HeldOut {
 }
 
 impl Diagnosis {
-    /// Of recordings that were put right where they are `mislabelled`: the mistake is told first, and it is the sensor's where nothing else is
-    /// missing.
+    /// The diagnosis of recordings whose `mislabelled` channels were corrected first: the mistake comes first in the reason. The verdict is [`Verdict::Sensor`] where nothing else is missing.
     #[must_use]
     pub fn of_mislabelled(mut self, mislabelled: &[Mislabelled]) -> Self {
         if mislabelled.is_empty() {
@@ -246,10 +255,10 @@ impl Diagnosis {
         }
         let told = kinds.iter().map(|(label, files)| format!("in {} {}", files.join(", "), label.in_words()));
         let told = told.collect::<Vec<_>>().join(", and ");
-        self.notes.push(format!("{told}: that was put right before the diagnosis; correct the header or the map"));
+        self.notes.push(format!("{told}: corrected before the diagnosis; correct the header or the map"));
         self.reason = match self.verdict {
-            Verdict::None => format!("{told}; with that put right: nothing else is missing; {}", self.reason),
-            _ => format!("{told}; with that put right: {}", self.reason),
+            Verdict::None => format!("{told}; with that corrected: nothing else is missing; {}", self.reason),
+            _ => format!("{told}; with that corrected: {}", self.reason),
         };
         if self.verdict == Verdict::None {
             self.verdict = Verdict::Sensor;
@@ -257,7 +266,7 @@ impl Diagnosis {
         self
     }
 
-    /// Nothing can be said, because `reason`.
+    /// A diagnosis without findings, because of `reason`.
     pub fn cannot_decide(reason: String) -> Self {
         Self {
             verdict: Verdict::CannotDecide,

@@ -1,4 +1,4 @@
-//! Every effect at every site with its score: grids first, then the best numbers of what looks promising.
+//! Screening: every effect at every site with its score, on grids first, then refined where it is promising.
 
 use super::{Options, Standing};
 use crate::compete::subsets::noise_hypotheses;
@@ -9,7 +9,7 @@ use crate::score::{
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem};
 
-/// Noise this many times as large as stated may have swallowed something.
+/// Ratio of adapted to stated noise from which the noise may have absorbed an effect, so that scores are also taken under the stated noise. Chosen, no derivation.
 const GROWN: f64 = 3.0;
 
 /// Columns and their scores under the adapted noise.
@@ -26,7 +26,7 @@ impl Screening {
     }
 }
 
-/// `look` along the trajectory of `best`: where a loop feeds its sensors' noise back, of the loop without that noise.
+/// Evaluates `look` along the trajectory of `best`; where a loop feeds back sensor noise, along the loop without that noise.
 pub(super) fn in_a_quiet_loop<T>(
     session: &EstimationSession<'_>,
     best: &Standing,
@@ -68,7 +68,7 @@ fn screen_along(
     let mut found = scored(&scorer, &all);
     let mut finer = refined(&scorer, along, &best.plant, theta, (&all, &found));
     if let Some(scorer) = stated.and_then(|stated| Scorer::new(session, linearised, theta, &stated)) {
-        // noise that has swallowed an effect hides its numbers too: of a fault that begins and ends it leaves two instants
+        // noise that has absorbed an effect also hides its shape parameters: of a fault that begins and ends it leaves two instants
         let found = scored(&scorer, &all);
         finer.extend(refined(&scorer, along, &best.plant, theta, (&all, &found)));
     }
@@ -81,7 +81,7 @@ fn scored(scorer: &Scorer<'_, '_>, columns: &[Column]) -> Vec<Score> {
     scorer.scores(columns).into_iter().flatten().collect()
 }
 
-/// The last noise hypothesis, all noise as stated, at the size that the innovations then have; `None` where it is the adapted noise.
+/// The last noise hypothesis (all noise as stated) scaled to the innovations; `None` where it is the adapted noise.
 fn quieter(session: &EstimationSession<'_>, best: &Standing) -> Option<NoiseModel> {
     let (found, stated) = (&best.noise, &session.noise);
     let sizes = |noise: &NoiseModel| [noise.input_sigma.clone(), noise.sensor_sigma.clone()].concat();
@@ -101,10 +101,10 @@ fn longest(session: &EstimationSession<'_>, best: &Standing) -> (Lines, Vec<Orde
     (lines(linear, timeline, sigma.len()), orders(linear, timeline, &best.plant, sigma))
 }
 
-/// Share of all work that the points of the grids may take.
+/// Share of all work for the grid points. Chosen, no derivation.
 const GRIDS: f64 = 0.04;
 
-/// Bounds the work: whole laws stay, points of their grids go.
+/// Bounds the work: every law stays, points of its grid are dropped.
 fn thin(session: &EstimationSession<'_>, best: &Standing, list: &mut Vec<Candidate>) {
     let passes: usize = list.iter().map(|candidate| candidate.directions.len()).sum();
     let keep = session.work.affords(GRIDS, session.pass_work(&best.plant, &best.fit.theta)) / passes.max(1) as f64;

@@ -1,4 +1,6 @@
-//! The search: sets of effects join the plant, and what a later one has taken the place of leaves it.
+//! Greedy forward search with backward elimination.
+//!
+//! Sets of effects are added to the plant round by round; an effect that later ones make insignificant is removed.
 
 use super::adoption::{Step, step};
 use super::screening::{Screening, screen};
@@ -8,22 +10,24 @@ use crate::score::{Column, cosine};
 use identification::fit::EstimationSession;
 use std::rc::Rc;
 
-/// What the search ends with.
+/// Result of the search.
 pub(super) struct Found {
     pub best: Standing,
     pub adopted: Vec<Adopted>,
     pub unfitted: Vec<Unfitted>,
-    /// The catalogue on the nominal plant.
+    /// The scored catalogue on the nominal plant.
     pub screening: Rc<Screening>,
-    /// Smaller sets that stood on the way, nearest first.
+    /// Smaller sets accepted on the way, nearest first.
     pub smaller: Vec<(Vec<Adopted>, Standing)>,
-    /// Sets that the recording does not exclude beside the last one adopted, and by how much in BIC they are behind.
+    /// Sets that the recording does not exclude beside the last one adopted, and their ΔBIC.
     pub rivals: Vec<(Vec<Adopted>, Standing, f64)>,
-    /// What noise of another kind gains on the standing plant.
+    /// Gain of a different noise model on the accepted plant [−2 ln p].
     pub unknown_noise: f64,
 }
 
-/// Sets of effects join the nominal plant, round by round, until nothing more stands; the catalogue is scored on it, unless `screened` has columns.
+/// Adds sets of effects to the nominal plant until no further effect is accepted. The catalogue is scored on it, unless `screened` has columns.
+///
+/// Cost: for each round a screening, the likelihoods of the shortlist and their fits; bounded by `session.work`.
 pub(super) fn searched(
     session: &EstimationSession<'_>,
     (nominal, screened): (Standing, Rc<Screening>),
@@ -48,7 +52,7 @@ pub(super) fn searched(
     }
     if let Some((refit, earlier)) = last {
         let refit = if earlier > 0 {
-            progress("look again at what came first", 0.8);
+            progress("search again for earlier effects", 0.8);
             found.look_again(session, refit, (earlier, begun), options)
         } else {
             refit
@@ -65,7 +69,7 @@ impl Found {
         Self { best, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 }
     }
 
-    /// The set that suits what stands best joins it: its refit, and how many effects stood before; `None` where nothing more stands.
+    /// Adopts the set that fits best on the accepted model: its fit, and the number of effects adopted before; `None` where no further effect is accepted.
     fn round(
         &mut self,
         session: &EstimationSession<'_>,
@@ -76,7 +80,7 @@ impl Found {
         let own = EstimationSession::like(session, &self.best.problem).map_err(|error| error.to_string())?;
         let is_known = self.adopted.is_empty() && !self.screening.columns.is_empty();
         let screened = if is_known { self.screening.clone() } else { Rc::new(screen(&own, &self.best, options)) };
-        progress("compete", 0.25);
+        progress("compare sets of effects", 0.25);
         let mut step = step(&own, &self.best, &screened, options.terms_max - self.adopted.len(), options);
         self.unfitted = core::mem::take(&mut step.unfitted);
         if self.adopted.is_empty() {
@@ -91,9 +95,9 @@ impl Found {
         }
     }
 
-    /// What `step` adopts joins; what is nothing beside it leaves.
+    /// Adopts the effects of `step`; earlier effects that are insignificant beside them are removed.
     fn join(&mut self, session: &EstimationSession<'_>, step: Step, refit: Refit) -> (Refit, usize) {
-        // nearest first: without what this round adds, then its own smaller sets before that
+        // nearest first: without the effects of this round, then its own smaller sets before that
         let joined = |set: Vec<Adopted>| self.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
         let mut nearest: Vec<(Vec<Adopted>, Standing)> =
             step.smaller.into_iter().map(|(set, refit)| (joined(set), Standing::of(&refit))).collect();
@@ -103,7 +107,7 @@ impl Found {
         let before = core::mem::replace(&mut self.best, Standing::of(&refit));
         let gained = before.objective - self.best.objective;
         if left.contains(&true) {
-            // they hold what has left
+            // they hold a removed effect
             self.rivals.clear();
             nearest.clear();
         } else if !self.adopted.is_empty() {
@@ -125,7 +129,7 @@ impl Found {
         (refit, earlier)
     }
 
-    /// Another look for each of the `earlier` effects beside those that joined in the last round, which `begun` at so much work.
+    /// Searches again for each of the `earlier` effects beside those of the last round, which began at the work `begun`.
     fn look_again(
         &mut self,
         session: &EstimationSession<'_>,
@@ -134,12 +138,12 @@ impl Found {
         options: &Options,
     ) -> Refit {
         let before = self.best.objective;
-        // valleys of what came earlier were those of a smaller set
+        // the earlier local optima belong to a smaller set
         let mut refit = self.hop(session, refit);
-        // about a round
+        // about one round
         let mut looked = session.work.spent() - begun;
         for place in 0..earlier {
-            if !session.work.allows(looked, "another look for what came first") {
+            if !session.work.allows(looked, "another search for earlier effects") {
                 break;
             }
             let begun = session.work.spent();
@@ -153,7 +157,7 @@ impl Found {
         refit
     }
 
-    /// What came while the fit of another was still on its way, and is nothing beside it now, leaves; the one that shows most stays.
+    /// Backward elimination: an effect that another one has made insignificant is removed; the most significant one stays.
     fn prune(&mut self, session: &EstimationSession<'_>, refit: Refit) {
         let mut others = self.adopted.clone();
         others.sort_by(|a, b| refit.evidence(&a.column).total_cmp(&refit.evidence(&b.column)));
@@ -174,7 +178,7 @@ impl Found {
         self.smaller.retain(|(set, _)| set.len() < self.adopted.len() && !set.iter().any(is_gone));
     }
 
-    /// `refit` of all that is adopted, with the valleys of all, stands.
+    /// Multistart of `refit` over all adopted effects; its result is the accepted model.
     fn hop(&mut self, session: &EstimationSession<'_>, refit: Refit) -> Refit {
         let columns: Vec<&Column> = self.adopted.iter().map(|adopted| &adopted.column).collect();
         let refit = hopped(session, timed(session, refit, &columns), &columns);
@@ -184,7 +188,7 @@ impl Found {
         refit
     }
 
-    /// What is adopted, with another effect at `place`.
+    /// The adopted effects, with another effect at `place`.
     fn with(&self, place: usize, other: Adopted) -> Vec<Adopted> {
         let mut set = self.adopted.clone();
         set[place] = other;
@@ -192,8 +196,7 @@ impl Found {
     }
 }
 
-/// Looks once more for the effect at `place` beside all others: what fits best alone need not be what fits best beside them. What is better by
-/// BIC takes its place, and its fit is returned; what the recording does not exclude there joins the rivals.
+/// Searches again for the effect at `place` beside all others: the best single effect need not be the best beside them. A better one by BIC replaces it, and its fit is returned; effects that the recording does not exclude there join the rivals.
 ///
 /// Cost: a round of the search.
 fn reconsidered(
@@ -233,12 +236,12 @@ fn reconsidered(
 }
 
 impl Adopted {
-    /// Numbers that it leaves free.
+    /// Number of its free parameters.
     pub(super) fn numbers(&self) -> f64 {
         free_numbers(&self.column.candidate, self.column.raw.len()) as f64
     }
 
-    /// Stands where `gone` stood, alone and by so much better in `−2 ln p`: with it as a rival, and no more significant than either was.
+    /// Replaces `gone`, the only effect, with a gain in `−2 ln p`: `gone` becomes a rival, and the p value is the larger of both.
     fn replace(&mut self, gone: &Self, gained: f64, samples: f64) {
         let behind = gained + libm::log(samples) * (gone.numbers() - self.numbers());
         self.p = self.p.max(gone.p);
@@ -247,7 +250,7 @@ impl Adopted {
         self.weigh();
     }
 
-    /// With the rivals of `other`, which is so much behind in BIC, for its own.
+    /// With the rivals of `other`, which has the ΔBIC `behind`, for its own.
     fn beside(mut self, other: &Self, behind: f64) -> Self {
         let is_self = |rival: &&Contested| self.column.candidate.same_law(&rival.candidate);
         let theirs = other.rivals.iter().filter(|rival| !is_self(rival));
@@ -257,14 +260,14 @@ impl Adopted {
         self
     }
 
-    /// `other` in its place, so much behind in BIC.
+    /// `other` as a rival of ΔBIC `behind`.
     fn contested(&self, other: &Self, behind: f64) -> Contested {
         let candidate = other.column.candidate.clone();
         let (kind, site) = (candidate.effect.kind, candidate.site.to_string());
         Contested { candidate, kind, site, weight: 0.0, bic: behind, cosine: cosine(&self.score, &other.score) }
     }
 
-    /// Weights by BIC; what is beyond the span is no rival.
+    /// Weights by BIC; beyond the span there is no rival.
     fn weigh(&mut self) {
         self.rivals.retain(|rival| rival.bic <= RIVAL_SPAN);
         let bic: Vec<f64> = core::iter::once(0.0).chain(self.rivals.iter().map(|rival| rival.bic)).collect();
@@ -274,7 +277,7 @@ impl Adopted {
     }
 }
 
-/// `refit` without the effects of `adopted` that are nothing beside those that joined later, where BIC agrees; which of them left.
+/// `refit` without the effects of `adopted` that are insignificant beside later ones, where BIC agrees; which of them were removed.
 fn relieved(session: &EstimationSession<'_>, refit: Refit, adopted: &[Adopted]) -> (Refit, Vec<bool>) {
     let price = libm::log(session.samples.max(2) as f64);
     let mut best = refit;

@@ -1,4 +1,4 @@
-//! What data that were not fitted say: another recording, else parts of this one predicted from the others.
+//! Prediction of data that were not fitted: another recording, else parts of this one predicted from the others.
 
 use super::report::{HeldOutKind, Overlay};
 use super::{Options, Standing, figures};
@@ -13,14 +13,14 @@ use identification::held_out::{
 use identification::problem::{Problem, Unknown};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Parts of a recording, each of which is predicted from the others, where no other recording is given.
+/// Folds of a recording, each predicted from the others, where no other recording is given. More folds leave less out of each fit; chosen, no derivation.
 const FOLDS: usize = 8;
-/// Relinearisations where a recording's own numbers are fitted.
+/// Relinearisations of the fit of the parameters that belong to one recording.
 const OWN_ROUNDS: usize = 3;
-/// They stand within this many sigma of their priors, where the fitted recordings' do.
+/// Prior standard deviations within which these parameters may always move.
 const OWN_REACH: f64 = 3.0;
 
-/// What held-out data say: kind, free runs before and after, gain, and whiteness.
+/// Evidence of held-out data: kind, free runs before and after, gain, and figures.
 pub(super) struct Shown {
     pub kind: HeldOutKind,
     pub before: Vec<ChannelFit>,
@@ -67,16 +67,14 @@ type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
 type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Option<f64>, Vec<Overlay>);
 
-/// The plant alone and with the effects, each with its session, as predictors of a recording that neither was fitted to; and the augmented plant as
-/// it is with other numbers.
+/// The plant without and with the effects, each with its session, as predictors of a recording that neither was fitted to; and the augmented plant with other parameter values.
 struct Pair<'a> {
     before: (&'a EstimationSession<'a>, Predictor<'a>),
     after: (&'a EstimationSession<'a>, Predictor<'a>),
     with: &'a dyn Fn(&[f64]) -> Plant,
 }
 
-/// Shared parameters frozen as fitted; what belongs to single recordings and segments, and what of the nominal plant the fitted recordings
-/// did not show, is fitted on the others, on both sides alike.
+/// Shared parameters are frozen as fitted. Parameters of single recordings and segments, and nominal parameters that the fitted recordings did not determine, are fitted on the others, on both sides alike.
 fn predicting<T>(
     other: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
@@ -94,7 +92,7 @@ fn predicting<T>(
     let (before_problem, after_problem) = (show(&stated.plant, fitted[0]), show(&best.plant, fitted[1]));
     let before = EstimationSession::new(&before_problem, options.threads).ok()?;
     let after = EstimationSession::like(&before, &after_problem).ok()?;
-    // one noise for both, the augmented plant's: else the gain is that of a noise model
+    // one noise for both, the augmented plant's: otherwise the gain is that of a noise model
     let own = own_numbers(&before, &best.noise).zip(own_numbers(&after, &best.noise));
     let (theta_before, theta_after) = own.unwrap_or_else(|| (before.prior(), after.prior()));
     let nominal = Predictor { plant: &before_problem.plant, theta: &theta_before, noise: &best.noise };
@@ -117,9 +115,9 @@ fn on_recording(
     })
 }
 
-/// `gain` on another recording with the least that `best` foretells, where it decides nothing itself and is short of what that expects.
+/// `gain` on another recording with the standard error of the gain that `best` predicts, where the gain is undecided and below its expectation. An effect is also rejected if the held-out gain falls significantly short of the gain it predicts.
 ///
-/// Cost: a prediction for every number of the effects, and the pair they are predicted beside.
+/// Cost: a prediction for every parameter of the effects, and the pair they are predicted beside.
 pub(super) fn foretold(own: (&EstimationSession<'_>, &Fit), best: &Standing, gain: Gain, options: &Options) -> Gain {
     let is_open = gain.is_below_expected() && gain.status() == Status::Unconfirmed;
     let Some(other) = options.held_out.as_ref().filter(|_| is_open) else { return gain };
@@ -127,12 +125,11 @@ pub(super) fn foretold(own: (&EstimationSession<'_>, &Fit), best: &Standing, gai
         let plants: Vec<Plant> = moved(own.0, best)?.iter().map(|theta| with(theta)).collect();
         expected_gain_sigma(before, after, &plants)
     });
-    // of what cannot be predicted nothing is foretold
+    // without a prediction the expectation is unbounded
     gain.with_expected_gain_sigma(sigma.unwrap_or(f64::INFINITY))
 }
 
-/// The fitted numbers with those of the effects moved along each column of a root of their posterior covariance, by their standard deviations (over
-/// all valleys) and correlations.
+/// The fitted parameters with those of the effects moved along each column of a root of their posterior covariance, by their standard deviations (over all local optima) and correlations.
 fn moved(session: &EstimationSession<'_>, best: &Standing) -> Option<Vec<Vec<f64>>> {
     let own = EstimationSession::like(session, &best.problem).ok()?;
     let fit = &best.fit;
@@ -140,8 +137,7 @@ fn moved(session: &EstimationSession<'_>, best: &Standing) -> Option<Vec<Vec<f64
     along_root(&best.problem.unknowns, (&fit.theta, &fit.sigma), &covariance)
 }
 
-/// `θ ± σ_i L_ij` for every column j of the root `L Lᵀ` of the correlations of the effects' numbers: to the side where they stay within
-/// what is possible, or to the upper where none is.
+/// `θ ± σ_i L_ij` for every column j of the root `L Lᵀ` of the correlations between the parameters of the effects: on the side where all stay possible, or on the upper one where neither does.
 fn along_root(
     unknowns: &[Unknown],
     (theta, sigma): (&[f64], &[f64]),
@@ -167,8 +163,7 @@ fn along_root(
     Some((0..places.len()).map(along).collect())
 }
 
-/// Own numbers stay as far from their priors as those of the fitted recordings were, by any of the fits, and three sigma at least: what
-/// nobody expects of a sensor tells nothing of a model.
+/// Parameters of a single recording stay as near to their priors as those of the fitted recordings did, in any of the fits, and three standard deviations at least: an implausible sensor error is no evidence about a model.
 fn within_reach(mut problem: Problem, fits: &[(&[Unknown], &[f64])]) -> Problem {
     for own in &mut problem.unknowns {
         let all = fits.iter().flat_map(|(unknowns, theta)| unknowns.iter().zip(*theta));
@@ -179,7 +174,7 @@ fn within_reach(mut problem: Problem, fits: &[(&[Unknown], &[f64])]) -> Problem 
     problem
 }
 
-/// `plant` with its shared unknowns known as fitted, but for those of which the fitted recordings showed nothing.
+/// `plant` with its shared unknowns known as fitted, except those that the fitted recordings did not determine.
 fn frozen(plant: &Plant, (unknowns, theta): (&[Unknown], &[f64]), unseen: &[&str]) -> Plant {
     let mut plant = plant.clone();
     plant.visit_quantities(&mut |name, _, quantity| {
@@ -191,7 +186,7 @@ fn frozen(plant: &Plant, (unknowns, theta): (&[Unknown], &[f64]), unseen: &[&str
     plant
 }
 
-/// The numbers that a recording has for itself, fitted on it.
+/// The parameters that belong to the recording itself, fitted on it.
 fn own_numbers(session: &EstimationSession<'_>, noise: &NoiseModel) -> Option<Vec<f64>> {
     let prior = session.prior();
     if prior.is_empty() {
@@ -200,7 +195,7 @@ fn own_numbers(session: &EstimationSession<'_>, noise: &NoiseModel) -> Option<Ve
     fit(session, &session.problem.plant, &prior, noise, OWN_ROUNDS).ok().map(|fit| fit.theta)
 }
 
-/// Values of shared unknowns of the same name; those of single recordings and segments belong to theirs and stand at their priors.
+/// Values of shared unknowns of the same name; parameters of single recordings and segments start at their priors.
 pub(super) fn carried(session: &EstimationSession<'_>, unknowns: &[Unknown], theta: &[f64]) -> Vec<f64> {
     let mut carried = session.start_from(unknowns, theta);
     let parameters = session.problem.plant.parameters();
@@ -212,7 +207,7 @@ pub(super) fn carried(session: &EstimationSession<'_>, unknowns: &[Unknown], the
     carried
 }
 
-/// Blocks of the record, each predicted with parameters from the others: linear in what leaving a block out changes.
+/// Blocks of the recording, each predicted with parameters from the others; linear in the change that leaving a block out makes.
 fn on_blocks(
     problem: &Problem,
     session: &EstimationSession<'_>,

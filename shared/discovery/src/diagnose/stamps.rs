@@ -1,24 +1,22 @@
-//! Stamps that jitter about an even grid.
+//! Time stamps that jitter about an even grid.
 //!
-//! A sensor that is read evenly and stamped unevenly is told too early or too late; beside an edge of a command it is told on the wrong
-//! side of it, which no noise describes. Whether the readings are even, or truly uneven, the recording says: the nominal plant is
-//! fitted to both and the better one is kept.
+//! A sensor that is read evenly and stamped unevenly seems to read too early or too late. Beside an edge of a command the stamp lies on the wrong side of it, which no noise model describes. The recording decides whether the readings are even: the nominal plant is fitted to both and the better one is kept.
 
 use identification::fit::{EstimationSession, fit};
 use identification::problem::{Drive, Problem, Samples};
 
-/// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first even already, beyond the second not a grid.
+/// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first the stamps are even, beyond the second there is no grid. Chosen, no derivation.
 const STAMPS_LEAST: usize = 16;
 const EVEN_SHARE: f64 = 1e-3;
 const GRID_SHARE: f64 = 0.35;
-/// Standard deviations of the grid within which an edge of a command is where the reading is.
+/// Standard errors of the grid within which a reading is taken as synchronous with an edge of a command.
 const EDGE_SIGMAS: f64 = 4.0;
-/// Gain in `−2 ln p` from which even readings are believed.
+/// Gain in `−2 ln p` from which even readings are preferred: odds of exp(5) = 150 : 1. Chosen, no derivation.
 const GAIN: f64 = 10.0;
 /// Relinearisations of each fit.
 const ROUNDS: usize = 3;
 
-/// `problem` with even stamps, where its recording is better explained by them.
+/// `problem` with even stamps, where they explain its recording better.
 pub(super) fn evened(problem: &Problem, threads: usize) -> Option<Problem> {
     let even = even(problem)?;
     let objective = |problem: &Problem| {
@@ -28,7 +26,7 @@ pub(super) fn evened(problem: &Problem, threads: usize) -> Option<Problem> {
     (objective(&even)? < objective(problem)? - GAIN).then_some(even)
 }
 
-/// Every channel on the grid that its stamps jitter about; `None` where none does.
+/// Every channel on the grid that its stamps jitter about; `None` where no channel has one.
 pub(super) fn even(problem: &Problem) -> Option<Problem> {
     let mut even = problem.clone();
     let mut moved = false;
@@ -54,7 +52,7 @@ fn edges(drives: &[Drive]) -> Vec<f64> {
     edges
 }
 
-/// The edge next to `t_s` where one is as near as the grid can be wrong: the side of an edge is not told by a mean of stamps.
+/// The edge next to `t_s` if it lies within the uncertainty of the grid: a mean of stamps does not determine the side of an edge.
 fn beside(t_s: f64, edges: &[f64], apart_s: f64) -> f64 {
     let after = edges.partition_point(|edge| *edge < t_s);
     let near = edges[after.saturating_sub(1)..(after + 1).min(edges.len())].iter();
@@ -62,8 +60,7 @@ fn beside(t_s: f64, edges: &[f64], apart_s: f64) -> f64 {
     nearest.filter(|edge| (edge - t_s).abs() < apart_s).unwrap_or(t_s)
 }
 
-/// The straight line through stamps over their number, where they scatter about it by a part of the interval, and its standard
-/// deviation at the ends.
+/// The straight line through stamps over their number, where they scatter about it by a part of the interval, and its standard error at the ends.
 fn grid(samples: &Samples) -> Option<(Vec<f64>, f64)> {
     let n = samples.time_s.len();
     if n < STAMPS_LEAST {
@@ -114,7 +111,7 @@ mod tests {
         let nominal = plant("oscillator");
         let mut uneven = problem(&nominal, recording(&nominal, 3, 2.0));
         jittered(&mut uneven, 0.05);
-        // read where the stamps say, as the straight line between the simulated readings has it
+        // read at the stamped times, interpolated linearly between the simulated readings
         let period_s = nominal.simulation.period_s;
         for samples in uneven.runs.iter_mut().flat_map(|run| &mut run.samples) {
             let value = samples.value.clone();

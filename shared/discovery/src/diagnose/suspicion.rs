@@ -1,9 +1,6 @@
-//! A suspicion that another recording confirms.
+//! Effects of low significance that another recording confirms.
 //!
-//! What one recording shows too weakly to be named may be there in another. Where nothing stands and a recording is held out, the search is taken
-//! once more at the level `s` of a suspicion, and what it finds must be borne out by data that had no part in it, its numbers frozen, at a level
-//! `q`: where nothing is missing, and the frozen plant predicts as well as it is known, that happens with probability `s q`, which is
-//! [`CONFIRMED_SHARE`] of alpha.
+//! An effect that one recording shows too weakly may be certain in another. Where no effect is accepted and a recording is held out, the search is repeated at the higher level `s`. Its result must be confirmed by data that had no part in it, all parameters frozen, at a level `q`. Where no physics is unmodelled, and the frozen plant predicts as well as it is known, that happens with probability `s q`, which is [`CONFIRMED_SHARE`] of alpha.
 
 use super::judged::{Judged, judged};
 use super::search::{Found, searched};
@@ -12,12 +9,12 @@ use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
 use identification::problem::Problem;
 
-/// Probability of a suspicion where nothing is missing.
+/// Level of the second search: probability that it finds an effect where none is missing. A larger one needs a smaller level of confirmation; chosen, no derivation.
 const SUSPICION: f64 = 0.1;
 
-/// The suspicion and what held-out data say of it, where they confirm it; the catalogue's scores are those that were found of the recording `alone`.
+/// The effect of low significance and the held-out evidence, where held-out data confirm it; the scores of the catalogue are those found on the recording `alone`.
 ///
-/// Cost: a search but for its scores, and a prediction of the held-out recording for each rival.
+/// Cost: a search without its scores, and a prediction of the held-out recording for each rival.
 pub(super) fn confirmed(
     problem: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
@@ -27,7 +24,7 @@ pub(super) fn confirmed(
 ) -> Option<(Found, Judged)> {
     let easier = Options { alpha: SUSPICION / NAME_SHARE, terms_max: options.terms_max.min(1), ..options.clone() };
     let mut found = searched(session, (nominal.clone(), alone.screening.clone()), &easier, &mut |_, _| {}).ok()?;
-    // the best of several confirmations is one by chance more often
+    // Bonferroni over the rivals: the best of several confirmations occurs by chance more often
     let chances = 1 + found.rivals.len();
     let mut own = Vec::new();
     let judged = judged(problem, (session, stated), &mut found, options, &mut own);
@@ -35,6 +32,6 @@ pub(super) fn confirmed(
     let gain = judged.shown.gain.filter(|gain| gain.status() == Status::Confirmed)?;
     let p = found.adopted.first().filter(|_| gain.interval(2.0 * level)[0] > 0.0)?.p;
     notes.append(&mut own);
-    notes.push(format!("suspected of this recording alone (p = {p:.1e}); what was held out confirms it"));
+    notes.push(format!("suspected on this recording alone (p = {p:.1e}); held-out data confirm it"));
     Some((found, judged))
 }

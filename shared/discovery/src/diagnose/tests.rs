@@ -233,7 +233,7 @@ fn a_name_that_leaves_most_to_a_force_that_nobody_states_is_none_though_held_out
     let options = Options { threads: 2, held_out, without: vec!["sensor_step".to_owned()], ..Options::default() };
     let found = diagnose(&problem(&nominal, recording(&hidden, 23, 20.0)), &options, &mut |_, _| {});
     assert!(
-        found.verdict == Verdict::CannotDecide && found.reason.contains("under disturbances as loud"),
+        found.verdict == Verdict::CannotDecide && found.reason.contains("under disturbances of the stated variance"),
         "{}",
         found.reason
     );

@@ -1,4 +1,4 @@
-//! From findings to a verdict in words and numbers.
+//! From evidence to the verdict, its sentences and its numbers.
 
 use super::evidence::{locate, whiteness_p};
 use super::figures::figures;
@@ -28,29 +28,29 @@ pub(super) struct Findings<'a> {
     pub screening: &'a Screening,
     pub noise_p: f64,
     pub map: Option<&'a UnknownLaw>,
-    /// A plain law that outdoes what was adopted.
+    /// A one-parameter law that BIC prefers to the adopted effects.
     pub plainer: Option<&'a UnknownLaw>,
     pub left: LeftOver,
     /// Decrease of `−2 ln p` by all adopted effects.
     pub explained: f64,
     pub judged: Judged,
-    /// What the repeat says of what was adopted, where there is one.
+    /// Result of the repeat, where there is one.
     pub repeat: Option<Repeat>,
     pub notes: Vec<String>,
     pub alpha: f64,
 }
 
 impl Findings<'_> {
-    /// The plant that has an effect of this standing.
+    /// The plant that holds an effect of this status.
     fn with(&self, status: Status) -> &Standing {
         if status == Status::Confirmed { &self.judged.model } else { self.best }
     }
 }
 
-/// Weight above which a name stands alone.
+/// Posterior weight below which an effect is reported as not separable from its rivals. Chosen, no derivation.
 const NAME_WEIGHT: f64 = 0.9;
 
-/// The stated noise; disturbances that nobody stated count only upwards.
+/// The stated noise; disturbances of unspecified size count only upwards.
 fn as_stated(session: &EstimationSession<'_>, found: &NoiseModel) -> NoiseModel {
     let mut stated = session.noise.clone();
     for ((own, found), actuator) in stated.input_sigma.iter_mut().zip(&found.input_sigma).zip(&session.noise_names) {
@@ -62,12 +62,12 @@ fn as_stated(session: &EstimationSession<'_>, found: &NoiseModel) -> NoiseModel 
     stated
 }
 
-/// Least `−2 ln p` of `fit` under `noise`, its numbers free.
+/// Least `−2 ln p` of `fit` under `noise`, its parameters free.
 fn least(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
     Some(fit.linearised.normal(session, &fit.theta, noise, &[])?.minimum()?.0)
 }
 
-/// p of the stated noise against the adapted one.
+/// p value of the stated against the adapted noise: χ² tail of the likelihood ratio.
 pub(super) fn noise_p(
     session: &EstimationSession<'_>,
     stated: &Fit,
@@ -84,8 +84,7 @@ pub(super) fn noise_p(
     }
 }
 
-/// Share of the misfit that the adopted effects remove while no disturbance is louder than stated, and no reading either unless that is granted;
-/// what is left took louder noise. Quieter noise, its colour and jitter are granted.
+/// Share of the misfit that the adopted effects remove while no disturbance, and unless granted no reading, has a higher variance than stated; the rest of the misfit needed more noise. Lower variances, colour and jitter are granted.
 fn share_explained(findings: &Findings<'_>, grants_readings: bool) -> Option<f64> {
     let (session, best) = (findings.session, findings.best);
     let mut noise = best.noise.clone();
@@ -100,7 +99,7 @@ fn share_explained(findings: &Findings<'_>, grants_readings: bool) -> Option<f64
     Some((before - after) / (before - free).max(f64::MIN_POSITIVE))
 }
 
-/// Every law of the first screening with its chances.
+/// Every law of the first screening with the factor on its p value.
 fn tried(findings: &Findings<'_>) -> Vec<Tried> {
     let columns = &findings.screening.columns;
     let trials = Trials::new(columns, &|_, _| None);
@@ -167,7 +166,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     diagnosis
 }
 
-/// What only comes near an unknown law is no name for it: what the names made of numbers and of held-out data goes with them.
+/// If the effects only approximate an unknown law they are not reported, nor what they made of the parameters and of held-out data.
 fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diagnosis) {
     diagnosis.effects.clear();
     diagnosis.nominal.iter_mut().zip(&findings.stated.sigma).for_each(|(own, sigma)| {
@@ -175,10 +174,10 @@ fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diag
     });
     diagnosis.figures.overlays.clear();
     if diagnosis.held_out.kind == HeldOutKind::Recording {
-        let asked = if map.plain.is_some() { "asked of names alone" } else { "not asked" };
-        diagnosis
-            .notes
-            .push(format!("the held-out recording was {asked}: it judges names, and what was found has none"));
+        let used = if map.plain.is_some() { "used for effects of the catalogue only" } else { "not used" };
+        diagnosis.notes.push(format!(
+            "the held-out recording was {used}: it tests effects of the catalogue, and the law found is none of them"
+        ));
     }
     let gain = &map.held_out;
     diagnosis.held_out = HeldOut {
@@ -190,11 +189,11 @@ fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diag
     };
 }
 
-/// Standard deviations of its prior, and of its own, from which on a number is another than the file's.
+/// Prior standard deviations beyond which a parameter conflicts with its file, and posterior ones that it must be away at least: two-sided probabilities of 6e-5 and 0.3 % of a normal distribution. Chosen, no derivation.
 const ASTRAY: f64 = 4.0;
 const KNOWN: f64 = 3.0;
 
-/// Numbers of the plant that end where its file all but excludes them; nothing where there are none.
+/// The parameters of the plant whose estimates conflict with their priors, as a clause; empty without any.
 fn astray(findings: &Findings<'_>) -> String {
     let best = if findings.adopted.is_empty() { findings.best } else { &findings.judged.model };
     let shared = best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma));
@@ -217,10 +216,10 @@ fn astray(findings: &Findings<'_>) -> String {
         .collect();
     off.sort_by(|a, b| b.0.total_cmp(&a.0));
     let told: Vec<String> = off.into_iter().take(3).map(|(_, text)| text).collect();
-    if told.is_empty() { String::new() } else { format!("; not as the file has it: {}", told.join(", ")) }
+    if told.is_empty() { String::new() } else { format!("; in conflict with the file: {}", told.join(", ")) }
 }
 
-/// A map that stands: evidence beyond what trying so many buys, and confirmed on parts that it was not fitted to.
+/// A significant map: evidence beyond the correction for the maps tried, and confirmed on parts that it was not fitted to.
 fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     findings.map.filter(|map| {
         let price = 2.0 * libm::log(map.tried.max(1) as f64 / (NAMELESS_SHARE * findings.alpha));
@@ -228,16 +227,15 @@ fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     })
 }
 
-/// Share which names must explain to stand: of all that was explained beside a remainder, and of the misfit while no noise is louder than stated
-/// (where held-out data confirm them, no disturbance).
+/// Least share that effects must explain to be accepted: of all that was explained including the map, and of the misfit while no noise (where held-out data confirm them, no disturbance) has a higher variance than stated. Chosen on seeded cases, no derivation.
 const NAMED_SHARE: f64 = 0.75;
 
-/// A tile that is louder than chance allows.
+/// A time–frequency bin of higher energy than chance allows.
 fn odd<'f>(findings: &'f Findings<'_>) -> Option<&'f Loudest> {
     findings.left.loudest.as_ref().filter(|tile| tile.stands(NAMELESS_SHARE * findings.alpha))
 }
 
-/// What is odd is lone outliers: with them drawn in nothing is.
+/// The deviation is due to isolated outliers: with them clipped none is significant.
 fn has_lone_outliers(findings: &Findings<'_>) -> bool {
     let stands = |tile: &Loudest| tile.stands(NAMELESS_SHARE * findings.alpha);
     let left = &findings.left;
@@ -266,7 +264,7 @@ fn loud(session: &EstimationSession<'_>, tile: &Loudest) -> Where {
     Where { site: channel.clone(), channel, time: tile.time_s, band_hz: tile.band_hz, states: Vec::new(), p: tile.p() }
 }
 
-/// The recording in whose time a tile stands.
+/// The recording that contains a time–frequency bin.
 fn recording<'e>(session: &'e EstimationSession<'_>, tile: &Loudest) -> &'e str {
     &session.problem.recordings[session.problem.runs[tile.run].recording]
 }
@@ -304,8 +302,7 @@ fn located(session: &EstimationSession<'_>, map: &UnknownLaw, alpha: f64) -> Whe
     }
 }
 
-/// A map that stands beside names that explain too little to stand themselves. An error of a reading over itself, or over time, comes near
-/// any law that moves the reading: it speaks where nothing has a name, or no other recording has judged the names.
+/// A significant map beside effects that explain too little to be accepted. An error of a reading over itself, or over time, approximates any law that moves the reading: it is taken only where no effect is adopted, or no other recording has tested the effects.
 fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     let Some(map) = remainder(findings) else { return plainer(findings) };
     if findings.adopted.is_empty() {
@@ -317,7 +314,7 @@ fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     if outweighs { Some(map) } else { plainer(findings) }
 }
 
-/// The plain law that outdoes the names and predicts parts that it was not fitted to, where the names would stand else.
+/// The one-parameter law that BIC prefers to the effects and that predicts parts it was not fitted to, where the effects would be accepted otherwise.
 fn plainer<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     let plainer = findings.plainer.filter(|law| law.held_out.status() == Status::Confirmed)?;
     let stands = matches!(named(findings).0, Verdict::Named | Verdict::NotSeparable | Verdict::Sensor);
@@ -328,7 +325,7 @@ fn not_named(map: &UnknownLaw) -> (Verdict, String) {
     let what = if matches!(map.place.acts, Acts::Force(_)) { "a force" } else { "an error of the reading" };
     let reason = match &map.plain {
         Some(told) => format!(
-            "something acts at {} that no effect of the catalogue describes: {what} of one number, {}, does what names do with {} \
+            "something acts at {} that no effect of the catalogue describes: {what} with one parameter, {}, explains as much as effects with {} \
              (ahead by {:.0} in BIC)",
             map.place.site, told.formula, told.numbers, map.evidence
         ),
@@ -343,8 +340,7 @@ fn not_named(map: &UnknownLaw) -> (Verdict, String) {
         ),
     };
     if map.place.is_of_time() {
-        let cure =
-            "an unknown law or a disturbance: repeat the experiment, what comes again at the same states is a law";
+        let cure = "an unknown law or a disturbance: repeat the experiment; a residual that recurs at the same states is deterministic, not noise";
         return (Verdict::CannotDecide, format!("{reason}; {cure}"));
     }
     (Verdict::NotInCatalogue, reason)
@@ -354,7 +350,7 @@ fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
     outweighing(findings).map_or_else(|| named(findings), not_named)
 }
 
-/// What the names are worth.
+/// Verdict on the adopted effects.
 fn named(findings: &Findings<'_>) -> (Verdict, String) {
     let Some(first) = findings.adopted.first() else { return nothing_named(findings) };
     let kinds: Vec<String> = findings
@@ -368,10 +364,10 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
     if state == Status::Rejected {
         let short = findings.judged.shown.gain.filter(|gain| gain.interval95()[1] >= 0.0);
         let so = short.map_or(String::new(), |gain| {
-            let (own, se, foretold) = (gain.loglik_gain, gain.gain_se, gain.expected);
-            format!(": they gain {own:.1} ± {se:.1} by it where it foretells {foretold:.1}")
+            let (own, se, predicted) = (gain.loglik_gain, gain.gain_se, gain.expected);
+            format!(": the gain on them is {own:.1} ± {se:.1} where {predicted:.1} is predicted")
         });
-        let reason = format!("{} explained this recording, but held-out data refuse it{so}", kinds.join(" and "));
+        let reason = format!("{} explained this recording, but held-out data reject it{so}", kinds.join(" and "));
         return (Verdict::CannotDecide, reason);
     }
     if let Some(repeat) = findings.repeat.filter(|repeat| !repeat.confirms()) {
@@ -380,13 +376,12 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
             kinds.join(" and "),
             repeat.z,
             repeat.expected,
-            if repeat.silent() { "; the repeat is too short or too quiet to decide" } else { "" }
+            if repeat.silent() { "; the repeat is too short or excites too little to decide" } else { "" }
         );
         return (Verdict::CannotDecide, reason);
     }
     let is_sure = state == Status::Confirmed;
-    // names that are borne out may have readings louder than stated beside them; a force that nobody states is a part that they lack, unless the
-    // whole comes again in a repeat
+    // confirmed effects may leave readings of higher variance than stated; a force of unspecified variance is a missing part, unless the whole recurs in a repeat
     let repeats = findings.repeat.is_some();
     let share = if repeats { 1.0 } else { share_explained(findings, is_sure).unwrap_or(0.0) };
     if share < NAMED_SHARE {
@@ -396,11 +391,11 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
             ("noise", "held-out data do not confirm them")
         };
         let reason = format!(
-            "{} explain {:.0} % of the misfit under {noise} as loud as stated, and {but}; the rest is an unknown law or an unknown \
-             disturbance: repeat the experiment, what comes again at the same states is a law{}",
+            "{} explain {:.0} % of the misfit under {noise} of the stated variance, and {but}; the rest is an unknown law or an unknown \
+             disturbance: repeat the experiment; a residual that recurs at the same states is deterministic, not noise{}",
             kinds.join(" and "),
             100.0 * share.max(0.0),
-            odd(findings).map_or(String::new(), |tile| format!(" (loudest: {})", told(findings, tile)))
+            odd(findings).map_or(String::new(), |tile| format!(" (largest: {})", told(findings, tile)))
         );
         return (Verdict::CannotDecide, reason);
     }
@@ -412,13 +407,13 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
     let open: Vec<&str> = open.map(|(adopted, _)| adopted.column.candidate.effect.kind).collect();
     let but = if open.is_empty() { String::new() } else { format!(" without {}", open.join(" and ")) };
     let reason = format!(
-        "{} (probability {:.2}, {word} on held-out data{but}{runs_away}; {} over everything tried)",
+        "{} (probability {:.2}, {word} on held-out data{but}{runs_away}; {} after correction for all hypotheses)",
         kinds.join(" and "),
         weight,
         chance(first.p)
     );
     let left = remainder(findings).map_or(String::new(), |map| {
-        format!("; something smaller at {} stays without a name (evidence {:.0})", map.place.site, map.evidence)
+        format!("; a smaller unmodelled law remains at {} (evidence {:.0})", map.place.site, map.evidence)
     });
     let again = findings.repeat.map_or(String::new(), |repeat| {
         format!("; the repeat shows it too (z = {:.1}, expected {:.1})", repeat.z, repeat.expected)
@@ -445,7 +440,7 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
     if has_lone_outliers(findings) {
         let beside = if is_noise { format!("{}; ", changed_noise(findings)) } else { String::new() };
         let reason = format!(
-            "the noise is not as stated ({}): {beside}lone outliers of the readings, or knocks: {}; no physics is missing beside them",
+            "the noise is not as stated ({}): {beside}isolated outliers of the readings, or impacts: {}; no physics is missing beside them",
             chance(odd(findings).map_or(1.0, Loudest::p).min(findings.noise_p)),
             outlying(findings)
         );
@@ -454,8 +449,8 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
     if let Some(tile) = odd(findings) {
         let beside = if is_noise { format!("beside {} ", changed_noise(findings)) } else { String::new() };
         let reason = format!(
-            "the recording is not as the plant has it ({}), and no noise explains it either: {beside}the loudest is left in {}; \
-             an unknown law or a disturbance: repeat the experiment, what comes again at the same states is a law",
+            "the recording is not as the plant predicts ({}), and no noise explains it either: {beside}most residual energy is left in {}; \
+             an unknown law or a disturbance: repeat the experiment; a residual that recurs at the same states is deterministic, not noise",
             chance(findings.noise_p.min(tile.p())),
             told(findings, tile)
         );
@@ -477,22 +472,22 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
     (Verdict::None, "nothing is missing that this recording could show; see the detection limits".to_owned())
 }
 
-/// Some effect of the catalogue would stand at its usual size.
+/// Some effect of the catalogue would be detectable at its usual size.
 fn observable(findings: &Findings<'_>) -> bool {
     let columns = &findings.screening.columns;
     let usual = |score: &Score| columns[score.column].candidate.effect.parameters[0].default.abs();
     findings.screening.scores.iter().any(|score| usual(score) > score.limit)
 }
 
-/// A probability in words; below the least that a number holds it is not nothing.
+/// A p value in words; below the smallest number it is not zero.
 fn chance(p: f64) -> String {
     if p > 1e-300 { format!("p = {p:.1e}") } else { "p < 1e-300".to_owned() }
 }
 
-/// Gain in `−2 ln p` from which a change of the noise is worth a word.
+/// Gain in `−2 ln p` from which a change of the noise is reported by itself: odds of exp(5) = 150 : 1. Chosen, no derivation; it affects the sentence only.
 const WORTH: f64 = 10.0;
 
-/// What changed most between stated and adapted noise and matters, in words.
+/// The largest changes between stated and adapted noise, in words.
 fn changed_noise(findings: &Findings<'_>) -> String {
     let (session, best) = (findings.session, findings.best);
     let mut list = changes(session, &best.noise);
@@ -507,7 +502,7 @@ fn changed_noise(findings: &Findings<'_>) -> String {
     told.into_iter().take(3).map(|(_, text, _)| text).collect::<Vec<_>>().join(", ")
 }
 
-/// Every number of the noise that was adapted: by how much, in words, and the noise without that.
+/// Every parameter of the noise that was adapted: the size of its change, in words, and the noise without it.
 fn changes(session: &EstimationSession<'_>, noise: &NoiseModel) -> Vec<(f64, String, NoiseModel)> {
     let mut list = Vec::new();
     let stated = &session.noise;
@@ -521,7 +516,7 @@ fn changes(session: &EstimationSession<'_>, noise: &NoiseModel) -> Vec<(f64, Str
         push(libm::log(factor).abs(), format!("{name} x{factor:.2}"), &|n| n.sensor_sigma[i] = stated.sensor_sigma[i]);
         let jitter = noise.jitter_s[i] / session.interval_s(i);
         if jitter > 0.0 {
-            // an hundredth of an interval is as telling as a factor of e
+            // a hundredth of an interval counts as much as a factor of e
             let text = format!("stamps of {name} jitter by {:.1} % of the interval", 100.0 * jitter);
             push(libm::log(1.0 + 100.0 * jitter), text, &|n| n.jitter_s[i] = 0.0);
         }
@@ -562,7 +557,7 @@ fn effect(session: &EstimationSession<'_>, best: &Standing, adopted: &Adopted, s
     }
 }
 
-/// Numbers of the effect of `candidate` that were estimated, and the times that were searched.
+/// Estimated parameters of the effect of `candidate`, and its searched times.
 fn parameters(session: &EstimationSession<'_>, best: &Standing, candidate: &Candidate) -> Vec<ParameterReport> {
     let prefix = format!("effect.{}@{}.", candidate.effect.kind, candidate.site);
     let times = EstimationSession::like(session, &best.problem).ok();

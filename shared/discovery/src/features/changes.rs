@@ -1,9 +1,6 @@
-//! What may be wrong with a plant whose modes are wrong: each change with one amplitude, zero for none.
+//! Hypotheses about a plant whose modes are wrong: each change with one amplitude, zero for no change.
 //!
-//! Of an appendage: all its frequencies by one factor (stiffness over mass, thickness, length), one mode alone, a spring where it is
-//! clamped, a mass at one of its points; all its damping ratios by one factor, one alone. And every effect of the catalogue that changes the
-//! structure, or pushes by a law that is linear in the motion ([`linear_laws`](super::linear_laws)). Each change is a
-//! plant, which can be written, simulated and diagnosed again.
+//! Of an appendage: all its frequencies by one factor (stiffness over mass, thickness, length), one mode alone, a spring at its clamp, a mass at one of its points; all its damping ratios by one factor, one alone. In addition every effect of the catalogue that changes the structure, or applies a force that is linear in the motion ([`linear_laws`](super::linear_laws)). Each change is a plant, which can be written, simulated and diagnosed again.
 //!
 //! With ξ the clamped modes' coordinates of the whole displacement, φ the shape at a point, ρ the participation of rotation about the
 //! root: a mass m at the point has `M = 1 + m φ φᵀ, K = Ω²`; a root that turns against a spring k has the flexibility `Ω⁻² + ρ ρᵀ / k` (the
@@ -34,7 +31,7 @@ pub(super) enum Change {
 }
 
 impl Change {
-    /// All that the plant offers; what acts on damping only where it was measured.
+    /// All changes that the plant offers; those of damping only where damping was measured.
     pub fn all(plant: &Plant, damping: bool) -> Vec<Self> {
         let mut list = Vec::new();
         for (appendage, description) in plant.appendages.iter().enumerate() {
@@ -61,7 +58,7 @@ impl Change {
             }
         }
         for effect in plant.catalogue.entries().iter().filter(|e| matches!(e.law, Law::Structure(_))) {
-            // sensors do not shake; a further mode is told by a further peak
+            // sensors do not vibrate; a further mode shows as a further peak
             let sites = effect.sites.iter().filter(|kind| !matches!(kind, SiteKind::Sensor | SiteKind::Actuator));
             for site in sites.flat_map(|kind| plant.sites(*kind)).filter(|site| (effect.applies)(plant, site)) {
                 list.push(Self::Effect { effect, site: site.to_string() });
@@ -74,6 +71,7 @@ impl Change {
         list
     }
 
+    /// Name of the change in the report: that of the effect, or one of its own (`frequency_scale`, `point_mass`, …).
     pub fn kind(&self) -> String {
         match self {
             Self::Scale { .. } => "frequency_scale".to_owned(),
@@ -91,6 +89,7 @@ impl Change {
         if let Self::Effect { effect, .. } = self { effect.title.to_owned() } else { self.kind() }
     }
 
+    /// Site of the change in `plant`, as in a plant file.
     pub fn site(&self, plant: &Plant) -> String {
         let name = |appendage: &usize| &plant.appendages[*appendage].name;
         match self {
@@ -109,7 +108,7 @@ impl Change {
         }
     }
 
-    /// What is reported: name, value and its derivative by the amplitude, unit.
+    /// Reported parameter: name, value, its derivative by the amplitude, unit.
     pub fn parameter(&self, amplitude: f64) -> (String, f64, f64, String) {
         let of = |name: &str, value: f64, slope: f64, unit: &str| (name.to_owned(), value, slope, unit.to_owned());
         match self {
@@ -259,7 +258,7 @@ fn rebuilt(appendage: &mut Appendage, v: &DMatrix<f64>, omegas: &[f64]) -> Optio
     let old = appendage.modes.clone();
     for (place, k) in order.iter().enumerate() {
         let mix = |of: &dyn Fn(usize) -> f64| -> f64 { (0..n).map(|i| of(i) * v[(i, *k)]).sum() };
-        // the sign of an eigenvector is nobody's: that of the mode in its place
+        // the sign of an eigenvector is arbitrary: that of the mode in its place
         let sign = if v[(place, *k)] < 0.0 { -1.0 } else { 1.0 };
         let mode = &mut appendage.modes[place];
         mode.frequency_hz = Quantity { value: omegas[*k] / core::f64::consts::TAU, ..old[place].frequency_hz };

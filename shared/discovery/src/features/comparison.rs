@@ -9,9 +9,9 @@ use estimation::golden_section;
 use identification::statistics::fisher_tail;
 use nalgebra::DMatrix;
 
-/// Below so many matched modes no change of one number can be told from another.
+/// Number of matched modes below which changes of one parameter are not separable.
 pub(super) const MODES_MIN: usize = 3;
-/// A change that moves no feature by more than this is none.
+/// A change that moves no feature by more than this is absent: rounding of the eigenvalues [ln f, ln ζ].
 const NOTHING: f64 = 1e-9;
 
 /// A change in a set, with its amplitude.
@@ -55,7 +55,7 @@ impl<'a> Comparison<'a> {
         let frame = Frame::new(plant, measured)?;
         if frame.pairs.len() < MODES_MIN {
             return Err(format!(
-                "{} of {} measured modes belong to modes of the plant, {MODES_MIN} are needed to tell one change from another",
+                "{} of {} measured modes belong to modes of the plant, {MODES_MIN} are needed to separate one change from another",
                 frame.pairs.len(),
                 measured.len()
             ));
@@ -123,19 +123,20 @@ impl<'a> Comparison<'a> {
         }
     }
 
+    /// Indices of all features.
     pub fn all_rows(&self) -> Vec<usize> {
         (0..self.residual.len()).collect()
     }
 
-    /// `change` in its place in a set, best amplitude; `others` are the set without it.
+    /// `change` in its place in a set, at its best amplitude; `others` are the set without it.
     ///
-    /// `tried`: changes that were in question, which share the probability of a false alarm.
+    /// `tried`: number of changes tested, which share the probability of a false alarm.
     pub fn fitted(&self, others: &[Member], place: usize, change: Change, tried: usize) -> Option<Fitted> {
         let mut set = others.to_vec();
         set.insert(place, Member { change, amplitude: 0.0 });
         let rows = self.all_rows();
         let before = self.left(others, &rows)?;
-        // cheap before dear: what moves nothing at its largest is not fitted
+        // cheap before expensive: a change without effect at its largest amplitude is not fitted
         set[place].amplitude = *set[place].change.grid(self.plant).last()?;
         if self.left(&set, &rows).is_some_and(|left| left.iter().zip(&before).all(|(a, b)| (a - b).abs() < NOTHING)) {
             return None;
@@ -164,10 +165,7 @@ impl<'a> Comparison<'a> {
 
     /// Probability that a change gains as much where nothing is missing: Fisher's F.
     ///
-    /// Both quadratic forms are taken under the covariance with the change, which the plant without it must meet as well. The scale of a
-    /// group is known from its own features alone: what the change takes of each is held against what is left of that group, and the
-    /// freedom is that of the shares (Satterthwaite 1946). What is left of a group never counts as less than the covariance says: luck
-    /// is no precision.
+    /// Both quadratic forms are taken under the covariance with the change, which the plant without it must meet as well. The scale of a group is estimated from its own features: the gain of the change in each group is divided by the remainder of that group, and the degrees of freedom are those of the shares (Satterthwaite 1946). The remainder of a group never counts as less than its covariance: a small remainder by chance is no precision.
     fn chance(&self, factor: &Factor, before: &[f64], moved: &[f64], others: usize) -> f64 {
         let after: Vec<f64> = before.iter().zip(moved).map(|(r, m)| r - m).collect();
         let of_groups = |r: &[f64]| -> Each {

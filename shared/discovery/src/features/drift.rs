@@ -1,8 +1,6 @@
 //! Modes over the parts of one record: a linear, constant structure has one frequency and one damping ratio, whatever the part.
 //!
-//! Each number of each mode is held against a constant (χ² over the parts, probability shared by all of them). One that is none is fitted by
-//! a line in time and by a line in the amplitude of the part; the law that leaves less is said with its slope and sigma, and both
-//! where the parts cannot tell them apart: in a single decay amplitude and time run together, and another blow tells.
+//! Each frequency and damping ratio is tested against a constant (χ² over the parts, probability shared by all of them). One that is not constant is fitted by a line in time and by a line in the amplitude of the part. The law of smaller residual is reported with its slope and sigma, and both where the parts cannot separate them: in a single decay amplitude and time are confounded, and a second excitation separates them.
 
 use crate::diagnose::{Diagnosis, Verdict, Where};
 use identification::statistics::chi_squared_tail;
@@ -35,12 +33,12 @@ pub enum Of {
     Damping,
 }
 
-/// What it follows.
+/// Variable that the parameter depends on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Law {
     Time,
     Amplitude,
-    /// The parts bear out both, or neither.
+    /// The parts are consistent with both, or with neither.
     Undecided,
 }
 
@@ -53,13 +51,13 @@ pub struct Drift {
     /// Slope and standard deviation: per second, and per unit of amplitude (`None` where all parts move alike).
     pub per_second: (f64, f64),
     pub per_amplitude: Option<(f64, f64)>,
-    /// That a constant does no worse, shared by all numbers tested.
+    /// p value of a constant, shared by all parameters tested.
     pub p: f64,
 }
 
-/// Laws this close in χ² are not told apart.
+/// Difference in χ² within which two laws are not separated: ΔBIC of equal sizes, odds of 20 : 1.
 const TIE: f64 = 6.0;
-/// A law is borne out when what it leaves is no rarer than this.
+/// p value of the residual from which a law is consistent with the parts. Chosen, no derivation.
 const LEFT_P: f64 = 1e-3;
 
 /// All numbers that are not constant at the level `alpha`, the least probable first.
@@ -148,7 +146,7 @@ impl Drift {
             Law::Time => format!("it follows time, {time}: {}", suspects[0]),
             Law::Amplitude => format!("it follows the amplitude, {amplitude}: {}", suspects[1]),
             Law::Undecided => format!(
-                "over time {time}, over the amplitude {amplitude}: {} or {}; these parts do not tell which, a record of another strength does",
+                "over time {time}, over the amplitude {amplitude}: {} or {}; these parts do not separate them, a record of another amplitude does",
                 suspects[0], suspects[1]
             ),
         };
@@ -159,8 +157,7 @@ impl Drift {
     }
 }
 
-/// Adds what drifts to a diagnosis of the frequencies. A model of constant modes is then wrong whatever its frequencies say, and no structural
-/// change explains it: the verdict is that something is missing which is not in this form's catalogue.
+/// Adds the parameters that drift to a diagnosis of the frequencies. A model of constant modes is then wrong whatever its frequencies are, and no structural change explains it: the verdict is that a law is missing which this form's catalogue does not contain.
 pub fn add_drifts(diagnosis: &mut Diagnosis, tracks: &[ModeTrack], alpha: f64) {
     let found = drifts(tracks, alpha);
     if found.is_empty() {

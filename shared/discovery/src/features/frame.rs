@@ -1,8 +1,6 @@
-//! What is compared: for every matched mode its frequency, its damping ratio and its shape, as far as they were measured.
+//! The features: for every matched mode its frequency, its damping ratio and its shape, as far as they were measured.
 //!
-//! `ln f`, `ln ζ` and the components of the shape across the measured one are the features, in this order. A damping ratio is evidence
-//! where it was measured with a finite standard deviation, to better than half of itself, and where the plant has any. A shape is evidence where the
-//! plant has sensors called as its channels, two at least and of one unit.
+//! `ln f`, `ln ζ` and the components of the shape across the measured one are the features, in this order. A damping ratio is evidence where it was measured with a finite standard deviation, to better than half of itself, and where the plant has any. A shape is evidence where the plant has sensors with the names of its channels, two at least and of one unit.
 
 use super::likelihood::Group;
 use super::matching::{self, Alike};
@@ -31,12 +29,12 @@ pub(super) struct Frame {
     pub nominal: Vec<PlantMode>,
     pub rows: Vec<Row>,
     pub sigma: Vec<f64>,
-    /// Sensors whose shapes are asked.
+    /// Sensors whose shapes are compared.
     pub channels: Vec<String>,
     /// Per measured mode.
     shapes: Vec<Option<Across>>,
     measured: Vec<f64>,
-    /// What of the measurement is no evidence, and why.
+    /// Measurements that are no evidence, and why.
     pub notes: Vec<String>,
 }
 
@@ -153,7 +151,7 @@ impl Frame {
         self.shapes[self.pairs[pair].1].as_ref().map(|across| across.mac(&mode.shape))
     }
 
-    /// Features of the pairs asked for.
+    /// Features of the given pairs.
     pub fn rows_of(&self, pairs: core::ops::Range<usize>) -> Vec<usize> {
         (0..self.rows.len()).filter(|k| pairs.contains(&self.rows[*k].pair)).collect()
     }

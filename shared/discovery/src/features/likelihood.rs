@@ -1,10 +1,6 @@
 //! Likelihood of residual features under a plant, its unknowns' priors and discrepancies of unknown size.
 //!
-//! `r = features measured − features of the plant ~ N(0, C)`, `C = diag(σ² + τ_g²) + J P Jᵀ`: what the features are measured to, what no plant
-//! of a few numbers explains (one τ for frequencies, one for damping ratios, one for shapes, by maximum likelihood), and what the
-//! priors of the plant's numbers allow (J: derivatives of the features by them, P: their variances). With few modes τ decides what is
-//! significant: a plant that misses every mode by a per cent is not refuted by peaks known to a millionth, but a change that
-//! takes the misses away is.
+//! `r = features measured − features of the plant ~ N(0, C)`, `C = diag(σ² + τ_g²) + J P Jᵀ`. The three terms are the measurement errors, the discrepancy of any low-order model (one τ for frequencies, one for damping ratios, one for shapes, by maximum likelihood), and the priors of the plant's parameters (J: derivatives of the features by them, P: their variances). With few modes τ decides what is significant: a plant that misses every mode by a per cent is not refuted by peaks known to a millionth, but a change that removes the misses is significant.
 //!
 //! C is a diagonal and a few columns, and is solved as such (Woodbury): a likelihood costs rows × columns².
 
@@ -23,6 +19,7 @@ pub(super) enum Group {
 }
 
 impl Group {
+    /// All groups, in the order of [`Each`].
     pub const ALL: [Self; 3] = [Self::Frequency, Self::Damping, Self::Shape];
 
     /// Least and largest ln τ. A plant's damping ratio is never trusted to better than 5 %, its shape to better than 1 % of its length.
@@ -34,7 +31,7 @@ impl Group {
         }
     }
 
-    /// What its features are called.
+    /// Plural noun of its features in the report.
     pub fn words(self) -> &'static str {
         match self {
             Self::Frequency => "frequencies",
@@ -44,10 +41,10 @@ impl Group {
     }
 }
 
-/// A number for each group, in the order of [`Group::ALL`].
+/// One value for each group, in the order of [`Group::ALL`].
 pub(super) type Each = [f64; 3];
 
-/// Features that were measured, and what is known of them.
+/// Measured features with what is known about them.
 #[derive(Clone)]
 pub(super) struct Evidence {
     pub sigma: Vec<f64>,
@@ -66,7 +63,7 @@ pub(super) struct Likelihood {
     pub rms: Each,
 }
 
-/// C for one τ, ready to be solved.
+/// Factorised covariance C for one τ.
 pub(super) struct Factor {
     /// 1 / diagonal.
     inverse: DVector<f64>,
@@ -78,6 +75,7 @@ pub(super) struct Factor {
 }
 
 impl Factor {
+    /// `C⁻¹ r` by Woodbury's identity, O(rows × columns).
     pub fn solve(&self, r: &DVector<f64>) -> DVector<f64> {
         let own = self.inverse.component_mul(r);
         match &self.middle {
@@ -93,6 +91,7 @@ impl Factor {
 }
 
 impl Evidence {
+    /// C for the discrepancies `tau` of each group, factorised: O(rows × columns²).
     pub fn factor(&self, tau: &Each) -> Factor {
         let n = self.sigma.len();
         let diagonal = |i: usize| {
@@ -132,20 +131,23 @@ impl Evidence {
         Self { prior, ..self.clone() }
     }
 
+    /// Some feature belongs to `group`.
     pub fn has(&self, group: Group) -> bool {
         self.group.contains(&group)
     }
 
+    /// Number of features of `group`.
     pub fn count(&self, group: Group) -> usize {
         self.group.iter().filter(|of| **of == group).count()
     }
 
+    /// `−2 ln L` of `residual` for the discrepancies `tau`, without constants.
     pub fn at(&self, residual: &[f64], tau: &Each) -> f64 {
         let factor = self.factor(tau);
         factor.form(residual, residual) + factor.log_determinant
     }
 
-    /// Best τ of every group by a grid and golden section, in turn: where no prior ties the groups together, once is exact.
+    /// Maximum-likelihood τ of every group by a grid and golden section, in turn: where no prior couples the groups, once is exact.
     pub fn best(&self, residual: &[f64]) -> Likelihood {
         const GRID: i32 = 24;
         let mut tau: Each = Group::ALL.map(|group| libm::exp(group.ln_tau()[0]));
@@ -167,7 +169,7 @@ impl Evidence {
         Likelihood { objective: self.at(residual, &tau), tau, rms: self.rms(residual, &tau) }
     }
 
-    /// Residual that is left when the nominal unknowns have taken their part.
+    /// Residual once the nominal unknowns are estimated.
     pub fn left(&self, residual: &[f64], tau: &Each) -> Vec<f64> {
         let r = DVector::from_row_slice(residual);
         let taken = &self.prior * (self.prior.transpose() * self.factor(tau).solve(&r));

@@ -1,23 +1,20 @@
-//! Measured modes and the plant's brought together, in order or by their shapes.
+//! Pairs of measured modes and the plant's, in order or by their shapes.
 //!
-//! A spectrum holds peaks that are no modes of the plant (mains, other directions), and modes that were not excited are not in it. All
-//! frequencies may be off by a common factor. For every factor in question the best assignment in rising order is found by dynamic
-//! programming: a pair costs the square of its distance over [`SPREAD`], a mode left out [`LEFT_OUT`], a faint peak more than a tall one.
+//! A spectrum holds peaks that are no modes of the plant (mains, other directions), and modes that were not excited are not in it. All frequencies may be off by a common factor. For every factor the best assignment in rising order is found by dynamic programming: a pair costs the square of its distance over [`SPREAD`], an unmatched mode [`LEFT_OUT`], a faint peak more than a tall one.
 //!
-//! Where shapes were measured, a pair costs by them as well, and pairs may cross: of two modes whose frequencies have changed places the shapes
-//! say which is which. A shape that is the same over [`CHANNELS_MIN`] channels lets a frequency be further away.
+//! Where shapes were measured, a pair costs by them as well, and pairs may cross: of two modes whose frequencies have changed places the shapes identify each. A shape that is the same over [`CHANNELS_MIN`] channels lets a frequency be further away.
 
 use super::MeasuredMode;
 
-/// Distance in ln f at which a pair costs one, beyond the common factor.
+/// Distance in ln f at which a pair costs one, beyond the common factor. Chosen, no derivation.
 const SPREAD: f64 = 0.04;
-/// Cost of a mode of the plant without a peak; a pair never costs more.
+/// Cost of a mode of the plant without a peak; a pair never costs more. Chosen, no derivation.
 const LEFT_OUT: f64 = 6.0;
 /// Largest common factor in question, as |ln|, and its cost per square.
 const FACTOR_MAX: f64 = 0.5;
 const FACTOR_SPREAD: f64 = 0.25;
 
-/// Cost of a pair of shapes with nothing in common.
+/// Cost of a pair of orthogonal shapes. Chosen, no derivation.
 const SHAPE_COST: f64 = 4.0;
 /// Shapes over so many channels with such a criterion are the same mode, whatever its frequency: few are alike by accident.
 const CHANNELS_MIN: usize = 3;

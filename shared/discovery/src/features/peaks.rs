@@ -1,38 +1,33 @@
 //! Modes from the magnitude of a spectrum: peaks above the local floor, each fitted as one resonance.
 //!
-//! Without phase and input neither sign nor size of a mode can be had, its frequency and damping can. The floor is the median of
-//! the logarithm over a band around each line; a peak stands above what the largest of all lines of noise would. Each peak is
-//! fitted over some half-power widths by `|X| = |A x² / (1 − x² + 2 i ζ x) + c|`, x = f / f_0, in the logarithm, whose
-//! scatter is the same on the flank and at the top; the complex c is what the other modes add, without which they pull the peak. The
-//! residual gives the standard errors. A peak as narrow as the lines has the width of the
-//! window in its damping, and its frequency is not known better than a part of a line.
+//! Without phase and input neither sign nor size of a mode can be estimated; its frequency and damping can. The floor is the median of the logarithm over a band around each line; a peak exceeds the largest of all lines of pure noise. Each peak is fitted over some half-power widths by `|X| = |A x² / (1 − x² + 2 i ζ x) + c|`, x = f / f_0, in the logarithm, whose scatter is the same on the flank and at the top. The complex c is the contribution of the other modes, without which they bias the peak. The residual gives the standard errors. A peak as narrow as the lines has the width of the window in its damping, and its frequency is not known better than a part of a line.
 
 use nalgebra::{Cholesky, Complex, SMatrix, SVector};
 
 type Vector5 = SVector<f64, 5>;
 type Matrix5 = SMatrix<f64, 5, 5>;
 
-/// A resonance that was measured.
+/// A measured resonance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredMode {
     pub frequency_hz: f64,
     /// Standard deviation of the frequency [Hz].
     pub sigma_hz: f64,
-    /// With the width of the window in it; NaN where nobody measured it.
+    /// With the width of the window in it; NaN where it was not measured.
     pub damping_ratio: f64,
     pub damping_sigma: f64,
     /// Peak over the floor beside it, as a ratio of magnitudes.
     pub prominence: f64,
-    /// Up to one complex factor; empty where nobody measured it.
+    /// Up to one complex factor; empty where it was not measured.
     pub shape: Vec<ShapeComponent>,
 }
 
-/// What one channel says of a mode.
+/// One channel's component of a mode shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeComponent {
     pub channel: String,
     pub value: Complex<f64>,
-    /// Of its real and its imaginary part, in the unit of `value`; zero where nobody knows it.
+    /// Of its real and its imaginary part, in the unit of `value`; zero where it is unknown.
     pub sigma: f64,
 }
 
@@ -77,7 +72,9 @@ impl Spectrum {
         (modes, narrow)
     }
 
-    /// Peaks by rising frequency.
+    /// Resonances by rising frequency [Hz], each with the standard errors of its fit; the damping ratio includes the width of the window.
+    ///
+    /// Cost: O(n log n) for the floor, one five-parameter fit for each peak.
     pub fn modes(&self) -> Vec<MeasuredMode> {
         let n = self.frequency_hz.len().min(self.magnitude.len());
         let lines: Vec<usize> = (0..n)
@@ -93,7 +90,7 @@ impl Spectrum {
         let mut tops: Vec<(usize, f64)> = Vec::new();
         for i in 2..f.len() - 2 {
             let top = log[i] >= log[i - 1] && log[i] > log[i + 1] && log[i] > log[i - 2] && log[i] > log[i + 2];
-            // cheap before dear: a top stands above the lines some way off
+            // cheap before expensive: a maximum exceeds the lines some way off
             if top {
                 let over = log[i] - floor(&f, &log, i);
                 if over > level {
@@ -190,7 +187,7 @@ fn resonance(f: &[f64], log: &[f64], top: usize, over: f64, widths: f64) -> Meas
     let freedom = ((high - low) as f64 - 5.0).max(1.0);
     let variance = (normal + Matrix5::identity() * 1e-9).try_inverse().map(|inverse| inverse * (at / freedom));
     let sigma = |k: usize| variance.map_or(f64::INFINITY, |v| v[(k, k)].max(0.0).sqrt());
-    // a fit that ran away keeps the line it began at
+    // a fit that diverged keeps the line it began at
     let ran_away = p[0].abs() > 2.0;
     let frequency_hz = if ran_away { f[top] } else { f[top] + width * p[0] };
     let least = LINE_SHARE * line;

@@ -1,4 +1,4 @@
-//! A comparison as a diagnosis: verdict, reason, effects with rivals, and what the modes cannot tell.
+//! A comparison as a diagnosis: verdict, reason, effects with rivals, and what the modes cannot decide.
 
 use super::FeatureOptions;
 use super::changes::Change;
@@ -14,11 +14,11 @@ use estimation::consistency::normal_two_sided_tail;
 use identification::held_out::{ChannelFit, Status};
 use identification::statistics::chi_squared_tail;
 
-/// Rivals this close in BIC are not separated.
+/// ΔBIC within which rivals are not separated: odds of 20 : 1.
 const TIE_SPAN: f64 = 6.0;
-/// Directions this close are one.
+/// Absolute cosine from which two directions count as one. Chosen, no derivation.
 const SAME_COSINE: f64 = 0.99;
-/// Below it the shapes of a matched mode are said to be others.
+/// MAC below which the shapes of a matched mode are reported as different. Chosen by custom, no derivation.
 const POOR_MAC: f64 = 0.8;
 
 impl Comparison<'_> {
@@ -42,7 +42,7 @@ impl Comparison<'_> {
         diagnosis
     }
 
-    /// Takes out of several changes those that predict the upper modes worse than the others do without them; what was said of each.
+    /// Removes from several changes those that predict the upper modes worse than the others do without them; a sentence for each.
     fn without_refused(&self, adopted: &mut Adopted, options: &FeatureOptions) -> Vec<String> {
         let mut notes = Vec::new();
         while adopted.members.len() > 1 {
@@ -77,7 +77,7 @@ impl Comparison<'_> {
         format!("none of {tried} changes explains the {what} better than the plant with its priors (rms {sizes})")
     }
 
-    /// What was adopted in the report: rivals, held-out modes, verdict, augmented plant.
+    /// The adopted changes in the report: rivals, held-out modes, verdict, augmented plant.
     fn name(&self, diagnosis: &mut Diagnosis, adopted: &Adopted, options: &FeatureOptions) {
         let members = &adopted.members;
         let (held_out, statuses) = upper_modes::ask(self, members, options.fitted_modes);
@@ -170,7 +170,7 @@ impl Comparison<'_> {
         if cosine > SAME_COSINE {
             let cure = if self.evidence.has(Group::Shape) { "more sensors" } else { "shapes" };
             let what = self.compared();
-            return format!("predicts the same {what} (cosine {cosine:.4}): {cure} would tell them apart");
+            return format!("predicts the same {what} (cosine {cosine:.4}): {cure} would separate them");
         }
         let moves = |group: &Group| {
             (0..best.moved.len()).any(|k| {
@@ -257,7 +257,7 @@ impl Comparison<'_> {
         list
     }
 
-    /// What the unknowns of the plant become when they alone explain the residual.
+    /// Values of the plant's unknowns where they alone explain the residual.
     fn nominal(&self) -> Vec<Nominal> {
         let factor = self.evidence.factor(&self.null.tau);
         let weighted = factor.solve(&nalgebra::DVector::from_row_slice(&self.residual));
@@ -365,7 +365,7 @@ impl Comparison<'_> {
 
     /// Three standard errors of every change that was not found.
     fn limits(&self, adopted: &Adopted) -> Vec<DetectionLimit> {
-        // the nearest candidate is no bound of anything when none was adopted
+        // the nearest candidate bounds nothing when none was adopted
         let near = usize::from(adopted.members.is_empty());
         let found = |f: &&Fitted| adopted.members.iter().any(|member| member.change == f.change);
         let others = adopted.alone.iter().skip(near).filter(|f| f.sigma.is_finite() && !found(f));

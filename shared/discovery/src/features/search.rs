@@ -1,4 +1,4 @@
-//! Which changes are adopted: one after another, each on terms of all, and every rival asked in the place of each.
+//! Which changes are adopted: one after another, then every rival is tested in the place of each.
 //!
 //! Stiffness and damping of a real plant are wrong together, so up to [`TERMS_MAX`] changes are adopted, the best in turn, as long as it
 //! earns its BIC and its probability; all amplitudes are fitted again. Then every other change is put in the place of every adopted
@@ -8,13 +8,12 @@ use super::changes::Change;
 use super::comparison::{Comparison, Fitted, Member};
 use super::likelihood::Group;
 
-/// Changes that are adopted at most.
+/// Largest number of adopted changes.
 const TERMS_MAX: usize = 3;
-/// A change that takes less of the residual than this (−2 ln L, linear in its amplitude) is not fitted beside others: neither does it
-/// earn a BIC, nor is it a rival.
+/// A change that reduces the residual by less than this (−2 ln L, linear in its amplitude) is not fitted beside others: it neither earns its BIC nor is it a rival.
 const GAIN_MIN: f64 = 2.0;
 
-/// What was adopted, and what was not.
+/// The adopted changes, and all others.
 pub(super) struct Adopted {
     pub members: Vec<Member>,
     /// For each member the changes in its place, the best first, itself among them.
@@ -25,6 +24,8 @@ pub(super) struct Adopted {
     pub tried: usize,
 }
 
+/// Adopts changes by forward search at the level `alpha`, then exchanges each with better rivals.
+///
 /// Cost: changes × amplitudes (some 50) linearisations on the plant as it is; beside others, for those changes whose direction fits.
 pub(super) fn adopt(comparison: &Comparison<'_>, alpha: f64) -> Adopted {
     let all = Change::all(comparison.plant, comparison.evidence.has(Group::Damping));
@@ -46,7 +47,7 @@ pub(super) fn adopt(comparison: &Comparison<'_>, alpha: f64) -> Adopted {
 }
 
 impl Adopted {
-    /// Every change in the place of every member; a better one takes it.
+    /// Tests every change in the place of every member; a better one replaces it.
     fn ask_rivals(&mut self, comparison: &Comparison<'_>) {
         self.places.clear();
         for place in 0..self.members.len() {
@@ -82,7 +83,7 @@ fn sorted(mut list: Vec<Fitted>) -> Vec<Fitted> {
     list
 }
 
-/// What a change takes of the residual behind `others`, in the direction in which it moves the plant as it is.
+/// Reduction of the residual behind `others` by a change, in the direction in which it moves the plant as it is.
 fn gain(comparison: &Comparison<'_>, others: &[Member], fitted: &Fitted) -> f64 {
     let Some(left) = comparison.left(others, &comparison.all_rows()) else { return 0.0 };
     let factor = comparison.evidence.factor(&comparison.evidence.best(&left).tau);

@@ -1,4 +1,4 @@
-//! Shapes as numbers that can be compared: what of the plant's shape does not lie along the measured one.
+//! Mode shapes as features: the part of the plant's shape that is orthogonal to the measured one.
 //!
 //! A shape has no size and no phase of its own. With u the measured shape (complex, one component per channel, length 1) and p the plant's,
 //! of length 1 and turned so that `uᴴ p` is real and positive, the residual of least squares over one complex factor is the part of p
@@ -10,7 +10,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 type Shape = DVector<Complex<f64>>;
 
-/// What is across a measured shape.
+/// Orthogonal complement of a measured shape.
 #[derive(Clone, Debug)]
 pub(super) struct Across {
     along: Shape,

@@ -1,8 +1,6 @@
-//! The adopted changes asked about modes that were not fitted: from the lower ones to the upper ones.
+//! Test of the adopted changes on modes that were not fitted: from the lower ones to the upper ones.
 //!
-//! All amplitudes are fitted to the features of the lower modes and predict those of the upper ones, mode by mode, so that their scatter
-//! says how sure the gain is. Each change is asked beside the others: the same lower modes without it are fitted again. One
-//! that moves no lower mode (a factor on an upper one), or no upper one, cannot be asked: it is neither confirmed nor refused.
+//! All amplitudes are fitted to the features of the lower modes and predict those of the upper ones, mode by mode, so that their scatter gives the standard error of the gain. Each change is tested beside the others: the same lower modes without it are fitted again. A change that moves no lower mode (a factor on an upper one), or no upper one, cannot be tested: it is neither confirmed nor rejected.
 
 use super::comparison::{Comparison, MODES_MIN, Member};
 use super::likelihood::{Each, Group};
@@ -11,10 +9,10 @@ use identification::held_out::Status;
 use identification::statistics::student_two_sided;
 use nalgebra::DMatrix;
 
-/// A change moves a mode when a feature of it goes by more.
+/// A change moves a mode when one of its features changes by more: above the rounding of the eigenvalues.
 const MOVES: f64 = 1e-6;
 
-/// What of the upper modes a set fitted to the lower ones leaves.
+/// Residual of the upper modes under a set fitted to the lower ones.
 struct Prediction {
     /// Of all features.
     left: Vec<f64>,
@@ -23,7 +21,7 @@ struct Prediction {
     spread: DMatrix<f64>,
 }
 
-/// Gain of the whole set, and what it says of each member.
+/// Gain of the whole set, and the status of each member.
 pub(super) fn ask(comparison: &Comparison<'_>, members: &[Member], fitted: Option<usize>) -> (HeldOut, Vec<Status>) {
     let n = comparison.frame.pairs.len();
     let fitted = fitted.unwrap_or(n.div_ceil(2).max(MODES_MIN)).clamp(1, n);
@@ -81,7 +79,7 @@ fn predict(comparison: &Comparison<'_>, members: &[Member], free: &[usize], fitt
     comparison.refit(&mut set, free, &evidence, &low);
     let likelihood = evidence.best(&comparison.left(&set, &low)?);
     let left = comparison.left(&set, &comparison.all_rows())?;
-    // a group that no lower mode speaks of is as uncertain as over all modes; what few modes say of τ is not exact either
+    // a group without a lower mode is as uncertain as over all modes; nor is the τ of few modes exact
     let tau = Group::ALL.map(|group| match evidence.count(group) {
         0 => comparison.null.tau[group as usize],
         count if count == 1 || free.is_empty() => likelihood.tau[group as usize],

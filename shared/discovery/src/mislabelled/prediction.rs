@@ -1,4 +1,4 @@
-//! How well a plant predicts a recording, labelled in one way or another, and what asking that has cost.
+//! How well a plant predicts a recording under one labelling, and the cost of testing it.
 
 use core::cell::Cell;
 use std::sync::Arc;
@@ -11,57 +11,57 @@ use identification::fit::{EstimationSession, Fit, FitError, LinearisedProblem, R
 use identification::problem::{Problem, Unknown};
 use identification::work::Work;
 
-/// Mean square of the whitened innovations from which on a recording is missed by far.
+/// Mean square of the whitened innovations from which a recording is missed by far: five standard deviations rms. Chosen, no derivation.
 pub(super) const FAR_OFF: f64 = 25.0;
-/// Standard deviations within which the plant's numbers must stay.
+/// Prior standard deviations within which the plant's parameters must stay. Chosen, no derivation.
 const ASTRAY: f64 = 5.0;
-/// How far numbers may go: what ends there has gone astray.
+/// Bound of the parameters [prior standard deviations]; a fit that ends there has diverged.
 const CONFINED: f64 = 1.01 * ASTRAY;
 /// Relinearisations of a fit.
 const ROUNDS: Rounds = Rounds::at_most(4);
-/// A fit by continuation is several.
+/// Cost of a fit by continuation in plain fits.
 const SEVERAL: f64 = 4.0;
 
 pub(super) struct Prediction {
-    /// Of the whitened innovations.
+    /// Mean square of the whitened innovations.
     pub mean_square: f64,
-    /// How many they are.
+    /// Number of innovations.
     pub samples: usize,
-    /// Largest distance of a number from its prior [standard deviations].
+    /// Largest distance of a parameter from its prior [standard deviations].
     astray: f64,
     unknowns: Vec<Unknown>,
     theta: Vec<f64>,
 }
 
 impl Prediction {
+    /// The plant predicts the recording with plausible parameters: mean square below [`FAR_OFF`], all parameters within [`ASTRAY`] prior standard deviations.
     pub fn is_near(&self) -> bool {
         self.mean_square < FAR_OFF && self.astray < ASTRAY
     }
 
-    /// Of a recording of so many samples that begins like this one, as if nothing more were missed: no numbers miss less of the whole than of
-    /// its part.
+    /// Lower bound for a recording of so many samples that begins like this one: no parameter values miss less of the whole than of its part.
     pub fn of_more(self, samples: usize) -> Self {
         let mean_square = self.mean_square * self.samples as f64 / samples as f64;
         Self { mean_square, samples, ..self }
     }
 }
 
-/// Numbers of the plant that a recording is predicted with, never further off than [`Prediction::is_near`] lets them.
+/// Parameters of the plant that a recording is predicted with, never further off than [`Prediction::is_near`] allows.
 #[derive(Clone, Copy)]
 pub(super) enum Numbers<'a> {
     Priors,
-    /// One round of a fit from the priors on.
+    /// One round of a fit from the priors.
     Step,
-    /// A fit from the priors on.
+    /// A fit from the priors.
     Fitted,
-    /// The same by way of larger disturbances, where that is better.
+    /// A fit by continuation through larger disturbances, where that is better.
     ByContinuation,
-    /// A fit that starts at these, at the priors where they have none of that name.
+    /// A fit that starts at the parameters of another prediction, at the priors where it has none of that name.
     From(&'a Prediction),
 }
 
 impl Numbers<'_> {
-    /// What costs about the same.
+    /// Class of equal cost.
     fn kind(self) -> usize {
         match self {
             Self::Priors => 0,
@@ -73,30 +73,31 @@ impl Numbers<'_> {
     }
 }
 
-/// Asks a plant, and counts what that costs.
+/// Evaluates a plant, and counts the work.
 pub(super) struct Asking<'a> {
     pub plant: &'a Plant,
     pub work: &'a Arc<Work>,
-    /// Work of the dearest so far of each kind, each sample.
+    /// Work of the most expensive evaluation so far of each kind, for each sample.
     dearest: [Cell<f64>; 5],
 }
 
 impl<'a> Asking<'a> {
+    /// Evaluations of `plant`, counted in `work`.
     pub fn new(plant: &'a Plant, work: &'a Arc<Work>) -> Self {
         Self { plant, work, dearest: Default::default() }
     }
 
-    /// There is room for another as dear as the dearest of its kind; else `what` is left out.
+    /// The work allows one more evaluation as expensive as the most expensive of its kind; otherwise `what` is recorded as omitted.
     pub fn affords(&self, recording: &Recording, numbers: Numbers<'_>, what: &'static str) -> bool {
         self.work.allows(self.cost(recording, numbers), what)
     }
 
-    /// The same as long as no more than `until` is spent.
+    /// The same within the bound `until` on the work spent.
     pub fn affords_until(&self, until: f64, recording: &Recording, numbers: Numbers<'_>) -> bool {
         self.work.spent() + self.cost(recording, numbers) <= until
     }
 
-    /// Readings of the plant's sensors.
+    /// Number of readings of the plant's sensors.
     pub fn samples(&self, recording: &Recording) -> usize {
         let is_read = |channel: &&Channel| self.plant.sensors.iter().any(|sensor| sensor.name == channel.name);
         recording.channels.iter().filter(is_read).map(|channel| channel.value.len()).sum()
@@ -111,7 +112,7 @@ impl<'a> Asking<'a> {
         each * self.samples(recording) as f64
     }
 
-    /// By a fit by continuation, or from the priors where there is no room for that; no answer, and `what` left out, where for neither.
+    /// Prediction by a fit by continuation, or from the priors where the work does not allow that; `None`, and `what` recorded as omitted, where it allows neither.
     pub fn fitted(&self, recording: &Recording, what: &'static str) -> Option<Option<Prediction>> {
         let room = self.work.until(1.0);
         let far = self.affords_until(room, recording, Numbers::ByContinuation);
@@ -133,7 +134,7 @@ impl<'a> Asking<'a> {
     }
 }
 
-/// Numbers go no further than to where they have gone astray.
+/// Bounds the parameters to the distance at which they count as diverged.
 fn confine(unknowns: &mut [Unknown]) {
     for unknown in unknowns {
         unknown.low = unknown.low.max(unknown.prior - CONFINED * unknown.sigma);

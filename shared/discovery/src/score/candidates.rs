@@ -1,4 +1,4 @@
-//! The catalogue laid out over a plant: every effect at every site, with grids for the numbers inside its law.
+//! The catalogue laid out over a plant: every effect at every site, with grids for the shape parameters of its law.
 
 use super::{Instants, Lines, Orders};
 use dynamics::description::{Plant, Site, SiteKind, Space};
@@ -6,7 +6,7 @@ use dynamics::effect::{Amplitude, Effect, EffectParameter, Role, Scan, sites};
 use identification::filter::Linear;
 use identification::problem::Problem;
 
-/// One effect at one site with its inner numbers.
+/// One effect at one site with its shape parameters.
 #[derive(Clone)]
 pub struct Candidate {
     pub effect: &'static Effect,
@@ -18,11 +18,11 @@ pub struct Candidate {
     /// The amplitude cannot be negative.
     pub one_sided: bool,
     pub high: f64,
-    /// Amplitude at which the law is looked at, where it changes its shape with it (a compliance sets what resonates); fits begin there.
+    /// Amplitude at which the law is evaluated, where its shape depends on it (a compliance sets what resonates); fits start there.
     pub at: Option<f64>,
-    /// Amplitude that was felt as it should be at a point beside this one: passes begin with it.
+    /// Amplitude of the right size at a neighbouring grid point: passes start with it.
     pub felt: Option<f64>,
-    /// Points that this one was picked from.
+    /// Grid points that this one was picked from.
     pub tries: usize,
 }
 
@@ -33,12 +33,12 @@ impl core::fmt::Debug for Candidate {
 }
 
 impl Candidate {
+    /// Name of its amplitude parameter, the first of the effect.
     pub fn amplitude(&self) -> &'static str {
         self.effect.parameters[0].name
     }
 
-    /// What an amplitude along a direction can be. Of several components each may come out on either side of nothing: noise decides the sign of
-    /// one that is not there, and the refit keeps to what is possible; an angle turns what is negative round.
+    /// Range of the amplitude along a direction. Each of several components may have either sign: noise decides the sign of one that is absent, and the fit keeps to what is possible; an angle reverses a negative amplitude.
     pub fn range(&self, direction: usize) -> [f64; 2] {
         let first = &self.effect.parameters[0];
         if self.effect.amplitudes() > 1 {
@@ -50,16 +50,14 @@ impl Candidate {
         if self.one_sided || first.low < 0.0 { [first.low, first.high] } else { [-first.high, first.high] }
     }
 
-    /// What the linear model may ask of an amplitude along a direction. Of what is lost or kept as a whole (a command that sticks, a thruster that is
-    /// dead) it comes out above one as often as below, and by more where the plant's numbers had given way to it.
+    /// Range that the linear model may attribute to an amplitude along a direction. A share that is lost or kept as a whole (a command that sticks, a dead thruster) comes out above one as often as below, and by more where the plant's parameters had been biased by it.
     pub fn asked(&self, direction: usize) -> [f64; 2] {
         let first = &self.effect.parameters[0];
         let is_whole = |edge: f64| first.unit == "1" && (edge == -1.0 || edge == 1.0 && first.default == 1.0);
         self.range(direction).map(|edge| if is_whole(edge) { ASKED * edge } else { edge })
     }
 
-    /// Amplitudes along the directions that the effect can have: as they may be asked, not all nothing, and of effective masses the largest
-    /// not negative.
+    /// Amplitudes along the directions are possible for the effect: within [`asked`](Self::asked), not all zero, and of effective masses the largest not negative.
     pub fn is_possible(&self, amplitudes: &[f64]) -> bool {
         let is_in_range = |(direction, a): (usize, &f64)| {
             let [low, high] = self.asked(direction);
@@ -70,7 +68,7 @@ impl Candidate {
         amplitudes.iter().enumerate().all(is_in_range) && largest != 0.0 && !(is_mass && largest < 0.0)
     }
 
-    /// All values at one amplitude and direction.
+    /// All parameter values at one amplitude and direction.
     pub fn values(&self, amplitude: f64, direction: usize) -> Vec<(&'static str, f64)> {
         let components = self.effect.amplitudes();
         let direction = &self.directions[direction];
@@ -85,17 +83,18 @@ impl Candidate {
         values
     }
 
-    /// Place among the inner numbers of the parameter with this role.
+    /// Index among the shape parameters of the one with this role.
     pub fn inner_with(&self, role: Role) -> Option<usize> {
         let parameter = self.effect.with_role(role)?;
         self.inner.iter().position(|(name, _)| *name == parameter.name)
     }
 
-    /// The angle between neighbouring directions over a right one.
+    /// The angle between neighbouring directions over a right angle.
     pub fn pitch(&self) -> f64 {
         turn(self.effect).map_or(1.0, |(_, repeats)| 1.0 / repeats)
     }
 
+    /// Both are the same effect at the same site: points of one law.
     pub fn same_law(&self, other: &Self) -> bool {
         self.effect.kind == other.effect.kind && self.site == other.site
     }
@@ -110,7 +109,7 @@ pub struct Motion {
     pub rate_max: f64,
 }
 
-/// Numbers inside a law.
+/// Shape parameters of a law.
 type Inner = Vec<(&'static str, f64)>;
 /// Names and values that turn an amplitude's direction.
 pub type Direction = Vec<(&'static str, f64)>;
@@ -121,25 +120,25 @@ struct Setting<'a> {
     begin_s: f64,
     period_s: f64,
     motion: &'a dyn Fn(&Site) -> Option<Motion>,
-    /// Lines of the innovations that a site can be the cause of [Hz].
+    /// Lines of the innovations that a site can cause [Hz].
     lines: &'a dyn Fn(&Site) -> Vec<f64>,
     /// Frequencies among which the lines were found.
     looked: usize,
-    /// Instants at which the innovations that a site can be the cause of jump [s], and the samples among which they were found.
+    /// Instants of jumps in the innovations that a site can cause [s], and the number of samples among which they were found.
     instants: &'a dyn Fn(&Site) -> Vec<f64>,
     samples: usize,
-    /// Orders of ripples that a site can be the cause of.
+    /// Orders of ripples that a site can cause.
     orders: &'a dyn Fn(&Site) -> Option<&'a Orders>,
     planar: bool,
 }
 
-/// Largest share that a linear model may ask where all of it is possible.
+/// Largest share that the linear model may attribute where one is the physical bound. Chosen, no derivation.
 const ASKED: f64 = 1.5;
 /// Points of a grid over frequency and over time.
 const FREQUENCIES: usize = 9;
 const TIMES: usize = 8;
 
-/// Every candidate of `plant`; `without` names effects that are left out of the catalogue.
+/// Every candidate of `plant`; `without` names effects that are excluded from the catalogue.
 pub fn candidates(
     problem: &Problem,
     plant: &Plant,
@@ -246,7 +245,7 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     }
 }
 
-/// Points of what begins at a jump of the innovations, and lasts to the end or to the next ones, with how many they were picked from.
+/// Grid points of laws that begin at a jump of the innovations, and last to the end or to the next ones, with how many they were picked from.
 fn jumping(effect: &Effect, inner: &Inner, site: &Site, setting: &Setting<'_>) -> Vec<(Inner, usize)> {
     let place = |role: Role| {
         let parameter = effect.with_role(role)?;
@@ -271,7 +270,7 @@ fn jumping(effect: &Effect, inner: &Inner, site: &Site, setting: &Setting<'_>) -
     points
 }
 
-/// Amplitudes at which a law is looked at; one that is free where the law is near enough a line.
+/// Amplitudes at which a law is evaluated; one that is free where the law is nearly linear.
 fn amplitudes(effect: &Effect) -> Vec<Option<f64>> {
     let first = &effect.parameters[0];
     let Scan::TimesDefault(factors) = first.scan else { return vec![None] };
@@ -299,7 +298,7 @@ fn directions(effect: &'static Effect, planar: bool) -> Vec<Direction> {
     vec![vec![(angle.name, 0.0)], vec![(angle.name, quarter)]]
 }
 
-/// Values of one inner parameter that the score tries; see [`Scan`].
+/// Values of one shape parameter that the score tests; see [`Scan`].
 fn points(parameter: &EffectParameter, setting: &Setting<'_>, motion: Option<Motion>) -> Vec<f64> {
     let default = || vec![parameter.default];
     let times = |shares: &[f64], of: f64| clamped(parameter, shares.iter().map(|share| share * of));
@@ -349,8 +348,7 @@ fn frequencies(parameter: &EffectParameter, setting: &Setting<'_>) -> Vec<f64> {
     (0..FREQUENCIES).map(|i| low * step.powi(i as i32)).collect()
 }
 
-/// Customary orders with at least a period over all that was travelled (less is no ripple but a scale or a spring) and at most what the
-/// rate of sampling resolves.
+/// Customary orders with at least a period over the range travelled (less is a scale or a spring, not a ripple) and at most what the sampling rate resolves.
 fn orders(parameter: &EffectParameter, setting: &Setting<'_>, range: f64, rate: f64) -> Vec<f64> {
     const CUSTOMARY: [f64; 14] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 100.0, 160.0];
     let turn = core::f64::consts::TAU;

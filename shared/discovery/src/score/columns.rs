@@ -9,7 +9,7 @@ use identification::dot::dot;
 use identification::filter::{Gains, Propagator, gains, whiten};
 use identification::fit::{EstimationSession, LinearisedProblem, parallel};
 
-/// One candidate with what it does to the innovations.
+/// One candidate with its effect on the innovations.
 #[derive(Clone, Debug)]
 pub struct Column {
     pub candidate: Candidate,
@@ -19,15 +19,17 @@ pub struct Column {
     pub step: f64,
 }
 
-/// Whitened size of the change that a pass aims at: small beside curvature, large beside rounding.
+/// Whitened size of the change that a pass aims at [standard deviations]: small against the curvature, large against rounding.
 const TARGET: f64 = 2.0;
-/// Size at half the largest amplitude that is rounding, or as good as nothing.
+/// Whitened size at half the largest amplitude that is rounding, negligible.
 const NOTHING: f64 = 1e-3;
 const TRIES: usize = 8;
 /// Share of an amplitude beside which the rest of its change is the law's.
 const LITTLE: f64 = 0.1;
 
-/// Columns of all candidates that change anything, in their order.
+/// Columns of all candidates that change anything, in their order, along the trajectory of a linearised problem.
+///
+/// Cost: one evaluation of the forcing for each direction of a law linear in its amplitude, else a few filter passes.
 pub fn columns(
     (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
@@ -48,7 +50,7 @@ pub fn columns(
     parallel(laws.len(), session.threads, own).into_iter().flatten().collect()
 }
 
-/// Columns of the points of one law; what is felt at one of them is about what is felt at the next.
+/// Columns of the points of one law; the right amplitude at one of them is about that at the next.
 fn law(
     (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
@@ -70,8 +72,7 @@ fn law(
     points.iter().enumerate().filter_map(&mut own).collect()
 }
 
-/// A part of its own swings on the plant: what moves it is felt most where it is softest, which is the first point of its grid; along what does not,
-/// no frequency is felt.
+/// The effect adds an oscillator of its own: what excites it shows most at its softest, which is the first point of its grid; a direction without response there has none at any frequency.
 fn is_a_part_that_swings(candidate: &Candidate) -> bool {
     let swings = candidate.inner_with(Role::Frequency).is_some();
     swings && matches!(candidate.effect.law, Law::Structure(_)) && candidate.at.is_none()
@@ -87,12 +88,12 @@ fn propagator<'a>(
     Propagator::new(session.problem, run, &instance, &session.timelines[run]).ok()
 }
 
-/// What a candidate does.
+/// Result of one candidate.
 struct Done {
     column: Option<Column>,
-    /// Amplitude of its passes, where all of them were felt as they should be.
+    /// Amplitude of its passes, where all of them had the right size.
     felt: Option<f64>,
-    /// Directions along which it does nothing at any amplitude.
+    /// Directions without response at any amplitude.
     silent: Vec<Direction>,
 }
 
@@ -108,7 +109,7 @@ fn column_of(
     let mut column = Column { candidate: candidate.clone(), raw: Vec::new(), step: 0.0 };
     column.candidate.directions.clear();
     for direction in 0..candidate.directions.len() {
-        // a direction that does nothing (out of the plane) would make the others singular
+        // a direction without response (out of the plane) would make the others singular
         let forced = || forced(session, linearised, (plant, courses), theta, (candidate, direction));
         let forced = candidate.at.is_none().then(forced).flatten();
         let found = match forced {
@@ -132,10 +133,10 @@ fn column_of(
     Done { column: (!column.raw.is_empty()).then_some(column), felt: felt.filter(|step| *step > 0.0), silent }
 }
 
-/// Amplitude of the forcing in default amplitudes, and how far a law may bend between it and the default.
+/// Amplitude of the forcing in default amplitudes, and largest nonlinearity of a law between it and the default [relative]. Chosen, no derivation: the error of the column is of this order.
 const SMALL: f64 = 1e-2;
 const BENT: f64 = 0.02;
-/// Instants at which a law is asked whether it is linear.
+/// Instants at which the linearity of a law is tested.
 const ASKED: usize = 60;
 
 /// Column of one direction by forcing. Outer `None`: the law is not linear in its amplitude, or has states, lags or parts of its own.
@@ -155,7 +156,7 @@ fn forced(
         Some(with)
     };
     let (small, large_plant) = (with(SMALL * large)?, with(large)?);
-    // what a sensor says moves nothing: commands are those recorded
+    // a sensor moves nothing: commands are those recorded
     let readings_alone = candidate.site.kind == SiteKind::Sensor;
     let mut raw = vec![0.0; linearised.nu.len()];
     let mut any = false;
@@ -181,7 +182,7 @@ fn forced(
             *raw = -change / (SMALL * large);
         }
     }
-    // what does nothing this small may do something at its size
+    // a law without effect at this amplitude may have one at its usual size
     any.then_some(Some((raw, large)))
 }
 
@@ -196,7 +197,7 @@ fn bent(small: &Sources, large: &Sources) -> f64 {
     share(state).max(share(reading))
 }
 
-/// Column of one direction at an amplitude that is felt: with that amplitude, and whether it was.
+/// Column of one direction at an amplitude of visible size: with that amplitude, and whether it was reached.
 fn along(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
@@ -213,7 +214,7 @@ fn along(
     let mut step =
         candidate.felt.unwrap_or(if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high });
     let mut best: Option<(Vec<f64>, f64, f64)> = None;
-    // largest amplitude that does nothing, smallest that does too much: between them a law may begin to act
+    // largest amplitude without effect, smallest of too large an effect: between them a law may begin to act
     let mut between = [0.0, f64::INFINITY];
     let mut is_felt = false;
     for _ in 0..TRIES {
@@ -241,18 +242,18 @@ fn along(
         }
         step = next;
     }
-    // nothing at what the plant survives says nothing of more
+    // no effect at what the plant survives says nothing about larger amplitudes
     let (own, step, _) = best.filter(|(.., off)| off.is_finite() || between[1].is_infinite())?;
     let mut raw: Vec<f64> = own.iter().map(|d| -d / step).collect();
     if !integrates_alike(session, plant, theta, candidate, (step, direction)) {
-        // what finer steps alone change does not grow with the amplitude
+        // a change by finer steps alone does not grow with the amplitude
         let little = change(session, linearised, plant, theta, candidate, (LITTLE * step, direction))?;
         raw = own.iter().zip(&little).map(|(own, little)| (little - own) / ((1.0 - LITTLE) * step)).collect();
     }
     raw.iter().all(|c| c.is_finite()).then_some((raw, step, is_felt))
 }
 
-/// The plant with the candidate takes the same steps of integration as without: parts of their own may ask for finer ones.
+/// The plant with the candidate takes the same integration steps as without: states of its own may need finer ones.
 fn integrates_alike(
     session: &EstimationSession<'_>,
     plant: &Plant,
@@ -271,7 +272,7 @@ fn integrates_alike(
     (0..session.timelines.len()).all(|run| finer(plant, run) == finer(&with, run))
 }
 
-/// `step`, or where it is beyond what did too little or too much, the geometric mean of the two.
+/// `step`, or where it is beyond a step of too small or too large an effect, the geometric mean of the two.
 fn within(step: f64, [low, high]: [f64; 2]) -> f64 {
     if low > 0.0 && high.is_finite() && !(low < step && step < high) { (low * high).sqrt() } else { step }
 }

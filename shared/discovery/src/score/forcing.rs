@@ -1,4 +1,4 @@
-//! What a small change of the equations does to the innovations, without another pass of the nonlinear filter.
+//! Effect of a small change of the equations on the innovations, without another pass of the nonlinear filter.
 //!
 //! Along the filtered trajectory a change of the plant pushes the state by Δ over each interval and the readings by δ. With the stored
 //! transitions Φ, rows H and frozen gains K of [`Linear`] the rest is linear:
@@ -31,7 +31,7 @@ pub fn comparable(base: &Propagator<'_>, other: &Propagator<'_>) -> bool {
         && base.system.states().len() == other.system.states().len()
 }
 
-/// The plant as it is along the filtered trajectory of one run: found once, it serves every change of it.
+/// The plant along the filtered trajectory of one run: evaluated once, it serves every change of it.
 pub struct Course<'a> {
     pub base: Propagator<'a>,
     linear: &'a Linear,
@@ -43,6 +43,7 @@ pub struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
+    /// Evaluates `base` along the trajectory of `linear`. Cost: two evaluations of the equations for each event.
     pub fn new(linear: &'a Linear, mut base: Propagator<'a>) -> Self {
         let (x, events) = (base.x0.len(), base.timeline.events.len());
         let mut reading = vec![0.0; base.timeline.value.len()];
@@ -60,7 +61,7 @@ impl<'a> Course<'a> {
         Self { base, linear, begin, end, reading }
     }
 
-    /// Sources of `other`, of the same run; `every`: only each so-manieth event. What changes `readings_alone` pushes no state.
+    /// Sources of `other`, of the same run; `every`: only each so-manieth event. A change of `readings_alone` moves no state.
     pub fn sources(&self, other: &mut Propagator<'_>, readings_alone: bool, every: usize) -> Sources {
         let (linear, timeline) = (self.linear, self.base.timeline);
         let (n, x, m) = (linear.layout.tangent, self.base.x0.len(), linear.layout.noise_inputs.len());

@@ -1,8 +1,6 @@
-//! Instants at which innovations jump: where to look for what begins or ends at once.
+//! Instants at which innovations jump: candidate onsets of sudden effects.
 //!
-//! A filter that trusts its sensors forgets a step within a few samples, and no grid of times meets these. White noise has no sample of
-//! this size; of a misfit that lasts, the largest samples are no jumps, for sizes are relative to the channel's own. A reading that is wrong
-//! once jumps, too: what a wrong reading explains better than a step of them that stays begins nothing.
+//! A filter that trusts its sensors forgets a step within a few samples, and no grid of times meets these. White noise has no sample of this size; of a persistent misfit the largest samples are no jumps, because sizes are relative to the channel's own. A single wrong reading jumps, too: where it explains the data better than a lasting step, nothing begins there.
 
 use super::{Candidate, columns, scores};
 use dynamics::description::{Plant, Site, SiteKind};
@@ -15,17 +13,17 @@ use identification::statistics::chi_squared_quantile;
 
 /// Instants of each list.
 pub const INSTANTS: usize = 4;
-/// Family-wise level at which white noise would have a sample as large.
+/// Family-wise level at which white noise would have a sample as large. Chosen, no derivation.
 const LEVEL: f64 = 1e-3;
-/// A jump stands alone within this share of its channel's samples, at least so many: behind it the filter settles.
+/// Share of a channel's samples within which a jump must be alone, and their least number: behind it the filter settles.
 const ALONE: usize = 64;
 const ALONE_LEAST: usize = 3;
-/// Jumps are this many times as large as what follows them in size: of heavy tails none is.
+/// Ratio of the jumps to the next largest sample; samples of a heavy tail do not reach it. Chosen, no derivation.
 const GAP: f64 = 1.5;
 /// Median of |z| of a normal variable.
 const MEDIAN: f64 = 0.674_489_750_196_081_7;
 
-/// Instants of every channel and of all together [s], in order of time, and the samples that were looked at.
+/// Instants of every channel and of all together [s], in order of time, and the number of samples tested.
 #[derive(Clone, Debug, Default)]
 pub struct Instants {
     pub channels: Vec<Vec<f64>>,
@@ -85,7 +83,7 @@ fn reading_step(plant: &Plant) -> Option<(&'static Effect, &'static EffectParame
     of_a_sensor.copied().find_map(times)
 }
 
-/// Which jumps of a sensor's innovations are rather a step of its readings that stays than one wrong reading.
+/// Which jumps of a sensor's innovations are rather a lasting step of its readings than one wrong reading.
 fn stay(
     (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     along: (&EstimationSession<'_>, &LinearisedProblem),
@@ -141,7 +139,7 @@ fn jumps(r: &[f64]) -> Vec<(f64, usize)> {
         return Vec::new();
     }
     let scale = median(&mut r.iter().map(|r| r.abs()).collect::<Vec<f64>>()) / MEDIAN;
-    // a channel that mostly says the same has no size to be larger than
+    // a channel of mostly equal values has no scale
     if scale <= 0.0 || !scale.is_finite() {
         return Vec::new();
     }

@@ -1,4 +1,4 @@
-//! Spectral lines of the innovations: where to look for a tone, a ripple or a mode that is not modelled.
+//! Spectral lines of the innovations: candidate frequencies of an unmodelled tone, ripple or mode.
 
 use identification::filter::Linear;
 use identification::problem::Timeline;
@@ -8,12 +8,12 @@ use realfft::RealFftPlanner;
 pub const LINES: usize = 3;
 /// Samples below which there is no spectrum.
 const LEAST: usize = 32;
-/// Turns in a recording below which a line is a drift.
+/// Periods in a recording below which a line counts as a drift.
 const TURNS: usize = 3;
 /// An interval may differ from the mean one by this share.
 const UNEVEN: f64 = 0.1;
 
-/// Lines of every channel and of all together [Hz], and the frequencies that were looked at.
+/// Lines of every channel and of all together [Hz], and the number of frequencies tested.
 #[derive(Clone, Debug, Default)]
 pub struct Lines {
     pub channels: Vec<Vec<f64>>,

@@ -1,21 +1,18 @@
-//! Closed loops as they would have run without noise: where the columns of their recordings are taken.
+//! Closed loops simulated without noise: the trajectory along which columns of their recordings are taken.
 //!
-//! The recorded command of a loop answers the noise of the sensors it reads, and so do the filtered states. A column taken along them is
-//! not independent of the innovations that it is projected on: with coloured noise the score invents physics. Along the loop simulated
-//! without noise it is, and differs from the other by what noise does to the effect.
+//! The recorded command of a loop responds to the noise of the sensors it reads, and so do the filtered states. A column taken along them is correlated with the innovations that it is projected on: with coloured noise the score invents physics. Along the loop simulated without noise it is uncorrelated, and differs from the other by the response of the effect to noise.
 
 use channels::interpolate;
 use dynamics::description::{Noise, Plant, Quantity};
 use identification::problem::{Course, Drive, Problem, Run, Samples};
 use simulation::Simulator;
 
-/// Share of a reading's own variation that the simulation may miss; a loop that does not follow its recording is none we know.
+/// Share of a reading's own variation that the simulation may miss; a loop that does not follow its recording is rejected as unknown. Chosen, no derivation.
 const MISSED_MAX: f64 = 0.3;
-/// Noise may be this many times what is stated.
+/// Ratio of the noise to its stated size that is allowed for. Chosen, no derivation.
 const NOISE_MAX: f64 = 2.0;
 
-/// `problem` with commands and readings of `plant`'s loops at `theta`, without noise; `None` where nothing is recorded in a loop that the
-/// plant knows, or where the simulation is not near the recording. `sigma`: noise of one sample of each sensor.
+/// `problem` with commands and readings of `plant`'s loops at `theta`, without noise; `None` where no loop of the plant is recorded, or where the simulation is not near the recording. `sigma`: noise of one sample of each sensor.
 pub fn noise_free(problem: &Problem, plant: &Plant, theta: &[f64], sigma: &[f64]) -> Option<Problem> {
     let mut clean = problem.clone();
     let mut any = false;
@@ -35,7 +32,7 @@ pub fn noise_free(problem: &Problem, plant: &Plant, theta: &[f64], sigma: &[f64]
     any.then_some(clean)
 }
 
-/// The plant without noise and steps of quantisation.
+/// The plant without noise and quantisation.
 fn quiet(mut plant: Plant) -> Plant {
     plant.segments.clear();
     plant.actuators.iter_mut().for_each(|actuator| actuator.noise = Quantity::known(0.0));
@@ -71,7 +68,7 @@ fn simulated(plant: &Plant, run: &Run, sigma: &[f64]) -> Option<Run> {
                 |t: &f64| command.time_s.partition_point(|own| *own <= t + 1e-9 * plant.simulation.period_s).max(1);
             *value = time_s.iter().map(|t| command.value[at(t) - 1]).collect();
             let closed = plant.controllers.iter().any(|controller| controller.actuator == actuator.name);
-            // outside the loops the simulation is told the plant's own signal: it must be what was flown
+            // outside the loops the simulation uses the plant's own signal: it must be the recorded one
             if !closed && misses(&recorded, value, 0.0) {
                 return None;
             }

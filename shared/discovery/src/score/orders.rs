@@ -1,22 +1,22 @@
-//! Orders at which the innovations repeat over a coordinate: where to look for a ripple.
+//! Orders at which the innovations repeat over a coordinate: candidate orders of a ripple.
 //!
 //! ```text
 //! P(N) = Σ_c |Σ_k ν_k exp(i N q_k) / σ_c|²,   N every half period over what was travelled
 //! ```
 //!
-//! A ripple of an encoder is its channel's own; one of a gear is felt by every channel a little later, in step with the coordinate.
+//! A ripple of an encoder shows in its own channel; one of a gear shows in every channel a little later, in step with the coordinate.
 
 use super::lines::LINES;
 use dynamics::description::{Plant, SensorKind};
 use identification::filter::Linear;
 use identification::problem::Timeline;
 
-/// Orders that are looked at, at most.
+/// Bound of the orders tested.
 const LOOKED_MAX: usize = 2000;
-/// Share of a sample that a period of a ripple takes at least, at the mean speed.
+/// Largest frequency of a ripple at the mean speed [cycles per sample]; the Nyquist limit is 0.5. Chosen, no derivation.
 const FASTEST: f64 = 0.3;
 
-/// Strongest orders over one joint, of one channel or of all together, and how many were looked at.
+/// Strongest orders over one joint, of one channel or of all together, and the number of orders tested.
 #[derive(Clone, Debug)]
 pub struct Orders {
     pub joint: String,

@@ -1,31 +1,29 @@
-//! The numbers inside a law, moved from the points of their grid to where the score is largest.
+//! Shape parameters of a law, moved from their grid points to the maximum of the score.
 //!
-//! A grid only starts: a tone between two of its frequencies, a step between two of its times leaves nothing in either column. Every
-//! promising law steps from its best point, one number at a time, by half its neighbours' distance and less, all laws side by side.
-//! The largest of correlated scores is what significance is taken of: the number of points counts ([`Candidate::tries`]).
+//! A grid only gives starting values: a tone between two of its frequencies, a step between two of its times leaves nothing in either column. Every promising law moves from its best point, one parameter at a time, by half its neighbours' distance and less, all laws side by side. The largest of correlated scores enters the significance: the number of grid points counts ([`Candidate::tries`]).
 
 use super::{Candidate, Column, Score, Scorer, columns};
 use dynamics::description::Plant;
 use dynamics::effect::{EffectParameter, Prior, Role};
 use identification::fit::{EstimationSession, LinearisedProblem};
 
-/// Rounds of steps, of what has sharp edges in time and of everything else, and halvings of a step that can be told from none.
+/// Rounds of steps, of laws with sharp edges in time and of all others.
 const LEVELS_OF_EDGES: usize = 14;
 const LEVELS: usize = 5;
-/// More of them for every further number that is moved: a round moves one.
+/// Further rounds for every further parameter: a round moves one.
 const LEVELS_MORE: usize = 2;
 const HALVINGS: usize = 4;
-/// Columns that a law takes on its way up, about.
+/// Columns that the refinement of a law takes, about.
 const COLUMNS: usize = 40;
-/// Statistic from which a law is worth the work, and laws that are refined.
+/// Statistic T from which a law is refined (three standard errors), and number of laws refined. They trade work against coverage; chosen, no derivation.
 const WORTH: f64 = 9.0;
 const LAWS: usize = 12;
-/// Samples of all columns that the refinement may cost: long recordings refine fewer laws.
+/// Bound of the samples of all columns of the refinement: long recordings refine fewer laws.
 const WORK_MAX: f64 = 5e6;
-/// Gain of the statistic that is worth a column of its own.
+/// Gain of the statistic T from which a new column is kept.
 const GAINED: f64 = 0.5;
 
-/// How a parameter is moved, times by addition, everything else by a factor: the first step.
+/// Step of a parameter, times by addition, everything else by a factor: the first one.
 fn step_of(parameter: &EffectParameter, value: f64, duration_s: f64) -> Option<Step> {
     match parameter.role {
         // where its fit has it free, too
@@ -62,7 +60,7 @@ impl Step {
     }
 }
 
-/// A law on its way up.
+/// A law under refinement.
 struct Climb {
     column: Column,
     statistic: f64,
@@ -71,21 +69,21 @@ struct Climb {
     steps: Vec<Stride>,
 }
 
-/// One number of a law and how it is moved.
+/// One shape parameter of a law and its step.
 struct Stride {
     number: usize,
     step: Step,
-    /// Halvings that are left.
+    /// Halvings that remain.
     left: usize,
 }
 
 impl Climb {
-    /// The law begins and ends at once.
+    /// The law begins and ends abruptly.
     fn has_edges(&self) -> bool {
         self.column.candidate.inner_with(Role::Duration).is_some()
     }
 
-    /// Nothing was better: finer steps of what can still be told from none.
+    /// No step gained: halves the steps that are still distinguishable from zero.
     fn halve(&mut self) {
         self.steps.retain(|stride| stride.left > 0);
         for stride in &mut self.steps {
@@ -94,9 +92,9 @@ impl Climb {
     }
 }
 
-/// Columns of promising laws at better numbers than the grid's, taken `along`; empty where none is better.
+/// Columns of promising laws at better shape parameters than the grid's, taken `along` a trajectory; empty where no step gains.
 ///
-/// Cost: at most [`LAWS`] × numbers × 2 × [`LEVELS_OF_EDGES`] columns, fewer laws where these are long; a law whose steps are all halved out is done.
+/// Cost: at most [`LAWS`] × parameters × 2 × [`LEVELS_OF_EDGES`] columns, fewer laws where the recording is long; a law whose steps are all halved out is finished.
 pub fn refined(
     scorer: &Scorer<'_, '_>,
     along: (&EstimationSession<'_>, &LinearisedProblem),
@@ -132,14 +130,14 @@ pub fn refined(
         }
     }
     let free = libm::log(session.samples.max(2) as f64);
-    // a whole order is the scale's own and free of charge; one that is not is a number found
+    // a whole order is that of the scale and free of charge; any other one is an estimated parameter
     let is_charged = |parameter: &EffectParameter| matches!(parameter.prior, Prior::FreeUnlessWhole(_));
     let gained =
         |climb: &Climb| if climb.column.candidate.effect.parameters.iter().any(is_charged) { free } else { GAINED };
     climbs.into_iter().filter(|c| c.statistic > c.begun_at + gained(c)).map(|climb| climb.column).collect()
 }
 
-/// The best point of every promising law that has numbers to move.
+/// The best point of every promising law that has shape parameters to move.
 fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Vec<Climb> {
     let mut order: Vec<&Score> = found.iter().filter(|score| score.statistic > WORTH).collect();
     order.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
@@ -164,7 +162,7 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Ve
     climbs
 }
 
-/// Neighbours of a law's present point, one number moved in each; what begins and lasts may begin elsewhere and end where it did.
+/// Neighbours of a law's present point, one parameter moved in each; a law with onset and duration may begin elsewhere and end where it did.
 fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
     let candidate = Candidate { felt: Some(climb.column.step), ..climb.column.candidate.clone() };
     let (begins, lasts) = (candidate.inner_with(Role::Onset), candidate.inner_with(Role::Duration));
@@ -172,7 +170,7 @@ fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
     for Stride { number, step, .. } in &climb.steps {
         let (name, value) = candidate.inner[*number];
         let range = candidate.effect.parameter(name).map_or([value, value], |p| [p.low, p.high]);
-        // what lasts beyond the end has no neighbours but by lasting less
+        // a law that lasts beyond the end has shorter durations as its only neighbours
         let value = if lasts == Some(*number) { value.min(duration_s) } else { value };
         for moved in step.neighbours(value) {
             let moved = moved.clamp(range[0], range[1]);

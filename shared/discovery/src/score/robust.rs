@@ -1,4 +1,4 @@
-//! Significance that does not believe the noise model: Bartlett window over the products of column and residual.
+//! Significance independent of the noise model: Bartlett window over the products of column and residual.
 
 use estimation::consistency::long_run_score;
 

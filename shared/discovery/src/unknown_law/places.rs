@@ -1,4 +1,4 @@
-//! Where an unknown law may act, on what it may depend, and the functions it is made of.
+//! Where an unknown law may act, the coordinates it may depend on, and its basis functions.
 
 use dynamics::description::Plant;
 use identification::filter::{DISTURBANCE, Linear, Propagator};
@@ -20,7 +20,7 @@ pub struct Place {
     pub along: Vec<Coordinate>,
 }
 
-/// What a law may add to.
+/// Point of action of a law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Acts {
     /// The force at a noise input.
@@ -29,7 +29,7 @@ pub enum Acts {
     Reading(usize),
 }
 
-/// What a law may depend on.
+/// A coordinate that a law may depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinate {
     /// Index of a state.
@@ -37,7 +37,7 @@ pub enum Coordinate {
     /// Index in `u` of a command, and its rate of change.
     Command(usize),
     CommandRate(usize),
-    /// What the channel is predicted to read (past its lag), and its rate of change.
+    /// Predicted reading of the channel (past its lag), and its rate of change.
     Reading,
     ReadingRate,
     Time,
@@ -47,7 +47,7 @@ pub enum Coordinate {
 pub(super) type Span = Vec<[f64; 2]>;
 
 impl Place {
-    /// It depends on time alone: told between neighbours in time it is no law yet, and of one run alone.
+    /// It depends on time alone: predicted between neighbours in time it is no law yet, and it holds for one run only.
     pub fn is_of_time(&self) -> bool {
         self.along == [Coordinate::Time]
     }
@@ -98,8 +98,7 @@ fn command_rate(propagator: &Propagator<'_>, k: usize, input: usize) -> f64 {
     if lasts_s > 0.0 { (propagator.acting(k, true, input) - before) / lasts_s } else { 0.0 }
 }
 
-/// Every place of a plant: forces that act on a coordinate with their pairs, its position alone and time; readings over what is read, over it and
-/// its rate, and over time.
+/// Every place of a plant: forces on a coordinate with their pairs, on its position alone and on time; errors of readings over the reading, over it and its rate, and over time.
 pub(super) fn places(plant: &Plant, linear: &Linear) -> Vec<Place> {
     let forces = (0..linear.input_names.len()).flat_map(|input| of_input(linear, input));
     let readings = plant.sensors.iter().enumerate().flat_map(|(channel, sensor)| {
@@ -110,7 +109,7 @@ pub(super) fn places(plant: &Plant, linear: &Linear) -> Vec<Place> {
     forces.chain(readings).collect()
 }
 
-/// What a force at an input may depend on.
+/// Coordinates that a force at an input may depend on.
 pub(super) struct Near {
     pub site: String,
     /// Position and rate of the coordinate that it moves most, the command, other rates.
@@ -129,7 +128,7 @@ pub(super) fn near(linear: &Linear, input: usize) -> Option<Near> {
     let (n, m) = (linear.layout.tangent, linear.layout.noise_inputs.len());
     let gamma = |row: usize| linear.transition.get(row * (n + m) + n + input).copied().unwrap_or(0.0);
     let named = find(&format!("joint:{target}.rate"));
-    // a torque whose name is not its joint's pushes the rate that it moves most
+    // a torque whose name is not its joint's acts on the rate that it moves most
     let pushed = named.or_else(|| {
         let moved = linear.names.iter().enumerate().filter(|(_, name)| name.ends_with(".rate"));
         let most = moved.max_by(|a, b| gamma(a.0).abs().total_cmp(&gamma(b.0).abs()))?;

@@ -1,12 +1,10 @@
-//! Plain laws: one number times a power of one coordinate, or a product of powers of two.
+//! One-parameter laws: a coefficient times a power of one coordinate, or a product of powers of two.
 //!
 //! ```text
 //! f = c φ_i(x)   or   c φ_i(x) φ_j(y),   φ_i(x) = |x|^i, or with the sign of x
 //! ```
 //!
-//! A name with several numbers inside can describe a motion that one number describes as well: a ripple of less than one lobe is a cubic spring, a
-//! torque that decays is a drift. Every plain law is looked at where a force or an error may act; those that have a name in the catalogue
-//! (one of its laws of one number does the same) are passed over. What then fits is compared with the names by whoever asks.
+//! An effect with several shape parameters can describe a motion that one parameter describes as well: a ripple of less than one lobe is a cubic spring, a torque that decays is a drift. Every one-parameter law is evaluated where a force or an error may act; those in the catalogue (a collinear law of one parameter) are skipped. The caller compares the best one with the adopted effects.
 
 use super::places::{Acts, Coordinate, Near, Place, Span, near, visited};
 use super::ridge::{Cell, cells};
@@ -51,12 +49,12 @@ const FORCE_TIME: &[&[Factor]] = &[&[even(0)], &[odd(1)], &[even(2)]];
 const READING: &[&[Factor]] = &[&[odd(1)], &[odd(2)], &[odd(3)], &[even(1)], &[even(2)]];
 const READING_TIME: &[&[Factor]] = &[&[odd(1)], &[even(2)]];
 
-/// Cosine from which two laws are the same.
+/// Absolute cosine from which two laws are the same. Chosen, no derivation.
 const SAME: f64 = 0.98;
-/// Laws whose likelihood is taken.
+/// Laws whose likelihood is maximised.
 const TAKEN: usize = 3;
 
-/// A law that was looked at.
+/// A law with its column.
 struct Law {
     place: Place,
     factors: &'static [Factor],
@@ -65,32 +63,31 @@ struct Law {
     column: Vec<f64>,
 }
 
-/// Where a coordinate is zero, and where one.
+/// Values of a coordinate that are mapped to zero, and to one.
 type Scale = [f64; 2];
 
-/// The plain law that fits best.
+/// The one-parameter law of highest likelihood.
 pub struct Plain {
-    /// Least `−2 ln p`, noise and the plant's numbers maximised.
+    /// Least `−2 ln p`, maximised over noise and the plant's parameters.
     pub objective: f64,
     law: Law,
     noise: NoiseModel,
-    /// Largest value within what was visited, and its standard error.
+    /// Largest value within the range visited, and its standard error.
     amplitude: [f64; 2],
     tried: usize,
 }
 
-/// What a plain law says, in words.
+/// A one-parameter law in the report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Told {
     pub formula: String,
-    /// Numbers of the names that it stands for.
+    /// Number of parameters of the effects that it replaces.
     pub numbers: usize,
 }
 
-/// The best plain law about `theta` that `named` (columns of one number each) has no name for; `None` where there is none, or no room for the work.
-/// Laws are laid out `along` a trajectory: where a loop feeds noise back into the commands that of the loop without it.
+/// The best one-parameter law about `theta` outside the catalogue (`named`: columns of the catalogue's one-parameter laws); `None` where there is none, or the work does not allow the search. Laws are evaluated `along` a trajectory: where a loop feeds noise back into the commands, that of the loop without it.
 ///
-/// Cost: a column each (some thirty an input, eight a channel), whitened once with all products.
+/// Cost: a column each (some thirty for each input, eight for each channel), whitened once with all products.
 pub fn plain(
     (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     along: (&EstimationSession<'_>, &LinearisedProblem),
@@ -134,7 +131,7 @@ pub fn plain(
 }
 
 impl Plain {
-    /// As a law without a name, ahead by so much of names with so many `numbers`; `None` where parts of the recording cannot be predicted.
+    /// As an unknown law, ahead by so much of effects with so many `numbers`; `None` where parts of the recording cannot be predicted.
     pub fn told(
         self,
         session: &EstimationSession<'_>,
@@ -159,7 +156,7 @@ impl Plain {
     }
 }
 
-/// Every plain law of a plant that varies, with its column.
+/// Every one-parameter law of a plant that varies, with its column.
 fn laws(
     (session, propagators): (&EstimationSession<'_>, &[Propagator<'_>]),
     linearised: &LinearisedProblem,
@@ -169,7 +166,7 @@ fn laws(
     let is_alone = linearised.linears.len() == 1;
     let mut laws = Vec::new();
     for (place, forms) in places(plant, linear) {
-        // time is another one in every run
+        // time differs from run to run
         if place.is_of_time() && !is_alone {
             continue;
         }
@@ -189,7 +186,7 @@ fn laws(
     laws
 }
 
-/// Where plain laws may act, and their forms.
+/// Where one-parameter laws may act, and their forms.
 fn places(plant: &Plant, linear: &Linear) -> Vec<(Place, &'static [&'static [Factor]])> {
     let of_input = |input: usize| {
         let near = near(linear, input);
@@ -221,14 +218,14 @@ fn of_force(near: Near, input: usize) -> Vec<(Place, &'static [&'static [Factor]
     all.into_iter().map(|(along, forms)| (place(along), forms)).collect()
 }
 
-/// Time counts from the beginning of what was visited, everything else from nothing; one is the end of `span` that is further away.
+/// Time counts from the start of the range visited, everything else from zero; one is the end of `span` that is further away.
 fn scales(place: &Place, span: &Span) -> Vec<Scale> {
     let own =
         |[low, high]: &[f64; 2]| if place.is_of_time() { [*low, *high] } else { [0.0, low.abs().max(high.abs())] };
     span.iter().map(own).collect()
 }
 
-/// The law with its number one, at a point.
+/// The law with unit coefficient, at a point.
 fn shape(factors: &[Factor], scales: &[Scale], at: &[f64]) -> f64 {
     let each = factors.iter().zip(scales).zip(at).map(|((factor, [zero, one]), x)| {
         let x = (x - zero) / (one - zero);
@@ -257,7 +254,7 @@ mod tests {
     use super::*;
     use crate::synthetic::{plant, problem, recording, with_effect};
 
-    /// Place and formula of the best plain law where `kind` was left out, its amplitude, and whether the same is found where that has a name.
+    /// Place and formula of the best one-parameter law where `kind` is unmodelled, its amplitude, and whether the same is found where the catalogue has it.
     fn found(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> (Plain, String, bool) {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, values), 6, duration_s));

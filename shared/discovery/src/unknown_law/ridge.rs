@@ -1,10 +1,10 @@
-//! Weights of a map with one prior scale, and what the map says.
+//! Ridge regression of a map's weights with one prior scale, and the values of the map.
 
 use super::places::{FUNCTIONS, Span, basis};
 use crate::compete::subsets::NoiseHypothesis;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 
-/// Cells of the map that is told, along each of two coordinates and along one.
+/// Cells of the reported map, along each of two coordinates and along one.
 const CELLS: usize = 9;
 const CELLS_ALONE: usize = 49;
 
@@ -36,7 +36,7 @@ impl Ridge {
         }
         let mut best: Option<(f64, f64, f64)> = None;
         for step in 0..40 {
-            // from a prior that allows nothing to one that is felt nowhere
+            // from a prior that allows nothing to one without effect
             let variance = libm::exp(0.5 * (step as f64 - 8.0)) / largest;
             let (mut gain, mut price) = (0.0, 0.0);
             for (l, g) in eigen.eigenvalues.iter().zip(g.iter()) {
@@ -70,7 +70,7 @@ impl Ridge {
     }
 }
 
-/// Where a map over `span` is told.
+/// Cells at which a map over `span` is reported.
 pub(super) fn cells(span: &Span) -> Vec<[f64; 2]> {
     let (side, other) = if span.len() == 1 { (CELLS_ALONE, 1) } else { (CELLS, CELLS) };
     let along = |k: usize, i: usize, side: usize| {

@@ -51,7 +51,7 @@ fn what_another_recording_should_have_shown_and_does_not_is_refused() {
     // with half of it frozen parameters gain nothing and lose nothing
     let found = asked(recording(&sounds(1e-3), 62, 1.0));
     assert_eq!(standing(&found, "sensor_tone"), Some(Status::Rejected), "{}", found.reason);
-    assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("foretells"), "{}", found.reason);
+    assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("is predicted"), "{}", found.reason);
     assert!(found.augmented_plant.is_none());
     // what is too little to show it is no reason to refuse
     let found = asked(recording(&sounds(2e-3), 62, 0.02));
@@ -80,7 +80,7 @@ fn what_is_too_weak_to_be_named_is_named_where_another_recording_confirms_it() {
     assert!(found.effects.is_empty() && found.notes.is_empty(), "{} {:?}", found.reason, found.notes);
     // where there is no room for another search there is none, and that is said
     let found = within(0.0, Some(&rubs(FAINT)));
-    let is_said = found.notes.iter().any(|note| note.contains("what is only suspected"));
+    let is_said = found.notes.iter().any(|note| note.contains("effects of low significance"));
     assert!(found.effects.is_empty() && is_said, "{} {:?}", found.reason, found.notes);
 }
 
