@@ -21,7 +21,7 @@ const UNIT_SHARE: f64 = 0.02;
 /// The channel metadata (wrong unit, flipped sign, swapped channels) is not checked here: see [`examine_for`]. Cost: O(samples).
 pub fn examine(recording: &Recording, plant: &Plant) -> Vec<Finding> {
     let mut findings: Vec<Finding> =
-        Problem::refusals(plant, recording).iter().filter_map(|error| refused(error, plant)).collect();
+        Problem::refusals(plant, recording).iter().filter_map(|error| rejection(error, plant)).collect();
     let sensors =
         || plant.sensors.iter().filter_map(|s| Some((s, recording.channels.iter().find(|c| c.name == s.name)?)));
     findings.extend(sensors().filter_map(|(sensor, channel)| stuck(plant, sensor, channel)));
@@ -31,7 +31,7 @@ pub fn examine(recording: &Recording, plant: &Plant) -> Vec<Finding> {
 }
 
 /// The finding for an error that makes a diagnosis reject the recording; errors of the plant alone belong to `obsid plant check`.
-fn refused(error: &ProblemError, plant: &Plant) -> Option<Finding> {
+fn rejection(error: &ProblemError, plant: &Plant) -> Option<Finding> {
     let (check, channel, value) = match error {
         ProblemError::MissingChannel { channel, .. } => (Check::Missing, channel, 1.0),
         ProblemError::UnknownInput { actuator } => (Check::Missing, actuator, 1.0),
@@ -124,7 +124,7 @@ pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMu
     let label = mislabelled(recording, plant, &work);
     let mut findings = examine_beside(recording, plant, label.as_ref(), progress);
     findings.extend(
-        work.note().filter(|_| label.is_none()).and_then(|note| mislabelled::not_asked(recording, plant, &note)),
+        work.note().filter(|_| label.is_none()).and_then(|note| mislabelled::not_tested(recording, plant, &note)),
     );
     in_order(findings)
 }

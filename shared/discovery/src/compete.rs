@@ -2,19 +2,19 @@
 //!
 //! The sets that [`subsets`] ranks first are tested by a likelihood ratio. Sizes and poles of the noise are maximised with the effects and without them: noise fitted to the nominal plant alone has absorbed part of the unmodelled physics, noise taken as stated invents some. The best sets are fitted as physics, starting at the amplitudes of the linear problem, with the shape parameters of their laws free.
 //!
-//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set is accepted when three conditions hold: its likelihood ratio is significant at `alpha` after the correction for multiplicity ([`Trials`]), it beats the best smaller set by the same test, and the robust score of its joint direction does not veto it.
+//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set is accepted when three conditions hold: its likelihood ratio is significant at `alpha` after the correction for multiplicity ([`Multiplicity`]), it beats the best smaller set by the same test, and the robust score of its joint direction does not veto it.
 
-mod hops;
+mod multiplicity;
+mod multistart;
+mod onset;
 mod refit;
 pub mod subsets;
-mod times;
-mod trials;
 
-pub use hops::hopped;
-pub use refit::{Refit, free_numbers, refit_all, settled};
+pub use multiplicity::Multiplicity;
+pub use multistart::multistart;
+pub use onset::{onset_estimates, refine_onsets};
+pub use refit::{FittedModel, free_parameters, refit_all, settled};
 pub use subsets::{Ranking, Subset, rank};
-pub use times::{found_times, timed};
-pub use trials::Trials;
 
 use crate::score::{Column, Score, scores};
 use identification::dot::dot;
@@ -26,7 +26,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// A set of effects with its likelihood, noise and fit.
 #[derive(Clone, Debug)]
-pub struct Contender {
+pub struct ModelHypothesis {
     pub subset: Subset,
     /// Least `−2 ln p`: as physics, else on the linear model.
     pub objective: f64,
@@ -35,7 +35,7 @@ pub struct Contender {
     pub p: f64,
     pub noise: NoiseModel,
     pub veto: Veto,
-    pub refit: Option<Refit>,
+    pub refit: Option<FittedModel>,
     /// The fit has converged in parameters and noise, and the nominal plant was fitted from there.
     pub is_settled: bool,
     pub is_met: bool,
@@ -50,13 +50,13 @@ pub enum Veto {
     Passed,
     Vetoed,
     /// No power: the largest value that it can reach is below its threshold.
-    Silent,
+    NoPower,
 }
 
 /// The sets tested so far, best first, and the least objective of the nominal plant found on the way.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    pub contenders: Vec<Contender>,
+    pub hypotheses: Vec<ModelHypothesis>,
     pub null: f64,
     /// Logarithm of the number of samples.
     samples: f64,
@@ -95,7 +95,7 @@ pub fn compete(
     alpha: f64,
 ) -> Outcome {
     let samples = libm::log(session.samples.max(2) as f64);
-    let mut outcome = Outcome { contenders: Vec::new(), null: nominal.objective, samples, work_each: 0.0 };
+    let mut outcome = Outcome { hypotheses: Vec::new(), null: nominal.objective, samples, work_each: 0.0 };
     outcome.enter(session, nominal, columns, ranking, &ranking.shortlist(columns, samples, alpha));
     outcome
 }
@@ -107,7 +107,7 @@ fn one(
     columns: &[Column],
     subset: &Subset,
     p_veto: f64,
-) -> Option<(Contender, f64)> {
+) -> Option<(ModelHypothesis, f64)> {
     let extra: Vec<&Vec<f64>> = subset.members.iter().flat_map(|c| &columns[*c].raw).collect();
     let search = Search { sweeps: 3, colour: true, scan: false };
     let (linearised, theta) = (&nominal.fit.linearised, &nominal.fit.theta);
@@ -133,9 +133,9 @@ fn one(
     let veto = match (says(&noise), says(nominal.noise)) {
         _ if relieves => Veto::Passed,
         (Veto::Passed, _) | (_, Veto::Passed) => Veto::Passed,
-        (Veto::Silent, Veto::Silent) => Veto::Silent,
+        (Veto::NoPower, Veto::NoPower) => Veto::NoPower,
         // noise that has absorbed the effect cannot veto it
-        (Veto::Silent, _) if nominal.noise.exceeds(&noise, &session.noise, SWALLOWED) => Veto::Silent,
+        (Veto::NoPower, _) if nominal.noise.exceeds(&noise, &session.noise, SWALLOWED) => Veto::NoPower,
         _ => Veto::Vetoed,
     };
     let subset = Subset { amplitudes, ..subset.clone() };
@@ -148,12 +148,12 @@ fn one(
     let free = refit.as_ref().map_or(subset.free, |refit| refit.free);
     let objective = refit.as_ref().map_or(objective, |refit| refit.objective);
     let (ratio, p, bic, is_settled, is_met) = (0.0, 1.0, 0.0, false, false);
-    Some((Contender { subset, objective, ratio, p, noise, veto, refit, is_settled, is_met, bic, free }, without))
+    Some((ModelHypothesis { subset, objective, ratio, p, noise, veto, refit, is_settled, is_met, bic, free }, without))
 }
 
-impl Contender {
+impl ModelHypothesis {
     /// Significant at `alpha` after multiplicity, fitted as physics, preferred to the nominal plant by BIC, and not vetoed.
-    pub fn stands(&self, alpha: f64) -> bool {
+    pub fn is_accepted(&self, alpha: f64) -> bool {
         self.p < alpha && self.veto != Veto::Vetoed && self.refit.is_some() && self.bic < 0.0
     }
 
@@ -163,23 +163,24 @@ impl Contender {
             && let Some(refit) = self.refit.take()
         {
             let members: Vec<&Column> = self.subset.members.iter().map(|member| &columns[*member]).collect();
-            let refit = hopped(session, timed(session, settled(session, refit), &members), &members);
+            let refit = multistart(session, refine_onsets(session, settled(session, refit), &members), &members);
             self.objective = refit.objective;
             self.refit = Some(refit);
         }
     }
 
     /// No member has all its amplitudes within two standard errors of zero. A single effect is tested only where it adds a mode or a tank: a gain by their free initial state alone is an oscillation that nothing drives. Any other single effect is decided by the likelihood ratio (a lag's jump shows the lag, not its length).
-    pub fn is_there(&self, session: &EstimationSession<'_>, columns: &[Column]) -> bool {
+    pub fn all_amplitudes_significant(&self, session: &EstimationSession<'_>, columns: &[Column]) -> bool {
         let members = &self.subset.members;
-        let vanishes = |refit: &Refit| members.iter().any(|member| refit.vanishes(&columns[*member]));
-        let is_asked = |refit: &Refit| members.len() > 1 || refit.adds_masses(&session.problem.plant);
-        self.refit.as_ref().is_some_and(|refit| !is_asked(refit) || !vanishes(refit))
+        let amplitude_insignificant =
+            |refit: &FittedModel| members.iter().any(|member| refit.amplitude_insignificant(&columns[*member]));
+        let is_tested = |refit: &FittedModel| members.len() > 1 || refit.adds_masses(&session.problem.plant);
+        self.refit.as_ref().is_some_and(|refit| !is_tested(refit) || !amplitude_insignificant(refit))
     }
 
-    fn judge(&mut self, null: f64, trials: &Trials, samples: f64) {
+    fn judge(&mut self, null: f64, multiplicity: &Multiplicity, samples: f64) {
         self.ratio = null - self.objective;
-        self.p = trials.p(self.ratio, self.free, &self.subset.members);
+        self.p = multiplicity.p(self.ratio, self.free, &self.subset.members);
         self.bic = self.free as f64 * samples - self.ratio;
     }
 }
@@ -194,7 +195,7 @@ impl Outcome {
         ranking: &Ranking,
         list: &[Subset],
     ) -> usize {
-        let p_veto = VETO_LEVEL / (self.contenders.len() + list.len()).max(1) as f64;
+        let p_veto = VETO_LEVEL / (self.hypotheses.len() + list.len()).max(1) as f64;
         let single = EstimationSession { threads: 1, ..session.clone() };
         let mut null = self.null;
         let mut rest = list;
@@ -209,39 +210,45 @@ impl Outcome {
             let before = session.work.spent();
             let found = parallel(own.len(), session.threads, |i| one(&single, nominal, columns, &own[i], p_veto));
             self.work_each = self.work_each.max((session.work.spent() - before) / own.len() as f64);
-            for (contender, without) in found.into_iter().flatten() {
+            for (hypothesis, without) in found.into_iter().flatten() {
                 null = null.min(without);
-                self.contenders.push(contender);
+                self.hypotheses.push(hypothesis);
             }
         }
-        self.settle(null, &ranking.trials);
+        self.settle(null, &ranking.multiplicity);
         list.len() - rest.len()
     }
 
     /// Recomputes ratios, p, BIC and order against a nominal plant of objective `null`.
-    pub fn settle(&mut self, null: f64, trials: &Trials) {
+    pub fn settle(&mut self, null: f64, multiplicity: &Multiplicity) {
         self.null = null.min(self.null);
-        self.contenders.iter_mut().for_each(|c| c.judge(self.null, trials, self.samples));
+        self.hypotheses.iter_mut().for_each(|c| c.judge(self.null, multiplicity, self.samples));
         self.sort();
     }
 
     /// Best first; sets of equal BIC in the order of the catalogue.
     fn sort(&mut self) {
-        let key = |c: &Contender| libm::round(c.bic / subsets::TIE);
-        self.contenders.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.subset.members.cmp(&b.subset.members)));
+        let key = |c: &ModelHypothesis| libm::round(c.bic / subsets::TIE);
+        self.hypotheses.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.subset.members.cmp(&b.subset.members)));
     }
 
     /// Index of the set to adopt: the best accepted one. A larger set must beat every smaller accepted one at `alpha` and predict data it was not fitted to better than it (`better`).
-    pub fn best(&self, alpha: f64, trials: &Trials, better: &dyn Fn(&Contender, &Contender) -> bool) -> Option<usize> {
+    pub fn best(
+        &self,
+        alpha: f64,
+        multiplicity: &Multiplicity,
+        better: &dyn Fn(&ModelHypothesis, &ModelHypothesis) -> bool,
+    ) -> Option<usize> {
         let mut best: Option<usize> = None;
         for size in 1..=SET_MAX {
-            let own = |i: &usize| self.contenders[*i].subset.members.len() == size && self.contenders[*i].stands(alpha);
-            let Some(i) = (0..self.contenders.len()).find(own) else { continue };
-            let challenger = &self.contenders[i];
-            let holder = best.map(|b| &self.contenders[b]);
+            let own =
+                |i: &usize| self.hypotheses[*i].subset.members.len() == size && self.hypotheses[*i].is_accepted(alpha);
+            let Some(i) = (0..self.hypotheses.len()).find(own) else { continue };
+            let challenger = &self.hypotheses[i];
+            let holder = best.map(|b| &self.hypotheses[b]);
             let wins = holder.is_none_or(|holder| {
                 let more = size - holder.subset.members.len();
-                let mut price: Vec<f64> = challenger.subset.members.iter().map(|m| trials.of(*m)).collect();
+                let mut price: Vec<f64> = challenger.subset.members.iter().map(|m| multiplicity.of(*m)).collect();
                 price.sort_by(|a, b| b.total_cmp(a));
                 let free = challenger.free.saturating_sub(holder.free).max(1);
                 let gained = (challenger.ratio - holder.ratio).max(0.0);
@@ -297,7 +304,7 @@ fn veto(
     let joint: Vec<f64> =
         (0..residual[0].len()).map(|s| all.iter().zip(amplitude.iter()).map(|(c, a)| a * c[s]).sum()).collect();
     match crate::score::robust::robust(&joint, &residual[0], &crate::score::event_of_sample(session)) {
-        robust if robust.ceiling < CEILING_SPARE * level => Veto::Silent,
+        robust if robust.ceiling < CEILING_SPARE * level => Veto::NoPower,
         robust if robust.z.abs() >= level => Veto::Passed,
         _ => Veto::Vetoed,
     }

@@ -15,15 +15,15 @@
 mod adoption;
 mod evidence;
 mod figures;
-mod judged;
+mod held_out_evidence;
+mod held_out_selection;
+mod insufficient_data;
 mod next;
-mod plainer;
+mod parsimony;
 mod repeat;
 mod report;
 mod screening;
 mod search;
-mod showing;
-mod silent;
 mod stamps;
 mod suspicion;
 mod verdict;
@@ -33,11 +33,11 @@ pub use report::{
     HeldOutKind, LawCell, LawMap, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
 };
 
-use judged::judged;
+use held_out_selection::select_on_held_out;
 use screening::Screening;
 use search::searched;
 
-use crate::omnibus::{Loudest, Outliers, loudest, without_outliers};
+use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
 use crate::score::{Candidate, Column, Score};
 use crate::unknown_law::{self, UnknownLaw};
 use dynamics::description::Plant;
@@ -94,7 +94,7 @@ const ROUNDS: usize = 6;
 
 /// The best accepted plant so far: parameters, noise and `−2 ln p`.
 #[derive(Clone)]
-struct Standing {
+struct AcceptedModel {
     plant: Plant,
     problem: Problem,
     fit: Fit,
@@ -112,12 +112,12 @@ struct Adopted {
     /// Square root of the likelihood ratio of that set.
     d: f64,
     weight: f64,
-    rivals: Vec<Contested>,
+    rivals: Vec<RivalEffect>,
 }
 
 /// A rival: an effect that could replace an adopted one.
 #[derive(Clone)]
-struct Contested {
+struct RivalEffect {
     candidate: Candidate,
     kind: &'static str,
     site: String,
@@ -159,7 +159,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     progress("fit the nominal plant", 0.0);
     let work = std::sync::Arc::new(Work::of(options.work_max));
     let session = EstimationSession::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
-    if let Some(reason) = silent::silent(&session) {
+    if let Some(reason) = insufficient_data::insufficient_data(&session) {
         return Err(reason);
     }
     let stated = fit_by_continuation(&session, ROUNDS).map_err(|error| error.to_string())?;
@@ -172,27 +172,28 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let mut found = searched(&session, (nominal, Rc::default()), options, progress)?;
     let search = session.work.spent() - begun;
     progress("held out", 0.85);
-    let mut judged = judged(problem, (&session, &stated), &mut found, options, &mut notes);
+    let mut selection = select_on_held_out(problem, (&session, &stated), &mut found, options, &mut notes);
     let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
     if is_open && session.work.allows(search, "effects of low significance") {
         progress("effects of low significance", 0.9);
         let confirmed = suspicion::confirmed(problem, (&session, &stated), (&bare, &found), options, &mut notes);
         if let Some(confirmed) = confirmed {
-            (found, judged) = confirmed;
+            (found, selection) = confirmed;
         }
     }
     let repeat = match &options.repeat {
         Some(again) if !found.adopted.is_empty() => {
-            repeat::ask(again, (&session, &stated, &bare.noise), &found.best, &found.adopted)
+            repeat::test_on_repeat(again, (&session, &stated, &bare.noise), &found.best, &found.adopted)
         }
         _ => None,
     };
     progress("a one-parameter law outside the catalogue", 0.93);
-    let plainer = plainer::plainer(&session, &bare, (&found.best, &found.adopted), &found.screening);
+    let one_parameter_law =
+        parsimony::more_parsimonious_law(&session, &bare, (&found.best, &found.adopted), &found.screening);
     progress("a law that is not in the catalogue", 0.95);
     // an effect that another recording rejects explained something here all the same
-    let whole = judged.refused.first().map_or(&found.best, |(_, with)| with);
-    let mut map = remainder(&session, whole)?;
+    let whole = selection.rejected.first().map_or(&found.best, |(_, with)| with);
+    let mut map = residual_law(&session, whole)?;
     if let Some(map) = &mut map {
         map.evidence -= found.unknown_noise;
     }
@@ -209,10 +210,10 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         screening: &found.screening,
         noise_p,
         map: map.as_ref(),
-        plainer: plainer.as_ref(),
+        one_parameter_law: one_parameter_law.as_ref(),
         left,
         explained,
-        judged,
+        selection,
         repeat,
         notes,
         alpha: options.alpha,
@@ -220,22 +221,22 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
 }
 
 /// The law that the accepted plant still lacks.
-fn remainder(session: &EstimationSession<'_>, best: &Standing) -> Result<Option<UnknownLaw>, String> {
+fn residual_law(session: &EstimationSession<'_>, best: &AcceptedModel) -> Result<Option<UnknownLaw>, String> {
     let own = EstimationSession::like(session, &best.problem).map_err(|error| error.to_string())?;
     Ok(unknown_law::best(&own, &best.plant, &best.fit.linearised, &best.fit.theta, &best.noise))
 }
 
 /// Where the innovations of a plant deviate most from normal white noise.
 #[derive(Default)]
-struct LeftOver {
-    loudest: Option<Loudest>,
+struct ResidualTests {
+    strongest_bin: Option<StrongestBin>,
     outliers: Vec<Outliers>,
     /// The strongest time–frequency bin once outliers are clipped.
-    beside: Option<Loudest>,
+    beside: Option<StrongestBin>,
 }
 
 /// Deviations from white noise of the innovations of the accepted plant.
-fn left_over(session: &EstimationSession<'_>, best: &Standing) -> Result<LeftOver, String> {
+fn left_over(session: &EstimationSession<'_>, best: &AcceptedModel) -> Result<ResidualTests, String> {
     let own = EstimationSession::like(session, &best.problem).map_err(|error| error.to_string())?;
     let left = || {
         let normal = best.fit.linearised.normal(&own, &best.fit.theta, &best.noise, &[])?;
@@ -246,13 +247,13 @@ fn left_over(session: &EstimationSession<'_>, best: &Standing) -> Result<LeftOve
             r.iter_mut().zip(column).for_each(|(r, c)| *r -= c * step);
         }
         let (outliers, beside) = without_outliers(&own, &r);
-        Some(LeftOver { loudest: loudest(&own, &r), outliers, beside })
+        Some(ResidualTests { strongest_bin: strongest_bin(&own, &r), outliers, beside })
     };
     Ok(left().unwrap_or_default())
 }
 
 /// The nominal plant under adapted noise: noise maximised, parameters fitted under it, noise maximised again.
-fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<Standing, String> {
+fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<AcceptedModel, String> {
     let search = Search { sweeps: 8, colour: true, scan: true };
     let failed = || "the likelihood of the noise cannot be found".to_owned();
     let plant = &stated.plant;
@@ -262,7 +263,7 @@ fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<Standing, S
     let search = Search { scan: false, ..search };
     let (noise, objective) =
         maximise(session, &adapted.linearised, &adapted.theta, &[], &noise, search).ok_or_else(failed)?;
-    Ok(Standing { plant: plant.clone(), problem: session.problem.clone(), fit: adapted, noise, objective })
+    Ok(AcceptedModel { plant: plant.clone(), problem: session.problem.clone(), fit: adapted, noise, objective })
 }
 
 /// Status of all adopted effects together.

@@ -17,7 +17,7 @@ use examination::doctor::{Check, Finding, Severity, short};
 use identification::problem::{Problem, sample_sigma};
 use identification::statistics::deviation;
 use identification::work::Work;
-use prediction::{Asking, FAR_OFF, Numbers, Prediction};
+use prediction::{FAR_OFF, ParameterChoice, PlantEvaluator, Prediction};
 
 /// What is wrong with the metadata of a channel, or of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,26 +66,26 @@ const GROWTH: usize = 4;
 pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
     // what no plant can read is left to the other checks
     Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
-    let asking = Asking::new(plant, work);
-    if is_near(&asking.predicted(recording, Numbers::Priors)) {
+    let evaluator = PlantEvaluator::new(plant, work);
+    if is_near(&evaluator.predicted(recording, ParameterChoice::Priors)) {
         return None;
     }
-    let all = asking.samples(recording);
+    let all = evaluator.samples(recording);
     let mut many = BEGINNING;
     while many < all {
         let beginning = recording.beginning(many as f64 / all as f64);
-        let found = explained(&asking, &beginning)?;
-        let found = if found.list.is_empty() { None } else { confirmed(&asking, recording, found) };
+        let found = explained(&evaluator, &beginning)?;
+        let found = if found.list.is_empty() { None } else { confirmed(&evaluator, recording, found) };
         if found.is_some() {
             return found;
         }
         many *= GROWTH;
     }
-    explained(&asking, recording)?.told()
+    explained(&evaluator, recording)?.told()
 }
 
 /// The finding that the channel metadata was not tested completely, for the reason in `note`.
-pub(super) fn not_asked(recording: &Recording, plant: &Plant, note: &str) -> Option<Finding> {
+pub(super) fn not_tested(recording: &Recording, plant: &Plant, note: &str) -> Option<Finding> {
     let is_read = |channel: &&Channel| plant.sensors.iter().any(|sensor| sensor.name == channel.name);
     let read: Vec<&str> = recording.channels.iter().filter(is_read).map(|channel| channel.name.as_str()).collect();
     let (first, others) = read.split_first()?;
@@ -138,73 +138,73 @@ impl Explained {
 }
 
 /// Mistakes that explain the misfit of `recording`; empty where it is followed, `None` where no budget is left.
-fn explained(asking: &Asking<'_>, recording: &Recording) -> Option<Explained> {
-    if !asking.affords(recording, Numbers::Fitted, LONGER) {
+fn explained(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Option<Explained> {
+    if !evaluator.affords(recording, ParameterChoice::Fitted, LONGER) {
         return None;
     }
-    let mut explained = Explained { before: asking.predicted(recording, Numbers::Fitted), list: Vec::new() };
+    let mut explained = Explained { before: evaluator.predicted(recording, ParameterChoice::Fitted), list: Vec::new() };
     if is_near(&explained.before) {
         return Some(explained);
     }
-    explained.list = nearer(asking, recording, Numbers::Fitted, ranked(asking, recording));
-    if !explained.list.iter().any(|found| explained.holds(asking.plant, found)) {
-        explained.list = nearer(asking, recording, Numbers::ByContinuation, explained.list);
+    explained.list = nearer(evaluator, recording, ParameterChoice::Fitted, ranked(evaluator, recording));
+    if !explained.list.iter().any(|found| explained.holds(evaluator.plant, found)) {
+        explained.list = nearer(evaluator, recording, ParameterChoice::ByContinuation, explained.list);
     }
-    explained.keep_near(asking.plant);
+    explained.keep_near(evaluator.plant);
     if !explained.list.is_empty() {
-        if asking.affords(recording, Numbers::ByContinuation, LONGER) {
-            explained.before = asking.predicted(recording, Numbers::ByContinuation);
-            explained.keep_near(asking.plant);
+        if evaluator.affords(recording, ParameterChoice::ByContinuation, LONGER) {
+            explained.before = evaluator.predicted(recording, ParameterChoice::ByContinuation);
+            explained.keep_near(evaluator.plant);
         }
-        explained.list.retain(|(after, found)| found.is_seen(asking, recording, after));
+        explained.list.retain(|(after, found)| found.is_seen(evaluator, recording, after));
     }
     Some(explained)
 }
 
 /// The same on the whole `recording`, started where the fits to its first part ended.
-fn confirmed(asking: &Asking<'_>, recording: &Recording, of_part: Explained) -> Option<Mislabelled> {
+fn confirmed(evaluator: &PlantEvaluator<'_>, recording: &Recording, of_part: Explained) -> Option<Mislabelled> {
     let mut list = Vec::new();
     for (part, found) in of_part.list {
-        let from = Numbers::From(&part);
+        let from = ParameterChoice::From(&part);
         // the nearest in any case
-        if !list.is_empty() && !asking.affords(recording, from, FURTHER) {
+        if !list.is_empty() && !evaluator.affords(recording, from, FURTHER) {
             break;
         }
-        list.extend(asked(asking, recording, from, found));
+        list.extend(asked(evaluator, recording, from, found));
     }
     let samples = list.first()?.0.samples;
-    let fitted = || asking.predicted(recording, Numbers::Fitted);
+    let fitted = || evaluator.predicted(recording, ParameterChoice::Fitted);
     let before = of_part.before.map(|before| before.of_more(samples)).or_else(fitted);
     let mut explained = Explained { before, list };
     if let Some(least) = &explained.before
-        && (least.is_near() || !explained.list.iter().any(|found| explained.holds(asking.plant, found)))
+        && (least.is_near() || !explained.list.iter().any(|found| explained.holds(evaluator.plant, found)))
     {
-        explained.before = asking.predicted(recording, Numbers::From(least)).or_else(fitted);
+        explained.before = evaluator.predicted(recording, ParameterChoice::From(least)).or_else(fitted);
     }
-    explained.keep_near(asking.plant);
+    explained.keep_near(evaluator.plant);
     explained.told()
 }
 
 /// The hypotheses that come nearest: at the priors, and after one step where the work allows.
-fn ranked(asking: &Asking<'_>, recording: &Recording) -> Vec<(Prediction, Mislabelled)> {
-    let until = asking.work.until(RANKING);
-    let mut all = hypotheses(recording, asking.plant).into_iter();
+fn ranked(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Vec<(Prediction, Mislabelled)> {
+    let until = evaluator.work.until(RANKING);
+    let mut all = hypotheses(recording, evaluator.plant).into_iter();
     let mut at_priors = Vec::new();
-    while asking.affords_until(until, recording, Numbers::Priors)
+    while evaluator.affords_until(until, recording, ParameterChoice::Priors)
         && let Some(found) = all.next()
     {
-        at_priors.extend(asked(asking, recording, Numbers::Priors, found));
+        at_priors.extend(asked(evaluator, recording, ParameterChoice::Priors, found));
     }
     if all.len() > 0 {
-        asking.work.leave_out(FURTHER);
+        evaluator.work.leave_out(FURTHER);
     }
     nearest_first(&mut at_priors);
     let mut all = at_priors.into_iter();
     let mut ranked = Vec::new();
-    while asking.affords_until(until, recording, Numbers::Step)
+    while evaluator.affords_until(until, recording, ParameterChoice::Step)
         && let Some((_, found)) = all.next()
     {
-        ranked.extend(asked(asking, recording, Numbers::Step, found));
+        ranked.extend(asked(evaluator, recording, ParameterChoice::Step, found));
     }
     nearest_first(&mut ranked);
     ranked.extend(all);
@@ -214,18 +214,18 @@ fn ranked(asking: &Asking<'_>, recording: &Recording) -> Vec<(Prediction, Mislab
 
 /// The hypotheses of `list` with parameters found in another way, as far as the work allows.
 fn nearer(
-    asking: &Asking<'_>,
+    evaluator: &PlantEvaluator<'_>,
     recording: &Recording,
-    how: Numbers<'_>,
+    how: ParameterChoice<'_>,
     list: Vec<(Prediction, Mislabelled)>,
 ) -> Vec<(Prediction, Mislabelled)> {
     let mut nearer = Vec::new();
     let mut list = list.into_iter();
     while list.len() > 0
-        && asking.affords(recording, how, FURTHER)
+        && evaluator.affords(recording, how, FURTHER)
         && let Some((_, found)) = list.next()
     {
-        nearer.extend(asked(asking, recording, how, found));
+        nearer.extend(asked(evaluator, recording, how, found));
     }
     nearer.extend(list);
     nearest_first(&mut nearer);
@@ -233,12 +233,12 @@ fn nearer(
 }
 
 fn asked(
-    asking: &Asking<'_>,
+    evaluator: &PlantEvaluator<'_>,
     recording: &Recording,
-    how: Numbers<'_>,
+    how: ParameterChoice<'_>,
     found: Mislabelled,
 ) -> Option<(Prediction, Mislabelled)> {
-    Some((asking.predicted(&found.cured(recording), how)?, found))
+    Some((evaluator.predicted(&found.cured(recording), how)?, found))
 }
 
 fn nearest_first(list: &mut [(Prediction, Mislabelled)]) {
@@ -334,8 +334,8 @@ impl Mislabelled {
 
 impl Mislabelled {
     /// The corrected reading is more than zero: it exceeds its noise.
-    fn is_seen(&self, asking: &Asking<'_>, recording: &Recording, after: &Prediction) -> bool {
-        let plant = asking.plant;
+    fn is_seen(&self, evaluator: &PlantEvaluator<'_>, recording: &Recording, after: &Prediction) -> bool {
+        let plant = evaluator.plant;
         let mut silent = recording.clone();
         let commands =
             silent.channels.iter_mut().filter(|channel| self.is(channel) && plant.actuator(&channel.name).is_some());
@@ -345,7 +345,7 @@ impl Mislabelled {
             any = true;
         }
         if any {
-            let without = asking.fitted(&silent, FURTHER);
+            let without = evaluator.fitted(&silent, FURTHER);
             let misses = |without: Prediction| without.mean_square > WITHOUT * after.mean_square;
             return without.is_some_and(|without| without.is_none_or(misses));
         }

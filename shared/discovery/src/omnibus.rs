@@ -21,7 +21,7 @@ const BEGINNING: usize = 5;
 
 /// The time–frequency bin of most evidence.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Loudest {
+pub struct StrongestBin {
     pub channel: usize,
     pub run: usize,
     /// In the recording's time.
@@ -33,7 +33,7 @@ pub struct Loudest {
     pub tried: usize,
 }
 
-impl Loudest {
+impl StrongestBin {
     /// p value: probability that the largest of so many bins of white noise has as much evidence.
     #[must_use]
     pub fn p(&self) -> f64 {
@@ -42,7 +42,7 @@ impl Loudest {
 
     /// Its evidence is beyond that of the largest of so many bins of white noise at the level `alpha`.
     #[must_use]
-    pub fn stands(&self, alpha: f64) -> bool {
+    pub fn is_significant(&self, alpha: f64) -> bool {
         self.p() < alpha
     }
 }
@@ -75,7 +75,7 @@ impl Outliers {
 
 /// Outliers of every channel that has some, the largest first, and the bin of most evidence once they are clipped.
 #[must_use]
-pub fn without_outliers(session: &EstimationSession<'_>, r: &[f64]) -> (Vec<Outliers>, Option<Loudest>) {
+pub fn without_outliers(session: &EstimationSession<'_>, r: &[f64]) -> (Vec<Outliers>, Option<StrongestBin>) {
     let drawn_in: Vec<f64> = r.iter().map(|r| r.clamp(-TAIL, TAIL)).collect();
     let of = |channel: usize| {
         let runs = session.timelines.iter().zip(&session.offsets).enumerate();
@@ -90,7 +90,7 @@ pub fn without_outliers(session: &EstimationSession<'_>, r: &[f64]) -> (Vec<Outl
     };
     let mut list: Vec<Outliers> = (0..session.problem.plant.sensors.len()).filter_map(of).collect();
     list.sort_by(|a, b| b.largest.total_cmp(&a.largest));
-    (list, loudest(session, &drawn_in))
+    (list, strongest_bin(session, &drawn_in))
 }
 
 /// A band of coefficients.
@@ -139,7 +139,7 @@ fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
 
 /// The bin of most evidence of whitened innovations `r` of all runs; `None` where every run is too short. Cost: O(n log n) for each channel.
 #[must_use]
-pub fn loudest(session: &EstimationSession<'_>, r: &[f64]) -> Option<Loudest> {
+pub fn strongest_bin(session: &EstimationSession<'_>, r: &[f64]) -> Option<StrongestBin> {
     let mut list = Vec::new();
     for channel in 0..session.problem.plant.sensors.len() {
         for (run, (timeline, offset)) in session.timelines.iter().zip(&session.offsets).enumerate() {
@@ -151,20 +151,20 @@ pub fn loudest(session: &EstimationSession<'_>, r: &[f64]) -> Option<Loudest> {
     among(&list)
 }
 
-fn among(list: &[Series]) -> Option<Loudest> {
-    let (mut best, mut tried): (Option<Loudest>, usize) = (None, 0);
+fn among(list: &[Series]) -> Option<StrongestBin> {
+    let (mut best, mut tried): (Option<StrongestBin>, usize) = (None, 0);
     for Series { channel, run, stamp_s, r } in list.iter().filter(|series| series.r.len() > 1) {
         for Band { w, along } in bands(r).into_iter().chain(spectrum(r)) {
-            let (tile, count) = within(&w, along);
+            let (bin, count) = within(&w, along);
             tried += count;
-            let Some((evidence, from, n)) = tile else { continue };
+            let Some((evidence, from, n)) = bin else { continue };
             if best.as_ref().is_none_or(|best| evidence > best.evidence) {
                 let (time_s, band_hz) = along.place(from, n, stamp_s);
-                best = Some(Loudest { channel: *channel, run: *run, time_s, band_hz, evidence, tried: 0 });
+                best = Some(StrongestBin { channel: *channel, run: *run, time_s, band_hz, evidence, tried: 0 });
             }
         }
     }
-    best.map(|best| Loudest { tried, ..best })
+    best.map(|best| StrongestBin { tried, ..best })
 }
 
 /// The samples themselves, the octaves of their Haar transform, and what is slower.
@@ -239,8 +239,8 @@ mod tests {
             let parts: f64 = bands(&x)[1..].iter().map(|band| energy(&band.w)).sum();
             assert!((parts / energy(&x) - 1.0).abs() < 1e-12);
             let found = among(&[series(0, 0.01, x)]).expect("long enough");
-            stood[0] += usize::from(found.stands(0.05));
-            stood[1] += usize::from(found.stands(1.0));
+            stood[0] += usize::from(found.is_significant(0.05));
+            stood[1] += usize::from(found.is_significant(1.0));
         }
         // At most as promised (20 of 400, and three standard deviations of that); windows overlap and a free variance has its price, but where every largest of a chance of one may pass, some do.
         assert!(stood[0] <= 33 && stood[1] >= 10, "{stood:?}");
@@ -254,7 +254,7 @@ mod tests {
             tone.iter_mut().enumerate().for_each(|(k, y)| *y += 0.4 * (turn * k as f64 + 0.2).sin());
             let found = among(&[series(0, 0.01, tone)]).expect("long enough");
             let hz = turn / (0.01 * core::f64::consts::TAU);
-            assert!(found.stands(1e-6) && found.band_hz[0] < hz && hz < found.band_hz[1], "{hz} {found:?}");
+            assert!(found.is_significant(1e-6) && found.band_hz[0] < hz && hz < found.band_hz[1], "{hz} {found:?}");
             let whole = found.time_s == [0.0, 0.01 * 1999.0];
             assert!(whole && found.band_hz[1] - found.band_hz[0] < 0.11, "{found:?}");
         }
@@ -266,7 +266,7 @@ mod tests {
         spiked[700] += 9.0;
         let list = [series(0, 0.01, Noise::new(5).series(900, 1.0)), series(1, 0.02, spiked)];
         let found = among(&list).expect("long enough");
-        assert!(found.stands(1e-6));
+        assert!(found.is_significant(1e-6));
         assert_eq!((found.run, found.time_s, found.band_hz), (1, [14.0, 14.0], [0.0, 25.0]));
         let mut burst = Noise::new(4).series(2048, 1.0);
         // amplitude two, alternating in pairs: a quarter of the sampling frequency, between the first and second octave's middle

@@ -11,7 +11,7 @@ mod plain;
 mod ridge;
 
 pub use places::{Acts, Coordinate, Place};
-pub use plain::{Plain, Told, plain};
+pub use plain::{Plain, PlainLawReport, plain};
 pub use ridge::Cell;
 
 use crate::compete::subsets::{NoiseHypothesis, noise_hypotheses};
@@ -43,7 +43,7 @@ pub struct UnknownLaw {
     /// Gain on parts of the recording that the weights were not fitted to.
     pub held_out: Gain,
     /// The formula, where it is a one-parameter law.
-    pub plain: Option<Told>,
+    pub plain: Option<PlainLawReport>,
 }
 
 /// The best map so far.

@@ -49,7 +49,7 @@ fn what_a_diagnosis_refuses_is_a_fault_with_the_cure_of_the_diagnosis() {
         (changed(&plant("oscillator"), 0.0, |_| ()), Check::Missing),
     ] {
         let told = examine(&recorded, &nominal);
-        let error = Problem::new(&nominal, core::slice::from_ref(&recorded), &[]).expect_err("refused");
+        let error = Problem::new(&nominal, core::slice::from_ref(&recorded), &[]).expect_err("rejected");
         let fault = of(&told, check).unwrap_or_else(|| panic!("{error}: {told:#?}"));
         assert_eq!(fault.severity, Severity::Fault);
         assert!(fault.evidence.contains(&error.to_string()), "{fault:?}");

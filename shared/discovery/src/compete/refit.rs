@@ -12,7 +12,7 @@ use identification::problem::Problem;
 
 /// A fitted augmented plant.
 #[derive(Clone, Debug)]
-pub struct Refit {
+pub struct FittedModel {
     pub plant: Plant,
     pub problem: Problem,
     pub fit: Fit,
@@ -22,27 +22,27 @@ pub struct Refit {
     /// Free parameters of the effects.
     pub free: usize,
     /// Other local optima that are nearly as good.
-    pub valleys: Vec<Valley>,
+    pub optima: Vec<LocalOptimum>,
 }
 
 /// A further local optimum of a fit.
 #[derive(Clone, Debug)]
-pub struct Valley {
+pub struct LocalOptimum {
     pub objective: f64,
     pub theta: Vec<f64>,
     pub sigma: Vec<f64>,
 }
 
-impl Refit {
+impl FittedModel {
     /// Posterior standard deviations over all local optima, one for each unknown, in its unit.
     pub fn sigma(&self) -> Vec<f64> {
-        let weight = |valley: &Valley| libm::exp(-0.5 * (valley.objective - self.objective));
-        let whole = 1.0 + self.valleys.iter().map(weight).sum::<f64>();
+        let weight = |optimum: &LocalOptimum| libm::exp(-0.5 * (optimum.objective - self.objective));
+        let whole = 1.0 + self.optima.iter().map(weight).sum::<f64>();
         let over = |i: usize| {
-            let off = |valley: &Valley| {
-                weight(valley) * (valley.sigma[i].powi(2) + (valley.theta[i] - self.fit.theta[i]).powi(2))
+            let off = |optimum: &LocalOptimum| {
+                weight(optimum) * (optimum.sigma[i].powi(2) + (optimum.theta[i] - self.fit.theta[i]).powi(2))
             };
-            (self.fit.sigma[i].powi(2) + self.valleys.iter().map(off).sum::<f64>()) / whole
+            (self.fit.sigma[i].powi(2) + self.optima.iter().map(off).sum::<f64>()) / whole
         };
         (0..self.fit.sigma.len()).map(|i| over(i).sqrt()).collect()
     }
@@ -57,7 +57,7 @@ impl Refit {
         let theta = own.start_from(&self.problem.unknowns, &self.fit.theta);
         let fitted = fit(&own, &plant, &theta, &self.noise, ROUNDS).ok()?;
         drop(own);
-        let start = Self { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..self.clone() };
+        let start = Self { plant, problem, fit: fitted, objective: f64::INFINITY, optima: Vec::new(), ..self.clone() };
         Some(settled(session, start))
     }
 
@@ -72,7 +72,7 @@ impl Refit {
     }
 
     /// Every amplitude of the effect is within two standard errors of zero.
-    pub fn vanishes(&self, column: &Column) -> bool {
+    pub fn amplitude_insignificant(&self, column: &Column) -> bool {
         self.evidence(column) <= 2.0
     }
 
@@ -109,8 +109,8 @@ pub fn refit_all(
     parts: &[(&Column, &[f64])],
     noise: &NoiseModel,
     good: f64,
-) -> Option<Refit> {
-    let mut best: Option<Refit> = None;
+) -> Option<FittedModel> {
+    let mut best: Option<FittedModel> = None;
     for share in [1.0, 0.3] {
         let mut plant = nominal.plant.clone();
         let mut free = 0;
@@ -135,7 +135,8 @@ pub fn refit_all(
         let better = best.as_ref().is_none_or(|best| objective < best.objective);
         if better {
             drop(own);
-            best = Some(Refit { plant, problem, fit: fitted, noise: adapted, objective, free, valleys: Vec::new() });
+            best =
+                Some(FittedModel { plant, problem, fit: fitted, noise: adapted, objective, free, optima: Vec::new() });
         }
         if objective < good {
             break;
@@ -146,7 +147,7 @@ pub fn refit_all(
 }
 
 /// `refit` with the shape parameters of its laws free, where BIC prefers that.
-fn shaped(session: &EstimationSession<'_>, refit: &Refit, parts: &[(&Column, &[f64])]) -> Option<Refit> {
+fn shaped(session: &EstimationSession<'_>, refit: &FittedModel, parts: &[(&Column, &[f64])]) -> Option<FittedModel> {
     let mut plant = refit.plant.clone();
     let mut more = 0;
     for candidate in parts.iter().map(|(column, _)| &column.candidate) {
@@ -168,19 +169,19 @@ fn shaped(session: &EstimationSession<'_>, refit: &Refit, parts: &[(&Column, &[f
     drop(own);
     let price = more as f64 * libm::log(session.samples.max(2) as f64);
     let free = refit.free + more;
-    (objective + price + PREFERRED < refit.objective).then(|| Refit {
+    (objective + price + PREFERRED < refit.objective).then(|| FittedModel {
         plant,
         problem,
         fit: fitted,
         noise,
         objective,
         free,
-        valleys: Vec::new(),
+        optima: Vec::new(),
     })
 }
 
 /// `refit` at its local optimum: parameters and noise in turn until neither gains; unchanged where it cannot be improved.
-pub fn settled(session: &EstimationSession<'_>, refit: Refit) -> Refit {
+pub fn settled(session: &EstimationSession<'_>, refit: FittedModel) -> FittedModel {
     let search = Search { sweeps: 3, colour: true, scan: false };
     let mut best = refit;
     for _ in 0..TURNS {
@@ -189,7 +190,7 @@ pub fn settled(session: &EstimationSession<'_>, refit: Refit) -> Refit {
         let found = maximise(&own, &fitted.linearised, &fitted.theta, &[], &best.noise, search);
         let Some((noise, objective)) = found.filter(|found| found.1 < best.objective) else { break };
         let gained = best.objective - objective;
-        best = Refit { fit: fitted, noise, objective, ..best };
+        best = FittedModel { fit: fitted, noise, objective, ..best };
         if gained < SETTLED {
             break;
         }
@@ -252,7 +253,7 @@ fn locked(parameter: &EffectParameter, candidate: &Candidate, amplitude: &[f64],
 }
 
 /// Number of parameters that a fit of `candidate` along `directions` leaves free.
-pub fn free_numbers(candidate: &Candidate, directions: usize) -> usize {
+pub fn free_parameters(candidate: &Candidate, directions: usize) -> usize {
     let is_free = |p: &EffectParameter, value: f64| p.prior.sigma(value).is_some() || is_searched(p, value);
     let free = |(name, value): &&(&str, f64)| candidate.effect.parameter(name).is_some_and(|p| is_free(p, *value));
     let inner = candidate.inner.iter().filter(free);

@@ -10,8 +10,8 @@
 //! Amplitudes keep their sign and nominal unknowns their range: a value that would leave it is held at its bound. The hypotheses only rank and give starting values; the likelihoods that decide are maximised over continuous noise.
 
 use super::SET_MAX;
-use super::refit::free_numbers;
-use super::trials::Trials;
+use super::multiplicity::Multiplicity;
+use super::refit::free_parameters;
 use crate::score::Column;
 use identification::filter::NoiseModel;
 use identification::fit::bounded::bounded;
@@ -53,7 +53,7 @@ pub struct Subset {
 #[derive(Clone, Debug, Default)]
 pub struct Ranking {
     pub sizes: Vec<Vec<Subset>>,
-    pub trials: Trials,
+    pub multiplicity: Multiplicity,
 }
 
 /// Sets of each size whose likelihood is maximised. They trade work against the risk of missing the right set; chosen, no derivation.
@@ -70,7 +70,7 @@ impl Ranking {
             let mut own: Vec<&Subset> = Vec::new();
             for subset in ranked {
                 let ratio = subset.free as f64 * samples - subset.bic;
-                let p = self.trials.p(ratio, subset.free, &subset.members);
+                let p = self.multiplicity.p(ratio, subset.free, &subset.members);
                 let same = |other: &&&Subset| {
                     let law = |a: &usize, b: &usize| columns[*a].candidate.same_law(&columns[*b].candidate);
                     other.members.iter().zip(&subset.members).all(|(a, b)| law(a, b))
@@ -133,7 +133,7 @@ pub fn rank(
     }
     let samples = (session.samples + layout.unknowns) as f64;
     let null = hypotheses.iter().map(|hypothesis| hypothesis.objective(0.0, samples)).fold(f64::INFINITY, f64::min);
-    let judge = Judge { session, layout: &layout, hypotheses: &hypotheses, samples, null };
+    let judge = SubsetScorer { session, layout: &layout, hypotheses: &hypotheses, samples, null };
     let mut sizes: Vec<Vec<Subset>> = Vec::new();
     let groups = layout.groups.len();
     let mut last: Vec<Vec<usize>> = (0..groups).map(|g| vec![g]).collect();
@@ -155,7 +155,7 @@ pub fn rank(
         last = layout.extended(&seeds);
     }
     let cosine = |a: usize, b: usize| hypotheses[0].cosine(layout.place(a)?, layout.place(b)?);
-    Ranking { sizes, trials: Trials::new(columns, &cosine) }
+    Ranking { sizes, multiplicity: Multiplicity::new(columns, &cosine) }
 }
 
 /// Noise from adapted to stated, geometrically; a variance below the stated one stays, and hypotheses are scaled as a whole.
@@ -168,13 +168,13 @@ pub(crate) fn noise_hypotheses(session: &EstimationSession<'_>, adapted: &NoiseM
             continue;
         }
         let mut noise = adapted.clone();
-        let quieter = |found: &mut [f64], stated: &[f64], share: f64| {
+        let lower_variance = |found: &mut [f64], stated: &[f64], share: f64| {
             found.iter_mut().zip(stated).for_each(|(sigma, stated)| {
                 *sigma = libm::exp((1.0 - share) * libm::log(*sigma) + share * libm::log(stated.min(*sigma)));
             });
         };
-        quieter(&mut noise.input_sigma, &session.noise.input_sigma, inputs);
-        quieter(&mut noise.sensor_sigma, &session.noise.sensor_sigma, sizes);
+        lower_variance(&mut noise.input_sigma, &session.noise.input_sigma, inputs);
+        lower_variance(&mut noise.sensor_sigma, &session.noise.sensor_sigma, sizes);
         noise.pole.iter_mut().chain(&mut noise.jitter_s).for_each(|number| *number *= 1.0 - colour);
         if !noises.contains(&noise) {
             noises.push(noise);
@@ -206,8 +206,8 @@ impl Layout {
         let mut width = 0;
         for column in chosen {
             let (candidate, count) = (&columns[column].candidate, columns[column].raw.len());
-            let free = free_numbers(candidate, count);
-            let room = (0..count).map(|direction| candidate.asked(direction)).collect();
+            let free = free_parameters(candidate, count);
+            let room = (0..count).map(|direction| candidate.linear_range(direction)).collect();
             groups.push(Group { column, first: width, count, free, room });
             width += count;
         }
@@ -350,7 +350,7 @@ impl NoiseHypothesis {
     }
 }
 
-struct Judge<'a> {
+struct SubsetScorer<'a> {
     session: &'a EstimationSession<'a>,
     layout: &'a Layout,
     hypotheses: &'a [NoiseHypothesis],
@@ -358,7 +358,7 @@ struct Judge<'a> {
     null: f64,
 }
 
-impl Judge<'_> {
+impl SubsetScorer<'_> {
     fn free(&self, set: &[usize]) -> usize {
         set.iter().map(|g| self.layout.groups[*g].free).sum()
     }
@@ -495,7 +495,7 @@ pub(super) mod tests {
         };
         let singles = (0..4).map(|c| set(&[c], -500.0 + c as f64)).collect();
         let pairs = vec![set(&[0, 3], -700.0), set(&[1, 3], -600.0), set(&[2, 3], -400.0)];
-        let ranking = Ranking { sizes: vec![singles, pairs], trials: Trials::new(&columns, &|_, _| None) };
+        let ranking = Ranking { sizes: vec![singles, pairs], multiplicity: Multiplicity::new(&columns, &|_, _| None) };
         let order: Vec<Vec<usize>> = ranking.shortlist(&columns, 7.0, 0.01).into_iter().map(|s| s.members).collect();
         // a set that a smaller one beats is not tested
         let expected: [&[usize]; 6] = [&[0], &[0, 3], &[1], &[1, 3], &[2], &[3]];

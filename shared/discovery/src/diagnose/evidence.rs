@@ -1,6 +1,6 @@
 //! Whiteness of innovations, and where the evidence for an effect lies.
 
-use super::Standing;
+use super::AcceptedModel;
 use super::report::Where;
 use crate::score::{Column, Score};
 use estimation::consistency::ljung_box;
@@ -33,7 +33,7 @@ pub fn whiteness_p(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseMode
 /// Channel, time and site of an effect's evidence: the channel with most of `Σ c' r'`, the time of its middle eight tenths.
 pub(super) fn locate(
     session: &EstimationSession<'_>,
-    before: &Standing,
+    before: &AcceptedModel,
     column: &Column,
     score: &Score,
     p: f64,

@@ -1,7 +1,7 @@
 //! Data of the report's figures, thinned to what a figure resolves.
 
 use super::report::{Angles, EvidenceCurve, Figures, LawCell, LawMap, Overlay, Tile};
-use super::{Adopted, Screening, Standing};
+use super::{AcceptedModel, Adopted, Screening};
 use crate::score::cosine;
 use crate::unknown_law::{Acts, Cell, Coordinate, UnknownLaw};
 use core::f64::consts::TAU;
@@ -18,7 +18,7 @@ const ANGLES: usize = 8;
 pub(super) fn figures(
     session: &EstimationSession<'_>,
     before: (&LinearisedProblem, &NoiseModel),
-    best: &Standing,
+    best: &AcceptedModel,
     adopted: &[Adopted],
     screening: &Screening,
     map: Option<&UnknownLaw>,

@@ -1,6 +1,6 @@
 //! The next experiment where an effect is not decided: the pair in question, the menu, and its sentences.
 
-use super::{Adopted, Contested, Standing};
+use super::{AcceptedModel, Adopted, RivalEffect};
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
 use dynamics::description::Plant;
 use identification::fit::EstimationSession;
@@ -22,7 +22,7 @@ pub(super) enum Next {
     Never(String),
 }
 
-pub(super) fn next(session: &EstimationSession<'_>, best: &Standing, adopted: &[Adopted]) -> Next {
+pub(super) fn next(session: &EstimationSession<'_>, best: &AcceptedModel, adopted: &[Adopted]) -> Next {
     let open = adopted.iter().filter(|own| own.weight < OPEN);
     let Some((own, rival)) =
         open.min_by(|a, b| a.weight.total_cmp(&b.weight)).and_then(|own| Some((own, strongest(own)?)))
@@ -44,12 +44,12 @@ pub(super) fn next(session: &EstimationSession<'_>, best: &Standing, adopted: &[
 }
 
 /// The rival of largest weight; exact twins last, since no experiment separates those.
-fn strongest(own: &Adopted) -> Option<&Contested> {
-    let key = |rival: &Contested| (rival.cosine.abs() < TWIN, rival.weight);
+fn strongest(own: &Adopted) -> Option<&RivalEffect> {
+    let key = |rival: &RivalEffect| (rival.cosine.abs() < TWIN, rival.weight);
     own.rivals.iter().max_by(|a, b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)))
 }
 
-fn in_words(own: &Adopted, rival: &Contested, menu: &[Experiment]) -> Next {
+fn in_words(own: &Adopted, rival: &RivalEffect, menu: &[Experiment]) -> Next {
     let first = &own.column.candidate;
     let pair = format!("{}@{} from {}@{}", first.effect.kind, first.site, rival.kind, rival.site);
     let list: Vec<String> = menu.iter().take(TOLD).map(|entry| format!("{} ({:.1})", entry.name, entry.d)).collect();
@@ -74,7 +74,7 @@ fn in_words(own: &Adopted, rival: &Contested, menu: &[Experiment]) -> Next {
 }
 
 /// The plant with the fitted parameters and their standard deviations.
-pub(super) fn posterior(best: &Standing) -> Plant {
+pub(super) fn posterior(best: &AcceptedModel) -> Plant {
     let mut plant = best.plant.clone();
     let values: Vec<(&str, f64, f64)> = (best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma)))
         .filter(|(unknown, _)| unknown.recording.is_none())

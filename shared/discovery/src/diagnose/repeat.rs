@@ -2,8 +2,8 @@
 //!
 //! With `c` the joint direction of the adopted effects, at the amplitudes of the first recording, one parameter is tested on the repeat: the multiple of `c` that it holds. The statistic is a likelihood ratio with the noise maximised on both sides, signed by the multiple: `z = ±√(2 ln p(c) − 2 ln p(0))`. Under the effect its expectation is `|c'|`, else z is standard normal.
 
-use super::showing::carried;
-use super::{Adopted, Standing};
+use super::held_out_evidence::carried;
+use super::{AcceptedModel, Adopted};
 use crate::score::{Column, columns};
 use identification::filter::NoiseModel;
 use identification::fit::noise::{Search, maximise};
@@ -30,16 +30,16 @@ impl Repeat {
     }
 
     /// The repeat has no power: it would hardly show the effects even if they were present.
-    pub fn silent(&self) -> bool {
+    pub fn lacks_power(&self) -> bool {
         self.expected < 2.0 * REPEATS_Z && !self.confirms()
     }
 }
 
 /// Tests `adopted` on `repeat`; `None` where the nominal plant cannot be fitted to it.
-pub(super) fn ask(
+pub(super) fn test_on_repeat(
     repeat: &Problem,
     nominal: (&EstimationSession<'_>, &Fit, &NoiseModel),
-    best: &Standing,
+    best: &AcceptedModel,
     adopted: &[Adopted],
 ) -> Option<Repeat> {
     let (first, stated, noise) = nominal;

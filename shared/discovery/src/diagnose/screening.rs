@@ -1,6 +1,6 @@
 //! Screening: every effect at every site with its score, on grids first, then refined where it is promising.
 
-use super::{Options, Standing};
+use super::{AcceptedModel, Options};
 use crate::compete::subsets::noise_hypotheses;
 use crate::score::refine::refined;
 use crate::score::{
@@ -27,9 +27,9 @@ impl Screening {
 }
 
 /// Evaluates `look` along the trajectory of `best`; where a loop feeds back sensor noise, along the loop without that noise.
-pub(super) fn in_a_quiet_loop<T>(
+pub(super) fn along_noise_free_loop<T>(
     session: &EstimationSession<'_>,
-    best: &Standing,
+    best: &AcceptedModel,
     look: impl FnOnce((&EstimationSession<'_>, &LinearisedProblem)) -> T,
 ) -> T {
     let (linearised, theta) = (&best.fit.linearised, &best.fit.theta);
@@ -42,19 +42,19 @@ pub(super) fn in_a_quiet_loop<T>(
     look(loops.as_ref().map_or((session, linearised), |(session, linearised)| (session, linearised)))
 }
 
-pub(super) fn screen(session: &EstimationSession<'_>, best: &Standing, options: &Options) -> Screening {
-    in_a_quiet_loop(session, best, |along| screen_along(session, along, best, options))
+pub(super) fn screen(session: &EstimationSession<'_>, best: &AcceptedModel, options: &Options) -> Screening {
+    along_noise_free_loop(session, best, |along| screen_along(session, along, best, options))
 }
 
 fn screen_along(
     session: &EstimationSession<'_>,
     along: (&EstimationSession<'_>, &LinearisedProblem),
-    best: &Standing,
+    best: &AcceptedModel,
     options: &Options,
 ) -> Screening {
     let (linearised, theta) = (&best.fit.linearised, &best.fit.theta);
     let period_s = session.timelines[0].period_s;
-    let stated = quieter(session, best);
+    let stated = scaled_stated_noise(session, best);
     let (lines, orders) = longest(session, best);
     let noise = stated.as_ref().unwrap_or(&best.noise);
     let jumps = instants((session, linearised), along, &best.plant, theta, noise);
@@ -82,11 +82,11 @@ fn scored(scorer: &Scorer<'_, '_>, columns: &[Column]) -> Vec<Score> {
 }
 
 /// The last noise hypothesis (all noise as stated) scaled to the innovations; `None` where it is the adapted noise.
-fn quieter(session: &EstimationSession<'_>, best: &Standing) -> Option<NoiseModel> {
+fn scaled_stated_noise(session: &EstimationSession<'_>, best: &AcceptedModel) -> Option<NoiseModel> {
     let (found, stated) = (&best.noise, &session.noise);
     let sizes = |noise: &NoiseModel| [noise.input_sigma.clone(), noise.sensor_sigma.clone()].concat();
-    let louder = sizes(found).iter().zip(&sizes(stated)).any(|(sigma, stated)| *sigma > GROWN * stated);
-    let grown = louder || found.jitter_s.iter().any(|jitter| *jitter > 0.0);
+    let is_larger = sizes(found).iter().zip(&sizes(stated)).any(|(sigma, stated)| *sigma > GROWN * stated);
+    let grown = is_larger || found.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let noise = noise_hypotheses(session, &best.noise).pop().filter(|_| grown)?;
     let normal = best.fit.linearised.normal(session, &best.fit.theta, &noise, &[])?;
     let scale = (normal.chi2 / session.samples.max(1) as f64).sqrt();
@@ -94,7 +94,7 @@ fn quieter(session: &EstimationSession<'_>, best: &Standing) -> Option<NoiseMode
 }
 
 /// Lines of the innovations of the longest run, and orders at which they repeat over a joint.
-fn longest(session: &EstimationSession<'_>, best: &Standing) -> (Lines, Vec<Orders>) {
+fn longest(session: &EstimationSession<'_>, best: &AcceptedModel) -> (Lines, Vec<Orders>) {
     let runs = best.fit.linearised.linears.iter().zip(session.timelines.iter());
     let Some((linear, timeline)) = runs.max_by_key(|(linear, _)| linear.nu.len()) else { return Default::default() };
     let sigma = &session.noise.sensor_sigma;
@@ -105,7 +105,7 @@ fn longest(session: &EstimationSession<'_>, best: &Standing) -> (Lines, Vec<Orde
 const GRIDS: f64 = 0.04;
 
 /// Bounds the work: every law stays, points of its grid are dropped.
-fn thin(session: &EstimationSession<'_>, best: &Standing, list: &mut Vec<Candidate>) {
+fn thin(session: &EstimationSession<'_>, best: &AcceptedModel, list: &mut Vec<Candidate>) {
     let passes: usize = list.iter().map(|candidate| candidate.directions.len()).sum();
     let keep = session.work.affords(GRIDS, session.pass_work(&best.plant, &best.fit.theta)) / passes.max(1) as f64;
     if keep >= 1.0 {

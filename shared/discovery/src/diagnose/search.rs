@@ -2,25 +2,25 @@
 //!
 //! Sets of effects are added to the plant round by round; an effect that later ones make insignificant is removed.
 
-use super::adoption::{Step, step};
+use super::adoption::{SearchRound, step};
 use super::screening::{Screening, screen};
-use super::{Adopted, Contested, Options, RIVAL_SPAN, Standing, Unfitted};
-use crate::compete::{PREFERRED, Refit, free_numbers, hopped, timed, weights};
+use super::{AcceptedModel, Adopted, Options, RIVAL_SPAN, RivalEffect, Unfitted};
+use crate::compete::{FittedModel, PREFERRED, free_parameters, multistart, refine_onsets, weights};
 use crate::score::{Column, cosine};
 use identification::fit::EstimationSession;
 use std::rc::Rc;
 
 /// Result of the search.
-pub(super) struct Found {
-    pub best: Standing,
+pub(super) struct SearchResult {
+    pub best: AcceptedModel,
     pub adopted: Vec<Adopted>,
     pub unfitted: Vec<Unfitted>,
     /// The scored catalogue on the nominal plant.
     pub screening: Rc<Screening>,
     /// Smaller sets accepted on the way, nearest first.
-    pub smaller: Vec<(Vec<Adopted>, Standing)>,
+    pub smaller: Vec<(Vec<Adopted>, AcceptedModel)>,
     /// Sets that the recording does not exclude beside the last one adopted, and their ΔBIC.
-    pub rivals: Vec<(Vec<Adopted>, Standing, f64)>,
+    pub rivals: Vec<(Vec<Adopted>, AcceptedModel, f64)>,
     /// Gain of a different noise model on the accepted plant [−2 ln p].
     pub unknown_noise: f64,
 }
@@ -30,12 +30,12 @@ pub(super) struct Found {
 /// Cost: for each round a screening, the likelihoods of the shortlist and their fits; bounded by `session.work`.
 pub(super) fn searched(
     session: &EstimationSession<'_>,
-    (nominal, screened): (Standing, Rc<Screening>),
+    (nominal, screened): (AcceptedModel, Rc<Screening>),
     options: &Options,
     progress: &mut dyn FnMut(&str, f64),
-) -> Result<Found, String> {
-    let mut found = Found::nominal(nominal, screened);
-    let mut last: Option<(Refit, usize)> = None;
+) -> Result<SearchResult, String> {
+    let mut found = SearchResult::nominal(nominal, screened);
+    let mut last: Option<(FittedModel, usize)> = None;
     let mut begun = session.work.spent();
     for round in 0..options.terms_max {
         if found.adopted.len() >= options.terms_max || !found.unfitted.is_empty() {
@@ -63,8 +63,8 @@ pub(super) fn searched(
     Ok(found)
 }
 
-impl Found {
-    fn nominal(best: Standing, screening: Rc<Screening>) -> Self {
+impl SearchResult {
+    fn nominal(best: AcceptedModel, screening: Rc<Screening>) -> Self {
         let (adopted, unfitted, smaller, rivals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         Self { best, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 }
     }
@@ -75,7 +75,7 @@ impl Found {
         session: &EstimationSession<'_>,
         options: &Options,
         progress: &mut dyn FnMut(&str, f64),
-    ) -> Result<Option<(Refit, usize)>, String> {
+    ) -> Result<Option<(FittedModel, usize)>, String> {
         progress("score the catalogue", 0.2);
         let own = EstimationSession::like(session, &self.best.problem).map_err(|error| error.to_string())?;
         let is_known = self.adopted.is_empty() && !self.screening.columns.is_empty();
@@ -96,15 +96,18 @@ impl Found {
     }
 
     /// Adopts the effects of `step`; earlier effects that are insignificant beside them are removed.
-    fn join(&mut self, session: &EstimationSession<'_>, step: Step, refit: Refit) -> (Refit, usize) {
+    fn join(&mut self, session: &EstimationSession<'_>, step: SearchRound, refit: FittedModel) -> (FittedModel, usize) {
         // nearest first: without the effects of this round, then its own smaller sets before that
         let joined = |set: Vec<Adopted>| self.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
-        let mut nearest: Vec<(Vec<Adopted>, Standing)> =
-            step.smaller.into_iter().map(|(set, refit)| (joined(set), Standing::of(&refit))).collect();
-        self.rivals =
-            step.rivals.into_iter().map(|(set, refit, behind)| (joined(set), Standing::of(&refit), behind)).collect();
+        let mut nearest: Vec<(Vec<Adopted>, AcceptedModel)> =
+            step.smaller.into_iter().map(|(set, refit)| (joined(set), AcceptedModel::of(&refit))).collect();
+        self.rivals = step
+            .rivals
+            .into_iter()
+            .map(|(set, refit, behind)| (joined(set), AcceptedModel::of(&refit), behind))
+            .collect();
         let (refit, left) = relieved(session, refit, &self.adopted);
-        let before = core::mem::replace(&mut self.best, Standing::of(&refit));
+        let before = core::mem::replace(&mut self.best, AcceptedModel::of(&refit));
         let gained = before.objective - self.best.objective;
         if left.contains(&true) {
             // they hold a removed effect
@@ -133,13 +136,13 @@ impl Found {
     fn look_again(
         &mut self,
         session: &EstimationSession<'_>,
-        refit: Refit,
+        refit: FittedModel,
         (earlier, begun): (usize, f64),
         options: &Options,
-    ) -> Refit {
+    ) -> FittedModel {
         let before = self.best.objective;
         // the earlier local optima belong to a smaller set
-        let mut refit = self.hop(session, refit);
+        let mut refit = self.multistart(session, refit);
         // about one round
         let mut looked = session.work.spent() - begun;
         for place in 0..earlier {
@@ -148,7 +151,7 @@ impl Found {
             }
             let begun = session.work.spent();
             refit = match reconsidered(session, &refit, self, place, options) {
-                Some(better) => self.hop(session, better),
+                Some(better) => self.multistart(session, better),
                 None => refit,
             };
             looked = looked.max(session.work.spent() - begun);
@@ -158,7 +161,7 @@ impl Found {
     }
 
     /// Backward elimination: an effect that another one has made insignificant is removed; the most significant one stays.
-    fn prune(&mut self, session: &EstimationSession<'_>, refit: Refit) {
+    fn prune(&mut self, session: &EstimationSession<'_>, refit: FittedModel) {
         let mut others = self.adopted.clone();
         others.sort_by(|a, b| refit.evidence(&a.column).total_cmp(&refit.evidence(&b.column)));
         others.pop();
@@ -169,9 +172,9 @@ impl Found {
         }
         let gone: Vec<Adopted> = others.into_iter().zip(left).filter_map(|(own, left)| left.then_some(own)).collect();
         let is_gone = |own: &Adopted| gone.iter().any(|gone| own.column.candidate.same_law(&gone.column.candidate));
-        let price = libm::log(session.samples.max(2) as f64) * gone.iter().map(Adopted::numbers).sum::<f64>();
+        let price = libm::log(session.samples.max(2) as f64) * gone.iter().map(Adopted::parameter_count).sum::<f64>();
         let gained = before - refit.objective + price;
-        self.best = Standing::of(&refit);
+        self.best = AcceptedModel::of(&refit);
         self.adopted.retain(|own| !is_gone(own));
         self.rivals.retain(|(set, ..)| !set.iter().any(is_gone));
         self.rivals.iter_mut().for_each(|(.., behind)| *behind += gained);
@@ -179,12 +182,12 @@ impl Found {
     }
 
     /// Multistart of `refit` over all adopted effects; its result is the accepted model.
-    fn hop(&mut self, session: &EstimationSession<'_>, refit: Refit) -> Refit {
+    fn multistart(&mut self, session: &EstimationSession<'_>, refit: FittedModel) -> FittedModel {
         let columns: Vec<&Column> = self.adopted.iter().map(|adopted| &adopted.column).collect();
-        let refit = hopped(session, timed(session, refit, &columns), &columns);
+        let refit = multistart(session, refine_onsets(session, refit, &columns), &columns);
         let gained = self.best.objective - refit.objective;
         self.rivals.iter_mut().for_each(|(.., behind)| *behind += gained);
-        self.best = Standing::of(&refit);
+        self.best = AcceptedModel::of(&refit);
         refit
     }
 
@@ -201,19 +204,19 @@ impl Found {
 /// Cost: a round of the search.
 fn reconsidered(
     session: &EstimationSession<'_>,
-    refit: &Refit,
-    found: &mut Found,
+    refit: &FittedModel,
+    found: &mut SearchResult,
     place: usize,
     options: &Options,
-) -> Option<Refit> {
+) -> Option<FittedModel> {
     let gone = found.adopted[place].clone();
-    let without = Standing::of(&refit.without(session, &gone.column)?);
+    let without = AcceptedModel::of(&refit.without(session, &gone.column)?);
     let own = EstimationSession::like(session, &without.problem).ok()?;
     let screened = screen(&own, &without, options);
     let step = step(&own, &without, &screened, 1, options);
     let (again, new) = (step.refit?, step.adopted.into_iter().next()?);
     let same = |other: &Adopted| other.column.candidate.same_law(&gone.column.candidate);
-    let price = libm::log(session.samples.max(2) as f64) * (new.numbers() - gone.numbers());
+    let price = libm::log(session.samples.max(2) as f64) * (new.parameter_count() - gone.parameter_count());
     let ahead = refit.objective - again.objective - price;
     let wins = ahead > PREFERRED;
     // of this round's winner
@@ -221,14 +224,15 @@ fn reconsidered(
     let others = step.rivals.iter().filter_map(|(set, rival, more)| Some((set.first()?, rival, behind + more)));
     let all = (!wins).then_some((&new, &again, behind)).into_iter().chain(others);
     let rivals = all.filter(|(other, ..)| !same(other));
-    let rivals: Vec<_> =
-        rivals.map(|(other, rival, behind)| (found.with(place, other.clone()), Standing::of(rival), behind)).collect();
+    let rivals: Vec<_> = rivals
+        .map(|(other, rival, behind)| (found.with(place, other.clone()), AcceptedModel::of(rival), behind))
+        .collect();
     if wins {
         found.rivals.iter_mut().for_each(|(.., behind)| *behind += ahead);
         if !same(&new) {
             found.rivals.push((found.adopted.clone(), found.best.clone(), ahead));
         }
-        found.best = Standing::of(&again);
+        found.best = AcceptedModel::of(&again);
     }
     found.rivals.extend(rivals);
     found.adopted[place] = if wins || same(&new) { new } else { gone.beside(&new, behind) };
@@ -237,34 +241,34 @@ fn reconsidered(
 
 impl Adopted {
     /// Number of its free parameters.
-    pub(super) fn numbers(&self) -> f64 {
-        free_numbers(&self.column.candidate, self.column.raw.len()) as f64
+    pub(super) fn parameter_count(&self) -> f64 {
+        free_parameters(&self.column.candidate, self.column.raw.len()) as f64
     }
 
     /// Replaces `gone`, the only effect, with a gain in `−2 ln p`: `gone` becomes a rival, and the p value is the larger of both.
     fn replace(&mut self, gone: &Self, gained: f64, samples: f64) {
-        let behind = gained + libm::log(samples) * (gone.numbers() - self.numbers());
+        let behind = gained + libm::log(samples) * (gone.parameter_count() - self.parameter_count());
         self.p = self.p.max(gone.p);
         self.d = (gone.d * gone.d + gained).max(0.0).sqrt();
-        self.rivals.push(self.contested(gone, behind));
+        self.rivals.push(self.rival_effects(gone, behind));
         self.weigh();
     }
 
     /// With the rivals of `other`, which has the ΔBIC `behind`, for its own.
     fn beside(mut self, other: &Self, behind: f64) -> Self {
-        let is_self = |rival: &&Contested| self.column.candidate.same_law(&rival.candidate);
+        let is_self = |rival: &&RivalEffect| self.column.candidate.same_law(&rival.candidate);
         let theirs = other.rivals.iter().filter(|rival| !is_self(rival));
-        let theirs = theirs.map(|rival| Contested { bic: rival.bic + behind, ..rival.clone() });
-        self.rivals = core::iter::once(self.contested(other, behind)).chain(theirs).collect();
+        let theirs = theirs.map(|rival| RivalEffect { bic: rival.bic + behind, ..rival.clone() });
+        self.rivals = core::iter::once(self.rival_effects(other, behind)).chain(theirs).collect();
         self.weigh();
         self
     }
 
     /// `other` as a rival of ΔBIC `behind`.
-    fn contested(&self, other: &Self, behind: f64) -> Contested {
+    fn rival_effects(&self, other: &Self, behind: f64) -> RivalEffect {
         let candidate = other.column.candidate.clone();
         let (kind, site) = (candidate.effect.kind, candidate.site.to_string());
-        Contested { candidate, kind, site, weight: 0.0, bic: behind, cosine: cosine(&self.score, &other.score) }
+        RivalEffect { candidate, kind, site, weight: 0.0, bic: behind, cosine: cosine(&self.score, &other.score) }
     }
 
     /// Weights by BIC; beyond the span there is no rival.
@@ -278,13 +282,13 @@ impl Adopted {
 }
 
 /// `refit` without the effects of `adopted` that are insignificant beside later ones, where BIC agrees; which of them were removed.
-fn relieved(session: &EstimationSession<'_>, refit: Refit, adopted: &[Adopted]) -> (Refit, Vec<bool>) {
+fn relieved(session: &EstimationSession<'_>, refit: FittedModel, adopted: &[Adopted]) -> (FittedModel, Vec<bool>) {
     let price = libm::log(session.samples.max(2) as f64);
     let mut best = refit;
     let leaves = |earlier: &Adopted| {
         let column = &earlier.column;
-        let found = best.vanishes(column).then(|| best.without(session, column)).flatten();
-        let found = found.filter(|found| found.objective < best.objective + price * earlier.numbers());
+        let found = best.amplitude_insignificant(column).then(|| best.without(session, column)).flatten();
+        let found = found.filter(|found| found.objective < best.objective + price * earlier.parameter_count());
         found.map(|found| best = found).is_some()
     };
     let left = adopted.iter().map(leaves).collect();

@@ -2,9 +2,9 @@
 //!
 //! An effect that one recording shows too weakly may be certain in another. Where no effect is accepted and a recording is held out, the search is repeated at the higher level `s`. Its result must be confirmed by data that had no part in it, all parameters frozen, at a level `q`. Where no physics is unmodelled, and the frozen plant predicts as well as it is known, that happens with probability `s q`, which is [`CONFIRMED_SHARE`] of alpha.
 
-use super::judged::{Judged, judged};
-use super::search::{Found, searched};
-use super::{CONFIRMED_SHARE, NAME_SHARE, Options, Standing};
+use super::held_out_selection::{HeldOutSelection, select_on_held_out};
+use super::search::{SearchResult, searched};
+use super::{AcceptedModel, CONFIRMED_SHARE, NAME_SHARE, Options};
 use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
 use identification::problem::Problem;
@@ -18,20 +18,20 @@ const SUSPICION: f64 = 0.1;
 pub(super) fn confirmed(
     problem: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
-    (nominal, alone): (&Standing, &Found),
+    (nominal, alone): (&AcceptedModel, &SearchResult),
     options: &Options,
     notes: &mut Vec<String>,
-) -> Option<(Found, Judged)> {
+) -> Option<(SearchResult, HeldOutSelection)> {
     let easier = Options { alpha: SUSPICION / NAME_SHARE, terms_max: options.terms_max.min(1), ..options.clone() };
     let mut found = searched(session, (nominal.clone(), alone.screening.clone()), &easier, &mut |_, _| {}).ok()?;
     // Bonferroni over the rivals: the best of several confirmations occurs by chance more often
     let chances = 1 + found.rivals.len();
     let mut own = Vec::new();
-    let judged = judged(problem, (session, stated), &mut found, options, &mut own);
+    let selection = select_on_held_out(problem, (session, stated), &mut found, options, &mut own);
     let level = CONFIRMED_SHARE * options.alpha / SUSPICION / chances as f64;
-    let gain = judged.shown.gain.filter(|gain| gain.status() == Status::Confirmed)?;
+    let gain = selection.evidence.gain.filter(|gain| gain.status() == Status::Confirmed)?;
     let p = found.adopted.first().filter(|_| gain.interval(2.0 * level)[0] > 0.0)?.p;
     notes.append(&mut own);
     notes.push(format!("suspected on this recording alone (p = {p:.1e}); held-out data confirm it"));
-    Some((found, judged))
+    Some((found, selection))
 }

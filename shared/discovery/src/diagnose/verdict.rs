@@ -2,14 +2,14 @@
 
 use super::evidence::{locate, whiteness_p};
 use super::figures::figures;
-use super::judged::Judged;
+use super::held_out_selection::HeldOutSelection;
 use super::next::{Next, next, posterior};
 use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
-use super::{Adopted, LeftOver, NAMELESS_SHARE, Standing, Unfitted, status};
-use crate::compete::{Trials, found_times};
-use crate::omnibus::{Loudest, Outliers};
+use super::{AcceptedModel, Adopted, NAMELESS_SHARE, ResidualTests, Unfitted, status};
+use crate::compete::{Multiplicity, onset_estimates};
+use crate::omnibus::{Outliers, StrongestBin};
 use crate::score::{Candidate, Score};
 use crate::unknown_law::{Acts, UnknownLaw};
 use dynamics::description::SiteKind;
@@ -22,18 +22,18 @@ use identification::statistics::chi_squared_tail;
 pub(super) struct Findings<'a> {
     pub session: &'a EstimationSession<'a>,
     pub stated: &'a Fit,
-    pub best: &'a Standing,
+    pub best: &'a AcceptedModel,
     pub adopted: &'a [Adopted],
     pub unfitted: &'a [Unfitted],
     pub screening: &'a Screening,
     pub noise_p: f64,
     pub map: Option<&'a UnknownLaw>,
     /// A one-parameter law that BIC prefers to the adopted effects.
-    pub plainer: Option<&'a UnknownLaw>,
-    pub left: LeftOver,
+    pub one_parameter_law: Option<&'a UnknownLaw>,
+    pub left: ResidualTests,
     /// Decrease of `−2 ln p` by all adopted effects.
     pub explained: f64,
-    pub judged: Judged,
+    pub selection: HeldOutSelection,
     /// Result of the repeat, where there is one.
     pub repeat: Option<Repeat>,
     pub notes: Vec<String>,
@@ -42,8 +42,8 @@ pub(super) struct Findings<'a> {
 
 impl Findings<'_> {
     /// The plant that holds an effect of this status.
-    fn with(&self, status: Status) -> &Standing {
-        if status == Status::Confirmed { &self.judged.model } else { self.best }
+    fn with(&self, status: Status) -> &AcceptedModel {
+        if status == Status::Confirmed { &self.selection.model } else { self.best }
     }
 }
 
@@ -102,12 +102,12 @@ fn share_explained(findings: &Findings<'_>, grants_readings: bool) -> Option<f64
 /// Every law of the first screening with the factor on its p value.
 fn tried(findings: &Findings<'_>) -> Vec<Tried> {
     let columns = &findings.screening.columns;
-    let trials = Trials::new(columns, &|_, _| None);
+    let multiplicity = Multiplicity::new(columns, &|_, _| None);
     let mut list: Vec<Tried> = Vec::new();
     for (c, column) in columns.iter().enumerate() {
         let (kind, site) = (column.candidate.effect.kind, column.candidate.site.to_string());
         if !list.iter().any(|known| known.kind == kind && known.site == site) {
-            list.push(Tried { kind: kind.to_owned(), site, chances: trials.of(c) });
+            list.push(Tried { kind: kind.to_owned(), site, chances: multiplicity.of(c) });
         }
     }
     list
@@ -116,12 +116,12 @@ fn tried(findings: &Findings<'_>) -> Vec<Tried> {
 pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     let mut diagnosis = Diagnosis::cannot_decide(String::new());
     let session = findings.session;
-    diagnosis.compare.channels.clone_from(&findings.judged.shown.compare);
+    diagnosis.compare.channels.clone_from(&findings.selection.evidence.compare);
     diagnosis.notes.clone_from(&findings.notes);
-    let judged = findings.adopted.iter().zip(&findings.judged.status);
-    diagnosis.effects = judged.map(|(own, status)| effect(session, findings.with(*status), own, *status)).collect();
-    let refused = findings.judged.refused.iter();
-    diagnosis.effects.extend(refused.map(|(own, with)| effect(session, with, own, Status::Rejected)));
+    let selection = findings.adopted.iter().zip(&findings.selection.status);
+    diagnosis.effects = selection.map(|(own, status)| effect(session, findings.with(*status), own, *status)).collect();
+    let rejected = findings.selection.rejected.iter();
+    diagnosis.effects.extend(rejected.map(|(own, with)| effect(session, with, own, Status::Rejected)));
     diagnosis.nominal = nominal(findings);
     diagnosis.detection_limits = limits(findings);
     diagnosis.tried = tried(findings);
@@ -131,7 +131,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
         .collect();
     diagnosis.effects.extend(findings.unfitted.iter().map(|lost| unfitted(findings, lost)));
     held_out(findings, &mut diagnosis);
-    let before = Standing {
+    let before = AcceptedModel {
         plant: findings.stated.plant.clone(),
         problem: session.problem.clone(),
         fit: findings.stated.clone(),
@@ -141,16 +141,16 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     if let Some(first) = findings.adopted.first() {
         diagnosis.located.extend(locate(session, &before, &first.column, &first.score, first.p));
     }
-    diagnosis.located.extend(odd(findings).map(|tile| loud(session, tile)));
+    diagnosis.located.extend(significant_bin(findings).map(|bin| bin_location(session, bin)));
     (diagnosis.verdict, diagnosis.reason) = verdict(findings);
-    let unknown = outweighing(findings);
+    let unknown = overriding_law(findings);
     if unknown.is_none() {
-        diagnosis.reason.push_str(&astray(findings));
+        diagnosis.reason.push_str(&prior_conflicts(findings));
     }
     let as_stated = (&findings.stated.linearised, &session.noise);
     let (best, adopted) = (findings.best, findings.adopted);
     diagnosis.figures = figures(session, as_stated, best, adopted, findings.screening, unknown);
-    diagnosis.figures.overlays.clone_from(&findings.judged.shown.overlays);
+    diagnosis.figures.overlays.clone_from(&findings.selection.evidence.overlays);
     if let Some(map) = unknown {
         diagnosis.located.push(located(session, map, findings.alpha));
         without_names(findings, map, &mut diagnosis);
@@ -194,8 +194,8 @@ const ASTRAY: f64 = 4.0;
 const KNOWN: f64 = 3.0;
 
 /// The parameters of the plant whose estimates conflict with their priors, as a clause; empty without any.
-fn astray(findings: &Findings<'_>) -> String {
-    let best = if findings.adopted.is_empty() { findings.best } else { &findings.judged.model };
+fn prior_conflicts(findings: &Findings<'_>) -> String {
+    let best = if findings.adopted.is_empty() { findings.best } else { &findings.selection.model };
     let shared = best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma));
     let mut off: Vec<(f64, String)> = shared
         .filter(|(unknown, _)| unknown.recording.is_none() && !unknown.name.starts_with("effect"))
@@ -220,7 +220,7 @@ fn astray(findings: &Findings<'_>) -> String {
 }
 
 /// A significant map: evidence beyond the correction for the maps tried, and confirmed on parts that it was not fitted to.
-fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
+fn residual_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     findings.map.filter(|map| {
         let price = 2.0 * libm::log(map.tried.max(1) as f64 / (NAMELESS_SHARE * findings.alpha));
         map.evidence > price && map.held_out.status() == Status::Confirmed
@@ -231,15 +231,17 @@ fn remainder<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
 const NAMED_SHARE: f64 = 0.75;
 
 /// A time–frequency bin of higher energy than chance allows.
-fn odd<'f>(findings: &'f Findings<'_>) -> Option<&'f Loudest> {
-    findings.left.loudest.as_ref().filter(|tile| tile.stands(NAMELESS_SHARE * findings.alpha))
+fn significant_bin<'f>(findings: &'f Findings<'_>) -> Option<&'f StrongestBin> {
+    findings.left.strongest_bin.as_ref().filter(|bin| bin.is_significant(NAMELESS_SHARE * findings.alpha))
 }
 
 /// The deviation is due to isolated outliers: with them clipped none is significant.
 fn has_lone_outliers(findings: &Findings<'_>) -> bool {
-    let stands = |tile: &Loudest| tile.stands(NAMELESS_SHARE * findings.alpha);
+    let is_significant = |bin: &StrongestBin| bin.is_significant(NAMELESS_SHARE * findings.alpha);
     let left = &findings.left;
-    odd(findings).is_some() && left.outliers.iter().all(Outliers::is_rare) && !left.beside.as_ref().is_some_and(stands)
+    significant_bin(findings).is_some()
+        && left.outliers.iter().all(Outliers::is_rare)
+        && !left.beside.as_ref().is_some_and(is_significant)
 }
 
 /// `angle has 3 outliers of 2000, the largest of 17.2 standard deviations at 7.000 s of run.csv`, of every channel.
@@ -259,26 +261,26 @@ fn outlying(findings: &Findings<'_>) -> String {
     findings.left.outliers.iter().map(told).collect::<Vec<_>>().join("; ")
 }
 
-fn loud(session: &EstimationSession<'_>, tile: &Loudest) -> Where {
-    let channel = session.problem.plant.sensors[tile.channel].name.clone();
-    Where { site: channel.clone(), channel, time: tile.time_s, band_hz: tile.band_hz, states: Vec::new(), p: tile.p() }
+fn bin_location(session: &EstimationSession<'_>, bin: &StrongestBin) -> Where {
+    let channel = session.problem.plant.sensors[bin.channel].name.clone();
+    Where { site: channel.clone(), channel, time: bin.time_s, band_hz: bin.band_hz, states: Vec::new(), p: bin.p() }
 }
 
 /// The recording that contains a time–frequency bin.
-fn recording<'e>(session: &'e EstimationSession<'_>, tile: &Loudest) -> &'e str {
-    &session.problem.recordings[session.problem.runs[tile.run].recording]
+fn recording<'e>(session: &'e EstimationSession<'_>, bin: &StrongestBin) -> &'e str {
+    &session.problem.recordings[session.problem.runs[bin.run].recording]
 }
 
-fn told(findings: &Findings<'_>, tile: &Loudest) -> String {
+fn bin_in_words(findings: &Findings<'_>, bin: &StrongestBin) -> String {
     format!(
         "{} of {} from {:.3} to {:.3} s between {:.3} and {:.3} Hz, evidence {:.0}",
-        findings.session.problem.plant.sensors[tile.channel].name,
-        recording(findings.session, tile),
-        tile.time_s[0],
-        tile.time_s[1],
-        tile.band_hz[0],
-        tile.band_hz[1],
-        tile.evidence
+        findings.session.problem.plant.sensors[bin.channel].name,
+        recording(findings.session, bin),
+        bin.time_s[0],
+        bin.time_s[1],
+        bin.band_hz[0],
+        bin.band_hz[1],
+        bin.evidence
     )
 }
 
@@ -303,22 +305,22 @@ fn located(session: &EstimationSession<'_>, map: &UnknownLaw, alpha: f64) -> Whe
 }
 
 /// A significant map beside effects that explain too little to be accepted. An error of a reading over itself, or over time, approximates any law that moves the reading: it is taken only where no effect is adopted, or no other recording has tested the effects.
-fn outweighing<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
-    let Some(map) = remainder(findings) else { return plainer(findings) };
+fn overriding_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
+    let Some(map) = residual_law(findings) else { return parsimonious_law(findings) };
     if findings.adopted.is_empty() {
         return Some(map);
     }
     let is_force = matches!(map.place.acts, Acts::Force(_)) && !map.place.is_of_time();
-    let may = is_force || findings.judged.shown.kind != HeldOutKind::Recording;
+    let may = is_force || findings.selection.evidence.kind != HeldOutKind::Recording;
     let outweighs = may && findings.explained < NAMED_SHARE * (findings.explained + map.evidence);
-    if outweighs { Some(map) } else { plainer(findings) }
+    if outweighs { Some(map) } else { parsimonious_law(findings) }
 }
 
 /// The one-parameter law that BIC prefers to the effects and that predicts parts it was not fitted to, where the effects would be accepted otherwise.
-fn plainer<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
-    let plainer = findings.plainer.filter(|law| law.held_out.status() == Status::Confirmed)?;
-    let stands = matches!(named(findings).0, Verdict::Named | Verdict::NotSeparable | Verdict::Sensor);
-    stands.then_some(plainer)
+fn parsimonious_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
+    let one_parameter_law = findings.one_parameter_law.filter(|law| law.held_out.status() == Status::Confirmed)?;
+    let is_significant = matches!(named(findings).0, Verdict::Named | Verdict::NotSeparable | Verdict::Sensor);
+    is_significant.then_some(one_parameter_law)
 }
 
 fn not_named(map: &UnknownLaw) -> (Verdict, String) {
@@ -347,7 +349,7 @@ fn not_named(map: &UnknownLaw) -> (Verdict, String) {
 }
 
 fn verdict(findings: &Findings<'_>) -> (Verdict, String) {
-    outweighing(findings).map_or_else(|| named(findings), not_named)
+    overriding_law(findings).map_or_else(|| named(findings), not_named)
 }
 
 /// Verdict on the adopted effects.
@@ -360,9 +362,9 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
         .collect();
     let weight = findings.adopted.iter().map(|a| a.weight).fold(1.0, f64::min);
     let sensor = findings.adopted.iter().all(|a| a.column.candidate.site.kind == SiteKind::Sensor);
-    let state = status(findings.judged.shown.gain.as_ref());
+    let state = status(findings.selection.evidence.gain.as_ref());
     if state == Status::Rejected {
-        let short = findings.judged.shown.gain.filter(|gain| gain.interval95()[1] >= 0.0);
+        let short = findings.selection.evidence.gain.filter(|gain| gain.interval95()[1] >= 0.0);
         let so = short.map_or(String::new(), |gain| {
             let (own, se, predicted) = (gain.loglik_gain, gain.gain_se, gain.expected);
             format!(": the gain on them is {own:.1} ± {se:.1} where {predicted:.1} is predicted")
@@ -376,7 +378,7 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
             kinds.join(" and "),
             repeat.z,
             repeat.expected,
-            if repeat.silent() { "; the repeat is too short or excites too little to decide" } else { "" }
+            if repeat.lacks_power() { "; the repeat is too short or excites too little to decide" } else { "" }
         );
         return (Verdict::CannotDecide, reason);
     }
@@ -395,15 +397,16 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
              disturbance: repeat the experiment; a residual that recurs at the same states is deterministic, not noise{}",
             kinds.join(" and "),
             100.0 * share.max(0.0),
-            odd(findings).map_or(String::new(), |tile| format!(" (largest: {})", told(findings, tile)))
+            significant_bin(findings)
+                .map_or(String::new(), |bin| format!(" (largest: {})", bin_in_words(findings, bin)))
         );
         return (Verdict::CannotDecide, reason);
     }
     let word = if state == Status::Confirmed { "confirmed" } else { "not yet confirmed" };
-    let runs_away = findings.judged.shown.gain.filter(Gain::free_run_diverges).map_or(String::new(), |gain| {
+    let runs_away = findings.selection.evidence.gain.filter(Gain::free_run_diverges).map_or(String::new(), |gain| {
         format!(", by single steps: in free run {:.1} times as far from them as the plant alone", gain.free_run)
     });
-    let open = findings.adopted.iter().zip(&findings.judged.status).filter(|(_, own)| **own != state);
+    let open = findings.adopted.iter().zip(&findings.selection.status).filter(|(_, own)| **own != state);
     let open: Vec<&str> = open.map(|(adopted, _)| adopted.column.candidate.effect.kind).collect();
     let but = if open.is_empty() { String::new() } else { format!(" without {}", open.join(" and ")) };
     let reason = format!(
@@ -412,7 +415,7 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
         weight,
         chance(first.p)
     );
-    let left = remainder(findings).map_or(String::new(), |map| {
+    let left = residual_law(findings).map_or(String::new(), |map| {
         format!("; a smaller unmodelled law remains at {} (evidence {:.0})", map.place.site, map.evidence)
     });
     let again = findings.repeat.map_or(String::new(), |repeat| {
@@ -441,18 +444,18 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
         let beside = if is_noise { format!("{}; ", changed_noise(findings)) } else { String::new() };
         let reason = format!(
             "the noise is not as stated ({}): {beside}isolated outliers of the readings, or impacts: {}; no physics is missing beside them",
-            chance(odd(findings).map_or(1.0, Loudest::p).min(findings.noise_p)),
+            chance(significant_bin(findings).map_or(1.0, StrongestBin::p).min(findings.noise_p)),
             outlying(findings)
         );
         return (Verdict::NoiseModel, reason);
     }
-    if let Some(tile) = odd(findings) {
+    if let Some(bin) = significant_bin(findings) {
         let beside = if is_noise { format!("beside {} ", changed_noise(findings)) } else { String::new() };
         let reason = format!(
             "the recording is not as the plant predicts ({}), and no noise explains it either: {beside}most residual energy is left in {}; \
              an unknown law or a disturbance: repeat the experiment; a residual that recurs at the same states is deterministic, not noise",
-            chance(findings.noise_p.min(tile.p())),
-            told(findings, tile)
+            chance(findings.noise_p.min(bin.p())),
+            bin_in_words(findings, bin)
         );
         return (Verdict::CannotDecide, reason);
     }
@@ -533,7 +536,7 @@ fn changes(session: &EstimationSession<'_>, noise: &NoiseModel) -> Vec<(f64, Str
     list
 }
 
-fn effect(session: &EstimationSession<'_>, best: &Standing, adopted: &Adopted, status: Status) -> EffectReport {
+fn effect(session: &EstimationSession<'_>, best: &AcceptedModel, adopted: &Adopted, status: Status) -> EffectReport {
     let rivals = adopted.rivals.iter().map(|rival| Rival {
         kind: rival.kind.to_owned(),
         site: rival.site.clone(),
@@ -558,10 +561,10 @@ fn effect(session: &EstimationSession<'_>, best: &Standing, adopted: &Adopted, s
 }
 
 /// Estimated parameters of the effect of `candidate`, and its searched times.
-fn parameters(session: &EstimationSession<'_>, best: &Standing, candidate: &Candidate) -> Vec<ParameterReport> {
+fn parameters(session: &EstimationSession<'_>, best: &AcceptedModel, candidate: &Candidate) -> Vec<ParameterReport> {
     let prefix = format!("effect.{}@{}.", candidate.effect.kind, candidate.site);
     let times = EstimationSession::like(session, &best.problem).ok();
-    let times = times.and_then(|own| found_times(&own, (&best.fit, &best.noise), candidate));
+    let times = times.and_then(|own| onset_estimates(&own, (&best.fit, &best.noise), candidate));
     let (times, beside) = times.unwrap_or_default();
     let own = best.problem.unknowns.iter().enumerate().filter(|(_, u)| u.parameter.starts_with(&prefix));
     let estimated = own.map(|(i, unknown)| ParameterReport {
@@ -609,7 +612,7 @@ fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
 }
 
 fn nominal(findings: &Findings<'_>) -> Vec<Nominal> {
-    let (before, after) = (findings.stated, &findings.judged.model);
+    let (before, after) = (findings.stated, &findings.selection.model);
     let unknowns = &findings.session.problem.unknowns;
     unknowns
         .iter()
@@ -651,10 +654,10 @@ fn limits(findings: &Findings<'_>) -> Vec<DetectionLimit> {
 }
 
 fn held_out(findings: &Findings<'_>, diagnosis: &mut Diagnosis) {
-    let shown = &findings.judged.shown;
+    let evidence = &findings.selection.evidence;
     let held = &mut diagnosis.held_out;
-    held.kind = shown.kind;
-    held.channels = (shown.before.iter().zip(&shown.after))
+    held.kind = evidence.kind;
+    held.channels = (evidence.before.iter().zip(&evidence.after))
         .map(|(before, after)| HeldOutChannel {
             name: before.name.clone(),
             fit_percent_before: before.fit_percent,
@@ -663,18 +666,19 @@ fn held_out(findings: &Findings<'_>, diagnosis: &mut Diagnosis) {
             rms_after: after.rms,
         })
         .collect();
-    if let Some(gain) = &shown.gain {
+    if let Some(gain) = &evidence.gain {
         (held.loglik_gain, held.gain_se, held.gain_ci95) =
             (Some(gain.loglik_gain), Some(gain.gain_se), Some(gain.interval95()));
     }
     held.whiteness_p_before = whiteness_p(findings.session, findings.stated, &findings.session.noise);
-    held.whiteness_p_after = whiteness_p(findings.session, &findings.judged.model.fit, &findings.judged.model.noise);
+    held.whiteness_p_after =
+        whiteness_p(findings.session, &findings.selection.model.fit, &findings.selection.model.noise);
 }
 
 /// Plant file with estimates and confirmed effects.
 fn augmented(findings: &Findings<'_>) -> Option<String> {
-    if findings.adopted.is_empty() || status(findings.judged.shown.gain.as_ref()) != Status::Confirmed {
+    if findings.adopted.is_empty() || status(findings.selection.evidence.gain.as_ref()) != Status::Confirmed {
         return None;
     }
-    Some(plant_file::write(&posterior(&findings.judged.model)))
+    Some(plant_file::write(&posterior(&findings.selection.model)))
 }

@@ -24,13 +24,13 @@ const POOR_MAC: f64 = 0.8;
 impl Comparison<'_> {
     pub(super) fn conclude(&self, options: &FeatureOptions) -> Diagnosis {
         let mut adopted = adopt(self, options.alpha);
-        let refused = self.without_refused(&mut adopted, options);
+        let rejected = self.without_rejected(&mut adopted, options);
         let mut diagnosis = Diagnosis::cannot_decide(String::new());
         diagnosis.compare = Compare { channels: self.channels() };
         diagnosis.located = self.located();
         diagnosis.nominal = self.nominal();
         diagnosis.notes = self.notes(&adopted.alone);
-        diagnosis.notes.extend(refused);
+        diagnosis.notes.extend(rejected);
         diagnosis.figures.angles = self.angles(&adopted.alone);
         diagnosis.detection_limits = self.limits(&adopted);
         if adopted.members.is_empty() {
@@ -43,10 +43,10 @@ impl Comparison<'_> {
     }
 
     /// Removes from several changes those that predict the upper modes worse than the others do without them; a sentence for each.
-    fn without_refused(&self, adopted: &mut Adopted, options: &FeatureOptions) -> Vec<String> {
+    fn without_rejected(&self, adopted: &mut Adopted, options: &FeatureOptions) -> Vec<String> {
         let mut notes = Vec::new();
         while adopted.members.len() > 1 {
-            let (_, statuses) = upper_modes::ask(self, &adopted.members, options.fitted_modes);
+            let (_, statuses) = upper_modes::test_upper_modes(self, &adopted.members, options.fitted_modes);
             // the last came in with the least gain
             let Some(place) = statuses.iter().rposition(|status| *status == Status::Rejected) else { break };
             let change = &adopted.members[place].change;
@@ -80,7 +80,7 @@ impl Comparison<'_> {
     /// The adopted changes in the report: rivals, held-out modes, verdict, augmented plant.
     fn name(&self, diagnosis: &mut Diagnosis, adopted: &Adopted, options: &FeatureOptions) {
         let members = &adopted.members;
-        let (held_out, statuses) = upper_modes::ask(self, members, options.fitted_modes);
+        let (held_out, statuses) = upper_modes::test_upper_modes(self, members, options.fitted_modes);
         let rows = self.all_rows();
         let likelihood_of = |set: &[Member]| self.left(set, &rows).map_or(self.null, |left| self.evidence.best(&left));
         let with = likelihood_of(members);
@@ -102,13 +102,13 @@ impl Comparison<'_> {
             let d = (without.objective - with.objective).max(0.0).sqrt();
             diagnosis.effects.push(EffectReport { d, ..report });
         }
-        let (refused, tied) = (statuses.contains(&Status::Rejected), tied.contains(&true));
-        diagnosis.verdict = match (refused, tied) {
+        let (rejected, tied) = (statuses.contains(&Status::Rejected), tied.contains(&true));
+        diagnosis.verdict = match (rejected, tied) {
             (true, _) => Verdict::CannotDecide,
             (_, true) => Verdict::NotSeparable,
             _ => Verdict::Named,
         };
-        let besides = match (refused, tied) {
+        let besides = match (rejected, tied) {
             (true, _) => "; fitted on the lower modes it predicts the upper ones worse",
             (_, true) => "; others predict the same features",
             _ => "",

@@ -42,13 +42,13 @@ pub(super) fn adopt(comparison: &Comparison<'_>, alpha: f64) -> Adopted {
         }
         next = adopted.beside(comparison, &adopted.members, adopted.members.len());
     }
-    adopted.ask_rivals(comparison);
+    adopted.test_rivals(comparison);
     adopted
 }
 
 impl Adopted {
     /// Tests every change in the place of every member; a better one replaces it.
-    fn ask_rivals(&mut self, comparison: &Comparison<'_>) {
+    fn test_rivals(&mut self, comparison: &Comparison<'_>) {
         self.places.clear();
         for place in 0..self.members.len() {
             let mut others = self.members.clone();
@@ -66,7 +66,7 @@ impl Adopted {
     pub fn without(&mut self, comparison: &Comparison<'_>, place: usize) {
         self.members.remove(place);
         fit_again(comparison, &mut self.members);
-        self.ask_rivals(comparison);
+        self.test_rivals(comparison);
     }
 
     /// Changes beside others, the best first.

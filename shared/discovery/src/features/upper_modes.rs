@@ -22,7 +22,11 @@ struct Prediction {
 }
 
 /// Gain of the whole set, and the status of each member.
-pub(super) fn ask(comparison: &Comparison<'_>, members: &[Member], fitted: Option<usize>) -> (HeldOut, Vec<Status>) {
+pub(super) fn test_upper_modes(
+    comparison: &Comparison<'_>,
+    members: &[Member],
+    fitted: Option<usize>,
+) -> (HeldOut, Vec<Status>) {
     let n = comparison.frame.pairs.len();
     let fitted = fitted.unwrap_or(n.div_ceil(2).max(MODES_MIN)).clamp(1, n);
     let nothing = Diagnosis::cannot_decide(String::new()).held_out;

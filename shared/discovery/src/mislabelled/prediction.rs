@@ -28,7 +28,7 @@ pub(super) struct Prediction {
     /// Number of innovations.
     pub samples: usize,
     /// Largest distance of a parameter from its prior [standard deviations].
-    astray: f64,
+    divergence_sigma: f64,
     unknowns: Vec<Unknown>,
     theta: Vec<f64>,
 }
@@ -36,7 +36,7 @@ pub(super) struct Prediction {
 impl Prediction {
     /// The plant predicts the recording with plausible parameters: mean square below [`FAR_OFF`], all parameters within [`ASTRAY`] prior standard deviations.
     pub fn is_near(&self) -> bool {
-        self.mean_square < FAR_OFF && self.astray < ASTRAY
+        self.mean_square < FAR_OFF && self.divergence_sigma < ASTRAY
     }
 
     /// Lower bound for a recording of so many samples that begins like this one: no parameter values miss less of the whole than of its part.
@@ -48,7 +48,7 @@ impl Prediction {
 
 /// Parameters of the plant that a recording is predicted with, never further off than [`Prediction::is_near`] allows.
 #[derive(Clone, Copy)]
-pub(super) enum Numbers<'a> {
+pub(super) enum ParameterChoice<'a> {
     Priors,
     /// One round of a fit from the priors.
     Step,
@@ -60,7 +60,7 @@ pub(super) enum Numbers<'a> {
     From(&'a Prediction),
 }
 
-impl Numbers<'_> {
+impl ParameterChoice<'_> {
     /// Class of equal cost.
     fn kind(self) -> usize {
         match self {
@@ -74,26 +74,26 @@ impl Numbers<'_> {
 }
 
 /// Evaluates a plant, and counts the work.
-pub(super) struct Asking<'a> {
+pub(super) struct PlantEvaluator<'a> {
     pub plant: &'a Plant,
     pub work: &'a Arc<Work>,
     /// Work of the most expensive evaluation so far of each kind, for each sample.
     dearest: [Cell<f64>; 5],
 }
 
-impl<'a> Asking<'a> {
+impl<'a> PlantEvaluator<'a> {
     /// Evaluations of `plant`, counted in `work`.
     pub fn new(plant: &'a Plant, work: &'a Arc<Work>) -> Self {
         Self { plant, work, dearest: Default::default() }
     }
 
     /// The work allows one more evaluation as expensive as the most expensive of its kind; otherwise `what` is recorded as omitted.
-    pub fn affords(&self, recording: &Recording, numbers: Numbers<'_>, what: &'static str) -> bool {
+    pub fn affords(&self, recording: &Recording, numbers: ParameterChoice<'_>, what: &'static str) -> bool {
         self.work.allows(self.cost(recording, numbers), what)
     }
 
     /// The same within the bound `until` on the work spent.
-    pub fn affords_until(&self, until: f64, recording: &Recording, numbers: Numbers<'_>) -> bool {
+    pub fn affords_until(&self, until: f64, recording: &Recording, numbers: ParameterChoice<'_>) -> bool {
         self.work.spent() + self.cost(recording, numbers) <= until
     }
 
@@ -103,10 +103,10 @@ impl<'a> Asking<'a> {
         recording.channels.iter().filter(is_read).map(|channel| channel.value.len()).sum()
     }
 
-    fn cost(&self, recording: &Recording, numbers: Numbers<'_>) -> f64 {
-        let each = |numbers: Numbers<'_>| self.dearest[numbers.kind()].get();
+    fn cost(&self, recording: &Recording, numbers: ParameterChoice<'_>) -> f64 {
+        let each = |numbers: ParameterChoice<'_>| self.dearest[numbers.kind()].get();
         let each = match numbers {
-            Numbers::ByContinuation => each(numbers).max(SEVERAL * each(Numbers::Fitted)),
+            ParameterChoice::ByContinuation => each(numbers).max(SEVERAL * each(ParameterChoice::Fitted)),
             _ => each(numbers),
         };
         each * self.samples(recording) as f64
@@ -115,13 +115,13 @@ impl<'a> Asking<'a> {
     /// Prediction by a fit by continuation, or from the priors where the work does not allow that; `None`, and `what` recorded as omitted, where it allows neither.
     pub fn fitted(&self, recording: &Recording, what: &'static str) -> Option<Option<Prediction>> {
         let room = self.work.until(1.0);
-        let far = self.affords_until(room, recording, Numbers::ByContinuation);
-        let how = if far { Numbers::ByContinuation } else { Numbers::Fitted };
+        let far = self.affords_until(room, recording, ParameterChoice::ByContinuation);
+        let how = if far { ParameterChoice::ByContinuation } else { ParameterChoice::Fitted };
         self.affords(recording, how, what).then(|| self.predicted(recording, how))
     }
 
     /// `None` where the filter fails.
-    pub fn predicted(&self, recording: &Recording, numbers: Numbers<'_>) -> Option<Prediction> {
+    pub fn predicted(&self, recording: &Recording, numbers: ParameterChoice<'_>) -> Option<Prediction> {
         let mut problem = Problem::new(self.plant, core::slice::from_ref(recording), &[]).ok()?;
         confine(&mut problem.unknowns);
         let before = self.work.spent();
@@ -142,27 +142,27 @@ fn confine(unknowns: &mut [Unknown]) {
     }
 }
 
-fn predicted(session: &EstimationSession<'_>, numbers: Numbers<'_>) -> Option<Prediction> {
+fn predicted(session: &EstimationSession<'_>, numbers: ParameterChoice<'_>) -> Option<Prediction> {
     let (plant, prior) = (&session.problem.plant, session.prior());
     let fitted = |fit: Result<Fit, FitError>| fit.ok().map(|fit| (fit.chi2_per_sample, fit.theta));
     let from = |theta: &[f64], rounds| fitted(fit(session, plant, theta, &session.noise, rounds));
     let (mean_square, theta) = match numbers {
-        Numbers::Priors => {
+        ParameterChoice::Priors => {
             let linearised = LinearisedProblem::new(session, plant, &prior, &session.noise).ok()?;
             let (r, _) = linearised.whitened(session, &session.noise, &[])?;
             Some((dot(&r, &r) / r.len().max(1) as f64, prior))
         }
-        Numbers::Step => from(&prior, Rounds::at_most(1)),
-        Numbers::Fitted => from(&prior, ROUNDS),
-        Numbers::ByContinuation => fitted(fit_by_continuation(session, ROUNDS)),
-        Numbers::From(other) => from(&session.start_from(&other.unknowns, &other.theta), ROUNDS),
+        ParameterChoice::Step => from(&prior, Rounds::at_most(1)),
+        ParameterChoice::Fitted => from(&prior, ROUNDS),
+        ParameterChoice::ByContinuation => fitted(fit_by_continuation(session, ROUNDS)),
+        ParameterChoice::From(other) => from(&session.start_from(&other.unknowns, &other.theta), ROUNDS),
     }?;
     let (samples, unknowns) = (session.samples, session.problem.unknowns.clone());
-    let astray = astray(&unknowns, &theta);
-    mean_square.is_finite().then_some(Prediction { mean_square, samples, astray, unknowns, theta })
+    let divergence_sigma = divergence_sigma(&unknowns, &theta);
+    mean_square.is_finite().then_some(Prediction { mean_square, samples, divergence_sigma, unknowns, theta })
 }
 
-fn astray(unknowns: &[Unknown], theta: &[f64]) -> f64 {
+fn divergence_sigma(unknowns: &[Unknown], theta: &[f64]) -> f64 {
     let off = theta.iter().zip(unknowns).map(|(theta, unknown)| ((theta - unknown.prior) / unknown.sigma).abs());
     off.fold(0.0, f64::max)
 }
@@ -183,7 +183,7 @@ mod tests {
             let mut all = [unknown];
             confine(&mut all);
             for bound in [all[0].low, all[0].high] {
-                assert!(astray(&all, &[bound]) > ASTRAY, "{prior} {sigma}");
+                assert!(divergence_sigma(&all, &[bound]) > ASTRAY, "{prior} {sigma}");
             }
         }
     }
@@ -195,9 +195,10 @@ mod tests {
         rubbed.add_effect("joint_coulomb", &"joint:drive".parse().unwrap(), &[("force", 0.5)]).unwrap();
         let whole = recording(&rubbed, 6, 2.0);
         let work = Arc::new(Work::default());
-        let asking = Asking::new(&nominal, &work);
-        let part = asking.predicted(&whole.beginning(0.3), Numbers::ByContinuation).expect("it is predicted");
-        let all = asking.predicted(&whole, Numbers::From(&part)).expect("it is predicted");
+        let evaluator = PlantEvaluator::new(&nominal, &work);
+        let part =
+            evaluator.predicted(&whole.beginning(0.3), ParameterChoice::ByContinuation).expect("it is predicted");
+        let all = evaluator.predicted(&whole, ParameterChoice::From(&part)).expect("it is predicted");
         let (share, least) = (part.samples as f64 / all.samples as f64, part.of_more(all.samples));
         assert!((0.25..0.35).contains(&share) && least.samples == all.samples);
         assert!(!least.is_near() && least.mean_square < all.mean_square, "{} {}", least.mean_square, all.mean_square);

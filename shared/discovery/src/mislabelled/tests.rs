@@ -16,7 +16,7 @@ fn labels() -> Arc<Work> {
 
 /// Whether the plant follows a recording with its own numbers, as it is labelled.
 fn is_followed(recording: &Recording, plant: &Plant) -> bool {
-    is_near(&Asking::new(plant, &labels()).predicted(recording, Numbers::ByContinuation))
+    is_near(&PlantEvaluator::new(plant, &labels()).predicted(recording, ParameterChoice::ByContinuation))
 }
 
 /// Channels and factor of what is found.
@@ -111,7 +111,7 @@ fn two_channels_that_are_each_others_are_told_apart_and_put_right() {
 fn a_long_recording_is_asked_by_a_beginning_that_is_missed_and_answers_as_a_whole() {
     let nominal = plant("drive_rig");
     let whole = recording(&nominal, 5, 4.0);
-    assert!(Asking::new(&nominal, &labels()).samples(&whole) > BEGINNING);
+    assert!(PlantEvaluator::new(&nominal, &labels()).samples(&whole) > BEGINNING);
     let degree = 180.0 / PI;
     assert_eq!(
         found(&times(&whole, "rate", degree), &nominal).expect("it is far off"),
@@ -145,7 +145,7 @@ fn what_a_beginning_at_rest_does_not_show_the_whole_does() {
     }
     let degree = 180.0 / PI;
     let wrong = times(&whole, "rate", degree);
-    let asked = |recording: &Recording| Asking::new(&nominal, &labels()).samples(recording);
+    let asked = |recording: &Recording| PlantEvaluator::new(&nominal, &labels()).samples(recording);
     assert!(asked(&wrong.beginning(BEGINNING as f64 / asked(&wrong) as f64)) < 2 * lead);
     assert_eq!(found(&wrong, &nominal).expect("it is far off"), (vec!["rate".to_owned()], degree));
 }

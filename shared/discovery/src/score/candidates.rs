@@ -51,16 +51,16 @@ impl Candidate {
     }
 
     /// Range that the linear model may attribute to an amplitude along a direction. A share that is lost or kept as a whole (a command that sticks, a dead thruster) comes out above one as often as below, and by more where the plant's parameters had been biased by it.
-    pub fn asked(&self, direction: usize) -> [f64; 2] {
+    pub fn linear_range(&self, direction: usize) -> [f64; 2] {
         let first = &self.effect.parameters[0];
         let is_whole = |edge: f64| first.unit == "1" && (edge == -1.0 || edge == 1.0 && first.default == 1.0);
         self.range(direction).map(|edge| if is_whole(edge) { ASKED * edge } else { edge })
     }
 
-    /// Amplitudes along the directions are possible for the effect: within [`asked`](Self::asked), not all zero, and of effective masses the largest not negative.
+    /// Amplitudes along the directions are possible for the effect: within [`linear_range`](Self::asked), not all zero, and of effective masses the largest not negative.
     pub fn is_possible(&self, amplitudes: &[f64]) -> bool {
         let is_in_range = |(direction, a): (usize, &f64)| {
-            let [low, high] = self.asked(direction);
+            let [low, high] = self.linear_range(direction);
             (low..=high).contains(a)
         };
         let largest = amplitudes.iter().copied().fold(0.0f64, |most, a| if a.abs() > most.abs() { a } else { most });

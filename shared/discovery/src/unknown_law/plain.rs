@@ -79,7 +79,7 @@ pub struct Plain {
 
 /// A one-parameter law in the report.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Told {
+pub struct PlainLawReport {
     pub formula: String,
     /// Number of parameters of the effects that it replaces.
     pub numbers: usize,
@@ -132,7 +132,7 @@ pub fn plain(
 
 impl Plain {
     /// As an unknown law, ahead by so much of effects with so many `numbers`; `None` where parts of the recording cannot be predicted.
-    pub fn told(
+    pub fn as_unknown_law(
         self,
         session: &EstimationSession<'_>,
         (linearised, theta): (&LinearisedProblem, &[f64]),
@@ -150,7 +150,7 @@ impl Plain {
             let shape = shape(factors, &scales, &at);
             Cell { at, value: value * shape, sigma: sigma * shape.abs() }
         };
-        let plain = Some(Told { formula: formula(factors, &names), numbers });
+        let plain = Some(PlainLawReport { formula: formula(factors, &names), numbers });
         let cells = cells(&span).into_iter().map(cell).collect();
         Some(UnknownLaw { place, names, cells, evidence: ahead, tried: self.tried, held_out, plain })
     }

@@ -8,7 +8,7 @@
 //!
 //! (Hunter, J. Appl. Prob. 13, 1976; Worsley, Biometrika 69, 1982). Each law is tied to the earlier one that it is most collinear with, by the cosine between their columns once the plant's parameters are projected off. Where all columns are orthogonal that is Bonferroni's bound; of collinear laws one counts. For a set of laws the numbers are multiplied and divided by its permutations, as the order of its members is no distinction.
 
-use super::refit::free_numbers;
+use super::refit::free_parameters;
 use crate::score::Column;
 use identification::statistics::{chi_bar_squared_tail, normal_tail, normal_two_sided};
 
@@ -21,7 +21,7 @@ const POINTS: usize = 64;
 
 /// Effective number of hypotheses of each column.
 #[derive(Clone, Debug, Default)]
-pub struct Trials {
+pub struct Multiplicity {
     /// Effective number of laws.
     laws: f64,
     /// Grid points of each column's law.
@@ -30,7 +30,7 @@ pub struct Trials {
     one_sided: Vec<bool>,
 }
 
-impl Trials {
+impl Multiplicity {
     /// `cosine`: between two columns of one direction each once the unknowns are projected off, where it is known.
     ///
     /// Cost: O(laws²) cosines, one overlap integral for each law that has a collinear one.
@@ -39,20 +39,21 @@ impl Trials {
         let first = |c: &usize| !columns[..*c].iter().any(|other| law(other, &columns[*c]));
         let points = |own: &Column| columns.iter().filter(|c| law(c, own)).map(|c| c.candidate.tries as f64).sum();
         let firsts: Vec<usize> = (0..columns.len()).filter(first).collect();
-        let mut trials = Self {
+        let mut multiplicity = Self {
             laws: firsts.len() as f64,
             points: columns.iter().map(points).collect(),
             one_sided: columns.iter().map(|own| own.candidate.one_sided).collect(),
         };
-        let threshold = normal_two_sided(LEVEL / trials.laws.max(1.0));
+        let threshold = normal_two_sided(LEVEL / multiplicity.laws.max(1.0));
         // a law with a grid or with shape parameters passes in more ways: the overlap of one of them with another law is a small part of that
-        let plain = |c: &usize| trials.points[*c] == 1.0 && free_numbers(&columns[*c].candidate, 1) == 1;
+        let plain = |c: &usize| multiplicity.points[*c] == 1.0 && free_parameters(&columns[*c].candidate, 1) == 1;
         let plain: Vec<usize> = firsts.into_iter().filter(plain).collect();
         for (at, c) in plain.iter().enumerate() {
-            let shared = plain[..at].iter().map(|other| trials.shared(cosine(*c, *other), [*c, *other], threshold));
-            trials.laws -= shared.fold(0.0, f64::max);
+            let shared =
+                plain[..at].iter().map(|other| multiplicity.shared(cosine(*c, *other), [*c, *other], threshold));
+            multiplicity.laws -= shared.fold(0.0, f64::max);
         }
-        trials
+        multiplicity
     }
 
     /// Probability that one column passes where another has.
@@ -107,12 +108,12 @@ mod tests {
         let tone = |tries| column("sensor_tone", "sensor:angle", tries);
         let columns =
             [column("sensor_bias", "sensor:angle", 1), tone(1), tone(400), column("sensor_scale", "sensor:angle", 1)];
-        let trials = Trials::new(&columns, &|_, _| Some(0.0));
-        assert!((trials.price(&[0]) - 3.0).abs() < 1e-3, "{trials:?}");
-        assert!((trials.price(&[2]) / 401.0 - 3.0).abs() < 1e-3, "{trials:?}");
+        let multiplicity = Multiplicity::new(&columns, &|_, _| Some(0.0));
+        assert!((multiplicity.price(&[0]) - 3.0).abs() < 1e-3, "{multiplicity:?}");
+        assert!((multiplicity.price(&[2]) / 401.0 - 3.0).abs() < 1e-3, "{multiplicity:?}");
         // an unordered pair
-        assert!((trials.price(&[0, 3]) - 4.5).abs() < 3e-3, "{trials:?}");
-        let spent: f64 = (0..4).map(|c| columns[c].candidate.tries as f64 / trials.of(c)).sum();
+        assert!((multiplicity.price(&[0, 3]) - 4.5).abs() < 3e-3, "{multiplicity:?}");
+        let spent: f64 = (0..4).map(|c| columns[c].candidate.tries as f64 / multiplicity.of(c)).sum();
         assert!((spent - 1.0).abs() < 1e-3, "{spent}");
     }
 
@@ -128,7 +129,7 @@ mod tests {
     fn of_twins_one_counts_and_an_opposite_of_one_sign_is_none() {
         let laws = |one_sided: [bool; 3], cosine: f64| {
             let twins = |a: usize, b: usize| Some(if a + b == 1 { cosine } else { 0.0 });
-            Trials::new(&alike(KINDS, one_sided), &twins).price(&[0])
+            Multiplicity::new(&alike(KINDS, one_sided), &twins).price(&[0])
         };
         for (one_sided, cosine, expected) in [
             ([false; 3], -1.0, 2.0),
@@ -169,7 +170,7 @@ mod tests {
     fn any_of_many_alike_passes_at_most_as_often_as_the_level() {
         let cosine = 0.98;
         let columns = alike(KINDS, [false; 3]);
-        let trials = Trials::new(&columns, &|_, _| Some(cosine));
+        let multiplicity = Multiplicity::new(&columns, &|_, _| Some(cosine));
         let mut noise = crate::noise::Noise::new(7);
         const DRAWS: usize = 400_000;
         let level = 0.01;
@@ -178,10 +179,10 @@ mod tests {
             let own = |noise: &mut crate::noise::Noise| {
                 libm::sqrt(cosine) * common + libm::sqrt(1.0 - cosine) * noise.normal()
             };
-            (0..3).map(|c| (own(&mut noise).powi(2), c)).any(|(square, c)| trials.p(square, 1, &[c]) < level)
+            (0..3).map(|c| (own(&mut noise).powi(2), c)).any(|(square, c)| multiplicity.p(square, 1, &[c]) < level)
         });
         let share = passes.count() as f64 / DRAWS as f64;
         assert!(share < level && share > 0.5 * level, "{share}");
-        assert!(trials.price(&[0]) < 2.3, "{}", trials.price(&[0]));
+        assert!(multiplicity.price(&[0]) < 2.3, "{}", multiplicity.price(&[0]));
     }
 }

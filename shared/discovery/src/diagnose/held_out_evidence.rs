@@ -1,7 +1,7 @@
 //! Prediction of data that were not fitted: another recording, else parts of this one predicted from the others.
 
 use super::report::{HeldOutKind, Overlay};
-use super::{Options, Standing, figures};
+use super::{AcceptedModel, Options, figures};
 use crate::score::event_of_sample;
 use dynamics::description::{Plant, Quantity, Scope};
 use identification::filter::{NoiseModel, gains};
@@ -21,7 +21,7 @@ const OWN_ROUNDS: usize = 3;
 const OWN_REACH: f64 = 3.0;
 
 /// Evidence of held-out data: kind, free runs before and after, gain, and figures.
-pub(super) struct Shown {
+pub(super) struct HeldOutEvidence {
     pub kind: HeldOutKind,
     pub before: Vec<ChannelFit>,
     pub after: Vec<ChannelFit>,
@@ -36,27 +36,27 @@ pub(super) fn held_out(
     problem: &Problem,
     session: &EstimationSession<'_>,
     stated: &Fit,
-    best: &Standing,
+    best: &AcceptedModel,
     nothing: bool,
     options: &Options,
-) -> Shown {
+) -> HeldOutEvidence {
     let nominal = Predictor { plant: &stated.plant, theta: &stated.theta, noise: &session.noise };
     let compare = free_run(session, nominal);
     let none = |compare| {
         let (before, after, overlays) = (Vec::new(), Vec::new(), Vec::new());
-        Shown { kind: HeldOutKind::None, before, after, gain: None, loglik: None, compare, overlays }
+        HeldOutEvidence { kind: HeldOutKind::None, before, after, gain: None, loglik: None, compare, overlays }
     };
     if nothing {
         return none(compare);
     }
-    let shown = match &options.held_out {
+    let evidence = match &options.held_out {
         Some(other) => on_recording(other, (session, stated), best, options),
         None => on_blocks(problem, session, stated, best, options),
     };
-    match shown {
+    match evidence {
         Some((kind, before, after, gain, loglik, overlays)) => {
             let gain = gain.map(|gain| gain.beside_free_runs(&before, &after));
-            Shown { kind, before, after, gain, loglik, compare, overlays }
+            HeldOutEvidence { kind, before, after, gain, loglik, compare, overlays }
         }
         None => none(compare),
     }
@@ -65,7 +65,7 @@ pub(super) fn held_out(
 /// Time and log-likelihood of every instant.
 type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
-type ShownParts = (HeldOutKind, Free, Free, Option<Gain>, Option<f64>, Vec<Overlay>);
+type HeldOutParts = (HeldOutKind, Free, Free, Option<Gain>, Option<f64>, Vec<Overlay>);
 
 /// The plant without and with the effects, each with its session, as predictors of a recording that neither was fitted to; and the augmented plant with other parameter values.
 struct Pair<'a> {
@@ -78,7 +78,7 @@ struct Pair<'a> {
 fn predicting<T>(
     other: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
-    best: &Standing,
+    best: &AcceptedModel,
     options: &Options,
     look: impl FnOnce(Pair<'_>) -> Option<T>,
 ) -> Option<T> {
@@ -93,7 +93,7 @@ fn predicting<T>(
     let before = EstimationSession::new(&before_problem, options.threads).ok()?;
     let after = EstimationSession::like(&before, &after_problem).ok()?;
     // one noise for both, the augmented plant's: otherwise the gain is that of a noise model
-    let own = own_numbers(&before, &best.noise).zip(own_numbers(&after, &best.noise));
+    let own = own_parameters(&before, &best.noise).zip(own_parameters(&after, &best.noise));
     let (theta_before, theta_after) = own.unwrap_or_else(|| (before.prior(), after.prior()));
     let nominal = Predictor { plant: &before_problem.plant, theta: &theta_before, noise: &best.noise };
     let augmented = Predictor { plant: &after_problem.plant, theta: &theta_after, noise: &best.noise };
@@ -104,9 +104,9 @@ fn predicting<T>(
 fn on_recording(
     other: &Problem,
     own: (&EstimationSession<'_>, &Fit),
-    best: &Standing,
+    best: &AcceptedModel,
     options: &Options,
-) -> Option<ShownParts> {
+) -> Option<HeldOutParts> {
     predicting(other, own, best, options, |Pair { before, after, .. }| {
         let gain = gain(before.0, before.1, after);
         let (free_before, free_after) = (free_run(before.0, before.1), free_run(after.0, after.1));
@@ -118,7 +118,12 @@ fn on_recording(
 /// `gain` on another recording with the standard error of the gain that `best` predicts, where the gain is undecided and below its expectation. An effect is also rejected if the held-out gain falls significantly short of the gain it predicts.
 ///
 /// Cost: a prediction for every parameter of the effects, and the pair they are predicted beside.
-pub(super) fn foretold(own: (&EstimationSession<'_>, &Fit), best: &Standing, gain: Gain, options: &Options) -> Gain {
+pub(super) fn with_expected_gain(
+    own: (&EstimationSession<'_>, &Fit),
+    best: &AcceptedModel,
+    gain: Gain,
+    options: &Options,
+) -> Gain {
     let is_open = gain.is_below_expected() && gain.status() == Status::Unconfirmed;
     let Some(other) = options.held_out.as_ref().filter(|_| is_open) else { return gain };
     let sigma = predicting(other, own, best, options, |Pair { before, after, with }| {
@@ -130,7 +135,7 @@ pub(super) fn foretold(own: (&EstimationSession<'_>, &Fit), best: &Standing, gai
 }
 
 /// The fitted parameters with those of the effects moved along each column of a root of their posterior covariance, by their standard deviations (over all local optima) and correlations.
-fn moved(session: &EstimationSession<'_>, best: &Standing) -> Option<Vec<Vec<f64>>> {
+fn moved(session: &EstimationSession<'_>, best: &AcceptedModel) -> Option<Vec<Vec<f64>>> {
     let own = EstimationSession::like(session, &best.problem).ok()?;
     let fit = &best.fit;
     let covariance = fit.linearised.normal(&own, &fit.theta, &best.noise, &[])?.factor()?.inverse();
@@ -187,7 +192,7 @@ fn frozen(plant: &Plant, (unknowns, theta): (&[Unknown], &[f64]), unseen: &[&str
 }
 
 /// The parameters that belong to the recording itself, fitted on it.
-fn own_numbers(session: &EstimationSession<'_>, noise: &NoiseModel) -> Option<Vec<f64>> {
+fn own_parameters(session: &EstimationSession<'_>, noise: &NoiseModel) -> Option<Vec<f64>> {
     let prior = session.prior();
     if prior.is_empty() {
         return Some(prior);
@@ -212,9 +217,9 @@ fn on_blocks(
     problem: &Problem,
     session: &EstimationSession<'_>,
     stated: &Fit,
-    best: &Standing,
+    best: &AcceptedModel,
     options: &Options,
-) -> Option<ShownParts> {
+) -> Option<HeldOutParts> {
     let after_session = EstimationSession::like(session, &best.problem).ok()?;
     let before = block_terms(session, &stated.linearised, &stated.theta, &best.noise)?;
     let after = block_terms(&after_session, &best.fit.linearised, &best.fit.theta, &best.noise)?;

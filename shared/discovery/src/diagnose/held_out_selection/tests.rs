@@ -113,7 +113,7 @@ fn what_held_out_data_do_not_decide_keeps_its_name_and_stays_out_of_the_model() 
 }
 
 /// The fitted pendulum, its friction elsewhere and known to one sigma.
-fn standing_at(friction: f64, sigma: f64) -> Standing {
+fn standing_at(friction: f64, sigma: f64) -> AcceptedModel {
     let nominal = plant("pendulum");
     let problem = problem(&nominal, recording(&nominal, 1, 0.5));
     let session = EstimationSession::new(&problem, 1).unwrap();
@@ -121,10 +121,10 @@ fn standing_at(friction: f64, sigma: f64) -> Standing {
     let at = problem.unknowns.iter().position(|unknown| unknown.name == "pivot.friction").unwrap();
     (fit.theta[at], fit.sigma[at]) = (friction, sigma);
     let noise = session.noise.clone();
-    Standing { plant: nominal, problem: problem.clone(), fit, noise, objective: 0.0 }
+    AcceptedModel { plant: nominal, problem: problem.clone(), fit, noise, objective: 0.0 }
 }
 
-fn friction_sigma(standing: &Standing) -> f64 {
+fn friction_sigma(standing: &AcceptedModel) -> f64 {
     let at = standing.problem.unknowns.iter().position(|unknown| unknown.name == "pivot.friction").unwrap();
     standing.fit.sigma[at]
 }
@@ -132,14 +132,14 @@ fn friction_sigma(standing: &Standing) -> f64 {
 #[test]
 fn a_number_is_as_uncertain_as_the_name_of_what_is_missing() {
     let (mut own, rival) = (standing_at(1e-3, 1e-5), standing_at(2e-3, 2e-5));
-    let both = [Numbers::of(&own, 0.0), Numbers::of(&rival, 0.0)];
+    let both = [ParameterSet::of(&own, 0.0), ParameterSet::of(&rival, 0.0)];
     // even odds: half of (1e-5)^2 and half of (2e-5)^2 + (1e-3)^2
     widen(&mut own, &both, 0.0);
     let expected = (0.5f64 * (1e-10 + 4e-10 + 1e-6)).sqrt();
     assert!((friction_sigma(&own) - expected).abs() < 1e-12, "{}", friction_sigma(&own));
     // a rival that is excluded says nothing
     let mut own = standing_at(1e-3, 1e-5);
-    let far = [Numbers::of(&own, 0.0), Numbers::of(&rival, RIVAL_SPAN + 1.0)];
+    let far = [ParameterSet::of(&own, 0.0), ParameterSet::of(&rival, RIVAL_SPAN + 1.0)];
     widen(&mut own, &far, 0.0);
     assert_eq!(friction_sigma(&own), 1e-5);
 }

@@ -2,7 +2,7 @@
 //!
 //! The score finds a time beside the nominal plant. In the accepted plant the other parameters have moved, so each edge in time is moved along the likelihood while all other parameters follow on the linear model. An edge has no derivative where an integration step crosses it. Alone, its standard error is half the width in which `−2 ln p` rises by less than one; differences over that width give its correlation with the other edge and with every other parameter.
 
-use super::refit::{FOR_EVER_S, Refit, settled};
+use super::refit::{FOR_EVER_S, FittedModel, settled};
 use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant};
 use dynamics::effect::Role;
@@ -37,7 +37,7 @@ struct Place {
 
 /// A time that was searched, with its standard error [s].
 #[derive(Clone, Debug, PartialEq)]
-pub struct FoundTime {
+pub struct TimeEstimate {
     pub name: &'static str,
     pub value: f64,
     pub sigma: f64,
@@ -46,12 +46,12 @@ pub struct FoundTime {
 /// `refit` with the edges in time of its `members` at the maximum of the likelihood.
 ///
 /// Cost: some forty passes and likelihoods for each edge, and a fit where one moved.
-pub fn timed(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]) -> Refit {
+pub fn refine_onsets(session: &EstimationSession<'_>, refit: FittedModel, members: &[&Column]) -> FittedModel {
     let mut best = refit;
     for _ in 0..TURNS {
         let Some(plant) = moved(session, &best, members) else { break };
         let problem = session.problem.with_plant(&plant);
-        let found = settled(session, Refit { plant, problem, objective: f64::INFINITY, ..best.clone() });
+        let found = settled(session, FittedModel { plant, problem, objective: f64::INFINITY, ..best.clone() });
         if found.objective > best.objective - BETTER {
             break;
         }
@@ -61,7 +61,7 @@ pub fn timed(session: &EstimationSession<'_>, refit: Refit, members: &[&Column])
 }
 
 /// The plant of `refit` with its edges moved; `None` where no move gains.
-fn moved(session: &EstimationSession<'_>, refit: &Refit, members: &[&Column]) -> Option<Plant> {
+fn moved(session: &EstimationSession<'_>, refit: &FittedModel, members: &[&Column]) -> Option<Plant> {
     let own = EstimationSession::like(session, &refit.problem).ok()?;
     let list: Vec<Place> = members.iter().flat_map(|column| places(&own, &refit.plant, &column.candidate)).collect();
     (!list.is_empty()).then_some(())?;
@@ -124,11 +124,11 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
 /// Onset and duration [s] of the effect of `candidate` that the search has found, with standard errors, and the standard errors of all unknowns with these times free. `None` where it has no such time.
 ///
 /// Cost: a bisection along the likelihood and two passes for each edge.
-pub fn found_times(
+pub fn onset_estimates(
     session: &EstimationSession<'_>,
     (fit, noise): (&Fit, &NoiseModel),
     candidate: &Candidate,
-) -> Option<(Vec<FoundTime>, Vec<f64>)> {
+) -> Option<(Vec<TimeEstimate>, Vec<f64>)> {
     let plant = &fit.plant;
     let list = places(session, plant, candidate);
     (!list.is_empty()).then_some(())?;
@@ -141,13 +141,13 @@ pub fn found_times(
     for (k, place) in list.iter().enumerate() {
         let found = match place.edge {
             Edge::Begin => {
-                FoundTime { name: name(Role::Onset)?, value: value(Edge::Begin)?, sigma: between[(k, k)].sqrt() }
+                TimeEstimate { name: name(Role::Onset)?, value: value(Edge::Begin)?, sigma: between[(k, k)].sqrt() }
             }
             Edge::End => {
                 let begun = list.iter().position(|other| other.edge == Edge::Begin);
                 let own = begun.map_or(0.0, |b| between[(b, b)] - 2.0 * between[(b, k)]);
                 let sigma = (between[(k, k)] + own).max(0.0).sqrt();
-                FoundTime { name: name(Role::Duration)?, value: value(Edge::End)? - value(Edge::Begin)?, sigma }
+                TimeEstimate { name: name(Role::Duration)?, value: value(Edge::End)? - value(Edge::Begin)?, sigma }
             }
         };
         times.push(found);

@@ -2,9 +2,9 @@
 //!
 //! The law may replace one adopted effect or all of them.
 
-use super::screening::{Screening, in_a_quiet_loop};
-use super::{Adopted, Standing};
-use crate::compete::{PREFERRED, Refit, free_numbers};
+use super::screening::{Screening, along_noise_free_loop};
+use super::{AcceptedModel, Adopted};
+use crate::compete::{FittedModel, PREFERRED, free_parameters};
 use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Plain, UnknownLaw, plain};
 use identification::fit::{EstimationSession, LinearisedProblem};
@@ -15,23 +15,23 @@ const BENT: f64 = 1e-3;
 /// The one-parameter law that BIC prefers to `adopted` by 20 : 1, the best of several. `nominal` is the plant without any of the effects.
 ///
 /// Cost: a column for each law; with several adopted effects as much again for each, and a fit without it.
-pub(super) fn plainer(
+pub(super) fn more_parsimonious_law(
     session: &EstimationSession<'_>,
-    nominal: &Standing,
-    (best, adopted): (&Standing, &[Adopted]),
+    nominal: &AcceptedModel,
+    (best, adopted): (&AcceptedModel, &[Adopted]),
     screening: &Screening,
 ) -> Option<UnknownLaw> {
-    let of_one_number = |c: &&Column| c.raw.len() == 1 && free_numbers(&c.candidate, 1) == 1;
+    let of_one_number = |c: &&Column| c.raw.len() == 1 && free_parameters(&c.candidate, 1) == 1;
     let named: Vec<Candidate> =
         screening.columns.iter().filter(of_one_number).map(|column| column.candidate.clone()).collect();
-    let mut found: Vec<(Plain, Standing, f64)> = Vec::new();
-    let mut look = |base: Standing, numbers: f64| {
+    let mut found: Vec<(Plain, AcceptedModel, f64)> = Vec::new();
+    let mut look = |base: AcceptedModel, numbers: f64| {
         let plain = at(session, &base, best, &named);
         found.extend(plain.map(|plain| (plain, base, numbers)));
     };
     let begun = session.work.spent();
     if !adopted.is_empty() {
-        look(nominal.clone(), adopted.iter().map(Adopted::numbers).sum());
+        look(nominal.clone(), adopted.iter().map(Adopted::parameter_count).sum());
     }
     let mut each = session.work.spent() - begun;
     for own in adopted.iter().filter(|_| adopted.len() > 1) {
@@ -40,13 +40,13 @@ pub(super) fn plainer(
             break;
         }
         let begun = session.work.spent();
-        if let Some(without) = Refit::from(best.clone()).without(session, &own.column) {
-            look(Standing::of(&without), own.numbers());
+        if let Some(without) = FittedModel::from(best.clone()).without(session, &own.column) {
+            look(AcceptedModel::of(&without), own.parameter_count());
         }
         each = each.max(0.5 * (session.work.spent() - begun));
     }
     let price = libm::log(session.samples.max(2) as f64);
-    let ahead = |(plain, base, numbers): &(Plain, Standing, f64)| {
+    let ahead = |(plain, base, numbers): &(Plain, AcceptedModel, f64)| {
         let explained = (base.objective - best.objective).max(0.0);
         best.objective - plain.objective + price * (numbers - 1.0) - BENT * explained
     };
@@ -54,14 +54,21 @@ pub(super) fn plainer(
     let by = ahead(&first);
     let (plain, base, numbers) = first;
     let own = EstimationSession::like(session, &base.problem).ok()?;
-    (by > PREFERRED).then(|| plain.told(&own, (&base.fit.linearised, &base.fit.theta), by, numbers as usize)).flatten()
+    (by > PREFERRED)
+        .then(|| plain.as_unknown_law(&own, (&base.fit.linearised, &base.fit.theta), by, numbers as usize))
+        .flatten()
 }
 
 /// The best one-parameter law on the plant `base`, under the noise of `best`.
-fn at(session: &EstimationSession<'_>, base: &Standing, best: &Standing, named: &[Candidate]) -> Option<Plain> {
+fn at(
+    session: &EstimationSession<'_>,
+    base: &AcceptedModel,
+    best: &AcceptedModel,
+    named: &[Candidate],
+) -> Option<Plain> {
     let own = EstimationSession::like(session, &base.problem).ok()?;
     let (linearised, theta): (&LinearisedProblem, _) = (&base.fit.linearised, &base.fit.theta);
-    in_a_quiet_loop(&own, base, |along| {
+    along_noise_free_loop(&own, base, |along| {
         let named = columns(along, &base.plant, theta, named);
         let named: Vec<&Vec<f64>> = named.iter().filter_map(|column| column.raw.first()).collect();
         plain((&own, linearised), along, &base.plant, theta, &best.noise, &named)

@@ -4,7 +4,7 @@
 //!
 //! The rate over which a sign is smoothed is not physics where it is only numerical: a smaller one is taken where it fits better.
 
-use super::refit::{ROUNDS, Refit, Valley, settled};
+use super::refit::{FittedModel, LocalOptimum, ROUNDS, settled};
 use crate::score::Column;
 use crate::score::candidates::motion;
 use dynamics::description::Plant;
@@ -24,7 +24,7 @@ const SHARPENED: usize = 2;
 /// The best of `refit` and the fits of a multistart about it: one start below and one above for every multimodal parameter of `members` while the work allows, and for every smoothing rate in any case.
 ///
 /// Cost: two fits for each such parameter and smoothing rate, and one more for each smaller rate.
-pub fn hopped(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]) -> Refit {
+pub fn multistart(session: &EstimationSession<'_>, refit: FittedModel, members: &[&Column]) -> FittedModel {
     let mut best = refit;
     let mut dearest = 0.0f64;
     for column in members {
@@ -34,11 +34,11 @@ pub fn hopped(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]
             let Some(own) = plant else { break };
             plant = sharper(&own, column);
             let straight = (sharpness > 0).then_some(None);
-            let hops = numbers(&best, column).into_iter().flat_map(|(place, parameter)| {
+            let starts = parameters_of(&best, column).into_iter().flat_map(|(place, parameter)| {
                 let moved = neighbours(session, &best, column, (parameter, best.fit.theta[place]));
                 moved.into_iter().flatten().map(move |moved| Some((place, moved)))
             });
-            for moved in straight.into_iter().chain(hops).collect::<Vec<_>>() {
+            for moved in straight.into_iter().chain(starts).collect::<Vec<_>>() {
                 if moved.is_some() && !session.work.allows(dearest, "other local optima of a likelihood") {
                     continue;
                 }
@@ -55,7 +55,7 @@ pub fn hopped(session: &EstimationSession<'_>, refit: Refit, members: &[&Column]
 }
 
 /// Index among the unknowns of each parameter of the effect of `column`.
-fn numbers(refit: &Refit, column: &Column) -> Vec<(usize, &'static EffectParameter)> {
+fn parameters_of(refit: &FittedModel, column: &Column) -> Vec<(usize, &'static EffectParameter)> {
     let candidate = &column.candidate;
     let place = |p: &'static EffectParameter| {
         let name = format!("effect.{}@{}.{}", candidate.effect.kind, candidate.site, p.name);
@@ -66,20 +66,20 @@ fn numbers(refit: &Refit, column: &Column) -> Vec<(usize, &'static EffectParamet
 }
 
 /// Keeps the better of both, and every other distinct optimum that is nearly as good.
-fn take(best: &mut Refit, found: Refit) {
+fn take(best: &mut FittedModel, found: FittedModel) {
     let other = if found.objective < best.objective - BETTER { core::mem::replace(best, found) } else { found };
-    let mut list = core::mem::take(&mut best.valleys);
-    list.extend(other.valleys);
-    list.push(Valley { objective: other.objective, theta: other.fit.theta, sigma: other.fit.sigma });
+    let mut list = core::mem::take(&mut best.optima);
+    list.extend(other.optima);
+    list.push(LocalOptimum { objective: other.objective, theta: other.fit.theta, sigma: other.fit.sigma });
     list.sort_by(|a, b| a.objective.total_cmp(&b.objective));
-    for valley in list {
+    for optimum in list {
         let is_same = |theta: &[f64]| {
-            let numbers = theta.iter().zip(&valley.theta).zip(&valley.sigma);
-            theta.len() == valley.theta.len() && numbers.clone().all(|((a, b), s)| (a - b).abs() <= APART * s)
+            let numbers = theta.iter().zip(&optimum.theta).zip(&optimum.sigma);
+            theta.len() == optimum.theta.len() && numbers.clone().all(|((a, b), s)| (a - b).abs() <= APART * s)
         };
-        let is_near = valley.objective < best.objective + REMEMBERED && valley.theta.len() == best.fit.theta.len();
-        if is_near && !is_same(&best.fit.theta) && !best.valleys.iter().any(|known| is_same(&known.theta)) {
-            best.valleys.push(valley);
+        let is_near = optimum.objective < best.objective + REMEMBERED && optimum.theta.len() == best.fit.theta.len();
+        if is_near && !is_same(&best.fit.theta) && !best.optima.iter().any(|known| is_same(&known.theta)) {
+            best.optima.push(optimum);
         }
     }
 }
@@ -98,7 +98,7 @@ fn sharper(plant: &Plant, column: &Column) -> Option<Plant> {
 /// Starting values at which the next optima of a parameter may lie; `None` where its likelihood is unimodal.
 fn neighbours(
     session: &EstimationSession<'_>,
-    refit: &Refit,
+    refit: &FittedModel,
     column: &Column,
     (parameter, value): (&EffectParameter, f64),
 ) -> Option<[f64; 2]> {
@@ -118,7 +118,12 @@ fn neighbours(
 }
 
 /// Fit of `plant` that starts at the parameters of `best`, one of them `moved` together with its prior.
-fn from(session: &EstimationSession<'_>, best: &Refit, mut plant: Plant, moved: Option<(usize, f64)>) -> Option<Refit> {
+fn from(
+    session: &EstimationSession<'_>,
+    best: &FittedModel,
+    mut plant: Plant,
+    moved: Option<(usize, f64)>,
+) -> Option<FittedModel> {
     let mut theta = best.fit.theta.clone();
     if let Some((place, value)) = moved {
         let unknown = &best.problem.unknowns[place];
@@ -133,7 +138,8 @@ fn from(session: &EstimationSession<'_>, best: &Refit, mut plant: Plant, moved: 
     let fitted = fit(&own, &plant, &theta, &best.noise, ROUNDS).ok()?;
     (fitted.objective < present + REMEMBERED).then_some(())?;
     drop(own);
-    let start = Refit { plant, problem, fit: fitted, objective: f64::INFINITY, valleys: Vec::new(), ..best.clone() };
+    let start =
+        FittedModel { plant, problem, fit: fitted, objective: f64::INFINITY, optima: Vec::new(), ..best.clone() };
     Some(settled(session, start))
 }
 
@@ -152,7 +158,7 @@ mod tests {
         (kind, site): (&str, &str),
         hidden: &[(&str, f64)],
         inner: &dyn Fn(&LinearisedProblem) -> Vec<(&'static str, f64)>,
-    ) -> [Refit; 2] {
+    ) -> [FittedModel; 2] {
         fitted_within(Work::default(), (name, duration_s), (kind, site), hidden, inner)
     }
 
@@ -162,7 +168,7 @@ mod tests {
         (kind, site): (&str, &str),
         hidden: &[(&str, f64)],
         inner: &dyn Fn(&LinearisedProblem) -> Vec<(&'static str, f64)>,
-    ) -> [Refit; 2] {
+    ) -> [FittedModel; 2] {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, hidden), 5, duration_s));
         let session = EstimationSession::counted(&problem, 1, std::sync::Arc::new(work)).unwrap();
@@ -193,10 +199,10 @@ mod tests {
         let (_, amplitude) = normal.minimum().unwrap();
         let refit = refit_all(&session, &fit, &[(&list[0], &amplitude)], &session.noise, f64::NEG_INFINITY).unwrap();
         let start = settled(&session, refit);
-        [start.clone(), hopped(&session, start, &[&list[0]])]
+        [start.clone(), multistart(&session, start, &[&list[0]])]
     }
 
-    fn number(refit: &Refit, name: &str) -> [f64; 2] {
+    fn number(refit: &FittedModel, name: &str) -> [f64; 2] {
         let at = refit.problem.unknowns.iter().position(|unknown| unknown.parameter.ends_with(name)).unwrap();
         [refit.fit.theta[at], refit.sigma()[at]]
     }
@@ -224,7 +230,7 @@ mod tests {
         let hidden = [("force", 0.3), ("stribeck_rate", 0.15), ("smooth_rate", 1e-3)];
         let blunt = |_: &LinearisedProblem| vec![("stribeck_rate", 0.4), ("smooth_rate", 0.1)];
         let [start, end] = fitted(("drive_rig", 4.0), ("joint_stribeck", "joint:drive"), &hidden, &blunt);
-        let off = |refit: &Refit| {
+        let off = |refit: &FittedModel| {
             let [rate, sigma] = number(refit, ".stribeck_rate");
             (rate - 0.15).abs() / sigma
         };
@@ -238,7 +244,7 @@ mod tests {
         let blunt = |_: &LinearisedProblem| vec![("smooth_rate", 0.1)];
         let law = ("joint_coulomb", "joint:drive");
         let [start, end] = fitted_within(Work::of(0.0), ("drive_rig", 4.0), law, &hidden, &blunt);
-        let turn = |refit: &Refit| {
+        let turn = |refit: &FittedModel| {
             refit.plant.effects[0].values.iter().find(|(name, _)| name == "smooth_rate").unwrap().1.value
         };
         let [force, sigma] = number(&end, ".force");
@@ -255,11 +261,11 @@ mod tests {
         let hidden = [("sine", 0.03), ("order", 14.0)];
         let [start, _] =
             fitted(("pendulum", 6.0), ("joint_gear_ripple", "joint:pivot"), &hidden, &|_| vec![("order", 14.0)]);
-        let mut two = Refit { valleys: Vec::new(), ..start };
+        let mut two = FittedModel { optima: Vec::new(), ..start };
         let alone = two.sigma();
         assert!(alone.iter().zip(&two.fit.sigma).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
         let theta = two.fit.theta.iter().zip(&two.fit.sigma).map(|(t, s)| t + 6.0 * s).collect();
-        two.valleys.push(Valley { objective: two.objective, theta, sigma: two.fit.sigma.clone() });
+        two.optima.push(LocalOptimum { objective: two.objective, theta, sigma: two.fit.sigma.clone() });
         // (σ² + σ² + 36 σ²) / 2
         assert!(two.sigma().iter().zip(&alone).all(|(both, one)| (both / one - 19f64.sqrt()).abs() < 1e-9));
     }
