@@ -137,17 +137,17 @@ pub fn examine_beside(
     label: Option<&Mislabelled>,
     progress: &mut dyn FnMut(f64),
 ) -> Vec<Finding> {
-    let mut told = examine(recording, plant);
-    told.extend(label.map(Mislabelled::finding));
+    let mut reported = examine(recording, plant);
+    reported.extend(label.map(Mislabelled::finding));
     let mut findings = examine_with(recording, progress);
     let names = |f: &Finding, channel: &str| f.channel == channel || f.others.iter().any(|other| other == channel);
     let again = |f: &Finding| match f.check {
-        Check::Constant => told.iter().any(|t| t.check == f.check && t.channel == f.channel),
-        Check::Units | Check::Sign => told.iter().any(|t| t.check == f.check && names(f, &t.channel)),
+        Check::Constant => reported.iter().any(|t| t.check == f.check && t.channel == f.channel),
+        Check::Units | Check::Sign => reported.iter().any(|t| t.check == f.check && names(f, &t.channel)),
         _ => false,
     };
     findings.retain(|f| !again(f));
-    findings.extend(told);
+    findings.extend(reported);
     in_order(findings)
 }
 

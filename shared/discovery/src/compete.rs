@@ -38,7 +38,7 @@ pub struct ModelHypothesis {
     pub refit: Option<FittedModel>,
     /// The fit has converged in parameters and noise, and the nominal plant was fitted from there.
     pub is_settled: bool,
-    pub is_met: bool,
+    pub is_compared: bool,
     /// `−2 ln p + k ln n`, relative to the nominal plant's.
     pub bic: f64,
     pub free: usize,
@@ -72,17 +72,17 @@ pub struct Nominal<'a> {
 }
 
 /// ΔBIC from which one law replaces another, or a law with more shape parameters the simpler one [−2 ln p]. Posterior odds of 20 : 1, as exp(−6/2) = 1/20; Kass & Raftery's "strong" evidence.
-pub const PREFERRED: f64 = 6.0;
+pub const BIC_PREFERENCE: f64 = 6.0;
 /// Largest set.
 pub const SET_MAX: usize = 3;
 /// Family-wise level of the robust veto over the sets tested. Chosen, no derivation: a lower level vetoes more effects where the noise model is right.
 const VETO_LEVEL: f64 = 0.01;
 /// Ratio of noise standard deviations without and with an effect from which that noise has absorbed part of the effect, so that a veto whitened by it is not counted. Chosen on seeded cases, no derivation.
-const SWALLOWED: f64 = 1.5;
+const ABSORBED_NOISE_RATIO: f64 = 1.5;
 /// Sets tested before the cost of one is known.
-const FEW: usize = 2;
+const FIRST_BATCH: usize = 2;
 /// Ratio of the robust score's ceiling to its threshold below which the score has no power: the effect acts in too few independent instants. Chosen, no derivation.
-const CEILING_SPARE: f64 = 1.15;
+const CEILING_RATIO_MIN: f64 = 1.15;
 
 /// Likelihoods and fits of the first sets of `ranking`, at the level `alpha`.
 ///
@@ -135,7 +135,7 @@ fn one(
         (Veto::Passed, _) | (_, Veto::Passed) => Veto::Passed,
         (Veto::NoPower, Veto::NoPower) => Veto::NoPower,
         // noise that has absorbed the effect cannot veto it
-        (Veto::NoPower, _) if nominal.noise.exceeds(&noise, &session.noise, SWALLOWED) => Veto::NoPower,
+        (Veto::NoPower, _) if nominal.noise.exceeds(&noise, &session.noise, ABSORBED_NOISE_RATIO) => Veto::NoPower,
         _ => Veto::Vetoed,
     };
     let subset = Subset { amplitudes, ..subset.clone() };
@@ -147,8 +147,11 @@ fn one(
     let refit = refit.flatten().filter(|refit| null - refit.objective > 0.5 * ratio);
     let free = refit.as_ref().map_or(subset.free, |refit| refit.free);
     let objective = refit.as_ref().map_or(objective, |refit| refit.objective);
-    let (ratio, p, bic, is_settled, is_met) = (0.0, 1.0, 0.0, false, false);
-    Some((ModelHypothesis { subset, objective, ratio, p, noise, veto, refit, is_settled, is_met, bic, free }, without))
+    let (ratio, p, bic, is_settled, is_compared) = (0.0, 1.0, 0.0, false, false);
+    Some((
+        ModelHypothesis { subset, objective, ratio, p, noise, veto, refit, is_settled, is_compared, bic, free },
+        without,
+    ))
 }
 
 impl ModelHypothesis {
@@ -178,7 +181,7 @@ impl ModelHypothesis {
         self.refit.as_ref().is_some_and(|refit| !is_tested(refit) || !amplitude_insignificant(refit))
     }
 
-    fn judge(&mut self, null: f64, multiplicity: &Multiplicity, samples: f64) {
+    fn evaluate(&mut self, null: f64, multiplicity: &Multiplicity, samples: f64) {
         self.ratio = null - self.objective;
         self.p = multiplicity.p(self.ratio, self.free, &self.subset.members);
         self.bic = self.free as f64 * samples - self.ratio;
@@ -186,7 +189,7 @@ impl ModelHypothesis {
 }
 
 impl Outcome {
-    /// Tests the sets of `list` in order, as many as the work allows and [`FEW`] in any case. Returns how many.
+    /// Tests the sets of `list` in order, as many as the work allows and [`FIRST_BATCH`] in any case. Returns how many.
     pub fn enter(
         &mut self,
         session: &EstimationSession<'_>,
@@ -201,7 +204,8 @@ impl Outcome {
         let mut rest = list;
         while !rest.is_empty() {
             let is_first = self.work_each == 0.0;
-            let many = if is_first { FEW } else { session.work.pays_for(self.work_each, "sets of lower score") };
+            let many =
+                if is_first { FIRST_BATCH } else { session.work.pays_for(self.work_each, "sets of lower score") };
             if many == 0 {
                 break;
             }
@@ -222,13 +226,13 @@ impl Outcome {
     /// Recomputes ratios, p, BIC and order against a nominal plant of objective `null`.
     pub fn settle(&mut self, null: f64, multiplicity: &Multiplicity) {
         self.null = null.min(self.null);
-        self.hypotheses.iter_mut().for_each(|c| c.judge(self.null, multiplicity, self.samples));
+        self.hypotheses.iter_mut().for_each(|c| c.evaluate(self.null, multiplicity, self.samples));
         self.sort();
     }
 
     /// Best first; sets of equal BIC in the order of the catalogue.
     fn sort(&mut self) {
-        let key = |c: &ModelHypothesis| libm::round(c.bic / subsets::TIE);
+        let key = |c: &ModelHypothesis| libm::round(c.bic / subsets::BIC_TIE);
         self.hypotheses.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.subset.members.cmp(&b.subset.members)));
     }
 
@@ -304,7 +308,7 @@ fn veto(
     let joint: Vec<f64> =
         (0..residual[0].len()).map(|s| all.iter().zip(amplitude.iter()).map(|(c, a)| a * c[s]).sum()).collect();
     match crate::score::robust::robust(&joint, &residual[0], &crate::score::event_of_sample(session)) {
-        robust if robust.ceiling < CEILING_SPARE * level => Veto::NoPower,
+        robust if robust.ceiling < CEILING_RATIO_MIN * level => Veto::NoPower,
         robust if robust.z.abs() >= level => Veto::Passed,
         _ => Veto::Vetoed,
     }

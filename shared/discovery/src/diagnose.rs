@@ -82,15 +82,15 @@ impl Default for Options {
 }
 
 /// Share of alpha for effects of the catalogue that one recording shows. The shares add to one (Bonferroni); how they are split is chosen, no derivation.
-const NAME_SHARE: f64 = 0.85;
+const ALPHA_SHARE_IDENTIFIED: f64 = 0.85;
 /// Share of alpha for effects that only a held-out recording confirms.
-const CONFIRMED_SHARE: f64 = 0.01;
+const ALPHA_SHARE_CONFIRMED: f64 = 0.01;
 /// Share of alpha for each of the three tests without an effect of the catalogue: noise, time–frequency bins, maps.
-const NAMELESS_SHARE: f64 = (1.0 - NAME_SHARE - CONFIRMED_SHARE) / 3.0;
+const ALPHA_SHARE_UNIDENTIFIED: f64 = (1.0 - ALPHA_SHARE_IDENTIFIED - ALPHA_SHARE_CONFIRMED) / 3.0;
 /// ΔBIC within which a rival is reported: posterior weight exp(−12/2) = 0.25 % at its edge.
 pub const RIVAL_SPAN: f64 = 12.0;
 /// Relinearisations of the nominal fit; it ends earlier where it has converged.
-const ROUNDS: usize = 6;
+const NOMINAL_ROUNDS: usize = 6;
 
 /// The best accepted plant so far: parameters, noise and `−2 ln p`.
 #[derive(Clone)]
@@ -162,7 +162,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     if let Some(reason) = insufficient_data::insufficient_data(&session) {
         return Err(reason);
     }
-    let stated = fit_by_continuation(&session, ROUNDS).map_err(|error| error.to_string())?;
+    let stated = fit_by_continuation(&session, NOMINAL_ROUNDS).map_err(|error| error.to_string())?;
     progress("noise of the nominal plant", 0.1);
     let mut notes = problem.notes.clone();
     let nominal = standing(&session, &stated)?;
@@ -259,7 +259,7 @@ fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<AcceptedMod
     let plant = &stated.plant;
     let (noise, _) =
         maximise(session, &stated.linearised, &stated.theta, &[], &session.noise, search).ok_or_else(failed)?;
-    let adapted = fit(session, plant, &stated.theta, &noise, ROUNDS).map_err(|error| error.to_string())?;
+    let adapted = fit(session, plant, &stated.theta, &noise, NOMINAL_ROUNDS).map_err(|error| error.to_string())?;
     let search = Search { scan: false, ..search };
     let (noise, objective) =
         maximise(session, &adapted.linearised, &adapted.theta, &[], &noise, search).ok_or_else(failed)?;

@@ -44,7 +44,7 @@ impl Default for FeatureOptions {
 
 /// Diagnosis of `plant` from the magnitude of a spectrum. Damping is evidence where a peak is wide against the spacing of the lines.
 ///
-/// A spectrum without a peak, or a plant without modes, gives [`Verdict::CannotDecide`] with the reason. Cost: some 50 linearisations of the plant for each change.
+/// A spectrum without a peak, or a plant without modes, gives [`Verdict::CannotDecide`](crate::diagnose::Verdict::CannotDecide) with the reason. Cost: some 50 linearisations of the plant for each change.
 pub fn diagnose_spectrum(plant: &Plant, spectrum: &Spectrum, options: &FeatureOptions) -> Diagnosis {
     let (found, narrow) = spectrum.modes_with_own_damping();
     if found.is_empty() {

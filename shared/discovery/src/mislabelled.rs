@@ -17,7 +17,7 @@ use examination::doctor::{Check, Finding, Severity, short};
 use identification::problem::{Problem, sample_sigma};
 use identification::statistics::deviation;
 use identification::work::Work;
-use prediction::{FAR_OFF, ParameterChoice, PlantEvaluator, Prediction};
+use prediction::{MISFIT_MEAN_SQUARE, ParameterChoice, PlantEvaluator, Prediction};
 
 /// What is wrong with the metadata of a channel, or of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,26 +42,26 @@ pub struct Mislabelled {
 }
 
 /// Standard deviations of its noise that a corrected reading must exceed, and ratio by which the mean square must rise without the command. Chosen on seeded cases, no derivation.
-const ABOVE_NOISE: f64 = 3.0;
-const WITHOUT: f64 = 2.0;
+const SIGNAL_TO_NOISE_MIN: f64 = 3.0;
+const UNDRIVEN_MISFIT_RATIO: f64 = 2.0;
 /// Ratio to the best mean square within which a hypothesis explains it as well. Chosen, no derivation.
-const AS_WELL: f64 = 1.1;
+const EQUAL_FIT_RATIO: f64 = 1.1;
 /// Hypotheses that are evaluated, those of single channels first.
 const HYPOTHESES: usize = 200;
 /// Share of the remaining work for ranking them. Chosen, no derivation.
-const RANKING: f64 = 0.6;
+const RANKING_WORK_SHARE: f64 = 0.6;
 /// What is omitted where the work is spent.
-const FURTHER: &str = "mistakes of the channel metadata that come less near at first";
-const LONGER: &str = "channel metadata on more of a recording";
+const OMITTED_HYPOTHESES: &str = "mistakes of the channel metadata that come less near at first";
+const OMITTED_PARTS: &str = "channel metadata on more of a recording";
 /// Hypotheses that are fitted completely.
-const FITTED: usize = 5;
+const HYPOTHESES_FITTED: usize = 5;
 /// Readings that are tested first, and the factor to the next part.
-const BEGINNING: usize = 2000;
-const GROWTH: usize = 4;
+const FIRST_PART_READINGS: usize = 2000;
+const PART_GROWTH: usize = 4;
 
 /// The mistake that explains why `plant` misses `recording` by far; `None` where the plant follows it, and where `work` has no budget left, which is recorded there.
 ///
-/// Cost: a linearisation. Where the plant is far off, for each part up to [`HYPOTHESES`] linearisations, [`FITTED`] fits and as many again for commands, within `work`; then the test on the whole recording.
+/// Cost: a linearisation. Where the plant is far off, for each part up to [`HYPOTHESES`] linearisations, [`HYPOTHESES_FITTED`] fits and as many again for commands, within `work`; then the test on the whole recording.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
     // what no plant can read is left to the other checks
@@ -71,7 +71,7 @@ pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Op
         return None;
     }
     let all = evaluator.samples(recording);
-    let mut many = BEGINNING;
+    let mut many = FIRST_PART_READINGS;
     while many < all {
         let beginning = recording.beginning(many as f64 / all as f64);
         let found = explained(&evaluator, &beginning)?;
@@ -79,9 +79,9 @@ pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Op
         if found.is_some() {
             return found;
         }
-        many *= GROWTH;
+        many *= PART_GROWTH;
     }
-    explained(&evaluator, recording)?.told()
+    explained(&evaluator, recording)?.best()
 }
 
 /// The finding that the channel metadata was not tested completely, for the reason in `note`.
@@ -111,7 +111,7 @@ impl Explained {
     /// The plant comes near, and nearer by far than `before`.
     fn holds(&self, plant: &Plant, (after, found): &(Prediction, Mislabelled)) -> bool {
         let as_read = after.mean_square * found.weight(plant);
-        let falls = self.before.as_ref().is_none_or(|before| as_read < before.mean_square / FAR_OFF);
+        let falls = self.before.as_ref().is_none_or(|before| as_read < before.mean_square / MISFIT_MEAN_SQUARE);
         after.is_near() && (falls || found.is_of_command(plant))
     }
 
@@ -124,10 +124,10 @@ impl Explained {
         nearest_first(&mut self.list);
     }
 
-    fn told(self) -> Option<Mislabelled> {
+    fn best(self) -> Option<Mislabelled> {
         let mut all = self.list.into_iter();
         let (after, best) = all.next()?;
-        let as_well = all.filter(|(other, _)| other.mean_square < AS_WELL * after.mean_square);
+        let as_well = all.filter(|(other, _)| other.mean_square < EQUAL_FIT_RATIO * after.mean_square);
         Some(Mislabelled {
             before: self.before.map_or(f64::INFINITY, |before| before.mean_square.sqrt()),
             after: after.mean_square.sqrt(),
@@ -139,7 +139,7 @@ impl Explained {
 
 /// Mistakes that explain the misfit of `recording`; empty where it is followed, `None` where no budget is left.
 fn explained(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Option<Explained> {
-    if !evaluator.affords(recording, ParameterChoice::Fitted, LONGER) {
+    if !evaluator.affords(recording, ParameterChoice::Fitted, OMITTED_PARTS) {
         return None;
     }
     let mut explained = Explained { before: evaluator.predicted(recording, ParameterChoice::Fitted), list: Vec::new() };
@@ -152,7 +152,7 @@ fn explained(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Option<Ex
     }
     explained.keep_near(evaluator.plant);
     if !explained.list.is_empty() {
-        if evaluator.affords(recording, ParameterChoice::ByContinuation, LONGER) {
+        if evaluator.affords(recording, ParameterChoice::ByContinuation, OMITTED_PARTS) {
             explained.before = evaluator.predicted(recording, ParameterChoice::ByContinuation);
             explained.keep_near(evaluator.plant);
         }
@@ -167,10 +167,10 @@ fn confirmed(evaluator: &PlantEvaluator<'_>, recording: &Recording, of_part: Exp
     for (part, found) in of_part.list {
         let from = ParameterChoice::From(&part);
         // the nearest in any case
-        if !list.is_empty() && !evaluator.affords(recording, from, FURTHER) {
+        if !list.is_empty() && !evaluator.affords(recording, from, OMITTED_HYPOTHESES) {
             break;
         }
-        list.extend(asked(evaluator, recording, from, found));
+        list.extend(evaluated(evaluator, recording, from, found));
     }
     let samples = list.first()?.0.samples;
     let fitted = || evaluator.predicted(recording, ParameterChoice::Fitted);
@@ -182,21 +182,21 @@ fn confirmed(evaluator: &PlantEvaluator<'_>, recording: &Recording, of_part: Exp
         explained.before = evaluator.predicted(recording, ParameterChoice::From(least)).or_else(fitted);
     }
     explained.keep_near(evaluator.plant);
-    explained.told()
+    explained.best()
 }
 
 /// The hypotheses that come nearest: at the priors, and after one step where the work allows.
 fn ranked(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Vec<(Prediction, Mislabelled)> {
-    let until = evaluator.work.until(RANKING);
+    let until = evaluator.work.until(RANKING_WORK_SHARE);
     let mut all = hypotheses(recording, evaluator.plant).into_iter();
     let mut at_priors = Vec::new();
     while evaluator.affords_until(until, recording, ParameterChoice::Priors)
         && let Some(found) = all.next()
     {
-        at_priors.extend(asked(evaluator, recording, ParameterChoice::Priors, found));
+        at_priors.extend(evaluated(evaluator, recording, ParameterChoice::Priors, found));
     }
     if all.len() > 0 {
-        evaluator.work.leave_out(FURTHER);
+        evaluator.work.leave_out(OMITTED_HYPOTHESES);
     }
     nearest_first(&mut at_priors);
     let mut all = at_priors.into_iter();
@@ -204,11 +204,11 @@ fn ranked(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Vec<(Predict
     while evaluator.affords_until(until, recording, ParameterChoice::Step)
         && let Some((_, found)) = all.next()
     {
-        ranked.extend(asked(evaluator, recording, ParameterChoice::Step, found));
+        ranked.extend(evaluated(evaluator, recording, ParameterChoice::Step, found));
     }
     nearest_first(&mut ranked);
     ranked.extend(all);
-    ranked.truncate(FITTED);
+    ranked.truncate(HYPOTHESES_FITTED);
     ranked
 }
 
@@ -222,17 +222,17 @@ fn nearer(
     let mut nearer = Vec::new();
     let mut list = list.into_iter();
     while list.len() > 0
-        && evaluator.affords(recording, how, FURTHER)
+        && evaluator.affords(recording, how, OMITTED_HYPOTHESES)
         && let Some((_, found)) = list.next()
     {
-        nearer.extend(asked(evaluator, recording, how, found));
+        nearer.extend(evaluated(evaluator, recording, how, found));
     }
     nearer.extend(list);
     nearest_first(&mut nearer);
     nearer
 }
 
-fn asked(
+fn evaluated(
     evaluator: &PlantEvaluator<'_>,
     recording: &Recording,
     how: ParameterChoice<'_>,
@@ -345,14 +345,14 @@ impl Mislabelled {
             any = true;
         }
         if any {
-            let without = evaluator.fitted(&silent, FURTHER);
-            let misses = |without: Prediction| without.mean_square > WITHOUT * after.mean_square;
+            let without = evaluator.fitted(&silent, OMITTED_HYPOTHESES);
+            let misses = |without: Prediction| without.mean_square > UNDRIVEN_MISFIT_RATIO * after.mean_square;
             return without.is_some_and(|without| without.is_none_or(misses));
         }
         let is_above = |channel: &Channel| {
             let sensor = plant.sensors.iter().find(|sensor| sensor.name == channel.name);
             sensor.is_some_and(|sensor| {
-                deviation(&channel.value) > ABOVE_NOISE * self.factor().abs() * sample_sigma(plant, sensor)
+                deviation(&channel.value) > SIGNAL_TO_NOISE_MIN * self.factor().abs() * sample_sigma(plant, sensor)
             })
         };
         recording.channels.iter().filter(|channel| self.is(channel)).any(is_above)

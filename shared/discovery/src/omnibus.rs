@@ -15,9 +15,9 @@ use realfft::RealFftPlanner;
 /// Octaves from half the sampling frequency down; lower frequencies are one more band.
 const OCTAVES: usize = 5;
 /// Lengths of a window in coefficients.
-const LENGTHS: [usize; 5] = [1, 4, 16, 64, 256];
+const WINDOW_LENGTHS: [usize; 5] = [1, 4, 16, 64, 256];
 /// Samples at the start of a run that are not tested: they carry the error of its initial state.
-const BEGINNING: usize = 5;
+const INITIAL_TRANSIENT_SAMPLES: usize = 5;
 
 /// The time–frequency bin of most evidence.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,15 +48,15 @@ impl StrongestBin {
 }
 
 /// Whitened innovations beyond this are clipped [standard deviations]: 6e-5 of a normal distribution. Chosen, no derivation.
-const TAIL: f64 = 4.0;
+const OUTLIER_SIGMA: f64 = 4.0;
 /// Largest share of a channel's samples that outliers may be. Chosen, no derivation: more often they may be a law of every reversal or contact.
-const RARE: f64 = 0.01;
+const OUTLIER_SHARE_MAX: f64 = 0.01;
 
 /// Isolated innovations of one channel that are too large for a normal distribution.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outliers {
     pub channel: usize,
-    /// How many lie beyond [`TAIL`] standard deviations, of how many.
+    /// How many lie beyond [`OUTLIER_SIGMA`] standard deviations, of how many.
     pub count: usize,
     pub samples: usize,
     /// The largest [standard deviations], where and when.
@@ -69,14 +69,14 @@ impl Outliers {
     /// Too few to be a law of every reversal or contact.
     #[must_use]
     pub fn is_rare(&self) -> bool {
-        self.count as f64 <= RARE * self.samples as f64
+        self.count as f64 <= OUTLIER_SHARE_MAX * self.samples as f64
     }
 }
 
 /// Outliers of every channel that has some, the largest first, and the bin of most evidence once they are clipped.
 #[must_use]
 pub fn without_outliers(session: &EstimationSession<'_>, r: &[f64]) -> (Vec<Outliers>, Option<StrongestBin>) {
-    let drawn_in: Vec<f64> = r.iter().map(|r| r.clamp(-TAIL, TAIL)).collect();
+    let clipped: Vec<f64> = r.iter().map(|r| r.clamp(-OUTLIER_SIGMA, OUTLIER_SIGMA)).collect();
     let of = |channel: usize| {
         let runs = session.timelines.iter().zip(&session.offsets).enumerate();
         let own = runs.flat_map(|(run, (timeline, offset))| {
@@ -85,12 +85,12 @@ pub fn without_outliers(session: &EstimationSession<'_>, r: &[f64]) -> (Vec<Outl
         });
         let own: Vec<(f64, usize, f64)> = own.collect();
         let (largest, run, time_s) = own.iter().copied().max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let count = own.iter().filter(|(size, ..)| *size > TAIL).count();
+        let count = own.iter().filter(|(size, ..)| *size > OUTLIER_SIGMA).count();
         (count > 0).then_some(Outliers { channel, count, samples: own.len(), largest, run, time_s })
     };
     let mut list: Vec<Outliers> = (0..session.problem.plant.sensors.len()).filter_map(of).collect();
     list.sort_by(|a, b| b.largest.total_cmp(&a.largest));
-    (list, strongest_bin(session, &drawn_in))
+    (list, strongest_bin(session, &clipped))
 }
 
 /// A band of coefficients.
@@ -134,7 +134,7 @@ struct Series {
 
 /// Samples of a channel in a run without those that carry the error of the initial state.
 fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
-    (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).skip(BEGINNING).collect()
+    (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).skip(INITIAL_TRANSIENT_SAMPLES).collect()
 }
 
 /// The bin of most evidence of whitened innovations `r` of all runs; `None` where every run is too short. Cost: O(n log n) for each channel.
@@ -205,7 +205,7 @@ fn within(w: &[f64], along: Along) -> (Option<(f64, usize, usize)>, usize) {
     let (mut best, mut count) = (None::<(f64, usize, usize)>, 0);
     // a line has two coefficients
     let least = if matches!(along, Along::Frequency { .. }) { 2 } else { 1 };
-    for n in LENGTHS.map(|n| n * least).into_iter().filter(|n| *n <= w.len()) {
+    for n in WINDOW_LENGTHS.map(|n| n * least).into_iter().filter(|n| *n <= w.len()) {
         for from in (0..=w.len() - n).step_by((n / 2).max(least)) {
             count += 1;
             let found = evidence(sums[from + n] - sums[from], n as f64);
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn the_transform_keeps_the_energy_and_the_loudest_of_white_noise_stands_as_often_as_it_should() {
+    fn the_transform_keeps_the_energy_and_the_strongest_bin_of_white_noise_is_significant_as_often_as_it_should() {
         let mut stood = [0; 2];
         for seed in 0..400 {
             let x = Noise::new(seed).series(1024, 1.0);

@@ -55,7 +55,7 @@ pub struct Score {
 }
 
 /// Share of its own square that a column must keep past the projection; below it is collinear with the nominal unknowns (rounding of the projection).
-const ABSORBED: f64 = 1e-7;
+const UNABSORBED_SHARE_MIN: f64 = 1e-7;
 /// Standard errors at which an effect counts as detectable. Chosen by custom, no derivation; it sets the reported limits only.
 pub const LIMIT_D: f64 = 6.0;
 
@@ -172,7 +172,7 @@ fn score(index: usize, column: &Column, raw: &[Vec<f64>], projector: &Projector,
     let whole: f64 = raw.iter().map(|c| dot(c, c)).sum();
     let matrix = DMatrix::from_fn(k, k, inner);
     let left = matrix.trace();
-    if whole.is_nan() || whole <= 0.0 || left <= ABSORBED * whole {
+    if whole.is_nan() || whole <= 0.0 || left <= UNABSORBED_SHARE_MIN * whole {
         return None;
     }
     // r is at the maximum along the unknowns, so that the prior's rows of r add nothing along c

@@ -57,8 +57,8 @@ struct Leader {
 }
 
 /// Share of all work for every place on every hypothesis, and least number of places kept; beyond the share only the places that lead on the first and the last hypothesis are continued. Chosen, no derivation.
-const LOOK: f64 = 0.05;
-const FEW: usize = 3;
+const MAP_WORK_SHARE: f64 = 0.05;
+const PLACES_MIN: usize = 3;
 
 /// The map of most evidence about `theta`; `None` where nothing varies.
 ///
@@ -85,12 +85,12 @@ pub fn best(
     let each = linearised.normal_work(session, FUNCTIONS) - linearised.normal_work(session, 0);
     if let [first, .., last] = all[..]
         && all.len() > 2
-        && session.work.affords(LOOK, each) < hypotheses
+        && session.work.affords(MAP_WORK_SHARE, each) < hypotheses
     {
         let evidence = |place: &Place| on(place, &[first, last]).map_or(f64::NEG_INFINITY, |leader| leader.evidence);
         let mut order: Vec<(f64, &Place)> = places.iter().map(|place| (evidence(place), place)).collect();
         order.sort_by(|a, b| b.0.total_cmp(&a.0));
-        few = order.into_iter().take(FEW).map(|(_, place)| place).collect();
+        few = order.into_iter().take(PLACES_MIN).map(|(_, place)| place).collect();
     }
     let leaders = few.into_iter().filter_map(|place| on(place, &all));
     let leader = leaders.reduce(|best, other| if other.evidence > best.evidence { other } else { best })?;

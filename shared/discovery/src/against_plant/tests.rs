@@ -1,4 +1,4 @@
-//! Laws of what a plant has to say: silent where its own recordings are held against it, a fault where a diagnosis refuses.
+//! Laws of the checks against a plant: none on its own recordings, a fault where a diagnosis rejects them.
 
 use super::examine;
 use super::examine_for;
@@ -24,14 +24,14 @@ fn a_plant_has_nothing_to_say_of_its_own_recordings() {
     for name in ["pendulum", "oscillator", "drive_rig", "double_pendulum"] {
         let nominal = plant(name);
         for seed in 0..5 {
-            let told = examine(&recording(&nominal, seed, 2.0), &nominal);
-            assert!(told.is_empty(), "{name}, seed {seed}: {told:#?}");
+            let reported = examine(&recording(&nominal, seed, 2.0), &nominal);
+            assert!(reported.is_empty(), "{name}, seed {seed}: {reported:#?}");
         }
     }
 }
 
 #[test]
-fn what_a_diagnosis_refuses_is_a_fault_with_the_cure_of_the_diagnosis() {
+fn what_a_diagnosis_rejects_is_a_fault_with_the_cure_of_the_diagnosis() {
     let mut nominal = plant("drive_rig");
     let whole = recording(&nominal, 1, 2.0);
     // its command is no longer stated: it has to be recorded
@@ -48,9 +48,9 @@ fn what_a_diagnosis_refuses_is_a_fault_with_the_cure_of_the_diagnosis() {
         (heavy, Check::Units),
         (changed(&plant("oscillator"), 0.0, |_| ()), Check::Missing),
     ] {
-        let told = examine(&recorded, &nominal);
+        let reported = examine(&recorded, &nominal);
         let error = Problem::new(&nominal, core::slice::from_ref(&recorded), &[]).expect_err("rejected");
-        let fault = of(&told, check).unwrap_or_else(|| panic!("{error}: {told:#?}"));
+        let fault = of(&reported, check).unwrap_or_else(|| panic!("{error}: {reported:#?}"));
         assert_eq!(fault.severity, Severity::Fault);
         assert!(fault.evidence.contains(&error.to_string()), "{fault:?}");
         assert_eq!(fault.cure, error.cure("the plant file"));
@@ -58,22 +58,22 @@ fn what_a_diagnosis_refuses_is_a_fault_with_the_cure_of_the_diagnosis() {
 }
 
 #[test]
-fn every_channel_in_another_unit_is_told_not_the_first_alone() {
+fn every_channel_in_another_unit_is_reported_not_the_first_alone() {
     let nominal = plant("drive_rig");
     let mut recorded = recording(&nominal, 1, 2.0);
     recorded.channels.iter_mut().for_each(|c| c.unit = "kg".into());
-    let told = examine(&recorded, &nominal);
-    assert_eq!(told.iter().filter(|f| f.check == Check::Units).count(), recorded.channels.len(), "{told:#?}");
+    let reported = examine(&recorded, &nominal);
+    assert_eq!(reported.iter().filter(|f| f.check == Check::Units).count(), recorded.channels.len(), "{reported:#?}");
 }
 
 #[test]
-fn a_channel_with_stated_noise_that_never_changes_is_a_fault_and_told_once() {
+fn a_channel_with_stated_noise_that_never_changes_is_a_fault_and_reported_once() {
     let nominal = plant("oscillator");
     let still = |c: &mut channels::Channel| c.value.iter_mut().for_each(|v| *v = 0.01);
-    let told = examine_for(&changed(&nominal, 2.0, still), &nominal, &mut |_| ());
+    let reported = examine_for(&changed(&nominal, 2.0, still), &nominal, &mut |_| ());
     let constant: Vec<&Finding> =
-        told.iter().filter(|f| f.check == Check::Constant && f.channel == "displacement").collect();
-    assert!(matches!(constant[..], [Finding { severity: Severity::Fault, .. }]), "{told:#?}");
+        reported.iter().filter(|f| f.check == Check::Constant && f.channel == "displacement").collect();
+    assert!(matches!(constant[..], [Finding { severity: Severity::Fault, .. }]), "{reported:#?}");
 }
 
 #[test]
@@ -84,13 +84,13 @@ fn a_channel_at_rest_below_its_resolution_is_not_called_stuck() {
     let recorded = changed(&coarse, 2.0, |c| c.value.iter_mut().for_each(|v| *v = 0.01));
     for (steps, stuck) in [(20.0, false), (1.0, true)] {
         coarse.sensors[at].resolution = Quantity::known(steps * sigma);
-        let told = examine(&recorded, &coarse);
-        assert_eq!(of(&told, Check::Constant).is_some(), stuck, "{steps} sigma: {told:#?}");
+        let reported = examine(&recorded, &coarse);
+        assert_eq!(of(&reported, Check::Constant).is_some(), stuck, "{steps} sigma: {reported:#?}");
     }
 }
 
 #[test]
-fn fewer_readings_than_unknown_numbers_are_told_and_more_are_not() {
+fn fewer_readings_than_unknown_parameters_are_reported_and_more_are_not() {
     let nominal = plant("drive_rig");
     let whole = recording(&nominal, 1, 2.0);
     let unknowns = Problem::new(&nominal, core::slice::from_ref(&whole), &[]).unwrap().unknowns.len();

@@ -13,11 +13,11 @@ use crate::score::Column;
 use identification::statistics::{chi_bar_squared_tail, normal_tail, normal_two_sided};
 
 /// Level at which overlaps are taken. At a higher level they are larger, so that the bound holds for all levels above it.
-const LEVEL: f64 = 1e-6;
+const OVERLAP_LEVEL: f64 = 1e-6;
 /// Cosine below which the overlap of two laws is negligible at that level.
-const ALIKE: f64 = 0.7;
+const OVERLAP_COSINE_MIN: f64 = 0.7;
 /// Quadrature points of the overlap integral.
-const POINTS: usize = 64;
+const OVERLAP_POINTS: usize = 64;
 
 /// Effective number of hypotheses of each column.
 #[derive(Clone, Debug, Default)]
@@ -44,7 +44,7 @@ impl Multiplicity {
             points: columns.iter().map(points).collect(),
             one_sided: columns.iter().map(|own| own.candidate.one_sided).collect(),
         };
-        let threshold = normal_two_sided(LEVEL / multiplicity.laws.max(1.0));
+        let threshold = normal_two_sided(OVERLAP_LEVEL / multiplicity.laws.max(1.0));
         // a law with a grid or with shape parameters passes in more ways: the overlap of one of them with another law is a small part of that
         let plain = |c: &usize| multiplicity.points[*c] == 1.0 && free_parameters(&columns[*c].candidate, 1) == 1;
         let plain: Vec<usize> = firsts.into_iter().filter(plain).collect();
@@ -58,7 +58,7 @@ impl Multiplicity {
 
     /// Probability that one column passes where another has.
     fn shared(&self, cosine: Option<f64>, [a, b]: [usize; 2], threshold: f64) -> f64 {
-        let Some(cosine) = cosine.filter(|cosine| cosine.abs() > ALIKE) else { return 0.0 };
+        let Some(cosine) = cosine.filter(|cosine| cosine.abs() > OVERLAP_COSINE_MIN) else { return 0.0 };
         match [self.one_sided[a], self.one_sided[b]] {
             [true, true] => overlap(cosine.max(0.0), threshold),
             [false, false] => overlap(cosine.abs(), threshold),
@@ -87,9 +87,9 @@ impl Multiplicity {
 fn overlap(cosine: f64, t: f64) -> f64 {
     let spread = (1.0 - cosine * cosine).max(0.0).sqrt();
     let (mut both, mut one) = (0.0, 0.0);
-    for i in 0..POINTS {
+    for i in 0..OVERLAP_POINTS {
         // equal shares of the exponential
-        let beyond = -libm::log1p(-(i as f64 + 0.5) / POINTS as f64) / t;
+        let beyond = -libm::log1p(-(i as f64 + 0.5) / OVERLAP_POINTS as f64) / t;
         let weight = libm::exp(-0.5 * beyond * beyond);
         one += weight;
         let off = t - cosine * (t + beyond);
@@ -126,7 +126,7 @@ mod tests {
     const KINDS: [&str; 3] = ["sensor_bias", "sensor_scale", "sensor_drift"];
 
     #[test]
-    fn of_twins_one_counts_and_an_opposite_of_one_sign_is_none() {
+    fn of_collinear_laws_one_counts_and_an_opposite_of_one_sign_is_absent() {
         let laws = |one_sided: [bool; 3], cosine: f64| {
             let twins = |a: usize, b: usize| Some(if a + b == 1 { cosine } else { 0.0 });
             Multiplicity::new(&alike(KINDS, one_sided), &twins).price(&[0])

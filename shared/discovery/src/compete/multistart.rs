@@ -4,7 +4,7 @@
 //!
 //! The rate over which a sign is smoothed is not physics where it is only numerical: a smaller one is taken where it fits better.
 
-use super::refit::{FittedModel, LocalOptimum, ROUNDS, settled};
+use super::refit::{FittedModel, LocalOptimum, REFIT_ROUNDS, settled};
 use crate::score::Column;
 use crate::score::candidates::motion;
 use dynamics::description::Plant;
@@ -12,14 +12,14 @@ use dynamics::effect::{EffectParameter, Role};
 use identification::fit::{EstimationSession, fit};
 
 /// Gain in `−2 ln p` from which a neighbour is a better optimum. Below it, the same optimum was reached from another side (convergence tolerance).
-const BETTER: f64 = 0.5;
+const OPTIMUM_GAIN_MIN: f64 = 0.5;
 /// Loss in `−2 ln p` up to which a local optimum is kept for the uncertainties: weight exp(−6) = 0.25 % beyond. The second is the distance in standard errors from which two optima are distinct; chosen, no derivation.
-const REMEMBERED: f64 = 12.0;
-const APART: f64 = 3.0;
+const OPTIMUM_LOSS_MAX: f64 = 12.0;
+const OPTIMUM_SEPARATION_SIGMA: f64 = 3.0;
 /// Factor to the neighbours of a width, a rate or a time; divisor of the smoothing rate of a sign, and how often it is divided. They trade coverage against fits; chosen, no derivation.
-const FACTOR: f64 = 3.0;
-const SHARPER: f64 = 5.0;
-const SHARPENED: usize = 2;
+const NEIGHBOUR_FACTOR: f64 = 3.0;
+const SIGN_RATE_DIVISOR: f64 = 5.0;
+const SIGN_RATE_DIVISIONS: usize = 2;
 
 /// The best of `refit` and the fits of a multistart about it: one start below and one above for every multimodal parameter of `members` while the work allows, and for every smoothing rate in any case.
 ///
@@ -30,7 +30,7 @@ pub fn multistart(session: &EstimationSession<'_>, refit: FittedModel, members: 
     for column in members {
         // with a sharper sign the best parameters may lie elsewhere
         let mut plant = Some(best.plant.clone());
-        for sharpness in 0..=SHARPENED {
+        for sharpness in 0..=SIGN_RATE_DIVISIONS {
             let Some(own) = plant else { break };
             plant = sharper(&own, column);
             let straight = (sharpness > 0).then_some(None);
@@ -67,7 +67,8 @@ fn parameters_of(refit: &FittedModel, column: &Column) -> Vec<(usize, &'static E
 
 /// Keeps the better of both, and every other distinct optimum that is nearly as good.
 fn take(best: &mut FittedModel, found: FittedModel) {
-    let other = if found.objective < best.objective - BETTER { core::mem::replace(best, found) } else { found };
+    let other =
+        if found.objective < best.objective - OPTIMUM_GAIN_MIN { core::mem::replace(best, found) } else { found };
     let mut list = core::mem::take(&mut best.optima);
     list.extend(other.optima);
     list.push(LocalOptimum { objective: other.objective, theta: other.fit.theta, sigma: other.fit.sigma });
@@ -75,9 +76,11 @@ fn take(best: &mut FittedModel, found: FittedModel) {
     for optimum in list {
         let is_same = |theta: &[f64]| {
             let numbers = theta.iter().zip(&optimum.theta).zip(&optimum.sigma);
-            theta.len() == optimum.theta.len() && numbers.clone().all(|((a, b), s)| (a - b).abs() <= APART * s)
+            theta.len() == optimum.theta.len()
+                && numbers.clone().all(|((a, b), s)| (a - b).abs() <= OPTIMUM_SEPARATION_SIGMA * s)
         };
-        let is_near = optimum.objective < best.objective + REMEMBERED && optimum.theta.len() == best.fit.theta.len();
+        let is_near =
+            optimum.objective < best.objective + OPTIMUM_LOSS_MAX && optimum.theta.len() == best.fit.theta.len();
         if is_near && !is_same(&best.fit.theta) && !best.optima.iter().any(|known| is_same(&known.theta)) {
             best.optima.push(optimum);
         }
@@ -90,7 +93,7 @@ fn sharper(plant: &Plant, column: &Column) -> Option<Plant> {
     let smoothing = candidate.effect.with_role(Role::Smoothing)?;
     let own = plant.effects.iter_mut().find(|e| e.kind == candidate.effect.kind && e.site == candidate.site)?;
     let (_, rate) = own.values.iter_mut().find(|(name, _)| name == smoothing.name)?;
-    let sharp = rate.value / SHARPER;
+    let sharp = rate.value / SIGN_RATE_DIVISOR;
     (sharp >= smoothing.low).then(|| rate.value = sharp)?;
     Some(plant)
 }
@@ -112,7 +115,7 @@ fn neighbours(
             let lobe = core::f64::consts::TAU / (visited.high - visited.low);
             lobe.is_finite().then_some([value - lobe, value + lobe])
         }
-        _ if parameter.multimodal => Some([value / FACTOR, value * FACTOR]),
+        _ if parameter.multimodal => Some([value / NEIGHBOUR_FACTOR, value * NEIGHBOUR_FACTOR]),
         _ => None,
     }
 }
@@ -135,8 +138,8 @@ fn from(
     let problem = session.problem.with_plant(&plant);
     let own = EstimationSession::like(session, &problem).ok()?;
     let present = best.fit.linearised.normal(&own, &best.fit.theta, &best.noise, &[])?.objective;
-    let fitted = fit(&own, &plant, &theta, &best.noise, ROUNDS).ok()?;
-    (fitted.objective < present + REMEMBERED).then_some(())?;
+    let fitted = fit(&own, &plant, &theta, &best.noise, REFIT_ROUNDS).ok()?;
+    (fitted.objective < present + OPTIMUM_LOSS_MAX).then_some(())?;
     drop(own);
     let start =
         FittedModel { plant, problem, fit: fitted, objective: f64::INFINITY, optima: Vec::new(), ..best.clone() };
@@ -211,11 +214,11 @@ mod tests {
     fn a_ripple_that_was_taken_for_one_of_a_period_more_or_less_finds_its_order() {
         let hidden = [("sine", 0.03), ("order", 14.0)];
         let site = "joint:pivot".parse().unwrap();
-        let astray = |linearised: &LinearisedProblem| {
+        let off_by_a_period = |linearised: &LinearisedProblem| {
             let visited = motion(&plant("pendulum"), &linearised.linears, &site).unwrap();
             vec![("order", 14.0 + core::f64::consts::TAU / (visited.high - visited.low))]
         };
-        let [start, end] = fitted(("pendulum", 12.0), ("joint_gear_ripple", "joint:pivot"), &hidden, &astray);
+        let [start, end] = fitted(("pendulum", 12.0), ("joint_gear_ripple", "joint:pivot"), &hidden, &off_by_a_period);
         assert!(number(&start, ".order")[0] > 16.0, "{:?}", number(&start, ".order"));
         let ([order, sigma], [sine, sigma_sine]) = (number(&end, ".order"), number(&end, ".sine"));
         assert!((order - 14.0).abs() < 3.0 * sigma && sigma < 0.3, "{order} {sigma}");
@@ -257,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn a_valley_that_is_as_good_widens_what_is_known_to_the_distance_between_both() {
+    fn an_equally_good_optimum_enlarges_the_standard_deviation_to_the_distance_between_both() {
         let hidden = [("sine", 0.03), ("order", 14.0)];
         let [start, _] =
             fitted(("pendulum", 6.0), ("joint_gear_ripple", "joint:pivot"), &hidden, &|_| vec![("order", 14.0)]);

@@ -2,7 +2,7 @@
 //!
 //! The score finds a time beside the nominal plant. In the accepted plant the other parameters have moved, so each edge in time is moved along the likelihood while all other parameters follow on the linear model. An edge has no derivative where an integration step crosses it. Alone, its standard error is half the width in which `−2 ln p` rises by less than one; differences over that width give its correlation with the other edge and with every other parameter.
 
-use super::refit::{FOR_EVER_S, FittedModel, settled};
+use super::refit::{ENDLESS_S, FittedModel, settled};
 use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant};
 use dynamics::effect::Role;
@@ -12,13 +12,13 @@ use identification::fit::{EstimationSession, Fit, LinearisedProblem};
 use nalgebra::{Cholesky, DMatrix};
 
 /// Gain in `−2 ln p` from which an edge is moved: above the convergence tolerance, below any evidence.
-const BETTER: f64 = 0.5;
+const EDGE_GAIN_MIN: f64 = 0.5;
 /// Sweeps between the edges and all other parameters.
-const TURNS: usize = 3;
+const EDGE_SWEEPS: usize = 3;
 /// Largest move of an edge in one turn: this share of the recording.
-const REACH: f64 = 0.125;
+const EDGE_MOVE_SHARE_MAX: f64 = 0.125;
 /// Least distance between two edges that are distinguished [sampling intervals], and relative tolerance of a width.
-const FINEST: f64 = 0.125;
+const EDGE_RESOLUTION: f64 = 0.125;
 
 /// A time inside an effect of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,11 +48,11 @@ pub struct TimeEstimate {
 /// Cost: some forty passes and likelihoods for each edge, and a fit where one moved.
 pub fn refine_onsets(session: &EstimationSession<'_>, refit: FittedModel, members: &[&Column]) -> FittedModel {
     let mut best = refit;
-    for _ in 0..TURNS {
+    for _ in 0..EDGE_SWEEPS {
         let Some(plant) = moved(session, &best, members) else { break };
         let problem = session.problem.with_plant(&plant);
         let found = settled(session, FittedModel { plant, problem, objective: f64::INFINITY, ..best.clone() });
-        if found.objective > best.objective - BETTER {
+        if found.objective > best.objective - EDGE_GAIN_MIN {
             break;
         }
         best = found;
@@ -82,13 +82,13 @@ fn moved(session: &EstimationSession<'_>, refit: &FittedModel, members: &[&Colum
             let inside = (begin_s..=end_s).contains(&t_s).then(|| with(&plant, place, t_s)).flatten();
             inside.and_then(|plant| follow.least(&plant)).unwrap_or(f64::INFINITY)
         };
-        let (t_s, found) = lowest(&mut value, (at, least), [finest, REACH * (end_s - begin_s)]);
+        let (t_s, found) = lowest(&mut value, (at, least), [finest, EDGE_MOVE_SHARE_MAX * (end_s - begin_s)]);
         if found < least {
             (plant, least) = (with(&plant, place, t_s)?, found);
         }
         dearest = dearest.max(session.work.spent() - before);
     }
-    (least < present - BETTER).then_some(plant)
+    (least < present - EDGE_GAIN_MIN).then_some(plant)
 }
 
 /// Minimum of `value` about `at` (where it is `present`): the best of steps that double up to `reach` on both sides, then golden section in its bracket.
@@ -106,7 +106,7 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
     let mut low = seen[best.saturating_sub(1)].0;
     let mut high = seen[(best + 1).min(seen.len() - 1)].0;
     let mut best = seen[best];
-    while high - low > FINEST * finest {
+    while high - low > EDGE_RESOLUTION * finest {
         // into the wider side
         let is_up = high - best.0 > best.0 - low;
         let t_s = best.0 + (1.0 - INVERSE_GOLDEN_RATIO) * if is_up { high - best.0 } else { low - best.0 };
@@ -176,7 +176,7 @@ fn time(plant: &Plant, effect: usize, edge: Edge) -> Option<f64> {
     let begin = known(Role::Onset)?;
     match edge {
         Edge::Begin => Some(begin),
-        Edge::End => known(Role::Duration).filter(|lasts| *lasts < FOR_EVER_S).map(|lasts| begin + lasts),
+        Edge::End => known(Role::Duration).filter(|lasts| *lasts < ENDLESS_S).map(|lasts| begin + lasts),
     }
 }
 
@@ -238,7 +238,7 @@ impl<'a, 'p> Follow<'a, 'p> {
             while far < end_s - begin_s && !rises(at + sign * far) {
                 (near, far) = (far, 2.0 * far);
             }
-            while far - near > FINEST * far.max(finest) {
+            while far - near > EDGE_RESOLUTION * far.max(finest) {
                 let middle = 0.5 * (near + far);
                 (near, far) = if rises(at + sign * middle) { (near, middle) } else { (middle, far) };
             }

@@ -1,6 +1,6 @@
 //! Fit of the augmented plant: an effect as physics, started at the score's amplitude, the shape parameters of its law free.
 
-use super::PREFERRED;
+use super::BIC_PREFERENCE;
 use crate::score::{Candidate, Column};
 use dynamics::description::{EffectUse, Plant, Quantity};
 use dynamics::effect::{Amplitude, EffectParameter, Role};
@@ -55,7 +55,7 @@ impl FittedModel {
         let problem = session.problem.with_plant(&plant);
         let own = EstimationSession::like(session, &problem).ok()?;
         let theta = own.start_from(&self.problem.unknowns, &self.fit.theta);
-        let fitted = fit(&own, &plant, &theta, &self.noise, ROUNDS).ok()?;
+        let fitted = fit(&own, &plant, &theta, &self.noise, REFIT_ROUNDS).ok()?;
         drop(own);
         let start = Self { plant, problem, fit: fitted, objective: f64::INFINITY, optima: Vec::new(), ..self.clone() };
         Some(settled(session, start))
@@ -90,15 +90,15 @@ impl FittedModel {
 }
 
 /// Duration from which an effect has no end in any recording [s].
-pub(super) const FOR_EVER_S: f64 = 1e8;
+pub(super) const ENDLESS_S: f64 = 1e8;
 /// Largest share of a body's mass that a mode carries [1]. It keeps the rest of the body from a zero mass; chosen, no derivation.
-const CARRIED_MAX: f64 = 0.9;
+const MODE_MASS_SHARE_MAX: f64 = 0.9;
 /// Relinearisations of a refit.
-pub(super) const ROUNDS: usize = 3;
+pub(super) const REFIT_ROUNDS: usize = 3;
 /// Alternations between parameters and noise in the final fit, relinearisations of each, and the gain in `−2 ln p` that ends them: small against the 0.5 and more of every decision on such gains.
-const TURNS: usize = 6;
+const SETTLING_TURNS: usize = 6;
 const SETTLING_ROUNDS: usize = 6;
-const SETTLED: f64 = 0.1;
+const SETTLING_GAIN: f64 = 0.1;
 
 /// Fits `nominal` plus all `parts` (column, amplitudes along its directions) with `noise`. A start whose objective is below `good` ends the search over starts; `None` where no start can be fitted.
 ///
@@ -127,7 +127,7 @@ pub fn refit_all(
         let problem = session.problem.with_plant(&plant);
         let Ok(own) = EstimationSession::like(session, &problem) else { continue };
         let theta = own.start_from(&session.problem.unknowns, &nominal.theta);
-        let Ok(fitted) = fit(&own, &plant, &theta, noise, ROUNDS) else { continue };
+        let Ok(fitted) = fit(&own, &plant, &theta, noise, REFIT_ROUNDS) else { continue };
         let search = Search { sweeps: 2, colour: true, scan: false };
         let Some((adapted, objective)) = maximise(&own, &fitted.linearised, &fitted.theta, &[], noise, search) else {
             continue;
@@ -169,7 +169,7 @@ fn shaped(session: &EstimationSession<'_>, refit: &FittedModel, parts: &[(&Colum
     drop(own);
     let price = more as f64 * libm::log(session.samples.max(2) as f64);
     let free = refit.free + more;
-    (objective + price + PREFERRED < refit.objective).then(|| FittedModel {
+    (objective + price + BIC_PREFERENCE < refit.objective).then(|| FittedModel {
         plant,
         problem,
         fit: fitted,
@@ -184,14 +184,14 @@ fn shaped(session: &EstimationSession<'_>, refit: &FittedModel, parts: &[(&Colum
 pub fn settled(session: &EstimationSession<'_>, refit: FittedModel) -> FittedModel {
     let search = Search { sweeps: 3, colour: true, scan: false };
     let mut best = refit;
-    for _ in 0..TURNS {
+    for _ in 0..SETTLING_TURNS {
         let Ok(own) = EstimationSession::like(session, &best.problem) else { break };
         let Ok(fitted) = fit(&own, &best.plant, &best.fit.theta, &best.noise, SETTLING_ROUNDS) else { break };
         let found = maximise(&own, &fitted.linearised, &fitted.theta, &[], &best.noise, search);
         let Some((noise, objective)) = found.filter(|found| found.1 < best.objective) else { break };
         let gained = best.objective - objective;
         best = FittedModel { fit: fitted, noise, objective, ..best };
-        if gained < SETTLED {
+        if gained < SETTLING_GAIN {
             break;
         }
     }
@@ -249,7 +249,7 @@ fn locked(parameter: &EffectParameter, candidate: &Candidate, amplitude: &[f64],
         return 1.0;
     }
     let carried: f64 = amplitude.iter().map(|a| (share * a).abs()).sum();
-    (1.0 - carried.min(CARRIED_MAX)).sqrt()
+    (1.0 - carried.min(MODE_MASS_SHARE_MAX)).sqrt()
 }
 
 /// Number of parameters that a fit of `candidate` along `directions` leaves free.
@@ -285,5 +285,5 @@ fn varies(candidate: &Candidate, name: &str) -> bool {
 
 /// A time that the score's refinement has searched: the fit keeps its value, and it counts as a free parameter.
 fn is_searched(parameter: &EffectParameter, value: f64) -> bool {
-    parameter.role == Role::Onset || parameter.role == Role::Duration && value < FOR_EVER_S
+    parameter.role == Role::Onset || parameter.role == Role::Duration && value < ENDLESS_S
 }

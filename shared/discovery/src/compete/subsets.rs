@@ -59,7 +59,7 @@ pub struct Ranking {
 /// Sets of each size whose likelihood is maximised. They trade work against the risk of missing the right set; chosen, no derivation.
 const SHORTLIST: [usize; SET_MAX] = [5, 4, 2];
 /// Significance under a hypothesis, in multiples of the level, up to which a set is tested by its likelihood. Ten leaves room for the gain by continuous noise; chosen, no derivation.
-const FOLLOWED: f64 = 10.0;
+const SHORTLIST_LEVEL_FACTOR: f64 = 10.0;
 
 impl Ranking {
     /// The best sets of distinct laws of each size that are significant under their hypothesis and that no smaller set beats: first the best of every size, then the second of every size. `samples`: logarithm of their number.
@@ -76,7 +76,7 @@ impl Ranking {
                     other.members.iter().zip(&subset.members).all(|(a, b)| law(a, b))
                 };
                 let known = own.iter().filter(same).count();
-                if p < FOLLOWED * alpha && known == 0 && own.len() < most && subset.bic < least {
+                if p < SHORTLIST_LEVEL_FACTOR * alpha && known == 0 && own.len() < most && subset.bic < least {
                     own.push(subset);
                 }
             }
@@ -90,7 +90,7 @@ impl Ranking {
 }
 
 /// Shares of the way from adapted to stated noise: of the inputs, of the colour and jitter of the sensors, of their size. Chosen, no derivation; the last hypothesis is all noise as stated.
-const RUNGS: [[f64; 3]; 7] = [
+const HYPOTHESIS_SHARES: [[f64; 3]; 7] = [
     [0.0, 0.0, 0.0],
     [0.3, 0.0, 0.0],
     [0.6, 0.0, 0.0],
@@ -100,17 +100,17 @@ const RUNGS: [[f64; 3]; 7] = [
     [1.0, 1.0, 1.0],
 ];
 /// Largest work of one Gram matrix [multiplications].
-const WORK_MAX: f64 = 2e8;
+const GRAM_WORK_MAX: f64 = 2e8;
 /// Subsets of each size that are evaluated with their bounds, and pairs that are extended to triples. They trade work against coverage; chosen, no derivation.
-const LOOKED: usize = 60;
-const EXTENDED: usize = 25;
+const CONSTRAINED_MAX: usize = 60;
+const PAIRS_EXTENDED_MAX: usize = 25;
 
 /// BIC within which two sets count as equal and keep the order of the catalogue: rounding and convergence, not evidence.
-pub const TIE: f64 = 0.5;
+pub const BIC_TIE: f64 = 0.5;
 
 /// Ranks subsets of `columns` up to `size_max` under the hypotheses between `noise` and the stated one, best first.
 ///
-/// Cost: one Gram matrix of all columns for each hypothesis (O(samples × columns²), bounded by [`WORK_MAX`]), then small Cholesky factors for each subset.
+/// Cost: one Gram matrix of all columns for each hypothesis (O(samples × columns²), bounded by [`GRAM_WORK_MAX`]), then small Cholesky factors for each subset.
 pub fn rank(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
@@ -133,25 +133,26 @@ pub fn rank(
     }
     let samples = (session.samples + layout.unknowns) as f64;
     let null = hypotheses.iter().map(|hypothesis| hypothesis.objective(0.0, samples)).fold(f64::INFINITY, f64::min);
-    let judge = SubsetScorer { session, layout: &layout, hypotheses: &hypotheses, samples, null };
+    let scorer = SubsetScorer { session, layout: &layout, hypotheses: &hypotheses, samples, null };
     let mut sizes: Vec<Vec<Subset>> = Vec::new();
     let groups = layout.groups.len();
     let mut last: Vec<Vec<usize>> = (0..groups).map(|g| vec![g]).collect();
     for size in 1..=size_max {
         let mut quick: Vec<(f64, Vec<usize>)> =
-            last.iter().filter_map(|set| Some((judge.quick(set)?, set.clone()))).collect();
+            last.iter().filter_map(|set| Some((scorer.quick(set)?, set.clone()))).collect();
         // sets of equal BIC keep the order of the catalogue
-        quick.sort_by(|a, b| libm::round(a.0 / TIE).total_cmp(&libm::round(b.0 / TIE)).then(a.1.cmp(&b.1)));
-        let mut looked: Vec<Subset> = quick.iter().take(LOOKED).filter_map(|(_, set)| judge.constrained(set)).collect();
+        quick.sort_by(|a, b| libm::round(a.0 / BIC_TIE).total_cmp(&libm::round(b.0 / BIC_TIE)).then(a.1.cmp(&b.1)));
+        let mut looked: Vec<Subset> =
+            quick.iter().take(CONSTRAINED_MAX).filter_map(|(_, set)| scorer.constrained(set)).collect();
         looked.sort_by(|a, b| {
-            libm::round(a.bic / TIE).total_cmp(&libm::round(b.bic / TIE)).then(a.members.cmp(&b.members))
+            libm::round(a.bic / BIC_TIE).total_cmp(&libm::round(b.bic / BIC_TIE)).then(a.members.cmp(&b.members))
         });
         sizes.push(looked);
         if size == size_max {
             break;
         }
         let seeds: Vec<Vec<usize>> =
-            if size == 1 { last } else { quick.into_iter().take(EXTENDED).map(|(_, set)| set).collect() };
+            if size == 1 { last } else { quick.into_iter().take(PAIRS_EXTENDED_MAX).map(|(_, set)| set).collect() };
         last = layout.extended(&seeds);
     }
     let cosine = |a: usize, b: usize| hypotheses[0].cosine(layout.place(a)?, layout.place(b)?);
@@ -163,7 +164,7 @@ pub(crate) fn noise_hypotheses(session: &EstimationSession<'_>, adapted: &NoiseM
     let jitters = adapted.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let coloured = jitters || adapted.pole.iter().any(|pole| pole.abs() > 0.05);
     let mut noises: Vec<NoiseModel> = Vec::new();
-    for [inputs, colour, sizes] in RUNGS {
+    for [inputs, colour, sizes] in HYPOTHESIS_SHARES {
         if colour == 0.0 && inputs > 0.0 && !coloured {
             continue;
         }
@@ -248,7 +249,7 @@ fn choose(
     columns: &[Column],
     noises: &[NoiseModel],
 ) -> Vec<usize> {
-    let most = (WORK_MAX / session.samples.max(1) as f64).sqrt().max(24.0) as usize;
+    let most = (GRAM_WORK_MAX / session.samples.max(1) as f64).sqrt().max(24.0) as usize;
     if columns.len() <= most {
         return (0..columns.len()).collect();
     }

@@ -20,14 +20,15 @@ fn significant_at(kind: &str, site: &str, values: &[(&str, f64)], sigmas: f64) -
     let refit = FittedModel { plant, problem: augmented, fit, noise: noise.clone(), objective: 0.0, free: 1, optima };
     let subset = Subset { members: vec![0], free: 1, bic: 0.0, noise: noise.clone(), amplitudes: vec![vec![1.0]] };
     let (objective, ratio, p, bic, veto, free) = (0.0, 0.0, 1.0, 0.0, Veto::Passed, 1);
-    let (is_settled, is_met, refit) = (true, true, Some(refit));
-    let hypothesis = ModelHypothesis { subset, objective, ratio, p, noise, veto, refit, is_settled, is_met, bic, free };
+    let (is_settled, is_compared, refit) = (true, true, Some(refit));
+    let hypothesis =
+        ModelHypothesis { subset, objective, ratio, p, noise, veto, refit, is_settled, is_compared, bic, free };
     hypothesis.all_amplitudes_significant(&session, &[column(kind, site, 1)])
 }
 
 /// The free start of a mode fits any tone of a reading, whatever its share.
 #[test]
-fn a_mode_whose_share_is_nothing_is_not_there_and_a_law_without_a_start_of_its_own_is() {
+fn a_mode_of_zero_share_is_insignificant_and_a_law_without_a_start_of_its_own_is_not_tested() {
     let mode = [("mass_ratio", 5e-3), ("frequency", 16.0), ("damping_ratio", 4e-3)];
     for (sigmas, expected) in [(1.0, false), (3.0, true)] {
         assert_eq!(significant_at("mode_left_out", "mode:bending_2", &mode, sigmas), expected, "{sigmas}");

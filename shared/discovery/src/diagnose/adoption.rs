@@ -2,7 +2,7 @@
 
 use super::held_out_evidence::block_terms;
 use super::screening::Screening;
-use super::{AcceptedModel, Adopted, NAME_SHARE, Options, RIVAL_SPAN, RivalEffect, Unfitted};
+use super::{ALPHA_SHARE_IDENTIFIED, AcceptedModel, Adopted, Options, RIVAL_SPAN, RivalEffect, Unfitted};
 use crate::compete::{
     FittedModel, ModelHypothesis, Nominal, Outcome, Ranking, SET_MAX, Subset, Veto, compete, rank, weights,
 };
@@ -17,8 +17,8 @@ use identification::problem::Problem;
 const NULL_ROUNDS: usize = 3;
 
 /// ΔBIC under the noise hypotheses within which a rival of the best set is also fitted as physics, and how many at most. Chosen, no derivation: a wider span finds more rivals at one fit each.
-const NEAR: f64 = 6.0;
-const NEAR_MAX: usize = 8;
+const REFITTED_BIC_SPAN: f64 = 6.0;
+const REFITTED_RIVALS_MAX: usize = 8;
 
 /// Result of one round of the search.
 #[derive(Default)]
@@ -42,7 +42,7 @@ pub(super) fn step(
     room: usize,
     options: &Options,
 ) -> SearchRound {
-    let alpha = NAME_SHARE * options.alpha;
+    let alpha = ALPHA_SHARE_IDENTIFIED * options.alpha;
     let (linearised, theta) = (&best.fit.linearised, &best.fit.theta);
     let ranking = rank(session, linearised, theta, &found.columns, &best.noise, room.min(SET_MAX));
     let nominal = Nominal { fit: &best.fit, noise: &best.noise, objective: best.objective };
@@ -52,18 +52,18 @@ pub(super) fn step(
     // work of the most expensive complete fit
     let mut settled = 0.0f64;
     while let Some(at) = outcome.best(alpha, &ranking.multiplicity, &better) {
-        if !outcome.hypotheses[at].is_met {
+        if !outcome.hypotheses[at].is_compared {
             // complete its fit, then fit the nominal plant from the noise and the parameters of the set
             let hypothesis = &mut outcome.hypotheses[at];
             let before = session.work.spent();
             hypothesis.settle(session, &found.columns);
             settled = settled.max(session.work.spent() - before);
-            hypothesis.is_met = true;
+            hypothesis.is_compared = true;
             let null = hypothesis.refit.as_ref().and_then(|refit| nominal_with(session, best, refit));
             outcome.settle(null.unwrap_or(outcome.null), &ranking.multiplicity);
             continue;
         }
-        let near = unmet(found, &outcome, at, &ranking, &tested);
+        let near = uncompared(found, &outcome, at, &ranking, &tested);
         let met = outcome.enter(session, &nominal, &found.columns, &ranking, &near);
         if met > 0 {
             tested.extend_from_slice(&near[..met]);
@@ -100,7 +100,7 @@ pub(super) fn step(
 }
 
 /// Sets of laws that were not compared yet and differ from set `at` in one member, as near under the hypotheses as a rival.
-fn unmet(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, tested: &[Subset]) -> Vec<Subset> {
+fn uncompared(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, tested: &[Subset]) -> Vec<Subset> {
     let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
     let alike = |a: &[usize], b: &[usize]| a.iter().filter(|m| b.iter().any(|o| law(**m, *o))).count();
     let members = &outcome.hypotheses[at].subset.members;
@@ -108,11 +108,13 @@ fn unmet(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, tes
     let own = ranked.iter().filter(|s| alike(&s.members, members) == members.len()).map(|s| s.bic);
     let own = own.fold(f64::INFINITY, f64::min);
     let mut list: Vec<Subset> = Vec::new();
-    for set in ranked.iter().filter(|s| s.bic < own + NEAR && alike(&s.members, members) + 1 == members.len()) {
+    for set in
+        ranked.iter().filter(|s| s.bic < own + REFITTED_BIC_SPAN && alike(&s.members, members) + 1 == members.len())
+    {
         let mut met = outcome.hypotheses.iter().map(|c| &c.subset).chain(tested).chain(&list);
         let same =
             |s: &Subset| s.members.len() == set.members.len() && alike(&s.members, &set.members) == set.members.len();
-        if !met.any(same) && tested.len() + list.len() < NEAR_MAX {
+        if !met.any(same) && tested.len() + list.len() < REFITTED_RIVALS_MAX {
             list.push(set.clone());
         }
     }
@@ -163,11 +165,11 @@ fn rivals(
     let is_accepted =
         |c: &ModelHypothesis| is_rival(c, winner, alpha) && c.all_amplitudes_significant(session, &found.columns);
     let others = (0..outcome.hypotheses.len()).filter(|i| *i != at && is_accepted(&outcome.hypotheses[*i]));
-    let told = |i: usize| {
+    let reported = |i: usize| {
         let rival = &outcome.hypotheses[i];
         Some((adopt(found, outcome, i, ranking), rival.refit.clone()?, rival.bic - winner.bic))
     };
-    others.filter_map(told).collect()
+    others.filter_map(reported).collect()
 }
 
 /// `large` predicts parts of the recording from the others better than `small`, by more than the standard error over blocks (the one-standard-error rule).

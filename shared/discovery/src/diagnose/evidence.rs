@@ -8,6 +8,7 @@ use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit};
 use identification::statistics::chi_squared_tail;
 
+/// Lags of the whiteness statistic; chosen by custom, no derivation.
 const LAGS: usize = 20;
 
 /// Least p over channels of Ljung and Box's statistic over twenty lags, times the number of channels; `None` where a covariance is not positive.

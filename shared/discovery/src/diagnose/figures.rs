@@ -11,9 +11,9 @@ use identification::held_out::{Predictor, free_residual};
 
 /// Windows of a recording, and points of a curve.
 const WINDOWS: usize = 16;
-const POINTS: usize = 1500;
+const CURVE_POINTS_MAX: usize = 1500;
 /// Candidates whose angles are reported.
-const ANGLES: usize = 8;
+const ANGLES_MAX: usize = 8;
 
 pub(super) fn figures(
     session: &EstimationSession<'_>,
@@ -105,7 +105,7 @@ fn evidence(session: &EstimationSession<'_>, before: &[f64], after: &[f64], adop
         time_s: Vec::new(),
         gain: Vec::new(),
     };
-    let every = (session.samples / POINTS).max(1);
+    let every = (session.samples / CURVE_POINTS_MAX).max(1);
     let (mut sum, mut count, mut origin) = (0.0, 0, 0.0);
     for (run, offset) in session.offsets.iter().enumerate() {
         let timeline = &session.timelines[run];
@@ -166,7 +166,7 @@ fn angles(screening: &Screening) -> Angles {
     let candidate = |i: usize| &screening.columns[screening.scores[i].column].candidate;
     let mut chosen: Vec<usize> = Vec::new();
     for i in order {
-        if chosen.len() < ANGLES && !chosen.iter().any(|c| candidate(*c).same_law(candidate(i))) {
+        if chosen.len() < ANGLES_MAX && !chosen.iter().any(|c| candidate(*c).same_law(candidate(i))) {
             chosen.push(i);
         }
     }
@@ -190,7 +190,7 @@ pub(super) fn overlays(
     let mut list = Vec::new();
     for (channel, sensor) in plant.sensors.iter().enumerate() {
         let own: Vec<usize> = (begin..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect();
-        let taken: Vec<usize> = own.iter().copied().step_by((own.len() / POINTS).max(1)).collect();
+        let taken: Vec<usize> = own.iter().copied().step_by((own.len() / CURVE_POINTS_MAX).max(1)).collect();
         if taken.is_empty() {
             continue;
         }

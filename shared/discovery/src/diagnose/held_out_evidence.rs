@@ -18,7 +18,7 @@ const FOLDS: usize = 8;
 /// Relinearisations of the fit of the parameters that belong to one recording.
 const OWN_ROUNDS: usize = 3;
 /// Prior standard deviations within which these parameters may always move.
-const OWN_REACH: f64 = 3.0;
+const OWN_PARAMETER_SIGMA_MIN: f64 = 3.0;
 
 /// Evidence of held-out data: kind, free runs before and after, gain, and figures.
 pub(super) struct HeldOutEvidence {
@@ -173,7 +173,7 @@ fn within_reach(mut problem: Problem, fits: &[(&[Unknown], &[f64])]) -> Problem 
     for own in &mut problem.unknowns {
         let all = fits.iter().flat_map(|(unknowns, theta)| unknowns.iter().zip(*theta));
         let off = all.filter(|(u, _)| u.parameter == own.parameter).map(|(u, value)| (value - u.prior).abs());
-        let reach = off.fold(OWN_REACH * own.sigma, f64::max);
+        let reach = off.fold(OWN_PARAMETER_SIGMA_MIN * own.sigma, f64::max);
         (own.low, own.high) = (own.low.max(own.prior - reach), own.high.min(own.prior + reach));
     }
     problem

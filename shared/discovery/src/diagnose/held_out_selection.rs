@@ -13,9 +13,9 @@ use identification::held_out::{Gain, Status};
 use identification::problem::Problem;
 
 /// Log-odds from which another recording replaces the adopted set by a rival: ln 20 = 3.0, odds of 20 : 1.
-const FAVOURED: f64 = 3.0;
+const RIVAL_LOG_ODDS_MIN: f64 = 3.0;
 /// Probability that an effect that adds nothing is rejected or confirmed; for rejections divided by the number of effects tested (Bonferroni).
-const LEVEL: f64 = 0.05;
+const MEMBER_TEST_LEVEL: f64 = 0.05;
 
 /// Evidence of held-out data on a set of effects, and on each.
 pub(super) struct HeldOutSelection {
@@ -60,7 +60,7 @@ pub(super) fn select_on_held_out(
     let (mut evidence, lead) = choose_among_rivals(&test, found, notes);
     let mut rejected = Vec::new();
     let mut parts = test.parts(&found.best, &found.adopted);
-    while let Some(place) = worst(&parts, |gain, count| gain.interval(LEVEL / count)[1] < 0.0) {
+    while let Some(place) = worst(&parts, |gain, count| gain.interval(MEMBER_TEST_LEVEL / count)[1] < 0.0) {
         let Some(part) = parts.swap_remove(place) else { break };
         let gone = found.adopted.remove(place);
         notes.push(format!("held-out data reject {} beside {}", named([&gone]), named(&found.adopted)));
@@ -90,7 +90,7 @@ impl HeldOutSelection {
         let mut model = None;
         // a bound that cannot be compared is not above zero
         while let Some(place) =
-            worst(&parts, |gain, _| gain.interval(LEVEL)[0].partial_cmp(&0.0) != Some(Ordering::Greater))
+            worst(&parts, |gain, _| gain.interval(MEMBER_TEST_LEVEL)[0].partial_cmp(&0.0) != Some(Ordering::Greater))
         {
             let Some(part) = parts.swap_remove(place) else { break };
             left.remove(place);
@@ -167,7 +167,7 @@ fn preferred_rival(
     let mut evidence = test.held_out(&found.best, found.adopted.is_empty());
     let rivals = core::mem::take(&mut found.rivals);
     // Bonferroni over the rivals: the best of several confirmations occurs by chance more often
-    let alpha = LEVEL / rivals.len().max(1) as f64;
+    let alpha = MEMBER_TEST_LEVEL / rivals.len().max(1) as f64;
     let mut lead = 0.0;
     // parts of the same recording took part in the selection already
     let is_other = test.options.held_out.is_some();
@@ -178,7 +178,7 @@ fn preferred_rival(
         let ahead = again.loglik.zip(evidence.loglik).map_or(0.0, |(rival, own)| rival - own - 0.5 * (behind - lead));
         let confirms = again.gain.as_ref().is_some_and(|gain| gain.interval(alpha)[0] > 0.0);
         // if neither is confirmed, the better predicted one as well
-        if (confirms || !is_confirmed) && ahead > FAVOURED || confirms && !is_confirmed {
+        if (confirms || !is_confirmed) && ahead > RIVAL_LOG_ODDS_MIN || confirms && !is_confirmed {
             let word =
                 if confirms && !is_confirmed { "held-out data confirm" } else { "both recordings together prefer" };
             notes.push(format!("{word} {}, not {}", named(&set), named(&found.adopted)));

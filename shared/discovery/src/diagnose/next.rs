@@ -7,11 +7,11 @@ use identification::fit::EstimationSession;
 use identification::problem::{Drive, Problem};
 
 /// Weight of the first effect above which the pair counts as decided. Chosen, no derivation.
-const OPEN: f64 = 0.9;
+const DECIDED_WEIGHT_MIN: f64 = 0.9;
 /// Absolute cosine above which two effects are indistinguishable by any menu entry.
-const TWIN: f64 = 0.9999;
+const TWIN_COSINE: f64 = 0.9999;
 /// Menu entries in the report.
-const TOLD: usize = 5;
+const MENU_REPORTED_MAX: usize = 5;
 
 /// The scenario that separates the least decided effect from its strongest rival, or why there is none.
 pub(super) enum Next {
@@ -23,7 +23,7 @@ pub(super) enum Next {
 }
 
 pub(super) fn next(session: &EstimationSession<'_>, best: &AcceptedModel, adopted: &[Adopted]) -> Next {
-    let open = adopted.iter().filter(|own| own.weight < OPEN);
+    let open = adopted.iter().filter(|own| own.weight < DECIDED_WEIGHT_MIN);
     let Some((own, rival)) =
         open.min_by(|a, b| a.weight.total_cmp(&b.weight)).and_then(|own| Some((own, strongest(own)?)))
     else {
@@ -45,14 +45,15 @@ pub(super) fn next(session: &EstimationSession<'_>, best: &AcceptedModel, adopte
 
 /// The rival of largest weight; exact twins last, since no experiment separates those.
 fn strongest(own: &Adopted) -> Option<&RivalEffect> {
-    let key = |rival: &RivalEffect| (rival.cosine.abs() < TWIN, rival.weight);
+    let key = |rival: &RivalEffect| (rival.cosine.abs() < TWIN_COSINE, rival.weight);
     own.rivals.iter().max_by(|a, b| key(a).0.cmp(&key(b).0).then(key(a).1.total_cmp(&key(b).1)))
 }
 
 fn in_words(own: &Adopted, rival: &RivalEffect, menu: &[Experiment]) -> Next {
     let first = &own.column.candidate;
     let pair = format!("{}@{} from {}@{}", first.effect.kind, first.site, rival.kind, rival.site);
-    let list: Vec<String> = menu.iter().take(TOLD).map(|entry| format!("{} ({:.1})", entry.name, entry.d)).collect();
+    let list: Vec<String> =
+        menu.iter().take(MENU_REPORTED_MAX).map(|entry| format!("{} ({:.1})", entry.name, entry.d)).collect();
     let list = list.join(", ");
     match menu.first().filter(|best| best.d >= SEPARATES) {
         Some(best) => Next::Scenario(format!(

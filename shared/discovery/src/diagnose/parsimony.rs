@@ -4,13 +4,13 @@
 
 use super::screening::{Screening, along_noise_free_loop};
 use super::{AcceptedModel, Adopted};
-use crate::compete::{FittedModel, PREFERRED, free_parameters};
+use crate::compete::{BIC_PREFERENCE, FittedModel, free_parameters};
 use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Plain, UnknownLaw, plain};
 use identification::fit::{EstimationSession, LinearisedProblem};
 
 /// Share of the explained `−2 ln p` by which a law evaluated on the linear model may be wrong. Chosen, no derivation.
-const BENT: f64 = 1e-3;
+const LINEARISATION_ERROR_SHARE: f64 = 1e-3;
 
 /// The one-parameter law that BIC prefers to `adopted` by 20 : 1, the best of several. `nominal` is the plant without any of the effects.
 ///
@@ -48,13 +48,13 @@ pub(super) fn more_parsimonious_law(
     let price = libm::log(session.samples.max(2) as f64);
     let ahead = |(plain, base, numbers): &(Plain, AcceptedModel, f64)| {
         let explained = (base.objective - best.objective).max(0.0);
-        best.objective - plain.objective + price * (numbers - 1.0) - BENT * explained
+        best.objective - plain.objective + price * (numbers - 1.0) - LINEARISATION_ERROR_SHARE * explained
     };
     let first = found.into_iter().max_by(|a, b| ahead(a).total_cmp(&ahead(b)))?;
     let by = ahead(&first);
     let (plain, base, numbers) = first;
     let own = EstimationSession::like(session, &base.problem).ok()?;
-    (by > PREFERRED)
+    (by > BIC_PREFERENCE)
         .then(|| plain.as_unknown_law(&own, (&base.fit.linearised, &base.fit.theta), by, numbers as usize))
         .flatten()
 }

@@ -13,7 +13,7 @@ use identification::problem::Problem;
 /// One-sided 1 % quantile of the standard normal distribution: one test on the repeat.
 const REPEATS_Z: f64 = 2.33;
 /// Relinearisations of the nominal plant on the repeat.
-const ROUNDS: usize = 6;
+const REPEAT_ROUNDS: usize = 6;
 
 /// Result of the repeat.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +46,7 @@ pub(super) fn test_on_repeat(
     let problem = repeat.with_plant(&stated.plant);
     let session = EstimationSession::new(&problem, first.threads).ok()?;
     let theta = carried(&session, &first.problem.unknowns, &stated.theta);
-    let fitted = fit(&session, &stated.plant, &theta, noise, ROUNDS).ok()?;
+    let fitted = fit(&session, &stated.plant, &theta, noise, REPEAT_ROUNDS).ok()?;
     let list: Vec<_> = adopted.iter().map(|own| own.column.candidate.clone()).collect();
     let found = columns((&session, &fitted.linearised), &stated.plant, &fitted.theta, &list);
     let (linearised, theta) = (&fitted.linearised, &fitted.theta);

@@ -253,12 +253,12 @@ impl Diagnosis {
                 None => kinds.push((label, vec![&label.recording])),
             }
         }
-        let told = kinds.iter().map(|(label, files)| format!("in {} {}", files.join(", "), label.in_words()));
-        let told = told.collect::<Vec<_>>().join(", and ");
-        self.notes.push(format!("{told}: corrected before the diagnosis; correct the header or the map"));
+        let reported = kinds.iter().map(|(label, files)| format!("in {} {}", files.join(", "), label.in_words()));
+        let reported = reported.collect::<Vec<_>>().join(", and ");
+        self.notes.push(format!("{reported}: corrected before the diagnosis; correct the header or the map"));
         self.reason = match self.verdict {
-            Verdict::None => format!("{told}; with that corrected: nothing else is missing; {}", self.reason),
-            _ => format!("{told}; with that corrected: {}", self.reason),
+            Verdict::None => format!("{reported}; with that corrected: nothing else is missing; {}", self.reason),
+            _ => format!("{reported}; with that corrected: {}", self.reason),
         };
         if self.verdict == Verdict::None {
             self.verdict = Verdict::Sensor;

@@ -10,7 +10,7 @@ use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem};
 
 /// Ratio of adapted to stated noise from which the noise may have absorbed an effect, so that scores are also taken under the stated noise. Chosen, no derivation.
-const GROWN: f64 = 3.0;
+const GROWN_NOISE_RATIO: f64 = 3.0;
 
 /// Columns and their scores under the adapted noise.
 #[derive(Default)]
@@ -85,7 +85,7 @@ fn scored(scorer: &Scorer<'_, '_>, columns: &[Column]) -> Vec<Score> {
 fn scaled_stated_noise(session: &EstimationSession<'_>, best: &AcceptedModel) -> Option<NoiseModel> {
     let (found, stated) = (&best.noise, &session.noise);
     let sizes = |noise: &NoiseModel| [noise.input_sigma.clone(), noise.sensor_sigma.clone()].concat();
-    let is_larger = sizes(found).iter().zip(&sizes(stated)).any(|(sigma, stated)| *sigma > GROWN * stated);
+    let is_larger = sizes(found).iter().zip(&sizes(stated)).any(|(sigma, stated)| *sigma > GROWN_NOISE_RATIO * stated);
     let grown = is_larger || found.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let noise = noise_hypotheses(session, &best.noise).pop().filter(|_| grown)?;
     let normal = best.fit.linearised.normal(session, &best.fit.theta, &noise, &[])?;
@@ -102,12 +102,13 @@ fn longest(session: &EstimationSession<'_>, best: &AcceptedModel) -> (Lines, Vec
 }
 
 /// Share of all work for the grid points. Chosen, no derivation.
-const GRIDS: f64 = 0.04;
+const GRID_WORK_SHARE: f64 = 0.04;
 
 /// Bounds the work: every law stays, points of its grid are dropped.
 fn thin(session: &EstimationSession<'_>, best: &AcceptedModel, list: &mut Vec<Candidate>) {
     let passes: usize = list.iter().map(|candidate| candidate.directions.len()).sum();
-    let keep = session.work.affords(GRIDS, session.pass_work(&best.plant, &best.fit.theta)) / passes.max(1) as f64;
+    let keep =
+        session.work.affords(GRID_WORK_SHARE, session.pass_work(&best.plant, &best.fit.theta)) / passes.max(1) as f64;
     if keep >= 1.0 {
         return;
     }

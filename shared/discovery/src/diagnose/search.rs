@@ -5,7 +5,7 @@
 use super::adoption::{SearchRound, step};
 use super::screening::{Screening, screen};
 use super::{AcceptedModel, Adopted, Options, RIVAL_SPAN, RivalEffect, Unfitted};
-use crate::compete::{FittedModel, PREFERRED, free_parameters, multistart, refine_onsets, weights};
+use crate::compete::{BIC_PREFERENCE, FittedModel, free_parameters, multistart, refine_onsets, weights};
 use crate::score::{Column, cosine};
 use identification::fit::EstimationSession;
 use std::rc::Rc;
@@ -218,7 +218,7 @@ fn reconsidered(
     let same = |other: &Adopted| other.column.candidate.same_law(&gone.column.candidate);
     let price = libm::log(session.samples.max(2) as f64) * (new.parameter_count() - gone.parameter_count());
     let ahead = refit.objective - again.objective - price;
-    let wins = ahead > PREFERRED;
+    let wins = ahead > BIC_PREFERENCE;
     // of this round's winner
     let behind = if wins { 0.0 } else { (-ahead).max(0.0) };
     let others = step.rivals.iter().filter_map(|(set, rival, more)| Some((set.first()?, rival, behind + more)));

@@ -12,18 +12,18 @@ const GRID_SHARE: f64 = 0.35;
 /// Standard errors of the grid within which a reading is taken as synchronous with an edge of a command.
 const EDGE_SIGMAS: f64 = 4.0;
 /// Gain in `−2 ln p` from which even readings are preferred: odds of exp(5) = 150 : 1. Chosen, no derivation.
-const GAIN: f64 = 10.0;
+const EVEN_STAMPS_GAIN_MIN: f64 = 10.0;
 /// Relinearisations of each fit.
-const ROUNDS: usize = 3;
+const STAMP_ROUNDS: usize = 3;
 
 /// `problem` with even stamps, where they explain its recording better.
 pub(super) fn evened(problem: &Problem, threads: usize) -> Option<Problem> {
     let even = even(problem)?;
     let objective = |problem: &Problem| {
         let session = EstimationSession::new(problem, threads).ok()?;
-        Some(fit(&session, &problem.plant, &session.prior(), &session.noise, ROUNDS).ok()?.objective)
+        Some(fit(&session, &problem.plant, &session.prior(), &session.noise, STAMP_ROUNDS).ok()?.objective)
     };
-    (objective(&even)? < objective(problem)? - GAIN).then_some(even)
+    (objective(&even)? < objective(problem)? - EVEN_STAMPS_GAIN_MIN).then_some(even)
 }
 
 /// Every channel on the grid that its stamps jitter about; `None` where no channel has one.

@@ -1,16 +1,16 @@
 //! Effects of low significance that another recording confirms.
 //!
-//! An effect that one recording shows too weakly may be certain in another. Where no effect is accepted and a recording is held out, the search is repeated at the higher level `s`. Its result must be confirmed by data that had no part in it, all parameters frozen, at a level `q`. Where no physics is unmodelled, and the frozen plant predicts as well as it is known, that happens with probability `s q`, which is [`CONFIRMED_SHARE`] of alpha.
+//! An effect that one recording shows too weakly may be certain in another. Where no effect is accepted and a recording is held out, the search is repeated at the higher level `s`. Its result must be confirmed by data that had no part in it, all parameters frozen, at a level `q`. Where no physics is unmodelled, and the frozen plant predicts as well as it is known, that happens with probability `s q`, which is [`ALPHA_SHARE_CONFIRMED`] of alpha.
 
 use super::held_out_selection::{HeldOutSelection, select_on_held_out};
 use super::search::{SearchResult, searched};
-use super::{AcceptedModel, CONFIRMED_SHARE, NAME_SHARE, Options};
+use super::{ALPHA_SHARE_CONFIRMED, ALPHA_SHARE_IDENTIFIED, AcceptedModel, Options};
 use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
 use identification::problem::Problem;
 
 /// Level of the second search: probability that it finds an effect where none is missing. A larger one needs a smaller level of confirmation; chosen, no derivation.
-const SUSPICION: f64 = 0.1;
+const SUSPICION_LEVEL: f64 = 0.1;
 
 /// The effect of low significance and the held-out evidence, where held-out data confirm it; the scores of the catalogue are those found on the recording `alone`.
 ///
@@ -22,13 +22,17 @@ pub(super) fn confirmed(
     options: &Options,
     notes: &mut Vec<String>,
 ) -> Option<(SearchResult, HeldOutSelection)> {
-    let easier = Options { alpha: SUSPICION / NAME_SHARE, terms_max: options.terms_max.min(1), ..options.clone() };
+    let easier = Options {
+        alpha: SUSPICION_LEVEL / ALPHA_SHARE_IDENTIFIED,
+        terms_max: options.terms_max.min(1),
+        ..options.clone()
+    };
     let mut found = searched(session, (nominal.clone(), alone.screening.clone()), &easier, &mut |_, _| {}).ok()?;
     // Bonferroni over the rivals: the best of several confirmations occurs by chance more often
     let chances = 1 + found.rivals.len();
     let mut own = Vec::new();
     let selection = select_on_held_out(problem, (session, stated), &mut found, options, &mut own);
-    let level = CONFIRMED_SHARE * options.alpha / SUSPICION / chances as f64;
+    let level = ALPHA_SHARE_CONFIRMED * options.alpha / SUSPICION_LEVEL / chances as f64;
     let gain = selection.evidence.gain.filter(|gain| gain.status() == Status::Confirmed)?;
     let p = found.adopted.first().filter(|_| gain.interval(2.0 * level)[0] > 0.0)?.p;
     notes.append(&mut own);

@@ -203,7 +203,7 @@ fn a_wrong_noise_model_is_called_that_and_nothing_else() {
     }
 }
 
-/// What noise of any size and colour would swallow leaves a line of the spectrum or a force over the command.
+/// What noise of any size and colour would absorb leaves a line of the spectrum or a force over the command.
 #[test]
 fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
     let cases: [Case; 4] = [
@@ -225,7 +225,7 @@ fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
 /// A torque that snaps and decays comes near a reading that is off for a while, and near it again in another recording; what the reading does
 /// beside that takes a force that nobody states.
 #[test]
-fn a_name_that_leaves_most_to_a_force_that_nobody_states_is_none_though_held_out_data_confirm_it() {
+fn an_effect_that_leaves_most_to_an_unspecified_force_is_rejected_though_held_out_data_confirm_it() {
     let nominal = plant("pendulum");
     let off = [("step", 1e-3), ("begin", 7.67), ("duration", 2.68)];
     let hidden = with_effect(&nominal, "sensor_step", "sensor:angle", &off);
@@ -242,7 +242,7 @@ fn a_name_that_leaves_most_to_a_force_that_nobody_states_is_none_though_held_out
 
 /// A ripple of one lobe and a torque that decays come as near the data as the law that acts, with more numbers.
 #[test]
-fn names_that_a_law_of_one_number_without_a_name_outdoes_are_none() {
+fn effects_that_a_one_parameter_law_outside_the_catalogue_explains_as_well_are_withdrawn() {
     let cases: [(Case, &[&str], &str); 2] = [
         (("oscillator", 2.0, "joint_cubic_stiffness", "joint:rail", &[("stiffness", 2e6)]), &[], "joint:rail^3"),
         (("pendulum", 20.0, "sensor_drift", "sensor:angle", &[("rate", 3e-4)]), &["sensor_warm_up"], "time"),
@@ -254,8 +254,8 @@ fn names_that_a_law_of_one_number_without_a_name_outdoes_are_none() {
         let asked = problem(&nominal, recorded);
         let found = diagnose(&asked, &Options { threads: 2, without, ..Options::default() }, &mut |_, _| {});
         let abstains = matches!(found.verdict, Verdict::CannotDecide | Verdict::NotInCatalogue);
-        let told = format!("of one number, {formula}, ");
-        assert!(abstains && found.reason.contains(&told), "{name} {kind}: {:?} {}", found.verdict, found.reason);
+        let reported = format!("of one number, {formula}, ");
+        assert!(abstains && found.reason.contains(&reported), "{name} {kind}: {:?} {}", found.verdict, found.reason);
         assert!(found.effects.is_empty() && found.augmented_plant.is_none());
         // with its name in the catalogue it has one
         let found = diagnose(&asked, &Options { threads: 2, ..Options::default() }, &mut |_, _| {});
@@ -277,7 +277,7 @@ fn a_mode_left_out_is_found_at_its_own_damping() {
 }
 
 #[test]
-fn little_work_still_names_what_is_plain_says_what_it_left_out_and_does_so_on_any_number_of_threads() {
+fn little_work_still_identifies_clear_effects_says_what_it_omitted_and_does_so_on_any_number_of_threads() {
     let nominal = plant("pendulum");
     let hidden = with_effect(&nominal, "joint_coulomb", "joint:pivot", &[("force", 8e-3), ("smooth_rate", 1e-3)]);
     let recorded = problem(&nominal, recording(&hidden, 5, 12.0));
@@ -374,7 +374,7 @@ fn a_tone_and_a_short_step_that_no_grid_meets_are_found_where_they_are() {
 }
 
 #[test]
-fn a_repeat_confirms_physics_and_refuses_what_was_there_once() {
+fn a_repeat_confirms_physics_and_rejects_what_occurred_once() {
     let nominal = plant("drive_rig");
     let truth = with_effect(&nominal, "joint_coulomb", "joint:drive", &[("force", 5e-3)]);
     let again = |repeated: &Plant| {
@@ -431,7 +431,7 @@ fn what_coasts_or_rests_and_is_not_pushed_lacks_nothing() {
 }
 
 #[test]
-fn of_a_channel_that_stands_still_or_of_a_handful_of_samples_nothing_is_said() {
+fn a_constant_channel_or_a_handful_of_samples_is_insufficient_data() {
     let nominal = plant("drive_rig");
     let mut stuck = recording(&nominal, 3, 1.0);
     let rate = stuck.channels.iter_mut().find(|channel| channel.name == "rate").expect("the rig reads its rate");

@@ -7,7 +7,7 @@ use super::next::{Next, next, posterior};
 use super::repeat::Repeat;
 use super::report::*;
 use super::screening::Screening;
-use super::{AcceptedModel, Adopted, NAMELESS_SHARE, ResidualTests, Unfitted, status};
+use super::{ALPHA_SHARE_UNIDENTIFIED, AcceptedModel, Adopted, ResidualTests, Unfitted, status};
 use crate::compete::{Multiplicity, onset_estimates};
 use crate::omnibus::{Outliers, StrongestBin};
 use crate::score::{Candidate, Score};
@@ -48,7 +48,7 @@ impl Findings<'_> {
 }
 
 /// Posterior weight below which an effect is reported as not separable from its rivals. Chosen, no derivation.
-const NAME_WEIGHT: f64 = 0.9;
+const SEPARABLE_WEIGHT_MIN: f64 = 0.9;
 
 /// The stated noise; disturbances of unspecified size count only upwards.
 fn as_stated(session: &EstimationSession<'_>, found: &NoiseModel) -> NoiseModel {
@@ -190,8 +190,8 @@ fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diag
 }
 
 /// Prior standard deviations beyond which a parameter conflicts with its file, and posterior ones that it must be away at least: two-sided probabilities of 6e-5 and 0.3 % of a normal distribution. Chosen, no derivation.
-const ASTRAY: f64 = 4.0;
-const KNOWN: f64 = 3.0;
+const PRIOR_CONFLICT_SIGMA: f64 = 4.0;
+const POSTERIOR_CONFLICT_SIGMA: f64 = 3.0;
 
 /// The parameters of the plant whose estimates conflict with their priors, as a clause; empty without any.
 fn prior_conflicts(findings: &Findings<'_>) -> String {
@@ -199,7 +199,7 @@ fn prior_conflicts(findings: &Findings<'_>) -> String {
     let shared = best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma));
     let mut off: Vec<(f64, String)> = shared
         .filter(|(unknown, _)| unknown.recording.is_none() && !unknown.name.starts_with("effect"))
-        .filter(|(unknown, (value, sigma))| (*value - unknown.prior).abs() > KNOWN * **sigma)
+        .filter(|(unknown, (value, sigma))| (*value - unknown.prior).abs() > POSTERIOR_CONFLICT_SIGMA * **sigma)
         .map(|(unknown, (value, sigma))| {
             let (at, unit) = ((value - unknown.prior).abs() / unknown.sigma, &unknown.unit);
             let (name, prior, wide) = (&unknown.name, short(unknown.prior), short(unknown.sigma));
@@ -212,32 +212,32 @@ fn prior_conflicts(findings: &Findings<'_>) -> String {
                 ),
             )
         })
-        .filter(|(at, _)| *at > ASTRAY)
+        .filter(|(at, _)| *at > PRIOR_CONFLICT_SIGMA)
         .collect();
     off.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let told: Vec<String> = off.into_iter().take(3).map(|(_, text)| text).collect();
-    if told.is_empty() { String::new() } else { format!("; in conflict with the file: {}", told.join(", ")) }
+    let reported: Vec<String> = off.into_iter().take(3).map(|(_, text)| text).collect();
+    if reported.is_empty() { String::new() } else { format!("; in conflict with the file: {}", reported.join(", ")) }
 }
 
 /// A significant map: evidence beyond the correction for the maps tried, and confirmed on parts that it was not fitted to.
 fn residual_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     findings.map.filter(|map| {
-        let price = 2.0 * libm::log(map.tried.max(1) as f64 / (NAMELESS_SHARE * findings.alpha));
+        let price = 2.0 * libm::log(map.tried.max(1) as f64 / (ALPHA_SHARE_UNIDENTIFIED * findings.alpha));
         map.evidence > price && map.held_out.status() == Status::Confirmed
     })
 }
 
 /// Least share that effects must explain to be accepted: of all that was explained including the map, and of the misfit while no noise (where held-out data confirm them, no disturbance) has a higher variance than stated. Chosen on seeded cases, no derivation.
-const NAMED_SHARE: f64 = 0.75;
+const EXPLAINED_SHARE_MIN: f64 = 0.75;
 
 /// A time–frequency bin of higher energy than chance allows.
 fn significant_bin<'f>(findings: &'f Findings<'_>) -> Option<&'f StrongestBin> {
-    findings.left.strongest_bin.as_ref().filter(|bin| bin.is_significant(NAMELESS_SHARE * findings.alpha))
+    findings.left.strongest_bin.as_ref().filter(|bin| bin.is_significant(ALPHA_SHARE_UNIDENTIFIED * findings.alpha))
 }
 
 /// The deviation is due to isolated outliers: with them clipped none is significant.
 fn has_lone_outliers(findings: &Findings<'_>) -> bool {
-    let is_significant = |bin: &StrongestBin| bin.is_significant(NAMELESS_SHARE * findings.alpha);
+    let is_significant = |bin: &StrongestBin| bin.is_significant(ALPHA_SHARE_UNIDENTIFIED * findings.alpha);
     let left = &findings.left;
     significant_bin(findings).is_some()
         && left.outliers.iter().all(Outliers::is_rare)
@@ -247,7 +247,7 @@ fn has_lone_outliers(findings: &Findings<'_>) -> bool {
 /// `angle has 3 outliers of 2000, the largest of 17.2 standard deviations at 7.000 s of run.csv`, of every channel.
 fn outlying(findings: &Findings<'_>) -> String {
     let session = findings.session;
-    let told = |own: &Outliers| {
+    let reported = |own: &Outliers| {
         format!(
             "{} has {} of {}, the largest of {:.1} standard deviations at {:.3} s of {}",
             session.problem.plant.sensors[own.channel].name,
@@ -258,7 +258,7 @@ fn outlying(findings: &Findings<'_>) -> String {
             session.problem.recordings[session.problem.runs[own.run].recording]
         )
     };
-    findings.left.outliers.iter().map(told).collect::<Vec<_>>().join("; ")
+    findings.left.outliers.iter().map(reported).collect::<Vec<_>>().join("; ")
 }
 
 fn bin_location(session: &EstimationSession<'_>, bin: &StrongestBin) -> Where {
@@ -312,7 +312,7 @@ fn overriding_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     }
     let is_force = matches!(map.place.acts, Acts::Force(_)) && !map.place.is_of_time();
     let may = is_force || findings.selection.evidence.kind != HeldOutKind::Recording;
-    let outweighs = may && findings.explained < NAMED_SHARE * (findings.explained + map.evidence);
+    let outweighs = may && findings.explained < EXPLAINED_SHARE_MIN * (findings.explained + map.evidence);
     if outweighs { Some(map) } else { parsimonious_law(findings) }
 }
 
@@ -326,10 +326,10 @@ fn parsimonious_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
 fn not_named(map: &UnknownLaw) -> (Verdict, String) {
     let what = if matches!(map.place.acts, Acts::Force(_)) { "a force" } else { "an error of the reading" };
     let reason = match &map.plain {
-        Some(told) => format!(
+        Some(reported) => format!(
             "something acts at {} that no effect of the catalogue describes: {what} with one parameter, {}, explains as much as effects with {} \
              (ahead by {:.0} in BIC)",
-            map.place.site, told.formula, told.numbers, map.evidence
+            map.place.site, reported.formula, reported.numbers, map.evidence
         ),
         None => format!(
             "something acts at {} that no effect of the catalogue describes: {what}, smooth over {}, gains {:.0} in evidence \
@@ -386,7 +386,7 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
     // confirmed effects may leave readings of higher variance than stated; a force of unspecified variance is a missing part, unless the whole recurs in a repeat
     let repeats = findings.repeat.is_some();
     let share = if repeats { 1.0 } else { share_explained(findings, is_sure).unwrap_or(0.0) };
-    if share < NAMED_SHARE {
+    if share < EXPLAINED_SHARE_MIN {
         let (noise, but) = if is_sure {
             ("disturbances", "held-out data confirm that much")
         } else {
@@ -422,7 +422,7 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
         format!("; the repeat shows it too (z = {:.1}, expected {:.1})", repeat.z, repeat.expected)
     });
     let reason = format!("{reason}{again}{left}");
-    if weight < NAME_WEIGHT {
+    if weight < SEPARABLE_WEIGHT_MIN {
         return (Verdict::NotSeparable, reason);
     }
     (if sensor { Verdict::Sensor } else { Verdict::Named }, reason)
@@ -439,7 +439,7 @@ fn nothing_named(findings: &Findings<'_>) -> (Verdict, String) {
         );
         return (Verdict::CannotDecide, reason);
     }
-    let is_noise = findings.noise_p < NAMELESS_SHARE * findings.alpha;
+    let is_noise = findings.noise_p < ALPHA_SHARE_UNIDENTIFIED * findings.alpha;
     if has_lone_outliers(findings) {
         let beside = if is_noise { format!("{}; ", changed_noise(findings)) } else { String::new() };
         let reason = format!(
@@ -488,7 +488,7 @@ fn chance(p: f64) -> String {
 }
 
 /// Gain in `−2 ln p` from which a change of the noise is reported by itself: odds of exp(5) = 150 : 1. Chosen, no derivation; it affects the sentence only.
-const WORTH: f64 = 10.0;
+const NOISE_CHANGE_GAIN_MIN: f64 = 10.0;
 
 /// The largest changes between stated and adapted noise, in words.
 fn changed_noise(findings: &Findings<'_>) -> String {
@@ -500,9 +500,10 @@ fn changed_noise(findings: &Findings<'_>) -> String {
         normal.and_then(|normal| normal.minimum_without()).unwrap_or(f64::INFINITY) + session.disturbance_price(noise)
     };
     let least = objective(&best.noise);
-    let (worth, rest): (Vec<_>, Vec<_>) = list.into_iter().partition(|(.., before)| objective(before) > least + WORTH);
-    let told = if worth.is_empty() { rest } else { worth };
-    told.into_iter().take(3).map(|(_, text, _)| text).collect::<Vec<_>>().join(", ")
+    let (worth, rest): (Vec<_>, Vec<_>) =
+        list.into_iter().partition(|(.., before)| objective(before) > least + NOISE_CHANGE_GAIN_MIN);
+    let reported = if worth.is_empty() { rest } else { worth };
+    reported.into_iter().take(3).map(|(_, text, _)| text).collect::<Vec<_>>().join(", ")
 }
 
 /// Every parameter of the noise that was adapted: the size of its change, in words, and the noise without it.

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 /// Number of matched modes below which changes of one parameter are not separable.
 pub(super) const MODES_MIN: usize = 3;
 /// A change that moves no feature by more than this is absent: rounding of the eigenvalues [ln f, ln ζ].
-const NOTHING: f64 = 1e-9;
+const FEATURE_CHANGE_MIN: f64 = 1e-9;
 
 /// A change in a set, with its amplitude.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,7 +138,10 @@ impl<'a> Comparison<'a> {
         let before = self.left(others, &rows)?;
         // cheap before expensive: a change without effect at its largest amplitude is not fitted
         set[place].amplitude = *set[place].change.grid(self.plant).last()?;
-        if self.left(&set, &rows).is_some_and(|left| left.iter().zip(&before).all(|(a, b)| (a - b).abs() < NOTHING)) {
+        if self
+            .left(&set, &rows)
+            .is_some_and(|left| left.iter().zip(&before).all(|(a, b)| (a - b).abs() < FEATURE_CHANGE_MIN))
+        {
             return None;
         }
         let (amplitude, likelihood) = self.fit(&set, place, &self.evidence, &rows)?;
@@ -147,7 +150,7 @@ impl<'a> Comparison<'a> {
             Some(self.left(&set, &rows)?.iter().zip(&before).map(|(after, before)| before - after).collect())
         };
         let moved = own(amplitude)?;
-        if moved.iter().all(|m| m.abs() < NOTHING) {
+        if moved.iter().all(|m| m.abs() < FEATURE_CHANGE_MIN) {
             return None;
         }
         // linear about the amplitude
@@ -231,7 +234,7 @@ fn sensitivities(plant: &Plant, frame: &Frame) -> (DMatrix<f64>, Vec<(String, f6
         };
         let (Some(up), Some(down)) = (at(parameter.value + step), at(parameter.value - step)) else { continue };
         let column: Vec<f64> = up.iter().zip(&down).map(|(up, down)| (up - down) / (2.0 * step) * sigma).collect();
-        if column.iter().any(|c| c.abs() > NOTHING) {
+        if column.iter().any(|c| c.abs() > FEATURE_CHANGE_MIN) {
             columns.push(column);
             unknowns.push((parameter.name, parameter.value, sigma));
         }

@@ -56,9 +56,9 @@ pub struct Drift {
 }
 
 /// Difference in χ² within which two laws are not separated: ΔBIC of equal sizes, odds of 20 : 1.
-const TIE: f64 = 6.0;
+const LAW_CHI2_TIE: f64 = 6.0;
 /// p value of the residual from which a law is consistent with the parts. Chosen, no derivation.
-const LEFT_P: f64 = 1e-3;
+const LAW_FIT_P_MIN: f64 = 1e-3;
 
 /// All numbers that are not constant at the level `alpha`, the least probable first.
 #[must_use]
@@ -88,12 +88,12 @@ fn drift(mode: usize, track: &ModeTrack, of: Of, tested: f64) -> Option<Drift> {
     let p = (chi_squared_tail(constant.left, freedom) * tested).min(1.0);
     let in_time = line(&values, Some(&time))?;
     let in_amplitude = line(&values, Some(&amplitude));
-    let borne_out = |line: &Line| chi_squared_tail(line.left, freedom - 1.0) > LEFT_P;
+    let fits = |line: &Line| chi_squared_tail(line.left, freedom - 1.0) > LAW_FIT_P_MIN;
     let law = match &in_amplitude {
-        Some(other) if freedom > 1.0 && in_time.left + TIE < other.left && borne_out(&in_time) => Law::Time,
-        Some(other) if freedom > 1.0 && other.left + TIE < in_time.left && borne_out(other) => Law::Amplitude,
+        Some(other) if freedom > 1.0 && in_time.left + LAW_CHI2_TIE < other.left && fits(&in_time) => Law::Time,
+        Some(other) if freedom > 1.0 && other.left + LAW_CHI2_TIE < in_time.left && fits(other) => Law::Amplitude,
         // equal amplitudes exclude a law over amplitude
-        None if freedom > 1.0 && borne_out(&in_time) => Law::Time,
+        None if freedom > 1.0 && fits(&in_time) => Law::Time,
         _ => Law::Undecided,
     };
     Some(Drift { mode, of, law, per_second: in_time.slope, per_amplitude: in_amplitude.map(|line| line.slope), p })
@@ -230,7 +230,7 @@ mod tests {
     }
 
     #[test]
-    fn what_drifts_with_time_and_what_follows_the_amplitude_are_told_apart_with_honest_slopes() {
+    fn drift_with_time_and_dependence_on_amplitude_are_separated_with_honest_slopes() {
         let (mut z, mut right) = (Vec::new(), 0);
         for seed in 0..100 {
             let time = &drifts(&[track(seed, SHUFFLED, 1e-3, 0.0, 0.0)], 0.01)[0];
@@ -250,7 +250,7 @@ mod tests {
     }
 
     #[test]
-    fn in_one_decay_time_and_amplitude_are_not_told_apart_and_that_is_said() {
+    fn in_one_decay_time_and_amplitude_are_not_separated_and_that_is_said() {
         let decay = track(3, [1.0, 0.75, 0.5, 0.25], 0.0, 0.03, 0.0);
         let found = &drifts(std::slice::from_ref(&decay), 0.01)[0];
         assert_eq!((found.of, found.law), (Of::Frequency, Law::Undecided));

@@ -1,15 +1,15 @@
 //! Pairs of measured modes and the plant's, in order or by their shapes.
 //!
-//! A spectrum holds peaks that are no modes of the plant (mains, other directions), and modes that were not excited are not in it. All frequencies may be off by a common factor. For every factor the best assignment in rising order is found by dynamic programming: a pair costs the square of its distance over [`SPREAD`], an unmatched mode [`LEFT_OUT`], a faint peak more than a tall one.
+//! A spectrum holds peaks that are no modes of the plant (mains, other directions), and modes that were not excited are not in it. All frequencies may be off by a common factor. For every factor the best assignment in rising order is found by dynamic programming: a pair costs the square of its distance over [`PAIR_SPREAD`], an unmatched mode [`UNMATCHED_COST`], a faint peak more than a tall one.
 //!
 //! Where shapes were measured, a pair costs by them as well, and pairs may cross: of two modes whose frequencies have changed places the shapes identify each. A shape that is the same over [`CHANNELS_MIN`] channels lets a frequency be further away.
 
 use super::MeasuredMode;
 
 /// Distance in ln f at which a pair costs one, beyond the common factor. Chosen, no derivation.
-const SPREAD: f64 = 0.04;
+const PAIR_SPREAD: f64 = 0.04;
 /// Cost of a mode of the plant without a peak; a pair never costs more. Chosen, no derivation.
-const LEFT_OUT: f64 = 6.0;
+const UNMATCHED_COST: f64 = 6.0;
 /// Largest common factor in question, as |ln|, and its cost per square.
 const FACTOR_MAX: f64 = 0.5;
 const FACTOR_SPREAD: f64 = 0.25;
@@ -72,12 +72,12 @@ fn assign(
         .iter()
         .map(|f| {
             let at = f * libm::exp(s);
-            if at < low || at > high { 0.5 * LEFT_OUT } else { LEFT_OUT }
+            if at < low || at > high { 0.5 * UNMATCHED_COST } else { UNMATCHED_COST }
         })
         .collect();
     let pair = |i: usize, j: usize| {
         let ratio = libm::log(measured[j].frequency_hz / plant_hz[i]);
-        let away = ((ratio - s) / SPREAD) * ((ratio - s) / SPREAD);
+        let away = ((ratio - s) / PAIR_SPREAD) * ((ratio - s) / PAIR_SPREAD);
         let by_shape = match shapes[i][j] {
             Some(Alike { mac, channels }) if channels >= CHANNELS_MIN && mac > SAME_MAC && ratio.abs() < FACTOR_MAX => {
                 away.min(libm::log1p(away)) + SHAPE_COST * (1.0 - mac)

@@ -10,7 +10,7 @@ use identification::statistics::student_two_sided;
 use nalgebra::DMatrix;
 
 /// A change moves a mode when one of its features changes by more: above the rounding of the eigenvalues.
-const MOVES: f64 = 1e-6;
+const FEATURE_MOVE_MIN: f64 = 1e-6;
 
 /// Residual of the upper modes under a set fitted to the lower ones.
 struct Prediction {
@@ -70,7 +70,7 @@ fn moves_lower(comparison: &Comparison<'_>, members: &[Member], place: usize, fi
     others.remove(place);
     let rows = comparison.frame.rows_of(0..fitted);
     match (comparison.left(members, &rows), comparison.left(&others, &rows)) {
-        (Some(with), Some(without)) => with.iter().zip(&without).any(|(a, b)| (a - b).abs() > MOVES),
+        (Some(with), Some(without)) => with.iter().zip(&without).any(|(a, b)| (a - b).abs() > FEATURE_MOVE_MIN),
         _ => false,
     }
 }
@@ -159,7 +159,11 @@ fn channels(
     let of = |prediction: &Prediction| -> Vec<f64> { rows.iter().map(|k| prediction.left[*k]).collect() };
     let (before, after) = (of(before), of(after));
     let moved = |group: &Group| {
-        evidence.group.iter().zip(before.iter().zip(&after)).any(|(g, (a, b))| g == group && (a - b).abs() > MOVES)
+        evidence
+            .group
+            .iter()
+            .zip(before.iter().zip(&after))
+            .any(|(g, (a, b))| g == group && (a - b).abs() > FEATURE_MOVE_MIN)
     };
     let channel = |group: Group| {
         let what = match group {

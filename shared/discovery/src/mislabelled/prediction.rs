@@ -12,15 +12,15 @@ use identification::problem::{Problem, Unknown};
 use identification::work::Work;
 
 /// Mean square of the whitened innovations from which a recording is missed by far: five standard deviations rms. Chosen, no derivation.
-pub(super) const FAR_OFF: f64 = 25.0;
+pub(super) const MISFIT_MEAN_SQUARE: f64 = 25.0;
 /// Prior standard deviations within which the plant's parameters must stay. Chosen, no derivation.
-const ASTRAY: f64 = 5.0;
+const DIVERGENCE_SIGMA: f64 = 5.0;
 /// Bound of the parameters [prior standard deviations]; a fit that ends there has diverged.
-const CONFINED: f64 = 1.01 * ASTRAY;
+const PARAMETER_BOUND_SIGMA: f64 = 1.01 * DIVERGENCE_SIGMA;
 /// Relinearisations of a fit.
-const ROUNDS: Rounds = Rounds::at_most(4);
+const PREDICTION_ROUNDS: Rounds = Rounds::at_most(4);
 /// Cost of a fit by continuation in plain fits.
-const SEVERAL: f64 = 4.0;
+const CONTINUATION_COST: f64 = 4.0;
 
 pub(super) struct Prediction {
     /// Mean square of the whitened innovations.
@@ -34,9 +34,9 @@ pub(super) struct Prediction {
 }
 
 impl Prediction {
-    /// The plant predicts the recording with plausible parameters: mean square below [`FAR_OFF`], all parameters within [`ASTRAY`] prior standard deviations.
+    /// The plant predicts the recording with plausible parameters: mean square below [`MISFIT_MEAN_SQUARE`], all parameters within [`DIVERGENCE_SIGMA`] prior standard deviations.
     pub fn is_near(&self) -> bool {
-        self.mean_square < FAR_OFF && self.divergence_sigma < ASTRAY
+        self.mean_square < MISFIT_MEAN_SQUARE && self.divergence_sigma < DIVERGENCE_SIGMA
     }
 
     /// Lower bound for a recording of so many samples that begins like this one: no parameter values miss less of the whole than of its part.
@@ -106,7 +106,7 @@ impl<'a> PlantEvaluator<'a> {
     fn cost(&self, recording: &Recording, numbers: ParameterChoice<'_>) -> f64 {
         let each = |numbers: ParameterChoice<'_>| self.dearest[numbers.kind()].get();
         let each = match numbers {
-            ParameterChoice::ByContinuation => each(numbers).max(SEVERAL * each(ParameterChoice::Fitted)),
+            ParameterChoice::ByContinuation => each(numbers).max(CONTINUATION_COST * each(ParameterChoice::Fitted)),
             _ => each(numbers),
         };
         each * self.samples(recording) as f64
@@ -137,8 +137,8 @@ impl<'a> PlantEvaluator<'a> {
 /// Bounds the parameters to the distance at which they count as diverged.
 fn confine(unknowns: &mut [Unknown]) {
     for unknown in unknowns {
-        unknown.low = unknown.low.max(unknown.prior - CONFINED * unknown.sigma);
-        unknown.high = unknown.high.min(unknown.prior + CONFINED * unknown.sigma);
+        unknown.low = unknown.low.max(unknown.prior - PARAMETER_BOUND_SIGMA * unknown.sigma);
+        unknown.high = unknown.high.min(unknown.prior + PARAMETER_BOUND_SIGMA * unknown.sigma);
     }
 }
 
@@ -153,9 +153,9 @@ fn predicted(session: &EstimationSession<'_>, numbers: ParameterChoice<'_>) -> O
             Some((dot(&r, &r) / r.len().max(1) as f64, prior))
         }
         ParameterChoice::Step => from(&prior, Rounds::at_most(1)),
-        ParameterChoice::Fitted => from(&prior, ROUNDS),
-        ParameterChoice::ByContinuation => fitted(fit_by_continuation(session, ROUNDS)),
-        ParameterChoice::From(other) => from(&session.start_from(&other.unknowns, &other.theta), ROUNDS),
+        ParameterChoice::Fitted => from(&prior, PREDICTION_ROUNDS),
+        ParameterChoice::ByContinuation => fitted(fit_by_continuation(session, PREDICTION_ROUNDS)),
+        ParameterChoice::From(other) => from(&session.start_from(&other.unknowns, &other.theta), PREDICTION_ROUNDS),
     }?;
     let (samples, unknowns) = (session.samples, session.problem.unknowns.clone());
     let divergence_sigma = divergence_sigma(&unknowns, &theta);
@@ -173,7 +173,7 @@ mod tests {
     use crate::synthetic::{plant, recording};
 
     #[test]
-    fn a_number_that_ends_at_its_bound_has_gone_astray_whatever_the_decimals() {
+    fn a_parameter_that_ends_at_its_bound_counts_as_diverged_whatever_the_decimals() {
         let nominal = plant("drive_rig");
         let problem = Problem::new(&nominal, &[recording(&nominal, 5, 0.1)], &[]).expect("it is its own");
         for k in 1..400 {
@@ -183,13 +183,13 @@ mod tests {
             let mut all = [unknown];
             confine(&mut all);
             for bound in [all[0].low, all[0].high] {
-                assert!(divergence_sigma(&all, &[bound]) > ASTRAY, "{prior} {sigma}");
+                assert!(divergence_sigma(&all, &[bound]) > DIVERGENCE_SIGMA, "{prior} {sigma}");
             }
         }
     }
 
     #[test]
-    fn what_is_missed_of_a_part_is_the_least_that_is_missed_of_the_whole() {
+    fn the_misfit_of_a_part_bounds_that_of_the_whole_from_below() {
         let nominal = plant("drive_rig");
         let mut rubbed = nominal.clone();
         rubbed.add_effect("joint_coulomb", &"joint:drive".parse().unwrap(), &[("force", 0.5)]).unwrap();

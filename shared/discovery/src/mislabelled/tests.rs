@@ -31,9 +31,9 @@ fn a_channel_in_another_unit_or_of_another_sign_is_found_with_its_factor_and_is_
     let degree = 180.0 / PI;
     let cases = [("rate", degree), ("angle", degree), ("rate", -1.0), ("rate", 1e-3), ("angle", 1e3), ("motor", 1e3)];
     for (channel, factor) in cases {
-        let told = found(&times(&whole, channel, factor), &nominal).expect("it is far off");
-        assert_eq!(told.0, [channel.to_owned()], "{channel} x{factor}");
-        assert!((told.1 / factor - 1.0).abs() < 1e-12, "{channel} x{factor}: {told:?}");
+        let reported = found(&times(&whole, channel, factor), &nominal).expect("it is far off");
+        assert_eq!(reported.0, [channel.to_owned()], "{channel} x{factor}");
+        assert!((reported.1 / factor - 1.0).abs() < 1e-12, "{channel} x{factor}: {reported:?}");
     }
 }
 
@@ -43,15 +43,15 @@ fn all_angles_of_a_file_in_degrees_are_one_mistake() {
     let whole = recording(&nominal, 5, 4.0);
     let degree = 180.0 / PI;
     let wrong = times(&times(&whole, "angle_1", degree), "angle_2", degree);
-    let told = found(&wrong, &nominal);
+    let reported = found(&wrong, &nominal);
     assert!(
-        matches!(&told, Some((channels, factor)) if channels.len() == 2 && (factor / degree - 1.0).abs() < 1e-12),
-        "{told:?}"
+        matches!(&reported, Some((channels, factor)) if channels.len() == 2 && (factor / degree - 1.0).abs() < 1e-12),
+        "{reported:?}"
     );
 }
 
 #[test]
-fn nothing_is_mislabelled_where_physics_alone_is_left_out_however_large() {
+fn nothing_is_mislabelled_where_physics_alone_is_unmodelled_however_large() {
     let nominal = plant("pendulum");
     let mut with = nominal.clone();
     with.add_effect("joint_coulomb", &"joint:pivot".parse().unwrap(), &[("force", 0.05)]).unwrap();
@@ -67,7 +67,7 @@ fn nothing_is_mislabelled_where_physics_alone_is_left_out_however_large() {
 
 /// A free response divided by anything is one still: what it misses is no unit.
 #[test]
-fn of_a_free_response_no_unit_is_told() {
+fn of_a_free_response_no_unit_is_reported() {
     let mut nominal = plant("oscillator");
     nominal.actuators[0].command.clear();
     nominal.actuators[0].recorded = false;
@@ -87,7 +87,7 @@ fn of_a_free_response_no_unit_is_told() {
 }
 
 #[test]
-fn two_channels_that_are_each_others_are_told_apart_and_put_right() {
+fn two_swapped_channels_are_detected_and_corrected() {
     let nominal = plant("double_pendulum");
     let mut wrong = recording(&nominal, 5, 4.0);
     let whole = wrong.clone();
@@ -98,20 +98,20 @@ fn two_channels_that_are_each_others_are_told_apart_and_put_right() {
             other => other.into(),
         };
     }
-    let told = mislabelled(&wrong, &nominal, &labels()).expect("the plant cannot follow it");
-    assert_eq!(told.mistake, Mistake::Swapped);
+    let reported = mislabelled(&wrong, &nominal, &labels()).expect("the plant cannot follow it");
+    assert_eq!(reported.mistake, Mistake::Swapped);
     for channel in &whole.channels {
-        let cured = told.cured(&wrong);
+        let cured = reported.cured(&wrong);
         let own = cured.channels.iter().find(|c| c.name == channel.name).unwrap();
         assert_eq!(own.value, channel.value, "{}", channel.name);
     }
 }
 
 #[test]
-fn a_long_recording_is_asked_by_a_beginning_that_is_missed_and_answers_as_a_whole() {
+fn a_long_recording_is_tested_by_a_first_part_that_is_missed_and_then_as_a_whole() {
     let nominal = plant("drive_rig");
     let whole = recording(&nominal, 5, 4.0);
-    assert!(PlantEvaluator::new(&nominal, &labels()).samples(&whole) > BEGINNING);
+    assert!(PlantEvaluator::new(&nominal, &labels()).samples(&whole) > FIRST_PART_READINGS);
     let degree = 180.0 / PI;
     assert_eq!(
         found(&times(&whole, "rate", degree), &nominal).expect("it is far off"),
@@ -146,28 +146,28 @@ fn what_a_beginning_at_rest_does_not_show_the_whole_does() {
     let degree = 180.0 / PI;
     let wrong = times(&whole, "rate", degree);
     let asked = |recording: &Recording| PlantEvaluator::new(&nominal, &labels()).samples(recording);
-    assert!(asked(&wrong.beginning(BEGINNING as f64 / asked(&wrong) as f64)) < 2 * lead);
+    assert!(asked(&wrong.beginning(FIRST_PART_READINGS as f64 / asked(&wrong) as f64)) < 2 * lead);
     assert_eq!(found(&wrong, &nominal).expect("it is far off"), (vec!["rate".to_owned()], degree));
 }
 
 #[test]
-fn where_there_is_no_room_to_ask_no_label_is_told_and_that_is_said_and_what_is_asked_costs_no_more_than_that() {
+fn without_budget_no_metadata_is_reported_and_that_is_said_and_testing_costs_no_more_than_the_budget() {
     let drive = plant("drive_rig");
     let wrong = times(&recording(&drive, 5, 2.0), "rate", 180.0 / PI);
     let by = |most: f64| {
         let work = Arc::new(Work::of(most));
         (mislabelled(&wrong, &drive, &work).is_some(), work)
     };
-    let (told, little) = by(1e6);
-    assert!(!told && little.note().expect("it is said").contains(LONGER));
-    let (told, enough) = by(identification::work::LABELS);
-    assert!(told && enough.note().is_none());
+    let (reported, little) = by(1e6);
+    assert!(!reported && little.note().expect("it is said").contains(OMITTED_PARTS));
+    let (reported, enough) = by(identification::work::LABELS);
+    assert!(reported && enough.note().is_none());
     // what is begun is ended, and the whole is asked of what explains a part
     let all = enough.spent();
     for share in [0.1, 0.2, 0.3, 0.5, 0.7, 0.9] {
-        let (told, work) = by(share * all);
+        let (reported, work) = by(share * all);
         assert!(work.spent() < (share + 0.5) * all, "{share}: {:e} of {all:e}", work.spent());
-        assert!(told || work.note().is_some(), "{share}");
+        assert!(reported || work.note().is_some(), "{share}");
     }
     // a large misfit that no label explains
     let mut rubbed = drive.clone();

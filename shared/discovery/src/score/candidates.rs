@@ -54,10 +54,10 @@ impl Candidate {
     pub fn linear_range(&self, direction: usize) -> [f64; 2] {
         let first = &self.effect.parameters[0];
         let is_whole = |edge: f64| first.unit == "1" && (edge == -1.0 || edge == 1.0 && first.default == 1.0);
-        self.range(direction).map(|edge| if is_whole(edge) { ASKED * edge } else { edge })
+        self.range(direction).map(|edge| if is_whole(edge) { AMPLITUDE_SHARE_MAX * edge } else { edge })
     }
 
-    /// Amplitudes along the directions are possible for the effect: within [`linear_range`](Self::asked), not all zero, and of effective masses the largest not negative.
+    /// Amplitudes along the directions are possible for the effect: within [`linear_range`](Self::linear_range), not all zero, and of effective masses the largest not negative.
     pub fn is_possible(&self, amplitudes: &[f64]) -> bool {
         let is_in_range = |(direction, a): (usize, &f64)| {
             let [low, high] = self.linear_range(direction);
@@ -133,7 +133,7 @@ struct Setting<'a> {
 }
 
 /// Largest share that the linear model may attribute where one is the physical bound. Chosen, no derivation.
-const ASKED: f64 = 1.5;
+const AMPLITUDE_SHARE_MAX: f64 = 1.5;
 /// Points of a grid over frequency and over time.
 const FREQUENCIES: usize = 9;
 const TIMES: usize = 8;

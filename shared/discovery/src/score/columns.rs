@@ -20,12 +20,12 @@ pub struct Column {
 }
 
 /// Whitened size of the change that a pass aims at [standard deviations]: small against the curvature, large against rounding.
-const TARGET: f64 = 2.0;
+const PASS_SIZE_SIGMA: f64 = 2.0;
 /// Whitened size at half the largest amplitude that is rounding, negligible.
-const NOTHING: f64 = 1e-3;
+const NEGLIGIBLE_SIZE: f64 = 1e-3;
 const TRIES: usize = 8;
 /// Share of an amplitude beside which the rest of its change is the law's.
-const LITTLE: f64 = 0.1;
+const LINEAR_SHARE: f64 = 0.1;
 
 /// Columns of all candidates that change anything, in their order, along the trajectory of a linearised problem.
 ///
@@ -122,7 +122,7 @@ fn column_of(
             }
         };
         let Some((raw, step)) = found else { continue };
-        if 0.5 * candidate.range(direction)[1] * stated_size(session, &raw) < NOTHING {
+        if 0.5 * candidate.range(direction)[1] * stated_size(session, &raw) < NEGLIGIBLE_SIZE {
             silent.push(candidate.directions[direction].clone());
             continue;
         }
@@ -134,10 +134,10 @@ fn column_of(
 }
 
 /// Amplitude of the forcing in default amplitudes, and largest nonlinearity of a law between it and the default [relative]. Chosen, no derivation: the error of the column is of this order.
-const SMALL: f64 = 1e-2;
-const BENT: f64 = 0.02;
+const FORCING_AMPLITUDE: f64 = 1e-2;
+const NONLINEARITY_MAX: f64 = 0.02;
 /// Instants at which the linearity of a law is tested.
-const ASKED: usize = 60;
+const LINEARITY_TEST_INSTANTS: usize = 60;
 
 /// Column of one direction by forcing. Outer `None`: the law is not linear in its amplitude, or has states, lags or parts of its own.
 #[allow(clippy::option_option)]
@@ -155,7 +155,7 @@ fn forced(
         with.add_effect(candidate.effect.kind, &candidate.site, &candidate.values(amplitude, direction)).ok()?;
         Some(with)
     };
-    let (small, large_plant) = (with(SMALL * large)?, with(large)?);
+    let (small, large_plant) = (with(FORCING_AMPLITUDE * large)?, with(large)?);
     // a sensor moves nothing: commands are those recorded
     let readings_alone = candidate.site.kind == SiteKind::Sensor;
     let mut raw = vec![0.0; linearised.nu.len()];
@@ -166,10 +166,10 @@ fn forced(
         if !comparable(&course.base, &other) {
             return None;
         }
-        let every = (timeline.events.len() / ASKED).max(1);
+        let every = (timeline.events.len() / LINEARITY_TEST_INSTANTS).max(1);
         let mut much = propagator(session, &large_plant, theta, run)?;
         let few = course.sources(&mut other, readings_alone, every);
-        let bends = bent(&few, &course.sources(&mut much, readings_alone, every)) > BENT;
+        let bends = bent(&few, &course.sources(&mut much, readings_alone, every)) > NONLINEARITY_MAX;
         let all = (!bends).then(|| course.sources(&mut other, readings_alone, 1));
         session.work.add(other.work() + much.work());
         let all = all?;
@@ -179,7 +179,7 @@ fn forced(
             return None;
         }
         for (raw, change) in raw[session.offsets[run]..].iter_mut().zip(&change) {
-            *raw = -change / (SMALL * large);
+            *raw = -change / (FORCING_AMPLITUDE * large);
         }
     }
     // a law without effect at this amplitude may have one at its usual size
@@ -189,8 +189,12 @@ fn forced(
 /// Distance of two sets of sources per amplitude, relative to the larger.
 fn bent(small: &Sources, large: &Sources) -> f64 {
     let of = |small: &[f64], large: &[f64]| -> (f64, f64) {
-        let apart = small.iter().zip(large).map(|(s, l)| (s / SMALL - l) * (s / SMALL - l)).sum::<f64>();
-        (apart, dot(large, large).max(dot(small, small) / (SMALL * SMALL)))
+        let apart = small
+            .iter()
+            .zip(large)
+            .map(|(s, l)| (s / FORCING_AMPLITUDE - l) * (s / FORCING_AMPLITUDE - l))
+            .sum::<f64>();
+        (apart, dot(large, large).max(dot(small, small) / (FORCING_AMPLITUDE * FORCING_AMPLITUDE)))
     };
     let (state, reading) = (of(&small.state, &large.state), of(&small.reading, &large.reading));
     let share = |(apart, whole): (f64, f64)| if whole > 0.0 { (apart / whole).sqrt() } else { 0.0 };
@@ -226,16 +230,20 @@ fn along(
             step = within(0.01 * step, between);
             continue;
         };
-        let off = libm::log(size / TARGET).abs();
+        let off = libm::log(size / PASS_SIZE_SIGMA).abs();
         if best.as_ref().is_none_or(|(.., least)| off < *least) {
             best = Some((change, step, off));
         }
-        is_felt = (0.02 * TARGET..5.0 * TARGET).contains(&size);
+        is_felt = (0.02 * PASS_SIZE_SIGMA..5.0 * PASS_SIZE_SIGMA).contains(&size);
         if is_felt {
             break;
         }
-        between = if size < TARGET { [step.max(between[0]), between[1]] } else { [between[0], step.min(between[1])] };
-        let factor = if size > 0.0 { (TARGET / size).clamp(1e-4, 1e3) } else { 1e3 };
+        between = if size < PASS_SIZE_SIGMA {
+            [step.max(between[0]), between[1]]
+        } else {
+            [between[0], step.min(between[1])]
+        };
+        let factor = if size > 0.0 { (PASS_SIZE_SIGMA / size).clamp(1e-4, 1e3) } else { 1e3 };
         let next = within(step * factor, between).min(0.5 * candidate.high);
         if next == step {
             break;
@@ -247,8 +255,8 @@ fn along(
     let mut raw: Vec<f64> = own.iter().map(|d| -d / step).collect();
     if !integrates_alike(session, plant, theta, candidate, (step, direction)) {
         // a change by finer steps alone does not grow with the amplitude
-        let little = change(session, linearised, plant, theta, candidate, (LITTLE * step, direction))?;
-        raw = own.iter().zip(&little).map(|(own, little)| (little - own) / ((1.0 - LITTLE) * step)).collect();
+        let little = change(session, linearised, plant, theta, candidate, (LINEAR_SHARE * step, direction))?;
+        raw = own.iter().zip(&little).map(|(own, little)| (little - own) / ((1.0 - LINEAR_SHARE) * step)).collect();
     }
     raw.iter().all(|c| c.is_finite()).then_some((raw, step, is_felt))
 }
@@ -333,13 +341,13 @@ mod tests {
         let mut list = candidates(&problem, &nominal, &linearised.linears, period_s, jumps, &[]);
         list.retain(|candidate| kinds.contains(&candidate.effect.kind));
         let of = |list: &[Candidate]| columns((&session, &linearised), &nominal, &theta, list);
-        let told = |c: Column| format!("{:?} {:?}", c.candidate, c.candidate.directions);
+        let reported = |c: Column| format!("{:?} {:?}", c.candidate, c.candidate.directions);
         let alone = list.iter().flat_map(|candidate| of(core::slice::from_ref(candidate)));
-        (of(&list).into_iter().map(told).collect(), alone.map(told).collect(), list.len())
+        (of(&list).into_iter().map(reported).collect(), alone.map(reported).collect(), list.len())
     }
 
     #[test]
-    fn along_what_does_not_move_a_part_at_its_softest_no_frequency_is_felt() {
+    fn a_direction_without_response_at_the_softest_point_has_none_at_any_frequency() {
         let appendages = ["appendage_left_out", "appendage_rotation_left_out"];
         // about a fixed axis through its centre of mass a disc moves what turns and nothing that slides
         let (together, alone, asked) = points("drive_rig", 1.0, &appendages);

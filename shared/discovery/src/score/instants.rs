@@ -14,12 +14,12 @@ use identification::statistics::chi_squared_quantile;
 /// Instants of each list.
 pub const INSTANTS: usize = 4;
 /// Family-wise level at which white noise would have a sample as large. Chosen, no derivation.
-const LEVEL: f64 = 1e-3;
+const JUMP_LEVEL: f64 = 1e-3;
 /// Share of a channel's samples within which a jump must be alone, and their least number: behind it the filter settles.
-const ALONE: usize = 64;
-const ALONE_LEAST: usize = 3;
+const JUMP_ISOLATION_SHARE: usize = 64;
+const JUMP_ISOLATION_MIN: usize = 3;
 /// Ratio of the jumps to the next largest sample; samples of a heavy tail do not reach it. Chosen, no derivation.
-const GAP: f64 = 1.5;
+const JUMP_RATIO_MIN: f64 = 1.5;
 /// Median of |z| of a normal variable.
 const MEDIAN: f64 = 0.674_489_750_196_081_7;
 
@@ -110,10 +110,10 @@ fn stay(
     let both = |[begin, until]: &[f64; 2]| [of(*begin, lasting.default), of(*begin, until - begin)];
     let list: Vec<Candidate> = edges.iter().flat_map(both).collect();
     let found = columns(along, plant, theta, &list);
-    let judged = scores(session, linearised, theta, noise, &found);
+    let scored = scores(session, linearised, theta, noise, &found);
     let statistic = |begin: f64, lasts: bool| {
         let is_own = |inner: &[(&str, f64)]| inner[0].1 == begin && (inner[1].1 == lasting.default) == lasts;
-        let own = found.iter().zip(&judged).find(|(column, _)| is_own(&column.candidate.inner));
+        let own = found.iter().zip(&scored).find(|(column, _)| is_own(&column.candidate.inner));
         own.and_then(|(_, score)| score.as_ref()).map_or(0.0, |score| score.statistic)
     };
     edges.iter().map(|[begin, _]| statistic(*begin, true) > statistic(*begin, false)).collect()
@@ -135,7 +135,7 @@ fn first(jumps: &[(f64, [f64; 2])]) -> Vec<f64> {
 
 /// Size and place of what is larger than any of white noise and than all about it, largest first.
 fn jumps(r: &[f64]) -> Vec<(f64, usize)> {
-    if r.len() < 2 * ALONE_LEAST {
+    if r.len() < 2 * JUMP_ISOLATION_MIN {
         return Vec::new();
     }
     let scale = median(&mut r.iter().map(|r| r.abs()).collect::<Vec<f64>>()) / MEDIAN;
@@ -144,14 +144,14 @@ fn jumps(r: &[f64]) -> Vec<(f64, usize)> {
         return Vec::new();
     }
     let sizes: Vec<f64> = r.iter().map(|r| r.abs() / scale).collect();
-    let least = chi_squared_quantile(1.0 - LEVEL / r.len() as f64, 1.0).sqrt();
-    let reach = (r.len() / ALONE).max(ALONE_LEAST);
+    let least = chi_squared_quantile(1.0 - JUMP_LEVEL / r.len() as f64, 1.0).sqrt();
+    let reach = (r.len() / JUMP_ISOLATION_SHARE).max(JUMP_ISOLATION_MIN);
     let about = |k: usize| &sizes[k.saturating_sub(reach)..(k + reach + 1).min(sizes.len())];
     let is_jump = |k: &usize| sizes[*k] > least && about(*k).iter().all(|other| *other <= sizes[*k]);
     let mut list: Vec<(f64, usize)> = (1..sizes.len()).filter(is_jump).map(|k| (sizes[k], k)).collect();
     list.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let below = |count: usize| list.get(count).map_or(least, |next| next.0);
-    let apart = |count: &usize| list[count - 1].0 > GAP * below(*count);
+    let apart = |count: &usize| list[count - 1].0 > JUMP_RATIO_MIN * below(*count);
     let count = (1..=list.len().min(INSTANTS)).rev().find(apart).unwrap_or(0);
     list.truncate(count);
     list

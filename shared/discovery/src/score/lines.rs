@@ -7,11 +7,11 @@ use realfft::RealFftPlanner;
 /// Lines of each list.
 pub const LINES: usize = 3;
 /// Samples below which there is no spectrum.
-const LEAST: usize = 32;
+const SAMPLES_MIN: usize = 32;
 /// Periods in a recording below which a line counts as a drift.
-const TURNS: usize = 3;
+const PERIODS_MIN: usize = 3;
 /// An interval may differ from the mean one by this share.
-const UNEVEN: f64 = 0.1;
+const UNEVENNESS_MAX: f64 = 0.1;
 
 /// Lines of every channel and of all together [Hz], and the number of frequencies tested.
 #[derive(Clone, Debug, Default)]
@@ -46,12 +46,13 @@ pub fn lines(linear: &Linear, timeline: &Timeline, channels: usize) -> Lines {
 fn periodogram(nu: &[f64], timeline: &Timeline, channel: usize) -> Option<(f64, Vec<f64>)> {
     let own: Vec<usize> = (0..nu.len()).filter(|s| timeline.channel[*s] == channel).collect();
     let n = own.len() & !1;
-    if n < LEAST {
+    if n < SAMPLES_MIN {
         return None;
     }
     let period_s = (timeline.stamp_s[own[n - 1]] - timeline.stamp_s[own[0]]) / (n - 1) as f64;
-    let even =
-        |pair: &[usize]| (timeline.stamp_s[pair[1]] - timeline.stamp_s[pair[0]] - period_s).abs() <= UNEVEN * period_s;
+    let even = |pair: &[usize]| {
+        (timeline.stamp_s[pair[1]] - timeline.stamp_s[pair[0]] - period_s).abs() <= UNEVENNESS_MAX * period_s
+    };
     if !own[..n].windows(2).all(even) {
         return None;
     }
@@ -71,7 +72,7 @@ fn peaks(step_hz: f64, power: &[f64]) -> Vec<(f64, f64)> {
     let last = power.len() - 1;
     let top = |k: &usize| power[*k] >= power[k.saturating_sub(1)] && power[*k] >= power[(*k + 1).min(last)];
     let mut list: Vec<(f64, f64)> =
-        (TURNS - 1..power.len()).filter(top).map(|k| (power[k], step_hz * (k + 1) as f64)).collect();
+        (PERIODS_MIN - 1..power.len()).filter(top).map(|k| (power[k], step_hz * (k + 1) as f64)).collect();
     list.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.total_cmp(&b.1)));
     list.truncate(LINES);
     list

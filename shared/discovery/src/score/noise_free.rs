@@ -8,9 +8,9 @@ use identification::problem::{Course, Drive, Problem, Run, Samples};
 use simulation::Simulator;
 
 /// Share of a reading's own variation that the simulation may miss; a loop that does not follow its recording is rejected as unknown. Chosen, no derivation.
-const MISSED_MAX: f64 = 0.3;
+const LOOP_MISFIT_SHARE_MAX: f64 = 0.3;
 /// Ratio of the noise to its stated size that is allowed for. Chosen, no derivation.
-const NOISE_MAX: f64 = 2.0;
+const LOOP_NOISE_RATIO_MAX: f64 = 2.0;
 
 /// `problem` with commands and readings of `plant`'s loops at `theta`, without noise; `None` where no loop of the plant is recorded, or where the simulation is not near the recording. `sigma`: noise of one sample of each sensor.
 pub fn noise_free(problem: &Problem, plant: &Plant, theta: &[f64], sigma: &[f64]) -> Option<Problem> {
@@ -93,7 +93,9 @@ fn misses(recorded: &[f64], simulated: &[f64], sigma: f64) -> bool {
     let mean = recorded.iter().sum::<f64>() / count;
     let variation: f64 = recorded.iter().map(|y| (y - mean) * (y - mean)).sum();
     let apart: f64 = recorded.iter().zip(simulated).map(|(y, s)| (y - s) * (y - s)).sum();
-    apart > MISSED_MAX * MISSED_MAX * variation + NOISE_MAX * NOISE_MAX * count * sigma * sigma
+    apart
+        > LOOP_MISFIT_SHARE_MAX * LOOP_MISFIT_SHARE_MAX * variation
+            + LOOP_NOISE_RATIO_MAX * LOOP_NOISE_RATIO_MAX * count * sigma * sigma
 }
 
 #[cfg(test)]
@@ -133,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_does_not_follow_its_recording_is_not_believed_and_without_a_loop_there_is_none() {
+    fn a_loop_that_does_not_follow_its_recording_is_rejected_and_without_a_loop_there_is_none() {
         let study = plant("study_case");
         let recorded = problem(&study, recording(&study, 1, 2.0));
         let mut other = study.clone();

@@ -12,9 +12,9 @@ use identification::filter::Linear;
 use identification::problem::Timeline;
 
 /// Bound of the orders tested.
-const LOOKED_MAX: usize = 2000;
+const ORDERS_MAX: usize = 2000;
 /// Largest frequency of a ripple at the mean speed [cycles per sample]; the Nyquist limit is 0.5. Chosen, no derivation.
-const FASTEST: f64 = 0.3;
+const CYCLES_PER_SAMPLE_MAX: f64 = 0.3;
 
 /// Strongest orders over one joint, of one channel or of all together, and the number of orders tested.
 #[derive(Clone, Debug)]
@@ -68,9 +68,9 @@ impl Grid {
         let square = linear.states.chunks(x).map(|state| state[rate] * state[rate]).sum::<f64>();
         let speed = (square / timeline.events.len().max(1) as f64).sqrt();
         let first = core::f64::consts::TAU / (high - low);
-        let fastest = FASTEST * core::f64::consts::TAU / (timeline.period_s * speed);
+        let fastest = CYCLES_PER_SAMPLE_MAX * core::f64::consts::TAU / (timeline.period_s * speed);
         let step = 0.5 * first;
-        let looked = ((fastest - first) / step).min(LOOKED_MAX as f64);
+        let looked = ((fastest - first) / step).min(ORDERS_MAX as f64);
         (looked >= 2.0 && first.is_finite()).then_some(Self { q, first, step, looked: looked as usize })
     }
 

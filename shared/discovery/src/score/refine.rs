@@ -8,20 +8,20 @@ use dynamics::effect::{EffectParameter, Prior, Role};
 use identification::fit::{EstimationSession, LinearisedProblem};
 
 /// Rounds of steps, of laws with sharp edges in time and of all others.
-const LEVELS_OF_EDGES: usize = 14;
-const LEVELS: usize = 5;
+const EDGE_ROUNDS_MAX: usize = 14;
+const ROUNDS_MAX: usize = 5;
 /// Further rounds for every further parameter: a round moves one.
-const LEVELS_MORE: usize = 2;
+const ROUNDS_PER_PARAMETER: usize = 2;
 const HALVINGS: usize = 4;
 /// Columns that the refinement of a law takes, about.
-const COLUMNS: usize = 40;
+const COLUMNS_PER_LAW: usize = 40;
 /// Statistic T from which a law is refined (three standard errors), and number of laws refined. They trade work against coverage; chosen, no derivation.
-const WORTH: f64 = 9.0;
-const LAWS: usize = 12;
+const REFINED_STATISTIC_MIN: f64 = 9.0;
+const REFINED_LAWS_MAX: usize = 12;
 /// Bound of the samples of all columns of the refinement: long recordings refine fewer laws.
-const WORK_MAX: f64 = 5e6;
+const REFINEMENT_WORK_MAX: f64 = 5e6;
 /// Gain of the statistic T from which a new column is kept.
-const GAINED: f64 = 0.5;
+const STATISTIC_GAIN_MIN: f64 = 0.5;
 
 /// Step of a parameter, times by addition, everything else by a factor: the first one.
 fn step_of(parameter: &EffectParameter, value: f64, duration_s: f64) -> Option<Step> {
@@ -94,7 +94,7 @@ impl Climb {
 
 /// Columns of promising laws at better shape parameters than the grid's, taken `along` a trajectory; empty where no step gains.
 ///
-/// Cost: at most [`LAWS`] × parameters × 2 × [`LEVELS_OF_EDGES`] columns, fewer laws where the recording is long; a law whose steps are all halved out is finished.
+/// Cost: at most [`REFINED_LAWS_MAX`] × parameters × 2 × [`EDGE_ROUNDS_MAX`] columns, fewer laws where the recording is long; a law whose steps are all halved out is finished.
 pub fn refined(
     scorer: &Scorer<'_, '_>,
     along: (&EstimationSession<'_>, &LinearisedProblem),
@@ -105,12 +105,12 @@ pub fn refined(
     let session = along.0;
     let [begin_s, end_s] = session.problem.span_s();
     let duration_s = end_s - begin_s;
-    let laws = (WORK_MAX / (COLUMNS as f64 * session.samples.max(1) as f64)) as usize;
+    let laws = (REFINEMENT_WORK_MAX / (COLUMNS_PER_LAW as f64 * session.samples.max(1) as f64)) as usize;
     // an edge in time is as sharp as a sample
     let edges = libm::log2((duration_s / (16.0 * session.timelines[0].period_s)).max(1.0)).ceil() as usize;
     let mut climbs = starts(list, found, duration_s, edges);
-    climbs.truncate(laws.clamp(2, LAWS));
-    for level in 0..LEVELS_OF_EDGES.max(2 * edges) {
+    climbs.truncate(laws.clamp(2, REFINED_LAWS_MAX));
+    for level in 0..EDGE_ROUNDS_MAX.max(2 * edges) {
         let goes_on = |climb: &&Climb| level < climb.levels || climb.has_edges();
         let flat: Vec<Candidate> =
             climbs.iter().filter(goes_on).flat_map(|climb| proposed(climb, duration_s)).collect();
@@ -118,10 +118,10 @@ pub fn refined(
             break;
         }
         let tried = columns(along, plant, theta, &flat);
-        let judged = scorer.scores(&tried);
+        let scored = scorer.scores(&tried);
         for climb in &mut climbs {
             let own = |column: &Column| column.candidate.same_law(&climb.column.candidate);
-            let better = judged.iter().flatten().filter(|s| own(&tried[s.column]));
+            let better = scored.iter().flatten().filter(|s| own(&tried[s.column]));
             let best = better.max_by(|a, b| a.statistic.total_cmp(&b.statistic));
             match best.filter(|best| best.statistic > climb.statistic) {
                 Some(best) => (climb.column, climb.statistic) = (tried[best.column].clone(), best.statistic),
@@ -132,14 +132,15 @@ pub fn refined(
     let free = libm::log(session.samples.max(2) as f64);
     // a whole order is that of the scale and free of charge; any other one is an estimated parameter
     let is_charged = |parameter: &EffectParameter| matches!(parameter.prior, Prior::FreeUnlessWhole(_));
-    let gained =
-        |climb: &Climb| if climb.column.candidate.effect.parameters.iter().any(is_charged) { free } else { GAINED };
+    let gained = |climb: &Climb| {
+        if climb.column.candidate.effect.parameters.iter().any(is_charged) { free } else { STATISTIC_GAIN_MIN }
+    };
     climbs.into_iter().filter(|c| c.statistic > c.begun_at + gained(c)).map(|climb| climb.column).collect()
 }
 
 /// The best point of every promising law that has shape parameters to move.
 fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Vec<Climb> {
-    let mut order: Vec<&Score> = found.iter().filter(|score| score.statistic > WORTH).collect();
+    let mut order: Vec<&Score> = found.iter().filter(|score| score.statistic > REFINED_STATISTIC_MIN).collect();
     order.sort_by(|a, b| b.statistic.total_cmp(&a.statistic));
     let mut climbs: Vec<Climb> = Vec::new();
     for score in order {
@@ -153,9 +154,9 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Ve
         };
         let steps: Vec<Stride> = numbers.filter_map(stride).collect();
         let known = climbs.iter().any(|climb| climb.column.candidate.same_law(candidate));
-        if climbs.len() < LAWS && !steps.is_empty() && !known {
+        if climbs.len() < REFINED_LAWS_MAX && !steps.is_empty() && !known {
             let (column, statistic) = (list[score.column].clone(), score.statistic);
-            let levels = LEVELS + LEVELS_MORE * (steps.len() - 1);
+            let levels = ROUNDS_MAX + ROUNDS_PER_PARAMETER * (steps.len() - 1);
             climbs.push(Climb { column, statistic, begun_at: statistic, levels, steps });
         }
     }

@@ -50,9 +50,9 @@ const READING: &[&[Factor]] = &[&[odd(1)], &[odd(2)], &[odd(3)], &[even(1)], &[e
 const READING_TIME: &[&[Factor]] = &[&[odd(1)], &[even(2)]];
 
 /// Absolute cosine from which two laws are the same. Chosen, no derivation.
-const SAME: f64 = 0.98;
+const SAME_LAW_COSINE: f64 = 0.98;
 /// Laws whose likelihood is maximised.
-const TAKEN: usize = 3;
+const LAWS_MAXIMISED: usize = 3;
 
 /// A law with its column.
 struct Law {
@@ -105,14 +105,14 @@ pub fn plain(
     let extra: Vec<&Vec<f64>> = laws.iter().map(|law| &law.column).chain(named.iter().copied()).collect();
     let hypothesis = NoiseHypothesis::new(session, linearised, theta, &extra, noise)?;
     let (gram, right) = (&hypothesis.reduced, &hypothesis.reduced_right);
-    let same = |i: usize, j: usize| gram[(i, j)].abs() > SAME * (gram[(i, i)] * gram[(j, j)]).sqrt();
+    let same = |i: usize, j: usize| gram[(i, j)].abs() > SAME_LAW_COSINE * (gram[(i, i)] * gram[(j, j)]).sqrt();
     let has_name = |i: usize| (laws.len()..extra.len()).any(|j| same(i, j));
     let statistic = |i: usize| right[i] * right[i] / gram[(i, i)];
     let mut order: Vec<usize> = (0..laws.len()).filter(|i| hypothesis.seen(*i) && !has_name(*i)).collect();
     order.sort_by(|a, b| statistic(*b).total_cmp(&statistic(*a)).then(a.cmp(b)));
-    let mut taken: Vec<usize> = Vec::with_capacity(TAKEN);
+    let mut taken: Vec<usize> = Vec::with_capacity(LAWS_MAXIMISED);
     for i in order {
-        if taken.len() < TAKEN && !taken.iter().any(|j| same(i, *j)) {
+        if taken.len() < LAWS_MAXIMISED && !taken.iter().any(|j| same(i, *j)) {
             taken.push(i);
         }
     }
@@ -267,27 +267,28 @@ mod tests {
         let first = best(&[]);
         let again = best(&[&first.law.column]);
         let names = first.law.place.names(&linearised.linears[0]);
-        let told = formula(first.law.factors, &names);
+        let reported = formula(first.law.factors, &names);
         let same = again.law.place == first.law.place && again.law.factors == first.law.factors;
-        (first, told, same)
+        (first, reported, same)
     }
 
     #[test]
     fn a_law_of_one_number_is_found_with_its_power_its_place_and_its_size_and_passed_over_where_it_has_a_name() {
-        let (law, told, same) = found("oscillator", 2.0, "joint_cubic_stiffness", "joint:rail", &[("stiffness", 2e5)]);
-        assert_eq!(told, "joint:rail^3");
+        let (law, reported, same) =
+            found("oscillator", 2.0, "joint_cubic_stiffness", "joint:rail", &[("stiffness", 2e5)]);
+        assert_eq!(reported, "joint:rail^3");
         let [value, sigma] = law.amplitude;
         // at the edge of what was visited
         let truth = -2e5 * law.law.scales[0][1].powi(3);
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.1 * truth.abs() && !same, "{value} {sigma} {truth}");
-        let (law, told, same) = found("drive_rig", 2.0, "sensor_drift", "sensor:rate", &[("rate", 0.02)]);
-        assert_eq!((told.as_str(), law.law.place.site.as_str()), ("time", "sensor:rate"));
+        let (law, reported, same) = found("drive_rig", 2.0, "sensor_drift", "sensor:rate", &[("rate", 0.02)]);
+        assert_eq!((reported.as_str(), law.law.place.site.as_str()), ("time", "sensor:rate"));
         let [begin, end] = law.law.scales[0];
         let [value, sigma] = law.amplitude;
         let truth = 0.02 * (end - begin);
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.1 * truth && !same, "{value} {sigma} {truth}");
-        let (_, told, same) = found("drive_rig", 2.0, "actuator_lag", "actuator:motor", &[("time_constant", 3e-4)]);
-        assert!(told == "actuator:motor.rate" && !same, "{told}");
+        let (_, reported, same) = found("drive_rig", 2.0, "actuator_lag", "actuator:motor", &[("time_constant", 3e-4)]);
+        assert!(reported == "actuator:motor.rate" && !same, "{reported}");
     }
 
     #[test]

@@ -67,7 +67,7 @@ fn what_cannot_be_stays_out_of_reach() {
 }
 
 #[test]
-fn shared_numbers_are_known_as_fitted_but_for_those_of_which_the_fitted_recordings_showed_nothing() {
+fn shared_parameters_are_known_as_fitted_except_those_that_the_fitted_recordings_did_not_determine() {
     for recordings in [1, 2] {
         let fitted = pendulum(recordings);
         let theta = off(&fitted, 0.5);
@@ -94,7 +94,7 @@ fn shared_numbers_are_known_as_fitted_but_for_those_of_which_the_fitted_recordin
 
 /// A reading's bias is linear: known to one part in `d`, the gain that it foretells is uncertain to two in `d`.
 #[test]
-fn what_is_foretold_is_as_uncertain_as_the_numbers_that_foretell_it() {
+fn the_predicted_gain_is_as_uncertain_as_the_parameters_that_predict_it() {
     let nominal = plant("drive_rig");
     let biased = |bias: f64| crate::synthetic::with_effect(&nominal, "sensor_bias", "sensor:rate", &[("bias", bias)]);
     let (problem, d) = (crate::synthetic::problem(&nominal, recording(&biased(1e-3), 1, 0.5)), 7.0);
@@ -123,7 +123,7 @@ fn numbers_are_moved_along_a_root_of_their_covariance_and_stay_within_what_is_po
     let free = [f64::NEG_INFINITY, f64::INFINITY];
     let unknowns = [number("effect.1.a", [0.0, 1.1]), number("mass", free), number("effect.1.b", free)];
     let (theta, sigma) = ([1.0, 5.0, 2.0], [0.3, 1.0, 4.0]);
-    // widths are those of all valleys, correlations those of the fit
+    // widths are those of all local optima, correlations those of the fit
     let covariance = DMatrix::from_row_slice(3, 3, &[4.0, 0.3, -1.6, 0.3, 1.0, 0.1, -1.6, 0.1, 1.0]);
     let off = |theta: &[f64]| -> Vec<DVector<f64>> {
         let moved = along_root(&unknowns, (theta, &sigma), &covariance).unwrap();

@@ -25,7 +25,7 @@ fn standing(found: &Diagnosis, kind: &str) -> Option<Status> {
 }
 
 #[test]
-fn what_another_recording_refuses_beside_the_others_leaves_and_they_stay() {
+fn an_effect_that_another_recording_rejects_is_removed_and_the_others_stay() {
     let nominal = plant("drive_rig");
     let physics = rubbing(&nominal);
     let once = with_effect(&physics, "sensor_step", "sensor:rate", &STEP);
@@ -38,7 +38,7 @@ fn what_another_recording_refuses_beside_the_others_leaves_and_they_stay() {
 }
 
 #[test]
-fn what_another_recording_should_have_shown_and_does_not_is_refused() {
+fn an_effect_that_another_recording_should_have_shown_and_does_not_is_rejected() {
     let nominal = plant("drive_rig");
     let sounds = |amplitude: f64| {
         with_effect(&nominal, "sensor_tone", "sensor:rate", &[("amplitude", amplitude), ("frequency", 29.0)])
@@ -53,14 +53,14 @@ fn what_another_recording_should_have_shown_and_does_not_is_refused() {
     assert_eq!(standing(&found, "sensor_tone"), Some(Status::Rejected), "{}", found.reason);
     assert!(found.verdict == Verdict::CannotDecide && found.reason.contains("is predicted"), "{}", found.reason);
     assert!(found.augmented_plant.is_none());
-    // what is too little to show it is no reason to refuse
+    // what is too little to show it is no reason to reject
     let found = asked(recording(&sounds(2e-3), 62, 0.02));
     assert_eq!(standing(&found, "sensor_tone"), Some(Status::Unconfirmed), "{}", found.reason);
 }
 
-/// Alone the friction is below what naming asks of one recording.
+/// Alone the friction is below the level of one recording.
 #[test]
-fn what_is_too_weak_to_be_named_is_named_where_another_recording_confirms_it() {
+fn a_weak_effect_is_reported_where_another_recording_confirms_it() {
     let nominal = plant("drive_rig");
     let rubs = |force: f64| with_effect(&nominal, "joint_coulomb", "joint:drive", &[("force", force)]);
     let fitted = problem(&nominal, recording(&rubs(FAINT), 61, 1.0));
@@ -75,7 +75,7 @@ fn what_is_too_weak_to_be_named_is_named_where_another_recording_confirms_it() {
     assert_eq!(standing(&found, "joint_coulomb"), Some(Status::Confirmed), "{:?} {}", found.verdict, found.reason);
     assert!(found.notes.iter().any(|note| note.starts_with("suspected")), "{:?}", found.notes);
     assert!(found.augmented_plant.is_some());
-    // what is there once is none
+    // an effect that occurs once is rejected
     let found = asked(Some(&nominal));
     assert!(found.effects.is_empty() && found.notes.is_empty(), "{} {:?}", found.reason, found.notes);
     // where there is no room for another search there is none, and that is said
@@ -97,7 +97,7 @@ fn effects_that_are_in_both_recordings_are_confirmed_each_on_its_own() {
 }
 
 #[test]
-fn what_held_out_data_do_not_decide_keeps_its_name_and_stays_out_of_the_model() {
+fn an_undecided_effect_is_reported_and_stays_out_of_the_model() {
     let nominal = plant("drive_rig");
     let physics = rubbing(&nominal);
     let late = [("step", 3e-3), ("begin", 0.8), ("duration", 0.171)];
@@ -130,7 +130,7 @@ fn friction_sigma(standing: &AcceptedModel) -> f64 {
 }
 
 #[test]
-fn a_number_is_as_uncertain_as_the_name_of_what_is_missing() {
+fn parameter_uncertainties_include_all_effects_that_remain_possible() {
     let (mut own, rival) = (standing_at(1e-3, 1e-5), standing_at(2e-3, 2e-5));
     let both = [ParameterSet::of(&own, 0.0), ParameterSet::of(&rival, 0.0)];
     // even odds: half of (1e-5)^2 and half of (2e-5)^2 + (1e-3)^2
