@@ -64,7 +64,7 @@ const PART_GROWTH: usize = 4;
 /// Cost: a linearisation. Where the plant is far off, for each part up to [`HYPOTHESES`] linearisations, [`HYPOTHESES_FITTED`] fits and as many again for commands, within `work`; then the test on the whole recording.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
-    // what no plant can read is left to the other checks
+    // channels that the plant cannot read are left to the other checks
     Problem::new(plant, core::slice::from_ref(recording), &[]).ok()?;
     let evaluator = PlantEvaluator::new(plant, work);
     if is_near(&evaluator.predicted(recording, ParameterChoice::Priors)) {

@@ -108,7 +108,7 @@ enum Along {
 }
 
 impl Along {
-    /// Time and band of `n` coefficients from number `from` on.
+    /// Time and band of `n` coefficients from index `from` on.
     fn place(self, from: usize, n: usize, stamp_s: &[f64]) -> ([f64; 2], [f64; 2]) {
         let last = stamp_s.len() - 1;
         let rate_hz = last as f64 / (stamp_s[last] - stamp_s[0]);
@@ -167,7 +167,7 @@ fn among(list: &[Series]) -> Option<StrongestBin> {
     best.map(|best| StrongestBin { tried, ..best })
 }
 
-/// The samples themselves, the octaves of their Haar transform, and what is slower.
+/// The samples themselves, the octaves of their Haar transform, and the rest below them.
 fn bands(series: &[f64]) -> Vec<Band> {
     let time = |w: Vec<f64>, span: usize, edges: [f64; 2]| Band { w, along: Along::Time { span, edges } };
     let mut list = vec![time(series.to_vec(), 1, [0.0, 0.5])];

@@ -135,7 +135,7 @@ mod tests {
             ([false; 3], -1.0, 2.0),
             ([true; 3], 1.0, 2.0),
             ([true; 3], -1.0, 3.0),
-            // half of what a law of both signs passes by is of the other sign
+            // half of the passes of a law of both signs have the other sign
             ([true, false, false], 1.0, 2.5),
         ] {
             let found = laws(one_sided, cosine);

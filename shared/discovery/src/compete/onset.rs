@@ -272,7 +272,7 @@ impl<'a, 'p> Follow<'a, 'p> {
             normal.matrix.row_mut(n + k).scale_mut(scale);
             normal.matrix.column_mut(n + k).scale_mut(scale);
             if scale == 0.0 {
-                // between two samples: nothing follows it
+                // between two samples: no later sample depends on it
                 normal.matrix[(n + k, n + k)] = 1.0 / (width * width);
             }
         }

@@ -8,13 +8,21 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
+    /// Nothing is missing that the recording could show.
     None,
+    /// Effects of the catalogue are identified.
     Named,
+    /// Effects are significant, but rivals explain the recording nearly as well.
     NotSeparable,
+    /// A law is missing that the catalogue does not contain.
     NotInCatalogue,
+    /// The noise is not as stated; no physics is missing.
     NoiseModel,
+    /// Only errors of sensors are missing, or the channel metadata is wrong.
     Sensor,
+    /// No effect of the catalogue would show at its usual size.
     Unobservable,
+    /// The data do not decide, for the reason given.
     CannotDecide,
 }
 
@@ -83,8 +91,11 @@ pub struct Nominal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum HeldOutKind {
+    /// Another recording.
     Recording,
+    /// Blocks of the fitted recording, each predicted from the others.
     Blocks,
+    /// No held-out data.
     None,
 }
 

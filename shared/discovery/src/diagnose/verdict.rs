@@ -166,7 +166,7 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     diagnosis
 }
 
-/// If the effects only approximate an unknown law they are not reported, nor what they made of the parameters and of held-out data.
+/// Removes effects that only approximate an unknown law from the report, together with their values of the parameters and their held-out evidence.
 fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diagnosis) {
     diagnosis.effects.clear();
     diagnosis.nominal.iter_mut().zip(&findings.stated.sigma).for_each(|(own, sigma)| {

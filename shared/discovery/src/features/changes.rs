@@ -125,7 +125,7 @@ impl Change {
         }
     }
 
-    /// Amplitudes in question, rising, that neighbours bracket what lies between them: both signs, or positive ones.
+    /// Grid of amplitudes, rising, dense enough that neighbours bracket every optimum: both signs, or positive ones.
     pub fn grid(&self, plant: &Plant) -> Vec<f64> {
         let both =
             |most: f64, n: i32| (-n..=n).map(|k| most * f64::from(k) / f64::from(n)).filter(|a| *a != 0.0).collect();
@@ -134,7 +134,7 @@ impl Change {
             Self::Scale { .. } | Self::Single { .. } => both(0.4, 20),
             // to a twelfth and to twelve times
             Self::DampingScale { .. } | Self::DampingSingle { .. } => both(2.5, 8),
-            // relative to what moves the first mode as much as itself
+            // in units of the largest ω² ρ² of the modes, whose inverse changes a mode as much as its own flexibility
             Self::Root { appendage, axis } => {
                 let strongest = plant.appendages[*appendage].modes.iter().map(|mode| {
                     let (omega, rho) = (omega(mode), mode.rotation_sqrt_kg_m[*axis].value);

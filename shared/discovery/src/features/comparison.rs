@@ -190,8 +190,7 @@ impl<'a> Comparison<'a> {
         fisher_tail(gained / scale.max(1e-300), 1.0, 1.0 / spread.max(1e-300))
     }
 
-    /// Standard deviations of all amplitudes of a set that were fitted together to the features `rows`, and what every feature moves by
-    /// in the directions in which they are not known, one deviation each (features × members).
+    /// Standard deviations of all amplitudes of a set that were fitted together to the features `rows`, and the change of every feature along the uncertain directions, one standard deviation each (features × members).
     pub fn spread(&self, members: &[Member], rows: &[usize], tau: &Each) -> Option<(Vec<f64>, DMatrix<f64>)> {
         let moved = self.moved(members)?;
         let mut slopes = DMatrix::zeros(self.residual.len(), members.len());
@@ -217,7 +216,7 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// Derivatives of the features by every number with a prior, times its sigma.
+/// Derivatives of the features by every parameter with a prior, times its sigma.
 fn sensitivities(plant: &Plant, frame: &Frame) -> (DMatrix<f64>, Vec<(String, f64, f64)>) {
     let mut columns: Vec<Vec<f64>> = Vec::new();
     let mut unknowns = Vec::new();

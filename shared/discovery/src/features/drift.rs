@@ -26,7 +26,7 @@ pub struct ModeTrack {
     pub parts: Vec<ModeInPart>,
 }
 
-/// Which number changes.
+/// The parameter that changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Of {
     Frequency,
@@ -42,7 +42,7 @@ pub enum Law {
     Undecided,
 }
 
-/// A number of a mode that is not constant.
+/// A parameter of a mode that is not constant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drift {
     pub mode: usize,
@@ -60,7 +60,7 @@ const LAW_CHI2_TIE: f64 = 6.0;
 /// p value of the residual from which a law is consistent with the parts. Chosen, no derivation.
 const LAW_FIT_P_MIN: f64 = 1e-3;
 
-/// All numbers that are not constant at the level `alpha`, the least probable first.
+/// All parameters that are not constant at the level `alpha`, the least probable first.
 #[must_use]
 pub fn drifts(tracks: &[ModeTrack], alpha: f64) -> Vec<Drift> {
     let tested = (2 * tracks.iter().filter(|track| track.parts.len() > 1).count()).max(1) as f64;

@@ -10,7 +10,7 @@ use super::shapes::Across;
 use dynamics::description::Plant;
 use dynamics::system::System;
 
-/// A damping ratio known worse than to this share of itself has no logarithm worth the name.
+/// Largest relative standard deviation of a damping ratio: beyond it its logarithm is far from normal.
 const DAMPING_SHARE_MAX: f64 = 0.5;
 
 /// One feature.

@@ -9,10 +9,10 @@ use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Effect, Law};
 use dynamics::system::{System, Workspace};
 
-/// Rates [1/s, m/s, rad/s] between which a damper has to be one, and to what.
+/// Rates [1/s, m/s, rad/s] between which a damper must be linear, and relative tolerance.
 const RATES: [f64; 2] = [1e-3, 1.0];
 const RATES_AGREE: f64 = 1e-6;
-/// Positions likewise; what a turned part's inertia does to them is of the order of the larger one.
+/// Positions likewise; the inertia of a turned part changes them by the order of the larger one.
 const POSITIONS: [f64; 2] = [1e-6, 1e-3];
 const POSITIONS_AGREE: f64 = 1e-2;
 
@@ -46,7 +46,7 @@ fn is_linear(plant: &Plant, effect: &Effect, site: &Site) -> Option<bool> {
         system.derivative(&mut Workspace::new(system), 0.0, x, &u, &mut x_dot);
         x_dot
     };
-    // what the law adds when all rates, or all positions, are off by `size`
+    // accelerations added by the law when all rates, or all positions, are off by `size`
     let added = |size: f64, of_rates: bool| -> Vec<f64> {
         let moved = before.states().iter().zip(&rest).map(|(state, x)| {
             let is_rate = state.name.ends_with(".rate");

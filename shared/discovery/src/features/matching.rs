@@ -40,7 +40,7 @@ pub(super) fn pairs(
         (0..plant_hz.len()).map(|i| (0..measured.len()).map(|j| alike(i, j)).collect()).collect();
     let tallest = measured.iter().map(|m| libm::log(m.prominence)).fold(0.0, f64::max);
     let faint: Vec<f64> = measured.iter().map(|m| tallest - libm::log(m.prominence)).collect();
-    // what was measured beyond the plant's last mode, or below its first, says nothing
+    // a measured mode beyond the plant's last one, or below its first, is no evidence
     let mut factors = vec![0.0];
     for f in plant_hz {
         let near = measured.iter().map(|m| libm::log(m.frequency_hz / f));
@@ -116,7 +116,7 @@ fn assign(
     exchanged(list, m, &left_out, &pair)
 }
 
-/// Cost and pairs after every exchange that helps: a mode takes a peak, and whoever had it takes what the mode had.
+/// Cost and pairs after every exchange that helps: two modes exchange their peaks.
 fn exchanged(
     list: Vec<(usize, usize)>,
     peaks: usize,

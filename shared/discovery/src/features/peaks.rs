@@ -48,7 +48,7 @@ const FLOOR_SHARE: f64 = 0.15;
 const FLOOR_LINES: usize = 25;
 /// Part of a line below which a frequency is not known.
 const LINE_SHARE: f64 = 0.1;
-/// A peak this much weaker beside a stronger one, this close, is its skirt or its window's.
+/// A peak this much weaker beside a stronger one, this close, belongs to its skirt or to the window.
 const BESIDE_SHARE: f64 = 0.03;
 
 /// Lines within the half-power bandwidth below which the window is in the damping: that of Hann is 1.4 lines wide, and
@@ -124,7 +124,7 @@ fn floor(f: &[f64], log: &[f64], i: usize) -> f64 {
     estimation::quantiles::median(&mut log[low..high].iter().copied().step_by(stride).collect::<Vec<f64>>())
 }
 
-/// Fits over a wide and a narrow stretch: what they differ by is what one resonance on a constant does not describe.
+/// Fits over a wide and a narrow stretch: their difference is the model error of one resonance on a constant, and enters the standard errors.
 fn twice(f: &[f64], log: &[f64], top: usize, over: f64) -> MeasuredMode {
     let (wide, narrow) = (resonance(f, log, top, over, 4.0), resonance(f, log, top, over, 2.5));
     MeasuredMode {

@@ -13,7 +13,7 @@ pub(super) struct PlantMode {
     pub name: String,
     /// Share of every state.
     pub participation: Vec<f64>,
-    /// What the sensors asked say, up to one complex factor.
+    /// Components at the requested sensors, up to one complex factor.
     pub shape: Vec<Complex<f64>>,
 }
 

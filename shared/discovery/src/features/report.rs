@@ -145,7 +145,7 @@ impl Comparison<'_> {
         }
     }
 
-    /// What the members are and what they take.
+    /// The members and the share of the residual that they explain.
     fn taken(&self, members: &[Member], with: &Likelihood) -> String {
         let each = members.iter().map(|member| {
             let (name, value, _, unit) = member.change.parameter(member.amplitude);

@@ -148,7 +148,7 @@ pub fn candidates(
     without: &[String],
 ) -> Vec<Candidate> {
     let motion = |site: &Site| motion(plant, linears, site);
-    // of a sensor its own, of everything else what any sensor shows
+    // for a sensor its own, for all other sites those of any sensor
     let of = |site: &Site, channels: &[Vec<f64>], pooled: &[f64]| {
         let channel = plant.sensors.iter().position(|sensor| site.kind == SiteKind::Sensor && sensor.name == site.name);
         channel.and_then(|c| channels.get(c)).map_or_else(|| pooled.to_vec(), Clone::clone)
@@ -285,7 +285,7 @@ fn turn(effect: &'static Effect) -> Option<(&'static EffectParameter, f64)> {
     })
 }
 
-/// Directions that span what the amplitudes or their angle can do.
+/// Directions that span the amplitudes or their angle.
 fn directions(effect: &'static Effect, planar: bool) -> Vec<Direction> {
     if effect.amplitudes() > 1 {
         let felt = |p: &&EffectParameter| !(planar && p.out_of_plane);

@@ -250,7 +250,7 @@ fn along(
         }
         step = next;
     }
-    // no effect at what the plant survives says nothing about larger amplitudes
+    // no effect at amplitudes that the plant survives is no statement about larger ones
     let (own, step, _) = best.filter(|(.., off)| off.is_finite() || between[1].is_infinite())?;
     let mut raw: Vec<f64> = own.iter().map(|d| -d / step).collect();
     if !integrates_alike(session, plant, theta, candidate, (step, direction)) {
@@ -349,7 +349,7 @@ mod tests {
     #[test]
     fn a_direction_without_response_at_the_softest_point_has_none_at_any_frequency() {
         let appendages = ["appendage_left_out", "appendage_rotation_left_out"];
-        // about a fixed axis through its centre of mass a disc moves what turns and nothing that slides
+        // about a fixed axis through its centre of mass a disc excites rotations and no translations
         let (together, alone, asked) = points("drive_rig", 1.0, &appendages);
         assert!(!alone.is_empty() && alone.len() < asked, "{} of {asked}", alone.len());
         assert_eq!(together, alone);

@@ -20,7 +20,7 @@ pub struct Sources {
     pub reading: Vec<f64>,
 }
 
-/// The propagators differ in numbers alone: same states, same lags, same commands.
+/// The propagators differ in parameter values alone: same states, same lags, same commands.
 pub fn comparable(base: &Propagator<'_>, other: &Propagator<'_>) -> bool {
     base.layout == other.layout
         && base.same_lags(other)
@@ -61,7 +61,7 @@ impl<'a> Course<'a> {
         Self { base, linear, begin, end, reading }
     }
 
-    /// Sources of `other`, of the same run; `every`: only each so-manieth event. A change of `readings_alone` moves no state.
+    /// Sources of `other`, of the same run; `every`: only each such multiple of events. A change of `readings_alone` moves no state.
     pub fn sources(&self, other: &mut Propagator<'_>, readings_alone: bool, every: usize) -> Sources {
         let (linear, timeline) = (self.linear, self.base.timeline);
         let (n, x, m) = (linear.layout.tangent, self.base.x0.len(), linear.layout.noise_inputs.len());
@@ -232,7 +232,7 @@ mod tests {
 
     #[test]
     fn forcing_is_what_a_pass_of_the_changed_plant_shows() {
-        // what is left is the trapezoid's (ω h)²/12 and the amplitude's second order
+        // the remainder is the trapezoid's (ω h)²/12 and the amplitude's second order
         let viscous = apart("pendulum", 8.0, "joint_quadratic_damping", "joint:pivot", &[("damping", 1e-6)]);
         assert!(viscous < 0.02, "{viscous}");
         let stiffness = apart("pendulum", 8.0, "joint_cubic_stiffness", "joint:pivot", &[("stiffness", 1e-6)]);

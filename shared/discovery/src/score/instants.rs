@@ -31,7 +31,7 @@ pub struct Instants {
     pub looked: usize,
 }
 
-/// Jumps of the innovations of the longest run under `noise`, each between its sample and the one before; what they show is taken `along`.
+/// Jumps of the innovations of the longest run under `noise`, each between its sample and the one before; its columns are taken along the trajectory `along`.
 ///
 /// Cost: two columns a jump.
 pub fn instants(
@@ -68,7 +68,7 @@ fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
     (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect()
 }
 
-/// From between a channel's sample `k` and the one before to between it and the one behind, in the time that laws act in [s]; nothing of the last.
+/// Interval from the middle between a channel's sample `k` and the one before to the middle between it and the next one, in the time of the laws [s]; that of the last sample ends at itself.
 fn edge(timeline: &Timeline, own: &[usize], k: usize) -> [f64; 2] {
     let at = |k: usize| timeline.stamp_s[own[k]] - timeline.shift_s[timeline.channel[own[k]]];
     let until = if k + 1 < own.len() { 0.5 * (at(k) + at(k + 1)) } else { at(k) };
@@ -133,7 +133,7 @@ fn first(jumps: &[(f64, [f64; 2])]) -> Vec<f64> {
     list
 }
 
-/// Size and place of what is larger than any of white noise and than all about it, largest first.
+/// Size and index of samples larger than any of white noise and than all their neighbours, largest first.
 fn jumps(r: &[f64]) -> Vec<(f64, usize)> {
     if r.len() < 2 * JUMP_ISOLATION_MIN {
         return Vec::new();

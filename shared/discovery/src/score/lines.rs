@@ -27,7 +27,7 @@ pub struct Lines {
 pub fn lines(linear: &Linear, timeline: &Timeline, channels: usize) -> Lines {
     let mut found = Lines::default();
     let mut pool: Vec<(f64, f64)> = Vec::new();
-    // where the pass starts elsewhere than at the prior's mean, that mean's swing is no line
+    // where the pass starts elsewhere than at the prior's mean, the oscillation from that mean is no line
     let nu: Vec<f64> = linear.nu.iter().zip(&linear.pull).map(|(nu, pull)| nu - pull).collect();
     for channel in 0..channels {
         let peaks = periodogram(&nu, timeline, channel).map_or_else(Vec::new, |(step_hz, power)| {

@@ -63,7 +63,7 @@ fn simulated(plant: &Plant, run: &Run, sigma: &[f64]) -> Option<Run> {
     for ((drive, command), actuator) in clean.drives.iter_mut().zip(&commands).zip(&plant.actuators) {
         if let Drive::Held { time_s, value } = drive {
             let recorded = core::mem::take(value);
-            // what holds just after the stamp
+            // the value just after the stamp
             let at =
                 |t: &f64| command.time_s.partition_point(|own| *own <= t + 1e-9 * plant.simulation.period_s).max(1);
             *value = time_s.iter().map(|t| command.value[at(t) - 1]).collect();

@@ -49,7 +49,7 @@ pub fn orders(linear: &Linear, timeline: &Timeline, plant: &Plant, sigma: &[f64]
     found
 }
 
-/// Coordinate at every sample and the orders that are looked at.
+/// Coordinate at every sample and the orders that are tested.
 struct Grid {
     q: Vec<f64>,
     first: f64,
@@ -78,7 +78,7 @@ impl Grid {
     fn power(&self, linear: &Linear, timeline: &Timeline, (channel, sigma): (usize, f64)) -> Vec<f64> {
         let mut sums = vec![[0.0; 2]; self.looked];
         for sample in (0..self.q.len()).filter(|sample| timeline.channel[*sample] == channel) {
-            // where the pass starts elsewhere than at the prior's mean, that mean's swing is no ripple
+            // where the pass starts elsewhere than at the prior's mean, the oscillation from that mean is no ripple
             let nu = (linear.nu[sample] - linear.pull[sample]) / sigma;
             let (turn, begin) = (self.step * self.q[sample], self.first * self.q[sample]);
             let [c, s] = [libm::cos(turn), libm::sin(turn)];

@@ -65,7 +65,7 @@ impl Place {
         self.along.iter().map(name).collect()
     }
 
-    /// Coordinates of a force in state `x` under what acts as event `k` begins its stretch, or ends it.
+    /// Coordinates of a force in state `x` at the start of the stretch behind event `k`, or at its end.
     pub fn at_state(&self, propagator: &Propagator<'_>, (k, end): (usize, bool), x: &[f64], out: &mut [f64]) {
         for (out, coordinate) in out.iter_mut().zip(&self.along) {
             *out = match coordinate {
@@ -178,7 +178,7 @@ pub(super) fn basis(span: &Span, at: &[f64], out: &mut [f64]) {
     }
 }
 
-/// The middle 98 % of every coordinate, all of time and of a rate of commands, which may change seldom; `None` where one stands still.
+/// The middle 98 % of every coordinate, all of time and of a rate of commands, which may change seldom; `None` where one is constant.
 pub(super) fn visited(linearised: &LinearisedProblem, propagators: &[Propagator<'_>], place: &Place) -> Option<Span> {
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); place.along.len()];
     let mut at = vec![0.0; place.along.len()];

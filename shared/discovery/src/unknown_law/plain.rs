@@ -278,7 +278,7 @@ mod tests {
             found("oscillator", 2.0, "joint_cubic_stiffness", "joint:rail", &[("stiffness", 2e5)]);
         assert_eq!(reported, "joint:rail^3");
         let [value, sigma] = law.amplitude;
-        // at the edge of what was visited
+        // at the edge of the range visited
         let truth = -2e5 * law.law.scales[0][1].powi(3);
         assert!((value - truth).abs() < 4.0 * sigma && sigma < 0.1 * truth.abs() && !same, "{value} {sigma} {truth}");
         let (law, reported, same) = found("drive_rig", 2.0, "sensor_drift", "sensor:rate", &[("rate", 0.02)]);
