@@ -1,8 +1,10 @@
-//! Short seeded slices of the campaigns of `obsid bench`: accuracy against the bound, and honesty of the covariance.
+//! Short seeded slices of the campaigns of `obsid bench`: accuracy against the bound, and honesty
+//! of the covariance.
 //!
-//! Tolerances: with n records an RMSE spreads by 1/√(2n), a mean NEES of d parameters by √(2d/n); bands are three of these
-//! around what the method attains in long campaigns. Intervals of one record are correlated: the coverage of n records of d
-//! parameters spreads at most by √(0.95 · 0.05 / n).
+//! Tolerances: with n records an RMSE spreads by 1/√(2n), a mean NEES of d parameters by √(2d/n);
+//! bands are three of these around what the method attains in long campaigns. Intervals of one
+//! record are correlated: the coverage of n records of d parameters spreads at most by √(0.95 ·
+//! 0.05 / n).
 
 use crate::claims::{Claim, demand};
 use bench::campaign::{Benchmark, Campaign, statistics, statistics_against};
@@ -20,7 +22,8 @@ use bench::slosh::{self, Slosh};
 /// Not the seed that `obsid bench` takes by default.
 pub const SEED: u64 = 2024;
 
-/// Statistics of every method over `records` records of `flown`, judged by truth and bound of `nominal`.
+/// Statistics of every method over `records` records of `flown`, judged by truth and bound of
+/// `nominal`.
 pub fn methods<B: Benchmark>(flown: &B, nominal: &B, records: usize) -> Vec<MethodReport> {
     let parameters = nominal.parameters().expect("the benchmark excites");
     let answers = Campaign::new(records, SEED).run(flown, &|| ());
@@ -48,12 +51,14 @@ pub fn honest(report: &MethodReport, records: usize) -> Vec<Claim> {
 /// The estimator that flies.
 const FLIGHT: &str = "momentum-wls-bc-recursive";
 
-/// Efficiency of least squares, total least squares and the estimator that flies, on eight parameters.
+/// Efficiency of least squares, total least squares and the estimator that flies, on eight
+/// parameters.
 pub fn inertial_claims(flown: &Inertial<8, 9>, records: usize) -> Vec<Claim> {
     let flown = flown.clone().only(&["momentum-ls", "momentum-tls", FLIGHT]);
     let reports = methods(&flown, &Inertial::bp1a(), records);
     let mut claims = honest(&reports[2], records);
-    // The logarithms of eight ratios, correlated, average to 0.4 of the spread of one (200 records: 2 % of 5 %).
+    // The logarithms of eight ratios, correlated, average to 0.4 of the spread of one (200 records:
+    // 2 % of 5 %).
     for (report, attained) in reports.iter().zip([1.08, 1.08, 1.0]) {
         let limit = attained * (1.0 + 0.4 * spread(records));
         claims.push(Claim::at_most(format!("{} RMSE/CRLB", report.name), report.geomean_rmse_over_crlb, limit));
@@ -85,7 +90,8 @@ pub fn slosh_claims(flown: &Slosh, records: usize) -> Vec<Claim> {
 pub fn modal_claims(flown: &Modes, records: usize) -> Vec<Claim> {
     let report = &methods(flown, &Modes::flight(), records)[0];
     let mut claims = honest(report, records);
-    // SSI-COV with i = 40 and the order given attains this [%]; the order found here must cost nothing.
+    // SSI-COV with i = 40 and the order given attains this [%]; the order found here must cost
+    // nothing.
     for (row, attained) in report.parameters.iter().zip([0.0017, 0.155, 0.0014, 0.146]) {
         let limit = attained * (1.0 + spread(records));
         claims.push(Claim::at_most(format!("{} RMSE %", row.name), row.rmse_percent, limit));
@@ -126,8 +132,9 @@ fn torques_and_momentum_together_attain_the_bound_of_their_own_model() {
     let answers = Campaign::new(records, SEED).run(&bench, &|| ());
     let reports = statistics_against(bench.methods(), &parameters, Some(&bounds), &answers);
     let mut claims = Vec::new();
-    // 200 records attain 1.14, 1.09, 1.06, 1.06. Without the momentum one number, the scale, moves all parameters together: the mean
-    // of the logarithms then spreads as one ratio does, not as eight.
+    // 200 records attain 1.14, 1.09, 1.06, 1.06. Without the momentum one number, the scale, moves
+    // all parameters together: the mean of the logarithms then spreads as one ratio does, not as
+    // eight.
     for (report, (attained, share)) in reports.iter().zip([(1.14, 1.0), (1.09, 1.0), (1.06, 0.5), (1.06, 0.5)]) {
         claims.extend(honest(report, records));
         let limit = attained * (1.0 + share * spread(records));
@@ -182,7 +189,8 @@ fn latency_and_outside_torque_are_found_along_and_left_out_they_spoil_everything
     let (records, bench) = (12, Late::bp1a());
     let reports = methods(&bench, &bench, records);
     let mut claims = honest(&reports[1], records);
-    // All ten in proportion to their bounds: the mean of the logarithms spreads as in `inertial_claims`.
+    // All ten in proportion to their bounds: the mean of the logarithms spreads as in
+    // `inertial_claims`.
     let limit = 1.05 * (1.0 + 0.4 * spread(records));
     claims.push(Claim::at_most("with the columns, RMSE/CRLB", reports[1].geomean_rmse_over_crlb, limit));
     let worst = reports[0].parameters[..8].iter().filter_map(|row| row.rmse_over_crlb).fold(0.0, f64::max);
@@ -278,7 +286,8 @@ fn outputs_alone_between_the_steps_of_a_loop_show_the_closed_loop_and_not_the_ap
         }
         demand(&claims);
     }
-    // Sampled loop of the study: 1.53177 Hz, 0.19988; 6.48349 Hz, 0.013750. The hub-free damping is 0.778 %.
+    // Sampled loop of the study: 1.53177 Hz, 0.19988; 6.48349 Hz, 0.013750. The hub-free damping is
+    // 0.778 %.
     let printed = [1.531_77, 0.199_88, 6.483_49, 0.013_750];
     for (row, print) in reports[0].parameters.iter().zip(printed) {
         assert!((row.truth / print - 1.0).abs() < 5e-5, "{} {print}", row.truth); // last digit printed
@@ -301,7 +310,8 @@ fn bounds_of_the_experiments_are_those_of_an_independent_study() {
     let percent = |parameters: Option<Vec<bench::campaign::Parameter>>| -> Vec<f64> {
         parameters.expect("exciting").iter().map(|row| 100.0 * row.bound / row.truth.abs()).collect()
     };
-    // Relative tolerance: half a unit of the last printed digit of the smallest number, and 0.5 % for details of the motion.
+    // Relative tolerance: half a unit of the last printed digit of the smallest number, and 0.5 %
+    // for details of the motion.
     let printed: [(Vec<f64>, f64, &[f64]); 6] = [
         (
             percent(Inertial::bp1a().parameters()),

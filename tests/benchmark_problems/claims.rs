@@ -1,4 +1,5 @@
-//! A claim: a number and the band it must lie in. Laws are lists of claims, so that a fault can be shown to break them.
+//! A claim: a number and the band it must lie in. Laws are lists of claims, so that a fault can be
+//! shown to break them.
 
 /// One statement about a number; a number that does not exist breaks it.
 #[derive(Clone, Debug)]

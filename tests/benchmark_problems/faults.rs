@@ -1,4 +1,5 @@
-//! One symbol wrong at a time: the law that guards it must turn red. A check never seen to fail does not count.
+//! One symbol wrong at a time: the law that guards it must turn red. A check never seen to fail
+//! does not count.
 
 use crate::campaigns::{inertial_claims, mated_claims, modal_claims, slosh_claims};
 use crate::claims::broken;

@@ -1,5 +1,6 @@
-//! What the partition that flies publishes in the default mission, read back from its recording: both estimates of the arm, the sensor
-//! sheet's sigma, what the data did to the prior, and the target's numbers.
+//! What the partition that flies publishes in the default mission, read back from its recording:
+//! both estimates of the arm, the sensor sheet's sigma, what the data did to the prior, and the
+//! target's numbers.
 
 use bench::inertial::{Inertial, truth};
 use nalgebra::{SMatrix, SVector};
@@ -115,7 +116,8 @@ fn a_target_that_is_not_what_it_says_is_refused_and_so_is_a_statement_with_a_wro
 
 #[test]
 fn an_arm_that_is_not_the_one_of_the_data_sheet_is_noticed_by_the_targets_fit() {
-    // The sheet puts the shoulder 50 mm off and claims to know it to 0.1 mm: a4 over a5 says otherwise, whatever the masses.
+    // The sheet puts the shoulder 50 mm off and claims to know it to 0.1 mm: a4 over a5 says
+    // otherwise, whatever the masses.
     let told = |text: &mut String| {
         let lengths = text.replace("\nlength_sd_m = 0.01\n", "\nlength_sd_m = 0.0001\n");
         assert!(lengths != *text, "the sheet's sigma stands in the default scenario");

@@ -1,4 +1,5 @@
-//! Closed forms (`physics`) along the experiments that the general plant simulates from its files: what a record must obey.
+//! Closed forms (`physics`) along the experiments that the general plant simulates from its files:
+//! what a record must obey.
 //!
 //! State by state the two are compared in `plant_dynamics`.
 
@@ -27,7 +28,8 @@ pub fn with(mut plant: Plant, changes: &[(&str, f64)]) -> Plant {
     plant
 }
 
-/// The table's arm has equal components of r0, which hides a swap of a4 with a5 and of a6 with a7; this one has not.
+/// The table's arm has equal components of r0, which hides a swap of a4 with a5 and of a6 with a7;
+/// this one has not.
 const SKEWED: (&str, f64) = ("shoulder.position.y", 0.40);
 
 /// Trajectory B with the skewed arm.
@@ -45,7 +47,8 @@ pub fn off_axis() -> Inertial<9, 10> {
     arm
 }
 
-/// Worst difference of regressor · α and the momentum that the experiment began with, perfect sensors [N m s].
+/// Worst difference of regressor · α and the momentum that the experiment began with, perfect
+/// sensors [N m s].
 pub fn momentum_discrepancy<const P: usize, const A: usize>(
     experiment: &Inertial<P, A>,
     alpha: &SVector<f64, P>,
@@ -69,7 +72,8 @@ fn momentum_is_predicted_all_along_the_closed_loop_experiments() {
     ]);
 }
 
-/// Mean square of the residual of the true parameters over the variance its row claims, one kind of sensor noisy.
+/// Mean square of the residual of the true parameters over the variance its row claims, one kind of
+/// sensor noisy.
 ///
 /// The estimator sees all noises at once, where the gyro hides the others (95 % of the variance).
 pub fn residual_over_claim(experiment: &Inertial<9, 10>, claimed: &ChannelSigma) -> f64 {
@@ -83,7 +87,8 @@ pub fn residual_over_claim(experiment: &Inertial<9, 10>, claimed: &ChannelSigma)
     record.iter().map(of_sample).sum::<f64>() / record.len() as f64
 }
 
-/// The arm with its target off the axis, all sensors perfect but those of one kind, whose samples have `sigma` and the step `lsb`.
+/// The arm with its target off the axis, all sensors perfect but those of one kind, whose samples
+/// have `sigma` and the step `lsb`.
 pub fn one_kind_noisy(noisy: fn(&SensorKind) -> bool, sigma: f64, lsb: f64) -> Inertial<9, 10> {
     let mut experiment = off_axis();
     for sensor in &mut experiment.plant.sensors {
@@ -106,7 +111,8 @@ fn every_kind_of_sensor_leaves_the_residual_its_row_claims() {
         ("joint angles", one_kind_noisy(is_angle, 1e-3, 1e-3)),
     ];
     for (kind, experiment) in kinds {
-        // 12 000 samples: √(2/N) = 1.3 %, four of them; noise of 1e-3 makes second-order terms of 1e-6.
+        // 12 000 samples: √(2/N) = 1.3 %, four of them; noise of 1e-3 makes second-order terms of
+        // 1e-6.
         let ratio = residual_over_claim(&experiment, &sigma(&experiment.plant));
         demand(&[Claim::within(format!("{kind}, mean square over claim"), ratio, 0.948, 1.052)]);
     }
@@ -149,7 +155,8 @@ fn parameters_read_off_the_bodies_are_those_of_the_closed_form() {
     }
 }
 
-/// Worst difference of accelerations under random torques over 200 random motions, relative to the largest.
+/// Worst difference of accelerations under random torques over 200 random motions, relative to the
+/// largest.
 pub fn acceleration_discrepancy(plant: &Plant, alpha: &Alpha) -> f64 {
     let system = System::new(plant).expect("the arm of the benchmark");
     let mut workspace = Workspace::new(&system);
@@ -170,7 +177,8 @@ pub fn acceleration_discrepancy(plant: &Plant, alpha: &Alpha) -> f64 {
     (0..200).map(&mut of_motion).fold(0.0, f64::max)
 }
 
-/// Worst difference of the mean acceleration along the seed's sine [m/s²], `base_mass_kg` being what `physics` believes.
+/// Worst difference of the mean acceleration along the seed's sine [m/s²], `base_mass_kg` being
+/// what `physics` believes.
 pub fn slosh_discrepancy(base_mass_kg: f64) -> f64 {
     let bp2 = Slosh::bp2();
     let parameters = SloshParameters {
@@ -188,7 +196,8 @@ pub fn slosh_discrepancy(base_mass_kg: f64) -> f64 {
 
 #[test]
 fn a_sloshing_craft_under_held_thrust_accelerates_as_the_relative_coordinate_says() {
-    // Rounding of velocities of metres per second, over 0.1 s, in 10⁴ steps; accelerations are 0.04 m/s².
+    // Rounding of velocities of metres per second, over 0.1 s, in 10⁴ steps; accelerations are 0.04
+    // m/s².
     demand(&[Claim::at_most("m/s²", slosh_discrepancy(1004.5), 1e-12)]);
 }
 
@@ -217,7 +226,8 @@ pub fn decay_residual(modes: &[Mode; 2]) -> f64 {
 #[test]
 fn the_simulated_decay_holds_the_hub_free_modes_and_nothing_else() {
     let modes = closed_form_appendage().hub_free_modes().expect("a heavy hub");
-    // The hub turns on at θ' = 2 Nms / 177.5 kg m² = 0.0113 rad/s: what a deflection adds to the centripetal acceleration along the
-    // sensor's axis is θ'² / ω1² = 1.3e-6 of what its oscillation gives.
+    // The hub turns on at θ' = 2 Nms / 177.5 kg m² = 0.0113 rad/s: what a deflection adds to the
+    // centripetal acceleration along the sensor's axis is θ'² / ω1² = 1.3e-6 of what its
+    // oscillation gives.
     demand(&[Claim::at_most("decay", decay_residual(&modes), 2e-6)]);
 }

@@ -1,4 +1,5 @@
-//! Slices of the slosh campaigns: every method beside the bound, burst and stroke, the plane, spring or pendulum.
+//! Slices of the slosh campaigns: every method beside the bound, burst and stroke, the plane,
+//! spring or pendulum.
 
 use crate::campaigns::{SEED, honest, methods, spread};
 use crate::claims::{Claim, demand};
@@ -34,7 +35,8 @@ fn the_published_estimators_fail_on_the_damping_and_worse_so_with_more_data() {
     let at = |duration_s| trend::medians(&Slosh::bp2(), &campaign, duration_s).expect("exciting");
     let (short, long) = (at(500.0), at(1000.0));
     for (method, name) in ["tls-paper", "iv-paper"].into_iter().enumerate() {
-        // 200 records of an independent study: 350 % and 958 %, 347 % and 2731 %. The claim is the kind of failure.
+        // 200 records of an independent study: 350 % and 958 %, 347 % and 2731 %. The claim is the
+        // kind of failure.
         let (c_500, c_1000) = (short[method][2], long[method][2]);
         demand(&[
             Claim::within(format!("{name} median c_s % at 500 s"), c_500, 100.0, f64::INFINITY),
@@ -121,10 +123,11 @@ fn a_thrust_scale_error_hides_in_the_sine_and_shows_in_burst_and_coast() {
             // The independent study: −10.4 % with z of 0.5 and 0.3.
             Claim::within("sine: error of m_s", hidden_off, -0.13, -0.08),
             Claim::at_most("sine: worst z of block means", Some(worst(&hidden)), 5.0),
-            // Without noise −2.2 % of m_s, −1.8 % of k_s and −9.1 % of c_s: what does not fit goes into the start of the slosh
-            // (1.1 m). Four sigma of 0.4 % about it. Three cycles over 1000 s move by −0.36, −0.22 and −2.0 % (the study's
-            // −0.6, −0.5 and −2.8 % hold its noise draw of −0.3, −0.3 and −0.9 %). No degeneracy: with the scale free
-            // the bound of m_s stays 0.40 %.
+            // Without noise −2.2 % of m_s, −1.8 % of k_s and −9.1 % of c_s: what does not fit goes
+            // into the start of the slosh (1.1 m). Four sigma of 0.4 % about it. Three cycles over
+            // 1000 s move by −0.36, −0.22 and −2.0 % (the study's −0.6, −0.5 and −2.8 % hold its
+            // noise draw of −0.3, −0.3 and −0.9 %). No degeneracy: with the scale free the bound of
+            // m_s stays 0.40 %.
             Claim::within("burst: error of m_s", seen_off, -0.038, -0.006),
             // Misled as well, by less than half as much.
             Claim::at_most("burst: error of m_s over the sine's", Some((seen_off / hidden_off).abs()), 0.5),

@@ -1,8 +1,9 @@
-//! The slosh estimators on recordings of an independent simulator: parameters within three standard deviations, the second
-//! mass of r4 noticed, pendulum and spring told apart. Only the noisy files are read; true numbers are stated here.
+//! The slosh estimators on recordings of an independent simulator: parameters within three standard
+//! deviations, the second mass of r4 noticed, pendulum and spring told apart. Only the noisy files
+//! are read; true numbers are stated here.
 //!
-//! The folder is `OBSID_RECORDINGS`, or `../shared/recordings` beside the workspace; without it the tests say that they
-//! were skipped, and fail when `OBSID_REQUIRE` contains `recordings`.
+//! The folder is `OBSID_RECORDINGS`, or `../shared/recordings` beside the workspace; without it the
+//! tests say that they were skipped, and fail when `OBSID_REQUIRE` contains `recordings`.
 
 use crate::claims::{Claim, demand};
 use bench::slosh::planar::summed;
@@ -151,7 +152,8 @@ fn a_concealed_second_mass_shows_in_block_means_and_both_are_right_once_it_is_ad
         Claim::within("z of both", two.z_score(), -4.0, 4.0),
         // Five more numbers cost 5 ln(3600) = 41 in the information criterion.
         Claim::within("gain", one.estimate.chi_square - two.chi_square, 150.0, f64::INFINITY),
-        // The bound at the truth, were frequency and axis known: 2.1 kg, 0.08 m, 0.03 m. Wider, but no longer than twice that.
+        // The bound at the truth, were frequency and axis known: 2.1 kg, 0.08 m, 0.03 m. Wider, but
+        // no longer than twice that.
         Claim::within("sigma of the second's mass", sigmas[5], 2.0, 4.0),
         Claim::within("sigma of its place along x", sigmas[8], 0.078, 0.16),
         Claim::within("sigma of its place along y", sigmas[9], 0.026, 0.053),

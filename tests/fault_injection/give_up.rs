@@ -1,11 +1,13 @@
-//! A partition that dies in every life is given up: its domain is abandoned, or, without it, the run.
+//! A partition that dies in every life is given up: its domain is abandoned, or, without it, the
+//! run.
 
 use crate::ended::{Ended, KILLED};
 use crate::limits;
 use crate::world::{World, undisturbed};
 use telemetry::ACTUATORS;
 
-/// Five restarts are allowed, in the built-in table (`deploy/partitions.toml`) and in that of [`limits`].
+/// Five restarts are allowed, in the built-in table (`deploy/partitions.toml`) and in that of
+/// [`limits`].
 const DEATHS: usize = 6;
 
 fn was_given_up(ended: &Ended, name: &str) {

@@ -1,4 +1,5 @@
-//! Hangs: a process that lives and does nothing (SIGSTOP) is found by its execution counter, killed and restarted.
+//! Hangs: a process that lives and does nothing (SIGSTOP) is found by its execution counter, killed
+//! and restarted.
 
 use crate::limits;
 use crate::world::{World, undisturbed};

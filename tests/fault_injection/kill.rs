@@ -1,4 +1,5 @@
-//! SIGKILL at named points: inside a frame, after its outputs, in half a checkpoint, before the first service.
+//! SIGKILL at named points: inside a frame, after its outputs, in half a checkpoint, before the
+//! first service.
 
 use crate::PARTITIONS;
 use crate::ended::{Ended, KILLED};
@@ -37,7 +38,8 @@ fn log_equals_plan(ended: &Ended, plan: &Plan) {
     }
 }
 
-/// Everybody once, far enough apart (more than two pacing windows) that one is back before the next one dies.
+/// Everybody once, far enough apart (more than two pacing windows) that one is back before the next
+/// one dies.
 fn one_after_the_other(point: &str, shift: usize) {
     let world = World::new();
     let mut order = PARTITIONS;
@@ -76,7 +78,8 @@ fn all_but(spared: &str, frame: u64) -> Plan {
 #[test]
 fn producers_and_consumers_killed_in_one_frame_leave_the_digest_unchanged() {
     let world = World::new();
-    // Frames: amid an experiment, at its closing estimate, at the change of mode that follows, in capture.
+    // Frames: amid an experiment, at its closing estimate, at the change of mode that follows, in
+    // capture.
     drill(&world, &all_but("recorder", 1337), "frame", &[]);
     drill(&world, &all_but("supervisor", 1060), "publish", &[]);
     drill(&world, &all_but("modal-id", 2780), "checkpoint", &[]);
@@ -93,7 +96,8 @@ fn everybody_killed_in_one_frame_is_carried_over_by_checkpoints_although_the_ser
         assert_eq!(ended.code, Some(0), "{ended}");
         assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
         let killed = ended.deaths().into_iter().filter(|death| death.cause == KILLED).count();
-        // Services made anew take down who has not come to its kill yet, and in its second life it lives on.
+        // Services made anew take down who has not come to its kill yet, and in its second life it
+        // lives on.
         assert!((1..=PARTITIONS.len()).contains(&killed), "{ended}");
     }
 }
@@ -137,8 +141,8 @@ fn a_recording_made_under_kills_is_complete_and_has_the_digest_of_the_run() {
     assert!(digest.status.success(), "{digest:?}");
     let text = String::from_utf8(digest.stdout).unwrap();
     assert_eq!(text.lines().next(), Some(undisturbed().digest.as_str()));
-    // Not the results alone: each sample that belongs to a frame, once, in order. (A tick also says how far the source
-    // had heard of results, which is a matter of timing.)
+    // Not the results alone: each sample that belongs to a frame, once, in order. (A tick also says
+    // how far the source had heard of results, which is a matter of timing.)
     let recorded = recording::read_mcap(file.as_ref()).unwrap();
     let of_frames = |topic: usize| TOPICS[topic].delivery != Delivery::Status && topic != TICK.id;
     for topic in (0..TOPICS.len()).filter(|&topic| of_frames(topic)) {

@@ -1,4 +1,5 @@
-//! SIGKILL from outside, at moments nobody planned: young processes, and wherever the others happen to be.
+//! SIGKILL from outside, at moments nobody planned: young processes, and wherever the others happen
+//! to be.
 
 use crate::PARTITIONS;
 use crate::ended::{Death, Ended, FOUND_NOTHING, KILLED, TAKEN_DOWN};
@@ -20,7 +21,8 @@ fn kill_young(run: &mut Run, name: &str, age: Duration) -> Death {
     kill(&process)
 }
 
-/// The result is that of the undisturbed run, and the warden's log has every kill of ours and no other.
+/// The result is that of the undisturbed run, and the warden's log has every kill of ours and no
+/// other.
 fn is_undisturbed(ended: &Ended, killed: &[Death]) {
     assert_eq!(ended.code, Some(0), "{ended}");
     assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
@@ -31,7 +33,8 @@ fn is_undisturbed(ended: &Ended, killed: &[Death]) {
         assert!(logged.is_some(), "{kill:?} is not in the log: {ended}");
     }
     for death in died {
-        // The services vanish with the last process that has opened them: then, and only then, others die too.
+        // The services vanish with the last process that has opened them: then, and only then,
+        // others die too.
         let consequence = death.cause == FOUND_NOTHING || death.cause == TAKEN_DOWN;
         assert!(consequence || killed.contains(&death), "{death:?} was not planned: {ended}");
     }

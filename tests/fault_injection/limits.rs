@@ -3,7 +3,8 @@
 use crate::PARTITIONS;
 use crate::world::World;
 
-/// Restarts at once; one second until a hang for those `hanging`, for the others so long that load is no hang.
+/// Restarts at once; one second until a hang for those `hanging`, for the others so long that load
+/// is no hang.
 pub fn table(world: &World, hanging: &[&str]) -> String {
     let row = |name: &&str| {
         let hang_ms = if hanging.contains(name) { 1000 } else { 60_000 };

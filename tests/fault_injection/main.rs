@@ -1,7 +1,8 @@
 //! What holds of the whole system under faults: one result however it is carried out, whoever dies.
 //!
-//! "The same result" always means the same digest: identity of every estimate, mode and verdict that was published. Each
-//! drill is also seen red: with the safeguard off that it proves ([`sabotage`]).
+//! "The same result" always means the same digest: identity of every estimate, mode and verdict
+//! that was published. Each drill is also seen red: with the safeguard off that it proves
+//! ([`sabotage`]).
 //!
 //! [`world`] is the only helper: start there.
 #![forbid(unsafe_code)]

@@ -1,4 +1,5 @@
-//! Ends from outside: a signal to the console ends a run in order; without warden or console nothing stays behind.
+//! Ends from outside: a signal to the console ends a run in order; without warden or console
+//! nothing stays behind.
 
 use crate::ended::Ended;
 use crate::world::{World, undisturbed};

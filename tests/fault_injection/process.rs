@@ -23,7 +23,8 @@ impl Process {
     /// Process `pid`, when it lives and belongs to the world whose folder of runs is `root`.
     pub fn of_world(pid: u32, root: &Path) -> Option<Self> {
         let pidfd = open(pid)?;
-        // Read after the pidfd was opened: what is read is what is held, or the process is gone and nothing is read.
+        // Read after the pidfd was opened: what is read is what is held, or the process is gone and
+        // nothing is read.
         let environment = std::fs::read(format!("/proc/{pid}/environ")).ok()?;
         let mark = format!("OBSID_ROOT={}", root.display());
         if !environment.split(|&byte| byte == 0).any(|variable| variable == mark.as_bytes()) {

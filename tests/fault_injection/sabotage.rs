@@ -1,4 +1,5 @@
-//! Every safeguard switched off is seen to break the law it keeps: a check never seen red does not count.
+//! Every safeguard switched off is seen to break the law it keeps: a check never seen red does not
+//! count.
 
 use crate::world::{World, undisturbed};
 
@@ -48,7 +49,8 @@ fn a_damaged_sample_is_counted_by_everybody_who_gets_it_and_changes_nothing() {
     let ended = world.run(&["--corrupt", "700", "--corrupt", "1500", "--corrupt", "3500"]);
     assert_eq!(ended.digest(), undisturbed().digest, "{ended}");
     let bad = crate::PARTITIONS.map(|name| ended.count(name, "bad"));
-    // Consumers of the damaged topic (imu): inertial-id, slosh-id, supervisor, recorder; frame 700 has no such sample.
+    // Consumers of the damaged topic (imu): inertial-id, slosh-id, supervisor, recorder; frame 700
+    // has no such sample.
     assert_eq!(bad, [0, 2, 2, 0, 2, 2], "{ended}");
     assert!(crate::PARTITIONS.iter().all(|name| ended.count(name, "lost") == 0), "{ended}");
 }

@@ -1,9 +1,11 @@
-//! A world: one test's own place for runs, in which nothing of another test can be seen, killed or left behind.
+//! A world: one test's own place for runs, in which nothing of another test can be seen, killed or
+//! left behind.
 //!
-//! Its folder lies on tmpfs; runs make their folders in `r` (`OBSID_ROOT`), their scratch files in `tmp` (`TMPDIR`).
-//! The console gets its own process group and ends in order when the test dies (PDEATHSIG). A test waits for a file, a
-//! process or a line, never for a time; a run that outlives [`DEADLINE`] is ended and examined. At most
-//! [`RUNS_AT_ONCE`] runs exist at a time: each has seven processes beside the console.
+//! Its folder lies on tmpfs; runs make their folders in `r` (`OBSID_ROOT`), their scratch files in
+//! `tmp` (`TMPDIR`). The console gets its own process group and ends in order when the test dies
+//! (PDEATHSIG). A test waits for a file, a process or a line, never for a time; a run that outlives
+//! [`DEADLINE`] is ended and examined. At most [`RUNS_AT_ONCE`] runs exist at a time: each has
+//! seven processes beside the console.
 
 use crate::ended::Ended;
 use crate::process::Process;
@@ -58,7 +60,8 @@ pub struct World {
 impl World {
     pub fn new() -> Self {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
-        // Short, because sockets lie in it (107 bytes at most); must not begin like a run's folder: wardens purge those.
+        // Short, because sockets lie in it (107 bytes at most); must not begin like a run's folder:
+        // wardens purge those.
         let name = format!("faults-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
         let world = World { folder: Path::new(SHARED_MEMORY).join(name), runs: Mutex::default() };
         for folder in [world.folder.clone(), world.root(), world.scratch()] {
@@ -140,7 +143,8 @@ impl World {
         run
     }
 
-    /// Folders of runs, those that were seen before first. (A console's scratch folder holds no `run.json`.)
+    /// Folders of runs, those that were seen before first. (A console's scratch folder holds no
+    /// `run.json`.)
     fn folders(&self) -> Vec<PathBuf> {
         let mut folders = lock(&self.runs).clone();
         let found = std::fs::read_dir(self.root()).unwrap().flatten().map(|entry| entry.path());
@@ -194,7 +198,8 @@ pub struct Run<'w> {
 }
 
 impl Run<'_> {
-    /// Looks until `probe` finds what is waited for; fails when the console ends before, or at the deadline.
+    /// Looks until `probe` finds what is waited for; fails when the console ends before, or at the
+    /// deadline.
     pub fn wait_until<T>(&mut self, what: &str, mut probe: impl FnMut(&mut Self) -> Option<T>) -> T {
         loop {
             let over = self.console.ends_within(LOOK_EVERY);

@@ -1,4 +1,5 @@
-//! Recordings as they come: refused with file, place, value and cure, or repaired, counted and reported.
+//! Recordings as they come: refused with file, place, value and cure, or repaired, counted and
+//! reported.
 
 use crate::desk::{Folder, estimates, number, skipped};
 use flate2::{Compression, write::GzEncoder};

@@ -1,4 +1,5 @@
-//! Scenario files with unknown keys and numbers that cannot be: refused at their place before anything starts.
+//! Scenario files with unknown keys and numbers that cannot be: refused at their place before
+//! anything starts.
 
 use crate::desk::{Folder, scenario};
 

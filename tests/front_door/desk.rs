@@ -68,7 +68,8 @@ impl Answer {
         self
     }
 
-    /// Refused as bad input: exit 3, nothing on standard output, `texts` and a cure on standard error.
+    /// Refused as bad input: exit 3, nothing on standard output, `texts` and a cure on standard
+    /// error.
     pub fn refuses(self, texts: &[&str]) {
         let answer = self.ends_with(3).says(texts);
         assert!(answer.stdout.is_empty(), "{answer}");

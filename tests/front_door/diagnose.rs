@@ -1,4 +1,5 @@
-//! `obsid diagnose`: what a user is told is missing from a plant, on recordings that the program made itself.
+//! `obsid diagnose`: what a user is told is missing from a plant, on recordings that the program
+//! made itself.
 
 use crate::desk::{Folder, number, workspace};
 use serde_json::Value;

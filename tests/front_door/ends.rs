@@ -8,7 +8,8 @@ use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
-/// A place for runs of a test's own; short, because sockets lie in it, and not named like a run's folder.
+/// A place for runs of a test's own; short, because sockets lie in it, and not named like a run's
+/// folder.
 struct Root(PathBuf);
 
 impl Root {

@@ -153,7 +153,8 @@ fn the_simulated_truth_is_known_to_the_source_and_the_desk_alone() {
     assert!(importers.contains("obsid-sensor-sim") && importers.is_subset(&allowed), "{importers:?}");
 }
 
-/// The sealed cases have equations, an integrator and noise of their own: of `dynamics` they know how a plant is described.
+/// The sealed cases have equations, an integrator and noise of their own: of `dynamics` they know
+/// how a plant is described.
 #[test]
 fn the_challenge_shares_no_equations_with_what_it_tests() {
     let folder = workspace().join("shared/challenge/src");

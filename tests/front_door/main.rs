@@ -1,7 +1,7 @@
 //! The front door: what a user sees of `obsid`, through the binary itself.
 //!
-//! Every claim about a message, an exit code or a key of `--json` is tested on the program, with files as a user has
-//! them. Processes over shared memory appear only where they are the point.
+//! Every claim about a message, an exit code or a key of `--json` is tested on the program, with
+//! files as a user has them. Processes over shared memory appear only where they are the point.
 #![forbid(unsafe_code)]
 
 mod bad_recordings;

@@ -7,7 +7,8 @@ const MODES: [(f64, f64); 2] = [(12.0, 0.01), (31.0, 0.006)];
 /// Of each mode at the two nodes.
 const SHAPES: [[f64; 2]; 2] = [[1.0, 0.6], [-0.7, 1.0]];
 
-/// Accelerances of two nodes by a force at the first, 0 to 50 Hz in steps of 0.05 Hz, as dataset 58 in double precision.
+/// Accelerances of two nodes by a force at the first, 0 to 50 Hz in steps of 0.05 Hz, as dataset 58
+/// in double precision.
 fn universal_file() -> String {
     let mut text = String::new();
     for node in 0..2 {

@@ -1,4 +1,5 @@
-//! Plant files through the program: simulated, checked, described, proposed; bad ones refused at their place.
+//! Plant files through the program: simulated, checked, described, proposed; bad ones refused at
+//! their place.
 
 use crate::desk::{Folder, ask, command, number, workspace};
 use recording::Imported;

@@ -1,7 +1,7 @@
 //! Recordings of real structures and of an independent simulator, through the program.
 //!
-//! The folder is `OBSID_RECORDINGS`, or `../shared/recordings` beside the workspace; without it the tests say that they
-//! were skipped, and fail when `OBSID_REQUIRE` contains `recordings`.
+//! The folder is `OBSID_RECORDINGS`, or `../shared/recordings` beside the workspace; without it the
+//! tests say that they were skipped, and fail when `OBSID_REQUIRE` contains `recordings`.
 
 use crate::desk::{ask, estimates, number, scenario, skipped, workspace};
 use serde_json::Value;
@@ -117,7 +117,8 @@ fn the_free_beams_six_modes_are_those_of_two_other_tools() {
         [1, 2, 3].map(|point| folder.join(format!("free_beam_frf/meas_point_{point}.csv")).display().to_string());
     let found = modes(&points.each_ref().map(String::as_str));
     assert_eq!(found.len(), 6, "{found:?}");
-    // Of the recording's README: sdypy-EMA LSCF of order 30, and a global rational fraction; they agree to 7 mHz and 10 %.
+    // Of the recording's README: sdypy-EMA LSCF of order 30, and a global rational fraction; they
+    // agree to 7 mHz and 10 %.
     let lscf = [51.5165, 142.1763, 278.6623, 460.3951, 687.1658, 958.5290];
     let rational = [51.5183, 142.1768, 278.6666, 460.4012, 687.1647, 958.5304];
     let damping =

@@ -1,4 +1,5 @@
-//! `obsid doctor` and `obsid compare`: what a user is told about recordings, with exit codes, keys and pages.
+//! `obsid doctor` and `obsid compare`: what a user is told about recordings, with exit codes, keys
+//! and pages.
 
 use crate::desk::{Answer, Folder, ask};
 use serde_json::Value;

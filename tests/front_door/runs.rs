@@ -60,7 +60,8 @@ fn every_parameter_has_its_truth_and_lies_within_four_sigma_of_it() {
         assert!(rows.iter().map(|row| row["name"].as_str().unwrap()).eq(names.iter().copied()), "{rows:?}");
         for row in rows {
             let (truth, value, sigma) = (number(row, "truth"), number(row, "value"), number(row, "sigma"));
-            // 4 sigma: 24 parameters of honest sigmas leave it once in 700 seeds, and the seed is fixed.
+            // 4 sigma: 24 parameters of honest sigmas leave it once in 700 seeds, and the seed is
+            // fixed.
             assert!(sigma > 0.0 && (value - truth).abs() <= 4.0 * sigma, "{row}");
             let error_percent = 100.0 * (value - truth).abs() / truth.abs();
             assert!((number(row, "error_percent") - error_percent).abs() <= 1e-12 * error_percent.max(1.0), "{row}");

@@ -1,6 +1,8 @@
-//! What a reader does with bytes that nobody vouches for: it answers or gives a reason, and never panics.
+//! What a reader does with bytes that nobody vouches for: it answers or gives a reason, and never
+//! panics.
 //!
-//! One body per format, for the fuzzer (`cargo +nightly fuzz run csv`, from `tests/fuzz`) and for the seeded run of the suite.
+//! One body per format, for the fuzzer (`cargo +nightly fuzz run csv`, from `tests/fuzz`) and for
+//! the seeded run of the suite.
 
 use runtime::checkpoint::Store;
 use std::collections::BTreeMap;

@@ -1,10 +1,12 @@
 //! Golden verdicts: answers that a change of structure must leave as they are.
 //!
-//! `verdicts.json` holds the verdict, the effects with status and parameters (four significant digits) of 40 seeded challenge cases and
-//! of the public recordings, and the digests of four runs. `OBSID_BLESS=1 cargo test --release --test golden_verdicts` writes the file anew; the
-//! commit that does so explains every line that changed.
+//! `verdicts.json` holds the verdict, the effects with status and parameters (four significant
+//! digits) of 40 seeded challenge cases and of the public recordings, and the digests of four runs.
+//! `OBSID_BLESS=1 cargo test --release --test golden_verdicts` writes the file anew; the commit
+//! that does so explains every line that changed.
 //!
-//! Public recordings are looked for in `OBSID_RECORDINGS`, then in `../shared/recordings`; their entries are skipped (said) without them.
+//! Public recordings are looked for in `OBSID_RECORDINGS`, then in `../shared/recordings`; their
+//! entries are skipped (said) without them.
 
 mod answers;
 mod recordings;

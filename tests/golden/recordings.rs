@@ -109,7 +109,8 @@ struct Slices<'a> {
 }
 
 impl Slices<'_> {
-    /// The rows that `keep` (row, first and second cell as numbers) takes, under the header of the file.
+    /// The rows that `keep` (row, first and second cell as numbers) takes, under the header of the
+    /// file.
     fn cut(&self, file: &str, name: &str, keep: impl Fn(usize, f64, f64) -> bool) -> String {
         let text = read(&self.recordings.0.join(file));
         let mut lines = text.lines();

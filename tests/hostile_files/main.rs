@@ -1,6 +1,7 @@
 //! Files that were damaged on the way: every reader answers or gives a reason, and none panics.
 //!
-//! The bodies are those of the fuzzer in `tests/fuzz`; here each gets the same seeded damage to a good file on every machine.
+//! The bodies are those of the fuzzer in `tests/fuzz`; here each gets the same seeded damage to a
+//! good file on every machine.
 
 #[path = "../fuzz/bodies.rs"]
 mod bodies;

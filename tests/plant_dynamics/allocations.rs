@@ -1,4 +1,5 @@
-//! No step takes memory: what a loop calls after construction and one step of warm-up allocates nothing, on any plant and with any effect.
+//! No step takes memory: what a loop calls after construction and one step of warm-up allocates
+//! nothing, on any plant and with any effect.
 
 use crate::subject::{Subject, folder, plant};
 use catalogue::EFFECTS;

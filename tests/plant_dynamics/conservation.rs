@@ -40,7 +40,8 @@ fn released() -> Plant {
     plant
 }
 
-/// Largest departure over 20 s of the energy, and of the momenta (linear in both axes, angular about inertial zero), each over its size.
+/// Largest departure over 20 s of the energy, and of the momenta (linear in both axes, angular
+/// about inertial zero), each over its size.
 struct Drift {
     energy: f64,
     momentum: f64,
@@ -78,8 +79,9 @@ fn orders(integrator: Integrator, step_s: f64) -> [(f64, f64); 2] {
     [(&a, &b), (&b, &c)].map(|(a, b)| (order(a.energy, b.energy), order(a.momentum, b.momentum)))
 }
 
-/// Of the vibrating modes Runge–Kutta of fourth order takes `(ω h)⁶/72` a step of their energy, an order more than its own; the fastest
-/// mode has `ω h = 0.6` at 10 ms, from where higher powers are seen.
+/// Of the vibrating modes Runge–Kutta of fourth order takes `(ω h)⁶/72` a step of their energy, an
+/// order more than its own; the fastest mode has `ω h = 0.6` at 10 ms, from where higher powers are
+/// seen.
 #[test]
 fn drift_of_momentum_and_energy_falls_with_the_fourth_order_of_runge_kutta() {
     for (energy, momentum) in orders(Integrator::RungeKutta4, 0.01) {
@@ -95,7 +97,8 @@ fn drift_of_momentum_and_energy_falls_down_to_rounding() {
     assert!(fine.energy < 2e-12, "{}", fine.energy); // 2.04e-8 at 2.5 ms falls by 8⁵ to 6.2e-13
 }
 
-/// The midpoint rule gives a mode `(ω h)⁴/4` of its energy a step: at 10 ms the fastest one grows to nonsense, at 1.25 ms by 5e-6.
+/// The midpoint rule gives a mode `(ω h)⁴/4` of its energy a step: at 10 ms the fastest one grows
+/// to nonsense, at 1.25 ms by 5e-6.
 #[test]
 fn drift_of_momentum_and_energy_falls_with_the_second_order_of_the_midpoint_rule() {
     for (energy, momentum) in orders(Integrator::Midpoint, 0.00125) {
@@ -104,7 +107,8 @@ fn drift_of_momentum_and_energy_falls_with_the_second_order_of_the_midpoint_rule
     }
 }
 
-/// `E(T) − E(0) = −∫ P dt`, the integral by trapezia of 10 ms: `(ω h)²/12 = 0.3 %` of the part that swings at twice the first bending mode.
+/// `E(T) − E(0) = −∫ P dt`, the integral by trapezia of 10 ms: `(ω h)²/12 = 0.3 %` of the part that
+/// swings at twice the first bending mode.
 #[test]
 fn friction_takes_the_energy_that_it_is_said_to_take_and_leaves_the_momentum() {
     let mut plant = released();

@@ -44,7 +44,8 @@ fn motion(subject: &Subject, accelerations_rad_s2: [f64; 3]) -> ArmMotion {
     ArmMotion { joint_angle_rad, rates_rad_s, accelerations_rad_s2 }
 }
 
-/// Forward dynamics of the plant against `H q̈ + C = [0, τ]`, error over `|H⁻¹| (|τ| + Σ|terms of C|)`.
+/// Forward dynamics of the plant against `H q̈ + C = [0, τ]`, error over
+/// `|H⁻¹| (|τ| + Σ|terms of C|)`.
 fn accelerations_differ<const P: usize>(plant: Plant, spoil: Spoil<P>) -> Worst {
     let mut alpha = alpha::<P>(&plant);
     spoil(&mut alpha);
@@ -85,7 +86,8 @@ fn momentum_differs<const P: usize>(plant: Plant, spoil: Spoil<P>) -> Worst {
     let (mut subject, mut worst) = (Subject::new(plant), Worst::default());
     for k in 0..STATES {
         subject.draw(k);
-        // The two sums of the plant are taken about its origin: positions of order one, or cancellation is all there is.
+        // The two sums of the plant are taken about its origin: positions of order one, or
+        // cancellation is all there is.
         let found = subject.totals().angular_momentum_com_n_m_s[2];
         let (joint_angle_rad, [omega0_z_rad_s, d1, d2]) = subject.arm_state();
         let sample = MomentumSample { omega0_z_rad_s, joint_rate_rad_s: [d1, d2], joint_angle_rad };
@@ -101,8 +103,9 @@ fn momentum_before_and_after_capture_is_the_regressor_times_the_parameters() {
     after().into_iter().for_each(|plant| momentum_differs::<9>(plant, leave).demand("momentum, mated", ROUNDING));
 }
 
-/// Regressor of the bodies times their standard parameters (ten each), at random accelerations of the joints and of the base's rate, the
-/// base's translation being what no external force demands; against `Y_τ α`. Error over `Σ|terms|` of both.
+/// Regressor of the bodies times their standard parameters (ten each), at random accelerations of
+/// the joints and of the base's rate, the base's translation being what no external force demands;
+/// against `Y_τ α`. Error over `Σ|terms|` of both.
 fn regressors_differ<const P: usize>(plant: Plant, spoil: Spoil<P>) -> Worst {
     let mut alpha = alpha::<P>(&plant);
     spoil(&mut alpha);

@@ -18,7 +18,8 @@ fn plants() -> [Plant; 2] {
     [plant("free_flying_arm", &[]), plant("free_flying_arm", &SKEWED)]
 }
 
-/// Rows of the closed forms (force x, force y, torque, τ1, τ2) in the plant's coordinates (torque, force x, force y, τ1, τ2).
+/// Rows of the closed forms (force x, force y, torque, τ1, τ2) in the plant's coordinates (torque,
+/// force x, force y, τ1, τ2).
 const ROWS: [usize; 5] = [1, 2, 0, 3, 4];
 
 fn motion(subject: &Subject, acceleration_m_s2: [f64; 2], accelerations_rad_s2: [f64; 3]) -> FlyingMotion {
@@ -26,7 +27,8 @@ fn motion(subject: &Subject, acceleration_m_s2: [f64; 2], accelerations_rad_s2: 
     FlyingMotion { acceleration_m_s2, joint_angle_rad, rates_rad_s, accelerations_rad_s2 }
 }
 
-/// Inertial acceleration of the base's origin along its axes, from the rates of its velocity's components there.
+/// Inertial acceleration of the base's origin along its axes, from the rates of its velocity's
+/// components there.
 fn inertial(subject: &Subject, [rate_x, rate_y]: [f64; 2]) -> [f64; 2] {
     let (w, x, y) = (subject.at("body:hub.rz.rate"), subject.at("body:hub.x.rate"), subject.at("body:hub.y.rate"));
     [rate_x - w * y, rate_y + w * x]
@@ -64,7 +66,8 @@ fn accelerations_under_thrust_and_torque_are_those_of_the_closed_form() {
     }
 }
 
-/// `π` of page 1, section 4, in standard parameters `[m, mcx, mcy, mcz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz]` about each link's origin.
+/// `π` of page 1, section 4, in standard parameters
+/// `[m, mcx, mcy, mcz, Ixx, Ixy, Iyy, Ixz, Iyz, Izz]` about each link's origin.
 fn standard_to_pi(geometry: &FlyingGeometry) -> SMatrix<f64, 8, 30> {
     let ([ax, ay], l) = (geometry.joint_from_reference_m, geometry.link_1_length_m);
     let mut map = SMatrix::zeros();
@@ -125,7 +128,8 @@ fn every_column_of_the_bodies_regressor_is_a_combination_of_the_closed_forms_col
                     if OUT_OF_PLANE.contains(&(column % 10)) {
                         assert_eq!(found, 0.0, "row {row}, column {column}");
                     } else {
-                        // terms of the size of accelerations and squared rates, order ten, are added
+                        // terms of the size of accelerations and squared rates, order ten, are
+                        // added
                         worst.see(found - columns[(row, column)], terms[(row, column)] + 1.0);
                     }
                 }

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 /// States compared per claim.
 pub const STATES: u64 = 1000;
-/// Of the sum of absolute terms: two formulations add up to some fifty terms each, a mass matrix of condition 10² between them.
+/// Of the sum of absolute terms: two formulations add up to some fifty terms each, a mass matrix of
+/// condition 10² between them.
 pub const ROUNDING: f64 = 1e-11;
 
 pub fn folder() -> PathBuf {
@@ -31,7 +32,8 @@ pub fn value(plant: &Plant, name: &str) -> f64 {
     plant.parameters().into_iter().find(|parameter| parameter.name == name).unwrap().value
 }
 
-/// Unequal components of r0, a base whose centre of mass is not its origin: a swap of two of them shows.
+/// Unequal components of r0, a base whose centre of mass is not its origin: a swap of two of them
+/// shows.
 pub const SKEWED: [(&str, f64); 4] =
     [("shoulder.position.x", 0.99), ("shoulder.position.y", 0.40), ("hub.com.x", -0.07), ("hub.com.y", 0.12)];
 
@@ -103,7 +105,8 @@ impl Subject {
         )
     }
 
-    /// (position, velocity) of the model: the halves of the state where nothing is prescribed and no mode bends.
+    /// (position, velocity) of the model: the halves of the state where nothing is prescribed and
+    /// no mode bends.
     pub fn model_state(&self) -> (Vec<f64>, Vec<f64>) {
         assert!(self.plant.sites(SiteKind::Mode).is_empty());
         let (q, v) = self.x.split_at(self.system.model().q_len());

@@ -1,4 +1,5 @@
-//! `obsid bench PROBLEM`: seeded Monte Carlo of a benchmark problem against its truth and its Cramér–Rao bound.
+//! `obsid bench PROBLEM`: seeded Monte Carlo of a benchmark problem against its truth and its
+//! Cramér–Rao bound.
 //!
 //! A command line gives the same bytes on any number of cores, the measured times excepted.
 
@@ -62,7 +63,8 @@ enum Problem {
     /// The same from two cycles of a square wave and coasting; start, bias and thrust scale unknown
     #[value(name = "bp2-burst")]
     SloshBurst,
-    /// The same within half a metre of stroke, with the paper's accelerometer and with one of lower noise
+    /// The same within half a metre of stroke, with the paper's accelerometer and with one of lower
+    /// noise
     #[value(name = "bp2-stroke")]
     SloshStroke,
     /// Tanks drawn at random, found from the scan alone
@@ -80,10 +82,12 @@ enum Problem {
     /// Modes of a flexible appendage struck by a torque pulse
     #[value(name = "bp3a")]
     Modes,
-    /// The same while a control loop turns the hub: hub-free modes with the torque known, closed-loop modes from outputs alone
+    /// The same while a control loop turns the hub: hub-free modes with the torque known,
+    /// closed-loop modes from outputs alone
     #[value(name = "bp3b")]
     ModesInLoop,
-    /// Nanoseconds and allocations of the equations of motion; --trials and --seed have no part in it
+    /// Nanoseconds and allocations of the equations of motion; --trials and --seed have no part in
+    /// it
     Dynamics,
 }
 

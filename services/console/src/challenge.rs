@@ -10,7 +10,8 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Diagnose seeded blind cases whose truth comes from other equations, another integrator and other noise
+/// Diagnose seeded blind cases whose truth comes from other equations, another integrator and other
+/// noise
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   obsid challenge                                   20 cases, figures beside the bars

@@ -40,7 +40,8 @@ struct Compared {
 }
 
 /// # Errors
-/// [`Failure::Input`] for recordings that cannot be read or have no channel in common, [`Failure::Run`] when the report cannot be written.
+/// [`Failure::Input`] for recordings that cannot be read or have no channel in common,
+/// [`Failure::Run`] when the report cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (real, simulated) = (recordings::read(&arguments.real, None)?, recordings::read(&arguments.simulated, None)?);
     if real.len() != simulated.len() {

@@ -23,8 +23,8 @@ enum Problem {
 }
 
 /// # Errors
-/// [`Failure::Input`] for a limits file that cannot be used, [`Failure::Run`] for limits that allow nothing and a result that cannot be
-/// written.
+/// [`Failure::Input`] for a limits file that cannot be used, [`Failure::Run`] for limits that allow
+/// nothing and a result that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.problem {
         Problem::Inertial(arguments) => inertial::run(arguments),

@@ -1,7 +1,8 @@
 //! `obsid diagnose`: physics that a plant file does not model, according to recordings.
 //!
-//! The command line reads and renames the recordings, calls [`discovery::diagnose`] and shows the diagnosis: as a table for a terminal, as JSON, and with
-//! `--out` as a page with figures beside the files that go on (augmented plant, next experiment). It decides nothing.
+//! The command line reads and renames the recordings, calls [`discovery::diagnose`] and shows the
+//! diagnosis: as a table for a terminal, as JSON, and with `--out` as a page with figures beside
+//! the files that go on (augmented plant, next experiment). It decides nothing.
 
 mod channel_map;
 mod features;
@@ -49,15 +50,17 @@ A map is TOML, left the name in the plant, right the name in the recording:
 Without --held-out, blocks of the recordings are predicted from the others. Only what held-out data confirm enters augmented.toml.
 Any diagnosis is an answer, also that nothing can be decided: the exit code is 0.")]
 pub struct Arguments {
-    /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is several. Or one magnitude
-    /// spectrum, frequency responses of one structure (UFF, or CSV with columns `NAME_real`, `NAME_imag`), or one list of modes (.json, as `obsid
-    /// modal --json` prints it)
+    /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is
+    /// several. Or one magnitude spectrum, frequency responses of one structure (UFF, or CSV with
+    /// columns `NAME_real`, `NAME_imag`), or one list of modes (.json, as `obsid modal --json`
+    /// prints it)
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The plant file that is held against them, or the name of one that comes with the program
     #[arg(long, value_name = "FILE")]
     plant: PathBuf,
-    /// Another recording of the plant, predicted at the end with nothing fitted to it; may be repeated
+    /// Another recording of the plant, predicted at the end with nothing fitted to it; may be
+    /// repeated
     #[arg(long, value_name = "RECORDING")]
     held_out: Vec<PathBuf>,
     /// The same experiment once more: what physics does repeats, what noise does not
@@ -107,7 +110,8 @@ impl Case {
     }
 }
 
-/// What was found: per fitted recording what is wrong with it, and the diagnosis; its last three fields are paths here.
+/// What was found: per fitted recording what is wrong with it, and the diagnosis; its last three
+/// fields are paths here.
 struct Diagnosed {
     case: Case,
     findings: Vec<(usize, Finding)>,
@@ -115,7 +119,8 @@ struct Diagnosed {
 }
 
 /// # Errors
-/// [`Failure::Input`] for a recording, plant or map that cannot be used, [`Failure::Run`] when a result cannot be written.
+/// [`Failure::Input`] for a recording, plant or map that cannot be used, [`Failure::Run`] when a
+/// result cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut case = read(arguments)?;
     let out = arguments.out.as_deref().map(|folder| OutFiles::new(folder, &inputs(arguments))).transpose()?;
@@ -155,7 +160,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Check of the channel metadata: mislabelled channels per recording, the cost of the check, and the hypotheses that were not tested.
+/// Check of the channel metadata: mislabelled channels per recording, the cost of the check, and
+/// the hypotheses that were not tested.
 struct Labels {
     labels: Vec<Option<Mislabelled>>,
     spent: f64,
@@ -249,7 +255,8 @@ fn one_kind(fitted: &[Loaded], spectra: &[(Spectrum, String)], responses: bool) 
     }
 }
 
-/// What would be read and then left aside: only time records are predicted, and modes have no channels to rename.
+/// What would be read and then left aside: only time records are predicted, and modes have no
+/// channels to rename.
 fn unused(arguments: &Arguments, modes: bool, spectrum: bool) -> Result<(), Failure> {
     let what = match (modes, spectrum) {
         (true, true) => "frequency responses",
@@ -283,7 +290,8 @@ fn used_twice(fitted: &[Loaded], other: &[Loaded], flag: &str, cure: &str) -> Re
     }
 }
 
-/// The problem of the fitted recordings, where they are time records, and the options with those of the others.
+/// The problem of the fitted recordings, where they are time records, and the options with those of
+/// the others.
 fn problems(case: &Case, arguments: &Arguments) -> Result<(Option<Problem>, Options), Failure> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = arguments.threads.map_or(cores, usize::from);

@@ -25,7 +25,8 @@ pub struct Arguments {
     /// CSV, CSV.gz or MCAP; a file in which time starts again is several recordings
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    /// Its actuators are inputs, its sensors outputs; what it needs and the recording does not hold is a fault
+    /// Its actuators are inputs, its sensors outputs; what it needs and the recording does not hold
+    /// is a fault
     #[arg(long, value_name = "FILE")]
     plant: Option<PathBuf>,
     /// One JSON object on standard output
@@ -43,7 +44,8 @@ struct Examined {
 }
 
 /// # Errors
-/// [`Failure::Input`] for a recording or a plant that cannot be read, [`Failure::Run`] when the report cannot be written.
+/// [`Failure::Input`] for a recording or a plant that cannot be read, [`Failure::Run`] when the
+/// report cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let plant = arguments.plant.as_deref().map(plants::read).transpose()?;
     let mut loaded = Vec::new();

@@ -73,7 +73,8 @@ fn entries(kind: Option<&str>, plant: Option<&Plant>) -> Result<Vec<Entry>, Fail
     Ok(chosen.into_iter().map(entry).filter(|entry| !entry.sites.is_empty()).collect())
 }
 
-/// Units at the sites of a plant, `N or N*m` where they differ; of the catalogue, where `*` is the site's, without one.
+/// Units at the sites of a plant, `N or N*m` where they differ; of the catalogue, where `*` is the
+/// site's, without one.
 fn units(effect: &Effect, plant: Option<&Plant>) -> Vec<String> {
     let mut units: Vec<Vec<String>> = vec![Vec::new(); effect.parameters.len()];
     for (plant, site) in

@@ -95,7 +95,8 @@ fn as_processes(
     if let Some(images) = images {
         command.arg("--images").arg(images);
     }
-    // A group of its own: the terminal's Ctrl-C reaches the console, which asks the warden to end in order.
+    // A group of its own: the terminal's Ctrl-C reaches the console, which asks the warden to end
+    // in order.
     command.process_group(0).stdin(Stdio::null()).stdout(Stdio::piped());
     let mut warden = command.spawn().map_err(io)?;
     // A signal that came before waits in `signals`.

@@ -1,18 +1,19 @@
 //! The command line `obsid`: one file per subcommand, each with its arguments and what it does.
 //!
-//! What it is: [`main`] parses the arguments, calls the subcommand and returns its exit code: 0 done, 1 the run failed,
-//! 2 usage, 3 bad input. `launch` starts a run (its process supervisor is `partition warden`), shows its progress and
-//! stops it; a console that dies ends no run badly. Every other file reads, calls one library and prints.
+//! What it is: [`main`] parses the arguments, calls the subcommand and returns its exit code: 0
+//! done, 1 the run failed, 2 usage, 3 bad input. `launch` starts a run (its process supervisor is
+//! `partition warden`), shows its progress and stops it; a console that dies ends no run badly.
+//! Every other file reads, calls one library and prints.
 //!
 //! May import: every crate.
 //!
-//! Must never know: how a quantity is estimated or an effect is decided; it shows results and computes none. Nothing
-//! imports it but the program itself.
+//! Must never know: how a quantity is estimated or an effect is decided; it shows results and
+//! computes none. Nothing imports it but the program itself.
 //!
 //! ```no_run
 //! use console::Failure;
 //!
-//! // `obsid doctor rig.csv --plant rig.toml`: arguments from the environment, findings to standard output
+//! // `obsid doctor rig.csv --plant rig.toml`: findings to standard output
 //! let exit_code: std::process::ExitCode = console::main();
 //!
 //! // how a subcommand ends without success: exit code 1 here, 3 for `Failure::Input`
@@ -166,7 +167,8 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// In a log or a pipe a message stays on its line, so that it can be searched for; a terminal wraps it.
+/// In a log or a pipe a message stays on its line, so that it can be searched for; a terminal wraps
+/// it.
 fn keep_messages_on_one_line() {
     use std::io::IsTerminal;
     if !std::io::stderr().is_terminal() {

@@ -19,7 +19,8 @@ pub struct Located {
 }
 
 impl Located {
-    /// An error at the bytes `span` of `text`, which are the content of `file`; `cure` is what the user can do.
+    /// An error at the bytes `span` of `text`, which are the content of `file`; `cure` is what the
+    /// user can do.
     #[must_use]
     pub fn new(file: &str, text: &str, span: Range<usize>, message: String, cure: String) -> Self {
         let (line, column) = place(text, span.start);

@@ -1,7 +1,8 @@
 //! `obsid modal`: modes of anybody's recording, with what is known of each and what is not.
 //!
-//! A time record without inputs goes through the identifier that flies; with `--input` through maximum likelihood. Complex
-//! frequency responses go through rational fractions, magnitudes alone through their peaks. Every answer says whose modes it gives.
+//! A time record without inputs goes through the identifier that flies; with `--input` through
+//! maximum likelihood. Complex frequency responses go through rational fractions, magnitudes alone
+//! through their peaks. Every answer says whose modes it gives.
 
 mod csv_table;
 mod magnitude;
@@ -20,7 +21,8 @@ use std::fmt::Write;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-/// Modes of a recording: frequency, damping and shape with standard deviations, and what the record cannot tell
+/// Modes of a recording: frequency, damping and shape with standard deviations, and what the record
+/// cannot tell
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   obsid modal slab.csv.gz --channels acceleration_z --from 5    one channel, the first seconds left out
@@ -126,7 +128,8 @@ struct Outcome {
 }
 
 /// # Errors
-/// [`Failure::Input`] for what cannot be read or asked of the recording, [`Failure::Run`] for a report that cannot be written.
+/// [`Failure::Input`] for what cannot be read or asked of the recording, [`Failure::Run`] for a
+/// report that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let out = arguments.out.as_deref().map(|folder| ReportFile::new(folder, "modal.html")).transpose()?;
     let outcome = outcome(arguments)?;

@@ -72,10 +72,11 @@ pub struct ParameterRow {
     pub dominant_channel: Option<u32>,
     /// With a prior: what the record did to the number.
     pub identifiability: Option<&'static str>,
-    /// Inertial: what the sensors' systematic errors may have done, beside the noise's sigma (NaN: not known);
-    /// none where the data sheet states no error.
+    /// Inertial: what the sensors' systematic errors may have done, beside the noise's sigma (NaN:
+    /// not known); none where the data sheet states no error.
     pub consider_sigma: Option<f64>,
-    /// Mated, of a9: the centre of mass of link 2 and what it holds lies so many sigmas off the link's axis.
+    /// Mated, of a9: the centre of mass of link 2 and what it holds lies so many sigmas off the
+    /// link's axis.
     pub off_axis_sigmas: Option<f64>,
 }
 
@@ -124,7 +125,8 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Reads the results of `run` if it `recorded` any; of one that failed, what its recorder still wrote.
+    /// Reads the results of `run` if it `recorded` any; of one that failed, what its recorder still
+    /// wrote.
     #[must_use]
     pub fn read(run: &ScenarioRun, finished: Finished, recorded: bool) -> Self {
         let Finished { rows, wall_s, link, mut failure } = finished;
@@ -189,8 +191,8 @@ impl Outcome {
     }
 }
 
-/// The results in the file and their identity. A recorder that was killed leaves a file without its end: of a run that
-/// `failed` the file is completed with what is readable.
+/// The results in the file and their identity. A recorder that was killed leaves a file without its
+/// end: of a run that `failed` the file is completed with what is readable.
 fn recorded_results(path: &Path, failed: bool) -> Result<(RecordedRun, String), RecordingError> {
     let recorded = recording::read_mcap_topics(path, telemetry::is_result).or_else(|error| {
         if !failed {

@@ -1,4 +1,5 @@
-//! `obsid partition NAME`: one process of a run, started by the warden; `warden` is the parent of all.
+//! `obsid partition NAME`: one process of a run, started by the warden; `warden` is the parent of
+//! all.
 
 use crate::scratch::Held;
 use crate::tell;
@@ -50,7 +51,8 @@ pub struct Arguments {
     images: Option<PathBuf>,
 }
 
-/// Runs the partition (or the warden) of this name until its run ends; exit code 2 for an unknown name.
+/// Runs the partition (or the warden) of this name until its run ends; exit code 2 for an unknown
+/// name.
 pub fn run(arguments: &Arguments) -> ExitCode {
     if arguments.name == "warden" {
         return warden(arguments);

@@ -1,4 +1,5 @@
-//! `obsid plant`: what a plant file says, checked, described, predicted, and proposed from a recording.
+//! `obsid plant`: what a plant file says, checked, described, predicted, and proposed from a
+//! recording.
 
 mod check;
 mod describe;
@@ -30,7 +31,8 @@ enum Verb {
 }
 
 /// # Errors
-/// [`Failure::Input`] for a file that cannot be used, [`Failure::Run`] for a result that cannot be written.
+/// [`Failure::Input`] for a file that cannot be used, [`Failure::Run`] for a result that cannot be
+/// written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     match &arguments.verb {
         Verb::Check(arguments) => check::run(arguments),

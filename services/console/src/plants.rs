@@ -7,9 +7,11 @@ use dynamics::description::Plant;
 use plant_file::{self, FileError, Parsed};
 use std::path::Path;
 
-/// Text of a plant file, else of the built-in plant of that name; `folder` is where relative paths begin.
+/// Text of a plant file, else of the built-in plant of that name; `folder` is where relative paths
+/// begin.
 ///
-/// A file that exists wins, and so does a name that can only be a path; where both could be meant, it is said which was taken.
+/// A file that exists wins, and so does a name that can only be a path; where both could be meant,
+/// it is said which was taken.
 ///
 /// # Errors
 /// What is wrong, and the cure.

@@ -1,4 +1,5 @@
-//! Recordings on the command line as channels with roles: what `doctor`, `compare` and `diagnose` work on.
+//! Recordings on the command line as channels with roles: what `doctor`, `compare` and `diagnose`
+//! work on.
 
 use crate::Failure;
 use channels::{Channel, Recording, Role};
@@ -26,15 +27,18 @@ pub enum Evidence {
     Spectrum { spectrum: Spectrum, digest: String },
 }
 
-/// The recordings of a file: one for most, several where time starts again, each then named with its place.
+/// The recordings of a file: one for most, several where time starts again, each then named with
+/// its place.
 ///
 /// # Errors
-/// [`Failure::Input`] for what cannot be read, and for a plant that shares no name with the recording.
+/// [`Failure::Input`] for what cannot be read, and for a plant that shares no name with the
+/// recording.
 pub fn read(path: &Path, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {
     loaded(path, recording::read(path).map_err(Failure::input)?, plant, &|_| Ok(()))
 }
 
-/// As [`read`], with `rename` applied to each recording before the plant is evaluated; spectra are taken, too.
+/// As [`read`], with `rename` applied to each recording before the plant is evaluated; spectra are
+/// taken, too.
 ///
 /// # Errors
 /// As [`read`], and those of `rename`.

@@ -31,7 +31,8 @@ pub struct Arguments {
 /// Sends a recording through the partitions and shows what they identify.
 ///
 /// # Errors
-/// [`Failure::Input`] where scenario, map or recording cannot be used; [`Failure::Run`] where the run fails.
+/// [`Failure::Input`] where scenario, map or recording cannot be used; [`Failure::Run`] where the
+/// run fails.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let opened = match &arguments.scenario {
         Some(path) => scenario_file::read(path)?,

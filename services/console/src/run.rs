@@ -76,7 +76,8 @@ pub struct Common {
 /// Runs a scenario as processes and shows the results beside the truth.
 ///
 /// # Errors
-/// [`Failure::Input`] where the scenario cannot be simulated; [`Failure::Run`] where the run fails or misses what it needs.
+/// [`Failure::Input`] where the scenario cannot be simulated; [`Failure::Run`] where the run fails
+/// or misses what it needs.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let opened = match &arguments.scenario {
         Some(path) => scenario_file::read(path)?,
@@ -117,7 +118,8 @@ fn can_be_simulated(scenario: &Scenario, file: Option<&Path>) -> Result<(), Fail
 /// Runs, reads the results, shows them; of a run that failed as far as it got.
 ///
 /// # Errors
-/// [`Failure::Input`] when there is no place for the run or its recording, [`Failure::Run`] when it failed.
+/// [`Failure::Input`] when there is no place for the run or its recording, [`Failure::Run`] when it
+/// failed.
 pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
     run.config.check_depths().map_err(Failure::Run)?;
     // Before there is anything that a signal could leave behind.

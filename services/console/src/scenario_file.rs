@@ -38,8 +38,8 @@ pub fn no_scenario() -> Result<Opened, Failure> {
     open("no scenario", NONE, None)
 }
 
-/// Reads `text` and sees whether it can be flown; warnings go to standard error. Plant files are looked for from
-/// `folder`; without one there are only those that come with the program.
+/// Reads `text` and sees whether it can be flown; warnings go to standard error. Plant files are
+/// looked for from `folder`; without one there are only those that come with the program.
 fn open(file: &str, text: &str, folder: Option<&Path>) -> Result<Opened, Failure> {
     let text_of = |name: &str| {
         let own = folder.is_none().then(|| plants::built_in(name)).flatten();

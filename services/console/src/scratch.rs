@@ -1,8 +1,8 @@
 //! Temporary files of a run, and the recording that `--record` keeps.
 //!
-//! Scratch lies in `<root>/obsid-<pid>-console/`, private and beside the runs' own folders, so that whoever starts next
-//! removes what a killed console left. Console and warden share the folder's lock: what one of them still writes
-//! to is not debris.
+//! Scratch lies in `<root>/obsid-<pid>-console/`, private and beside the runs' own folders, so that
+//! whoever starts next removes what a killed console left. Console and warden share the folder's
+//! lock: what one of them still writes to is not debris.
 
 use crate::Failure;
 use rustix::fs::{FlockOperation, flock};
@@ -29,7 +29,8 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// Makes the folder where runs make theirs: whether that can be done is found out before anything is started.
+    /// Makes the folder where runs make theirs: whether that can be done is found out before
+    /// anything is started.
     ///
     /// # Errors
     /// [`Failure::Input`] when there is no such place or nothing may be written to it.
@@ -98,7 +99,8 @@ pub struct Held {
 }
 
 impl Held {
-    /// Takes over the folder in which `config` was left and removes `config`; a file that its user wrote stays.
+    /// Takes over the folder in which `config` was left and removes `config`; a file that its user
+    /// wrote stays.
     #[must_use]
     pub fn of_config(config: &Path) -> Option<Self> {
         let folder = config.parent()?;
@@ -136,7 +138,8 @@ fn mark(path: &Path) -> Option<Mark> {
 }
 
 impl ResultsFile {
-    /// The file the user asked for, or one of our own; whether it can be written is found out before the run.
+    /// The file the user asked for, or one of our own; whether it can be written is found out
+    /// before the run.
     ///
     /// # Errors
     /// [`Failure::Input`] when it cannot.

@@ -27,7 +27,8 @@ pub struct Arguments {
     /// An effect that the plant carries besides, 'KIND@SITE name=value ...'; may be repeated
     #[arg(long, value_name = "EFFECT")]
     hide: Vec<String>,
-    /// Another value of a number, 'NAME = VALUE UNIT', names as `obsid plant parameters` lists them; may be repeated
+    /// Another value of a number, 'NAME = VALUE UNIT', names as `obsid plant parameters` lists
+    /// them; may be repeated
     #[arg(long, value_name = "NUMBER")]
     set: Vec<String>,
     /// The same seed gives the same recording
@@ -45,7 +46,8 @@ pub struct Arguments {
 }
 
 /// # Errors
-/// [`Failure::Input`] for a plant or an effect that cannot be, [`Failure::Run`] when the file cannot be written.
+/// [`Failure::Input`] for a plant or an effect that cannot be, [`Failure::Run`] when the file
+/// cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let mut plant = plants::read(&arguments.plant)?;
     change(&mut plant, &arguments.set, &arguments.hide)?;
@@ -87,7 +89,8 @@ pub fn duration(asked_s: Option<f64>, plant: &Plant) -> Result<f64, Failure> {
     Ok(duration_s)
 }
 
-/// A place that cannot be written, and a plant file that would be overwritten, are found out before the simulation.
+/// A place that cannot be written, and a plant file that would be overwritten, are found out before
+/// the simulation.
 fn may_be_written(plant: &Path, out: &Path) -> Result<(), Failure> {
     let refuse = |help: &str, what: &str| {
         Err(Failure::Input(miette::miette!(help = help.to_owned(), "--out {}: {what}", out.display())))

@@ -57,7 +57,8 @@ fn parameters(outcome: &Outcome, text: &mut String) {
     }
 }
 
-/// A line of the table: whose number it is, of which phase or origin, the number, and what is to be said of it.
+/// A line of the table: whose number it is, of which phase or origin, the number, and what is to be
+/// said of it.
 fn number(domain: &str, of: &str, number: &FoundNumber, remark: &str, text: &mut String) {
     let line = format!(
         "{domain:<9} {of:<12} {:<6} {:<8} {:>14} {:>28} {:>10} {:>10}  {remark}",

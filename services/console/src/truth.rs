@@ -1,4 +1,5 @@
-//! What was simulated: the numbers that estimates are compared with, taken from the plants of the scenario.
+//! What was simulated: the numbers that estimates are compared with, taken from the plants of the
+//! scenario.
 
 use crate::scenario_run::ScenarioRun;
 use bench::arm_parameters::minimal_parameters;
@@ -6,8 +7,8 @@ use bench::truth::{modes, tank};
 use plant_file::scenario::PlantUse;
 use telemetry::{Domain, Phase};
 
-/// True parameters of a domain in a phase; empty when nothing was simulated (a recording), or a plant whose numbers have no
-/// counterpart among the estimates.
+/// True parameters of a domain in a phase; empty when nothing was simulated (a recording), or a
+/// plant whose numbers have no counterpart among the estimates.
 #[must_use]
 pub fn parameters(run: &ScenarioRun, domain: Domain, phase: Phase) -> Vec<f64> {
     let scenario = &run.scenario;
@@ -33,7 +34,8 @@ pub fn parameters(run: &ScenarioRun, domain: Domain, phase: Phase) -> Vec<f64> {
     found.unwrap_or_default()
 }
 
-/// Mass, centre of mass and inertia of what is grasped, from its grasp point; `None`: nothing was simulated, or nothing is grasped.
+/// Mass, centre of mass and inertia of what is grasped, from its grasp point; `None`: nothing was
+/// simulated, or nothing is grasped.
 #[must_use]
 pub fn target(run: &ScenarioRun) -> Option<[f64; 4]> {
     let mated = run.scenario.mated.as_ref()?;

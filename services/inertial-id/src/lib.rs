@@ -1,6 +1,7 @@
-//! What it is: estimation of the arm's inertial parameters, eight before capture (BP1A) and nine mated: from the
-//! conservation of angular momentum and, where torques are measured, from the equations of motion, which need no
-//! momentum. After capture it also estimates the target's own parameters.
+//! What it is: estimation of the arm's inertial parameters, eight before capture (BP1A) and nine
+//! mated: from the conservation of angular momentum and, where torques are measured, from the
+//! equations of motion, which need no momentum. After capture it also estimates the target's own
+//! parameters.
 //!
 //! ```no_run
 //! use runtime::rundir::RunDir;
@@ -45,16 +46,19 @@ use telemetry::{
 
 /// Time between two estimates of an experiment [frames].
 const ESTIMATE_EVERY_FRAMES: u64 = 100;
-/// Rows whose median interval is the sample interval: a single one may be late, or the first of a recording.
+/// Rows whose median interval is the sample interval: a single one may be late, or the first of a
+/// recording.
 const FIRST_ROWS: usize = 11;
 /// Bits of `Joints::torque_valid` that the equations of motion need.
 const BOTH_TORQUES: u64 = 0b11;
 /// Standard deviation of the prior over the parameter: a starting value with information 1e-6/a².
 const PRIOR_RELATIVE_SD: f64 = 1000.0;
-/// Innovations beyond this many sigma are marked as not accepted in the record; the estimator uses them all.
+/// Innovations beyond this many sigma are marked as not accepted in the record; the estimator uses
+/// them all.
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
 
-/// The estimators of the phase: eight parameters before capture, nine with a target. In place: an experiment takes no memory.
+/// The estimators of the phase: eight parameters before capture, nine with a target. In place: an
+/// experiment takes no memory.
 #[derive(Clone, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)]
 enum Estimators {
@@ -83,7 +87,8 @@ struct FirstRow {
     sample: ArmSample,
 }
 
-/// The partition: fed with rates, joint angles and torques of an experiment, it publishes estimates of the arm and of the target.
+/// The partition: fed with rates, joint angles and torques of an experiment, it publishes estimates
+/// of the arm and of the target.
 pub struct InertialId {
     state: State,
     free_floating: Option<ArmKnown>,
@@ -94,7 +99,8 @@ pub struct InertialId {
 /// Builds the partition of `run`.
 ///
 /// # Errors
-/// When the scenario cannot be read; values that it lacks are reported by the status of an estimate once an experiment needs them.
+/// When the scenario cannot be read; values that it lacks are reported by the status of an estimate
+/// once an experiment needs them.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::InertialId))?;
@@ -156,7 +162,8 @@ impl Partition for InertialId {
 }
 
 impl InertialId {
-    /// The first rows say over what interval the gyro averages, and with it how noisy it is: then the estimators are made.
+    /// The first rows say over what interval the gyro averages, and with it how noisy it is: then
+    /// the estimators are made.
     fn take(&mut self, frame: &Frame<'_>) {
         for (imu, joints) in rates_with_joints(frame) {
             self.take_row(imu, joints);
@@ -184,7 +191,8 @@ impl InertialId {
         }
     }
 
-    /// Makes the estimators from the rows that wait, and gives them these; of a record that is shorter, at its end.
+    /// Makes the estimators from the rows that wait, and gives them these; of a record that is
+    /// shorter, at its end.
     fn take_first(&mut self) {
         let rows = self.state.first;
         let rows = &rows[..self.state.waiting];
@@ -222,7 +230,8 @@ impl InertialId {
         known.is_some_and(|known| known.h_cm_sigma_nms < known.h_cm_nms.abs() && known.prior.iter().any(|a| *a != 0.0))
     }
 
-    /// Eight parameters before capture, nine with a target; none where momentum or prior are not known.
+    /// Eight parameters before capture, nine with a target; none where momentum or prior are not
+    /// known.
     fn make_estimators(&mut self, interval_s: f64) {
         let eight = !self.is_mated() && self.free_floating.is_some();
         self.state.estimators =
@@ -250,7 +259,8 @@ impl InertialId {
             (Some(Estimators::FreeFloating(live)), Some(known)) => {
                 fill(&mut sample, live, known);
                 fill_torque(&mut torque, live, known);
-                // a record that was aborted, or has no known momentum and prior, does not replace an earlier one
+                // a record that was aborted, or has no known momentum and prior, does not replace
+                // an earlier one
                 let before = closing.then(|| target::Before::of(live, &sheet(known))).flatten();
                 self.state.before = before.or(self.state.before);
             }
@@ -356,7 +366,8 @@ fn put<const P: usize>(sample: &mut Estimate, alpha: &SVector<f64, P>, covarianc
     sample.consistent = u32::from(is_physically_consistent(alpha));
 }
 
-/// The momentum's estimate, the systematic error that the sensors' data sheet allows (NaN: not known), and the identifiability against the prior.
+/// The momentum's estimate, the systematic error that the sensors' data sheet allows (NaN: not
+/// known), and the identifiability against the prior.
 fn fill<const P: usize, const X: usize>(sample: &mut InertialEstimate, live: &LiveEstimators<P, X>, known: &ArmKnown) {
     let common = &mut sample.estimate;
     let Ok(estimate) = live.estimate() else {
@@ -380,7 +391,8 @@ fn fill<const P: usize, const X: usize>(sample: &mut InertialEstimate, live: &Li
     }
 }
 
-/// The torques' estimate. The effect of systematic errors that the sensors' data sheet states is not known (NaN).
+/// The torques' estimate. The effect of systematic errors that the sensors' data sheet states is
+/// not known (NaN).
 fn fill_torque<const P: usize, const X: usize>(
     sample: &mut InertialEstimate,
     live: &LiveEstimators<P, X>,

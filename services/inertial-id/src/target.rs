@@ -1,4 +1,5 @@
-//! The target's parameters at the end of the experiment after capture, and the target's statement of them.
+//! The target's parameters at the end of the experiment after capture, and the target's statement
+//! of them.
 
 use estimation::weighted_least_squares::Estimate;
 use nalgebra::{SMatrix, SVector, Vector4};
@@ -35,7 +36,8 @@ impl Before {
     }
 }
 
-/// The target's statement, if there is one, and the identified target, fused with the statement where they agree.
+/// The target's statement, if there is one, and the identified target, fused with the statement
+/// where they agree.
 pub fn samples(
     chaser: &ChaserSheet,
     statement: Option<&TargetStatement>,

@@ -154,7 +154,8 @@ fn what_the_sheet_does_to_the_torques_estimate_is_not_called_zero_unless_the_she
 fn a_torques_estimate_is_excited_where_torques_found_the_common_scale_whatever_the_momentum_s_prior() {
     let mut partition = partition(H_NMS);
     let known = partition.free_floating.as_mut().expect("told");
-    // a prior that the momentum can hardly better, and torques whose own scale is known to twice that
+    // a prior that the momentum can hardly better, and torques whose own scale is known to twice
+    // that
     known.prior = ARM.minimal_parameters().iter().copied().collect();
     (known.prior_relative_sd, known.joint_torque_scale_sigma) = (Some(0.005), 0.01);
     let known = known.clone();

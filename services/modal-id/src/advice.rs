@@ -12,7 +12,8 @@ const ONE_WAY_SHARE_MIN: f64 = 0.95;
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Pulse {
     length_s: f64,
-    /// Sums over the commands: force and torque by component, their sizes, and the squares of these.
+    /// Sums over the commands: force and torque by component, their sizes, and the squares of
+    /// these.
     impulse: [f64; 6],
     size: f64,
     ended: bool,

@@ -1,10 +1,12 @@
 //! Rows of a free decay on which its modes are tested: the beginning in full, then ever sparser.
 //!
-//! The first [`FULL_ROWS`] rows are kept, then [`OCTAVE_ROWS`] of each doubling of the segment's length. A decay is
-//! strongest at its beginning and slow modes need its whole length: rows spaced so show a mode of any period at any
-//! sample rate, in memory that grows with the logarithm of the length and ends at [`ROWS_MAX`].
+//! The first [`FULL_ROWS`] rows are kept, then [`OCTAVE_ROWS`] of each doubling of the segment's
+//! length. A decay is strongest at its beginning and slow modes need its whole length: rows spaced
+//! so show a mode of any period at any sample rate, in memory that grows with the logarithm of the
+//! length and ends at [`ROWS_MAX`].
 //!
-//! Why not the newest rows? They hold the sensor noise into which the decay has died away, and any model fits noise.
+//! Why not the newest rows? They hold the sensor noise into which the decay has died away, and any
+//! model fits noise.
 
 use serde::{Deserialize, Serialize};
 
@@ -51,8 +53,8 @@ impl DecayRows {
         }
     }
 
-    /// Takes the next row of the segment, one value per channel, at time `t_ns`; keeps it if it is on the grid and there is
-    /// room.
+    /// Takes the next row of the segment, one value per channel, at time `t_ns`; keeps it if it is
+    /// on the grid and there is room.
     pub fn push(&mut self, row: &[f64], t_ns: u64) {
         if self.complete || self.kept == ROWS_MAX {
             return;
@@ -65,7 +67,8 @@ impl DecayRows {
         self.seen += 1;
     }
 
-    /// The rows kept, one after the other, each with one value per channel in the unit of the record.
+    /// The rows kept, one after the other, each with one value per channel in the unit of the
+    /// record.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
@@ -99,7 +102,8 @@ mod tests {
                 assert_eq!(row[0], 1e3 * DecayRows::time_s(index, 1e3), "row {index} of {length}");
             }
             assert!(rows.len() <= ROWS_MAX && rows.values().len() == 2 * rows.len());
-            // The last row kept is at most one spacing of its octave (1/128 of the length so far) from the end.
+            // The last row kept is at most one spacing of its octave (1/128 of the length so far)
+            // from the end.
             assert!(rows.last_t_ns() as f64 >= (length - 1) as f64 * (1.0 - 1.0 / 64.0) - 1.0, "{length}");
         }
     }

@@ -1,10 +1,12 @@
-//! The inertia about the hub's axis that the modes found imply, by the geometry that the scenario states.
+//! The inertia about the hub's axis that the modes found imply, by the geometry that the scenario
+//! states.
 
 use modal::Mode;
 use physics::appendage::{self, Appendage};
 use plant_file::scenario::AppendageKnown;
 
-/// Inertia and standard deviation [kg m²]; `None` where the two modes of the geometry are not among those found.
+/// Inertia and standard deviation [kg m²]; `None` where the two modes of the geometry are not among
+/// those found.
 pub fn of_modes(known: &AppendageKnown, modes: &[Mode]) -> Option<(f64, f64)> {
     let nominal = Appendage {
         inertia_kg_m2: known.inertia_kg_m2,

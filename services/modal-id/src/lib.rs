@@ -1,11 +1,12 @@
-//! What it is: identification of the modes of flexible appendages (BP3A): streaming SSI-COV over free-decay or operational segments.
+//! What it is: identification of the modes of flexible appendages (BP3A): streaming SSI-COV over
+//! free-decay or operational segments.
 //!
-//! A segment is open while the excitation is off: behind a known excitation there is a free decay, which output-only
-//! identification assumes, and the rows before the first excitation are dropped. Without a known excitation the whole
-//! record is operational, in segments that end where it jumps.
+//! A segment is open while the excitation is off: behind a known excitation there is a free decay,
+//! which output-only identification assumes, and the rows before the first excitation are dropped.
+//! Without a known excitation the whole record is operational, in segments that end where it jumps.
 //!
-//! Excitation is on while the samples say so (`excited`) and anything is commanded: a vehicle may announce an experiment
-//! that is silent most of the time, and a measured torque is never zero.
+//! Excitation is on while the samples say so (`excited`) and anything is commanded: a vehicle may
+//! announce an experiment that is silent most of the time, and a measured torque is never zero.
 //!
 //! Where there are modes, [`telemetry::IdentifiedMode`] states for each its dominant
 //! channel, its identity over all estimates and experiments so far, and cautions. Given the
@@ -61,7 +62,8 @@ const _: () = assert!(MODES_MAX == appendage::REFIT_MODES_MAX);
 const MODES_WITH_INERTIA: usize = 5;
 /// Innovations beyond this many sigma are marked as not accepted.
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
-/// Standard deviations of the mean innovation, or of a block of them, beyond which an unknown input acts.
+/// Standard deviations of the mean innovation, or of a block of them, beyond which an unknown input
+/// acts.
 const LEAK_SIGMA: f64 = 5.0;
 
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -305,8 +307,8 @@ impl ModalId {
         }
     }
 
-    /// Innovations of a free decay: what its modes leave unexplained of it, against the sensor noise. An operational
-    /// record has none: its excitation is not known.
+    /// Innovations of a free decay: what its modes leave unexplained of it, against the sensor
+    /// noise. An operational record has none: its excitation is not known.
     fn test_decay(&self, sample: &mut Estimate) {
         let Some(config) = self.state.identifier.as_ref().map(ModalIdentifier::config) else { return };
         let (channels, rate_hz, tested) = (config.channels, config.sample_rate_hz, &self.state.tested);
@@ -326,7 +328,8 @@ impl ModalId {
             whiteness.push(residual / sigma);
             last = residual;
         });
-        // A decay too short to be refitted, or one with a number that is none, leaves no innovations.
+        // A decay too short to be refitted, or one with a number that is none, leaves no
+        // innovations.
         if outcome.is_err() {
             return;
         }

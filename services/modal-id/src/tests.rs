@@ -1,4 +1,5 @@
-//! Laws of the partition: which rows count, which are tested, and what it says when it has no estimate.
+//! Laws of the partition: which rows count, which are tested, and what it says when it has no
+//! estimate.
 
 use super::*;
 use plant_file::scenario::AppendageKnown;
@@ -21,7 +22,8 @@ fn normal(seed: u64) -> f64 {
     (0..12).map(uniform).sum::<f64>() - 6.0
 }
 
-/// A pulse of a second, then the free decay of `modes` (frequency, damping, growth of damping with amplitude).
+/// A pulse of a second, then the free decay of `modes` (frequency, damping, growth of damping with
+/// amplitude).
 struct Case {
     rate_hz: f64,
     seconds: f64,
@@ -286,7 +288,8 @@ fn told_of_the_appendage_it_gives_the_inertia_that_the_modes_imply_and_at_most_f
         let found = usize::from(sample.estimate.count);
         assert_eq!((sample.estimate.status, found), (0, 2 * modes.min(MODES_WITH_INERTIA)));
         let (inertia, sigma) = given(&sample);
-        // Of 1.5611 and 6.4844 Hz instead of 1.56109992 and 6.48442584: 177.50 within a thousandth of a sigma.
+        // Of 1.5611 and 6.4844 Hz instead of 1.56109992 and 6.48442584: 177.50 within a thousandth
+        // of a sigma.
         assert!(sigma > 0.0 && sigma < 1.0 && (inertia - 177.50).abs() < 4.0 * sigma, "{modes}: {inertia} ± {sigma}");
     }
     assert_eq!(

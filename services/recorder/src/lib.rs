@@ -1,8 +1,8 @@
-//! What it is: recording of every sample in one MCAP file, in a process of its own: a stalled disk may not delay an
-//! estimator.
+//! What it is: recording of every sample in one MCAP file, in a process of its own: a stalled disk
+//! may not delay an estimator.
 //!
-//! The file is the partition's memory: a checkpoint completes a chunk, and a restart goes on behind the samples that
-//! the checkpoint counts.
+//! The file is the partition's memory: a checkpoint completes a chunk, and a restart goes on behind
+//! the samples that the checkpoint counts.
 //!
 //! ```no_run
 //! use runtime::rundir::RunDir;
@@ -59,7 +59,8 @@ pub struct Recorder {
     failure: Option<String>,
 }
 
-/// Builds the partition of `run`; the file is made with its first frame or taken up after a restart.
+/// Builds the partition of `run`; the file is made with its first frame or taken up after a
+/// restart.
 ///
 /// # Errors
 /// None.

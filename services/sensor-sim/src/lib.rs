@@ -1,5 +1,5 @@
-//! What it is: the source of all sensor samples: simulates the sensors of the experiment in effect, or replays a
-//! recording, frame by frame.
+//! What it is: the source of all sensor samples: simulates the sensors of the experiment in effect,
+//! or replays a recording, frame by frame.
 //!
 //! ```no_run
 //! use runtime::rundir::RunDir;
@@ -56,7 +56,8 @@ pub struct SensorSim {
 /// Builds the source of `run`.
 ///
 /// # Errors
-/// When the scenario, the plant it names, the recording or its channel map cannot be read, or the plant cannot be simulated.
+/// When the scenario, the plant it names, the recording or its channel map cannot be read, or the
+/// plant cannot be simulated.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let replay = run.replay.as_ref().map(|_| read_recording(run)).transpose()?;
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())

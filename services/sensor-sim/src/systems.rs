@@ -1,5 +1,6 @@
-//! From a scenario to the vehicles of its experiments. Each experiment has a plant of its own, as in the benchmark; what the
-//! experiment itself decides (command, rate, trajectory) is the scenario's.
+//! From a scenario to the vehicles of its experiments. Each experiment has a plant of its own, as
+//! in the benchmark; what the experiment itself decides (command, rate, trajectory) is the
+//! scenario's.
 
 use crate::vehicle::{Vehicle, VehicleError};
 use dynamics::description::{Controller, Plant, Quantity, Signal, SignalKind};
@@ -63,7 +64,8 @@ pub fn arm(experiment: &ArmExperiment, grasped: bool, setting: Setting<'_>) -> R
     vehicle(used, &plant, setting)
 }
 
-/// The tank of an experiment under the experiment's thrust; under the plant's own where the scenario states none.
+/// The tank of an experiment under the experiment's thrust; under the plant's own where the
+/// scenario states none.
 ///
 /// # Errors
 /// See [`SystemsError`].

@@ -1,4 +1,5 @@
-//! A plant as the vehicle of an experiment: its simulator, and which channel goes into which sample.
+//! A plant as the vehicle of an experiment: its simulator, and which channel goes into which
+//! sample.
 
 use dynamics::description::{ActuatorKind, Joint, JointKind, Plant, Sensor, SensorKind};
 use runtime::Outputs;
@@ -275,7 +276,8 @@ fn slot(plant: &Plant, sensor: &Sensor, joints: &[&str], array: usize) -> Result
     })
 }
 
-/// The body that the samples of the inertial measurement unit and of the actuators speak of: the first one.
+/// The body that the samples of the inertial measurement unit and of the actuators speak of: the
+/// first one.
 fn is_hub(plant: &Plant, body: &str) -> bool {
     plant.bodies.first().is_some_and(|hub| hub.name == body)
 }
@@ -284,7 +286,8 @@ fn interval_s(plant: &Plant, sensor: &Sensor) -> f64 {
     sensor.period_s.map_or(plant.simulation.period_s, |period| period.value)
 }
 
-/// A sample a period: the inertial measurement unit and the joints have no room for more, and none is made up for less.
+/// A sample a period: the inertial measurement unit and the joints have no room for more, and none
+/// is made up for less.
 fn once_a_period(plant: &Plant, sensor: &Sensor) -> Result<(), VehicleError> {
     let rows = plant.simulation.period_s / interval_s(plant, sensor);
     let once = (rows - 1.0).abs() < 1e-9;

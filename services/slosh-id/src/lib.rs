@@ -1,11 +1,11 @@
-//! What it is: estimation of slosh mass, stiffness and damping on one axis (BP2, 1-D): maximum likelihood over a
-//! fixed-memory arc.
+//! What it is: estimation of slosh mass, stiffness and damping on one axis (BP2, 1-D): maximum
+//! likelihood over a fixed-memory arc.
 //!
-//! Every sample goes into the arc as it comes; the likelihood is maximised when an estimate is due. A record
-//! that begins late or has a gap leaves the slosh state unknown there, and it is estimated. With a
-//! prior (`expected` and `expected_sigma` of the scenario) any thrust will do, station keeping's
-//! too: each parameter says whether it was identified, the prior kept, or not excited
-//! (`Estimate::identifiability`). All memory is taken at the start.
+//! Every sample goes into the arc as it comes; the likelihood is maximised when an estimate is due.
+//! A record that begins late or has a gap leaves the slosh state unknown there, and it is
+//! estimated. With a prior (`expected` and `expected_sigma` of the scenario) any thrust will do,
+//! station keeping's too: each parameter says whether it was identified, the prior kept, or not
+//! excited (`Estimate::identifiability`). All memory is taken at the start.
 //!
 //! ```no_run
 //! use runtime::rundir::RunDir;
@@ -47,7 +47,8 @@ use telemetry::{
 const PARAMETERS: usize = 3;
 /// Innovations beyond this many sigma are marked as not accepted; the estimator uses them all.
 const GATE_SIGMA: f64 = estimation::GATE_SIGMAS;
-/// A first sample further than this behind the experiment's begin is late: the slosh state is unknown [intervals].
+/// A first sample further than this behind the experiment's begin is late: the slosh state is
+/// unknown [intervals].
 const LATE_INTERVALS: f64 = 1.5;
 
 #[derive(Clone, Default, Serialize, Deserialize)]
@@ -65,7 +66,8 @@ struct State {
     t_measured_ns: u64,
 }
 
-/// The partition: fed with thrust and acceleration of an experiment, it publishes estimates of the slosh parameters.
+/// The partition: fed with thrust and acceleration of an experiment, it publishes estimates of the
+/// slosh parameters.
 pub struct SloshId {
     state: State,
     estimator: Box<SloshEstimator>,
@@ -76,7 +78,8 @@ pub struct SloshId {
 /// Builds the partition of `run`.
 ///
 /// # Errors
-/// When the scenario cannot be read; values that it lacks are reported by the status of an estimate once an experiment needs them.
+/// When the scenario cannot be read; values that it lacks are reported by the status of an estimate
+/// once an experiment needs them.
 pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
     let scenario = Scenario::read(&run.scenario, &run.files, run.replay.is_some())
         .map_err(ConnectError::of(PartitionId::SloshId))?;
@@ -149,8 +152,9 @@ impl SloshId {
         }
     }
 
-    /// Pairs force and acceleration of the same interval. An acceleration that is not valid leaves the force, which
-    /// still drives the slosh (`runtime::pairs` would leave out both, and that is a gap).
+    /// Pairs force and acceleration of the same interval. An acceleration that is not valid leaves
+    /// the force, which still drives the slosh (`runtime::pairs` would leave out both, and that is
+    /// a gap).
     fn take(&mut self, imus: &[Imu], forces: &[Actuators]) {
         let Some((axis, vrw)) = self.known.as_ref().map(|k| (k.axis.index(), k.accelerometer_vrw_m_s_sqrt_h)) else {
             return;
@@ -167,7 +171,8 @@ impl SloshId {
                 SloshSample::thrust_alone(interval_s, force_n)
             };
             let first_ns = self.first(begin_ns, interval_s);
-            // Seconds since the first interval, negative for a stamp from before it: the arc refuses that one.
+            // Seconds since the first interval, negative for a stamp from before it: the arc
+            // refuses that one.
             let begin_s = begin_ns as i64 - first_ns as i64;
             if self.estimator.push_at(begin_s as f64 * 1e-9, &sample).is_ok() {
                 self.state.t_end_ns = begin_ns + (interval_s * 1e9).round() as u64;
@@ -179,7 +184,8 @@ impl SloshId {
         }
     }
 
-    /// Begin of the first interval; when this one is it and comes late, the estimator learns that the start is not known.
+    /// Begin of the first interval; when this one is it and comes late, the estimator learns that
+    /// the start is not known.
     fn first(&mut self, begin_ns: u64, interval_s: f64) -> u64 {
         if let Some(first_ns) = self.state.t_first_ns {
             return first_ns;

@@ -1,4 +1,5 @@
-//! Laws of the partition: late starts, gaps, restarts, operational thrust, and that it takes no memory.
+//! Laws of the partition: late starts, gaps, restarts, operational thrust, and that it takes no
+//! memory.
 
 use super::*;
 use physics::slosh::{SloshPropagator, SloshState};
@@ -112,7 +113,8 @@ fn a_burst_identifies_all_three_whatever_the_prior_and_the_innovation_is_that_of
     let estimate = partition.estimate(0, 0, true).estimate;
     assert_eq!((estimate.status, identifiability(&estimate)), (0, [Identifiability::Identified; 3]));
     assert!(worst_z(&estimate) < 3.5, "{:?}", estimate.values);
-    // 200 unit normal squares: their mean spreads by 0.1; a fitted parameter widens little after 200 s.
+    // 200 unit normal squares: their mean spreads by 0.1; a fitted parameter widens little after
+    // 200 s.
     assert!((squares / count - 1.0_f64).abs() < 0.4, "{}", squares / count);
     assert!(variances / count > 1.0 && variances / count < 1.2, "{}", variances / count);
 }

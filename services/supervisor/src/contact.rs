@@ -1,16 +1,18 @@
-//! Detection of contact from the data: the momentum of a free arm jumps when the rates belong to another body.
+//! Detection of contact from the data: the momentum of a free arm jumps when the rates belong to
+//! another body.
 //!
-//! `h = Y_h α` is constant until a body touches the arm. Neither its level nor the model need be right for
-//! that: the test is of the jump of `Y_h α` away from its own running mean ([`JumpDetector`]), so a wrong momentum, a
-//! gyro bias or a scaled α is part of the baseline. What the model's error can add is its change since the baseline:
-//! with `ȳ` the running mean of the regressor it has the variance `(y − ȳ)ᵀ P (y − ȳ)`, which widens the slack.
+//! `h = Y_h α` is constant until a body touches the arm. Neither its level nor the model need be
+//! right for that: the test is of the jump of `Y_h α` away from its own running mean
+//! ([`JumpDetector`]), so a wrong momentum, a gyro bias or a scaled α is part of the baseline. What
+//! the model's error can add is its change since the baseline: with `ȳ` the running mean of the
+//! regressor it has the variance `(y − ȳ)ᵀ P (y − ȳ)`, which widens the slack.
 //!
-//! Any estimate serves, also one that was not accepted: its covariance says how much. Without one the base rate itself
-//! is watched; an arm that moves turns the base too, so that test is for an arm held still, as it is while the target
-//! is approached and grasped.
+//! Any estimate serves, also one that was not accepted: its covariance says how much. Without one
+//! the base rate itself is watched; an arm that moves turns the base too, so that test is for an
+//! arm held still, as it is while the target is approached and grasped.
 //!
-//! A detector serves one mode: APPROACH_HOLD and CAPTURE each learn their own baseline, in their first eight samples.
-//! Contact within these is not seen.
+//! A detector serves one mode: APPROACH_HOLD and CAPTURE each learn their own baseline, in their
+//! first eight samples. Contact within these is not seen.
 
 use estimation::cusum::{FalseAlarm, JumpDetector};
 use nalgebra::{SMatrix, SVector};
@@ -85,8 +87,8 @@ impl ContactDetector {
         self.skipped
     }
 
-    /// Takes one sample of `frame` and the noise of its channels ([`NOISE_UNKNOWN`] where it is unknown); `Some` in the sample
-    /// that gives the contact away, once.
+    /// Takes one sample of `frame` and the noise of its channels ([`NOISE_UNKNOWN`] where it is
+    /// unknown); `Some` in the sample that gives the contact away, once.
     pub fn push(&mut self, frame: u64, sample: &MomentumSample, sigma: &ChannelSigma) -> Option<Contact> {
         if !sample.is_finite() {
             self.skipped += 1;
@@ -133,7 +135,8 @@ mod tests {
         FreeArm { alpha, covariance }
     }
 
-    /// Sample at 100 Hz of the arm moving slowly, the base turning as the momentum `h_nms` of `alpha` demands.
+    /// Sample at 100 Hz of the arm moving slowly, the base turning as the momentum `h_nms` of
+    /// `alpha` demands.
     fn moving<const P: usize>(alpha: &[f64; P], h_nms: f64, k: u64, noise: &mut SeededNoise) -> MomentumSample {
         let t = k as f64 * 0.01;
         let angle = [0.5 * libm::sin(0.2 * t), -1.2 + 0.4 * libm::cos(0.25 * t)];
@@ -163,8 +166,9 @@ mod tests {
 
     #[test]
     fn noise_alone_is_never_taken_for_contact_whatever_the_momentum_and_the_model() {
-        // 40 runs at 1e-3 each: one of them alarms in 4 % of such suites, were the seeds drawn anew. The model is good
-        // to 0.01 % (60 s of excitation) or not accepted: 20 % off. The momentum differs from the one it was fitted with.
+        // 40 runs at 1e-3 each: one of them alarms in 4 % of such suites, were the seeds drawn
+        // anew. The model is good to 0.01 % (60 s of excitation) or not accepted: 20 % off. The
+        // momentum differs from the one it was fitted with.
         for (relative, h_nms) in [(1e-4, H_NMS), (1e-4, 1.003 * H_NMS), (1e-4, 0.5 * H_NMS), (0.2, H_NMS)] {
             for seed in 0..10 {
                 let mut noise = SeededNoise::new(seed);
@@ -179,8 +183,8 @@ mod tests {
 
     #[test]
     fn a_momentum_that_drifts_by_an_external_torque_is_no_contact() {
-        // 0.01 N m (gravity gradient, solar pressure on large wings) for 200 s: 2 N m s of 68 in all, 0.01 N m s a
-        // second against a noise of 0.1 N m s.
+        // 0.01 N m (gravity gradient, solar pressure on large wings) for 200 s: 2 N m s of 68 in
+        // all, 0.01 N m s a second against a noise of 0.1 N m s.
         let mut noise = SeededNoise::new(3);
         let mut detector = ContactDetector::new(Some(estimated_arm(&mut noise, 1e-4)));
         for k in 0..20_000 {
@@ -191,7 +195,8 @@ mod tests {
 
     #[test]
     fn a_target_of_150_kg_is_felt_at_once() {
-        // The stack turns as h' demands of a'; from the chaser's momentum unchanged to a target that brings some.
+        // The stack turns as h' demands of a'; from the chaser's momentum unchanged to a target
+        // that brings some.
         for (relative, h_mated_nms) in [(1e-4, 68.0), (1e-4, 30.0), (1e-4, 150.0), (0.02, 68.0)] {
             for seed in 0..20 {
                 let mut noise = SeededNoise::new(seed);

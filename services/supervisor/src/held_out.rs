@@ -1,16 +1,19 @@
-//! Held-out simulation: the last fifth of an experiment, predicted by an estimate from the rows before it.
+//! Held-out simulation: the last fifth of an experiment, predicted by an estimate from the rows
+//! before it.
 //!
-//! The recorder of a domain keeps the rows behind the split frame (80 % of the experiment's length, known from the mode
-//! sample) in memory taken once, and the newest estimate made up to the split. At the end the model is simulated over
-//! the rows: inertial, the base rate that momentum conservation demands of the measured joints; slosh, a free run from
-//! the estimate's own slosh state, driven by the measured force; modal, the residual of a free decay with the
-//! estimate's poles when its amplitudes are refitted.
+//! The recorder of a domain keeps the rows behind the split frame (80 % of the experiment's length,
+//! known from the mode sample) in memory taken once, and the newest estimate made up to the split.
+//! At the end the model is simulated over the rows: inertial, the base rate that momentum
+//! conservation demands of the measured joints; slosh, a free run from the estimate's own slosh
+//! state, driven by the measured force; modal, the residual of a free decay with the estimate's
+//! poles when its amplitudes are refitted.
 //!
-//! An experiment longer than the memory is thinned evenly: instants are skipped (inertial, modal) or consecutive
-//! intervals merged to their means (slosh: exact while the force is constant over the merged interval). How many rows
-//! will come follows from the interval of the first one.
+//! An experiment longer than the memory is thinned evenly: instants are skipped (inertial, modal)
+//! or consecutive intervals merged to their means (slosh: exact while the force is constant over
+//! the merged interval). How many rows will come follows from the interval of the first one.
 //!
-//! *Why not simulate with the closing estimate?* It was fitted to these rows; its error is small by construction.
+//! *Why not simulate with the closing estimate?* It was fitted to these rows; its error is small by
+//! construction.
 
 mod inertial;
 mod modal;
@@ -33,7 +36,8 @@ pub struct HeldOut {
     pub rms: f64,
     /// The rms error that sensor noise alone would give.
     pub noise: f64,
-    /// Root mean square of what was measured, about its mean: a model that predicts the mean errs by as much.
+    /// Root mean square of what was measured, about its mean: a model that predicts the mean errs
+    /// by as much.
     pub signal_rms: f64,
     /// Values compared.
     pub count: u64,
@@ -50,7 +54,8 @@ pub struct Window {
     pub generation: u32,
     /// Length of a frame.
     pub frame_period_s: f64,
-    /// Frames before the split from which rows are kept too: as long as estimates may lie apart (slosh), else 0.
+    /// Frames before the split from which rows are kept too: as long as estimates may lie apart
+    /// (slosh), else 0.
     pub lead_frames: u64,
 }
 
@@ -85,7 +90,8 @@ pub struct Candidate {
     pub values: [f64; PARAMETERS_MAX],
 }
 
-/// Rows of one experiment behind (and shortly before) its split, and the estimate to be tested on them.
+/// Rows of one experiment behind (and shortly before) its split, and the estimate to be tested on
+/// them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 struct Recorder<R> {
     window: Option<Window>,
@@ -111,10 +117,12 @@ impl<R> Recorder<R> {
         self.window = Some(window);
     }
 
-    /// One row in how many when they come every `interval_s`, so that all of them fit; decided by the first.
+    /// One row in how many when they come every `interval_s`, so that all of them fit; decided by
+    /// the first.
     fn stride(&mut self, interval_s: f64) -> u64 {
         let (kept_s, capacity) = (self.window.map_or(0.0, |window| window.kept_s()), self.capacity as f64);
-        // A row of the length is lost where the interval does not divide it: rounding alone must not double the stride.
+        // A row of the length is lost where the interval does not divide it: rounding alone must
+        // not double the stride.
         *self.stride.get_or_insert_with(|| (kept_s / interval_s / capacity - 1e-9).ceil().max(1.0) as u64)
     }
 

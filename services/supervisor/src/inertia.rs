@@ -1,11 +1,15 @@
-//! Comparison of two independent estimates of one inertia: the modes imply it by the appendage's geometry, the momentum by the
-//! arm's motion. Estimates of one body must agree; where they do not, one is to be doubted.
+//! Comparison of two independent estimates of one inertia: the modes imply it by the appendage's
+//! geometry, the momentum by the arm's motion. Estimates of one body must agree; where they do not,
+//! one is to be doubted.
 //!
-//! A momentum mis-stated by a per cent scales all of its parameters by as much and passes every test of its own: innovations, NIS,
-//! held-out simulation. So does a coupling that is not that of the panel. The comparison detects both.
+//! A momentum mis-stated by a per cent scales all of its parameters by as much and passes every
+//! test of its own: innovations, NIS, held-out simulation. So does a coupling that is not that of
+//! the panel. The comparison detects both.
 //!
-//! **Which to doubt**, in this order: the one that fails its own tests (innovations, NIS, held-out, physical consistency) while the other
-//! passes; a model that was not tested does neither. Else the one that the stated inertia contradicts by three sigmas while it confirms the other; else it stays undecided.
+//! **Which to doubt**, in this order: the one that fails its own tests (innovations, NIS, held-out,
+//! physical consistency) while the other passes; a model that was not tested does neither. Else the
+//! one that the stated inertia contradicts by three sigmas while it confirms the other; else it
+//! stays undecided.
 
 use crate::validation::NIS_FALSE_ALARM;
 use estimation::consistency::mean_square_band;
@@ -28,7 +32,8 @@ const PARAMETERS: usize = 8;
 struct Stated {
     inertia_kg_m2: f64,
     sigma_kg_m2: f64,
-    /// The model behind it passes its own tests; `None`: no innovation was tested, and no other test failed.
+    /// The model behind it passes its own tests; `None`: no innovation was tested, and no other
+    /// test failed.
     sound: Option<bool>,
 }
 
@@ -84,7 +89,8 @@ impl Inertias {
     }
 }
 
-/// Whether the model passes its own tests; one whose innovations were too few to test has neither passed nor failed by them.
+/// Whether the model passes its own tests; one whose innovations were too few to test has neither
+/// passed nor failed by them.
 fn sound(estimate: &Estimate, judged: &Verdict) -> Option<bool> {
     let tested = mean_square_band(estimate.nis_count, NIS_FALSE_ALARM).is_some();
     let contradicted = [Reason::HeldOutTooLarge.code(), Reason::NotConsistent.code()].contains(&judged.reason);
@@ -102,8 +108,9 @@ fn of_modes(sample: &ModalEstimate) -> Option<Inertia> {
     (sample.estimate.status == 0 && sigma > 0.0).then_some((inertia, sigma))
 }
 
-/// `J = yᵀ α` of the arm held at `posture`, `y = ∂Y_h/∂w0`. Its variance is `yᵀ P y` and, for the systematic errors that the sensors' data sheet
-/// allows, `(Σ |y_i| s_i)²`: their correlations are unknown, and this is the bound for errors of one sign. `None` where they are unknown.
+/// `J = yᵀ α` of the arm held at `posture`, `y = ∂Y_h/∂w0`. Its variance is `yᵀ P y` and, for the
+/// systematic errors that the sensors' data sheet allows, `(Σ |y_i| s_i)²`: their correlations are
+/// unknown, and this is the bound for errors of one sign. `None` where they are unknown.
 fn of_momentum(sample: &InertialEstimate, posture: [f64; 2]) -> Option<Inertia> {
     let estimate = &sample.estimate;
     if estimate.status != 0 || usize::from(estimate.count) != PARAMETERS {
@@ -169,7 +176,8 @@ fn doubt(modal: Stated, inertial: Stated, sheet: Option<Inertia>) -> (InertiaAgr
     }
 }
 
-/// The comparison as one sentence, with both inertias [kg m²] and their difference in sigma, for logs and reports.
+/// The comparison as one sentence, with both inertias [kg m²] and their difference in sigma, for
+/// logs and reports.
 pub fn explain(comparison: &InertiaComparison) -> String {
     let Some(agreement) = InertiaAgreement::from_code(comparison.agreement) else {
         return format!("unknown agreement {}", comparison.agreement);

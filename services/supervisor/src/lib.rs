@@ -1,5 +1,5 @@
-//! What it is: decisions on a run: which experiment is flown when, which model is accepted, and whether the target is
-//! on the arm.
+//! What it is: decisions on a run: which experiment is flown when, which model is accepted, and
+//! whether the target is on the arm.
 //!
 //! ```no_run
 //! use runtime::rundir::RunDir;
@@ -27,7 +27,7 @@
 //! | `mode` | the mode table and the machine that evaluates it, once a frame |
 //! | `validation` | two verdicts on a model: complete, adequate |
 //! | `held_out` | the last fifth of an experiment, simulated with an estimate that never saw it |
-//! | `inertia` | comparison of the inertia by the modes with that by the momentum, and which to doubt |
+//! | `inertia` | inertia by the modes against that by the momentum |
 //! | `contact` | contact detected from a jump of the momentum, or of the base rate |
 //! | `verdicts` | verdicts on experiments that give no model |
 //! | `mission` | plan, needs and predicted sigmas of the scenario |
@@ -88,7 +88,8 @@ struct State {
     inertias: Inertias,
 }
 
-/// The partition: consumes samples and estimates, publishes modes, verdicts and inertia comparisons.
+/// The partition: consumes samples and estimates, publishes modes, verdicts and inertia
+/// comparisons.
 pub struct Supervisor {
     mission: Mission,
     state: State,
@@ -219,7 +220,8 @@ impl Supervisor {
             out.publish(COMPARISON_INERTIA, &compared);
         }
         if domain == Domain::Inertial && phase != Phase::Mated {
-            // A model that serves to look for contact need not be accepted: its covariance is taken into account.
+            // A model that serves to look for contact need not be accepted: its covariance is taken
+            // into account.
             self.state.free_arm = FreeArm::of(estimate).or(self.state.free_arm);
         }
         if verdict.accepted == 1 && phase != Phase::Mated {
@@ -229,7 +231,8 @@ impl Supervisor {
         Some(Stimulus::Verdict { domain, generation, accepted: verdict.accepted == 1 })
     }
 
-    /// Contact is looked for while the target is in reach, in each mode against a baseline of its own.
+    /// Contact is looked for while the target is in reach, in each mode against a baseline of its
+    /// own.
     fn watch_contact(&mut self, frame: &Frame<'_>) {
         if frame.new_mode().is_some() {
             self.state.contact = watches(self.state.window.state).then(|| ContactDetector::new(self.state.free_arm));
@@ -283,9 +286,9 @@ mod tests {
     const WINDOW: u64 = 100;
     const GYRO_RAD_S: f64 = 2.6e-4;
 
-    /// Flies approach and capture of an operator's override, no experiment before: the base turns with `rate_rad_s` of
-    /// mode, frames since it took effect; a sample every ten frames while approaching, as the sensors of an idle
-    /// vehicle give.
+    /// Flies approach and capture of an operator's override, no experiment before: the base turns
+    /// with `rate_rad_s` of mode, frames since it took effect; a sample every ten frames while
+    /// approaching, as the sensors of an idle vehicle give.
     fn approach(rate_rad_s: impl Fn(ModeState, u64) -> f64) -> Vec<(ModeState, mode::Event)> {
         let mated = Some(ExperimentPlan { duration_frames: 100, timeout_frames: 200, retries: 0 });
         let plan = Plan {
@@ -336,7 +339,8 @@ mod tests {
 
     #[test]
     fn capture_by_override_without_any_model_passes_by_contact() {
-        // At rest while idle, another system in CAPTURE: no contact by that. Then the grasp slows the base.
+        // At rest while idle, another system in CAPTURE: no contact by that. Then the grasp slows
+        // the base.
         let passed = approach(|state, since| match state {
             ModeState::Capture if since < 200 => 0.17,
             ModeState::Capture => 0.04,

@@ -1,4 +1,5 @@
-//! What the samples of a frame say: base rate, which inputs are alive, the rows of the held-out test.
+//! What the samples of a frame say: base rate, which inputs are alive, the rows of the held-out
+//! test.
 
 use crate::held_out::{HeldOut, InertialHeldOut, ModalHeldOut, SloshHeldOut, Window};
 use crate::mission::Mission;
@@ -21,7 +22,8 @@ const SQRT_HOUR_S: f64 = 60.0;
 const RATE_VALID_Z: u64 = 1 << 2;
 const ACCELERATION_VALID: u64 = 0b111 << 3;
 
-/// Whether the array shows a free decay: only behind a commanded excitation are amplitudes initial conditions.
+/// Whether the array shows a free decay: only behind a commanded excitation are amplitudes initial
+/// conditions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 struct Decay {
     forced: bool,
@@ -41,7 +43,8 @@ impl Heard {
         *self = Self { last_frame: Some(frame), patience_frames: patience_frames(interval_frames) };
     }
 
-    /// Its experiment may call for a slower beat than the one last heard: `expected_frames` between samples.
+    /// Its experiment may call for a slower beat than the one last heard: `expected_frames` between
+    /// samples.
     fn alive(&self, frame: u64, expected_frames: f64) -> bool {
         let patience = self.patience_frames.max(patience_frames(expected_frames));
         self.last_frame.is_some_and(|last| frame < last + patience)
@@ -82,8 +85,8 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Takes the memory for the held-out rows of the inertial and the slosh model; the modal one's follows with its first rows,
-    /// which determine the number of channels.
+    /// Takes the memory for the held-out rows of the inertial and the slosh model; the modal one's
+    /// follows with its first rows, which determine the number of channels.
     pub fn new(mission: &Mission) -> Self {
         let slosh = mission.slosh.as_ref().map(|known| {
             SloshHeldOut::new(HELD_OUT_ROWS, known.m_0_kg, known.accelerometer_vrw_m_s_sqrt_h / SQRT_HOUR_S)
@@ -266,7 +269,8 @@ mod tests {
         assert!(heard.alive(1049, 0.0) && !heard.alive(1050, 0.0));
         heard.now(1000, 100.0);
         assert!(heard.alive(1299, 0.0) && !heard.alive(1300, 0.0));
-        // Heard every 10 ms before the experiment, every second in it: the first sample comes after 100 frames.
+        // Heard every 10 ms before the experiment, every second in it: the first sample comes after
+        // 100 frames.
         heard.now(1000, 1.0);
         assert!(heard.alive(1299, 100.0) && !heard.alive(1300, 100.0));
         heard.now(1000, f64::NAN);

@@ -1,4 +1,5 @@
-//! From the scenario to what the supervisor works with: plan, needs, what is known, what experiments promise.
+//! From the scenario to what the supervisor works with: plan, needs, what is known, what
+//! experiments promise.
 
 use crate::mode::{ExperimentPlan, Plan, ReplayPlan};
 use crate::validation::Need;
@@ -64,8 +65,9 @@ pub struct Mission {
     pub modal: ModalKnown,
     /// Length of a frame.
     pub frame_period_s: f64,
-    /// By `Domain::code`: largest predicted sigma over its need at the end of the experiment before capture. Nothing is
-    /// predicted of the mated one: its target is not known before it is grasped.
+    /// By `Domain::code`: largest predicted sigma over its need at the end of the experiment before
+    /// capture. Nothing is predicted of the mated one: its target is not known before it is
+    /// grasped.
     pub predicted_sigma_over_need: [Option<f64>; 3],
     needs: [Need; 3],
     mated_need: Need,
@@ -167,8 +169,9 @@ fn over_need(predicted: &[(f64, f64)], need: &Need) -> Option<f64> {
     predicted.iter().enumerate().filter_map(ratio).max_by(f64::total_cmp)
 }
 
-/// Prior value and promised sigma per parameter, from the Cramér–Rao bound along the reference trajectory with one
-/// sample a frame. The prior may be off by a factor of two, and the promise with it: see `guards::OUT_OF_REACH`.
+/// Prior value and promised sigma per parameter, from the Cramér–Rao bound along the reference
+/// trajectory with one sample a frame. The prior may be off by a factor of two, and the promise
+/// with it: see `guards::OUT_OF_REACH`.
 fn promised_by_arm(arm: &ArmExperiment, frame_period_s: f64) -> Option<Vec<(f64, f64)>> {
     if arm.known.prior.len() != 8 || arm.trajectory != Trajectory::B {
         return None;
@@ -209,7 +212,8 @@ fn promised_by_slosh(slosh: &SloshExperiment) -> Option<Vec<(f64, f64)>> {
     Some([m_s, k_s, c_s].into_iter().zip(promised.iter().copied()).collect())
 }
 
-/// The same for the free decay behind the pulse, as if one channel showed the expected amplitude: the others only help.
+/// The same for the free decay behind the pulse, as if one channel showed the expected amplitude:
+/// the others only help.
 fn promised_by_decay(modal: &ModalExperiment) -> Option<Vec<(f64, f64)>> {
     let known = &modal.known;
     let [first, second] = known.expected[..] else { return None };

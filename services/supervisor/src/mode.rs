@@ -1,17 +1,21 @@
 //! Mode logic: one table, evaluated once a frame, deterministic, without a clock.
 //!
-//! The plan is a sequence of steps: modal, slosh and inertial experiment, approach and capture, settling and mated
-//! experiment, or the replay of a recording alone. A step that is not planned, whose need is met, that cannot meet its
-//! need, that was tried as often as allowed or whose partition was given up is skipped. `mode/table.rs` says what each
-//! event does in each state; `mode/guards.rs` holds the guards, this file the counters and the timers.
+//! The plan is a sequence of steps: modal, slosh and inertial experiment, approach and capture,
+//! settling and mated experiment, or the replay of a recording alone. A step that is not planned,
+//! whose need is met, that cannot meet its need, that was tried as often as allowed or whose
+//! partition was given up is skipped. `mode/table.rs` says what each event does in each state;
+//! `mode/guards.rs` holds the guards, this file the counters and the timers.
 //!
 //! Decisions taken here, which the table does not show:
-//! - A decision takes effect `window_frames` later. Until then only urgent events act, because everything measured
-//!   still speaks of the old mode. Timers run from the effective frame.
-//! - CAPTURE requires accepted inertial *and* slosh models, also when the plan flies no slosh experiment: a domain
-//!   without an identified model is not accepted, and the override exists for a vehicle without a tank.
-//! - APPROACH_HOLD without permission waits for an operator until its timeout, then the run ends in STANDBY.
-//! - A verdict counts only with the experiment counter (generation) of the experiment that waits for it.
+//! - A decision takes effect `window_frames` later. Until then only urgent events act, because
+//!   everything measured still speaks of the old mode. Timers run from the effective frame.
+//! - CAPTURE requires accepted inertial *and* slosh models, also when the plan flies no slosh
+//!   experiment: a domain without an identified model is not accepted, and the override exists for
+//!   a vehicle without a tank.
+//! - APPROACH_HOLD without permission waits for an operator until its timeout, then the run ends in
+//!   STANDBY.
+//! - A verdict counts only with the experiment counter (generation) of the experiment that waits
+//!   for it.
 //! - After the end of the run nothing but the safe command acts.
 
 mod decision;
@@ -68,7 +72,8 @@ pub struct ModeMachine {
 }
 
 impl ModeMachine {
-    /// A machine in STANDBY that waits for [`Stimulus::Start`]. `window_frames` is the pacing window.
+    /// A machine in STANDBY that waits for [`Stimulus::Start`]. `window_frames` is the pacing
+    /// window.
     pub fn new(plan: Plan, window_frames: u64) -> Self {
         let planned = [plan.modal, plan.slosh, plan.inertial, plan.mated, plan.replay.map(|replay| replay.experiment)];
         for experiment in planned.iter().flatten() {
@@ -103,7 +108,8 @@ impl ModeMachine {
         self.state
     }
 
-    /// First frame of [`Self::state`]; later than the present frame while a decision waits for the pacing window.
+    /// First frame of [`Self::state`]; later than the present frame while a decision waits for the
+    /// pacing window.
     pub fn effective_frame(&self) -> u64 {
         self.effective_frame
     }
@@ -246,7 +252,8 @@ impl ModeMachine {
         }
     }
 
-    /// Carries out a row; `Some` when it is worth a sample: a new state, a new experiment, or the end.
+    /// Carries out a row; `Some` when it is worth a sample: a new state, a new experiment, or the
+    /// end.
     fn take(
         &mut self,
         row: &Row,
@@ -308,7 +315,8 @@ impl ModeMachine {
         }
     }
 
-    /// Strikes off the step whose guard did not hold within the longest wait, and gives the next one as long.
+    /// Strikes off the step whose guard did not hold within the longest wait, and gives the next
+    /// one as long.
     fn abandon(&mut self, frame: u64, situation: &Situation) {
         match self.step(situation) {
             Step::Experiment(domain, _) => self.abandoned[usize::from(domain.code())] = true,

@@ -1,20 +1,24 @@
-//! Two verdicts on a model: is it *complete* (does it explain the data?), is it *adequate* (is it good enough?).
+//! Two verdicts on a model: is it *complete* (does it explain the data?), is it *adequate* (is it
+//! good enough?).
 //!
-//! *Complete*: innovations are white on block means at every length, and their mean NIS lies in its χ² band.
-//! *Adequate*: a simulation over data the estimate never saw errs less than the scenario's need, and so does every
-//! standard deviation for which a need is stated.
-//! *Accepted* = adequate, with honest sigmas, physically consistent.
+//! *Complete*: innovations are white on block means at every length, and their mean NIS lies in its
+//! χ² band. *Adequate*: a simulation over data the estimate never saw errs less than the scenario's
+//! need, and so does every standard deviation for which a need is stated. *Accepted* = adequate,
+//! with honest sigmas, physically consistent.
 //!
-//! Sigmas are *honest* when the mean NIS lies in its band and no block length is coloured: a covariance computed for
-//! white residuals is too small for residuals that hang together, by the very factor by which their block means exceed
-//! theirs, and the error of the parameters is unknown. So a model that is proven incomplete is never accepted.
-//! Only the upper side of the whiteness test counts. Residuals of a fit are tested on the rows that made it; its free
+//! Sigmas are *honest* when the mean NIS lies in its band and no block length is coloured: a
+//! covariance computed for white residuals is too small for residuals that hang together, by the
+//! very factor by which their block means exceed theirs, and the error of the parameters is
+//! unknown. So a model that is proven incomplete is never accepted. Only the upper side of the
+//! whiteness test counts. Residuals of a fit are tested on the rows that made it; its free
 //! parameters take the slow part out of them, so their block means are too small by construction.
 //!
-//! The held-out error is judged as measured, sensor noise included: taking the noise out would need to know it exactly.
-//! Where the signal does not stand out of the noise the figure is independent of the model, and the verdict says that no data were held out.
+//! The held-out error is judged as measured, sensor noise included: taking the noise out would need
+//! to know it exactly. Where the signal does not stand out of the noise the figure is independent
+//! of the model, and the verdict says that no data were held out.
 //!
-//! Every limit follows from a stated false-alarm probability and the number of blocks behind the figure.
+//! Every limit follows from a stated false-alarm probability and the number of blocks behind the
+//! figure.
 
 use estimation::consistency::{coloured_scale, mean_square_band, tested_scales};
 use serde::{Deserialize, Serialize};
@@ -22,12 +26,14 @@ use telemetry::{Domain, Estimate, Header, PARAMETERS_MAX, Phase, Reason, Verdict
 
 use crate::held_out::HeldOut;
 
-/// Probability that an honest, white model is called coloured: shared by all block lengths (Bonferroni).
+/// Probability that an honest, white model is called coloured: shared by all block lengths
+/// (Bonferroni).
 pub const WHITENESS_FALSE_ALARM: f64 = 1e-3;
 /// Probability that honest sigmas are called dishonest, both sides together.
 pub const NIS_FALSE_ALARM: f64 = 1e-3;
-/// Signal over noise from which a held-out test can fail: at three, a model that predicts nothing at all leaves an error
-/// ten times the noise in power (3² signal and 1 of noise), below one no more than twice.
+/// Signal over noise from which a held-out test can fail: at three, a model that predicts nothing
+/// at all leaves an error ten times the noise in power (3² signal and 1 of noise), below one no
+/// more than twice.
 pub const SIGNAL_OVER_NOISE_MIN: f64 = 3.0;
 /// `Verdict::parameter` when the reason speaks of none.
 const NO_PARAMETER: u16 = u16::MAX;
@@ -39,11 +45,13 @@ const NOT_DECIDABLE: u16 = 2;
 pub struct Need {
     /// Largest standard deviation in per cent of the value, per parameter.
     pub sigma_percent: [Option<f64>; PARAMETERS_MAX],
-    /// Largest rms error of the held-out simulation: rad/s (inertial) or m/s² (slosh, modal), sensor noise included.
+    /// Largest rms error of the held-out simulation: rad/s (inertial) or m/s² (slosh, modal),
+    /// sensor noise included.
     pub held_out_rms: Option<f64>,
 }
 
-/// The test that decides a verdict: its reason code, the parameter it speaks of, its figure and the limit.
+/// The test that decides a verdict: its reason code, the parameter it speaks of, its figure and the
+/// limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Finding {
     reason: Reason,
@@ -60,8 +68,8 @@ impl Finding {
 
 /// Judges `estimate`, made before `frame`; `t_ns` is the time of that frame.
 ///
-/// `held_out` is the simulation over held-out data, or why there is none ([`Reason::NoHeldOutData`],
-/// [`Reason::OperationalRecord`]).
+/// `held_out` is the simulation over held-out data, or why there is none
+/// ([`Reason::NoHeldOutData`], [`Reason::OperationalRecord`]).
 pub fn validate(estimate: &Estimate, held_out: Result<HeldOut, Reason>, need: &Need, frame: u64, t_ns: u64) -> Verdict {
     let mut verdict = empty_verdict(estimate.domain, estimate.phase, frame, t_ns);
     verdict.estimate_frame = estimate.frame;
@@ -91,7 +99,8 @@ pub fn validate(estimate: &Estimate, held_out: Result<HeldOut, Reason>, need: &N
     with_finding(verdict, bars.unwrap_or(passed))
 }
 
-/// Verdict on an experiment that gave no estimate to judge, with the figure that decided and its limit (0: none).
+/// Verdict on an experiment that gave no estimate to judge, with the figure that decided and its
+/// limit (0: none).
 pub fn no_model(domain: Domain, phase: Phase, (reason, measured, limit): Missing, frame: u64, t_ns: u64) -> Verdict {
     with_finding(empty_verdict(domain.code(), phase.code(), frame, t_ns), Finding::new(reason, measured, limit))
 }
@@ -131,7 +140,8 @@ fn with_finding(mut verdict: Verdict, finding: Finding) -> Verdict {
     verdict
 }
 
-/// Sigmas are honest when the mean NIS lies in its band; too small a NIS (sigmas too large) is as dishonest.
+/// Sigmas are honest when the mean NIS lies in its band; too small a NIS (sigmas too large) is as
+/// dishonest.
 fn nis_failure(estimate: &Estimate) -> Option<Finding> {
     let mean = estimate.nis_mean;
     let Some((low, high)) = mean_square_band(estimate.nis_count, NIS_FALSE_ALARM) else {
@@ -141,7 +151,8 @@ fn nis_failure(estimate: &Estimate) -> Option<Finding> {
     (!inside).then(|| Finding::new(Reason::NisOutOfBand, mean, if mean < low { low } else { high }))
 }
 
-/// The worst block length that lies above its limit. A length of which no three blocks were completed is not tested.
+/// The worst block length that lies above its limit. A length of which no three blocks were
+/// completed is not tested.
 fn whiteness_failure(estimate: &Estimate) -> Option<Finding> {
     let (z, limit) = coloured_scale(tested(estimate))?;
     Some(Finding::new(Reason::InnovationsBiased, z, limit))
@@ -159,7 +170,8 @@ fn worst_z(estimate: &Estimate) -> f64 {
     tested(estimate).map(|(z, _)| z).max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
 }
 
-/// Held-out error first, then the standard deviations; what cannot be decided counts only when nothing else fails.
+/// Held-out error first, then the standard deviations; what cannot be decided counts only when
+/// nothing else fails.
 fn adequacy_failure(estimate: &Estimate, held_out: Result<HeldOut, Reason>, need: &Need) -> Option<Finding> {
     let simulation = match (need.held_out_rms, held_out) {
         (None, _) => Some(Finding::new(Reason::NoNeedStated, 0.0, 0.0)),
@@ -192,8 +204,8 @@ fn sigma_failure(estimate: &Estimate, need: &Need) -> Option<Finding> {
         .map(|worst| worst.1)
 }
 
-/// Largest standard deviation over its need, over all parameters with a need; `None` when none is stated. At most one:
-/// every need is met.
+/// Largest standard deviation over its need, over all parameters with a need; `None` when none is
+/// stated. At most one: every need is met.
 pub fn sigma_over_need(estimate: &Estimate, need: &Need) -> Option<f64> {
     (0..usize::from(estimate.count).min(PARAMETERS_MAX))
         .filter_map(|index| {
@@ -357,7 +369,8 @@ mod tests {
         assert_eq!(validate(&estimate(), Ok(mute), &NEED, 0, 0).accepted, 0);
     }
 
-    /// `rows` normalised innovations with standard deviation `scale` and mean `bias`, as an estimator reports them.
+    /// `rows` normalised innovations with standard deviation `scale` and mean `bias`, as an
+    /// estimator reports them.
     fn innovations(seed: u64, rows: u32, scale: f64, bias: f64) -> Estimate {
         let (mut noise, mut white, mut squares) = (SeededNoise::new(seed), Whiteness::default(), 0.0);
         for _ in 0..rows {
@@ -377,8 +390,9 @@ mod tests {
 
     #[test]
     fn honest_innovations_are_refused_as_rarely_as_stated() {
-        // 20 000 records of 1000 rows, ten blocks of 100 among them. Stated: 1e-3 each. The length of one row repeats
-        // the NIS test; Wilson–Hilferty at ten degrees is within 1 % of the quantile, 10 % of so small a tail.
+        // 20 000 records of 1000 rows, ten blocks of 100 among them. Stated: 1e-3 each. The length
+        // of one row repeats the NIS test; Wilson–Hilferty at ten degrees is within 1 % of the
+        // quantile, 10 % of so small a tail.
         let (mut biased, mut dishonest) = (0_u32, 0_u32);
         for seed in 0..20_000 {
             let estimate = innovations(seed, 1000, 1.0, 0.0);
@@ -396,7 +410,8 @@ mod tests {
             // Bias 0.1 over 20 000 rows: block-100 z is 1·√(200/2) = 10 ± √3, limit 4.3.
             let biased = innovations(seed, 20_000, 1.0, 0.1);
             assert_eq!(whiteness_failure(&biased).map(|f| f.reason), Some(Reason::InnovationsBiased), "seed {seed}");
-            // Variance 1.1025 or 0.9025: NIS off by ten of its standard deviations √(2/20 000) = 0.01; limit 3.3.
+            // Variance 1.1025 or 0.9025: NIS off by ten of its standard deviations √(2/20 000) =
+            // 0.01; limit 3.3.
             for scale in [1.05, 0.95] {
                 assert!(nis_failure(&innovations(seed, 20_000, scale, 0.0)).is_some(), "seed {seed}, scale {scale}");
             }

@@ -1,5 +1,5 @@
-//! Verdicts on experiments without a model: every planned experiment leaves one, also when it was skipped, broke off, gave
-//! no estimate, or was never reached.
+//! Verdicts on experiments without a model: every planned experiment leaves one, also when it was
+//! skipped, broke off, gave no estimate, or was never reached.
 
 use crate::mode::{Decision, Event, ModeMachine, OUT_OF_REACH, Plan, Situation, StepStatus};
 use crate::validation::Missing;

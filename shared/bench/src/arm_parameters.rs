@@ -1,4 +1,5 @@
-//! True minimal inertial parameters of a free-floating base with an arm of two links: what BP1 is to find, read off the plant.
+//! True minimal inertial parameters of a free-floating base with an arm of two links: what BP1 is
+//! to find, read off the plant.
 //!
 //! About the centre of mass of the whole and in the absolute rates of base and links the inertia is
 //!
@@ -6,8 +7,9 @@
 //! D11 = a1,  D22 = a2,  D33 = a3,  D12 = a4 cos θ1 + a5 sin θ1,  D13 = a6 cos(θ1+θ2) + a7 sin(θ1+θ2),  D23 = a8 cos θ2 + a9 sin θ2
 //! ```
 //!
-//! Each coefficient is read off the mass matrix of the bodies at a posture where its partner vanishes, not computed from a formula for
-//! it: the estimators have such formulas. Without a body beside the axis of link 2, a9 = 0 and eight parameters remain.
+//! Each coefficient is read off the mass matrix of the bodies at a posture where its partner
+//! vanishes, not computed from a formula for it: the estimators have such formulas. Without a body
+//! beside the axis of link 2, a9 = 0 and eight parameters remain.
 
 use core::f64::consts::FRAC_PI_2;
 use dynamics::description::{JointKind, Plant, Space};
@@ -20,8 +22,9 @@ const DOF: usize = 5;
 
 /// a1..a9 [kg m²] of the arm that is simulated, effects on its masses included.
 ///
-/// `None`: the plant is no planar free base with two revolute joints in a row, whatever is fixed to its bodies; or has tanks or
-/// appendages, for which nine numbers are not enough. Rotors of motors are no part of the bodies' momentum.
+/// `None`: the plant is no planar free base with two revolute joints in a row, whatever is fixed to
+/// its bodies; or has tanks or appendages, for which nine numbers are not enough. Rotors of motors
+/// are no part of the bodies' momentum.
 ///
 /// Cost: compiles the plant, three mass matrices.
 pub fn minimal_parameters(plant: &Plant) -> Option<[f64; 9]> {
@@ -78,11 +81,13 @@ fn is_carried_by(plant: &Plant, body: Option<&str>, carrier: &str) -> bool {
     false
 }
 
-/// Inertia about the centre of mass of the whole in the absolute rates of the bodies at one posture.
+/// Inertia about the centre of mass of the whole in the absolute rates of the bodies at one
+/// posture.
 fn absolute_rate_inertia(model: &Model, joint_1_rad: f64, joint_2_rad: f64) -> Matrix3<f64> {
     let mut mass = DMatrix::zeros(DOF, DOF);
     mass_matrix(model, &mut Data::new(model), &[0.0, 0.0, 0.0, joint_1_rad, joint_2_rad], &mut mass);
-    // rates are (ω, v_x, v_y, joints); the translations carry (total mass) · 1 and drop out with the centre of mass at rest
+    // rates are (ω, v_x, v_y, joints); the translations carry (total mass) · 1 and drop out with
+    // the centre of mass at rest
     const TURNS: [usize; 3] = [0, 3, 4];
     let relative = Matrix3::from_fn(|row, column| {
         let (i, j) = (TURNS[row], TURNS[column]);

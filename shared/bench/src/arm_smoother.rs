@@ -1,14 +1,18 @@
-//! Maximum likelihood over motion and parameters together: iterated extended Kalman filter and smoother, in batch.
+//! Maximum likelihood over motion and parameters together: iterated extended Kalman filter and
+//! smoother, in batch.
 //!
-//! One pass: forward filter linearised along the last smoothed motion, backward pass of Bryson and Frazier (equal to Rauch, Tung and
-//! Striebel's without their inverse: only the smoothed motion is wanted, the parameters do not move). Two passes settle: the motion
-//! is measured to 1e-4, so its own linearisation errors are 1e-8. Linearised along the *true* motion at the true parameters the
+//! One pass: forward filter linearised along the last smoothed motion, backward pass of Bryson and
+//! Frazier (equal to Rauch, Tung and Striebel's without their inverse: only the smoothed motion is
+//! wanted, the parameters do not move). Two passes settle: the motion is measured to 1e-4, so its
+//! own linearisation errors are 1e-8. Linearised along the *true* motion at the true parameters the
 //! filter's covariance is the Cramér–Rao bound: [`bound`].
 //!
-//! The joints' and base's equations are those of `arm_filter`; Jacobians come from the regressor: `∂q̈/∂α = −H⁻¹ Y_τ(q, q̇, q̈)`, and
-//! `∂q̈/∂x = −H⁻¹ ∂(Y_τ α)/∂x` at fixed accelerations. A known momentum is conserved by the dynamics and therefore taken once.
+//! The joints' and base's equations are those of `arm_filter`; Jacobians come from the regressor:
+//! `∂q̈/∂α = −H⁻¹ Y_τ(q, q̇, q̈)`, and `∂q̈/∂x = −H⁻¹ ∂(Y_τ α)/∂x` at fixed accelerations. A known
+//! momentum is conserved by the dynamics and therefore taken once.
 //!
-//! Memory: one [`SmootherStep`] per sample, given by the caller. Cost: some 4 µs per sample and pass.
+//! Memory: one [`SmootherStep`] per sample, given by the caller. Cost: some 4 µs per sample and
+//! pass.
 
 use estimation::consistency::ChiSquareMean;
 use estimation::weighted_least_squares::Estimate;
@@ -238,7 +242,8 @@ fn joined<const P: usize, const X: usize>(step: &Linearised<P>) -> SMatrix<f64, 
     SMatrix::from_fn(|i, j| if j < MOTION { step.motion[(i, j)] } else { step.parameters[(i, j - MOTION)] })
 }
 
-/// Forward pass at `reference`; the path is that of `steps`, or the filtered motion itself on the first pass.
+/// Forward pass at `reference`; the path is that of `steps`, or the filtered motion itself on the
+/// first pass.
 fn forward<const P: usize, const X: usize>(
     samples: &[ArmSample],
     reference: &SVector<f64, P>,
@@ -327,7 +332,8 @@ pub fn smooth<const P: usize, const X: usize>(
     unreachable!("the last pass returns")
 }
 
-/// Cramér–Rao bound of the parameters from a noise-free record: the filter's covariance linearised along it.
+/// Cramér–Rao bound of the parameters from a noise-free record: the filter's covariance linearised
+/// along it.
 ///
 /// # Errors
 /// See [`SmootherError`].

@@ -1,6 +1,8 @@
-//! Records of a benchmark, drawn from one seed, worked on by all cores, folded in the order of their numbers.
+//! Records of a benchmark, drawn from one seed, worked on by all cores, folded in the order of
+//! their numbers.
 //!
-//! Every random number is a function of (seed, record number, sensor, sample), so no thread can disturb another.
+//! Every random number is a function of (seed, record number, sensor, sample), so no thread can
+//! disturb another.
 
 use crate::report::{MethodReport, ParameterReport, Report};
 use std::hint::black_box;
@@ -8,7 +10,8 @@ use std::num::NonZero;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// What is to be found, its true value, and the best standard deviation an unbiased estimator can reach.
+/// What is to be found, its true value, and the best standard deviation an unbiased estimator can
+/// reach.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     pub name: &'static str,
@@ -41,7 +44,8 @@ pub struct Answer {
     pub nees: Option<f64>,
     /// Things found that are not there (modes).
     pub spurious: u32,
-    /// Of each mode `1 − MAC` with the true shape; none where it was not found. Empty for what has no shapes.
+    /// Of each mode `1 − MAC` with the true shape; none where it was not found. Empty for what has
+    /// no shapes.
     pub shape_errors: Vec<Option<f64>>,
 }
 
@@ -87,7 +91,8 @@ pub trait Benchmark: Sync {
     /// `None` when the experiment leaves a parameter without trace.
     fn parameters(&self) -> Option<Vec<Parameter>>;
     fn methods(&self) -> &[Method];
-    /// Bound of each method's own model, one list per method; `None` where all fit the model of [`Self::parameters`].
+    /// Bound of each method's own model, one list per method; `None` where all fit the model of
+    /// [`Self::parameters`].
     fn method_bounds(&self) -> Option<Vec<Vec<f64>>> {
         None
     }
@@ -162,7 +167,8 @@ impl Campaign {
     }
 }
 
-/// Statistics of each method over the records, without times, all against the bounds of `parameters`.
+/// Statistics of each method over the records, without times, all against the bounds of
+/// `parameters`.
 pub fn statistics(methods: &[Method], parameters: &[Parameter], answers: &[Vec<Answer>]) -> Vec<MethodReport> {
     statistics_against(methods, parameters, None, answers)
 }
@@ -209,8 +215,9 @@ fn method_statistics(method: &Method, parameters: &[Parameter], answers: &[&Answ
     }
 }
 
-/// Relative standard deviation of the geometric mean of the ratios, the correlation of the parameters included: a record's share of it is half
-/// the mean of its squared errors over their mean squares. `None` below two complete records.
+/// Relative standard deviation of the geometric mean of the ratios, the correlation of the
+/// parameters included: a record's share of it is half the mean of its squared errors over their
+/// mean squares. `None` below two complete records.
 fn geomean_sd(parameters: &[Parameter], answers: &[&Answer]) -> Option<f64> {
     let errors = |answer: &&Answer| -> Option<Vec<f64>> {
         answer

@@ -1,4 +1,5 @@
-//! The weighted momentum fit of a whole record, with both covariances: that of the noise and that of the sensors' data sheet.
+//! The weighted momentum fit of a whole record, with both covariances: that of the noise and that
+//! of the sensors' data sheet.
 //!
 //! In flight `arm_live` keeps the same sums sample by sample (`physics::consider`).
 

@@ -1,11 +1,13 @@
-//! The dynamic equation row by row, `Y_τ α = [0, τ1, τ2]`: least squares, total least squares, instrumental variables.
+//! The dynamic equation row by row, `Y_τ α = [0, τ1, τ2]`: least squares, total least squares,
+//! instrumental variables.
 //!
-//! Accelerations are central differences of the rates, torques the mean over the same interval, so that both are attenuated alike.
-//! Unfiltered, the noise of the differences (1e-4 / 0.014 s) drowns the regressors and the errors are tens of per cent: that, and
-//! nothing else, is the paper's Table IV. A symmetric low-pass before the regressors brings the same rows to hundredths.
+//! Accelerations are central differences of the rates, torques the mean over the same interval, so
+//! that both are attenuated alike. Unfiltered, the noise of the differences (1e-4 / 0.014 s) drowns
+//! the regressors and the errors are tens of per cent: that, and nothing else, is the paper's Table
+//! IV. A symmetric low-pass before the regressors brings the same rows to hundredths.
 //!
-//! *Why a finite symmetric kernel and not a Butterworth filter forth and back?* Its memory is bounded, its delay exactly half its
-//! length, and it does not depend on where the record begins.
+//! *Why a finite symmetric kernel and not a Butterworth filter forth and back?* Its memory is
+//! bounded, its delay exactly half its length, and it does not depend on where the record begins.
 
 use crate::momentum_methods::MomentumError;
 use estimation::instrumental_variables::InstrumentalVariables;
@@ -36,7 +38,8 @@ impl RowFilter {
         Self { reach: 0, taps, stride: 1 }
     }
 
-    /// Windowed sinc (Blackman) of the longest reach, half amplitude at `cut_hz`; four to six times the top harmonic of the motion.
+    /// Windowed sinc (Blackman) of the longest reach, half amplitude at `cut_hz`; four to six times
+    /// the top harmonic of the motion.
     pub fn low_pass(cut_hz: f64, interval_s: f64, stride: usize) -> Self {
         use core::f64::consts::PI;
         let mut taps = [0.0; REACH_MAX + 2];
@@ -103,8 +106,9 @@ impl Rows<'_> {
 
 /// Ordinary least squares.
 ///
-/// *Why not weighted with the residuals' covariance?* The base's residual is the derivative of a white noise: its power lies at high
-/// frequencies, its variance says little of what disturbs the slow motion, and weighting by it cost a factor 1.6 (trajectory B).
+/// *Why not weighted with the residuals' covariance?* The base's residual is the derivative of a
+/// white noise: its power lies at high frequencies, its variance says little of what disturbs the
+/// slow motion, and weighting by it cost a factor 1.6 (trajectory B).
 ///
 /// # Errors
 /// [`MomentumError::Instruments`]: a direction is not excited.
@@ -133,8 +137,9 @@ pub fn total_least_squares<const P: usize, const A: usize>(rows: &Rows<'_>) -> R
     factor.estimate().map_err(MomentumError::TotalLeastSquares)
 }
 
-/// Iterated instrumental variables: motion simulated along the command `reference(time)` with the last estimate, the momentum being
-/// the mean that this estimate sees in the record. `time` counts from the first sample.
+/// Iterated instrumental variables: motion simulated along the command `reference(time)` with the
+/// last estimate, the momentum being the mean that this estimate sees in the record. `time` counts
+/// from the first sample.
 ///
 /// # Errors
 /// See [`MomentumError`].

@@ -1,6 +1,7 @@
 //! What one evaluation of the equations of motion costs, in time and in allocations.
 //!
-//! Times are of the fastest of many batches, so that a busy machine shows as little as it can; they are reported, never judged.
+//! Times are of the fastest of many batches, so that a busy machine shows as little as it can; they
+//! are reported, never judged.
 
 use crate::simulated::built_in;
 use dynamics::description::Plant;

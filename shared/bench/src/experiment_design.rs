@@ -1,8 +1,10 @@
-//! What a joint trajectory promises and what it asks: the bound of the parameters, and the peaks that hardware limits.
+//! What a joint trajectory promises and what it asks: the bound of the parameters, and the peaks
+//! that hardware limits.
 //!
-//! The figure of merit is the root mean square of the relative sigmas. Limits enter as the mean square of their relative excess along the
-//! motion, so that the figure is smooth and a search may start outside them; [`Assessment::peaks`] are what is finally checked, on a grid as fine
-//! as one likes.
+//! The figure of merit is the root mean square of the relative sigmas. Limits enter as the mean
+//! square of their relative excess along the motion, so that the figure is smooth and a search may
+//! start outside them; [`Assessment::peaks`] are what is finally checked, on a grid as fine as one
+//! likes.
 
 use estimation::cramer_rao::FisherInformation;
 use nalgebra::{SVector, Vector2, Vector3};
@@ -10,7 +12,8 @@ use physics::excitation::{FourierTrajectory, JointReference};
 use physics::free_floating::{PlanarArm, dynamics};
 use physics::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row, predict_base_rate};
 
-/// Largest joint angle, joint rate, base rate, torque and displacement of the propellant: as allowed, or as reached.
+/// Largest joint angle, joint rate, base rate, torque and displacement of the propellant: as
+/// allowed, or as reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmLimits {
     pub joint_angle_rad: f64,
@@ -30,7 +33,8 @@ impl ArmLimits {
 /// How many things are limited.
 pub const LIMITS: usize = 5;
 
-/// Propellant that the motion must not throw against its tank: a mass on a spring in the plane of the base, too light to act back.
+/// Propellant that the motion must not throw against its tank: a mass on a spring in the plane of
+/// the base, too light to act back.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tank {
     /// Of the arm with its masses: the base's acceleration follows from them.
@@ -87,7 +91,8 @@ impl Design {
         self.assess_at(trajectory, INSTANTS_PER_HARMONIC * H)
     }
 
-    /// `None`: the parameters are not physical, or some parameter leaves no trace. Cost: 0.5 µs per instant and harmonic.
+    /// `None`: the parameters are not physical, or some parameter leaves no trace. Cost: 0.5 µs per
+    /// instant and harmonic.
     pub fn assess_at<const H: usize>(&self, trajectory: &FourierTrajectory<H>, instants: usize) -> Option<Assessment> {
         let (mut information, sigma) = (FisherInformation::<8>::default(), self.sigma.in_channel_order());
         let (mut peaks, mut excess) = ([0.0; LIMITS], [0.0; LIMITS]);
@@ -124,7 +129,8 @@ impl Design {
         Some(Assessment { relative_sigma, peaks, excess })
     }
 
-    /// The base follows from the momentum, its acceleration and the torques from the equations of motion.
+    /// The base follows from the momentum, its acceleration and the torques from the equations of
+    /// motion.
     fn motion<const H: usize>(&self, trajectory: &FourierTrajectory<H>, time_s: f64) -> Option<Motion> {
         let joints = trajectory.at(time_s);
         let omega0_rad_s = predict_base_rate(&self.alpha, self.h_nms, joints.angle_rad, joints.rate_rad_s)?;
@@ -137,10 +143,12 @@ impl Design {
         Some(Motion { joints, omega0_rad_s, omega0_dot_rad_s2, torque_n_m: [effort[1], effort[2]] })
     }
 
-    /// Displacement of the propellant at each instant of a record that begins at rest, and of [`SETTLED_PERIODS`] after it.
+    /// Displacement of the propellant at each instant of a record that begins at rest, and of
+    /// [`SETTLED_PERIODS`] after it.
     ///
-    /// In axes that do not turn, `z̈ + 2 ζ Ω (ż − w ẑ×z) + Ω² z = −a`: neither Coriolis nor centrifugal terms, and the length of z is that of
-    /// the displacement. Exact for the tank's acceleration held at its value midway between instants: stable however stiff the spring.
+    /// In axes that do not turn, `z̈ + 2 ζ Ω (ż − w ẑ×z) + Ω² z = −a`: neither Coriolis nor
+    /// centrifugal terms, and the length of z is that of the displacement. Exact for the tank's
+    /// acceleration held at its value midway between instants: stable however stiff the spring.
     fn slosh<const H: usize>(
         &self,
         trajectory: &FourierTrajectory<H>,
@@ -233,8 +241,8 @@ impl Tank {
         2.0 * core::f64::consts::PI * self.frequency_hz
     }
 
-    /// Inertial acceleration of the tank in base axes: the centre of mass of the whole rests, so that the base's is at
-    /// `−[(m1 + m2) r0 + (m1 l1 + m2 L1) e1 + m2 l2 e12] / M`.
+    /// Inertial acceleration of the tank in base axes: the centre of mass of the whole rests, so
+    /// that the base's is at `−[(m1 + m2) r0 + (m1 l1 + m2 L1) e1 + m2 l2 e12] / M`.
     fn acceleration(&self, motion: &Motion) -> Vector2<f64> {
         let PlanarArm { mass_kg: [m0, m1, m2], base_to_joint_m, joint_to_com_m: [l1, l2], com_to_next_m, .. } =
             self.arm;

@@ -1,10 +1,14 @@
-//! Cramér–Rao bound of the flying arm (BP1B): Kalman's covariance recursion along a noise-free record, no sigma points, no states of noise.
+//! Cramér–Rao bound of the flying arm (BP1B): Kalman's covariance recursion along a noise-free
+//! record, no sigma points, no states of noise.
 //!
-//! `x_{k+1} = f(x_k, u_k + n_k, π)`, `z_k = (x_k + v_k, a_B(x_k, u_k + n_k, π) + v'_k)`: the accelerometer feels the wrench's error n that
-//! also moves the arm, so process and measurement noise are correlated within a sample. With `F, G, H, D` the Jacobians by state (motion
-//! and parameters) and by n: `S = H P H' + D Q D' + R`, `K = (F P H' + G Q D') S⁻¹`, `P ← F P F' + G Q G' − K S K'` (Anderson & Moore
-//! 1979, section 5.5). At the truth along the true motion this is the bound; the unscented filter has another structure (the wrench's error
-//! a state, motion and accelerometer taken one after the other), so that an error in one of them shows.
+//! `x_{k+1} = f(x_k, u_k + n_k, π)`, `z_k = (x_k + v_k, a_B(x_k, u_k + n_k, π) + v'_k)`: the
+//! accelerometer feels the wrench's error n that also moves the arm, so process and measurement
+//! noise are correlated within a sample. With `F, G, H, D` the Jacobians by state (motion and
+//! parameters) and by n: `S = H P H' + D Q D' + R`, `K = (F P H' + G Q D') S⁻¹`,
+//! `P ← F P F' + G Q G' − K S K'` (Anderson & Moore 1979, section 5.5). At the truth along the true
+//! motion this is the bound; the unscented filter has another structure (the wrench's error a
+//! state, motion and accelerometer taken one after the other), so that an error in one of them
+//! shows.
 
 use crate::flying_filter::{FlyingSample, FlyingSettings};
 use nalgebra::{SMatrix, SVector};
@@ -65,9 +69,11 @@ fn jacobians(
     Some((by_state, by_wrench))
 }
 
-/// Bound of the eight parameters from a noise-free record at `settings.start` = truth; `settings.start_sd` is a prior, to be made wide.
+/// Bound of the eight parameters from a noise-free record at `settings.start` = truth;
+/// `settings.start_sd` is a prior, to be made wide.
 ///
-/// `None`: the parameters are not physical, or a covariance lost its positive definiteness to rounding.
+/// `None`: the parameters are not physical, or a covariance lost its positive definiteness to
+/// rounding.
 pub fn bound(noise_free: &[FlyingSample], settings: &FlyingSettings) -> Option<SMatrix<f64, 8, 8>> {
     let ([rate_1, rate_2], [angle_1, angle_2]) = (settings.sigma.joint_rate_rad_s, settings.sigma.joint_angle_rad);
     let read = settings.acceleration_sigma_m_s2;
@@ -75,7 +81,8 @@ pub fn bound(noise_free: &[FlyingSample], settings: &FlyingSettings) -> Option<S
     let noise = SMatrix::<f64, MEASURED, MEASURED>::from_diagonal(&SVector::from(sd).map(|sd| sd * sd));
     let wrench_noise =
         SMatrix::<f64, WRENCH, WRENCH>::from_diagonal(&Five::from(settings.wrench_sigma).map(|sd| sd * sd));
-    // Nothing is known of the motion before the first sample: a rad and a rad/s, ten thousand times what one sample says.
+    // Nothing is known of the motion before the first sample: a rad and a rad/s, ten thousand times
+    // what one sample says.
     let mut covariance = SMatrix::<f64, BOUND_STATES, BOUND_STATES>::from_diagonal(&State::from_fn(|i, _| match i {
         0..MOTION => 1.0,
         _ => {

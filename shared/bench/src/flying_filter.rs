@@ -1,8 +1,11 @@
-//! Unscented filter of the flying arm (BP1B): motion, wrench noise and the eight parameters, from gyro, accelerometer, encoders, torques.
+//! Unscented filter of the flying arm (BP1B): motion, wrench noise and the eight parameters, from
+//! gyro, accelerometer, encoders, torques.
 //!
-//! State `(w0, th1, th2, d1, d2, n, π / π_nominal)`, n the five errors of the wrench held through the present period. The accelerometer
-//! reads `a_B` *under* that wrench, so its innovation and the step that follows share n: left out, the two would be taken as independent
-//! and the covariance would lie. After each step n is drawn afresh. Position and velocity of the base do not enter the equations.
+//! State `(w0, th1, th2, d1, d2, n, π / π_nominal)`, n the five errors of the wrench held through
+//! the present period. The accelerometer reads `a_B` *under* that wrench, so its innovation and the
+//! step that follows share n: left out, the two would be taken as independent and the covariance
+//! would lie. After each step n is drawn afresh. Position and velocity of the base do not enter the
+//! equations.
 
 use estimation::consistency::ChiSquareMean;
 use estimation::unscented::{StateSpace, UnscentedError, UnscentedFilter};
@@ -184,10 +187,12 @@ impl FlyingFilter {
     }
 }
 
-/// Weak form of BP1B: the rows integrated by parts against `sin²(πt/L)` over windows that overlap by half.
+/// Weak form of BP1B: the rows integrated by parts against `sin²(πt/L)` over windows that overlap
+/// by half.
 ///
-/// Rows are weighted with the variance of their own residuals (two passes); the covariance is theirs and takes windows as independent, so
-/// it is some tens of per cent too small. Meant as a start, and as the baseline. `None`: not excited.
+/// Rows are weighted with the variance of their own residuals (two passes); the covariance is
+/// theirs and takes windows as independent, so it is some tens of per cent too small. Meant as a
+/// start, and as the baseline. `None`: not excited.
 pub fn weak_form(samples: &[FlyingSample], settings: &FlyingSettings, window_samples: usize) -> Option<Estimate<8>> {
     let mut weights = SVector::<f64, WRENCH>::repeat(1.0);
     let mut found = None;
@@ -231,7 +236,8 @@ fn weak_window(samples: &[FlyingSample], settings: &FlyingSettings) -> (SMatrix<
             let now = FlyingMotion { acceleration_m_s2, joint_angle_rad, rates_rad_s, accelerations_rad_s2: [0.0; 3] };
             momentum_form(&settings.geometry, &now)
         };
-        // The acceleration belongs to the wrench held through the period, hence to its middle; the rates to its beginning.
+        // The acceleration belongs to the wrench held through the period, hence to its middle; the
+        // rates to its beginning.
         let moving = form([0.0; 2], 0.0);
         let held = form(sample.acceleration_m_s2, 0.5 * dt).remainder - form([0.0; 2], 0.5 * dt).remainder;
         rows += (moving.remainder * value - moving.momentum * slope) * dt + held * period;

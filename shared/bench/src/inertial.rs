@@ -1,7 +1,9 @@
-//! BP1A: inertial parameters of a floating arm from the conservation of momentum and from the dynamic equation, before and after capture.
+//! BP1A: inertial parameters of a floating arm from the conservation of momentum and from the
+//! dynamic equation, before and after capture.
 //!
-//! Every method is held against the bound of the model it fits, accumulated along the true motion of the arm in closed loop with
-//! noise-free sensors, not along the reference it follows: momentum known, torques with the momentum unknown, or both.
+//! Every method is held against the bound of the model it fits, accumulated along the true motion
+//! of the arm in closed loop with noise-free sensors, not along the reference it follows: momentum
+//! known, torques with the momentum unknown, or both.
 
 pub mod flying;
 pub mod late;
@@ -40,7 +42,8 @@ const FLAT_PRIOR_RELATIVE_SD: f64 = 1000.0;
 /// Sigma of a momentum called exact, relative: far below any sensor, far above rounding.
 const EXACT: f64 = 1e-8;
 
-/// Sigma of the torque sensors' common scale where a method models one, and of what is believed of the momentum then; relative.
+/// Sigma of the torque sensors' common scale where a method models one, and of what is believed of
+/// the momentum then; relative.
 const TORQUE_SCALE_SD: f64 = 1e-3;
 const BELIEVED_MOMENTUM_SD: f64 = 0.1;
 
@@ -81,7 +84,8 @@ pub(crate) struct Record {
     pub unknown: Unknown,
 }
 
-/// What is drawn anew for every record besides the noise: by so much, relative, the torque sensors and the belief of the momentum are off.
+/// What is drawn anew for every record besides the noise: by so much, relative, the torque sensors
+/// and the belief of the momentum are off.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Unknown {
     pub torque_scale: f64,
@@ -339,7 +343,8 @@ pub fn sigma(plant: &Plant) -> ChannelSigma {
 /// The commanded motion of the two joints.
 ///
 /// # Panics
-/// The plant's controllers do not follow Fourier references of one period and five harmonics: it is not the benchmark's.
+/// The plant's controllers do not follow Fourier references of one period and five harmonics: it is
+/// not the benchmark's.
 #[must_use]
 pub fn commanded(plant: &Plant) -> FourierTrajectory {
     let five = |values: &[Quantity]| -> [f64; 5] {

@@ -1,9 +1,11 @@
 //! BP3: modes of a flexible appendage on a hub, from ten accelerometers along it.
 //!
-//! BP3A: a pulse of torque on a free hub; the truth are the **hub-free** modes. BP3B: a sampled loop makes the hub climb a staircase.
-//! Methods that know the torque are held against the same hub-free modes. Methods that see only outputs between the steps find the
-//! modes of the **closed loop**, which are another truth (damping of the first mode 20 % instead of 0.8 %), and are held against that.
-//! The bound is that of the record with residues, direct terms and biases of every channel unknown.
+//! BP3A: a pulse of torque on a free hub; the truth are the **hub-free** modes. BP3B: a sampled
+//! loop makes the hub climb a staircase. Methods that know the torque are held against the same
+//! hub-free modes. Methods that see only outputs between the steps find the modes of the **closed
+//! loop**, which are another truth (damping of the first mode 20 % instead of 0.8 %), and are held
+//! against that. The bound is that of the record with residues, direct terms and biases of every
+//! channel unknown.
 
 mod bound;
 mod hub;
@@ -130,8 +132,9 @@ impl Modes {
     pub fn bp3b_outputs() -> Self {
         Self {
             name: "bp3b, outputs alone between the steps (closed-loop modes)",
-            // Loop and integrator add two states each; two more, as neither is known to the method. Rows of the Hankel matrix over half of
-            // a segment: poles of a short decay scatter least where the rows are a third to a half of its samples (Hua & Sarkar 1990).
+            // Loop and integrator add two states each; two more, as neither is known to the method.
+            // Rows of the Hankel matrix over half of a segment: poles of a short decay scatter
+            // least where the rows are a third to a half of its samples (Hua & Sarkar 1990).
             settings: Settings { block_rows: OUTPUT_ONLY_BLOCK_ROWS, ..Settings::new(4) },
             truth: Truth::ClosedLoop,
             methods: TABLE_XI_OUTPUT.to_vec(),

@@ -1,10 +1,12 @@
-//! Momentum with more unknowns than the arm: gyro latency and external torque, or an unknown momentum.
+//! Momentum with more unknowns than the arm: gyro latency and external torque, or an unknown
+//! momentum.
 //!
-//! - **Latency and drift.** A gyro late by δ reads `w0 − δ ẇ0`, an external torque lets the momentum grow as `h + T t`:
-//!   `[Y_h, ẇ0 (D α), −t] [α; δ; T] = h`, `D α = ∂h/∂w0`. Both columns are cheap (the bound of the eight rises by 5–40 %), left out
-//!   they cost twenty times the bound: 5 ms is the largest practical error there is.
-//! - **Wheel modulation.** With a wheel of known momentum `h_w(t)` the total is `Y_h α + h_w = h`, h unknown:
-//!   `[Y_h, −1] [α; h] = −h_w(t)` is no longer homogeneous and gives α absolutely.
+//! - **Latency and drift.** A gyro late by δ reads `w0 − δ ẇ0`, an external torque lets the
+//!   momentum grow as `h + T t`: `[Y_h, ẇ0 (D α), −t] [α; δ; T] = h`, `D α = ∂h/∂w0`. Both columns
+//!   are cheap (the bound of the eight rises by 5–40 %), left out they cost twenty times the bound:
+//!   5 ms is the largest practical error there is.
+//! - **Wheel modulation.** With a wheel of known momentum `h_w(t)` the total is `Y_h α + h_w = h`,
+//!   h unknown: `[Y_h, −1] [α; h] = −h_w(t)` is no longer homogeneous and gives α absolutely.
 
 use crate::momentum_methods::{KnownMomentum, MomentumError};
 use estimation::weighted_least_squares::{Estimate, NoisyRow};
@@ -12,7 +14,8 @@ use estimation::weighted_pass::WeightedPass;
 use nalgebra::{SMatrix, SVector};
 use physics::momentum::{CHANNELS, ChannelSigma, MomentumSample, locked_inertia_kg_m2, noisy_momentum_row};
 
-/// Samples on either side of the line whose slope is `ẇ0`: ±0.1 s at 100 Hz. Its noise, 1e-3 rad/s², is 1 % of the motion's.
+/// Samples on either side of the line whose slope is `ẇ0`: ±0.1 s at 100 Hz. Its noise, 1e-3
+/// rad/s², is 1 % of the motion's.
 pub const SLOPE_SAMPLES: usize = 10;
 const EXTENDED_PASSES: usize = 4;
 
@@ -31,7 +34,8 @@ fn widened<const P: usize, const A: usize>(row: &NoisyRow<P, CHANNELS>, extra: &
     }
 }
 
-/// Slope of the base rate at sample k: least squares line through its neighbours; `None` at the ends.
+/// Slope of the base rate at sample k: least squares line through its neighbours; `None` at the
+/// ends.
 fn base_acceleration(samples: &[MomentumSample], k: usize, interval_s: f64) -> Option<f64> {
     let reach = SLOPE_SAMPLES;
     if k < reach || k + reach >= samples.len() {
@@ -46,7 +50,8 @@ fn base_acceleration(samples: &[MomentumSample], k: usize, interval_s: f64) -> O
     Some(sum / (norm * interval_s))
 }
 
-/// Eight parameters, gyro latency and external torque together, with `χ²/N` of the residuals; time counts from the first sample.
+/// Eight parameters, gyro latency and external torque together, with `χ²/N` of the residuals; time
+/// counts from the first sample.
 ///
 /// # Errors
 /// [`MomentumError::ScaleUnknown`], [`MomentumError::NotExcited`].
@@ -82,11 +87,12 @@ pub fn with_latency_and_drift(
     Ok((estimate, chi_square))
 }
 
-/// `P` parameters and, last, the total momentum, from a wheel whose momentum is `wheel_nms(k)` at sample k; `A = P + 1`.
+/// `P` parameters and, last, the total momentum, from a wheel whose momentum is `wheel_nms(k)` at
+/// sample k; `A = P + 1`.
 ///
 /// # Errors
-/// [`MomentumError::WheelUnmoved`]: the wheel's momentum does not vary by enough to show the scale; [`MomentumError::NotExcited`]: the arm
-/// did not move.
+/// [`MomentumError::WheelUnmoved`]: the wheel's momentum does not vary by enough to show the scale;
+/// [`MomentumError::NotExcited`]: the arm did not move.
 pub fn with_wheel_modulation<const P: usize, const A: usize>(
     samples: &[MomentumSample],
     wheel_nms: impl Fn(usize) -> f64,
@@ -111,7 +117,8 @@ pub fn with_wheel_modulation<const P: usize, const A: usize>(
     Ok(outcome.expect("there is at least one pass"))
 }
 
-/// The scale is determined by the wheel's variation over the noise of the mean, `s/√N`: below five of these it is not known to a fifth.
+/// The scale is determined by the wheel's variation over the noise of the mean, `s/√N`: below five
+/// of these it is not known to a fifth.
 fn wheel_shows<const P: usize>(
     samples: &[MomentumSample],
     wheel_nms: &impl Fn(usize) -> f64,

@@ -1,10 +1,13 @@
-//! Batch estimators on the conservation of momentum: what the literature uses, and the one that attains the bound.
+//! Batch estimators on the conservation of momentum: what the literature uses, and the one that
+//! attains the bound.
 //!
-//! `Y_h α = h` sample by sample, the noise in Y_h. Least squares, total least squares, generalised total least squares and
-//! iterated instrumental variables leave 2–8 % of the accuracy; weights `1/s²(α)` with noise compensation leave none.
-//! All of them pass over a slice and keep only sums: no memory grows with the record.
+//! `Y_h α = h` sample by sample, the noise in Y_h. Least squares, total least squares, generalised
+//! total least squares and iterated instrumental variables leave 2–8 % of the accuracy; weights
+//! `1/s²(α)` with noise compensation leave none. All of them pass over a slice and keep only sums:
+//! no memory grows with the record.
 //!
-//! Scale: every parameter is proportional to `h`; `sigma_h_nms` is carried into the covariance as `(σ_h/h)² α α'`.
+//! Scale: every parameter is proportional to `h`; `sigma_h_nms` is carried into the covariance as
+//! `(σ_h/h)² α α'`.
 
 use estimation::generalised_total_least_squares::GeneralisedTotalLeastSquares;
 use estimation::instrumental_variables::{InstrumentError, InstrumentalVariables};
@@ -17,7 +20,8 @@ use physics::momentum::{
     CHANNELS, ChannelSigma, MomentumSample, momentum_regressor, noisy_momentum_row, predict_base_rate,
 };
 
-/// Passes of [`weighted`]: weights move the estimate by less than 1e-4 of its sigma from the third on.
+/// Passes of [`weighted`]: weights move the estimate by less than 1e-4 of its sigma from the third
+/// on.
 const WEIGHTED_PASSES: usize = 3;
 /// Passes of [`instrumental`].
 const INSTRUMENT_PASSES: usize = 5;
@@ -32,13 +36,15 @@ pub struct KnownMomentum {
 /// Why a batch estimator gives no parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MomentumError {
-    /// `Y_h α = h` is homogeneous in (α, h): without h only the ratios of the parameters exist. Give h from the wheels' book-keeping,
-    /// or torques (`dynamic_equation`), or modulate a wheel of known momentum (`momentum_extended`).
+    /// `Y_h α = h` is homogeneous in (α, h): without h only the ratios of the parameters exist.
+    /// Give h from the wheels' book-keeping, or torques (`dynamic_equation`), or modulate a wheel
+    /// of known momentum (`momentum_extended`).
     ScaleUnknown {
         h_nms: f64,
         sigma_h_nms: f64,
     },
-    /// The wheel's momentum moved by less than its noise can show: `(α, h)` are known up to a factor. Modulate it by more, or longer.
+    /// The wheel's momentum moved by less than its noise can show: `(α, h)` are known up to a
+    /// factor. Modulate it by more, or longer.
     WheelUnmoved {
         wheel_rms_nms: f64,
         needed_nms: f64,
@@ -46,7 +52,8 @@ pub enum MomentumError {
     NotExcited(LeastSquaresError),
     TotalLeastSquares(TlsError),
     Instruments(InstrumentError),
-    /// The parameters found have no positive inertia in some posture, so no base rate can be simulated with them.
+    /// The parameters found have no positive inertia in some posture, so no base rate can be
+    /// simulated with them.
     NotPhysical,
 }
 
@@ -67,7 +74,8 @@ impl KnownMomentum {
     }
 }
 
-/// Ordinary least squares; covariance `(Y'Y)⁻¹ (Σ s² y y') (Y'Y)⁻¹` with `s²` of the channels, attenuation not included.
+/// Ordinary least squares; covariance `(Y'Y)⁻¹ (Σ s² y y') (Y'Y)⁻¹` with `s²` of the channels,
+/// attenuation not included.
 ///
 /// # Errors
 /// [`MomentumError::ScaleUnknown`], [`MomentumError::Instruments`] when a direction is not excited.
@@ -90,7 +98,8 @@ pub fn least_squares<const P: usize>(
     pass(Some(first.alpha)).map(|estimate| momentum.scaled(estimate))
 }
 
-/// Plain total least squares of `[Y h]`, every column taken as equally noisy; the baseline of the literature.
+/// Plain total least squares of `[Y h]`, every column taken as equally noisy; the baseline of the
+/// literature.
 ///
 /// # Errors
 /// [`MomentumError::ScaleUnknown`], [`MomentumError::TotalLeastSquares`].
@@ -124,8 +133,9 @@ pub fn generalised_total_least_squares<const P: usize, const A: usize>(
     factor.estimate().map_err(MomentumError::TotalLeastSquares)
 }
 
-/// Iterated instrumental variables (the paper's Fig. 2): the base rate is simulated from the *commanded* joint motion with the last
-/// estimate, and the simulated rows are the instruments. `reference(k)` is the command at sample k.
+/// Iterated instrumental variables (the paper's Fig. 2): the base rate is simulated from the
+/// *commanded* joint motion with the last estimate, and the simulated rows are the instruments.
+/// `reference(k)` is the command at sample k.
 ///
 /// # Errors
 /// See [`MomentumError`].
@@ -164,7 +174,8 @@ fn simulated<const P: usize>(
     })
 }
 
-/// Weighted least squares with noise compensation in three passes from `start`; also `χ²/N` of the residuals.
+/// Weighted least squares with noise compensation in three passes from `start`; also `χ²/N` of the
+/// residuals.
 ///
 /// # Errors
 /// [`MomentumError::ScaleUnknown`], [`MomentumError::NotExcited`].

@@ -1,7 +1,9 @@
-//! The constraint `a4 a7 = a5 a6` that the eight parameters of an arm with its masses on the axes obey.
+//! The constraint `a4 a7 = a5 a6` that the eight parameters of an arm with its masses on the axes
+//! obey.
 //!
-//! Both pairs are parallel to `r0`, so eight numbers carry seven degrees of freedom. Imposed, the constraint cuts the error of the
-//! least known of the four by 2.7 (trajectory B); violated in sigmas, it names an off-axis link 2 or a joint-2 zero offset.
+//! Both pairs are parallel to `r0`, so eight numbers carry seven degrees of freedom. Imposed, the
+//! constraint cuts the error of the least known of the four by 2.7 (trajectory B); violated in
+//! sigmas, it names an off-axis link 2 or a joint-2 zero offset.
 
 use estimation::weighted_least_squares::Estimate;
 use physics::free_floating::Alpha;
@@ -10,10 +12,12 @@ use physics::free_floating::Alpha;
 const PROJECTION_SETTLED: f64 = 1e-12;
 const PROJECTION_STEPS_MAX: usize = 6;
 
-/// The constrained maximum of the normal density `estimate`: `min |α − α°|²` in the metric of its information, `a4 a7 = a5 a6`.
+/// The constrained maximum of the normal density `estimate`: `min |α − α°|²` in the metric of its
+/// information, `a4 a7 = a5 a6`.
 ///
-/// Gauss–Newton: `α ← α° − P g (g' P g)⁻¹ (c(α) + g'(α° − α))`, `g = ∂c/∂α`; the covariance loses `P g g' P / (g' P g)` and becomes
-/// singular along g, as it must. `None` when the covariance leaves the constraint without variance, or six steps did not settle.
+/// Gauss–Newton: `α ← α° − P g (g' P g)⁻¹ (c(α) + g'(α° − α))`, `g = ∂c/∂α`; the covariance loses
+/// `P g g' P / (g' P g)` and becomes singular along g, as it must. `None` when the covariance
+/// leaves the constraint without variance, or six steps did not settle.
 pub fn constrain(estimate: &Estimate<8>) -> Option<Estimate<8>> {
     let (origin, covariance) = (estimate.alpha, estimate.covariance);
     let mut alpha = origin;

@@ -60,7 +60,8 @@ impl Report {
         serde_json::to_string(self).expect("names and numbers always serialise") + "\n"
     }
 
-    /// The report as text: one block per method, with the sources of bound and published errors below.
+    /// The report as text: one block per method, with the sources of bound and published errors
+    /// below.
     pub fn table(&self) -> String {
         let mut text = format!("{}, {} records, seed {}\n", self.problem, self.trials, self.seed);
         for method in &self.methods {

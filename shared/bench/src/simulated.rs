@@ -1,4 +1,5 @@
-//! Truth of the benchmark problems: plants that come with the program, and what is stated of their sensors.
+//! Truth of the benchmark problems: plants that come with the program, and what is stated of their
+//! sensors.
 
 use crate::plants;
 use dynamics::description::{Noise, Plant, Quantity, Sensor};

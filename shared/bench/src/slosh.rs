@@ -1,7 +1,8 @@
 //! BP2 on one axis: slosh mass, stiffness and damping from thrust and an accelerometer.
 //!
-//! Beside the estimator that flies stand the published ones, so that their failure on the damping is seen on the same
-//! records, the published instrumental variables repaired, and the Kalman filters.
+//! Beside the estimator that flies stand the published ones, so that their failure on the damping
+//! is seen on the same records, the published instrumental variables repaired, and the Kalman
+//! filters.
 
 mod experiments;
 mod filters;
@@ -107,14 +108,16 @@ impl Slosh {
         }
     }
 
-    /// Two cycles of ±44 N at the slosh mode, then coasting to 600 s; start, bias and thrust scale unknown.
+    /// Two cycles of ±44 N at the slosh mode, then coasting to 600 s; start, bias and thrust scale
+    /// unknown.
     pub fn burst() -> Self {
         let bursts = Bursts { amplitude_n: 44.0, cycles: 2, cycle_s: 83.0, repeat_s: 600.0, duration_s: 600.0 };
         Self::uncalibrated("bp2-burst", &bursts, 1.0)
     }
 
-    /// Six cycles of 88 s every half hour for two hours (what `obsid design slosh` finds), as strong as 0.5 m of stroke allow; the accelerometer of the paper (noise 1), or
-    /// one of lower noise.
+    /// Six cycles of 88 s every half hour for two hours (what `obsid design slosh` finds), as
+    /// strong as 0.5 m of stroke allow; the accelerometer of the paper (noise 1), or one of lower
+    /// noise.
     pub fn stroke(noise: f64) -> Self {
         const STROKE_M: f64 = 0.5;
         let bursts = Bursts { amplitude_n: 1.0, cycles: 6, cycle_s: 88.2, repeat_s: 1800.0, duration_s: 7200.0 };
@@ -129,7 +132,8 @@ impl Slosh {
         bursts.command(&mut slosh.plant);
         slosh.settings.unknowns = SloshUnknowns::ParametersStateBiasScale;
         if bursts.duration_s > 1000.0 {
-            // The flying arc then holds two hours in blocks of 3.6 s, 23 per period; the edges still fall on samples.
+            // The flying arc then holds two hours in blocks of 3.6 s, 23 per period; the edges
+            // still fall on samples.
             slosh.plant.simulation.period_s = 0.9;
         }
         let accelerometer = channel(&slosh.plant, ACCELEROMETER);
@@ -241,8 +245,8 @@ impl Slosh {
         text
     }
 
-    /// Shortest of some runs on this machine: the maximum likelihood over the whole record with its scan, the scan of a thousand
-    /// samples, a step of the filters.
+    /// Shortest of some runs on this machine: the maximum likelihood over the whole record with its
+    /// scan, the scan of a thousand samples, a step of the filters.
     fn times(&self) -> String {
         const SCANNED: usize = 1000;
         let (record, base_mass_kg) = (self.record(0, 0), self.settings.base_mass_kg);

@@ -1,15 +1,18 @@
-//! Scale and delay of the thrust from a fast square wave that slosh does not follow, before it is used for slosh.
+//! Scale and delay of the thrust from a fast square wave that slosh does not follow, before it is
+//! used for slosh.
 //!
-//! A thrust scale that is free takes 8 % of mass, stiffness and damping with it in the plane (it scales them all). Far above
-//! the slosh mode the hub answers alone: the reaction of the slosh mass is `β (ω_mode/ω)²` of the thrust, 2e-5 at 0.5 Hz.
-//! With force held over intervals of `dt` and a delay δ below one of them,
+//! A thrust scale that is free takes 8 % of mass, stiffness and damping with it in the plane (it
+//! scales them all). Far above the slosh mode the hub answers alone: the reaction of the slosh mass
+//! is `β (ω_mode/ω)²` of the thrust, 2e-5 at 0.5 Hz. With force held over intervals of `dt` and a
+//! delay δ below one of them,
 //!
 //! ```text
 //! a_k = (1+s) f_k/m0 − (1+s) δ (f_k − f_{k−1})/(m0 dt) + bias + trend + curvature + n_k
 //! ```
 //!
-//! is linear in `[1+s, (1+s) δ, bias, trend, curvature]`; the three last take what slosh already swings. A square wave that
-//! begins with a quarter of its period adds no velocity and no displacement on the mean: the stroke stays as it was.
+//! is linear in `[1+s, (1+s) δ, bias, trend, curvature]`; the three last take what slosh already
+//! swings. A square wave that begins with a quarter of its period adds no velocity and no
+//! displacement on the mean: the stroke stays as it was.
 
 use estimation::cramer_rao::FisherInformation;
 use nalgebra::{SMatrix, SVector};
@@ -49,8 +52,9 @@ pub enum CalibrationError {
     DelayBeyondInterval { delay_s: f64, interval_s: f64 },
 }
 
-/// Weighted least squares over a burst whose samples follow each other, the thrust before it `before_n`; where that is not
-/// known the first sample tells only the second's edge. Attains the Cramér–Rao bound of its model.
+/// Weighted least squares over a burst whose samples follow each other, the thrust before it
+/// `before_n`; where that is not known the first sample tells only the second's edge. Attains the
+/// Cramér–Rao bound of its model.
 ///
 /// # Errors
 /// [`CalibrationError`]. Cost: 60 ns per sample, no memory.
@@ -94,7 +98,8 @@ pub fn calibrate_thrust(
     let delay_variance =
         covariance[(1, 1)] - 2.0 * delay_s * covariance[(0, 1)] + delay_s * delay_s * covariance[(0, 0)];
     let delay_sigma_s = libm::sqrt(delay_variance) / scale.abs();
-    // The model says nothing beyond one interval on the one side, and a thrust does not precede its command on the other.
+    // The model says nothing beyond one interval on the one side, and a thrust does not precede its
+    // command on the other.
     if !(delay_s > -5.0 * delay_sigma_s && delay_s < interval_s + 5.0 * delay_sigma_s) {
         return Err(CalibrationError::DelayBeyondInterval { delay_s, interval_s });
     }
@@ -109,7 +114,8 @@ pub fn calibrate_thrust(
     })
 }
 
-/// Command of the calibration burst at `t_s` from its begin: a square wave that begins with half of a half-cycle.
+/// Command of the calibration burst at `t_s` from its begin: a square wave that begins with half of
+/// a half-cycle.
 pub fn calibration_command_n(amplitude_n: f64, frequency_hz: f64, t_s: f64) -> f64 {
     let phase = t_s * frequency_hz + 0.25;
     if phase - libm::floor(phase) < 0.5 { amplitude_n } else { -amplitude_n }
@@ -125,7 +131,8 @@ mod tests {
     const INTERVAL_S: f64 = 0.1;
     const SIGMA: f64 = 0.008 / 60.0 / 0.316_227_766_016_837_94;
 
-    /// A minute of ±44 N at 0.5 Hz on a tank that swings already, the thrust 1 % strong and 20 ms late.
+    /// A minute of ±44 N at 0.5 Hz on a tank that swings already, the thrust 1 % strong and 20 ms
+    /// late.
     fn burst(seed: u64, (scale, delay_s): (f64, f64)) -> (Vec<SloshSample>, f64) {
         let start = SloshState { displacement_m: 0.3, velocity_m_s: 0.01 };
         let (mut motion, mut noise) = (SloshPropagator::new(TANK, BASE_MASS_KG, start), SeededNoise::new(seed));
@@ -149,7 +156,8 @@ mod tests {
             let found = calibrate_thrust(&burst(seed, (1.01, 0.02)).0, BASE_MASS_KG, Some(0.0)).expect("excited");
             squares[0] += ((found.scale_error - 0.01) / found.scale_sigma).powi(2) / seeds as f64;
             squares[1] += ((found.delay_s - 0.02) / found.delay_sigma_s).powi(2) / seeds as f64;
-            // 44 N through N√(1/60 s) and 60 edges of 88 N: the independent study's 0.041 % and 0.065 ms.
+            // 44 N through N√(1/60 s) and 60 edges of 88 N: the independent study's 0.041 % and
+            // 0.065 ms.
             assert!((found.scale_sigma / 4.1e-4 - 1.0).abs() < 0.1, "{}", found.scale_sigma);
             assert!((found.delay_sigma_s / 6.5e-5 - 1.0).abs() < 0.1, "{}", found.delay_sigma_s);
             let z = (found.chi_square - found.degrees_of_freedom) / libm::sqrt(2.0 * found.degrees_of_freedom);

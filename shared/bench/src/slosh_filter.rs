@@ -6,15 +6,18 @@
 //! q̈ + γ q̇ + κ q = −β f/m0          a = f/m0 − β f/m0 − Δq̇/dt          states [q, q̇, β, ln κ, γ], bias on demand
 //! ```
 //!
-//! Given κ this is linear in all that is left, but for the product γ q̇. In `[r, ṙ, ln ms, ln ks, ln cs]` it is not: there one pass
-//! from a start 45 % off loses a factor 1.9 to the Cramér–Rao bound and its covariance says less than half of that. The one
-//! strong nonlinearity that remains is the frequency: a prior on it is a sum of narrow normal densities, each filtered by
-//! itself and weighed by its innovations (Alspach & Sorenson 1972); those that the record contradicts are dropped, so that
-//! of some forty soon a few are left. There is no process noise: the parameters are constants. A sample is first used,
-//! with the motion over its interval predicted from the state at its beginning, then the state is moved on.
+//! Given κ this is linear in all that is left, but for the product γ q̇. In
+//! `[r, ṙ, ln ms, ln ks, ln cs]` it is not: there one pass from a start 45 % off loses a factor 1.9
+//! to the Cramér–Rao bound and its covariance says less than half of that. The one strong
+//! nonlinearity that remains is the frequency: a prior on it is a sum of narrow normal densities,
+//! each filtered by itself and weighed by its innovations (Alspach & Sorenson 1972); those that the
+//! record contradicts are dropped, so that of some forty soon a few are left. There is no process
+//! noise: the parameters are constants. A sample is first used, with the motion over its interval
+//! predicted from the state at its beginning, then the state is moved on.
 //!
-//! *Why is this not what flies?* It needs a prior; the maximum likelihood over the arc needs none, attains the same bound
-//! in the same memory, and judges itself by χ². The bank gives every sample's innovation at once.
+//! *Why is this not what flies?* It needs a prior; the maximum likelihood over the arc needs none,
+//! attains the same bound in the same memory, and judges itself by χ². The bank gives every
+//! sample's innovation at once.
 
 use estimation::Innovation;
 use estimation::unscented::{StateSpace, UnscentedError, UnscentedFilter};
@@ -30,8 +33,9 @@ pub const SLOSH_STATES_WITH_BIAS: usize = 6;
 
 /// Filters of a bank.
 pub const FILTERS_MAX: usize = 48;
-/// Standard deviation of ln κ in one filter, and the distance between two: 5 % of the frequency. Half of it changes nothing
-/// (60 seeds of the benchmark's sine: RMSE over bound 0.95/0.98/1.10 and 0.89/0.90/1.03), twice of it begins to.
+/// Standard deviation of ln κ in one filter, and the distance between two: 5 % of the frequency.
+/// Half of it changes nothing (60 seeds of the benchmark's sine: RMSE over bound 0.95/0.98/1.10 and
+/// 0.89/0.90/1.03), twice of it begins to.
 const WIDTH: f64 = 0.1;
 /// Standard deviations of the prior that the bank covers.
 const REACH: f64 = 2.5;
@@ -46,7 +50,8 @@ struct SloshStep {
 }
 
 impl SloshStep {
-    /// `[q, q̇]` at the end of the interval, and the mean acceleration of the base over it without bias.
+    /// `[q, q̇]` at the end of the interval, and the mean acceleration of the base over it without
+    /// bias.
     fn run<const X: usize>(&self, state: &SVector<f64, X>, force_n: f64) -> (Vector2<f64>, f64) {
         let (q, v, beta, kappa, gamma, dt) =
             (state[0], state[1], state[2], libm::exp(state[3]), state[4], self.interval_s);
@@ -98,7 +103,8 @@ impl<const X: usize> StateSpace<X, 1, 1> for SloshStep {
         Vector1::new(self.run(state, force_n[0]).1 + state.get(5).copied().unwrap_or(0.0))
     }
 
-    /// Twelve decades of κ about one, growth below e⁵⁰ a step: beyond, the exponentials say nothing.
+    /// Twelve decades of κ about one, growth below e⁵⁰ a step: beyond, the exponentials say
+    /// nothing.
     fn is_feasible(&self, state: &SVector<f64, X>) -> bool {
         state[3].abs() < 27.0 && state[4].abs() * self.interval_s < 100.0
     }
@@ -157,7 +163,8 @@ impl<const X: usize> SloshFilter<X> {
         let share = base_mass_kg / (base_mass_kg + slosh_mass_kg);
         let by_mass = share * share * prior.log_sigma[0] * prior.log_sigma[0];
         let total = prior.variance_of_log_kappa(by_mass);
-        // A sum of densities WIDTH wide, WIDTH apart, has the prior's variance; a narrow prior is one density.
+        // A sum of densities WIDTH wide, WIDTH apart, has the prior's variance; a narrow prior is
+        // one density.
         let spread = libm::sqrt((total - WIDTH * WIDTH).max(0.0));
         let half = FILTERS_MAX as f64 / 2.0 - 1.0;
         let width = if spread == 0.0 { libm::sqrt(total) } else { WIDTH.max(REACH * spread / half) };
@@ -175,8 +182,8 @@ impl<const X: usize> SloshFilter<X> {
     /// Uses the acceleration where there is one, then moves on; the innovation of what was used.
     ///
     /// # Errors
-    /// [`UnscentedError::NotFinite`] for such a sample, the bank is untouched then; that of the last filter, when none is left: the bank
-    /// is empty then.
+    /// [`UnscentedError::NotFinite`] for such a sample, the bank is untouched then; that of the
+    /// last filter, when none is left: the bank is empty then.
     pub fn step(&mut self, sample: &SloshSample) -> Result<Option<Innovation>, UnscentedError> {
         let heard = sample.sigma_m_s2.is_infinite() || sample.acceleration_m_s2.is_finite();
         if !(heard && sample.interval_s.is_finite() && sample.force_n.is_finite()) {
@@ -242,7 +249,8 @@ impl<const X: usize> SloshFilter<X> {
     }
 }
 
-/// The filter of the tanks with `ln κ` within `width` of `offset` from the prior's; `[var ln β, var ln κ]`.
+/// The filter of the tanks with `ln κ` within `width` of `offset` from the prior's;
+/// `[var ln β, var ln κ]`.
 ///
 /// `ln β` and `ln γ` given `ln κ`: `∓ v/V` of its offset, since all three contain `ln μ`.
 fn narrow<const X: usize>(
@@ -271,7 +279,8 @@ fn narrow<const X: usize>(
     UnscentedFilter::new(mean, sigma)
 }
 
-/// Mean and standard deviation of a lognormal number; a factor of four and more is believed no wider, its tail would be all.
+/// Mean and standard deviation of a lognormal number; a factor of four and more is believed no
+/// wider, its tail would be all.
 fn lognormal(median: f64, log_variance: f64) -> [f64; 2] {
     let variance = log_variance.min(2.0);
     let mean = median * libm::exp(variance / 2.0);
@@ -340,14 +349,16 @@ impl Mixture {
     }
 }
 
-/// How many of its standard deviations the first pass leaves open to the second: what it said then weighs one per cent,
-/// and what it was wrong by lies inside.
+/// How many of its standard deviations the first pass leaves open to the second: what it said then
+/// weighs one per cent, and what it was wrong by lies inside.
 const SECOND_PASS_WIDENING: f64 = 10.0;
 
-/// Two passes: the second begins at the result of the first with a tenfold standard deviation and forgets the rest.
+/// Two passes: the second begins at the result of the first with a tenfold standard deviation and
+/// forgets the rest.
 ///
 /// # Errors
-/// Those of [`SloshFilter::step`]; [`UnscentedError::MeanInfeasible`] when the first pass leaves no tank.
+/// Those of [`SloshFilter::step`]; [`UnscentedError::MeanInfeasible`] when the first pass leaves no
+/// tank.
 pub fn filter_twice<const X: usize>(
     record: &[SloshSample],
     base_mass_kg: f64,

@@ -1,9 +1,10 @@
 //! What a formulation of the slosh problem leaves without a trace: "observability issues" by name.
 //!
-//! In absolute coordinates, `[x0, xs, v0, vs, ms, ks, cs]`, an accelerometer sees `xs − x0` and `vs − v0` only: a shift of
-//! both masses and a velocity of both leave no trace, and a filter lets them walk until it breaks. The information of the
-//! planned record says so, whatever the filter: `I = Σ h h'/σ²`, scaled to a unit diagonal, its eigenvectors of nearly no
-//! value. Velocity fixes remove one direction, position fixes both; the relative form `[r, ṙ, ms, ks, cs]` has none.
+//! In absolute coordinates, `[x0, xs, v0, vs, ms, ks, cs]`, an accelerometer sees `xs − x0` and
+//! `vs − v0` only: a shift of both masses and a velocity of both leave no trace, and a filter lets
+//! them walk until it breaks. The information of the planned record says so, whatever the filter:
+//! `I = Σ h h'/σ²`, scaled to a unit diagonal, its eigenvectors of nearly no value. Velocity fixes
+//! remove one direction, position fixes both; the relative form `[r, ṙ, ms, ks, cs]` has none.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -18,8 +19,8 @@ pub const RELATIVE: usize = 5;
 /// Names of the absolute form.
 pub const ABSOLUTE_NAMES: [&str; ABSOLUTE] = ["x0", "xs", "v0", "vs", "ms", "ks", "cs"];
 
-/// Eigenvalue of the scaled information below which a direction has no trace: rounding leaves 1e-16, the weakest that was
-/// ever seen in a useful experiment is 1e-7.
+/// Eigenvalue of the scaled information below which a direction has no trace: rounding leaves
+/// 1e-16, the weakest that was ever seen in a useful experiment is 1e-7.
 const NO_TRACE: f64 = 1e-11;
 
 /// Sensors beside the accelerometer: standard deviations of fixes at every sample.

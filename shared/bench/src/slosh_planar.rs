@@ -1,7 +1,9 @@
-//! Sloshing propellant in the plane: a free hub, slosh masses on springs, on a rail, or as pendulums, off its centre.
+//! Sloshing propellant in the plane: a free hub, slosh masses on springs, on a rail, or as
+//! pendulums, off its centre.
 //!
-//! Body axes, origin at the centre of mass of the hub alone; `q_i` place of slosh mass i, `w_i = ẑ × q_i`, `P_i` what of its
-//! acceleration the hub prescribes (zero for a mass free in the plane, `1 − u u'` for one that moves along `u`):
+//! Body axes, origin at the centre of mass of the hub alone; `q_i` place of slosh mass i,
+//! `w_i = ẑ × q_i`, `P_i` what of its acceleration the hub prescribes (zero for a mass free in the
+//! plane, `1 − u u'` for one that moves along `u`):
 //!
 //! ```text
 //! A_i = P_i (a + ω̇ w_i + 2ω ẑ×q̇_i − ω² q_i + J̇_i ṡ_i) + u_i F_i/m_i          acceleration of the mass
@@ -9,8 +11,8 @@
 //! acceleration at s: a + ω̇ ẑ×s − ω² s,      rate: ω
 //! ```
 //!
-//! Position and attitude leave no trace, so the state is `[ω, s, ṡ]` alone. Runge–Kutta of fourth order over each sample:
-//! its error (ω dt)⁵/120 per step is hidden by any noise. Units: SI.
+//! Position and attitude leave no trace, so the state is `[ω, s, ṡ]` alone. Runge–Kutta of fourth
+//! order over each sample: its error (ω dt)⁵/120 per step is hidden by any noise. Units: SI.
 
 use libm::{cos, sin};
 use nalgebra::{Vector2, Vector3};
@@ -31,7 +33,8 @@ pub enum Suspension {
     Springs { position_m: Vector2<f64>, stiffness_n_m: Vector2<f64>, damping_n_s_m: Vector2<f64> },
     /// Along one unit vector.
     Rail { position_m: Vector2<f64>, direction: Vector2<f64>, stiffness_n_m: f64, damping_n_s_m: f64 },
-    /// On a rod, at rest along −x of the pivot (thrust along +x); damping as a force on the mass per speed of the mass.
+    /// On a rod, at rest along −x of the pivot (thrust along +x); damping as a force on the mass
+    /// per speed of the mass.
     Pendulum { pivot_m: Vector2<f64>, length_m: f64, damping_n_s_m: f64 },
 }
 
@@ -57,8 +60,8 @@ impl Wrench {
     }
 }
 
-/// Of hub and M slosh masses: rate, coordinates (the second of a mass on one axis is not used) and their rates. Of a
-/// pendulum the coordinate is its angle.
+/// Of hub and M slosh masses: rate, coordinates (the second of a mass on one axis is not used) and
+/// their rates. Of a pendulum the coordinate is its angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarState<const M: usize> {
     pub rate_rad_s: f64,
@@ -234,8 +237,9 @@ impl<const M: usize> PlanarState<M> {
         moved
     }
 
-    /// One sample: `[mean acceleration of the sensor (mid-interval body axes), mean rate]`; the state moves on. `None`
-    /// when masses that do not exist (negative) leave the equations without a solution.
+    /// One sample: `[mean acceleration of the sensor (mid-interval body axes), mean rate]`; the
+    /// state moves on. `None` when masses that do not exist (negative) leave the equations without
+    /// a solution.
     pub fn step(
         &mut self,
         hub: &PlanarHub,
@@ -246,7 +250,8 @@ impl<const M: usize> PlanarState<M> {
         self.step_along(hub, masses, &[*wrench; 3], dt)
     }
 
-    /// As [`Self::step`] under what acts at the beginning, in the middle and at the end: a straight line.
+    /// As [`Self::step`] under what acts at the beginning, in the middle and at the end: a straight
+    /// line.
     pub fn step_along(
         &mut self,
         hub: &PlanarHub,
@@ -281,10 +286,11 @@ impl<const M: usize> PlanarState<M> {
     }
 }
 
-/// Stiffnesses along x and y for which hub and slosh mass swing at two circular frequencies, in both orders; `None` where
-/// no positive pair does.
+/// Stiffnesses along x and y for which hub and slosh mass swing at two circular frequencies, in
+/// both orders; `None` where no positive pair does.
 ///
-/// `ρ̈ = −B K ρ`, `B = 1/μ + w w'/I0`: trace `B11 kx + B22 ky = λ1 + λ2`, determinant `|B| kx ky = λ1 λ2`.
+/// `ρ̈ = −B K ρ`, `B = 1/μ + w w'/I0`: trace `B11 kx + B22 ky = λ1 + λ2`, determinant
+/// `|B| kx ky = λ1 λ2`.
 pub fn stiffness_from_modes(
     hub: &PlanarHub,
     mass_kg: f64,
@@ -295,7 +301,8 @@ pub fn stiffness_from_modes(
     let b = |i: usize| per_mu + w[i] * w[i] / hub.inertia_com_kg_m2;
     let cross = w[0] * w[1] / hub.inertia_com_kg_m2;
     let (sum, product) = (lambda[0] + lambda[1], lambda[0] * lambda[1] / (b(0) * b(1) - cross * cross));
-    // t = B11 kx: t² − sum t + B11 B22 kx ky = 0. Coupled modes repel: where these lie too close there is no pair.
+    // t = B11 kx: t² − sum t + B11 B22 kx ky = 0. Coupled modes repel: where these lie too close
+    // there is no pair.
     let quarter = sum * sum / 4.0 - b(0) * b(1) * product;
     let root = libm::sqrt(quarter.max(0.0));
     [root, -root].map(|root| {

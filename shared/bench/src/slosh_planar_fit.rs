@@ -1,9 +1,10 @@
-//! Maximum likelihood of slosh in the plane: output error over accelerometer and gyro, bias and trend of every channel
-//! projected out.
+//! Maximum likelihood of slosh in the plane: output error over accelerometer and gyro, bias and
+//! trend of every channel projected out.
 //!
-//! A model is a function from N numbers to hub, slosh masses, thrusters and start; sensitivities are differences of N runs
-//! beside the nominal one. Levenberg–Marquardt converges to the nearest minimum: begin where the modes are right
-//! (`slosh_planar_scan`), and look at χ², which tells a wrong minimum (66 per degree of freedom against 1).
+//! A model is a function from N numbers to hub, slosh masses, thrusters and start; sensitivities
+//! are differences of N runs beside the nominal one. Levenberg–Marquardt converges to the nearest
+//! minimum: begin where the modes are right (`slosh_planar_scan`), and look at χ², which tells a
+//! wrong minimum (66 per degree of freedom against 1).
 
 use estimation::consistency::Whiteness;
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2, Vector3};
@@ -37,7 +38,8 @@ impl<const M: usize> PlanarCraft<M> {
     }
 }
 
-/// What is known of the numbers before the record: `(θ − mean)' information (θ − mean)` is added to χ².
+/// What is known of the numbers before the record: `(θ − mean)' information (θ − mean)` is added to
+/// χ².
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarPrior<const N: usize> {
     pub mean: SVector<f64, N>,
@@ -135,7 +137,8 @@ pub fn fit<const N: usize, const M: usize>(
     fit_with(record, craft, (start, scale), &PlanarPrior::none(), ITERATIONS_MAX)
 }
 
-/// As [`fit`], from `(start, scale)`, beside what is known of the numbers and in at most `iterations_max`.
+/// As [`fit`], from `(start, scale)`, beside what is known of the numbers and in at most
+/// `iterations_max`.
 ///
 /// # Errors
 /// [`PlanarError`].
@@ -170,7 +173,8 @@ pub fn fit_with<const N: usize, const M: usize>(
                 here = at(&theta)?;
                 damping *= 0.1;
             }
-            // At the bottom rounding of χ², and of the differences that its gradient is made of, decides.
+            // At the bottom rounding of χ², and of the differences that its gradient is made of,
+            // decides.
             None if step_sigmas < 0.02 => {
                 return report(record, theta, &here, prior, (iterations, true));
             }
@@ -200,8 +204,8 @@ fn report<const N: usize>(
     })
 }
 
-/// Cramér–Rao bound of `theta` under these forces, beside what is known before: what is measured does not matter. `None`:
-/// some number leaves no trace.
+/// Cramér–Rao bound of `theta` under these forces, beside what is known before: what is measured
+/// does not matter. `None`: some number leaves no trace.
 pub fn bound<const N: usize, const M: usize>(
     record: &PlanarRecord<'_>,
     craft: &impl Fn(&SVector<f64, N>) -> Option<PlanarCraft<M>>,
@@ -269,8 +273,9 @@ fn quadratic<const N: usize, const M: usize>(
     theta: &SVector<f64, N>,
     scale: &SVector<f64, N>,
 ) -> Option<Quadratic<N>> {
-    /// Of the scale, forward. A frequency that is moved by a part moves the phase by half ωT times that, some hundred over an
-    /// hour of slosh: truncation 1e-5 of the sensitivity, rounding below (1e-5 of the scale promised 6 % too little of σ).
+    /// Of the scale, forward. A frequency that is moved by a part moves the phase by half ωT times
+    /// that, some hundred over an hour of slosh: truncation 1e-5 of the sensitivity, rounding below
+    /// (1e-5 of the scale promised 6 % too little of σ).
     const FORWARD_STEP_SHARE: f64 = 1e-7;
     let mut nominal = craft(theta)?;
     let mut beside = [nominal; N];

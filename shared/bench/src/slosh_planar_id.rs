@@ -1,8 +1,8 @@
-//! Slosh in the plane from the record alone: modes from the gyro, a coarse search with the stiffness tied to them, maximum
-//! likelihood from several starts, and χ² as the judge.
+//! Slosh in the plane from the record alone: modes from the gyro, a coarse search with the
+//! stiffness tied to them, maximum likelihood from several starts, and χ² as the judge.
 //!
-//! Started from modes 10 % off, the likelihood locks into wrong minima nearly always; with the modes right within 1 % the
-//! other numbers may be a third off.
+//! Started from modes 10 % off, the likelihood locks into wrong minima nearly always; with the
+//! modes right within 1 % the other numbers may be a third off.
 
 use nalgebra::{SVector, Vector2};
 
@@ -26,7 +26,8 @@ const DAMPING_RATIO: f64 = 0.01;
 pub const STARTS_MAX: usize = 8;
 /// Driven samples of the coarse search: half a dozen periods tell a place.
 const COARSE_SAMPLES: usize = 900;
-/// χ² further than this from what it should be, in its standard deviations, is a wrong minimum or a wrong model.
+/// χ² further than this from what it should be, in its standard deviations, is a wrong minimum or a
+/// wrong model.
 pub const GATE_Z: f64 = 5.0;
 
 /// Where to look.
@@ -86,10 +87,12 @@ fn squared(hertz: f64) -> f64 {
     omega * omega
 }
 
-/// All seven numbers of a slosh mass on two springs, at rest at the beginning, under thrusters that do as stated. Cost: some 2000 walks of the record.
+/// All seven numbers of a slosh mass on two springs, at rest at the beginning, under thrusters that
+/// do as stated. Cost: some 2000 walks of the record.
 ///
 /// # Errors
-/// [`PlanarError::DelayedSums`] for late thrusters and sums of samples; [`PlanarError`] when no start could be followed.
+/// [`PlanarError::DelayedSums`] for late thrusters and sums of samples; [`PlanarError`] when no
+/// start could be followed.
 pub fn identify_springs(
     record: &PlanarRecord<'_>,
     hub: PlanarHub,
@@ -121,8 +124,9 @@ pub fn identify_springs(
     follow(record, &craft, &starts, search)
 }
 
-/// Five numbers of a slosh mass on one axis, `craft` either [`lateral_spring`] or [`pendulum`] of the hub, whose second
-/// number is `second(mass, place, λ)` for a mode of λ = ω² at the beginning of the record.
+/// Five numbers of a slosh mass on one axis, `craft` either [`lateral_spring`] or [`pendulum`] of
+/// the hub, whose second number is `second(mass, place, λ)` for a mode of λ = ω² at the beginning
+/// of the record.
 ///
 /// # Errors
 /// [`PlanarError`] when no start could be followed.
@@ -138,7 +142,8 @@ pub fn identify_one_axis(
     let mut starts = Best::new();
     let coarse = beginning(record);
     for_each_place(hub, search, |mass_kg, place_m| {
-        // Across the thrust the place is found, not tried: a few centimetres turn the craft more than all the rest.
+        // Across the thrust the place is found, not tried: a few centimetres turn the craft more
+        // than all the rest.
         if place_m[1] != PLACES[0] * search.reach_m {
             return;
         }
@@ -156,8 +161,8 @@ pub fn identify_one_axis(
     follow(record, craft, &starts, search)
 }
 
-/// Where a nearly quadratic function is lowest within `reach` of zero, by parabolas over a third, a thirtieth and a three
-/// hundredth of the reach.
+/// Where a nearly quadratic function is lowest within `reach` of zero, by parabolas over a third, a
+/// thirtieth and a three hundredth of the reach.
 fn lowest(value: impl Fn(f64) -> Option<f64>, reach: f64) -> f64 {
     let mut best = 0.0;
     for step in [0.3 * reach, 0.03 * reach, 0.003 * reach] {
@@ -170,7 +175,8 @@ fn lowest(value: impl Fn(f64) -> Option<f64>, reach: f64) -> f64 {
     best
 }
 
-/// The record from its begin to [`COARSE_SAMPLES`] behind the first thrust: a craft at rest tells nothing.
+/// The record from its begin to [`COARSE_SAMPLES`] behind the first thrust: a craft at rest tells
+/// nothing.
 fn beginning<'a>(record: &PlanarRecord<'a>) -> PlanarRecord<'a> {
     let is_driven = |sample: &PlanarSample| sample.wrench.force_n.amax() > 0.0 || sample.wrench.torque_n_m != 0.0;
     let first = record.samples.iter().position(is_driven).unwrap_or(0);

@@ -1,4 +1,5 @@
-//! Data of a flight in the plane: samples, the noise of their sensors, and how thrusters follow their commands.
+//! Data of a flight in the plane: samples, the noise of their sensors, and how thrusters follow
+//! their commands.
 
 use nalgebra::Vector2;
 
@@ -27,7 +28,8 @@ pub struct PlanarRecord<'a> {
     pub samples: &'a [PlanarSample],
     pub interval_s: f64,
     pub noise: PlanarNoise,
-    /// Force commanded before the first sample, zero of a craft at rest: what late thrusters still do.
+    /// Force commanded before the first sample, zero of a craft at rest: what late thrusters still
+    /// do.
     pub force_before_n: Vector2<f64>,
 }
 
@@ -51,8 +53,9 @@ impl<'a> PlanarRecord<'a> {
     }
 }
 
-/// What the thrusters along x and y make of a command: `scale (f(t − delay))`; the torque is as commanded. A delay needs
-/// commands held over each sample: of sums of samples with edges within, the delayed mean is not determined by mean and line.
+/// What the thrusters along x and y make of a command: `scale (f(t − delay))`; the torque is as
+/// commanded. A delay needs commands held over each sample: of sums of samples with edges within,
+/// the delayed mean is not determined by mean and line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanarThrust {
     pub scale: Vector2<f64>,
@@ -81,8 +84,8 @@ impl PlanarThrust {
         self.delay_s.component_mul(&sample.wrench_change.force_n) == Vector2::zeros()
     }
 
-    /// What acts at the beginning, in the middle and at the end of interval k; `None` where a command with edges within comes
-    /// late.
+    /// What acts at the beginning, in the middle and at the end of interval k; `None` where a
+    /// command with edges within comes late.
     pub(crate) fn acting(&self, record: &PlanarRecord<'_>, k: usize) -> Option<[Wrench; 3]> {
         let (sample, before) = (&record.samples[k], record.before(k));
         if !(self.is_told(sample) && self.is_told(&before)) {

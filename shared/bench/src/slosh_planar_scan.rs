@@ -1,13 +1,15 @@
-//! Frequencies of slosh in the plane from the gyro alone: the start without which a planar fit locks into a wrong minimum.
+//! Frequencies of slosh in the plane from the gyro alone: the start without which a planar fit
+//! locks into a wrong minimum.
 //!
-//! Hub and slosh swing in modes; each answers to force and torque as one oscillator, so that the rate is linear in what is
-//! left when frequency and damping are given:
+//! Hub and slosh swing in modes; each answers to force and torque as one oscillator, so that the
+//! rate is linear in what is left when frequency and damping are given:
 //!
 //! ```text
 //! rate = Σ_modes (Σ_inputs g η̇_input + free η̇'s) + Σ_inputs g ∫input + bias + trend
 //! ```
 //!
-//! One mode is searched over the band, the second beside the first, then each again with the other at its new place.
+//! One mode is searched over the band, the second beside the first, then each again with the other
+//! at its new place.
 
 use nalgebra::{SMatrix, SVector, Vector2, Vector3};
 
@@ -20,7 +22,8 @@ const PER_MODE: usize = 5;
 const RIGID: usize = 5;
 const COLUMNS_MAX: usize = RIGID + 2 * PER_MODE;
 
-/// Damping of the searched oscillators: a line of a record of a few times its decay is found whatever its damping.
+/// Damping of the searched oscillators: a line of a record of a few times its decay is found
+/// whatever its damping.
 const DAMPING_RATIO: f64 = 0.01;
 
 /// Two modes are told apart when they are at least so many lines (1/T) apart.
@@ -29,13 +32,15 @@ const LINES_APART: f64 = 1.0;
 /// Points of a search, whatever band and record.
 const SCAN_POINTS_MAX: usize = 4096;
 
-/// Thrust and torque held, and what was measured, over one interval; all intervals of a record are of one length.
+/// Thrust and torque held, and what was measured, over one interval; all intervals of a record are
+/// of one length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanarSample {
     /// Mean over the interval.
     pub wrench: Wrench,
-    /// End less begin of the straight line through that mean which has the first moment of what acted; zero where it was
-    /// held. An edge within a sum of samples is described by it: without, sums of 2 s move a mass by one sigma.
+    /// End less begin of the straight line through that mean which has the first moment of what
+    /// acted; zero where it was held. An edge within a sum of samples is described by it: without,
+    /// sums of 2 s move a mass by one sigma.
     pub wrench_change: Wrench,
     /// Of the sensor, mean over the interval, in the body axes of its middle.
     pub acceleration_m_s2: Vector2<f64>,
@@ -65,11 +70,13 @@ impl PlanarSample {
 pub struct PlanarModes {
     /// Strongest first.
     pub frequency_hz: [f64; 2],
-    /// Sum of squares of the rate explained beyond a rigid craft, by the first alone and by both [rad²/s²].
+    /// Sum of squares of the rate explained beyond a rigid craft, by the first alone and by both
+    /// [rad²/s²].
     pub explained: [f64; 2],
 }
 
-/// One or two modes between the frequencies of `band_hz`. Cost: some 500 walks of the record, 0.1 µs per sample each.
+/// One or two modes between the frequencies of `band_hz`. Cost: some 500 walks of the record, 0.1
+/// µs per sample each.
 pub fn scan_modes(record: &[PlanarSample], interval_s: f64, band_hz: [f64; 2]) -> PlanarModes {
     let search = Search { record, interval_s };
     let line_hz = 1.0 / (record.len() as f64 * interval_s);
@@ -153,7 +160,8 @@ impl Search<'_> {
     }
 }
 
-/// `r' N⁻¹ r` by an elimination that leaves out columns without content of their own; lower triangle of `N`.
+/// `r' N⁻¹ r` by an elimination that leaves out columns without content of their own; lower
+/// triangle of `N`.
 fn solve_square(
     normal: &SMatrix<f64, COLUMNS_MAX, COLUMNS_MAX>,
     right: &SVector<f64, COLUMNS_MAX>,

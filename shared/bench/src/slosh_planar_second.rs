@@ -1,19 +1,21 @@
-//! A second slosh mass beside a first that does not explain the record: posterior over its frequency, damping and axis.
+//! A second slosh mass beside a first that does not explain the record: posterior over its
+//! frequency, damping and axis.
 //!
-//! A second mass is often seen by what it adds to mass and inertia rather than by its own swing; its frequency then has
-//! many near-equal minima, and the curvature of any one of them promises too much. Frequency f, damping ratio ζ and axis are
-//! therefore walked on a grid; at each point the eight other numbers (five of the first, mass and place of the second) are
-//! fitted together, and the points are mixed:
+//! A second mass is often seen by what it adds to mass and inertia rather than by its own swing;
+//! its frequency then has many near-equal minima, and the curvature of any one of them promises too
+//! much. Frequency f, damping ratio ζ and axis are therefore walked on a grid; at each point the
+//! eight other numbers (five of the first, mass and place of the second) are fitted together, and
+//! the points are mixed:
 //!
 //! ```text
 //! ln w = −χ²/2 + ½ ln |C8| + ln p(ζ) + ln p(f)        Laplace's approximation of what the point explains
 //! mean = Σ w θ,   covariance = Σ w (J C8 J' + h²/12 θ_f θ_f' + θθ') − mean mean'      θ: [ms, k, c, bx, by] of both
 //! ```
 //!
-//! A point stands for its cell of the grid, one line (h = 1/T) wide; `θ_f` is ∂θ/∂f, the eight held.
-//! `p(ζ)` log-normal about 1 % by a factor of e (Gauss–Hermite, three points), `p(f)` even in ln f over the band, both axes
-//! alike. Where the mixture lies within one line and on one axis the record decides alone, and the joint fit of all ten is
-//! the answer.
+//! A point stands for its cell of the grid, one line (h = 1/T) wide; `θ_f` is ∂θ/∂f, the eight
+//! held. `p(ζ)` log-normal about 1 % by a factor of e (Gauss–Hermite, three points), `p(f)` even in
+//! ln f over the band, both axes alike. Where the mixture lies within one line and on one axis the
+//! record decides alone, and the joint fit of all ten is the answer.
 
 mod grid;
 mod mixture;
@@ -31,10 +33,11 @@ use crate::slosh_planar_record::{PlanarError, PlanarRecord};
 
 /// Frequencies of the grid, a line apart.
 const GRID_POINTS_MAX: usize = 256;
-/// Damping ratios of the grid and their logarithmic prior, up to a constant, the median first: nodes 0, ∓√3 and weights
-/// 2/3, 1/6, 1/6 of Gauss and Hermite for `ln(ζ/0.01)` of unit variance.
+/// Damping ratios of the grid and their logarithmic prior, up to a constant, the median first:
+/// nodes 0, ∓√3 and weights 2/3, 1/6, 1/6 of Gauss and Hermite for `ln(ζ/0.01)` of unit variance.
 const RATIOS: [(f64, f64); 3] = [(0.01, 0.0), (0.001_769_2, -1.386_294), (0.056_522, -1.386_294)];
-/// Iterations from the neighbour on the grid, of a start, and of a point that counts, which must converge.
+/// Iterations from the neighbour on the grid, of a start, and of a point that counts, which must
+/// converge.
 const ITERATIONS: [u32; 3] = [2, 4, 15];
 /// A point whose ln w is further than this below the greatest does not count: e⁻⁷.
 const COUNTS: f64 = 7.0;
@@ -42,7 +45,8 @@ const COUNTS: f64 = 7.0;
 const OTHER_AXIS: f64 = 1e-3;
 /// A neighbour further than this from the best is no start.
 const STARTS_FROM: f64 = 60.0;
-/// Starts at the top of the band, where the second mass nearly stands still and the rest is nearly all there is.
+/// Starts at the top of the band, where the second mass nearly stands still and the rest is nearly
+/// all there is.
 const STARTS: usize = 3;
 
 const AXES: [SecondAxis; 2] = [SecondAxis::X, SecondAxis::Y];
@@ -55,8 +59,8 @@ pub struct SecondMass {
     pub covariance: SMatrix<f64, TWO_MASSES, TWO_MASSES>,
     /// Probability that the second moves along x; along y otherwise.
     pub along_x: f64,
-    /// Of the second mass on its spring against the bare hub, `√(k per_force)/2π`: not a mode of the craft, which the first
-    /// mass shifts.
+    /// Of the second mass on its spring against the bare hub, `√(k per_force)/2π`: not a mode of
+    /// the craft, which the first mass shifts.
     pub frequency_hz: f64,
     pub frequency_sigma_hz: f64,
     /// Of the best point.
@@ -105,7 +109,8 @@ impl<'a> Search<'a> {
         let mut scale = SVector::<f64, AT_A_POINT>::repeat(0.3 * search.reach_m);
         scale.fixed_rows_mut::<3>(0).copy_from(&first.fixed_rows::<3>(0).abs());
         scale[5] = 0.01 * hub.mass_kg;
-        // A tank is within reach: where the second leaves no trace of its place that is all there is to know.
+        // A tank is within reach: where the second leaves no trace of its place that is all there
+        // is to know.
         let mut prior = PlanarPrior::<AT_A_POINT>::none();
         let within = 1.0 / (search.reach_m * search.reach_m);
         (prior.information[(6, 6)], prior.information[(7, 7)]) = (within, within);
@@ -163,7 +168,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// The fits of one axis from the top of the band to its bottom, each from its neighbour. `None` without a start.
+    /// The fits of one axis from the top of the band to its bottom, each from its neighbour. `None`
+    /// without a start.
     fn down_the_band(
         &self,
         axis: SecondAxis,
@@ -193,8 +199,8 @@ impl<'a> Search<'a> {
         Point { axis, hertz: search.band_hz[1] - k as f64 * self.line_hz, ratio: RATIOS[0].0 }
     }
 
-    /// The points that count, at every damping ratio, and the best of them. `None` where an axis has points that count and
-    /// none of them converges: the other would win by that alone.
+    /// The points that count, at every damping ratio, and the best of them. `None` where an axis
+    /// has points that count and none of them converges: the other would win by that alone.
     fn mixed(
         &self,
         search: &PlanarSearch,
@@ -256,12 +262,14 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Both masses of a record whose first, `[ms, k, c, bx, by]` along y, was fitted as if it were alone. Cost: some 8000 walks
-/// of the record; sum its samples to a dozen per period of the fastest mode that is looked for.
+/// Both masses of a record whose first, `[ms, k, c, bx, by]` along y, was fitted as if it were
+/// alone. Cost: some 8000 walks of the record; sum its samples to a dozen per period of the fastest
+/// mode that is looked for.
 ///
 /// # Errors
 /// [`PlanarError::NotObserved`] when an axis has no start, or no point that counts converges;
-/// [`PlanarError::BandTooWide`] for a band of more lines than the grid has points: minima between them would be missed.
+/// [`PlanarError::BandTooWide`] for a band of more lines than the grid has points: minima between
+/// them would be missed.
 pub fn identify_second(
     record: &PlanarRecord<'_>,
     hub: PlanarHub,

@@ -1,8 +1,9 @@
-//! Slosh in the plane under thrusters that were calibrated, not known: their scales and delays are estimated with the tank.
+//! Slosh in the plane under thrusters that were calibrated, not known: their scales and delays are
+//! estimated with the tank.
 //!
-//! A scale believed wrongly moves mass, stiffness and damping by twice as much. The estimate of a burst
-//! (`slosh_calibration`), mean and covariance, is a prior beside the record, so that the covariance of the seven
-//! numbers holds what is left of the calibration's error:
+//! A scale believed wrongly moves mass, stiffness and damping by twice as much. The estimate of a
+//! burst (`slosh_calibration`), mean and covariance, is a prior beside the record, so that the
+//! covariance of the seven numbers holds what is left of the calibration's error:
 //!
 //! ```text
 //! χ²(θ, s, δ) = χ²_record(θ, s, δ) + [s − ŝ, δ − δ̂]' C⁻¹ [s − ŝ, δ − δ̂]     per thruster, along x and along y
@@ -33,7 +34,8 @@ pub fn springs_and_thrust(hub: PlanarHub, theta: &SVector<f64, SPRINGS_AND_THRUS
     Some(PlanarCraft { thrust, ..craft })
 }
 
-/// What a calibration along x and one along y say before the record. `None` for one without information.
+/// What a calibration along x and one along y say before the record. `None` for one without
+/// information.
 pub fn calibrated(calibrations: &[ThrustCalibration; 2]) -> Option<PlanarPrior<SPRINGS_AND_THRUST>> {
     let mut prior = PlanarPrior::<SPRINGS_AND_THRUST>::none();
     for (axis, calibration) in calibrations.iter().enumerate() {
@@ -61,12 +63,13 @@ pub fn scale_of(theta: &SVector<f64, SPRINGS_AND_THRUST>) -> SVector<f64, SPRING
     scale
 }
 
-/// The seven numbers of a slosh mass on two springs and what its thrusters do, jointly, from the record and a calibration
-/// of each thruster. Cost: that of [`identify_springs`] and a dozen walks of the record per iteration.
+/// The seven numbers of a slosh mass on two springs and what its thrusters do, jointly, from the
+/// record and a calibration of each thruster. Cost: that of [`identify_springs`] and a dozen walks
+/// of the record per iteration.
 ///
 /// # Errors
-/// [`PlanarError::DelayedSums`] for sums of samples with edges of a command within: its delay is estimated;
-/// [`PlanarError`] when no start could be followed.
+/// [`PlanarError::DelayedSums`] for sums of samples with edges of a command within: its delay is
+/// estimated; [`PlanarError`] when no start could be followed.
 pub fn identify_springs_and_thrust(
     record: &PlanarRecord<'_>,
     hub: PlanarHub,

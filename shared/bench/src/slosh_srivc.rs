@@ -1,4 +1,5 @@
-//! Refined instrumental variables (SRIVC) for slosh on one axis: the literature's regression, repaired.
+//! Refined instrumental variables (SRIVC) for slosh on one axis: the literature's regression,
+//! repaired.
 //!
 //! With `u = f/m0`, base acceleration `a` and `A(s) = s² + (cs/μ) s + ks/μ`,
 //!
@@ -6,10 +7,11 @@
 //! [−s a/Â, −a/Â, s u/Â, u/Â] [cs/μ, ks/μ, cs/ms, ks/ms]' = s² (a − u)/Â
 //! ```
 //!
-//! The seed integrates twice (`1/s²`), which turns white noise into a random walk. Filtered by `1/Â` instead the equation
-//! error is `(A/Â) n`: white where `Â` is right. Instruments are the same rows with `a` simulated. The four coefficients
-//! are projected on the three parameters in the metric of their covariance `σ² (V'V)⁻¹`.
-//! (Young & Jakeman 1980; Garnier & Young 2014.) Assumes a quiescent start, no bias, samples of one length.
+//! The seed integrates twice (`1/s²`), which turns white noise into a random walk. Filtered by
+//! `1/Â` instead the equation error is `(A/Â) n`: white where `Â` is right. Instruments are the
+//! same rows with `a` simulated. The four coefficients are projected on the three parameters in the
+//! metric of their covariance `σ² (V'V)⁻¹`. (Young & Jakeman 1980; Garnier & Young 2014.) Assumes a
+//! quiescent start, no bias, samples of one length.
 
 use nalgebra::{Matrix3, Matrix4, Matrix4x3, Vector3, Vector4};
 
@@ -27,7 +29,8 @@ const STEP_SIGMAS: f64 = 1e-3;
 pub enum SrivcError {
     /// Instruments and rows share a direction without content: excite more.
     NotExcited,
-    /// A refinement left the tanks that exist (positive mass and stiffness, below a thousand base masses).
+    /// A refinement left the tanks that exist (positive mass and stiffness, below a thousand base
+    /// masses).
     Impossible { refinement: u32 },
 }
 
@@ -38,11 +41,13 @@ pub struct SrivcEstimate {
     /// Of `[ms, ks, cs]`.
     pub covariance: Matrix3<f64>,
     pub refinements: u32,
-    /// False where the refinements ended before they stood still: the covariance is then that of no fixed point.
+    /// False where the refinements ended before they stood still: the covariance is then that of no
+    /// fixed point.
     pub is_converged: bool,
 }
 
-/// Refines `start` over a record. Cost about 60 ns per sample and refinement; no memory beyond the sums.
+/// Refines `start` over a record. Cost about 60 ns per sample and refinement; no memory beyond the
+/// sums.
 ///
 /// # Errors
 /// [`SrivcError`] names what the record lacks.
@@ -118,8 +123,8 @@ impl Sums {
 
 /// `x'' + γ x' + κ x = w` by the trapezoidal rule: `[w/Â, s w/Â, s² w/Â]`.
 ///
-/// Means over intervals belong to mid-interval; those of a held force are piecewise linear between the middles, where the
-/// rule errs by (ω dt)²/12.
+/// Means over intervals belong to mid-interval; those of a held force are piecewise linear between
+/// the middles, where the rule errs by (ω dt)²/12.
 struct Prefilter {
     kappa: f64,
     gamma: f64,
@@ -144,8 +149,8 @@ impl Prefilter {
     }
 }
 
-/// `min (α − α(θ))' W (α − α(θ))` by Gauss–Newton from `at`; `W` the inverse covariance of `α`, whose inverse in the
-/// parameters is returned.
+/// `min (α − α(θ))' W (α − α(θ))` by Gauss–Newton from `at`; `W` the inverse covariance of `α`,
+/// whose inverse in the parameters is returned.
 fn project(
     alpha: &Vector4<f64>,
     weight: &Matrix4<f64>,
@@ -190,7 +195,8 @@ fn project(
     Some((theta, covariance))
 }
 
-/// Rows and columns scaled to a unit diagonal first: kilograms and newtons per metre differ by 10⁵ in their information.
+/// Rows and columns scaled to a unit diagonal first: kilograms and newtons per metre differ by 10⁵
+/// in their information.
 fn scaled_solve(normal: &Matrix3<f64>, right: &Vector3<f64>) -> Option<Vector3<f64>> {
     let scale = normal.diagonal().map(|value| 1.0 / libm::sqrt(value));
     let scaling = Matrix3::from_diagonal(&scale);

@@ -1,9 +1,11 @@
-//! Spring or pendulum, from several levels of axial thrust (one tank behind the hub's centre of mass, thrust along +x).
+//! Spring or pendulum, from several levels of axial thrust (one tank behind the hub's centre of
+//! mass, thrust along +x).
 //!
-//! At one level both are the same to first order. The stiffness of a pendulum is `ms a/L`, that of a spring does not know
-//! the acceleration: fitted level by level, `k(a) = k0 + k1 a` has `k0 ≈ 0` for the one and `k1 ≈ 0` for the other; a tank
-//! that is both (surface tension and thrust alike) shows both. The joint fits over all levels decide by the Bayesian
-//! information criterion, and χ² says whether the winner explains the record.
+//! At one level both are the same to first order. The stiffness of a pendulum is `ms a/L`, that of
+//! a spring does not know the acceleration: fitted level by level, `k(a) = k0 + k1 a` has `k0 ≈ 0`
+//! for the one and `k1 ≈ 0` for the other; a tank that is both (surface tension and thrust alike)
+//! shows both. The joint fits over all levels decide by the Bayesian information criterion, and χ²
+//! says whether the winner explains the record.
 
 use nalgebra::{Matrix2, SVector, Vector2};
 
@@ -21,7 +23,8 @@ pub const BIC_DECIDES: f64 = 10.0;
 /// Five numbers, and rate, displacement and speed at the beginning of a level.
 const LEVEL_UNKNOWNS: usize = ONE_AXIS + 3;
 
-/// What holds the slosh mass: its stiffness is constant (spring) or proportional to the thrust (pendulum).
+/// What holds the slosh mass: its stiffness is constant (spring) or proportional to the thrust
+/// (pendulum).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SuspensionKind {
     Spring,
@@ -104,10 +107,12 @@ struct Level {
 const SAME_THRUST: f64 = 0.02;
 /// A level shorter than this many samples is a transition.
 const LEVEL_SAMPLES_MIN: usize = 64;
-/// Samples per period of the fastest mode that is looked for: the integration of the model is exact to 1e-5 there.
+/// Samples per period of the fastest mode that is looked for: the integration of the model is exact
+/// to 1e-5 there.
 const SAMPLES_PER_PERIOD: f64 = 8.0;
 
-/// The levels of a record, in order, coasting among them; of more than there is room for, the first.
+/// The levels of a record, in order, coasting among them; of more than there is room for, the
+/// first.
 fn levels(record: &PlanarRecord<'_>) -> ([Level; LEVELS_MAX], usize) {
     let axial = |k: usize| record.samples[k].wrench.force_n[0];
     let greatest = record.samples.iter().map(|s| s.wrench.force_n[0].abs()).fold(0.0, f64::max);
@@ -125,8 +130,9 @@ fn levels(record: &PlanarRecord<'_>) -> ([Level; LEVELS_MAX], usize) {
     (found, count)
 }
 
-/// Decides over a record that is at rest at its beginning; its levels of axial thrust are read from it, a coast among them
-/// or none. `reach_m` is how far from the hub's centre of mass a tank may be.
+/// Decides over a record that is at rest at its beginning; its levels of axial thrust are read from
+/// it, a coast among them or none. `reach_m` is how far from the hub's centre of mass a tank may
+/// be.
 ///
 /// # Errors
 /// [`PlanarError::NotObserved`] when no level is driven, or a model has no minimum.
@@ -200,7 +206,8 @@ fn regress(
     }
 }
 
-/// Stiffness of one level and its standard deviation, from the better of two starts: what either joint fit says of it.
+/// Stiffness of one level and its standard deviation, from the better of two starts: what either
+/// joint fit says of it.
 fn level_stiffness(
     level: &PlanarRecord<'_>,
     hub: &PlanarHub,

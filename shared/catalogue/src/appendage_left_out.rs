@@ -4,7 +4,8 @@ use super::parts;
 use dynamics::description::{Plant, Site, SiteKind, Space};
 use dynamics::effect::{Amplitude, Effect, EffectParameter, Family, Law, Spread};
 
-/// Hub-locked mode of a body taken for rigid: participation of translation `√(share m)` along each axis.
+/// Hub-locked mode of a body taken for rigid: participation of translation `√(share m)` along each
+/// axis.
 pub static EFFECT: Effect = Effect {
     kind: "appendage_left_out",
     title: "Flexible appendage on a body taken for rigid",

@@ -5,7 +5,8 @@ use super::parts;
 use dynamics::description::{Plant, Site, SiteKind};
 use dynamics::effect::{Amplitude, Effect, EffectParameter, Family, Law, Spread};
 
-/// Hub-locked mode of a body taken for rigid: participation of rotation `√(share I)` about each axis.
+/// Hub-locked mode of a body taken for rigid: participation of rotation `√(share I)` about each
+/// axis.
 pub static EFFECT: Effect = Effect {
     kind: "appendage_rotation_left_out",
     title: "Flexible appendage that answers rotation, on a body taken for rigid",

@@ -10,8 +10,8 @@ pub fn direction(azimuth_rad: f64, elevation_rad: f64) -> [f64; 3] {
     [cos_e * cos_a, cos_e * sin_a, sin_e]
 }
 
-/// Unit vector perpendicular to the unit vector `axis`, turned about it by `clock_rad`. At zero clock it is z × axis, so that planar
-/// plants stay in their plane; for an axis along z it is x.
+/// Unit vector perpendicular to the unit vector `axis`, turned about it by `clock_rad`. At zero
+/// clock it is z × axis, so that planar plants stay in their plane; for an axis along z it is x.
 pub fn perpendicular(axis: [f64; 3], clock_rad: f64) -> [f64; 3] {
     // below 1e-6 rad from z the projection has lost ten digits, and the choice is free
     let length = libm::sqrt(axis[0] * axis[0] + axis[1] * axis[1]);
@@ -21,7 +21,8 @@ pub fn perpendicular(axis: [f64; 3], clock_rad: f64) -> [f64; 3] {
     core::array::from_fn(|i| cos * first[i] + sin * second[i])
 }
 
-/// Two unit vectors perpendicular to the unit vector `axis` and to each other: t1 = z × axis (x for an axis along z), t2 = axis × t1.
+/// Two unit vectors perpendicular to the unit vector `axis` and to each other: t1 = z × axis (x for
+/// an axis along z), t2 = axis × t1.
 pub fn across(axis: [f64; 3]) -> [[f64; 3]; 2] {
     let first = perpendicular(axis, 0.0);
     [first, cross_f64(axis, first)]
@@ -78,7 +79,8 @@ pub fn to_body<T: Real>(local: &Local<'_, T>, inertial: [T; 3]) -> [T; 3] {
     core::array::from_fn(|j| c_ib[0][j] * inertial[0] + c_ib[1][j] * inertial[1] + c_ib[2][j] * inertial[2])
 }
 
-/// Adds a force at the point `at_m` and a torque, both in body axes, to the wrench `[moment; force]` at the body's origin.
+/// Adds a force at the point `at_m` and a torque, both in body axes, to the wrench
+/// `[moment; force]` at the body's origin.
 pub fn push<T: Real>(wrench: &mut [T; 6], at_m: [f64; 3], force_n: [T; 3], torque_n_m: [T; 3]) {
     let moment = cross(constant(at_m), force_n);
     for i in 0..3 {

@@ -42,7 +42,8 @@ mod tests {
         assert_eq!(force(1e-3), -0.3 * libm::tanh(1.0));
         assert_eq!(force(-0.2), -force(0.2));
         assert_eq!(force(0.1), -0.3); // tanh(100) is one
-        // Dry friction takes 4 F a per cycle; the smoothing lacks less than 4 F a (v0 / a ω)² π²/12 of it
+        // Dry friction takes 4 F a per cycle; the smoothing lacks less than 4 F a (v0 / a ω)² π²/12
+        // of it
         let work = work_of_a_cycle(&EFFECT, &[0.3, 1e-3], 0.5, 2.0);
         assert!((work + 4.0 * 0.3 * 0.5).abs() < 4.0 * 0.3 * 0.5 * 1e-6, "{work}");
     }

@@ -105,7 +105,8 @@ mod tests {
             nominal.bodies[1].joint.rotor_inertia = Quantity::known(rotor);
             let mut built = nominal.clone();
             build(&mut built, &"joint:elbow".parse().unwrap(), &[1e-9, 0.02, 0.1]).unwrap();
-            // relative acceleration is affine in the wind-up but for the angle itself, of the order of a nanoradian
+            // relative acceleration is affine in the wind-up but for the angle itself, of the order
+            // of a nanoradian
             let (none, some) = (acceleration(&built, 0.0), acceleration(&built, 1e-9));
             let together = 1e-9 * none[1] / (none[1] - some[1]);
             let [found, relative] = acceleration(&built, together);

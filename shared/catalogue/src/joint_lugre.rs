@@ -43,7 +43,8 @@ pub static EFFECT: Effect = Effect {
     ..Effect::PLAIN
 };
 
-/// `4 d r ≥ T fade |v|` holds at every rate up to this `T v_s / d`: `|v| fade` is at most `v_s e^(−1/2) / √2`, and `r ≥ 1`.
+/// `4 d r ≥ T fade |v|` holds at every rate up to this `T v_s / d`: `|v| fade` is at most
+/// `v_s e^(−1/2) / √2`, and `r ≥ 1`.
 const PASSIVE_MAX: f64 = 9.32;
 
 fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
@@ -53,7 +54,8 @@ fn law<T: Real>(local: &Local<'_, T>, p: &[f64], action: &mut Action<T>) {
     let slow = v.scale(1.0 / v_s);
     let fade = (-slow * slow).exp();
     let r = fade.scale(ratio - 1.0) + T::one();
-    // shorter bristles than the way of one step would follow it at more than their own rate, which no explicit step can
+    // shorter bristles than the way of one step would follow it at more than their own rate, which
+    // no explicit step can
     let bent = T::constant(d).max(v.abs().scale(local.surroundings.step_s));
     let z_rate = (v - v.abs() * z / r) / bent;
     action.hidden_rate[0] = z_rate;

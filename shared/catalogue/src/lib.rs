@@ -1,11 +1,14 @@
 //! The catalogue of unmodelled physics: laws that a plant may carry beyond its description.
 //!
-//! What it is: one effect per file and one line in [`EFFECTS`]. An entry states its law, its parameters and its
-//! sites, and in words its signature in a recording, its confounders and the experiment that separates it from them.
+//! What it is: one effect per file and one line in [`EFFECTS`]. An entry states its law, its
+//! parameters and its sites, and in words its signature in a recording, its confounders and the
+//! experiment that separates it from them.
 //!
-//! May import: `dynamics` (description, [`Effect`], scalars) and `libm`. It may fly: a law takes no memory.
+//! May import: `dynamics` (description, [`Effect`], scalars) and `libm`. It may fly: a law takes no
+//! memory.
 //!
-//! Must never know: files, recordings, likelihoods, the search that tests its entries, other entries of the list.
+//! Must never know: files, recordings, likelihoods, the search that tests its entries, other
+//! entries of the list.
 //!
 //! ```
 //! use catalogue::CATALOGUE;
@@ -17,21 +20,24 @@
 //! assert_eq!(rate.prior, Prior::Free(Spread::Relative(0.7))); // a refit estimates it
 //! assert_eq!(stribeck.limits[0].kind, "joint_coulomb"); // the simpler law that it contains
 //!
-//! let link = "mass = \"1 kg\"\ninertia = \"1 kg*m^2\"\njoint = { kind = \"revolute\", name = \"hinge\" }";
-//! let file = format!("format = 1\nname = \"rig\"\nspace = \"planar\"\n[[body]]\nname = \"link\"\n{link}");
+//! let joint = "joint = { kind = \"revolute\", name = \"hinge\" }";
+//! let link = format!("mass = \"1 kg\"\ninertia = \"1 kg*m^2\"\n{joint}");
+//! let head = "format = 1\nname = \"rig\"\nspace = \"planar\"\n[[body]]\nname = \"link\"";
+//! let file = format!("{head}\n{link}");
 //! let plant = plant_file::parse("rig.toml", &file).expect("a plant").plant;
 //! assert_eq!(sites(stribeck, &plant)[0].to_string(), "joint:hinge");
 //! ```
 //!
 //! # One effect, one file, one line
 //!
-//! `joint_stribeck.rs` holds everything that is known about Stribeck friction: the static `EFFECT`, the function of
-//! its law, and tests of its physics. `lib.rs` declares the module and lists `&joint_stribeck::EFFECT`. No other code
-//! decides on the name of an effect; a search reads the fields of the entry:
+//! `joint_stribeck.rs` holds everything that is known about Stribeck friction: the static `EFFECT`,
+//! the function of its law, and tests of its physics. `lib.rs` declares the module and lists
+//! `&joint_stribeck::EFFECT`. No other code decides on the name of an effect; a search reads the
+//! fields of the entry:
 //!
 //! | field | question that it answers |
 //! |---|---|
-//! | [`sites`](Effect::sites), [`applies`](Effect::applies) | at which joints, bodies, tanks, modes, actuators or sensors the effect can act |
+//! | [`sites`](Effect::sites), [`applies`](Effect::applies) | where the effect can act |
 //! | [`parameters`](Effect::parameters) | name, unit, plausible range, default; role, scan and prior |
 //! | [`amplitude`](Effect::amplitude) | which amplitudes are physical |
 //! | [`law`](Effect::law) | where in the equations it acts, and how |
@@ -43,44 +49,46 @@
 //!
 //! # Parameters: role, scan, prior
 //!
-//! **Role** ([`Role`](dynamics::effect::Role)): the meaning of a parameter to its law. *Amplitudes* come first in the
-//! list; several are the components x, y, z of a vector. At zero amplitude the effect changes nothing, whatever its
-//! other parameters are. Hidden states may still move at zero amplitude (a rotor turns), but no force, wrench or
-//! reading does. The other roles are direction, frequency, damping ratio, order, onset, duration, width, smoothing and
-//! shape.
+//! **Role** ([`Role`](dynamics::effect::Role)): the meaning of a parameter to its law. *Amplitudes*
+//! come first in the list; several are the components x, y, z of a vector. At zero amplitude the
+//! effect changes nothing, whatever its other parameters are. Hidden states may still move at zero
+//! amplitude (a rotor turns), but no force, wrench or reading does. The other roles are direction,
+//! frequency, damping ratio, order, onset, duration, width, smoothing and shape.
 //!
-//! **Scan** ([`Scan`](dynamics::effect::Scan)): the values of a parameter at which the law is screened before any
-//! refit, derived from the motion of the site: shares of the rms rate, of the range, times of the recording, peaks of
-//! a spectrum.
+//! **Scan** ([`Scan`](dynamics::effect::Scan)): the values of a parameter at which the law is
+//! screened before any refit, derived from the motion of the site: shares of the rms rate, of the
+//! range, times of the recording, peaks of a spectrum.
 //!
-//! **Prior** ([`Prior`](dynamics::effect::Prior)): whether a refit estimates the parameter, and with which standard
-//! deviation about the screened value. *Multimodal* parameters start from several values, because their likelihood has
-//! maxima a factor apart.
+//! **Prior** ([`Prior`](dynamics::effect::Prior)): whether a refit estimates the parameter, and
+//! with which standard deviation about the screened value. *Multimodal* parameters start from
+//! several values, because their likelihood has maxima a factor apart.
 //!
-//! The builders of [`EffectParameter`](dynamics::effect::EffectParameter) set all three: `.amplitude()`,
-//! `.width(scan)`, `.frequency()`, `.onset()`. A parameter without a builder is a shape that keeps its default.
+//! The builders of [`EffectParameter`](dynamics::effect::EffectParameter) set all three:
+//! `.amplitude()`, `.width(scan)`, `.frequency()`, `.onset()`. A parameter without a builder is a
+//! shape that keeps its default.
 //!
 //! # Families and limits
 //!
-//! A **family** ([`Family`](dynamics::effect::Family)) groups laws with similar signatures. A **limit**
-//! ([`Limit`](dynamics::effect::Limit)) states the parameter values at which an effect approaches a simpler entry:
-//! Stribeck friction with a large Stribeck rate is Coulomb friction. Data that do not leave the limit cannot
-//! distinguish the two.
+//! A **family** ([`Family`](dynamics::effect::Family)) groups laws with similar signatures. A
+//! **limit** ([`Limit`](dynamics::effect::Limit)) states the parameter values at which an effect
+//! approaches a simpler entry: Stribeck friction with a large Stribeck rate is Coulomb friction.
+//! Data that do not leave the limit cannot distinguish the two.
 //!
 //! # Order of action
 //!
-//! Effects act in the order of [`EFFECTS`], not of a file. Structures: corrections of stated parameters first, then
-//! added parts, so that a share of a mass refers to the true mass; effects at sites that other effects create come
-//! last. At an actuator: maps of the command, then additive terms (bias, leak, friction, ripple), then wrenches in
-//! proportion to the acting force. At a sensor: maps of the true value, then errors of the sensor. Forces on
-//! coordinates and bodies add up. Planar plants ignore vector components that leave their plane.
+//! Effects act in the order of [`EFFECTS`], not of a file. Structures: corrections of stated
+//! parameters first, then added parts, so that a share of a mass refers to the true mass; effects
+//! at sites that other effects create come last. At an actuator: maps of the command, then additive
+//! terms (bias, leak, friction, ripple), then wrenches in proportion to the acting force. At a
+//! sensor: maps of the true value, then errors of the sensor. Forces on coordinates and bodies add
+//! up. Planar plants ignore vector components that leave their plane.
 //!
 //! # Limits of the catalogue
 //!
-//! Aliasing is not an entry, because it is not a law of one instant: it follows from a sensor without low-pass whose
-//! sampling is slower than the plant. `sensor_tone` covers disturbances from outside the plant. Not modelled:
-//! misaligned wheel axes; a centre of mass that moves with firing (the expelled mass leaves at the centre of mass);
-//! eclipses (`solar_pressure` acts always).
+//! Aliasing is not an entry, because it is not a law of one instant: it follows from a sensor
+//! without low-pass whose sampling is slower than the plant. `sensor_tone` covers disturbances from
+//! outside the plant. Not modelled: misaligned wheel axes; a centre of mass that moves with firing
+//! (the expelled mass leaves at the centre of mass); eclipses (`solar_pressure` acts always).
 
 #![forbid(unsafe_code)]
 

@@ -56,7 +56,8 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
-/// Sine and cosine of the angle, at most 45°, that makes the stiffness diagonal, and the squared frequencies then.
+/// Sine and cosine of the angle, at most 45°, that makes the stiffness diagonal, and the squared
+/// frequencies then.
 fn rotation(w_1: f64, w_2: f64, coupling: f64) -> Result<(f64, f64, [f64; 2]), String> {
     if coupling.abs() >= 1.0 {
         return Err(format!("a coupling of {coupling} leaves no positive stiffness"));

@@ -4,7 +4,8 @@ use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind};
 use dynamics::effect::{Effect, EffectParameter, Family, Law, Spread};
 
-/// Further hub-locked mode of an appendage: participations and shapes of the site's mode times `√mass_ratio`.
+/// Further hub-locked mode of an appendage: participations and shapes of the site's mode times
+/// `√mass_ratio`.
 pub static EFFECT: Effect = Effect {
     kind: "mode_left_out",
     title: "Another mode of an appendage",

@@ -54,7 +54,8 @@ pub fn mode_mut<'a>(plant: &'a mut Plant, site: &Site) -> Result<(&'a mut Append
     found.ok_or_else(|| format!("no mode '{}'", site.name))
 }
 
-/// `wanted`, or the first of `wanted_2`, `wanted_3`, ... that no body, joint, tank, appendage or mode is called.
+/// `wanted`, or the first of `wanted_2`, `wanted_3`, ... that no body, joint, tank, appendage or
+/// mode is called.
 pub fn free_name(plant: &Plant, wanted: &str) -> String {
     let taken = |name: &str| {
         plant.bodies.iter().any(|body| body.name == name || body.joint.name == name)
@@ -65,8 +66,9 @@ pub fn free_name(plant: &Plant, wanted: &str) -> String {
     core::iter::once(wanted.to_owned()).chain(numbered).find(|name| !taken(name)).expect("names do not run out")
 }
 
-/// Takes a point mass out of a rigid body: mass, centre of mass and inertia about it follow, so that body and point mass together are
-/// the body that was. A planar body, whose inertia is about z alone, stays one.
+/// Takes a point mass out of a rigid body: mass, centre of mass and inertia about it follow, so
+/// that body and point mass together are the body that was. A planar body, whose inertia is about z
+/// alone, stays one.
 pub fn take_point_mass(body: &mut Body, mass_kg: f64, at_m: [f64; 3]) -> Result<(), String> {
     let mass = body.mass_kg.value;
     let rest = mass - mass_kg;
@@ -74,7 +76,8 @@ pub fn take_point_mass(body: &mut Body, mass_kg: f64, at_m: [f64; 3]) -> Result<
         return Err(format!("{mass_kg} kg are more than the {mass} kg of {}", body.name));
     }
     let r: [f64; 3] = core::array::from_fn(|i| at_m[i] - body.com_m[i].value);
-    // two point masses about their common centre of mass: reduced mass m (M - m) / M at what becomes r M / (M - m)
+    // two point masses about their common centre of mass: reduced mass m (M - m) / M at what
+    // becomes r M / (M - m)
     let reduced = mass_kg * mass / rest;
     let [x, y, z] = r;
     let lost = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z].map(|square| reduced * square);
@@ -97,7 +100,8 @@ pub fn take_point_mass(body: &mut Body, mass_kg: f64, at_m: [f64; 3]) -> Result<
 
 /// A joint that has been split between its motor and its link.
 pub struct SplitJoint {
-    /// Place of the link among the bodies; its joint is the gear, free as yet. The motor is the body before it.
+    /// Place of the link among the bodies; its joint is the gear, free as yet. The motor is the
+    /// body before it.
     pub link: usize,
     /// Name of the gear's joint.
     pub gear: String,
@@ -106,10 +110,12 @@ pub struct SplitJoint {
     pub link_inertia: f64,
 }
 
-/// Splits a joint: a motor keeps its name, place, actuators and friction, the link follows on a joint of its own called `NAME_gear`.
+/// Splits a joint: a motor keeps its name, place, actuators and friction, the link follows on a
+/// joint of its own called `NAME_gear`.
 ///
-/// The motor's inertia is the joint's rotor inertia; where none is stated, `share` of the link's mass and inertia, taken out of the link.
-/// Either way motor and link moving as one are the joint that was.
+/// The motor's inertia is the joint's rotor inertia; where none is stated, `share` of the link's
+/// mass and inertia, taken out of the link. Either way motor and link moving as one are the joint
+/// that was.
 pub fn split_joint(plant: &mut Plant, site: &Site, share: f64) -> Result<SplitJoint, String> {
     let motor_name = free_name(plant, &format!("{}_motor", site.name));
     let gear_name = free_name(plant, &format!("{}_gear", site.name));
@@ -148,7 +154,8 @@ pub fn split_joint(plant: &mut Plant, site: &Site, share: f64) -> Result<SplitJo
     Ok(SplitJoint { link: place + 1, gear: gear_name, motor_inertia, link_inertia: (1.0 - taken) * whole })
 }
 
-/// Inertia of a body about its own joint, `a·I a + m |a × c|²`, or its mass along a prismatic joint.
+/// Inertia of a body about its own joint, `a·I a + m |a × c|²`, or its mass along a prismatic
+/// joint.
 fn inertia_about_joint(body: &Body) -> Option<f64> {
     let (m, c) = (body.mass_kg.value, body.com_m.map(|x| x.value));
     let [xx, yy, zz, xy, xz, yz] = body.inertia_com_kg_m2.map(|i| i.value);
@@ -171,7 +178,8 @@ pub fn inertia_about_frame(body: &Body) -> [f64; 3] {
     core::array::from_fn(|axis| body.inertia_com_kg_m2[axis].value + body.mass_kg.value * (square - c[axis] * c[axis]))
 }
 
-/// An appendage of one mode on the body at `site`, hub-locked: its frequency and damping ratio, its participations of translation and rotation.
+/// An appendage of one mode on the body at `site`, hub-locked: its frequency and damping ratio, its
+/// participations of translation and rotation.
 ///
 /// # Errors
 /// There is no such body, or it has less mass or inertia than the mode.
@@ -196,7 +204,8 @@ pub fn add_mode(
     check_participation(plant, &body)
 }
 
-/// The modes on a body leave it some mass and inertia of its own: `m - sum of d^2 > 0` along each axis, likewise for rotation.
+/// The modes on a body leave it some mass and inertia of its own: `m - sum of d^2 > 0` along each
+/// axis, likewise for rotation.
 ///
 /// # Errors
 /// They do not; the mass matrix would not be positive.

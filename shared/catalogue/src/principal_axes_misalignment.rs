@@ -46,7 +46,8 @@ fn build(plant: &mut Plant, site: &Site, p: &[f64]) -> Result<(), String> {
     Ok(())
 }
 
-/// `v` turned by the rotation vector `r`: `v cos a + (r × v) sin a / a + r (r · v) (1 − cos a) / a²`.
+/// `v` turned by the rotation vector `r`:
+/// `v cos a + (r × v) sin a / a + r (r · v) (1 − cos a) / a²`.
 fn turned(v: [f64; 3], r: [f64; 3]) -> [f64; 3] {
     let square: f64 = r.iter().map(|r| r * r).sum();
     let angle = libm::sqrt(square);

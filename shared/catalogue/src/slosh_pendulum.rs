@@ -5,7 +5,8 @@ use super::parts;
 use dynamics::description::{Plant, Quantity, Site, SiteKind, Space, Tank, TankModel};
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 
-/// Slosh stiffness that follows axial acceleration: part of the slosh mass on a rod of length `|a| m / k`.
+/// Slosh stiffness that follows axial acceleration: part of the slosh mass on a rod of length
+/// `|a| m / k`.
 pub static EFFECT: Effect = Effect {
     kind: "slosh_pendulum",
     title: "Slosh stiffness that follows axial acceleration (pendulum)",

@@ -153,14 +153,16 @@ fn the_law_over_dual_numbers_is_the_derivative_of_the_law() {
             };
             let (coarse, fine) = (difference(2e-6), difference(1e-6));
             for ((slope, fine), coarse) in slope.iter().zip(&fine).zip(&coarse) {
-                // Richardson's estimate of the truncation error; where it is large a kink or a jump lies between the two points
+                // Richardson's estimate of the truncation error; where it is large a kink or a jump
+                // lies between the two points
                 let truncation = (fine - coarse).abs();
                 let scale = 1.0 + slope.abs();
                 if truncation > 1e-4 * scale {
                     continue;
                 }
                 compared += 1;
-                // rounding of the difference: 1e-16 · (values up to 1e6) / 1e-6 relative to scale is below 1e-4
+                // rounding of the difference: 1e-16 · (values up to 1e6) / 1e-6 relative to scale
+                // is below 1e-4
                 assert!((slope - fine).abs() <= 2.0 * truncation + 1e-4 * scale, "{} {slope} {fine}", effect.kind);
             }
         }

@@ -5,7 +5,8 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
-/// Minimum impulse bit of a thruster: a command with `|u| P < I` over a control period P is not fired.
+/// Minimum impulse bit of a thruster: a command with `|u| P < I` over a control period P is not
+/// fired.
 pub static EFFECT: Effect = Effect {
     kind: "thruster_minimum_impulse_bit",
     title: "Minimum impulse bit of a thruster",
@@ -51,7 +52,8 @@ mod tests {
         let fired = acting(&plant);
         assert_eq!(fired[..2], [0.0, 0.0]);
         assert!((fired[2] - 0.9).abs() < 1e-12 && (fired[3] - 1.2).abs() < 1e-12); // rounding
-        // behind the gate a lag brings the pulse late; before it, 0.9 N (1 - e^-1) would not have been fired in the third period
+        // behind the gate a lag brings the pulse late; before it, 0.9 N (1 - e^-1) would not have
+        // been fired in the third period
         plant.add_effect("actuator_lag", &thruster, &[("time_constant", 0.1)]).unwrap();
         let lagged = acting(&plant);
         assert_eq!(lagged[..2], [0.0, 0.0]);

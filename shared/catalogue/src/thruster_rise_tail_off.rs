@@ -5,7 +5,8 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Effect, EffectParameter, Family, Law};
 use dynamics::lags::FilterKind;
 
-/// Thrust rise and tail-off: first order, one time constant while `|thrust|` grows, another while it falls.
+/// Thrust rise and tail-off: first order, one time constant while `|thrust|` grows, another while
+/// it falls.
 pub static EFFECT: Effect = Effect {
     kind: "thruster_rise_tail_off",
     title: "Thrust rise and tail-off",

@@ -221,7 +221,8 @@ pub fn defaults(effect: &Effect) -> Vec<f64> {
     effect.parameters.iter().map(|parameter| parameter.default).collect()
 }
 
-/// Work [J] that the force does along q = a sin ωt during the third cycle, hidden states moving with it (midpoint rule).
+/// Work [J] that the force does along q = a sin ωt during the third cycle, hidden states moving
+/// with it (midpoint rule).
 pub fn work_of_a_cycle(effect: &Effect, parameters: &[f64], amplitude: f64, omega: f64) -> f64 {
     let steps = 20_000;
     let dt = core::f64::consts::TAU / omega / f64::from(steps);
@@ -316,7 +317,8 @@ fn actuator(name: &str, kind: ActuatorKind) -> Actuator {
     }
 }
 
-/// Hub with thruster, wheel, tank and appendage, one arm joint, a gyro, an accelerometer and an encoder; planar, 400 kg.
+/// Hub with thruster, wheel, tank and appendage, one arm joint, a gyro, an accelerometer and an
+/// encoder; planar, 400 kg.
 pub fn plant() -> Plant {
     let (hub, elbow) = ("hub".to_owned(), "elbow".to_owned());
     let z = [0.0, 0.0, 1.0];

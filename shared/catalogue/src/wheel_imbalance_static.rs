@@ -7,7 +7,8 @@ use dynamics::description::SiteKind;
 use dynamics::effect::{Action, Effect, EffectParameter, Family, Law, Local};
 use dynamics::real::Real;
 
-/// Static imbalance of a wheel: force `U W² (cos p e1 + sin p e2)` on the body at the wheel, `p' = W`.
+/// Static imbalance of a wheel: force `U W² (cos p e1 + sin p e2)` on the body at the wheel,
+/// `p' = W`.
 pub static EFFECT: Effect = Effect {
     kind: "wheel_imbalance_static",
     title: "Static imbalance of a wheel",

@@ -64,7 +64,8 @@ mod tests {
         let wheel = simulator.system().states().iter().position(|state| state.name == "wheel:rw").unwrap();
         for _ in 0..1000 {
             simulator.step();
-            // the body turns under the rotor by up to 1 N m / 80 kg m^2 for 10 s, and its panel swings
+            // the body turns under the rotor by up to 1 N m / 80 kg m^2 for 10 s, and its panel
+            // swings
             assert!(simulator.truth().state[wheel].abs() <= 100.25);
         }
         // 1 N m on 0.02 kg m^2 is 50 rad/s^2: the limit after 2 s, nearly reached after 10 s

@@ -1,4 +1,5 @@
-//! Benches: deployed plants with sampling, control loop and the effects that a case can hide in them.
+//! Benches: deployed plants with sampling, control loop and the effects that a case can hide in
+//! them.
 
 mod menus;
 
@@ -18,7 +19,8 @@ pub struct Entry {
     pub signed: bool,
     /// Further values, drawn log-uniformly between two bounds.
     pub shape: &'static [(&'static str, f64, f64)],
-    /// Kinds that contain this law as a limit, or are a limit of it; a case without this law removes them from the catalogue, too.
+    /// Kinds that contain this law as a limit, or are a limit of it; a case without this law
+    /// removes them from the catalogue, too.
     pub kin: &'static [&'static str],
 }
 
@@ -32,7 +34,8 @@ pub struct Bench {
     sensors: &'static [&'static str],
     pub closed: Option<Gains>,
     pub menu: &'static [Entry],
-    /// Effects that are never hidden here, with which a hidden effect can be confused, besides the menu.
+    /// Effects that are never hidden here, with which a hidden effect can be confused, besides the
+    /// menu.
     pub rivals: &'static [Entry],
 }
 
@@ -120,7 +123,8 @@ pub static BENCHES: &[Bench] = &[
     },
 ];
 
-/// The plant that the tool receives: sampled as the bench samples, commands taken from the recording.
+/// The plant that the tool receives: sampled as the bench samples, commands taken from the
+/// recording.
 ///
 /// # Panics
 /// The deployed plant file does not parse.

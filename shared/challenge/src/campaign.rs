@@ -1,4 +1,5 @@
-//! All cases of a seed: sealed, then diagnosed, then opened; folded in index order for any number of threads.
+//! All cases of a seed: sealed, then diagnosed, then opened; folded in index order for any number
+//! of threads.
 
 use crate::answer::{Answer, ask};
 use crate::case::{Sealed, Truth, case, digest};

@@ -23,7 +23,8 @@ pub enum Class {
     Pair,
     /// The kind of the effect and its kin are removed from the tool's catalogue.
     LeftOut,
-    /// A nominal parameter absorbs 30 % or more of the effect's energy, with a bias of two of its sigmas or more.
+    /// A nominal parameter absorbs 30 % or more of the effect's energy, with a bias of two of its
+    /// sigmas or more.
     Masked,
 }
 

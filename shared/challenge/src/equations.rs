@@ -1,4 +1,5 @@
-//! Equations of motion `M(q) q'' = f(q, q', u)` in the closed form of each plant, and its parameters by name.
+//! Equations of motion `M(q) q'' = f(q, q', u)` in the closed form of each plant, and its
+//! parameters by name.
 
 use nalgebra::{SMatrix, SVector};
 use std::collections::BTreeMap;
@@ -11,7 +12,8 @@ pub type Vector = SVector<f64, DOF_MAX>;
 /// A matrix over coordinates; the identity beyond `dof`.
 pub type Matrix = SMatrix<f64, DOF_MAX, DOF_MAX>;
 
-/// Lagrange's equations of one plant, derived by hand. Units: SI; coordinates and sensors in the order of the plant file.
+/// Lagrange's equations of one plant, derived by hand. Units: SI; coordinates and sensors in the
+/// order of the plant file.
 pub trait Equations: Send + Sync {
     fn dof(&self) -> usize;
 
@@ -24,7 +26,8 @@ pub trait Equations: Send + Sync {
     /// True readings of an instant, one per sensor; `a` is q''.
     fn read(&self, q: &Vector, v: &Vector, a: &Vector, y: &mut [f64]);
 
-    /// Readings averaged over an interval, from (q, v) at both ends; `None`: the sensors read instants.
+    /// Readings averaged over an interval, from (q, v) at both ends; `None`: the sensors read
+    /// instants.
     fn read_mean(&self, _begin: (&Vector, &Vector), _end: (&Vector, &Vector), _dt_s: f64) -> Option<Vec<f64>> {
         None
     }

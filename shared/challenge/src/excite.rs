@@ -101,7 +101,8 @@ fn reference(plant: &str, draw: &mut Draw) -> Vec<[f64; 3]> {
     (0..4).map(|_| [size * draw.uniform(0.5, 1.2), draw.log_uniform(low, high), draw.uniform(0.0, TAU)]).collect()
 }
 
-/// Sum of `count` sines of random phase between two frequencies [Hz], of the stated root mean square.
+/// Sum of `count` sines of random phase between two frequencies [Hz], of the stated root mean
+/// square.
 fn multisine(n: usize, period_s: f64, [low, high]: [f64; 2], count: usize, rms: f64, draw: &mut Draw) -> Vec<f64> {
     let amplitude = rms * (2.0 / count as f64).sqrt();
     let lines: Vec<(f64, f64)> = (0..count).map(|_| (draw.log_uniform(low, high), draw.uniform(0.0, TAU))).collect();

@@ -1,6 +1,7 @@
 //! Hidden effects of a case: laws of this crate under the names and parameters of the catalogue.
 //!
-//! Dry friction sticks and slips at located instants instead of a smooth tanh. Every other law is the one of its name.
+//! Dry friction sticks and slips at located instants instead of a smooth tanh. Every other law is
+//! the one of its name.
 
 use crate::equations::Extra;
 use serde::{Deserialize, Serialize};

@@ -1,14 +1,15 @@
 //! The blind challenge: the value of a diagnosis on truth that it cannot know.
 //!
-//! What it is: benches (deployed plants) with equations of motion of this crate's own, by Lagrange and by hand; an
-//! adaptive integrator that locates sticking and slipping; noise of its own; cases drawn from a seed, hidden, hashed,
-//! diagnosed, opened and scored.
+//! What it is: benches (deployed plants) with equations of motion of this crate's own, by Lagrange
+//! and by hand; an adaptive integrator that locates sticking and slipping; noise of its own; cases
+//! drawn from a seed, hidden, hashed, diagnosed, opened and scored.
 //!
-//! May import: `plant-file`, `dynamics` (descriptions) and `catalogue` (names of effects) for the plants that the
-//! tool receives; `identification` and `discovery` for the public call and its verdict.
+//! May import: `plant-file`, `dynamics` (descriptions) and `catalogue` (names of effects) for the
+//! plants that the tool receives; `identification` and `discovery` for the public call and its
+//! verdict.
 //!
-//! Must never know: how the tool works; the equations of `dynamics` and `simulation`, but in the one test that both
-//! describe the same nominal plant.
+//! Must never know: how the tool works; the equations of `dynamics` and `simulation`, but in the
+//! one test that both describe the same nominal plant.
 //!
 //! ```
 //! use challenge::{bench::BENCHES, campaign::open, case::{Class, case, digest}};
@@ -29,12 +30,12 @@
 //! | `equations`, `machines` | equations of motion, one file per plant |
 //! | `hidden`, `motion`, `simulate` | laws of effects; integration with dry friction; recordings |
 //! | `disturb`, `random` | noise as stated or different from it; seeded streams |
-//! | `realised`, `whiten` | detectability d of an effect, absorption by parameters, similarity to rivals |
+//! | `realised`, `whiten` | detectability d, absorption by parameters, similarity to rivals |
 //! | `case`, `campaign` | one case, drawn and sealed; all cases of a seed |
 //! | `answer`, `score` | the verdict of the tool; the figures of the published table |
 //!
-//! Why not the simulator of obsid with effects? Truth and filter would share every law, every step of integration and
-//! every mistake.
+//! Why not the simulator of obsid with effects? Truth and filter would share every law, every step
+//! of integration and every mistake.
 
 #![forbid(unsafe_code)]
 

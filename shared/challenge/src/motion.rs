@@ -1,8 +1,10 @@
-//! Integration over one stretch of held input: adaptive Dormand–Prince 5(4), sticking and slipping located as events.
+//! Integration over one stretch of held input: adaptive Dormand–Prince 5(4), sticking and slipping
+//! located as events.
 //!
-//! State `[q | v | bristles | lags of inputs | lags of sensors]`. A coordinate with dry friction is stuck, or slides one way. Sliding ends where
-//! its rate is zero, sticking where the force that holds it exceeds what friction can hold; both instants are roots on the dense
-//! output. The stuck coordinate is held by a constraint, not by a steep slope.
+//! State `[q | v | bristles | lags of inputs | lags of sensors]`. A coordinate with dry friction is
+//! stuck, or slides one way. Sliding ends where its rate is zero, sticking where the force that
+//! holds it exceeds what friction can hold; both instants are roots on the dense output. The stuck
+//! coordinate is held by a constraint, not by a steep slope.
 
 use crate::equations::{DOF_MAX, Equations, Vector};
 use crate::hidden::Faults;
@@ -84,8 +86,8 @@ impl Rig {
         (take(0), take(n))
     }
 
-    /// Acting inputs at `t_s` into a stretch. The lag of a held input is an exponential, so that it is not a stiff state; `x` holds the
-    /// lags at the beginning of the stretch.
+    /// Acting inputs at `t_s` into a stretch. The lag of a held input is an exponential, so that it
+    /// is not a stiff state; `x` holds the lags at the beginning of the stretch.
     fn acting(&self, t_s: f64, x: &[f64], u: &[f64]) -> [f64; INPUTS_MAX] {
         let from = self.places().inputs;
         let mut acting = [0.0; INPUTS_MAX];
@@ -158,7 +160,8 @@ impl Rig {
             }
             let field = Field { rig: self, u, contacts: motion.contacts.clone() };
             let begin_s = motion.step_s.min(dt_s - done);
-            // the error of a step is a mean over all numbers of the state: those beyond the machine's own have none
+            // the error of a step is a mean over all numbers of the state: those beyond the
+            // machine's own have none
             let share = (own as f64 / STATES_MAX as f64).sqrt();
             let method = ExplicitRungeKutta::dopri5().rtol(share * TOLERANCE.0).atol(share * TOLERANCE.1);
             let method = method.max_steps(100_000);

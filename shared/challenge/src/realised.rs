@@ -1,9 +1,13 @@
-//! Detectability of an effect in a recording: d, the share that nominal parameters absorb, and the similarity to rivals.
+//! Detectability of an effect in a recording: d, the share that nominal parameters absorb, and the
+//! similarity to rivals.
 //!
-//! The noise-free record with the effect, less the one without it under the same command, whitened ([`crate::whiten`]), is fitted by the
-//! sensitivities of all parameters with a prior (which is a row of its own) and of the initial state (free); chord steps follow the
-//! curvature until the gain vanishes. `d²` is the energy that no parameter values explain, `kappa = 1 − d² / d₀²` the share that they do.
-//! d² is the noncentrality of the ideal test, which knows the direction of the effect and the right noise. Approximations: sensitivities are those of the nominal record; a quantiser is noise.
+//! The noise-free record with the effect, less the one without it under the same command, whitened
+//! ([`crate::whiten`]), is fitted by the sensitivities of all parameters with a prior (which is a
+//! row of its own) and of the initial state (free); chord steps follow the curvature until the gain
+//! vanishes. `d²` is the energy that no parameter values explain, `kappa = 1 − d² / d₀²` the share
+//! that they do. d² is the noncentrality of the ideal test, which knows the direction of the effect
+//! and the right noise. Approximations: sensitivities are those of the nominal record; a quantiser
+//! is noise.
 
 use crate::bench::{Bench, coordinates};
 use crate::equations::Numbers;
@@ -136,13 +140,15 @@ impl<'a> Lab<'a> {
         self.base = matches!(self.experiment.command, Command::Held(_)).then_some(base);
         let mut normal = self.jacobian.transpose() * &self.jacobian;
         for i in 0..unknowns {
-            // free unknowns get what keeps the factor regular: a millionth of a millionth of what they show
+            // free unknowns get what keeps the factor regular: a millionth of a millionth of what
+            // they show
             normal[(i, i)] += if i < self.priors.len() { 1.0 } else { 1e-10 * normal[(i, i)] + 1e-12 };
         }
         self.normal = normal;
     }
 
-    /// Step towards the least of `|r − J δ|² + |prior (β + δ)|²`, damped by a share of the curvature, of one where that is less.
+    /// Step towards the least of `|r − J δ|² + |prior (β + δ)|²`, damped by a share of the
+    /// curvature, of one where that is less.
     fn step(&self, residual: &DVector<f64>, beta: &DVector<f64>, damping: f64) -> DVector<f64> {
         let mut gradient = self.jacobian.transpose() * residual;
         for i in 0..self.priors.len() {
@@ -177,7 +183,8 @@ impl<'a> Lab<'a> {
         best
     }
 
-    /// The residual of `list`; `curved`: by re-simulation, until a further step gains less than [`GAIN`] of the cost.
+    /// The residual of `list`; `curved`: by re-simulation, until a further step gains less than
+    /// [`GAIN`] of the cost.
     #[must_use]
     pub fn realised(&self, list: &[(Hidden, Seat)], curved: bool) -> Realised {
         let with = self.run(list, &self.numbers, &self.experiment);

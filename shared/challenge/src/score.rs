@@ -1,18 +1,23 @@
 //! Answers against truths: the figures of the published table.
 //!
-//! - False alarm: a null with right noise answered by anything but `none`; one with wrong noise by physics or a sensor (`named`, `not_separable`,
-//!   `sensor`, `not_in_catalogue`). `cannot_decide` and `unobservable` on wrong noise are no alarms.
-//! - Detected: a verdict of those four. Power is that of single and masked cases; ideal `Φ(d − z_m)`, z_m two-sided at
-//!   [`ALPHA`] over the tool's number of hypotheses: the tested laws times the points of the hidden law's grid (if that law was tested,
-//!   else entries times sites of the plant); besides, that of a test without grids, over entries times sites.
-//! - First name and set: single and masked cases of d ≥ 8 that were detected. Ideal `Φ(d √((1 − ρ)/2))`, ρ towards the nearest entry of
-//!   the bench's menu (the catalogue has more entries: again a little high).
+//! - False alarm: a null with right noise answered by anything but `none`; one with wrong noise by
+//!   physics or a sensor (`named`, `not_separable`, `sensor`, `not_in_catalogue`). `cannot_decide`
+//!   and `unobservable` on wrong noise are no alarms.
+//! - Detected: a verdict of those four. Power is that of single and masked cases; ideal
+//!   `Φ(d − z_m)`, z_m two-sided at [`ALPHA`] over the tool's number of hypotheses: the tested laws
+//!   times the points of the hidden law's grid (if that law was tested, else entries times sites of
+//!   the plant); besides, that of a test without grids, over entries times sites.
+//! - First name and set: single and masked cases of d ≥ 8 that were detected. Ideal
+//!   `Φ(d √((1 − ρ)/2))`, ρ towards the nearest entry of the bench's menu (the catalogue has more
+//!   entries: again a little high).
 //! - Set: first name and rivals with a weight of [`IN_SET`](crate::answer::IN_SET) or more.
-//! - Effect outside the catalogue, d ≥ 15: abstained are `not_in_catalogue` and `cannot_decide`; a false identification has a probability above 0.9.
+//! - Effect outside the catalogue, d ≥ 15: abstained are `not_in_catalogue` and `cannot_decide`; a
+//!   false identification has a probability above 0.9.
 //! - Pairs: both effects are identified and held-out data reject neither.
 //! - Masked: the estimate of the biased parameter lies within two of its sigmas of the truth.
 //! - Held out: of first names, right or wrong, of d ≥ 7 on the held-out recording, those confirmed.
-//! - Brier: mean of (probability of the first name − it is right)² over all cases with an identified effect.
+//! - Brier: mean of (probability of the first name − it is right)² over all cases with an
+//!   identified effect.
 
 use crate::answer::{Answer, Name};
 use crate::case::{Class, Truth};
@@ -32,7 +37,8 @@ pub struct Power {
     pub d_high: f64,
     pub n: usize,
     pub detected: usize,
-    /// Expected number of detections by an ideal test with the tool's grids, and by one without grids.
+    /// Expected number of detections by an ideal test with the tool's grids, and by one without
+    /// grids.
     pub ideal: f64,
     pub ideal_without_grids: f64,
 }
@@ -107,7 +113,8 @@ fn chances(opened: &Opened) -> f64 {
     own.unwrap_or(opened.truth.candidates as f64)
 }
 
-/// A null that the tool does not answer with `none`; with wrong noise, a null answered by a detection.
+/// A null that the tool does not answer with `none`; with wrong noise, a null answered by a
+/// detection.
 #[must_use]
 pub fn is_false_alarm(truth: &Truth, answer: &Answer) -> bool {
     truth.class == Class::Null && if truth.noise == NoiseKind::Right { !answer.is("none") } else { answer.detects() }

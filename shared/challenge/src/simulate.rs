@@ -1,7 +1,8 @@
-//! The true signals of a recording: sampled inputs, closed loops, sensors with their faults, at exact sampling instants.
+//! The true signals of a recording: sampled inputs, closed loops, sensors with their faults, at
+//! exact sampling instants.
 //!
-//! A command is held from its instant on; the samples of an instant see the command that begins there. Noise comes in as lists,
-//! so that the same experiment can be run with and without it.
+//! A command is held from its instant on; the samples of an instant see the command that begins
+//! there. Noise comes in as lists, so that the same experiment can be run with and without it.
 
 use crate::equations::Numbers;
 use crate::motion::{Motion, Rig};
@@ -61,7 +62,8 @@ pub struct Trace {
     pub command: Vec<Vec<f64>>,
 }
 
-/// Runs `experiment` on `rig`; `names` are those of the sensors, `numbers` has their biases and scales.
+/// Runs `experiment` on `rig`; `names` are those of the sensors, `numbers` has their biases and
+/// scales.
 #[must_use]
 pub fn simulate(rig: &Rig, numbers: &Numbers, names: &[String], experiment: &Experiment) -> Trace {
     let (sensors, inputs) = (names.len(), rig.faults.inputs.len());
@@ -132,7 +134,8 @@ fn finish(
     if step > 0.0 { step * libm::round(y / step) } else { y }
 }
 
-/// Acting inputs at `offset_s` into period `k`: delayed, mapped, with their noise. Lags belong to the motion.
+/// Acting inputs at `offset_s` into period `k`: delayed, mapped, with their noise. Lags belong to
+/// the motion.
 fn effective(rig: &Rig, commands: &[Vec<f64>], experiment: &Experiment, k: usize, offset_s: f64) -> Vec<f64> {
     let act = |(j, fault): (usize, &crate::hidden::InputFault)| {
         let back = libm::ceil((fault.delay_s - offset_s) / experiment.period_s - 1e-9).max(0.0) as usize;
@@ -143,7 +146,8 @@ fn effective(rig: &Rig, commands: &[Vec<f64>], experiment: &Experiment, k: usize
     rig.faults.inputs.iter().enumerate().map(act).collect()
 }
 
-/// Moves over period `k`, stopping where a delayed command switches and where a delayed sensor reads; returns its readings.
+/// Moves over period `k`, stopping where a delayed command switches and where a delayed sensor
+/// reads; returns its readings.
 fn period(
     rig: &Rig,
     motion: &mut Motion,

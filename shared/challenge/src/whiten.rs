@@ -1,8 +1,9 @@
 //! Differences between records in units of their noise.
 //!
-//! Without noise at the inputs a difference is divided by the sensors' noise (a quantiser adds step² / 12). With it the plants here are
-//! linear, and the innovations of a Kalman filter of their own matrices are white: `x⁺ = A x + K e`, `e = y − C x`,
-//! `S = C P Cᵀ + D Q Dᵀ + R`, `K = (A P Cᵀ + B Q Dᵀ) S⁻¹`. The initial state is left to the projection: P begins at zero.
+//! Without noise at the inputs a difference is divided by the sensors' noise (a quantiser adds
+//! step² / 12). With it the plants here are linear, and the innovations of a Kalman filter of their
+//! own matrices are white: `x⁺ = A x + K e`, `e = y − C x`, `S = C P Cᵀ + D Q Dᵀ + R`,
+//! `K = (A P Cᵀ + B Q Dᵀ) S⁻¹`. The initial state is left to the projection: P begins at zero.
 
 use crate::motion::Rig;
 use nalgebra::{DMatrix, DVector};
@@ -31,7 +32,8 @@ impl Whitener {
 
     /// The whitened difference: samples in order, all sensors of a sample together.
     ///
-    /// Noise as stated becomes independent with unit variance; the squared norm is the noncentrality of a test.
+    /// Noise as stated becomes independent with unit variance; the squared norm is the
+    /// noncentrality of a test.
     #[must_use]
     pub fn whiten(&self, difference: &[Vec<f64>]) -> Vec<f64> {
         let samples = difference.first().map_or(0, Vec::len);

@@ -1,6 +1,9 @@
-//! Faults of a recording that only show against a plant: names, units, time unit, constant channels.
+//! Faults of a recording that only show against a plant: names, units, time unit, constant
+//! channels.
 //!
-//! Names and units are checked by [`Problem::refusals`] and constant channels by [`standstill`], the functions a diagnosis uses. What makes a diagnosis reject the recording is therefore a fault here.
+//! Names and units are checked by [`Problem::refusals`] and constant channels by [`standstill`],
+//! the functions a diagnosis uses. What makes a diagnosis reject the recording is therefore a fault
+//! here.
 
 use dynamics::description::{Plant, Sensor};
 
@@ -16,9 +19,11 @@ const TIME_UNITS: [(f64, &str); 3] = [(1e3, "milliseconds"), (1e6, "microseconds
 /// A ratio of steps within this share of a unit's is that unit.
 const UNIT_SHARE: f64 = 0.02;
 
-/// Findings about `recording` as data of `plant`: channels or units that do not match, constant channels, too few readings, a time unit that is off by a power of a thousand.
+/// Findings about `recording` as data of `plant`: channels or units that do not match, constant
+/// channels, too few readings, a time unit that is off by a power of a thousand.
 ///
-/// The channel metadata (wrong unit, flipped sign, swapped channels) is not checked here: see [`examine_for`]. Cost: O(samples).
+/// The channel metadata (wrong unit, flipped sign, swapped channels) is not checked here: see
+/// [`examine_for`]. Cost: O(samples).
 pub fn examine(recording: &Recording, plant: &Plant) -> Vec<Finding> {
     let mut findings: Vec<Finding> =
         Problem::refusals(plant, recording).iter().filter_map(|error| rejection(error, plant)).collect();
@@ -30,7 +35,8 @@ pub fn examine(recording: &Recording, plant: &Plant) -> Vec<Finding> {
     findings
 }
 
-/// The finding for an error that makes a diagnosis reject the recording; errors of the plant alone belong to `obsid plant check`.
+/// The finding for an error that makes a diagnosis reject the recording; errors of the plant alone
+/// belong to `obsid plant check`.
 fn rejection(error: &ProblemError, plant: &Plant) -> Option<Finding> {
     let (check, channel, value) = match error {
         ProblemError::MissingChannel { channel, .. } => (Check::Missing, channel, 1.0),
@@ -117,7 +123,8 @@ fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> 
     )
 }
 
-/// As [`examine_with`], with the findings against `plant` ([`examine`]) and the check of the channel metadata ([`mislabelled`]).
+/// As [`examine_with`], with the findings against `plant` ([`examine`]) and the check of the
+/// channel metadata ([`mislabelled`]).
 #[must_use]
 pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let work = Arc::new(Work::of(LABELS));
@@ -129,7 +136,8 @@ pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMu
     in_order(findings)
 }
 
-/// As [`examine_for`] with the [`mislabelled`] channels given: a channel whose mistake is known is not reported a second time for it.
+/// As [`examine_for`] with the [`mislabelled`] channels given: a channel whose mistake is known is
+/// not reported a second time for it.
 #[must_use]
 pub fn examine_beside(
     recording: &Recording,

@@ -1,8 +1,16 @@
-//! Model comparison: sets of effects against each other and against the noise, by joint likelihoods in which each side has its own noise.
+//! Model comparison: sets of effects against each other and against the noise, by joint likelihoods
+//! in which each side has its own noise.
 //!
-//! The sets that [`subsets`] ranks first are tested by a likelihood ratio. Sizes and poles of the noise are maximised with the effects and without them: noise fitted to the nominal plant alone has absorbed part of the unmodelled physics, noise taken as stated invents some. The best sets are fitted as physics, starting at the amplitudes of the linear problem, with the shape parameters of their laws free.
+//! The sets that [`subsets`] ranks first are tested by a likelihood ratio. Sizes and poles of the
+//! noise are maximised with the effects and without them: noise fitted to the nominal plant alone
+//! has absorbed part of the unmodelled physics, noise taken as stated invents some. The best sets
+//! are fitted as physics, starting at the amplitudes of the linear problem, with the shape
+//! parameters of their laws free.
 //!
-//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set is accepted when three conditions hold: its likelihood ratio is significant at `alpha` after the correction for multiplicity ([`Multiplicity`]), it beats the best smaller set by the same test, and the robust score of its joint direction does not veto it.
+//! Criterion: `BIC = −2 ln p + k ln n`; weights `exp(−ΔBIC/2)`. A set is accepted when three
+//! conditions hold: its likelihood ratio is significant at `alpha` after the correction for
+//! multiplicity ([`Multiplicity`]), it beats the best smaller set by the same test, and the robust
+//! score of its joint direction does not veto it.
 
 mod multiplicity;
 mod multistart;
@@ -30,7 +38,8 @@ pub struct ModelHypothesis {
     pub subset: Subset,
     /// Least `−2 ln p`: as physics, else on the linear model.
     pub objective: f64,
-    /// Likelihood ratio `2 Δ ln p`, noise maximised on both sides, and its p value after the correction for multiplicity.
+    /// Likelihood ratio `2 Δ ln p`, noise maximised on both sides, and its p value after the
+    /// correction for multiplicity.
     pub ratio: f64,
     pub p: f64,
     pub noise: NoiseModel,
@@ -53,7 +62,8 @@ pub enum Veto {
     NoPower,
 }
 
-/// The sets tested so far, best first, and the least objective of the nominal plant found on the way.
+/// The sets tested so far, best first, and the least objective of the nominal plant found on the
+/// way.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
     pub hypotheses: Vec<ModelHypothesis>,
@@ -71,22 +81,28 @@ pub struct Nominal<'a> {
     pub objective: f64,
 }
 
-/// ΔBIC from which one law replaces another, or a law with more shape parameters the simpler one [−2 ln p]. Posterior odds of 20 : 1, as exp(−6/2) = 1/20; Kass & Raftery's "strong" evidence.
+/// ΔBIC from which one law replaces another, or a law with more shape parameters the simpler one
+/// [−2 ln p]. Posterior odds of 20 : 1, as exp(−6/2) = 1/20; Kass & Raftery's "strong" evidence.
 pub const BIC_PREFERENCE: f64 = 6.0;
 /// Largest set.
 pub const SET_MAX: usize = 3;
-/// Family-wise level of the robust veto over the sets tested. Chosen, no derivation: a lower level vetoes more effects where the noise model is right.
+/// Family-wise level of the robust veto over the sets tested. Chosen, no derivation: a lower level
+/// vetoes more effects where the noise model is right.
 const VETO_LEVEL: f64 = 0.01;
-/// Ratio of noise standard deviations without and with an effect from which that noise has absorbed part of the effect, so that a veto whitened by it is not counted. Chosen on seeded cases, no derivation.
+/// Ratio of noise standard deviations without and with an effect from which that noise has absorbed
+/// part of the effect, so that a veto whitened by it is not counted. Chosen on seeded cases, no
+/// derivation.
 const ABSORBED_NOISE_RATIO: f64 = 1.5;
 /// Sets tested before the cost of one is known.
 const FIRST_BATCH: usize = 2;
-/// Ratio of the robust score's ceiling to its threshold below which the score has no power: the effect acts in too few independent instants. Chosen, no derivation.
+/// Ratio of the robust score's ceiling to its threshold below which the score has no power: the
+/// effect acts in too few independent instants. Chosen, no derivation.
 const CEILING_RATIO_MIN: f64 = 1.15;
 
 /// Likelihoods and fits of the first sets of `ranking`, at the level `alpha`.
 ///
-/// Cost: for each set of the shortlist up to three maximisations of the noise and one fit as physics; bounded by `session.work`.
+/// Cost: for each set of the shortlist up to three maximisations of the noise and one fit as
+/// physics; bounded by `session.work`.
 pub fn compete(
     session: &EstimationSession<'_>,
     nominal: &Nominal<'_>,
@@ -123,11 +139,13 @@ fn one(
     let (_, amplitude) = normal.minimum()?;
     let amplitudes = signed(columns, subset, &amplitude)?;
     let says = |noise: &NoiseModel| veto(session, nominal.fit, columns, subset, noise, p_veto);
-    // the set also relieves the parameters of their tension with the priors under the noise of the plant alone
+    // the set also relieves the parameters of their tension with the priors under the noise of the
+    // plant alone
     let alone = linearised.normal(session, theta, nominal.noise, &extra);
     let relief = |normal: &Normal| normal.relief(session, theta).unwrap_or(0.0);
     let least = relief(&normal).min(alone.as_ref().map_or(0.0, relief));
-    // several laws that together only change the plant's parameters are a change of those parameters
+    // several laws that together only change the plant's parameters are a change of those
+    // parameters
     let is_one = subset.members.len() == 1;
     let relieves = is_one && least > chi_squared_quantile(1.0 - p_veto, extra.len() as f64);
     let veto = match (says(&noise), says(nominal.noise)) {
@@ -155,7 +173,8 @@ fn one(
 }
 
 impl ModelHypothesis {
-    /// Significant at `alpha` after multiplicity, fitted as physics, preferred to the nominal plant by BIC, and not vetoed.
+    /// Significant at `alpha` after multiplicity, fitted as physics, preferred to the nominal plant
+    /// by BIC, and not vetoed.
     pub fn is_accepted(&self, alpha: f64) -> bool {
         self.p < alpha && self.veto != Veto::Vetoed && self.refit.is_some() && self.bic < 0.0
     }
@@ -172,7 +191,10 @@ impl ModelHypothesis {
         }
     }
 
-    /// No member has all its amplitudes within two standard errors of zero. A single effect is tested only where it adds a mode or a tank: a gain by their free initial state alone is an oscillation that nothing drives. Any other single effect is decided by the likelihood ratio (a lag's jump shows the lag, not its length).
+    /// No member has all its amplitudes within two standard errors of zero. A single effect is
+    /// tested only where it adds a mode or a tank: a gain by their free initial state alone is an
+    /// oscillation that nothing drives. Any other single effect is decided by the likelihood ratio
+    /// (a lag's jump shows the lag, not its length).
     pub fn all_amplitudes_significant(&self, session: &EstimationSession<'_>, columns: &[Column]) -> bool {
         let members = &self.subset.members;
         let amplitude_insignificant =
@@ -189,7 +211,8 @@ impl ModelHypothesis {
 }
 
 impl Outcome {
-    /// Tests the sets of `list` in order, as many as the work allows and [`FIRST_BATCH`] in any case. Returns how many.
+    /// Tests the sets of `list` in order, as many as the work allows and [`FIRST_BATCH`] in any
+    /// case. Returns how many.
     pub fn enter(
         &mut self,
         session: &EstimationSession<'_>,
@@ -236,7 +259,8 @@ impl Outcome {
         self.hypotheses.sort_by(|a, b| key(a).total_cmp(&key(b)).then(a.subset.members.cmp(&b.subset.members)));
     }
 
-    /// Index of the set to adopt: the best accepted one. A larger set must beat every smaller accepted one at `alpha` and predict data it was not fitted to better than it (`better`).
+    /// Index of the set to adopt: the best accepted one. A larger set must beat every smaller
+    /// accepted one at `alpha` and predict data it was not fitted to better than it (`better`).
     pub fn best(
         &self,
         alpha: f64,
@@ -282,7 +306,8 @@ fn signed(columns: &[Column], subset: &Subset, flat: &[f64]) -> Option<Vec<Vec<f
     Some(amplitudes)
 }
 
-/// The robust score of the set's joint direction, whitened by `noise`; it is valid whatever the noise is, so any whitening may pass it.
+/// The robust score of the set's joint direction, whitened by `noise`; it is valid whatever the
+/// noise is, so any whitening may pass it.
 fn veto(
     session: &EstimationSession<'_>,
     fit: &Fit,

@@ -4,13 +4,18 @@
 //! 1. fit the nominal plant and maximise the likelihood over its noise;
 //! 2. score every effect at every site under the stated and under the adapted noise;
 //! 3. compare the best sets by likelihood ratios and fit them as physics;
-//! 4. repeat on the augmented plant, at most three times: greedy forward search with backward elimination;
+//! 4. repeat on the augmented plant, at most three times: greedy forward search with backward
+//!    elimination;
 //! 5. search once more for each earlier effect beside all others;
-//! 6. freeze all parameters and predict data that were not fitted, with all effects and without each.
+//! 6. freeze all parameters and predict data that were not fitted, with all effects and without
+//!    each.
 //!
-//! If no effect is accepted, effects of lower significance are tested on the held-out recording alone. No effect is reported that the robust score vetoes or held-out data reject. A significant score whose model cannot be fitted is reported as such.
+//! If no effect is accepted, effects of lower significance are tested on the held-out recording
+//! alone. No effect is reported that the robust score vetoes or held-out data reject. A significant
+//! score whose model cannot be fitted is reported as such.
 //!
-//! Every loop is bounded, and the search as a whole by [`Options::work_max`]; the report says what was omitted for it.
+//! Every loop is bounded, and the search as a whole by [`Options::work_max`]; the report says what
+//! was omitted for it.
 
 mod adoption;
 mod evidence;
@@ -63,7 +68,8 @@ pub struct Options {
     pub held_out: Option<Problem>,
     /// The same experiment repeated, run by run: physics recurs, noise does not.
     pub repeat: Option<Problem>,
-    /// Bound of the work ([`identification::work`]), in about nanoseconds of one core; the report says what was omitted for it.
+    /// Bound of the work ([`identification::work`]), in about nanoseconds of one core; the report
+    /// says what was omitted for it.
     pub work_max: f64,
 }
 
@@ -81,11 +87,13 @@ impl Default for Options {
     }
 }
 
-/// Share of alpha for effects of the catalogue that one recording shows. The shares add to one (Bonferroni); how they are split is chosen, no derivation.
+/// Share of alpha for effects of the catalogue that one recording shows. The shares add to one
+/// (Bonferroni); how they are split is chosen, no derivation.
 const ALPHA_SHARE_IDENTIFIED: f64 = 0.85;
 /// Share of alpha for effects that only a held-out recording confirms.
 const ALPHA_SHARE_CONFIRMED: f64 = 0.01;
-/// Share of alpha for each of the three tests without an effect of the catalogue: noise, time–frequency bins, maps.
+/// Share of alpha for each of the three tests without an effect of the catalogue: noise,
+/// time–frequency bins, maps.
 const ALPHA_SHARE_UNIDENTIFIED: f64 = (1.0 - ALPHA_SHARE_IDENTIFIED - ALPHA_SHARE_CONFIRMED) / 3.0;
 /// ΔBIC within which a rival is reported: posterior weight exp(−12/2) = 0.25 % at its edge.
 pub const RIVAL_SPAN: f64 = 12.0;
@@ -135,9 +143,12 @@ struct Unfitted {
     p: f64,
 }
 
-/// Diagnoses `problem`: the whole sequence above, from the nominal fit to the report. `progress` receives a phase and the share done.
+/// Diagnoses `problem`: the whole sequence above, from the nominal fit to the report. `progress`
+/// receives a phase and the share done.
 ///
-/// A problem that cannot be decided (too few samples, a constant channel, a fit that fails) is a [`Diagnosis`] with the verdict [`Verdict::CannotDecide`] and the reason, never an error. The same problem and options give the same answer on every machine and with any number of threads.
+/// A problem that cannot be decided (too few samples, a constant channel, a fit that fails) is a
+/// [`Diagnosis`] with the verdict [`Verdict::CannotDecide`] and the reason, never an error. The
+/// same problem and options give the same answer on every machine and with any number of threads.
 ///
 /// Cost: two or three fits of the nominal plant, and a search of at most [`Options::work_max`].
 pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Diagnosis {
@@ -252,7 +263,8 @@ fn left_over(session: &EstimationSession<'_>, best: &AcceptedModel) -> Result<Re
     Ok(left().unwrap_or_default())
 }
 
-/// The nominal plant under adapted noise: noise maximised, parameters fitted under it, noise maximised again.
+/// The nominal plant under adapted noise: noise maximised, parameters fitted under it, noise
+/// maximised again.
 fn standing(session: &EstimationSession<'_>, stated: &Fit) -> Result<AcceptedModel, String> {
     let search = Search { sweeps: 8, colour: true, scan: true };
     let failed = || "the likelihood of the noise cannot be found".to_owned();

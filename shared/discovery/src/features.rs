@@ -1,10 +1,24 @@
-//! Diagnosis from features: where a recording is a spectrum, frequency responses or a list of modes, the modes are the evidence.
+//! Diagnosis from features: where a recording is a spectrum, frequency responses or a list of
+//! modes, the modes are the evidence.
 //!
-//! Modes with standard errors (a list, or the peaks of a spectrum) are paired with the plant's, by frequency and, where they exist, by shapes. The residuals are `ln f_measured − ln f_plant`, `ln ζ_measured − ln ζ_plant` and the components of the plant's shape across the measured one. Every change that a plant offers (an appendage's common stiffness or damping, one mode's, a compliant root, a mass unmodelled at a point, the catalogue's structures and linear forces) predicts residuals of all kinds; each is fitted, and they compete by BIC in one likelihood. Up to three are adopted in turn and fitted together. The adopted changes are tested by predicting the upper modes from the lower ones. Changes that predict the same features are reported as not separable.
+//! Modes with standard errors (a list, or the peaks of a spectrum) are paired with the plant's, by
+//! frequency and, where they exist, by shapes. The residuals are `ln f_measured − ln f_plant`,
+//! `ln ζ_measured − ln ζ_plant` and the components of the plant's shape across the measured one.
+//! Every change that a plant offers (an appendage's common stiffness or damping, one mode's, a
+//! compliant root, a mass unmodelled at a point, the catalogue's structures and linear forces)
+//! predicts residuals of all kinds; each is fitted, and they compete by BIC in one likelihood. Up
+//! to three are adopted in turn and fitted together. The adopted changes are tested by predicting
+//! the upper modes from the lower ones. Changes that predict the same features are reported as not
+//! separable.
 //!
-//! Example of a plant file for such a structure: `deploy/plants/rigs/cantilever.toml`. A sigma on a mode's frequency or damping is the trust in its model, mode by mode; without one the size of the discrepancy is estimated, one for frequencies, one for damping ratios (5 % at least), one for shapes.
+//! Example of a plant file for such a structure: `deploy/plants/rigs/cantilever.toml`. A sigma on a
+//! mode's frequency or damping is the trust in its model, mode by mode; without one the size of the
+//! discrepancy is estimated, one for frequencies, one for damping ratios (5 % at least), one for
+//! shapes.
 //!
-//! Not here: amplitudes of responses (a residue needs the input's place, which a list of modes does not hold), and dependence on the amplitude of the motion, which the parts of a record show ([`ModeTrack`]).
+//! Not here: amplitudes of responses (a residue needs the input's place, which a list of modes does
+//! not hold), and dependence on the amplitude of the motion, which the parts of a record show
+//! ([`ModeTrack`]).
 
 mod changes;
 mod comparison;
@@ -32,7 +46,8 @@ use dynamics::description::Plant;
 pub struct FeatureOptions {
     /// Probability of any finding where nothing is missing.
     pub alpha: f64,
-    /// Number of lower modes that a change is fitted to before it has to predict the others; `None`: the lower half, three at least.
+    /// Number of lower modes that a change is fitted to before it has to predict the others;
+    /// `None`: the lower half, three at least.
     pub fitted_modes: Option<usize>,
 }
 
@@ -42,9 +57,12 @@ impl Default for FeatureOptions {
     }
 }
 
-/// Diagnosis of `plant` from the magnitude of a spectrum. Damping is evidence where a peak is wide against the spacing of the lines.
+/// Diagnosis of `plant` from the magnitude of a spectrum. Damping is evidence where a peak is wide
+/// against the spacing of the lines.
 ///
-/// A spectrum without a peak, or a plant without modes, gives [`Verdict::CannotDecide`](crate::diagnose::Verdict::CannotDecide) with the reason. Cost: some 50 linearisations of the plant for each change.
+/// A spectrum without a peak, or a plant without modes, gives
+/// [`Verdict::CannotDecide`](crate::diagnose::Verdict::CannotDecide) with the reason. Cost: some 50
+/// linearisations of the plant for each change.
 pub fn diagnose_spectrum(plant: &Plant, spectrum: &Spectrum, options: &FeatureOptions) -> Diagnosis {
     let (found, narrow) = spectrum.modes_with_own_damping();
     if found.is_empty() {
@@ -61,7 +79,8 @@ pub fn diagnose_spectrum(plant: &Plant, spectrum: &Spectrum, options: &FeatureOp
     diagnosis
 }
 
-/// Diagnosis of `plant` from measured modes, whatever their source; `name` stands in the reasons. Cost as [`diagnose_spectrum`] without the peaks.
+/// Diagnosis of `plant` from measured modes, whatever their source; `name` stands in the reasons.
+/// Cost as [`diagnose_spectrum`] without the peaks.
 pub fn diagnose_modes(plant: &Plant, name: &str, measured: &[MeasuredMode], options: &FeatureOptions) -> Diagnosis {
     match Comparison::new(plant, name, measured) {
         Ok(comparison) => comparison.conclude(options),
@@ -69,7 +88,8 @@ pub fn diagnose_modes(plant: &Plant, name: &str, measured: &[MeasuredMode], opti
     }
 }
 
-/// As [`diagnose_modes`], with the same modes over parts of their record: parameters that are not constant over the parts are reported as well.
+/// As [`diagnose_modes`], with the same modes over parts of their record: parameters that are not
+/// constant over the parts are reported as well.
 pub fn diagnose_tracked_modes(
     plant: &Plant,
     name: &str,

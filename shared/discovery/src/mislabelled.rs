@@ -1,8 +1,17 @@
 //! Wrong units, flipped signs and swapped channels, detected by the likelihood of a plant.
 //!
-//! A channel that reads `f` times its true value is predicted by the plant, to the stated noise, once it is divided by `f`. The test is made only where the plant misses the recording by far, or follows it with parameters far from those its file states. The corrected recording must be explained: the whitened innovations must fall far below their former value, counted in the unit of the readings, because a free response divided by anything is still one, and its misfit is divided as well. A channel that only shrinks to zero explains nothing: the reading must stay above its noise, and without the command the plant must miss the recording again.
+//! A channel that reads `f` times its true value is predicted by the plant, to the stated noise,
+//! once it is divided by `f`. The test is made only where the plant misses the recording by far, or
+//! follows it with parameters far from those its file states. The corrected recording must be
+//! explained: the whitened innovations must fall far below their former value, counted in the unit
+//! of the readings, because a free response divided by anything is still one, and its misfit is
+//! divided as well. A channel that only shrinks to zero explains nothing: the reading must stay
+//! above its noise, and without the command the plant must miss the recording again.
 //!
-//! Of a long recording the first samples are tested before the whole; the mistake that explains them must explain the whole. The cost of testing is counted ([`identification::work`]): the nearest hypotheses come first, and those beyond the work are omitted and reported for no channel.
+//! Of a long recording the first samples are tested before the whole; the mistake that explains
+//! them must explain the whole. The cost of testing is counted ([`identification::work`]): the
+//! nearest hypotheses come first, and those beyond the work are omitted and reported for no
+//! channel.
 
 mod prediction;
 
@@ -36,15 +45,18 @@ pub struct Mislabelled {
     pub mistake: Mistake,
     /// Other mistakes that explain it as well.
     pub instead: Vec<Mislabelled>,
-    /// Rms of the innovations of the whole recording [stated standard deviations] as labelled, at least, and corrected; infinite where the plant cannot follow it at all.
+    /// Rms of the innovations of the whole recording [stated standard deviations] as labelled, at
+    /// least, and corrected; infinite where the plant cannot follow it at all.
     pub before: f64,
     pub after: f64,
 }
 
-/// Standard deviations of its noise that a corrected reading must exceed, and ratio by which the mean square must rise without the command. Chosen on seeded cases, no derivation.
+/// Standard deviations of its noise that a corrected reading must exceed, and ratio by which the
+/// mean square must rise without the command. Chosen on seeded cases, no derivation.
 const SIGNAL_TO_NOISE_MIN: f64 = 3.0;
 const UNDRIVEN_MISFIT_RATIO: f64 = 2.0;
-/// Ratio to the best mean square within which a hypothesis explains it as well. Chosen, no derivation.
+/// Ratio to the best mean square within which a hypothesis explains it as well. Chosen, no
+/// derivation.
 const EQUAL_FIT_RATIO: f64 = 1.1;
 /// Hypotheses that are evaluated, those of single channels first.
 const HYPOTHESES: usize = 200;
@@ -59,9 +71,12 @@ const HYPOTHESES_FITTED: usize = 5;
 const FIRST_PART_READINGS: usize = 2000;
 const PART_GROWTH: usize = 4;
 
-/// The mistake that explains why `plant` misses `recording` by far; `None` where the plant follows it, and where `work` has no budget left, which is recorded there.
+/// The mistake that explains why `plant` misses `recording` by far; `None` where the plant follows
+/// it, and where `work` has no budget left, which is recorded there.
 ///
-/// Cost: a linearisation. Where the plant is far off, for each part up to [`HYPOTHESES`] linearisations, [`HYPOTHESES_FITTED`] fits and as many again for commands, within `work`; then the test on the whole recording.
+/// Cost: a linearisation. Where the plant is far off, for each part up to [`HYPOTHESES`]
+/// linearisations, [`HYPOTHESES_FITTED`] fits and as many again for commands, within `work`; then
+/// the test on the whole recording.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {
     // channels that the plant cannot read are left to the other checks
@@ -115,7 +130,8 @@ impl Explained {
         after.is_near() && (falls || found.is_of_command(plant))
     }
 
-    /// Keeps the hypotheses that hold, best first; none where the recording is followed as labelled.
+    /// Keeps the hypotheses that hold, best first; none where the recording is followed as
+    /// labelled.
     fn keep_near(&mut self, plant: &Plant) {
         let list = core::mem::take(&mut self.list);
         if !is_near(&self.before) {
@@ -137,7 +153,8 @@ impl Explained {
     }
 }
 
-/// Mistakes that explain the misfit of `recording`; empty where it is followed, `None` where no budget is left.
+/// Mistakes that explain the misfit of `recording`; empty where it is followed, `None` where no
+/// budget is left.
 fn explained(evaluator: &PlantEvaluator<'_>, recording: &Recording) -> Option<Explained> {
     if !evaluator.affords(recording, ParameterChoice::Fitted, OMITTED_PARTS) {
         return None;
@@ -359,7 +376,8 @@ impl Mislabelled {
     }
 }
 
-/// Every channel that the plant reads or is driven by, and all sensors of one kind together, by every factor of their quantity; any two of one quantity exchanged.
+/// Every channel that the plant reads or is driven by, and all sensors of one kind together, by
+/// every factor of their quantity; any two of one quantity exchanged.
 fn hypotheses(recording: &Recording, plant: &Plant) -> Vec<Mislabelled> {
     let recorded = |name: &String| recording.channels.iter().find(|channel| channel.name == *name);
     let sensors: Vec<&Channel> = plant.sensors.iter().filter_map(|sensor| recorded(&sensor.name)).collect();

@@ -1,13 +1,17 @@
-//! Design of the experiment that separates two effects: a menu within limits, evaluated by simulation.
+//! Design of the experiment that separates two effects: a menu within limits, evaluated by
+//! simulation.
 //!
-//! Each entry is simulated with the first effect at work and linearised as a recording of its own. With both effects' columns `c_1`, `c_2`
-//! whitened and the nominal unknowns (known as well as this recording leaves them) projected off, the second can imitate the first up to
+//! Each entry is simulated with the first effect at work and linearised as a recording of its own.
+//! With both effects' columns `c_1`, `c_2` whitened and the nominal unknowns (known as well as this
+//! recording leaves them) projected off, the second can imitate the first up to
 //!
 //! ```text
 //! d = |a| |c_1'| √(1 − ρ²),   ρ = cos(c_1', c_2')
 //! ```
 //!
-//! the discriminating power: standard errors between the best fits of the two (Atkinson and Fedorov's T-optimality, linearised). An entry drives one free actuator, or scales the references of closed loops or the initial state.
+//! the discriminating power: standard errors between the best fits of the two (Atkinson and
+//! Fedorov's T-optimality, linearised). An entry drives one free actuator, or scales the references
+//! of closed loops or the initial state.
 
 use crate::score::{Candidate, Score, columns, cosine, scores};
 use channels::Recording;
@@ -27,7 +31,8 @@ pub struct Experiment {
     pub d: f64,
 }
 
-/// Discriminating power [standard errors] below which no entry separates the two: two-sided 0.3 % of a normal distribution.
+/// Discriminating power [standard errors] below which no entry separates the two: two-sided 0.3 %
+/// of a normal distribution.
 pub const SEPARATES: f64 = 3.0;
 /// Bound of the control periods of a simulated entry.
 const PERIODS_MAX: f64 = 20_000.0;
@@ -36,7 +41,8 @@ const SCALES: [f64; 2] = [0.3, 2.0];
 
 /// The two effects to separate, and the limits of the experiment.
 pub struct Question<'a> {
-    /// With the first effect; parameters as fitted, with their standard deviations on this recording.
+    /// With the first effect; parameters as fitted, with their standard deviations on this
+    /// recording.
     pub plant: &'a Plant,
     pub first: &'a Candidate,
     /// Amplitude of the first along each of its directions.
@@ -47,7 +53,8 @@ pub struct Question<'a> {
     pub flown: &'a [f64],
 }
 
-/// All feasible entries by falling discriminating power. Cost: for each entry a simulation, a linearisation and two columns.
+/// All feasible entries by falling discriminating power. Cost: for each entry a simulation, a
+/// linearisation and two columns.
 pub fn menu(question: &Question<'_>, threads: usize) -> Vec<Experiment> {
     let period_s = question.plant.simulation.period_s;
     let duration_s = question.duration_s.min(PERIODS_MAX * period_s);

@@ -1,12 +1,17 @@
 //! Omnibus test of the residuals: energy in time–frequency bins.
 //!
-//! Whitened innovations of every channel and run go through an orthonormal Haar transform and, whole, a Fourier transform; both leave white noise white. A time–frequency bin is a window of `n` coefficients of one octave (or of the samples themselves), or of the real and imaginary parts of neighbouring lines of the spectrum; with energy `E` its evidence against unit variance is
+//! Whitened innovations of every channel and run go through an orthonormal Haar transform and,
+//! whole, a Fourier transform; both leave white noise white. A time–frequency bin is a window of
+//! `n` coefficients of one octave (or of the samples themselves), or of the real and imaginary
+//! parts of neighbouring lines of the spectrum; with energy `E` its evidence against unit variance
+//! is
 //!
 //! ```text
 //! 2 ln p(E) / p(E | 1) = E − n − n ln(E / n),   E > n
 //! ```
 //!
-//! The test shows that residual energy is left and where, never what it is: an unknown law and unknown noise look alike here.
+//! The test shows that residual energy is left and where, never what it is: an unknown law and
+//! unknown noise look alike here.
 
 use identification::fit::EstimationSession;
 use identification::problem::Timeline;
@@ -40,16 +45,19 @@ impl StrongestBin {
         (self.tried as f64 * libm::exp(-0.5 * self.evidence)).min(1.0)
     }
 
-    /// Its evidence is beyond that of the largest of so many bins of white noise at the level `alpha`.
+    /// Its evidence is beyond that of the largest of so many bins of white noise at the level
+    /// `alpha`.
     #[must_use]
     pub fn is_significant(&self, alpha: f64) -> bool {
         self.p() < alpha
     }
 }
 
-/// Whitened innovations beyond this are clipped [standard deviations]: 6e-5 of a normal distribution. Chosen, no derivation.
+/// Whitened innovations beyond this are clipped [standard deviations]: 6e-5 of a normal
+/// distribution. Chosen, no derivation.
 const OUTLIER_SIGMA: f64 = 4.0;
-/// Largest share of a channel's samples that outliers may be. Chosen, no derivation: more often they may be a law of every reversal or contact.
+/// Largest share of a channel's samples that outliers may be. Chosen, no derivation: more often
+/// they may be a law of every reversal or contact.
 const OUTLIER_SHARE_MAX: f64 = 0.01;
 
 /// Isolated innovations of one channel that are too large for a normal distribution.
@@ -73,7 +81,8 @@ impl Outliers {
     }
 }
 
-/// Outliers of every channel that has some, the largest first, and the bin of most evidence once they are clipped.
+/// Outliers of every channel that has some, the largest first, and the bin of most evidence once
+/// they are clipped.
 #[must_use]
 pub fn without_outliers(session: &EstimationSession<'_>, r: &[f64]) -> (Vec<Outliers>, Option<StrongestBin>) {
     let clipped: Vec<f64> = r.iter().map(|r| r.clamp(-OUTLIER_SIGMA, OUTLIER_SIGMA)).collect();
@@ -137,7 +146,8 @@ fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
     (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).skip(INITIAL_TRANSIENT_SAMPLES).collect()
 }
 
-/// The bin of most evidence of whitened innovations `r` of all runs; `None` where every run is too short. Cost: O(n log n) for each channel.
+/// The bin of most evidence of whitened innovations `r` of all runs; `None` where every run is too
+/// short. Cost: O(n log n) for each channel.
 #[must_use]
 pub fn strongest_bin(session: &EstimationSession<'_>, r: &[f64]) -> Option<StrongestBin> {
     let mut list = Vec::new();
@@ -184,7 +194,8 @@ fn bands(series: &[f64]) -> Vec<Band> {
     list
 }
 
-/// Real and imaginary parts of the lines between zero and half the sampling frequency, of unit variance each for white noise of unit variance.
+/// Real and imaginary parts of the lines between zero and half the sampling frequency, of unit
+/// variance each for white noise of unit variance.
 fn spectrum(series: &[f64]) -> Option<Band> {
     let lines = (series.len() - 1) / 2;
     let transform = RealFftPlanner::new().plan_fft_forward(series.len());
@@ -195,7 +206,8 @@ fn spectrum(series: &[f64]) -> Option<Band> {
     (lines > 0).then_some(Band { w, along: Along::Frequency { samples: series.len() } })
 }
 
-/// Evidence, first coefficient and length of the window of most evidence, and how many were tested. Windows overlap by half.
+/// Evidence, first coefficient and length of the window of most evidence, and how many were tested.
+/// Windows overlap by half.
 fn within(w: &[f64], along: Along) -> (Option<(f64, usize, usize)>, usize) {
     let mut sums = Vec::with_capacity(w.len() + 1);
     sums.push(0.0);
@@ -242,7 +254,9 @@ mod tests {
             stood[0] += usize::from(found.is_significant(0.05));
             stood[1] += usize::from(found.is_significant(1.0));
         }
-        // At most as promised (20 of 400, and three standard deviations of that); windows overlap and a free variance has its price, but where every largest of a chance of one may pass, some do.
+        // At most as promised (20 of 400, and three standard deviations of that); windows overlap
+        // and a free variance has its price, but where every largest of a chance of one may pass,
+        // some do.
         assert!(stood[0] <= 33 && stood[1] >= 10, "{stood:?}");
     }
 
@@ -269,7 +283,8 @@ mod tests {
         assert!(found.is_significant(1e-6));
         assert_eq!((found.run, found.time_s, found.band_hz), (1, [14.0, 14.0], [0.0, 25.0]));
         let mut burst = Noise::new(4).series(2048, 1.0);
-        // amplitude two, alternating in pairs: a quarter of the sampling frequency, between the first and second octave's middle
+        // amplitude two, alternating in pairs: a quarter of the sampling frequency, between the
+        // first and second octave's middle
         (1024..1280).for_each(|k| burst[k] += if k % 4 < 2 { 2.0 } else { -2.0 });
         let found = among(&[series(0, 0.01, burst)]).expect("long enough");
         assert_eq!(found.band_hz, [12.5, 25.0]);

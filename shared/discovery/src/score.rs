@@ -1,13 +1,17 @@
-//! Every effect at every site as a direction in innovation space, projected off all nominal unknowns.
+//! Every effect at every site as a direction in innovation space, projected off all nominal
+//! unknowns.
 //!
-//! A candidate is run at a finite amplitude with the nominal gains; the change of the innovations per amplitude is its column `c`, one
-//! per direction (azimuth, phase). Off the sensitivities J and priors of the nominal plant it leaves `c'`:
+//! A candidate is run at a finite amplitude with the nominal gains; the change of the innovations
+//! per amplitude is its column `c`, one per direction (azimuth, phase). Off the sensitivities J and
+//! priors of the nominal plant it leaves `c'`:
 //!
 //! ```text
 //! T = gᵀ M⁻¹ g,   g = c'ᵀ r,   M = c'ᵀ c',   κ = 1 − |c'|²/|c|²,   amplitude for d: d / |c'|
 //! ```
 //!
-//! T is χ² when the noise is as assumed: it screens and ranks. The robust form takes the variance of the products `c'_k r_k` from their own sums over lags (Bartlett); it can only veto. Its ceiling is √(n_eff / L): a brief effect cannot pass it, whatever its size.
+//! T is χ² when the noise is as assumed: it screens and ranks. The robust form takes the variance
+//! of the products `c'_k r_k` from their own sums over lags (Bartlett); it can only veto. Its
+//! ceiling is √(n_eff / L): a brief effect cannot pass it, whatever its size.
 
 pub mod candidates;
 mod columns;
@@ -54,12 +58,15 @@ pub struct Score {
     pub projected: Vec<Vec<f64>>,
 }
 
-/// Share of its own square that a column must keep past the projection; below it is collinear with the nominal unknowns (rounding of the projection).
+/// Share of its own square that a column must keep past the projection; below it is collinear with
+/// the nominal unknowns (rounding of the projection).
 const UNABSORBED_SHARE_MIN: f64 = 1e-7;
-/// Standard errors at which an effect counts as detectable. Chosen by custom, no derivation; it sets the reported limits only.
+/// Standard errors at which an effect counts as detectable. Chosen by custom, no derivation; it
+/// sets the reported limits only.
 pub const LIMIT_D: f64 = 6.0;
 
-/// Scores of `columns` at `theta` under `noise`; `None` for those that are collinear with the unknowns.
+/// Scores of `columns` at `theta` under `noise`; `None` for those that are collinear with the
+/// unknowns.
 ///
 /// Cost: one whitening of all columns, then O(samples × unknowns) for each direction.
 pub fn scores(
@@ -209,7 +216,8 @@ pub fn event_of_sample(session: &EstimationSession<'_>) -> Vec<usize> {
     list
 }
 
-/// Cosine between the projected columns of two candidates (along their estimated directions where there are several), in [−1, 1].
+/// Cosine between the projected columns of two candidates (along their estimated directions where
+/// there are several), in [−1, 1].
 pub fn cosine(a: &Score, b: &Score) -> f64 {
     let along = |score: &Score| -> Vec<f64> {
         let n = score.projected[0].len();

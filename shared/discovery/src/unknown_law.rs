@@ -1,10 +1,14 @@
-//! A law that no entry of the catalogue describes: a smooth map of a force, or of a reading's error.
+//! A law that no entry of the catalogue describes: a smooth map of a force, or of a reading's
+//! error.
 //!
 //! ```text
 //! f(a, b) = Σ w_i φ_i(a, b),   φ Gaussians on a 5 × 5 grid over the visited box (25 along one coordinate),   w ~ N(0, s²)
 //! ```
 //!
-//! The weights have one prior scale s, which maximises the evidence; every place has its map, and the one of most evidence is taken. It is accepted when it predicts parts of the recording that it was not fitted to. Columns come from the forcing of the linear model: a force acts at a noise input, an error at the reading of its channel.
+//! The weights have one prior scale s, which maximises the evidence; every place has its map, and
+//! the one of most evidence is taken. It is accepted when it predicts parts of the recording that
+//! it was not fitted to. Columns come from the forcing of the linear model: a force acts at a noise
+//! input, an error at the reading of its channel.
 
 mod places;
 mod plain;
@@ -26,7 +30,8 @@ use nalgebra::Cholesky;
 use places::{FUNCTIONS, Span, basis, places, samples_of, visited};
 use ridge::Ridge;
 
-/// Folds of the recording, each predicted from the others; stretches that a fold is made of where the law depends on time.
+/// Folds of the recording, each predicted from the others; stretches that a fold is made of where
+/// the law depends on time.
 const FOLDS: usize = 8;
 const STRETCHES: usize = 8;
 
@@ -36,7 +41,8 @@ pub struct UnknownLaw {
     pub place: Place,
     pub names: Vec<String>,
     pub cells: Vec<Cell>,
-    /// Twice the logarithm of the evidence relative to no map, noise maximised over the hypotheses on both sides.
+    /// Twice the logarithm of the evidence relative to no map, noise maximised over the hypotheses
+    /// on both sides.
     pub evidence: f64,
     /// Number of maps tested.
     pub tried: usize,
@@ -56,13 +62,16 @@ struct Leader {
     span: Span,
 }
 
-/// Share of all work for every place on every hypothesis, and least number of places kept; beyond the share only the places that lead on the first and the last hypothesis are continued. Chosen, no derivation.
+/// Share of all work for every place on every hypothesis, and least number of places kept; beyond
+/// the share only the places that lead on the first and the last hypothesis are continued. Chosen,
+/// no derivation.
 const MAP_WORK_SHARE: f64 = 0.05;
 const PLACES_MIN: usize = 3;
 
 /// The map of most evidence about `theta`; `None` where nothing varies.
 ///
-/// Cost: [`FUNCTIONS`] columns for each place, whitened once for each hypothesis; those of the unknowns once for all places.
+/// Cost: [`FUNCTIONS`] columns for each place, whitened once for each hypothesis; those of the
+/// unknowns once for all places.
 pub fn best(
     session: &EstimationSession<'_>,
     plant: &Plant,
@@ -165,7 +174,8 @@ fn columns(
     columns
 }
 
-/// Each function as a force at a noise input: mean of both ends of an interval, and the direct part of an instant.
+/// Each function as a force at a noise input: mean of both ends of an interval, and the direct part
+/// of an instant.
 fn forces<'l>(
     linear: &'l Linear,
     propagator: &'l Propagator<'_>,

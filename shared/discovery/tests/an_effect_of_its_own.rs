@@ -1,4 +1,5 @@
-//! An effect that exists in this test alone is simulated, screened, refitted, reported and written, without another line of the program.
+//! An effect that exists in this test alone is simulated, screened, refitted, reported and written,
+//! without another line of the program.
 
 use discovery::diagnose::{Options, Verdict, diagnose};
 use dynamics::both;

@@ -10,12 +10,14 @@ pub struct Cantilever {
     pub bending_stiffness_n_m2: f64,
 }
 
-/// One clamped mode of a cantilever, its mode function normalised to unit modal mass: `∫ ρA φ² dx = 1`.
+/// One clamped mode of a cantilever, its mode function normalised to unit modal mass:
+/// `∫ ρA φ² dx = 1`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CantileverMode {
     /// Root βL of `cos(βL) cosh(βL) = −1`.
     beta_l: f64,
-    /// `(sinh − sin) / (cosh + cos)` would lose digits; this is `(cosh + cos) / (sinh + sin)` at βL.
+    /// `(sinh − sin) / (cosh + cos)` would lose digits; this is `(cosh + cos) / (sinh + sin)` at
+    /// βL.
     ratio: f64,
     amplitude: f64,
     length_m: f64,
@@ -51,7 +53,8 @@ impl CantileverMode {
     }
 }
 
-/// n-th root of `cos z cosh z = −1`, by bisection of `cos z + 1/cosh z` around (n − ½)π, where it changes sign once.
+/// n-th root of `cos z cosh z = −1`, by bisection of `cos z + 1/cosh z` around (n − ½)π, where it
+/// changes sign once.
 fn eigenvalue(number: usize) -> f64 {
     let centre = (number as f64 - 0.5) * core::f64::consts::PI;
     let f = |z: f64| libm::cos(z) + 1.0 / libm::cosh(z);
@@ -124,7 +127,8 @@ mod tests {
             let mode = BEAM.mode(n);
             assert_eq!(mode.shape(0.0), 0.0);
             let curvature = |x: f64| (mode.shape(x + h) - 2.0 * mode.shape(x) + mode.shape(x - h)) / (h * h);
-            // one-sided value at the tip falls with the distance from it (zero shear too, so quadratically)
+            // one-sided value at the tip falls with the distance from it (zero shear too, so
+            // quadratically)
             assert!((curvature(5.0 - h) / curvature(h)).abs() < 1e-4, "mode {n}");
         }
     }

@@ -1,10 +1,13 @@
-//! A plant as its file states it: bodies, joints, tanks, appendages, actuators, sensors and effects, in SI.
+//! A plant as its file states it: bodies, joints, tanks, appendages, actuators, sensors and
+//! effects, in SI.
 //!
-//! One description, four uses: simulation, identification, diagnosis, and a file with the estimates.
-//! Nothing here computes; `system` compiles a description into equations, `file` reads and writes it.
+//! One description, four uses: simulation, identification, diagnosis, and a file with the
+//! estimates. Nothing here computes; `system` compiles a description into equations, `file` reads
+//! and writes it.
 //!
-//! Frames: every vector of a body is in that body's axes; a joint's placement is in the axes of the inboard body. Planar
-//! plants move in x–y and turn about z; their vectors have z = 0, their inertia is about z alone.
+//! Frames: every vector of a body is in that body's axes; a joint's placement is in the axes of the
+//! inboard body. Planar plants move in x–y and turn about z; their vectors have z = 0, their
+//! inertia is about z alone.
 
 mod appendage;
 mod body;

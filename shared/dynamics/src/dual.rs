@@ -1,17 +1,20 @@
-//! Dual numbers: a value and its derivative in one direction, carried through every operation (forward mode).
+//! Dual numbers: a value and its derivative in one direction, carried through every operation
+//! (forward mode).
 //!
-//! `f(a + b ε) = f(a) + f′(a) b ε`, `ε² = 0` (Griewank & Walther, Evaluating Derivatives, ch. 3): exact to rounding, no step
-//! to choose. One pass gives one column of a Jacobian.
+//! `f(a + b ε) = f(a) + f′(a) b ε`, `ε² = 0` (Griewank & Walther, Evaluating Derivatives, ch. 3):
+//! exact to rounding, no step to choose. One pass gives one column of a Jacobian.
 //!
-//! Why not a crate: the published ones take sin, exp and powf from std, whose last bits are the platform's; here the
-//! value part must have the very bits that the plain program has from libm, or a filter would linearise about another state than it is in.
+//! Why not a crate: the published ones take sin, exp and powf from std, whose last bits are the
+//! platform's; here the value part must have the very bits that the plain program has from libm, or
+//! a filter would linearise about another state than it is in.
 
 use crate::real::Real;
 use core::cmp::Ordering;
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use num_traits::{One, Zero};
 
-/// `value + derivative ε`. Equality and order look at the value alone, as the branches of the plain program would.
+/// `value + derivative ε`. Equality and order look at the value alone, as the branches of the plain
+/// program would.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Dual {
     pub value: f64,
@@ -221,7 +224,8 @@ mod tests {
 
     type Function = (&'static str, fn(Dual) -> Dual, fn(f64) -> f64);
 
-    /// Each function beside its derivative as a table of derivatives prints it, which is never the expression of the code.
+    /// Each function beside its derivative as a table of derivatives prints it, which is never the
+    /// expression of the code.
     const TABLE: [Function; 12] = [
         ("sqrt", |x| x.sqrt(), |x| 1.0 / (2.0 * libm::sqrt(x))),
         ("sin", |x| x.sin(), libm::cos),
@@ -250,7 +254,8 @@ mod tests {
                 let (x, direction) = (2.5 * u + 0.05, w - 0.5);
                 let found = function(Dual::new(x, direction)).derivative;
                 let expected = derivative(x) * direction;
-                // rounding of two formulas of up to ten operations, one of them libm's exp(0.7 log x)
+                // rounding of two formulas of up to ten operations, one of them libm's exp(0.7 log
+                // x)
                 assert!((found - expected).abs() <= 1e-14 * expected.abs().max(direction.abs()), "{name} at {x}");
             }
         }

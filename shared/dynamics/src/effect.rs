@@ -1,9 +1,11 @@
 //! An effect: parameters, sites, and a law of the local state.
 //!
-//! The law runs in simulation, in the prediction of a filter and, over [`Dual`](crate::dual::Dual) numbers, in a Jacobian. The crate
-//! `catalogue` has the entries. This module has what they share, and how the effects of a plant become parameters and parts.
+//! The law runs in simulation, in the prediction of a filter and, over [`Dual`](crate::dual::Dual)
+//! numbers, in a Jacobian. The crate `catalogue` has the entries. This module has what they share,
+//! and how the effects of a plant become parameters and parts.
 //!
-//! A search knows an effect by its fields alone: [`Role`], [`Scan`] and [`Prior`] of every parameter, [`Family`], [`Limit`]s, [`Needs`].
+//! A search knows an effect by its fields alone: [`Role`], [`Scan`] and [`Prior`] of every
+//! parameter, [`Family`], [`Limit`]s, [`Needs`].
 
 mod law;
 mod parameter;
@@ -19,12 +21,14 @@ use crate::lags::FilterKind;
 /// Where in the equations an effect acts.
 #[derive(Clone, Copy)]
 pub enum Law {
-    /// Generalised force on a joint, slosh or modal coordinate: `action.force`. A tank with several axes: one call per axis,
-    /// each with the displacement along all axes.
+    /// Generalised force on a joint, slosh or modal coordinate: `action.force`. A tank with several
+    /// axes: one call per axis, each with the displacement along all axes.
     Coordinate(Both),
-    /// Wrench on a body, in body axes at its origin: `action.wrench`; mass added at its centre of mass: `action.added_mass_kg`.
+    /// Wrench on a body, in body axes at its origin: `action.wrench`; mass added at its centre of
+    /// mass: `action.added_mass_kg`.
     Body(Both),
-    /// Acting value from the commanded one: `action.value`; and a further wrench on the body of the actuator: `action.wrench`.
+    /// Acting value from the commanded one: `action.value`; and a further wrench on the body of the
+    /// actuator: `action.wrench`.
     Actuator(Both),
     /// Reading from the true value: `action.value`.
     Sensor(Both),
@@ -32,7 +36,8 @@ pub enum Law {
     ActuatorFilter(fn(&[f64]) -> FilterKind),
     /// Exact discrete filter on the reading, from the parameters.
     SensorFilter(fn(&[f64]) -> FilterKind),
-    /// Change of the description: an added part (a second slosh mass, a mode, a flexible joint) or another value of a parameter.
+    /// Change of the description: an added part (a second slosh mass, a mode, a flexible joint) or
+    /// another value of a parameter.
     Structure(fn(&mut Plant, &Site, &[f64]) -> Result<(), String>),
 }
 
@@ -41,8 +46,9 @@ pub enum Law {
 pub enum Amplitude {
     /// Every value within the range of the parameter.
     Any,
-    /// Shares μ of the mass or inertia of a body that a part takes. The largest is not negative. With the body held the part
-    /// resonates at `f √(1 − μ)`, f the frequency at which a recording shows body and part together.
+    /// Shares μ of the mass or inertia of a body that a part takes. The largest is not negative.
+    /// With the body held the part resonates at `f √(1 − μ)`, f the frequency at which a recording
+    /// shows body and part together.
     ShareOfBody,
 }
 
@@ -129,13 +135,15 @@ pub struct Effect {
     pub title: &'static str,
     /// Kinds of site at which it can act.
     pub sites: &'static [SiteKind],
-    /// Whether it can act at a site of those kinds: the imbalance of a wheel acts at wheels, not at every actuator.
+    /// Whether it can act at a site of those kinds: the imbalance of a wheel acts at wheels, not at
+    /// every actuator.
     pub applies: fn(&Plant, &Site) -> bool,
     /// Amplitudes first; a law receives their values in this order.
     pub parameters: &'static [EffectParameter],
     /// Which amplitudes are physical.
     pub amplitude: Amplitude,
-    /// Number of its own continuous states (hysteresis, integrated impulse); at most [`HIDDEN_MAX`], zero at the start.
+    /// Number of its own continuous states (hysteresis, integrated impulse); at most
+    /// [`HIDDEN_MAX`], zero at the start.
     pub hidden_states: usize,
     /// Where in the equations it acts, and its function.
     pub law: Law,
@@ -158,7 +166,8 @@ pub struct Effect {
 }
 
 impl Effect {
-    /// Default of every field that an entry does not state: any site of its kinds, no action, hidden states, needs or limits.
+    /// Default of every field that an entry does not state: any site of its kinds, no action,
+    /// hidden states, needs or limits.
     pub const PLAIN: Self = Self {
         kind: "",
         title: "",

@@ -1,13 +1,14 @@
 //! Exact discrete filters: lags and delays of actuators and sensors, never stiff states.
 //!
-//! A lag is advanced over an interval by its own closed form, however short its time constant is beside the interval. On an
-//! actuator the input is held, and the acting value is the *mean* of the lag's output over the interval: the impulse is exact, and the plant
-//! sees a held input. On a sensor the input moves on a straight line.
+//! A lag is advanced over an interval by its own closed form, however short its time constant is
+//! beside the interval. On an actuator the input is held, and the acting value is the *mean* of the
+//! lag's output over the interval: the impulse is exact, and the plant sees a held input. On a
+//! sensor the input moves on a straight line.
 //!
 //! Gates ([`Gate`]) act on the held command before all that.
 //!
-//! Delays are no state of a lag: [`HeldDelay`] keeps held commands and splits the interval in two; sensors are evaluated at the
-//! delayed instant.
+//! Delays are no state of a lag: [`HeldDelay`] keeps held commands and splits the interval in two;
+//! sensors are evaluated at the delayed instant.
 
 mod delay;
 mod gate;
@@ -30,7 +31,8 @@ pub enum FilterKind {
     SecondOrder { frequency_hz: f64, damping_ratio: f64 },
     /// `u(t − d)`; fractions of a period by splitting the held interval.
     Delay { delay_s: f64 },
-    /// A command whose impulse over one control period is below the smallest is not fired; see [`Gate`].
+    /// A command whose impulse over one control period is below the smallest is not fired; see
+    /// [`Gate`].
     MinimumImpulse { impulse_n_s: f64, interval_s: f64 },
     /// From `begin_s` on, this share of the command keeps its value at `begin_s`; see [`Gate`].
     Stuck { share: f64, begin_s: f64 },

@@ -1,12 +1,14 @@
 //! Named noise streams with random access: the k-th number is a function of (seed, name, k) alone.
 //!
-//! Generator: Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11),
-//! a counter-based generator that passes BigCrush. Key = seed; counter = (sample number, 64-bit FNV-1a hash of
-//! the stream name). Two streams differ in the counter, so they share a number only if two names collide
-//! in 64 bits. One block of 128 bits gives one normal deviate by Box–Muller.
+//! Generator: Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2,
+//! 3", SC11), a counter-based generator that passes BigCrush. Key = seed; counter = (sample number,
+//! 64-bit FNV-1a hash of the stream name). Two streams differ in the counter, so they share a
+//! number only if two names collide in 64 bits. One block of 128 bits gives one normal deviate by
+//! Box–Muller.
 //!
-//! Why not a stateful generator: a simulator restarted from a checkpoint, or a sensor added to the set, must not
-//! move any other number. With a counter there is nothing to save and nothing to advance.
+//! Why not a stateful generator: a simulator restarted from a checkpoint, or a sensor added to the
+//! set, must not move any other number. With a counter there is nothing to save and nothing to
+//! advance.
 
 /// One named stream of noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +23,8 @@ impl Stream {
         Self { seed, name_hash: fnv1a(name.as_bytes()) }
     }
 
-    /// Two uniform deviates of this sample, the first in (0, 1], the second in [0, 1); 53 bits each.
+    /// Two uniform deviates of this sample, the first in (0, 1], the second in [0, 1); 53 bits
+    /// each.
     pub fn uniform_pair(&self, sample: u64) -> [f64; 2] {
         let counter = [low(sample), high(sample), low(self.name_hash), high(self.name_hash)];
         let bits = philox4x32_10(counter, [low(self.seed), high(self.seed)]);
@@ -32,7 +35,8 @@ impl Stream {
 
     /// Standard normal deviate of this sample: `√(−2 ln u₁) cos 2πu₂` (Box and Muller, 1958).
     ///
-    /// Cost: about 40 ns, the same for every sample number. Largest possible value: √(2·53 ln 2) = 8.57.
+    /// Cost: about 40 ns, the same for every sample number. Largest possible value: √(2·53 ln 2) =
+    /// 8.57.
     pub fn normal(&self, sample: u64) -> f64 {
         let [u_1, u_2] = self.uniform_pair(sample);
         (-2.0 * libm::log(u_1)).sqrt() * cosine_of_turns(u_2)
@@ -41,8 +45,9 @@ impl Stream {
 
 /// `cos 2πu` for u in [0, 1), to one unit in the last place of one.
 ///
-/// Why not `libm::cos`: the quadrant of a random angle cannot be predicted, and each of its branches costs more than both
-/// polynomials. The reduction to an eighth of a turn is exact here; the polynomials are those of fdlibm's `k_sin.c` and `k_cos.c`.
+/// Why not `libm::cos`: the quadrant of a random angle cannot be predicted, and each of its
+/// branches costs more than both polynomials. The reduction to an eighth of a turn is exact here;
+/// the polynomials are those of fdlibm's `k_sin.c` and `k_cos.c`.
 fn cosine_of_turns(turns: f64) -> f64 {
     let quarters = 4.0 * turns;
     let nearest = (quarters + 0.5) as usize;
@@ -99,7 +104,8 @@ fn philox4x32_10(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
 mod tests {
     use super::*;
 
-    /// The three known answers that the authors of Philox publish with their reference code (Random123).
+    /// The three known answers that the authors of Philox publish with their reference code
+    /// (Random123).
     #[test]
     fn philox_reproduces_the_published_known_answers() {
         assert_eq!(philox4x32_10([0; 4], [0; 2]), [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8]);
@@ -110,7 +116,8 @@ mod tests {
         );
     }
 
-    /// The four standard errors of a sample of N normals: mean 1/√N, variance √(2/N), skewness √(6/N), kurtosis √(24/N).
+    /// The four standard errors of a sample of N normals: mean 1/√N, variance √(2/N), skewness
+    /// √(6/N), kurtosis √(24/N).
     #[test]
     fn the_first_four_moments_are_those_of_a_standard_normal() {
         let n = 1_000_000u64;
@@ -189,7 +196,8 @@ mod tests {
         }
     }
 
-    /// A change of generator, hash or transform changes every recorded digest; it must not happen unnoticed.
+    /// A change of generator, hash or transform changes every recorded digest; it must not happen
+    /// unnoticed.
     #[test]
     fn the_stream_is_pinned_by_an_independent_computation() {
         // FNV-1a test vector of its authors: "foobar"

@@ -1,8 +1,10 @@
-//! The scalars all of the plant's equations are written in: `f64`, and [`Dual`](crate::dual::Dual) for exact derivatives.
+//! The scalars all of the plant's equations are written in: `f64`, and [`Dual`](crate::dual::Dual)
+//! for exact derivatives.
 //!
-//! One formulation serves simulation and linearisation, so a Jacobian can never belong to another model than the one that is
-//! simulated. Elementary functions come from `libm`, never from the platform: equal inputs give equal bits everywhere.
-//! `sqrt`, `abs` and the four operations are exact in IEEE 754 and need no library.
+//! One formulation serves simulation and linearisation, so a Jacobian can never belong to another
+//! model than the one that is simulated. Elementary functions come from `libm`, never from the
+//! platform: equal inputs give equal bits everywhere. `sqrt`, `abs` and the four operations are
+//! exact in IEEE 754 and need no library.
 
 use core::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use num_traits::{One, Zero};

@@ -1,7 +1,9 @@
-//! Commands, references and prescribed motions as functions of time, with their two analytic derivatives.
+//! Commands, references and prescribed motions as functions of time, with their two analytic
+//! derivatives.
 //!
-//! A signal is a sum of terms. Each term runs on its own time, counted from its beginning, and is zero outside
-//! `[begin, end)`. Jumps have no derivative here: rate and acceleration are those of the pieces between them.
+//! A signal is a sum of terms. Each term runs on its own time, counted from its beginning, and is
+//! zero outside `[begin, end)`. Jumps have no derivative here: rate and acceleration are those of
+//! the pieces between them.
 
 mod table;
 
@@ -20,7 +22,8 @@ pub struct SignalError {
 /// An instant meant to lie on an edge must not fall before it by rounding [s].
 pub const EDGE_S: f64 = 1e-9;
 
-/// Value of a signal and its derivatives, in the SI unit of the driven input, per second, per second squared.
+/// Value of a signal and its derivatives, in the SI unit of the driven input, per second, per
+/// second squared.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SignalValue {
     pub value: f64,
@@ -106,7 +109,8 @@ pub struct SignalSum {
 }
 
 impl SignalSum {
-    /// Sum of `signals`; `duration_s` ends the terms that state no end. `of` names the signal in an error.
+    /// Sum of `signals`; `duration_s` ends the terms that state no end. `of` names the signal in an
+    /// error.
     ///
     /// # Errors
     /// A period, width or frequency span that has no meaning, a table whose times do not increase.
@@ -128,7 +132,8 @@ impl SignalSum {
 
     /// Value, rate and acceleration at `t_s`.
     ///
-    /// Cost: one sine and cosine per sinusoid or Fourier series, a binary search per table; no allocation.
+    /// Cost: one sine and cosine per sinusoid or Fourier series, a binary search per table; no
+    /// allocation.
     pub fn at(&self, t_s: f64) -> SignalValue {
         let mut sum = SignalValue::default();
         for term in &self.terms {
@@ -233,8 +238,8 @@ impl Shape {
     }
 }
 
-/// Equal amplitudes `rms √(2/N)` with the phases `−π n (n − 1) / N`, n = 1..N, that keep the crest factor near that of a
-/// swept sine (Schroeder, IEEE Trans. Information Theory 16, 1970).
+/// Equal amplitudes `rms √(2/N)` with the phases `−π n (n − 1) / N`, n = 1..N, that keep the crest
+/// factor near that of a swept sine (Schroeder, IEEE Trans. Information Theory 16, 1970).
 fn multisine(rms: f64, period_s: f64, first: u32, last: u32) -> Result<Shape, &'static str> {
     positive(period_s, "the period of a multisine must be positive")?;
     if first == 0 || last < first {
@@ -261,7 +266,8 @@ fn fourier(offset: f64, period_s: f64, mut sine: Vec<f64>, mut cosine: Vec<f64>)
     Ok(Shape::Fourier { offset, omega_rad_s: TAU / period_s, harmonics })
 }
 
-/// `offset + Σ (a_k sin kωt − b_k cos kωt)/(kω)`, the harmonics by the sum of angles: its rounding grows like that of `kωt`.
+/// `offset + Σ (a_k sin kωt − b_k cos kωt)/(kω)`, the harmonics by the sum of angles: its rounding
+/// grows like that of `kωt`.
 fn fourier_at(offset: f64, omega_rad_s: f64, harmonics: &[[f64; 2]], t_s: f64) -> SignalValue {
     let (mut value, mut rate, mut acceleration) = (0.0, 0.0, 0.0);
     let (sin_1, cos_1) = libm::sincos(omega_rad_s * t_s);

@@ -5,15 +5,18 @@
 //! x = [positions of joints | modal coordinates | velocities of joints, modal rates, wheel speeds | hidden states of effects]
 //! ```
 //!
-//! [`System::new`] turns bodies, tanks, appendages, actuators, sensors and effects into flat lists once; a call walks them. The
-//! functions are generic over [`Pick`]: `f64` simulates, [`Dual`](crate::dual::Dual) numbers differentiate the same code.
-//! Nothing is allocated after [`Workspace::new`].
+//! [`System::new`] turns bodies, tanks, appendages, actuators, sensors and effects into flat lists
+//! once; a call walks them. The functions are generic over [`Pick`]: `f64` simulates,
+//! [`Dual`](crate::dual::Dual) numbers differentiate the same code. Nothing is allocated after
+//! [`Workspace::new`].
 //!
-//! Noise, range, quantisation, lags, delays and sampling belong to the simulator that drives a system.
+//! Noise, range, quantisation, lags, delays and sampling belong to the simulator that drives a
+//! system.
 //!
-//! Conventions: a free body has position (inertial axes) and angle or quaternion `[w, x, y, z]`, and the rate `[ω, v]` of its
-//! origin in body axes. Prescribed joints are functions of time: their position, rate and acceleration are inputs, not states.
-//! A prescribed base accelerates the frame in which everything else is written: states are relative to it, readings are not.
+//! Conventions: a free body has position (inertial axes) and angle or quaternion `[w, x, y, z]`,
+//! and the rate `[ω, v]` of its origin in body axes. Prescribed joints are functions of time: their
+//! position, rate and acceleration are inputs, not states. A prescribed base accelerates the frame
+//! in which everything else is written: states are relative to it, readings are not.
 
 mod actuation;
 mod apart;
@@ -66,7 +69,8 @@ pub enum FilterPlace {
     Output(usize),
 }
 
-/// A filter that an effect requires of the simulator; lags and delays of the sensors themselves are not repeated here.
+/// A filter that an effect requires of the simulator; lags and delays of the sensors themselves are
+/// not repeated here.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Filter {
     pub site: Site,
@@ -103,10 +107,12 @@ pub struct System {
 }
 
 impl System {
-    /// Compiles `plant` with the effects of its catalogue. Those that change its structure are applied to a copy first.
+    /// Compiles `plant` with the effects of its catalogue. Those that change its structure are
+    /// applied to a copy first.
     ///
     /// # Errors
-    /// A name that does not exist, an effect at a site it cannot sit at, or bodies without mass where one must move.
+    /// A name that does not exist, an effect at a site it cannot sit at, or bodies without mass
+    /// where one must move.
     pub fn new(plant: &Plant) -> Result<Self, SystemError> {
         compile::compile(plant)
     }
@@ -141,7 +147,8 @@ impl System {
         self.layout.hidden_at()..self.layout.states_len()
     }
 
-    /// Some effect acts by a law on coordinates, bodies or actuators; those at sensors do not move anything.
+    /// Some effect acts by a law on coordinates, bodies or actuators; those at sensors do not move
+    /// anything.
     pub fn has_laws(&self) -> bool {
         let terms = &self.effects;
         !(terms.coordinates.is_empty() && terms.bodies.is_empty() && terms.actuators.is_empty())
@@ -152,7 +159,8 @@ impl System {
         self.joints.iter().position(|joint| joint.name == name)
     }
 
-    /// The tree of bodies, tanks, modes and wheels: bodies first, in their order, then the links of the tanks.
+    /// The tree of bodies, tanks, modes and wheels: bodies first, in their order, then the links of
+    /// the tanks.
     pub fn model(&self) -> &Model {
         &self.model
     }

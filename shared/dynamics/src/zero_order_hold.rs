@@ -4,8 +4,9 @@ use nalgebra::DMatrix;
 
 /// `x' = A x + B u` with u held for `step_s`: returns `(e^{A h}, ∫₀ʰ e^{A s} ds B)`.
 ///
-/// One exponential of `[[A, B], [0, 0]] h` (Van Loan 1978) by scaling, Taylor series and squaring. Relative error a few ε while
-/// the scaled norm stays below ½, where 18 terms leave 0.5¹⁹/19! = 2e-23.
+/// One exponential of `[[A, B], [0, 0]] h` (Van Loan 1978) by scaling, Taylor series and squaring.
+/// Relative error a few ε while the scaled norm stays below ½, where 18 terms leave 0.5¹⁹/19! =
+/// 2e-23.
 pub fn discretise(a: &DMatrix<f64>, b: &DMatrix<f64>, step_s: f64) -> (DMatrix<f64>, DMatrix<f64>) {
     assert!(step_s > 0.0 && step_s.is_finite());
     let (n, inputs) = (a.nrows(), b.ncols());

@@ -1,8 +1,9 @@
-//! Is the estimator honest? NEES and NIS against their χ² bands, and whiteness at several time scales.
+//! Is the estimator honest? NEES and NIS against their χ² bands, and whiteness at several time
+//! scales.
 //!
-//! A χ² over single samples misses small persistent errors: one tenth of a standard deviation, constant over 10⁴
-//! samples, moves it by half a sigma of its own spread, but moves the mean of 100 samples by a whole one. Whiteness is
-//! therefore tested on block means of 1, 10 and 100 samples.
+//! A χ² over single samples misses small persistent errors: one tenth of a standard deviation,
+//! constant over 10⁴ samples, moves it by half a sigma of its own spread, but moves the mean of 100
+//! samples by a whole one. Whiteness is therefore tested on block means of 1, 10 and 100 samples.
 //!
 //! | file | subject |
 //! |---|---|
@@ -49,7 +50,8 @@ impl ChiSquareMean {
         self.count
     }
 
-    /// Sum over all degrees of freedom: one when the model and its covariance hold; `None` before the first value.
+    /// Sum over all degrees of freedom: one when the model and its covariance hold; `None` before
+    /// the first value.
     pub fn per_degree(&self) -> Option<f64> {
         (self.degrees > 0).then(|| self.sum / self.degrees as f64)
     }
@@ -59,7 +61,8 @@ impl ChiSquareMean {
         (self.count > 0).then(|| self.sum / self.count as f64)
     }
 
-    /// Two-sided band of [`Self::per_degree`] that holds with `confidence` when the values are independent.
+    /// Two-sided band of [`Self::per_degree`] that holds with `confidence` when the values are
+    /// independent.
     pub fn band_per_degree(&self, confidence: f64) -> Option<(f64, f64)> {
         let degrees = self.degrees as f64;
         let tail = (1.0 - confidence) / 2.0;

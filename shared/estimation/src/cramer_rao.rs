@@ -1,4 +1,5 @@
-//! Fisher information of an experiment and the Cramér–Rao bound on the covariance of any unbiased estimator.
+//! Fisher information of an experiment and the Cramér–Rao bound on the covariance of any unbiased
+//! estimator.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -25,10 +26,11 @@ impl<const P: usize> FisherInformation<P> {
         self.matrix += sensitivity * sensitivity.transpose() / variance;
     }
 
-    /// Lower bound on the covariance; `None` when some direction of the parameters leaves no trace in the data.
+    /// Lower bound on the covariance; `None` when some direction of the parameters leaves no trace
+    /// in the data.
     ///
-    /// "No trace": information scaled to unit diagonal is not positive, or its weakest Cholesky pivot is below
-    /// 1e-7 (condition above ~1e14, where the inverse is rounding).
+    /// "No trace": information scaled to unit diagonal is not positive, or its weakest Cholesky
+    /// pivot is below 1e-7 (condition above ~1e14, where the inverse is rounding).
     pub fn bound(&self) -> Option<SMatrix<f64, P, P>> {
         let diagonal = self.matrix.diagonal();
         if !diagonal.iter().all(|value| *value > 0.0 && value.is_finite()) {

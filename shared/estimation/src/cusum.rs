@@ -1,14 +1,16 @@
-//! Cumulative sums: a small lasting change of a mean, seen as early as a stated rate of false alarms allows.
+//! Cumulative sums: a small lasting change of a mean, seen as early as a stated rate of false
+//! alarms allows.
 //!
 //! Page's two-sided CUSUM over normalised values `x`:
 //!
 //! `S⁺ ← max(0, S⁺ + x − k)`, `S⁻ ← max(0, S⁻ − x − k)`, alarm when either exceeds `H`.
 //!
-//! `H` follows from the false-alarm probability over a stated number of samples through Siegmund's mean run length
-//! `(e^{2kb} − 2kb − 1)/(2k²)`, `b = H + 1.166`, for each side (Siegmund 1985). A shift of δ sigmas is seen after about
-//! `H/(δ − k)` samples.
+//! `H` follows from the false-alarm probability over a stated number of samples through Siegmund's
+//! mean run length `(e^{2kb} − 2kb − 1)/(2k²)`, `b = H + 1.166`, for each side (Siegmund 1985). A
+//! shift of δ sigmas is seen after about `H/(δ − k)` samples.
 //!
-//! *Why not a χ² per sample?* It needs 5 σ in one sample for the same rate; the CUSUM sees 1 σ within 35 samples.
+//! *Why not a χ² per sample?* It needs 5 σ in one sample for the same rate; the CUSUM sees 1 σ
+//! within 35 samples.
 
 use serde::{Deserialize, Serialize};
 
@@ -25,14 +27,15 @@ pub struct FalseAlarm {
     pub samples: f64,
 }
 
-/// Mean number of samples until one side alone passes `limit` on white unit noise (Siegmund's approximation).
+/// Mean number of samples until one side alone passes `limit` on white unit noise (Siegmund's
+/// approximation).
 fn mean_run_length(limit: f64) -> f64 {
     let x = 2.0 * SLACK * (limit + OVERSHOOT);
     (libm::exp(x) - x - 1.0) / (2.0 * SLACK * SLACK)
 }
 
-/// Limit at which both sides together alarm with the stated probability: alarms come as a Poisson process of rate
-/// `2/ARL`, so `ARL = −2 N / ln(1 − P)`.
+/// Limit at which both sides together alarm with the stated probability: alarms come as a Poisson
+/// process of rate `2/ARL`, so `ARL = −2 N / ln(1 − P)`.
 pub fn cusum_limit(alarm: FalseAlarm) -> f64 {
     const BISECTIONS: u32 = 60;
     assert!(alarm.probability > 0.0);
@@ -66,7 +69,8 @@ impl Cusum {
         self.limit
     }
 
-    /// The larger of both sums after `normalised`; a slack beyond [`SLACK`] can only lower the rate of false alarms.
+    /// The larger of both sums after `normalised`; a slack beyond [`SLACK`] can only lower the rate
+    /// of false alarms.
     pub fn push(&mut self, normalised: f64, slack: f64) -> f64 {
         self.upper = (self.upper + normalised - slack).max(0.0);
         self.lower = (self.lower - normalised - slack).max(0.0);
@@ -81,12 +85,14 @@ const BASELINE_MIN: u32 = 8;
 /// Errors of the learned mean and scatter that are allowed for [standard deviations].
 const BASELINE_SIGMAS: f64 = 3.0;
 
-/// A jump of a signal away from its own running mean, by a CUSUM that starts itself (after Hawkins 1987).
+/// A jump of a signal away from its own running mean, by a CUSUM that starts itself (after Hawkins
+/// 1987).
 ///
-/// With `n` samples behind it, at most [`BASELINE_SAMPLES`], mean and scatter are known to `σ/√n` and `σ/√(2n)`. The
-/// scatter is taken larger and the slack wider by three of these, so alarms come no oftener than stated from the first
-/// decision on. The scatter is never taken smaller than the noise the sensors must have. Afterwards the mean follows
-/// with gain `1/n`: it does not detect a constant error, nor a drift of up to half a sigma in `n` samples.
+/// With `n` samples behind it, at most [`BASELINE_SAMPLES`], mean and scatter are known to `σ/√n`
+/// and `σ/√(2n)`. The scatter is taken larger and the slack wider by three of these, so alarms come
+/// no oftener than stated from the first decision on. The scatter is never taken smaller than the
+/// noise the sensors must have. Afterwards the mean follows with gain `1/n`: it does not detect a
+/// constant error, nor a drift of up to half a sigma in `n` samples.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JumpDetector {
     cusum: Cusum,
@@ -112,9 +118,10 @@ impl JumpDetector {
         1.0 / f64::from((self.samples + 1).min(BASELINE_SAMPLES))
     }
 
-    /// Takes a value with the sensor noise it must have (0: not known) and the error `drift_sigma` that a model may
-    /// have made since the baseline, which widens the slack by three times itself. `None` while too little is known,
-    /// else the statistic: a jump when it exceeds [`Self::limit`].
+    /// Takes a value with the sensor noise it must have (0: not known) and the error `drift_sigma`
+    /// that a model may have made since the baseline, which widens the slack by three times itself.
+    /// `None` while too little is known, else the statistic: a jump when it exceeds
+    /// [`Self::limit`].
     ///
     /// Values must be finite.
     pub fn push(&mut self, value: f64, noise_sigma: f64, drift_sigma: f64) -> Option<f64> {
@@ -132,7 +139,8 @@ impl JumpDetector {
         let n = f64::from(self.samples);
         let scatter = libm::sqrt(self.squares / (n - 1.0)) * (1.0 + BASELINE_SIGMAS / libm::sqrt(2.0 * n));
         let sigma = scatter.max(noise_sigma);
-        // A signal without any noise (a dead sensor, a constant) has no scale on which a jump could be judged.
+        // A signal without any noise (a dead sensor, a constant) has no scale on which a jump could
+        // be judged.
         (sigma > 0.0).then(|| {
             let slack = SLACK + BASELINE_SIGMAS * (1.0 / libm::sqrt(n) + drift_sigma / sigma);
             self.cusum.push((value - self.mean) / sigma, slack)
@@ -147,7 +155,8 @@ mod tests {
 
     #[test]
     fn alarms_on_unit_noise_come_as_often_as_stated() {
-        // 2000 runs of 2000 samples at 20 %: 400 ± 18; Siegmund's approximation is good to about 5 % here.
+        // 2000 runs of 2000 samples at 20 %: 400 ± 18; Siegmund's approximation is good to about 5
+        // % here.
         let often = FalseAlarm { probability: 0.2, samples: 2000.0 };
         let mut alarms = 0;
         for seed in 0..2000 {
@@ -167,7 +176,8 @@ mod tests {
                 let seen = (1..1000).find(|_| cusum.push(noise.normal() - shift, SLACK) > limit);
                 sum += f64::from(seen.expect("a persistent shift is seen"));
             }
-            // (H + overshoot + start-up)/(δ − k), overshoot and start-up together up to 2 sigmas + one sample.
+            // (H + overshoot + start-up)/(δ − k), overshoot and start-up together up to 2 sigmas +
+            // one sample.
             let (mean, expected) = (sum / 200.0, limit / (shift - SLACK));
             assert!(
                 mean > 0.9 * expected && mean < expected + 2.0 / (shift - SLACK) + 1.0,
@@ -204,7 +214,8 @@ mod tests {
                 let statistic = jump.push(drift + noise.normal(), 1.0, 0.0).unwrap_or(0.0);
                 assert!(statistic <= jump.limit(), "seed {seed}, sample {k}");
             }
-            // Scatter taken 1.2 times: 3.3 sigmas at first against a slack of 0.8 and a limit of 18, the mean behind by 100.
+            // Scatter taken 1.2 times: 3.3 sigmas at first against a slack of 0.8 and a limit of
+            // 18, the mean behind by 100.
             let mean = jump.mean;
             let seen = (0..100).find(|_| jump.push(mean + 4.0 + noise.normal(), 1.0, 0.0) > Some(jump.limit()));
             assert!(seen.is_some(), "seed {seed}");

@@ -1,8 +1,10 @@
-//! Generalised total least squares: noisy regressors with a known covariance, an observation without noise.
+//! Generalised total least squares: noisy regressors with a known covariance, an observation
+//! without noise.
 //!
-//! `min ‖Y α − b‖² / (α' S α)`, S the mean noise covariance of a row. With the exact column first, `[b Y] = Q R`: the first row
-//! of R is met exactly, and the remainder, whitened by `S = L L'`, is a smallest right singular vector (Golub, Hoffman, Stewart
-//! 1987; Van Huffel, Vandewalle 1989). Plain total least squares is `S = 1` and `b` as noisy as the rest.
+//! `min ‖Y α − b‖² / (α' S α)`, S the mean noise covariance of a row. With the exact column first,
+//! `[b Y] = Q R`: the first row of R is met exactly, and the remainder, whitened by `S = L L'`, is
+//! a smallest right singular vector (Golub, Hoffman, Stewart 1987; Van Huffel, Vandewalle 1989).
+//! Plain total least squares is `S = 1` and `b` as noisy as the rest.
 
 use crate::total_least_squares::{TlsError, rotate_in, smallest_right_singular_vector};
 use nalgebra::{SMatrix, SVector};
@@ -24,7 +26,8 @@ impl<const P: usize, const A: usize> Default for GeneralisedTotalLeastSquares<P,
 }
 
 impl<const P: usize, const A: usize> GeneralisedTotalLeastSquares<P, A> {
-    /// Rotates one row into the factor; `noise` (P × C) are the columns `σ_c ∂y/∂c`. O(A² + P² C), no allocation.
+    /// Rotates one row into the factor; `noise` (P × C) are the columns `σ_c ∂y/∂c`. O(A² + P² C),
+    /// no allocation.
     pub fn push<const C: usize>(&mut self, regressor: &SVector<f64, P>, observed: f64, noise: &SMatrix<f64, P, C>) {
         let row = SVector::<f64, A>::from_fn(|i, _| if i == 0 { observed } else { regressor[i - 1] });
         rotate_in(&mut self.factor, row);
@@ -33,8 +36,9 @@ impl<const P: usize, const A: usize> GeneralisedTotalLeastSquares<P, A> {
     }
 
     /// # Errors
-    /// [`TlsError::Nongeneric`]: no finite α explains the data. [`TlsError::NoiseSingular`]: some combination of the columns is
-    /// free of noise, so that no division by its noise is possible; weight with [`crate::weighted_pass`] instead.
+    /// [`TlsError::Nongeneric`]: no finite α explains the data. [`TlsError::NoiseSingular`]: some
+    /// combination of the columns is free of noise, so that no division by its noise is possible;
+    /// weight with [`crate::weighted_pass`] instead.
     pub fn estimate(&self) -> Result<SVector<f64, P>, TlsError> {
         if self.rows < A as u64 {
             return Err(TlsError::TooFewRows { got: self.rows, need: A as u64 });

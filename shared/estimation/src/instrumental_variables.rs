@@ -1,7 +1,9 @@
-//! Instrumental variables: noisy rows, and instruments correlated with the signal but not with the noise.
+//! Instrumental variables: noisy rows, and instruments correlated with the signal but not with the
+//! noise.
 //!
-//! `(Σ w ζ y') α = Σ w ζ b`: consistent however large the noise of `y`, if only `ζ` is independent of it (Söderström, Stoica
-//! 1983). The instruments come from simulating the model at the last estimate along the commanded motion; a few passes settle.
+//! `(Σ w ζ y') α = Σ w ζ b`: consistent however large the noise of `y`, if only `ζ` is independent
+//! of it (Söderström, Stoica 1983). The instruments come from simulating the model at the last
+//! estimate along the commanded motion; a few passes settle.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -32,7 +34,8 @@ impl<const P: usize> Default for InstrumentalVariables<P> {
 }
 
 impl<const P: usize> InstrumentalVariables<P> {
-    /// One row `y' α = b` with its instrument, weight w, and the variance s² of its residual. O(P²), no allocation.
+    /// One row `y' α = b` with its instrument, weight w, and the variance s² of its residual.
+    /// O(P²), no allocation.
     pub fn push(
         &mut self,
         instrument: &SVector<f64, P>,
@@ -47,7 +50,8 @@ impl<const P: usize> InstrumentalVariables<P> {
         self.rows += 1;
     }
 
-    /// `α = (Σ w ζ y')⁻¹ Σ w ζ b`, covariance `(Σ w ζ y')⁻¹ (Σ w² s² ζ ζ') (Σ w ζ y')⁻ᵀ` for independent residuals.
+    /// `α = (Σ w ζ y')⁻¹ Σ w ζ b`, covariance `(Σ w ζ y')⁻¹ (Σ w² s² ζ ζ') (Σ w ζ y')⁻ᵀ` for
+    /// independent residuals.
     ///
     /// # Errors
     /// [`InstrumentError::InstrumentsWeak`].

@@ -1,8 +1,8 @@
 //! Recursive, fixed-memory estimators and the statistics that test their consistency.
 //!
-//! What it is: least squares with noisy rows (weighted, total, instrumental), a square-root unscented Kalman filter,
-//! information bounds, tests of consistency and of lasting changes. Every size is a const generic; every loop has a
-//! stated bound. No std, no alloc: the crate flies.
+//! What it is: least squares with noisy rows (weighted, total, instrumental), a square-root
+//! unscented Kalman filter, information bounds, tests of consistency and of lasting changes. Every
+//! size is a const generic; every loop has a stated bound. No std, no alloc: the crate flies.
 //!
 //! May import: nalgebra, libm, serde.
 //!
@@ -27,21 +27,22 @@
 //!
 //! | file | subject |
 //! |---|---|
-//! | `weighted_least_squares` | errors-in-variables least squares with noise compensation and late weights |
+//! | `weighted_least_squares` | errors-in-variables least squares, noise compensated |
 //! | `weighted_pass` | the same in batch: one pass at fixed weights |
 //! | `golden_section` | minimum of a function of one variable |
 //! | `identifiability` | what data did to a prior: identified, prior kept, not excited |
-//! | `instrumental_variables` | rows with noise, instruments without; with the row as its own instrument, least squares |
+//! | `instrumental_variables` | noisy rows, instruments without noise |
 //! | `generalised_total_least_squares` | noise covariance of the columns, observation exact |
 //! | `total_least_squares` | the seed's estimator, streamed through the Givens factor of `[Y b]` |
 //! | `unscented` | square-root unscented Kalman filter; the trait of models in state space |
-//! | `consistency` | NEES, NIS, χ² bands; whiteness on block means and by Ljung and Box; score tests |
+//! | `consistency` | NEES, NIS, χ² bands; whiteness; score tests |
 //! | `cramer_rao` | Fisher information and the bound it implies |
 //! | `cusum` | a lasting change of a mean: cumulative sums, jump from a running mean |
 //! | `quantiles` | median and quantiles by linear interpolation |
 //!
-//! *Why no trait for "linear in the parameters"?* Only one estimator here consumes rows, and it takes the row as a
-//! value ([`weighted_least_squares::NoisyRow`]); a trait would have a single implementor.
+//! *Why no trait for "linear in the parameters"?* Only one estimator here consumes rows, and it
+//! takes the row as a value ([`weighted_least_squares::NoisyRow`]); a trait would have a single
+//! implementor.
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -76,21 +77,25 @@ pub struct Innovation {
     pub innovation: f64,
     /// Variance the estimator expected of it, its own uncertainty included.
     pub variance: f64,
-    /// Part of `variance` that the sensors alone account for; the rest is uncertainty of the estimate.
+    /// Part of `variance` that the sensors alone account for; the rest is uncertainty of the
+    /// estimate.
     pub noise_variance: f64,
-    /// `innovation² / (5² variance)`: above one, the measurement lies outside five standard deviations.
+    /// `innovation² / (5² variance)`: above one, the measurement lies outside five standard
+    /// deviations.
     pub test_ratio: f64,
 }
 
 impl Innovation {
-    /// The innovation with its variance, the sum of `noise_variance` and of the `uncertainty` of the prediction.
+    /// The innovation with its variance, the sum of `noise_variance` and of the `uncertainty` of
+    /// the prediction.
     pub fn new(innovation: f64, noise_variance: f64, uncertainty: f64) -> Self {
         let variance = noise_variance + uncertainty;
         let test_ratio = innovation * innovation / (GATE_SIGMAS * GATE_SIGMAS * variance);
         Self { innovation, variance, noise_variance, test_ratio }
     }
 
-    /// Share of the expected variance that is the estimate's own uncertainty, relative to the sensors' share.
+    /// Share of the expected variance that is the estimate's own uncertainty, relative to the
+    /// sensors' share.
     pub fn uncertainty_over_noise(&self) -> f64 {
         (self.variance - self.noise_variance) / self.noise_variance
     }

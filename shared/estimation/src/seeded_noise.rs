@@ -1,4 +1,5 @@
-//! Seeded normal deviates for the tests of this crate and of those that fly it: splitmix64 and Box–Muller.
+//! Seeded normal deviates for the tests of this crate and of those that fly it: splitmix64 and
+//! Box–Muller.
 
 pub struct SeededNoise {
     state: u64,

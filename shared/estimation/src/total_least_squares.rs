@@ -1,7 +1,9 @@
-//! Total least squares streamed through the triangular factor of `[Y b]`: the baseline estimator of the literature.
+//! Total least squares streamed through the triangular factor of `[Y b]`: the baseline estimator of
+//! the literature.
 //!
-//! Givens rotations rather than normal equations: `[Y b]'[Y b]` squares the condition number, and the answer sits in
-//! the *smallest* singular direction, exactly where squaring loses half the digits.
+//! Givens rotations rather than normal equations: `[Y b]'[Y b]` squares the condition number, and
+//! the answer sits in the *smallest* singular direction, exactly where squaring loses half the
+//! digits.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -11,11 +13,13 @@ use serde::{Deserialize, Serialize};
 pub enum TlsError {
     /// Fewer rows than unknowns plus one: `need > got`.
     TooFewRows { got: u64, need: u64 },
-    /// The noise direction lies in the span of `Y`: `|v_qq|` is below `A ε`. Excite more, or drop a column.
+    /// The noise direction lies in the span of `Y`: `|v_qq|` is below `A ε`. Excite more, or drop a
+    /// column.
     Nongeneric { v_qq: f64 },
     /// Generalised form: some combination of the columns carries no noise.
     NoiseSingular,
-    /// The singular value decomposition did not settle within its iteration bound (non-finite data).
+    /// The singular value decomposition did not settle within its iteration bound (non-finite
+    /// data).
     NotConverged,
 }
 
@@ -41,8 +45,8 @@ impl<const P: usize, const A: usize> TotalLeastSquares<P, A> {
         self.rows += 1;
     }
 
-    /// `α = −v_pq / v_qq`, `v` the right singular vector of the smallest singular value of `[Y b]` (Golub & Van Loan
-    /// §6.3). Cost O(A³). Whiten the columns first if their noises differ.
+    /// `α = −v_pq / v_qq`, `v` the right singular vector of the smallest singular value of `[Y b]`
+    /// (Golub & Van Loan §6.3). Cost O(A³). Whiten the columns first if their noises differ.
     ///
     /// # Errors
     /// [`TlsError::Nongeneric`]: no finite α explains the data.
@@ -59,7 +63,8 @@ impl<const P: usize, const A: usize> TotalLeastSquares<P, A> {
     }
 }
 
-/// Triangular factor with one more row: Givens rotations from the left, `R' R + row row'` afterwards.
+/// Triangular factor with one more row: Givens rotations from the left, `R' R + row row'`
+/// afterwards.
 pub(crate) fn rotate_in<const A: usize>(factor: &mut SMatrix<f64, A, A>, mut row: SVector<f64, A>) {
     for i in 0..A {
         let radius = libm::hypot(factor[(i, i)], row[i]);
@@ -75,9 +80,11 @@ pub(crate) fn rotate_in<const A: usize>(factor: &mut SMatrix<f64, A, A>, mut row
     }
 }
 
-/// One-sided Jacobi: columns of `R V` are rotated pairwise until orthogonal; the shortest names the direction.
+/// One-sided Jacobi: columns of `R V` are rotated pairwise until orthogonal; the shortest names the
+/// direction.
 ///
-/// Jacobi because it keeps *relative* accuracy of the smallest singular value of a scaled triangular factor.
+/// Jacobi because it keeps *relative* accuracy of the smallest singular value of a scaled
+/// triangular factor.
 pub(crate) fn smallest_right_singular_vector<const A: usize>(factor: &SMatrix<f64, A, A>) -> Option<SVector<f64, A>> {
     const SWEEPS_MAX: usize = 60;
     let (mut work, mut v) = (*factor, SMatrix::<f64, A, A>::identity());
@@ -139,7 +146,8 @@ mod tests {
 
     #[test]
     fn equal_noise_in_all_columns_leaves_no_bias() {
-        // Ordinary least squares would be low by σ² = 9 %; the spread of TLS over 40 000 rows is about 0.4 %.
+        // Ordinary least squares would be low by σ² = 9 %; the spread of TLS over 40 000 rows is
+        // about 0.4 %.
         let alpha = stream(0.3, 40_000, 2).estimate().expect("generic");
         assert!((alpha - vector![2.0, -1.0, 0.5]).norm() < 0.02, "{alpha}");
     }

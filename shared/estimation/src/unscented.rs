@@ -1,17 +1,22 @@
-//! Square-root unscented Kalman filter: states and constants of a nonlinear model together, additive noise, fixed memory.
+//! Square-root unscented Kalman filter: states and constants of a nonlinear model together,
+//! additive noise, fixed memory.
 //!
-//! The covariance lives as a factor, `P = S S'`, and is never formed: every step appends columns to a factor and rotates
-//! them away. Symmetric sigma points `x ± h_i s_i`, `s_i` the columns of S, **each pair with a spread of its own**:
+//! The covariance lives as a factor, `P = S S'`, and is never formed: every step appends columns to
+//! a factor and rotates them away. Symmetric sigma points `x ± h_i s_i`, `s_i` the columns of S,
+//! **each pair with a spread of its own**:
 //!
 //! - mean `f(x) + Σ (f(x + h s) + f(x − h s) − 2 f(x)) / 2h²`, the unscented mean with n + λ = h²;
-//! - factor `[(f(x + h s) − f(x − h s)) / 2h, √(h² − 1)/2h² · (f(x + h s) + f(x − h s) − 2 f(x))]`: the unscented
-//!   covariance to second order, its fourth-order terms a sum of squares (Nørgaard, Poulsen, Ravn 2000, Eqs. 41–50).
+//! - factor `[(f(x + h s) − f(x − h s)) / 2h, √(h² − 1)/2h² · (f(x + h s) + f(x − h s) − 2 f(x))]`:
+//!   the unscented covariance to second order, its fourth-order terms a sum of squares (Nørgaard,
+//!   Poulsen, Ravn 2000, Eqs. 41–50).
 //!
-//! *Why not the scaled unscented weights?* With n = 13 and α = 0.3 the weight of the central point is −7: the factor must be
-//! down-dated, and the down-date fails exactly when the start is poor. A sum of squares cannot fail.
+//! *Why not the scaled unscented weights?* With n = 13 and α = 0.3 the weight of the central point
+//! is −7: the factor must be down-dated, and the down-date fails exactly when the start is poor. A
+//! sum of squares cannot fail.
 //!
-//! *Why a spread per pair?* A parameter known to 30 % has sigma points with negative inertia. A pair that the model calls
-//! infeasible is drawn in until it is feasible; the others keep the spread √3 that is best for normal densities.
+//! *Why a spread per pair?* A parameter known to 30 % has sigma points with negative inertia. A
+//! pair that the model calls infeasible is drawn in until it is feasible; the others keep the
+//! spread √3 that is best for normal densities.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -22,7 +27,8 @@ pub const SPREAD: f64 = 1.732_050_807_568_877_2;
 /// How often a spread is halved before a direction is given up.
 const HALVINGS_MAX: usize = 40;
 
-/// `x⁺ = f(x, u) + w`, `z = g(x, u) + v`, with X states (constants to be found among them), U inputs, Z measurements.
+/// `x⁺ = f(x, u) + w`, `z = g(x, u) + v`, with X states (constants to be found among them), U
+/// inputs, Z measurements.
 pub trait StateSpace<const X: usize, const U: usize, const Z: usize> {
     /// State one step later under the input held over the step.
     fn propagate(&self, state: &SVector<f64, X>, input: &SVector<f64, U>) -> SVector<f64, X>;
@@ -38,7 +44,8 @@ pub trait StateSpace<const X: usize, const U: usize, const Z: usize> {
 /// Condition under which a prediction or update is impossible; the belief is then unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum UnscentedError {
-    /// The mean itself left the region where the model has a meaning: prior too wide, or the model is wrong.
+    /// The mean itself left the region where the model has a meaning: prior too wide, or the model
+    /// is wrong.
     MeanInfeasible,
     /// The model gave NaN or infinity.
     NotFinite,
@@ -53,7 +60,8 @@ pub struct VectorInnovation<const Z: usize> {
     pub innovation: SVector<f64, Z>,
     /// Lower triangular factor of its covariance.
     pub factor: SMatrix<f64, Z, Z>,
-    /// `innovation' (factor factor')⁻¹ innovation`: χ² with Z degrees of freedom when the model holds.
+    /// `innovation' (factor factor')⁻¹ innovation`: χ² with Z degrees of freedom when the model
+    /// holds.
     pub nis: f64,
 }
 
@@ -66,7 +74,8 @@ pub struct UnscentedFilter<const X: usize> {
     spread: f64,
 }
 
-/// Images of the sigma points: centre, half differences and half second differences over h, by columns.
+/// Images of the sigma points: centre, half differences and half second differences over h, by
+/// columns.
 struct Transformed<const X: usize, const Y: usize> {
     mean: SVector<f64, Y>,
     /// Column j: all first-order columns' entry of component j (X × Y, that is transposed).
@@ -82,7 +91,8 @@ impl<const X: usize> UnscentedFilter<X> {
         Self { mean, factor: SMatrix::from_diagonal(&sigma), spread: SPREAD }
     }
 
-    /// Components from `first` on, with their covariance, independent of those before; `None`: it is not positive definite.
+    /// Components from `first` on, with their covariance, independent of those before; `None`: it
+    /// is not positive definite.
     #[must_use]
     pub fn with_block<const B: usize>(
         mut self,
@@ -101,15 +111,16 @@ impl<const X: usize> UnscentedFilter<X> {
         Some(self)
     }
 
-    /// Another spread, in standard deviations; below one the covariance is that of first differences.
+    /// Another spread, in standard deviations; below one the covariance is that of first
+    /// differences.
     pub fn with_spread(mut self, spread: f64) -> Self {
         assert!(spread > 0.0);
         self.spread = spread;
         self
     }
 
-    /// A first measurement of the leading components, after the start or after a gap: they take the measured values,
-    /// independent of the other components, which keep theirs.
+    /// A first measurement of the leading components, after the start or after a gap: they take the
+    /// measured values, independent of the other components, which keep theirs.
     pub fn begin_at(&mut self, measured: &[f64], sigma: &[f64]) {
         assert_eq!(measured.len(), sigma.len());
         assert!(measured.len() <= X);
@@ -163,7 +174,8 @@ impl<const X: usize> UnscentedFilter<X> {
         Ok(())
     }
 
-    /// A measurement; `noise` is a factor of its covariance. Joseph form: the new factor is `[S − K C, K C₂, K N]`.
+    /// A measurement; `noise` is a factor of its covariance. Joseph form: the new factor is
+    /// `[S − K C, K C₂, K N]`.
     ///
     /// # Errors
     /// See [`UnscentedError`]; the filter is untouched then.
@@ -178,7 +190,8 @@ impl<const X: usize> UnscentedFilter<X> {
         self.correct(&seen, measured, noise, |x| model.is_feasible(x))
     }
 
-    /// The same for a measurement that is no part of the model (a pseudo-measurement, another sensor's rate).
+    /// The same for a measurement that is no part of the model (a pseudo-measurement, another
+    /// sensor's rate).
     ///
     /// # Errors
     /// See [`UnscentedError`]; the filter is untouched then.
@@ -193,10 +206,12 @@ impl<const X: usize> UnscentedFilter<X> {
         self.correct(&seen, measured, noise, is_feasible)
     }
 
-    /// Measurement of component `index` itself with independent noise (Potter's form); returns innovation and its variance.
+    /// Measurement of component `index` itself with independent noise (Potter's form); returns
+    /// innovation and its variance.
     ///
-    /// Equal to [`Self::update`] with that row, at O(X²): the factor is only multiplied. A measurement that would carry the mean out of
-    /// the model's region is believed less, its sigma doubled until the mean stays inside: information is given up, never misused.
+    /// Equal to [`Self::update`] with that row, at O(X²): the factor is only multiplied. A
+    /// measurement that would carry the mean out of the model's region is believed less, its sigma
+    /// doubled until the mean stays inside: information is given up, never misused.
     ///
     /// # Errors
     /// See [`UnscentedError`]; the filter is untouched then.
@@ -317,7 +332,8 @@ impl<const X: usize> UnscentedFilter<X> {
     }
 }
 
-/// Lower triangular L' with `L' L'' = L L' + C C'`; `columns` is `C'` (K × N). Householder reflections, row by row of L.
+/// Lower triangular L' with `L' L'' = L L' + C C'`; `columns` is `C'` (K × N). Householder
+/// reflections, row by row of L.
 ///
 /// Cost 2 K N² multiplications; rows of zeros cost nothing.
 fn fold<const N: usize, const K: usize>(factor: &mut SMatrix<f64, N, N>, mut columns: SMatrix<f64, K, N>) {
@@ -328,7 +344,8 @@ fn fold<const N: usize, const K: usize>(factor: &mut SMatrix<f64, N, N>, mut col
         }
         let pivot = factor[(i, i)];
         let norm = libm::sqrt(pivot * pivot + tail);
-        // v = (pivot + sign(pivot) norm, C_i): no cancellation; the pivot becomes −sign(pivot) norm, turned positive below.
+        // v = (pivot + sign(pivot) norm, C_i): no cancellation; the pivot becomes −sign(pivot)
+        // norm, turned positive below.
         let sign = if pivot < 0.0 { -1.0 } else { 1.0 };
         let head = pivot + sign * norm;
         let scale = 1.0 / (norm * head.abs()); // 2 / v'v

@@ -1,15 +1,20 @@
-//! Weighted least squares with noise compensation for rows that are themselves measured (errors in variables).
+//! Weighted least squares with noise compensation for rows that are themselves measured (errors in
+//! variables).
 //!
-//! `y_k' α = b_k`, where `y_k` is computed from noisy channels: `y = y° + Σ_c J_c n_c`, `n_c ~ N(0, σ_c²)`. Then
-//! `E[y y'] = y° y°' + S`, `S = Σ_c σ_c² J_c J_c'`, so ordinary least squares is biased by `S`; subtracting it and
-//! weighting with the residual variance `s²(α) = σ_b² + α' S α` attains the bound of the functional model.
+//! `y_k' α = b_k`, where `y_k` is computed from noisy channels: `y = y° + Σ_c J_c n_c`,
+//! `n_c ~ N(0, σ_c²)`. Then `E[y y'] = y° y°' + S`, `S = Σ_c σ_c² J_c J_c'`, so ordinary least
+//! squares is biased by `S`; subtracting it and weighting with the residual variance
+//! `s²(α) = σ_b² + α' S α` attains the bound of the functional model.
 //!
-//! **Late weights.** `s²` needs α, and at the start α is poor: rows weighted then stay badly weighted for ever (the
-//! inertial benchmark started at 55 %: RMSE 1.53 times the bound, against 1.00 with late weights). Rows are therefore first collected unweighted in short blocks,
-//! each with its own `Σ y y'`, `Σ y b`, `Σ S`; the newest 32 blocks are weighted afresh, with today's α, at every
-//! refresh, and only a block that leaves this window is weighted for good. Fixed memory, no data kept.
+//! **Late weights.** `s²` needs α, and at the start α is poor: rows weighted then stay badly
+//! weighted for ever (the inertial benchmark started at 55 %: RMSE 1.53 times the bound, against
+//! 1.00 with late weights). Rows are therefore first collected unweighted in short blocks, each
+//! with its own `Σ y y'`, `Σ y b`, `Σ S`; the newest 32 blocks are weighted afresh, with today's α,
+//! at every refresh, and only a block that leaves this window is weighted for good. Fixed memory,
+//! no data kept.
 //!
-//! *Why not keep the rows?* A block holds `2P² + P + 2` numbers for any number of rows and any number of channels.
+//! *Why not keep the rows?* A block holds `2P² + P + 2` numbers for any number of rows and any
+//! number of channels.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -47,8 +52,9 @@ pub struct Estimate<const P: usize> {
 /// Data without a weighted least squares estimate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LeastSquaresError {
-    /// `F − B` is not positive definite: the rows seen so far carry more noise than signal in some direction.
-    /// Excite more, or wait. `weakest` is the pivot of `F − B`, scaled to unit diagonal of `F`, that was not positive.
+    /// `F − B` is not positive definite: the rows seen so far carry more noise than signal in some
+    /// direction. Excite more, or wait. `weakest` is the pivot of `F − B`, scaled to unit diagonal
+    /// of `F`, that was not positive.
     InformationNotPositive { rows: u64, weakest: f64 },
 }
 
@@ -108,9 +114,10 @@ impl<const P: usize> NormalEquations<P> {
 
 /// Recursive weighted least squares with noise compensation.
 ///
-/// `(F − B) α = g`, `cov = (F − B)⁻¹`; `F = Λ + Σ w y y'`, `B = Σ w S`, `g = Λ α₀ + Σ w y b`, `w = 1/s²(α)`.
-/// Assumes white channel noise, independent between channels, small enough that `y` is linear in it.
-/// Cost per row O(P² C), no allocation; every `rows_per_block` rows one Cholesky factorisation.
+/// `(F − B) α = g`, `cov = (F − B)⁻¹`; `F = Λ + Σ w y y'`, `B = Σ w S`, `g = Λ α₀ + Σ w y b`,
+/// `w = 1/s²(α)`. Assumes white channel noise, independent between channels, small enough that `y`
+/// is linear in it. Cost per row O(P² C), no allocation; every `rows_per_block` rows one Cholesky
+/// factorisation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BiasCompensatedLeastSquares<const P: usize> {
     settled: NormalEquations<P>,
@@ -121,12 +128,14 @@ pub struct BiasCompensatedLeastSquares<const P: usize> {
     late_blocks: usize,
     rows: u64,
     rows_per_block: u32,
-    /// Solution at the last complete block, carried on row by row: weights and innovations are taken at it.
+    /// Solution at the last complete block, carried on row by row: weights and innovations are
+    /// taken at it.
     reference: Estimate<P>,
 }
 
 impl<const P: usize> BiasCompensatedLeastSquares<P> {
-    /// `prior_information` is the diagonal of Λ; weights start at `prior_alpha`, whatever its information.
+    /// `prior_information` is the diagonal of Λ; weights start at `prior_alpha`, whatever its
+    /// information.
     pub fn new(prior_alpha: SVector<f64, P>, prior_information: SVector<f64, P>, rows_per_block: u32) -> Self {
         assert!(rows_per_block > 0);
         assert!(prior_information.iter().all(|value| *value > 0.0));
@@ -172,8 +181,8 @@ impl<const P: usize> BiasCompensatedLeastSquares<P> {
         let py = self.reference.covariance * y;
         let noise = row.residual_variance(&self.reference.alpha);
         let innovation = Innovation::new(row.observed - y.dot(&self.reference.alpha), noise, y.dot(&py));
-        // Within a block the reference follows the rows (a Kalman step), else its error would be common to all
-        // innovations of the block and their block means would look coloured.
+        // Within a block the reference follows the rows (a Kalman step), else its error would be
+        // common to all innovations of the block and their block means would look coloured.
         let gain = py / innovation.variance;
         self.reference.alpha += gain * innovation.innovation;
         add_outer_product(&mut self.reference.covariance, &gain, &-py);
@@ -208,10 +217,11 @@ impl<const P: usize> BiasCompensatedLeastSquares<P> {
         }
     }
 
-    /// Solves until the parameters, and with them the weights, change by less than 1 %, at most three times.
+    /// Solves until the parameters, and with them the weights, change by less than 1 %, at most
+    /// three times.
     ///
-    /// Needed in the first seconds only: there one solve leaves a covariance weighted at parameters that are wrong by
-    /// factors; it was 4 % of the variance that the innovations then showed.
+    /// Needed in the first seconds only: there one solve leaves a covariance weighted at parameters
+    /// that are wrong by factors; it was 4 % of the variance that the innovations then showed.
     fn solve_from(&self, alpha: &SVector<f64, P>) -> Result<Estimate<P>, LeastSquaresError> {
         const PASSES_MAX: usize = 3;
         const WEIGHT_CHANGE: f64 = 0.01;
@@ -257,7 +267,8 @@ pub(crate) fn solve_compensated<const P: usize>(
     Ok(Estimate { alpha, covariance })
 }
 
-/// `matrix += a b'`, written out: the generic product goes through a matrix in memory and is twice as slow.
+/// `matrix += a b'`, written out: the generic product goes through a matrix in memory and is twice
+/// as slow.
 #[inline]
 pub(crate) fn add_outer_product<const P: usize>(
     matrix: &mut SMatrix<f64, P, P>,

@@ -1,7 +1,9 @@
-//! One pass of weighted least squares with noise compensation, weights taken at one fixed α: the batch form.
+//! One pass of weighted least squares with noise compensation, weights taken at one fixed α: the
+//! batch form.
 //!
-//! `(F − B) α = g`, `cov = (F − B)⁻¹`, `w_k = 1/s_k²(α°)`; pass after pass with the α found before, three suffice. No data is
-//! kept: whoever has the rows sends them again. The recursive form is [`crate::weighted_least_squares`].
+//! `(F − B) α = g`, `cov = (F − B)⁻¹`, `w_k = 1/s_k²(α°)`; pass after pass with the α found before,
+//! three suffice. No data is kept: whoever has the rows sends them again. The recursive form is
+//! [`crate::weighted_least_squares`].
 
 use crate::weighted_least_squares::{Estimate, LeastSquaresError, NoisyRow, add_outer_product, solve_compensated};
 use nalgebra::{SMatrix, SVector};
@@ -34,10 +36,12 @@ impl<const P: usize> WeightedPass<P> {
         Self::with(reference, Compensation::Expected)
     }
 
-    /// Weights are those of `reference`, and each row's noise is compensated by its share in the residual: a fixed point is one of the
-    /// likelihood, `Σ (y e − S α e²/s²)/s² = 0`. [`at`](Self::at) takes the mean of `e²/s²`, one, for itself; the difference is noise of
-    /// relative variance `s²` over the signal's in the direction of α, and matters where a weak signal gives the scale. Needs a reference
-    /// within some residual sigmas: go there by [`at`](Self::at).
+    /// Weights are those of `reference`, and each row's noise is compensated by its share in the
+    /// residual: a fixed point is one of the likelihood, `Σ (y e − S α e²/s²)/s² = 0`.
+    /// [`at`](Self::at) takes the mean of `e²/s²`, one, for itself; the difference is noise of
+    /// relative variance `s²` over the signal's in the direction of α, and matters where a weak
+    /// signal gives the scale. Needs a reference within some residual sigmas: go there by
+    /// [`at`](Self::at).
     pub fn likely_at(reference: SVector<f64, P>) -> Self {
         Self::with(reference, Compensation::Shown)
     }
@@ -168,7 +172,8 @@ mod tests {
             expected += (plain[0] - 1.0).powi(2) / bound / 200.0;
             shown += (likely[0] - 1.0).powi(2) / bound / 200.0;
         }
-        // 1 + (0.25 + 0.25²/0.34)/½ = 1.87 and 1 + 0.25 · 0.09/0.34/½ = 1.13; 200 records spread a variance by a tenth, three of them.
+        // 1 + (0.25 + 0.25²/0.34)/½ = 1.87 and 1 + 0.25 · 0.09/0.34/½ = 1.13; 200 records spread a
+        // variance by a tenth, three of them.
         assert!((1.3..2.45).contains(&expected), "{expected}");
         assert!((0.79..1.47).contains(&shown), "{shown}");
     }

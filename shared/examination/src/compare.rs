@@ -1,9 +1,13 @@
 //! Two recordings of what should be the same: how far apart, and by what.
 //!
-//! For users whose simulation lives elsewhere: no plant is needed. Channels meet by name; the simulated one is read at the recorded stamps, interpolated by a cubic only where the
-//! stamps differ, and that is said, as is how many samples were used: the longest stretch that both hold without a gap. Bands count the samples as equally spaced,
-//! windows carry the stamps. Each simple explanation (lag, scale, sign, offset) is tried alone, with its sigma and the fit it would give; what is left is located in time windows
-//! and frequency bands against the white noise under the residual, and in coherence with every other channel. Each list is corrected for its length (Holm) at [`FALSE_ALARM`] per channel and list.
+//! For users whose simulation lives elsewhere: no plant is needed. Channels meet by name; the
+//! simulated one is read at the recorded stamps, interpolated by a cubic only where the stamps
+//! differ, and that is said, as is how many samples were used: the longest stretch that both hold
+//! without a gap. Bands count the samples as equally spaced, windows carry the stamps. Each simple
+//! explanation (lag, scale, sign, offset) is tried alone, with its sigma and the fit it would give;
+//! what is left is located in time windows and frequency bands against the white noise under the
+//! residual, and in coherence with every other channel. Each list is corrected for its length
+//! (Holm) at [`FALSE_ALARM`] per channel and list.
 
 mod align;
 mod conclude;
@@ -22,7 +26,8 @@ use channels::{Channel, Recording};
 use identification::statistics::{deviation, mean, rms};
 use pair::{Pair, pair};
 
-/// Probability that one list (windows, bands, coherence) of one channel names a place when only white noise separates the two.
+/// Probability that one list (windows, bands, coherence) of one channel names a place when only
+/// white noise separates the two.
 pub const FALSE_ALARM: f64 = 1e-4;
 /// Fewest common samples.
 const COMPARED_SAMPLES_MIN: usize = 32;
@@ -117,7 +122,8 @@ pub struct Comparison {
     pub unmatched: Vec<Unmatched>,
 }
 
-/// Compares channel by channel. Names match exactly, else without regard to case; nothing is guessed beyond that.
+/// Compares channel by channel. Names match exactly, else without regard to case; nothing is
+/// guessed beyond that.
 #[must_use]
 pub fn compare(real: &Recording, simulated: &Recording) -> Comparison {
     let partner = |name: &str, side: &Recording| {

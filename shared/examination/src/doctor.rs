@@ -1,11 +1,14 @@
-//! Examination of a recording on its own: what is wrong with it before any model is held against it.
+//! Examination of a recording on its own: what is wrong with it before any model is held against
+//! it.
 //!
-//! Each check is a test with a stated false-alarm level, [`FALSE_ALARM`] per check and recording, corrected for the number of channels, pairs
-//! and places it looks at; on top of significance a finding must be material (a stated size that changes what an engineer does).
-//! No check knows a recording by name. Findings carry their numbers, the evidence and the cure.
+//! Each check is a test with a stated false-alarm level, [`FALSE_ALARM`] per check and recording,
+//! corrected for the number of channels, pairs and places it looks at; on top of significance a
+//! finding must be material (a stated size that changes what an engineer does). No check knows a
+//! recording by name. Findings carry their numbers, the evidence and the cure.
 //!
-//! What a plant adds, names and units it needs, noise it states, its step of time, is in [`against_plant`]. Deliberately absent: which of its parameters
-//! cannot be found (that is answered by its regressor).
+//! What a plant adds, names and units it needs, noise it states, its step of time, is in
+//! [`against_plant`]. Deliberately absent: which of its parameters cannot be found (that is
+//! answered by its regressor).
 
 mod axes;
 mod clock;
@@ -98,7 +101,8 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// A finding on `channel` with its value in `unit` (`-`: dimensionless); evidence and cure are still empty.
+    /// A finding on `channel` with its value in `unit` (`-`: dimensionless); evidence and cure are
+    /// still empty.
     pub fn new(check: Check, severity: Severity, channel: &str, value: f64, unit: &str) -> Self {
         Finding {
             check,
@@ -140,8 +144,9 @@ impl Finding {
 
 /// All findings, in the order of [`Check`], worst first within one check.
 ///
-/// Stamps that jump back cut the recording into runs, each examined on its own; a finding of several runs is reported once, from the run with
-/// the most samples. Cost: about `pairs × n × 400` multiplications; 55 000 samples of two channels below 1 s.
+/// Stamps that jump back cut the recording into runs, each examined on its own; a finding of
+/// several runs is reported once, from the run with the most samples. Cost: about `pairs × n × 400`
+/// multiplications; 55 000 samples of two channels below 1 s.
 #[must_use]
 pub fn examine(recording: &Recording) -> Vec<Finding> {
     examine_with(recording, &mut |_| ())

@@ -15,7 +15,8 @@
 //! let (time_s, value) = kept.map(|k| (f64::from(k) / 50.0, (0.1 * f64::from(k)).sin())).unzip();
 //! let angle = Channel::new("angle", "rad", time_s, value);
 //! let findings = examine(&Recording { name: "swing".into(), channels: vec![angle] });
-//! let gap = findings.iter().find(|finding| finding.check == Check::Gaps).expect("half a second is missing");
+//! let gap = findings.iter().find(|finding| finding.check == Check::Gaps);
+//! let gap = gap.expect("half a second is missing");
 //! println!("{}: {}; {}", gap.channel, gap.evidence, gap.cure);
 //! ```
 

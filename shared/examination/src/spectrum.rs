@@ -1,10 +1,11 @@
 //! Spectra and cross spectra with their confidence: Welch's method and sine multitapers.
 //!
-//! One estimator serves both: segments, each seen through K orthogonal tapers. K = 1 with the Hann window and half
-//! overlap is Welch's; one segment with K sine tapers is Riedel and Sidorenko's (1995). The mean of each segment is removed.
+//! One estimator serves both: segments, each seen through K orthogonal tapers. K = 1 with the Hann
+//! window and half overlap is Welch's; one segment with K sine tapers is Riedel and Sidorenko's
+//! (1995). The mean of each segment is removed.
 //!
-//! Densities are one-sided, [unit²/Hz]: their sum over the lines times the line spacing is the variance.
-//! Deterministic: one thread, planned by `realfft`.
+//! Densities are one-sided, [unit²/Hz]: their sum over the lines times the line spacing is the
+//! variance. Deterministic: one thread, planned by `realfft`.
 
 use core::f64::consts::PI;
 use realfft::RealFftPlanner;
@@ -22,7 +23,8 @@ pub enum Averaging {
 }
 
 impl Averaging {
-    /// Welch with segments of about `n / 8`, or multitapers where `n` is too short for eight segments of 64.
+    /// Welch with segments of about `n / 8`, or multitapers where `n` is too short for eight
+    /// segments of 64.
     #[must_use]
     pub fn for_length(n: usize) -> Self {
         if n >= 512 {
@@ -55,7 +57,8 @@ impl CrossSpectrum {
         if power > 0.0 { (self.density_xy[k].norm_sqr() / power).min(1.0) } else { 0.0 }
     }
 
-    /// Squared coherence that unrelated series exceed with probability `p` in one line: `1 - p^(1/(m - 1))`, m averages.
+    /// Squared coherence that unrelated series exceed with probability `p` in one line:
+    /// `1 - p^(1/(m - 1))`, m averages.
     #[must_use]
     pub fn coherence_level(&self, p: f64) -> f64 {
         1.0 - libm::pow(p, 1.0 / (0.5 * self.freedom - 1.0).max(1e-9))
@@ -110,8 +113,8 @@ pub fn density(x: &[f64], dt_s: f64, averaging: Averaging) -> Density {
 
 /// Spectra of two equally long, equally spaced series.
 ///
-/// Degrees of freedom: 2 K for K tapers; Welch's `2 L / (1 + ρ² 2 (L - 1)/L)`, ρ = 1/6 for half-overlapping Hann
-/// segments. Cost: O(n log n) per taper.
+/// Degrees of freedom: 2 K for K tapers; Welch's `2 L / (1 + ρ² 2 (L - 1)/L)`, ρ = 1/6 for
+/// half-overlapping Hann segments. Cost: O(n log n) per taper.
 ///
 /// # Panics
 /// When the lengths differ or fall below eight samples, or the step is not positive.
@@ -191,8 +194,8 @@ fn sine_tapers(n: usize, count: usize) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// Correlation of `x` and `y` at the shifts `-shift_max..=shift_max`: entry `shift_max + s` is `Σ x(i) y(i + s)`
-/// over the product of the norms, means removed, zero-padded.
+/// Correlation of `x` and `y` at the shifts `-shift_max..=shift_max`: entry `shift_max + s` is
+/// `Σ x(i) y(i + s)` over the product of the norms, means removed, zero-padded.
 #[must_use]
 pub fn correlation(x: &[f64], y: &[f64], shift_max: usize) -> Vec<f64> {
     let n = x.len().max(y.len());
@@ -236,7 +239,8 @@ mod tests {
             let x = Noise::new(1).series(16_384, 2.0);
             let s = density(&x, 0.01, averaging);
             let sum: f64 = s.density.iter().sum::<f64>() * (s.frequency_hz[1] - s.frequency_hz[0]);
-            // Variance of 16384 samples scatters by 1.1 %, four of these, and the removed means take under 1 %.
+            // Variance of 16384 samples scatters by 1.1 %, four of these, and the removed means
+            // take under 1 %.
             assert!((sum / 4.0 - 1.0).abs() < 0.055, "{averaging:?} {sum}");
         }
     }

@@ -3,9 +3,9 @@
 //! The initial state of each run comes from its first stretch by least squares on the free run. Two
 //! measures: free run (rms and fit % = 100 (1 − |e| / |y − mean y|) per channel behind that
 //! stretch) and the gain in one-step log-likelihood, summed in blocks of 2 s whose scatter gives
-//! its standard error. Confirmed: its 95 % interval is above zero; rejected: below. A few blocks may
-//! hold most of a gain (the swing that a free law governs), so the interval is Hall's for skewed
-//! means (J. R. Statist. Soc. B 54, 1992): with κ = skewness / √n
+//! its standard error. Confirmed: its 95 % interval is above zero; rejected: below. A few blocks
+//! may hold most of a gain (the swing that a free law governs), so the interval is Hall's for
+//! skewed means (J. R. Statist. Soc. B 54, 1992): with κ = skewness / √n
 //!
 //! ```text
 //! g(t) = t + κ t²/3 + κ² t³/27 + κ/6 = ((1 + κ t/3)³ − 1)/κ + κ/6   is Student's where t is not
@@ -56,8 +56,9 @@ pub fn gain(
 }
 
 /// Standard deviation of what the augmented plant predicts, `moved` being that plant with its
-/// parameters off by each column of a root of their covariance: exact where predictions are linear in
-/// them. The parameters of one recording stay as they were fitted, so that it is rather too large.
+/// parameters off by each column of a root of their covariance: exact where predictions are linear
+/// in them. The parameters of one recording stay as they were fitted, so that it is rather too
+/// large.
 ///
 /// Cost: a prediction for each.
 pub fn expected_gain_sigma(

@@ -1,11 +1,14 @@
-//! A plant and its recordings as one estimation problem: what drives, what is measured, what is unknown.
+//! A plant and its recordings as one estimation problem: what drives, what is measured, what is
+//! unknown.
 //!
-//! Every number of the plant that has a prior standard deviation is an unknown of its scope: one for all recordings, one a
-//! recording, one a segment. Initial states are no unknowns here: the filter takes them with a wide prior. What does
-//! not match (a channel's name, its unit) is an error that names the nearest word.
+//! Every number of the plant that has a prior standard deviation is an unknown of its scope: one
+//! for all recordings, one a recording, one a segment. Initial states are no unknowns here: the
+//! filter takes them with a wide prior. What does not match (a channel's name, its unit) is an
+//! error that names the nearest word.
 //!
-//! Inputs of a recording are held commands, prescribed motions (a smoothing spline, broken at kinks, so that rate and
-//! acceleration belong to them), the plant's own signals where nothing was recorded, or nothing.
+//! Inputs of a recording are held commands, prescribed motions (a smoothing spline, broken at
+//! kinks, so that rate and acceleration belong to them), the plant's own signals where nothing was
+//! recorded, or nothing.
 
 mod angles;
 mod gaps;
@@ -148,7 +151,8 @@ fn key(name: &str) -> String {
 }
 
 impl Problem {
-    /// Every reason for which [`Problem::new`] rejects `recording`, names and units first; empty where it does not.
+    /// Every reason for which [`Problem::new`] rejects `recording`, names and units first; empty
+    /// where it does not.
     #[must_use]
     pub fn refusals(plant: &Plant, recording: &Recording) -> Vec<ProblemError> {
         let unmet = matching::unmet(plant, recording, &[]);
@@ -158,7 +162,8 @@ impl Problem {
         unmet
     }
 
-    /// Joins `plant` and `recordings`. `map` gives (name in the plant, name in the recording) where they differ.
+    /// Joins `plant` and `recordings`. `map` gives (name in the plant, name in the recording) where
+    /// they differ.
     ///
     /// # Errors
     /// See [`ProblemError`].

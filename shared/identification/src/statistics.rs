@@ -52,8 +52,9 @@ pub fn chi_squared_tail(x: f64, freedom: f64) -> f64 {
     ChiSquared::new(freedom.max(1e-3)).map_or(1.0, |law| law.sf(x.max(0.0)))
 }
 
-/// Upper tail of the likelihood ratio of `freedom` numbers, some of them nothing at the edge of what they can be where `one_sided`: `½ (χ²_{k−1} +
-/// χ²_k)`, exact for one such number among k (Self and Liang, JASA 82, 1987, case 6) and a bound for more of them, at whatever angles: of the
+/// Upper tail of the likelihood ratio of `freedom` numbers, some of them nothing at the edge of
+/// what they can be where `one_sided`: `½ (χ²_{k−1} + χ²_k)`, exact for one such number among k
+/// (Self and Liang, JASA 82, 1987, case 6) and a bound for more of them, at whatever angles: of the
 /// mixture's weights those of odd and those of even freedom sum to a half each.
 #[must_use]
 pub fn chi_bar_squared_tail(x: f64, freedom: usize, one_sided: bool) -> f64 {
@@ -82,7 +83,8 @@ pub fn fisher_tail(f: f64, above: f64, below: f64) -> f64 {
     FisherSnedecor::new(above, below).map_or(1.0, |law| law.sf(f))
 }
 
-/// Probability that the squared correlation of two independent series reaches `r2`, `freedom` degrees being left.
+/// Probability that the squared correlation of two independent series reaches `r2`, `freedom`
+/// degrees being left.
 #[must_use]
 pub fn squared_correlation_tail(r2: f64, regressors: f64, freedom: f64) -> f64 {
     if freedom <= 0.0 || r2.is_nan() {
@@ -106,9 +108,10 @@ pub struct LeastSquares {
 
 /// Solves `A x ≈ b` in the least-squares sense by QR and the singular values of R.
 ///
-/// Columns are scaled to unit length first; directions below 1e-11 of the largest singular value are left out.
-/// The covariance is `(AᵀA)⁻¹ S (AᵀA)⁻¹`, S summed over products `a_t e_t` up to `lag` with Bartlett weights; `lag` 0
-/// still allows for unequal variance. `None` when rows are fewer than columns + 1 or a column is not finite.
+/// Columns are scaled to unit length first; directions below 1e-11 of the largest singular value
+/// are left out. The covariance is `(AᵀA)⁻¹ S (AᵀA)⁻¹`, S summed over products `a_t e_t` up to
+/// `lag` with Bartlett weights; `lag` 0 still allows for unequal variance. `None` when rows are
+/// fewer than columns + 1 or a column is not finite.
 ///
 /// Cost: O(n p² + n p lag).
 #[must_use]
@@ -174,9 +177,10 @@ const ORDERS: [usize; 3] = [4, 6, 8];
 
 /// Level of the white noise under a smooth signal.
 ///
-/// The d-th difference of white noise has variance `C(2d, d) σ²`, that of a smooth signal vanishes with d; where the orders 4, 6 and 8
-/// give one σ, that is the noise. The median over blocks keeps a burst or a spike from deciding. Order 8 looks at the top third of the
-/// spectrum. `None` below 40 samples. (von Neumann; Gasser, Sroka and Jennen-Steinmetz 1986.)
+/// The d-th difference of white noise has variance `C(2d, d) σ²`, that of a smooth signal vanishes
+/// with d; where the orders 4, 6 and 8 give one σ, that is the noise. The median over blocks keeps
+/// a burst or a spike from deciding. Order 8 looks at the top third of the spectrum. `None` below
+/// 40 samples. (von Neumann; Gasser, Sroka and Jennen-Steinmetz 1986.)
 #[must_use]
 pub fn white_floor(x: &[f64]) -> Option<WhiteFloor> {
     if x.len() < 40 {
@@ -184,13 +188,15 @@ pub fn white_floor(x: &[f64]) -> Option<WhiteFloor> {
     }
     let sigma: Vec<f64> = ORDERS.iter().map(|&d| difference_sigma(x, d)).collect();
     let freedom = x.len() as f64 / difference_dependence(ORDERS[2]);
-    // 4 standard errors of ln sigma (1/sqrt(2 nu)) and 10 %, about 1 dB: what "flat" means to a reader of spectra.
+    // 4 standard errors of ln sigma (1/sqrt(2 nu)) and 10 %, about 1 dB: what "flat" means to a
+    // reader of spectra.
     let band = 4.0 / (2.0 * freedom).sqrt() + 0.1;
     let flat = sigma[2] > 0.0 && sigma[0] / sigma[2] < libm::exp(band) && sigma[2] / sigma[0] < libm::exp(band);
     Some(WhiteFloor { sigma: sigma[2], flat, freedom })
 }
 
-/// Standard deviation of the white noise that would give the differences of order `d` their size; median over blocks.
+/// Standard deviation of the white noise that would give the differences of order `d` their size;
+/// median over blocks.
 #[must_use]
 pub fn difference_sigma(x: &[f64], order: usize) -> f64 {
     let y = differences(x, order);
@@ -200,7 +206,8 @@ pub fn difference_sigma(x: &[f64], order: usize) -> f64 {
     let mut power: Vec<f64> = (0..blocks)
         .map(|b| rms(&y[b * size..if b + 1 == blocks { y.len() } else { (b + 1) * size }]).powi(2))
         .collect();
-    // Median of a scaled chi-squared of nu degrees lies at (1 - 2/(9 nu))^3 of its mean (Wilson and Hilferty).
+    // Median of a scaled chi-squared of nu degrees lies at (1 - 2/(9 nu))^3 of its mean (Wilson and
+    // Hilferty).
     let nu = size as f64 / difference_dependence(order);
     let correction = (1.0 - 2.0 / (9.0 * nu.max(1.0))).powi(3);
     (median(&mut power) / if blocks > 2 { correction } else { 1.0 }).sqrt() * scale
@@ -216,7 +223,8 @@ pub fn differences(x: &[f64], order: usize) -> Vec<f64> {
     y
 }
 
-/// Samples of d-th differences of white noise worth one independent sample: `Σ ρ² = C(4d, 2d) / C(2d, d)²`.
+/// Samples of d-th differences of white noise worth one independent sample:
+/// `Σ ρ² = C(4d, 2d) / C(2d, d)²`.
 #[must_use]
 pub fn difference_dependence(order: usize) -> f64 {
     binomial(4 * order, 2 * order) / binomial(2 * order, order).powi(2)
@@ -226,7 +234,8 @@ fn binomial(n: usize, k: usize) -> f64 {
     (1..=k).map(|i| (n - k + i) as f64 / i as f64).product()
 }
 
-/// Integrated correlation time in samples: `1 + 2 Σ ρ_k` up to the first non-positive pair sum (Geyer), at least 1.
+/// Integrated correlation time in samples: `1 + 2 Σ ρ_k` up to the first non-positive pair sum
+/// (Geyer), at least 1.
 #[must_use]
 pub fn correlation_length(x: &[f64]) -> f64 {
     let (n, m) = (x.len(), mean(x));
@@ -247,7 +256,8 @@ pub fn correlation_length(x: &[f64]) -> f64 {
     sum.max(1.0)
 }
 
-/// Holm's step-down: p-values made comparable with one level for the whole family, in the order given.
+/// Holm's step-down: p-values made comparable with one level for the whole family, in the order
+/// given.
 #[must_use]
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();

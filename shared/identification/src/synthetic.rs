@@ -1,4 +1,5 @@
-//! Recordings of the deployed plants for tests: effects added, noise changed, numbers moved off their priors.
+//! Recordings of the deployed plants for tests: effects added, noise changed, numbers moved off
+//! their priors.
 
 use crate::noise::Noise as Draw;
 use crate::problem::Problem;

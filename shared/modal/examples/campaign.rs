@@ -1,4 +1,5 @@
-//! Monte Carlo figures: `campaign decay SEEDS [bias]`, `campaign ambient SEEDS`, `campaign twelve SEEDS`, `campaign random SEEDS`.
+//! Monte Carlo figures: `campaign decay SEEDS [bias]`, `campaign ambient SEEDS`,
+//! `campaign twelve SEEDS`, `campaign random SEEDS`.
 
 #[path = "../tests/cases/mod.rs"]
 mod cases;
@@ -82,8 +83,8 @@ fn main() {
     }
 }
 
-/// Twelve modes between 0.5 and 20 Hz, at least three half-power widths apart, ten channels, sensor noise 20 dB below, 2000 periods
-/// of the slowest.
+/// Twelve modes between 0.5 and 20 Hz, at least three half-power widths apart, ten channels, sensor
+/// noise 20 dB below, 2000 periods of the slowest.
 fn twelve(seeds: u64) {
     const RATE_HZ: f64 = 50.0;
     let (mut counted, mut missed, mut spurious) = (0, 0, 0);

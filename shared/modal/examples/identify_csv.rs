@@ -1,4 +1,5 @@
-//! Modes of a recording: `zcat record.csv.gz | identify_csv [first_row] [column ...]`. First column time in seconds, then channels.
+//! Modes of a recording: `zcat record.csv.gz | identify_csv [first_row] [column ...]`. First column
+//! time in seconds, then channels.
 
 use modal::{Config, ModalIdentifier, Rejection};
 use std::io::BufRead;

@@ -1,4 +1,5 @@
-//! Monte Carlo of every method on the free decay and the forced record of the appendage: `methods SEEDS`.
+//! Monte Carlo of every method on the free decay and the forced record of the appendage:
+//! `methods SEEDS`.
 
 #[path = "../tests/cases/mod.rs"]
 mod cases;

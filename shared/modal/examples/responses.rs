@@ -1,5 +1,5 @@
-//! Modes of frequency responses: `responses ORDER FILE…`, each `frequency,real,imaginary` with a header. Every line says the orders,
-//! the CPU time of the fit and the poles.
+//! Modes of frequency responses: `responses ORDER FILE…`, each `frequency,real,imaginary` with a
+//! header. Every line says the orders, the CPU time of the fit and the poles.
 
 use modal::c64;
 use modal::rational_fraction::{Orders, of_responses};

@@ -1,5 +1,6 @@
-//! Times and poles of one record: `subspace FILE CHANNELS RATE_HZ BLOCK_ROWS ORDER cov|data`, FILE raw little-endian f64, sample by
-//! sample. One thread. CPU times. Prints one JSON object; `tests/peers/modal.py` sets it beside other tools.
+//! Times and poles of one record: `subspace FILE CHANNELS RATE_HZ BLOCK_ROWS ORDER cov|data`, FILE
+//! raw little-endian f64, sample by sample. One thread. CPU times. Prints one JSON object;
+//! `tests/peers/modal.py` sets it beside other tools.
 
 use modal::gram::gram;
 use modal::ssi_cov::{Projection, realise_by};

@@ -8,8 +8,8 @@ const NULLING: f64 = 0.2;
 const DAMPING_UNKNOWN: f64 = 0.2;
 /// Modes closer than this many sums of half bandwidths overlap.
 const OVERLAP: f64 = 3.0;
-/// Correlation of residuals (1: white) above which the model lacks an input or a mode: 20 lags of some channels scatter
-/// by a few tenths.
+/// Correlation of residuals (1: white) above which the model lacks an input or a mode: 20 lags of
+/// some channels scatter by a few tenths.
 const COLOURED: f64 = 2.0;
 
 /// One piece of advice.
@@ -51,7 +51,8 @@ impl std::fmt::Display for Advice {
     }
 }
 
-/// Whether a pulse of `pulse_s` leaves the mode at rest: its decay is `2 |sin(π f T)|` of that after a step.
+/// Whether a pulse of `pulse_s` leaves the mode at rest: its decay is `2 |sin(π f T)|` of that
+/// after a step.
 #[must_use]
 pub fn pulse_nulling(frequency_hz: f64, pulse_s: f64) -> Option<Advice> {
     let cycles = frequency_hz * pulse_s;
@@ -62,7 +63,8 @@ pub fn pulse_nulling(frequency_hz: f64, pulse_s: f64) -> Option<Advice> {
     (share < NULLING && cycles > 0.5).then_some(Advice::PulseNulled { frequency_hz, pulse_s, share, better_pulse_s })
 }
 
-/// Advice on the modes of a method in a record of `record_s`; `residual_correlation` where the method has residuals.
+/// Advice on the modes of a method in a record of `record_s`; `residual_correlation` where the
+/// method has residuals.
 #[must_use]
 pub fn advice(found: &[Estimate], record_s: f64, residual_correlation: Option<f64>) -> Vec<Advice> {
     let mut all = Vec::new();
@@ -70,7 +72,8 @@ pub fn advice(found: &[Estimate], record_s: f64, residual_correlation: Option<f6
         let Some(deviation) = estimate.deviation else { continue };
         let relative_deviation = (deviation.damping_ratio / estimate.damping_ratio).abs();
         if relative_deviation > DAMPING_UNKNOWN || relative_deviation.is_nan() {
-            // The variance falls with the length of a steady response, and with the number of decays.
+            // The variance falls with the length of a steady response, and with the number of
+            // decays.
             let longer_s = record_s * (relative_deviation / 0.1) * (relative_deviation / 0.1);
             let frequency_hz = estimate.frequency_hz;
             all.push(Advice::RecordTooShort { frequency_hz, relative_deviation, record_s, longer_s });
@@ -96,7 +99,8 @@ mod tests {
 
     #[test]
     fn a_pulse_of_whole_periods_is_named_and_one_of_half_a_period_is_not() {
-        // Counter-example of the benchmark's study: 0.99990 Hz and one second; its appendage has 1.5611 Hz.
+        // Counter-example of the benchmark's study: 0.99990 Hz and one second; its appendage has
+        // 1.5611 Hz.
         assert!(matches!(pulse_nulling(0.9999, 1.0), Some(Advice::PulseNulled { share, .. }) if share < 1e-3));
         assert_eq!(pulse_nulling(1.5611, 1.0), None);
         let Some(Advice::PulseNulled { better_pulse_s, .. }) = pulse_nulling(2.0, 1.0) else { panic!("2 Hz, 1 s") };

@@ -1,9 +1,11 @@
-//! Halving the sample rate of a stream behind a half-band anti-alias filter, output only where the filter is full.
+//! Halving the sample rate of a stream behind a half-band anti-alias filter, output only where the
+//! filter is full.
 //!
-//! A filtered free decay is a free decay with the same poles (every output is a fixed sum of shifted decays), as long as the
-//! filter sees nothing from before the segment; therefore the first outputs of a segment are withheld.
-//! Linear-phase FIR of 47 taps, Kaiser window for 70 dB: pass band to 0.40, stop band from 0.60 of the output rate, so that nothing folds
-//! onto the pass band. Kaiser 1974; Oppenheim & Schafer section 7.6.
+//! A filtered free decay is a free decay with the same poles (every output is a fixed sum of
+//! shifted decays), as long as the filter sees nothing from before the segment; therefore the first
+//! outputs of a segment are withheld. Linear-phase FIR of 47 taps, Kaiser window for 70 dB: pass
+//! band to 0.40, stop band from 0.60 of the output rate, so that nothing folds onto the pass band.
+//! Kaiser 1974; Oppenheim & Schafer section 7.6.
 
 use serde::{Deserialize, Serialize};
 
@@ -36,7 +38,8 @@ impl HalfBand {
         }
     }
 
-    /// Adds a sample; every second one gives an output once the filter is full. Cost: 24 multiply-adds per channel and output.
+    /// Adds a sample; every second one gives an output once the filter is full. Cost: 24
+    /// multiply-adds per channel and output.
     pub fn push(&mut self, sample: &[f64]) -> Option<&[f64]> {
         self.history.push(sample);
         self.filled += 1;
@@ -87,7 +90,8 @@ fn half_band_taps() -> Vec<f64> {
     taps
 }
 
-/// Modified Bessel function of order zero by its power series; 40 terms reach rounding for arguments below 10.
+/// Modified Bessel function of order zero by its power series; 40 terms reach rounding for
+/// arguments below 10.
 fn bessel_i0(x: f64) -> f64 {
     let (mut term, mut sum) = (1.0, 1.0);
     for k in 1..40 {
@@ -116,7 +120,8 @@ mod tests {
     fn pass_band_is_flat_and_stop_band_is_70_db_down_so_that_nothing_folds_onto_the_pass_band() {
         for step in 0..=100 {
             let across = f64::from(step) / 100.0;
-            // Frequencies relative to the input rate: pass band 0 .. 0.2, stop band 0.3 .. 0.5; 70 dB is 3.2e-4 (design: 1e-3 bound).
+            // Frequencies relative to the input rate: pass band 0 .. 0.2, stop band 0.3 .. 0.5; 70
+            // dB is 3.2e-4 (design: 1e-3 bound).
             assert!((gain(0.2 * across) - 1.0).abs() < 1e-3, "pass {across}");
             assert!(gain(0.3 + 0.2 * across) < 1e-3, "stop {across}");
         }

@@ -1,8 +1,10 @@
-//! Frequency and damping over the parts of a record: constants of a linear structure, clocks of one that is not.
+//! Frequency and damping over the parts of a record: constants of a linear structure, clocks of one
+//! that is not.
 //!
-//! A fit of the whole record hides changes along it: damping that grows with amplitude moves the fitted damping by tens of
-//! per cent and leaves the residuals almost white. The same record in parts shows it with ten standard deviations, and the sign
-//! says what it is. Evidence, not a verdict: wear, temperature and a moving payload drift, too.
+//! A fit of the whole record hides changes along it: damping that grows with amplitude moves the
+//! fitted damping by tens of per cent and leaves the residuals almost white. The same record in
+//! parts shows it with ten standard deviations, and the sign says what it is. Evidence, not a
+//! verdict: wear, temperature and a moving payload drift, too.
 
 use crate::mac::modal_assurance_criterion;
 use crate::maximum_likelihood::{Model, fit};
@@ -11,8 +13,8 @@ use crate::record::Record;
 use faer::c64;
 use std::ops::Range;
 
-/// Standard deviations from which a change is reported: two halves, two parameters for each of ten modes, once in a thousand
-/// linear records.
+/// Standard deviations from which a change is reported: two halves, two parameters for each of ten
+/// modes, once in a thousand linear records.
 pub const WORTH_A_WORD_SIGMA: f64 = 4.0;
 /// Shapes less alike than this are not of one mode.
 const SAME_SHAPE: f64 = 0.8;
@@ -57,7 +59,8 @@ impl std::fmt::Display for Drift {
     }
 }
 
-/// Modes found in two parts, each paired with the nearest of like shape; those without standard deviations are omitted.
+/// Modes found in two parts, each paired with the nearest of like shape; those without standard
+/// deviations are omitted.
 #[must_use]
 pub fn between(earlier: &[Estimate], later: &[Estimate]) -> Vec<Drift> {
     let of = |before: &Estimate| {
@@ -97,7 +100,8 @@ pub struct PartOfRecord {
     /// Behind the record's first sample.
     pub begin_s: f64,
     pub end_s: f64,
-    /// Root mean square over all channels, mean of each removed: how strongly the structure moved, all modes together.
+    /// Root mean square over all channels, mean of each removed: how strongly the structure moved,
+    /// all modes together.
     pub amplitude: f64,
     pub modes: Vec<Estimate>,
 }
@@ -124,10 +128,12 @@ pub struct Track {
 
 /// Periods of the slowest mode that a part holds at least.
 const PERIODS_MIN: f64 = 3.0;
-/// Parts at most: time and amplitude are told apart by four, and each still knows its modes to twice the whole record's sigma.
+/// Parts at most: time and amplitude are told apart by four, and each still knows its modes to
+/// twice the whole record's sigma.
 const PARTS_MAX: usize = 4;
 
-/// Equal parts of a record worth fitting: four, or fewer where the slowest mode would not turn three times in each; at least two.
+/// Equal parts of a record worth fitting: four, or fewer where the slowest mode would not turn
+/// three times in each; at least two.
 #[must_use]
 pub fn parts_of(record: &Record, slowest_hz: f64) -> Vec<Range<usize>> {
     let samples = record.samples();
@@ -153,7 +159,8 @@ pub fn part(record: &Record, over: &Range<usize>, modes: Vec<Estimate>) -> PartO
     }
 }
 
-/// Every part of [`parts_of`] by maximum likelihood from the `poles` of the whole; a part that cannot be fitted has no modes.
+/// Every part of [`parts_of`] by maximum likelihood from the `poles` of the whole; a part that
+/// cannot be fitted has no modes.
 ///
 /// Cost: one fit of the record's length in all.
 #[must_use]
@@ -192,9 +199,11 @@ fn point(mode: &Estimate, part: &PartOfRecord) -> Option<TrackPoint> {
     })
 }
 
-/// Drift of the modes at `poles` (of the whole record) between the halves of a record, each fitted by maximum likelihood.
+/// Drift of the modes at `poles` (of the whole record) between the halves of a record, each fitted
+/// by maximum likelihood.
 ///
-/// The second half begins in motion; so does the first unless `model` says otherwise. Empty where a half cannot be fitted.
+/// The second half begins in motion; so does the first unless `model` says otherwise. Empty where a
+/// half cannot be fitted.
 ///
 /// Cost: two fits of half the length.
 #[must_use]

@@ -1,8 +1,9 @@
 //! Eigensystem realisation algorithm on free decays, several side by side where there are several.
 //!
-//! `H₀ = U S Vᵀ` (block Hankel matrix of the decay), `A = S⁻¹ Uᵀ H₁ V` in the basis of U, `C` its first block row. Juang & Pappa 1985.
-//! Of the shifted matrix only `H₁ V = H₁ H₀ᵀ U S⁻¹` is needed, so both come from the Gram matrix of one block row more, and decays
-//! that follow each other (steps of a reference) are stacked by adding their Gram matrices: no column crosses a step.
+//! `H₀ = U S Vᵀ` (block Hankel matrix of the decay), `A = S⁻¹ Uᵀ H₁ V` in the basis of U, `C` its
+//! first block row. Juang & Pappa 1985. Of the shifted matrix only `H₁ V = H₁ H₀ᵀ U S⁻¹` is needed,
+//! so both come from the Gram matrix of one block row more, and decays that follow each other
+//! (steps of a reference) are stacked by adding their Gram matrices: no column crosses a step.
 //!
 //! Cost: the Gram matrix, then subspace iteration of O((il)² n) per pass.
 

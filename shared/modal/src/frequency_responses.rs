@@ -1,10 +1,13 @@
-//! Modes of measured frequency responses: rational fractions of rising order until an order splits or invents a mode.
+//! Modes of measured frequency responses: rational fractions of rising order until an order splits
+//! or invents a mode.
 //!
-//! An order is accepted when all its poles decay, none beyond the damping sought, and no two lie within each other's half-power
-//! bandwidths: a fraction with more poles than the responses have modes spends them on halves of one peak, or on noise. Modes
-//! closer than their bandwidths are therefore not separated here. Of the accepted orders the one of smallest `n ln RSS + unknowns · ln n`
-//! (Schwarz 1978) is reported, RSS of the responses synthesised from its modes; standard deviations are the
-//! scatter of a mode over all accepted orders that show it, and over numerators of four orders.
+//! An order is accepted when all its poles decay, none beyond the damping sought, and no two lie
+//! within each other's half-power bandwidths: a fraction with more poles than the responses have
+//! modes spends them on halves of one peak, or on noise. Modes closer than their bandwidths are
+//! therefore not separated here. Of the accepted orders the one of smallest
+//! `n ln RSS + unknowns · ln n` (Schwarz 1978) is reported, RSS of the responses synthesised from
+//! its modes; standard deviations are the scatter of a mode over all accepted orders that show it,
+//! and over numerators of four orders.
 
 use crate::mac::normalised;
 use crate::projection::Basis;
@@ -43,7 +46,8 @@ pub struct ResponseFit {
     pub synthesised: Vec<Vec<c64>>,
 }
 
-/// Modes of `responses` (one per channel over `frequency_hz`), even orders of the denominator within `orders`.
+/// Modes of `responses` (one per channel over `frequency_hz`), even orders of the denominator
+/// within `orders`.
 ///
 /// # Errors
 /// [`RfpError`] when there are too few lines for the smallest order, or no order is accepted.
@@ -82,7 +86,8 @@ pub fn identify(
     let Some((order, poles)) = best else {
         return Err(first_error.unwrap_or(RfpError::NotDetermined { lines }));
     };
-    // The order reported once more with other numerators: a mode that no smaller order shows scatters, too.
+    // The order reported once more with other numerators: a mode that no smaller order shows
+    // scatters, too.
     for extra in [2, 6, 10] {
         let tried = Orders { denominator: order, numerator: order + extra, transient: 0 };
         accepted.extend(of_responses(frequency_hz, responses, tried).ok().map(|poles| (order, poles)));
@@ -132,7 +137,8 @@ fn scatter(pole: c64, accepted: &[(usize, Vec<c64>)]) -> Option<(f64, f64)> {
     (found.len() > 1).then(|| (deviation(|x| x.0), deviation(|x| x.1)))
 }
 
-/// Shapes and synthesised responses: `Σ c/(s−λ) + c̄/(s−λ̄) + r₀ + r₁ s + r₂ s²`, by least squares per channel.
+/// Shapes and synthesised responses: `Σ c/(s−λ) + c̄/(s−λ̄) + r₀ + r₁ s + r₂ s²`, by least squares
+/// per channel.
 fn residues(frequency_hz: &[f64], responses: &[Vec<c64>], poles: &[c64]) -> (Vec<Vec<c64>>, Vec<Vec<c64>>) {
     let lines = frequency_hz.len();
     let scale = 2.0 * std::f64::consts::PI * frequency_hz[lines - 1];

@@ -1,17 +1,21 @@
-//! Gram matrix of the block-Hankel matrix of a record, exactly, without ever forming the long matrix.
+//! Gram matrix of the block-Hankel matrix of a record, exactly, without ever forming the long
+//! matrix.
 //!
-//! With `R_k = Σ_t y_t y_{t−k}ᵀ`, k = 0 … 2i−1, the first block row follows from the lag sums less the products that end in no column,
-//! and the rest by displacement: `G[p,q] = G[p−1,q−1] − y_{p−1} y_{q−1}ᵀ + y_{p−1+Nc} y_{q−1+Nc}ᵀ`, Nc = N − 2i + 1 columns.
+//! With `R_k = Σ_t y_t y_{t−k}ᵀ`, k = 0 … 2i−1, the first block row follows from the lag sums less
+//! the products that end in no column, and the rest by displacement:
+//! `G[p,q] = G[p−1,q−1] − y_{p−1} y_{q−1}ᵀ + y_{p−1+Nc} y_{q−1+Nc}ᵀ`, Nc = N − 2i + 1 columns.
 //! Cost: 4 i l² N multiply-adds instead of the (2il)² N/2 of the product.
 //!
-//! The lag sums of a record in memory are matrix products: B samples side by side are a column of B l numbers where they lie, so
-//! that `Σ_s Y_s Y_{s−j}ᵀ` (B l × B l, a view of the record) holds the products of all lags from (j−1) B + 1 to (j+1) B − 1.
+//! The lag sums of a record in memory are matrix products: B samples side by side are a column of B
+//! l numbers where they lie, so that `Σ_s Y_s Y_{s−j}ᵀ` (B l × B l, a view of the record) holds the
+//! products of all lags from (j−1) B + 1 to (j+1) B − 1.
 
 use crate::record::Record;
 use faer::{Accum, Mat, MatRef, Par};
 use std::ops::Range;
 
-/// Samples kept from the end of a stretch, in units of i: 2i for the displacement, 3i for lagged sums of the last columns.
+/// Samples kept from the end of a stretch, in units of i: 2i for the displacement, 3i for lagged
+/// sums of the last columns.
 pub(crate) const TAIL_LENGTH: usize = 3;
 /// Numbers side by side in one column of the products: as many as fill the cache's panels.
 const PANEL: usize = 192;
@@ -38,7 +42,8 @@ pub(crate) struct Stretch<'a> {
     pub tail: &'a [f64],
 }
 
-/// Gram matrix over `segments` of a record of `channels` (samples one after the other); no column crosses a border.
+/// Gram matrix over `segments` of a record of `channels` (samples one after the other); no column
+/// crosses a border.
 #[must_use]
 pub fn gram(samples: &[f64], channels: usize, block_rows: usize, segments: &[Range<usize>]) -> Gram {
     let mut gram = Gram::zeros(channels, block_rows);
@@ -108,7 +113,8 @@ impl Gram {
         self.block_rows * self.channels
     }
 
-    /// Adds the Gram matrix of one stretch: first block row from the lag sums, the rest by displacement.
+    /// Adds the Gram matrix of one stretch: first block row from the lag sums, the rest by
+    /// displacement.
     pub(crate) fn add(&mut self, stretch: &Stretch<'_>) {
         let (l, rows) = (self.channels, 2 * self.block_rows);
         if stretch.samples < rows as u64 {

@@ -1,7 +1,9 @@
-//! The newest samples of a multichannel stream as one contiguous slice, newest first, in fixed memory.
+//! The newest samples of a multichannel stream as one contiguous slice, newest first, in fixed
+//! memory.
 //!
-//! A ring would split the slice; instead the window slides towards the front of a buffer twice its length and is copied
-//! to the back when it arrives there, so that every lag sum is a plain product of two slices.
+//! A ring would split the slice; instead the window slides towards the front of a buffer twice its
+//! length and is copied to the back when it arrives there, so that every lag sum is a plain product
+//! of two slices.
 
 use serde::{Deserialize, Serialize};
 

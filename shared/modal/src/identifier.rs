@@ -1,8 +1,9 @@
 //! The whole identifier as a partition uses it: samples in, modes out, fixed memory between.
 //!
-//! The stream is halved in rate several times and each rate has its own accumulator, because i block rows look i samples ahead
-//! and a mode far below the sample rate needs a longer look. A mode seen at several rates is reported from the rate at which it
-//! persists over most orders, among those at which its predicted variance is within a factor of two of the smallest.
+//! The stream is halved in rate several times and each rate has its own accumulator, because i
+//! block rows look i samples ahead and a mode far below the sample rate needs a longer look. A mode
+//! seen at several rates is reported from the rate at which it persists over most orders, among
+//! those at which its predicted variance is within a factor of two of the smallest.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +15,12 @@ use crate::stabilisation::{RejectedPole, Rejection};
 use crate::streaming::StreamingCovariance;
 use crate::uncertainty::relative_variance;
 
-/// Part of the undecimated rate up to which poles are taken: the last 2 % before the Nyquist frequency fold easily.
+/// Part of the undecimated rate up to which poles are taken: the last 2 % before the Nyquist
+/// frequency fold easily.
 const USABLE_BAND: f64 = 0.48;
 
-/// Variances of one mode at two rates this close count as equal; then persistence over the orders decides, which sees bias.
+/// Variances of one mode at two rates this close count as equal; then persistence over the orders
+/// decides, which sees bias.
 const RATE_VARIANCE_SLACK: f64 = 2.0;
 
 /// Settings of the identifier.
@@ -31,7 +34,8 @@ pub struct Config {
     pub band_hz: Option<(f64, f64)>,
     /// Number of times the rate is halved; each costs half the accumulation of the one before.
     pub halvings: usize,
-    /// Blocks kept at each rate for the spread along the record; as many as pay when none is stated. One: the newest segment alone.
+    /// Blocks kept at each rate for the spread along the record; as many as pay when none is
+    /// stated. One: the newest segment alone.
     pub blocks: Option<usize>,
     pub selection: SelectionSettings,
 }
@@ -112,7 +116,8 @@ impl ModalIdentifier {
         self.covariances[0].samples()
     }
 
-    /// Adds one sample of all channels; no allocation. A value that is not finite ends the segment and begins another.
+    /// Adds one sample of all channels; no allocation. A value that is not finite ends the segment
+    /// and begins another.
     pub fn push(&mut self, sample: &[f64]) {
         assert_eq!(sample.len(), self.config.channels);
         if sample.iter().any(|y| !y.is_finite()) {
@@ -197,7 +202,8 @@ impl ModalIdentifier {
     }
 }
 
-/// Of modes that are the same at several rates, the one that persists over most orders among those of small variance.
+/// Of modes that are the same at several rates, the one that persists over most orders among those
+/// of small variance.
 fn keep_best_rate(mut all: Selection) -> Selection {
     let variance = |mode: &Mode| {
         relative_variance(mode.sigma_frequency_hz / mode.frequency_hz, mode.sigma_damping, mode.damping_ratio)
@@ -233,10 +239,11 @@ fn keep_best_rate(mut all: Selection) -> Selection {
     Selection { modes, rejected: all.rejected }
 }
 
-/// A narrower mode within the half-power width of `mode`, seen only at rates slower than all that show `mode`.
+/// A narrower mode within the half-power width of `mode`, seen only at rates slower than all that
+/// show `mode`.
 ///
-/// A fast rate looks over a short time and takes close modes for one wide one; the slow rate, which tells them apart, would show
-/// the wide one too if it existed.
+/// A fast rate looks over a short time and takes close modes for one wide one; the slow rate, which
+/// tells them apart, would show the wide one too if it existed.
 fn narrower<'a>(mode: &Mode, slowest: usize, groups: &'a [Vec<Mode>]) -> Option<&'a Mode> {
     groups.iter().flatten().find(|other| {
         other.decimation > slowest
@@ -256,7 +263,8 @@ fn left_out(mode: &Mode, better_decimation: usize) -> RejectedPole {
     }
 }
 
-/// Frequencies within their bandwidth or three deviations, and shapes alike; or nearly one frequency.
+/// Frequencies within their bandwidth or three deviations, and shapes alike; or nearly one
+/// frequency.
 fn same_mode(a: &Mode, b: &Mode) -> bool {
     let apart = (a.frequency_hz - b.frequency_hz).abs();
     let together = (a.sigma_frequency_hz * a.sigma_frequency_hz + b.sigma_frequency_hz * b.sigma_frequency_hz).sqrt();

@@ -2,17 +2,21 @@
 
 use faer::{Mat, MatRef, Side};
 
-/// Vectors iterated beyond the requested ones: the ratio of eigenvalues that far apart decides the speed.
+/// Vectors iterated beyond the requested ones: the ratio of eigenvalues that far apart decides the
+/// speed.
 const SPARE: usize = 10;
-/// If a state of noise is requested there is no gap, and the full decomposition is cheaper than more passes.
+/// If a state of noise is requested there is no gap, and the full decomposition is cheaper than
+/// more passes.
 const PASSES_MAX: usize = 8;
-/// Change of the Ritz vectors' eigenvalues per pass, relative to each, at which they stand: their error is its square root squared.
+/// Change of the Ritz vectors' eigenvalues per pass, relative to each, at which they stand: their
+/// error is its square root squared.
 const SETTLED: f64 = 1e-13;
 
-/// Eigenvectors of the `count` largest eigenvalues of a positive semi-definite matrix, and these, largest first.
+/// Eigenvectors of the `count` largest eigenvalues of a positive semi-definite matrix, and these,
+/// largest first.
 ///
-/// Subspace iteration with Rayleigh–Ritz from a fixed start; the full decomposition where it does not settle or would cost no less.
-/// `None` when the decomposition fails.
+/// Subspace iteration with Rayleigh–Ritz from a fixed start; the full decomposition where it does
+/// not settle or would cost no less. `None` when the decomposition fails.
 pub(crate) fn leading_eigenvectors(matrix: MatRef<'_, f64>, count: usize) -> Option<(Mat<f64>, Vec<f64>)> {
     let n = matrix.nrows();
     let block = count + SPARE;

@@ -1,7 +1,9 @@
-//! Modal parameters of vibrating structures from measured motion: frequency, damping ratio, shape, uncertainty.
+//! Modal parameters of vibrating structures from measured motion: frequency, damping ratio, shape,
+//! uncertainty.
 //!
-//! What it is: an [`identifier`] that flies (samples one by one, fixed memory, [`Mode`]s on request), and [`methods`]
-//! for whole [`record`]s on the ground, of which [`maximum_likelihood`] with known inputs is the reference.
+//! What it is: an [`identifier`] that flies (samples one by one, fixed memory, [`Mode`]s on
+//! request), and [`methods`] for whole [`record`]s on the ground, of which [`maximum_likelihood`]
+//! with known inputs is the reference.
 //!
 //! May import: faer (single-threaded), libm, serde.
 //!
@@ -28,13 +30,13 @@
 //! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
 //! | `decimation` | half the sample rate behind an anti-alias filter |
 //! | `onset` | a jump in the motion ends a segment |
-//! | `ssi_cov`, `weighting` | covariance-driven subspace identification: all orders from one factorisation |
+//! | `ssi_cov`, `weighting` | covariance-driven subspace identification, all orders at once |
 //! | `stabilisation`, `selection` | poles that persist over orders; poles that are modes |
 //! | `uncertainty` | standard deviations of frequency and damping |
 //! | `mac` | assurance criteria and collinearity of shapes |
 //! | `tracking` | the identity of modes over successive answers |
 //! | `methods`, `record` | every method by name, over whole records |
-//! | `maximum_likelihood`, `model_order` | variable projection with known inputs; the number of modes by BIC |
+//! | `maximum_likelihood`, `model_order` | variable projection, known inputs; number of modes by BIC |
 //! | `era`, `lsce`, `po_moesp`, `rational_fraction` | methods of the literature |
 //! | `frequency_responses` | frequency responses with coherence from records |
 //! | `advice`, `drift` | whether a record can determine its modes; changes of modes within a record |

@@ -1,8 +1,10 @@
-//! Least-squares complex exponential on free decays: one linear prediction for all channels and segments.
+//! Least-squares complex exponential on free decays: one linear prediction for all channels and
+//! segments.
 //!
-//! `y_i(n+p) = −Σ_k β_k y_i(n+k)` for every channel i; the roots of `z^p + Σ β_k z^k` hold the poles of the structure among p. Brown,
-//! Allemang, Zimmerman & Mergeay 1979. The order has to be far above two per mode: noise in the regressors bends the
-//! prediction, and only surplus roots take it up (BP3A: damping error 47 % with p = 20, 0.17 % with 50, 0.09 % with 200). Which roots
+//! `y_i(n+p) = −Σ_k β_k y_i(n+k)` for every channel i; the roots of `z^p + Σ β_k z^k` hold the
+//! poles of the structure among p. Brown, Allemang, Zimmerman & Mergeay 1979. The order has to be
+//! far above two per mode: noise in the regressors bends the prediction, and only surplus roots
+//! take it up (BP3A: damping error 47 % with p = 20, 0.17 % with 50, 0.09 % with 200). Which roots
 //! are modes is decided by their share of the decay.
 //!
 //! Cost: p N l for the normal equations, O(p³) for solution and roots.
@@ -14,8 +16,8 @@ use crate::ssi_cov::SsiError;
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side, c64};
 
-/// Added to the diagonal of the normal equations, relative to its mean: a decay without noise has only as many independent
-/// regressors as states.
+/// Added to the diagonal of the normal equations, relative to its mean: a decay without noise has
+/// only as many independent regressors as states.
 const JITTER: f64 = 1e-14;
 const JITTER_MAX: f64 = 1e-9;
 /// Roots beyond this damping ratio are not sought.
@@ -23,7 +25,8 @@ const ROOT_DAMPING_RATIO_MAX: f64 = 0.8;
 /// Real roots above this are drifts that last, those below die out within some samples.
 const SLOW: f64 = 0.5;
 
-/// The `count` oscillations and drifts (imaginary part 0) that explain most, as continuous-time poles [1/s], the strongest first.
+/// The `count` oscillations and drifts (imaginary part 0) that explain most, as continuous-time
+/// poles [1/s], the strongest first.
 ///
 /// # Errors
 /// [`SsiError`] when no segment holds two orders of samples, or all are flat.
@@ -68,7 +71,8 @@ fn predictor(normal: &mut Mat<f64>, mean: f64) -> Option<Mat<f64>> {
     None
 }
 
-/// The pole of an oscillation or of a slow real decay; `None` for one of a pair, an alternating root, or a fast decay.
+/// The pole of an oscillation or of a slow real decay; `None` for one of a pair, an alternating
+/// root, or a fast decay.
 fn continuous(z: c64, sample_rate_hz: f64) -> Option<c64> {
     let magnitude = z.norm_sqr();
     if z.im < 0.0 || (z.im == 0.0 && z.re <= SLOW) || magnitude == 0.0 {

@@ -2,7 +2,8 @@
 
 use faer::c64;
 
-/// Modal assurance criterion `|aᴴb|² / (aᴴa · bᴴb)`: 1 for the same shape whatever its scale and phase, 0 for orthogonal ones.
+/// Modal assurance criterion `|aᴴb|² / (aᴴa · bᴴb)`: 1 for the same shape whatever its scale and
+/// phase, 0 for orthogonal ones.
 ///
 /// Allemang & Brown 1982. Zero when a shape vanishes. One channel always gives 1.
 #[must_use]
@@ -17,9 +18,11 @@ pub fn modal_assurance_criterion(a: &[c64], b: &[c64]) -> f64 {
     if norm_a * norm_b > 0.0 { cross.norm_sqr() / (norm_a * norm_b) } else { 0.0 }
 }
 
-/// Modal phase collinearity: 1 when all components lie on one line of the complex plane (a normal mode).
+/// Modal phase collinearity: 1 when all components lie on one line of the complex plane (a normal
+/// mode).
 ///
-/// `((S_xx − S_yy)² + 4 S_xy²) / (S_xx + S_yy)²`, x and y the real and imaginary parts. Pappa, Elliott & Schenk 1993.
+/// `((S_xx − S_yy)² + 4 S_xy²) / (S_xx + S_yy)²`, x and y the real and imaginary parts. Pappa,
+/// Elliott & Schenk 1993.
 #[must_use]
 pub fn modal_phase_collinearity(shape: &[c64]) -> f64 {
     let (mut s_xx, mut s_yy, mut s_xy) = (0.0, 0.0, 0.0);
@@ -32,9 +35,11 @@ pub fn modal_phase_collinearity(shape: &[c64]) -> f64 {
     if total > 0.0 { ((s_xx - s_yy) * (s_xx - s_yy) + 4.0 * s_xy * s_xy) / (total * total) } else { 0.0 }
 }
 
-/// Modal phase deviation: root mean square angle [rad] of the components from their common line, weighted by their size.
+/// Modal phase deviation: root mean square angle [rad] of the components from their common line,
+/// weighted by their size.
 ///
-/// The line is that of the total least squares fit through the origin of the complex plane. Reynders, Houbrechts & De Roeck 2012.
+/// The line is that of the total least squares fit through the origin of the complex plane.
+/// Reynders, Houbrechts & De Roeck 2012.
 #[must_use]
 pub fn mean_phase_deviation(shape: &[c64]) -> f64 {
     let (mut s_xx, mut s_yy, mut s_xy) = (0.0, 0.0, 0.0);
@@ -56,10 +61,12 @@ pub fn mean_phase_deviation(shape: &[c64]) -> f64 {
     if weights > 0.0 { angles / weights } else { 0.0 }
 }
 
-/// Extended modal amplitude coherence of outputs: 1 when the component of a mode in the last block row of the observability matrix is the one
-/// that its first block row and its pole predict (Pappa, Elliott & Schenk 1993, output part; channels weighted by their power).
+/// Extended modal amplitude coherence of outputs: 1 when the component of a mode in the last block
+/// row of the observability matrix is the one that its first block row and its pole predict (Pappa,
+/// Elliott & Schenk 1993, output part; channels weighted by their power).
 ///
-/// `first` and `last` are the mode's components in the first and in the last block row, `growth = z^(i−1)` predicts `last = growth · first`.
+/// `first` and `last` are the mode's components in the first and in the last block row,
+/// `growth = z^(i−1)` predicts `last = growth · first`.
 #[must_use]
 pub fn extended_modal_amplitude_coherence(first: &[c64], last: &[c64], growth: c64) -> f64 {
     assert_eq!(first.len(), last.len());

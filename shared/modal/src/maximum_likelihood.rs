@@ -1,10 +1,12 @@
-//! Maximum likelihood modes of a record with known input, or of a free decay, by variable projection.
+//! Maximum likelihood modes of a record with known input, or of a free decay, by variable
+//! projection.
 //!
-//! `y_i(t) = Σ_k Re(c_ik z_k(t)) + d_i u(t) + b_i + e_i(t)`, `z_k' = λ_k z_k + u`, e white with a variance per channel. Only the
-//! poles are sought by iteration; residues, direct terms and biases follow from them by least squares (Golub & Pereyra 1973), and
-//! the Jacobian is that of Kaufman 1975, `P⊥ (∂Φ/∂λ) c`, whose Gram matrix is the Fisher information of the poles with all
-//! linear unknowns marginalised. Nothing is fed back from the output into the regressors, so a controller that closes a loop
-//! around the structure does no harm as long as its commands are known.
+//! `y_i(t) = Σ_k Re(c_ik z_k(t)) + d_i u(t) + b_i + e_i(t)`, `z_k' = λ_k z_k + u`, e white with a
+//! variance per channel. Only the poles are sought by iteration; residues, direct terms and biases
+//! follow from them by least squares (Golub & Pereyra 1973), and the Jacobian is that of Kaufman
+//! 1975, `P⊥ (∂Φ/∂λ) c`, whose Gram matrix is the Fisher information of the poles with all linear
+//! unknowns marginalised. Nothing is fed back from the output into the regressors, so a controller
+//! that closes a loop around the structure does no harm as long as its commands are known.
 //!
 //! Cost per iteration: 4 N m² + 2 N m l multiply-adds for m linear columns and l channels.
 
@@ -76,9 +78,11 @@ impl std::error::Error for MlError {}
 pub struct Fit {
     /// Continuous-time poles [1/s], imaginary part positive, in order of frequency.
     pub poles: Vec<c64>,
-    /// Covariance of (f₁ [Hz], ζ₁, f₂, ζ₂, …), row by row, from the Fisher information at the variances found.
+    /// Covariance of (f₁ [Hz], ζ₁, f₂, ζ₂, …), row by row, from the Fisher information at the
+    /// variances found.
     pub covariance: Vec<f64>,
-    /// Residues per channel of the input (or initial motion) that moves the mode most, largest component 1.
+    /// Residues per channel of the input (or initial motion) that moves the mode most, largest
+    /// component 1.
     pub mode_shapes: Vec<Vec<c64>>,
     /// Standard deviation of the residuals, per channel.
     pub channel_sigma: Vec<f64>,
@@ -115,7 +119,8 @@ impl Fit {
         modal_phase_collinearity(&self.mode_shapes[mode])
     }
 
-    /// Mean square of the residuals' correlations at lags 1–20 over that of white noise: 1 if the residuals are white.
+    /// Mean square of the residuals' correlations at lags 1–20 over that of white noise: 1 if the
+    /// residuals are white.
     #[must_use]
     pub fn residual_correlation(&self) -> f64 {
         correlation(&self.residuals)
@@ -184,10 +189,12 @@ pub fn fit(record: &Record, model: Model, start: &[c64]) -> Result<Fit, MlError>
     finish(record, now, &poles, &order, (iterations, converged)).ok_or_else(blind)
 }
 
-/// As [`fit`]; of a record that moves before its input acts, the fit with that motion, and the model it is of.
+/// As [`fit`]; of a record that moves before its input acts, the fit with that motion, and the
+/// model it is of.
 ///
-/// The motion is part of the model when `2 ln L` gains more by it than its unknowns cost (Schwarz 1978): `Σ_i N ln(RSS_i / RSS_i')`
-/// against `unknowns · ln(samples · channels)`, at the poles of the fit without.
+/// The motion is part of the model when `2 ln L` gains more by it than its unknowns cost (Schwarz
+/// 1978): `Σ_i N ln(RSS_i / RSS_i')` against `unknowns · ln(samples · channels)`, at the poles of
+/// the fit without.
 ///
 /// # Errors
 /// As [`fit`].
@@ -206,9 +213,11 @@ pub fn fit_with_motion(record: &Record, model: Model, start: &[c64]) -> Result<(
     Ok(fit(record, moving, start).map_or((at_rest, model), |found| (found, moving)))
 }
 
-/// Covariance of (f₁, ζ₁, …) that no unbiased estimator can undercut: poles and outputs without noise, `sigma` per channel.
+/// Covariance of (f₁, ζ₁, …) that no unbiased estimator can undercut: poles and outputs without
+/// noise, `sigma` per channel.
 ///
-/// The Cramér–Rao bound with residues, direct terms and biases unknown. `None` when a pole leaves no trace.
+/// The Cramér–Rao bound with residues, direct terms and biases unknown. `None` when a pole leaves
+/// no trace.
 #[must_use]
 pub fn bound(noise_free: &Record, model: Model, poles: &[c64], sigma: &[f64]) -> Option<Vec<f64>> {
     let evaluation = Evaluation::new(noise_free, model, &Outputs::new(noise_free), poles);
@@ -264,7 +273,8 @@ pub fn modelled(record: &Record, fit: &Fit) -> Vec<Vec<f64>> {
         .collect()
 }
 
-/// The part of a record that modes at given `poles` explain, channel by channel: one linear least squares.
+/// The part of a record that modes at given `poles` explain, channel by channel: one linear least
+/// squares.
 #[must_use]
 pub fn explained(record: &Record, model: Model, poles: &[c64]) -> Vec<Vec<f64>> {
     let outputs = Outputs::new(record);

@@ -22,7 +22,8 @@ const SHAPE_COMPANIONS: usize = 4;
 pub struct Settings {
     /// Oscillations sought.
     pub modes: usize,
-    /// Block rows of the subspace methods; ERA takes twice as many, LSCE five times as many coefficients.
+    /// Block rows of the subspace methods; ERA takes twice as many, LSCE five times as many
+    /// coefficients.
     pub block_rows: usize,
     /// The sensors may have a bias: one more state.
     pub bias: bool,
@@ -182,7 +183,8 @@ pub fn longest_segment(record: &Record) -> Record {
     Record::of_outputs(record.sample_rate_hz, record.channels, record.rows(&longest).to_vec())
 }
 
-/// A record with its inputs, at rest before; or of one without, the longest decay, which moves from its first sample.
+/// A record with its inputs, at rest before; or of one without, the longest decay, which moves from
+/// its first sample.
 fn driven_or_decaying<'a>(record: &'a Record, settings: &Settings) -> (Cow<'a, Record>, Model) {
     let initial_motion = record.inputs == 0;
     let record = if initial_motion { Cow::Owned(longest_segment(record)) } else { Cow::Borrowed(record) };

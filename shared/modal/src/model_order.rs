@@ -9,7 +9,8 @@ const IN_VAIN: usize = 2;
 /// Least damping ratio in its standard deviations.
 const SIGNIFICANCE: f64 = 3.0;
 
-/// The fit whose `−2 ln L + unknowns · ln(samples · channels)` (Schwarz 1978) is smallest among 1 … `modes_max` modes.
+/// The fit whose `−2 ln L + unknowns · ln(samples · channels)` (Schwarz 1978) is smallest among 1 …
+/// `modes_max` modes.
 ///
 /// # Errors
 /// [`MlError`] of one mode when no number of modes can be fitted.
@@ -54,7 +55,8 @@ fn criterion(record: &Record, model: Model, fit: &Fit) -> f64 {
         + usize::from(model.bias);
     let unknowns = (2 * fit.poles.len() + record.channels * per_channel) as f64;
     let samples = record.samples() as f64;
-    // The likelihood is largest at RSS/N; the deviations of a fit are larger, by the freedom that its unknowns took.
+    // The likelihood is largest at RSS/N; the deviations of a fit are larger, by the freedom that
+    // its unknowns took.
     let squares = fit.residuals.iter().map(|residual| dot(residual, residual) / samples).filter(|square| *square > 0.0);
     samples * squares.map(libm::log).sum::<f64>() + unknowns * libm::log(samples * record.channels as f64)
 }

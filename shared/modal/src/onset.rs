@@ -1,14 +1,18 @@
-//! A jump in a record ends its segment: the motion after it is related to the motion before it only by the jump.
+//! A jump in a record ends its segment: the motion after it is related to the motion before it only
+//! by the jump.
 //!
-//! A record of accelerations alone often begins with rest before the structure is struck. Hankel columns that reach over
-//! the blow hold an input that is unknown to output-only identification. A segment is opened where more than half of
-//! the next three Hankel columns' rows (3 × 2i) have more than [`POWER_RATIO`] times the mean power of the segment so far,
-//! and more than half of the first [`BLOW_ROWS`] too (power: squared distance from the segment's mean, over all channels).
-//! That is ten standard deviations of all that was seen before, at once, and for longer than the columns lost at the
-//! border. A wild sample, a footfall that dies out at once, or vibration of changing strength does not do that.
+//! A record of accelerations alone often begins with rest before the structure is struck. Hankel
+//! columns that reach over the blow hold an input that is unknown to output-only identification. A
+//! segment is opened where more than half of the next three Hankel columns' rows (3 × 2i) have more
+//! than [`POWER_RATIO`] times the mean power of the segment so far, and more than half of the first
+//! [`BLOW_ROWS`] too (power: squared distance from the segment's mean, over all channels). That is
+//! ten standard deviations of all that was seen before, at once, and for longer than the columns
+//! lost at the border. A wild sample, a footfall that dies out at once, or vibration of changing
+//! strength does not do that.
 //!
-//! Assumes that rest lasts at least [`BASELINE_ROWS`] rows; a shorter one is too short to be known. Fails on a decay less
-//! than 20 dB above the rest, or shorter than half of those rows: the border is not worth its columns there.
+//! Assumes that rest lasts at least [`BASELINE_ROWS`] rows; a shorter one is too short to be known.
+//! Fails on a decay less than 20 dB above the rest, or shorter than half of those rows: the border
+//! is not worth its columns there.
 
 use std::collections::VecDeque;
 
@@ -25,7 +29,8 @@ const BASELINE_ROWS: u64 = 32;
 /// Power of a jump over the power so far.
 const POWER_RATIO: f64 = 100.0;
 
-/// Gate in front of an identifier; rows wait in it until it is known whether a jump begins with them.
+/// Gate in front of an identifier; rows wait in it until it is known whether a jump begins with
+/// them.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct OnsetGate {
     rows: u64,
@@ -40,7 +45,8 @@ pub struct OnsetGate {
 }
 
 impl OnsetGate {
-    /// Takes a row; hands the identifier the rows of which it is known that no jump begins with them.
+    /// Takes a row; hands the identifier the rows of which it is known that no jump begins with
+    /// them.
     pub fn push(&mut self, row: &[f64], identifier: &mut ModalIdentifier) {
         if row.iter().any(|y| !y.is_finite()) {
             self.end_segment(identifier);
@@ -180,7 +186,8 @@ mod tests {
         let mut noise = Noise::new(9);
         let (mut state, mut record) = ([0.0, 0.0], Vec::new());
         for n in 0..4000 {
-            // An ambient mode whose excitation swings over a factor of nine in power, a wild sample and a footfall.
+            // An ambient mode whose excitation swings over a factor of nine in power, a wild sample
+            // and a footfall.
             let strength = 2.0 + libm::sin(n as f64 / 300.0);
             state = [1.94 * state[0] - 0.98 * state[1] + strength * noise.normal(), state[0]];
             let footfall = if (2500..2540).contains(&n) { 1e3 * noise.normal() } else { 0.0 };

@@ -1,11 +1,13 @@
-//! Which of many poles carry a free decay: the one that explains most is taken, then the one that explains most of the rest.
+//! Which of many poles carry a free decay: the one that explains most is taken, then the one that
+//! explains most of the rest.
 
 use crate::maximum_likelihood::free_columns;
 use crate::projection::{Basis, dot};
 use crate::record::Record;
 use faer::c64;
 
-/// The `count` poles (continuous time) that together explain most of the segments, each with amplitudes of its own per segment.
+/// The `count` poles (continuous time) that together explain most of the segments, each with
+/// amplitudes of its own per segment.
 ///
 /// Cost: candidates × chosen × samples × channels.
 pub(crate) fn strongest(record: &Record, candidates: &[c64], count: usize) -> Vec<c64> {

@@ -1,12 +1,14 @@
-//! Past-output MOESP: a state space from known inputs and outputs, by the block-Hankel Gram matrix of both.
+//! Past-output MOESP: a state space from known inputs and outputs, by the block-Hankel Gram matrix
+//! of both.
 //!
-//! `[1; U_f; W_p; Y_f] = L Q` with `W_p` the past of inputs and outputs; the column space of `L₃₂` (future outputs by past, what the
-//! future inputs explain taken out) is that of the observability matrix. Verhaegen 1994. The triangle L is the Cholesky factor of
-//! the Gram matrix, so the long data matrix is never formed. A constant row takes up the bias of the sensors; as block rows of
+//! `[1; U_f; W_p; Y_f] = L Q` with `W_p` the past of inputs and outputs; the column space of `L₃₂`
+//! (future outputs by past, what the future inputs explain taken out) is that of the observability
+//! matrix. Verhaegen 1994. The triangle L is the Cholesky factor of the Gram matrix, so the long
+//! data matrix is never formed. A constant row takes up the bias of the sensors; as block rows of
 //! their own its copies would be linearly dependent.
 //!
-//! Fails (biased) when feedback closes around the structure and the noise is large: past noise is then in the future input.
-//! Cost: the Gram matrix, then O((i (2 m + 2 l))³/3).
+//! Fails (biased) when feedback closes around the structure and the noise is large: past noise is
+//! then in the future input. Cost: the Gram matrix, then O((i (2 m + 2 l))³/3).
 
 use crate::gram::gram;
 use crate::record::Record;
@@ -57,7 +59,8 @@ pub fn po_moesp(record: &Record, block_rows: usize, order_max: usize) -> Result<
     Realisation::from_column_space(l_32.as_ref(), l, order_max)
 }
 
-/// Rows of the Gram matrix in the order 1, future inputs, past inputs and outputs, future outputs; `None` is the constant.
+/// Rows of the Gram matrix in the order 1, future inputs, past inputs and outputs, future outputs;
+/// `None` is the constant.
 fn row_order(m: usize, l: usize, block_rows: usize) -> Vec<Option<usize>> {
     let width = m + l;
     let mut order = vec![None];

@@ -1,6 +1,7 @@
 //! Orthogonal projection of columns: the linear half of every fit.
 
-/// A column that keeps less than this part of its length beside the columns before it is dependent on them.
+/// A column that keeps less than this part of its length beside the columns before it is dependent
+/// on them.
 const DEPENDENT: f64 = 1e-11;
 
 /// Scalar product with eight partial sums, so that it runs as vectors.

@@ -1,12 +1,15 @@
 //! Rational fraction polynomials with terms for the transient, on orthogonal polynomials.
 //!
-//! `A(iω) Y_i = B_i(iω) U + T_i(iω)`: A common to all channels, T_i takes up the motion at the beginning and the end of the record
-//! (leakage), which a plain quotient Y/U turns into damping errors of tens of per cent. Richardson & Formenti 1982; Pintelon &
-//! Schoukens 2012, ch. 6. Every pass weighs the lines with `1/|A|` of the pass before (Sanathanan & Koerner 1963), which makes the equation
-//! error an output error. Frequency responses are the case U = 1.
+//! `A(iω) Y_i = B_i(iω) U + T_i(iω)`: A common to all channels, T_i takes up the motion at the
+//! beginning and the end of the record (leakage), which a plain quotient Y/U turns into damping
+//! errors of tens of per cent. Richardson & Formenti 1982; Pintelon & Schoukens 2012, ch. 6. Every
+//! pass weighs the lines with `1/|A|` of the pass before (Sanathanan & Koerner 1963), which makes
+//! the equation error an output error. Frequency responses are the case U = 1.
 //!
-//! Polynomials in s = iω are orthonormal over the lines by `Re Σ p̄ q` (Forsythe), so `s P_k = Σ_j h_jk P_j` has real coefficients, and the zeros of
-//! `Σ a_k P_k` are eigenvalues of the Hessenberg matrix h with `a` taken from its last column: no monomials, no loss of digits with the order.
+//! Polynomials in s = iω are orthonormal over the lines by `Re Σ p̄ q` (Forsythe), so
+//! `s P_k = Σ_j h_jk P_j` has real coefficients, and the zeros of `Σ a_k P_k` are eigenvalues of
+//! the Hessenberg matrix h with `a` taken from its last column: no monomials, no loss of digits
+//! with the order.
 
 use crate::projection::{Basis, add, dot};
 use crate::record::Record;
@@ -20,7 +23,8 @@ const PASSES: usize = 20;
 pub struct Orders {
     /// Of the denominator: two per mode.
     pub denominator: usize,
-    /// Of the numerators: the held input and modes outside the band cost a few terms beyond the denominator's.
+    /// Of the numerators: the held input and modes outside the band cost a few terms beyond the
+    /// denominator's.
     pub numerator: usize,
     /// Of the transient.
     pub transient: usize,
@@ -54,12 +58,14 @@ impl std::fmt::Display for RfpError {
 
 impl std::error::Error for RfpError {}
 
-/// Poles of a record within a band [Hz], from its known inputs where it has any (continuous time, 1/s; one of each pair).
+/// Poles of a record within a band [Hz], from its known inputs where it has any (continuous time,
+/// 1/s; one of each pair).
 ///
 /// # Errors
 /// [`RfpError`] when the band holds too few lines.
 ///
-/// Cost: lines × samples × channels for the spectra, passes × lines × channels × orders² for the fit.
+/// Cost: lines × samples × channels for the spectra, passes × lines × channels × orders² for the
+/// fit.
 pub fn of_record(record: &Record, band_hz: (f64, f64), orders: Orders) -> Result<Vec<c64>, RfpError> {
     let samples = record.samples();
     let line_hz = record.sample_rate_hz / samples as f64;

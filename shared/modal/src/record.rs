@@ -1,4 +1,5 @@
-//! A record of vibration: outputs, inputs where they are known, and the segments without unknown inputs.
+//! A record of vibration: outputs, inputs where they are known, and the segments without unknown
+//! inputs.
 
 use std::ops::Range;
 
@@ -11,9 +12,11 @@ pub struct Record {
     pub outputs: Vec<f64>,
     /// Number of known inputs; 0 when only outputs are known.
     pub inputs: usize,
-    /// `input[t · inputs + m]`, held from one sample to the next and felt by the sample at which it begins.
+    /// `input[t · inputs + m]`, held from one sample to the next and felt by the sample at which it
+    /// begins.
     pub input: Vec<f64>,
-    /// Stretches of samples in which only the structure itself moves; output-only methods use these alone, each by itself.
+    /// Stretches of samples in which only the structure itself moves; output-only methods use these
+    /// alone, each by itself.
     pub segments: Vec<Range<usize>>,
 }
 

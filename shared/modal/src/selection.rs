@@ -1,12 +1,15 @@
 //! Automatic selection of physical modes from the order sweep of one record.
 //!
-//! A track of stable poles is a mode when it spans enough orders and the pole chosen from it is resolved: damping at least three
-//! standard deviations above zero and frequency known to a fraction of the bandwidth. No model order has to be given:
+//! A track of stable poles is a mode when it spans enough orders and the pole chosen from it is
+//! resolved: damping at least three standard deviations above zero and frequency known to a
+//! fraction of the bandwidth. No model order has to be given:
 //!
-//! - when some order leaves a white residual (a free decay with sensor noise), the lowest such order is the model: poles that appear
-//!   only above it model noise, and modes are reported from it;
-//! - otherwise (ambient excitation) modes are reported from an order at which all resolved modes have appeared, the lowest whose predicted
-//!   variance is within [`DEVIATION_SLACK`] of the smallest: at lower orders the unmodelled modes bias those in the model.
+//! - when some order leaves a white residual (a free decay with sensor noise), the lowest such
+//!   order is the model: poles that appear only above it model noise, and modes are reported from
+//!   it;
+//! - otherwise (ambient excitation) modes are reported from an order at which all resolved modes
+//!   have appeared, the lowest whose predicted variance is within [`DEVIATION_SLACK`] of the
+//!   smallest: at lower orders the unmodelled modes bias those in the model.
 
 use faer::c64;
 
@@ -22,9 +25,11 @@ const DEVIATION_SLACK: f64 = 1.2;
 const CANDIDATES_FIRST: usize = 2;
 /// Poles of a resolved track whose deviation is computed to choose the one reported.
 const CANDIDATES_LAST: usize = 4;
-/// States beyond the order at which the last mode appeared: one more pair models the remainder, which would otherwise bias a mode.
+/// States beyond the order at which the last mode appeared: one more pair models the remainder,
+/// which would otherwise bias a mode.
 const ORDER_MARGIN: usize = 2;
-/// Least damping ratio in its standard deviations: some hundred tracks are judged per record, 0.1 % of noise passes 3.
+/// Least damping ratio in its standard deviations: some hundred tracks are judged per record, 0.1 %
+/// of noise passes 3.
 const DAMPING_SIGNIFICANCE: f64 = 3.0;
 
 /// An identified mode.
@@ -194,7 +199,8 @@ struct Appraisal<'a> {
 }
 
 impl Appraisal<'_> {
-    /// Of each track the pole of lowest order among `candidates` (positions) whose variance is close to the smallest.
+    /// Of each track the pole of lowest order among `candidates` (positions) whose variance is
+    /// close to the smallest.
     fn best<'t>(
         &self,
         tracks: &'t [Track],
@@ -216,7 +222,8 @@ impl Appraisal<'_> {
     }
 }
 
-/// Up to `count` positions of a track from `order_min` on, evenly spread; the last pole if the track ends earlier.
+/// Up to `count` positions of a track from `order_min` on, evenly spread; the last pole if the
+/// track ends earlier.
 fn positions(track: &Track, order_min: usize, count: usize) -> Vec<usize> {
     let length = track.poles.len();
     let first = track.poles.iter().position(|pole| pole.order >= order_min).unwrap_or(length - 1);

@@ -1,12 +1,14 @@
 //! Covariance-driven stochastic subspace identification: all model orders from one factorisation.
 //!
-//! The future–past product `H = Y_f Y_pᵀ` (il × il) is read from the Gram matrix; `H = U S Vᵀ` gives the observability matrix of every
-//! order n as the first n columns of `U`. With the shortened matrices `U↑` (last block row missing) and `U↓` (first block row missing) and
+//! The future–past product `H = Y_f Y_pᵀ` (il × il) is read from the Gram matrix; `H = U S Vᵀ`
+//! gives the observability matrix of every order n as the first n columns of `U`. With the
+//! shortened matrices `U↑` (last block row missing) and `U↓` (first block row missing) and
 //! `U↑ = Q R`, the state matrix of order n is `A_n = R_n⁻¹ (Qᵀ U↓)_n` with leading n × n blocks.
 //! Peeters & De Roeck 1999; Döhler & Mevel 2012 (all orders from one QR).
 //!
-//! A constant accelerometer bias is one more state with its pole at z = 1. The mean of a short decay is never subtracted: that
-//! would bend the decay itself (a damping error of 17 % against 0.15 % with the constant kept as a state).
+//! A constant accelerometer bias is one more state with its pole at z = 1. The mean of a short
+//! decay is never subtracted: that would bend the decay itself (a damping error of 17 % against
+//! 0.15 % with the constant kept as a state).
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef, c64};
@@ -14,14 +16,16 @@ use faer::{Mat, MatRef, c64};
 use crate::gram::Gram;
 use crate::mac::{modal_phase_collinearity, normalised};
 
-/// Singular values below this part of the largest are rounding, not signal: `ε` times the growth of a 400-term product, squared data.
+/// Singular values below this part of the largest are rounding, not signal: `ε` times the growth of
+/// a 400-term product, squared data.
 const RANK_FLOOR: f64 = 1e-14;
 
 /// From this size on the leading singular vectors are iterated instead of decomposing everything.
 const SUBSPACE_ROWS_MIN: usize = 700;
 /// Vectors iterated beyond the largest order.
 const SUBSPACE_SPARE: usize = 20;
-/// Each pass reduces the error by the square of the ratio of singular values: a state ten times above the rest is exact to 1e-8.
+/// Each pass reduces the error by the square of the ratio of singular values: a state ten times
+/// above the rest is exact to 1e-8.
 const SUBSPACE_PASSES: usize = 3;
 
 /// Why no realisation came out.
@@ -84,15 +88,17 @@ pub struct Pole {
 pub enum Projection {
     /// The future–past product `H = Y_f Y_pᵀ` (SSI-COV).
     Covariance,
-    /// The future projected on the past, `Y_f Y_pᵀ (Y_p Y_pᵀ)⁻¹ Y_p` (SSI-DATA, unweighted): with `Y_p Y_pᵀ = L Lᵀ` its left singular
-    /// vectors and singular values are those of `H L⁻ᵀ`, so that the Gram matrix serves and no QR of the data is needed.
+    /// The future projected on the past, `Y_f Y_pᵀ (Y_p Y_pᵀ)⁻¹ Y_p` (SSI-DATA, unweighted): with
+    /// `Y_p Y_pᵀ = L Lᵀ` its left singular vectors and singular values are those of `H L⁻ᵀ`, so
+    /// that the Gram matrix serves and no QR of the data is needed.
     Data,
 }
 
 /// Factorises the future–past product for all orders up to `order_max`.
 ///
 /// # Errors
-/// [`SsiError`] when the record is shorter than the states need, is flat, or the decomposition fails.
+/// [`SsiError`] when the record is shorter than the states need, is flat, or the decomposition
+/// fails.
 ///
 /// Cost: O((il)³) for the singular value decomposition. Memory: a few (il)² matrices.
 pub fn realise(gram: &Gram, order_max: usize) -> Result<Realisation, SsiError> {
@@ -134,7 +140,8 @@ pub fn realise_by(gram: &Gram, order_max: usize, projection: Projection) -> Resu
     }
 }
 
-/// Cholesky factor of `Y_p Y_pᵀ`. A record with less noise than rounding gets as much as its largest row has of that.
+/// Cholesky factor of `Y_p Y_pᵀ`. A record with less noise than rounding gets as much as its
+/// largest row has of that.
 fn past_factor(gram: &Gram) -> Result<Mat<f64>, SsiError> {
     let half = gram.half();
     let past = gram.matrix.submatrix(0, 0, half, half);
@@ -154,7 +161,8 @@ fn past_factor(gram: &Gram) -> Result<Mat<f64>, SsiError> {
 }
 
 impl Realisation {
-    /// From a matrix whose column space is that of the observability matrix (i block rows of `channels` rows).
+    /// From a matrix whose column space is that of the observability matrix (i block rows of
+    /// `channels` rows).
     pub(crate) fn from_column_space(h: MatRef<'_, f64>, channels: usize, order_max: usize) -> Result<Self, SsiError> {
         let (l, half) = (channels, h.nrows());
         let failed = SsiError::DecompositionFailed { rows: half };
@@ -217,7 +225,8 @@ impl Realisation {
         &self.singular_values
     }
 
-    /// Poles of order `order`, one of each complex pair, in order of frequency; real poles come with frequency of their decay.
+    /// Poles of order `order`, one of each complex pair, in order of frequency; real poles come
+    /// with frequency of their decay.
     ///
     /// An order whose eigenvectors are not independent gives no poles.
     #[must_use]
@@ -283,7 +292,8 @@ impl Realisation {
     }
 }
 
-/// Orthonormal columns that hold the leading left singular vectors of `h` (block power iteration from a fixed start).
+/// Orthonormal columns that hold the leading left singular vectors of `h` (block power iteration
+/// from a fixed start).
 fn leading_columns(h: MatRef<'_, f64>, count: usize) -> Mat<f64> {
     let mut state = 0x9E37_79B9_7F4A_7C15_u64;
     let start = Mat::from_fn(h.ncols(), count, |_, _| {

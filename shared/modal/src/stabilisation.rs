@@ -1,7 +1,8 @@
 //! Stabilisation over the order sweep: which poles repeat from one model order to the next.
 //!
-//! A physical mode appears at the same frequency, damping and shape in many successive orders; a pole that models noise wanders.
-//! Poles are linked to the track whose last member (at most [`ORDER_GAP_MAX`] orders back) they agree with; every rejected pole has its reason.
+//! A physical mode appears at the same frequency, damping and shape in many successive orders; a
+//! pole that models noise wanders. Poles are linked to the track whose last member (at most
+//! [`ORDER_GAP_MAX`] orders back) they agree with; every rejected pole has its reason.
 
 use crate::mac::modal_assurance_criterion;
 use crate::ssi_cov::Pole;
@@ -16,7 +17,8 @@ pub struct StabilityCriteria {
     pub frequency_change_max: f64,
     /// Relative change of damping.
     pub damping_change_max: f64,
-    /// Absolute change of damping that is always allowed: the relative one is meaningless near zero.
+    /// Absolute change of damping that is always allowed: the relative one is meaningless near
+    /// zero.
     pub damping_change_floor: f64,
     pub mac_min: f64,
     /// Poles above this damping ratio are not sought.
@@ -24,7 +26,8 @@ pub struct StabilityCriteria {
 }
 
 impl Default for StabilityCriteria {
-    /// Customary criteria of the stabilisation diagram: 1 % in frequency, MAC 0.95; damping loose (30 %) because its scatter is.
+    /// Customary criteria of the stabilisation diagram: 1 % in frequency, MAC 0.95; damping loose
+    /// (30 %) because its scatter is.
     fn default() -> Self {
         Self {
             frequency_change_max: 0.01,
@@ -63,7 +66,8 @@ pub enum Rejection {
     ModelsNoise {
         complete_order: usize,
     },
-    /// Damping within three of its standard deviations of zero, or frequency not known to half the bandwidth.
+    /// Damping within three of its standard deviations of zero, or frequency not known to half the
+    /// bandwidth.
     NotResolved {
         damping_ratio: f64,
         sigma_damping: f64,
@@ -113,7 +117,8 @@ impl StabilityCriteria {
         }
     }
 
-    /// How far a pole agrees with one of another order: 0 no agreement, 1 frequency, 2 damping too, 3 shape too.
+    /// How far a pole agrees with one of another order: 0 no agreement, 1 frequency, 2 damping too,
+    /// 3 shape too.
     #[must_use]
     pub fn agreement(&self, a: &Pole, b: &Pole) -> usize {
         let allowed = (self.damping_change_max * b.damping_ratio).max(self.damping_change_floor);

@@ -1,13 +1,15 @@
 //! Fixed-memory streaming covariance that reconstructs the batch block-Hankel Gram matrix exactly.
 //!
-//! Per sample the lag sums `R_k += y_t y_{t−k}ᵀ`, k = 0 … 2i−1, are updated and the first 2i and last 3i samples kept. The Gram
-//! matrix of the block-Hankel matrix with 2i block rows follows by displacement:
-//! `G[p,q] = G[p−1,q−1] − y_{p−1} y_{q−1}ᵀ + y_{p−1+Nc} y_{q−1+Nc}ᵀ`, Nc = N − 2i + 1 columns.
-//! Plain lag covariances would be wrong on a decay (damping error of several hundred per cent); this is the batch result.
+//! Per sample the lag sums `R_k += y_t y_{t−k}ᵀ`, k = 0 … 2i−1, are updated and the first 2i and
+//! last 3i samples kept. The Gram matrix of the block-Hankel matrix with 2i block rows follows by
+//! displacement: `G[p,q] = G[p−1,q−1] − y_{p−1} y_{q−1}ᵀ + y_{p−1+Nc} y_{q−1+Nc}ᵀ`, Nc = N − 2i + 1
+//! columns. Plain lag covariances would be wrong on a decay (damping error of several hundred per
+//! cent); this is the batch result.
 //!
-//! The stream is kept in 16 to 32 blocks at most. Two neighbours join exactly, because the missing products are those of
-//! the tail of the first with the head of the second; when the slots are full, neighbours join and the block length doubles.
-//! The blocks serve the spread of estimates along the record; no column of the Gram matrix crosses a segment boundary.
+//! The stream is kept in 16 to 32 blocks at most. Two neighbours join exactly, because the missing
+//! products are those of the tail of the first with the head of the second; when the slots are
+//! full, neighbours join and the block length doubles. The blocks serve the spread of estimates
+//! along the record; no column of the Gram matrix crosses a segment boundary.
 //!
 //! Cost per sample: 2 i l² multiply-adds, no allocation.
 
@@ -16,15 +18,18 @@ use serde::{Deserialize, Serialize};
 use crate::gram::{Gram, Stretch, TAIL_LENGTH};
 use crate::history::SlidingHistory;
 
-/// Slots for blocks of one record; between half of them and all of them are in use on a long record.
+/// Slots for blocks of one record; between half of them and all of them are in use on a long
+/// record.
 const BLOCKS_MAX: usize = 32;
 /// Fewer slots when there are many channels, down to this.
 const BLOCKS_FLOOR: usize = 16;
 /// Bytes that the Gram matrices of all blocks may take together while modes are identified.
 const BLOCK_GRAM_BYTES: usize = 64 << 20;
-/// Complete blocks from which a spread along the record is worth having: χ² of 7 degrees of freedom is within a factor of 2 in 95 %.
+/// Complete blocks from which a spread along the record is worth having: χ² of 7 degrees of freedom
+/// is within a factor of 2 in 95 %.
 const COMPLETE_BLOCKS_MIN: usize = 8;
-/// First block length in units of 2i samples: the products lost at a block's border stay below 1/8 of its columns.
+/// First block length in units of 2i samples: the products lost at a block's border stay below 1/8
+/// of its columns.
 const FIRST_BLOCK_LENGTH: u64 = 8;
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -68,8 +73,9 @@ impl StreamingCovariance {
         Self::with_blocks(channels, block_rows, blocks)
     }
 
-    /// The same with so many blocks. Of one block it is the newest segment alone (a missing sample begins a new one), of any length, without a spread along it: what a decay
-    /// needs, in 99 kB for ten channels and i = 40.
+    /// The same with so many blocks. Of one block it is the newest segment alone (a missing sample
+    /// begins a new one), of any length, without a spread along it: what a decay needs, in 99 kB
+    /// for ten channels and i = 40.
     #[must_use]
     pub fn with_blocks(channels: usize, block_rows: usize, blocks: usize) -> Self {
         assert!(channels > 0);
@@ -113,7 +119,8 @@ impl StreamingCovariance {
         }
     }
 
-    /// Adds one sample of all channels. A sample with a value that is not finite ends the segment and begins another.
+    /// Adds one sample of all channels. A sample with a value that is not finite ends the segment
+    /// and begins another.
     pub fn push(&mut self, sample: &[f64]) {
         assert_eq!(sample.len(), self.channels);
         if !self.open {
@@ -157,7 +164,8 @@ impl StreamingCovariance {
         self.blocks[..self.used].iter().map(|block| block.samples).sum()
     }
 
-    /// Samples dropped: not finite, or of the shortest segment when more segments than blocks had to be kept.
+    /// Samples dropped: not finite, or of the shortest segment when more segments than blocks had
+    /// to be kept.
     #[must_use]
     pub fn discarded_samples(&self) -> u64 {
         self.discarded_samples
@@ -188,7 +196,8 @@ impl StreamingCovariance {
         gram
     }
 
-    /// Gram matrices of the complete blocks (each of one common length), for the spread along the record; none when these are few.
+    /// Gram matrices of the complete blocks (each of one common length), for the spread along the
+    /// record; none when these are few.
     #[must_use]
     pub fn block_grams(&self) -> Vec<Gram> {
         let is_complete = |block: &Block| block.samples == self.block_length;
@@ -236,7 +245,8 @@ impl StreamingCovariance {
         self.used += 1;
     }
 
-    /// Joins neighbours of one segment and doubles the block length; if no two are neighbours, drops the shortest segment.
+    /// Joins neighbours of one segment and doubles the block length; if no two are neighbours,
+    /// drops the shortest segment.
     fn make_room(&mut self) {
         let mut kept = 0;
         let mut index = 0;

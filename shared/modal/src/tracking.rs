@@ -1,9 +1,11 @@
 //! Identities of modes over time: which mode of a later answer is which of an earlier one.
 //!
-//! Answers over a growing record, or over one experiment after the other, come without names. A mode keeps its number when it
-//! lies where it was (frequency within three joint standard deviations, or half its bandwidth) and looks as it looked (modal
-//! assurance criterion); pairs that agree best are taken first, so that two close modes do not exchange their numbers. A mode
-//! that is not found keeps its number through [`GAP_MAX`] answers. A number once given up is never given again.
+//! Answers over a growing record, or over one experiment after the other, come without names. A
+//! mode keeps its number when it lies where it was (frequency within three joint standard
+//! deviations, or half its bandwidth) and looks as it looked (modal assurance criterion); pairs
+//! that agree best are taken first, so that two close modes do not exchange their numbers. A mode
+//! that is not found keeps its number through [`GAP_MAX`] answers. A number once given up is never
+//! given again.
 //!
 //! Fixed memory from the start: [`TRACKS_MAX`] modes.
 
@@ -16,7 +18,8 @@ use serde::{Deserialize, Serialize};
 pub const TRACKS_MAX: usize = 16;
 /// Answers a mode may miss: at one per second, a minute.
 pub const GAP_MAX: u32 = 60;
-/// Agreement of shapes that keeps a number. Looser than the criterion of a stable pole: a shape known from a short record scatters.
+/// Agreement of shapes that keeps a number. Looser than the criterion of a stable pole: a shape
+/// known from a short record scatters.
 const MAC_KEEPS: f64 = 0.6;
 /// Frequencies this far apart [joint standard deviations] are still one mode.
 const FREQUENCY_SIGMA: f64 = 3.0;

@@ -1,29 +1,39 @@
-//! Standard deviations of frequency and damping of poles from covariance-driven subspace identification.
+//! Standard deviations of frequency and damping of poles from covariance-driven subspace
+//! identification.
 //!
-//! To first order a pole moves by `δz = q δH r = Σ_t e_t c_t`, with `e_t = q y_f(t)`, `c_t = r y_p(t)`, where `H` is the future–past product,
-//! `q = (χ U↑⁺ [rows below] − z χ U↑⁺ [rows above]) (I − U Uᵀ)` and `r = V S⁻¹ φ` (χ, φ the left and right eigenvectors). Pintelon, Guillaume &
-//! Schoukens 2007; Reynders, Pintelon & De Roeck 2008; Döhler & Mevel 2013. `q` is blind to the states, so `e_t` is the new part
-//! of the future window: sensor noise on a free decay, innovations on an ambient record. In both cases `e_t` and `e_{t+k}` are
-//! independent from k = i on, and `e_t c_{t+k}` and `c_t e_{t+k}` are never both correlated, so that (Bartlett)
+//! To first order a pole moves by `δz = q δH r = Σ_t e_t c_t`, with `e_t = q y_f(t)`,
+//! `c_t = r y_p(t)`, where `H` is the future–past product,
+//! `q = (χ U↑⁺ [rows below] − z χ U↑⁺ [rows above]) (I − U Uᵀ)` and `r = V S⁻¹ φ` (χ, φ the left
+//! and right eigenvectors). Pintelon, Guillaume & Schoukens 2007; Reynders, Pintelon & De Roeck
+//! 2008; Döhler & Mevel 2013. `q` is blind to the states, so `e_t` is the new part of the future
+//! window: sensor noise on a free decay, innovations on an ambient record. In both cases `e_t` and
+//! `e_{t+k}` are independent from k = i on, and `e_t c_{t+k}` and `c_t e_{t+k}` are never both
+//! correlated, so that (Bartlett)
 //!
-//! `E|δz|² = Σ_{|k|<i} ρ_eē(k) S_cc̄(k)`, `E δz² = Σ_{|k|<i} ρ_ee(k) S_cc(k)`, `S_xy(k) = Σ_t x_t y_{t+k}` over pairs of columns of the record.
+//! `E|δz|² = Σ_{|k|<i} ρ_eē(k) S_cc̄(k)`, `E δz² = Σ_{|k|<i} ρ_ee(k) S_cc(k)`,
+//! `S_xy(k) = Σ_t x_t y_{t+k}` over pairs of columns of the record.
 //!
-//! `S_c` is read from the Gram matrix and the tails of the segments. `ρ_e` has two forms. When the residual outside the states is
-//! indistinguishable from white noise, `ρ_e` follows from its covariance `Σ₀` alone, `ρ(k) = Σ_m q_{m+k} Σ₀ q_mᴴ`; this matters because `q` has
-//! zeros at the poles, the sum over k nearly cancels, and a sampled `ρ_e` would leave mostly its own error. Otherwise `ρ_e` is sampled.
+//! `S_c` is read from the Gram matrix and the tails of the segments. `ρ_e` has two forms. When the
+//! residual outside the states is indistinguishable from white noise, `ρ_e` follows from its
+//! covariance `Σ₀` alone, `ρ(k) = Σ_m q_{m+k} Σ₀ q_mᴴ`; this matters because `q` has zeros at the
+//! poles, the sum over k nearly cancels, and a sampled `ρ_e` would leave mostly its own error.
+//! Otherwise `ρ_e` is sampled.
 //!
-//! On a record with enough blocks the spread of `q H_b r` over the blocks gives a second, assumption-free estimate that also sees
-//! non-stationary excitation; the larger of the two is reported.
+//! On a record with enough blocks the spread of `q H_b r` over the blocks gives a second,
+//! assumption-free estimate that also sees non-stationary excitation; the larger of the two is
+//! reported.
 //!
-//! Fails (too small) when an unmodelled mode biases the pole; too few blocks give no second estimate.
+//! Fails (too small) when an unmodelled mode biases the pole; too few blocks give no second
+//! estimate.
 
 use faer::{Accum, Mat, Par, c64};
 
 use crate::gram::Gram;
 use crate::ssi_cov::{Pole, Realisation};
 
-/// A residual is called white when the mean square of its lagged correlations is below this many times that of white noise, 1/Nc: with
-/// only 40 independent lags (one channel) the ratio scatters by 0.22, so that 2 is more than four standard deviations.
+/// A residual is called white when the mean square of its lagged correlations is below this many
+/// times that of white noise, 1/Nc: with only 40 independent lags (one channel) the ratio scatters
+/// by 0.22, so that 2 is more than four standard deviations.
 const WHITENESS_RATIO_MAX: f64 = 2.0;
 /// Standard deviations of one pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,9 +47,11 @@ pub struct PoleDeviation {
 }
 
 impl PoleDeviation {
-    /// Variance of frequency and damping relative to the one of an ambient record, which grows with ζ.
+    /// Variance of frequency and damping relative to the one of an ambient record, which grows with
+    /// ζ.
     ///
-    /// `((σ_f/f)² + σ_ζ²) / ζ`. Without the division a choice by smallest deviation would prefer poles whose damping came out too low.
+    /// `((σ_f/f)² + σ_ζ²) / ζ`. Without the division a choice by smallest deviation would prefer
+    /// poles whose damping came out too low.
     #[must_use]
     pub fn relative_to_ideal(&self, pole: &Pole) -> f64 {
         relative_variance(self.sigma_frequency_hz / pole.frequency_hz, self.sigma_damping, pole.damping_ratio)
@@ -66,7 +78,8 @@ struct Sensitivity {
 
 /// Deviations of `poles`, in their order.
 ///
-/// Cost per pole: 4 i (il)² multiply-adds, in one matrix product per lag for all poles; per block (il)².
+/// Cost per pole: 4 i (il)² multiply-adds, in one matrix product per lag for all poles; per block
+/// (il)².
 #[must_use]
 pub fn pole_deviations(
     gram: &Gram,
@@ -102,7 +115,8 @@ pub fn pole_deviations(
         .collect()
 }
 
-/// `δμ = fs δz / z`, `δω = Re(μ̄ δμ)/ω`, `δζ = −Re(δμ)/ω − ζ δω/ω`: real parts of fixed multiples of `δz`.
+/// `δμ = fs δz / z`, `δω = Re(μ̄ δμ)/ω`, `δζ = −Re(δμ)/ω − ζ δω/ω`: real parts of fixed multiples
+/// of `δz`.
 fn deviation(pole: &Pole, moments: Moments, sample_rate_hz: f64) -> PoleDeviation {
     let omega = 2.0 * std::f64::consts::PI * pole.frequency_hz;
     let zeta = pole.damping_ratio;
@@ -253,7 +267,8 @@ fn bartlett_moments(gram: &Gram, residuals: &[&Residual], sensitivities: &[Sensi
         .collect()
 }
 
-/// `c_t` of the columns that reach into the tails, newest first: per segment `t = N − i, N − i − 1, …`.
+/// `c_t` of the columns that reach into the tails, newest first: per segment
+/// `t = N − i, N − i − 1, …`.
 fn last_columns(gram: &Gram, r: &[c64]) -> Vec<Vec<c64>> {
     let (l, i) = (gram.channels, gram.block_rows);
     let columns = gram.tails.iter().map(|(samples, tail)| {

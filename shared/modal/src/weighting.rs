@@ -1,19 +1,23 @@
 //! Equal say for all parts of a record whose excitation changes its strength.
 //!
-//! The error of a pole is a sum of innovation times state over the record. Where the excitation is s times stronger, both factors are,
-//! and a sum of plain products is ruled by the strongest moments: one jump outweighs a minute of walking. Dividing each block by the
-//! variance of its innovations makes the record homogeneous (weighted least squares), whatever the excitation did between blocks.
-//! A free decay keeps its weights: there the residual is sensor noise, equal in all blocks.
+//! The error of a pole is a sum of innovation times state over the record. Where the excitation is
+//! s times stronger, both factors are, and a sum of plain products is ruled by the strongest
+//! moments: one jump outweighs a minute of walking. Dividing each block by the variance of its
+//! innovations makes the record homogeneous (weighted least squares), whatever the excitation did
+//! between blocks. A free decay keeps its weights: there the residual is sensor noise, equal in all
+//! blocks.
 
 use faer::Mat;
 
 use crate::gram::Gram;
 use crate::ssi_cov::Realisation;
 
-/// Below this ratio of residual powers the exact unweighted Gram matrix, which also has the columns across blocks, is the better one.
+/// Below this ratio of residual powers the exact unweighted Gram matrix, which also has the columns
+/// across blocks, is the better one.
 const POWER_RATIO_MIN: f64 = 3.0;
 
-/// Blocks and their sum, weighted by the inverse residual power; `None` when the power hardly changes or there are no blocks.
+/// Blocks and their sum, weighted by the inverse residual power; `None` when the power hardly
+/// changes or there are no blocks.
 #[must_use]
 pub fn homogeneous(blocks: &[Gram], realisation: &Realisation) -> Option<(Gram, Vec<Gram>)> {
     let powers: Vec<f64> = blocks.iter().map(|block| residual_power(block, realisation)).collect();

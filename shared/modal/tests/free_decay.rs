@@ -1,4 +1,5 @@
-//! Claims on the short free decay of a hub with a flexible appendage (BP3A: 200 Hz, 10 channels, 800 samples, 3.16 µg/√Hz).
+//! Claims on the short free decay of a hub with a flexible appendage (BP3A: 200 Hz, 10 channels,
+//! 800 samples, 3.16 µg/√Hz).
 
 mod cases;
 
@@ -49,8 +50,8 @@ fn truth_has_the_published_poles() {
 #[test]
 fn order_found_automatically_is_as_efficient_as_the_fixed_one_and_its_intervals_hold() {
     let seeds = 50;
-    // SSI-COV with i = 40 and the order given (n = 4): .0017/.130, .0014/.139 %, known to 8 %; 50 seeds scatter the RMSE by 10 %.
-    // Bound: 1 + 3 × 13 % = 1.38 times.
+    // SSI-COV with i = 40 and the order given (n = 4): .0017/.130, .0014/.139 %, known to 8 %; 50
+    // seeds scatter the RMSE by 10 %. Bound: 1 + 3 × 13 % = 1.38 times.
     let fixed_order = [[1.7e-5, 1.30e-3], [1.4e-5, 1.39e-3]];
     for (mode, fixed) in monte_carlo(seeds, 0.0).iter().zip(fixed_order) {
         for k in 0..2 {
@@ -64,7 +65,8 @@ fn order_found_automatically_is_as_efficient_as_the_fixed_one_and_its_intervals_
 #[test]
 fn accelerometer_bias_of_1_mg_costs_one_state_and_not_the_damping() {
     for mode in monte_carlo(10, 9.81e-3) {
-        // Without the constant as a state the damping error is 17 % (mean removed) or 300 %; with it 0.15 %. 10 seeds: 1 + 3 × 22 %.
+        // Without the constant as a state the damping error is 17 % (mean removed) or 300 %; with
+        // it 0.15 %. 10 seeds: 1 + 3 × 22 %.
         assert!(mode[1].0 < 1.67 * 1.5e-3, "RMSE of damping {}", mode[1].0);
     }
 }

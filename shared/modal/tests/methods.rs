@@ -1,4 +1,5 @@
-//! Claims on the list of methods: exact without noise, at the bound with it, and the right refusal where there is no answer.
+//! Claims on the list of methods: exact without noise, at the bound with it, and the right refusal
+//! where there is no answer.
 
 mod cases;
 
@@ -46,8 +47,9 @@ fn nearest(found: &[Estimate], frequency_hz: f64) -> &Estimate {
 #[test]
 fn every_method_finds_the_modes_of_a_quiet_record_and_their_shapes() {
     let truth = Appendage::new();
-    // A thousandth of the benchmark's noise, hence of its errors (0.002 % and 0.2 % of the worst method), and what a method does
-    // wrong by itself. Less noise would be rounding to those that work with squares.
+    // A thousandth of the benchmark's noise, hence of its errors (0.002 % and 0.2 % of the worst
+    // method), and what a method does wrong by itself. Less noise would be rounding to those that
+    // work with squares.
     let record = forced(&truth, 1, 1e-3 * SIGMA_M_S2);
     for method in METHODS {
         let found = (method.identify)(&record, &settings()).unwrap();
@@ -108,7 +110,8 @@ fn likelihood_of_a_free_decay_with_bias_attains_its_bound_with_honest_intervals(
         assert!((squares[p] / limits[7 * p]).sqrt() < 1.21, "{p}: {}", (squares[p] / limits[7 * p]).sqrt());
         assert!(held[p] > 0.885, "{p}: {}", held[p]);
     }
-    // χ² of six degrees of freedom: mean of 100 spreads by 0.35; variances are estimated from 800 numbers.
+    // χ² of six degrees of freedom: mean of 100 spreads by 0.35; variances are estimated from 800
+    // numbers.
     assert!((nees - 6.0).abs() < 1.05, "{nees}");
 }
 
@@ -247,7 +250,8 @@ fn a_start_is_found_however_far_the_sample_rate_lies_above_the_modes() {
     assert!(fit(&record, Model::FORCED, &start).unwrap().converged);
 }
 
-/// Free decay of one mode on two channels whose damping or frequency depends on its amplitude, white noise.
+/// Free decay of one mode on two channels whose damping or frequency depends on its amplitude,
+/// white noise.
 fn nonlinear_decay(seed: u64, damping_growth: f64, stiffening: f64) -> Record {
     let (f, zeta, rate_hz, sigma) = (1.5, 0.008, 100.0, 2e-3);
     let mut noise = Noise::new(seed);
@@ -289,7 +293,8 @@ fn a_record_too_short_for_a_start_is_refused_by_length_and_not_for_a_fit_from_st
     let driven = |samples: usize| {
         Record::of_outputs(SAMPLE_RATE_HZ, CHANNELS, rows[..samples].concat()).with_input(1, torque[..samples].to_vec())
     };
-    // 2 × 20 block rows of one input and two combinations of channels: 120 rows need 120 columns of 40 samples.
+    // 2 × 20 block rows of one input and two combinations of channels: 120 rows need 120 columns of
+    // 40 samples.
     for (record, need) in [(decay(79), 80), (driven(158), 159)] {
         let samples = record.samples();
         assert_eq!(start(&record, 1).unwrap_err(), MlError::RecordTooShort { samples, need });

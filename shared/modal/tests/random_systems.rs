@@ -1,11 +1,13 @@
-//! Claims on seeded random structures the method has never seen: 1–6 modes, 1–12 channels, 5–2000 Hz.
+//! Claims on seeded random structures the method has never seen: 1–6 modes, 1–12 channels, 5–2000
+//! Hz.
 
 mod cases;
 
 use cases::random_system::{Excitation, random_record};
 use modal::{Config, ModalIdentifier};
 
-/// Modes present, found (within 3 %), reported beside those, and 95 % intervals that hold for (frequency, damping).
+/// Modes present, found (within 3 %), reported beside those, and 95 % intervals that hold for
+/// (frequency, damping).
 struct Count {
     present: usize,
     found: usize,
@@ -38,7 +40,8 @@ fn count(seeds: std::ops::Range<u64>, excitation: Excitation) -> Count {
 }
 
 fn assert_found_and_honest(count: &Count) {
-    // At least 95 of 100 found, at most 10 spurious; intervals: 0.95 less three standard deviations of `found` draws, less 0.03 for first order.
+    // At least 95 of 100 found, at most 10 spurious; intervals: 0.95 less three standard deviations
+    // of `found` draws, less 0.03 for first order.
     assert!(20 * count.found >= 19 * count.present);
     assert!(10 * count.spurious <= count.present);
     let least = 0.92 - 3.0 * (0.95 * 0.05 / count.found as f64).sqrt();

@@ -1,12 +1,13 @@
-//! Modes of a flexible appendage on a hub that is free to turn: closed form and bound of two modes, held-out check of
-//! one to six.
+//! Modes of a flexible appendage on a hub that is free to turn: closed form and bound of two modes,
+//! held-out check of one to six.
 //!
 //! ```text
 //! [[J, cᵀ],[c, I]] q̈ + diag(0, 2 ζ_k w_k) q̇ + diag(0, w_k²) q = [torque, 0, 0]ᵀ,     q = [θ, d1, d2]
 //! ```
 //!
-//! `w_k`, `ζ_k` belong to the hub held fast (**hub-locked**); what torque-excited acceleration shows are the modes of
-//! the whole (**hub-free**), in the benchmark 56 % higher in the first mode. A report must say which it gives.
+//! `w_k`, `ζ_k` belong to the hub held fast (**hub-locked**); what torque-excited acceleration
+//! shows are the modes of the whole (**hub-free**), in the benchmark 56 % higher in the first mode.
+//! A report must say which it gives.
 
 pub mod parts;
 
@@ -17,7 +18,8 @@ use serde::{Deserialize, Serialize};
 /// Modes of the appendage that are estimated.
 pub const MODES: usize = 2;
 
-/// Columns of a free decay that are linear in it: `e^{−σt}(cos, sin)` per mode and a constant (sensor bias).
+/// Columns of a free decay that are linear in it: `e^{−σt}(cos, sin)` per mode and a constant
+/// (sensor bias).
 const LINEAR: usize = 2 * MODES + 1;
 
 /// One damped mode.
@@ -47,9 +49,11 @@ pub struct Appendage {
 }
 
 impl Appendage {
-    /// Hub-free modes, lower first: undamped from the quadratic in ω², then Newton on the damped quartic.
+    /// Hub-free modes, lower first: undamped from the quadratic in ω², then Newton on the damped
+    /// quartic.
     ///
-    /// With θ eliminated: `(I − c cᵀ/J) d̈ + D ḋ + K d = 0`. `None` when `J ≤ Σ c²`: no hub can carry such modes.
+    /// With θ eliminated: `(I − c cᵀ/J) d̈ + D ḋ + K d = 0`. `None` when `J ≤ Σ c²`: no hub can
+    /// carry such modes.
     pub fn hub_free_modes(&self) -> Option<[Mode; MODES]> {
         let ([c1, c2], j) = (self.coupling, self.inertia_kg_m2);
         let (m11, m22, m12) = (1.0 - c1 * c1 / j, 1.0 - c2 * c2 / j, -c1 * c2 / j);
@@ -73,7 +77,8 @@ impl Appendage {
     /// `[θ̈, d̈1, d̈2]` under a torque on the hub, [rad/s²] and [√kg m/s²].
     ///
     /// The third and second row give `d̈ = −c θ̈ − 2 ζ w ḋ − w² d`; put into the first,
-    /// `(J − c1² − c2²) θ̈ = torque + Σ c (2 ζ w ḋ + w² d)`. Meaningless when `J ≤ Σ c²`, see [`hub_free_modes`](Self::hub_free_modes).
+    /// `(J − c1² − c2²) θ̈ = torque + Σ c (2 ζ w ḋ + w² d)`. Meaningless when `J ≤ Σ c²`, see
+    /// [`hub_free_modes`](Self::hub_free_modes).
     pub fn accelerations(&self, torque_n_m: f64, modal: [f64; MODES], modal_rate: [f64; MODES]) -> [f64; 1 + MODES] {
         let [c1, c2] = self.coupling;
         let [pull1, pull2] = [0, 1].map(|k| {
@@ -85,8 +90,8 @@ impl Appendage {
     }
 }
 
-/// Newton on the characteristic polynomial (highest power first) from `i ω`; `None` if it does not settle on a
-/// vibration.
+/// Newton on the characteristic polynomial (highest power first) from `i ω`; `None` if it does not
+/// settle on a vibration.
 fn pole_near(polynomial: &[f64; 5], omega_rad_s: f64) -> Option<Mode> {
     const POLE_ITERATIONS_MAX: usize = 50;
     let mut s = Complex::new(0.0, omega_rad_s);
@@ -108,7 +113,8 @@ fn pole_near(polynomial: &[f64; 5], omega_rad_s: f64) -> Option<Mode> {
     None
 }
 
-/// Acceleration of one channel at the start of the decay: `Σ_k e^{−σ_k t} (a_k cos ω_k t + b_k sin ω_k t)`.
+/// Acceleration of one channel at the start of the decay:
+/// `Σ_k e^{−σ_k t} (a_k cos ω_k t + b_k sin ω_k t)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChannelAmplitude {
     pub cosine_m_s2: [f64; MODES],
@@ -137,12 +143,12 @@ fn linear_columns(modes: &[Mode; MODES], time_s: f64) -> SVector<f64, LINEAR> {
     columns
 }
 
-/// Standard deviations of frequency [Hz] and damping ratio a free decay should reach: Cramér–Rao bound with amplitude,
-/// phase and bias of every channel unknown.
+/// Standard deviations of frequency [Hz] and damping ratio a free decay should reach: Cramér–Rao
+/// bound with amplitude, phase and bias of every channel unknown.
 ///
-/// The derivative by a pole is `t` times the decay itself, so one Gram matrix of nine functions serves all channels;
-/// the unknown linear columns are projected out (Schur complement). `None` when the channels show a mode not at all.
-/// Cost O(samples).
+/// The derivative by a pole is `t` times the decay itself, so one Gram matrix of nine functions
+/// serves all channels; the unknown linear columns are projected out (Schur complement). `None`
+/// when the channels show a mode not at all. Cost O(samples).
 pub fn predicted_sigma(
     modes: &[Mode; MODES],
     channels: &[ChannelAmplitude],
@@ -174,7 +180,8 @@ pub fn predicted_sigma(
     Some([0, 1].map(|k| Mode { frequency_hz: sigmas[2 * k], damping_ratio: sigmas[2 * k + 1] }))
 }
 
-/// Gram matrix of `t × (decay functions)` after projection on what the linear columns cannot explain.
+/// Gram matrix of `t × (decay functions)` after projection on what the linear columns cannot
+/// explain.
 fn projected_gram(modes: &[Mode; MODES], decay: &FreeDecay) -> Option<Matrix4<f64>> {
     let mut linear = SMatrix::<f64, LINEAR, LINEAR>::zeros();
     let mut cross = SMatrix::<f64, LINEAR, 4>::zeros();
@@ -197,14 +204,16 @@ pub enum FreeDecayError {
     SegmentTooShort { got: usize, need: usize },
     /// A sample is NaN or infinite.
     SampleNotFinite { sample: usize, channel: usize },
-    /// Two modes, or a mode and the constant, are the same function over this segment: too short for these poles.
+    /// Two modes, or a mode and the constant, are the same function over this segment: too short
+    /// for these poles.
     ModesNotDistinct,
 }
 
 /// What fixed poles leave unexplained in a segment they were not fitted to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreeDecayResidual {
-    /// Over all channels, corrected for the linear unknowns of each: the sensor sigma when the poles hold.
+    /// Over all channels, corrected for the linear unknowns of each: the sensor sigma when the
+    /// poles hold.
     pub residual_rms_m_s2: f64,
     /// Over all channels, fitted constant removed.
     pub signal_rms_m_s2: f64,
@@ -221,10 +230,11 @@ pub const fn refit_unknowns(modes: usize) -> usize {
     2 * modes + 1
 }
 
-/// Held-out check: poles fixed (one to [`REFIT_MODES_MAX`]), amplitudes and constant refitted per channel by least
-/// squares.
+/// Held-out check: poles fixed (one to [`REFIT_MODES_MAX`]), amplitudes and constant refitted per
+/// channel by least squares.
 ///
-/// `accelerations_m_s2` holds sample after sample, `channels` values each. Cost O(samples × channels), nothing is kept.
+/// `accelerations_m_s2` holds sample after sample, `channels` values each. Cost O(samples ×
+/// channels), nothing is kept.
 ///
 /// # Errors
 /// [`FreeDecayError`]: a property of the segment.
@@ -248,7 +258,8 @@ pub fn refit_free_decay_residual(
     })
 }
 
-/// Hands residual and signal (constant removed) of every sample to `sink`, channel after channel, each in order of time.
+/// Hands residual and signal (constant removed) of every sample to `sink`, channel after channel,
+/// each in order of time.
 ///
 /// `time_s` gives the time of a sample behind the first one; the spacing need not be even.
 ///
@@ -334,8 +345,9 @@ impl<'a> Refit<'a> {
                 self.factor[i][j] = if i == j { libm::sqrt(left) } else { left / self.factor[j][j] };
             }
             let pivot = self.factor[j][j];
-            // Condition of the Gram matrix above 1e12: half the digits are gone and the fit would be rounding. A pivot
-            // that is not a number (root of a negative one) fails the comparison too.
+            // Condition of the Gram matrix above 1e12: half the digits are gone and the fit would
+            // be rounding. A pivot that is not a number (root of a negative one) fails the
+            // comparison too.
             (smallest, largest) = (smallest.min(pivot), largest.max(pivot));
             let distinct = pivot > 0.0 && smallest > 1e-6 * largest;
             if !distinct {
@@ -418,8 +430,8 @@ mod tests {
         }
     }
 
-    /// Independent oracle: all three coordinates, full mass matrix, RK4 at 0.5 ms; 2 N m for one second, sampled at
-    /// 200 Hz from one to five seconds at ten points of the beam.
+    /// Independent oracle: all three coordinates, full mass matrix, RK4 at 0.5 ms; 2 N m for one
+    /// second, sampled at 200 Hz from one to five seconds at ten points of the beam.
     fn pulse_decay() -> Vec<f64> {
         let [c1, c2] = BEAM.coupling;
         let mass = Matrix3::new(BEAM.inertia_kg_m2, c1, c2, c1, 1.0, 0.0, c2, 0.0, 1.0);

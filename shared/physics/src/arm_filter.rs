@@ -1,11 +1,15 @@
-//! Unscented filter of the floating arm: motion and inertial parameters together, from rates, angles and torques.
+//! Unscented filter of the floating arm: motion and inertial parameters together, from rates,
+//! angles and torques.
 //!
-//! State `(w0, th1, th2, d1, d2, α_i / α_nominal)`, the midpoint rule over one control period under the measured torque: its error is that of 1e-5 N m,
-//! the mean of the torque's noise over a minute is 1e-3 N m. What makes it work: process noise is the torque's noise mapped through `∂q̈/∂τ` and nothing else (none on α); measurement noise is that
-//! of the data sheets, quantisation included; parameters are scaled; sigma points are drawn only where `P(α)` is positive definite.
+//! State `(w0, th1, th2, d1, d2, α_i / α_nominal)`, the midpoint rule over one control period under
+//! the measured torque: its error is that of 1e-5 N m, the mean of the torque's noise over a minute
+//! is 1e-3 N m. What makes it work: process noise is the torque's noise mapped through `∂q̈/∂τ` and
+//! nothing else (none on α); measurement noise is that of the data sheets, quantisation included;
+//! parameters are scaled; sigma points are drawn only where `P(α)` is positive definite.
 //!
-//! With the momentum known, `Y_h α = h` is taken as a scalar measurement every tenth sample; unknown, the torques alone give the scale,
-//! and an error of their scale goes into every parameter.
+//! With the momentum known, `Y_h α = h` is taken as a scalar measurement every tenth sample;
+//! unknown, the torques alone give the scale, and an error of their scale goes into every
+//! parameter.
 
 use crate::dynamic_equation::ArmSample;
 use crate::free_floating::{accelerations, dynamics};
@@ -21,8 +25,9 @@ use serde::{Deserialize, Serialize};
 pub const MOTION: usize = 5;
 /// `Y_h α = h` is taken at every so many samples: oftener says the same again.
 const MOMENTUM_EVERY: u64 = 10;
-/// Its sigma as a share of the momentum's own noise at one sample, `s = √(Σ (σ_c ∂Y_h/∂c α)²)`: over a minute that loses a fortieth of the
-/// accuracy, and it stands above the curvature of `Y_h α` over the sigma points, whose motion is known far better than one sample says.
+/// Its sigma as a share of the momentum's own noise at one sample, `s = √(Σ (σ_c ∂Y_h/∂c α)²)`:
+/// over a minute that loses a fortieth of the accuracy, and it stands above the curvature of
+/// `Y_h α` over the sigma points, whose motion is known far better than one sample says.
 const MOMENTUM_SIGMA_SHARE: f64 = 0.2;
 /// Innovations count as statistics from here on: before, the parameters still settle.
 const SETTLED_SAMPLES: u64 = 1000;
@@ -100,12 +105,14 @@ pub struct ArmFilter<const P: usize, const X: usize> {
     nis: ChiSquareMean,
 }
 
-/// A start from the first stretch of the record itself, whatever the prior: the weak form needs none.
+/// A start from the first stretch of the record itself, whatever the prior: the weak form needs
+/// none.
 ///
-/// A start wrong by half, known to 30 %, makes the filter's first seconds nonlinear and its covariance too small for good (mean NEES 8.9
-/// for 8 in trajectory B). The weak form of the first twenty seconds is within 0.1 %; taken as a start with **ten** times its
-/// sigma, it counts the stretch twice by a hundredth of its information. `None`: the stretch does not determine the parameters
-/// better than `start_sd`, or they are not physical; keep the prior.
+/// A start wrong by half, known to 30 %, makes the filter's first seconds nonlinear and its
+/// covariance too small for good (mean NEES 8.9 for 8 in trajectory B). The weak form of the first
+/// twenty seconds is within 0.1 %; taken as a start with **ten** times its sigma, it counts the
+/// stretch twice by a hundredth of its information. `None`: the stretch does not determine the
+/// parameters better than `start_sd`, or they are not physical; keep the prior.
 pub fn self_start<const P: usize>(
     stretch: &[ArmSample],
     settings: &ArmFilterSettings<P>,
@@ -147,7 +154,8 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
         }
     }
 
-    /// The same with a start whose errors hang together; `None`: the covariance is not positive definite.
+    /// The same with a start whose errors hang together; `None`: the covariance is not positive
+    /// definite.
     #[must_use]
     pub fn with_covariance(self, covariance: &SMatrix<f64, P, P>) -> Option<Self> {
         let scale = &self.model.scale;
@@ -157,7 +165,8 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
         Some(Self { filter, ..self })
     }
 
-    /// Samples are missing before the next one: the motion begins anew, the parameters keep what they have learnt.
+    /// Samples are missing before the next one: the motion begins anew, the parameters keep what
+    /// they have learnt.
     pub fn interrupt(&mut self) {
         self.begins = true;
     }
@@ -241,7 +250,8 @@ impl<const P: usize, const X: usize> ArmFilter<P, X> {
         self.samples
     }
 
-    /// Innovations squared over their covariance since they settled: one per degree of freedom when model and noises hold.
+    /// Innovations squared over their covariance since they settled: one per degree of freedom when
+    /// model and noises hold.
     pub fn nis(&self) -> &ChiSquareMean {
         &self.nis
     }

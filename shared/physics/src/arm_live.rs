@@ -1,9 +1,11 @@
-//! Both estimators of the arm that fly, sample by sample: momentum with its known `h`, and motion with the torques, which need no `h`.
+//! Both estimators of the arm that fly, sample by sample: momentum with its known `h`, and motion
+//! with the torques, which need no `h`.
 //!
-//! The weighted fit on the momentum says the *shape* of the parameters within seconds (`Y_h α = h` is homogeneous: an error of h is one of
-//! scale). Once it is settled the unscented filter starts from it, its scale set free again to [`SCALE_SD`], on samples that the start has
-//! not seen: no datum is counted twice, and the torques alone say the scale. The two estimates disagree by exactly the error of h, or of
-//! the torque sensors' scale.
+//! The weighted fit on the momentum says the *shape* of the parameters within seconds (`Y_h α = h`
+//! is homogeneous: an error of h is one of scale). Once it is settled the unscented filter starts
+//! from it, its scale set free again to [`SCALE_SD`], on samples that the start has not seen: no
+//! datum is counted twice, and the torques alone say the scale. The two estimates disagree by
+//! exactly the error of h, or of the torque sensors' scale.
 //!
 //! Fixed memory. Cost of a sample: 0.3 µs for the momentum, some 10 µs for the filter.
 
@@ -18,10 +20,12 @@ use serde::{Deserialize, Serialize};
 
 /// The scale that the filter starts with is known to this, relative, whatever is claimed of h.
 pub const SCALE_SD: f64 = 0.2;
-/// Sigmas of the shape that the filter starts with: a recursive fit at its beginning takes its weights at poor parameters and is a little
-/// too sure of itself (mean NEES 10 for 9 mated, 200 records, when it was believed).
+/// Sigmas of the shape that the filter starts with: a recursive fit at its beginning takes its
+/// weights at poor parameters and is a little too sure of itself (mean NEES 10 for 9 mated, 200
+/// records, when it was believed).
 const SHAPE_SIGMAS: f64 = 2.0;
-/// The shape is settled when each parameter is known to this, relative. Nonlinear effects of such a start are its square.
+/// The shape is settled when each parameter is known to this, relative. Nonlinear effects of such a
+/// start are its square.
 const SHAPE_SETTLED: f64 = 0.01;
 /// Parameters below this share of the root mean square count as being so large.
 const SMALL_SHARE: f64 = 0.05;
@@ -34,7 +38,8 @@ pub struct LiveSettings<const P: usize> {
     pub momentum: InertialSettings<P>,
     /// `None`: torques are not measured, and no filter runs.
     pub torque_sigma_n_m: Option<f64>,
-    /// Sigma of the torque sensors' common scale, relative: every parameter of the filter moves with it.
+    /// Sigma of the torque sensors' common scale, relative: every parameter of the filter moves
+    /// with it.
     pub torque_scale_sd: f64,
     /// Between samples.
     pub interval_ns: u64,
@@ -52,7 +57,8 @@ pub struct LiveEstimators<const P: usize, const X: usize> {
 }
 
 impl<const P: usize> LiveSettings<P> {
-    /// The second sample is the next one: a hundredth of the interval is the jitter of a clock, a thousandth of the gyro's noise.
+    /// The second sample is the next one: a hundredth of the interval is the jitter of a clock, a
+    /// thousandth of the gyro's noise.
     fn follows(&self, last_ns: u64, t_ns: u64) -> bool {
         t_ns.wrapping_sub(last_ns).abs_diff(self.interval_ns) <= self.interval_ns / 100
     }
@@ -80,7 +86,8 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
     /// Takes the sample of time `t_ns`; the innovation is that of the momentum.
     ///
     /// # Errors
-    /// [`InertialError::SampleNotFinite`] for the motion; the state is untouched then. A torque that is no number interrupts its filter alone.
+    /// [`InertialError::SampleNotFinite`] for the motion; the state is untouched then. A torque
+    /// that is no number interrupts its filter alone.
     pub fn push(&mut self, t_ns: u64, sample: &ArmSample) -> Result<Innovation, InertialError> {
         let innovation = self.momentum.push(&sample.motion)?;
         let follows = self.last_ns.is_none_or(|last| self.settings.follows(last, t_ns));
@@ -151,7 +158,8 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         self.filter.as_ref()
     }
 
-    /// The filter's estimate, the sigma of the torques' scale included; `None` while it has predicted nothing and says what it began with.
+    /// The filter's estimate, the sigma of the torques' scale included; `None` while it has
+    /// predicted nothing and says what it began with.
     pub fn torque(&self) -> Option<Estimate<P>> {
         let filter = self.filter.as_ref().filter(|filter| filter.nis().count() > 0)?;
         let Estimate { alpha, covariance } = filter.estimate();
@@ -159,8 +167,9 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         Some(Estimate { alpha, covariance: covariance + alpha * alpha.transpose() * (scale_sd * scale_sd) })
     }
 
-    /// The one of the two with the smaller relative variances: the momentum's, with the systematic errors that the sensors' data sheet allows, while h is
-    /// known better than torques tell. The momentum's is rejected where the effect of these errors is not known. `None`: neither.
+    /// The one of the two with the smaller relative variances: the momentum's, with the systematic
+    /// errors that the sensors' data sheet allows, while h is known better than torques tell. The
+    /// momentum's is rejected where the effect of these errors is not known. `None`: neither.
     pub fn best(&self, sheet: &SensorSheet) -> Option<Estimate<P>> {
         let total = |(found, systematic): (InertialEstimate<P>, SMatrix<f64, P, P>)| Estimate {
             alpha: found.alpha,
@@ -180,8 +189,8 @@ impl<const P: usize, const X: usize> LiveEstimators<P, X> {
         self.settings.momentum.prior_sd()
     }
 
-    /// Covariance of the momentum's estimate from the systematic errors of the sensors' data sheet; `None` until it has settled, and where the samples since
-    /// do not determine the parameters.
+    /// Covariance of the momentum's estimate from the systematic errors of the sensors' data sheet;
+    /// `None` until it has settled, and where the samples since do not determine the parameters.
     pub fn consider(&self, sheet: &SensorSheet) -> Option<SMatrix<f64, P, P>> {
         self.consider.covariance(sheet, self.samples)
     }

@@ -1,9 +1,12 @@
-//! The second sigma of an estimate: what the sensor sheet's systematic errors may have done to it (Schmidt's consider covariance).
+//! The second sigma of an estimate: what the sensor sheet's systematic errors may have done to it
+//! (Schmidt's consider covariance).
 //!
-//! White noise averages out, a bias does not. Errors β that are not estimated (gyro bias, scales, zeros, latency) with the sigmas of the data sheet
-//! `σ_β` move the momentum fit by `∂α/∂β = (Λ + F − B)⁻¹ Σ w y ∂r/∂β` (F − B the data's information, Λ the prior's: what the prior holds, no
-//! error of a sensor moves); their covariance `(∂α/∂β) diag(σ_β²) (∂α/∂β)'` stands beside that of the
-//! noise, never mixed into it: more data shrink the one and not the other. Misalignment of the gyro acts as a scale (its cosine) in the plane.
+//! White noise averages out, a bias does not. Errors β that are not estimated (gyro bias, scales,
+//! zeros, latency) with the sigmas of the data sheet `σ_β` move the momentum fit by
+//! `∂α/∂β = (Λ + F − B)⁻¹ Σ w y ∂r/∂β` (F − B the data's information, Λ the prior's: what the prior
+//! holds, no error of a sensor moves); their covariance `(∂α/∂β) diag(σ_β²) (∂α/∂β)'` stands beside
+//! that of the noise, never mixed into it: more data shrink the one and not the other. Misalignment
+//! of the gyro acts as a scale (its cosine) in the plane.
 
 use crate::momentum::{CHANNELS, ChannelSigma, MomentumSample, channel_jacobian, noisy_momentum_row};
 use nalgebra::{SMatrix, SVector};
@@ -32,7 +35,8 @@ impl SensorSheet {
     }
 }
 
-/// Change of the measured channels (w0, d1, d2, th1, th2) by each considered error, one column each.
+/// Change of the measured channels (w0, d1, d2, th1, th2) by each considered error, one column
+/// each.
 pub fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64) -> SMatrix<f64, CHANNELS, CONSIDERED> {
     let mut columns = SMatrix::zeros();
     columns[(0, 0)] = 1.0;
@@ -49,11 +53,13 @@ pub fn channels_by_error(sample: &MomentumSample, base_acceleration_rad_s2: f64)
 const DIFFERENCE_REACH: usize = 5;
 const RING: usize = 2 * DIFFERENCE_REACH + 1;
 
-/// `F − B = Σ w (y y' − S)` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with each error of the data sheet. Fixed memory.
+/// `F − B = Σ w (y y' − S)` and `Σ w y ∂r/∂β`, sample by sample: how the weighted fit moves with
+/// each error of the data sheet. Fixed memory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConsiderSums<const P: usize> {
     interval_s: f64,
-    /// Diagonal of Λ, apart from the sums: the fit has it once, however many of its rows are in them.
+    /// Diagonal of Λ, apart from the sums: the fit has it once, however many of its rows are in
+    /// them.
     prior_information: SVector<f64, P>,
     information: SMatrix<f64, P, P>,
     cross: SMatrix<f64, P, CONSIDERED>,
@@ -65,7 +71,8 @@ pub struct ConsiderSums<const P: usize> {
 }
 
 impl<const P: usize> ConsiderSums<P> {
-    /// Samples come every `interval_s`; `prior_information` is the diagonal of Λ, zero without a prior.
+    /// Samples come every `interval_s`; `prior_information` is the diagonal of Λ, zero without a
+    /// prior.
     pub fn new(interval_s: f64, prior_information: &SVector<f64, P>) -> Self {
         assert!(interval_s > 0.0);
         let ring = [MomentumSample::default(); RING];
@@ -78,8 +85,9 @@ impl<const P: usize> ConsiderSums<P> {
         self.filled = 0;
     }
 
-    /// Takes one sample; weights are those at `reference`. The base's acceleration is a central difference over ten samples, enough for a
-    /// sensitivity, so the sums lag five samples behind. O(P² + P C).
+    /// Takes one sample; weights are those at `reference`. The base's acceleration is a central
+    /// difference over ten samples, enough for a sensitivity, so the sums lag five samples behind.
+    /// O(P² + P C).
     pub fn push(&mut self, sample: &MomentumSample, h_nms: f64, sigma: &ChannelSigma, reference: &SVector<f64, P>) {
         self.ring[self.next] = *sample;
         self.next = (self.next + 1) % RING;
@@ -99,7 +107,8 @@ impl<const P: usize> ConsiderSums<P> {
         let weighted = row.regressor * weight;
         self.information += weighted * row.regressor.transpose() - row.noise * row.noise.transpose() * weight;
         self.cross += weighted * by_error.transpose();
-        // noise stands in y and in the error of a scale alike: E[n_c J_c · (−n_c J_c' α)] is no motion of the fit
+        // noise stands in y and in the error of a scale alike: E[n_c J_c · (−n_c J_c' α)] is no
+        // motion of the fit
         for (error, channel) in [(1, 0), (2, 1), (3, 2)] {
             let noise = row.noise.column(channel);
             let mut column = self.cross.column_mut(error);
@@ -108,8 +117,9 @@ impl<const P: usize> ConsiderSums<P> {
         self.rows += 1;
     }
 
-    /// `(∂α/∂β) diag(σ_β²) (∂α/∂β)'`, `∂α/∂β = (Λ + r (F − B))⁻¹ r Σ w y ∂r/∂β`: the fit has `rows_of_fit` rows, `r` times those in the sums,
-    /// which stand for the others. Zero for a data sheet that states no error; `None` when the samples do not determine the parameters.
+    /// `(∂α/∂β) diag(σ_β²) (∂α/∂β)'`, `∂α/∂β = (Λ + r (F − B))⁻¹ r Σ w y ∂r/∂β`: the fit has
+    /// `rows_of_fit` rows, `r` times those in the sums, which stand for the others. Zero for a data
+    /// sheet that states no error; `None` when the samples do not determine the parameters.
     pub fn covariance(&self, sheet: &SensorSheet, rows_of_fit: u64) -> Option<SMatrix<f64, P, P>> {
         if *sheet == SensorSheet::default() {
             return Some(SMatrix::zeros());

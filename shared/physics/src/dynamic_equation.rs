@@ -1,10 +1,12 @@
-//! Dynamic equation of a free-floating base with two links, linear in the eight (or nine) minimal parameters: `Y_τ α = [0, τ1, τ2]`.
+//! Dynamic equation of a free-floating base with two links, linear in the eight (or nine) minimal
+//! parameters: `Y_τ α = [0, τ1, τ2]`.
 //!
-//! The rows for torques alone have rank seven: `a1` stands in the base's row only. Dropping that row because "its right-hand side
-//! is zero anyway" makes the problem singular, see `tests::without_the_row_of_the_base_a1_is_lost`.
+//! The rows for torques alone have rank seven: `a1` stands in the base's row only. Dropping that
+//! row because "its right-hand side is zero anyway" makes the problem singular, see
+//! `tests::without_the_row_of_the_base_a1_is_lost`.
 //!
-//! Frames: planar, base rate about z of inertial space, joints relative to the inboard body. Units: rad, N m, kg m². Assumes no
-//! external force or torque.
+//! Frames: planar, base rate about z of inertial space, joints relative to the inboard body. Units:
+//! rad, N m, kg m². Assumes no external force or torque.
 
 use crate::momentum::MomentumSample;
 use libm::sincos;
@@ -37,11 +39,13 @@ pub struct ArmMotion {
     pub accelerations_rad_s2: [f64; 3],
 }
 
-/// `Y_τ` (3 × P) with `Y_τ α = [0, τ1, τ2]`; rows `(E0 + E1 + E2; E1 + E2; E2)` (page 1, section 1.2).
+/// `Y_τ` (3 × P) with `Y_τ α = [0, τ1, τ2]`; rows `(E0 + E1 + E2; E1 + E2; E2)` (page 1, section
+/// 1.2).
 ///
-/// With `b1 = w0dot + th1dd`, `b2 = b1 + th2dd`, `w1 = w0 + d1`, `w2 = w1 + d2`, each pair of bodies i < j brings two columns:
-/// `D_ij = p cos φ + q sin φ` puts `D_ij b_j + D_ij' w_j²` into row `E_i` and `D_ij b_i − D_ij' w_i²` into row `E_j`.
-/// The ninth (`P = 9`, after capture) is the sine of the pair (1, 2).
+/// With `b1 = w0dot + th1dd`, `b2 = b1 + th2dd`, `w1 = w0 + d1`, `w2 = w1 + d2`, each pair of
+/// bodies i < j brings two columns: `D_ij = p cos φ + q sin φ` puts `D_ij b_j + D_ij' w_j²` into
+/// row `E_i` and `D_ij b_i − D_ij' w_i²` into row `E_j`. The ninth (`P = 9`, after capture) is the
+/// sine of the pair (1, 2).
 pub fn torque_regressor<const P: usize>(motion: &ArmMotion) -> SMatrix<f64, 3, P> {
     const { assert!(P == 8 || P == 9) }
     let ([th1, th2], [w0, d1, d2], [b0, dd1, dd2]) =
@@ -66,24 +70,27 @@ pub fn torque_regressor<const P: usize>(motion: &ArmMotion) -> SMatrix<f64, 3, P
     SMatrix::from_fn(|row, column| columns[column][row..].iter().sum())
 }
 
-/// `Y_τ α` [N m]: what base and joints must be given for this motion; the first number is zero when nothing external acts.
+/// `Y_τ α` [N m]: what base and joints must be given for this motion; the first number is zero when
+/// nothing external acts.
 pub fn efforts<const P: usize>(alpha: &nalgebra::SVector<f64, P>, motion: &ArmMotion) -> Vector3<f64> {
     torque_regressor::<P>(motion) * alpha
 }
 
-/// The dynamic equation in integrable form, `[0, τ1, τ2] = d/dt(momentum α) − gradient α`: no acceleration is needed.
+/// The dynamic equation in integrable form, `[0, τ1, τ2] = d/dt(momentum α) − gradient α`: no
+/// acceleration is needed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LagrangeForm<const P: usize> {
     /// `∂T/∂(w0, d1, d2)`; the first row is the momentum regressor.
     pub momentum: SMatrix<f64, 3, P>,
-    /// `∂T/∂(th0, th1, th2)`; the first row is zero, for the kinetic energy does not depend on the attitude.
+    /// `∂T/∂(th0, th1, th2)`; the first row is zero, for the kinetic energy does not depend on the
+    /// attitude.
     pub gradient: SMatrix<f64, 3, P>,
 }
 
 /// Lagrange's form of [`torque_regressor`] from angles and rates alone.
 ///
-/// With `T = ½ w' D w` in absolute rates and `D_ij` as there: body i brings `D_ij w_j` to the momentum, the pair (i, j) `D_ij' w_i w_j`
-/// to the gradient of every joint between the two.
+/// With `T = ½ w' D w` in absolute rates and `D_ij` as there: body i brings `D_ij w_j` to the
+/// momentum, the pair (i, j) `D_ij' w_i w_j` to the gradient of every joint between the two.
 pub fn lagrange_form<const P: usize>(sample: &MomentumSample) -> LagrangeForm<P> {
     const { assert!(P == 8 || P == 9) }
     let (w0, [d1, d2], [th1, th2]) = (sample.omega0_z_rad_s, sample.joint_rate_rad_s, sample.joint_angle_rad);

@@ -1,4 +1,5 @@
-//! Joint trajectories that excite, and the bound an experiment along them promises before it is flown.
+//! Joint trajectories that excite, and the bound an experiment along them promises before it is
+//! flown.
 
 use estimation::cramer_rao::FisherInformation;
 use nalgebra::SVector;
@@ -9,7 +10,8 @@ use crate::momentum::{ChannelSigma, MomentumSample, noisy_momentum_row, predict_
 /// Harmonics of one joint.
 pub const HARMONICS: usize = 5;
 
-/// `θ(t) = q0 + Σ_k [a_k sin(k w t) − b_k cos(k w t)] / (k w)`, so that `θ̇ = Σ_k a_k cos(k w t) + b_k sin(k w t)`.
+/// `θ(t) = q0 + Σ_k [a_k sin(k w t) − b_k cos(k w t)] / (k w)`, so that
+/// `θ̇ = Σ_k a_k cos(k w t) + b_k sin(k w t)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FourierJoint<const H: usize = HARMONICS> {
     pub offset_rad: f64,
@@ -52,7 +54,8 @@ impl<const H: usize> FourierTrajectory<H> {
 }
 
 impl FourierTrajectory {
-    /// Trajectory B of benchmark problem 1 (benchmark page 1, section 2): both joints within 0.35 rad/s, 30 s period.
+    /// Trajectory B of benchmark problem 1 (benchmark page 1, section 2): both joints within 0.35
+    /// rad/s, 30 s period.
     pub fn trajectory_b() -> Self {
         Self {
             period_s: 30.0,
@@ -72,11 +75,12 @@ impl FourierTrajectory {
     }
 }
 
-/// Standard deviation each parameter should reach: Cramér–Rao bound with the base moving as `h` demands.
+/// Standard deviation each parameter should reach: Cramér–Rao bound with the base moving as `h`
+/// demands.
 ///
-/// `I = Σ y y'/s²(α)`, and `(σ_h/h)² α_i²` on top, because a wrong `h` scales every parameter alike.
-/// `None` when `alpha` has no positive inertia on the way, or the trajectory leaves a parameter without trace.
-/// Cost O(P²) per sample of the planned record.
+/// `I = Σ y y'/s²(α)`, and `(σ_h/h)² α_i²` on top, because a wrong `h` scales every parameter
+/// alike. `None` when `alpha` has no positive inertia on the way, or the trajectory leaves a
+/// parameter without trace. Cost O(P²) per sample of the planned record.
 pub fn predicted_sigma<const P: usize>(
     alpha: &SVector<f64, P>,
     trajectory: &FourierTrajectory,

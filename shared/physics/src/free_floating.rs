@@ -1,11 +1,13 @@
-//! Free-floating base with a two-link planar arm: eight minimal parameters before capture, and the equations of motion, which hold
-//! with the ninth parameter after capture too.
+//! Free-floating base with a two-link planar arm: eight minimal parameters before capture, and the
+//! equations of motion, which hold with the ninth parameter after capture too.
 //!
-//! Notation of Papadopoulos: `l_i` inboard joint to centre of mass of link i, `r_i` centre of mass to the next joint,
-//! `r_0` base centre of mass to joint 1, `L1 = l1 + r1`, `s1 = m1 l1 + m2 L1`, `M` total mass.
+//! Notation of Papadopoulos: `l_i` inboard joint to centre of mass of link i, `r_i` centre of mass
+//! to the next joint, `r_0` base centre of mass to joint 1, `L1 = l1 + r1`, `s1 = m1 l1 + m2 L1`,
+//! `M` total mass.
 //!
-//! The eight parameters carry one nonlinear constraint, `a4 a7 = a5 a6` (both pairs are parallel to `r0`); the
-//! Jacobian from the physical numbers has rank seven. Violated, it names an off-axis link 2 or a joint-2 zero offset.
+//! The eight parameters carry one nonlinear constraint, `a4 a7 = a5 a6` (both pairs are parallel to
+//! `r0`); the Jacobian from the physical numbers has rank seven. Violated, it names an off-axis
+//! link 2 or a joint-2 zero offset.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use serde::{Deserialize, Serialize};
@@ -45,11 +47,12 @@ pub fn rank_one_violation_sigmas(alpha: &Alpha, covariance: &SMatrix<f64, 8, 8>)
     (variance > 0.0).then(|| violation / libm::sqrt(variance))
 }
 
-/// Mass matrix `H` (w0dot, th1dd, th2dd) and Coriolis vector `C` of `H q̈ + C = [0, τ1, τ2]` (page 1, section 1.2), eight or nine
-/// parameters (`mated`).
+/// Mass matrix `H` (w0dot, th1dd, th2dd) and Coriolis vector `C` of `H q̈ + C = [0, τ1, τ2]` (page
+/// 1, section 1.2), eight or nine parameters (`mated`).
 ///
-/// The row of the base is the derivative of the momentum: see `tests::base_row_is_the_derivative_of_the_momentum`.
-/// Frames: rates (w0, d1, d2) about z, the base's inertial, the joints' relative; kg m², N m. Assumes no external force or torque.
+/// The row of the base is the derivative of the momentum: see
+/// `tests::base_row_is_the_derivative_of_the_momentum`. Frames: rates (w0, d1, d2) about z, the
+/// base's inertial, the joints' relative; kg m², N m. Assumes no external force or torque.
 pub fn dynamics<const P: usize>(
     alpha: &SVector<f64, P>,
     joint_angle_rad: [f64; 2],
@@ -72,7 +75,8 @@ pub fn dynamics<const P: usize>(
     (mass, Vector3::new(k0 + k1 + k2, k1 + k2, k2))
 }
 
-/// Accelerations (w0dot, th1dd, th2dd) under joint torques; `None` when the parameters are not physical.
+/// Accelerations (w0dot, th1dd, th2dd) under joint torques; `None` when the parameters are not
+/// physical.
 pub fn accelerations<const P: usize>(
     alpha: &SVector<f64, P>,
     joint_angle_rad: [f64; 2],

@@ -1,14 +1,17 @@
-//! Base with three actuators (two forces, one torque) and a two-link arm: eight parameters, all linear, mass among them (BP1B).
+//! Base with three actuators (two forces, one torque) and a two-link arm: eight parameters, all
+//! linear, mass among them (BP1B).
 //!
-//! Reference point **B** fixed in the base (where the accelerometer sits), joint 1 at `a` from B and link length `L1` known geometry,
-//! the base's centre of mass `c0` from B unknown:
+//! Reference point **B** fixed in the base (where the accelerometer sits), joint 1 at `a` from B
+//! and link length `L1` known geometry, the base's centre of mass `c0` from B unknown:
 //!
 //! `π = [M, m0 c0x + (m1+m2) ax, m0 c0y + (m1+m2) ay, I0 + m0|c0|² + (m1+m2)|a|², m1 l1 + m2 L1, I1 + m1 l1² + m2 L1², m2 l2, I2 + m2 l2²]`
 //!
-//! Rows (force x, force y, torque about B, τ1, τ2), page 1, section 4. Not identifiable: how the masses divide.
+//! Rows (force x, force y, torque about B, τ1, τ2), page 1, section 4. Not identifiable: how the
+//! masses divide.
 //!
-//! Frames: everything in the axes of the base; `a_B` is the inertial acceleration of B along them, **not** the rate of change of
-//! its velocity's components (they differ by `w0 × v`). Units: SI. Assumes the centres of mass of the links on their axes.
+//! Frames: everything in the axes of the base; `a_B` is the inertial acceleration of B along them,
+//! **not** the rate of change of its velocity's components (they differ by `w0 × v`). Units: SI.
+//! Assumes the centres of mass of the links on their axes.
 
 use crate::free_floating::PlanarArm;
 use libm::sincos;
@@ -18,7 +21,8 @@ use serde::{Deserialize, Serialize};
 /// `π` of the module's head.
 pub type Pi = SVector<f64, 8>;
 
-/// (force x, force y, torque about B, τ1, τ2), or the accelerations (a_Bx, a_By, w0dot, th1dd, th2dd).
+/// (force x, force y, torque about B, τ1, τ2), or the accelerations (a_Bx, a_By, w0dot, th1dd,
+/// th2dd).
 pub type Five = SVector<f64, 5>;
 
 /// What is known of the arm before it moves.
@@ -106,7 +110,8 @@ fn across(v: Vector2<f64>) -> Vector2<f64> {
     Vector2::new(-v.y, v.x)
 }
 
-/// Columns that bodies 0, 1, 2 bring to (force; E0, E1, E2), as rows (force; E0 + E1 + E2; E1 + E2; E2).
+/// Columns that bodies 0, 1, 2 bring to (force; E0, E1, E2), as rows (force; E0 + E1 + E2; E1 + E2;
+/// E2).
 fn rows(columns: [([f64; 2], [f64; 3]); 8]) -> SMatrix<f64, 5, 8> {
     SMatrix::from_fn(|row, column| {
         let (force, moments) = &columns[column];
@@ -116,8 +121,10 @@ fn rows(columns: [([f64; 2], [f64; 3]); 8]) -> SMatrix<f64, 5, 8> {
 
 /// `Y` (5 × 8) with `Y π = (force x, force y, torque about B, τ1, τ2)` (page 1, section 4).
 ///
-/// With `b_i` the inertial angular accelerations and `w_i` the rates of base and links, `s = (π2, π3)`, `e1`, `e2` along the links:
-/// `F = π1 a_B + b0 s⊥ − w0² s + π5 (b1 e1⊥ − w1² e1) + π7 (b2 e2⊥ − w2² e2)`, and so on as printed there.
+/// With `b_i` the inertial angular accelerations and `w_i` the rates of base and links,
+/// `s = (π2, π3)`, `e1`, `e2` along the links:
+/// `F = π1 a_B + b0 s⊥ − w0² s + π5 (b1 e1⊥ − w1² e1) + π7 (b2 e2⊥ − w2² e2)`, and so on as printed
+/// there.
 pub fn wrench_regressor(geometry: &FlyingGeometry, motion: &FlyingMotion) -> SMatrix<f64, 5, 8> {
     let Posture { e1, e2, g1, k1, g2, k2, c, s } = Posture::new(geometry, motion.joint_angle_rad);
     let ([w0, d1, d2], [b0, dd1, dd2]) = (motion.rates_rad_s, motion.accelerations_rad_s2);
@@ -138,7 +145,8 @@ pub fn wrench_regressor(geometry: &FlyingGeometry, motion: &FlyingMotion) -> SMa
     ])
 }
 
-/// The same rows integrated by parts, for wrenches that are integrated: no angular acceleration is needed (page 1, section 4).
+/// The same rows integrated by parts, for wrenches that are integrated: no angular acceleration is
+/// needed (page 1, section 4).
 ///
 /// `motion.accelerations_rad_s2` is not read.
 pub fn momentum_form(geometry: &FlyingGeometry, motion: &FlyingMotion) -> MomentumForm {
@@ -174,8 +182,8 @@ pub fn momentum_form(geometry: &FlyingGeometry, motion: &FlyingMotion) -> Moment
 
 /// Mass matrix `H` for (a_Bx, a_By, w0dot, th1dd, th2dd) and vector `C` of `H q̈ + C = wrench`.
 ///
-/// Written in absolute rates, where the kinetic energy is a plain quadratic form, and carried to relative ones by
-/// `(b0, b1, b2) = T (w0dot, th1dd, th2dd)`.
+/// Written in absolute rates, where the kinetic energy is a plain quadratic form, and carried to
+/// relative ones by `(b0, b1, b2) = T (w0dot, th1dd, th2dd)`.
 pub fn dynamics(
     geometry: &FlyingGeometry,
     pi: &Pi,
@@ -207,7 +215,8 @@ pub fn dynamics(
     (relative.transpose() * absolute * relative, relative.transpose() * bias)
 }
 
-/// (a_Bx, a_By, w0dot, th1dd, th2dd) under (force x, force y, torque about B, τ1, τ2); `None` when the parameters are not physical.
+/// (a_Bx, a_By, w0dot, th1dd, th2dd) under (force x, force y, torque about B, τ1, τ2); `None` when
+/// the parameters are not physical.
 pub fn accelerations(
     geometry: &FlyingGeometry,
     pi: &Pi,

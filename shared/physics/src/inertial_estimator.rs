@@ -1,9 +1,10 @@
 //! Momentum samples in, inertial parameters with an honest covariance out.
 //!
-//! Joins the momentum regressor with the errors-in-variables estimator and the consistency statistics. The scale of
-//! every parameter is that of `h_cm`: a momentum wrong by 0.1 % makes all of them wrong by 0.1 % and leaves no trace in
-//! the residual. `h_cm` is therefore an input with a sigma, the sigma is carried into the covariance, and without a
-//! momentum the estimator cannot be made.
+//! Joins the momentum regressor with the errors-in-variables estimator and the consistency
+//! statistics. The scale of every parameter is that of `h_cm`: a momentum wrong by 0.1 % makes all
+//! of them wrong by 0.1 % and leaves no trace in the residual. `h_cm` is therefore an input with a
+//! sigma, the sigma is carried into the covariance, and without a momentum the estimator cannot be
+//! made.
 
 use estimation::Innovation;
 use estimation::consistency::{ChiSquareMean, Whiteness};
@@ -16,8 +17,9 @@ use crate::momentum::{CHANNELS, ChannelSigma, MomentumSample, is_physically_cons
 /// Weights and reference are refreshed after so many samples.
 const ROWS_PER_REFRESH: u32 = 50;
 
-/// Innovations count as statistics once the estimate's own uncertainty is below this share of the sensor noise:
-/// before, the covariance itself is taken at poor parameters (with 0.2 the mean NIS of 200 records is 1.08, not 1.00).
+/// Innovations count as statistics once the estimate's own uncertainty is below this share of the
+/// sensor noise: before, the covariance itself is taken at poor parameters (with 0.2 the mean NIS
+/// of 200 records is 1.08, not 1.00).
 const SETTLED_SHARE: f64 = 0.05;
 
 /// How the momentum and the sensors are known, and where to start.
@@ -28,12 +30,14 @@ pub struct InertialSettings<const P: usize> {
     pub sigma_h_nms: f64,
     pub sigma: ChannelSigma,
     pub prior_alpha: SVector<f64, P>,
-    /// Prior standard deviation over prior value; 1000 is "a number to start from", information 1e-6/a².
+    /// Prior standard deviation over prior value; 1000 is "a number to start from", information
+    /// 1e-6/a².
     pub prior_relative_sd: f64,
 }
 
 impl<const P: usize> InertialSettings<P> {
-    /// Standard deviations of the prior. A parameter expected at zero (a9 before capture) is uncertain on the scale of the others.
+    /// Standard deviations of the prior. A parameter expected at zero (a9 before capture) is
+    /// uncertain on the scale of the others.
     pub fn prior_sd(&self) -> SVector<f64, P> {
         let scale = self.prior_alpha.norm() / libm::sqrt(P as f64);
         self.prior_alpha.map(|value| self.prior_relative_sd * value.abs().max(0.01 * scale))
@@ -43,7 +47,8 @@ impl<const P: usize> InertialSettings<P> {
 /// Why the momentum gives no parameters, or a sample was not used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InertialError {
-    /// Momentum is zero or as uncertain as it is large: parameters have no scale. Spin up a wheel, or use torques.
+    /// Momentum is zero or as uncertain as it is large: parameters have no scale. Spin up a wheel,
+    /// or use torques.
     MomentumUnknown { h_nms: f64, sigma_h_nms: f64 },
     /// A sample contains NaN or infinity and was not used.
     SampleNotFinite,
@@ -60,15 +65,17 @@ pub struct InertialEstimate<const P: usize> {
     /// Of the samples' noise alone.
     pub noise_covariance: SMatrix<f64, P, P>,
     pub rows: u64,
-    /// Innovation squared over its variance, over the newer half of the record (between 1/2 and 3/4 of the rows); one per
-    /// degree of freedom when model and sigmas hold.
+    /// Innovation squared over its variance, over the newer half of the record (between 1/2 and 3/4
+    /// of the rows); one per degree of freedom when model and sigmas hold.
     pub nis: ChiSquareMean,
     pub whiteness: Whiteness,
-    /// Positive definite in every posture, see [`is_physically_consistent`]. Do not fly an estimate that is not.
+    /// Positive definite in every posture, see [`is_physically_consistent`]. Do not fly an estimate
+    /// that is not.
     pub consistent: bool,
 }
 
-/// Recursive estimator of the momentum parameters: eight before capture, nine mated. Fixed memory (36 kB for eight).
+/// Recursive estimator of the momentum parameters: eight before capture, nine mated. Fixed memory
+/// (36 kB for eight).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InertialEstimator<const P: usize> {
     h_nms: f64,
@@ -115,7 +122,8 @@ impl<const P: usize> InertialEstimator<P> {
         let row = noisy_momentum_row::<P>(sample, self.h_nms, &self.sigma);
         let innovation = self.least_squares.update(&row);
         if self.least_squares.rows().is_power_of_two() {
-            // A one-pass estimate that still moves says nothing of the model: the first half of a record is forgotten.
+            // A one-pass estimate that still moves says nothing of the model: the first half of a
+            // record is forgotten.
             self.statistics = [self.statistics[1], InnovationStatistics::default()];
         }
         if self.settled(&innovation) {
@@ -128,7 +136,8 @@ impl<const P: usize> InertialEstimator<P> {
         Ok(innovation)
     }
 
-    /// Whether the estimate that gave this innovation moves by little against the noise of one sample.
+    /// Whether the estimate that gave this innovation moves by little against the noise of one
+    /// sample.
     pub fn settled(&self, innovation: &Innovation) -> bool {
         innovation.uncertainty_over_noise() < SETTLED_SHARE
     }
@@ -169,7 +178,8 @@ mod tests {
     use std::println;
     use std::vec::Vec;
 
-    /// Noise-free samples of trajectory B; the oracle of the momentum is `momentum::tests`, from bodies.
+    /// Noise-free samples of trajectory B; the oracle of the momentum is `momentum::tests`, from
+    /// bodies.
     fn clean_samples(alpha: &Alpha, seconds: u32) -> Vec<MomentumSample> {
         let trajectory = trajectory_b();
         (0..seconds * 100)
@@ -241,7 +251,8 @@ mod tests {
         println!(
             "RMSE/CRLB {ratio:.3?} geometric mean {mean:.3}; NEES {nees:.2}; coverage {coverage:.3}; NIS {nis:.4?}"
         );
-        // 200 seeds: each ratio spreads by 5 %, their geometric mean by about 2 %, NEES by √(16/200) = 0.28.
+        // 200 seeds: each ratio spreads by 5 %, their geometric mean by about 2 %, NEES by
+        // √(16/200) = 0.28.
         assert!(mean < 1.06, "{mean}");
         assert!(ratio.max() < 1.2, "{ratio}");
         assert!(nees > 7.2 && nees < 8.8, "{nees}");

@@ -1,8 +1,9 @@
 //! Base, two-link arm and a rigid target on link 2: nine minimal parameters.
 //!
-//! A rigid grasp makes link 2 and the target one body whose centre of mass `l2' = (lx, ly)` lies off the link's axis;
-//! the ninth column of the momentum regressor carries `ly`. Without a target `α₉ = 0`, so its t-value is the automatic
-//! "mated, or off axis?" test. After capture `h` is not the chaser's `h`: the target brings its own.
+//! A rigid grasp makes link 2 and the target one body whose centre of mass `l2' = (lx, ly)` lies
+//! off the link's axis; the ninth column of the momentum regressor carries `ly`. Without a target
+//! `α₉ = 0`, so its t-value is the automatic "mated, or off axis?" test. After capture `h` is not
+//! the chaser's `h`: the target brings its own.
 
 use nalgebra::{SMatrix, SVector};
 use serde::{Deserialize, Serialize};
@@ -22,7 +23,8 @@ pub struct Target {
     pub grasp_to_com_m: [f64; 2],
 }
 
-/// `a1 … a9` of an arm whose link 2 has its centre of mass at `joint2_to_com_m` (page 1, sections 1.2 and 6).
+/// `a1 … a9` of an arm whose link 2 has its centre of mass at `joint2_to_com_m` (page 1, sections
+/// 1.2 and 6).
 pub fn minimal_parameters(arm: &PlanarArm, joint2_to_com_m: [f64; 2]) -> MatedAlpha {
     let [m0, m1, m2] = arm.mass_kg;
     let [i0, i1, i2] = arm.inertia_com_kg_m2;
@@ -46,7 +48,8 @@ pub fn minimal_parameters(arm: &PlanarArm, joint2_to_com_m: [f64; 2]) -> MatedAl
     ])
 }
 
-/// The nine parameters of chaser and target; `grasp_m` is joint 2 to the grasp point, along link 2 (`l2 + r2`).
+/// The nine parameters of chaser and target; `grasp_m` is joint 2 to the grasp point, along link 2
+/// (`l2 + r2`).
 pub fn mated_parameters(arm: &PlanarArm, grasp_m: f64, target: &Target) -> MatedAlpha {
     let (m2, mt) = (arm.mass_kg[2], target.mass_kg);
     let (l2, mass) = (arm.joint_to_com_m[1], m2 + mt);
@@ -59,11 +62,12 @@ pub fn mated_parameters(arm: &PlanarArm, grasp_m: f64, target: &Target) -> Mated
     minimal_parameters(&joined, com)
 }
 
-/// Beyond so many sigmas of `α₉` the centre of mass of link 2 is off its axis: a target is held, or joint 2 has a zero offset.
+/// Beyond so many sigmas of `α₉` the centre of mass of link 2 is off its axis: a target is held, or
+/// joint 2 has a zero offset.
 pub const OFF_AXIS_SIGMAS: f64 = 5.0;
 
-/// `α₉` in its own standard deviations; `None` when it has none. Beyond [`OFF_AXIS_SIGMAS`]: mated (or off axis, which the momentum
-/// cannot tell apart before capture).
+/// `α₉` in its own standard deviations; `None` when it has none. Beyond [`OFF_AXIS_SIGMAS`]: mated
+/// (or off axis, which the momentum cannot tell apart before capture).
 pub fn off_axis_sigmas(alpha: &MatedAlpha, covariance: &SMatrix<f64, 9, 9>) -> Option<f64> {
     let variance = covariance[(8, 8)];
     (variance > 0.0).then(|| alpha[8] / libm::sqrt(variance))

@@ -1,17 +1,21 @@
-//! Angular momentum of a planar base with a two-link arm, linear in eight (or nine) minimal parameters.
+//! Angular momentum of a planar base with a two-link arm, linear in eight (or nine) minimal
+//! parameters.
 //!
-//! `Y_h α = h_cm` holds for the momentum about the centre of mass of the whole system, whatever the joint torques do.
-//! With `w1 = w0 + d1`, `w2 = w1 + d2`:
+//! `Y_h α = h_cm` holds for the momentum about the centre of mass of the whole system, whatever the
+//! joint torques do. With `w1 = w0 + d1`, `w2 = w1 + d2`:
 //!
 //! `Y_h = [w0, w1, w2, (2w0+d1)c1, (2w0+d1)s1, (2w0+d1+d2)c12, (2w0+d1+d2)s12, (2w0+2d1+d2)c2, (2w0+2d1+d2)s2]`
 //!
-//! The ninth column is needed when the centre of mass of link 2 lies off its axis (a grasped target); with `α₉ = 0`
-//! the eight-parameter model is nested, so one generic `P` serves both. Any other `P` does not compile.
+//! The ninth column is needed when the centre of mass of link 2 lies off its axis (a grasped
+//! target); with `α₉ = 0` the eight-parameter model is nested, so one generic `P` serves both. Any
+//! other `P` does not compile.
 //!
-//! Channel order is **(w0, d1, d2, th1, th2)** everywhere in this crate. Swapped sigmas leave the estimate looking
-//! fine and show only in NIS, see `inertial_estimator::tests::swapped_channel_sigmas_are_caught_by_nis_only`.
+//! Channel order is **(w0, d1, d2, th1, th2)** everywhere in this crate. Swapped sigmas leave the
+//! estimate looking fine and show only in NIS, see
+//! `inertial_estimator::tests::swapped_channel_sigmas_are_caught_by_nis_only`.
 //!
-//! Frames: planar, rates about z of the inertial frame (base) and relative to the inboard body (joints).
+//! Frames: planar, rates about z of the inertial frame (base) and relative to the inboard body
+//! (joints).
 
 use estimation::weighted_least_squares::NoisyRow;
 use libm::{hypot, sincos};
@@ -48,7 +52,8 @@ pub struct ChannelSigma {
 }
 
 impl ChannelSigma {
-    /// From data sheets: angle random walk of the gyro [°/√h] averaged over `interval_s`, joint sensors per sample.
+    /// From data sheets: angle random walk of the gyro [°/√h] averaged over `interval_s`, joint
+    /// sensors per sample.
     pub fn from_data_sheet(
         gyro_arw_deg_sqrt_h: f64,
         interval_s: f64,
@@ -71,7 +76,8 @@ impl ChannelSigma {
     }
 }
 
-/// Of base and link 1, base and link 2, and both links: the sum of their rates, sine and cosine of the angle between them.
+/// Of base and link 1, base and link 2, and both links: the sum of their rates, sine and cosine of
+/// the angle between them.
 fn pairs(sample: &MomentumSample) -> [(f64, f64, f64); 3] {
     let (w0, [d1, d2], [th1, th2]) = (sample.omega0_z_rad_s, sample.joint_rate_rad_s, sample.joint_angle_rad);
     let ((s1, c1), (s2, c2)) = (sincos(th1), sincos(th2));
@@ -108,8 +114,8 @@ pub fn channel_jacobian<const P: usize>(sample: &MomentumSample) -> SMatrix<f64,
     SMatrix::from_fn(|i, j| rows[i][j])
 }
 
-/// The row of a noisy sample, ready for `BiasCompensatedLeastSquares`; `h_nms` is exact for one sample (its
-/// uncertainty is common to all and therefore belongs to the report, not to the row).
+/// The row of a noisy sample, ready for `BiasCompensatedLeastSquares`; `h_nms` is exact for one
+/// sample (its uncertainty is common to all and therefore belongs to the report, not to the row).
 pub fn noisy_momentum_row<const P: usize>(
     sample: &MomentumSample,
     h_nms: f64,
@@ -132,7 +138,8 @@ pub fn locked_inertia_kg_m2<const P: usize>(alpha: &SVector<f64, P>, joint_angle
     momentum(alpha, &MomentumSample { omega0_z_rad_s: 1.0, joint_rate_rad_s: [0.0; 2], joint_angle_rad })
 }
 
-/// Base rate that momentum conservation demands: `w0 = (h − N α) / (D α)`, `N` the row at `w0 = 0`, `D = ∂Y_h/∂w0`.
+/// Base rate that momentum conservation demands: `w0 = (h − N α) / (D α)`, `N` the row at `w0 = 0`,
+/// `D = ∂Y_h/∂w0`.
 ///
 /// `None` when `D α ≤ 0`: such parameters have no positive inertia in this posture.
 pub fn predict_base_rate<const P: usize>(
@@ -146,8 +153,9 @@ pub fn predict_base_rate<const P: usize>(
     (inertia > 0.0).then(|| (h_nms - still) / inertia)
 }
 
-/// Necessary for bodies of positive mass and inertia: the worst posture of the coupling matrix stays positive definite,
-/// `P(α) = [[a1, |a45|, |a67|], [·, a2, |a89|], [·, ·, a3]] ≻ 0` (page 1, section 7; sufficiency is not proven).
+/// Necessary for bodies of positive mass and inertia: the worst posture of the coupling matrix
+/// stays positive definite, `P(α) = [[a1, |a45|, |a67|], [·, a2, |a89|], [·, ·, a3]] ≻ 0` (page 1,
+/// section 7; sufficiency is not proven).
 pub fn is_physically_consistent<const P: usize>(alpha: &SVector<f64, P>) -> bool {
     const { assert!(P == 8 || P == 9) }
     let ninth = if P == 9 { alpha[8] } else { 0.0 };
@@ -170,8 +178,9 @@ mod tests {
         }
     }
 
-    /// Angular momentum about the system's centre of mass from positions and velocities of three point-like bodies
-    /// with spin: no mass matrix, no minimal parameters. Link 2 carries its centre of mass at (l2x, l2y).
+    /// Angular momentum about the system's centre of mass from positions and velocities of three
+    /// point-like bodies with spin: no mass matrix, no minimal parameters. Link 2 carries its
+    /// centre of mass at (l2x, l2y).
     fn momentum_from_bodies(arm: &crate::free_floating::PlanarArm, l2y_m: f64, sample: &MomentumSample) -> f64 {
         let [d1, d2] = sample.joint_rate_rad_s;
         let [th1, th2] = sample.joint_angle_rad;

@@ -6,9 +6,10 @@
 //! r̈ + γ ṙ + κ r = −f/m0          Δv0 = (∫f dt − ms Δṙ)/(m0 + ms)      (exact: momentum)
 //! ```
 //!
-//! *Why relative?* With an accelerometer alone the absolute form `[x0, xs, v0, vs, …]` has two directions without any
-//! trace (common shift, common velocity); they random-walk and break a filter. `[r, ṙ, ms, ks, cs]` is observable.
-//! *Why Δv?* Accelerometers integrate; summed increments keep all information at any block length.
+//! *Why relative?* With an accelerometer alone the absolute form `[x0, xs, v0, vs, …]` has two
+//! directions without any trace (common shift, common velocity); they random-walk and break a
+//! filter. `[r, ṙ, ms, ks, cs]` is observable. *Why Δv?* Accelerometers integrate; summed
+//! increments keep all information at any block length.
 //!
 //! Frames: one axis, positive along the thrust. Units: SI throughout.
 
@@ -51,7 +52,8 @@ pub struct SloshAccelerations {
 }
 
 impl SloshParameters {
-    /// `ẍ0 = (f + ks r + cs ṙ)/m0`, `r̈ = −f/m0 − (ks r + cs ṙ)/μ` (BP2, Eqs. 12–13) under a force on the base.
+    /// `ẍ0 = (f + ks r + cs ṙ)/m0`, `r̈ = −f/m0 − (ks r + cs ṙ)/μ` (BP2, Eqs. 12–13) under a force
+    /// on the base.
     pub fn accelerations(&self, base_mass_kg: f64, state: &SloshState, force_n: f64) -> SloshAccelerations {
         let pull_n = self.stiffness_n_m * state.displacement_m + self.damping_n_s_m * state.velocity_m_s;
         SloshAccelerations {
@@ -75,7 +77,8 @@ pub struct ForceMoments {
     pub first_moment_n_s2: f64,
 }
 
-/// `x(t+B) = Φ x(t) + G [impulse, first moment]`, `x = [r, ṙ]`, for the force linear in time with those moments.
+/// `x(t+B) = Φ x(t) + G [impulse, first moment]`, `x = [r, ṙ]`, for the force linear in time with
+/// those moments.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Transition {
     pub phi: Matrix2<f64>,
@@ -83,7 +86,8 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// Exact for any κ, γ, zero and negative included: the exponential of `[r, ṙ, p, q]`, `−f/m0 = −(p + q t)`.
+    /// Exact for any κ, γ, zero and negative included: the exponential of `[r, ṙ, p, q]`,
+    /// `−f/m0 = −(p + q t)`.
     pub fn new(kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
         let (k, g) = (kappa * length_s * length_s, gamma * length_s);
         // Time in units of the block: every entry is free of units and the norm is max(κB², γB).
@@ -103,8 +107,8 @@ impl Transition {
     }
 }
 
-/// Impulse response `s` of the mode (`s̈ + γ ṡ + κ s = 0`, `s(0) = 0`, `ṡ(0) = 1`), or its derivative by κ or γ, at one
-/// length: `s`, its derivatives by time, `S1 = ∫s`, `S2 = ∫∫s`.
+/// Impulse response `s` of the mode (`s̈ + γ ṡ + κ s = 0`, `s(0) = 0`, `ṡ(0) = 1`), or its
+/// derivative by κ or γ, at one length: `s`, its derivatives by time, `S1 = ∫s`, `S2 = ∫∫s`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Response {
     derivatives: [f64; RESPONSE_ORDER + 1],
@@ -125,8 +129,9 @@ struct ResponseAt {
 const RESPONSE_ORDER: usize = 5;
 
 impl Response {
-    /// Read from a transition of `length_s`: `Φ = [ṡ + γ s, s; −κ s, ṡ]`, and the force `p + q t` moves the state by
-    /// `−[S1 p + S2 q, s p + S1 q]/m0`. The n-th derivative is `−γ s⁽ⁿ⁻¹⁾ − κ s⁽ⁿ⁻²⁾ − drive(n)`.
+    /// Read from a transition of `length_s`: `Φ = [ṡ + γ s, s; −κ s, ṡ]`, and the force `p + q t`
+    /// moves the state by `−[S1 p + S2 q, s p + S1 q]/m0`. The n-th derivative is
+    /// `−γ s⁽ⁿ⁻¹⁾ − κ s⁽ⁿ⁻²⁾ − drive(n)`.
     fn of(at: &Transition, point: &Mode, drive: impl Fn(usize) -> f64) -> Self {
         let mut derivatives = [0.0; RESPONSE_ORDER + 1];
         (derivatives[0], derivatives[1]) = (at.phi[(0, 1)], at.phi[(1, 1)]);
@@ -185,7 +190,8 @@ impl Mode {
     }
 }
 
-/// [`Transition`] of one length, from which those of nearly the same length follow without an exponential.
+/// [`Transition`] of one length, from which those of nearly the same length follow without an
+/// exponential.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct NeighbouringTransitions {
     mode: Mode,
@@ -196,7 +202,8 @@ impl NeighbouringTransitions {
     /// Truncation below 0.5⁵/5! = 3e-4 of ṡ at the very end of the reach: good for a search.
     const SEARCH_REACH: f64 = 0.5;
 
-    /// About the transition `at` of `length_s` [s]; `kappa` [1/s²] and `gamma` [1/s] are stiffness and damping of the relative motion over its mass.
+    /// About the transition `at` of `length_s` [s]; `kappa` [1/s²] and `gamma` [1/s] are stiffness
+    /// and damping of the relative motion over its mass.
     pub fn new(at: &Transition, kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
         let mode = Mode { kappa, gamma, length_s, base_mass_kg };
         Self { mode, response: Response::of(at, &mode, |_| 0.0) }
@@ -258,7 +265,8 @@ pub(crate) struct TransitionWithSensitivity {
 }
 
 impl TransitionWithSensitivity {
-    /// The state augmented by its own derivatives obeys a linear equation too; one exponential (8 × 8) gives all.
+    /// The state augmented by its own derivatives obeys a linear equation too; one exponential (8 ×
+    /// 8) gives all.
     pub fn new(kappa: f64, gamma: f64, length_s: f64, base_mass_kg: f64) -> Self {
         let (k, g) = (kappa * length_s * length_s, gamma * length_s);
         let mut generator = SMatrix::<f64, 8, 8>::zeros();
@@ -295,7 +303,8 @@ fn unscale(phi: &Matrix2<f64>, force: &Matrix2<f64>, b: f64, base_mass_kg: f64) 
     Transition { phi, gain: Matrix2::new(scaled[(0, 0)], scaled[(0, 1)], scaled[(1, 0)] / b, scaled[(1, 1)] / b) }
 }
 
-/// Matrix exponential by scaling, Taylor to the 16th power and squaring. Truncation below 1e-19 of the norm-½ matrix.
+/// Matrix exponential by scaling, Taylor to the 16th power and squaring. Truncation below 1e-19 of
+/// the norm-½ matrix.
 fn exponential<const N: usize>(generator: &SMatrix<f64, N, N>) -> SMatrix<f64, N, N> {
     const SQUARINGS_MAX: u32 = 40;
     const POWERS: u32 = 16;

@@ -1,12 +1,13 @@
 //! A record of any length in fixed memory: thrust and accelerometer summed in blocks.
 //!
-//! A block keeps its length, two moments of the force and the velocity gained with its variance. When the arc is full,
-//! neighbours are merged and later blocks are twice as long, or the oldest blocks are forgotten: the estimator decides,
-//! for summing Δv loses what happens faster than a block. The first moment keeps a thrust edge inside a block exact to
-//! second order in (ω × block length).
+//! A block keeps its length, two moments of the force and the velocity gained with its variance.
+//! When the arc is full, neighbours are merged and later blocks are twice as long, or the oldest
+//! blocks are forgotten: the estimator decides, for summing Δv loses what happens faster than a
+//! block. The first moment keeps a thrust edge inside a block exact to second order in (ω × block
+//! length).
 //!
-//! Blocks that do not meet in time belong to different segments: what the thrust did in between is not known, so nothing
-//! is known of the slosh state behind the gap either.
+//! Blocks that do not meet in time belong to different segments: what the thrust did in between is
+//! not known, so nothing is known of the slosh state behind the gap either.
 
 use nalgebra::{SMatrix, Vector2};
 use serde::{Deserialize, Serialize};
@@ -19,14 +20,17 @@ pub const FLIGHT_CAPACITY: usize = 2048;
 /// Segments an arc can hold; one more, and the oldest is forgotten.
 pub const SEGMENTS_MAX: usize = 32;
 
-/// Stamps jitter: a sample that misses the end of the last one by less than this part of its interval meets it.
+/// Stamps jitter: a sample that misses the end of the last one by less than this part of its
+/// interval meets it.
 const JITTER: f64 = 0.5;
 
-/// ω × block length up to which a merged block still tells a mode: 21 blocks per period. The force inside a block
-/// beyond its two moments moves the slosh by (ωB)³/190 of a thrust edge, and (ωB)²/12 of the information is lost.
+/// ω × block length up to which a merged block still tells a mode: 21 blocks per period. The force
+/// inside a block beyond its two moments moves the slosh by (ωB)³/190 of a thrust edge, and
+/// (ωB)²/12 of the information is lost.
 pub const RESOLVED_MERGED: f64 = 0.3;
 
-/// The same for blocks of one sample, where the held force is exact: nine tenths of the Nyquist frequency.
+/// The same for blocks of one sample, where the held force is exact: nine tenths of the Nyquist
+/// frequency.
 pub const RESOLVED_SINGLE: f64 = 0.9 * core::f64::consts::PI;
 
 /// Block lengths closer than this share one transition: sums of equal intervals differ by rounding
@@ -39,8 +43,8 @@ pub struct SloshSample {
     pub interval_s: f64,
     pub force_n: f64,
     pub acceleration_m_s2: f64,
-    /// White standard deviation of the averaged acceleration: density over √interval. Infinite when the accelerometer
-    /// said nothing: the force still drives the slosh.
+    /// White standard deviation of the averaged acceleration: density over √interval. Infinite when
+    /// the accelerometer said nothing: the force still drives the slosh.
     pub sigma_m_s2: f64,
 }
 
@@ -62,7 +66,8 @@ impl SloshSample {
 /// A sample was not used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SampleRejected {
-    /// Samples rejected so far: not finite, of no duration, of no noise, or older than the arc's end.
+    /// Samples rejected so far: not finite, of no duration, of no noise, or older than the arc's
+    /// end.
     pub rejected: u64,
 }
 
@@ -172,11 +177,12 @@ impl<const CAPACITY: usize> SloshArc<CAPACITY> {
         self.push_at(self.end_s.unwrap_or(0.0), sample)
     }
 
-    /// A sample that begins at `begin_s`; a gap before it begins a new segment. A full arc is merged first.
+    /// A sample that begins at `begin_s`; a gap before it begins a new segment. A full arc is
+    /// merged first.
     ///
     /// # Errors
-    /// [`SampleRejected`] for a sample that is not finite, has no duration or no sigma, or begins before the arc's end;
-    /// the arc is untouched.
+    /// [`SampleRejected`] for a sample that is not finite, has no duration or no sigma, or begins
+    /// before the arc's end; the arc is untouched.
     pub fn push_at(&mut self, begin_s: f64, sample: &SloshSample) -> Result<(), SampleRejected> {
         let gap_s = begin_s - self.end_s.unwrap_or(begin_s);
         // A stamp that is not a number compares as neither: it is rejected.
@@ -256,12 +262,14 @@ impl<const CAPACITY: usize> SloshArc<CAPACITY> {
         (self.starts[i] as usize, end)
     }
 
-    /// Length of a complete block of the first segment, which is the longest; of what there is before one is complete.
+    /// Length of a complete block of the first segment, which is the longest; of what there is
+    /// before one is complete.
     pub fn block_length_s(&self) -> f64 {
         if self.complete > 0 { self.columns[(0, 0)] } else { self.open.length_s }
     }
 
-    /// Mean interval times samples per block: what a complete block is long, zero before the first sample.
+    /// Mean interval times samples per block: what a complete block is long, zero before the first
+    /// sample.
     pub fn resolution_s(&self) -> f64 {
         self.samples_per_block as f64 * self.taken_s / self.samples.max(1) as f64
     }
@@ -271,12 +279,14 @@ impl<const CAPACITY: usize> SloshArc<CAPACITY> {
         self.resolved_product() / self.resolution_s()
     }
 
-    /// Largest ω × block length at which a mode is resolved: [`RESOLVED_SINGLE`] or [`RESOLVED_MERGED`].
+    /// Largest ω × block length at which a mode is resolved: [`RESOLVED_SINGLE`] or
+    /// [`RESOLVED_MERGED`].
     pub fn resolved_product(&self) -> f64 {
         if self.samples_per_block == 1 { RESOLVED_SINGLE } else { RESOLVED_MERGED }
     }
 
-    /// Makes room by summing pairs of blocks of the same segment; the oldest are forgotten when gaps leave no pairs.
+    /// Makes room by summing pairs of blocks of the same segment; the oldest are forgotten when
+    /// gaps leave no pairs.
     pub fn merge(&mut self) {
         let (mut read, mut write, mut segment) = (0, 0, 0);
         while read < self.complete {
@@ -304,7 +314,8 @@ impl<const CAPACITY: usize> SloshArc<CAPACITY> {
         }
     }
 
-    /// Makes room by dropping the oldest `blocks`: the state at the start of what is left is then unknown.
+    /// Makes room by dropping the oldest `blocks`: the state at the start of what is left is then
+    /// unknown.
     pub fn forget_oldest(&mut self, blocks: usize) {
         let dropped = blocks.min(self.complete);
         self.duration_s -= (0..dropped).map(|i| self.columns[(0, i)]).sum::<f64>();

@@ -1,17 +1,20 @@
 //! Maximum likelihood of the slosh parameters over a fixed-memory arc.
 //!
-//! Scan for a global start, Levenberg–Marquardt with exact sensitivities from there, and from the last estimate when
-//! there is one; the scan is repeated whenever the record has doubled, so that an early wrong minimum cannot stay.
+//! Scan for a global start, Levenberg–Marquardt with exact sensitivities from there, and from the
+//! last estimate when there is one; the scan is repeated whenever the record has doubled, so that
+//! an early wrong minimum cannot stay.
 //!
-//! A full arc is merged into blocks of twice the length unless it shows a mode these would not tell; then the oldest
-//! quarter leaves instead, and the state at the start of the rest is unknown; what it said of the parameters is
-//! remembered as a quadratic about the estimate of that time, for the start of a record often says the most. Every answer names the frequencies
-//! that were searched, and a mode that the blocks do not resolve is rejected.
+//! A full arc is merged into blocks of twice the length unless it shows a mode these would not
+//! tell; then the oldest quarter leaves instead, and the state at the start of the rest is unknown;
+//! what it said of the parameters is remembered as a quadratic about the estimate of that time, for
+//! the start of a record often says the most. Every answer names the frequencies that were
+//! searched, and a mode that the blocks do not resolve is rejected.
 //!
-//! *Why not a Kalman filter?* A bank of unscented filters (`bench::slosh_filter`) attains the bound in one pass too, at
-//! seven filters' cost a sample; this searches the frequencies from the data alone, needs no prior, and tells its misfit
-//! in χ² and block means. *Why not the literature's total least squares?* It integrates a noisy accelerometer twice;
-//! its damping error grows with the length of the record.
+//! *Why not a Kalman filter?* A bank of unscented filters (`bench::slosh_filter`) attains the bound
+//! in one pass too, at seven filters' cost a sample; this searches the frequencies from the data
+//! alone, needs no prior, and tells its misfit in χ² and block means. *Why not the literature's
+//! total least squares?* It integrates a noisy accelerometer twice; its damping error grows with
+//! the length of the record.
 
 use estimation::consistency::Whiteness;
 use estimation::cramer_rao::FisherInformation;
@@ -30,7 +33,8 @@ use estimation::identifiability::Identifiability;
 /// Bound of the Levenberg–Marquardt iterations.
 pub const FIT_ITERATIONS_MAX: u32 = 60;
 
-/// Converged when a full Gauss–Newton step is shorter than this many standard deviations of the estimate.
+/// Converged when a full Gauss–Newton step is shorter than this many standard deviations of the
+/// estimate.
 const STEP_SIGMAS: f64 = 1e-4;
 
 /// Why an arc gives no tank.
@@ -38,14 +42,17 @@ const STEP_SIGMAS: f64 = 1e-4;
 pub enum SloshError {
     /// Fewer blocks than twice the unknowns: `need > got`.
     ArcTooShort { got: usize, need: usize },
-    /// No frequency explains the data better than a rigid spacecraft beyond what noise alone would: excite more, wait,
-    /// or there is no slosh.
+    /// No frequency explains the data better than a rigid spacecraft beyond what noise alone would:
+    /// excite more, wait, or there is no slosh.
     NoSloshFound { gain: f64, threshold: f64 },
-    /// Iterations ended without a minimum; the last Gauss–Newton step was `step_sigmas` standard deviations long.
+    /// Iterations ended without a minimum; the last Gauss–Newton step was `step_sigmas` standard
+    /// deviations long.
     NotConverged { iterations: u32, step_sigmas: f64 },
-    /// Gaps leave too little of the record in pieces long enough to be used: `need > usable` blocks.
+    /// Gaps leave too little of the record in pieces long enough to be used: `need > usable`
+    /// blocks.
     Fragmented { usable: usize, need: usize },
-    /// ω × block length of the mode found exceeds what the blocks tell: sample faster, or excite for a shorter time.
+    /// ω × block length of the mode found exceeds what the blocks tell: sample faster, or excite
+    /// for a shorter time.
     ModeNotResolved { omega_times_block: f64, limit: f64 },
 }
 
@@ -79,9 +86,9 @@ pub struct SloshEstimate {
     pub innovation: Option<SloshInnovation>,
 }
 
-/// A block as it was predicted before it was used, in its own standard deviations. Where fewer samples came since the last
-/// estimate than the block holds (a close right behind an estimate) that estimate had used part of it: the innovation is
-/// then smaller than its variance says.
+/// A block as it was predicted before it was used, in its own standard deviations. Where fewer
+/// samples came since the last estimate than the block holds (a close right behind an estimate)
+/// that estimate had used part of it: the innovation is then smaller than its variance says.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SloshInnovation {
     pub innovation: f64,
@@ -95,7 +102,8 @@ impl SloshEstimate {
         self.covariance.diagonal().map(libm::sqrt)
     }
 
-    /// One when the model and the sensor sigma hold; its own spread is `√(2/dof)`. Zero without a degree of freedom.
+    /// One when the model and the sensor sigma hold; its own spread is `√(2/dof)`. Zero without a
+    /// degree of freedom.
     pub fn chi_square_per_degree(&self) -> f64 {
         if self.degrees_of_freedom == 0 { 0.0 } else { self.chi_square / self.degrees_of_freedom as f64 }
     }
@@ -121,7 +129,8 @@ pub struct SloshEstimator<const CAPACITY: usize = FLIGHT_CAPACITY> {
 }
 
 impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
-    /// An estimator without samples and without prior; panics unless the mass of the craft is positive.
+    /// An estimator without samples and without prior; panics unless the mass of the craft is
+    /// positive.
     pub fn new(settings: SloshSettings) -> Self {
         assert!(settings.base_mass_kg > 0.0);
         Self {
@@ -137,8 +146,9 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         }
     }
 
-    /// With what is believed of the tank: where the record shows no slosh the prior is the answer, and each number of it says
-    /// what the record did to the prior. Operational use, where nothing was designed to show slosh.
+    /// With what is believed of the tank: where the record shows no slosh the prior is the answer,
+    /// and each number of it says what the record did to the prior. Operational use, where nothing
+    /// was designed to show slosh.
     pub fn with_prior(mut self, prior: TankPrior) -> Self {
         assert!(prior.sigma.min() > 0.0);
         assert!(prior.parameters.slosh_mass_kg > 0.0);
@@ -147,8 +157,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         self
     }
 
-    /// A sample that begins where the last one ended. Cost a few nanoseconds; a search for fast modes when the arc is
-    /// full.
+    /// A sample that begins where the last one ended. Cost a few nanoseconds; a search for fast
+    /// modes when the arc is full.
     ///
     /// # Errors
     /// [`SampleRejected`] for a sample that is not finite.
@@ -157,8 +167,9 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         self.arc.push(sample)
     }
 
-    /// A sample that begins at `begin_s`. Behind a gap the slosh state is unknown again: what the thrust did meanwhile
-    /// is not known. A missing acceleration is not a gap: push [`SloshSample::thrust_alone`].
+    /// A sample that begins at `begin_s`. Behind a gap the slosh state is unknown again: what the
+    /// thrust did meanwhile is not known. A missing acceleration is not a gap: push
+    /// [`SloshSample::thrust_alone`].
     ///
     /// # Errors
     /// [`SampleRejected`] for a sample that is not finite or begins before the last one ended.
@@ -167,8 +178,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         self.arc.push_at(begin_s, sample)
     }
 
-    /// Merges a full arc, or lets its oldest quarter go when merging would lose a mode it shows. The verdict is
-    /// looked up again whenever the record has doubled.
+    /// Merges a full arc, or lets its oldest quarter go when merging would lose a mode it shows.
+    /// The verdict is looked up again whenever the record has doubled.
     fn make_room(&mut self) {
         if !self.arc.is_full() {
             return;
@@ -187,10 +198,12 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         }
     }
 
-    /// Keeps what the oldest `blocks` say of the parameters, about the estimate of now; nothing when there is none.
+    /// Keeps what the oldest `blocks` say of the parameters, about the estimate of now; nothing
+    /// when there is none.
     fn remember(&mut self, blocks: usize) {
         let Ok(estimate) = self.estimate() else { return };
-        // A prior that was kept is no place to expand about: blocks that showed nothing leave nothing.
+        // A prior that was kept is no place to expand about: blocks that showed nothing leave
+        // nothing.
         if self.last.is_none() {
             return;
         }
@@ -209,10 +222,12 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         &self.arc
     }
 
-    /// Solves for the whole arc: from the last estimate, or from a scan when there is none or the arc has doubled.
+    /// Solves for the whole arc: from the last estimate, or from a scan when there is none or the
+    /// arc has doubled.
     ///
     /// # Errors
-    /// Each variant of [`SloshError`] is a property of the data; the arc is kept and later samples may resolve it.
+    /// Each variant of [`SloshError`] is a property of the data; the arc is kept and later samples
+    /// may resolve it.
     pub fn estimate(&mut self) -> Result<SloshEstimate, SloshError> {
         let need = 2 * self.settings.unknowns.count();
         let got = self.arc.blocks().filter(SloshBlock::is_measured).count();
@@ -221,7 +236,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         }
         let innovation = self.innovation();
         let doubled = self.arc.samples() >= 2 * self.scanned_at_samples;
-        // What is remembered holds near the estimate of its time: the search begins there, whatever the arc alone says.
+        // What is remembered holds near the estimate of its time: the search begins there, whatever
+        // the arc alone says.
         let start = self.remembered.map(|remembered| self.last.unwrap_or(remembered.at));
         let warm = start.or(self.last.filter(|_| !doubled)).and_then(|start| self.maximise(&start, false).ok());
         let outcome = match warm {
@@ -243,7 +259,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
     fn innovation(&self) -> Option<SloshInnovation> {
         let SloshSettings { base_mass_kg, unknowns } = self.settings;
         let newest = likelihood(&self.arc, base_mass_kg, &self.last?, unknowns, |_| {}).newest;
-        // A residual that the state has been fitted to is the predicted one times what of it was not.
+        // A residual that the state has been fitted to is the predicted one times what of it was
+        // not.
         let left = 1.0 - newest.leverage;
         let uncertain = newest.by.dot(&(self.last_covariance * newest.by)) / (left * left);
         Some(SloshInnovation { innovation: newest.residual / left, variance: 1.0 / left + uncertain })

@@ -1,8 +1,9 @@
 //! Likelihood of a slosh model over an arc: residuals, exact sensitivities, information.
 //!
-//! The truth has no process noise, so output error is the maximum likelihood. Unknowns, in this order:
-//! `[ms, ks, cs, r0, ṙ0, bias, thrust scale, thrust delay]`; damping enters linearly because a short arc may well say it
-//! is negative. Behind every gap the slosh state is unknown again; those states are solved and eliminated where they arise.
+//! The truth has no process noise, so output error is the maximum likelihood. Unknowns, in this
+//! order: `[ms, ks, cs, r0, ṙ0, bias, thrust scale, thrust delay]`; damping enters linearly because
+//! a short arc may well say it is negative. Behind every gap the slosh state is unknown again;
+//! those states are solved and eliminated where they arise.
 
 use nalgebra::{Matrix2, Matrix2x6, Matrix6, Matrix6x2, SMatrix, SVector, Vector2, Vector6};
 use serde::{Deserialize, Serialize};
@@ -17,7 +18,8 @@ pub enum SloshUnknowns {
     Parameters,
     /// Also the slosh state at the start of the arc and the accelerometer bias.
     ParametersStateBias,
-    /// Also the error of the thrust scale. A single sine cannot tell it from the slosh mass: excite two tones, or coast.
+    /// Also the error of the thrust scale. A single sine cannot tell it from the slosh mass: excite
+    /// two tones, or coast.
     ParametersStateBiasScale,
     /// Also the delay of the thrust behind its command, small against the interval of a sample.
     ParametersStateBiasScaleDelay,
@@ -93,8 +95,8 @@ impl SloshHypothesis {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Likelihood {
     pub chi_square: f64,
-    /// Of `[ms, ks, cs, bias, thrust scale, thrust delay]`, free states eliminated (Schur complement); identity for what
-    /// is not estimated.
+    /// Of `[ms, ks, cs, bias, thrust scale, thrust delay]`, free states eliminated (Schur
+    /// complement); identity for what is not estimated.
     pub information: Matrix6<f64>,
     /// `Jᵀ W e`, zero where not estimated.
     pub gradient: Vector6<f64>,
@@ -119,15 +121,17 @@ pub(crate) struct NewestBlock {
     pub leverage: f64,
 }
 
-/// A segment that begins with an unknown state needs this many measured blocks: two go into the state, and a state that
-/// is mostly noise would feed noise into the sensitivities.
+/// A segment that begins with an unknown state needs this many measured blocks: two go into the
+/// state, and a state that is mostly noise would feed noise into the sensitivities.
 pub(crate) const SEGMENT_BLOCKS_MIN: usize = 16;
 
-/// Likelihood of `hypothesis`. `on_residual` receives each used block's residual over its standard deviation.
+/// Likelihood of `hypothesis`. `on_residual` receives each used block's residual over its standard
+/// deviation.
 ///
-/// Given the parameters, the residuals are linear in the slosh state a free segment begins with; that state is solved
-/// and eliminated segment by segment, so any number of segments costs no memory (variable projection, Kaufman's
-/// information). One walk, two where states are free; about 40 ns per block and walk.
+/// Given the parameters, the residuals are linear in the slosh state a free segment begins with;
+/// that state is solved and eliminated segment by segment, so any number of segments costs no
+/// memory (variable projection, Kaufman's information). One walk, two where states are free; about
+/// 40 ns per block and walk.
 pub(crate) fn likelihood<const N: usize>(
     arc: &SloshArc<N>,
     base_mass_kg: f64,
@@ -204,7 +208,8 @@ fn best_start<const N: usize>(arc: &SloshArc<N>, walk: &mut Walk, segment: Segme
     solve_scaled(&normal, &right)
 }
 
-/// `A⁻¹ b` with rows and columns scaled to a unit diagonal first: metres and metres per second differ by ω.
+/// `A⁻¹ b` with rows and columns scaled to a unit diagonal first: metres and metres per second
+/// differ by ω.
 pub(crate) fn solve_scaled(normal: &Matrix2<f64>, right: &Vector2<f64>) -> Option<Vector2<f64>> {
     let scale = normal.diagonal().map(|value| 1.0 / libm::sqrt(value));
     let scaling = Matrix2::from_diagonal(&scale);
@@ -257,7 +262,8 @@ impl Likelihood {
                 self.newest.by -= rows.transpose() * by_state;
                 self.newest.leverage = by_state.dot(&eliminate(&by_state));
             }
-            // The state is at its best: its own gradient is zero but for rounding, nothing to carry over.
+            // The state is at its best: its own gradient is zero but for rounding, nothing to carry
+            // over.
         }
     }
 }
@@ -285,7 +291,8 @@ pub struct Walk {
 }
 
 impl Walk {
-    /// At the start of the hypothesis; blocks are expected to be `length_s` long, others cost an exponential.
+    /// At the start of the hypothesis; blocks are expected to be `length_s` long, others cost an
+    /// exponential.
     pub fn new(base_mass_kg: f64, hypothesis: &SloshHypothesis, length_s: f64) -> Self {
         let parameters = hypothesis.parameters;
         let mu = parameters.reduced_mass_kg(base_mass_kg);
@@ -314,8 +321,8 @@ impl Walk {
         (self.state, self.derivatives, self.last_force_n) = (state, Self::START, last_force_n);
     }
 
-    /// Moments of the thrust, and their derivatives by its scale and its delay: a block that begins at the last force and
-    /// ends at its own loses `∫ḟ`, and moves its middle.
+    /// Moments of the thrust, and their derivatives by its scale and its delay: a block that begins
+    /// at the last force and ends at its own loses `∫ḟ`, and moves its middle.
     fn thrust(&mut self, block: &SloshBlock) -> [Vector2<f64>; 3] {
         let mean_n = block.force.impulse_n_s / block.length_s;
         let (before_n, after_n) = (self.last_force_n.unwrap_or(mean_n), block.last_force_n);

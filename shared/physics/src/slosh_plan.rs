@@ -1,4 +1,5 @@
-//! What an experiment on the slosh will tell, before it is flown: the Cramér–Rao bound of its force record.
+//! What an experiment on the slosh will tell, before it is flown: the Cramér–Rao bound of its force
+//! record.
 
 use estimation::cramer_rao::FisherInformation;
 use nalgebra::{Matrix6, Vector3};
@@ -32,7 +33,8 @@ impl SloshPlan {
     }
 }
 
-/// Standard deviations of `[ms, ks, cs]` a sine should reach; `None` when it shows nothing. As the flying arc sees it.
+/// Standard deviations of `[ms, ks, cs]` a sine should reach; `None` when it shows nothing. As the
+/// flying arc sees it.
 pub fn predicted_sigma(
     hypothesis: &SloshHypothesis,
     settings: &SloshSettings,
@@ -52,8 +54,9 @@ pub struct PlannedStep {
     pub sigma_m_s2: f64,
 }
 
-/// Standard deviations of `[ms, ks, cs]` that the held `forces_n` should reach (Cramér–Rao), with the nuisances of
-/// `settings`; `None` when some unknown leaves no trace. Fixed memory: an arc of `CAPACITY` blocks.
+/// Standard deviations of `[ms, ks, cs]` that the held `forces_n` should reach (Cramér–Rao), with
+/// the nuisances of `settings`; `None` when some unknown leaves no trace. Fixed memory: an arc of
+/// `CAPACITY` blocks.
 pub fn promise<const CAPACITY: usize>(
     hypothesis: &SloshHypothesis,
     settings: &SloshSettings,
@@ -134,7 +137,8 @@ mod tests {
 
     #[test]
     fn bounds_with_scale_and_delay_free_equal_the_independent_prototype() {
-        // Benchmark page 2, section 2: [c_s with 3 parameters, with state and bias, with scale, delay]; its edges lie half a
+        // Benchmark page 2, section 2:
+        // [c_s with 3 parameters, with state and bias, with scale, delay]; its edges lie half a
         // second elsewhere and its bias and scale columns are printed to two digits.
         for (cycles, seconds, unknowns, printed) in [
             (3, 1000, SloshUnknowns::Parameters, 0.54),

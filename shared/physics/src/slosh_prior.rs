@@ -1,8 +1,10 @@
-//! What is known of a tank besides the arc: a prior, and blocks that have left. Both are quadratics in the unknowns.
+//! What is known of a tank besides the arc: a prior, and blocks that have left. Both are quadratics
+//! in the unknowns.
 //!
-//! Station keeping was not designed to show slosh. Where no frequency explains the record beyond noise, a likelihood still
-//! has dips within the prior, each as sharp as the noise line it fits; a local fit would call that a measurement. Then the
-//! prior stays, and the information of the thrust on the expected tank says whether it was excited at all.
+//! Station keeping was not designed to show slosh. Where no frequency explains the record beyond
+//! noise, a likelihood still has dips within the prior, each as sharp as the noise line it fits; a
+//! local fit would call that a measurement. Then the prior stays, and the information of the thrust
+//! on the expected tank says whether it was excited at all.
 
 use estimation::cramer_rao::FisherInformation;
 use nalgebra::{Matrix3, Matrix6, Vector2, Vector3, Vector6};
@@ -46,8 +48,8 @@ impl TankPrior {
         core::array::from_fn(|i| Identifiability::of(sigmas[i], self.sigma[i]))
     }
 
-    /// The information of an arc's thrust on the expected tank, had it started at rest: no more than that the
-    /// prior is kept, for nothing was found.
+    /// The information of an arc's thrust on the expected tank, had it started at rest: no more
+    /// than that the prior is kept, for nothing was found.
     pub(crate) fn identifiability_unseen<const N: usize>(
         &self,
         arc: &SloshArc<N>,
@@ -82,7 +84,8 @@ impl Remembered {
         self.gradient - self.information * hypothesis.offset_from(&self.at)
     }
 
-    /// Adds χ², gradient and information to a likelihood at the same hypothesis; χ² up to a constant.
+    /// Adds χ², gradient and information to a likelihood at the same hypothesis; χ² up to a
+    /// constant.
     pub fn add_to(&self, here: &mut Likelihood, hypothesis: &SloshHypothesis) {
         let offset = hypothesis.offset_from(&self.at);
         here.chi_square += offset.dot(&(self.information * offset - self.gradient * 2.0));

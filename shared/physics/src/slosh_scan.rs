@@ -1,14 +1,16 @@
 //! Global start of the slosh fit: variable projection over a grid of frequency and damping.
 //!
-//! For given (κ, γ) the slosh motion under the known force is known, and the momentum balance is linear in what is left:
+//! For given (κ, γ) the slosh motion under the known force is known, and the momentum balance is
+//! linear in what is left:
 //!
 //! ```text
 //! Δv − ∫f/m0 = −β (∫f/m0 + Δṙ_forced) − β (r0 Δṙ_free,r + ṙ0 Δṙ_free,ṙ) + bias B,      β = ms/(m0+ms)
 //! ```
 //!
-//! so one number (or two, and two for every free segment) is solved per grid point and no local minimum can trap the
-//! search. The grid comes from the arc alone: a line of an arc of length T is 1/T wide, a mode is 2ζf wide; steps are a
-//! quarter of the one and half of the other, from half a period per arc to the fastest mode its blocks tell.
+//! so one number (or two, and two for every free segment) is solved per grid point and no local
+//! minimum can trap the search. The grid comes from the arc alone: a line of an arc of length T is
+//! 1/T wide, a mode is 2ζf wide; steps are a quarter of the one and half of the other, from half a
+//! period per arc to the fastest mode its blocks tell.
 
 use estimation::consistency::chi_square_quantile;
 use nalgebra::{Matrix2, Vector2, Vector4};
@@ -21,7 +23,8 @@ use crate::slosh_likelihood::{SEGMENT_BLOCKS_MIN, SloshUnknowns, solve_scaled};
 /// A decade apart where damping hardly shows, closer where it does.
 const DAMPING_RATIOS: [f64; 4] = [0.002, 0.02, 0.1, 0.4];
 
-/// Bound on the work of one damping ratio, whatever the arc; a full arc of single samples needs 3700.
+/// Bound on the work of one damping ratio, whatever the arc; a full arc of single samples needs
+/// 3700.
 const FREQUENCIES_MAX: usize = 4096;
 
 /// Chance that an arc without slosh yields a candidate.
@@ -50,9 +53,11 @@ pub struct SloshScan {
     pub band_hz: [f64; 2],
 }
 
-/// Searches all frequencies the arc tells, at the start state and bias `unknowns` says. Cost O(grid × blocks).
+/// Searches all frequencies the arc tells, at the start state and bias `unknowns` says. Cost O(grid
+/// × blocks).
 ///
-/// `mass_ratio` is what is known of β beforehand, and its standard deviation: a free swing alone does not tell it.
+/// `mass_ratio` is what is known of β beforehand, and its standard deviation: a free swing alone
+/// does not tell it.
 pub fn scan<const N: usize>(
     arc: &SloshArc<N>,
     base_mass_kg: f64,
@@ -63,11 +68,11 @@ pub fn scan<const N: usize>(
     Projection { arc, base_mass_kg, unknowns, mass_ratio, piece_blocks: usize::MAX }.search(band_hz)
 }
 
-/// True when the arc shows a mode that it would no longer tell once its blocks are merged: the gain of the band that
-/// would be lost exceeds the gain of what is kept by more than noise.
+/// True when the arc shows a mode that it would no longer tell once its blocks are merged: the gain
+/// of the band that would be lost exceeds the gain of what is kept by more than noise.
 ///
-/// Looked at in pieces of [`PIECE_BLOCKS`] with free states: a fast mode lasts many periods in each, and slow slosh is
-/// explained there by any slow frequency. A tenth of the cost of a scan.
+/// Looked at in pieces of [`PIECE_BLOCKS`] with free states: a fast mode lasts many periods in
+/// each, and slow slosh is explained there by any slow frequency. A tenth of the cost of a scan.
 pub(crate) fn prefers_a_fast_mode<const N: usize>(
     arc: &SloshArc<N>,
     base_mass_kg: f64,
@@ -96,7 +101,8 @@ impl GridPoint {
     }
 }
 
-/// The linear problem at every grid point: β and bias, and the start state of every free stretch eliminated.
+/// The linear problem at every grid point: β and bias, and the start state of every free stretch
+/// eliminated.
 struct Projection<'a, const N: usize> {
     arc: &'a SloshArc<N>,
     base_mass_kg: f64,
@@ -136,7 +142,8 @@ impl<const N: usize> Projection<'_, N> {
             reached_hz = reached_hz.min(frequency_hz);
         }
         candidates.sort_unstable_by(|a, b| b.gain.total_cmp(&a.gain));
-        // Every grid point counts as an independent trial; neighbours are not, so the threshold errs to the safe side.
+        // Every grid point counts as an independent trial; neighbours are not, so the threshold
+        // errs to the safe side.
         let degrees = 1.0 + 2.0 * self.stretches().filter(|stretch| stretch.is_free).count() as f64;
         let threshold = chi_square_quantile(1.0 - FALSE_ALARM / grid_points.max(1) as f64, degrees);
         SloshScan { candidates, threshold, grid_points, band_hz: [low_hz, reached_hz] }
@@ -174,7 +181,8 @@ impl<const N: usize> Projection<'_, N> {
         if self.knows_bias() || bb == 0.0 { 0.0 } else { zb * zb / bb }
     }
 
-    /// Solves the linear unknowns at one grid point; `None` when they are not physical (β outside (0, 1)).
+    /// Solves the linear unknowns at one grid point; `None` when they are not physical (β outside
+    /// (0, 1)).
     fn project(&self, point: &GridPoint, rigid: f64) -> Option<SloshCandidate> {
         let mut normal = Normal { matrix: Matrix2::zeros(), vector: Vector2::zeros(), explained: 0.0 };
         let mut transition = CachedTransition::new(point, self.base_mass_kg, self.arc.block_length_s());
@@ -213,7 +221,8 @@ impl<const N: usize> Projection<'_, N> {
     fn add_quiescent(&self, stretch: &Stretch, transition: &mut CachedTransition<'_>, normal: &mut Normal) {
         let (per_mass, mut forced) = (1.0 / self.base_mass_kg, Vector2::zeros());
         let (mut square, mut cross) = (0.0, 0.0);
-        // `for_each`, not `for`: the chained iterator of the arc is then one plain loop (a third faster).
+        // `for_each`, not `for`: the chained iterator of the arc is then one plain loop (a third
+        // faster).
         self.arc.blocks_of(stretch.blocks).for_each(|block| {
             let next = transition.of(block.length_s).apply(&forced, &block.force_vector());
             let (rigid_dv, weight) = (block.force.impulse_n_s * per_mass, block.weight());
@@ -268,7 +277,8 @@ struct Stretch {
     is_free: bool,
 }
 
-/// Blocks of one arc are nearly of one length: the exponential is computed again only out of the reach of its series.
+/// Blocks of one arc are nearly of one length: the exponential is computed again only out of the
+/// reach of its series.
 struct CachedTransition<'a> {
     point: &'a GridPoint,
     base_mass_kg: f64,

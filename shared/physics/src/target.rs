@@ -1,9 +1,10 @@
 //! The target's mass, centre of mass and inertia from what was identified before and after capture.
 //!
-//! Unknowns: ten numbers of the chaser and four of the target. Data: `α` before capture, `α'` after, BP1B's `π` where it was flown, and
-//! what is believed of the chaser beforehand. (α, α') alone leave three directions without trace, one of which is the scale of the masses
-//! and touches the target; the mass in π removes it, and the other two are internal to the chaser. Masses and inertias are estimated as
-//! logarithms: no step can make a body impossible.
+//! Unknowns: ten numbers of the chaser and four of the target. Data: `α` before capture, `α'`
+//! after, BP1B's `π` where it was flown, and what is believed of the chaser beforehand. (α, α')
+//! alone leave three directions without trace, one of which is the scale of the masses and touches
+//! the target; the mass in π removes it, and the other two are internal to the chaser. Masses and
+//! inertias are estimated as logarithms: no step can make a body impossible.
 //!
 //! A cooperative target's own data are one more prior: `target_statement`.
 
@@ -35,7 +36,8 @@ pub struct ChaserPrior {
     pub link_1_length_sd_m: f64,
     /// Joint 2 to the grasp point.
     pub grasp_m: f64,
-    /// Its sigma: all of it goes into the target's centre of mass along the link, for the arm feels only their sum.
+    /// Its sigma: all of it goes into the target's centre of mass along the link, for the arm feels
+    /// only their sum.
     pub grasp_sd_m: f64,
 }
 
@@ -64,12 +66,14 @@ pub struct TargetEstimate {
 pub enum TargetError {
     /// A covariance among the data is not positive definite.
     CovarianceNotPositive,
-    /// The Gauss–Newton steps did not settle; `last_step_sigmas` is the largest in units of its sigma.
+    /// The Gauss–Newton steps did not settle; `last_step_sigmas` is the largest in units of its
+    /// sigma.
     NotConverged { last_step_sigmas: f64 },
 }
 
 impl TargetEstimate {
-    /// Whether data and priors contradict each other at p < 0.001: one of the estimates, or the data sheet, is not of this arm.
+    /// Whether data and priors contradict each other at p < 0.001: one of the estimates, or the
+    /// data sheet, is not of this arm.
     pub fn is_contradicted(&self) -> bool {
         let limit = |degrees: u32| chi_square_quantile(0.999, f64::from(degrees));
         self.degrees > 0 && self.chi_square > limit(self.degrees)
@@ -134,7 +138,8 @@ impl Normal {
     }
 }
 
-/// Gauss–Newton over chaser and target together, started at `guess` (what is seen from outside; it carries no weight).
+/// Gauss–Newton over chaser and target together, started at `guess` (what is seen from outside; it
+/// carries no weight).
 ///
 /// # Errors
 /// See [`TargetError`].

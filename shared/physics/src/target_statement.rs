@@ -1,8 +1,10 @@
-//! What a cooperative target states of itself: brought to the grasp point, tested against what was identified, and fused with it.
+//! What a cooperative target states of itself: brought to the grasp point, tested against what was
+//! identified, and fused with it.
 //!
-//! The statement is a prior of four numbers with a covariance. It is taken only if it does not contradict what was identified: the squared
-//! difference over the sum of both covariances is χ² with four degrees of freedom; above [`CONFLICT_LIMIT`] one of the two is wrong, and
-//! an average of right and wrong is wrong.
+//! The statement is a prior of four numbers with a covariance. It is taken only if it does not
+//! contradict what was identified: the squared difference over the sum of both covariances is χ²
+//! with four degrees of freedom; above [`CONFLICT_LIMIT`] one of the two is wrong, and an average
+//! of right and wrong is wrong.
 
 use crate::mated::Target;
 use crate::target::TargetEstimate;
@@ -11,7 +13,8 @@ use nalgebra::{Matrix4, SMatrix, Vector4};
 /// χ²(4), 99.9 %.
 pub const CONFLICT_LIMIT: f64 = 18.467;
 
-/// Mass, centre of mass and inertia about it in the target's own frame, and where the grasp point lies in that frame.
+/// Mass, centre of mass and inertia about it in the target's own frame, and where the grasp point
+/// lies in that frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statement {
     /// kg, m, m, kg m².
@@ -23,7 +26,8 @@ pub struct Statement {
 }
 
 impl Statement {
-    /// The same from the grasp point, in the grasp frame: `R(−φ) (c − g)`; mass and inertia about the centre of mass stay.
+    /// The same from the grasp point, in the grasp frame: `R(−φ) (c − g)`; mass and inertia about
+    /// the centre of mass stay.
     pub fn about_grasp(&self) -> TargetEstimate {
         let (s, c) = libm::sincos(self.grasp_angle_rad);
         let [gx, gy] = self.grasp_position_m;
@@ -47,7 +51,8 @@ impl Statement {
 /// Why two estimates of one target are not fused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FusionError {
-    /// They contradict each other at p < 0.001: check the grasp transform, the epoch, the target's identity.
+    /// They contradict each other at p < 0.001: check the grasp transform, the epoch, the target's
+    /// identity.
     Conflict { chi_square: f64 },
     /// A covariance is not positive definite.
     CovarianceNotPositive,
@@ -130,7 +135,8 @@ mod tests {
 
     #[test]
     fn a_statement_in_the_targets_frame_says_the_same_from_the_grasp_point() {
-        // The grasp frame turned by 90° at (2, 1): the centre of mass (1.85, 1.60) is 0.60 along its x axis, 0.15 along its y axis.
+        // The grasp frame turned by 90° at (2, 1): the centre of mass (1.85, 1.60) is 0.60 along
+        // its x axis, 0.15 along its y axis.
         let statement = Statement {
             values: Vector4::new(150.0, 1.85, 1.60, 40.0),
             covariance: SMatrix::from_diagonal(&Vector4::new(0.25, 1e-6, 4e-6, 0.04)),

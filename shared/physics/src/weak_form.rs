@@ -1,15 +1,18 @@
-//! The dynamic equation integrated against test functions: inertial parameters from torques without any acceleration.
+//! The dynamic equation integrated against test functions: inertial parameters from torques without
+//! any acceleration.
 //!
 //! Multiplied by `w(t) = sin²(πt/L)` and integrated by parts over a window, Lagrange's form becomes
-//! `−∫ ẇ p α − ∫ w (∂T/∂θ) α = ∫ w τ`, p linear in α: rates are integrated, never differentiated. The base's row is homogeneous
-//! and the torques give the scale, so that no momentum need be known.
+//! `−∫ ẇ p α − ∫ w (∂T/∂θ) α = ∫ w τ`, p linear in α: rates are integrated, never differentiated.
+//! The base's row is homogeneous and the torques give the scale, so that no momentum need be known.
 //!
-//! **Weights are those of the sensors, not of the residuals.** Windows overlap by half, so the noise of neighbours is correlated; its
-//! blocks `C_ww` and `C_w,w−1` (3 × 3) follow from the channel sigmas at the last α, and a block Cholesky factor whitens row after
-//! row. The covariance `(Σ A' C⁻¹ A)⁻¹` is then honest and no degree of freedom is spent on estimating weights.
+//! **Weights are those of the sensors, not of the residuals.** Windows overlap by half, so the
+//! noise of neighbours is correlated; its blocks `C_ww` and `C_w,w−1` (3 × 3) follow from the
+//! channel sigmas at the last α, and a block Cholesky factor whitens row after row. The covariance
+//! `(Σ A' C⁻¹ A)⁻¹` is then honest and no degree of freedom is spent on estimating weights.
 //!
-//! Window length: noise in the regressors leaves a bias that falls with L² (0.5 s: 0.1 %; 2 s: below 0.005 %), while long windows see
-//! less of the motion. Memory is one window of sums; cost per sample and pass 0.6 µs.
+//! Window length: noise in the regressors leaves a bias that falls with L² (0.5 s: 0.1 %; 2 s:
+//! below 0.005 %), while long windows see less of the motion. Memory is one window of sums; cost
+//! per sample and pass 0.6 µs.
 
 use crate::dynamic_equation::{ArmSample, LagrangeForm, lagrange_form};
 use crate::momentum::{CHANNELS, MomentumSample};
@@ -39,7 +42,8 @@ struct Window<const P: usize> {
     shared: Matrix3<f64>,
 }
 
-/// Values of the test function and its slope at sample j of n, and its integral over the period that follows.
+/// Values of the test function and its slope at sample j of n, and its integral over the period
+/// that follows.
 fn test_function(j: usize, settings: &WeakSettings) -> (f64, f64, f64) {
     let (n, dt) = (settings.window_samples as f64, settings.interval_s);
     let angle = |j: f64| 2.0 * core::f64::consts::PI * j / n;
@@ -49,7 +53,8 @@ fn test_function(j: usize, settings: &WeakSettings) -> (f64, f64, f64) {
     (0.5 * (1.0 - cosine), slope, 0.5 * dt - n * dt / (4.0 * core::f64::consts::PI) * (next - sine))
 }
 
-/// `∂(p α)/∂channel · σ` and the same of the gradient (3 × channels), by central differences of a bilinear form.
+/// `∂(p α)/∂channel · σ` and the same of the gradient (3 × channels), by central differences of a
+/// bilinear form.
 fn sensitivities<const P: usize>(
     sample: &MomentumSample,
     alpha: &SVector<f64, P>,
@@ -76,7 +81,8 @@ fn sensitivities<const P: usize>(
 }
 
 impl<const P: usize> Window<P> {
-    /// Window over `samples` (one window long and one sample more); noise at `alpha`, when there is one.
+    /// Window over `samples` (one window long and one sample more); noise at `alpha`, when there is
+    /// one.
     fn of(samples: &[ArmSample], alpha: Option<&SVector<f64, P>>, settings: &WeakSettings) -> Self {
         let (n, dt) = (settings.window_samples, settings.interval_s);
         let mut window = Self {
@@ -130,7 +136,8 @@ impl<const P: usize> Whitened<P> {
         Self { information: SMatrix::zeros(), moment: SVector::zeros(), squares: 0.0, windows: 0, before: None }
     }
 
-    /// One row of the block Cholesky factor: `L_w,w−1 = C_w,w−1 L_w−1⁻ᵀ`, `L_w L_w' = C_ww − L_w,w−1 L_w,w−1'`.
+    /// One row of the block Cholesky factor: `L_w,w−1 = C_w,w−1 L_w−1⁻ᵀ`,
+    /// `L_w L_w' = C_ww − L_w,w−1 L_w,w−1'`.
     fn push(&mut self, window: Window<P>) -> Option<()> {
         let (mut noise, mut rows, mut observed) = (window.noise, window.rows, window.observed);
         if let Some((factor, rows_before, observed_before)) = &self.before {

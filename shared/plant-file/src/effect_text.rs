@@ -6,7 +6,8 @@ use dynamics::description::{
     EffectUse, Plant, Quantity, check_site, implausible, in_catalogue_order, known_parameter, unit_at,
 };
 
-/// Reads `KIND@SITE name=value …` for `plant`; a value without unit is in SI, one with spaces stands in quotes.
+/// Reads `KIND@SITE name=value …` for `plant`; a value without unit is in SI, one with spaces
+/// stands in quotes.
 ///
 /// # Errors
 /// What is unknown or impossible, with the nearest known word.

@@ -1,7 +1,8 @@
 //! Plant files: TOML in, a checked [`Plant`] out, and back. Scenarios: [`scenario`].
 //!
-//! What it is: [`parse`] reads a plant and reports all faults of a file at once, each with line, column and a cure. Every
-//! number has a unit. [`write`] puts a plant back into a file that is read as the same plant.
+//! What it is: [`parse`] reads a plant and reports all faults of a file at once, each with line,
+//! column and a cure. Every number has a unit. [`write`] puts a plant back into a file that is read
+//! as the same plant.
 //!
 //! May import: `dynamics`, `catalogue`, `telemetry` (names and limits of a scenario), TOML.
 //!
@@ -36,18 +37,23 @@
 //! gravity = [0, "-9.81 m/s^2"]            # default none
 //! ```
 //!
-//! **Numbers.** `"0.16 N/m"`, `"5 ms"`, `"0.09 deg/sqrt(h)"`, `"3 kg m^2"`; bare where there is no dimension, and zero is bare anywhere.
-//! To be estimated: `{ value = "400 kg", sigma = "2 kg" }`, with `scope = "shared"` (default), `"per recording"` or `"per segment"`; a sigma
-//! in % is relative to the value (of a number without dimension: absolute). Units: kg m s A K rad deg ° arcmin arcsec rev rpm min h d
-//! Hz N Nm lbf Pa J W V C ohm Ω H T G (gauss) g (standard gravity, so mg, ug; in a mass: gram) ppm ppb %; prefixes n u m c k M; `*`, space, `/`, `^2`,
-//! `sqrt(…)`, brackets. Angles in rad or deg, never bare; a frequency may be given in rad/s or rpm, a rate never in Hz.
+//! **Numbers.** `"0.16 N/m"`, `"5 ms"`, `"0.09 deg/sqrt(h)"`, `"3 kg m^2"`; bare where there is no
+//! dimension, and zero is bare anywhere. To be estimated: `{ value = "400 kg", sigma = "2 kg" }`,
+//! with `scope = "shared"` (default), `"per recording"` or `"per segment"`; a sigma in % is
+//! relative to the value (of a number without dimension: absolute). Units: kg m s A K rad deg °
+//! arcmin arcsec rev rpm min h d Hz N Nm lbf Pa J W V C ohm Ω H T G (gauss) g (standard gravity, so
+//! mg, ug; in a mass: gram) ppm ppb %; prefixes n u m c k M; `*`, space, `/`, `^2`, `sqrt(…)`,
+//! brackets. Angles in rad or deg, never bare; a frequency may be given in rad/s or rpm, a rate
+//! never in Hz.
 //!
-//! **Vectors.** Lists of numbers, each with its unit: `["0.5 m", 0, 0]`; in a plane two are enough, and one (about z) where something
-//! turns. One sigma for all: `{ value = ["0.5 m", 0, 0], sigma = "5 mm" }` (or a list of them); in %, components that are zero are known
-//! exactly. Many in one unit: `{ unit = "rad/s", values = [0.1, 0.2] }`. A direction is `"x"`, `"-z"` or any vector that is not zero:
-//! `[1, 1, 0]`.
+//! **Vectors.** Lists of numbers, each with its unit: `["0.5 m", 0, 0]`; in a plane two are enough,
+//! and one (about z) where something turns. One sigma for all:
+//! `{ value = ["0.5 m", 0, 0], sigma = "5 mm" }` (or a list of them); in %, components that are
+//! zero are known exactly. Many in one unit: `{ unit = "rad/s", values = [0.1, 0.2] }`. A direction
+//! is `"x"`, `"-z"` or any vector that is not zero: `[1, 1, 0]`.
 //!
-//! **Names** are unique in a file; a joint without a name has its body's. References to names may point anywhere in the file.
+//! **Names** are unique in a file; a joint without a name has its body's. References to names may
+//! point anywhere in the file.
 //!
 //! ## Bodies
 //!
@@ -77,7 +83,8 @@
 //! rest = "0 deg"
 //! ```
 //!
-//! A body's origin is at its joint. Zero inertia (a point mass, a rod about its axis) is possible where nothing turns but with other inertia.
+//! A body's origin is at its joint. Zero inertia (a point mass, a rod about its axis) is possible
+//! where nothing turns but with other inertia.
 //!
 //! ## Tanks and appendages
 //!
@@ -131,10 +138,12 @@
 //! | `prescribed_joint` | joint, what = "position", "rate" or "acceleration"; exact: no noise, range or controller | rad, m, … |
 //! | `prescribed_base` | direction (inertial axes), what; exact likewise | m, m/s, m/s^2 |
 //!
-//! Directions and positions are in the body's axes. A joint's torque turns the outboard body about +axis and the parent back. A wheel's command
-//! is the torque on the *body* about +axis: the rotor speeds up the other way.
+//! Directions and positions are in the body's axes. A joint's torque turns the outboard body about
+//! +axis and the parent back. A wheel's command is the torque on the *body* about +axis: the rotor
+//! speeds up the other way.
 //!
-//! Terms of a signal; each is zero outside `begin` (default 0) … `end` (default never), and its time counts from `begin`:
+//! Terms of a signal; each is zero outside `begin` (default 0) … `end` (default never), and its
+//! time counts from `begin`:
 //!
 //! | kind | its keys |
 //! |---|---|
@@ -216,13 +225,18 @@
 //! | `position`, `velocity` | body, position, axis of inertial space | m, m/s |
 //! | `wheel_speed` | actuator | rad/s |
 //!
-//! - `accelerometer`: specific force, acceleration − gravity, in body axes: at rest under `gravity = [0, "-9.81 m/s^2"]` it reads +9.81 along y.
+//! - `accelerometer`: specific force, acceleration − gravity, in body axes: at rest under
+//!   `gravity = [0, "-9.81 m/s^2"]` it reads +9.81 along y.
 //! - `gyro`: rate against inertial space in body axes.
-//! - `attitude`: in a plane the angle against inertial space, counted over all turns; in space a component of the rotation vector from inertial
-//!   to body axes, at most π long: at π it jumps to −π.
-//! - `force`, `torque`: what the joint exerts on the outboard body, at the joint's origin, in the outboard body's axes, all paths together (bearing, drive,
-//!   spring, friction): a mass that hangs at rest reads −m g. About a revolute (along a prismatic) axis it is what is left when the rotor inertia is accelerated.
-//! - `joint_torque`: what the actuators of the joint apply, of an imposed motion what imposes it; springs, friction and the joint's effects are not in it.
+//! - `attitude`: in a plane the angle against inertial space, counted over all turns; in space a
+//!   component of the rotation vector from inertial to body axes, at most π long: at π it jumps to
+//!   −π.
+//! - `force`, `torque`: what the joint exerts on the outboard body, at the joint's origin, in the
+//!   outboard body's axes, all paths together (bearing, drive, spring, friction): a mass that hangs
+//!   at rest reads −m g. About a revolute (along a prismatic) axis it is what is left when the
+//!   rotor inertia is accelerated.
+//! - `joint_torque`: what the actuators of the joint apply, of an imposed motion what imposes it;
+//!   springs, friction and the joint's effects are not in it.
 //! - `wheel_speed`: of the rotor relative to its body about +axis.
 //!
 //! In space the same keys are vectors of three:
@@ -291,9 +305,11 @@
 //! site = "body:hub"
 //! ```
 //!
-//! Initial rates of a free body: `x`, `y`, `z` (of its origin) in inertial axes, `rx`, `ry`, `rz` in body axes; position `rx`, `ry`, `rz` is a rotation vector. A joint
-//! whose position is prescribed begins where that motion does. A segment's `initial` replaces `[initial]` as a whole; time between segments is not
-//! recorded; they do not overlap. On one line an effect is `joint_coulomb@joint:shoulder force=0.2`.
+//! Initial rates of a free body: `x`, `y`, `z` (of its origin) in inertial axes, `rx`, `ry`, `rz`
+//! in body axes; position `rx`, `ry`, `rz` is a rotation vector. A joint whose position is
+//! prescribed begins where that motion does. A segment's `initial` replaces `[initial]` as a whole;
+//! time between segments is not recorded; they do not overlap. On one line an effect is
+//! `joint_coulomb@joint:shoulder force=0.2`.
 
 #![forbid(unsafe_code)]
 
@@ -395,7 +411,8 @@ pub fn parse_with(catalogue: Catalogue, file_name: &str, text: &str) -> Result<P
     }
 }
 
-/// Faults of the plant; of its equations only where everything is `readable`. Where the space is not known, those that hold in both.
+/// Faults of the plant; of its equations only where everything is `readable`. Where the space is
+/// not known, those that hold in both.
 fn faults_of(plant: &Plant, space: Option<Space>, readable: bool) -> Vec<Fault> {
     if space.is_none() {
         let other = faults_of_parts(&Plant { space: Space::Spatial, ..plant.clone() });

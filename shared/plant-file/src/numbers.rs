@@ -52,8 +52,8 @@ pub(super) fn quantity(node: &Node<'_>, expected: &Expected<'_>) -> Result<Quant
     }
 }
 
-/// A list of numbers; a single number is a list of one. `{ value = […], sigma = …, scope }` gives all of them a prior: one sigma for
-/// all, or a list; `{ unit, values = [1, 2, 3] }` a unit.
+/// A list of numbers; a single number is a list of one. `{ value = […], sigma = …, scope }` gives
+/// all of them a prior: one sigma for all, or a list; `{ unit, values = [1, 2, 3] }` a unit.
 ///
 /// # Errors
 /// Everything that is wrong with it.
@@ -301,7 +301,8 @@ fn or_plain(unit: &str) -> &str {
     if unit == "1" { "plain numbers" } else { unit }
 }
 
-/// A direction: `"x"`, `"-z"`, or two or three numbers that are not all zero; of length one where it is returned.
+/// A direction: `"x"`, `"-z"`, or two or three numbers that are not all zero; of length one where
+/// it is returned.
 ///
 /// # Errors
 /// Message (to follow "axis of body 'hub'") and cure.
@@ -332,7 +333,8 @@ pub(super) fn direction(node: &Node<'_>, planar: bool) -> Result<[f64; 3], (Stri
     if square == 0.0 {
         return Err(("is zero and points nowhere".into(), example.into()));
     }
-    // what is a unit vector already keeps its bits: the sum of three squares is rounded to 4 ε at most
+    // what is a unit vector already keeps its bits: the sum of three squares is rounded to 4 ε at
+    // most
     if (square - 1.0).abs() <= 8.0 * f64::EPSILON {
         return Ok(axis);
     }

@@ -16,7 +16,8 @@ pub(super) struct Origin {
 }
 
 impl Origin {
-    /// Sorts bodies so that parents come first, else in file order; those in a cycle stay at the end.
+    /// Sorts bodies so that parents come first, else in file order; those in a cycle stay at the
+    /// end.
     pub fn put_parents_first(&mut self, plant: &mut Plant) {
         let mut waiting: Vec<usize> = (0..plant.bodies.len()).collect();
         let mut order: Vec<usize> = Vec::with_capacity(waiting.len());

@@ -16,7 +16,8 @@ pub(super) fn source(section: &mut Section<'_, '_>) -> Source {
     source
 }
 
-/// Reads one `[[sensor]]`, a channel for each axis; `plant` has its bodies, appendages and actuators.
+/// Reads one `[[sensor]]`, a channel for each axis; `plant` has its bodies, appendages and
+/// actuators.
 pub(super) fn sensors(section: &mut Section<'_, '_>, plant: &Plant) -> Vec<Sensor> {
     let name = section.name("sensor");
     let kinds = sensor_kinds(section, plant, &name);

@@ -1,7 +1,8 @@
-//! One table of a plant file under the reader's hand: it remembers which keys it was asked for and collects what is wrong.
+//! One table of a plant file under the reader's hand: it remembers which keys it was asked for and
+//! collects what is wrong.
 //!
-//! Nothing here returns early: a value that cannot be read is reported, replaced by a stand-in, and its place is marked, so that what
-//! follows from the stand-in is not reported as well.
+//! Nothing here returns early: a value that cannot be read is reported, replaced by a stand-in, and
+//! its place is marked, so that what follows from the stand-in is not reported as well.
 
 use super::numbers::{self, Expected};
 use crate::validate::Place;
@@ -53,7 +54,8 @@ pub(super) struct Section<'r, 'd> {
 }
 
 impl<'r, 'd> Section<'r, 'd> {
-    /// A table of the document at the bytes `span`; `what` names it in messages, `place` in findings about the plant.
+    /// A table of the document at the bytes `span`; `what` names it in messages, `place` in
+    /// findings about the plant.
     pub fn new(reader: &'r Reader, table: &'d DeTable<'d>, span: Range<usize>, place: Place, what: String) -> Self {
         reader.places.borrow_mut().insert(place.clone(), span.clone());
         Self {
@@ -188,7 +190,8 @@ impl<'r, 'd> Section<'r, 'd> {
         })
     }
 
-    /// One of a list of words; `None` where it is missing (reported if there is no `default`) or unknown (reported).
+    /// One of a list of words; `None` where it is missing (reported if there is no `default`) or
+    /// unknown (reported).
     pub fn word<T: Copy>(&self, key: &str, words: &[(&str, T)], default: Option<T>) -> Option<T> {
         let names = || words.iter().map(|(word, _)| *word);
         if !self.table.contains_key(key) {
@@ -214,7 +217,8 @@ impl<'r, 'd> Section<'r, 'd> {
         Some(self.read(key, node, unit))
     }
 
-    /// A number in `unit`; `default`, known exactly, where it is missing or cannot be read (reported).
+    /// A number in `unit`; `default`, known exactly, where it is missing or cannot be read
+    /// (reported).
     pub fn quantity_or(&self, key: &str, unit: &str, default: f64) -> Quantity {
         self.quantity(key, unit).unwrap_or(Quantity::known(default))
     }

@@ -4,7 +4,8 @@ use super::effect_text::value_in_si;
 use super::numbers::Expected;
 use dynamics::description::{Parameter, ParameterError, Plant, nearest};
 
-/// Gives a parameter of `plant` another value; a value without unit is in SI. Names are those of [`Plant::parameters`].
+/// Gives a parameter of `plant` another value; a value without unit is in SI. Names are those of
+/// [`Plant::parameters`].
 ///
 /// # Errors
 /// What is unknown or impossible, with the nearest known name; the plant then stays as it was.
@@ -12,8 +13,8 @@ pub fn set(plant: &mut Plant, text: &str) -> Result<(), String> {
     apply(plant, &[text]).map_err(|refused| refused.why)
 }
 
-/// Gives several parameters other values, one text each, and checks the plant when all are given: an inertia can only be scaled as a
-/// whole.
+/// Gives several parameters other values, one text each, and checks the plant when all are given:
+/// an inertia can only be scaled as a whole.
 ///
 /// # Errors
 /// As of [`set`], with the text or texts that make it.

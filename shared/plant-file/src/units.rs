@@ -1,10 +1,12 @@
-//! Compound units as data sheets write them: `ug/sqrt(Hz)`, `m/s/sqrt(h)`, `N*m*s/rad`, `kg m^2`, `°/√h`.
+//! Compound units as data sheets write them: `ug/sqrt(Hz)`, `m/s/sqrt(h)`, `N*m*s/rad`, `kg m^2`,
+//! `°/√h`.
 //!
-//! A unit is a decimal power, a quotient of two exact numbers and a power of √π, so that "5 ms" is the double next to 0.005 and
-//! not a product of two rounded numbers. Products and quotients associate from the left: `N m/rad/s` is (N m/rad)/s.
+//! A unit is a decimal power, a quotient of two exact numbers and a power of √π, so that "5 ms" is
+//! the double next to 0.005 and not a product of two rounded numbers. Products and quotients
+//! associate from the left: `N m/rad/s` is (N m/rad)/s.
 //!
-//! Angles and cycles have no dimension, but a rad/s is not a Hz: both are remembered, so that a frequency given in rad/s is converted
-//! and a rate given in Hz is rejected.
+//! Angles and cycles have no dimension, but a rad/s is not a Hz: both are remembered, so that a
+//! frequency given in rad/s is converted and a rate given in Hz is rejected.
 
 use core::f64::consts::PI;
 
@@ -94,7 +96,8 @@ const fn power_of(prefix: char) -> Option<i32> {
 impl Unit {
     /// `number`, a decimal literal, in SI.
     ///
-    /// One rounding where the unit is a whole number times a power of ten, at most four where it has a quotient or π.
+    /// One rounding where the unit is a whole number times a power of ten, at most four where it
+    /// has a quotient or π.
     pub fn to_si(&self, number: &str) -> Option<f64> {
         let (mantissa, exponent) = match number.split_once(['e', 'E']) {
             Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
@@ -159,7 +162,8 @@ impl Unit {
     }
 }
 
-/// The decimal literal times a whole number, exactly; `None` where the factor is not whole or the product too long.
+/// The decimal literal times a whole number, exactly; `None` where the factor is not whole or the
+/// product too long.
 fn whole_product(mantissa: &str, factor: f64) -> Option<String> {
     if factor == 1.0 || factor.fract() != 0.0 || factor.abs() > 9e15 || mantissa.len() > 20 {
         return None;

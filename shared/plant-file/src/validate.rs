@@ -1,6 +1,7 @@
 //! What no plant can be: every fault at once, each with its place, its numbers and a cure.
 //!
-//! Holds for plants read from files and plants built in code; the file reader adds where in the text a place stands.
+//! Holds for plants read from files and plants built in code; the file reader adds where in the
+//! text a place stands.
 
 mod beginnings;
 mod bodies;
@@ -15,11 +16,12 @@ pub(crate) use equations::with_faults_of_equations;
 
 use dynamics::description::{Plant, Quantity, Space, suggestion};
 
-/// Where in a description something stands: `body` number 2, key `joint.axis`. Nested lists count from 0: `mode.0.frequency`.
+/// Where in a description something stands: `body` number 2, key `joint.axis`. Nested lists count
+/// from 0: `mode.0.frequency`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
-    /// `plant`, `environment`, `body`, `tank`, `appendage`, `actuator`, `controller`, `source`, `sensor`, `initial`, `segment`, `simulation`
-    /// or `effect`.
+    /// `plant`, `environment`, `body`, `tank`, `appendage`, `actuator`, `controller`, `source`,
+    /// `sensor`, `initial`, `segment`, `simulation` or `effect`.
     pub section: &'static str,
     pub index: usize,
     pub key: String,
@@ -45,7 +47,8 @@ impl core::fmt::Display for Fault {
     }
 }
 
-/// Every fault, in file order; a plant without errors (warnings aside) can be compiled and simulated.
+/// Every fault, in file order; a plant without errors (warnings aside) can be compiled and
+/// simulated.
 ///
 /// Cost: where its parts are possible, one compilation.
 pub fn validate(plant: &Plant) -> Vec<Fault> {

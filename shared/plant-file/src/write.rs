@@ -1,4 +1,5 @@
-//! A plant as a file that parses to an equal plant: SI units, shortest digits that read back to the same double, no comments.
+//! A plant as a file that parses to an equal plant: SI units, shortest digits that read back to the
+//! same double, no comments.
 
 mod parts;
 

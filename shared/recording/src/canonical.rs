@@ -1,4 +1,5 @@
-//! Canonical channels: the one list, the column each is found under, and what can be identified from them.
+//! Canonical channels: the one list, the column each is found under, and what can be identified
+//! from them.
 
 use crate::error::{Place, RecordingError};
 use crate::map::ChannelMap;
@@ -103,8 +104,8 @@ impl Channels {
     /// Finds the channels by the map, or by default column names when there is none.
     ///
     /// # Errors
-    /// A column with a unit of another dimension; a map that names a column the table does not have; with a map, a
-    /// joint or an accelerometer array given in part.
+    /// A column with a unit of another dimension; a map that names a column the table does not
+    /// have; with a map, a joint or an accelerometer array given in part.
     pub fn find(table: &Table, map: Option<&ChannelMap>) -> Result<Self, RecordingError> {
         let columns = match map {
             Some(map) => map.columns(table)?,
@@ -188,7 +189,8 @@ impl Channels {
         }
     }
 
-    /// A group with a hole is rejected where a map asked for it, and left out with a note where only names matched.
+    /// A group with a hole is rejected where a map asked for it, and left out with a note where
+    /// only names matched.
     fn incomplete(
         &mut self,
         table: &Table,
@@ -204,7 +206,8 @@ impl Channels {
         Ok(0)
     }
 
-    /// Accelerations alone are a vibration record: x, y, z also serve as array, so that modes can be identified.
+    /// Accelerations alone are a vibration record: x, y, z also serve as array, so that modes can
+    /// be identified.
     fn accelerations_as_array(&mut self) {
         let others = [RATE, FORCE, TORQUE, ANGLE, JOINT_RATE, JOINT_TORQUE, ARRAY, WHEEL..WHEEL + 1];
         if self.any(ACCELERATION) && !others.into_iter().any(|range| self.any(range)) {

@@ -1,8 +1,9 @@
-//! CSV and gzipped CSV: header row `name [unit]`, first column `time [s]` (`frequency [Hz]` of a spectrum).
+//! CSV and gzipped CSV: header row `name [unit]`, first column `time [s]` (`frequency [Hz]` of a
+//! spectrum).
 //!
-//! Units of the table in [`crate::units`] are converted here and nowhere else. An empty cell means that this channel
-//! has no sample at this time. Nothing is guessed: a cell that is no finite number, a row of another length and a unit
-//! that is not known are errors with their place.
+//! Units of the table in [`crate::units`] are converted here and nowhere else. An empty cell means
+//! that this channel has no sample at this time. Nothing is guessed: a cell that is no finite
+//! number, a row of another length and a unit that is not known are errors with their place.
 
 use crate::csv_cells::{parse_headers, parse_row};
 use crate::csv_lines::Lines;
@@ -57,8 +58,9 @@ impl Format for Csv {
 /// Reads a CSV file as a table of one rate; gzip is recognised by content.
 ///
 /// # Errors
-/// Everything that would make a number uncertain, with line, column, value and cure; what is no table: empty cells,
-/// more than one rate, time that starts again, a spectrum. [`crate::read`] takes those too.
+/// Everything that would make a number uncertain, with line, column, value and cure; what is no
+/// table: empty cells, more than one rate, time that starts again, a spectrum. [`crate::read`]
+/// takes those too.
 pub fn read_csv(path: &Path) -> Result<Table, RecordingError> {
     let (rows, note) = read_rows(path)?;
     let mut table = rows.finish_table()?;
@@ -116,7 +118,8 @@ fn parse(file: &str, source: impl Read, gzipped: bool) -> Result<Rows, Recording
     Ok(rows)
 }
 
-/// Writes a table in SI, gzipped when the name ends in `.gz`; every number reads back to the same f64.
+/// Writes a table in SI, gzipped when the name ends in `.gz`; every number reads back to the same
+/// f64.
 ///
 /// # Errors
 /// The device's.
@@ -128,11 +131,12 @@ pub fn write_csv(table: &Table, path: &Path) -> Result<(), RecordingError> {
     })
 }
 
-/// Writes channels in SI, gzipped when the name ends in `.gz`: a row per time at which any channel has a sample, an
-/// empty cell where a channel has none. Every number reads back to the same f64.
+/// Writes channels in SI, gzipped when the name ends in `.gz`: a row per time at which any channel
+/// has a sample, an empty cell where a channel has none. Every number reads back to the same f64.
 ///
 /// # Errors
-/// [`RecordingError::BadChannel`] for what would not read back, times too few to read back, the device's.
+/// [`RecordingError::BadChannel`] for what would not read back, times too few to read back, the
+/// device's.
 pub fn write_series_csv(recording: &Recording, path: &Path) -> Result<(), RecordingError> {
     check(recording)?;
     let mut times = Vec::new();

@@ -80,7 +80,8 @@ fn no_time_cure(first: &str, record: &::csv::ByteRecord) -> String {
     }
 }
 
-/// The numbers of a row in SI; NaN where the cell of a time record is empty, which is a sample that was not taken.
+/// The numbers of a row in SI; NaN where the cell of a time record is empty, which is a sample that
+/// was not taken.
 pub(crate) fn parse_row(
     file: &str,
     axis: Axis,

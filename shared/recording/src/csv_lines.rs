@@ -5,8 +5,9 @@ use std::io::{BufRead, ErrorKind};
 
 /// Rows of a file with the lines they stand on.
 ///
-/// Lines are taken here and only their cells by the `csv` crate, which (1.4) gives a row behind blank lines the number
-/// of the first of them. A quoted cell therefore ends with its line, as every cell of this format does.
+/// Lines are taken here and only their cells by the `csv` crate, which (1.4) gives a row behind
+/// blank lines the number of the first of them. A quoted cell therefore ends with its line, as
+/// every cell of this format does.
 pub(crate) struct Lines<R> {
     source: R,
     gzipped: bool,
@@ -49,7 +50,8 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// The rest of a gzip stream is read for its CRC: behind a damaged byte the rows are nonsense before it is noticed.
+    /// The rest of a gzip stream is read for its CRC: behind a damaged byte the rows are nonsense
+    /// before it is noticed.
     pub fn corruption(&mut self, file: &str) -> Option<RecordingError> {
         let line = self.line.saturating_sub(1);
         let end = if self.gzipped { std::io::copy(&mut self.source, &mut std::io::sink()) } else { Ok(0) };

@@ -1,8 +1,8 @@
 //! Identity of a run: one hash over every estimate, mode and verdict (architecture D7).
 //!
-//! "Same result" means equal digests of the whole published stream: the last value of a forgetting filter hides what
-//! was lost on the way. Stamps (epoch, wall time) do not enter, so a run with killed and restarted partitions has the
-//! digest of the undisturbed one.
+//! "Same result" means equal digests of the whole published stream: the last value of a forgetting
+//! filter hides what was lost on the way. Stamps (epoch, wall time) do not enter, so a run with
+//! killed and restarted partitions has the digest of the undisturbed one.
 
 use crate::error::RecordingError;
 use crate::run::RecordedRun;

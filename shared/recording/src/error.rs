@@ -300,7 +300,8 @@ pub enum RecordingError {
 }
 
 impl RecordingError {
-    /// Whether time is sound and only the sampling uneven: methods that take any sample times may go on.
+    /// Whether time is sound and only the sampling uneven: methods that take any sample times may
+    /// go on.
     pub(crate) fn is_uneven_sampling(&self) -> bool {
         matches!(self, RecordingError::RateChanged { .. } | RecordingError::UnsteadyRate { .. })
     }

@@ -1,24 +1,27 @@
 //! In which rows of a table the excitation is on, from the measured forces and torques alone.
 //!
-//! 1. A channel's scatter is read from the quietest quarter of its steps from row to row (for white noise that quantile of
-//!    the step's magnitude is 0.45 σ). A channel that spans less than six scatters either way is noise or a constant and
-//!    excites nothing.
-//! 2. A row is excited when a channel exceeds a twentieth of its own largest magnitude in the record, and six scatters.
-//! 3. A quiet stretch shorter than a hundredth of the record, than ten rows or than a tenth of the excited stretch before
-//!    it is a zero crossing and counts as excited.
-//! 4. When less than a tenth of the record is quiet, there is nothing behind the excitation to look at: the record is
-//!    operational, and no row is called excited.
+//! 1. A channel's scatter is read from the quietest quarter of its steps from row to row (for white
+//!    noise that quantile of the step's magnitude is 0.45 σ). A channel that spans less than six
+//!    scatters either way is noise or a constant and excites nothing.
+//! 2. A row is excited when a channel exceeds a twentieth of its own largest magnitude in the
+//!    record, and six scatters.
+//! 3. A quiet stretch shorter than a hundredth of the record, than ten rows or than a tenth of the
+//!    excited stretch before it is a zero crossing and counts as excited.
+//! 4. When less than a tenth of the record is quiet, there is nothing behind the excitation to look
+//!    at: the record is operational, and no row is called excited.
 //!
-//! Fails on an excitation that cannot be distinguished from noise over more than three quarters of a record (white or close to
-//! the sample rate): such a record counts as operational, which it is.
+//! Fails on an excitation that cannot be distinguished from noise over more than three quarters of
+//! a record (white or close to the sample rate): such a record counts as operational, which it is.
 
 /// Part of the largest magnitude above which a channel is on.
 const ON: f64 = 0.05;
 /// Standard deviations no noise reaches.
 const SCATTERS: f64 = 6.0;
-/// Lower quartile of the magnitude of a step of white noise, in its standard deviation: `√2 × 0.3186`.
+/// Lower quartile of the magnitude of a step of white noise, in its standard deviation:
+/// `√2 × 0.3186`.
 const QUARTILE_OF_STEP: f64 = 0.4506;
-/// Shortest quiet stretch, in parts of the record, in rows, and in parts of the excited stretch before it.
+/// Shortest quiet stretch, in parts of the record, in rows, and in parts of the excited stretch
+/// before it.
 const QUIET_PART: usize = 100;
 const QUIET_ROWS: usize = 10;
 const QUIET_OF_EXCITED: usize = 10;
@@ -64,7 +67,8 @@ fn level(channel: &[f64]) -> Option<f64> {
     rises.then(|| (ON * largest).max(SCATTERS * scatter))
 }
 
-/// Excited too: the quiet stretches that are only zero crossings. Rest before the first excitation does not count.
+/// Excited too: the quiet stretches that are only zero crossings. Rest before the first excitation
+/// does not count.
 fn bridge(on: &mut [bool]) {
     let shortest = (on.len() / QUIET_PART).max(QUIET_ROWS);
     let (mut start, mut excited) = (0, 0);

@@ -159,8 +159,9 @@ pub fn read(path: &Path) -> Result<Imported, RecordingError> {
     }
 }
 
-/// Writes channels in the format that the name of the file asks for: `.mcap`, `.csv` or `.csv.gz`. The file is there
-/// whole or not at all, and holds the channels and nothing on how they were made. Gives notes on what the format rounded.
+/// Writes channels in the format that the name of the file asks for: `.mcap`, `.csv` or `.csv.gz`.
+/// The file is there whole or not at all, and holds the channels and nothing on how they were made.
+/// Gives notes on what the format rounded.
 ///
 /// # Errors
 /// Another name, what the format cannot hold ([`check`]), the device's.

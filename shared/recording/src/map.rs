@@ -1,7 +1,8 @@
 //! Channel map: a TOML file that says which column is which channel.
 //!
-//! `[channels]` with lines `imu.accel_x = "acceleration_x [m/s^2]"`; quoted keys (`"imu.accel_x" = …`) and tables
-//! (`[channels.imu]`) mean the same. With a map, only the channels it names exist.
+//! `[channels]` with lines `imu.accel_x = "acceleration_x [m/s^2]"`; quoted keys
+//! (`"imu.accel_x" = …`) and tables (`[channels.imu]`) mean the same. With a map, only the channels
+//! it names exist.
 
 use crate::canonical::CHANNELS;
 use crate::error::{MapPlace, RecordingError, nearest};
@@ -47,7 +48,8 @@ impl ChannelMap {
     /// Reads a map from text; `file` is its name in messages.
     ///
     /// # Errors
-    /// TOML that does not parse, a name that is no channel (with the nearest one), a value that is no text.
+    /// TOML that does not parse, a name that is no channel (with the nearest one), a value that is
+    /// no text.
     pub fn parse(file: &str, text: &str) -> Result<Self, RecordingError> {
         let mut map = ChannelMap { file: file.into(), text: text.into(), entries: Vec::new() };
         let table = DeTable::parse(text).map_err(|error| map.syntax(error.message(), error.span().unwrap_or(0..0)))?;

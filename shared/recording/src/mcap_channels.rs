@@ -1,7 +1,7 @@
 //! The channels of an MCAP file: telemetry of a run, scalars of a plant, or another program's.
 //!
-//! One foreign channel makes the file foreign: its samples are then not read, but its channels are collected to the
-//! end, so that the error names them.
+//! One foreign channel makes the file foreign: its samples are then not read, but its channels are
+//! collected to the end, so that the error names them.
 
 use crate::error::RecordingError;
 use crate::schema::{SCALAR_NAME, schema_name};
@@ -42,7 +42,8 @@ impl FileChannels {
         self.schemas.insert(id, (name, encoding));
     }
 
-    /// Notes a compression of chunks that is not read, for the error of a file without readable samples.
+    /// Notes a compression of chunks that is not read, for the error of a file without readable
+    /// samples.
     pub fn compressed_by(&mut self, compression: &str) {
         self.compression = Some(compression.into());
     }

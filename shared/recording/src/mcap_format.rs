@@ -1,8 +1,9 @@
 //! MCAP, the one recording format: every sample with its stamps, described by ROS 1 schemas.
 //!
-//! A message is the bytes of [`Stamps`] followed by those of the sample; log time = time of send, publish time = time
-//! of measurement, sequence = low 32 bits of `seq`. Chunks are built in memory and written whole (`disable_seeking`),
-//! so that a killed writer leaves complete chunks and at most one cut record behind.
+//! A message is the bytes of [`Stamps`] followed by those of the sample; log time = time of send,
+//! publish time = time of measurement, sequence = low 32 bits of `seq`. Chunks are built in memory
+//! and written whole (`disable_seeking`), so that a killed writer leaves complete chunks and at
+//! most one cut record behind.
 
 use crate::error::RecordingError;
 use crate::mcap_read::{Entry, read_entries};
@@ -115,9 +116,10 @@ impl McapRecorder {
         })
     }
 
-    /// Continues a recording whose writer was killed: copies the samples that are readable and that `keep` wants to a
-    /// new file, puts it in the place of the old one, and goes on writing behind them. The old file stays untouched
-    /// until the new one is complete on the device, so that recovering can itself be killed.
+    /// Continues a recording whose writer was killed: copies the samples that are readable and that
+    /// `keep` wants to a new file, puts it in the place of the old one, and goes on writing behind
+    /// them. The old file stays untouched until the new one is complete on the device, so that
+    /// recovering can itself be killed.
     ///
     /// # Errors
     /// The device's; a file of another program or of a build with other layouts.
@@ -164,7 +166,8 @@ impl McapRecorder {
         Ok((recorder, found))
     }
 
-    /// Appends a sample; it is on its way to the file with the next full chunk or [`McapRecorder::flush`].
+    /// Appends a sample; it is on its way to the file with the next full chunk or
+    /// [`McapRecorder::flush`].
     ///
     /// # Errors
     /// A payload that is not of the topic's size; the device's.
@@ -224,7 +227,8 @@ impl McapRecorder {
         self.writer.attach(&attachment).map_err(|error| write_error(&self.path, error))
     }
 
-    /// Completes the chunk and hands everything to the operating system: a writer killed after this loses nothing of it.
+    /// Completes the chunk and hands everything to the operating system: a writer killed after this
+    /// loses nothing of it.
     ///
     /// # Errors
     /// The device's.

@@ -1,9 +1,9 @@
 //! Reading MCAP: record by record, chunk by chunk, nothing believed before its CRC was computed.
 //!
-//! The records of the file level are walked here rather than by `mcap::LinearReader`, because an operator wants the
-//! byte offset of the damage, and because lengths found in a damaged file must be bounded by the file's size before
-//! memory is taken. Chunks are decompressed by `mcap` with their CRC checked before a sample leaves them: a chunk is
-//! readable as a whole or not at all.
+//! The records of the file level are walked here rather than by `mcap::LinearReader`, because an
+//! operator wants the byte offset of the damage, and because lengths found in a damaged file must
+//! be bounded by the file's size before memory is taken. Chunks are decompressed by `mcap` with
+//! their CRC checked before a sample leaves them: a chunk is readable as a whole or not at all.
 //!
 //! Why not `mcap::parse_record` for attachments? It panics on a body of 32 to 35 bytes (0.26.0).
 
@@ -95,7 +95,8 @@ impl Damage {
     }
 }
 
-/// A stop: damage (the walk ends, what was read stands) or an error that makes the whole file unreadable.
+/// A stop: damage (the walk ends, what was read stands) or an error that makes the whole file
+/// unreadable.
 enum Stop {
     Truncated(String),
     Corrupt(String),
@@ -116,7 +117,8 @@ impl From<mcap::McapError> for Stop {
 
 type Visitor<'v> = &'v mut dyn FnMut(Entry<'_>) -> Result<(), RecordingError>;
 
-/// Walks a file; `Ok(Some(damage))` when it ends early or is corrupt behind the entries that were visited.
+/// Walks a file; `Ok(Some(damage))` when it ends early or is corrupt behind the entries that were
+/// visited.
 pub(crate) fn read_entries(path: &Path, visit: Visitor<'_>) -> Result<Option<Damage>, RecordingError> {
     let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
     let file = File::open(path).map_err(io("open"))?;
@@ -305,7 +307,8 @@ impl Walk<'_> {
         while let Some(event) = reader.next_event() {
             match event? {
                 LinearReadEvent::ReadRequest(need) => {
-                    // A request beyond the chunk is a damaged length; the reader sees the end instead.
+                    // A request beyond the chunk is a damaged length; the reader sees the end
+                    // instead.
                     let need = need.min(head.len() + body.len());
                     let got = source.read(reader.insert(need)).map_err(|error| Stop::Corrupt(error.to_string()))?;
                     reader.notify_read(got);
@@ -316,7 +319,8 @@ impl Walk<'_> {
         Ok(())
     }
 
-    /// A record inside or outside a chunk. Indexes and statistics repeat what the data say and are not needed.
+    /// A record inside or outside a chunk. Indexes and statistics repeat what the data say and are
+    /// not needed.
     fn record(&mut self, opcode: u8, body: &[u8], visit: Visitor<'_>) -> Result<(), Stop> {
         match opcode {
             op::ATTACHMENT => Ok(visit(Entry::Attachment(parse_attachment(body)?))?),

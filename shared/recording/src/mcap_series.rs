@@ -1,12 +1,14 @@
-//! Channels of any plant in MCAP: one channel per series, topic `/NAME`, ROS 1 message `obsid_msgs/Scalar`.
+//! Channels of any plant in MCAP: one channel per series, topic `/NAME`, ROS 1 message
+//! `obsid_msgs/Scalar`.
 //!
-//! The unit is the channel's metadata `unit`; log time = publish time = sample time, sequence = number of the sample in
-//! its channel. Messages stand in the order of time. Nothing else goes into the file.
+//! The unit is the channel's metadata `unit`; log time = publish time = sample time, sequence =
+//! number of the sample in its channel. Messages stand in the order of time. Nothing else goes into
+//! the file.
 //!
-//! Times are unsigned whole nanoseconds: a time is rounded to the nearest, and reads back as `ns / 1e9`, the f64 nearest
-//! to that decimal. Times given as such decimals (`0.1`, `3e-6`) come back bit for bit; for others
-//! [`write_series_mcap`] notes the largest change. A negative time, and two samples of a channel within one nanosecond,
-//! are rejected: CSV holds them.
+//! Times are unsigned whole nanoseconds: a time is rounded to the nearest, and reads back as
+//! `ns / 1e9`, the f64 nearest to that decimal. Times given as such decimals (`0.1`, `3e-6`) come
+//! back bit for bit; for others [`write_series_mcap`] notes the largest change. A negative time,
+//! and two samples of a channel within one nanosecond, are rejected: CSV holds them.
 
 use crate::error::RecordingError;
 use crate::mcap_format::{write_error, write_options};

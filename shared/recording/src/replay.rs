@@ -1,14 +1,15 @@
 //! A recording as frames: the samples a source sends in each control period.
 //!
-//! Time is rounded to integer nanoseconds once, relative to the first row; frame `k` holds the rows with
-//! `k = floor(t / period)`. Any frame can be asked for at any time, so that a source restarts at a frame.
+//! Time is rounded to integer nanoseconds once, relative to the first row; frame `k` holds the rows
+//! with `k = floor(t / period)`. Any frame can be asked for at any time, so that a source restarts
+//! at a frame.
 //!
-//! Interval of a sample: the mean regular interval of the recording where its stamps jitter by less than 1 % (then
-//! they are the noise of a clock or rounding, and the sampling itself is even), else the time to the next row; behind
-//! a gap's first row and at the last row always the mean.
+//! Interval of a sample: the mean regular interval of the recording where its stamps jitter by less
+//! than 1 % (then they are the noise of a clock or rounding, and the sampling itself is even), else
+//! the time to the next row; behind a gap's first row and at the last row always the mean.
 //!
-//! A table does not say when an excitation is on: `excited` is derived per row ([`crate::excitation`]). A recorded run
-//! says so itself.
+//! A table does not say when an excitation is on: `excited` is derived per row
+//! ([`crate::excitation`]). A recorded run says so itself.
 
 use crate::Imported;
 use crate::canonical::{
@@ -57,8 +58,8 @@ impl ReplayFrames {
     /// Frames of `period_ns` of any imported recording.
     ///
     /// # Errors
-    /// As [`ReplayFrames::from_table`] and [`ReplayFrames::from_run`]; a map together with a run; channels without one
-    /// common rate, a file of several recordings, a spectrum.
+    /// As [`ReplayFrames::from_table`] and [`ReplayFrames::from_run`]; a map together with a run;
+    /// channels without one common rate, a file of several recordings, a spectrum.
     pub fn new(imported: &Imported, map: Option<&ChannelMap>, period_ns: u64) -> Result<Self, RecordingError> {
         match (imported, map) {
             (Imported::Table(table), map) => Self::from_table(table, map, period_ns),
@@ -81,7 +82,8 @@ impl ReplayFrames {
         Ok(ReplayFrames { source: Source::Table(Box::new(frames)), notes })
     }
 
-    /// Frames of a recorded run: the source's samples, in the frames in which they were flown (the recorded ticks).
+    /// Frames of a recorded run: the source's samples, in the frames in which they were flown (the
+    /// recorded ticks).
     ///
     /// # Errors
     /// A period other than the recorded one; a run without samples of a source.

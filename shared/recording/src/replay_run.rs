@@ -1,7 +1,8 @@
 //! Frames of a recorded run: what the source sent, in the frames in which it was flown.
 //!
-//! The recorded ticks say which sequence numbers belong to a frame (architecture D10). Samples that a restarted source
-//! sent again are taken once; samples behind the last tick belong to a frame that never closed and are left out.
+//! The recorded ticks say which sequence numbers belong to a frame (architecture D10). Samples that
+//! a restarted source sent again are taken once; samples behind the last tick belong to a frame
+//! that never closed and are left out.
 
 use crate::canonical::Domains;
 use crate::error::RecordingError;
@@ -39,10 +40,12 @@ struct Batch {
 }
 
 impl RunFrames {
-    /// The input samples of a recorded run, in frames of `period_ns` [ns], and notes on what was left aside.
+    /// The input samples of a recorded run, in frames of `period_ns` [ns], and notes on what was
+    /// left aside.
     ///
     /// # Errors
-    /// [`RecordingError`] where the run was recorded with another period, or holds no samples to replay.
+    /// [`RecordingError`] where the run was recorded with another period, or holds no samples to
+    /// replay.
     pub fn new(run: &RecordedRun, period_ns: u64) -> Result<(Self, Vec<String>), RecordingError> {
         let ticks: BTreeMap<u64, Tick> = run.of(TICK).map(|(_, tick)| (tick.frame, *tick)).collect();
         let ticks: Vec<Tick> = ticks.into_values().collect();
@@ -125,7 +128,8 @@ impl RunFrames {
         self.frames
     }
 
-    /// Emits the samples of frame `k` with stamps from the beginning of the replay [ns], in the order IMU, joints, actuators, accelerometers.
+    /// Emits the samples of frame `k` with stamps from the beginning of the replay [ns], in the
+    /// order IMU, joints, actuators, accelerometers.
     pub fn frame(&self, k: u64, emit: &mut dyn FnMut(ReplaySample)) {
         for (_, imu) in &self.imu[range(&self.imu, k)] {
             emit(ReplaySample::Imu(Imu { header: self.at(&imu.header), ..*imu }));
@@ -166,10 +170,11 @@ fn owned<T: Copy>(samples: Vec<(u64, &T)>, within: &Range<u64>) -> Vec<(u64, T)>
     samples.into_iter().filter_map(|(frame, sample)| Some((placed(frame, within)?, *sample))).collect()
 }
 
-/// The frames that are replayed: those of the run's experiment, or all where the recording tells of none.
+/// The frames that are replayed: those of the run's experiment, or all where the recording tells of
+/// none.
 ///
-/// An idle vehicle before and behind it would be taken as part of the experiment, and several experiments, each on a
-/// system of its own, as one on a system that never was.
+/// An idle vehicle before and behind it would be taken as part of the experiment, and several
+/// experiments, each on a system of its own, as one on a system that never was.
 fn experiment_frames(run: &RecordedRun) -> Result<Range<u64>, RecordingError> {
     let experiments: BTreeMap<u32, &Mode> =
         run.of(MODE).filter(|(_, mode)| mode.duration_frames > 0).map(|(_, mode)| (mode.generation, mode)).collect();

@@ -157,13 +157,14 @@ impl RecordedRun {
 /// Reads a complete MCAP file of obsid.
 ///
 /// # Errors
-/// A truncated or corrupt file (with byte offset and the number of readable samples), a file of another program, a
-/// file of a build with other layouts, a sample whose CRC does not fit.
+/// A truncated or corrupt file (with byte offset and the number of readable samples), a file of
+/// another program, a file of a build with other layouts, a sample whose CRC does not fit.
 pub fn read_mcap(path: &Path) -> Result<RecordedRun, RecordingError> {
     read_mcap_topics(path, |_| true)
 }
 
-/// As [`read_mcap`], keeping only the topics asked for: the way to read a long run in little memory.
+/// As [`read_mcap`], keeping only the topics asked for: the way to read a long run in little
+/// memory.
 ///
 /// # Errors
 /// As [`read_mcap`]; topics that are left out are checked all the same.

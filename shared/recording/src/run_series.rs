@@ -1,9 +1,12 @@
-//! Channels of a recorded run: what its source measured, named and given units by the telemetry's own fields.
+//! Channels of a recorded run: what its source measured, named and given units by the telemetry's
+//! own fields.
 //!
-//! A channel is called topic, field without its unit, element: `imu.omega_bi_b.z [rad/s]`, `joints.angle.1 [rad]`,
-//! `actuators.wheel_momentum [N*m*s]`, `accelerometers.acceleration.3 [m/s^2]`; elements are x, y, z of a vector in body
-//! axes, else numbered from 1. Every float64 field of `imu`, `joints`, `actuators` and the array of `accelerometers` is
-//! taken where the sample says that it is valid. Estimates, verdicts and housekeeping are no measurements of the plant.
+//! A channel is called topic, field without its unit, element: `imu.omega_bi_b.z [rad/s]`,
+//! `joints.angle.1 [rad]`, `actuators.wheel_momentum [N*m*s]`,
+//! `accelerometers.acceleration.3 [m/s^2]`; elements are x, y, z of a vector in body axes, else
+//! numbered from 1. Every float64 field of `imu`, `joints`, `actuators` and the array of
+//! `accelerometers` is taken where the sample says that it is valid. Estimates, verdicts and
+//! housekeeping are no measurements of the plant.
 
 use crate::run::{RecordedRun, RecordedSample};
 use crate::units::unit_named;
@@ -20,7 +23,8 @@ pub(crate) fn channels(run: &RecordedRun) -> Vec<Channel> {
     channels
 }
 
-/// Samples of a topic in the order of their numbers, each once: a restarted source sends some again.
+/// Samples of a topic in the order of their numbers, each once: a restarted source sends some
+/// again.
 fn once(run: &RecordedRun, topic: TopicId) -> impl Iterator<Item = (u64, RecordedSample<'_>)> {
     let mut samples = BTreeMap::new();
     for sample in run.samples().filter(|sample| sample.topic == topic) {

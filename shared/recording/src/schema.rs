@@ -1,8 +1,9 @@
 //! Schemas of recorded samples, as ROS 1 message text generated from the telemetry records.
 //!
-//! A padding-free little-endian `repr(C)` record of u16, u32, u64, f64, fixed arrays and nested records is byte for
-//! byte its ROS 1 serialisation, so a recorded message is the stamps' bytes followed by the sample's bytes, and any
-//! ROS 1 reader can decode it. Arrays of arrays appear flat, row by row.
+//! A padding-free little-endian `repr(C)` record of u16, u32, u64, f64, fixed arrays and nested
+//! records is byte for byte its ROS 1 serialisation, so a recorded message is the stamps' bytes
+//! followed by the sample's bytes, and any ROS 1 reader can decode it. Arrays of arrays appear
+//! flat, row by row.
 
 use core::fmt::Write;
 use telemetry::{Estimate, FieldInfo, Header, IdentifiedMode, Innovation, Record, Stamps, TopicInfo};

@@ -3,7 +3,8 @@
 use crate::error::{Place, RecordingError};
 use crate::table::Column;
 
-/// An imported spectrum: columns over one frequency axis, as the file names them (`accelerance_real [m/s^2/N]`, …).
+/// An imported spectrum: columns over one frequency axis, as the file names them
+/// (`accelerance_real [m/s^2/N]`, …).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spectrum {
     /// Name of the file, for messages.

@@ -1,12 +1,14 @@
-//! The time axis of a table: rate, jitter, gaps. What is repaired is counted, what is ambiguous is rejected.
+//! The time axis of a table: rate, jitter, gaps. What is repaired is counted, what is ambiguous is
+//! rejected.
 //!
-//! A gap (interval above 1.5 medians) is reported and never filled. A lasting change of the interval and an uneven
-//! sampling are errors: every method behind this crate assumes one rate.
+//! A gap (interval above 1.5 medians) is reported and never filled. A lasting change of the
+//! interval and an uneven sampling are errors: every method behind this crate assumes one rate.
 
 use crate::error::{Place, RecordingError, rounded};
 use channels::GAP_MEDIANS;
 
-/// Lasting change of the interval, and jitter (95 % of the intervals), up to which a recording has one rate.
+/// Lasting change of the interval, and jitter (95 % of the intervals), up to which a recording has
+/// one rate.
 pub const INTERVAL_CHANGE_MAX: f64 = 0.2;
 /// Longest recording [s]; integer nanoseconds reach 18 times further.
 const DURATION_MAX_S: f64 = 1e9;
@@ -27,7 +29,8 @@ pub struct Gap {
 /// What the time column says about the sampling.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Timing {
-    /// Mean of the regular intervals (those that are no gap); less sensitive to rounded stamps than the median.
+    /// Mean of the regular intervals (those that are no gap); less sensitive to rounded stamps than
+    /// the median.
     pub interval_s: f64,
     pub interval_median_s: f64,
     /// 95th percentile of |interval / median - 1| over the regular intervals.
@@ -59,8 +62,8 @@ impl Timing {
     }
 }
 
-/// Whether an increasing time column has two rows at least and a length that can be right; `lines[i]` is the line of
-/// row `i`.
+/// Whether an increasing time column has two rows at least and a length that can be right;
+/// `lines[i]` is the line of row `i`.
 pub(crate) fn check_extent(file: &str, time_s: &[f64], lines: &[u64]) -> Result<(), RecordingError> {
     let (Some(first), Some(last)) = (time_s.first(), time_s.last()) else {
         return Err(RecordingError::TooFewRows { file: file.into(), line: 1, rows: 0 });
@@ -141,7 +144,8 @@ fn check_one_rate(
     for part in 1..intervals.len() / length {
         let after = median(&intervals[part * length..(part + 1) * length]);
         if differs(after) {
-            // The change lies in this part or in the one before: where the new interval first stays.
+            // The change lies in this part or in the one before: where the new interval first
+            // stays.
             let start = (part - 1) * length;
             let changed = (start..(part + 1) * length)
                 .find(|i| {

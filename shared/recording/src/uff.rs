@@ -1,8 +1,10 @@
-//! Universal files (UFF): functions at nodes, dataset 58 in text and in binary (58b), units of dataset 164.
+//! Universal files (UFF): functions at nodes, dataset 58 in text and in binary (58b), units of
+//! dataset 164.
 //!
-//! What analysers and modal software of every make exchange: time responses become a table or channels, frequency responses
-//! and spectra a [`Spectrum`], complex ones as pairs of columns `NAME_real`, `NAME_imag`. A name is made of quantity, node and
-//! direction: `acceleration_12z`, `accelerance_12z_3z` (response at 12 by force at 3). Datasets of other numbers (geometry,
+//! What analysers and modal software of every make exchange: time responses become a table or
+//! channels, frequency responses and spectra a [`Spectrum`], complex ones as pairs of columns
+//! `NAME_real`, `NAME_imag`. A name is made of quantity, node and direction: `acceleration_12z`,
+//! `accelerance_12z_3z` (response at 12 by force at 3). Datasets of other numbers (geometry,
 //! shapes) are counted and left out. Read only: CSV holds the same with every digit.
 //!
 //! Source: University of Cincinnati SDRL, Universal File Datasets 58, 58b, 164.
@@ -163,7 +165,8 @@ fn name_all(functions: &[&Function], units: Option<(f64, f64)>, notes: &mut Vec<
     all
 }
 
-/// SI unit and factor from the labels; where a label is empty, from the kind of quantity and dataset 164.
+/// SI unit and factor from the labels; where a label is empty, from the kind of quantity and
+/// dataset 164.
 fn unit_of(function: &Function, units: Option<(f64, f64)>) -> Option<(&'static str, f64)> {
     let factor = |unit: &Unit| unit.to_si(1.0) - unit.to_si(0.0);
     let one = |quantity: &Quantity| -> Option<(&'static str, f64)> {

@@ -1,7 +1,8 @@
 //! One function at a node: the header and the numbers of dataset 58 or 58b.
 //!
-//! Record 6 says what the function is and at which nodes, record 7 how its numbers are laid out, records 8 to 11 what they
-//! are of; then come `n` values (pairs with the abscissa where its spacing is uneven), in fixed columns or as bytes.
+//! Record 6 says what the function is and at which nodes, record 7 how its numbers are laid out,
+//! records 8 to 11 what they are of; then come `n` values (pairs with the abscissa where its
+//! spacing is uneven), in fixed columns or as bytes.
 
 use crate::error::RecordingError;
 use crate::uff_lines::{Text, cut, number, numbers, shortened};
@@ -18,7 +19,8 @@ pub(crate) enum Domain {
 /// What an axis measures.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Quantity {
-    /// Specific data type: 8 displacement, 11 velocity, 12 acceleration, 9 and 13 force, 17 time, 18 frequency, …
+    /// Specific data type: 8 displacement, 11 velocity, 12 acceleration, 9 and 13 force, 17 time,
+    /// 18 frequency, …
     kind: i64,
     unit: String,
 }
@@ -60,7 +62,8 @@ pub(crate) struct Function {
 }
 
 impl Function {
-    /// Quantity, node and direction of the response, and of the reference of a response to something.
+    /// Quantity, node and direction of the response, and of the reference of a response to
+    /// something.
     pub fn name(&self) -> String {
         let force = |quantity: &Quantity| matches!(quantity.kind, 9 | 13);
         let by_force = self.denominator.as_ref().map(force);
@@ -81,7 +84,8 @@ impl Function {
         }
     }
 
-    /// Unit of the ordinate as the file words it, over that of the denominator where there is one; `-` where the file names none.
+    /// Unit of the ordinate as the file words it, over that of the denominator where there is one;
+    /// `-` where the file names none.
     pub fn unit_in_words(&self) -> String {
         let word = |quantity: &Quantity| quantity.label().unwrap_or("-").to_string();
         match &self.denominator {
@@ -264,8 +268,9 @@ fn from_text(text: &mut Text<'_>, layout: &Layout) -> Result<Vec<f64>, Recording
 fn from_bytes(text: &mut Text<'_>, layout: &Layout, binary: &Binary) -> Result<Vec<f64>, RecordingError> {
     let width = if layout.double { 8 } else { 4 };
     let need = layout.values * parts(layout) * width;
-    // An uneven abscissa of doubles is written in single precision by the letter of the format, in double by most. What the
-    // header announces is not asked: a common writer counts complex values as real ones.
+    // An uneven abscissa of doubles is written in single precision by the letter of the format, in
+    // double by most. What the header announces is not asked: a common writer counts complex values
+    // as real ones.
     let short = need - if layout.double && !layout.even { 4 * layout.values } else { 0 };
     let length = [need, short].into_iter().find(|length| text.closes_behind(*length));
     if length.is_none() && binary.bytes == need {

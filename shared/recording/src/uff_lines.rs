@@ -1,4 +1,5 @@
-//! The text of a universal file: lines with their numbers, blocks of bytes between them, and numbers in fixed columns.
+//! The text of a universal file: lines with their numbers, blocks of bytes between them, and
+//! numbers in fixed columns.
 
 use crate::error::RecordingError;
 
@@ -29,7 +30,8 @@ impl<'a> Text<'a> {
         self.bytes.len().saturating_sub(self.at)
     }
 
-    /// The next line without its end; columns are bytes, so that what is no ASCII becomes one `?` a byte.
+    /// The next line without its end; columns are bytes, so that what is no ASCII becomes one `?` a
+    /// byte.
     pub fn next_line(&mut self) -> Option<String> {
         let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
         let length = rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len());
@@ -48,7 +50,8 @@ impl<'a> Text<'a> {
         self.next_line().ok_or_else(|| self.error(format!("the file ends after line {before}"), CUT))
     }
 
-    /// Whether the line `-1`, in its six columns, stands so many bytes further on; a line feed may stand between.
+    /// Whether the line `-1`, in its six columns, stands so many bytes further on; a line feed may
+    /// stand between.
     pub fn closes_behind(&self, length: usize) -> bool {
         let Some(rest) = self.bytes.get(self.at.saturating_add(length)..) else { return false };
         let line = rest.strip_prefix(b"\r\n").or_else(|| rest.strip_prefix(b"\n")).unwrap_or(rest);
@@ -108,7 +111,8 @@ pub(crate) fn cut(line: &str, from: usize, to: usize) -> &str {
     line.get(from.min(end)..end).unwrap_or_default().trim()
 }
 
-/// A number as Fortran writes it: exponents by D, or by a bare sign where three digits leave no room for the letter.
+/// A number as Fortran writes it: exponents by D, or by a bare sign where three digits leave no
+/// room for the letter.
 pub(crate) fn number(text: &str) -> Option<f64> {
     let plain = text.trim().replace(['D', 'd'], "E");
     if let Ok(number) = plain.parse() {
@@ -121,7 +125,8 @@ pub(crate) fn number(text: &str) -> Option<f64> {
         .then(|| format!("{mantissa}E{exponent}").parse().ok())?
 }
 
-/// The numbers of a line in fields of `widths`, again and again; of a line that was not written in these fields, its words.
+/// The numbers of a line in fields of `widths`, again and again; of a line that was not written in
+/// these fields, its words.
 pub(crate) fn numbers(line: &str, widths: &[usize]) -> Option<Vec<f64>> {
     in_fields(line, widths).or_else(|| line.split_whitespace().map(number).collect())
 }
@@ -134,7 +139,8 @@ fn in_fields(line: &str, widths: &[usize]) -> Option<Vec<f64>> {
             return Some(found);
         }
         let to = (from + width).min(line.len());
-        // A field begins with a blank or a sign, unless its digits fill it; a digit behind a digit is one number cut in two.
+        // A field begins with a blank or a sign, unless its digits fill it; a digit behind a digit
+        // is one number cut in two.
         let digit = |at: usize| line.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
         if from > 0 && digit(from) && digit(from - 1) {
             return None;

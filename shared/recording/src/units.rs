@@ -1,7 +1,7 @@
 //! Units accepted in files, and what they are in SI: the one table.
 //!
-//! Values are converted once, at this border: `SI = value * multiply / divide + offset`. Powers of ten divide or
-//! multiply by an exact number, so that 5 ms is the f64 nearest to 0.005.
+//! Values are converted once, at this border: `SI = value * multiply / divide + offset`. Powers of
+//! ten divide or multiply by an exact number, so that 5 ms is the f64 nearest to 0.005.
 
 use core::f64::consts::PI;
 
@@ -137,7 +137,8 @@ pub static UNITS: &[Unit] = &[
     u("J", "J", 1.0, 1.0),
 ];
 
-/// The unit spelled `text`; `°`, `µ`, `Ω`, `²`, a middle dot, `Nm` and blanks are read as what they mean.
+/// The unit spelled `text`; `°`, `µ`, `Ω`, `²`, a middle dot, `Nm` and blanks are read as what they
+/// mean.
 #[must_use]
 pub fn unit_named(text: &str) -> Option<&'static Unit> {
     let mut plain = String::new();

@@ -1,4 +1,5 @@
-//! Files that are there whole or not at all: written under another name beside their place, then renamed.
+//! Files that are there whole or not at all: written under another name beside their place, then
+//! renamed.
 
 use crate::error::RecordingError;
 use crate::file_name;
@@ -6,8 +7,9 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// Lets `fill` write a file that takes the place of `path` when it is complete; a writer killed on the way leaves what
-/// was there, and beside it a `.writing` file that the next write takes over. Pipes and devices are written directly.
+/// Lets `fill` write a file that takes the place of `path` when it is complete; a writer killed on
+/// the way leaves what was there, and beside it a `.writing` file that the next write takes over.
+/// Pipes and devices are written directly.
 pub(crate) fn replace<T>(
     path: &Path,
     fill: impl FnOnce(&Path) -> Result<T, RecordingError>,

@@ -1,4 +1,5 @@
-//! Every figure and every block on one page: `cargo run -p obsid-report --example gallery > gallery.html`.
+//! Every figure and every block on one page:
+//! `cargo run -p obsid-report --example gallery > gallery.html`.
 
 #[path = "../tests/gallery/mod.rs"]
 mod gallery;

@@ -1,12 +1,15 @@
-//! A long record as the points that can be seen: the extremes of every pixel column, in the order of the record.
+//! A long record as the points that can be seen: the extremes of every pixel column, in the order
+//! of the record.
 //!
-//! A column keeps the first and the last sample in it and the least and the greatest between: a line through these covers the same pixels
-//! as the line through all samples, and a spike of one sample stays one.
+//! A column keeps the first and the last sample in it and the least and the greatest between: a
+//! line through these covers the same pixels as the line through all samples, and a spike of one
+//! sample stays one.
 
 /// A drawn point, in pixels.
 pub type Point = (f64, f64);
 
-/// Runs of points without a hole; a sample that is not finite ends a run. Consecutive samples of one column of width 1 become four points at most.
+/// Runs of points without a hole; a sample that is not finite ends a run. Consecutive samples of
+/// one column of width 1 become four points at most.
 ///
 /// Cost: O(n). Assumes nothing on the order of `x`: a path that turns back begins a new column.
 #[must_use]
@@ -73,7 +76,8 @@ impl Column {
     }
 }
 
-/// One point per occupied square of side `side`, in the order of the record: every place that a dot would cover stays covered.
+/// One point per occupied square of side `side`, in the order of the record: every place that a dot
+/// would cover stays covered.
 ///
 /// Cost: O(n log n).
 #[must_use]

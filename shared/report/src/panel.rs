@@ -70,7 +70,8 @@ impl Panel {
         self.inner.dots(class, &points);
     }
 
-    /// Measured samples: dots while they can be told apart, else the line through the extremes, open where the record has a gap.
+    /// Measured samples: dots while they can be told apart, else the line through the extremes,
+    /// open where the record has a gap.
     pub fn samples(&mut self, x: &[f64], y: &[f64]) {
         let shown = x.iter().filter(|x| (0.0..=1.0).contains(&self.x.place(**x))).count();
         if shown as f64 <= 0.6 * self.area.width {
@@ -148,7 +149,8 @@ impl Panel {
             let x = left + tick.place * width;
             svg.line("grid", (x, top), (x, top + height));
             let half = FONT * width_em(&tick.label) / 2.0;
-            // A label that would touch its neighbour or leave the figure is left out; its grid line stays.
+            // A label that would touch its neighbour or leave the figure is left out; its grid line
+            // stays.
             if self.x_labelled && x - half > free && x + half < WIDTH {
                 svg.text("tick", (x, top + height + 16.0), Anchor::Middle, WIDTH, &tick.label);
                 free = x + half + 4.0;

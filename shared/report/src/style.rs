@@ -1,4 +1,5 @@
-//! Colours and type, for the page and for a figure on its own. Everything has two forms, light and dark; paper is light.
+//! Colours and type, for the page and for a figure on its own. Everything has two forms, light and
+//! dark; paper is light.
 
 use std::fmt::Write;
 

@@ -179,7 +179,8 @@ mod tests {
             table.row(vec!["m".into(), Cell::Estimate(value, sigma)]);
         }
         let html = table.html();
-        // The boxes of the fractions, which end at the same edge, are equally wide: so the points stand below each other.
+        // The boxes of the fractions, which end at the same edge, are equally wide: so the points
+        // stand below each other.
         assert_eq!(html.matches("<span class=\"i\" style=\"width:4").count(), 3, "{html}");
         assert_eq!(html.matches("<span class=\"f\" style=\"width:6ch\">").count(), 6, "{html}");
         for text in [">28<", ">.70<", ">1004<", ">−0<", ">.03123<", ">.00045<", " ± "] {

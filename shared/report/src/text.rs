@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-/// Text as it may stand in an element or an attribute; control characters, which XML forbids, become a replacement sign.
+/// Text as it may stand in an element or an attribute; control characters, which XML forbids,
+/// become a replacement sign.
 #[must_use]
 pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -71,7 +72,8 @@ pub fn power_of_ten(n: i32) -> String {
     out
 }
 
-/// Width in em of a line of sans-serif text: an upper estimate over the usual fonts, since a page cannot measure.
+/// Width in em of a line of sans-serif text: an upper estimate over the usual fonts, since a page
+/// cannot measure.
 #[must_use]
 pub fn width_em(text: &str) -> f64 {
     text.chars()
@@ -107,7 +109,8 @@ pub fn fit(text: &str, em_max: f64) -> String {
     "…".into()
 }
 
-/// A coordinate of a drawing: tenths of a unit, without trailing zeros; NaN and values far outside lie at the border of the drawing.
+/// A coordinate of a drawing: tenths of a unit, without trailing zeros; NaN and values far outside
+/// lie at the border of the drawing.
 pub(crate) fn coordinate(out: &mut String, x: f64) {
     let tenths = (if x.is_nan() { 0.0 } else { x.clamp(-1e5, 1e5) } * 10.0).round() as i64;
     let (sign, size) = (if tenths < 0 { "-" } else { "" }, tenths.unsigned_abs());

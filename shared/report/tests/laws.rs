@@ -4,7 +4,8 @@ mod gallery;
 
 use report::{Block, Page, Section};
 
-/// Names of the elements that are open at the end of each tag; panics where a tag closes what is not open.
+/// Names of the elements that are open at the end of each tag; panics where a tag closes what is
+/// not open.
 fn check_balanced(text: &str) {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = text.strip_prefix("<!DOCTYPE html>").unwrap_or(text);
@@ -146,7 +147,8 @@ fn text_from_outside_stays_text() {
 fn a_map_of_both_signs_can_be_read_without_colour() {
     let text = gallery::state_map().inline();
     assert!(text.matches(">−<").count() > 20 && text.matches(">+<").count() > 20);
-    // the lower half pushes back, the upper half forward: what is written lies where the number says
+    // the lower half pushes back, the upper half forward: what is written lies where the number
+    // says
     let rows = |sign: &str| -> Vec<f64> {
         let places = text.split("<text ").filter(|t| t.contains(&format!(">{sign}<")));
         places.map(|t| t.split(" y=\"").nth(1).unwrap().split('"').next().unwrap().parse().unwrap()).collect()

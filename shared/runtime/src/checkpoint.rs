@@ -1,7 +1,8 @@
-//! Checkpoints: two slots, written in turn, so that a write cut off at any byte leaves the one before.
+//! Checkpoints: two slots, written in turn, so that a write cut off at any byte leaves the one
+//! before.
 //!
-//! Slot = magic, format, layout of the telemetry, generation, length, CRC-32, postcard body. A slot that does not
-//! check is as if it were not there.
+//! Slot = magic, format, layout of the telemetry, generation, length, CRC-32, postcard body. A slot
+//! that does not check is as if it were not there.
 
 use crate::inbox::Cursors;
 use crate::outbox::Entry;

@@ -64,7 +64,8 @@ pub enum Fault {
     Hang { partition: PartitionId, frame: u64 },
     /// The partition ends itself with SIGKILL in every life, until it is given up.
     KillAlways { partition: PartitionId, frame: u64 },
-    /// The source sends a damaged copy of its first inertial sample of that frame before the good one.
+    /// The source sends a damaged copy of its first inertial sample of that frame before the good
+    /// one.
     Corrupt { frame: u64 },
 }
 
@@ -82,7 +83,8 @@ pub struct ReplayConfig {
 }
 
 impl ReplayConfig {
-    /// Whether the recording has the channels, and the scenario the known values, that `domain` needs.
+    /// Whether the recording has the channels, and the scenario the known values, that `domain`
+    /// needs.
     #[must_use]
     pub fn identifies(&self, domain: Domain) -> bool {
         self.domains.contains(&domain)
@@ -165,7 +167,8 @@ pub enum GivenUp {
 }
 
 impl Limits {
-    /// A table whose partitions are all treated alike: five deaths in a minute, then the run goes on without.
+    /// A table whose partitions are all treated alike: five deaths in a minute, then the run goes
+    /// on without.
     #[must_use]
     pub fn alike(hang_ms: u64) -> Self {
         let row = |&name: &PartitionId| PartitionLimits {

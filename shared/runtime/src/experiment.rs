@@ -56,7 +56,8 @@ impl Default for ExperimentWindow {
 }
 
 impl ExperimentWindow {
-    /// Takes the frame's mode and returns the meaning of the frame for a partition that works in the experiments `mine`.
+    /// Takes the frame's mode and returns the meaning of the frame for a partition that works in
+    /// the experiments `mine`.
     pub fn step(&mut self, frame: &Frame<'_>, mine: &[Experiment]) -> Step {
         if let Some(mode) = frame.new_mode() {
             return self.enter(mode, mine);
@@ -90,8 +91,8 @@ impl ExperimentWindow {
         }
     }
 
-    /// Whether an estimate that costs a factorisation goes out after this frame: every second at first (100 frames), then
-    /// every ten, because estimates change ever more slowly.
+    /// Whether an estimate that costs a factorisation goes out after this frame: every second at
+    /// first (100 frames), then every ten, because estimates change ever more slowly.
     #[must_use]
     pub fn estimate_is_due(&self, frame: &Frame<'_>) -> bool {
         let done = self.elapsed(frame) + 1;
@@ -104,7 +105,8 @@ impl ExperimentWindow {
         frame.number.saturating_sub(self.begin_frame)
     }
 
-    /// Phase in which an estimate of this experiment is made; pre-capture while there is no experiment.
+    /// Phase in which an estimate of this experiment is made; pre-capture while there is no
+    /// experiment.
     #[must_use]
     pub fn phase(&self) -> Phase {
         match self.experiment {

@@ -1,7 +1,8 @@
 //! The one place of sequence, epoch, gap, duplicate and integrity logic: from arrivals to frames.
 //!
-//! Arrivals are copied out of shared memory before they are checked (a peer may write in between). What a frame
-//! gets depends on sequence and frame numbers alone, never on when something arrived (architecture D1, D4, D6).
+//! Arrivals are copied out of shared memory before they are checked (a peer may write in between).
+//! What a frame gets depends on sequence and frame numbers alone, never on when something arrived
+//! (architecture D1, D4, D6).
 
 use crate::config::Sabotage;
 use std::collections::VecDeque;
@@ -48,7 +49,8 @@ struct Queue {
     /// Highest sequence number seen; per source for status topics, which have several producers.
     seen: u64,
     seen_status: [(u32, u64); PartitionId::COUNT],
-    /// Arrivals whose header could not be trusted: they stand for sequence numbers that will not come.
+    /// Arrivals whose header could not be trusted: they stand for sequence numbers that will not
+    /// come.
     unreadable: u64,
     due_words: Vec<u64>,
     due_stamps: Vec<Stamps>,
@@ -61,7 +63,8 @@ impl Queue {
         Queue {
             topic,
             stride,
-            // One more than can wait: an arrival is checked in its slot before it displaces another.
+            // One more than can wait: an arrival is checked in its slot before it displaces
+            // another.
             slots: vec![0; stride * (info.depth + 1)],
             next_slot: 0,
             waiting: VecDeque::with_capacity(info.depth),
@@ -130,7 +133,8 @@ impl Inbox {
         self.cursors.counters
     }
 
-    /// Takes one arrival: copy, check, then queue it or count the reason for dropping it. Returns whether it was queued.
+    /// Takes one arrival: copy, check, then queue it or count the reason for dropping it. Returns
+    /// whether it was queued.
     pub fn arrive(&mut self, topic: TopicId, stamps: &Stamps, payload: &[u8]) -> bool {
         let (window, sabotage) = (self.window, self.sabotage);
         let counters = &mut self.cursors.counters;
@@ -162,7 +166,8 @@ impl Inbox {
         if delivery != Delivery::Status {
             counters.lost += header.seq.saturating_sub(queue.seen + 1);
             queue.seen = queue.seen.max(header.seq);
-            // What could not be read stood before this one; it must not stand for a number that is still to come.
+            // What could not be read stood before this one; it must not stand for a number that is
+            // still to come.
             queue.unreadable = 0;
         }
         if delivery == Delivery::Source
@@ -176,7 +181,8 @@ impl Inbox {
             Delivery::Source | Delivery::Status => 0,
         };
         if queue.waiting.len() == depth {
-            // The pacing window makes this impossible for data; a stalled consumer of status samples keeps the newest.
+            // The pacing window makes this impossible for data; a stalled consumer of status
+            // samples keeps the newest.
             queue.waiting.pop_front();
             counters.lost += u64::from(delivery != Delivery::Status);
         }
@@ -208,7 +214,8 @@ impl Inbox {
         self.queues[topic].as_ref().map_or(u64::MAX, |queue| queue.seen + queue.unreadable)
     }
 
-    /// Whether everything that `last_seq` covers has arrived (history may still be on its way after a restart).
+    /// Whether everything that `last_seq` covers has arrived (history may still be on its way after
+    /// a restart).
     #[must_use]
     pub fn has_all(&self, last_seq: &[u64; TOPICS_MAX]) -> bool {
         (0..TOPICS.len()).all(|topic| self.seen(topic) >= last_seq[topic])
@@ -259,7 +266,8 @@ impl Inbox {
     }
 }
 
-/// Whether every floating-point field of a sample is a number: NaN and infinity are never measurements.
+/// Whether every floating-point field of a sample is a number: NaN and infinity are never
+/// measurements.
 fn is_finite(topic: TopicId, payload: &[u8]) -> bool {
     TOPICS[topic].fields.iter().filter(|field| field.ros == "float64").all(|field| {
         payload[field.offset..field.offset + field.size]

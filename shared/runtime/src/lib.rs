@@ -1,5 +1,5 @@
-//! What it is: execution of partitions in frames: links, checkpoints, pacing, and the process supervisor, `warden`.
-//! Shared memory, processes, clocks and signals are used in this crate alone.
+//! What it is: execution of partitions in frames: links, checkpoints, pacing, and the process
+//! supervisor, `warden`. Shared memory, processes, clocks and signals are used in this crate alone.
 //!
 //! A partition is a function of frames. Its state goes into a checkpoint and comes back from it:
 //!
@@ -12,9 +12,16 @@
 //! impl Partition for ImuCounter {
 //!     fn id(&self) -> PartitionId { PartitionId::InertialId }
 //!     fn inputs(&self) -> &'static [TopicId] { &[IMU.id] }
-//!     fn frame(&mut self, frame: &Frame<'_>, _: &mut Outputs) { self.0 += frame.samples(IMU).len() as u64; }
-//!     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> { save_state(&self.0, state) }
-//!     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> { self.0 = restore_state(state)?; Ok(()) }
+//!     fn frame(&mut self, frame: &Frame<'_>, _: &mut Outputs) {
+//!         self.0 += frame.samples(IMU).len() as u64;
+//!     }
+//!     fn save(&mut self, state: &mut Vec<u8>) -> Result<(), StateError> {
+//!         save_state(&self.0, state)
+//!     }
+//!     fn restore(&mut self, state: &[u8]) -> Result<(), StateError> {
+//!         self.0 = restore_state(state)?;
+//!         Ok(())
+//!     }
 //! }
 //!
 //! let (mut checkpoint, mut restarted) = (Vec::new(), ImuCounter(0));
@@ -28,7 +35,8 @@
 //!
 //! Must never know: equations, estimators, recordings.
 //!
-//! Read first: [`partition`] (what a partition is), [`inbox`] (from arrivals to frames), [`runner`] (a turn).
+//! Read first: [`partition`] (what a partition is), [`inbox`] (from arrivals to frames), [`runner`]
+//! (a turn).
 // Unsafe code is in `sys/allocations.rs` alone.
 #![deny(unsafe_code)]
 

@@ -1,4 +1,5 @@
-//! A link carries samples between partitions. Two exist, shared memory and lockstep; one conformance suite tests both.
+//! A link carries samples between partitions. Two exist, shared memory and lockstep; one
+//! conformance suite tests both.
 
 use telemetry::{PartitionId, Stamps, TopicId};
 
@@ -22,9 +23,11 @@ pub enum LinkError {
     Node(String),
 }
 
-/// Carries samples. Never blocks on a peer: a full buffer drops its oldest sample, and the gap shows in `seq`.
+/// Carries samples. Never blocks on a peer: a full buffer drops its oldest sample, and the gap
+/// shows in `seq`.
 pub trait Link {
-    /// Sends one sample to the partitions that are connected, and to those that join while it is in the topic's history.
+    /// Sends one sample to the partitions that are connected, and to those that join while it is in
+    /// the topic's history.
     ///
     /// # Errors
     /// When the transport cannot lend memory or send.

@@ -1,7 +1,8 @@
 //! The lockstep link: partitions of one thread, one after the other; no clock, no waiting.
 //!
-//! Keeps the same promises as shared memory: buffers of the topic's depth that drop their oldest sample, history for
-//! late joiners. A hold-back hook delays topics at random, for the chunk law (architecture D2).
+//! Keeps the same promises as shared memory: buffers of the topic's depth that drop their oldest
+//! sample, history for late joiners. A hold-back hook delays topics at random, for the chunk law
+//! (architecture D2).
 
 use crate::link::{Link, LinkError};
 use crate::runner::{RunError, Runner, Turn};
@@ -14,7 +15,8 @@ use telemetry::{PartitionId, Stamps, TOPICS, TopicId};
 type Member = usize;
 type Message = (Member, Stamps, Rc<[u8]>);
 
-/// Samples of one topic in the order of arrival; each producer has the topic's depth for itself, as in shared memory.
+/// Samples of one topic in the order of arrival; each producer has the topic's depth for itself, as
+/// in shared memory.
 #[derive(Clone, Default)]
 struct Buffer {
     messages: VecDeque<Message>,
@@ -96,7 +98,8 @@ pub struct LockstepLink {
 }
 
 impl LockstepLink {
-    /// Delays samples: a drain of a topic with n waiting samples sees the first `hold_back(topic, n)` of them.
+    /// Delays samples: a drain of a topic with n waiting samples sees the first
+    /// `hold_back(topic, n)` of them.
     #[must_use]
     pub fn with_hold_back(mut self, hold_back: HoldBack) -> Self {
         self.hold_back = Some(hold_back);
@@ -161,11 +164,12 @@ pub enum Ending {
     Stopped,
 }
 
-/// Turns every partition until all have finished or `stop()` says true; `chunk(partition index)` bounds the frames of
-/// each turn. However it ends, every partition completes its files.
+/// Turns every partition until all have finished or `stop()` says true; `chunk(partition index)`
+/// bounds the frames of each turn. However it ends, every partition completes its files.
 ///
 /// # Errors
-/// What a partition reports; [`RunError::Stalled`] when none can go on, with how far each of them is.
+/// What a partition reports; [`RunError::Stalled`] when none can go on, with how far each of them
+/// is.
 pub fn run_to_end(
     runners: &mut [Runner<LockstepLink>],
     chunk: impl FnMut(usize) -> u64,

@@ -1,4 +1,5 @@
-//! The last outputs of a partition, kept so that a restart can send them again, identical (architecture D6).
+//! The last outputs of a partition, kept so that a restart can send them again, identical
+//! (architecture D6).
 
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -24,7 +25,8 @@ impl Entry {
     }
 }
 
-/// Outputs of the last W frames (results: 2 W), and the last modes however old: the newest mode serves late joiners.
+/// Outputs of the last W frames (results: 2 W), and the last modes however old: the newest mode
+/// serves late joiners.
 #[derive(Debug, Default)]
 pub struct Outbox {
     modes: VecDeque<Entry>,
@@ -33,15 +35,16 @@ pub struct Outbox {
 }
 
 impl Outbox {
-    /// Takes up the entries of a checkpoint, in the order in which they were sent; `window` is the pacing window [frames].
+    /// Takes up the entries of a checkpoint, in the order in which they were sent; `window` is the
+    /// pacing window [frames].
     #[must_use]
     pub fn from_entries(entries: Vec<Entry>, window: u64) -> Self {
         let (modes, recent): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.topic == MODE.id);
         Outbox { modes: modes.into(), recent: recent.into(), window }
     }
 
-    /// Stores the payload that was sent on `topic` in `frame`. Of the modes the oldest is dropped once the topic's depth is
-    /// reached.
+    /// Stores the payload that was sent on `topic` in `frame`. Of the modes the oldest is dropped
+    /// once the topic's depth is reached.
     pub fn keep(&mut self, frame: u64, topic: TopicId, payload: &[u8]) {
         let used = payload.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
         let entry = Entry { frame, topic, trimmed: payload[..used].to_vec() };
@@ -61,7 +64,8 @@ impl Outbox {
         }
     }
 
-    /// A consumer may be W frames behind; a result waits W frames more in its inbox, which no checkpoint holds.
+    /// A consumer may be W frames behind; a result waits W frames more in its inbox, which no
+    /// checkpoint holds.
     fn kept_frames(&self, topic: TopicId) -> u64 {
         match TOPICS[topic].delivery {
             Delivery::Feedback => 2 * self.window,
@@ -127,7 +131,8 @@ mod tests {
 
     #[test]
     fn a_result_is_kept_until_no_restarted_consumer_can_ask_for_it() {
-        // Producer at 100 frames; consumer checkpointed 80 = 100 − W; the result due in frame 80 was made in 80 − W.
+        // Producer at 100 frames; consumer checkpointed 80 = 100 − W; the result due in frame 80
+        // was made in 80 − W.
         let mut outbox = empty();
         for frame in 0..100 {
             outbox.keep(frame, ESTIMATE_INERTIAL.id, InertialEstimate::zeroed_at(frame).as_bytes());

@@ -1,7 +1,7 @@
 //! When a simulated or replayed source may open its next frame (architecture D5).
 //!
-//! Frame k is opened when every required partition has checkpointed frame k − W. Pacing belongs to the simulated
-//! clock, not to the link: `send` never blocks.
+//! Frame k is opened when every required partition has checkpointed frame k − W. Pacing belongs to
+//! the simulated clock, not to the link: `send` never blocks.
 
 use crate::config::RunConfig;
 use telemetry::{Command, Delivery, PartitionId, Progress, TOPICS, TOPICS_MAX};
@@ -40,7 +40,8 @@ impl Pacing {
         }
     }
 
-    /// Takes a progress report of a required partition. What is checkpointed stays so over restarts.
+    /// Takes a progress report of a required partition. What is checkpointed stays so over
+    /// restarts.
     pub fn hear(&mut self, progress: &Progress) {
         let partition = progress.partition as usize;
         let Some(checkpointed) = self.checkpointed.get_mut(partition).filter(|_| self.required[partition]) else {
@@ -71,7 +72,8 @@ impl Pacing {
         }
     }
 
-    /// Sequence numbers that frame `number` must find, or `None` while a required partition is too far behind.
+    /// Sequence numbers that frame `number` must find, or `None` while a required partition is too
+    /// far behind.
     #[must_use]
     pub fn permit(&self, number: u64) -> Option<[u64; TOPICS_MAX]> {
         let ready = |(required, checkpointed): (&bool, &Option<u64>)| {

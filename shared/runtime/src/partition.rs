@@ -1,14 +1,15 @@
 //! What a partition is: a function of frames.
 //!
-//! A partition never sees a wake-up, a queue or a clock. The same body runs as a process over shared memory, in
-//! lockstep in one thread, and offline over a recording.
+//! A partition never sees a wake-up, a queue or a clock. The same body runs as a process over
+//! shared memory, in lockstep in one thread, and offline over a recording.
 
 use crate::config::RunConfig;
 use crate::inbox::Inbox;
 use telemetry::{Command, Mode, PartitionId, Sample, Stamps, Topic, TopicId};
 use zerocopy::IntoBytes;
 
-/// One control period with the samples that belong to it, in an order that does not depend on scheduling (architecture D1).
+/// One control period with the samples that belong to it, in an order that does not depend on
+/// scheduling (architecture D1).
 pub struct Frame<'a> {
     /// Counted from 0.
     pub number: u64,
@@ -30,7 +31,8 @@ impl Frame<'_> {
         self.inbox.due(topic)
     }
 
-    /// Stamps and payloads of any topic's samples of this frame, for a consumer that stores and does not read.
+    /// Stamps and payloads of any topic's samples of this frame, for a consumer that stores and
+    /// does not read.
     pub fn raw(&self, topic: TopicId) -> impl Iterator<Item = (&Stamps, &[u8])> {
         self.inbox.due_raw(topic)
     }
@@ -42,7 +44,8 @@ impl Frame<'_> {
     }
 }
 
-/// Samples that a partition sends with a frame. The runtime adds layout, source, sequence number, CRC and time of send.
+/// Samples that a partition sends with a frame. The runtime adds layout, source, sequence number,
+/// CRC and time of send.
 pub struct Outputs {
     words: Vec<u64>,
     items: Vec<(TopicId, usize)>,

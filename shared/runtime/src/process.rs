@@ -310,7 +310,8 @@ fn strike(fault: &Fault) {
     }
 }
 
-/// `main` of a partition's own binary: `--run FOLDER [--epoch N] [--cause C]`, `--version`, `--help`.
+/// `main` of a partition's own binary: `--run FOLDER [--epoch N] [--cause C]`, `--version`,
+/// `--help`.
 #[must_use]
 pub fn main(id: PartitionId, connect: Connect, version: &str) -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

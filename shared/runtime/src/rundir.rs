@@ -1,7 +1,8 @@
 //! The folder of a run: on tmpfs, private, gone when the run is over.
 //!
-//! `<parent>/obsid-<pid>-<n>/` holds the run's configuration, iceoryx2's root, checkpoints and statistics; the folder's
-//! name is also the iceoryx2 prefix of its files in `/dev/shm`. A lock tells a living run from debris.
+//! `<parent>/obsid-<pid>-<n>/` holds the run's configuration, iceoryx2's root, checkpoints and
+//! statistics; the folder's name is also the iceoryx2 prefix of its files in `/dev/shm`. A lock
+//! tells a living run from debris.
 
 use crate::config::RunConfig;
 use rustix::fs::{FlockOperation, flock};
@@ -84,7 +85,8 @@ impl RunDir {
     }
 }
 
-/// A run's folder as its warden holds it: locked, and removed with everything in shared memory on drop.
+/// A run's folder as its warden holds it: locked, and removed with everything in shared memory on
+/// drop.
 #[derive(Debug)]
 pub struct OwnedRunDir {
     dir: RunDir,
@@ -95,7 +97,8 @@ impl OwnedRunDir {
     /// Makes the folder under `parent` and writes `run` into it.
     ///
     /// # Errors
-    /// When a file or folder cannot be made, locked or written, or its path is too long for the sockets in it.
+    /// When a file or folder cannot be made, locked or written, or its path is too long for the
+    /// sockets in it.
     pub fn create(parent: &Path, run: &RunConfig) -> io::Result<Self> {
         let pid = std::process::id();
         let path = (0..1000).map(|n| parent.join(format!("{NAME}{pid}-{n}"))).find(|path| make_private(path).is_ok());
@@ -122,9 +125,10 @@ impl OwnedRunDir {
         &self.dir
     }
 
-    /// Removes files of the run in shared memory that have stayed empty for `age`: their maker died between making and
-    /// sizing them, and whoever opens one to clean up after the dead waits for ever (iceoryx2 0.10, seen once in some
-    /// 50 runs with several young kills). A living maker leaves a file empty for microseconds.
+    /// Removes files of the run in shared memory that have stayed empty for `age`: their maker died
+    /// between making and sizing them, and whoever opens one to clean up after the dead waits for
+    /// ever (iceoryx2 0.10, seen once in some 50 runs with several young kills). A living maker
+    /// leaves a file empty for microseconds.
     pub fn remove_stillborn(&self, age: Duration) {
         for entry in shared_memory(&self.dir) {
             let Ok(file) = entry.metadata() else { continue };
@@ -178,13 +182,15 @@ fn shared_memory(dir: &RunDir) -> impl Iterator<Item = fs::DirEntry> + use<> {
     entries.filter(move |entry| entry.file_name().to_string_lossy().starts_with(&prefix))
 }
 
-/// Removes what killed wardens left under `parent`: folders whose maker is dead and whose lock is free.
+/// Removes what killed wardens left under `parent`: folders whose maker is dead and whose lock is
+/// free.
 pub fn purge_debris(parent: &Path) -> usize {
     let mut purged = 0;
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let Some(pid) = name.strip_prefix(NAME).and_then(|rest| rest.split('-').next()) else { continue };
-        // The lock tells; a number of a process may have been given to another since. Without a lock file yet, the maker.
+        // The lock tells; a number of a process may have been given to another since. Without a
+        // lock file yet, the maker.
         let debris = match File::open(entry.path().join("lock")) {
             Ok(lock) => flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok(),
             Err(_) => !Path::new("/proc").join(pid).exists(),

@@ -1,7 +1,7 @@
 //! Drives one partition over one link: the same code in a process and in lockstep.
 //!
-//! A turn drains the link, runs every frame that is complete, sends outputs, checkpoints and reports progress. It
-//! never waits: who calls it decides whether to sleep.
+//! A turn drains the link, runs every frame that is complete, sends outputs, checkpoints and
+//! reports progress. It never waits: who calls it decides whether to sleep.
 
 use crate::checkpoint::{Checkpoint, CheckpointError, Store};
 use crate::config::{Fault, KillPoint, RunConfig, Sabotage};
@@ -82,7 +82,8 @@ pub struct Runner<L: Link> {
 }
 
 impl<L: Link> Runner<L> {
-    /// Takes the partition up at its last checkpoint, if `store` has one, and sends its last outputs again.
+    /// Takes the partition up at its last checkpoint, if `store` has one, and sends its last
+    /// outputs again.
     ///
     /// # Errors
     /// When the checkpoint cannot be read or decoded, or the link cannot send the last outputs.
@@ -163,7 +164,8 @@ impl<L: Link> Runner<L> {
     pub fn epoch(&self) -> u32 {
         self.epoch
     }
-    /// Frames processed since the run began, over all restarts; the last ones may not be in a checkpoint yet.
+    /// Frames processed since the run began, over all restarts; the last ones may not be in a
+    /// checkpoint yet.
     #[must_use]
     pub fn frames_done(&self) -> u64 {
         self.frames_done
@@ -264,12 +266,14 @@ impl<L: Link> Runner<L> {
     }
 
     fn drain(&mut self) -> Result<(), RunError> {
-        // The tick first: whatever it covers was sent before it, so it is there when its topic is drained after it.
+        // The tick first: whatever it covers was sent before it, so it is there when its topic is
+        // drained after it.
         for topic in core::iter::once(TICK.id).chain((0..TOPICS.len()).filter(|&topic| topic != TICK.id)) {
             let (inbox, heard, commands) = (&mut self.inbox, &mut self.heard, &mut self.commands);
             self.link.drain(topic, &mut |stamps, payload| {
                 if inbox.arrive(topic, stamps, payload) {
-                    // Read from the inbox's copy, never again from shared memory: a peer may write in between.
+                    // Read from the inbox's copy, never again from shared memory: a peer may write
+                    // in between.
                     heard.extend(inbox.newest(PROGRESS).filter(|_| topic == PROGRESS.id));
                     commands.extend(inbox.newest(COMMAND).filter(|_| topic == COMMAND.id));
                 }
@@ -279,7 +283,8 @@ impl<L: Link> Runner<L> {
         Ok(())
     }
 
-    /// What reaches a partition outside its frames: progress of the others for the source, and who was given up.
+    /// What reaches a partition outside its frames: progress of the others for the source, and who
+    /// was given up.
     fn obey(&mut self) {
         if let Some(pacing) = &mut self.pacing {
             self.heard[self.heard_by_pacing..].iter().for_each(|progress| pacing.hear(progress));
@@ -381,7 +386,8 @@ impl<L: Link> Runner<L> {
         Ok(())
     }
 
-    /// Completes the header and sends; outputs of a frame (not status samples) are kept for a restart.
+    /// Completes the header and sends; outputs of a frame (not status samples) are kept for a
+    /// restart.
     fn send(&mut self, topic: TopicId, payload: &mut [u8], frame: Option<u64>) -> Result<(), RunError> {
         self.seq[topic] += 1;
         let (header, _) = Header::mut_from_prefix(payload).expect("every sample begins with a header");
@@ -476,7 +482,8 @@ impl<L: Link> Runner<L> {
         }
     }
 
-    /// Drill: a damaged copy of the sample goes out before the good one, with the CRC of the good one.
+    /// Drill: a damaged copy of the sample goes out before the good one, with the CRC of the good
+    /// one.
     fn corrupt_first(&mut self, topic: TopicId, frame: u64, payload: &mut [u8]) -> Result<(), RunError> {
         let asked = self.faults.iter().any(|fault| matches!(fault, Fault::Corrupt { frame: at } if *at == frame));
         if !asked || topic != IMU.id {
@@ -488,7 +495,8 @@ impl<L: Link> Runner<L> {
         header.source = self.partition.id().code();
         header.seq = self.seq[topic] + 1;
         let stamps = self.stamps(&damaged);
-        // A bit of the mantissa in every number behind the header: plausible values that only the CRC gives away.
+        // A bit of the mantissa in every number behind the header: plausible values that only the
+        // CRC gives away.
         let numbers = size_of::<Header>()..damaged.len() - size_of::<u64>();
         damaged[numbers].iter_mut().skip(5).step_by(8).for_each(|byte| *byte ^= 0x10);
         Ok(self.link.publish(topic, &stamps, &damaged)?)

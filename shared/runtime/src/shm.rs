@@ -1,9 +1,11 @@
-//! The shared-memory link over iceoryx2: zero-copy between processes, one node, one WaitSet per process.
+//! The shared-memory link over iceoryx2: zero-copy between processes, one node, one WaitSet per
+//! process.
 //!
-//! Only the supervisor creates services, before any other partition starts: a process killed while it creates a
-//! service bricks that name for ever. Everybody opens and holds all of them, so that none vanishes while any
-//! partition lives. Overflow on, history = buffer: no `send` ever blocks, a restarted consumer finds what it missed.
-//! The layout hash travels as a service attribute, because iceoryx2 itself compares only name, size and alignment.
+//! Only the supervisor creates services, before any other partition starts: a process killed while
+//! it creates a service bricks that name for ever. Everybody opens and holds all of them, so that
+//! none vanishes while any partition lives. Overflow on, history = buffer: no `send` ever blocks, a
+//! restarted consumer finds what it missed. The layout hash travels as a service attribute, because
+//! iceoryx2 itself compares only name, size and alignment.
 
 use crate::link::{Link, LinkError};
 use iceoryx2::config::Config;
@@ -261,7 +263,8 @@ fn sample_service<T: Sample>(
             .create_with_attributes(&attributes)
             .map_err(|error| fail("create", text(error)));
     }
-    // Read before opening: a sample of another size cannot be opened, and its hash is what the operator needs.
+    // Read before opening: a sample of another size cannot be opened, and its hash is what the
+    // operator needs.
     let details = Service::details(&name, node.config(), MessagingPattern::PublishSubscribe);
     let details =
         details.map_err(|error| fail("details", text(error)))?.ok_or(LinkError::Vanished { topic: info.name })?;

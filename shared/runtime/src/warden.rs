@@ -1,7 +1,8 @@
-//! The warden is the process supervisor: parent of every partition. It starts, reaps and restarts them, or gives them up; it maps no shared memory.
+//! The warden is the process supervisor: parent of every partition. It starts, reaps and restarts
+//! them, or gives them up; it maps no shared memory.
 //!
-//! One thread around one `poll`: pidfds of the children, the supervisor's pipe, a signal pipe. Its death ends its
-//! children; the next start removes the files that it left.
+//! One thread around one `poll`: pidfds of the children, the supervisor's pipe, a signal pipe. Its
+//! death ends its children; the next start removes the files that it left.
 
 use crate::config::{GivenUp, Limits, RunConfig};
 use crate::process::Life;
@@ -57,7 +58,8 @@ pub enum Report {
 pub struct Launcher {
     /// `program partition NAME --run FOLDER --epoch N --cause C` ...
     pub program: PathBuf,
-    /// ... or, as in an on-board computer's image, `images/obsid-NAME --run FOLDER --epoch N --cause C`.
+    /// ... or, as in an on-board computer's image,
+    /// `images/obsid-NAME --run FOLDER --epoch N --cause C`.
     pub images: Option<PathBuf>,
 }
 
@@ -150,7 +152,8 @@ struct Warden<'a> {
     last_frame: u64,
     last_advance: Instant,
     last_sweep: Instant,
-    /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its own.
+    /// When the supervisor last wrote to its pipe; it reports the others' hangs, the warden its
+    /// own.
     supervisor_heard: Instant,
     first_end: Option<Instant>,
     /// The run is over: partitions that still run have been ordered to end.
@@ -282,10 +285,12 @@ impl<'a> Warden<'a> {
         Ok(())
     }
 
-    /// Takes everybody down and has the supervisor make the services anew; checkpoints and outboxes carry the run over.
+    /// Takes everybody down and has the supervisor make the services anew; checkpoints and outboxes
+    /// carry the run over.
     ///
-    /// Services vanish with the last process that holds them (who starts holds none yet), and one whose maker dies
-    /// half-way bricks its name. Whoever had ended in order starts again too: its samples went with the services.
+    /// Services vanish with the last process that holds them (who starts holds none yet), and one
+    /// whose maker dies half-way bricks its name. Whoever had ended in order starts again too: its
+    /// samples went with the services.
     fn renew_services(&mut self) -> Result<(), String> {
         for ward in &mut self.wards {
             match &mut ward.state {
@@ -328,7 +333,8 @@ impl<'a> Warden<'a> {
         }
         let limits = self.limits.of(ward.id);
         let window = Duration::from_secs(limits.restarts_within_s);
-        // Deaths count together while they are recent, or while nothing has moved on between them (a slow loop).
+        // Deaths count together while they are recent, or while nothing has moved on between them
+        // (a slow loop).
         let (frame, reach) = (self.last_frame, 2 * self.window_frames);
         ward.deaths.retain(|death| death.at.elapsed() < window || death.frame + reach > frame);
         ward.deaths.push(DeathMark { at: Instant::now(), frame });
@@ -376,7 +382,8 @@ impl<'a> Warden<'a> {
         }
     }
 
-    /// After a death: what a young process left half-made in shared memory stands in everybody's way.
+    /// After a death: what a young process left half-made in shared memory stands in everybody's
+    /// way.
     fn sweep(&mut self) {
         let somebody_died = self.wards.iter().any(|ward| ward.epoch > 0);
         if somebody_died && self.last_sweep.elapsed() >= STILLBORN_AGE {
@@ -421,7 +428,8 @@ impl<'a> Warden<'a> {
         }
     }
 
-    /// A supervisor that has come back never hears who hung before: a hang, unless that one has just been started.
+    /// A supervisor that has come back never hears who hung before: a hang, unless that one has
+    /// just been started.
     fn end_silence(&mut self, name: &str) {
         let Some(ward) = self.wards.iter().find(|ward| ward.id.text() == name) else { return };
         let limit = Duration::from_millis(self.limits.of(ward.id).hang_ms);
@@ -447,7 +455,8 @@ impl<'a> Warden<'a> {
         }
     }
 
-    /// Ends what still runs, in order: the source first, the recorder last, so that its file is complete.
+    /// Ends what still runs, in order: the source first, the recorder last, so that its file is
+    /// complete.
     fn end_all(&mut self) {
         for ward in &mut self.wards {
             let State::Running { child, pidfd, .. } = &mut ward.state else { continue };

@@ -1,7 +1,9 @@
-//! The supervisor's process as health monitor: hangs by execution counter, and its pipe to the warden.
+//! The supervisor's process as health monitor: hangs by execution counter, and its pipe to the
+//! warden.
 //!
-//! Lines to the warden (standard output): `READY`, `STATUS frame mode`, `HANG partition epoch`, `SILENT partition`
-//! (never heard). Lines from it (standard input): `LOST partition`. Wall-clock only: nothing here enters an estimate, and nothing waits on a partition.
+//! Lines to the warden (standard output): `READY`, `STATUS frame mode`, `HANG partition epoch`,
+//! `SILENT partition` (never heard). Lines from it (standard input): `LOST partition`. Wall-clock
+//! only: nothing here enters an estimate, and nothing waits on a partition.
 
 use crate::RunConfig;
 use crate::sys::LineWriter;
@@ -32,8 +34,8 @@ pub struct HangWatch {
 }
 
 impl HangWatch {
-    /// Watches every partition of `run` but the supervisor, with its `hang_ms` as the limit, and starts a thread that reads the
-    /// warden's orders from standard input.
+    /// Watches every partition of `run` but the supervisor, with its `hang_ms` as the limit, and
+    /// starts a thread that reads the warden's orders from standard input.
     #[must_use]
     pub fn new(run: &RunConfig) -> Self {
         let (sender, orders) = unbounded();
@@ -65,7 +67,8 @@ impl HangWatch {
         self.pipe.say("READY", false);
     }
 
-    /// Takes the progress reports `heard`; reports hangs and status; returns the partitions that were given up since.
+    /// Takes the progress reports `heard`; reports hangs and status; returns the partitions that
+    /// were given up since.
     pub fn turn(&mut self, heard: &[Progress], frame: u64, mode: &str) -> Vec<PartitionId> {
         for progress in heard {
             self.hear(progress);
@@ -78,7 +81,8 @@ impl HangWatch {
                 pulse.reported = true;
                 self.pipe.say(&format!("HANG {} {}", pulse.id, pulse.epoch), false);
             } else {
-                // Starting, or hanging since before this supervisor came: the warden knows how long it has lived.
+                // Starting, or hanging since before this supervisor came: the warden knows how long
+                // it has lived.
                 pulse.changed = Instant::now();
                 self.pipe.say(&format!("SILENT {}", pulse.id), false);
             }

@@ -1,8 +1,10 @@
-//! What every partition rests on, with toys in lockstep: neither the grouping of frames into turns, nor the delay of
-//! topics, nor the death and return of partitions changes one byte of the results (architecture D1 to D6).
+//! What every partition rests on, with toys in lockstep: neither the grouping of frames into turns,
+//! nor the delay of topics, nor the death and return of partitions changes one byte of the results
+//! (architecture D1 to D6).
 //!
-//! The toys mix everything they see, in order, into one number: whoever sees another sample, or in another frame,
-//! says something else for ever after. Each law is seen red with the safeguard switched off.
+//! The toys mix everything they see, in order, into one number: whoever sees another sample, or in
+//! another frame, says something else for ever after. Each law is seen red with the safeguard
+//! switched off.
 
 #![forbid(unsafe_code)]
 
@@ -261,7 +263,8 @@ impl World {
             .with_fault_hook(|_| resume_unwind(Box::new(Killed)))
     }
 
-    /// Ends the runners `which` as a crash would, all at once, then starts them again in the same order.
+    /// Ends the runners `which` as a crash would, all at once, then starts them again in the same
+    /// order.
     fn kill(&mut self, which: &[usize]) {
         // A dead process leaves its place on the bus; the order of the others stays.
         let kept = core::mem::take(&mut self.runners);
@@ -277,7 +280,8 @@ impl World {
         self.runners = kept.into_iter().map(|(_, runner)| runner).collect();
     }
 
-    /// Turns everybody until all have finished. `chunk` bounds the frames of a turn; `before_turn` may kill.
+    /// Turns everybody until all have finished. `chunk` bounds the frames of a turn; `before_turn`
+    /// may kill.
     fn run(&mut self, mut chunk: impl FnMut() -> u64, mut before_turn: impl FnMut(&mut World)) -> Result<(), RunError> {
         let mut idle_rounds = 0;
         while idle_rounds < 200 {

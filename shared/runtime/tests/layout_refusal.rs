@@ -1,6 +1,8 @@
-//! Two processes of different builds never exchange a sample: the layout hash is compared before a service is opened.
+//! Two processes of different builds never exchange a sample: the layout hash is compared before a
+//! service is opened.
 //!
-//! Layouts are compiled in, so the other build is played by services made by hand with iceoryx2 alone.
+//! Layouts are compiled in, so the other build is played by services made by hand with iceoryx2
+//! alone.
 
 #![forbid(unsafe_code)]
 

@@ -1,7 +1,8 @@
-//! One suite of laws for both links: whatever holds in lockstep must hold in shared memory, and the other way round.
+//! One suite of laws for both links: whatever holds in lockstep must hold in shared memory, and the
+//! other way round.
 //!
-//! Several shared-memory links live in this one process, each as another partition; the supervisor's creates the
-//! services and lives longest, as in a run.
+//! Several shared-memory links live in this one process, each as another partition; the
+//! supervisor's creates the services and lives longest, as in a run.
 
 #![forbid(unsafe_code)]
 
@@ -205,7 +206,8 @@ fn two_producers_on_a_status_topic_both_arrive_each_in_its_order() {
 
 #[test]
 fn a_talkative_producer_does_not_push_out_what_another_said() {
-    // Pacing lives from this: the progress of the slowest partition must survive that of the fast ones.
+    // Pacing lives from this: the progress of the slowest partition must survive that of the fast
+    // ones.
     over_both(|medium| {
         let mut reader = medium.join(Recorder, &[PROGRESS.id]);
         let (mut quiet, mut talkative) = (medium.join(SensorSim, &[]), medium.join(SloshId, &[]));
@@ -223,8 +225,9 @@ fn a_talkative_producer_does_not_push_out_what_another_said() {
 
 #[test]
 fn what_was_delivered_outlives_its_producer_and_history_does_not() {
-    // Why a restarted partition sends its last outputs again: nobody else can. Shared memory keeps this promise to
-    // readers that have looked since the producer joined: only then have they mapped its samples.
+    // Why a restarted partition sends its last outputs again: nobody else can. Shared memory keeps
+    // this promise to readers that have looked since the producer joined: only then have they
+    // mapped its samples.
     over_both(|medium| {
         let mut reader = medium.join(Recorder, &[ESTIMATE_INERTIAL.id]);
         let mut writer = medium.join(InertialId, &[]);

@@ -1,7 +1,8 @@
-//! Controllers: sampled PID on noisy readings, with a share of the nominal plant's inverse dynamics fed forward.
+//! Controllers: sampled PID on noisy readings, with a share of the nominal plant's inverse dynamics
+//! fed forward.
 //!
-//! `u = kp (r − y) + ki Σ (r − y) T + kd (r' − y') + share · torque(r, r', r'')`. The sum includes the present error; y' is a measured rate; a
-//! loop without reference rate takes r' = 0.
+//! `u = kp (r − y) + ki Σ (r − y) T + kd (r' − y') + share · torque(r, r', r'')`. The sum includes
+//! the present error; y' is a measured rate; a loop without reference rate takes r' = 0.
 
 use super::SimulationError;
 use super::excitation::ExcitedClock;

@@ -19,8 +19,8 @@ pub enum SimulationError {
     /// A sensor names a clock that does not exist.
     #[error("sensor '{sensor}' names source '{source_name}', which does not exist")]
     UnknownSource { sensor: String, source_name: String },
-    /// Exact zero-order hold asked of a plant that is not linear in its state: linearisations at two states differ by `difference`, relative
-    /// to their size.
+    /// Exact zero-order hold asked of a plant that is not linear in its state: linearisations at
+    /// two states differ by `difference`, relative to their size.
     #[error(
         "exact zero-order hold needs equations linear in state and time-invariant, but {what} differs by {difference:.1e} between two states; use runge_kutta_4"
     )]

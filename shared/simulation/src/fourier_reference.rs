@@ -4,9 +4,9 @@
 //! q_i(t) = q0_i + Σ_k [a_ik sin(k ω t) − b_ik cos(k ω t)] / (k ω),   ω = 2π / period,   k = 1..5
 //! ```
 //!
-//! (Swevers et al., IEEE Trans. Robotics and Automation 13(5), 1997.) The coefficients are those of the
-//! benchmark's optimised experiments: least geometric-mean parameter variance under limits of joint
-//! angle, joint rate, base rate and torque.
+//! (Swevers et al., IEEE Trans. Robotics and Automation 13(5), 1997.) The coefficients are those of
+//! the benchmark's optimised experiments: least geometric-mean parameter variance under limits of
+//! joint angle, joint rate, base rate and torque.
 
 use core::f64::consts::TAU;
 
@@ -30,7 +30,8 @@ pub struct JointTarget {
 }
 
 impl FourierReference {
-    /// Trajectory B, the primary experiment before capture: 30 s, |rate| ≤ 0.35 rad/s, |base rate| ≤ 0.40 rad/s,
+    /// Trajectory B, the primary experiment before capture: 30 s, |rate| ≤ 0.35 rad/s, |base rate|
+    /// ≤ 0.40 rad/s,
     /// |torque| ≤ 20 Nm at h = 68 Nms.
     pub const fn trajectory_b() -> Self {
         Self {
@@ -51,8 +52,8 @@ impl FourierReference {
         }
     }
 
-    /// The experiment after capture: 60 s, designed for |rate| ≤ 0.15 rad/s and |base rate| ≤ 0.25 rad/s by penalties;
-    /// its joint rates peak at 0.154 rad/s.
+    /// The experiment after capture: 60 s, designed for |rate| ≤ 0.15 rad/s and |base rate| ≤ 0.25
+    /// rad/s by penalties; its joint rates peak at 0.154 rad/s.
     pub const fn mated() -> Self {
         Self {
             q0_rad: [-0.9671, -0.0507],

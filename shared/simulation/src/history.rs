@@ -1,7 +1,8 @@
-//! The recent past: the state at the beginning of every piece, from which any instant is reached by a side branch.
+//! The recent past: the state at the beginning of every piece, from which any instant is reached by
+//! a side branch.
 //!
-//! Why a side branch and not a stop: sensors with their own instants (jitter, delay, other rates) then leave the trajectory alone, so that adding
-//! one changes no other number.
+//! Why a side branch and not a stop: sensors with their own instants (jitter, delay, other rates)
+//! then leave the trajectory alone, so that adding one changes no other number.
 
 use super::excitation::ExcitedClock;
 use super::motion::{Dynamics, Origin};
@@ -105,7 +106,8 @@ impl History {
         self.present_x.copy_from_slice(x);
     }
 
-    /// Slot of the piece that `t_s` falls into; the oldest for earlier times. A piece's beginning belongs to it.
+    /// Slot of the piece that `t_s` falls into; the oldest for earlier times. A piece's beginning
+    /// belongs to it.
     pub fn locate(&self, t_s: f64) -> usize {
         assert!(self.length > 0, "the first piece is taken before the first reading");
         let mut slot = self.newest;
@@ -118,7 +120,8 @@ impl History {
         slot
     }
 
-    /// State and inputs at `t_s`, at earliest those of the oldest piece; returns the slot and the time after its beginning.
+    /// State and inputs at `t_s`, at earliest those of the oldest piece; returns the slot and the
+    /// time after its beginning.
     pub fn state_at(&self, dynamics: &mut Dynamics, t_s: f64, x: &mut [f64], u: &mut [f64]) -> (usize, f64) {
         let slot = self.locate(t_s);
         x.copy_from_slice(get(&self.x, slot, self.widths.x));

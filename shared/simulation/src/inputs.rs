@@ -1,8 +1,10 @@
-//! What acts on the plant: commands held over a control period, through range, delay, lag and noise; and prescribed motions.
+//! What acts on the plant: commands held over a control period, through range, delay, lag and
+//! noise; and prescribed motions.
 //!
-//! A command is a signal at the *middle* instant of its period, so that a held sine follows the sine without delay, plus what a controller
-//! commands. It is limited by the actuator's range, passes the gates that effects put there, is delayed, lagged, and its noise added. Prescribed motions are continuous: position, rate and
-//! acceleration belong together at every instant.
+//! A command is a signal at the *middle* instant of its period, so that a held sine follows the
+//! sine without delay, plus what a controller commands. It is limited by the actuator's range,
+//! passes the gates that effects put there, is delayed, lagged, and its noise added. Prescribed
+//! motions are continuous: position, rate and acceleration belong together at every instant.
 
 use super::SimulationError;
 use super::excitation::ExcitedClock;
@@ -45,7 +47,8 @@ struct PrescribedMotion {
     actuator: usize,
     what: Prescribed,
     signal: SignalSum,
-    /// Coordinate whose initial value starts what the signal does not state; `None`: of the base, from zero.
+    /// Coordinate whose initial value starts what the signal does not state; `None`: of the base,
+    /// from zero.
     coordinate: Option<String>,
 }
 
@@ -71,7 +74,8 @@ pub(crate) struct Inputs {
 }
 
 impl Inputs {
-    /// Inputs of `plant`; `fine` splits every period into integration steps of at most `step_s`, for sensors with lags.
+    /// Inputs of `plant`; `fine` splits every period into integration steps of at most `step_s`,
+    /// for sensors with lags.
     pub fn new(
         plant: &Plant,
         system: &System,
@@ -99,7 +103,8 @@ impl Inputs {
         Ok(Self { commanded, prescribed, pieces })
     }
 
-    /// Pieces of every control period: split where a delayed command changes, and into integration steps where a lag moves.
+    /// Pieces of every control period: split where a delayed command changes, and into integration
+    /// steps where a lag moves.
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
@@ -109,7 +114,8 @@ impl Inputs {
         self.prescribed.first().map(|motion| motion.actuator)
     }
 
-    /// Nothing commanded yet, prescribed motions at their beginning; also the initial values that are not of such motions.
+    /// Nothing commanded yet, prescribed motions at their beginning; also the initial values that
+    /// are not of such motions.
     pub fn start(&self, initial: &Initial) -> (InputsState, Initial) {
         let motions = self.prescribed.iter().map(|motion| motion.initial(initial)).collect();
         let mut rest = initial.clone();
@@ -132,10 +138,12 @@ impl Inputs {
         }
     }
 
-    /// Limits what the controllers command plus the signals, and takes it for the period number `sample`.
+    /// Limits what the controllers command plus the signals, and takes it for the period number
+    /// `sample`.
     ///
-    /// `commands`, one per actuator, holds the controllers' share on entry and, on return, what a recording shows: the command, or
-    /// of a prescribed motion the stated derivative at the beginning of the period.
+    /// `commands`, one per actuator, holds the controllers' share on entry and, on return, what a
+    /// recording shows: the command, or of a prescribed motion the stated derivative at the
+    /// beginning of the period.
     pub fn begin_period(
         &self,
         state: &mut InputsState,
@@ -264,7 +272,8 @@ impl PrescribedMotion {
 
     /// Position, rate and acceleration at `t_s`, from where the motion was at `begin_s`.
     ///
-    /// What the signal does not state follows by Gauss–Legendre quadrature with three points, exact for polynomials of degree five.
+    /// What the signal does not state follows by Gauss–Legendre quadrature with three points, exact
+    /// for polynomials of degree five.
     fn at(&self, from: [f64; 2], clock: &ExcitedClock, begin_s: f64, t_s: f64) -> SignalValue {
         const NODES: [(f64, f64); 3] = [
             (0.112_701_665_379_258_31, 0.277_777_777_777_777_8),

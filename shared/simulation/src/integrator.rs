@@ -1,4 +1,5 @@
-//! How the state moves: Runge–Kutta of fourth order, midpoint, or the exact solution of a linear plant under held inputs.
+//! How the state moves: Runge–Kutta of fourth order, midpoint, or the exact solution of a linear
+//! plant under held inputs.
 
 mod exact;
 
@@ -44,13 +45,14 @@ pub(crate) struct Choice {
     pub instead: Option<String>,
 }
 
-/// Turn of the fastest part of the plant in one step of Runge–Kutta that stands for the exact hold [rad]: `0.1⁴/120`, 1e-6 of a radian's error.
+/// Turn of the fastest part of the plant in one step of Runge–Kutta that stands for the exact hold
+/// [rad]: `0.1⁴/120`, 1e-6 of a radian's error.
 const STEP_TURN_RAD: f64 = 0.1;
 /// Most steps of a period; a part that is stiffer still is seen as a state that is not finite.
 const STEPS_MAX: f64 = 1000.0;
 
-/// The integrator that `plant` states. The exact hold is for linear equations: where the plant is linear but for its effects,
-/// Runge–Kutta takes its place, in steps that follow the fastest part.
+/// The integrator that `plant` states. The exact hold is for linear equations: where the plant is
+/// linear but for its effects, Runge–Kutta takes its place, in steps that follow the fastest part.
 ///
 /// # Errors
 /// The plant itself is not linear.
@@ -91,7 +93,8 @@ pub(crate) struct Stepper {
 }
 
 impl Stepper {
-    /// Integrator for `system`. `lengths_s` are the intervals that will be asked for; the exact hold prepares them.
+    /// Integrator for `system`. `lengths_s` are the intervals that will be asked for; the exact
+    /// hold prepares them.
     ///
     /// # Errors
     /// The exact hold is requested for a plant that is not linear in its state about (`x`, `u`).
@@ -113,7 +116,8 @@ impl Stepper {
 
     /// Moves `x` from `t_s` over `length_s`, in equal steps of at most the longest step.
     ///
-    /// Cost: 4 (Runge–Kutta) or 2 (midpoint) derivatives a step, one product with a matrix (exact); no allocation.
+    /// Cost: 4 (Runge–Kutta) or 2 (midpoint) derivatives a step, one product with a matrix (exact);
+    /// no allocation.
     pub fn advance<F: FnMut(f64, &mut [f64])>(
         &mut self,
         drive: &mut Drive<'_, F>,

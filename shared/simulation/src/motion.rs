@@ -1,4 +1,5 @@
-//! The equations with their scratch, their integrator and their inputs: everything that moves a state.
+//! The equations with their scratch, their integrator and their inputs: everything that moves a
+//! state.
 
 use super::excitation::ExcitedClock;
 use super::inputs::Inputs;
@@ -32,8 +33,8 @@ impl Dynamics {
         self.advance_and_read(origin, (t_s, length_s), x, u, None);
     }
 
-    /// [`advance`](Self::advance) that also takes the readings at the beginning, at the cost of the first slope. Returns whether they were taken:
-    /// the exact hold has no slopes.
+    /// [`advance`](Self::advance) that also takes the readings at the beginning, at the cost of the
+    /// first slope. Returns whether they were taken: the exact hold has no slopes.
     pub fn advance_and_read(
         &mut self,
         origin: &Origin<'_>,
@@ -52,7 +53,8 @@ impl Dynamics {
         taken
     }
 
-    /// Writes the readings of `outputs` at state `x` and inputs `u` into `y`; the others are left as they are.
+    /// Writes the readings of `outputs` at state `x` and inputs `u` into `y`; the others are left
+    /// as they are.
     pub fn read_some(&mut self, t_s: f64, x: &[f64], u: &[f64], outputs: &[usize], y: &mut [f64]) {
         self.system.read_some(&mut self.workspace, t_s, x, u, outputs, y);
     }

@@ -45,7 +45,8 @@ pub fn record(
     Ok(recording)
 }
 
-/// Calls `visit` for every control period of the motion that [`record`] would have of `plant` with seed zero.
+/// Calls `visit` for every control period of the motion that [`record`] would have of `plant` with
+/// seed zero.
 ///
 /// # Errors
 /// As [`record`].
@@ -86,7 +87,8 @@ fn empty_channels(plant: &Plant, simulator: &Simulator) -> Vec<Channel> {
     commands.chain(simulator.system().outputs().iter().map(|output| channel(&output.name, output.unit))).collect()
 }
 
-/// Begin, end and initial state of every part of the record; without segments it is one part in the plant's own initial state.
+/// Begin, end and initial state of every part of the record; without segments it is one part in the
+/// plant's own initial state.
 pub(crate) fn spans(plant: &Plant, duration_s: f64) -> Vec<(f64, f64, Option<&Initial>)> {
     if plant.segments.is_empty() {
         return vec![(0.0, duration_s, None)];

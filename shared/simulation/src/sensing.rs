@@ -1,7 +1,10 @@
-//! What the sensors make of the true readings: lag and delay, then noise, then range, then quantisation; sample times and stamps.
+//! What the sensors make of the true readings: lag and delay, then noise, then range, then
+//! quantisation; sample times and stamps.
 //!
-//! A channel has its own period. Sample n belongs to the instant `n · period`, plus jitter where the plant states it; its noise is number n of the
-//! stream named after the sensor, so that no channel knows of another. A delayed channel is read at the earlier instant and stamped with its own.
+//! A channel has its own period. Sample n belongs to the instant `n · period`, plus jitter where
+//! the plant states it; its noise is number n of the stream named after the sensor, so that no
+//! channel knows of another. A delayed channel is read at the earlier instant and stamped with its
+//! own.
 
 use super::SimulationError;
 use super::history::History;
@@ -44,7 +47,8 @@ pub(crate) struct ChannelState {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SensorsState {
     pub channels: Vec<ChannelState>,
-    /// Of all channels, one after the other: at the present instant, or of a mean at its last sample.
+    /// Of all channels, one after the other: at the present instant, or of a mean at its last
+    /// sample.
     pub lags: Vec<LagState>,
     /// The lags have taken their first value.
     pub settled: bool,
@@ -111,7 +115,8 @@ impl Channel {
         })
     }
 
-    /// True instant of sample `n` of a record that began at `start_s`. Channels of one source and period jitter together.
+    /// True instant of sample `n` of a record that began at `start_s`. Channels of one source and
+    /// period jitter together.
     fn instant_s(&self, start_s: f64, n: u64) -> f64 {
         let nominal = start_s + n as f64 * self.period_s;
         if self.jitter_s == 0.0 {
@@ -122,7 +127,8 @@ impl Channel {
         (nominal + jitter.clamp(-limit, limit)).max(start_s)
     }
 
-    /// Number of the sample in its stream: records that begin later do not repeat the noise of earlier ones.
+    /// Number of the sample in its stream: records that begin later do not repeat the noise of
+    /// earlier ones.
     fn number(&self, start_s: f64, n: u64) -> u64 {
         if start_s == 0.0 {
             return n;
@@ -242,7 +248,8 @@ impl Sensors {
         self.channels.iter().any(|channel| !channel.mean && channel.delay_s == 0.0 && channel.jitter_s == 0.0)
     }
 
-    /// Readings of an instant that is the beginning of the piece in `slot`; they stand until [`forget`](Self::forget).
+    /// Readings of an instant that is the beginning of the piece in `slot`; they stand until
+    /// [`forget`](Self::forget).
     pub fn know(&mut self, t_s: f64, slot: usize, y: &[f64]) {
         self.y.copy_from_slice(y);
         self.y_instant = Some((t_s, slot, 0.0));
@@ -262,7 +269,8 @@ impl Sensors {
         state.settled = true;
     }
 
-    /// Moves the lags of instantaneous channels over a piece, from the readings at its beginning to those at its end.
+    /// Moves the lags of instantaneous channels over a piece, from the readings at its beginning to
+    /// those at its end.
     pub fn follow(&self, state: &mut SensorsState, from: &[f64], to: &[f64], length_s: f64) {
         for (channel, (from, to)) in self.channels.iter().zip(from.iter().zip(to)) {
             if channel.mean {
@@ -277,9 +285,11 @@ impl Sensors {
         }
     }
 
-    /// What channel `index` says to a controller at `t_s`, the beginning of a period; `y` holds the readings of that instant.
+    /// What channel `index` says to a controller at `t_s`, the beginning of a period; `y` holds the
+    /// readings of that instant.
     ///
-    /// A channel that has no sample now repeats its last one; a mean says its last complete interval. Times are exact here: jitter is in the record.
+    /// A channel that has no sample now repeats its last one; a mean says its last complete
+    /// interval. Times are exact here: jitter is in the record.
     pub fn feedback(
         &mut self,
         dynamics: &mut Dynamics,

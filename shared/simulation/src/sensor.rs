@@ -1,12 +1,13 @@
-//! What a sensor does to a true value: quantisation, and white noise that is stated as a random walk.
+//! What a sensor does to a true value: quantisation, and white noise that is stated as a random
+//! walk.
 
 /// Nearest multiple of `lsb`, halves away from zero; `lsb = 0` leaves the value alone.
 pub fn quantise(value: f64, lsb: f64) -> f64 {
     if lsb == 0.0 { value } else { libm::round(value / lsb) * lsb }
 }
 
-/// Standard deviation of one sample of a rate sensor with angle random walk `N` [unit/√s], or of a mean
-/// acceleration with velocity random walk `N`, over the interval `interval_s`: `N / √Δt`.
+/// Standard deviation of one sample of a rate sensor with angle random walk `N` [unit/√s], or of a
+/// mean acceleration with velocity random walk `N`, over the interval `interval_s`: `N / √Δt`.
 pub fn random_walk_sample_sigma(random_walk: f64, interval_s: f64) -> f64 {
     assert!(interval_s > 0.0 && interval_s.is_finite());
     random_walk / interval_s.sqrt()

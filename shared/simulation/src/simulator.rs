@@ -1,14 +1,17 @@
-//! The closed-loop simulator of any plant: readings, controllers, held inputs, motion, one control period at a time.
+//! The closed-loop simulator of any plant: readings, controllers, held inputs, motion, one control
+//! period at a time.
 //!
-//! In each period, beginning at `t_k`: controllers read their (noisy) sensors and command; commands are held through the period, past range, delay
-//! and lag of their actuators; the state moves; and every sensor whose instant falls into the period gives its sample. A
-//! sensor that feels an input (a torque sensor, an accelerometer) is read just after the input has switched.
+//! In each period, beginning at `t_k`: controllers read their (noisy) sensors and command; commands
+//! are held through the period, past range, delay and lag of their actuators; the state moves; and
+//! every sensor whose instant falls into the period gives its sample. A sensor that feels an input
+//! (a torque sensor, an accelerometer) is read just after the input has switched.
 //!
-//! Commands given as signals are held at their value in the *middle* of the period; references of controllers are taken at its
-//! beginning; prescribed motions are continuous.
+//! Commands given as signals are held at their value in the *middle* of the period; references of
+//! controllers are taken at its beginning; prescribed motions are continuous.
 //!
-//! Equal plant, seed and prefix give equal bits; noise belongs to (seed, stream name, sample number), streams are named
-//! `PREFIX.SENSOR` and `PREFIX.ACTUATOR`. [`Simulator::state`] holds everything that changes.
+//! Equal plant, seed and prefix give equal bits; noise belongs to (seed, stream name, sample
+//! number), streams are named `PREFIX.SENSOR` and `PREFIX.ACTUATOR`. [`Simulator::state`] holds
+//! everything that changes.
 
 use crate::SimulationError;
 use crate::control::Controllers;
@@ -28,10 +31,11 @@ use serde::{Deserialize, Serialize};
 pub struct Row {
     /// Beginning of the period, plant time [s].
     pub time_s: f64,
-    /// Ordered by channel, then time. A sensor slower than the period is missing in some rows, a faster one is here several times; a
-    /// mean is here once its interval is complete.
+    /// Ordered by channel, then time. A sensor slower than the period is missing in some rows, a
+    /// faster one is here several times; a mean is here once its interval is complete.
     pub samples: Vec<Sample>,
-    /// Command of each actuator as a recording shows it: limited, before delay and lag; of a prescribed motion the stated derivative at `time_s`.
+    /// Command of each actuator as a recording shows it: limited, before delay and lag; of a
+    /// prescribed motion the stated derivative at `time_s`.
     pub commands: Vec<f64>,
     /// `u` at the beginning of the period, in the order of [`System::inputs`]: what acts.
     pub inputs: Vec<f64>,
@@ -67,8 +71,8 @@ pub struct SimulatorState {
     history: Option<History>,
 }
 
-/// Noise-free values at the present instant, i.e. of the beginning of the next period, with the inputs of the last one; momentum
-/// and energy: [`Simulator::totals`].
+/// Noise-free values at the present instant, i.e. of the beginning of the next period, with the
+/// inputs of the last one; momentum and energy: [`Simulator::totals`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Truth<'a> {
     pub time_s: f64,
@@ -89,7 +93,8 @@ pub struct Simulator {
     warning: Option<String>,
     state: SimulatorState,
     row: Row,
-    /// Readings of the present instant, at the beginning and at the end of a piece; what the controllers read.
+    /// Readings of the present instant, at the beginning and at the end of a piece; what the
+    /// controllers read.
     y: [Vec<f64>; 2],
     feedback: Vec<f64>,
     /// Channels that some controller reads, each once.
@@ -97,7 +102,8 @@ pub struct Simulator {
 }
 
 impl Simulator {
-    /// Simulator of `plant` in its initial state at t = 0. Noise streams are named `{stream_prefix}.{sensor or actuator}`.
+    /// Simulator of `plant` in its initial state at t = 0. Noise streams are named
+    /// `{stream_prefix}.{sensor or actuator}`.
     ///
     /// # Errors
     /// See [`SimulationError`].
@@ -159,8 +165,8 @@ impl Simulator {
 
     /// Simulates one control period and returns what it brought.
     ///
-    /// Cost: an integration over the period, one reading of all sensors per instant at which some sample lies, and one
-    /// inverse dynamics where a controller feeds forward; no allocation.
+    /// Cost: an integration over the period, one reading of all sensors per instant at which some
+    /// sample lies, and one inverse dynamics where a controller feeds forward; no allocation.
     pub fn step(&mut self) -> &Row {
         let (begin_s, end_s) = (self.time_at(self.state.sample), self.time_at(self.state.sample + 1));
         let clock = ExcitedClock {
@@ -190,8 +196,8 @@ impl Simulator {
         self.time_at(self.state.sample)
     }
 
-    /// `false` freezes references and prescribed positions where they stand, asks for zero rates and commands nothing; the clock of
-    /// signals stands still until it is excited again.
+    /// `false` freezes references and prescribed positions where they stand, asks for zero rates
+    /// and commands nothing; the clock of signals stands still until it is excited again.
     pub fn set_excited(&mut self, excited: bool) {
         self.state.excited = excited;
     }
@@ -235,7 +241,8 @@ impl Simulator {
         SimulatorState { history: reaches_back.then(|| self.history.clone()), ..self.state.clone() }
     }
 
-    /// Continues from a checkpoint of a simulator built with the same plant, seed and prefix, with equal bits.
+    /// Continues from a checkpoint of a simulator built with the same plant, seed and prefix, with
+    /// equal bits.
     ///
     /// # Errors
     /// [`SimulationError::ForeignState`]: the checkpoint is of another plant.
@@ -264,8 +271,9 @@ impl Simulator {
         Ok(())
     }
 
-    /// Begins a new segment at `start_s` with its own initial state; nothing is commanded yet, filters and integrals are empty. What
-    /// effects remember stays as it is: propellant that is gone is gone.
+    /// Begins a new segment at `start_s` with its own initial state; nothing is commanded yet,
+    /// filters and integrals are empty. What effects remember stays as it is: propellant that is
+    /// gone is gone.
     ///
     /// # Errors
     /// A coordinate that does not exist.
@@ -309,7 +317,8 @@ impl Simulator {
     fn advance(&mut self, clock: &ExcitedClock, end_s: f64) {
         let follows_lags = self.sensors.follows_lags();
         let pieces = self.dynamics.inputs.pieces().len();
-        // an instantaneous sensor is read where the period begins: the first slope is computed there anyway
+        // an instantaneous sensor is read where the period begins: the first slope is computed
+        // there anyway
         let reads_beginning = pieces == 1 && !follows_lags && self.sensors.read_beginnings();
         self.sensors.forget();
         for index in 0..pieces {

@@ -1,7 +1,9 @@
-//! The simulator against Basilisk (bsk 2.12.1): six records of a craft with sloshing propellant, noise-free.
+//! The simulator against Basilisk (bsk 2.12.1): six records of a craft with sloshing propellant,
+//! noise-free.
 //!
-//! The records are not part of the repository: `OBSID_RECORDINGS` names their folder, else `../shared/recordings` beside the workspace is
-//! taken if it is there. Without them the test says so and passes, unless `OBSID_REQUIRE` asks for `recordings`.
+//! The records are not part of the repository: `OBSID_RECORDINGS` names their folder, else
+//! `../shared/recordings` beside the workspace is taken if it is there. Without them the test says
+//! so and passes, unless `OBSID_REQUIRE` asks for `recordings`.
 
 use dynamics::description::{
     Actuator, ActuatorKind, Body, Joint, JointKind, Noise, Orientation, Plant, Quantity, Reading, Sensor, SensorKind,
@@ -162,7 +164,8 @@ fn craft(truth: &Value, record: &[Vec<f64>]) -> Plant {
     }
 }
 
-/// Both integrate with RK4 at the record's step: no truncation remains. Commands are printed with ten digits, which is what 1e-9 leaves room for.
+/// Both integrate with RK4 at the record's step: no truncation remains. Commands are printed with
+/// ten digits, which is what 1e-9 leaves room for.
 #[test]
 fn six_records_of_basilisk_are_reproduced_from_their_commands() {
     let Some(folder) = recordings() else { return };

@@ -5,7 +5,8 @@ use crate::layout::record;
 use iceoryx2::prelude::ZeroCopySend;
 
 record! {
-    /// First field of every sample. The same for the same seed and command, whichever partitions were killed and restarted.
+    /// First field of every sample. The same for the same seed and command, whichever partitions
+    /// were killed and restarted.
     Header {
         layout: u32, "-", "-", "layout hash of the sample's type";
         source: u16, "-", "-", "producing partition";
@@ -16,7 +17,8 @@ record! {
 }
 
 impl Header {
-    /// A header for time `t_meas_ns`. Layout, source and sequence number stay 0 until the runtime sends the sample.
+    /// A header for time `t_meas_ns`. Layout, source and sequence number stay 0 until the runtime
+    /// sends the sample.
     #[must_use]
     pub const fn at(t_meas_ns: u64) -> Self {
         Header { layout: 0, source: 0, flags: 0, seq: 0, t_meas_ns }

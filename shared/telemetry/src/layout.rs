@@ -1,7 +1,7 @@
 //! Layout hashes: what two processes must agree on before they exchange a sample.
 //!
-//! iceoryx2 compares type name, size and alignment only; two swapped fields of equal size attach and are read as
-//! garbage. The hash covers field names, types and offsets, recursively.
+//! iceoryx2 compares type name, size and alignment only; two swapped fields of equal size attach
+//! and are read as garbage. The hash covers field names, types and offsets, recursively.
 
 use crate::FieldInfo;
 
@@ -9,7 +9,8 @@ use crate::FieldInfo;
 pub trait Layout {
     /// CRC-32 over names, types and offsets.
     const HASH: u32;
-    /// The type as text: `float64`, `float64[3]`, `Header` (ROS 1 message spelling, which the recording uses).
+    /// The type as text: `float64`, `float64[3]`, `Header` (ROS 1 message spelling, which the
+    /// recording uses).
     const ROS: &'static str;
     /// Number of elements when the type is an array, else 0.
     const LENGTH: usize = 0;
@@ -39,8 +40,8 @@ impl<T: Layout, const N: usize> Layout for [T; N] {
     const LENGTH: usize = N;
 }
 
-/// CRC-32 (IEEE) of `bytes`, continued from the CRC `seed` (0 to begin). `const`, because layout hashes are constants;
-/// [`crc32`](crate::crc32) is the fast one for payloads.
+/// CRC-32 (IEEE) of `bytes`, continued from the CRC `seed` (0 to begin). `const`, because layout
+/// hashes are constants; [`crc32`](crate::crc32) is the fast one for payloads.
 #[must_use]
 pub const fn layout_hash(seed: u32, bytes: &[u8]) -> u32 {
     let mut crc = !seed;
@@ -57,7 +58,8 @@ pub const fn layout_hash(seed: u32, bytes: &[u8]) -> u32 {
     !crc
 }
 
-/// Declares a record: the struct, its padding check, its layout hash and its rows of the interface control document.
+/// Declares a record: the struct, its padding check, its layout hash and its rows of the interface
+/// control document.
 macro_rules! record {
     ($(#[$doc:meta])* $name:ident { $($field:ident : $ty:ty, $unit:literal, $frame:literal, $what:literal;)* }) => {
         $(#[$doc])*

@@ -1,25 +1,29 @@
-//! What it is: every sample that partitions exchange, as code; the interface control document is printed from it.
+//! What it is: every sample that partitions exchange, as code; the interface control document is
+//! printed from it.
 //!
-//! A sample is a padding-free `#[repr(C)]` struct that begins with a [`Header`] (data: the same bytes for the same
-//! seed and command) and travels beside [`Stamps`] (epoch, CRC, wall time of send: never part of an identity).
-//! `samples!` in `topics.rs` is the one list: topic, type, depth, producer, consumers. It determines the layout
-//! hashes, the size checks, the services of the transport, the recording's schemas and `obsid icd`.
+//! A sample is a padding-free `#[repr(C)]` struct that begins with a [`Header`] (data: the same
+//! bytes for the same seed and command) and travels beside [`Stamps`] (epoch, CRC, wall time of
+//! send: never part of an identity). `samples!` in `topics.rs` is the one list: topic, type, depth,
+//! producer, consumers. It determines the layout hashes, the size checks, the services of the
+//! transport, the recording's schemas and `obsid icd`.
 //!
 //! ```
 //! use telemetry::{IMU, Imu, Record, Sample, TOPICS, topic_named};
 //!
-//! let sample = Imu { interval_s: 0.01, omega_bi_b_rad_s: [0.0, 0.0, 0.02], ..Imu::zeroed_at(30_000_000) };
+//! let omega_bi_b_rad_s = [0.0, 0.0, 0.02];
+//! let sample = Imu { interval_s: 0.01, omega_bi_b_rad_s, ..Imu::zeroed_at(30_000_000) };
 //! assert_eq!(sample.header().t_meas_ns, 30_000_000);
 //!
 //! let topic = &TOPICS[IMU.id];
 //! assert_eq!(topic_named(topic.name), Some(IMU.id));
 //! assert_eq!((topic.record, topic.size), (Imu::NAME, size_of::<Imu>()));
-//! let rate = topic.fields.iter().find(|field| field.name == "omega_bi_b_rad_s").expect("a field of `Imu`");
+//! let mut fields = topic.fields.iter();
+//! let rate = fields.find(|field| field.name == "omega_bi_b_rad_s").expect("a field of `Imu`");
 //! assert_eq!((rate.unit, rate.frame), ("rad/s", "body"));
 //! ```
 //!
-//! May import: `zerocopy` (layout checks), `serde` (names in files), `crc32fast` and, behind the feature `iceoryx2`, that crate's
-//! marker trait.
+//! May import: `zerocopy` (layout checks), `serde` (names in files), `crc32fast` and, behind the
+//! feature `iceoryx2`, that crate's marker trait.
 //!
 //! Must never know: links, clocks, files, equations.
 #![no_std]

@@ -54,7 +54,8 @@ coded! {
 }
 
 impl PartitionId {
-    /// Partitions of a complete system, the source included: the length of tables indexed by [`PartitionId::code`].
+    /// Partitions of a complete system, the source included: the length of tables indexed by
+    /// [`PartitionId::code`].
     pub const COUNT: usize = Self::ALL.len();
 
     /// The partition whose [`PartitionId::text`] is `name`; `None` if there is none.
@@ -291,14 +292,14 @@ pub(crate) const fn hash_of_codes(mut hash: u32) -> u32 {
 
 /// `TargetEstimate::status`: the target's statement arrived with a wrong CRC and was not used.
 pub const TARGET_CRC_WRONG: u16 = 1;
-/// `TargetEstimate::status`: the statement was rejected. It contradicts the identified parameters at p < 0.001, or its
-/// covariance is not positive definite.
+/// `TargetEstimate::status`: the statement was rejected. It contradicts the identified parameters
+/// at p < 0.001, or its covariance is not positive definite.
 pub const TARGET_REFUSED: u16 = 2;
-/// `TargetEstimate::status`: no target could be identified, because an estimate or the data sheet is missing, a covariance is
-/// not positive definite, or the search did not converge.
+/// `TargetEstimate::status`: no target could be identified, because an estimate or the data sheet
+/// is missing, a covariance is not positive definite, or the search did not converge.
 pub const TARGET_NOT_SOLVED: u16 = 3;
-/// `TargetEstimate::status`: the estimates before and after capture and the chaser's data sheet contradict each other at
-/// p < 0.001.
+/// `TargetEstimate::status`: the estimates before and after capture and the chaser's data sheet
+/// contradict each other at p < 0.001.
 pub const TARGET_CONTRADICTED: u16 = 4;
 
 /// Meaning of a `TargetEstimate::status`; empty for 0, a valid estimate.

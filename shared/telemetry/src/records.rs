@@ -12,8 +12,9 @@ pub const ACCELEROMETERS_MAX: usize = 12;
 pub const BATCH_MAX: usize = 64;
 
 record! {
-    /// Inertial measurement unit. The rate is that of the instant `t_meas` (its noise that of an average over
-    /// `interval_s`), as joint angles and rates are; the acceleration is the velocity increment over the interval.
+    /// Inertial measurement unit. The rate is that of the instant `t_meas` (its noise that of an
+    /// average over `interval_s`), as joint angles and rates are; the acceleration is the velocity
+    /// increment over the interval.
     Imu {
         header: Header, "-", "-", "header";
         interval_s: f64, "s", "-", "integration interval that begins at t_meas";
@@ -60,7 +61,8 @@ record! {
 }
 
 record! {
-    /// Closes a frame: everything the source sent for it carries a sequence number up to `last_seq`.
+    /// Closes a frame: everything the source sent for it carries a sequence number up to
+    /// `last_seq`.
     Tick {
         header: Header, "-", "-", "header";
         frame: u64, "-", "-", "frame number";
@@ -207,7 +209,8 @@ impl<'a> AnyEstimate<'a> {
 }
 
 record! {
-    /// Mass, centre of mass and inertia of a target in the plane: as the target states them of itself, or as identified after its capture.
+    /// Mass, centre of mass and inertia of a target in the plane: as the target states them of
+    /// itself, or as identified after its capture.
     TargetEstimate {
         header: Header, "-", "-", "header";
         frame: u64, "-", "-", "frame it was made in";
@@ -239,7 +242,8 @@ impl TargetEstimate {
         self
     }
 
-    /// Whether `crc32` is that of `epoch_ns` to `fit_chi_square`: false after any change behind [`TargetEstimate::sealed`].
+    /// Whether `crc32` is that of `epoch_ns` to `fit_chi_square`: false after any change behind
+    /// [`TargetEstimate::sealed`].
     #[must_use]
     pub fn is_intact(&self) -> bool {
         self.crc32 == crate::crc32(self.sealed_bytes())

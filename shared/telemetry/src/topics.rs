@@ -1,7 +1,8 @@
 //! The one list of topics: name, sample, depth, who produces, who consumes.
 //!
-//! Depth is buffer and history at once, so that a restarted consumer finds what it missed. Pacing keeps
-//! `window x samples per frame <= depth / 2` (architecture D5), which the runtime checks at start.
+//! Depth is buffer and history at once, so that a restarted consumer finds what it missed. Pacing
+//! keeps `window x samples per frame <= depth / 2` (architecture D5), which the runtime checks at
+//! start.
 
 use crate::records::*;
 use crate::{FieldInfo, Header, Layout, Record};
@@ -17,7 +18,8 @@ pub const INERTIAL_PARAMETERS_MAX: usize = 9;
 /// Most modes an estimate carries.
 pub const MODES_MAX: usize = PARAMETERS_MAX / 2;
 
-/// A record that begins with a [`Header`] and travels on a topic: plain bytes without padding or pointers.
+/// A record that begins with a [`Header`] and travels on a topic: plain bytes without padding or
+/// pointers.
 #[cfg(not(feature = "iceoryx2"))]
 pub trait Sample: Record + FromBytes + IntoBytes + Immutable + KnownLayout + Copy + core::fmt::Debug + 'static {
     /// Its first field.
@@ -32,7 +34,8 @@ pub trait Sample: Record + FromBytes + IntoBytes + Immutable + KnownLayout + Cop
         sample
     }
 }
-/// A record that begins with a [`Header`] and travels on a topic: plain bytes without padding or pointers.
+/// A record that begins with a [`Header`] and travels on a topic: plain bytes without padding or
+/// pointers.
 #[cfg(feature = "iceoryx2")]
 pub trait Sample:
     Record
@@ -112,8 +115,8 @@ pub struct TopicInfo {
     pub consumers: &'static str,
 }
 
-/// A generic function that [`for_each_topic`] calls for every topic with its sample type: the only bridge from a
-/// [`TopicId`] to a type.
+/// A generic function that [`for_each_topic`] calls for every topic with its sample type: the only
+/// bridge from a [`TopicId`] to a type.
 pub trait TopicVisitor {
     /// Called once per topic, in the order of [`TOPICS`].
     fn visit<T: Sample>(&mut self, topic: Topic<T>, info: &'static TopicInfo);
@@ -206,7 +209,8 @@ pub fn topic_named(name: &str) -> Option<TopicId> {
     TOPICS.iter().position(|topic| topic.name == name)
 }
 
-/// Whether `topic` carries estimates, verdicts or modes: the samples that a run's digest covers (architecture D7).
+/// Whether `topic` carries estimates, verdicts or modes: the samples that a run's digest covers
+/// (architecture D7).
 ///
 /// # Panics
 /// When `topic` is not below the number of topics.
@@ -215,8 +219,8 @@ pub fn is_result(topic: TopicId) -> bool {
     TOPICS[topic].delivery == Delivery::Feedback
 }
 
-/// One hash for everything that two builds must agree on beyond a sample's own layout: the topic table in its order
-/// (samples index topics by number), the stamps, and every list of codes.
+/// One hash for everything that two builds must agree on beyond a sample's own layout: the topic
+/// table in its order (samples index topics by number), the stamps, and every list of codes.
 #[must_use]
 pub const fn generation() -> u32 {
     let mut hash = <crate::Stamps as Layout>::HASH;
@@ -259,7 +263,8 @@ mod tests {
 
     #[test]
     fn every_result_says_after_its_header_in_which_frame_it_was_made() {
-        // The runtime reads it there to know in which frame the result takes effect (architecture D4).
+        // The runtime reads it there to know in which frame the result takes effect (architecture
+        // D4).
         for info in TOPICS.iter().filter(|info| info.delivery == Delivery::Feedback) {
             let second = &info.fields[1];
             let first = if second.ros == Estimate::NAME { &Estimate::FIELDS[0] } else { second };

@@ -1,4 +1,5 @@
-//! The page of `obsid compare`: the table first, then every channel over time and the spectrum of what is left.
+//! The page of `obsid compare`: the table first, then every channel over time and the spectrum of
+//! what is left.
 
 use super::{Compared, alternatives, percent, verdict_words};
 use crate::recordings::{probability, tool};
@@ -11,7 +12,8 @@ use report::{Block, Cell, Curve, Figure, Mark, Overlay, Page, Role, Section, Spe
 /// Channels with figures; the tables hold all.
 const FIGURES_MAX: usize = 24;
 
-/// The report of `obsid compare` as one page: a section per pair of recordings, with figures of the first [`FIGURES_MAX`] channels.
+/// The report of `obsid compare` as one page: a section per pair of recordings, with figures of the
+/// first [`FIGURES_MAX`] channels.
 pub fn page(compared: &[Compared], command: &str) -> Page {
     let mut left = FIGURES_MAX;
     let sections = compared.iter().map(|one| section(one, command, &mut left)).collect();

@@ -1,4 +1,5 @@
-//! `obsid design bp1a`: joint motion with the least bound, beside trajectory B under the same limits.
+//! `obsid design bp1a`: joint motion with the least bound, beside trajectory B under the same
+//! limits.
 
 use crate::{Failure, print};
 use bench::design::inertial::{HardwareLimits, design, instants, plant_text, search, table, verify};
@@ -8,8 +9,9 @@ use std::path::{Path, PathBuf};
 /// Joint motion that tells more of the inertial parameters, within limits
 #[derive(clap::Args)]
 pub struct Arguments {
-    /// TOML with joint_angle_max_rad, joint_rate_max_rad_s, base_rate_max_rad_s, torque_max_n_m (trajectory B's without it), and
-    /// [slosh] with stroke_max_m, frequency_hz, damping_ratio, position_m
+    /// TOML with joint_angle_max_rad, joint_rate_max_rad_s, base_rate_max_rad_s, torque_max_n_m
+    /// (trajectory B's without it), and [slosh] with stroke_max_m, frequency_hz, damping_ratio,
+    /// position_m
     #[arg(long)]
     limits: Option<PathBuf>,
     /// Descents: one from trajectory B, the others from random motions

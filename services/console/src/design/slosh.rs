@@ -1,4 +1,5 @@
-//! `obsid design slosh`: bursts of thrust with the least bound of the slosh parameters, within thrust, stroke, impulse and time.
+//! `obsid design slosh`: bursts of thrust with the least bound of the slosh parameters, within
+//! thrust, stroke, impulse and time.
 
 use crate::{Failure, print};
 use bench::design::slosh::{Task, ThrustLimits, plant_text, scenario_text, table};

@@ -1,7 +1,9 @@
 //! `--map FILE`: which channel of a recording is which of the plant, with its unit, scale and sign.
 //!
-//! `[channels]` with lines `rate = "rate_z"` or `rate = { name = "rate_z", scale = -1, unit = "deg/s" }`: left the name in the plant, right
-//! the name in the recording. A unit says in what the file's numbers are, whatever its header says; a scale multiplies what is then in SI.
+//! `[channels]` with lines `rate = "rate_z"` or
+//! `rate = { name = "rate_z", scale = -1, unit = "deg/s" }`: left the name in the plant, right the
+//! name in the recording. A unit says in what the file's numbers are, whatever its header says; a
+//! scale multiplies what is then in SI.
 
 use crate::Failure;
 use crate::located::Located;
@@ -38,7 +40,8 @@ const EXAMPLE: &str = "as in: [channels] rate = \"rate_z\", or rate = { name = \
 
 impl ChannelMap {
     /// # Errors
-    /// [`Failure::Input`] with line and suggestion: TOML that does not parse, a name that the plant has not, an unknown unit.
+    /// [`Failure::Input`] with line and suggestion: TOML that does not parse, a name that the plant
+    /// has not, an unknown unit.
     pub fn read(path: &Path, plant: &Plant) -> Result<Self, Failure> {
         let file = path.display().to_string();
         let text = utf8_text(path).map_err(|(message, cure)| {

@@ -1,7 +1,7 @@
 //! Spectra as evidence: the command line hands them to the feature form of the diagnosis.
 //!
-//! A file may hold a magnitude, or real and imaginary parts under names that end so; phases and coherences carry no peaks. Only the
-//! first response of the file is used; a note names it.
+//! A file may hold a magnitude, or real and imaginary parts under names that end so; phases and
+//! coherences carry no peaks. Only the first response of the file is used; a note names it.
 
 use discovery::diagnose::Diagnosis;
 use discovery::features::{self, FeatureOptions};
@@ -15,7 +15,8 @@ const NO_RESPONSE: [&str; 2] = ["phase", "coherence"];
 
 /// What is missing from `plant` according to `spectrum`.
 ///
-/// The only place that knows of the feature form (measured against the plant's frequencies): it is called here and nowhere else.
+/// The only place that knows of the feature form (measured against the plant's frequencies): it is
+/// called here and nowhere else.
 pub fn diagnose(plant: &Plant, spectrum: &Spectrum) -> Diagnosis {
     let Some((name, magnitude)) = response(spectrum) else {
         return Diagnosis::cannot_decide(format!(

@@ -1,4 +1,5 @@
-//! Measurements of the diagnosis as figures: energy in time–frequency bins before and after, evidence over time, maps of the force, angles of rivals, held-out overlays.
+//! Measurements of the diagnosis as figures: energy in time–frequency bins before and after,
+//! evidence over time, maps of the force, angles of rivals, held-out overlays.
 
 use super::paragraph::percent;
 use discovery::diagnose::{Angles, Diagnosis, EvidenceCurve, LawMap, Overlay as Shown, Tile};

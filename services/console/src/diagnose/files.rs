@@ -40,7 +40,8 @@ impl OutFiles {
         Ok(OutFiles { folder: folder.to_owned(), report })
     }
 
-    /// Writes the files and puts their paths into the diagnosis; what this diagnosis has not goes, if an earlier one left it.
+    /// Writes the files and puts their paths into the diagnosis; what this diagnosis has not goes,
+    /// if an earlier one left it.
     ///
     /// # Errors
     /// [`Failure::Run`] when the file system denies it.

@@ -1,4 +1,5 @@
-//! Modes as evidence: the object that `obsid modal --json` prints, with shapes and the modes of the record's parts where it has them.
+//! Modes as evidence: the object that `obsid modal --json` prints, with shapes and the modes of the
+//! record's parts where it has them.
 
 use super::sensor_names::named_as_sensors;
 use crate::{Failure, recordings};
@@ -69,7 +70,8 @@ pub fn is_one(path: &Path) -> bool {
 }
 
 /// # Errors
-/// [`Failure::Input`] for a file that is no such object, or in which no mode has a standard deviation.
+/// [`Failure::Input`] for a file that is no such object, or in which no mode has a standard
+/// deviation.
 pub fn read(path: &Path) -> Result<ModesFile, Failure> {
     let file = path.display().to_string();
     let refuse = |why: String| {

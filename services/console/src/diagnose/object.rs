@@ -4,7 +4,8 @@ use super::Diagnosed;
 use crate::recordings::Loaded;
 use serde_json::{Map, Value, json};
 
-/// Every key of the diagnosis, and what the command line adds: the examination of the recordings and the files read.
+/// Every key of the diagnosis, and what the command line adds: the examination of the recordings
+/// and the files read.
 pub fn object(diagnosed: &Diagnosed) -> Value {
     let engine = serde_json::to_value(&diagnosed.diagnosis).expect("a diagnosis is plain data with text for keys");
     let Value::Object(engine) = engine else { return engine };

@@ -1,4 +1,5 @@
-//! The page of a diagnosis: the verdict for who reads one paragraph, then the figures, then every number.
+//! The page of a diagnosis: the verdict for who reads one paragraph, then the figures, then every
+//! number.
 
 use super::paragraph::{first_paragraph, gain_words, held_out_words, percent, unit, verdict_words};
 use super::words::{not_found, status_words};
@@ -9,7 +10,8 @@ use discovery::diagnose::Diagnosis;
 use identification::held_out::Status;
 use report::{Block, Cell, Figure, Page, Section, Table};
 
-/// The report of `obsid diagnose`: verdict, effects, figures, parameters, detection limits and digests of what was read.
+/// The report of `obsid diagnose`: verdict, effects, figures, parameters, detection limits and
+/// digests of what was read.
 pub fn page(diagnosed: &Diagnosed, next_experiment: Option<&str>) -> Page {
     let Diagnosed { case, diagnosis, .. } = diagnosed;
     let mut sections = vec![missing(diagnosis), shown(diagnosis), places(diagnosis)];

@@ -1,4 +1,5 @@
-//! Frequency responses as evidence: their modes, found as `obsid modal` finds them, are a list of modes.
+//! Frequency responses as evidence: their modes, found as `obsid modal` finds them, are a list of
+//! modes.
 
 use super::modes_file::ModesFile;
 use crate::Failure;
@@ -11,8 +12,9 @@ use std::ops::RangeInclusive;
 /// Orders of the fraction: those of `obsid modal`.
 const ORDERS: RangeInclusive<usize> = 2..=30;
 
-/// The modes of the responses in `spectra`, all of one structure; `None` where they are no complex responses, and where one file of them
-/// shows no modes that way: its peaks are used then, which a note says.
+/// The modes of the responses in `spectra`, all of one structure; `None` where they are no complex
+/// responses, and where one file of them shows no modes that way: its peaks are used then, which a
+/// note says.
 ///
 /// # Errors
 /// [`Failure::Input`] where several files cannot be taken together, or show no modes.
@@ -112,7 +114,8 @@ mod tests {
         plant_file::parse("panel", &text).unwrap().plant
     }
 
-    /// `C (iω − A)⁻¹ B + D` by a solve at every line, with a relative error of one per mil of the largest response.
+    /// `C (iω − A)⁻¹ B + D` by a solve at every line, with a relative error of one per mil of the
+    /// largest response.
     fn responses(plant: &Plant) -> Spectrum {
         let system = System::new(plant).unwrap();
         let x = vec![0.0; system.states().len()];

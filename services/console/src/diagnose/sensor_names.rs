@@ -1,13 +1,16 @@
 //! Which channel of a shape is which sensor of the plant.
 //!
-//! The name itself; where files of responses were read together (`FILE:NAME`), one of its two halves; and of a function between nodes as
-//! universal files have it (`accelerance_12z_3z`: response at 12z by force at 3z) the only sensor whose name ends in the response (`acceleration_12z`).
-//! A shape belongs to one reference: responses by force elsewhere are left out of it.
+//! The name itself; where files of responses were read together (`FILE:NAME`), one of its two
+//! halves; and of a function between nodes as universal files have it (`accelerance_12z_3z`:
+//! response at 12z by force at 3z) the only sensor whose name ends in the response
+//! (`acceleration_12z`). A shape belongs to one reference: responses by force elsewhere are left
+//! out of it.
 
 use discovery::features::{MeasuredMode, ShapeComponent};
 use dynamics::description::Plant;
 
-/// Modes with the components that the plant has sensors for, under the names of these, and the channels it has none for.
+/// Modes with the components that the plant has sensors for, under the names of these, and the
+/// channels it has none for.
 pub fn named_as_sensors(modes: &[MeasuredMode], plant: &Plant) -> (Vec<MeasuredMode>, Vec<String>) {
     let outputs = outputs(plant);
     let mut unknown: Vec<String> = Vec::new();

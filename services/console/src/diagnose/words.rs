@@ -14,7 +14,8 @@ const LIMITS_PRINTED: usize = 5;
 /// Rows of the plant's parameters that are printed: those that moved most.
 const PARAMETERS_PRINTED: usize = 12;
 
-/// The diagnosis as text for a terminal; `written`: files were written with `--out`, so that the next steps can name them.
+/// The diagnosis as text for a terminal; `written`: files were written with `--out`, so that the
+/// next steps can name them.
 pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
     let Diagnosed { case, findings, diagnosis } = diagnosed;
     let mut text = String::new();

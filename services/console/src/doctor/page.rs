@@ -13,7 +13,8 @@ use report::{Block, Cell, Curve, Figure, Mark, Overlay, Page, Role, Section, Spe
 /// Channels with figures; the tables hold all.
 const FIGURES_MAX: usize = 24;
 
-/// The report of `obsid doctor`: a section per recording; figures for the first [`FIGURES_MAX`] channels.
+/// The report of `obsid doctor`: a section per recording; figures for the first [`FIGURES_MAX`]
+/// channels.
 pub fn page(examined: &[Examined], command: &str) -> Page {
     let mut left = FIGURES_MAX;
     let sections = examined.iter().map(|one| section(one, command, &mut left)).collect();

@@ -1,4 +1,5 @@
-//! Modes as a table: a row for each, what is not known left empty, the components of the shape behind.
+//! Modes as a table: a row for each, what is not known left empty, the components of the shape
+//! behind.
 
 use super::{FoundMode, Outcome};
 

@@ -1,4 +1,5 @@
-//! Modes of a magnitude spectrum: without phase there are no shapes, and the damping holds the width of the window.
+//! Modes of a magnitude spectrum: without phase there are no shapes, and the damping holds the
+//! width of the window.
 
 use super::{Arguments, FoundMode, Outcome};
 use crate::Failure;

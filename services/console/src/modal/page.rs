@@ -1,4 +1,5 @@
-//! The page of `obsid modal`: the modes first, then how they stand out of the orders, their shapes, and what they explain.
+//! The page of `obsid modal`: the modes first, then how they stand out of the orders, their shapes,
+//! and what they explain.
 
 use super::{Arguments, FoundMode, Outcome, Synthesis};
 use crate::recordings::{digest_of, tool};

@@ -44,7 +44,8 @@ pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Out
 /// Modes of complex responses, all files together.
 ///
 /// # Errors
-/// [`Failure::Input`] where the files do not have the same lines, or where no order of the fraction fits them.
+/// [`Failure::Input`] where the files do not have the same lines, or where no order of the fraction
+/// fits them.
 pub(crate) fn identified(spectra: &[Spectrum], orders: RangeInclusive<usize>) -> Result<Identified, Failure> {
     let first = &spectra[0];
     if let Some(other) = spectra.iter().find(|other| other.frequency_hz != first.frequency_hz) {

@@ -172,8 +172,9 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
     })
 }
 
-/// The correlation function of the channel of highest variance, and the decays at the poles found that come nearest to it: under white
-/// excitation it is a free decay, and so is that of a free decay.
+/// The correlation function of the channel of highest variance, and the decays at the poles found
+/// that come nearest to it: under white excitation it is a free decay, and so is that of a free
+/// decay.
 fn correlation(chosen: &Chosen, found: &[Estimate]) -> Option<Synthesis> {
     const LAGS_MAX: usize = 2000;
     let record = &chosen.record;

@@ -1,4 +1,5 @@
-//! What the arm's experiments say beside the momentum's parameters: the same parameters from motion and torques, and the parameters of the target.
+//! What the arm's experiments say beside the momentum's parameters: the same parameters from motion
+//! and torques, and the parameters of the target.
 
 use super::{FoundNumber, arm_known, remarks};
 use crate::scenario_run::ScenarioRun;
@@ -42,7 +43,8 @@ pub struct ArmResults {
 }
 
 impl ArmResults {
-    /// The last closing estimate of each phase from torques, and that of the target, out of a recorded run.
+    /// The last closing estimate of each phase from torques, and that of the target, out of a
+    /// recorded run.
     #[must_use]
     pub fn read(run: &ScenarioRun, recorded: &RecordedRun) -> Self {
         let of_phase = |phase: Phase| {
@@ -100,7 +102,8 @@ fn target_rows(truth: Option<[f64; 4]>, found: &TargetEstimate) -> Vec<ArmRow> {
         number: FoundNumber {
             name,
             unit,
-            // what is stated is stated in the target's own frame; mass and inertia are the same in every frame
+            // what is stated is stated in the target's own frame; mass and inertia are the same in
+            // every frame
             truth: truth.filter(|_| found.origin > 0 || i == 0 || i == 3).map(|truth| truth[i]),
             value: has_values.then(|| found.values[i]),
             sigma: has_values.then(|| found.covariance[i][i].sqrt()),

@@ -1,5 +1,5 @@
-//! What is said of a parameter beside its value: what the record did to its prior, what the sensors' data
-//! sheet may have done to it, and whether it shows a target.
+//! What is said of a parameter beside its value: what the record did to its prior, what the
+//! sensors' data sheet may have done to it, and whether it shows a target.
 
 use nalgebra::SMatrix;
 use physics::mated::{MatedAlpha, off_axis_sigmas};
@@ -26,9 +26,9 @@ pub(super) fn consider_sigma(known: &ArmKnown, sample: &InertialEstimate, i: usi
     sample.consider_sigma_kg_m2.get(i).copied().filter(|_| known.sheet != SheetSigmas::default())
 }
 
-/// Of the parameter that shows a target, in sigmas of noise and data sheet together; `None` where the part of the data sheet is not known, or the
-/// number is its prior's. An error of the momentum scales all numbers and moves no zero: its part `(σ_h / h)² α α'` of the covariance
-/// is taken out.
+/// Of the parameter that shows a target, in sigmas of noise and data sheet together; `None` where
+/// the part of the data sheet is not known, or the number is its prior's. An error of the momentum
+/// scales all numbers and moves no zero: its part `(σ_h / h)² α α'` of the covariance is taken out.
 pub(super) fn off_axis(known: &ArmKnown, sample: &InertialEstimate, i: usize) -> Option<f64> {
     let estimate = &sample.estimate;
     let is_mated = estimate.phase == Phase::Mated.code();

@@ -1,4 +1,5 @@
-//! `obsid plant parameters`: every number of a plant, and what its own experiment would tell of the uncertain ones.
+//! `obsid plant parameters`: every number of a plant, and what its own experiment would tell of the
+//! uncertain ones.
 
 use super::impossible;
 use super::words::digits;

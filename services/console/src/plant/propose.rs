@@ -1,4 +1,5 @@
-//! `obsid plant new`: a plant file for a rig, proposed from what its recording holds, for the user to fill in.
+//! `obsid plant new`: a plant file for a rig, proposed from what its recording holds, for the user
+//! to fill in.
 
 mod roles;
 mod text;
@@ -28,7 +29,8 @@ pub struct Arguments {
 }
 
 /// # Errors
-/// [`Failure::Input`] for a recording that cannot be read or says nothing of motion, and for a file that exists.
+/// [`Failure::Input`] for a recording that cannot be read or says nothing of motion, and for a file
+/// that exists.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let from = &arguments.from;
     let imported = recording::read(from).map_err(Failure::input)?;

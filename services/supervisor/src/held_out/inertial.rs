@@ -1,4 +1,5 @@
-//! Held-out test of the inertial model: the base rate that momentum conservation demands of the measured joints.
+//! Held-out test of the inertial model: the base rate that momentum conservation demands of the
+//! measured joints.
 
 use super::{Candidate, Errors, HeldOut, Recorder, Window};
 use nalgebra::SVector;
@@ -39,8 +40,9 @@ impl InertialHeldOut {
         }
     }
 
-    /// Base rate predicted from the joints, against the gyro, whose noise over an interval is `noise_rad_s`. `None`
-    /// without a candidate or rows, or when the candidate has no positive inertia in a posture that occurred.
+    /// Base rate predicted from the joints, against the gyro, whose noise over an interval is
+    /// `noise_rad_s`. `None` without a candidate or rows, or when the candidate has no positive
+    /// inertia in a posture that occurred.
     pub fn close(&self, h_nms: f64, noise_rad_s: impl Fn(f64) -> f64) -> Option<HeldOut> {
         let (candidate, _) = self.recorder.subject()?;
         let mut errors = Errors::default();

@@ -1,4 +1,5 @@
-//! Held-out test of a modal model: the residual of a free decay with its poles when the amplitudes are refitted.
+//! Held-out test of a modal model: the residual of a free decay with its poles when the amplitudes
+//! are refitted.
 
 use super::{HeldOut, Recorder, Window};
 use physics::appendage::{Mode, REFIT_MODES_MAX, refit_free_decay_residual};
@@ -17,7 +18,8 @@ pub struct ModalHeldOut {
 }
 
 impl ModalHeldOut {
-    /// `channels`: those used, numbered from 0. `noise_m_s2`: standard deviation of one accelerometer sample.
+    /// `channels`: those used, numbered from 0. `noise_m_s2`: standard deviation of one
+    /// accelerometer sample.
     pub fn new(capacity: usize, channels: Vec<usize>, noise_m_s2: f64) -> Self {
         assert!(!channels.is_empty());
         assert!(channels.iter().all(|&channel| channel < ACCELEROMETERS_MAX));
@@ -36,8 +38,8 @@ impl ModalHeldOut {
         self.recorder.offer(estimate);
     }
 
-    /// One of the rows that come every `interval_s`. A row with a value that is not finite leaves a gap, and a record
-    /// with a gap is not refitted.
+    /// One of the rows that come every `interval_s`. A row with a value that is not finite leaves a
+    /// gap, and a record with a gap is not refitted.
     pub fn push(&mut self, frame: u64, time_s: f64, interval_s: f64, acceleration_m_s2: &[f64; ACCELEROMETERS_MAX]) {
         let finite = self.channels.iter().all(|&channel| acceleration_m_s2[channel].is_finite());
         if self.recorder.chooses(frame, interval_s) && finite {
@@ -48,8 +50,8 @@ impl ModalHeldOut {
         }
     }
 
-    /// Poles of the candidate held fixed, amplitudes and a constant refitted per channel. `None` without a candidate
-    /// with a mode, when rows are missing, or when they are too few to refit.
+    /// Poles of the candidate held fixed, amplitudes and a constant refitted per channel. `None`
+    /// without a candidate with a mode, when rows are missing, or when they are too few to refit.
     pub fn close(&self) -> Option<HeldOut> {
         let (candidate, _) = self.recorder.subject()?;
         let modes: Vec<Mode> = candidate.values[..candidate.count]
@@ -72,7 +74,8 @@ impl ModalHeldOut {
 
     /// Rate of the rows kept; `None` when they are not evenly spaced.
     fn uniform_rate_hz(&self) -> Option<f64> {
-        /// Largest deviation of a row's time from an even grid [intervals]; a missing row deviates by one.
+        /// Largest deviation of a row's time from an even grid [intervals]; a missing row deviates
+        /// by one.
         const GRID_DEVIATION_MAX: f64 = 0.1;
         let rows = &self.recorder.rows;
         let (first, last) = (rows.first()?.1, rows.last()?.1);

@@ -57,23 +57,23 @@ pub struct SloshHeldOut {
 }
 
 impl SloshHeldOut {
-    /// Takes memory for `capacity` rows. `base_mass_kg` is the mass without the slosh mass; the accelerometer's white noise is
-    /// given as the random walk of its integral [m/s/√s].
+    /// Takes memory for `capacity` rows. `base_mass_kg` is the mass without the slosh mass; the
+    /// accelerometer's white noise is given as the random walk of its integral [m/s/√s].
     pub fn new(capacity: usize, base_mass_kg: f64, velocity_random_walk_m_s_sqrt_s: f64) -> Self {
         assert!(base_mass_kg > 0.0);
         let (recorder, arc_end) = (Recorder::new(capacity), ArcEnd::default());
         Self { recorder, arc_end, base_mass_kg, velocity_random_walk_m_s_sqrt_s, interval_s: None, open: None }
     }
 
-    /// A new experiment. The window's lead must be the longest time between two estimates, so that the rows reach back to the
-    /// end of an estimate's arc.
+    /// A new experiment. The window's lead must be the longest time between two estimates, so that
+    /// the rows reach back to the end of an estimate's arc.
     pub fn begin(&mut self, window: Window) {
         self.recorder.begin(window);
         (self.open, self.interval_s) = (None, None);
     }
 
-    /// Takes an estimate made up to the split, with the slosh state at the end of its arc: the free run of the newest one
-    /// begins there.
+    /// Takes an estimate made up to the split, with the slosh state at the end of its arc: the free
+    /// run of the newest one begins there.
     pub fn offer(&mut self, sample: &SloshEstimate) {
         if self.recorder.offer(&sample.estimate) {
             self.arc_end = ArcEnd::of(sample);
@@ -99,7 +99,8 @@ impl SloshHeldOut {
 
     /// No interval is missing or doubled: a free run cannot jump.
     fn contiguous(&self) -> bool {
-        /// Largest gap between a row's end and the next one's begin [sample intervals]; a missing sample leaves one.
+        /// Largest gap between a row's end and the next one's begin [sample intervals]; a missing
+        /// sample leaves one.
         const JOIN_MISMATCH_MAX: f64 = 0.2;
         let fits = |pair: &[(u64, SloshRow)]| {
             let (row, next) = (&pair[0].1, &pair[1].1);
@@ -125,7 +126,8 @@ impl SloshHeldOut {
         let (mut errors, mut samples) = (Errors::default(), 0);
         let split_s = split_frame as f64 * self.recorder.window?.frame_period_s;
         for (_, row) in self.recorder.rows.iter().filter(|(_, row)| row.end_s() > from_s + slack_s) {
-            // The candidate's arc may end inside a merged row: only the part behind it is run through.
+            // The candidate's arc may end inside a merged row: only the part behind it is run
+            // through.
             let behind_s = (row.end_s() - from_s).min(row.duration_s);
             let simulated = free_run.step(behind_s, row.impulse_n_s / row.duration_s);
             if row.begin_s > split_s {

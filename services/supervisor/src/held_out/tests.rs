@@ -24,7 +24,8 @@ fn estimate(domain: Domain, frame: u64, values: &[f64]) -> Estimate {
     Estimate { frame, count: values.len() as u16, closing: 0, values: padded, innovation, ..closing(domain) }
 }
 
-/// Flies the whole window at 100 Hz with the arm of `ALPHA`; the estimate of frame 5000 says `values`.
+/// Flies the whole window at 100 Hz with the arm of `ALPHA`; the estimate of frame 5000 says
+/// `values`.
 fn inertial(values: &[f64], capacity: usize, seed: u64) -> InertialHeldOut {
     let (mut noise, mut held_out) = (SeededNoise::new(seed), InertialHeldOut::new(capacity));
     held_out.begin(WINDOW);
@@ -153,7 +154,8 @@ const TRUE_TANK: [f64; 3] = [28.7, 0.16, 0.03];
 fn a_true_slosh_model_runs_free_to_rounding_whatever_is_merged() {
     for (capacity, candidate_frame) in [(4096, 47_990), (1000, 47_990), (333, 47_123), (4096, 48_000)] {
         let seen = slosh(TRUE_TANK, capacity, candidate_frame, 1000, 0.0).close().expect("covered");
-        // Force zero behind the split: merging is exact. 12 000 steps of rounding on accelerations of 1e-2.
+        // Force zero behind the split: merging is exact. 12 000 steps of rounding on accelerations
+        // of 1e-2.
         assert!(seen.rms < 1e-12, "{capacity} rows: {seen:?}");
         assert!(seen.signal_rms > 1e-3, "{seen:?}");
     }
@@ -196,7 +198,8 @@ fn modal(values: &[f64], capacity: usize, seed: u64, lost: Option<u64>) -> Modal
     decay(1000, values, capacity, seed, lost)
 }
 
-/// Free decay of `duration_frames` at 200 Hz, three channels with a constant each; `lost` row is NaN.
+/// Free decay of `duration_frames` at 200 Hz, three channels with a constant each; `lost` row is
+/// NaN.
 fn decay(duration_frames: u64, values: &[f64], capacity: usize, seed: u64, lost: Option<u64>) -> ModalHeldOut {
     let mut noise = SeededNoise::new(seed);
     let mut held_out = ModalHeldOut::new(capacity, vec![0, 1, 2], ROW_SIGMA_M_S2);
@@ -227,7 +230,8 @@ fn true_poles_leave_the_noise_of_the_accelerometers() {
     for (seed, capacity) in [(1, 1000), (2, 1000), (3, 200)] {
         let held_out = modal(&MODES_HZ, capacity, seed, None);
         let seen = held_out.close().expect("two modes, even rows");
-        // Frames 801 to 999, two rows each, thinned by two in the small memory; 600 values spread by 3 %.
+        // Frames 801 to 999, two rows each, thinned by two in the small memory; 600 values spread
+        // by 3 %.
         assert_eq!(seen.count, if capacity == 1000 { 398 * 3 } else { 199 * 3 });
         assert!((seen.rms / ROW_SIGMA_M_S2 - 1.0).abs() < 0.15, "{seen:?}");
         assert!(seen.signal_rms > 50.0 * seen.noise, "{seen:?}");
@@ -237,7 +241,8 @@ fn true_poles_leave_the_noise_of_the_accelerometers() {
 
 #[test]
 fn one_second_of_a_five_second_decay_is_enough_to_tell() {
-    // The first mode turns 0.63 times in it; refitted, 3 % of both frequencies still leave twice the noise.
+    // The first mode turns 0.63 times in it; refitted, 3 % of both frequencies still leave twice
+    // the noise.
     let (right, wrong) =
         (decay(500, &MODES_HZ, 1000, 1, None), decay(500, &[0.649, 0.0078, 2.472, 0.0052], 1000, 1, None));
     let (right, wrong) = (right.close().unwrap(), wrong.close().unwrap());
@@ -261,7 +266,8 @@ fn a_record_with_a_gap_or_a_model_without_modes_is_not_refitted() {
 
 #[test]
 fn any_number_of_modes_is_tested_and_a_missing_one_shows() {
-    // Two true modes and a third that is not there: two more unknowns a channel, which the residual is corrected for.
+    // Two true modes and a third that is not there: two more unknowns a channel, which the residual
+    // is corrected for.
     let third = [&MODES_HZ[..], &[5.0, 0.01]].concat();
     let (three, one) = (modal(&third, 1000, 1, None).close(), modal(&MODES_HZ[..2], 1000, 1, None).close());
     let (three, one) = (three.expect("three modes"), one.expect("one mode"));
@@ -317,7 +323,8 @@ fn a_bias_that_the_estimator_knows_is_no_error_of_the_slosh_model() {
         }
         held_out.close().expect("covered").rms
     };
-    // The force is held within a sample and the sums are merged by two: errors of rounding and of merging.
+    // The force is held within a sample and the sums are merged by two: errors of rounding and of
+    // merging.
     assert!(biased(2e-3) < 1e-5, "{}", biased(2e-3));
     assert!((biased(0.0) / 2e-3 - 1.0).abs() < 1e-2, "{}", biased(0.0));
 }

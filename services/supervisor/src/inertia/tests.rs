@@ -29,7 +29,8 @@ fn modal(inertia: f64, sigma: f64) -> ModalEstimate {
     }
 }
 
-/// Parameters of equal relative error that weigh `inertia` in the posture, each with its part of `sigma`.
+/// Parameters of equal relative error that weigh `inertia` in the posture, each with its part of
+/// `sigma`.
 fn inertial(inertia: f64, sigma: f64) -> InertialEstimate {
     let mut estimate = Estimate { count: 8, ..closing(Domain::Inertial) };
     let nominal = [110.7, 105.7, 48.2, 44.1, 44.1, 18.9, 18.9, 39.6];
@@ -131,7 +132,8 @@ fn a_systematic_sigma_that_is_not_known_is_not_taken_for_zero() {
 
 #[test]
 fn of_two_that_pass_their_own_tests_the_one_that_the_stated_inertia_contradicts_is_doubted() {
-    // A momentum mis-stated by 5 %, then a coupling wrong by 2.5 %; the sheet knows the inertia to 1 %.
+    // A momentum mis-stated by 5 %, then a coupling wrong by 2.5 %; the sheet knows the inertia to
+    // 1 %.
     let known = one_body(0.01);
     let (right, wrong) = (INERTIA, INERTIA * 1.05);
     let by_sheet = |agreement| (agreement, DoubtBasis::StatedInertia);

@@ -1,11 +1,12 @@
-//! What goes into the machine and what comes out of it: stimuli, decisions, the state in a checkpoint.
+//! What goes into the machine and what comes out of it: stimuli, decisions, the state in a
+//! checkpoint.
 
 use telemetry::{Domain, Experiment, Header, Mode, ModeState};
 
 use super::table::Event;
 
-/// Something the partition reports to the machine. Derived events (see [`Event`]) are formed by the machine itself from
-/// the situation and the frame; reported ones are ignored.
+/// Something the partition reports to the machine. Derived events (see [`Event`]) are formed by the
+/// machine itself from the situation and the frame; reported ones are ignored.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stimulus {
     Start,
@@ -54,7 +55,8 @@ pub struct Decision {
     pub generation: u32,
     /// Nothing follows.
     pub ended: bool,
-    /// Quantity that the guard (or, without one, the event) compared, and its limit; both 0 without a comparison.
+    /// Quantity that the guard (or, without one, the event) compared, and its limit; both 0 without
+    /// a comparison.
     pub measured: f64,
     /// In the unit of `measured`, see `Event::figures`.
     pub limit: f64,

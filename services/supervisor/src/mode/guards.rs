@@ -6,8 +6,9 @@ use super::plan::Situation;
 use super::table::{Event, Guard};
 use super::{ModeMachine, SEQUENCE};
 
-/// Predicted sigma over its need from which an experiment is not worth flying. The prediction takes a prior for the
-/// truth that may be off by a factor of two, and is off by as much itself; three leaves a margin.
+/// Predicted sigma over its need from which an experiment is not worth flying. The prediction takes
+/// a prior for the truth that may be off by a factor of two, and is off by as much itself; three
+/// leaves a margin.
 pub const OUT_OF_REACH: f64 = 3.0;
 
 /// Whether an experiment before capture is still to be flown, or why not.
@@ -39,7 +40,8 @@ pub(super) type Measure = (f64, f64);
 pub(super) const UNMEASURED: Measure = (0.0, 0.0);
 
 impl ModeMachine {
-    /// Whether the experiment of `domain` before capture is still to be flown, or why it is skipped.
+    /// Whether the experiment of `domain` before capture is still to be flown, or why it is
+    /// skipped.
     pub fn step_status(&self, domain: Domain, situation: &Situation) -> StepStatus {
         let (index, seen) = (usize::from(domain.code()), situation.of(domain));
         let Some(experiment) = self.plan.experiment(domain) else { return StepStatus::NotPlanned };
@@ -125,7 +127,8 @@ impl ModeMachine {
         (alive && rate <= limit).then_some((rate, limit))
     }
 
-    /// Accepted inertial and slosh models younger than the limit, or an override; the base calm, its sensors alive.
+    /// Accepted inertial and slosh models younger than the limit, or an override; the base calm,
+    /// its sensors alive.
     fn may_capture(&self, situation: &Situation) -> Option<Measure> {
         let calm = situation.base_rate_rad_s <= self.plan.base_rate_limit_rad_s;
         if !(calm && situation.of(Domain::Inertial).inputs_alive) {

@@ -72,11 +72,13 @@ pub struct DomainSituation {
     pub inputs_alive: bool,
     /// Age of the accepted model of the phase before capture; `None` without one.
     pub accepted_age_frames: Option<u64>,
-    /// Largest standard deviation over its need, of an accepted model of this phase; at most one: nothing is left to
-    /// learn, the experiment is skipped. `None` without a model or without a need.
+    /// Largest standard deviation over its need, of an accepted model of this phase; at most one:
+    /// nothing is left to learn, the experiment is skipped. `None` without a model or without a
+    /// need.
     pub sigma_over_need: Option<f64>,
-    /// The same, predicted for the end of the experiment (Cramér–Rao); from [`super::OUT_OF_REACH`] on it cannot meet
-    /// the need and is skipped. `None` when nothing is predicted: then it is flown.
+    /// The same, predicted for the end of the experiment (Cramér–Rao); from [`super::OUT_OF_REACH`]
+    /// on it cannot meet the need and is skipped. `None` when nothing is predicted: then it is
+    /// flown.
     pub predicted_sigma_over_need: Option<f64>,
     /// The partition was given up.
     pub lost: bool,
@@ -94,7 +96,8 @@ pub struct ContactMeasure {
 /// Measured state in one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Situation {
-    /// Magnitude of the measured base rate; NaN when it is not known, which holds every guard on it closed.
+    /// Magnitude of the measured base rate; NaN when it is not known, which holds every guard on it
+    /// closed.
     pub base_rate_rad_s: f64,
     /// By `Domain::code`.
     pub domains: [DomainSituation; 3],

@@ -1,8 +1,10 @@
-//! The mode table: per state its timeout, its abort path and one block of rows (event, guard, action, next state).
+//! The mode table: per state its timeout, its abort path and one block of rows (event, guard,
+//! action, next state).
 //!
-//! Rows are tried from top to bottom; the first whose event and guard match is taken. Every block covers every event
-//! and ends it with [`Guard::Always`], so that each (state, event) pair is defined. Events of one frame are offered in
-//! the order of their codes, and a frame changes the state at most once.
+//! Rows are tried from top to bottom; the first whose event and guard match is taken. Every block
+//! covers every event and ends it with [`Guard::Always`], so that each (state, event) pair is
+//! defined. Events of one frame are offered in the order of their codes, and a frame changes the
+//! state at most once.
 
 use Action::{Abandon, Arm, Captured, End, Excite, Ignore, Override};
 use Event::{
@@ -24,7 +26,8 @@ use telemetry::ModeState::{
 pub enum Event {
     /// Operator or warden: make safe.
     SafeCommand = 1,
-    /// A partition was given up (derived from the situation in every frame, so it cannot be missed).
+    /// A partition was given up (derived from the situation in every frame, so it cannot be
+    /// missed).
     PartitionLost = 2,
     /// A sensor that the running experiment needs is silent (derived).
     InputsLost = 3,
@@ -105,8 +108,8 @@ impl Event {
         }
     }
 
-    /// Acts even while an earlier decision has not taken effect yet: it does not rest on measurements of the old mode,
-    /// or, contact, means the more for it.
+    /// Acts even while an earlier decision has not taken effect yet: it does not rest on
+    /// measurements of the old mode, or, contact, means the more for it.
     pub const fn is_urgent(self) -> bool {
         matches!(self, SafeCommand | PartitionLost | ContactSeen)
     }
@@ -116,14 +119,16 @@ impl Event {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Guard {
     Always,
-    /// The plan's next step leads to this state, every awaited model is judged, and what the state demands is measured:
-    /// base rate below its limit, inputs alive.
+    /// The plan's next step leads to this state, every awaited model is judged, and what the state
+    /// demands is measured: base rate below its limit, inputs alive.
     Enter(ModeState),
-    /// Every model the running experiment is to give has been judged (or the timeout spares the wait).
+    /// Every model the running experiment is to give has been judged (or the timeout spares the
+    /// wait).
     Judged,
     /// Every awaited model is judged and the plan holds nothing more.
     NothingLeft,
-    /// Accepted inertial and slosh models younger than the limit, or an override; base rate low, inputs alive.
+    /// Accepted inertial and slosh models younger than the limit, or an override; base rate low,
+    /// inputs alive.
     CaptureAllowed,
     /// The state has been decided on and is not in force yet.
     NotInForce,

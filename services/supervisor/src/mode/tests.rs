@@ -35,8 +35,9 @@ fn calm() -> Situation {
     situation
 }
 
-/// Flies `plan`: every experiment gets its verdict after its duration plus two windows, contact comes 50 frames after
-/// CAPTURE takes effect. `judge` says whether a domain's model is accepted. Ends with the run, or after `frames_max`.
+/// Flies `plan`: every experiment gets its verdict after its duration plus two windows, contact
+/// comes 50 frames after CAPTURE takes effect. `judge` says whether a domain's model is accepted.
+/// Ends with the run, or after `frames_max`.
 fn fly(plan: Plan, situation: Situation, judge: impl Fn(Domain) -> bool, frames_max: u64) -> Vec<Decision> {
     let (mut machine, mut situation) = (ModeMachine::new(plan, WINDOW), situation);
     let mut decisions: Vec<Decision> = Vec::new();
@@ -143,7 +144,8 @@ fn a_refused_model_is_repeated_as_often_as_planned_and_then_bars_capture() {
 
 #[test]
 fn a_model_older_than_its_limit_bars_capture() {
-    // Inertial flies last: the slosh model waits for its 3000 frames, the two windows of the verdict and two more.
+    // Inertial flies last: the slosh model waits for its 3000 frames, the two windows of the
+    // verdict and two more.
     let mut plan = Plan { accepted_age_limit_frames: 3000, ..full_plan() };
     assert!(!visited(&fly(plan, calm(), |_| true, 100_000)).contains(&ModeState::Capture));
     plan.accepted_age_limit_frames = 4000;
@@ -228,7 +230,8 @@ fn a_lost_partition_costs_its_experiment_before_capture_and_the_run_after_it() {
     situation.of_mut(Domain::Modal).lost = true;
     let lost = machine.evaluate(50, &[], &situation).unwrap();
     assert_eq!((lost.to, lost.event, lost.experiment), (Standby, Event::PartitionLost, Experiment::None));
-    // Another decision needs the first one in force; then the plan goes on without the modal experiment.
+    // Another decision needs the first one in force; then the plan goes on without the modal
+    // experiment.
     assert_eq!(machine.evaluate(149, &[], &situation), None);
     assert_eq!(machine.evaluate(150, &[], &situation).unwrap().to, PreCaptureSlosh);
     situation.source_lost = true;
@@ -342,12 +345,14 @@ fn random_sequences_never_excite_outside_experiments_and_always_come_to_an_end()
             let decision = machine.evaluate(frame, &stimuli, &situation);
             check_decision(&before, decision, &situation, seed);
             seen[usize::from(machine.state().code())] += 1;
-            // One evaluation leads to SAFE from wherever the machine stands, also before a decision takes effect.
+            // One evaluation leads to SAFE from wherever the machine stands, also before a decision
+            // takes effect.
             let mut stopped = machine.clone();
             stopped.evaluate(frame, &[Stimulus::SafeCommand], &situation);
             assert_eq!(stopped.state(), ModeState::Safe, "seed {seed}");
         }
-        // Left alone, whatever is measured, the run ends: at most 2 attempts at 4 experiments, 5 holds, and the rest.
+        // Left alone, whatever is measured, the run ends: at most 2 attempts at 4 experiments, 5
+        // holds, and the rest.
         let situation = random_situation(&mut noise);
         machine.evaluate(frame + 1, &[Stimulus::Start], &situation);
         let mut decisions = 0;

@@ -1,4 +1,5 @@
-//! The parameters read off plants against the published ones, and against those of the chain of Jacobians.
+//! The parameters read off plants against the published ones, and against those of the chain of
+//! Jacobians.
 
 use super::*;
 use simulation::oracle::arm_parameters::{ArmParameters, Target};

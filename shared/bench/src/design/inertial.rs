@@ -1,9 +1,11 @@
-//! Fourier trajectories of the two joints with the least bound, beside trajectory B under the same limits.
+//! Fourier trajectories of the two joints with the least bound, beside trajectory B under the same
+//! limits.
 //!
-//! One period as long as the record, a dozen harmonics: what trajectory B does with five of half the length. Quasi-Newton descents from
-//! trajectory B and from random motions, each first within limits drawn in by a few per cent, then checked on a grid of a sample each and
-//! drawn in further until every limit holds there. Every draw is a function of the seed. The result is a plant file that
-//! the simulator takes, the built-in arm with the new references.
+//! One period as long as the record, a dozen harmonics: what trajectory B does with five of half
+//! the length. Quasi-Newton descents from trajectory B and from random motions, each first within
+//! limits drawn in by a few per cent, then checked on a grid of a sample each and drawn in further
+//! until every limit holds there. Every draw is a function of the seed. The result is a plant file
+//! that the simulator takes, the built-in arm with the new references.
 
 mod verify;
 mod words;
@@ -22,7 +24,8 @@ pub use words::{plant_text, table};
 const HARMONICS: usize = 12;
 /// Numbers of a trajectory: an offset and two amplitudes per harmonic of each joint.
 const NUMBERS: usize = 2 * (1 + 2 * HARMONICS);
-/// Random starts: sigma of a rate's amplitude [rad/s], falling with the root of the harmonic, and of the offsets [rad].
+/// Random starts: sigma of a rate's amplitude [rad/s], falling with the root of the harmonic, and
+/// of the offsets [rad].
 const START_RATE: f64 = 0.12;
 const START_OFFSET: f64 = 1.2;
 /// Limits are drawn in by so much in a descent, then more, until the fine grid is content.
@@ -146,7 +149,8 @@ fn descend(design: &Design, start: &Designed, iterations: usize) -> Option<(Desi
     None
 }
 
-/// Offset, then cosine and sine amplitudes, joint by joint; offsets in units of the period's first angle.
+/// Offset, then cosine and sine amplitudes, joint by joint; offsets in units of the period's first
+/// angle.
 fn numbers(of: &Designed) -> Vec<f64> {
     let joint = |joint: &FourierJoint<HARMONICS>| {
         let first = joint.offset_rad * OFFSET_UNIT;
@@ -219,7 +223,8 @@ mod tests {
         let ratio = flown.report.geomean_rmse_over_crlb.expect("every record has an answer");
         assert!((ratio - 1.0).abs() < 0.1, "{ratio}"); // 60 records spread it by 0.03
         for (peak, limit) in flown.peaks.values().into_iter().zip(design.limits.values()) {
-            // the controllers follow the motion to a few mrad, and their torques carry what that needs
+            // the controllers follow the motion to a few mrad, and their torques carry what that
+            // needs
             assert!(peak < 1.02 * limit, "{peak} of {limit}");
         }
         let reference = design.assess_at(&b, 3000).expect("exciting").relative_rms();

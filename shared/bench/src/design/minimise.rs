@@ -1,4 +1,5 @@
-//! Least value of a smooth function of many numbers: limited-memory BFGS with gradients by central differences.
+//! Least value of a smooth function of many numbers: limited-memory BFGS with gradients by central
+//! differences.
 
 /// Pairs of steps and gradient changes that stand for the curvature.
 const MEMORY: usize = 12;
@@ -6,8 +7,8 @@ const MEMORY: usize = 12;
 const STEP: f64 = 1e-5;
 const BACKTRACKS_MAX: usize = 30;
 
-/// Walks downhill from `start` for at most `iterations`, until a step gains less than `settled`; the place and its value. `None` from
-/// `value` is a wall.
+/// Walks downhill from `start` for at most `iterations`, until a step gains less than `settled`;
+/// the place and its value. `None` from `value` is a wall.
 pub fn minimise(
     start: Vec<f64>,
     iterations: usize,
@@ -119,7 +120,8 @@ mod tests {
         };
         let start = (0..10).map(|i| if i % 2 == 0 { -1.2 } else { 1.0 }).collect();
         let (x, least) = minimise(start, 2000, 0.0, &rosenbrock).expect("no wall");
-        // Nine links have a second, higher minimum near x0 = −1; differences of 1e-5 leave 1e-9 of the gradient.
+        // Nine links have a second, higher minimum near x0 = −1; differences of 1e-5 leave 1e-9 of
+        // the gradient.
         assert!(least < 1e-8 || (least - 3.98).abs() < 0.02, "{least} {x:?}");
     }
 

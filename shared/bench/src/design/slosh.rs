@@ -1,9 +1,10 @@
-//! Bursts of thrust with the least bound of the slosh parameters, within thrust, stroke, impulse and time.
+//! Bursts of thrust with the least bound of the slosh parameters, within thrust, stroke, impulse
+//! and time.
 //!
-//! Whole cycles of a square wave near the expected mode, once or repeated, then coasting: unlike a sine, that tells thrust
-//! scale, bias and start from the tank. The grid is small and searched completely; the amplitude is the greatest that all
-//! limits allow, for every bound falls with it. The result is a plant file that the simulator takes, and a scenario
-//! that flies it.
+//! Whole cycles of a square wave near the expected mode, once or repeated, then coasting: unlike a
+//! sine, that tells thrust scale, bias and start from the tank. The grid is small and searched
+//! completely; the amplitude is the greatest that all limits allow, for every bound falls with it.
+//! The result is a plant file that the simulator takes, and a scenario that flies it.
 
 use crate::plants;
 use crate::slosh::{Slosh, expected};
@@ -92,7 +93,8 @@ pub struct Task {
 }
 
 impl Task {
-    /// The benchmark's tank, start, bias and thrust scale unknown; steps of a second in records above 2000 s, else of half.
+    /// The benchmark's tank, start, bias and thrust scale unknown; steps of a second in records
+    /// above 2000 s, else of half.
     pub fn new(limits: ThrustLimits) -> Self {
         let (hypothesis, base_mass_kg) = expected(&Slosh::bp2());
         let interval_s = if limits.duration_s > 2000.0 { 1.0 } else { 0.5 };

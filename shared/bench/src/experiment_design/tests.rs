@@ -80,7 +80,8 @@ fn the_tanks_acceleration_is_the_second_derivative_of_its_place_in_inertial_axes
 
 #[test]
 fn stiff_propellant_is_displaced_by_what_its_spring_must_carry_and_by_at_most_twice_that_as_it_starts() {
-    // Far above the motion's frequencies the spring carries a: the displacement is max |a| / Ω², after a start at rest up to twice a / Ω².
+    // Far above the motion's frequencies the spring carries a: the displacement is max |a| / Ω²,
+    // after a start at rest up to twice a / Ω².
     let (mut design, trajectory, tank) = (design(), FourierTrajectory::trajectory_b(), tank(5.0));
     design.tank = Some(tank);
     let instants = 3000;

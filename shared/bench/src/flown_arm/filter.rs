@@ -78,7 +78,8 @@ fn filter_and_smoother_agree_to_a_part_of_a_sigma_and_their_covariances_are_hone
         nis += smoothed.nis.per_degree().expect("6000 samples") / seeds as f64;
     }
     println!("NEES filter {filter_nees:.2}, smoother {smoother_nees:.2} for 8; NIS {nis:.4}");
-    // √(16/16) = 1, four of them: enough to see a covariance wrong by 1.5. `obsid bench bp1a` has the long campaign.
+    // √(16/16) = 1, four of them: enough to see a covariance wrong by 1.5. `obsid bench bp1a` has
+    // the long campaign.
     assert!((filter_nees - 8.0).abs() < 4.0 && (smoother_nees - 8.0).abs() < 4.0);
     assert!((nis - 1.0).abs() < 0.01, "{nis}"); // √(2 / (30 000 · 16)) = 0.002
 }

@@ -1,7 +1,9 @@
-//! BP1B: the same arm on a base that thrusts. Eight parameters, all linear, the total mass among them, absolute.
+//! BP1B: the same arm on a base that thrusts. Eight parameters, all linear, the total mass among
+//! them, absolute.
 //!
-//! The bound contains the noise of every sensor and of the actuators, unlike the bound with perfect kinematics; it comes from a covariance
-//! recursion of its own along the motion with perfect sensors (`crate::flying_bound`), its prior a hundred times wider than what is found.
+//! The bound contains the noise of every sensor and of the actuators, unlike the bound with perfect
+//! kinematics; it comes from a covariance recursion of its own along the motion with perfect
+//! sensors (`crate::flying_bound`), its prior a hundred times wider than what is found.
 
 use super::{CHANNELS, TORQUES, planar_arm, sigma};
 use crate::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
@@ -44,7 +46,8 @@ impl Flying {
         Self { plant: built_in("free_flying_arm") }
     }
 
-    /// The arm as the closed form describes it, and the base's centre of mass from the accelerometer.
+    /// The arm as the closed form describes it, and the base's centre of mass from the
+    /// accelerometer.
     fn arm(&self) -> (PlanarArm, [f64; 2]) {
         let base_com_m = ["hub.com.x", "hub.com.y"].map(|name| number(&self.plant, name));
         (planar_arm(&self.plant), base_com_m)

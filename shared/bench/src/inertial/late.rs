@@ -1,7 +1,8 @@
-//! Trajectory B with two unmodelled effects: the gyro is 5 ms late and an external torque of 1e-3 N m acts on the base.
+//! Trajectory B with two unmodelled effects: the gyro is 5 ms late and an external torque of 1e-3 N
+//! m acts on the base.
 //!
-//! Plain weighted least squares beside the fit with the two columns, each against the bound of its own model: the eight alone, as if nothing
-//! were hidden, and all ten together.
+//! Plain weighted least squares beside the fit with the two columns, each against the bound of its
+//! own model: the eight alone, as if nothing were hidden, and all ten together.
 
 use super::{Inertial, NAMES, truth};
 use crate::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};

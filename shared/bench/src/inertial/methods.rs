@@ -237,7 +237,8 @@ fn flown<const P: usize, const A: usize, const X: usize>(at: &Inertial<P, A>, re
     claimed(at, live::<P, X>(&record.samples, &live_settings(at)).ok_or(()))
 }
 
-/// The same with the momentum believed wrongly and torque sensors whose common scale is off by a sigma that is declared.
+/// The same with the momentum believed wrongly and torque sensors whose common scale is off by a
+/// sigma that is declared.
 fn flown_scaled<const P: usize, const A: usize, const X: usize>(at: &Inertial<P, A>, record: &Record) -> Answer {
     let mut settings = LiveSettings { torque_scale_sd: TORQUE_SCALE_SD, ..live_settings(at) };
     settings.momentum.h_nms *= 1.0 + record.unknown.momentum;

@@ -1,7 +1,8 @@
-//! The same estimator without a designed input: the arm holds its posture, then slews one joint slowly, as in station keeping and a move.
+//! The same estimator without a designed input: the arm holds its posture, then slews one joint
+//! slowly, as in station keeping and a move.
 //!
-//! The prior is what is believed of the arm, drawn anew for every record. Each parameter is said to be identified, left at its prior, or not
-//! excited, by what the data did to the prior's sigma.
+//! The prior is what is believed of the arm, drawn anew for every record. Each parameter is said to
+//! be identified, left at its prior, or not excited, by what the data did to the prior's sigma.
 
 use super::{Inertial, NAMES, sigma, truth};
 use crate::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};

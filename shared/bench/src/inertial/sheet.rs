@@ -1,5 +1,6 @@
-//! Trajectory B with the systematic errors that the data sheets of the sensors allow, drawn anew for every record: gyro bias and scale, joint rate scales
-//! and zeros, latency. Intervals from the noise alone, and from noise and data sheet together (Schmidt's consider covariance).
+//! Trajectory B with the systematic errors that the data sheets of the sensors allow, drawn anew
+//! for every record: gyro bias and scale, joint rate scales and zeros, latency. Intervals from the
+//! noise alone, and from noise and data sheet together (Schmidt's consider covariance).
 
 use super::{Inertial, NAMES, truth};
 use crate::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};

@@ -1,8 +1,9 @@
-//! The target's mass, centre of mass and inertia: the whole chain before capture (BP1A, BP1B) and after it, simulated.
+//! The target's mass, centre of mass and inertia: the whole chain before capture (BP1A, BP1B) and
+//! after it, simulated.
 //!
-//! The momentum after capture is known, or found from a modulated wheel; or it is known and the target states its parameters with honest
-//! sigmas, which are tested and fused. The chaser's data sheet is drawn anew for every record from the sigmas that the
-//! estimator assumes.
+//! The momentum after capture is known, or found from a modulated wheel; or it is known and the
+//! target states its parameters with honest sigmas, which are tested and fused. The chaser's data
+//! sheet is drawn anew for every record from the sigmas that the estimator assumes.
 
 use super::flying::Flying;
 use super::methods::weighted;
@@ -55,7 +56,8 @@ impl Chain {
         Vector4::new(at("target.mass"), at("target.com.x"), at("target.com.y"), at("target.inertia.zz"))
     }
 
-    /// The data sheet of one record: the truth, every number off by its sigma times a normal number.
+    /// The data sheet of one record: the truth, every number off by its sigma times a normal
+    /// number.
     fn prior(&self, stream: Option<&Stream>) -> ChaserPrior {
         let drawn = |i: u64| stream.map_or(0.0, |stream| stream.normal(i));
         let mut arm = planar_arm(&self.after.plant);
@@ -111,7 +113,8 @@ impl Chain {
         }
     }
 
-    /// Covariances from the bounds of the experiments: momentum known, from the wheel, known with what the target states.
+    /// Covariances from the bounds of the experiments: momentum known, from the wheel, known with
+    /// what the target states.
     fn bounds(&self) -> Option<[Matrix4<f64>; 3]> {
         let alpha = super::truth(&self.before.plant);
         let before = Estimate { alpha, covariance: self.before.momentum_information().bound()? };

@@ -1,7 +1,9 @@
-//! Nine parameters after capture when the momentum is unknown: a wheel of known momentum is modulated, and the total is one more unknown.
+//! Nine parameters after capture when the momentum is unknown: a wheel of known momentum is
+//! modulated, and the total is one more unknown.
 //!
-//! The wheel takes 10 N m s from the body and gives them back, twenty seconds a cycle: `Y_h α − h = −h_w(t)`. What the wheel has taken is
-//! the sum of the commanded torques, held over each period.
+//! The wheel takes 10 N m s from the body and gives them back, twenty seconds a cycle:
+//! `Y_h α − h = −h_w(t)`. What the wheel has taken is the sum of the commanded torques, held over
+//! each period.
 
 use super::{Inertial, NAMES, sigma, truth};
 use crate::campaign::{Answer, Benchmark, Cost, Found, Method, Parameter, cost};
@@ -65,7 +67,8 @@ impl Wheel {
         (0..periods(plant)).map(step).unzip()
     }
 
-    /// Nine parameters and the momentum from one record; `None` where the wheel's variation does not determine the scale.
+    /// Nine parameters and the momentum from one record; `None` where the wheel's variation does
+    /// not determine the scale.
     pub fn found(&self, seed: u64, record: usize) -> Option<Estimate<10>> {
         let (samples, wheel) = self.record(&self.mated, seed, record);
         let settings = &self.mated.settings;

@@ -1,7 +1,8 @@
-//! Cramér–Rao bound of decays side by side: poles, shapes and biases common, the modes' amplitudes those of each segment.
+//! Cramér–Rao bound of decays side by side: poles, shapes and biases common, the modes' amplitudes
+//! those of each segment.
 //!
-//! `y_i(t) = Re Σ_k ψ_ik η_sk e^{λ_k t} + b_i` in segment s; one η of each mode is 1. Every pole but the one looked at, and every
-//! other unknown, is a nuisance.
+//! `y_i(t) = Re Σ_k ψ_ik η_sk e^{λ_k t} + b_i` in segment s; one η of each mode is 1. Every pole
+//! but the one looked at, and every other unknown, is a nuisance.
 
 use super::linear::TrueMode;
 use nalgebra::{Complex, DMatrix, DVector};
@@ -15,7 +16,8 @@ pub struct Decays<'a> {
 }
 
 impl Decays<'_> {
-    /// Standard deviations of (f, ζ) of the vibrations among the modes, white noise of `sigma` per sample and channel.
+    /// Standard deviations of (f, ζ) of the vibrations among the modes, white noise of `sigma` per
+    /// sample and channel.
     ///
     /// `None` when the segments do not tell the unknowns apart.
     pub fn bounds(&self, sigma: f64) -> Option<Vec<(f64, f64)>> {
@@ -51,7 +53,8 @@ impl Decays<'_> {
         let samples: usize = self.segments.iter().map(|segment| segment.len() * channels).sum();
         let mut columns: Vec<DVector<f64>> = Vec::new();
         let all = self.modes.iter().enumerate();
-        // Derivative by one complex unknown: Re and, of a vibration, Re i times what stands before it.
+        // Derivative by one complex unknown: Re and, of a vibration, Re i times what stands before
+        // it.
         let mut add = |mode: &TrueMode, before: &dyn Fn(usize, usize, f64) -> Complex<f64>| {
             let turns = if is_real(mode) { 1 } else { 2 };
             for turn in [Complex::new(1.0, 0.0), Complex::i()].into_iter().take(turns) {

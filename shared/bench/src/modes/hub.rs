@@ -1,6 +1,8 @@
-//! What the hub-free modes say of the parts: modes with the hub held fast, and the inertia of the hub.
+//! What the hub-free modes say of the parts: modes with the hub held fast, and the inertia of the
+//! hub.
 //!
-//! [`physics::appendage::parts`] over records of the campaign: errors, and whether they are what is claimed.
+//! [`physics::appendage::parts`] over records of the campaign: errors, and whether they are what is
+//! claimed.
 
 use super::Modes;
 use crate::campaign::Campaign;
@@ -86,7 +88,8 @@ mod tests {
             assert!((rmse_percent / sd_percent - 1.0).abs() < 0.34, "{name}: {rmse_percent} of {sd_percent}");
             assert!(*coverage95 > 0.85, "{name}: {coverage95}");
         }
-        // Asked of the locked frequency from a fit of all samples: 0.0005 %. The modes alone keep most of that.
+        // Asked of the locked frequency from a fit of all samples: 0.0005 %. The modes alone keep
+        // most of that.
         assert!(parts[0].sd_percent < 0.002, "{}", parts[0].sd_percent);
     }
 }

@@ -1,4 +1,5 @@
-//! Modes of the linearised plant: poles and what the accelerometers show of them, in open loop and under its sampled controller.
+//! Modes of the linearised plant: poles and what the accelerometers show of them, in open loop and
+//! under its sampled controller.
 
 use dynamics::description::{Initial, Plant};
 use dynamics::system::{StateSpace, System, Workspace};
@@ -34,7 +35,8 @@ fn state_space(plant: &Plant) -> Option<StateSpace> {
     Some(system.linearise(&mut Workspace::new(&system), 0.0, &x, &u))
 }
 
-/// Vibrations of the plant with its inputs held, `accelerometers` being rows of the output, in order of frequency.
+/// Vibrations of the plant with its inputs held, `accelerometers` being rows of the output, in
+/// order of frequency.
 pub fn open_loop(plant: &Plant, accelerometers: &[usize]) -> Option<Vec<TrueMode>> {
     let space = state_space(plant)?;
     let vibrates = |pole: &Complex<f64>| pole.im > 1e-3; // the hub's own pair at zero scatters around it
@@ -49,9 +51,11 @@ pub fn open_loop(plant: &Plant, accelerometers: &[usize]) -> Option<Vec<TrueMode
     Some(modes)
 }
 
-/// All poles of the plant with its only controller, sampled and held once per period, the reference at rest.
+/// All poles of the plant with its only controller, sampled and held once per period, the reference
+/// at rest.
 ///
-/// `u_k = −kp θ_k − kd θ'_k + ki I_k`, `I_k = I_{k−1} − θ_k Δ`; poles are `ln z / Δ` of the sampled loop.
+/// `u_k = −kp θ_k − kd θ'_k + ki I_k`, `I_k = I_{k−1} − θ_k Δ`; poles are `ln z / Δ` of the sampled
+/// loop.
 pub fn closed_loop(plant: &Plant, accelerometers: &[usize]) -> Option<Vec<TrueMode>> {
     let space = state_space(plant)?;
     let [controller] = &plant.controllers[..] else { return None };

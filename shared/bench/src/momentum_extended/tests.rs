@@ -24,7 +24,8 @@ fn noisy(clean: &[MomentumSample], seed: u64) -> Vec<MomentumSample> {
     samples
 }
 
-/// Base rates as an external torque and a gyro late by [`LATE_S`] leave them: `D dw0 = T t`, half a sample late.
+/// Base rates as an external torque and a gyro late by [`LATE_S`] leave them: `D dw0 = T t`, half a
+/// sample late.
 fn concealed(alpha: &Alpha) -> Vec<MomentumSample> {
     let mut samples: Vec<MomentumSample> =
         record(alpha, &benchmark_sigma(), 60, 1, 0.0).iter().map(|sample| sample.motion).collect();

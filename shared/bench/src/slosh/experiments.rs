@@ -1,4 +1,5 @@
-//! Force records of BP2 beside the seed's sine: a burst with coasting, and repeated bursts within a stroke.
+//! Force records of BP2 beside the seed's sine: a burst with coasting, and repeated bursts within a
+//! stroke.
 
 use dynamics::description::{Plant, Quantity, Signal, SignalKind};
 
@@ -39,7 +40,8 @@ impl Bursts {
     }
 }
 
-/// Replaces the first actuator's command by single cycles of a square wave, one after the other, and the duration.
+/// Replaces the first actuator's command by single cycles of a square wave, one after the other,
+/// and the duration.
 pub(super) fn quicken(plant: &mut Plant, amplitude_n: f64, cycles_s: &[f64], duration_s: f64) {
     let mut begin_s = 0.0;
     let cycle = |cycle_s: &f64| {

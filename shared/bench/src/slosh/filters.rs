@@ -1,7 +1,9 @@
-//! The Kalman filters of BP2 from a start that is wrong by 45 %: unscented, one pass and two, and extended.
+//! The Kalman filters of BP2 from a start that is wrong by 45 %: unscented, one pass and two, and
+//! extended.
 //!
-//! The extended filter is a baseline in `[r, ṙ, ln ms, ln ks, ln cs]`, sensitivities by central differences. It shows what
-//! the linearisation at a poor start costs, and that its covariance does not say so.
+//! The extended filter is a baseline in `[r, ṙ, ln ms, ln ks, ln cs]`, sensitivities by central
+//! differences. It shows what the linearisation at a poor start costs, and that its covariance does
+//! not say so.
 
 use super::PARAMETERS;
 use crate::campaign::Answer;

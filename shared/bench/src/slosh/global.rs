@@ -1,9 +1,9 @@
 //! Global start on one axis: tanks drawn at random, nothing known but the mass of the craft.
 //!
-//! Slosh masses of 10 to 150 kg, modes of 6 to 40 mHz, damping ratios of 0.2 to 5 %, the first and the last two evenly in
-//! their logarithms. Five cycles of ±44 N, ever faster, then coasting to 1000 s; start, bias and thrust scale unknown. An
-//! answer further than five of its tank's Cramér–Rao sigmas from the truth in any number is a wrong minimum and counts as
-//! failed.
+//! Slosh masses of 10 to 150 kg, modes of 6 to 40 mHz, damping ratios of 0.2 to 5 %, the first and
+//! the last two evenly in their logarithms. Five cycles of ±44 N, ever faster, then coasting to
+//! 1000 s; start, bias and thrust scale unknown. An answer further than five of its tank's
+//! Cramér–Rao sigmas from the truth in any number is a wrong minimum and counts as failed.
 
 use super::{Answer, Benchmark, Cost, Found, Method, NAMES, PARAMETERS, Parameter, Slosh, UNCALIBRATED, method};
 use crate::campaign::{Campaign, cost};

@@ -1,10 +1,12 @@
-//! The published estimators of the slosh parameters: total least squares and instrumental variables on an accelerometer
-//! that is integrated twice (BP2, Eqs. 16–18), kept so that their failure on the damping is seen on the same records.
+//! The published estimators of the slosh parameters: total least squares and instrumental variables
+//! on an accelerometer that is integrated twice (BP2, Eqs. 16–18), kept so that their failure on
+//! the damping is seen on the same records.
 //!
-//! `a − f/m0 = −c* v0 − k* x0 + c*/(m0+ms) ∫f + k*/(m0+ms) ∬f`,  `c* = cs/μ`, `k* = ks/μ`, `ms = k*/a4 − m0`.
+//! `a − f/m0 = −c* v0 − k* x0 + c*/(m0+ms) ∫f + k*/(m0+ms) ∬f`,  `c* = cs/μ`, `k* = ks/μ`,
+//! `ms = k*/a4 − m0`.
 //!
-//! The source does not say what its instruments are. Here, as usual: the same regressors without noise, simulated with the
-//! estimate of total least squares.
+//! The source does not say what its instruments are. Here, as usual: the same regressors without
+//! noise, simulated with the estimate of total least squares.
 
 use crate::campaign::Answer;
 use estimation::total_least_squares::TotalLeastSquares;
@@ -54,7 +56,8 @@ pub(super) fn total_least_squares(record: &[SloshSample], base_mass_kg: f64) -> 
     factor.estimate().ok().map(|alpha| parameters(&alpha, base_mass_kg))
 }
 
-/// Instrumental variables over a record; nothing when total least squares gives no tank to simulate.
+/// Instrumental variables over a record; nothing when total least squares gives no tank to
+/// simulate.
 pub(super) fn instrumental_variables(record: &[SloshSample], base_mass_kg: f64) -> Option<[f64; PARAMETERS]> {
     let [slosh_mass_kg, stiffness_n_m, damping_n_s_m] = total_least_squares(record, base_mass_kg)?;
     if !(slosh_mass_kg > 0.0 && stiffness_n_m > 0.0) {
@@ -109,7 +112,8 @@ mod tests {
         let (record, base_mass_kg) = (quiet.record(0, 0), slosh.settings.base_mass_kg);
         for found in [total_least_squares(&record, base_mass_kg), instrumental_variables(&record, base_mass_kg)] {
             for (value, truth) in found.expect("generic").iter().zip(slosh.truth().iter()) {
-                // The mean acceleration stands for the one at mid-interval: (ω dt)²/24 = 2e-6, times the gain 36 of ms.
+                // The mean acceleration stands for the one at mid-interval: (ω dt)²/24 = 2e-6,
+                // times the gain 36 of ms.
                 assert!((value / truth - 1.0).abs() < 1e-3, "{value} {truth}");
             }
         }

@@ -1,4 +1,5 @@
-//! BP2 in the plane: slosh mass on two springs off the centre, from accelerometer and gyro under thrusters and a torque.
+//! BP2 in the plane: slosh mass on two springs off the centre, from accelerometer and gyro under
+//! thrusters and a torque.
 
 use super::method;
 use crate::campaign::{Answer, Benchmark, Campaign, Cost, Found, Method, Parameter, cost};
@@ -26,7 +27,8 @@ const SCALE_ERROR: [f64; 2] = [0.01, -0.006];
 const CALIBRATION: (f64, f64, f64) = (44.0, 0.5, 60.0);
 /// Bursts from which the remark on the calibration is made.
 const BURSTS: usize = 200;
-/// The bursts along x and along y come before the record: sensor noise of their own, from other seeds.
+/// The bursts along x and along y come before the record: sensor noise of their own, from other
+/// seeds.
 const BURST_SEEDS: [u64; 2] = [1 << 32, 2 << 32];
 
 /// Bias of accelerometers and gyro, unknown to the estimators.
@@ -44,7 +46,8 @@ pub struct Planar {
 }
 
 impl Planar {
-    /// 1800 s, three cycles along x, along y and about z within 0.52 m of stroke (benchmark page 2, section 4).
+    /// 1800 s, three cycles along x, along y and about z within 0.52 m of stroke (benchmark page 2,
+    /// section 4).
     pub fn bp2() -> Self {
         let mut plant = built_in("tank_planar");
         plant.simulation.duration_s = 1800.0;
@@ -90,7 +93,8 @@ impl Planar {
         samples
     }
 
-    /// The minute of fast thrust along x (0) or y (1) that comes before: its samples, as the calibration receives them.
+    /// The minute of fast thrust along x (0) or y (1) that comes before: its samples, as the
+    /// calibration receives them.
     fn calibration_burst(&self, seed: u64, record: usize, axis: usize) -> Vec<SloshSample> {
         let (amplitude_n, frequency_hz, duration_s) = CALIBRATION;
         let mut plant = self.plant.clone();
@@ -124,7 +128,8 @@ impl Planar {
         Some([along(0)?, along(1)?])
     }
 
-    /// RMSE of the scale over some bursts, the sigma they state, and the bound were scales and delays known.
+    /// RMSE of the scale over some bursts, the sigma they state, and the bound were scales and
+    /// delays known.
     fn calibration_remark(&self, seed: u64) -> Option<String> {
         let found: Vec<ThrustCalibration> =
             (0..BURSTS).map(|record| self.calibrations(seed, record).map(|both| both[0])).collect::<Option<_>>()?;
@@ -160,7 +165,8 @@ impl Planar {
         PlanarRecord::new(samples, self.plant.simulation.period_s, self.noise)
     }
 
-    /// Bound of each number [same unit], with these sensors and bursts whose sigmas are `share` of the real ones.
+    /// Bound of each number [same unit], with these sensors and bursts whose sigmas are `share` of
+    /// the real ones.
     fn bounds(&self, noise: PlanarNoise, share: f64) -> Option<SVector<f64, SPRINGS>> {
         let samples = self.record(0, 0);
         let mut prior = calibrated(&self.calibrations(0, 0)?)?;

@@ -1,7 +1,9 @@
-//! `obsid bench bp2-suspension`: spring or pendulum, record by record of new noise, each truth in turn.
+//! `obsid bench bp2-suspension`: spring or pendulum, record by record of new noise, each truth in
+//! turn.
 //!
-//! Requirements: the right hypothesis always, a right model that explains its record (z within 4) with its length within 0.2 % and its mass
-//! within three sigma, and a wrong one that does not explain it (z above 50).
+//! Requirements: the right hypothesis always, a right model that explains its record (z within 4)
+//! with its length within 0.2 % and its mass within three sigma, and a wrong one that does not
+//! explain it (z above 50).
 
 use super::tank_model::TankModelChoice;
 use crate::campaign::Campaign;

@@ -1,8 +1,10 @@
-//! Spring or pendulum? Three levels of axial thrust tell: a pendulum stiffens in proportion, a spring does not.
+//! Spring or pendulum? Three levels of axial thrust tell: a pendulum stiffens in proportion, a
+//! spring does not.
 //!
-//! Each level alone gives a stiffness, since at one level both models are the same to first order; their regression
-//! `k(a) = k0 + k1 a` on the axial acceleration says which it is. The joint fit of both models over all levels confirms it
-//! by the Bayesian information criterion and says whether the winner explains the record.
+//! Each level alone gives a stiffness, since at one level both models are the same to first order;
+//! their regression `k(a) = k0 + k1 a` on the axial acceleration says which it is. The joint fit of
+//! both models over all levels confirms it by the Bayesian information criterion and says whether
+//! the winner explains the record.
 
 use super::method;
 use super::planar::{hub, noise, samples, summed};
@@ -81,8 +83,8 @@ impl TankModelChoice {
         PlanarRecord::new(samples, self.plant.simulation.period_s, self.noise)
     }
 
-    /// What the record says of the suspension, from sums of four samples: 23 per period, whose integration is exact to 5e-5
-    /// of the frequency, a seventh of what the record tells of it.
+    /// What the record says of the suspension, from sums of four samples: 23 per period, whose
+    /// integration is exact to 5e-5 of the frequency, a seventh of what the record tells of it.
     pub fn decide(&self, samples: &[PlanarSample]) -> Option<SuspensionVerdict> {
         const SUMMED: usize = 4;
         let (sums, interval_s) = (summed(samples, SUMMED), SUMMED as f64 * self.plant.simulation.period_s);

@@ -1,4 +1,5 @@
-//! The published estimators over the length of the record: their damping gets worse with more data, the bound better.
+//! The published estimators over the length of the record: their damping gets worse with more data,
+//! the bound better.
 
 use super::{NAMES, PARAMETERS, Slosh, paper};
 use crate::campaign::{Answer, Benchmark, Campaign, Cost, Method, Parameter, statistics};
@@ -38,7 +39,8 @@ impl Benchmark for Shortened<'_> {
     }
 }
 
-/// Median errors [%] of the published estimators beside the bound, one line per length of the record.
+/// Median errors [%] of the published estimators beside the bound, one line per length of the
+/// record.
 pub(super) fn table(slosh: &Slosh, campaign: &Campaign) -> String {
     let mut text = format!(
         "Published estimators over the length of the record, median error % of {} (bound: one sigma):\n{:>7} {:>27} {:>27} {:>27}",

@@ -33,7 +33,8 @@ fn all_kinds() -> [PlanarSlosh; 3] {
     ]
 }
 
-/// Linear momentum in inertial axes, angular momentum about the inertial origin and energy, from positions.
+/// Linear momentum in inertial axes, angular momentum about the inertial origin and energy, from
+/// positions.
 struct World {
     angle: f64,
     position: Vector2<f64>,

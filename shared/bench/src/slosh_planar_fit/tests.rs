@@ -1,4 +1,5 @@
-//! Sensitivities; the estimator itself is tested with the searches that use it (`slosh_planar_id`, `slosh_planar_second`).
+//! Sensitivities; the estimator itself is tested with the searches that use it (`slosh_planar_id`,
+//! `slosh_planar_second`).
 
 use super::*;
 use crate::slosh_planar::{Suspension, Wrench};
@@ -34,7 +35,8 @@ fn an_hour_of_slosh_promises_the_same_sigmas_whatever_small_change_its_sensitivi
         covariance.expect("observed").diagonal().map(libm::sqrt)
     };
     let (near, far) = (sigmas(0.1), sigmas(5.0));
-    // Truncation: 1e-7 of five times the scale, through 130 rad of phase and a correlation of mass and stiffness of 0.999.
+    // Truncation: 1e-7 of five times the scale, through 130 rad of phase and a correlation of mass
+    // and stiffness of 0.999.
     let off = (far.component_div(&near) - SVector::<f64, 5>::repeat(1.0)).amax();
     assert!(off < 5e-3, "{off}");
 }

@@ -1,4 +1,5 @@
-//! The planar search on records of the model itself; truth from another formulation is tested with the benchmarks.
+//! The planar search on records of the model itself; truth from another formulation is tested with
+//! the benchmarks.
 
 use super::*;
 use crate::seeded_noise::SeededNoise;
@@ -117,7 +118,8 @@ fn what_a_calibration_leaves_of_the_thrusts_scale_is_part_of_every_sigma() {
         let z = error.component_div(&found.estimate.sigmas().fixed_rows::<SPRINGS>(0));
         assert!(z.amax() < 4.0, "{z}"); // 7 unit normal numbers
     }
-    // Known thrusters: 0.57 %. A scale good to 0.04 % costs less than a tenth of that, one good to 1 % more than all of it.
+    // Known thrusters: 0.57 %. A scale good to 0.04 % costs less than a tenth of that, one good to
+    // 1 % more than all of it.
     let percent = |found: &PlanarAnswer<SPRINGS_AND_THRUST>| 100.0 * found.estimate.sigmas()[0] / truth[0];
     assert!(percent(&good) > 0.5 && percent(&good) < 0.62, "{}", percent(&good));
     assert!(percent(&poor) > 2.0 * percent(&good), "{} {}", percent(&poor), percent(&good));

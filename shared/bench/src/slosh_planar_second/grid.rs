@@ -1,4 +1,5 @@
-//! The point of the grid: axis, frequency and damping ratio of a second slosh mass, which with eight numbers make ten.
+//! The point of the grid: axis, frequency and damping ratio of a second slosh mass, which with
+//! eight numbers make ten.
 
 use libm::sqrt;
 use nalgebra::{SMatrix, SVector, Vector2};

@@ -1,5 +1,5 @@
-//! Where a record decides alone, the second mass is ten numbers fitted jointly; a record of an independent simulator where it
-//! does not is tested with the benchmarks.
+//! Where a record decides alone, the second mass is ten numbers fitted jointly; a record of an
+//! independent simulator where it does not is tested with the benchmarks.
 
 use super::*;
 use crate::seeded_noise::SeededNoise;

@@ -9,7 +9,8 @@ use dynamics::noise::Stream;
 use dynamics::system::{System, Workspace};
 use simulation::{SimulationError, Simulator, record};
 
-/// Rates and readings of the plant with one effect, in the states that it has without, at a random state; hidden states at zero.
+/// Rates and readings of the plant with one effect, in the states that it has without, at a random
+/// state; hidden states at zero.
 fn answer(effect: &Effect, site: &Site, parameters: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let mut plant = plant();
     let names = effect.parameters.iter().map(|parameter| parameter.name);
@@ -211,7 +212,8 @@ fn propellant_that_is_gone_is_gone_in_the_next_segment_and_noise_is_not_firing()
     assert!((burnt - 10.0).abs() < 1e-9, "{burnt}"); // 10 N for 1 s
     simulator.restart(5.0, &plant.initial.clone()).unwrap();
     assert_eq!(*simulator.truth().state.last().unwrap(), burnt);
-    // coasting with a noisy actuator: the sum of 2000 samples of 1 N over 10 ms has 0.45 N s; rectified it would be 16 N s
+    // coasting with a noisy actuator: the sum of 2000 samples of 1 N over 10 ms has 0.45 N s;
+    // rectified it would be 16 N s
     plant.actuators[0].command.clear();
     plant.actuators[0].noise = Quantity::known(1.0);
     let coasted = impulse(&mut Simulator::new(&plant, 1, "test").unwrap(), 2000);
@@ -257,7 +259,8 @@ fn clocks_ranges_and_resolutions_of_effects_reach_the_record() {
     }
 }
 
-/// A joint driven through `0.5 sin(2π t/4)` with bristles; (time, bend) at the end of every control period.
+/// A joint driven through `0.5 sin(2π t/4)` with bristles; (time, bend) at the end of every control
+/// period.
 fn bends(kind: &str, values: &[(&str, f64)]) -> Vec<(f64, f64)> {
     use dynamics::description::{ActuatorKind, Prescribed};
     let mut plant = plant();
@@ -279,7 +282,8 @@ fn bends(kind: &str, values: &[(&str, f64)]) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Under an imposed displacement a Dahl bristle approaches its sign as `e^(-way/d)` since the last turning point (Dahl 1968).
+/// Under an imposed displacement a Dahl bristle approaches its sign as `e^(-way/d)` since the last
+/// turning point (Dahl 1968).
 #[test]
 fn a_bristle_under_imposed_displacement_runs_the_loop_of_dahl() {
     let d = 0.05;
@@ -297,7 +301,8 @@ fn a_bristle_under_imposed_displacement_runs_the_loop_of_dahl() {
     }
 }
 
-/// Bristles much shorter than the way of one step do not blow up: what is left of them is dry friction.
+/// Bristles much shorter than the way of one step do not blow up: what is left of them is dry
+/// friction.
 #[test]
 fn bristles_shorter_than_a_step_are_dry_friction() {
     for (kind, values) in [
@@ -306,7 +311,8 @@ fn bristles_shorter_than_a_step_are_dry_friction() {
     ] {
         for (t, bend) in bends(kind, &values) {
             assert!(bend.abs() < 1.0 + 1e-3, "{kind} {t}: {bend}");
-            // a fifth of a second behind a reversal: 20 steps, each of which leaves e^-1 of the rest or less
+            // a fifth of a second behind a reversal: 20 steps, each of which leaves e^-1 of the
+            // rest or less
             let phase = (t + 1.0) % 2.0;
             if t > 0.2 && (0.2..1.99).contains(&phase) {
                 let sign = if (t + 1.0) % 4.0 < 2.0 { 1.0 } else { -1.0 };

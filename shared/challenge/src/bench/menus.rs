@@ -268,7 +268,8 @@ pub static TANK: &[Entry] = &[
     ),
 ];
 
-// No joint_viscous at the bearing: no sensor measures its rate, and an unknown initial rate is worth as much as the friction.
+// No joint_viscous at the bearing: no sensor measures its rate, and an unknown initial rate is
+// worth as much as the friction.
 /// Effects that a case can hide at the hub with a flexible panel.
 pub static PANEL: &[Entry] = &[
     shaped(

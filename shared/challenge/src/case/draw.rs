@@ -17,11 +17,13 @@ use dynamics::effect::sites;
 
 /// Entries drawn before a case is accepted without the further requirement of its class.
 const TRIALS: usize = 12;
-/// Least bias of a nominal parameter, in its sigmas, and least absorbed share of energy in a masked case.
+/// Least bias of a nominal parameter, in its sigmas, and least absorbed share of energy in a masked
+/// case.
 const BIAS_SIGMA_MIN: f64 = 2.0;
 const ABSORBED_SHARE_MIN: f64 = 0.3;
 
-/// Ten cases hold three nulls, four single effects, a pair, one with its effect outside the catalogue, one masked.
+/// Ten cases hold three nulls, four single effects, a pair, one with its effect outside the
+/// catalogue, one masked.
 pub(super) fn class_of(case: u64) -> Class {
     match case % 10 {
         0 | 3 | 6 => Class::Null,
@@ -48,7 +50,8 @@ fn noise_of(case: u64, class: Class, plant: &Plant) -> NoiseKind {
     if kind == NoiseKind::ActuatorDouble && quiet { NoiseKind::SensorLouder } else { kind }
 }
 
-/// Draws the parameters of `plant` from their priors: those of all recordings, and those of the recording `own`.
+/// Draws the parameters of `plant` from their priors: those of all recordings, and those of the
+/// recording `own`.
 fn true_numbers(plant: &Plant, (seed, case): (u64, u64), own: &str) -> Numbers {
     let mut numbers = Numbers::of(plant);
     for parameter in plant.parameters() {

@@ -20,7 +20,8 @@ pub fn shaped(entry: &Entry, draw: &mut Draw) -> Hidden {
     Hidden { kind: entry.kind.to_owned(), site: entry.site.to_owned(), values }
 }
 
-/// Scales `hidden` until its d is `planned` to 10 %; `None`: no amplitude in its range gives 0.6 to 1.7 of it.
+/// Scales `hidden` until its d is `planned` to 10 %; `None`: no amplitude in its range gives 0.6 to
+/// 1.7 of it.
 pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64) -> Option<(Hidden, Realised)> {
     let (_, start, limit) = entry.amplitude;
     // a lag or a gear much faster than anything here costs time and shows nothing
@@ -48,7 +49,8 @@ pub fn scale(lab: &Lab<'_>, entry: &Entry, hidden: &Hidden, planned: f64) -> Opt
     best.filter(|(_, found)| found.d > 0.6 * planned && found.d < 1.7 * planned)
 }
 
-/// Largest |cosine| with the other entries of the menu and the bench's rivals that `are_there`, each at the first amplitude of its search.
+/// Largest |cosine| with the other entries of the menu and the bench's rivals that `are_there`,
+/// each at the first amplitude of its search.
 pub fn rival(
     lab: &Lab<'_>,
     own: &Hidden,

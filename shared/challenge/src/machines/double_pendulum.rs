@@ -1,14 +1,16 @@
 //! Double pendulum, the second angle relative to the first bar.
 //!
-//! In absolute angles `θ1 = q1, θ2 = q1 + q2`, with `A11 = I1 + m1 |c1|² + m2 l²`, `A22 = I2 + m2 |c2|²`,
-//! `A12 = m2 l (c2x cos q2 − c2y sin q2)`, `B = dA12/dq2`:
-//! `A11 θ1'' + A12 θ2'' = −B θ2'² − ∂V/∂θ1`, `A12 θ1'' + A22 θ2'' = B θ1'² − ∂V/∂θ2`; then `Tᵀ A T`, `Tᵀ f` to relative angles.
+//! In absolute angles `θ1 = q1, θ2 = q1 + q2`, with `A11 = I1 + m1 |c1|² + m2 l²`,
+//! `A22 = I2 + m2 |c2|²`, `A12 = m2 l (c2x cos q2 − c2y sin q2)`, `B = dA12/dq2`:
+//! `A11 θ1'' + A12 θ2'' = −B θ2'² − ∂V/∂θ1`, `A12 θ1'' + A22 θ2'' = B θ1'² − ∂V/∂θ2`; then
+//! `Tᵀ A T`, `Tᵀ f` to relative angles.
 
 use crate::equations::{Equations, Matrix, Numbers, Vector};
 
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// Two bars in a vertical plane; masses, centres of mass, inertias and friction of the plant `double_pendulum`.
+/// Two bars in a vertical plane; masses, centres of mass, inertias and friction of the plant
+/// `double_pendulum`.
 pub struct DoublePendulum {
     mass_kg: [f64; 2],
     com_m: [[f64; 2]; 2],

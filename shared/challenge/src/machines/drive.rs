@@ -1,10 +1,13 @@
-//! Motor drive: `(J_r + J_d) q'' = K N i − b q'`; with a compliant gear rotor and disc part: q the rotor, x the wind-up.
+//! Motor drive: `(J_r + J_d) q'' = K N i − b q'`; with a compliant gear rotor and disc part: q the
+//! rotor, x the wind-up.
 //!
-//! With the gear: `T = ½ J_r q'² + ½ J_d (q' + x')²`, `V = ½ k x²`, damper `2 ζ √(k J_r J_d / (J_r + J_d))`.
+//! With the gear: `T = ½ J_r q'² + ½ J_d (q' + x')²`, `V = ½ k x²`, damper
+//! `2 ζ √(k J_r J_d / (J_r + J_d))`.
 
 use crate::equations::{Equations, Extra, Matrix, Numbers, Vector};
 
-/// Motor with rotor, gear and disc of the plant `drive_rig`; with a compliant gear two degrees of freedom.
+/// Motor with rotor, gear and disc of the plant `drive_rig`; with a compliant gear two degrees of
+/// freedom.
 pub struct Drive {
     rotor_kg_m2: f64,
     disc_kg_m2: f64,

@@ -1,7 +1,8 @@
 //! Hub on a bearing with a flexible panel, by its hub-locked modes.
 //!
-//! `J θ'' + Σ l_i η_i'' = u`, `l_i θ'' + η_i'' + 2 ζ_i ω_i η_i' + ω_i² η_i = 0`; a point at p with shape φ_i feels
-//! `a_y = p θ'' + Σ φ_i η_i'' − θ'² Σ φ_i η_i`. A further mode has participation and shapes of the last one times √ratio.
+//! `J θ'' + Σ l_i η_i'' = u`, `l_i θ'' + η_i'' + 2 ζ_i ω_i η_i' + ω_i² η_i = 0`; a point at p with
+//! shape φ_i feels `a_y = p θ'' + Σ φ_i η_i'' − θ'² Σ φ_i η_i`. A further mode has participation
+//! and shapes of the last one times √ratio.
 
 use crate::equations::{Equations, Extra, Matrix, Numbers, Vector};
 use core::f64::consts::TAU;

@@ -1,4 +1,5 @@
-//! Rigid pendulum: `(I + m |c|²) q'' = −m g (c_x sin q + c_y cos q) − b q'`, q from where the bar's x axis hangs.
+//! Rigid pendulum: `(I + m |c|²) q'' = −m g (c_x sin q + c_y cos q) − b q'`, q from where the bar's
+//! x axis hangs.
 
 use crate::equations::{Equations, Matrix, Numbers, Vector};
 

@@ -1,8 +1,9 @@
 //! Planar hub with slosh masses that slide along body y from one place.
 //!
-//! Coordinates x, y (inertial), θ, s [, s2]. With R the hub's turn, J a quarter turn, e body y, `d = p + s e`, mass μ each:
-//! `T = ½ M |ṙ|² + ½ I θ'² + Σ ½ μ |ṙ + θ' R J d + s' R e|²`. The second mass is taken out of the hub where it rests: the hub
-//! keeps `M − μ2`, first moment `−μ2 p`, and about its origin `I − μ2 |p|²`.
+//! Coordinates x, y (inertial), θ, s [, s2]. With R the hub's turn, J a quarter turn, e body y,
+//! `d = p + s e`, mass μ each: `T = ½ M |ṙ|² + ½ I θ'² + Σ ½ μ |ṙ + θ' R J d + s' R e|²`. The
+//! second mass is taken out of the hub where it rests: the hub keeps `M − μ2`, first moment
+//! `−μ2 p`, and about its origin `I − μ2 |p|²`.
 
 use crate::equations::{Equations, Extra, Matrix, Numbers, Vector};
 

@@ -4,7 +4,8 @@ use crate::equations::{Extra, Numbers, Vector};
 use crate::random::Draw;
 use dynamics::system::{System, Workspace};
 
-/// Positions, then velocities, in the order of the machine, as the plant's state. The free hub of the tank tells its velocity in body axes.
+/// Positions, then velocities, in the order of the machine, as the plant's state. The free hub of
+/// the tank tells its velocity in body axes.
 fn state_of(name: &str, n: usize, q: &Vector, v: &Vector) -> (Vec<f64>, Vec<f64>) {
     if name != "tank_planar" {
         return (q.as_slice()[..n].to_vec(), v.as_slice()[..n].to_vec());

@@ -110,7 +110,8 @@ fn ideal_power_is_a_half_at_its_threshold() {
     let z = z_m(100.0);
     assert!((z - 4.26489).abs() < 1e-4, "{z}"); // normal quantile at 1 - 1e-5
     assert!((phi(0.0) - 0.5).abs() < 1e-15);
-    // of the chances that the tool gave this law; of the plant's entries times sites where it did not look for it
+    // of the chances that the tool gave this law; of the plant's entries times sites where it did
+    // not look for it
     let hidden = truth(Class::Single, NoiseKind::Right, &[("joint_coulomb", "joint:drive")], z_m(700.0));
     let mut case = opened(hidden, answer("none", &[]));
     case.answer.tried = vec![("joint_coulomb".to_owned(), "joint:drive".to_owned(), 700.0)];

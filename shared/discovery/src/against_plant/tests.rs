@@ -1,4 +1,5 @@
-//! Laws of the checks against a plant: none on its own recordings, a fault where a diagnosis rejects them.
+//! Laws of the checks against a plant: none on its own recordings, a fault where a diagnosis
+//! rejects them.
 
 use super::examine;
 use super::examine_for;

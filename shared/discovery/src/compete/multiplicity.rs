@@ -1,18 +1,25 @@
 //! Multiplicity correction: the effective number of hypotheses (Hunter–Worsley).
 //!
-//! Every law (an effect at a site) has the same share of the level, whatever the size of its grid. Collinear laws count as one hypothesis: of the events that the score `|z_i|` of law `i` passes its threshold `t`,
+//! Every law (an effect at a site) has the same share of the level, whatever the size of its grid.
+//! Collinear laws count as one hypothesis: of the events that the score `|z_i|` of law `i` passes
+//! its threshold `t`,
 //!
 //! ```text
 //! P(∪ A_i) ≤ Σ P(A_i) − Σ over edges (i, j) of a tree of P(A_i ∩ A_j)
 //! ```
 //!
-//! (Hunter, J. Appl. Prob. 13, 1976; Worsley, Biometrika 69, 1982). Each law is tied to the earlier one that it is most collinear with, by the cosine between their columns once the plant's parameters are projected off. Where all columns are orthogonal that is Bonferroni's bound; of collinear laws one counts. For a set of laws the numbers are multiplied and divided by its permutations, as the order of its members is no distinction.
+//! (Hunter, J. Appl. Prob. 13, 1976; Worsley, Biometrika 69, 1982). Each law is tied to the earlier
+//! one that it is most collinear with, by the cosine between their columns once the plant's
+//! parameters are projected off. Where all columns are orthogonal that is Bonferroni's bound; of
+//! collinear laws one counts. For a set of laws the numbers are multiplied and divided by its
+//! permutations, as the order of its members is no distinction.
 
 use super::refit::free_parameters;
 use crate::score::Column;
 use identification::statistics::{chi_bar_squared_tail, normal_tail, normal_two_sided};
 
-/// Level at which overlaps are taken. At a higher level they are larger, so that the bound holds for all levels above it.
+/// Level at which overlaps are taken. At a higher level they are larger, so that the bound holds
+/// for all levels above it.
 const OVERLAP_LEVEL: f64 = 1e-6;
 /// Cosine below which the overlap of two laws is negligible at that level.
 const OVERLAP_COSINE_MIN: f64 = 0.7;
@@ -31,7 +38,8 @@ pub struct Multiplicity {
 }
 
 impl Multiplicity {
-    /// `cosine`: between two columns of one direction each once the unknowns are projected off, where it is known.
+    /// `cosine`: between two columns of one direction each once the unknowns are projected off,
+    /// where it is known.
     ///
     /// Cost: O(laws²) cosines, one overlap integral for each law that has a collinear one.
     pub fn new(columns: &[Column], cosine: &dyn Fn(usize, usize) -> Option<f64>) -> Self {
@@ -45,7 +53,8 @@ impl Multiplicity {
             one_sided: columns.iter().map(|own| own.candidate.one_sided).collect(),
         };
         let threshold = normal_two_sided(OVERLAP_LEVEL / multiplicity.laws.max(1.0));
-        // a law with a grid or with shape parameters passes in more ways: the overlap of one of them with another law is a small part of that
+        // a law with a grid or with shape parameters passes in more ways: the overlap of one of
+        // them with another law is a small part of that
         let plain = |c: &usize| multiplicity.points[*c] == 1.0 && free_parameters(&columns[*c].candidate, 1) == 1;
         let plain: Vec<usize> = firsts.into_iter().filter(plain).collect();
         for (at, c) in plain.iter().enumerate() {
@@ -66,7 +75,8 @@ impl Multiplicity {
         }
     }
 
-    /// Number of hypotheses that the p value of this column's law is multiplied by: effective number of laws × points of its grid.
+    /// Number of hypotheses that the p value of this column's law is multiplied by: effective
+    /// number of laws × points of its grid.
     pub fn of(&self, column: usize) -> f64 {
         (self.laws * self.points[column]).max(1.0)
     }
@@ -76,14 +86,16 @@ impl Multiplicity {
         members.iter().enumerate().map(|(i, m)| self.of(*m) / (i + 1) as f64).product::<f64>().max(1.0)
     }
 
-    /// p value of a set after the correction: χ² tail (χ̄² where an amplitude has one sign) of its likelihood `ratio` with `free` parameters, times the factor of `members`.
+    /// p value of a set after the correction: χ² tail (χ̄² where an amplitude has one sign) of its
+    /// likelihood `ratio` with `free` parameters, times the factor of `members`.
     pub fn p(&self, ratio: f64, free: usize, members: &[usize]) -> f64 {
         let one_sided = members.iter().any(|member| self.one_sided[*member]);
         (chi_bar_squared_tail(ratio, free, one_sided) * self.price(members)).min(1.0)
     }
 }
 
-/// `P(z₂ > t | z₁ > t)` of two standard normal variables with correlation `cosine`; for `t` well above zero, where the tail is nearly exponential.
+/// `P(z₂ > t | z₁ > t)` of two standard normal variables with correlation `cosine`; for `t` well
+/// above zero, where the tail is nearly exponential.
 fn overlap(cosine: f64, t: f64) -> f64 {
     let spread = (1.0 - cosine * cosine).max(0.0).sqrt();
     let (mut both, mut one) = (0.0, 0.0);
@@ -143,7 +155,8 @@ mod tests {
         }
     }
 
-    /// Against a simulation: pairs of variables with that correlation, drawn until the first passes.
+    /// Against a simulation: pairs of variables with that correlation, drawn until the first
+    /// passes.
     #[test]
     fn the_overlap_is_what_a_count_finds() {
         let mut noise = crate::noise::Noise::new(5);
@@ -165,7 +178,8 @@ mod tests {
         assert!(overlap(0.0, 4.4) < 1e-5 && overlap(1.0, 4.4) > 0.999);
     }
 
-    /// The law itself: of collinear scores one passes no more often than the level, and more often than half of what Bonferroni allows.
+    /// The law itself: of collinear scores one passes no more often than the level, and more often
+    /// than half of what Bonferroni allows.
     #[test]
     fn any_of_many_alike_passes_at_most_as_often_as_the_level() {
         let cosine = 0.98;

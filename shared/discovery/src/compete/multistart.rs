@@ -1,8 +1,14 @@
 //! Multistart over the multimodal parameters of an effect.
 //!
-//! Some shape parameters have a likelihood with many maxima: the order of a ripple has one for each period more over the range travelled, a frequency one for each period more over the recording, a width inside friction one on each side of the rates visited. A fit climbs the maximum it starts in; the accepted model is therefore fitted once more from both neighbours of every such parameter. A local optimum that is nearly as good enlarges the standard deviations: `σ² = Σ w (σ_k² + (θ_k − θ)²)`, `w ∝ exp(−½ Δ)` of `−2 ln p` (all optima taken as equally wide).
+//! Some shape parameters have a likelihood with many maxima: the order of a ripple has one for each
+//! period more over the range travelled, a frequency one for each period more over the recording, a
+//! width inside friction one on each side of the rates visited. A fit climbs the maximum it starts
+//! in; the accepted model is therefore fitted once more from both neighbours of every such
+//! parameter. A local optimum that is nearly as good enlarges the standard deviations:
+//! `σ² = Σ w (σ_k² + (θ_k − θ)²)`, `w ∝ exp(−½ Δ)` of `−2 ln p` (all optima taken as equally wide).
 //!
-//! The rate over which a sign is smoothed is not physics where it is only numerical: a smaller one is taken where it fits better.
+//! The rate over which a sign is smoothed is not physics where it is only numerical: a smaller one
+//! is taken where it fits better.
 
 use super::refit::{FittedModel, LocalOptimum, REFIT_ROUNDS, settled};
 use crate::score::Column;
@@ -11,17 +17,23 @@ use dynamics::description::Plant;
 use dynamics::effect::{EffectParameter, Role};
 use identification::fit::{EstimationSession, fit};
 
-/// Gain in `−2 ln p` from which a neighbour is a better optimum. Below it, the same optimum was reached from another side (convergence tolerance).
+/// Gain in `−2 ln p` from which a neighbour is a better optimum. Below it, the same optimum was
+/// reached from another side (convergence tolerance).
 const OPTIMUM_GAIN_MIN: f64 = 0.5;
-/// Loss in `−2 ln p` up to which a local optimum is kept for the uncertainties: weight exp(−6) = 0.25 % beyond. The second is the distance in standard errors from which two optima are distinct; chosen, no derivation.
+/// Loss in `−2 ln p` up to which a local optimum is kept for the uncertainties: weight exp(−6) =
+/// 0.25 % beyond. The second is the distance in standard errors from which two optima are distinct;
+/// chosen, no derivation.
 const OPTIMUM_LOSS_MAX: f64 = 12.0;
 const OPTIMUM_SEPARATION_SIGMA: f64 = 3.0;
-/// Factor to the neighbours of a width, a rate or a time; divisor of the smoothing rate of a sign, and how often it is divided. They trade coverage against fits; chosen, no derivation.
+/// Factor to the neighbours of a width, a rate or a time; divisor of the smoothing rate of a sign,
+/// and how often it is divided. They trade coverage against fits; chosen, no derivation.
 const NEIGHBOUR_FACTOR: f64 = 3.0;
 const SIGN_RATE_DIVISOR: f64 = 5.0;
 const SIGN_RATE_DIVISIONS: usize = 2;
 
-/// The best of `refit` and the fits of a multistart about it: one start below and one above for every multimodal parameter of `members` while the work allows, and for every smoothing rate in any case.
+/// The best of `refit` and the fits of a multistart about it: one start below and one above for
+/// every multimodal parameter of `members` while the work allows, and for every smoothing rate in
+/// any case.
 ///
 /// Cost: two fits for each such parameter and smoothing rate, and one more for each smaller rate.
 pub fn multistart(session: &EstimationSession<'_>, refit: FittedModel, members: &[&Column]) -> FittedModel {
@@ -98,7 +110,8 @@ fn sharper(plant: &Plant, column: &Column) -> Option<Plant> {
     Some(plant)
 }
 
-/// Starting values at which the next optima of a parameter may lie; `None` where its likelihood is unimodal.
+/// Starting values at which the next optima of a parameter may lie; `None` where its likelihood is
+/// unimodal.
 fn neighbours(
     session: &EstimationSession<'_>,
     refit: &FittedModel,
@@ -120,7 +133,8 @@ fn neighbours(
     }
 }
 
-/// Fit of `plant` that starts at the parameters of `best`, one of them `moved` together with its prior.
+/// Fit of `plant` that starts at the parameters of `best`, one of them `moved` together with its
+/// prior.
 fn from(
     session: &EstimationSession<'_>,
     best: &FittedModel,

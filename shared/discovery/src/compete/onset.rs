@@ -1,6 +1,10 @@
 //! Onset and end of effects that begin or end within a recording.
 //!
-//! The score finds a time beside the nominal plant. In the accepted plant the other parameters have moved, so each edge in time is moved along the likelihood while all other parameters follow on the linear model. An edge has no derivative where an integration step crosses it. Alone, its standard error is half the width in which `−2 ln p` rises by less than one; differences over that width give its correlation with the other edge and with every other parameter.
+//! The score finds a time beside the nominal plant. In the accepted plant the other parameters have
+//! moved, so each edge in time is moved along the likelihood while all other parameters follow on
+//! the linear model. An edge has no derivative where an integration step crosses it. Alone, its
+//! standard error is half the width in which `−2 ln p` rises by less than one; differences over
+//! that width give its correlation with the other edge and with every other parameter.
 
 use super::refit::{ENDLESS_S, FittedModel, settled};
 use crate::score::{Candidate, Column};
@@ -11,13 +15,15 @@ use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, LinearisedProblem};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Gain in `−2 ln p` from which an edge is moved: above the convergence tolerance, below any evidence.
+/// Gain in `−2 ln p` from which an edge is moved: above the convergence tolerance, below any
+/// evidence.
 const EDGE_GAIN_MIN: f64 = 0.5;
 /// Sweeps between the edges and all other parameters.
 const EDGE_SWEEPS: usize = 3;
 /// Largest move of an edge in one turn: this share of the recording.
 const EDGE_MOVE_SHARE_MAX: f64 = 0.125;
-/// Least distance between two edges that are distinguished [sampling intervals], and relative tolerance of a width.
+/// Least distance between two edges that are distinguished [sampling intervals], and relative
+/// tolerance of a width.
 const EDGE_RESOLUTION: f64 = 0.125;
 
 /// A time inside an effect of a plant.
@@ -91,7 +97,8 @@ fn moved(session: &EstimationSession<'_>, refit: &FittedModel, members: &[&Colum
     (least < present - EDGE_GAIN_MIN).then_some(plant)
 }
 
-/// Minimum of `value` about `at` (where it is `present`): the best of steps that double up to `reach` on both sides, then golden section in its bracket.
+/// Minimum of `value` about `at` (where it is `present`): the best of steps that double up to
+/// `reach` on both sides, then golden section in its bracket.
 fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest, reach]: [f64; 2]) -> (f64, f64) {
     let mut seen = vec![(at, present)];
     let mut step = finest;
@@ -121,7 +128,9 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
     best
 }
 
-/// Onset and duration [s] of the effect of `candidate` that the search has found, with standard errors, and the standard errors of all unknowns with these times free. `None` where it has no such time.
+/// Onset and duration [s] of the effect of `candidate` that the search has found, with standard
+/// errors, and the standard errors of all unknowns with these times free. `None` where it has no
+/// such time.
 ///
 /// Cost: a bisection along the likelihood and two passes for each edge.
 pub fn onset_estimates(
@@ -161,7 +170,8 @@ fn span_s(session: &EstimationSession<'_>) -> [f64; 2] {
     runs.fold([f64::INFINITY, f64::NEG_INFINITY], |[b, e], run| [b.min(run.begin_s), e.max(run.end_s)])
 }
 
-/// Edges of the effect of `candidate` in `plant` that the score's refinement searches; edges outside the recording are absent.
+/// Edges of the effect of `candidate` in `plant` that the score's refinement searches; edges
+/// outside the recording are absent.
 fn places(session: &EstimationSession<'_>, plant: &Plant, candidate: &Candidate) -> Vec<Place> {
     let is_own = |used: &EffectUse| used.kind == candidate.effect.kind && used.site == candidate.site;
     let Some(effect) = plant.effects.iter().position(is_own) else { return Vec::new() };
@@ -222,7 +232,8 @@ impl<'a, 'p> Follow<'a, 'p> {
         self.linearised.normal(self.session, self.theta, self.noise, &[])?.minimum_without()
     }
 
-    /// Half the width in which the objective rises by less than one, at least the resolution of the integration; all other edges fixed.
+    /// Half the width in which the objective rises by less than one, at least the resolution of the
+    /// integration; all other edges fixed.
     fn sigma(&mut self, plant: &Plant, place: Place) -> Option<f64> {
         let at = time(plant, place.effect, place.edge)?;
         let finest = self.session.timelines.first()?.period_s;
@@ -247,7 +258,8 @@ impl<'a, 'p> Follow<'a, 'p> {
         Some((0.5 * (down + up)).max(finest / 12f64.sqrt()))
     }
 
-    /// Standard errors of the unknowns and covariance of the edges, all free, from differences over the width `alone` of each edge.
+    /// Standard errors of the unknowns and covariance of the edges, all free, from differences over
+    /// the width `alone` of each edge.
     fn joint(&mut self, plant: &Plant, list: &[Place], alone: &[f64]) -> Option<(Vec<f64>, DMatrix<f64>)> {
         let mut columns = Vec::with_capacity(list.len());
         for (place, width) in list.iter().zip(alone) {
@@ -263,7 +275,8 @@ impl<'a, 'p> Follow<'a, 'p> {
         let extra: Vec<&Vec<f64>> = columns.iter().collect();
         let mut normal = self.linearised.normal(self.session, self.theta, self.noise, &extra)?;
         let n = normal.unknowns;
-        // a difference over a jump of the likelihood gives a direction only: its length is the edge's own width
+        // a difference over a jump of the likelihood gives a direction only: its length is the
+        // edge's own width
         let factor = normal.factor()?;
         for (k, width) in alone.iter().enumerate() {
             let across = normal.matrix.view((0, n + k), (n, 1)).into_owned();

@@ -1,4 +1,5 @@
-//! Fit of the augmented plant: an effect as physics, started at the score's amplitude, the shape parameters of its law free.
+//! Fit of the augmented plant: an effect as physics, started at the score's amplitude, the shape
+//! parameters of its law free.
 
 use super::BIC_PREFERENCE;
 use crate::score::{Candidate, Column};
@@ -76,7 +77,8 @@ impl FittedModel {
         self.evidence(column) <= 2.0
     }
 
-    /// Largest amplitude of the effect in its standard errors; infinite for an effect without amplitude.
+    /// Largest amplitude of the effect in its standard errors; infinite for an effect without
+    /// amplitude.
     pub fn evidence(&self, column: &Column) -> f64 {
         let effect = column.candidate.effect;
         let prefix = format!("effect.{}@{}.", effect.kind, column.candidate.site);
@@ -91,16 +93,21 @@ impl FittedModel {
 
 /// Duration from which an effect has no end in any recording [s].
 pub(super) const ENDLESS_S: f64 = 1e8;
-/// Largest share of a body's mass that a mode carries [1]. It keeps the rest of the body from a zero mass; chosen, no derivation.
+/// Largest share of a body's mass that a mode carries [1]. It keeps the rest of the body from a
+/// zero mass; chosen, no derivation.
 const MODE_MASS_SHARE_MAX: f64 = 0.9;
 /// Relinearisations of a refit.
 pub(super) const REFIT_ROUNDS: usize = 3;
-/// Alternations between parameters and noise in the final fit, relinearisations of each, and the gain in `−2 ln p` that ends them: small against the 0.5 and more of every decision on such gains.
+/// Alternations between parameters and noise in the final fit, relinearisations of each, and the
+/// gain in `−2 ln p` that ends them: small against the 0.5 and more of every decision on such
+/// gains.
 const SETTLING_TURNS: usize = 6;
 const SETTLING_ROUNDS: usize = 6;
 const SETTLING_GAIN: f64 = 0.1;
 
-/// Fits `nominal` plus all `parts` (column, amplitudes along its directions) with `noise`. A start whose objective is below `good` ends the search over starts; `None` where no start can be fitted.
+/// Fits `nominal` plus all `parts` (column, amplitudes along its directions) with `noise`. A start
+/// whose objective is below `good` ends the search over starts; `None` where no start can be
+/// fitted.
 ///
 /// Cost: at most one fit a start, each of a few relinearisations.
 pub fn refit_all(
@@ -180,7 +187,8 @@ fn shaped(session: &EstimationSession<'_>, refit: &FittedModel, parts: &[(&Colum
     })
 }
 
-/// `refit` at its local optimum: parameters and noise in turn until neither gains; unchanged where it cannot be improved.
+/// `refit` at its local optimum: parameters and noise in turn until neither gains; unchanged where
+/// it cannot be improved.
 pub fn settled(session: &EstimationSession<'_>, refit: FittedModel) -> FittedModel {
     let search = Search { sweeps: 3, colour: true, scan: false };
     let mut best = refit;
@@ -198,7 +206,8 @@ pub fn settled(session: &EstimationSession<'_>, refit: FittedModel) -> FittedMod
     best
 }
 
-/// The plant with the effect at `share` of its estimated amplitude; its parameters have wide priors.
+/// The plant with the effect at `share` of its estimated amplitude; its parameters have wide
+/// priors.
 fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) -> Option<(Plant, usize)> {
     let candidate = &column.candidate;
     let parameters = candidate.effect.parameters;
@@ -243,7 +252,9 @@ fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) ->
     Some((plant, free))
 }
 
-/// Factor on the frequency of an appendage: a spectral line lies at the frequency of the free body, the mode's own frequency (body locked) is lower by the root of the share of the body that the mode does not carry.
+/// Factor on the frequency of an appendage: a spectral line lies at the frequency of the free body,
+/// the mode's own frequency (body locked) is lower by the root of the share of the body that the
+/// mode does not carry.
 fn locked(parameter: &EffectParameter, candidate: &Candidate, amplitude: &[f64], share: f64) -> f64 {
     if parameter.role != Role::Frequency || candidate.effect.amplitude != Amplitude::ShareOfBody {
         return 1.0;
@@ -283,7 +294,8 @@ fn varies(candidate: &Candidate, name: &str) -> bool {
     candidate.directions.windows(2).any(|pair| of(&pair[0]) != of(&pair[1]))
 }
 
-/// A time that the score's refinement has searched: the fit keeps its value, and it counts as a free parameter.
+/// A time that the score's refinement has searched: the fit keeps its value, and it counts as a
+/// free parameter.
 fn is_searched(parameter: &EffectParameter, value: f64) -> bool {
     parameter.role == Role::Onset || parameter.role == Role::Duration && value < ENDLESS_S
 }

@@ -1,13 +1,19 @@
-//! Every single effect, every pair and the promising triples, ranked under several noise hypotheses.
+//! Every single effect, every pair and the promising triples, ranked under several noise
+//! hypotheses.
 //!
-//! Which law is right depends on how much of the misfit is taken as noise: large disturbances hide slow evidence, small ones overrate it. The whitened normal equations of all columns are therefore taken under a few hypotheses between the adapted and the stated noise. The common scale of the noise is maximised in closed form, and a subset is ranked by its best hypothesis:
+//! Which law is right depends on how much of the misfit is taken as noise: large disturbances hide
+//! slow evidence, small ones overrate it. The whitened normal equations of all columns are
+//! therefore taken under a few hypotheses between the adapted and the stated noise. The common
+//! scale of the noise is maximised in closed form, and a subset is ranked by its best hypothesis:
 //!
 //! ```text
 //! −2 ln p(S) = min over hypotheses of  n ln(χ²(S)/n) + ln|S_k|,    χ²(S) = χ² − gᵀ M⁻¹ g  (columns of S, nominal unknowns projected off)
 //! BIC(S) = −2 ln p(S) + k ln n
 //! ```
 //!
-//! Amplitudes keep their sign and nominal unknowns their range: a value that would leave it is held at its bound. The hypotheses only rank and give starting values; the likelihoods that decide are maximised over continuous noise.
+//! Amplitudes keep their sign and nominal unknowns their range: a value that would leave it is held
+//! at its bound. The hypotheses only rank and give starting values; the likelihoods that decide are
+//! maximised over continuous noise.
 
 use super::SET_MAX;
 use super::multiplicity::Multiplicity;
@@ -18,7 +24,8 @@ use identification::fit::bounded::bounded;
 use identification::fit::{EstimationSession, LinearisedProblem, Normal, parallel};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-/// A noise hypothesis with the normal equations of unknowns (in prior standard deviations) and columns, (u + k) × (u + k).
+/// A noise hypothesis with the normal equations of unknowns (in prior standard deviations) and
+/// columns, (u + k) × (u + k).
 pub(crate) struct NoiseHypothesis {
     pub noise: NoiseModel,
     log_determinant: f64,
@@ -56,13 +63,17 @@ pub struct Ranking {
     pub multiplicity: Multiplicity,
 }
 
-/// Sets of each size whose likelihood is maximised. They trade work against the risk of missing the right set; chosen, no derivation.
+/// Sets of each size whose likelihood is maximised. They trade work against the risk of missing the
+/// right set; chosen, no derivation.
 const SHORTLIST: [usize; SET_MAX] = [5, 4, 2];
-/// Significance under a hypothesis, in multiples of the level, up to which a set is tested by its likelihood. Ten leaves room for the gain by continuous noise; chosen, no derivation.
+/// Significance under a hypothesis, in multiples of the level, up to which a set is tested by its
+/// likelihood. Ten leaves room for the gain by continuous noise; chosen, no derivation.
 const SHORTLIST_LEVEL_FACTOR: f64 = 10.0;
 
 impl Ranking {
-    /// The best sets of distinct laws of each size that are significant under their hypothesis and that no smaller set beats: first the best of every size, then the second of every size. `samples`: logarithm of their number.
+    /// The best sets of distinct laws of each size that are significant under their hypothesis and
+    /// that no smaller set beats: first the best of every size, then the second of every size.
+    /// `samples`: logarithm of their number.
     pub fn shortlist(&self, columns: &[Column], samples: f64, alpha: f64) -> Vec<Subset> {
         let mut list: Vec<(usize, &Subset)> = Vec::new();
         let mut least = 0.0f64;
@@ -89,7 +100,8 @@ impl Ranking {
     }
 }
 
-/// Shares of the way from adapted to stated noise: of the inputs, of the colour and jitter of the sensors, of their size. Chosen, no derivation; the last hypothesis is all noise as stated.
+/// Shares of the way from adapted to stated noise: of the inputs, of the colour and jitter of the
+/// sensors, of their size. Chosen, no derivation; the last hypothesis is all noise as stated.
 const HYPOTHESIS_SHARES: [[f64; 3]; 7] = [
     [0.0, 0.0, 0.0],
     [0.3, 0.0, 0.0],
@@ -101,16 +113,20 @@ const HYPOTHESIS_SHARES: [[f64; 3]; 7] = [
 ];
 /// Largest work of one Gram matrix [multiplications].
 const GRAM_WORK_MAX: f64 = 2e8;
-/// Subsets of each size that are evaluated with their bounds, and pairs that are extended to triples. They trade work against coverage; chosen, no derivation.
+/// Subsets of each size that are evaluated with their bounds, and pairs that are extended to
+/// triples. They trade work against coverage; chosen, no derivation.
 const CONSTRAINED_MAX: usize = 60;
 const PAIRS_EXTENDED_MAX: usize = 25;
 
-/// BIC within which two sets count as equal and keep the order of the catalogue: rounding and convergence, not evidence.
+/// BIC within which two sets count as equal and keep the order of the catalogue: rounding and
+/// convergence, not evidence.
 pub const BIC_TIE: f64 = 0.5;
 
-/// Ranks subsets of `columns` up to `size_max` under the hypotheses between `noise` and the stated one, best first.
+/// Ranks subsets of `columns` up to `size_max` under the hypotheses between `noise` and the stated
+/// one, best first.
 ///
-/// Cost: one Gram matrix of all columns for each hypothesis (O(samples × columns²), bounded by [`GRAM_WORK_MAX`]), then small Cholesky factors for each subset.
+/// Cost: one Gram matrix of all columns for each hypothesis (O(samples × columns²), bounded by
+/// [`GRAM_WORK_MAX`]), then small Cholesky factors for each subset.
 pub fn rank(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
@@ -159,7 +175,8 @@ pub fn rank(
     Ranking { sizes, multiplicity: Multiplicity::new(columns, &cosine) }
 }
 
-/// Noise from adapted to stated, geometrically; a variance below the stated one stays, and hypotheses are scaled as a whole.
+/// Noise from adapted to stated, geometrically; a variance below the stated one stays, and
+/// hypotheses are scaled as a whole.
 pub(crate) fn noise_hypotheses(session: &EstimationSession<'_>, adapted: &NoiseModel) -> Vec<NoiseModel> {
     let jitters = adapted.jitter_s.iter().any(|jitter| *jitter > 0.0);
     let coloured = jitters || adapted.pole.iter().any(|pole| pole.abs() > 0.05);
@@ -241,7 +258,8 @@ impl Layout {
     }
 }
 
-/// Columns for the normal equations: the best of every law, then the best of all, as many as the work allows.
+/// Columns for the normal equations: the best of every law, then the best of all, as many as the
+/// work allows.
 fn choose(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
@@ -281,7 +299,8 @@ fn choose(
 }
 
 impl NoiseHypothesis {
-    /// Hypothesis of `noise` with the raw columns `extra`; `None` where a covariance is not positive.
+    /// Hypothesis of `noise` with the raw columns `extra`; `None` where a covariance is not
+    /// positive.
     pub fn new(
         session: &EstimationSession<'_>,
         linearised: &LinearisedProblem,
@@ -313,7 +332,8 @@ impl NoiseHypothesis {
         self.at(self.reduced_chi2 - gain, samples)
     }
 
-    /// `−2 ln p` for the residual sum of squares `chi2` over `samples`: `n ln(χ²/n) + n + ln|S|`, scale of the noise maximised.
+    /// `−2 ln p` for the residual sum of squares `chi2` over `samples`: `n ln(χ²/n) + n + ln|S|`,
+    /// scale of the noise maximised.
     pub fn at(&self, chi2: f64, samples: f64) -> f64 {
         samples * libm::log(chi2.max(f64::MIN_POSITIVE) / samples) + samples + self.log_determinant
     }
@@ -343,7 +363,8 @@ impl NoiseHypothesis {
         (self.seen(a) && self.seen(b)).then(|| self.reduced[(a, b)] / left)
     }
 
-    /// The column is not collinear with the unknowns: more than 1e-7 of its square remains once they are projected off.
+    /// The column is not collinear with the unknowns: more than 1e-7 of its square remains once
+    /// they are projected off.
     pub fn seen(&self, place: usize) -> bool {
         let whole = self.matrix
             [(place + self.matrix.nrows() - self.reduced.nrows(), place + self.matrix.nrows() - self.reduced.nrows())];
@@ -452,7 +473,8 @@ pub(super) mod tests {
         Column { candidate, raw: Vec::new(), step: 1.0 }
     }
 
-    /// The normal equations of a hypothesis against the orthogonal projection that scores are made with.
+    /// The normal equations of a hypothesis against the orthogonal projection that scores are made
+    /// with.
     #[test]
     fn laws_are_as_alike_by_the_normal_equations_as_by_the_columns_that_the_scores_project() {
         let nominal = crate::synthetic::plant("drive_rig");

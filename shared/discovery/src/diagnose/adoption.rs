@@ -16,7 +16,8 @@ use identification::problem::Problem;
 /// Relinearisations of the accepted plant when it is fitted again from another start.
 const NULL_ROUNDS: usize = 3;
 
-/// ΔBIC under the noise hypotheses within which a rival of the best set is also fitted as physics, and how many at most. Chosen, no derivation: a wider span finds more rivals at one fit each.
+/// ΔBIC under the noise hypotheses within which a rival of the best set is also fitted as physics,
+/// and how many at most. Chosen, no derivation: a wider span finds more rivals at one fit each.
 const REFITTED_BIC_SPAN: f64 = 6.0;
 const REFITTED_RIVALS_MAX: usize = 8;
 
@@ -28,13 +29,16 @@ pub(super) struct SearchRound {
     pub unfitted: Vec<Unfitted>,
     /// Least objective found of the plant without them.
     pub null: f64,
-    /// Smaller accepted sets, larger ones first: needed where held-out data do not confirm the adopted one.
+    /// Smaller accepted sets, larger ones first: needed where held-out data do not confirm the
+    /// adopted one.
     pub smaller: Vec<(Vec<Adopted>, FittedModel)>,
-    /// Accepted sets of the same size that are not excluded, and their ΔBIC: held-out data may prefer one.
+    /// Accepted sets of the same size that are not excluded, and their ΔBIC: held-out data may
+    /// prefer one.
     pub rivals: Vec<(Vec<Adopted>, FittedModel, f64)>,
 }
 
-/// The next set of effects, if any is accepted, and those that are significant but could not be fitted.
+/// The next set of effects, if any is accepted, and those that are significant but could not be
+/// fitted.
 pub(super) fn step(
     session: &EstimationSession<'_>,
     best: &AcceptedModel,
@@ -53,7 +57,8 @@ pub(super) fn step(
     let mut settled = 0.0f64;
     while let Some(at) = outcome.best(alpha, &ranking.multiplicity, &better) {
         if !outcome.hypotheses[at].is_compared {
-            // complete its fit, then fit the nominal plant from the noise and the parameters of the set
+            // complete its fit, then fit the nominal plant from the noise and the parameters of the
+            // set
             let hypothesis = &mut outcome.hypotheses[at];
             let before = session.work.spent();
             hypothesis.settle(session, &found.columns);
@@ -99,7 +104,8 @@ pub(super) fn step(
     SearchRound { unfitted: unfitted.collect(), null: outcome.null, ..SearchRound::default() }
 }
 
-/// Sets of laws that were not compared yet and differ from set `at` in one member, as near under the hypotheses as a rival.
+/// Sets of laws that were not compared yet and differ from set `at` in one member, as near under
+/// the hypotheses as a rival.
 fn uncompared(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking, tested: &[Subset]) -> Vec<Subset> {
     let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
     let alike = |a: &[usize], b: &[usize]| a.iter().filter(|m| b.iter().any(|o| law(**m, *o))).count();
@@ -121,7 +127,8 @@ fn uncompared(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking
     list
 }
 
-/// An accepted set whose fit is not complete: within the span of rivals of set `at`, or the best of a smaller size.
+/// An accepted set whose fit is not complete: within the span of rivals of set `at`, or the best of
+/// a smaller size.
 fn unsettled(outcome: &Outcome, at: usize, alpha: f64) -> Option<usize> {
     let (list, winner) = (&outcome.hypotheses, &outcome.hypotheses[at]);
     let size = |c: &ModelHypothesis| c.subset.members.len();
@@ -172,7 +179,8 @@ fn rivals(
     others.filter_map(reported).collect()
 }
 
-/// `large` predicts parts of the recording from the others better than `small`, by more than the standard error over blocks (the one-standard-error rule).
+/// `large` predicts parts of the recording from the others better than `small`, by more than the
+/// standard error over blocks (the one-standard-error rule).
 fn predicts_better(session: &EstimationSession<'_>, small: &ModelHypothesis, large: &ModelHypothesis) -> bool {
     let (Some(without), Some(with)) = (&small.refit, &large.refit) else { return false };
     let terms = |problem: &Problem, fit: &Fit| {
@@ -186,7 +194,8 @@ fn predicts_better(session: &EstimationSession<'_>, small: &ModelHypothesis, lar
     gain.loglik_gain > gain.gain_se
 }
 
-/// The members of set `at` with their rivals: sets of the same size that differ from it in that member alone.
+/// The members of set `at` with their rivals: sets of the same size that differ from it in that
+/// member alone.
 fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> Vec<Adopted> {
     let winner = &outcome.hypotheses[at];
     let law = |a: usize, b: usize| found.columns[a].candidate.same_law(&found.columns[b].candidate);
@@ -197,7 +206,8 @@ fn adopt(found: &Screening, outcome: &Outcome, at: usize, ranking: &Ranking) -> 
         .map(|s| s.bic)
         .fold(f64::INFINITY, f64::min);
     let on_hypothesis = if on_hypothesis.is_finite() { on_hypothesis } else { winner.bic };
-    // maximised likelihoods where they exist, else BIC under the hypotheses, relative to the winner's own at the same depth
+    // maximised likelihoods where they exist, else BIC under the hypotheses, relative to the
+    // winner's own at the same depth
     let deep = outcome.hypotheses.iter().map(|c| (&c.subset.members, c.bic - winner.bic));
     let shallow = ranking.sizes[members.len() - 1].iter().map(|s| (&s.members, s.bic - on_hypothesis));
     let all: Vec<(&Vec<usize>, f64)> = deep.chain(shallow).filter(|(set, _)| set.len() == members.len()).collect();
@@ -259,7 +269,8 @@ impl From<AcceptedModel> for FittedModel {
     }
 }
 
-/// Least objective of the accepted plant under the noise of `refit`: from its own parameters and from those of `refit`, fitted again, then the noise.
+/// Least objective of the accepted plant under the noise of `refit`: from its own parameters and
+/// from those of `refit`, fitted again, then the noise.
 fn nominal_with(session: &EstimationSession<'_>, best: &AcceptedModel, refit: &FittedModel) -> Option<f64> {
     let search = Search { sweeps: 4, colour: true, scan: false };
     let own = maximise(session, &best.fit.linearised, &best.fit.theta, &[], &refit.noise, search)?;

@@ -11,7 +11,8 @@ use identification::statistics::chi_squared_tail;
 /// Lags of the whiteness statistic; chosen by custom, no derivation.
 const LAGS: usize = 20;
 
-/// Least p over channels of Ljung and Box's statistic over twenty lags, times the number of channels; `None` where a covariance is not positive.
+/// Least p over channels of Ljung and Box's statistic over twenty lags, times the number of
+/// channels; `None` where a covariance is not positive.
 pub fn whiteness_p(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseModel) -> Option<f64> {
     let mut r = [fit.linearised.nu.clone()];
     fit.linearised.whiten(session, noise, &mut r)?;
@@ -31,7 +32,8 @@ pub fn whiteness_p(session: &EstimationSession<'_>, fit: &Fit, noise: &NoiseMode
     Some((least * channels as f64).min(1.0))
 }
 
-/// Channel, time and site of an effect's evidence: the channel with most of `Σ c' r'`, the time of its middle eight tenths.
+/// Channel, time and site of an effect's evidence: the channel with most of `Σ c' r'`, the time of
+/// its middle eight tenths.
 pub(super) fn locate(
     session: &EstimationSession<'_>,
     before: &AcceptedModel,

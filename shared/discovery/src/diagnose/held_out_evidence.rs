@@ -1,4 +1,5 @@
-//! Prediction of data that were not fitted: another recording, else parts of this one predicted from the others.
+//! Prediction of data that were not fitted: another recording, else parts of this one predicted
+//! from the others.
 
 use super::report::{HeldOutKind, Overlay};
 use super::{AcceptedModel, Options, figures};
@@ -13,7 +14,8 @@ use identification::held_out::{
 use identification::problem::{Problem, Unknown};
 use nalgebra::{Cholesky, DMatrix};
 
-/// Folds of a recording, each predicted from the others, where no other recording is given. More folds leave less out of each fit; chosen, no derivation.
+/// Folds of a recording, each predicted from the others, where no other recording is given. More
+/// folds leave less out of each fit; chosen, no derivation.
 const FOLDS: usize = 8;
 /// Relinearisations of the fit of the parameters that belong to one recording.
 const OWN_ROUNDS: usize = 3;
@@ -67,14 +69,17 @@ type Terms = Vec<(f64, f64)>;
 type Free = Vec<ChannelFit>;
 type HeldOutParts = (HeldOutKind, Free, Free, Option<Gain>, Option<f64>, Vec<Overlay>);
 
-/// The plant without and with the effects, each with its session, as predictors of a recording that neither was fitted to; and the augmented plant with other parameter values.
+/// The plant without and with the effects, each with its session, as predictors of a recording that
+/// neither was fitted to; and the augmented plant with other parameter values.
 struct Pair<'a> {
     before: (&'a EstimationSession<'a>, Predictor<'a>),
     after: (&'a EstimationSession<'a>, Predictor<'a>),
     with: &'a dyn Fn(&[f64]) -> Plant,
 }
 
-/// Shared parameters are frozen as fitted. Parameters of single recordings and segments, and nominal parameters that the fitted recordings did not determine, are fitted on the others, on both sides alike.
+/// Shared parameters are frozen as fitted. Parameters of single recordings and segments, and
+/// nominal parameters that the fitted recordings did not determine, are fitted on the others, on
+/// both sides alike.
 fn predicting<T>(
     other: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
@@ -115,7 +120,9 @@ fn on_recording(
     })
 }
 
-/// `gain` on another recording with the standard error of the gain that `best` predicts, where the gain is undecided and below its expectation. An effect is also rejected if the held-out gain falls significantly short of the gain it predicts.
+/// `gain` on another recording with the standard error of the gain that `best` predicts, where the
+/// gain is undecided and below its expectation. An effect is also rejected if the held-out gain
+/// falls significantly short of the gain it predicts.
 ///
 /// Cost: a prediction for every parameter of the effects, and the pair they are predicted beside.
 pub(super) fn with_expected_gain(
@@ -134,7 +141,8 @@ pub(super) fn with_expected_gain(
     gain.with_expected_gain_sigma(sigma.unwrap_or(f64::INFINITY))
 }
 
-/// The fitted parameters with those of the effects moved along each column of a root of their posterior covariance, by their standard deviations (over all local optima) and correlations.
+/// The fitted parameters with those of the effects moved along each column of a root of their
+/// posterior covariance, by their standard deviations (over all local optima) and correlations.
 fn moved(session: &EstimationSession<'_>, best: &AcceptedModel) -> Option<Vec<Vec<f64>>> {
     let own = EstimationSession::like(session, &best.problem).ok()?;
     let fit = &best.fit;
@@ -142,7 +150,8 @@ fn moved(session: &EstimationSession<'_>, best: &AcceptedModel) -> Option<Vec<Ve
     along_root(&best.problem.unknowns, (&fit.theta, &fit.sigma), &covariance)
 }
 
-/// `θ ± σ_i L_ij` for every column j of the root `L Lᵀ` of the correlations between the parameters of the effects: on the side where all stay possible, or on the upper one where neither does.
+/// `θ ± σ_i L_ij` for every column j of the root `L Lᵀ` of the correlations between the parameters
+/// of the effects: on the side where all stay possible, or on the upper one where neither does.
 fn along_root(
     unknowns: &[Unknown],
     (theta, sigma): (&[f64], &[f64]),
@@ -168,7 +177,9 @@ fn along_root(
     Some((0..places.len()).map(along).collect())
 }
 
-/// Parameters of a single recording stay as near to their priors as those of the fitted recordings did, in any of the fits, and three standard deviations at least: an implausible sensor error is no evidence about a model.
+/// Parameters of a single recording stay as near to their priors as those of the fitted recordings
+/// did, in any of the fits, and three standard deviations at least: an implausible sensor error is
+/// no evidence about a model.
 fn within_reach(mut problem: Problem, fits: &[(&[Unknown], &[f64])]) -> Problem {
     for own in &mut problem.unknowns {
         let all = fits.iter().flat_map(|(unknowns, theta)| unknowns.iter().zip(*theta));
@@ -179,7 +190,8 @@ fn within_reach(mut problem: Problem, fits: &[(&[Unknown], &[f64])]) -> Problem 
     problem
 }
 
-/// `plant` with its shared unknowns known as fitted, except those that the fitted recordings did not determine.
+/// `plant` with its shared unknowns known as fitted, except those that the fitted recordings did
+/// not determine.
 fn frozen(plant: &Plant, (unknowns, theta): (&[Unknown], &[f64]), unseen: &[&str]) -> Plant {
     let mut plant = plant.clone();
     plant.visit_quantities(&mut |name, _, quantity| {
@@ -200,7 +212,8 @@ fn own_parameters(session: &EstimationSession<'_>, noise: &NoiseModel) -> Option
     fit(session, &session.problem.plant, &prior, noise, OWN_ROUNDS).ok().map(|fit| fit.theta)
 }
 
-/// Values of shared unknowns of the same name; parameters of single recordings and segments start at their priors.
+/// Values of shared unknowns of the same name; parameters of single recordings and segments start
+/// at their priors.
 pub(super) fn carried(session: &EstimationSession<'_>, unknowns: &[Unknown], theta: &[f64]) -> Vec<f64> {
     let mut carried = session.start_from(unknowns, theta);
     let parameters = session.problem.plant.parameters();
@@ -212,7 +225,8 @@ pub(super) fn carried(session: &EstimationSession<'_>, unknowns: &[Unknown], the
     carried
 }
 
-/// Blocks of the recording, each predicted with parameters from the others; linear in the change that leaving a block out makes.
+/// Blocks of the recording, each predicted with parameters from the others; linear in the change
+/// that leaving a block out makes.
 fn on_blocks(
     problem: &Problem,
     session: &EstimationSession<'_>,
@@ -242,7 +256,8 @@ fn on_blocks(
     ))
 }
 
-/// Log-likelihood of every instant with parameters from the other folds, and the parameters without the last fold.
+/// Log-likelihood of every instant with parameters from the other folds, and the parameters without
+/// the last fold.
 pub(super) fn block_terms(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,

@@ -1,6 +1,9 @@
-//! Selection on held-out data: which of several sets they prefer, and what each effect of a set adds to the others.
+//! Selection on held-out data: which of several sets they prefer, and what each effect of a set
+//! adds to the others.
 //!
-//! An effect is confirmed on its own where the set predicts better with it than without it, the others fitted again. An effect that held-out data reject beside the others is removed. An effect that they do not decide is reported and stays out of the model.
+//! An effect is confirmed on its own where the set predicts better with it than without it, the
+//! others fitted again. An effect that held-out data reject beside the others is removed. An effect
+//! that they do not decide is reported and stays out of the model.
 
 use super::held_out_evidence::{HeldOutEvidence, held_out, with_expected_gain};
 use super::search::SearchResult;
@@ -12,9 +15,11 @@ use identification::fit::{EstimationSession, Fit};
 use identification::held_out::{Gain, Status};
 use identification::problem::Problem;
 
-/// Log-odds from which another recording replaces the adopted set by a rival: ln 20 = 3.0, odds of 20 : 1.
+/// Log-odds from which another recording replaces the adopted set by a rival: ln 20 = 3.0, odds of
+/// 20 : 1.
 const RIVAL_LOG_ODDS_MIN: f64 = 3.0;
-/// Probability that an effect that adds nothing is rejected or confirmed; for rejections divided by the number of effects tested (Bonferroni).
+/// Probability that an effect that adds nothing is rejected or confirmed; for rejections divided by
+/// the number of effects tested (Bonferroni).
 const MEMBER_TEST_LEVEL: f64 = 0.05;
 
 /// Evidence of held-out data on a set of effects, and on each.
@@ -45,7 +50,8 @@ struct HeldOutTest<'a> {
 
 /// Tests `found` on held-out data; the effects that they reject are removed from it.
 ///
-/// Cost: a prediction for each rival and smaller set, and a fit and a prediction for each effect of a set of several.
+/// Cost: a prediction for each rival and smaller set, and a fit and a prediction for each effect of
+/// a set of several.
 pub(super) fn select_on_held_out(
     problem: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
@@ -83,7 +89,8 @@ pub(super) fn select_on_held_out(
 }
 
 impl HeldOutSelection {
-    /// An effect without a certain gain leaves the model, the least first, where the rest is confirmed.
+    /// An effect without a certain gain leaves the model, the least first, where the rest is
+    /// confirmed.
     fn confirm_each(&mut self, test: &HeldOutTest<'_>, adopted: &[Adopted], mut parts: Vec<Option<Part>>) {
         let mut left: Vec<usize> = (0..adopted.len()).collect();
         let others = |left: &[usize]| left.iter().map(|place| adopted[*place].clone()).collect::<Vec<_>>();
@@ -121,7 +128,8 @@ impl HeldOutTest<'_> {
         held_out(self.problem, self.session, self.stated, best, nothing, self.options)
     }
 
-    /// The fit without some effects after multistart, its standard deviations over all local optima.
+    /// The fit without some effects after multistart, its standard deviations over all local
+    /// optima.
     fn standing(&self, left: FittedModel, adopted: &[Adopted]) -> AcceptedModel {
         let columns: Vec<&Column> = adopted.iter().map(|own| &own.column).collect();
         AcceptedModel::of(&multistart(self.session, refine_onsets(self.session, left, &columns), &columns))
@@ -148,7 +156,11 @@ fn named<'a>(set: impl IntoIterator<Item = &'a Adopted>) -> String {
     set.into_iter().map(|own| own.column.candidate.effect.kind).collect::<Vec<_>>().join(" and ")
 }
 
-/// Evidence of held-out data, and the ΔBIC of the set chosen behind the best one on this recording. A rival replaces the adopted set if both recordings together prefer it, each law under its own noise, or if it alone is confirmed; otherwise the nearest smaller set that held-out data confirm, or at least predict better with, is taken. Weights stay those of this recording: for laws that only approximate the truth a second recording would make them overconfident.
+/// Evidence of held-out data, and the ΔBIC of the set chosen behind the best one on this recording.
+/// A rival replaces the adopted set if both recordings together prefer it, each law under its own
+/// noise, or if it alone is confirmed; otherwise the nearest smaller set that held-out data
+/// confirm, or at least predict better with, is taken. Weights stay those of this recording: for
+/// laws that only approximate the truth a second recording would make them overconfident.
 fn choose_among_rivals(
     test: &HeldOutTest<'_>,
     found: &mut SearchResult,
@@ -188,7 +200,8 @@ fn preferred_rival(
     (evidence, lead)
 }
 
-/// The plant's parameters under one set: names, values, standard deviations, and the set's ΔBIC on this recording.
+/// The plant's parameters under one set: names, values, standard deviations, and the set's ΔBIC on
+/// this recording.
 struct ParameterSet {
     list: Vec<(String, f64, f64)>,
     behind: f64,
@@ -202,7 +215,8 @@ impl ParameterSet {
     }
 }
 
-/// Standard deviations over all sets that this recording does not exclude, weights `exp(−ΔBIC/2)`. If several effects remain possible, parameter uncertainties include all of them.
+/// Standard deviations over all sets that this recording does not exclude, weights `exp(−ΔBIC/2)`.
+/// If several effects remain possible, parameter uncertainties include all of them.
 ///
 /// ```text
 /// σ² ← Σ w_i (σ_i² + (θ_i − θ)²) / Σ w_i,   never below its own
@@ -224,7 +238,8 @@ fn widen(best: &mut AcceptedModel, sets: &[ParameterSet], lead: f64) {
     }
 }
 
-/// The nearest smaller set where held-out data do not confirm all of `found`: an unconfirmed effect must not discredit the others.
+/// The nearest smaller set where held-out data do not confirm all of `found`: an unconfirmed effect
+/// must not discredit the others.
 fn prefer_smaller_confirmed_set(
     test: &HeldOutTest<'_>,
     found: &mut SearchResult,

@@ -4,7 +4,8 @@ use examination::doctor::FALSE_ALARM;
 use identification::fit::EstimationSession;
 use identification::problem::standstill;
 
-/// Samples beyond one for each free parameter [1]. With fewer, the size of the noise is uncertain by more than a third, and no likelihood ratio has its asymptotic distribution.
+/// Samples beyond one for each free parameter [1]. With fewer, the size of the noise is uncertain
+/// by more than a third, and no likelihood ratio has its asymptotic distribution.
 const SPARE_SAMPLES_MIN: usize = 5;
 
 /// Why the data are insufficient, and what would help; `None` where they suffice.
@@ -12,7 +13,8 @@ pub(super) fn insufficient_data(session: &EstimationSession<'_>) -> Option<Strin
     too_few(session).or_else(|| (0..session.problem.plant.sensors.len()).find_map(|channel| stuck(session, channel)))
 }
 
-/// Fewer samples than free parameters need: unknowns, initial states of every run, and the size of the noise of every channel.
+/// Fewer samples than free parameters need: unknowns, initial states of every run, and the size of
+/// the noise of every channel.
 fn too_few(session: &EstimationSession<'_>) -> Option<String> {
     let problem = session.problem;
     let states = dynamics::system::System::new(&problem.plant).map_or(0, |system| system.tangent_len());

@@ -1,4 +1,5 @@
-//! The next experiment where an effect is not decided: the pair in question, the menu, and its sentences.
+//! The next experiment where an effect is not decided: the pair in question, the menu, and its
+//! sentences.
 
 use super::{AcceptedModel, Adopted, RivalEffect};
 use crate::next_experiment::{Experiment, Question, SEPARATES, menu};
@@ -13,7 +14,8 @@ const TWIN_COSINE: f64 = 0.9999;
 /// Menu entries in the report.
 const MENU_REPORTED_MAX: usize = 5;
 
-/// The scenario that separates the least decided effect from its strongest rival, or why there is none.
+/// The scenario that separates the least decided effect from its strongest rival, or why there is
+/// none.
 pub(super) enum Next {
     NothingOpen,
     /// A plant file whose commands are the experiment.

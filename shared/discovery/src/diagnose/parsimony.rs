@@ -1,4 +1,5 @@
-//! Parsimony: an effect is withdrawn if a one-parameter law outside the catalogue explains the data as well (ΔBIC > 6).
+//! Parsimony: an effect is withdrawn if a one-parameter law outside the catalogue explains the data
+//! as well (ΔBIC > 6).
 //!
 //! The law may replace one adopted effect or all of them.
 
@@ -9,12 +10,15 @@ use crate::score::{Candidate, Column, columns};
 use crate::unknown_law::{Plain, UnknownLaw, plain};
 use identification::fit::{EstimationSession, LinearisedProblem};
 
-/// Share of the explained `−2 ln p` by which a law evaluated on the linear model may be wrong. Chosen, no derivation.
+/// Share of the explained `−2 ln p` by which a law evaluated on the linear model may be wrong.
+/// Chosen, no derivation.
 const LINEARISATION_ERROR_SHARE: f64 = 1e-3;
 
-/// The one-parameter law that BIC prefers to `adopted` by 20 : 1, the best of several. `nominal` is the plant without any of the effects.
+/// The one-parameter law that BIC prefers to `adopted` by 20 : 1, the best of several. `nominal` is
+/// the plant without any of the effects.
 ///
-/// Cost: a column for each law; with several adopted effects as much again for each, and a fit without it.
+/// Cost: a column for each law; with several adopted effects as much again for each, and a fit
+/// without it.
 pub(super) fn more_parsimonious_law(
     session: &EstimationSession<'_>,
     nominal: &AcceptedModel,

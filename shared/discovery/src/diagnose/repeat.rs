@@ -1,6 +1,10 @@
 //! Repetition of the experiment: a physical effect recurs, noise does not.
 //!
-//! With `c` the joint direction of the adopted effects, at the amplitudes of the first recording, one parameter is tested on the repeat: the multiple of `c` that it holds. The statistic is a likelihood ratio with the noise maximised on both sides, signed by the multiple: `z = ±√(2 ln p(c) − 2 ln p(0))`. Under the effect its expectation is `|c'|`, else z is standard normal.
+//! With `c` the joint direction of the adopted effects, at the amplitudes of the first recording,
+//! one parameter is tested on the repeat: the multiple of `c` that it holds. The statistic is a
+//! likelihood ratio with the noise maximised on both sides, signed by the multiple:
+//! `z = ±√(2 ln p(c) − 2 ln p(0))`. Under the effect its expectation is `|c'|`, else z is standard
+//! normal.
 
 use super::held_out_evidence::carried;
 use super::{AcceptedModel, Adopted};

@@ -62,7 +62,9 @@ pub struct ParameterReport {
     pub unit: String,
 }
 
-/// A reported effect: its probability in [0, 1], its status on held-out data, its rivals and parameters, the share `kappa` of its energy that the plant's parameters absorb, and its significance `d` in standard errors.
+/// A reported effect: its probability in [0, 1], its status on held-out data, its rivals and
+/// parameters, the share `kappa` of its energy that the plant's parameters absorb, and its
+/// significance `d` in standard errors.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectReport {
     pub kind: String,
@@ -77,7 +79,8 @@ pub struct EffectReport {
     pub d: f64,
 }
 
-/// A parameter of the plant before and after the diagnosis, in its own unit; the shift in standard deviations.
+/// A parameter of the plant before and after the diagnosis, in its own unit; the shift in standard
+/// deviations.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Nominal {
     pub name: String,
@@ -99,7 +102,8 @@ pub enum HeldOutKind {
     None,
 }
 
-/// Free-run fit of one channel on held-out data, without and with the effects [%, unit of the channel].
+/// Free-run fit of one channel on held-out data, without and with the effects
+/// [%, unit of the channel].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOutChannel {
     pub name: String,
@@ -109,7 +113,8 @@ pub struct HeldOutChannel {
     pub rms_after: f64,
 }
 
-/// Prediction of held-out data without and with the effects: gain in log-likelihood with its standard error and 95 % interval, p values of whiteness.
+/// Prediction of held-out data without and with the effects: gain in log-likelihood with its
+/// standard error and 95 % interval, p values of whiteness.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HeldOut {
     pub kind: HeldOutKind,
@@ -130,7 +135,8 @@ pub struct DetectionLimit {
     pub unit: String,
 }
 
-/// A time–frequency bin: whitened innovations of one channel in one window and octave, deviation of their power from one in standard errors.
+/// A time–frequency bin: whitened innovations of one channel in one window and octave, deviation of
+/// their power from one in standard errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
     pub channel: String,
@@ -161,7 +167,8 @@ pub struct LawMap {
     pub cells: Vec<LawCell>,
 }
 
-/// One cell of a [`LawMap`]: coordinates, value with its standard error, and the fitted law at that place.
+/// One cell of a [`LawMap`]: coordinates, value with its standard error, and the fitted law at that
+/// place.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LawCell {
     pub x: f64,
@@ -205,11 +212,13 @@ pub struct Figures {
 pub struct Tried {
     pub kind: String,
     pub site: String,
-    /// Number of laws times the points of its own grid: the factor on its p value before collinear laws are counted once.
+    /// Number of laws times the points of its own grid: the factor on its p value before collinear
+    /// laws are counted once.
     pub chances: f64,
 }
 
-/// All findings of a diagnosis. The checks of the recordings themselves come from [`examination::doctor`].
+/// All findings of a diagnosis. The checks of the recordings themselves come from
+/// [`examination::doctor`].
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Diagnosis {
     pub verdict: Verdict,
@@ -225,7 +234,8 @@ pub struct Diagnosis {
     pub not_found: Vec<String>,
     pub notes: Vec<String>,
     pub next_experiment: Option<String>,
-    /// Text of the plant file with the confirmed effects (a caller that writes it puts the path here).
+    /// Text of the plant file with the confirmed effects (a caller that writes it puts the path
+    /// here).
     pub augmented_plant: Option<String>,
     pub report: Option<String>,
     #[serde(skip)]
@@ -250,7 +260,8 @@ impl HeldOut {
 }
 
 impl Diagnosis {
-    /// The diagnosis of recordings whose `mislabelled` channels were corrected first: the mistake comes first in the reason. The verdict is [`Verdict::Sensor`] where nothing else is missing.
+    /// The diagnosis of recordings whose `mislabelled` channels were corrected first: the mistake
+    /// comes first in the reason. The verdict is [`Verdict::Sensor`] where nothing else is missing.
     #[must_use]
     pub fn of_mislabelled(mut self, mislabelled: &[Mislabelled]) -> Self {
         if mislabelled.is_empty() {

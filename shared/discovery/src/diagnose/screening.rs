@@ -1,4 +1,5 @@
-//! Screening: every effect at every site with its score, on grids first, then refined where it is promising.
+//! Screening: every effect at every site with its score, on grids first, then refined where it is
+//! promising.
 
 use super::{AcceptedModel, Options};
 use crate::compete::subsets::noise_hypotheses;
@@ -9,7 +10,8 @@ use crate::score::{
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, LinearisedProblem};
 
-/// Ratio of adapted to stated noise from which the noise may have absorbed an effect, so that scores are also taken under the stated noise. Chosen, no derivation.
+/// Ratio of adapted to stated noise from which the noise may have absorbed an effect, so that
+/// scores are also taken under the stated noise. Chosen, no derivation.
 const GROWN_NOISE_RATIO: f64 = 3.0;
 
 /// Columns and their scores under the adapted noise.
@@ -26,7 +28,8 @@ impl Screening {
     }
 }
 
-/// Evaluates `look` along the trajectory of `best`; where a loop feeds back sensor noise, along the loop without that noise.
+/// Evaluates `look` along the trajectory of `best`; where a loop feeds back sensor noise, along the
+/// loop without that noise.
 pub(super) fn along_noise_free_loop<T>(
     session: &EstimationSession<'_>,
     best: &AcceptedModel,
@@ -68,7 +71,8 @@ fn screen_along(
     let mut found = scored(&scorer, &all);
     let mut finer = refined(&scorer, along, &best.plant, theta, (&all, &found));
     if let Some(scorer) = stated.and_then(|stated| Scorer::new(session, linearised, theta, &stated)) {
-        // noise that has absorbed an effect also hides its shape parameters: of a fault that begins and ends it leaves two instants
+        // noise that has absorbed an effect also hides its shape parameters: of a fault that begins
+        // and ends it leaves two instants
         let found = scored(&scorer, &all);
         finer.extend(refined(&scorer, along, &best.plant, theta, (&all, &found)));
     }
@@ -81,7 +85,8 @@ fn scored(scorer: &Scorer<'_, '_>, columns: &[Column]) -> Vec<Score> {
     scorer.scores(columns).into_iter().flatten().collect()
 }
 
-/// The last noise hypothesis (all noise as stated) scaled to the innovations; `None` where it is the adapted noise.
+/// The last noise hypothesis (all noise as stated) scaled to the innovations; `None` where it is
+/// the adapted noise.
 fn scaled_stated_noise(session: &EstimationSession<'_>, best: &AcceptedModel) -> Option<NoiseModel> {
     let (found, stated) = (&best.noise, &session.noise);
     let sizes = |noise: &NoiseModel| [noise.input_sigma.clone(), noise.sensor_sigma.clone()].concat();

@@ -1,6 +1,7 @@
 //! Greedy forward search with backward elimination.
 //!
-//! Sets of effects are added to the plant round by round; an effect that later ones make insignificant is removed.
+//! Sets of effects are added to the plant round by round; an effect that later ones make
+//! insignificant is removed.
 
 use super::adoption::{SearchRound, step};
 use super::screening::{Screening, screen};
@@ -25,9 +26,11 @@ pub(super) struct SearchResult {
     pub unknown_noise: f64,
 }
 
-/// Adds sets of effects to the nominal plant until no further effect is accepted. The catalogue is scored on it, unless `screened` has columns.
+/// Adds sets of effects to the nominal plant until no further effect is accepted. The catalogue is
+/// scored on it, unless `screened` has columns.
 ///
-/// Cost: for each round a screening, the likelihoods of the shortlist and their fits; bounded by `session.work`.
+/// Cost: for each round a screening, the likelihoods of the shortlist and their fits; bounded by
+/// `session.work`.
 pub(super) fn searched(
     session: &EstimationSession<'_>,
     (nominal, screened): (AcceptedModel, Rc<Screening>),
@@ -69,7 +72,8 @@ impl SearchResult {
         Self { best, adopted, unfitted, screening, smaller, rivals, unknown_noise: 0.0 }
     }
 
-    /// Adopts the set that fits best on the accepted model: its fit, and the number of effects adopted before; `None` where no further effect is accepted.
+    /// Adopts the set that fits best on the accepted model: its fit, and the number of effects
+    /// adopted before; `None` where no further effect is accepted.
     fn round(
         &mut self,
         session: &EstimationSession<'_>,
@@ -95,7 +99,8 @@ impl SearchResult {
         }
     }
 
-    /// Adopts the effects of `step`; earlier effects that are insignificant beside them are removed.
+    /// Adopts the effects of `step`; earlier effects that are insignificant beside them are
+    /// removed.
     fn join(&mut self, session: &EstimationSession<'_>, step: SearchRound, refit: FittedModel) -> (FittedModel, usize) {
         // nearest first: without the effects of this round, then its own smaller sets before that
         let joined = |set: Vec<Adopted>| self.adopted.iter().cloned().chain(set).collect::<Vec<_>>();
@@ -132,7 +137,8 @@ impl SearchResult {
         (refit, earlier)
     }
 
-    /// Searches again for each of the `earlier` effects beside those of the last round, which began at the work `begun`.
+    /// Searches again for each of the `earlier` effects beside those of the last round, which began
+    /// at the work `begun`.
     fn look_again(
         &mut self,
         session: &EstimationSession<'_>,
@@ -160,7 +166,8 @@ impl SearchResult {
         refit
     }
 
-    /// Backward elimination: an effect that another one has made insignificant is removed; the most significant one stays.
+    /// Backward elimination: an effect that another one has made insignificant is removed; the most
+    /// significant one stays.
     fn prune(&mut self, session: &EstimationSession<'_>, refit: FittedModel) {
         let mut others = self.adopted.clone();
         others.sort_by(|a, b| refit.evidence(&a.column).total_cmp(&refit.evidence(&b.column)));
@@ -199,7 +206,9 @@ impl SearchResult {
     }
 }
 
-/// Searches again for the effect at `place` beside all others: the best single effect need not be the best beside them. A better one by BIC replaces it, and its fit is returned; effects that the recording does not exclude there join the rivals.
+/// Searches again for the effect at `place` beside all others: the best single effect need not be
+/// the best beside them. A better one by BIC replaces it, and its fit is returned; effects that the
+/// recording does not exclude there join the rivals.
 ///
 /// Cost: a round of the search.
 fn reconsidered(
@@ -245,7 +254,8 @@ impl Adopted {
         free_parameters(&self.column.candidate, self.column.raw.len()) as f64
     }
 
-    /// Replaces `gone`, the only effect, with a gain in `−2 ln p`: `gone` becomes a rival, and the p value is the larger of both.
+    /// Replaces `gone`, the only effect, with a gain in `−2 ln p`: `gone` becomes a rival, and the
+    /// p value is the larger of both.
     fn replace(&mut self, gone: &Self, gained: f64, samples: f64) {
         let behind = gained + libm::log(samples) * (gone.parameter_count() - self.parameter_count());
         self.p = self.p.max(gone.p);
@@ -281,7 +291,8 @@ impl Adopted {
     }
 }
 
-/// `refit` without the effects of `adopted` that are insignificant beside later ones, where BIC agrees; which of them were removed.
+/// `refit` without the effects of `adopted` that are insignificant beside later ones, where BIC
+/// agrees; which of them were removed.
 fn relieved(session: &EstimationSession<'_>, refit: FittedModel, adopted: &[Adopted]) -> (FittedModel, Vec<bool>) {
     let price = libm::log(session.samples.max(2) as f64);
     let mut best = refit;

@@ -1,17 +1,23 @@
 //! Time stamps that jitter about an even grid.
 //!
-//! A sensor that is read evenly and stamped unevenly seems to read too early or too late. Beside an edge of a command the stamp lies on the wrong side of it, which no noise model describes. The recording decides whether the readings are even: the nominal plant is fitted to both and the better one is kept.
+//! A sensor that is read evenly and stamped unevenly seems to read too early or too late. Beside an
+//! edge of a command the stamp lies on the wrong side of it, which no noise model describes. The
+//! recording decides whether the readings are even: the nominal plant is fitted to both and the
+//! better one is kept.
 
 use identification::fit::{EstimationSession, fit};
 use identification::problem::{Drive, Problem, Samples};
 
-/// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first the stamps are even, beyond the second there is no grid. Chosen, no derivation.
+/// Fewest stamps of a grid, and residuals about it as shares of the interval: below the first the
+/// stamps are even, beyond the second there is no grid. Chosen, no derivation.
 const STAMPS_LEAST: usize = 16;
 const EVEN_SHARE: f64 = 1e-3;
 const GRID_SHARE: f64 = 0.35;
-/// Standard errors of the grid within which a reading is taken as synchronous with an edge of a command.
+/// Standard errors of the grid within which a reading is taken as synchronous with an edge of a
+/// command.
 const EDGE_SIGMAS: f64 = 4.0;
-/// Gain in `−2 ln p` from which even readings are preferred: odds of exp(5) = 150 : 1. Chosen, no derivation.
+/// Gain in `−2 ln p` from which even readings are preferred: odds of exp(5) = 150 : 1. Chosen, no
+/// derivation.
 const EVEN_STAMPS_GAIN_MIN: f64 = 10.0;
 /// Relinearisations of each fit.
 const STAMP_ROUNDS: usize = 3;
@@ -52,7 +58,8 @@ fn edges(drives: &[Drive]) -> Vec<f64> {
     edges
 }
 
-/// The edge next to `t_s` if it lies within the uncertainty of the grid: a mean of stamps does not determine the side of an edge.
+/// The edge next to `t_s` if it lies within the uncertainty of the grid: a mean of stamps does not
+/// determine the side of an edge.
 fn beside(t_s: f64, edges: &[f64], apart_s: f64) -> f64 {
     let after = edges.partition_point(|edge| *edge < t_s);
     let near = edges[after.saturating_sub(1)..(after + 1).min(edges.len())].iter();
@@ -60,7 +67,8 @@ fn beside(t_s: f64, edges: &[f64], apart_s: f64) -> f64 {
     nearest.filter(|edge| (edge - t_s).abs() < apart_s).unwrap_or(t_s)
 }
 
-/// The straight line through stamps over their number, where they scatter about it by a part of the interval, and its standard error at the ends.
+/// The straight line through stamps over their number, where they scatter about it by a part of the
+/// interval, and its standard error at the ends.
 fn grid(samples: &Samples) -> Option<(Vec<f64>, f64)> {
     let n = samples.time_s.len();
     if n < STAMPS_LEAST {

@@ -1,6 +1,10 @@
 //! Effects of low significance that another recording confirms.
 //!
-//! An effect that one recording shows too weakly may be certain in another. Where no effect is accepted and a recording is held out, the search is repeated at the higher level `s`. Its result must be confirmed by data that had no part in it, all parameters frozen, at a level `q`. Where no physics is unmodelled, and the frozen plant predicts as well as it is known, that happens with probability `s q`, which is [`ALPHA_SHARE_CONFIRMED`] of alpha.
+//! An effect that one recording shows too weakly may be certain in another. Where no effect is
+//! accepted and a recording is held out, the search is repeated at the higher level `s`. Its result
+//! must be confirmed by data that had no part in it, all parameters frozen, at a level `q`. Where
+//! no physics is unmodelled, and the frozen plant predicts as well as it is known, that happens
+//! with probability `s q`, which is [`ALPHA_SHARE_CONFIRMED`] of alpha.
 
 use super::held_out_selection::{HeldOutSelection, select_on_held_out};
 use super::search::{SearchResult, searched};
@@ -9,10 +13,12 @@ use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
 use identification::problem::Problem;
 
-/// Level of the second search: probability that it finds an effect where none is missing. A larger one needs a smaller level of confirmation; chosen, no derivation.
+/// Level of the second search: probability that it finds an effect where none is missing. A larger
+/// one needs a smaller level of confirmation; chosen, no derivation.
 const SUSPICION_LEVEL: f64 = 0.1;
 
-/// The effect of low significance and the held-out evidence, where held-out data confirm it; the scores of the catalogue are those found on the recording `alone`.
+/// The effect of low significance and the held-out evidence, where held-out data confirm it; the
+/// scores of the catalogue are those found on the recording `alone`.
 ///
 /// Cost: a search without its scores, and a prediction of the held-out recording for each rival.
 pub(super) fn confirmed(

@@ -203,7 +203,8 @@ fn a_wrong_noise_model_is_called_that_and_nothing_else() {
     }
 }
 
-/// What noise of any size and colour would absorb leaves a line of the spectrum or a force over the command.
+/// What noise of any size and colour would absorb leaves a line of the spectrum or a force over the
+/// command.
 #[test]
 fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
     let cases: [Case; 4] = [
@@ -222,8 +223,8 @@ fn a_law_that_the_catalogue_lacks_is_neither_named_nor_called_noise() {
     }
 }
 
-/// A torque that snaps and decays comes near a reading that is off for a while, and near it again in another recording; what the reading does
-/// beside that takes a force that nobody states.
+/// A torque that snaps and decays comes near a reading that is off for a while, and near it again
+/// in another recording; what the reading does beside that takes a force that nobody states.
 #[test]
 fn an_effect_that_leaves_most_to_an_unspecified_force_is_rejected_though_held_out_data_confirm_it() {
     let nominal = plant("pendulum");
@@ -240,7 +241,8 @@ fn an_effect_that_leaves_most_to_an_unspecified_force_is_rejected_though_held_ou
     assert_eq!(found.effects[0].status, Status::Confirmed);
 }
 
-/// A ripple of one lobe and a torque that decays come as near the data as the law that acts, with more numbers.
+/// A ripple of one lobe and a torque that decays come as near the data as the law that acts, with
+/// more numbers.
 #[test]
 fn effects_that_a_one_parameter_law_outside_the_catalogue_explains_as_well_are_withdrawn() {
     let cases: [(Case, &[&str], &str); 2] = [
@@ -263,7 +265,8 @@ fn effects_that_a_one_parameter_law_outside_the_catalogue_explains_as_well_are_w
     }
 }
 
-/// The grid of damping ratios has one point: a lightly damped mode has a fifth of its evidence there.
+/// The grid of damping ratios has one point: a lightly damped mode has a fifth of its evidence
+/// there.
 #[test]
 fn a_mode_left_out_is_found_at_its_own_damping() {
     let nominal = plant("hub_appendage");
@@ -294,7 +297,8 @@ fn little_work_still_identifies_clear_effects_says_what_it_omitted_and_does_so_o
     assert_eq!(format!("{little:?}"), format!("{again:?}"));
 }
 
-/// A torque that snaps and decays comes near a reading that is off for a while, where the filter's memory is long.
+/// A torque that snaps and decays comes near a reading that is off for a while, where the filter's
+/// memory is long.
 #[test]
 fn a_reading_that_is_off_for_a_while_is_no_torque() {
     let nominal = plant("pendulum");

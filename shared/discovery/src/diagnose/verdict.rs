@@ -47,7 +47,8 @@ impl Findings<'_> {
     }
 }
 
-/// Posterior weight below which an effect is reported as not separable from its rivals. Chosen, no derivation.
+/// Posterior weight below which an effect is reported as not separable from its rivals. Chosen, no
+/// derivation.
 const SEPARABLE_WEIGHT_MIN: f64 = 0.9;
 
 /// The stated noise; disturbances of unspecified size count only upwards.
@@ -84,7 +85,9 @@ pub(super) fn noise_p(
     }
 }
 
-/// Share of the misfit that the adopted effects remove while no disturbance, and unless granted no reading, has a higher variance than stated; the rest of the misfit needed more noise. Lower variances, colour and jitter are granted.
+/// Share of the misfit that the adopted effects remove while no disturbance, and unless granted no
+/// reading, has a higher variance than stated; the rest of the misfit needed more noise. Lower
+/// variances, colour and jitter are granted.
 fn share_explained(findings: &Findings<'_>, grants_readings: bool) -> Option<f64> {
     let (session, best) = (findings.session, findings.best);
     let mut noise = best.noise.clone();
@@ -166,7 +169,8 @@ pub(super) fn conclude(findings: &Findings<'_>) -> Diagnosis {
     diagnosis
 }
 
-/// Removes effects that only approximate an unknown law from the report, together with their values of the parameters and their held-out evidence.
+/// Removes effects that only approximate an unknown law from the report, together with their values
+/// of the parameters and their held-out evidence.
 fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diagnosis) {
     diagnosis.effects.clear();
     diagnosis.nominal.iter_mut().zip(&findings.stated.sigma).for_each(|(own, sigma)| {
@@ -189,11 +193,14 @@ fn without_names(findings: &Findings<'_>, map: &UnknownLaw, diagnosis: &mut Diag
     };
 }
 
-/// Prior standard deviations beyond which a parameter conflicts with its file, and posterior ones that it must be away at least: two-sided probabilities of 6e-5 and 0.3 % of a normal distribution. Chosen, no derivation.
+/// Prior standard deviations beyond which a parameter conflicts with its file, and posterior ones
+/// that it must be away at least: two-sided probabilities of 6e-5 and 0.3 % of a normal
+/// distribution. Chosen, no derivation.
 const PRIOR_CONFLICT_SIGMA: f64 = 4.0;
 const POSTERIOR_CONFLICT_SIGMA: f64 = 3.0;
 
-/// The parameters of the plant whose estimates conflict with their priors, as a clause; empty without any.
+/// The parameters of the plant whose estimates conflict with their priors, as a clause; empty
+/// without any.
 fn prior_conflicts(findings: &Findings<'_>) -> String {
     let best = if findings.adopted.is_empty() { findings.best } else { &findings.selection.model };
     let shared = best.problem.unknowns.iter().zip(best.fit.theta.iter().zip(&best.fit.sigma));
@@ -219,7 +226,8 @@ fn prior_conflicts(findings: &Findings<'_>) -> String {
     if reported.is_empty() { String::new() } else { format!("; in conflict with the file: {}", reported.join(", ")) }
 }
 
-/// A significant map: evidence beyond the correction for the maps tried, and confirmed on parts that it was not fitted to.
+/// A significant map: evidence beyond the correction for the maps tried, and confirmed on parts
+/// that it was not fitted to.
 fn residual_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     findings.map.filter(|map| {
         let price = 2.0 * libm::log(map.tried.max(1) as f64 / (ALPHA_SHARE_UNIDENTIFIED * findings.alpha));
@@ -227,7 +235,9 @@ fn residual_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     })
 }
 
-/// Least share that effects must explain to be accepted: of all that was explained including the map, and of the misfit while no noise (where held-out data confirm them, no disturbance) has a higher variance than stated. Chosen on seeded cases, no derivation.
+/// Least share that effects must explain to be accepted: of all that was explained including the
+/// map, and of the misfit while no noise (where held-out data confirm them, no disturbance) has a
+/// higher variance than stated. Chosen on seeded cases, no derivation.
 const EXPLAINED_SHARE_MIN: f64 = 0.75;
 
 /// A time–frequency bin of higher energy than chance allows.
@@ -244,7 +254,8 @@ fn has_lone_outliers(findings: &Findings<'_>) -> bool {
         && !left.beside.as_ref().is_some_and(is_significant)
 }
 
-/// `angle has 3 outliers of 2000, the largest of 17.2 standard deviations at 7.000 s of run.csv`, of every channel.
+/// `angle has 3 outliers of 2000, the largest of 17.2 standard deviations at 7.000 s of run.csv`,
+/// of every channel.
 fn outlying(findings: &Findings<'_>) -> String {
     let session = findings.session;
     let reported = |own: &Outliers| {
@@ -304,7 +315,9 @@ fn located(session: &EstimationSession<'_>, map: &UnknownLaw, alpha: f64) -> Whe
     }
 }
 
-/// A significant map beside effects that explain too little to be accepted. An error of a reading over itself, or over time, approximates any law that moves the reading: it is taken only where no effect is adopted, or no other recording has tested the effects.
+/// A significant map beside effects that explain too little to be accepted. An error of a reading
+/// over itself, or over time, approximates any law that moves the reading: it is taken only where
+/// no effect is adopted, or no other recording has tested the effects.
 fn overriding_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     let Some(map) = residual_law(findings) else { return parsimonious_law(findings) };
     if findings.adopted.is_empty() {
@@ -316,7 +329,8 @@ fn overriding_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     if outweighs { Some(map) } else { parsimonious_law(findings) }
 }
 
-/// The one-parameter law that BIC prefers to the effects and that predicts parts it was not fitted to, where the effects would be accepted otherwise.
+/// The one-parameter law that BIC prefers to the effects and that predicts parts it was not fitted
+/// to, where the effects would be accepted otherwise.
 fn parsimonious_law<'f>(findings: &Findings<'f>) -> Option<&'f UnknownLaw> {
     let one_parameter_law = findings.one_parameter_law.filter(|law| law.held_out.status() == Status::Confirmed)?;
     let is_significant = matches!(named(findings).0, Verdict::Named | Verdict::NotSeparable | Verdict::Sensor);
@@ -383,7 +397,8 @@ fn named(findings: &Findings<'_>) -> (Verdict, String) {
         return (Verdict::CannotDecide, reason);
     }
     let is_sure = state == Status::Confirmed;
-    // confirmed effects may leave readings of higher variance than stated; a force of unspecified variance is a missing part, unless the whole recurs in a repeat
+    // confirmed effects may leave readings of higher variance than stated; a force of unspecified
+    // variance is a missing part, unless the whole recurs in a repeat
     let repeats = findings.repeat.is_some();
     let share = if repeats { 1.0 } else { share_explained(findings, is_sure).unwrap_or(0.0) };
     if share < EXPLAINED_SHARE_MIN {
@@ -487,7 +502,8 @@ fn chance(p: f64) -> String {
     if p > 1e-300 { format!("p = {p:.1e}") } else { "p < 1e-300".to_owned() }
 }
 
-/// Gain in `−2 ln p` from which a change of the noise is reported by itself: odds of exp(5) = 150 : 1. Chosen, no derivation; it affects the sentence only.
+/// Gain in `−2 ln p` from which a change of the noise is reported by itself: odds of exp(5) = 150 :
+/// 1. Chosen, no derivation; it affects the sentence only.
 const NOISE_CHANGE_GAIN_MIN: f64 = 10.0;
 
 /// The largest changes between stated and adapted noise, in words.
@@ -506,7 +522,8 @@ fn changed_noise(findings: &Findings<'_>) -> String {
     reported.into_iter().take(3).map(|(_, text, _)| text).collect::<Vec<_>>().join(", ")
 }
 
-/// Every parameter of the noise that was adapted: the size of its change, in words, and the noise without it.
+/// Every parameter of the noise that was adapted: the size of its change, in words, and the noise
+/// without it.
 fn changes(session: &EstimationSession<'_>, noise: &NoiseModel) -> Vec<(f64, String, NoiseModel)> {
     let mut list = Vec::new();
     let stated = &session.noise;

@@ -1,10 +1,16 @@
-//! Hypotheses about a plant whose modes are wrong: each change with one amplitude, zero for no change.
+//! Hypotheses about a plant whose modes are wrong: each change with one amplitude, zero for no
+//! change.
 //!
-//! Of an appendage: all its frequencies by one factor (stiffness over mass, thickness, length), one mode alone, a spring at its clamp, a mass at one of its points; all its damping ratios by one factor, one alone. In addition every effect of the catalogue that changes the structure, or applies a force that is linear in the motion ([`linear_laws`](super::linear_laws)). Each change is a plant, which can be written, simulated and diagnosed again.
+//! Of an appendage: all its frequencies by one factor (stiffness over mass, thickness, length), one
+//! mode alone, a spring at its clamp, a mass at one of its points; all its damping ratios by one
+//! factor, one alone. In addition every effect of the catalogue that changes the structure, or
+//! applies a force that is linear in the motion ([`linear_laws`](super::linear_laws)). Each change
+//! is a plant, which can be written, simulated and diagnosed again.
 //!
-//! With ξ the clamped modes' coordinates of the whole displacement, φ the shape at a point, ρ the participation of rotation about the
-//! root: a mass m at the point has `M = 1 + m φ φᵀ, K = Ω²`; a root that turns against a spring k has the flexibility `Ω⁻² + ρ ρᵀ / k` (the
-//! rigid turn of the root expands in the clamped modes with coefficients ρ). Few modes make both a little too stiff.
+//! With ξ the clamped modes' coordinates of the whole displacement, φ the shape at a point, ρ the
+//! participation of rotation about the root: a mass m at the point has `M = 1 + m φ φᵀ, K = Ω²`; a
+//! root that turns against a spring k has the flexibility `Ω⁻² + ρ ρᵀ / k` (the rigid turn of the
+//! root expands in the clamped modes with coefficients ρ). Few modes make both a little too stiff.
 
 use super::linear_laws;
 use dynamics::description::{Appendage, Plant, Quantity, SiteKind, Space};
@@ -71,7 +77,8 @@ impl Change {
         list
     }
 
-    /// Name of the change in the report: that of the effect, or one of its own (`frequency_scale`, `point_mass`, …).
+    /// Name of the change in the report: that of the effect, or one of its own (`frequency_scale`,
+    /// `point_mass`, …).
     pub fn kind(&self) -> String {
         match self {
             Self::Scale { .. } => "frequency_scale".to_owned(),
@@ -125,7 +132,8 @@ impl Change {
         }
     }
 
-    /// Grid of amplitudes, rising, dense enough that neighbours bracket every optimum: both signs, or positive ones.
+    /// Grid of amplitudes, rising, dense enough that neighbours bracket every optimum: both signs,
+    /// or positive ones.
     pub fn grid(&self, plant: &Plant) -> Vec<f64> {
         let both =
             |most: f64, n: i32| (-n..=n).map(|k| most * f64::from(k) / f64::from(n)).filter(|a| *a != 0.0).collect();
@@ -134,7 +142,8 @@ impl Change {
             Self::Scale { .. } | Self::Single { .. } => both(0.4, 20),
             // to a twelfth and to twelve times
             Self::DampingScale { .. } | Self::DampingSingle { .. } => both(2.5, 8),
-            // in units of the largest ω² ρ² of the modes, whose inverse changes a mode as much as its own flexibility
+            // in units of the largest ω² ρ² of the modes, whose inverse changes a mode as much as
+            // its own flexibility
             Self::Root { appendage, axis } => {
                 let strongest = plant.appendages[*appendage].modes.iter().map(|mode| {
                     let (omega, rho) = (omega(mode), mode.rotation_sqrt_kg_m[*axis].value);
@@ -153,7 +162,8 @@ impl Change {
                 let parameter = &effect.parameters[0];
                 let size = parameter.default.abs().max(1e-9);
                 let inside = |a: &f64| *a != 0.0 && *a >= parameter.low && *a <= parameter.high;
-                // a law's coefficient may be of any size: the catalogue knows neither mass nor lever
+                // a law's coefficient may be of any size: the catalogue knows neither mass nor
+                // lever
                 let (steps, ratio) = if matches!(effect.law, Law::Structure(_)) { (8, 2.0) } else { (10, 4.0) };
                 let sizes = (-steps..=steps).map(|k| size * libm::pow(ratio, f64::from(k)));
                 let mut values: Vec<f64> = sizes.flat_map(|a| [-a, a]).filter(inside).collect();
@@ -247,7 +257,8 @@ fn load(plant: &mut Plant, appendage: usize, point: usize, mass_kg: f64) -> Opti
     Some(())
 }
 
-/// Modes that are combinations V of the old ones, by rising frequency; damping and names stay with their place.
+/// Modes that are combinations V of the old ones, by rising frequency; damping and names stay with
+/// their place.
 fn rebuilt(appendage: &mut Appendage, v: &DMatrix<f64>, omegas: &[f64]) -> Option<()> {
     let n = omegas.len();
     if omegas.iter().any(|w| !w.is_finite()) {

@@ -11,7 +11,8 @@ use nalgebra::DMatrix;
 
 /// Number of matched modes below which changes of one parameter are not separable.
 pub(super) const MODES_MIN: usize = 3;
-/// A change that moves no feature by more than this is absent: rounding of the eigenvalues [ln f, ln ζ].
+/// A change that moves no feature by more than this is absent: rounding of the eigenvalues
+/// [ln f, ln ζ].
 const FEATURE_CHANGE_MIN: f64 = 1e-9;
 
 /// A change in a set, with its amplitude.
@@ -89,7 +90,8 @@ impl<'a> Comparison<'a> {
         Some(rows.iter().map(|k| self.residual[*k] - moved[*k]).collect())
     }
 
-    /// Amplitude of least objective of the member at `place` over the features `rows`, whose evidence is `evidence`.
+    /// Amplitude of least objective of the member at `place` over the features `rows`, whose
+    /// evidence is `evidence`.
     pub fn fit(
         &self,
         members: &[Member],
@@ -168,7 +170,11 @@ impl<'a> Comparison<'a> {
 
     /// Probability that a change gains as much where nothing is missing: Fisher's F.
     ///
-    /// Both quadratic forms are taken under the covariance with the change, which the plant without it must meet as well. The scale of a group is estimated from its own features: the gain of the change in each group is divided by the remainder of that group, and the degrees of freedom are those of the shares (Satterthwaite 1946). The remainder of a group never counts as less than its covariance: a small remainder by chance is no precision.
+    /// Both quadratic forms are taken under the covariance with the change, which the plant without
+    /// it must meet as well. The scale of a group is estimated from its own features: the gain of
+    /// the change in each group is divided by the remainder of that group, and the degrees of
+    /// freedom are those of the shares (Satterthwaite 1946). The remainder of a group never counts
+    /// as less than its covariance: a small remainder by chance is no precision.
     fn chance(&self, factor: &Factor, before: &[f64], moved: &[f64], others: usize) -> f64 {
         let after: Vec<f64> = before.iter().zip(moved).map(|(r, m)| r - m).collect();
         let of_groups = |r: &[f64]| -> Each {
@@ -190,7 +196,9 @@ impl<'a> Comparison<'a> {
         fisher_tail(gained / scale.max(1e-300), 1.0, 1.0 / spread.max(1e-300))
     }
 
-    /// Standard deviations of all amplitudes of a set that were fitted together to the features `rows`, and the change of every feature along the uncertain directions, one standard deviation each (features × members).
+    /// Standard deviations of all amplitudes of a set that were fitted together to the features
+    /// `rows`, and the change of every feature along the uncertain directions, one standard
+    /// deviation each (features × members).
     pub fn spread(&self, members: &[Member], rows: &[usize], tau: &Each) -> Option<(Vec<f64>, DMatrix<f64>)> {
         let moved = self.moved(members)?;
         let mut slopes = DMatrix::zeros(self.residual.len(), members.len());

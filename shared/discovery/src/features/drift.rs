@@ -1,6 +1,11 @@
-//! Modes over the parts of one record: a linear, constant structure has one frequency and one damping ratio, whatever the part.
+//! Modes over the parts of one record: a linear, constant structure has one frequency and one
+//! damping ratio, whatever the part.
 //!
-//! Each frequency and damping ratio is tested against a constant (χ² over the parts, probability shared by all of them). One that is not constant is fitted by a line in time and by a line in the amplitude of the part. The law of smaller residual is reported with its slope and sigma, and both where the parts cannot separate them: in a single decay amplitude and time are confounded, and a second excitation separates them.
+//! Each frequency and damping ratio is tested against a constant (χ² over the parts, probability
+//! shared by all of them). One that is not constant is fitted by a line in time and by a line in
+//! the amplitude of the part. The law of smaller residual is reported with its slope and sigma, and
+//! both where the parts cannot separate them: in a single decay amplitude and time are confounded,
+//! and a second excitation separates them.
 
 use crate::diagnose::{Diagnosis, Verdict, Where};
 use identification::statistics::chi_squared_tail;
@@ -48,7 +53,8 @@ pub struct Drift {
     pub mode: usize,
     pub of: Of,
     pub law: Law,
-    /// Slope and standard deviation: per second, and per unit of amplitude (`None` where all parts move alike).
+    /// Slope and standard deviation: per second, and per unit of amplitude (`None` where all parts
+    /// move alike).
     pub per_second: (f64, f64),
     pub per_amplitude: Option<(f64, f64)>,
     /// p value of a constant, shared by all parameters tested.
@@ -157,7 +163,9 @@ impl Drift {
     }
 }
 
-/// Adds the parameters that drift to a diagnosis of the frequencies. A model of constant modes is then wrong whatever its frequencies are, and no structural change explains it: the verdict is that a law is missing which this form's catalogue does not contain.
+/// Adds the parameters that drift to a diagnosis of the frequencies. A model of constant modes is
+/// then wrong whatever its frequencies are, and no structural change explains it: the verdict is
+/// that a law is missing which this form's catalogue does not contain.
 pub fn add_drifts(diagnosis: &mut Diagnosis, tracks: &[ModeTrack], alpha: f64) {
     let found = drifts(tracks, alpha);
     if found.is_empty() {
@@ -200,7 +208,8 @@ mod tests {
 
     const SIGMA: (f64, f64) = (1e-3, 2e-4);
 
-    /// Four parts of five seconds with the given amplitudes; frequency by time and amplitude, damping by amplitude.
+    /// Four parts of five seconds with the given amplitudes; frequency by time and amplitude,
+    /// damping by amplitude.
     fn track(seed: u64, amplitudes: [f64; 4], f_time: f64, f_amplitude: f64, z_amplitude: f64) -> ModeTrack {
         let mut draw = Noise::new(seed);
         let part = |(k, amplitude): (usize, &f64)| {
@@ -225,7 +234,8 @@ mod tests {
     fn a_constant_mode_raises_an_alarm_as_often_as_alpha_says() {
         let alarms =
             (0..2000).filter(|seed| !drifts(&[track(*seed, SHUFFLED, 0.0, 0.0, 0.0)], 0.01).is_empty()).count();
-        // 20 expected; Poisson, four sigma, and Bonferroni over two independent numbers is exact to 0.5 %.
+        // 20 expected; Poisson, four sigma, and Bonferroni over two independent numbers is exact to
+        // 0.5 %.
         assert!((3..=38).contains(&alarms), "{alarms} of 2000");
     }
 

@@ -1,6 +1,10 @@
-//! The features: for every matched mode its frequency, its damping ratio and its shape, as far as they were measured.
+//! The features: for every matched mode its frequency, its damping ratio and its shape, as far as
+//! they were measured.
 //!
-//! `ln f`, `ln ζ` and the components of the shape across the measured one are the features, in this order. A damping ratio is evidence where it was measured with a finite standard deviation, to better than half of itself, and where the plant has any. A shape is evidence where the plant has sensors with the names of its channels, two at least and of one unit.
+//! `ln f`, `ln ζ` and the components of the shape across the measured one are the features, in this
+//! order. A damping ratio is evidence where it was measured with a finite standard deviation, to
+//! better than half of itself, and where the plant has any. A shape is evidence where the plant has
+//! sensors with the names of its channels, two at least and of one unit.
 
 use super::likelihood::Group;
 use super::matching::{self, Alike};
@@ -10,7 +14,8 @@ use super::shapes::Across;
 use dynamics::description::Plant;
 use dynamics::system::System;
 
-/// Largest relative standard deviation of a damping ratio: beyond it its logarithm is far from normal.
+/// Largest relative standard deviation of a damping ratio: beyond it its logarithm is far from
+/// normal.
 const DAMPING_SHARE_MAX: f64 = 0.5;
 
 /// One feature.
@@ -106,7 +111,8 @@ impl Frame {
         self.notes = notes.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
     }
 
-    /// Features of a plant's modes, in the order of [`nominal`](Self::nominal); `None` where one is not finite.
+    /// Features of a plant's modes, in the order of [`nominal`](Self::nominal); `None` where one is
+    /// not finite.
     fn values(&self, modes: &[PlantMode]) -> Option<Vec<f64>> {
         let shapes: Vec<Vec<f64>> = self
             .pairs
@@ -157,7 +163,8 @@ impl Frame {
     }
 }
 
-/// Channels of the shapes that are sensors of the plant, of the unit that most of them have: a length holds one unit.
+/// Channels of the shapes that are sensors of the plant, of the unit that most of them have: a
+/// length holds one unit.
 fn common_channels(plant: &Plant, measured: &[MeasuredMode]) -> Vec<String> {
     let Ok(system) = System::new(plant) else { return Vec::new() };
     let asked = |name: &str| measured.iter().any(|mode| mode.shape.iter().any(|at| at.channel == name));

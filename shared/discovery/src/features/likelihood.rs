@@ -1,8 +1,15 @@
-//! Likelihood of residual features under a plant, its unknowns' priors and discrepancies of unknown size.
+//! Likelihood of residual features under a plant, its unknowns' priors and discrepancies of unknown
+//! size.
 //!
-//! `r = features measured − features of the plant ~ N(0, C)`, `C = diag(σ² + τ_g²) + J P Jᵀ`. The three terms are the measurement errors, the discrepancy of any low-order model (one τ for frequencies, one for damping ratios, one for shapes, by maximum likelihood), and the priors of the plant's parameters (J: derivatives of the features by them, P: their variances). With few modes τ decides what is significant: a plant that misses every mode by a per cent is not refuted by peaks known to a millionth, but a change that removes the misses is significant.
+//! `r = features measured − features of the plant ~ N(0, C)`, `C = diag(σ² + τ_g²) + J P Jᵀ`. The
+//! three terms are the measurement errors, the discrepancy of any low-order model (one τ for
+//! frequencies, one for damping ratios, one for shapes, by maximum likelihood), and the priors of
+//! the plant's parameters (J: derivatives of the features by them, P: their variances). With few
+//! modes τ decides what is significant: a plant that misses every mode by a per cent is not refuted
+//! by peaks known to a millionth, but a change that removes the misses is significant.
 //!
-//! C is a diagonal and a few columns, and is solved as such (Woodbury): a likelihood costs rows × columns².
+//! C is a diagonal and a few columns, and is solved as such (Woodbury): a likelihood costs rows ×
+//! columns².
 
 use estimation::golden_section;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -22,7 +29,8 @@ impl Group {
     /// All groups, in the order of [`Each`].
     pub const ALL: [Self; 3] = [Self::Frequency, Self::Damping, Self::Shape];
 
-    /// Least and largest ln τ. A plant's damping ratio is never trusted to better than 5 %, its shape to better than 1 % of its length.
+    /// Least and largest ln τ. A plant's damping ratio is never trusted to better than 5 %, its
+    /// shape to better than 1 % of its length.
     fn ln_tau(self) -> [f64; 2] {
         match self {
             Self::Frequency => [-12.0, 0.0],
@@ -147,7 +155,8 @@ impl Evidence {
         factor.form(residual, residual) + factor.log_determinant
     }
 
-    /// Maximum-likelihood τ of every group by a grid and golden section, in turn: where no prior couples the groups, once is exact.
+    /// Maximum-likelihood τ of every group by a grid and golden section, in turn: where no prior
+    /// couples the groups, once is exact.
     pub fn best(&self, residual: &[f64]) -> Likelihood {
         const GRID: i32 = 24;
         let mut tau: Each = Group::ALL.map(|group| libm::exp(group.ln_tau()[0]));

@@ -1,8 +1,14 @@
 //! Which forces of the catalogue a list of modes can show: those that are linear in the motion.
 //!
-//! A law that is linear has one stiffness and one damping, whatever the amplitude, and the linearised plant with it has the frequencies and damping ratios that are measured. Dry friction, hysteresis and play have none of their own: linearised at rest they are a stiff damper or nothing at all, while the modes of a record depend on its amplitude. Such a law is not a hypothesis here.
+//! A law that is linear has one stiffness and one damping, whatever the amplitude, and the
+//! linearised plant with it has the frequencies and damping ratios that are measured. Dry friction,
+//! hysteresis and play have none of their own: linearised at rest they are a stiff damper or
+//! nothing at all, while the modes of a record depend on its amplitude. Such a law is not a
+//! hypothesis here.
 //!
-//! The linear laws are found by evaluation, not listed: the plant is evaluated with the law and without. The accelerations that the law adds must be zero at rest and must grow a thousandfold when all rates, or all positions, do.
+//! The linear laws are found by evaluation, not listed: the plant is evaluated with the law and
+//! without. The accelerations that the law adds must be zero at rest and must grow a thousandfold
+//! when all rates, or all positions, do.
 
 use super::plant_modes::at_rest;
 use dynamics::description::{Plant, Site, SiteKind};
@@ -16,7 +22,8 @@ const RATES_AGREE: f64 = 1e-6;
 const POSITIONS: [f64; 2] = [1e-6, 1e-3];
 const POSITIONS_AGREE: f64 = 1e-2;
 
-/// Entries and sites of the linear laws on joints, tanks, modes and bodies that have an effect there.
+/// Entries and sites of the linear laws on joints, tanks, modes and bodies that have an effect
+/// there.
 pub(super) fn of(plant: &Plant) -> Vec<(&'static Effect, Site)> {
     let pushes = |law: &Law| matches!(law, Law::Coordinate(_) | Law::Body(_));
     let mut list = Vec::new();

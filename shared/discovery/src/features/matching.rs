@@ -1,8 +1,14 @@
 //! Pairs of measured modes and the plant's, in order or by their shapes.
 //!
-//! A spectrum holds peaks that are no modes of the plant (mains, other directions), and modes that were not excited are not in it. All frequencies may be off by a common factor. For every factor the best assignment in rising order is found by dynamic programming: a pair costs the square of its distance over [`PAIR_SPREAD`], an unmatched mode [`UNMATCHED_COST`], a faint peak more than a tall one.
+//! A spectrum holds peaks that are no modes of the plant (mains, other directions), and modes that
+//! were not excited are not in it. All frequencies may be off by a common factor. For every factor
+//! the best assignment in rising order is found by dynamic programming: a pair costs the square of
+//! its distance over [`PAIR_SPREAD`], an unmatched mode [`UNMATCHED_COST`], a faint peak more than
+//! a tall one.
 //!
-//! Where shapes were measured, a pair costs by them as well, and pairs may cross: of two modes whose frequencies have changed places the shapes identify each. A shape that is the same over [`CHANNELS_MIN`] channels lets a frequency be further away.
+//! Where shapes were measured, a pair costs by them as well, and pairs may cross: of two modes
+//! whose frequencies have changed places the shapes identify each. A shape that is the same over
+//! [`CHANNELS_MIN`] channels lets a frequency be further away.
 
 use super::MeasuredMode;
 
@@ -16,7 +22,8 @@ const FACTOR_SPREAD: f64 = 0.25;
 
 /// Cost of a pair of orthogonal shapes. Chosen, no derivation.
 const SHAPE_COST: f64 = 4.0;
-/// Shapes over so many channels with such a criterion are the same mode, whatever its frequency: few are alike by accident.
+/// Shapes over so many channels with such a criterion are the same mode, whatever its frequency:
+/// few are alike by accident.
 const CHANNELS_MIN: usize = 3;
 const SAME_MAC: f64 = 0.9;
 
@@ -27,7 +34,8 @@ pub(super) struct Alike {
     pub channels: usize,
 }
 
-/// Pairs (mode of the plant, measured mode), the first rising; the second, too, where `alike` (plant mode, measured mode) knows no shapes.
+/// Pairs (mode of the plant, measured mode), the first rising; the second, too, where `alike`
+/// (plant mode, measured mode) knows no shapes.
 pub(super) fn pairs(
     plant_hz: &[f64],
     measured: &[MeasuredMode],

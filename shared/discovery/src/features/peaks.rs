@@ -1,6 +1,14 @@
-//! Modes from the magnitude of a spectrum: peaks above the local floor, each fitted as one resonance.
+//! Modes from the magnitude of a spectrum: peaks above the local floor, each fitted as one
+//! resonance.
 //!
-//! Without phase and input neither sign nor size of a mode can be estimated; its frequency and damping can. The floor is the median of the logarithm over a band around each line; a peak exceeds the largest of all lines of pure noise. Each peak is fitted over some half-power widths by `|X| = |A x² / (1 − x² + 2 i ζ x) + c|`, x = f / f_0, in the logarithm, whose scatter is the same on the flank and at the top. The complex c is the contribution of the other modes, without which they bias the peak. The residual gives the standard errors. A peak as narrow as the lines has the width of the window in its damping, and its frequency is not known better than a part of a line.
+//! Without phase and input neither sign nor size of a mode can be estimated; its frequency and
+//! damping can. The floor is the median of the logarithm over a band around each line; a peak
+//! exceeds the largest of all lines of pure noise. Each peak is fitted over some half-power widths
+//! by `|X| = |A x² / (1 − x² + 2 i ζ x) + c|`, x = f / f_0, in the logarithm, whose scatter is the
+//! same on the flank and at the top. The complex c is the contribution of the other modes, without
+//! which they bias the peak. The residual gives the standard errors. A peak as narrow as the lines
+//! has the width of the window in its damping, and its frequency is not known better than a part of
+//! a line.
 
 use nalgebra::{Cholesky, Complex, SMatrix, SVector};
 
@@ -48,15 +56,17 @@ const FLOOR_SHARE: f64 = 0.15;
 const FLOOR_LINES: usize = 25;
 /// Part of a line below which a frequency is not known.
 const LINE_SHARE: f64 = 0.1;
-/// A peak this much weaker beside a stronger one, this close, belongs to its skirt or to the window.
+/// A peak this much weaker beside a stronger one, this close, belongs to its skirt or to the
+/// window.
 const BESIDE_SHARE: f64 = 0.03;
 
-/// Lines within the half-power bandwidth below which the window is in the damping: that of Hann is 1.4 lines wide, and
-/// `√(5² + 1.4²)` is 4 % more than 5, less than a damping ratio is trusted to.
+/// Lines within the half-power bandwidth below which the window is in the damping: that of Hann is
+/// 1.4 lines wide, and `√(5² + 1.4²)` is 4 % more than 5, less than a damping ratio is trusted to.
 const DAMPING_LINES: f64 = 5.0;
 
 impl Spectrum {
-    /// Peaks by rising frequency, the damping only of those that are wide against the lines (NaN otherwise), and how many are not.
+    /// Peaks by rising frequency, the damping only of those that are wide against the lines (NaN
+    /// otherwise), and how many are not.
     pub(super) fn modes_with_own_damping(&self) -> (Vec<MeasuredMode>, usize) {
         let mut modes = self.modes();
         let mut narrow = 0;
@@ -72,7 +82,8 @@ impl Spectrum {
         (modes, narrow)
     }
 
-    /// Resonances by rising frequency [Hz], each with the standard errors of its fit; the damping ratio includes the width of the window.
+    /// Resonances by rising frequency [Hz], each with the standard errors of its fit; the damping
+    /// ratio includes the width of the window.
     ///
     /// Cost: O(n log n) for the floor, one five-parameter fit for each peak.
     pub fn modes(&self) -> Vec<MeasuredMode> {
@@ -124,7 +135,8 @@ fn floor(f: &[f64], log: &[f64], i: usize) -> f64 {
     estimation::quantiles::median(&mut log[low..high].iter().copied().step_by(stride).collect::<Vec<f64>>())
 }
 
-/// Fits over a wide and a narrow stretch: their difference is the model error of one resonance on a constant, and enters the standard errors.
+/// Fits over a wide and a narrow stretch: their difference is the model error of one resonance on a
+/// constant, and enters the standard errors.
 fn twice(f: &[f64], log: &[f64], top: usize, over: f64) -> MeasuredMode {
     let (wide, narrow) = (resonance(f, log, top, over, 4.0), resonance(f, log, top, over, 2.5));
     MeasuredMode {

@@ -1,4 +1,5 @@
-//! Modes of a plant: frequency, damping ratio, shape at the sensors, and which mode of a changed plant is which of the one before.
+//! Modes of a plant: frequency, damping ratio, shape at the sensors, and which mode of a changed
+//! plant is which of the one before.
 
 use dynamics::description::Plant;
 use dynamics::system::{System, SystemMode, Workspace};
@@ -17,7 +18,8 @@ pub(super) struct PlantMode {
     pub shape: Vec<Complex<f64>>,
 }
 
-/// All oscillating modes about the place where the plant begins, at rest, by rising frequency; shapes at the sensors called `channels`.
+/// All oscillating modes about the place where the plant begins, at rest, by rising frequency;
+/// shapes at the sensors called `channels`.
 ///
 /// `None` where the plant has no such place, or no such sensor.
 pub(super) fn plant_modes(plant: &Plant, channels: &[String]) -> Option<Vec<PlantMode>> {
@@ -52,10 +54,12 @@ pub(super) fn at_rest(plant: &Plant, system: &System) -> Option<Vec<f64>> {
     Some(system.states().iter().zip(&x).map(rest).collect())
 }
 
-/// `changed` in the order of `before`: mode for mode the one whose states take the same part, also where frequencies have crossed.
+/// `changed` in the order of `before`: mode for mode the one whose states take the same part, also
+/// where frequencies have crossed.
 ///
-/// `Σ √(p q)` over the participations p, q is 1 for the same mode; the largest overlaps are taken first. `None` where modes came or
-/// went. Plants whose states are not the same are taken by rising frequency.
+/// `Σ √(p q)` over the participations p, q is 1 for the same mode; the largest overlaps are taken
+/// first. `None` where modes came or went. Plants whose states are not the same are taken by rising
+/// frequency.
 pub(super) fn tracked(before: &[PlantMode], changed: Vec<PlantMode>) -> Option<Vec<PlantMode>> {
     let n = before.len();
     if changed.len() != n {

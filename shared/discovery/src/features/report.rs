@@ -1,4 +1,5 @@
-//! A comparison as a diagnosis: verdict, reason, effects with rivals, and what the modes cannot decide.
+//! A comparison as a diagnosis: verdict, reason, effects with rivals, and what the modes cannot
+//! decide.
 
 use super::FeatureOptions;
 use super::changes::Change;
@@ -18,7 +19,8 @@ use identification::statistics::chi_squared_tail;
 const TIE_SPAN: f64 = 6.0;
 /// Absolute cosine from which two directions count as one. Chosen, no derivation.
 const SAME_COSINE: f64 = 0.99;
-/// MAC below which the shapes of a matched mode are reported as different. Chosen by custom, no derivation.
+/// MAC below which the shapes of a matched mode are reported as different. Chosen by custom, no
+/// derivation.
 const POOR_MAC: f64 = 0.8;
 
 impl Comparison<'_> {
@@ -42,7 +44,8 @@ impl Comparison<'_> {
         diagnosis
     }
 
-    /// Removes from several changes those that predict the upper modes worse than the others do without them; a sentence for each.
+    /// Removes from several changes those that predict the upper modes worse than the others do
+    /// without them; a sentence for each.
     fn without_rejected(&self, adopted: &mut Adopted, options: &FeatureOptions) -> Vec<String> {
         let mut notes = Vec::new();
         while adopted.members.len() > 1 {
@@ -338,7 +341,8 @@ impl Comparison<'_> {
         let mut notes = Vec::new();
         for (k, a) in structural.iter().enumerate() {
             for b in &structural[k + 1..] {
-                // their curves over all amplitudes coincide where the best of both are the same and as good
+                // their curves over all amplitudes coincide where the best of both are the same and
+                // as good
                 let alike = distance(&a.moved, &b.moved) < 0.05 * identification::statistics::rms(&a.moved);
                 if alike && (a.bic - b.bic).abs() < TIE_SPAN {
                     notes.push(format!(

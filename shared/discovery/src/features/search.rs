@@ -1,8 +1,10 @@
 //! Which changes are adopted: one after another, then every rival is tested in the place of each.
 //!
-//! Stiffness and damping of a real plant are wrong together, so up to [`TERMS_MAX`] changes are adopted, the best in turn, as long as it
-//! earns its BIC and its probability; all amplitudes are fitted again. Then every other change is put in the place of every adopted
-//! one with the rest in place: one that is better there takes it, one that is as good is a rival that these modes do not separate.
+//! Stiffness and damping of a real plant are wrong together, so up to [`TERMS_MAX`] changes are
+//! adopted, the best in turn, as long as it earns its BIC and its probability; all amplitudes are
+//! fitted again. Then every other change is put in the place of every adopted one with the rest in
+//! place: one that is better there takes it, one that is as good is a rival that these modes do not
+//! separate.
 
 use super::changes::Change;
 use super::comparison::{Comparison, Fitted, Member};
@@ -10,7 +12,8 @@ use super::likelihood::Group;
 
 /// Largest number of adopted changes.
 const TERMS_MAX: usize = 3;
-/// A change that reduces the residual by less than this (−2 ln L, linear in its amplitude) is not fitted beside others: it neither earns its BIC nor is it a rival.
+/// A change that reduces the residual by less than this (−2 ln L, linear in its amplitude) is not
+/// fitted beside others: it neither earns its BIC nor is it a rival.
 const GAIN_MIN: f64 = 2.0;
 
 /// The adopted changes, and all others.
@@ -26,7 +29,8 @@ pub(super) struct Adopted {
 
 /// Adopts changes by forward search at the level `alpha`, then exchanges each with better rivals.
 ///
-/// Cost: changes × amplitudes (some 50) linearisations on the plant as it is; beside others, for those changes whose direction fits.
+/// Cost: changes × amplitudes (some 50) linearisations on the plant as it is; beside others, for
+/// those changes whose direction fits.
 pub(super) fn adopt(comparison: &Comparison<'_>, alpha: f64) -> Adopted {
     let all = Change::all(comparison.plant, comparison.evidence.has(Group::Damping));
     let tried = all.len();
@@ -83,7 +87,8 @@ fn sorted(mut list: Vec<Fitted>) -> Vec<Fitted> {
     list
 }
 
-/// Reduction of the residual behind `others` by a change, in the direction in which it moves the plant as it is.
+/// Reduction of the residual behind `others` by a change, in the direction in which it moves the
+/// plant as it is.
 fn gain(comparison: &Comparison<'_>, others: &[Member], fitted: &Fitted) -> f64 {
     let Some(left) = comparison.left(others, &comparison.all_rows()) else { return 0.0 };
     let factor = comparison.evidence.factor(&comparison.evidence.best(&left).tau);

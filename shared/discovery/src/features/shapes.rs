@@ -1,10 +1,12 @@
 //! Mode shapes as features: the part of the plant's shape that is orthogonal to the measured one.
 //!
-//! A shape has no size and no phase of its own. With u the measured shape (complex, one component per channel, length 1) and p the plant's,
-//! of length 1 and turned so that `uᴴ p` is real and positive, the residual of least squares over one complex factor is the part of p
-//! across u: `z = Qᴴ p`, Q (channels × channels − 1) an orthonormal basis of what is across u. `|z|² = 1 − MAC`, z is zero for the same
-//! shape, and small changes of p move it in proportion. Its real and imaginary parts are the features, two less than the
-//! numbers measured: the factor has taken two.
+//! A shape has no size and no phase of its own. With u the measured shape (complex, one component
+//! per channel, length 1) and p the plant's, of length 1 and turned so that `uᴴ p` is real and
+//! positive, the residual of least squares over one complex factor is the part of p across u:
+//! `z = Qᴴ p`, Q (channels × channels − 1) an orthonormal basis of what is across u.
+//! `|z|² = 1 − MAC`, z is zero for the same shape, and small changes of p move it in proportion.
+//! Its real and imaginary parts are the features, two less than the numbers measured: the factor
+//! has taken two.
 
 use nalgebra::{Complex, DMatrix, DVector};
 
@@ -29,7 +31,8 @@ impl Across {
             return None;
         }
         let along = shape / Complex::new(size, 0.0);
-        // Gram–Schmidt, twice for rounding, over the unit vectors but that of the largest component, which u replaces
+        // Gram–Schmidt, twice for rounding, over the unit vectors but that of the largest
+        // component, which u replaces
         let largest = (0..n).max_by(|a, b| along[*a].norm_sqr().total_cmp(&along[*b].norm_sqr()))?;
         let mut basis = vec![along.clone()];
         for k in (0..n).filter(|k| *k != largest) {
@@ -88,7 +91,8 @@ mod tests {
             let across = Across::new(&measured, &vec![0.1; n]).unwrap();
             let z = across.features(&plant);
             assert_eq!(z.len(), 2 * (n - 1));
-            // independent: min over a of |u − a p|² for |u| = 1, from the normal equation a = pᴴu / pᴴp
+            // independent: min over a of |u − a p|² for |u| = 1, from the normal equation a = pᴴu /
+            // pᴴp
             let size: f64 = measured.iter().map(Complex::norm_sqr).sum();
             let dot: Complex<f64> = plant.iter().zip(&measured).map(|(p, u)| p.conj() * u).sum();
             let a = dot / plant.iter().map(Complex::norm_sqr).sum::<f64>();

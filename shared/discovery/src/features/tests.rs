@@ -29,7 +29,8 @@ fn roots(g: impl Fn(f64) -> f64, count: usize) -> Vec<f64> {
     found
 }
 
-/// Closed forms, divided by cosh: clamped beam with a tip mass of `mu` beam masses, and with a root spring of `kr` EI/L.
+/// Closed forms, divided by cosh: clamped beam with a tip mass of `mu` beam masses, and with a root
+/// spring of `kr` EI/L.
 fn with_tip_mass(mu: f64) -> Vec<f64> {
     let g = |z: f64| {
         let (c, s, t, e) = (libm::cos(z), libm::sin(z), libm::tanh(z), 1.0 / libm::cosh(z));
@@ -97,7 +98,8 @@ fn peaks_give_frequency_and_damping_within_their_standard_errors() {
         }
     }
     let z = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-    // 70 of them: an rms of 1 would lie within 0.75 and 1.25; the floor of a tenth of a line makes it smaller
+    // 70 of them: an rms of 1 would lie within 0.75 and 1.25; the floor of a tenth of a line makes
+    // it smaller
     assert!(z < 1.5, "{z}");
 }
 

@@ -1,6 +1,11 @@
-//! Test of the adopted changes on modes that were not fitted: from the lower ones to the upper ones.
+//! Test of the adopted changes on modes that were not fitted: from the lower ones to the upper
+//! ones.
 //!
-//! All amplitudes are fitted to the features of the lower modes and predict those of the upper ones, mode by mode, so that their scatter gives the standard error of the gain. Each change is tested beside the others: the same lower modes without it are fitted again. A change that moves no lower mode (a factor on an upper one), or no upper one, cannot be tested: it is neither confirmed nor rejected.
+//! All amplitudes are fitted to the features of the lower modes and predict those of the upper
+//! ones, mode by mode, so that their scatter gives the standard error of the gain. Each change is
+//! tested beside the others: the same lower modes without it are fitted again. A change that moves
+//! no lower mode (a factor on an upper one), or no upper one, cannot be tested: it is neither
+//! confirmed nor rejected.
 
 use super::comparison::{Comparison, MODES_MIN, Member};
 use super::likelihood::{Each, Group};
@@ -9,7 +14,8 @@ use identification::held_out::Status;
 use identification::statistics::student_two_sided;
 use nalgebra::DMatrix;
 
-/// A change moves a mode when one of its features changes by more: above the rounding of the eigenvalues.
+/// A change moves a mode when one of its features changes by more: above the rounding of the
+/// eigenvalues.
 const FEATURE_MOVE_MIN: f64 = 1e-6;
 
 /// Residual of the upper modes under a set fitted to the lower ones.
@@ -83,7 +89,8 @@ fn predict(comparison: &Comparison<'_>, members: &[Member], free: &[usize], fitt
     comparison.refit(&mut set, free, &evidence, &low);
     let likelihood = evidence.best(&comparison.left(&set, &low)?);
     let left = comparison.left(&set, &comparison.all_rows())?;
-    // a group without a lower mode is as uncertain as over all modes; nor is the τ of few modes exact
+    // a group without a lower mode is as uncertain as over all modes; nor is the τ of few modes
+    // exact
     let tau = Group::ALL.map(|group| match evidence.count(group) {
         0 => comparison.null.tau[group as usize],
         count if count == 1 || free.is_empty() => likelihood.tau[group as usize],

@@ -11,7 +11,8 @@ use identification::fit::{EstimationSession, Fit, FitError, LinearisedProblem, R
 use identification::problem::{Problem, Unknown};
 use identification::work::Work;
 
-/// Mean square of the whitened innovations from which a recording is missed by far: five standard deviations rms. Chosen, no derivation.
+/// Mean square of the whitened innovations from which a recording is missed by far: five standard
+/// deviations rms. Chosen, no derivation.
 pub(super) const MISFIT_MEAN_SQUARE: f64 = 25.0;
 /// Prior standard deviations within which the plant's parameters must stay. Chosen, no derivation.
 const DIVERGENCE_SIGMA: f64 = 5.0;
@@ -34,19 +35,23 @@ pub(super) struct Prediction {
 }
 
 impl Prediction {
-    /// The plant predicts the recording with plausible parameters: mean square below [`MISFIT_MEAN_SQUARE`], all parameters within [`DIVERGENCE_SIGMA`] prior standard deviations.
+    /// The plant predicts the recording with plausible parameters: mean square below
+    /// [`MISFIT_MEAN_SQUARE`], all parameters within [`DIVERGENCE_SIGMA`] prior standard
+    /// deviations.
     pub fn is_near(&self) -> bool {
         self.mean_square < MISFIT_MEAN_SQUARE && self.divergence_sigma < DIVERGENCE_SIGMA
     }
 
-    /// Lower bound for a recording of so many samples that begins like this one: no parameter values miss less of the whole than of its part.
+    /// Lower bound for a recording of so many samples that begins like this one: no parameter
+    /// values miss less of the whole than of its part.
     pub fn of_more(self, samples: usize) -> Self {
         let mean_square = self.mean_square * self.samples as f64 / samples as f64;
         Self { mean_square, samples, ..self }
     }
 }
 
-/// Parameters of the plant that a recording is predicted with, never further off than [`Prediction::is_near`] allows.
+/// Parameters of the plant that a recording is predicted with, never further off than
+/// [`Prediction::is_near`] allows.
 #[derive(Clone, Copy)]
 pub(super) enum ParameterChoice<'a> {
     Priors,
@@ -56,7 +61,8 @@ pub(super) enum ParameterChoice<'a> {
     Fitted,
     /// A fit by continuation through larger disturbances, where that is better.
     ByContinuation,
-    /// A fit that starts at the parameters of another prediction, at the priors where it has none of that name.
+    /// A fit that starts at the parameters of another prediction, at the priors where it has none
+    /// of that name.
     From(&'a Prediction),
 }
 
@@ -87,7 +93,8 @@ impl<'a> PlantEvaluator<'a> {
         Self { plant, work, dearest: Default::default() }
     }
 
-    /// The work allows one more evaluation as expensive as the most expensive of its kind; otherwise `what` is recorded as omitted.
+    /// The work allows one more evaluation as expensive as the most expensive of its kind;
+    /// otherwise `what` is recorded as omitted.
     pub fn affords(&self, recording: &Recording, numbers: ParameterChoice<'_>, what: &'static str) -> bool {
         self.work.allows(self.cost(recording, numbers), what)
     }
@@ -112,7 +119,8 @@ impl<'a> PlantEvaluator<'a> {
         each * self.samples(recording) as f64
     }
 
-    /// Prediction by a fit by continuation, or from the priors where the work does not allow that; `None`, and `what` recorded as omitted, where it allows neither.
+    /// Prediction by a fit by continuation, or from the priors where the work does not allow that;
+    /// `None`, and `what` recorded as omitted, where it allows neither.
     pub fn fitted(&self, recording: &Recording, what: &'static str) -> Option<Option<Prediction>> {
         let room = self.work.until(1.0);
         let far = self.affords_until(room, recording, ParameterChoice::ByContinuation);

@@ -130,7 +130,8 @@ fn what_a_beginning_at_rest_does_not_show_the_whole_does() {
     let mut nominal = plant("drive_rig");
     nominal.simulation.period_s = 2e-3;
     let late = recording(&nominal, 5, 2.0);
-    // as long again and more at rest before it: the noise of a rate in degrees is missed by far, and nothing is above it
+    // as long again and more at rest before it: the noise of a rate in degrees is missed by far,
+    // and nothing is above it
     let mut rate_noise = crate::noise::Noise::new(9);
     let sigma = crate::synthetic::sample_sigma(&nominal, "rate").expect("it is stated");
     let (lead, step) = (6000, nominal.simulation.period_s);

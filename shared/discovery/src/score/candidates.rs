@@ -1,4 +1,5 @@
-//! The catalogue laid out over a plant: every effect at every site, with grids for the shape parameters of its law.
+//! The catalogue laid out over a plant: every effect at every site, with grids for the shape
+//! parameters of its law.
 
 use super::{Instants, Lines, Orders};
 use dynamics::description::{Plant, Site, SiteKind, Space};
@@ -13,12 +14,14 @@ pub struct Candidate {
     pub site: Site,
     /// Every parameter but the amplitude and the angles.
     pub inner: Inner,
-    /// Of a vector amplitude its components along each direction, else the angles of each; one empty list where there are none.
+    /// Of a vector amplitude its components along each direction, else the angles of each; one
+    /// empty list where there are none.
     pub directions: Vec<Direction>,
     /// The amplitude cannot be negative.
     pub one_sided: bool,
     pub high: f64,
-    /// Amplitude at which the law is evaluated, where its shape depends on it (a compliance sets what resonates); fits start there.
+    /// Amplitude at which the law is evaluated, where its shape depends on it (a compliance sets
+    /// what resonates); fits start there.
     pub at: Option<f64>,
     /// Amplitude of the right size at a neighbouring grid point: passes start with it.
     pub felt: Option<f64>,
@@ -38,7 +41,9 @@ impl Candidate {
         self.effect.parameters[0].name
     }
 
-    /// Range of the amplitude along a direction. Each of several components may have either sign: noise decides the sign of one that is absent, and the fit keeps to what is possible; an angle reverses a negative amplitude.
+    /// Range of the amplitude along a direction. Each of several components may have either sign:
+    /// noise decides the sign of one that is absent, and the fit keeps to what is possible; an
+    /// angle reverses a negative amplitude.
     pub fn range(&self, direction: usize) -> [f64; 2] {
         let first = &self.effect.parameters[0];
         if self.effect.amplitudes() > 1 {
@@ -50,14 +55,18 @@ impl Candidate {
         if self.one_sided || first.low < 0.0 { [first.low, first.high] } else { [-first.high, first.high] }
     }
 
-    /// Range that the linear model may attribute to an amplitude along a direction. A share that is lost or kept as a whole (a command that sticks, a dead thruster) comes out above one as often as below, and by more where the plant's parameters had been biased by it.
+    /// Range that the linear model may attribute to an amplitude along a direction. A share that is
+    /// lost or kept as a whole (a command that sticks, a dead thruster) comes out above one as
+    /// often as below, and by more where the plant's parameters had been biased by it.
     pub fn linear_range(&self, direction: usize) -> [f64; 2] {
         let first = &self.effect.parameters[0];
         let is_whole = |edge: f64| first.unit == "1" && (edge == -1.0 || edge == 1.0 && first.default == 1.0);
         self.range(direction).map(|edge| if is_whole(edge) { AMPLITUDE_SHARE_MAX * edge } else { edge })
     }
 
-    /// Amplitudes along the directions are possible for the effect: within [`linear_range`](Self::linear_range), not all zero, and of effective masses the largest not negative.
+    /// Amplitudes along the directions are possible for the effect: within
+    /// [`linear_range`](Self::linear_range), not all zero, and of effective masses the largest not
+    /// negative.
     pub fn is_possible(&self, amplitudes: &[f64]) -> bool {
         let is_in_range = |(direction, a): (usize, &f64)| {
             let [low, high] = self.linear_range(direction);
@@ -124,7 +133,8 @@ struct Setting<'a> {
     lines: &'a dyn Fn(&Site) -> Vec<f64>,
     /// Frequencies among which the lines were found.
     looked: usize,
-    /// Instants of jumps in the innovations that a site can cause [s], and the number of samples among which they were found.
+    /// Instants of jumps in the innovations that a site can cause [s], and the number of samples
+    /// among which they were found.
     instants: &'a dyn Fn(&Site) -> Vec<f64>,
     samples: usize,
     /// Orders of ripples that a site can cause.
@@ -132,7 +142,8 @@ struct Setting<'a> {
     planar: bool,
 }
 
-/// Largest share that the linear model may attribute where one is the physical bound. Chosen, no derivation.
+/// Largest share that the linear model may attribute where one is the physical bound. Chosen, no
+/// derivation.
 const AMPLITUDE_SHARE_MAX: f64 = 1.5;
 /// Points of a grid over frequency and over time.
 const FREQUENCIES: usize = 9;
@@ -245,7 +256,8 @@ fn lay_out(effect: &'static Effect, site: &Site, setting: &Setting<'_>, list: &m
     }
 }
 
-/// Grid points of laws that begin at a jump of the innovations, and last to the end or to the next ones, with how many they were picked from.
+/// Grid points of laws that begin at a jump of the innovations, and last to the end or to the next
+/// ones, with how many they were picked from.
 fn jumping(effect: &Effect, inner: &Inner, site: &Site, setting: &Setting<'_>) -> Vec<(Inner, usize)> {
     let place = |role: Role| {
         let parameter = effect.with_role(role)?;
@@ -348,7 +360,8 @@ fn frequencies(parameter: &EffectParameter, setting: &Setting<'_>) -> Vec<f64> {
     (0..FREQUENCIES).map(|i| low * step.powi(i as i32)).collect()
 }
 
-/// Customary orders with at least a period over the range travelled (less is a scale or a spring, not a ripple) and at most what the sampling rate resolves.
+/// Customary orders with at least a period over the range travelled (less is a scale or a spring,
+/// not a ripple) and at most what the sampling rate resolves.
 fn orders(parameter: &EffectParameter, setting: &Setting<'_>, range: f64, rate: f64) -> Vec<f64> {
     const CUSTOMARY: [f64; 14] = [1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 100.0, 160.0];
     let turn = core::f64::consts::TAU;

@@ -1,4 +1,5 @@
-//! Columns of candidates: by the forcing of the linear model where a law is linear in its amplitude, else by passes at finite amplitude.
+//! Columns of candidates: by the forcing of the linear model where a law is linear in its
+//! amplitude, else by passes at finite amplitude.
 
 use super::Candidate;
 use super::candidates::Direction;
@@ -19,7 +20,8 @@ pub struct Column {
     pub step: f64,
 }
 
-/// Whitened size of the change that a pass aims at [standard deviations]: small against the curvature, large against rounding.
+/// Whitened size of the change that a pass aims at [standard deviations]: small against the
+/// curvature, large against rounding.
 const PASS_SIZE_SIGMA: f64 = 2.0;
 /// Whitened size at half the largest amplitude that is rounding, negligible.
 const NEGLIGIBLE_SIZE: f64 = 1e-3;
@@ -27,9 +29,11 @@ const TRIES: usize = 8;
 /// Share of an amplitude beside which the rest of its change is the law's.
 const LINEAR_SHARE: f64 = 0.1;
 
-/// Columns of all candidates that change anything, in their order, along the trajectory of a linearised problem.
+/// Columns of all candidates that change anything, in their order, along the trajectory of a
+/// linearised problem.
 ///
-/// Cost: one evaluation of the forcing for each direction of a law linear in its amplitude, else a few filter passes.
+/// Cost: one evaluation of the forcing for each direction of a law linear in its amplitude, else a
+/// few filter passes.
 pub fn columns(
     (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     plant: &Plant,
@@ -72,7 +76,8 @@ fn law(
     points.iter().enumerate().filter_map(&mut own).collect()
 }
 
-/// The effect adds an oscillator of its own: what excites it shows most at its softest, which is the first point of its grid; a direction without response there has none at any frequency.
+/// The effect adds an oscillator of its own: what excites it shows most at its softest, which is
+/// the first point of its grid; a direction without response there has none at any frequency.
 fn is_a_part_that_swings(candidate: &Candidate) -> bool {
     let swings = candidate.inner_with(Role::Frequency).is_some();
     swings && matches!(candidate.effect.law, Law::Structure(_)) && candidate.at.is_none()
@@ -133,13 +138,15 @@ fn column_of(
     Done { column: (!column.raw.is_empty()).then_some(column), felt: felt.filter(|step| *step > 0.0), silent }
 }
 
-/// Amplitude of the forcing in default amplitudes, and largest nonlinearity of a law between it and the default [relative]. Chosen, no derivation: the error of the column is of this order.
+/// Amplitude of the forcing in default amplitudes, and largest nonlinearity of a law between it and
+/// the default [relative]. Chosen, no derivation: the error of the column is of this order.
 const FORCING_AMPLITUDE: f64 = 1e-2;
 const NONLINEARITY_MAX: f64 = 0.02;
 /// Instants at which the linearity of a law is tested.
 const LINEARITY_TEST_INSTANTS: usize = 60;
 
-/// Column of one direction by forcing. Outer `None`: the law is not linear in its amplitude, or has states, lags or parts of its own.
+/// Column of one direction by forcing. Outer `None`: the law is not linear in its amplitude, or has
+/// states, lags or parts of its own.
 #[allow(clippy::option_option)]
 fn forced(
     session: &EstimationSession<'_>,
@@ -201,7 +208,8 @@ fn bent(small: &Sources, large: &Sources) -> f64 {
     share(state).max(share(reading))
 }
 
-/// Column of one direction at an amplitude of visible size: with that amplitude, and whether it was reached.
+/// Column of one direction at an amplitude of visible size: with that amplitude, and whether it was
+/// reached.
 fn along(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,
@@ -218,7 +226,8 @@ fn along(
     let mut step =
         candidate.felt.unwrap_or(if default > 0.0 { default.min(0.5 * candidate.high) } else { 1e-3 * candidate.high });
     let mut best: Option<(Vec<f64>, f64, f64)> = None;
-    // largest amplitude without effect, smallest of too large an effect: between them a law may begin to act
+    // largest amplitude without effect, smallest of too large an effect: between them a law may
+    // begin to act
     let mut between = [0.0, f64::INFINITY];
     let mut is_felt = false;
     for _ in 0..TRIES {
@@ -261,7 +270,8 @@ fn along(
     raw.iter().all(|c| c.is_finite()).then_some((raw, step, is_felt))
 }
 
-/// The plant with the candidate takes the same integration steps as without: states of its own may need finer ones.
+/// The plant with the candidate takes the same integration steps as without: states of its own may
+/// need finer ones.
 fn integrates_alike(
     session: &EstimationSession<'_>,
     plant: &Plant,
@@ -280,7 +290,8 @@ fn integrates_alike(
     (0..session.timelines.len()).all(|run| finer(plant, run) == finer(&with, run))
 }
 
-/// `step`, or where it is beyond a step of too small or too large an effect, the geometric mean of the two.
+/// `step`, or where it is beyond a step of too small or too large an effect, the geometric mean of
+/// the two.
 fn within(step: f64, [low, high]: [f64; 2]) -> f64 {
     if low > 0.0 && high.is_finite() && !(low < step && step < high) { (low * high).sqrt() } else { step }
 }
@@ -329,7 +340,8 @@ mod tests {
     use crate::score::{Instants, Lines, candidates};
     use crate::synthetic::{plant as deployed, problem, recording};
 
-    /// The points of `kinds` that do something, one after the other and each alone; and how many there are.
+    /// The points of `kinds` that do something, one after the other and each alone; and how many
+    /// there are.
     fn points(name: &str, duration_s: f64, kinds: &[&str]) -> (Vec<String>, Vec<String>, usize) {
         let nominal = deployed(name);
         let problem = problem(&nominal, recording(&nominal, 3, duration_s));
@@ -349,7 +361,8 @@ mod tests {
     #[test]
     fn a_direction_without_response_at_the_softest_point_has_none_at_any_frequency() {
         let appendages = ["appendage_left_out", "appendage_rotation_left_out"];
-        // about a fixed axis through its centre of mass a disc excites rotations and no translations
+        // about a fixed axis through its centre of mass a disc excites rotations and no
+        // translations
         let (together, alone, asked) = points("drive_rig", 1.0, &appendages);
         assert!(!alone.is_empty() && alone.len() < asked, "{} of {asked}", alone.len());
         assert_eq!(together, alone);

@@ -1,19 +1,23 @@
-//! Effect of a small change of the equations on the innovations, without another pass of the nonlinear filter.
+//! Effect of a small change of the equations on the innovations, without another pass of the
+//! nonlinear filter.
 //!
-//! Along the filtered trajectory a change of the plant pushes the state by Δ over each interval and the readings by δ. With the stored
-//! transitions Φ, rows H and frozen gains K of [`Linear`] the rest is linear:
+//! Along the filtered trajectory a change of the plant pushes the state by Δ over each interval and
+//! the readings by δ. With the stored transitions Φ, rows H and frozen gains K of [`Linear`] the
+//! rest is linear:
 //!
 //! ```text
 //! δν_k = −(H d + δ_k),   d ← d + K δν,   d ← Φ d + Δ_k,
 //! Δ_k ≈ h/2 (Φ (f̃ − f)(x_k⁺) + (f̃ − f)(x_{k+1}⁻))            trapezoid; error (ω h)²/12 of Δ
 //! ```
 //!
-//! Exact to first order in the amplitude. Where an interval takes several steps of integration Δ is the difference of two flows.
+//! Exact to first order in the amplitude. Where an interval takes several steps of integration Δ is
+//! the difference of two flows.
 
 use identification::filter::{Linear, Propagator};
 use identification::problem::Timeline;
 
-/// Pushes of the state (`tangent` numbers per event, over the interval behind it) and of the readings (per sample).
+/// Pushes of the state (`tangent` numbers per event, over the interval behind it) and of the
+/// readings (per sample).
 #[derive(Clone, Debug)]
 pub struct Sources {
     pub state: Vec<f64>,
@@ -31,11 +35,13 @@ pub fn comparable(base: &Propagator<'_>, other: &Propagator<'_>) -> bool {
         && base.system.states().len() == other.system.states().len()
 }
 
-/// The plant along the filtered trajectory of one run: evaluated once, it serves every change of it.
+/// The plant along the filtered trajectory of one run: evaluated once, it serves every change of
+/// it.
 pub struct Course<'a> {
     pub base: Propagator<'a>,
     linear: &'a Linear,
-    /// Per event `x'` as its stretch begins and as it ends; where it takes several steps the end of the flow instead of the first.
+    /// Per event `x'` as its stretch begins and as it ends; where it takes several steps the end of
+    /// the flow instead of the first.
     begin: Vec<f64>,
     end: Vec<f64>,
     /// Per sample.
@@ -43,7 +49,8 @@ pub struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    /// Evaluates `base` along the trajectory of `linear`. Cost: two evaluations of the equations for each event.
+    /// Evaluates `base` along the trajectory of `linear`. Cost: two evaluations of the equations
+    /// for each event.
     pub fn new(linear: &'a Linear, mut base: Propagator<'a>) -> Self {
         let (x, events) = (base.x0.len(), base.timeline.events.len());
         let mut reading = vec![0.0; base.timeline.value.len()];
@@ -61,7 +68,8 @@ impl<'a> Course<'a> {
         Self { base, linear, begin, end, reading }
     }
 
-    /// Sources of `other`, of the same run; `every`: only each such multiple of events. A change of `readings_alone` moves no state.
+    /// Sources of `other`, of the same run; `every`: only each such multiple of events. A change of
+    /// `readings_alone` moves no state.
     pub fn sources(&self, other: &mut Propagator<'_>, readings_alone: bool, every: usize) -> Sources {
         let (linear, timeline) = (self.linear, self.base.timeline);
         let (n, x, m) = (linear.layout.tangent, self.base.x0.len(), linear.layout.noise_inputs.len());
@@ -108,7 +116,8 @@ impl<'a> Course<'a> {
     }
 }
 
-/// `x'` of `propagator` along the trajectory as the stretch behind event `k` begins and as it ends, or the end of its flow.
+/// `x'` of `propagator` along the trajectory as the stretch behind event `k` begins and as it ends,
+/// or the end of its flow.
 fn motion(linear: &Linear, propagator: &mut Propagator<'_>, k: usize, (begin, end): (&mut [f64], &mut [f64])) {
     let (x, m) = (begin.len(), linear.layout.noise_inputs.len());
     let (after, held) = (&linear.updated[k * x..(k + 1) * x], &linear.held_updated[k * m..(k + 1) * m]);

@@ -1,6 +1,9 @@
 //! Instants at which innovations jump: candidate onsets of sudden effects.
 //!
-//! A filter that trusts its sensors forgets a step within a few samples, and no grid of times meets these. White noise has no sample of this size; of a persistent misfit the largest samples are no jumps, because sizes are relative to the channel's own. A single wrong reading jumps, too: where it explains the data better than a lasting step, nothing begins there.
+//! A filter that trusts its sensors forgets a step within a few samples, and no grid of times meets
+//! these. White noise has no sample of this size; of a persistent misfit the largest samples are no
+//! jumps, because sizes are relative to the channel's own. A single wrong reading jumps, too: where
+//! it explains the data better than a lasting step, nothing begins there.
 
 use super::{Candidate, columns, scores};
 use dynamics::description::{Plant, Site, SiteKind};
@@ -15,15 +18,18 @@ use identification::statistics::chi_squared_quantile;
 pub const INSTANTS: usize = 4;
 /// Family-wise level at which white noise would have a sample as large. Chosen, no derivation.
 const JUMP_LEVEL: f64 = 1e-3;
-/// Share of a channel's samples within which a jump must be alone, and their least number: behind it the filter settles.
+/// Share of a channel's samples within which a jump must be alone, and their least number: behind
+/// it the filter settles.
 const JUMP_ISOLATION_SHARE: usize = 64;
 const JUMP_ISOLATION_MIN: usize = 3;
-/// Ratio of the jumps to the next largest sample; samples of a heavy tail do not reach it. Chosen, no derivation.
+/// Ratio of the jumps to the next largest sample; samples of a heavy tail do not reach it. Chosen,
+/// no derivation.
 const JUMP_RATIO_MIN: f64 = 1.5;
 /// Median of |z| of a normal variable.
 const MEDIAN: f64 = 0.674_489_750_196_081_7;
 
-/// Instants of every channel and of all together [s], in order of time, and the number of samples tested.
+/// Instants of every channel and of all together [s], in order of time, and the number of samples
+/// tested.
 #[derive(Clone, Debug, Default)]
 pub struct Instants {
     pub channels: Vec<Vec<f64>>,
@@ -31,7 +37,8 @@ pub struct Instants {
     pub looked: usize,
 }
 
-/// Jumps of the innovations of the longest run under `noise`, each between its sample and the one before; its columns are taken along the trajectory `along`.
+/// Jumps of the innovations of the longest run under `noise`, each between its sample and the one
+/// before; its columns are taken along the trajectory `along`.
 ///
 /// Cost: two columns a jump.
 pub fn instants(
@@ -68,7 +75,8 @@ fn samples_of(timeline: &Timeline, channel: usize) -> Vec<usize> {
     (0..timeline.value.len()).filter(|s| timeline.channel[*s] == channel).collect()
 }
 
-/// Interval from the middle between a channel's sample `k` and the one before to the middle between it and the next one, in the time of the laws [s]; that of the last sample ends at itself.
+/// Interval from the middle between a channel's sample `k` and the one before to the middle between
+/// it and the next one, in the time of the laws [s]; that of the last sample ends at itself.
 fn edge(timeline: &Timeline, own: &[usize], k: usize) -> [f64; 2] {
     let at = |k: usize| timeline.stamp_s[own[k]] - timeline.shift_s[timeline.channel[own[k]]];
     let until = if k + 1 < own.len() { 0.5 * (at(k) + at(k + 1)) } else { at(k) };
@@ -83,7 +91,8 @@ fn reading_step(plant: &Plant) -> Option<(&'static Effect, &'static EffectParame
     of_a_sensor.copied().find_map(times)
 }
 
-/// Which jumps of a sensor's innovations are rather a lasting step of its readings than one wrong reading.
+/// Which jumps of a sensor's innovations are rather a lasting step of its readings than one wrong
+/// reading.
 fn stay(
     (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     along: (&EstimationSession<'_>, &LinearisedProblem),
@@ -119,7 +128,8 @@ fn stay(
     edges.iter().map(|[begin, _]| statistic(*begin, true) > statistic(*begin, false)).collect()
 }
 
-/// The largest few in order of time, each once: channels of several rates show one instant within an interval.
+/// The largest few in order of time, each once: channels of several rates show one instant within
+/// an interval.
 fn first(jumps: &[(f64, [f64; 2])]) -> Vec<f64> {
     let mut list: Vec<[f64; 2]> = Vec::new();
     for (_, own) in jumps {
@@ -133,7 +143,8 @@ fn first(jumps: &[(f64, [f64; 2])]) -> Vec<f64> {
     list
 }
 
-/// Size and index of samples larger than any of white noise and than all their neighbours, largest first.
+/// Size and index of samples larger than any of white noise and than all their neighbours, largest
+/// first.
 fn jumps(r: &[f64]) -> Vec<(f64, usize)> {
     if r.len() < 2 * JUMP_ISOLATION_MIN {
         return Vec::new();

@@ -21,13 +21,16 @@ pub struct Lines {
     pub looked: usize,
 }
 
-/// Strongest lines of the innovations of one run, strongest first; none of a channel that is too short or not evenly sampled.
+/// Strongest lines of the innovations of one run, strongest first; none of a channel that is too
+/// short or not evenly sampled.
 ///
-/// Power of each channel is relative to its mean, so that channels of any unit may be pooled. Cost: O(n log n) per channel.
+/// Power of each channel is relative to its mean, so that channels of any unit may be pooled. Cost:
+/// O(n log n) per channel.
 pub fn lines(linear: &Linear, timeline: &Timeline, channels: usize) -> Lines {
     let mut found = Lines::default();
     let mut pool: Vec<(f64, f64)> = Vec::new();
-    // where the pass starts elsewhere than at the prior's mean, the oscillation from that mean is no line
+    // where the pass starts elsewhere than at the prior's mean, the oscillation from that mean is
+    // no line
     let nu: Vec<f64> = linear.nu.iter().zip(&linear.pull).map(|(nu, pull)| nu - pull).collect();
     for channel in 0..channels {
         let peaks = periodogram(&nu, timeline, channel).map_or_else(Vec::new, |(step_hz, power)| {

@@ -1,18 +1,25 @@
-//! Closed loops simulated without noise: the trajectory along which columns of their recordings are taken.
+//! Closed loops simulated without noise: the trajectory along which columns of their recordings are
+//! taken.
 //!
-//! The recorded command of a loop responds to the noise of the sensors it reads, and so do the filtered states. A column taken along them is correlated with the innovations that it is projected on: with coloured noise the score invents physics. Along the loop simulated without noise it is uncorrelated, and differs from the other by the response of the effect to noise.
+//! The recorded command of a loop responds to the noise of the sensors it reads, and so do the
+//! filtered states. A column taken along them is correlated with the innovations that it is
+//! projected on: with coloured noise the score invents physics. Along the loop simulated without
+//! noise it is uncorrelated, and differs from the other by the response of the effect to noise.
 
 use channels::interpolate;
 use dynamics::description::{Noise, Plant, Quantity};
 use identification::problem::{Course, Drive, Problem, Run, Samples};
 use simulation::Simulator;
 
-/// Share of a reading's own variation that the simulation may miss; a loop that does not follow its recording is rejected as unknown. Chosen, no derivation.
+/// Share of a reading's own variation that the simulation may miss; a loop that does not follow its
+/// recording is rejected as unknown. Chosen, no derivation.
 const LOOP_MISFIT_SHARE_MAX: f64 = 0.3;
 /// Ratio of the noise to its stated size that is allowed for. Chosen, no derivation.
 const LOOP_NOISE_RATIO_MAX: f64 = 2.0;
 
-/// `problem` with commands and readings of `plant`'s loops at `theta`, without noise; `None` where no loop of the plant is recorded, or where the simulation is not near the recording. `sigma`: noise of one sample of each sensor.
+/// `problem` with commands and readings of `plant`'s loops at `theta`, without noise; `None` where
+/// no loop of the plant is recorded, or where the simulation is not near the recording. `sigma`:
+/// noise of one sample of each sensor.
 pub fn noise_free(problem: &Problem, plant: &Plant, theta: &[f64], sigma: &[f64]) -> Option<Problem> {
     let mut clean = problem.clone();
     let mut any = false;
@@ -68,7 +75,8 @@ fn simulated(plant: &Plant, run: &Run, sigma: &[f64]) -> Option<Run> {
                 |t: &f64| command.time_s.partition_point(|own| *own <= t + 1e-9 * plant.simulation.period_s).max(1);
             *value = time_s.iter().map(|t| command.value[at(t) - 1]).collect();
             let closed = plant.controllers.iter().any(|controller| controller.actuator == actuator.name);
-            // outside the loops the simulation uses the plant's own signal: it must be the recorded one
+            // outside the loops the simulation uses the plant's own signal: it must be the recorded
+            // one
             if !closed && misses(&recorded, value, 0.0) {
                 return None;
             }

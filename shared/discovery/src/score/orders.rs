@@ -4,7 +4,8 @@
 //! P(N) = Σ_c |Σ_k ν_k exp(i N q_k) / σ_c|²,   N every half period over what was travelled
 //! ```
 //!
-//! A ripple of an encoder shows in its own channel; one of a gear shows in every channel a little later, in step with the coordinate.
+//! A ripple of an encoder shows in its own channel; one of a gear shows in every channel a little
+//! later, in step with the coordinate.
 
 use super::lines::LINES;
 use dynamics::description::{Plant, SensorKind};
@@ -13,10 +14,12 @@ use identification::problem::Timeline;
 
 /// Bound of the orders tested.
 const ORDERS_MAX: usize = 2000;
-/// Largest frequency of a ripple at the mean speed [cycles per sample]; the Nyquist limit is 0.5. Chosen, no derivation.
+/// Largest frequency of a ripple at the mean speed [cycles per sample]; the Nyquist limit is 0.5.
+/// Chosen, no derivation.
 const CYCLES_PER_SAMPLE_MAX: f64 = 0.3;
 
-/// Strongest orders over one joint, of one channel or of all together, and the number of orders tested.
+/// Strongest orders over one joint, of one channel or of all together, and the number of orders
+/// tested.
 #[derive(Clone, Debug)]
 pub struct Orders {
     pub joint: String,
@@ -78,7 +81,8 @@ impl Grid {
     fn power(&self, linear: &Linear, timeline: &Timeline, (channel, sigma): (usize, f64)) -> Vec<f64> {
         let mut sums = vec![[0.0; 2]; self.looked];
         for sample in (0..self.q.len()).filter(|sample| timeline.channel[*sample] == channel) {
-            // where the pass starts elsewhere than at the prior's mean, the oscillation from that mean is no ripple
+            // where the pass starts elsewhere than at the prior's mean, the oscillation from that
+            // mean is no ripple
             let nu = (linear.nu[sample] - linear.pull[sample]) / sigma;
             let (turn, begin) = (self.step * self.q[sample], self.first * self.q[sample]);
             let [c, s] = [libm::cos(turn), libm::sin(turn)];

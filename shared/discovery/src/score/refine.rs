@@ -1,6 +1,10 @@
 //! Shape parameters of a law, moved from their grid points to the maximum of the score.
 //!
-//! A grid only gives starting values: a tone between two of its frequencies, a step between two of its times leaves nothing in either column. Every promising law moves from its best point, one parameter at a time, by half its neighbours' distance and less, all laws side by side. The largest of correlated scores enters the significance: the number of grid points counts ([`Candidate::tries`]).
+//! A grid only gives starting values: a tone between two of its frequencies, a step between two of
+//! its times leaves nothing in either column. Every promising law moves from its best point, one
+//! parameter at a time, by half its neighbours' distance and less, all laws side by side. The
+//! largest of correlated scores enters the significance: the number of grid points counts
+//! ([`Candidate::tries`]).
 
 use super::{Candidate, Column, Score, Scorer, columns};
 use dynamics::description::Plant;
@@ -15,7 +19,8 @@ const ROUNDS_PER_PARAMETER: usize = 2;
 const HALVINGS: usize = 4;
 /// Columns that the refinement of a law takes, about.
 const COLUMNS_PER_LAW: usize = 40;
-/// Statistic T from which a law is refined (three standard errors), and number of laws refined. They trade work against coverage; chosen, no derivation.
+/// Statistic T from which a law is refined (three standard errors), and number of laws refined.
+/// They trade work against coverage; chosen, no derivation.
 const REFINED_STATISTIC_MIN: f64 = 9.0;
 const REFINED_LAWS_MAX: usize = 12;
 /// Bound of the samples of all columns of the refinement: long recordings refine fewer laws.
@@ -92,9 +97,11 @@ impl Climb {
     }
 }
 
-/// Columns of promising laws at better shape parameters than the grid's, taken `along` a trajectory; empty where no step gains.
+/// Columns of promising laws at better shape parameters than the grid's, taken `along` a
+/// trajectory; empty where no step gains.
 ///
-/// Cost: at most [`REFINED_LAWS_MAX`] × parameters × 2 × [`EDGE_ROUNDS_MAX`] columns, fewer laws where the recording is long; a law whose steps are all halved out is finished.
+/// Cost: at most [`REFINED_LAWS_MAX`] × parameters × 2 × [`EDGE_ROUNDS_MAX`] columns, fewer laws
+/// where the recording is long; a law whose steps are all halved out is finished.
 pub fn refined(
     scorer: &Scorer<'_, '_>,
     along: (&EstimationSession<'_>, &LinearisedProblem),
@@ -130,7 +137,8 @@ pub fn refined(
         }
     }
     let free = libm::log(session.samples.max(2) as f64);
-    // a whole order is that of the scale and free of charge; any other one is an estimated parameter
+    // a whole order is that of the scale and free of charge; any other one is an estimated
+    // parameter
     let is_charged = |parameter: &EffectParameter| matches!(parameter.prior, Prior::FreeUnlessWhole(_));
     let gained = |climb: &Climb| {
         if climb.column.candidate.effect.parameters.iter().any(is_charged) { free } else { STATISTIC_GAIN_MIN }
@@ -163,7 +171,8 @@ fn starts(list: &[Column], found: &[Score], duration_s: f64, edges: usize) -> Ve
     climbs
 }
 
-/// Neighbours of a law's present point, one parameter moved in each; a law with onset and duration may begin elsewhere and end where it did.
+/// Neighbours of a law's present point, one parameter moved in each; a law with onset and duration
+/// may begin elsewhere and end where it did.
 fn proposed(climb: &Climb, duration_s: f64) -> Vec<Candidate> {
     let candidate = Candidate { felt: Some(climb.column.step), ..climb.column.candidate.clone() };
     let (begins, lasts) = (candidate.inner_with(Role::Onset), candidate.inner_with(Role::Duration));

@@ -1,4 +1,5 @@
-//! Significance independent of the noise model: Bartlett window over the products of column and residual.
+//! Significance independent of the noise model: Bartlett window over the products of column and
+//! residual.
 
 use estimation::consistency::long_run_score;
 

@@ -47,7 +47,8 @@ pub enum Coordinate {
 pub(super) type Span = Vec<[f64; 2]>;
 
 impl Place {
-    /// It depends on time alone: predicted between neighbours in time it is no law yet, and it holds for one run only.
+    /// It depends on time alone: predicted between neighbours in time it is no law yet, and it
+    /// holds for one run only.
     pub fn is_of_time(&self) -> bool {
         self.along == [Coordinate::Time]
     }
@@ -65,7 +66,8 @@ impl Place {
         self.along.iter().map(name).collect()
     }
 
-    /// Coordinates of a force in state `x` at the start of the stretch behind event `k`, or at its end.
+    /// Coordinates of a force in state `x` at the start of the stretch behind event `k`, or at its
+    /// end.
     pub fn at_state(&self, propagator: &Propagator<'_>, (k, end): (usize, bool), x: &[f64], out: &mut [f64]) {
         for (out, coordinate) in out.iter_mut().zip(&self.along) {
             *out = match coordinate {
@@ -89,7 +91,8 @@ impl Place {
     }
 }
 
-/// Rate of change of a command over the stretch behind event `k`: of one that is held its step, spread over that stretch.
+/// Rate of change of a command over the stretch behind event `k`: of one that is held its step,
+/// spread over that stretch.
 fn command_rate(propagator: &Propagator<'_>, k: usize, input: usize) -> f64 {
     let timeline = propagator.timeline;
     let Some(next) = timeline.events.get(k + 1) else { return 0.0 };
@@ -98,7 +101,8 @@ fn command_rate(propagator: &Propagator<'_>, k: usize, input: usize) -> f64 {
     if lasts_s > 0.0 { (propagator.acting(k, true, input) - before) / lasts_s } else { 0.0 }
 }
 
-/// Every place of a plant: forces on a coordinate with their pairs, on its position alone and on time; errors of readings over the reading, over it and its rate, and over time.
+/// Every place of a plant: forces on a coordinate with their pairs, on its position alone and on
+/// time; errors of readings over the reading, over it and its rate, and over time.
 pub(super) fn places(plant: &Plant, linear: &Linear) -> Vec<Place> {
     let forces = (0..linear.input_names.len()).flat_map(|input| of_input(linear, input));
     let readings = plant.sensors.iter().enumerate().flat_map(|(channel, sensor)| {
@@ -146,7 +150,8 @@ pub(super) fn near(linear: &Linear, input: usize) -> Option<Near> {
     })
 }
 
-/// Its own position and rate, the input's command and its rate, its rate with every other rate; its position alone; time.
+/// Its own position and rate, the input's command and its rate, its rate with every other rate; its
+/// position alone; time.
 fn of_input(linear: &Linear, input: usize) -> Vec<Place> {
     let Some(Near { site, own, rate, command, others }) = near(linear, input) else { return Vec::new() };
     let pairs = own.into_iter().chain([Coordinate::Command(command)]).chain(others).take(PAIRS_MAX);
@@ -178,7 +183,8 @@ pub(super) fn basis(span: &Span, at: &[f64], out: &mut [f64]) {
     }
 }
 
-/// The middle 98 % of every coordinate, all of time and of a rate of commands, which may change seldom; `None` where one is constant.
+/// The middle 98 % of every coordinate, all of time and of a rate of commands, which may change
+/// seldom; `None` where one is constant.
 pub(super) fn visited(linearised: &LinearisedProblem, propagators: &[Propagator<'_>], place: &Place) -> Option<Span> {
     let mut values: Vec<Vec<f64>> = vec![Vec::new(); place.along.len()];
     let mut at = vec![0.0; place.along.len()];

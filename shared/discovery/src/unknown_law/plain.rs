@@ -1,10 +1,15 @@
-//! One-parameter laws: a coefficient times a power of one coordinate, or a product of powers of two.
+//! One-parameter laws: a coefficient times a power of one coordinate, or a product of powers of
+//! two.
 //!
 //! ```text
 //! f = c φ_i(x)   or   c φ_i(x) φ_j(y),   φ_i(x) = |x|^i, or with the sign of x
 //! ```
 //!
-//! An effect with several shape parameters can describe a motion that one parameter describes as well: a ripple of less than one lobe is a cubic spring, a torque that decays is a drift. Every one-parameter law is evaluated where a force or an error may act; those in the catalogue (a collinear law of one parameter) are skipped. The caller compares the best one with the adopted effects.
+//! An effect with several shape parameters can describe a motion that one parameter describes as
+//! well: a ripple of less than one lobe is a cubic spring, a torque that decays is a drift. Every
+//! one-parameter law is evaluated where a force or an error may act; those in the catalogue (a
+//! collinear law of one parameter) are skipped. The caller compares the best one with the adopted
+//! effects.
 
 use super::places::{Acts, Coordinate, Near, Place, Span, near, visited};
 use super::ridge::{Cell, cells};
@@ -85,9 +90,13 @@ pub struct PlainLawReport {
     pub numbers: usize,
 }
 
-/// The best one-parameter law about `theta` outside the catalogue (`named`: columns of the catalogue's one-parameter laws); `None` where there is none, or the work does not allow the search. Laws are evaluated `along` a trajectory: where a loop feeds noise back into the commands, that of the loop without it.
+/// The best one-parameter law about `theta` outside the catalogue (`named`: columns of the
+/// catalogue's one-parameter laws); `None` where there is none, or the work does not allow the
+/// search. Laws are evaluated `along` a trajectory: where a loop feeds noise back into the
+/// commands, that of the loop without it.
 ///
-/// Cost: a column each (some thirty for each input, eight for each channel), whitened once with all products.
+/// Cost: a column each (some thirty for each input, eight for each channel), whitened once with all
+/// products.
 pub fn plain(
     (session, linearised): (&EstimationSession<'_>, &LinearisedProblem),
     along: (&EstimationSession<'_>, &LinearisedProblem),
@@ -131,7 +140,8 @@ pub fn plain(
 }
 
 impl Plain {
-    /// As an unknown law, ahead by so much of effects with so many `numbers`; `None` where parts of the recording cannot be predicted.
+    /// As an unknown law, ahead by so much of effects with so many `numbers`; `None` where parts of
+    /// the recording cannot be predicted.
     pub fn as_unknown_law(
         self,
         session: &EstimationSession<'_>,
@@ -218,7 +228,8 @@ fn of_force(near: Near, input: usize) -> Vec<(Place, &'static [&'static [Factor]
     all.into_iter().map(|(along, forms)| (place(along), forms)).collect()
 }
 
-/// Time counts from the start of the range visited, everything else from zero; one is the end of `span` that is further away.
+/// Time counts from the start of the range visited, everything else from zero; one is the end of
+/// `span` that is further away.
 fn scales(place: &Place, span: &Span) -> Vec<Scale> {
     let own =
         |[low, high]: &[f64; 2]| if place.is_of_time() { [*low, *high] } else { [0.0, low.abs().max(high.abs())] };
@@ -254,7 +265,8 @@ mod tests {
     use super::*;
     use crate::synthetic::{plant, problem, recording, with_effect};
 
-    /// Place and formula of the best one-parameter law where `kind` is unmodelled, its amplitude, and whether the same is found where the catalogue has it.
+    /// Place and formula of the best one-parameter law where `kind` is unmodelled, its amplitude,
+    /// and whether the same is found where the catalogue has it.
     fn found(name: &str, duration_s: f64, kind: &str, site: &str, values: &[(&str, f64)]) -> (Plain, String, bool) {
         let nominal = plant(name);
         let problem = problem(&nominal, recording(&with_effect(&nominal, kind, site, values), 6, duration_s));

@@ -10,7 +10,8 @@ fn dropped(ball: &str) -> Option<Diagnosis> {
     Some(diagnosed(ball, &rig("ball_drop"), &drops[..1], &drops[1..]))
 }
 
-/// Balls with holes fall slowly: drag is named, by one of its two laws; which of them one drop of 46 samples need not tell.
+/// Balls with holes fall slowly: drag is named, by one of its two laws; which of them one drop of
+/// 46 samples need not tell.
 fn drag_is_named(ball: &str, documented_rms_m: f64) {
     let Some(found) = dropped(ball) else { return };
     let all = candidates(&found);
@@ -29,7 +30,8 @@ fn drag_of_the_balls_with_holes_is_named() {
     }
 }
 
-/// The linear law, as probable here, predicts the other drop worse than the quadratic one: it is held to less than the documentation's rms.
+/// The linear law, as probable here, predicts the other drop worse than the quadratic one: it is
+/// held to less than the documentation's rms.
 #[test]
 fn drag_of_a_light_ball_with_holes_removes_most_of_the_error_of_its_other_drop() {
     let Some(found) = dropped("whiffle_ball_2") else { return };
@@ -46,8 +48,8 @@ fn nothing_is_worth_adding_to_golf_and_bowling_ball() {
     }
 }
 
-/// One drop of 3 s at 15 Hz, drag of 0.3 to 4 m: what is found predicts the other drop no worse than without, and of the light balls five
-/// times better.
+/// One drop of 3 s at 15 Hz, drag of 0.3 to 4 m: what is found predicts the other drop no worse
+/// than without, and of the light balls five times better.
 #[test]
 fn what_is_found_of_the_balls_between_predicts_their_other_drop() {
     let all = [

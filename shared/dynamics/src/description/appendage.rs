@@ -2,7 +2,8 @@
 
 use super::Quantity;
 
-/// A hub-locked mode, mass-normalised: `η'' + 2ζω η' + ω² η = −(δᵀ a + ρᵀ α)`, `f_hub −= δ η''`, `τ_hub −= ρ η''`.
+/// A hub-locked mode, mass-normalised: `η'' + 2ζω η' + ω² η = −(δᵀ a + ρᵀ α)`, `f_hub −= δ η''`,
+/// `τ_hub −= ρ η''`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
     /// Name of the site, unique in the plant.
@@ -14,7 +15,8 @@ pub struct Mode {
     pub translation_sqrt_kg: [Quantity; 3],
     /// Participation of rotation ρ about the origin of the body's axes [√kg m].
     pub rotation_sqrt_kg_m: [Quantity; 3],
-    /// Displacement at each point of the appendage per unit of η [1/√kg], body axes; as many as `Appendage::points`.
+    /// Displacement at each point of the appendage per unit of η [1/√kg], body axes; as many as
+    /// `Appendage::points`.
     pub shape_per_sqrt_kg: Vec<[Quantity; 3]>,
 }
 

@@ -60,6 +60,7 @@ pub struct Body {
     /// Without slosh masses, with undeformed appendages and locked wheels.
     pub mass_kg: Quantity,
     pub com_m: [Quantity; 3],
-    /// About the centre of mass in body axes: xx, yy, zz, xy, xz, yz (products as in the inertia matrix, i.e. negative integrals).
+    /// About the centre of mass in body axes: xx, yy, zz, xy, xz, yz (products as in the inertia
+    /// matrix, i.e. negative integrals).
     pub inertia_com_kg_m2: [Quantity; 6],
 }

@@ -1,4 +1,5 @@
-//! Inputs: actuators with their commands, prescribed motions, and the controllers that close a loop.
+//! Inputs: actuators with their commands, prescribed motions, and the controllers that close a
+//! loop.
 
 use super::{Quantity, Signal};
 
@@ -37,7 +38,8 @@ pub enum ActuatorKind {
     BodyTorque { body: String, direction: [f64; 3] },
     /// As a force, but commanded between zero and its range.
     Thruster { body: String, position_m: [Quantity; 3], direction: [f64; 3] },
-    /// Torque [N m] on the body about `axis`, its reaction on a rotor of `inertia_kg_m2` (locked inertia is in the body's).
+    /// Torque [N m] on the body about `axis`, its reaction on a rotor of `inertia_kg_m2` (locked
+    /// inertia is in the body's).
     Wheel {
         body: String,
         axis: [f64; 3],
@@ -65,8 +67,8 @@ impl ActuatorKind {
 pub struct Actuator {
     pub name: String,
     pub kind: ActuatorKind,
-    /// Sum of the terms; empty: zero, or the command of its controller. A pulse or step of unknown time and size is
-    /// a term whose parameters have priors.
+    /// Sum of the terms; empty: zero, or the command of its controller. A pulse or step of unknown
+    /// time and size is a term whose parameters have priors.
     pub command: Vec<Signal>,
     /// White noise of the acting value, per control period [SI unit of the input].
     pub noise: Quantity,
@@ -76,7 +78,8 @@ pub struct Actuator {
     pub recorded: bool,
 }
 
-/// Closed loop on one actuator: `u = kp (r − y) + ki ∫(r − y) + kd (r' − y') + share × inverse dynamics of the reference`.
+/// Closed loop on one actuator:
+/// `u = kp (r − y) + ki ∫(r − y) + kd (r' − y') + share × inverse dynamics of the reference`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controller {
     pub name: String,

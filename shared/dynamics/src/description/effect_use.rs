@@ -17,8 +17,8 @@ impl Plant {
         Ok(())
     }
 
-    /// Sorts effects into the order in which they act: that of the catalogue, then of their sites. Those of another catalogue come last,
-    /// as they are.
+    /// Sorts effects into the order in which they act: that of the catalogue, then of their sites.
+    /// Those of another catalogue come last, as they are.
     pub fn order_of_action(&self, used: &EffectUse) -> (usize, String) {
         let place = self.catalogue.place(&used.kind);
         let known = place < self.catalogue.entries().len();
@@ -47,7 +47,8 @@ impl Plant {
 }
 
 impl EffectUse {
-    /// The same with every parameter of the catalogue's entry stated; absent ones get their default.
+    /// The same with every parameter of the catalogue's entry stated; absent ones get their
+    /// default.
     #[must_use]
     pub(super) fn in_full(&self, catalogue: Catalogue) -> Self {
         let Some(entry) = catalogue.effect(&self.kind) else { return self.clone() };

@@ -18,7 +18,8 @@ pub fn nearest<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -> Opt
     best.map(|(_, word)| word)
 }
 
-/// "did you mean 'x'?", or the whole list if no word is near and the list is short; `what` in the plural.
+/// "did you mean 'x'?", or the whole list if no word is near and the list is short; `what` in the
+/// plural.
 pub fn suggestion<'a>(given: &str, what: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let mut known: Vec<&str> = known.into_iter().collect();
     let mut seen = std::collections::BTreeSet::new();

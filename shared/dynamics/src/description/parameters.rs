@@ -1,5 +1,5 @@
-//! Every parameter of a plant by a stable, unique name with its unit: one visitor, from which listing
-//! and setting derive.
+//! Every parameter of a plant by a stable, unique name with its unit: one visitor, from which
+//! listing and setting derive.
 //!
 //! Names are those of the file: `hub.mass`, `link_1.com.x`, `shoulder.friction`,
 //! `fuel.stiffness.x`, `bending_1.frequency`, `gyro.bias`,

@@ -23,8 +23,9 @@ pub enum Reading {
     /// The value at the instant.
     #[default]
     Instant,
-    /// Mean over the sample interval that begins at the time stamp (angle and velocity increments divided by Δt; for an
-    /// accelerometer the inertial velocity increment in body axes at mid-interval).
+    /// Mean over the sample interval that begins at the time stamp (angle and velocity increments
+    /// divided by Δt; for an accelerometer the inertial velocity increment in body axes at
+    /// mid-interval).
     Mean,
 }
 
@@ -36,7 +37,8 @@ pub enum SensorKind {
         body: String,
         axis: [f64; 3],
     },
-    /// Specific force (acceleration minus gravity) along `axis` at `position_m` [m/s²]; `point`: of an appendage, whose modes then add.
+    /// Specific force (acceleration minus gravity) along `axis` at `position_m` [m/s²]; `point`: of
+    /// an appendage, whose modes then add.
     Accelerometer {
         body: String,
         position_m: [Quantity; 3],
@@ -50,7 +52,8 @@ pub enum SensorKind {
     JointRate {
         joint: String,
     },
-    /// Torque [N m] or force [N] in the joint's axis that its actuators apply, or that imposes its motion; friction and springs are not in it.
+    /// Torque [N m] or force [N] in the joint's axis that its actuators apply, or that imposes its
+    /// motion; friction and springs are not in it.
     JointTorque {
         joint: String,
     },
@@ -59,7 +62,8 @@ pub enum SensorKind {
         joint: String,
         axis: [f64; 3],
     },
-    /// Torque [N m] transmitted through a joint about `axis` of the outboard body, at the joint's origin.
+    /// Torque [N m] transmitted through a joint about `axis` of the outboard body, at the joint's
+    /// origin.
     Torque {
         joint: String,
         axis: [f64; 3],
@@ -76,7 +80,8 @@ pub enum SensorKind {
         position_m: [Quantity; 3],
         axis: [f64; 3],
     },
-    /// Rotation vector component along `axis` of body relative to inertial space [rad]; planar: the angle.
+    /// Rotation vector component along `axis` of body relative to inertial space [rad]; planar: the
+    /// angle.
     Attitude {
         body: String,
         axis: [f64; 3],
@@ -88,7 +93,8 @@ pub enum SensorKind {
 }
 
 impl SensorKind {
-    /// Whether it has a sensitive axis that a misalignment can turn; in a plane an axis along z has none.
+    /// Whether it has a sensitive axis that a misalignment can turn; in a plane an axis along z has
+    /// none.
     pub const fn has_direction(&self, planar: bool) -> bool {
         match self {
             Self::Accelerometer { .. } | Self::Force { .. } | Self::Position { .. } | Self::Velocity { .. } => true,

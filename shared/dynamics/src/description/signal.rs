@@ -18,7 +18,8 @@ pub enum SignalKind {
         amplitude: Quantity,
         frequency_hz: Quantity,
     },
-    /// Random-phase multisine: equal amplitudes at the harmonics `k / period_s`, k from `first` to `last`, Schroeder phases.
+    /// Random-phase multisine: equal amplitudes at the harmonics `k / period_s`, k from `first` to
+    /// `last`, Schroeder phases.
     Multisine {
         rms: Quantity,
         period_s: Quantity,

@@ -6,7 +6,8 @@ use super::Quantity;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GravityGradient {
     pub orbit_rate_rad_s: Quantity,
-    /// Direction to the centre of the planet at t = 0, in the x–y plane of inertial space [rad from x].
+    /// Direction to the centre of the planet at t = 0, in the x–y plane of inertial space
+    /// [rad from x].
     pub phase_rad: Quantity,
 }
 
@@ -36,8 +37,9 @@ pub struct Environment {
     pub magnetic_field: Option<MagneticField>,
 }
 
-/// One initial value. Coordinates are named `joint:NAME` (angle, displacement), `body:NAME.x|y|z|rx|ry|rz` of a free body (position;
-/// rotation vector), `tank:NAME` (displacement along its axis; `tank:NAME.2` for the second), `mode:NAME`; `wheel:ACTUATOR`.
+/// One initial value. Coordinates are named `joint:NAME` (angle, displacement),
+/// `body:NAME.x|y|z|rx|ry|rz` of a free body (position; rotation vector), `tank:NAME` (displacement
+/// along its axis; `tank:NAME.2` for the second), `mode:NAME`; `wheel:ACTUATOR`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InitialValue {
     pub coordinate: String,
@@ -47,13 +49,13 @@ pub struct InitialValue {
     pub rate: Quantity,
 }
 
-/// State at the beginning of a record or segment; a coordinate without a value is zero, or follows from the references of prescribed and
-/// controlled joints.
+/// State at the beginning of a record or segment; a coordinate without a value is zero, or follows
+/// from the references of prescribed and controlled joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Initial {
     pub values: Vec<InitialValue>,
-    /// The system's centre of mass is at rest in the origin, its angular momentum about it has this value [N m s] (free-floating
-    /// systems); overrides the first free body's rates and position.
+    /// The system's centre of mass is at rest in the origin, its angular momentum about it has this
+    /// value [N m s] (free-floating systems); overrides the first free body's rates and position.
     pub momentum_com_n_m_s: Option<[Quantity; 3]>,
     /// Controlled joints start on their references.
     pub on_reference: bool,
@@ -84,12 +86,14 @@ pub enum Integrator {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
     pub duration_s: f64,
-    /// Inputs are held over it, controllers run at it, sensors without a period of their own are read at it.
+    /// Inputs are held over it, controllers run at it, sensors without a period of their own are
+    /// read at it.
     pub period_s: f64,
     /// Longest integration step.
     pub step_s: f64,
     pub integrator: Integrator,
-    /// Standard deviation of sample times about their nominal instants [s]; the stamps state the true times.
+    /// Standard deviation of sample times about their nominal instants [s]; the stamps state the
+    /// true times.
     pub jitter_s: f64,
 }
 

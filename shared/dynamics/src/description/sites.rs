@@ -1,4 +1,5 @@
-//! Places an effect can sit at: `joint:NAME`, `body:NAME`, `tank:NAME`, `mode:NAME`, `actuator:NAME`, `sensor:NAME`.
+//! Places an effect can sit at: `joint:NAME`, `body:NAME`, `tank:NAME`, `mode:NAME`,
+//! `actuator:NAME`, `sensor:NAME`.
 
 use super::{JointKind, Plant};
 

@@ -13,7 +13,8 @@ pub enum TankModel {
         /// Per axis [N s/m].
         damping_n_s_m: Vec<Quantity>,
     },
-    /// Slosh mass on a rod: in the plane, or on a universal joint in space. Hangs along `rest` from the pivot.
+    /// Slosh mass on a rod: in the plane, or on a universal joint in space. Hangs along `rest` from
+    /// the pivot.
     Pendulum {
         rest: [f64; 3],
         length_m: Quantity,

@@ -17,7 +17,8 @@ pub struct BodyState<T> {
     pub omega_rad_s: [T; 3],
     /// Velocity of the origin, body axes [m/s].
     pub velocity_m_s: [T; 3],
-    /// Angular acceleration, body axes [rad/s²]; zero where forces are still to be found (all but sensors).
+    /// Angular acceleration, body axes [rad/s²]; zero where forces are still to be found (all but
+    /// sensors).
     pub alpha_rad_s2: [T; 3],
     /// Specific force of the origin, body axes [m/s²]; zero likewise.
     pub specific_force_m_s2: [T; 3],
@@ -32,11 +33,13 @@ pub struct Surroundings {
     pub density_kg_m3: f64,
     pub wind_m_s: [f64; 3],
     pub field_t: [f64; 3],
-    /// Nominal mass of the site's body [kg], its centre of mass [m], its inertia about it (row-major, body axes) [kg m²].
+    /// Nominal mass of the site's body [kg], its centre of mass [m], its inertia about it
+    /// (row-major, body axes) [kg m²].
     pub body_mass_kg: f64,
     pub body_com_m: [f64; 3],
     pub body_inertia_com_kg_m2: [[f64; 3]; 3],
-    /// Where the site is on its body (thruster, accelerometer) [m], and its axis (thrust direction, wheel spin, sensitive axis), unit.
+    /// Where the site is on its body (thruster, accelerometer) [m], and its axis (thrust direction,
+    /// wheel spin, sensitive axis), unit.
     pub site_position_m: [f64; 3],
     pub site_axis: [f64; 3],
     /// Of a voltage motor: back-emf per rate of its joint [V s/rad].
@@ -53,16 +56,18 @@ pub struct Surroundings {
 #[derive(Clone, Copy, Debug)]
 pub struct Local<'a, T> {
     pub t_s: f64,
-    /// Joint angle or displacement (also at an actuator in that joint), slosh displacement or angle, modal coordinate; zero elsewhere.
+    /// Joint angle or displacement (also at an actuator in that joint), slosh displacement or
+    /// angle, modal coordinate; zero elsewhere.
     pub coordinate: T,
     /// Its rate; at a wheel: speed of the rotor relative to the body about the wheel's axis.
     pub rate: T,
-    /// Of a tank: the displacement of its mass along all its axes, body axes [m], and its rate; `site_axis` is the axis of this
-    /// coordinate. Of a pendulum: its angles about its two axes [rad].
+    /// Of a tank: the displacement of its mass along all its axes, body axes [m], and its rate;
+    /// `site_axis` is the axis of this coordinate. Of a pendulum: its angles about its two axes
+    /// [rad].
     pub displacement: [T; 3],
     pub displacement_rate: [T; 3],
-    /// The command of an actuator; at a joint: the sum of its actuators' efforts; at a body: the sum of what its
-    /// thrusters and body forces fire, noise apart [N].
+    /// The command of an actuator; at a joint: the sum of its actuators' efforts; at a body: the
+    /// sum of what its thrusters and body forces fire, noise apart [N].
     pub command: T,
     /// The reading of the sensor without this effect.
     pub reading: T,
@@ -73,7 +78,8 @@ pub struct Local<'a, T> {
     pub surroundings: &'a Surroundings,
 }
 
-/// Result of a law. All is zero before the first law, but `value`, which is the command or the reading.
+/// Result of a law. All is zero before the first law, but `value`, which is the command or the
+/// reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Action<T> {
     pub force: T,
@@ -113,8 +119,9 @@ impl Pick for Dual {
     }
 }
 
-/// The part of an acting value that counts as firing. Thrusters push one way, so that their noise cancels in an integral. A force that
-/// pushes both ways counts if its magnitude exceeds `quiet`, a bound of its noise.
+/// The part of an acting value that counts as firing. Thrusters push one way, so that their noise
+/// cancels in an integral. A force that pushes both ways counts if its magnitude exceeds `quiet`, a
+/// bound of its noise.
 pub fn fired<T: Real>(value: T, one_sided: bool, quiet: f64) -> T {
     if one_sided {
         value

@@ -1,14 +1,18 @@
-//! One parameter of an effect: its range, its role in the law, and how it is screened and estimated.
+//! One parameter of an effect: its range, its role in the law, and how it is screened and
+//! estimated.
 //!
-//! A [`Role`] states the meaning of the parameter, a [`Scan`] the values at which the law is screened before any refit, a [`Prior`]
-//! whether a refit estimates it. The builders of [`EffectParameter`] set the three together.
+//! A [`Role`] states the meaning of the parameter, a [`Scan`] the values at which the law is
+//! screened before any refit, a [`Prior`] whether a refit estimates it. The builders of
+//! [`EffectParameter`] set the three together.
 
 /// Meaning of a parameter in its law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Role {
-    /// Size of the effect: zero in all amplitudes is no effect. Several are the components of a vector.
+    /// Size of the effect: zero in all amplitudes is no effect. Several are the components of a
+    /// vector.
     Amplitude,
-    /// An angle that turns the amplitude; the law repeats `repeats` times while the angle turns once.
+    /// An angle that turns the amplitude; the law repeats `repeats` times while the angle turns
+    /// once.
     Direction {
         /// Periods of the law per turn of the angle.
         repeats: f64,
@@ -33,8 +37,9 @@ pub enum Role {
 
 /// Values at which a law is screened.
 ///
-/// *Motion* is that of the site's coordinate along the filtered trajectories: its range from low to high, the rms of its rate. Without
-/// motion, or if a range or a rate is zero, the scan is the default of the parameter.
+/// *Motion* is that of the site's coordinate along the filtered trajectories: its range from low to
+/// high, the rms of its rate. Without motion, or if a range or a rate is zero, the scan is the
+/// default of the parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scan {
     /// The default of the parameter.
@@ -47,7 +52,8 @@ pub enum Scan {
     OfRate(&'static [f64]),
     /// Shares of the range of motion.
     OfRange(&'static [f64]),
-    /// Shares of the range of motion, no smaller than a step of integration resolves at the largest rate.
+    /// Shares of the range of motion, no smaller than a step of integration resolves at the largest
+    /// rate.
     OfRangeFollowed(&'static [f64]),
     /// The low end of the motion plus shares of the range.
     FromLow(&'static [f64]),
@@ -57,9 +63,11 @@ pub enum Scan {
     Inside,
     /// Duration of the recording, divided by this value.
     DurationOver(f64),
-    /// From three periods per recording to a third of its sample rate, and the lines in the spectrum of the innovations.
+    /// From three periods per recording to a third of its sample rate, and the lines in the
+    /// spectrum of the innovations.
     Frequencies,
-    /// Usual orders that the motion resolves, and the orders at which the innovations are periodic in the coordinate.
+    /// Usual orders that the motion resolves, and the orders at which the innovations are periodic
+    /// in the coordinate.
     Orders,
     /// Times across the recording, and the instants at which the innovations jump.
     Onsets,
@@ -120,8 +128,8 @@ impl Prior {
 pub struct EffectParameter {
     /// Name in files and on the command line, snake case; unique in its effect.
     pub name: &'static str,
-    /// SI unit; `*` stands for the unit of the site (rad or m at a joint, m or rad at a tank, of the input at an actuator, of the channel
-    /// at a sensor). J/rad is a torque, J/m a force.
+    /// SI unit; `*` stands for the unit of the site (rad or m at a joint, m or rad at a tank, of
+    /// the input at an actuator, of the channel at a sensor). J/rad is a torque, J/m a force.
     pub unit: &'static str,
     /// Lower end of the plausible range; the sign is part of the range: friction is never negative.
     pub low: f64,
@@ -168,7 +176,8 @@ impl EffectParameter {
         Self { role: Role::Direction { repeats }, ..self }
     }
 
-    /// As a frequency [Hz]: screened over the spectrum, estimated within 30 % of the screened value.
+    /// As a frequency [Hz]: screened over the spectrum, estimated within 30 % of the screened
+    /// value.
     #[must_use]
     pub const fn frequency(self) -> Self {
         let prior = Prior::Free(Spread::Relative(0.3));
@@ -181,7 +190,8 @@ impl EffectParameter {
         Self { role: Role::DampingRatio, scan: Scan::At(at), prior: Prior::Free(spread), ..self }
     }
 
-    /// As an order of a ripple: screened over the orders that the motion resolves, estimated within 10 %.
+    /// As an order of a ripple: screened over the orders that the motion resolves, estimated within
+    /// 10 %.
     #[must_use]
     pub const fn order(self) -> Self {
         let prior = Prior::Free(Spread::Relative(0.1));
@@ -200,7 +210,8 @@ impl EffectParameter {
         Self { role: Role::Duration, scan: Scan::Durations, ..self }
     }
 
-    /// As a rate, distance or time over which the law unfolds: screened at `scan`, estimated within 70 %, from several starts.
+    /// As a rate, distance or time over which the law unfolds: screened at `scan`, estimated within
+    /// 70 %, from several starts.
     #[must_use]
     pub const fn width(self, scan: Scan) -> Self {
         let prior = Prior::Free(Spread::Relative(0.7));

@@ -55,7 +55,8 @@ fn unknown_site(effect: &Effect, used: &EffectUse, plant: &Plant) -> EffectError
     EffectError::UnknownSite { kind, site, nearest }
 }
 
-/// The values of `used` in the order of the catalogue entry, absent ones at their defaults, zero behind the last.
+/// The values of `used` in the order of the catalogue entry, absent ones at their defaults, zero
+/// behind the last.
 ///
 /// # Errors
 /// [`EffectError::UnknownParameter`]: a name that the entry does not have.
@@ -89,11 +90,12 @@ pub fn sites(effect: &Effect, plant: &Plant) -> Vec<Site> {
     of_kind.filter(|site| (effect.applies)(plant, site)).collect()
 }
 
-/// Builds the parts of the plant's structural effects and removes those effects; all others stay. Every effect is checked for
-/// its name, its site and its parameters.
+/// Builds the parts of the plant's structural effects and removes those effects; all others stay.
+/// Every effect is checked for its name, its site and its parameters.
 ///
-/// Structures at sites of the plant itself are built in the order of the catalogue, then of their sites; those at parts that others have
-/// made follow in the same manner: the order in the plant does not matter.
+/// Structures at sites of the plant itself are built in the order of the catalogue, then of their
+/// sites; those at parts that others have made follow in the same manner: the order in the plant
+/// does not matter.
 ///
 /// # Errors
 /// The first effect that cannot act; the plant is then as it was.

@@ -1,7 +1,7 @@
 //! A pure delay of commands that are held over a control period.
 //!
-//! A delay of `n` periods and a fraction f leaves two pieces in every period: until f the command of n + 1 periods ago, then that of
-//! n periods ago.
+//! A delay of `n` periods and a fraction f leaves two pieces in every period: until f the command
+//! of n + 1 periods ago, then that of n periods ago.
 
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +20,8 @@ pub struct HeldDelayState {
 }
 
 impl HeldDelay {
-    /// Delay by `delay_s` of commands held for `period_s`; less than 1 ns beside an edge is the edge.
+    /// Delay by `delay_s` of commands held for `period_s`; less than 1 ns beside an edge is the
+    /// edge.
     pub fn new(delay_s: f64, period_s: f64) -> Self {
         assert!(delay_s >= 0.0 && delay_s.is_finite());
         assert!(period_s > 0.0 && period_s.is_finite());
@@ -30,7 +31,8 @@ impl HeldDelay {
         Self { periods: periods as usize, fraction_s: if rest < EDGE_S { 0.0 } else { rest } }
     }
 
-    /// Time after the beginning of each period at which the acting value changes; `None`: at the beginning.
+    /// Time after the beginning of each period at which the acting value changes; `None`: at the
+    /// beginning.
     pub fn switch_s(&self) -> Option<f64> {
         (self.fraction_s > 0.0).then_some(self.fraction_s)
     }

@@ -1,11 +1,13 @@
-//! Maps of a held command that act before delays and lags: pulses too short to be fired, a command that sticks.
+//! Maps of a held command that act before delays and lags: pulses too short to be fired, a command
+//! that sticks.
 
 use super::FilterKind;
 
 /// An instant meant to lie on an edge must not fall before it by rounding [s].
 const EDGE_S: f64 = 1e-9;
 
-/// A map of commands with one state, zero at the start. The other kinds of [`FilterKind`] pass the command unchanged.
+/// A map of commands with one state, zero at the start. The other kinds of [`FilterKind`] pass the
+/// command unchanged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gate {
     kind: FilterKind,
@@ -17,7 +19,8 @@ impl Gate {
         matches!(kind, FilterKind::MinimumImpulse { .. } | FilterKind::Stuck { .. }).then_some(Self { kind })
     }
 
-    /// The value that passes for `command` in the interval from `t_s` on; `held` is the state of the gate.
+    /// The value that passes for `command` in the interval from `t_s` on; `held` is the state of
+    /// the gate.
     pub fn pass(&self, held: &mut f64, t_s: f64, command: f64) -> f64 {
         match self.kind {
             FilterKind::MinimumImpulse { impulse_n_s, interval_s } => {

@@ -1,8 +1,9 @@
 //! Lags of first and second order, advanced by their closed forms.
 //!
-//! With the input held at u, the deviation `e = y − u` decays freely: first order `e' = −e/τ`, second order
-//! `e'' = −2ζω e' − ω² e`. An input on a straight line of slope s only moves the target: the output settles τ s (first order) or
-//! `2ζ s/ω` (second order) behind it, and the deviation from there decays in the same way.
+//! With the input held at u, the deviation `e = y − u` decays freely: first order `e' = −e/τ`,
+//! second order `e'' = −2ζω e' − ω² e`. An input on a straight line of slope s only moves the
+//! target: the output settles τ s (first order) or `2ζ s/ω` (second order) behind it, and the
+//! deviation from there decays in the same way.
 
 use super::FilterKind;
 use core::f64::consts::TAU;
@@ -48,7 +49,8 @@ impl Lag {
         Self::new(FilterKind::FirstOrder { time_constant_s: 1.0 / (TAU * cut_off_hz) })
     }
 
-    /// Advances by `h_s` with the input held at `input`; returns the mean of the output over the interval.
+    /// Advances by `h_s` with the input held at `input`; returns the mean of the output over the
+    /// interval.
     pub fn hold(&self, state: &mut LagState, input: f64, h_s: f64) -> f64 {
         assert!(h_s > 0.0);
         match self.kind {
@@ -67,9 +69,11 @@ impl Lag {
         }
     }
 
-    /// Advances a first-order lag by `h_s` with the input on the parabola through `from`, `middle` and `to`; returns the output at the end.
+    /// Advances a first-order lag by `h_s` with the input on the parabola through `from`, `middle`
+    /// and `to`; returns the output at the end.
     ///
-    /// `τ x' + x = y` has the particular solution `y − τ y' + τ² y''`, from which the deviation decays. The others take the line.
+    /// `τ x' + x = y` has the particular solution `y − τ y' + τ² y''`, from which the deviation
+    /// decays. The others take the line.
     pub fn arc(&self, state: &mut LagState, [from, middle, to]: [f64; 3], h_s: f64) -> f64 {
         assert!(h_s > 0.0);
         let FilterKind::FirstOrder { time_constant_s: tau } = self.kind else { return self.ramp(state, from, to, h_s) };
@@ -81,7 +85,8 @@ impl Lag {
         state.output
     }
 
-    /// Advances by `h_s` with the input on a straight line `from → to`; returns the output at the end.
+    /// Advances by `h_s` with the input on a straight line `from → to`; returns the output at the
+    /// end.
     ///
     /// The asymmetric lag takes the line's mean as held.
     pub fn ramp(&self, state: &mut LagState, from: f64, to: f64, h_s: f64) -> f64 {
@@ -116,7 +121,8 @@ fn first_order(state: &mut LagState, input: f64, tau_s: f64, h_s: f64) -> f64 {
     input + e * fallen * tau_s / h_s
 }
 
-/// Held first order whose time constant depends on whether the magnitude grows; through zero it first falls, then rises.
+/// Held first order whose time constant depends on whether the magnitude grows; through zero it
+/// first falls, then rises.
 fn asymmetric(state: &mut LagState, input: f64, rise_s: f64, fall_s: f64, h_s: f64) -> f64 {
     let y = state.output;
     if y * input >= 0.0 {
@@ -138,7 +144,8 @@ fn decay(e: [f64; 2], omega: f64, zeta: f64, h_s: f64) -> [f64; 2] {
     let s = zeta * omega;
     let square = omega * omega * (1.0 - zeta * zeta);
     let tiny = 1e-12 * omega * omega;
-    // even = e^{−sh} cos dh, odd = e^{−sh} sin(dh)/d, or their hyperbolic counterparts from two exponentials that cannot overflow
+    // even = e^{−sh} cos dh, odd = e^{−sh} sin(dh)/d, or their hyperbolic counterparts from two
+    // exponentials that cannot overflow
     let (even, odd) = if square > tiny {
         let d = square.sqrt();
         let (sin, cos) = libm::sincos(d * h_s);

@@ -1,12 +1,14 @@
-//! Base parameters: the combinations of standard inertial parameters that the equations of motion can see.
+//! Base parameters: the combinations of standard inertial parameters that the equations of motion
+//! can see.
 //!
-//! The columns of a regressor stacked over random states are dependent in exact arithmetic. A rank-revealing QR factorisation
-//! (columns scaled to unit length, so that kilograms and kg m² weigh the same) counts the independent ones and reports the gap
-//! it decided by; the others are expressed through them, `Y_2 = Y_1 K`, and regroup: `Y π = Y_1 (π_1 + K π_2)`.
-//! (Gautier, Numerical calculation of the base inertial parameters of robots, J. Robotic Systems 8, 1991.)
+//! The columns of a regressor stacked over random states are dependent in exact arithmetic. A
+//! rank-revealing QR factorisation (columns scaled to unit length, so that kilograms and kg m²
+//! weigh the same) counts the independent ones and reports the gap it decided by; the others are
+//! expressed through them, `Y_2 = Y_1 K`, and regroup: `Y π = Y_1 (π_1 + K π_2)`. (Gautier,
+//! Numerical calculation of the base inertial parameters of robots, J. Robotic Systems 8, 1991.)
 //!
-//! Among all choices of `Y_1` the leftmost independent columns are taken, which regroups outer links into inner ones as the
-//! literature does: `link_1.mcx + 2.068 link_2.m`.
+//! Among all choices of `Y_1` the leftmost independent columns are taken, which regroups outer
+//! links into inner ones as the literature does: `link_1.mcx + 2.068 link_2.m`.
 
 use super::regressor::{PARAMETER_NAMES, PARAMETERS_PER_LINK};
 use super::{Data, Model, integrate_position, inverse_dynamics_regressor, momentum_regressor};
@@ -15,7 +17,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// A column counts as dependent when less than this share of its length is new.
 ///
-/// Rounding leaves 1e-15 to 1e-13, and a parameter excited at 1e-9 of the others is not identifiable by any sensor.
+/// Rounding leaves 1e-15 to 1e-13, and a parameter excited at 1e-9 of the others is not
+/// identifiable by any sensor.
 const INDEPENDENCE: f64 = 1e-9;
 
 /// Which equations are stacked.
@@ -44,7 +47,8 @@ pub struct BaseParameters {
     pub base: Vec<BaseParameter>,
     /// Largest over smallest singular value of the independent columns, each scaled to unit length.
     pub condition_number: f64,
-    /// Last accepted over first rejected pivot of the rank decision; infinite if no pivot was rejected or the rejected one is zero.
+    /// Last accepted over first rejected pivot of the rank decision; infinite if no pivot was
+    /// rejected or the rejected one is zero.
     pub gap: f64,
     /// Names of standard parameters without influence on the equations.
     pub unidentifiable: Vec<String>,
@@ -69,7 +73,8 @@ pub fn standard_parameter_names(links: &[&str]) -> Vec<String> {
     links.iter().flat_map(|link| PARAMETER_NAMES.iter().map(move |name| format!("{link}.{name}"))).collect()
 }
 
-/// Regressor stacked over `states` random states (positions, velocities and accelerations of order one; seeded).
+/// Regressor stacked over `states` random states (positions, velocities and accelerations of order
+/// one; seeded).
 pub fn stacked_regressor(model: &Model, rows: RegressorRows<'_>, states: usize, seed: u64) -> DMatrix<f64> {
     let stream = Stream::new(seed, "states of the base parameters");
     let (n, columns) = (model.v_len(), PARAMETERS_PER_LINK * model.links_len());

@@ -1,5 +1,5 @@
-//! Carried mass and motion of a link beyond its constants, at an instant: mass that comes or goes, and the first
-//! moment that modes shift.
+//! Carried mass and motion of a link beyond its constants, at an instant: mass that comes or goes,
+//! and the first moment that modes shift.
 //!
 //! Both are inertia and weight without a history: the flux of momentum with which mass leaves is a
 //! force of its own.

@@ -6,7 +6,8 @@ use super::kinematics::{kinematics, velocities};
 use super::model::{Joint, Model};
 use super::vector::{Sym3, V3};
 
-/// Inertia of a tree locked in its pose, and its momentum, about the origin of its first link, world axes.
+/// Inertia of a tree locked in its pose, and its momentum, about the origin of its first link,
+/// world axes.
 #[derive(Clone, Copy, Debug, Default)]
 struct Locked {
     inertia: Sym3<f64>,
@@ -16,11 +17,13 @@ struct Locked {
     linear: V3<f64>,
 }
 
-/// Sets the rates of link 0 so that, with all other rates `v` as they are, the linear momentum of its tree is zero and its
-/// angular momentum about the centre of mass is `momentum_n_m_s` (axes of link 0). Leaves the kinematics of the result in `data`.
-/// Returns false, and changes nothing, where link 0 is not free.
+/// Sets the rates of link 0 so that, with all other rates `v` as they are, the linear momentum of
+/// its tree is zero and its angular momentum about the centre of mass is `momentum_n_m_s` (axes of
+/// link 0). Leaves the kinematics of the result in `data`. Returns false, and changes nothing,
+/// where link 0 is not free.
 ///
-/// `I_locked V = h − h(V = 0)`, all about the origin of link 0: about the centre of mass they are the same when that rests.
+/// `I_locked V = h − h(V = 0)`, all about the origin of link 0: about the centre of mass they are
+/// the same when that rests.
 ///
 /// Cost: [`kinematics`], a sum over the links and one more pass over velocities; no allocation.
 pub fn float_at_momentum(
@@ -129,7 +132,8 @@ fn add_internals(model: &Model, data: &Data<f64>, v: &[f64], sum: &mut Locked) {
     }
 }
 
-/// Inertia about a point from which `r` leads to the old one: `A + 2 r·g 1 − r gᵀ − g rᵀ`, `g = h + ½ m r`.
+/// Inertia about a point from which `r` leads to the old one: `A + 2 r·g 1 − r gᵀ − g rᵀ`,
+/// `g = h + ½ m r`.
 fn moved(inertia: &Sym3<f64>, first_moment: V3<f64>, mass: f64, r: V3<f64>) -> Sym3<f64> {
     let g = first_moment + r * (0.5 * mass);
     let twice = 2.0 * r.dot(g);

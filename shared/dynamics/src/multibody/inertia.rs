@@ -1,8 +1,9 @@
 //! Spatial inertia as three 3 × 3 blocks, and the 6 × 6 solve at a free root.
 //!
-//! `[n; f] = [A B; Bᵀ C] [α; a]`, moment and force about a point, angular first. `A` and `C` stay symmetric by construction.
-//! All quantities are in world axes about the link's own origin: going to the parent is a translation, never a rotation, which
-//! is where a formulation in body axes spends most of its time.
+//! `[n; f] = [A B; Bᵀ C] [α; a]`, moment and force about a point, angular first. `A` and `C` stay
+//! symmetric by construction. All quantities are in world axes about the link's own origin: going
+//! to the parent is a translation, never a rotation, which is where a formulation in body axes
+//! spends most of its time.
 
 use super::vector::{M3, Sym3, V3};
 use crate::real::Real;
@@ -45,7 +46,8 @@ impl<T: Real> SpatialInertia<T> {
         self.c.subtract_dyad(linear, d);
     }
 
-    /// The same inertia about a point that lies `−r` from its present one (`r` leads from the new point to the old).
+    /// The same inertia about a point that lies `−r` from its present one (`r` leads from the new
+    /// point to the old).
     ///
     /// `C' = C`, `B' = B + r× C`, `A' = A + r× Bᵀ − B' r×`.
     #[inline(always)]
@@ -54,7 +56,8 @@ impl<T: Real> SpatialInertia<T> {
         let [b0, b1, b2] = self.b.rows;
         // rows of r× C: C is symmetric, its rows are its columns
         let moved = [b0 + c2 * r.y - c1 * r.z, b1 + c0 * r.z - c2 * r.x, b2 + c1 * r.x - c0 * r.y];
-        // −B' r×: row i is r × B'_i  ( (B' r×) x = B' (r × x) = (B'_i × r)·x );  r× Bᵀ: column j is r × B_j
+        // −B' r×: row i is r × B'_i  ( (B' r×) x = B' (r × x) = (B'_i × r)·x );  r× Bᵀ: column j is
+        // r × B_j
         let turned = [r.cross(moved[0]), r.cross(moved[1]), r.cross(moved[2])];
         let [d0, d1, d2] = [r.cross(b0), r.cross(b1), r.cross(b2)];
         let a = Sym3 {
@@ -78,7 +81,8 @@ impl<T: Real> SpatialInertia<T> {
         self.c += other.c;
     }
 
-    /// `(α, a)` with `self (α, a) = (moment, force)`, by two 3 × 3 eliminations: `C` first, then its Schur complement.
+    /// `(α, a)` with `self (α, a) = (moment, force)`, by two 3 × 3 eliminations: `C` first, then
+    /// its Schur complement.
     ///
     /// Fails (NaN) only for a singular inertia, which [`Model::new`](super::Model::new) rejects.
     #[inline(always)]

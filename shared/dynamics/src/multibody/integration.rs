@@ -6,10 +6,11 @@ use super::model::{Joint, LinkConstants, Model};
 use super::vector::V3;
 use crate::real::Real;
 
-/// `q_out = q ⊞ v dt`: the position after `dt` at constant joint velocities, exact on the group (screw motion of a free joint).
+/// `q_out = q ⊞ v dt`: the position after `dt` at constant joint velocities, exact on the group
+/// (screw motion of a free joint).
 ///
-/// Also the retraction of estimators and optimisers (`dt = 1`, `v` the step in tangent space). Quaternions come out with unit
-/// length. Internal velocities are ignored.
+/// Also the retraction of estimators and optimisers (`dt = 1`, `v` the step in tangent space).
+/// Quaternions come out with unit length. Internal velocities are ignored.
 pub fn integrate_position<T: Real>(model: &Model, q: &[T], v: &[T], dt_s: T, q_out: &mut [T]) {
     assert!(q.len() == model.q_len());
     assert!(v.len() == model.v_len());
@@ -99,7 +100,8 @@ pub fn position_rate<T: Real>(model: &Model, q: &[T], v: &[T], q_dot: &mut [T]) 
     }
 }
 
-/// [`position_rate`] when [`kinematics`](super::kinematics) of the same state is in `data`: rotations are known.
+/// [`position_rate`] when [`kinematics`](super::kinematics) of the same state is in `data`:
+/// rotations are known.
 pub fn position_rate_after_kinematics<T: Real>(model: &Model, data: &Data<T>, q: &[T], v: &[T], q_dot: &mut [T]) {
     assert!(q.len() == model.q_len());
     assert!(v.len() == model.v_len());

@@ -1,6 +1,7 @@
 //! Joint-space mass matrix by the composite-rigid-body algorithm.
 //!
-//! Featherstone, Rigid Body Dynamics Algorithms, ch. 6: column by column, the force that moves everything outboard of a joint.
+//! Featherstone, Rigid Body Dynamics Algorithms, ch. 6: column by column, the force that moves
+//! everything outboard of a joint.
 
 use super::data::Data;
 use super::kinematics::kinematics;
@@ -58,7 +59,8 @@ fn poses(model: &Model, data: &mut Data<f64>, q: &[f64]) {
     data.efforts = rest;
 }
 
-/// Generalised effort of a `(moment, force)` at the origin of `link` on every joint that carries it.
+/// Generalised effort of a `(moment, force)` at the origin of `link` on every joint that carries
+/// it.
 #[inline]
 pub(crate) fn project_on_chain(
     model: &Model,

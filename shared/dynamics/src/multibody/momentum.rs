@@ -10,7 +10,8 @@ use crate::real::Real;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Momentum<T> {
     pub angular_about_origin: [T; 3],
-    /// About the system's centre of mass; the centre of mass is that of the links, internal coordinates at zero.
+    /// About the system's centre of mass; the centre of mass is that of the links, internal
+    /// coordinates at zero.
     pub angular_about_com: [T; 3],
     pub linear: [T; 3],
     /// Position of the centre of mass.
@@ -95,9 +96,9 @@ pub fn kinetic_energy<T: Real>(model: &Model, data: &mut Data<T>, q: &[T], v: &[
     twice.scale(0.5)
 }
 
-/// Energy of the links in the uniform gravity, zero at the world's origin, carried masses included. Springs are the caller's, and so
-/// is the work of gravity on internal coordinates, `−η Dᵀ g`, unless their positions are known
-/// ([`Data::set_internal_positions`]).
+/// Energy of the links in the uniform gravity, zero at the world's origin, carried masses included.
+/// Springs are the caller's, and so is the work of gravity on internal coordinates, `−η Dᵀ g`,
+/// unless their positions are known ([`Data::set_internal_positions`]).
 pub fn potential_energy<T: Real>(model: &Model, data: &mut Data<T>, q: &[T], v: &[T]) -> T {
     kinematics(model, data, q, v);
     let mut energy = T::zero();

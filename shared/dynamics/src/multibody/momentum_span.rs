@@ -1,10 +1,12 @@
 //! Parameters that the angular momentum of a free-floating system determines.
 //!
-//! About the centre of mass, with the linear momentum zero, the momentum is linear in coefficients that are *not* linear in the
-//! standard parameters (they are divided by the total mass): `h(state; θ) = Σ α_j(θ) w_j(state)`. The span of all `h(·; θ)` has a
-//! dimension, the number of coefficients an experiment can find; the coefficients of real bodies fill a manifold in it whose
-//! dimension may be smaller. Then they satisfy equations among themselves, which this module finds: the null vectors of
-//! their quadratic monomials over random bodies, or of the cubic ones where there is no quadratic. For the planar arm of two links whose centres of mass lie on their axes:
+//! About the centre of mass, with the linear momentum zero, the momentum is linear in coefficients
+//! that are *not* linear in the standard parameters (they are divided by the total mass):
+//! `h(state; θ) = Σ α_j(θ) w_j(state)`. The span of all `h(·; θ)` has a dimension, the number of
+//! coefficients an experiment can find; the coefficients of real bodies fill a manifold in it whose
+//! dimension may be smaller. Then they satisfy equations among themselves, which this module finds:
+//! the null vectors of their quadratic monomials over random bodies, or of the cubic ones where
+//! there is no quadratic. For the planar arm of two links whose centres of mass lie on their axes:
 //! eight coefficients, a manifold of seven dimensions, and `a4 a7 = a5 a6`.
 
 use super::base_parameters::{numerical_rank, random_state};
@@ -34,8 +36,8 @@ pub type StateFunctions<'a> = dyn Fn(&[f64], &[f64], &mut [f64]) + 'a;
 /// Functions of the state in which the momentum is expected to be linear.
 pub struct MomentumBasis<'a> {
     pub names: Vec<String>,
-    /// Values at (q, v), `components` rows of `names.len()` (row-major; one component for a planar base, three for a spatial one,
-    /// base axes).
+    /// Values at (q, v), `components` rows of `names.len()` (row-major; one component for a planar
+    /// base, three for a spatial one, base axes).
     pub evaluate: &'a StateFunctions<'a>,
 }
 
@@ -56,7 +58,8 @@ pub struct MomentumSpan {
     pub coefficients: Vec<f64>,
     /// Largest part of the momentum outside the basis, relative: rounding if the basis is complete.
     pub residual: f64,
-    /// Independent quadratic equations, or else cubic ones; empty also when there would be more than [`MONOMIALS_MAX`] monomials.
+    /// Independent quadratic equations, or else cubic ones; empty also when there would be more
+    /// than [`MONOMIALS_MAX`] monomials.
     pub dependences: Vec<Dependence>,
 }
 
@@ -101,7 +104,8 @@ impl From<ModelError> for MomentumSpanError {
 
 const DRAWS: usize = 400;
 const STATES: usize = 240;
-/// Relative; rounding leaves 1e-14, a coefficient that varies at 1e-9 of the others cannot be estimated.
+/// Relative; rounding leaves 1e-14, a coefficient that varies at 1e-9 of the others cannot be
+/// estimated.
 const TOLERANCE: f64 = 1e-9;
 
 /// Span, manifold and dependences of the momentum of a free-floating family.
@@ -181,7 +185,8 @@ impl States {
         self.states.len() * self.components()
     }
 
-    /// Angular momentum about the centre of mass at zero linear momentum, base axes, of every state.
+    /// Angular momentum about the centre of mass at zero linear momentum, base axes, of every
+    /// state.
     fn momentum(&self, model: &Model) -> Vec<f64> {
         let mut data = Data::new(model);
         let mut found = Vec::with_capacity(self.rows());

@@ -87,7 +87,8 @@ impl Draw {
         InternalCoordinate { link, mass: 1.0 + self.number().abs(), coupling }
     }
 
-    /// A forest of up to eight links with joints of every kind, and up to three internal coordinates.
+    /// A forest of up to eight links with joints of every kind, and up to three internal
+    /// coordinates.
     fn tree(&mut self, root: JointKind, gravity: Vector3<f64>) -> Model {
         let mut links = vec![self.link(None, root)];
         for i in 1..3 + self.index(6) {

@@ -1,7 +1,8 @@
 //! Three-dimensional vectors, rotations and symmetric matrices of a [`Real`], written out.
 //!
-//! Why not nalgebra's: its products go through general loops, and a product of a dual with a constant would pay for a derivative
-//! known to be zero. Each operation here is one expression the compiler can schedule.
+//! Why not nalgebra's: its products go through general loops, and a product of a dual with a
+//! constant would pay for a derivative known to be zero. Each operation here is one expression the
+//! compiler can schedule.
 
 use crate::real::Real;
 use core::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};

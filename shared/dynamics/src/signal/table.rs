@@ -52,8 +52,9 @@ impl Table {
     }
 }
 
-/// Second derivatives of the cubic spline through the rows, zero at both ends: `h_i m_{i−1} + 2 (h_i + h_{i+1}) m_i + h_{i+1} m_{i+1}
-/// = 6 (slope_{i+1} − slope_i)`, by elimination without pivots (diagonally dominant).
+/// Second derivatives of the cubic spline through the rows, zero at both ends:
+/// `h_i m_{i−1} + 2 (h_i + h_{i+1}) m_i + h_{i+1} m_{i+1} = 6 (slope_{i+1} − slope_i)`, by
+/// elimination without pivots (diagonally dominant).
 fn natural_spline(time_s: &[f64], value: &[f64]) -> Vec<f64> {
     let n = time_s.len();
     let mut curvature = vec![0.0; n];

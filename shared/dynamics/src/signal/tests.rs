@@ -38,7 +38,8 @@ fn rate_and_acceleration_are_the_derivatives_of_the_value() {
         for step in 1..200 {
             let t = 0.1499 * f64::from(step);
             let (before, at, after) = (signal.at(t - h), signal.at(t), signal.at(t + h));
-            // central difference: truncation h²/6 times a fourth derivative below (2π)⁴ · 1 Hz⁴; at a knot the third derivative jumps: h/2 · 1
+            // central difference: truncation h²/6 times a fourth derivative below (2π)⁴ · 1 Hz⁴; at
+            // a knot the third derivative jumps: h/2 · 1
             let truncation = if matches!(kind, SignalKind::Table { .. }) { 1e-4 } else { 1e-5 };
             assert!(((after.value - before.value) / (2.0 * h) - at.rate).abs() < truncation, "{kind:?} at {t}");
             assert!(((after.rate - before.rate) / (2.0 * h) - at.acceleration).abs() < truncation, "{kind:?} at {t}");
@@ -79,7 +80,8 @@ fn the_arm_reference_is_its_closed_form() {
             let (target, got) = (reference.at(t), signal.at(t));
             let wanted = [target.angle_rad[joint], target.rate_rad_s[joint], target.acceleration_rad_s2[joint]];
             for (got, wanted) in [got.value, got.rate, got.acceleration].into_iter().zip(wanted) {
-                // sums of angles against angles of sums: rounding of five harmonics and of arguments up to 31 rad
+                // sums of angles against angles of sums: rounding of five harmonics and of
+                // arguments up to 31 rad
                 assert!((got - wanted).abs() < 1e-14, "t = {t}: {got} {wanted}");
             }
         }

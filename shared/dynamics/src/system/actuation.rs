@@ -10,11 +10,13 @@ use core::ops::Range;
 /// How an input acts.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Acts {
-    /// `gain × value` on a coordinate: a joint's torque, a motor's current, a wheel (gain −1: its torque is that on the body).
+    /// `gain × value` on a coordinate: a joint's torque, a motor's current, a wheel (gain −1: its
+    /// torque is that on the body).
     Coordinate { coordinate: Coordinate, gain: f64 },
     /// `gain (value − back_emf × rate)` on a joint: a motor's voltage.
     Voltage { coordinate: Coordinate, gain: f64, back_emf: f64 },
-    /// `value ×` this wrench (torque, force) on a body, its axes, at its origin; `force`: length of its force.
+    /// `value ×` this wrench (torque, force) on a body, its axes, at its origin; `force`: length of
+    /// its force.
     Wrench { wrench: [f64; 6], force: f64 },
     /// The joint's position, rate and acceleration are the inputs.
     Joint { coordinate: Coordinate },
@@ -38,7 +40,8 @@ pub(super) struct Actuation {
 }
 
 impl System {
-    /// Efforts anew, adds wrenches, sets accelerations of prescribed joints and the motion of the base.
+    /// Efforts anew, adds wrenches, sets accelerations of prescribed joints and the motion of the
+    /// base.
     #[inline]
     pub(super) fn apply_actuators<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T]) {
         ws.effort.fill(T::zero());
@@ -70,7 +73,8 @@ impl System {
         }
     }
 
-    /// The acting value after all laws; their wrenches go to the actuator's body, their hidden rates to their places.
+    /// The acting value after all laws; their wrenches go to the actuator's body, their hidden
+    /// rates to their places.
     fn actuator_effects<T: Pick>(
         &self,
         ws: &mut Workspace<T>,

@@ -1,13 +1,13 @@
-//! The derivative of plants with uncoupled coordinates: only the effort at its joint accelerates a link, and poses
-//! need not be known.
+//! The derivative of plants with uncoupled coordinates: only the effort at its joint accelerates a
+//! link, and poses need not be known.
 
 use super::System;
 use super::workspace::Workspace;
 use crate::effect::Pick;
 
 impl System {
-    /// 1 / inertia of every coordinate; `None` if coordinates are coupled, if an inertia depends on the pose, if a force
-    /// acts on a body, and if a law needs poses.
+    /// 1 / inertia of every coordinate; `None` if coordinates are coupled, if an inertia depends on
+    /// the pose, if a force acts on a body, and if a law needs poses.
     pub(super) fn lightness_apart(&self) -> Option<Vec<f64>> {
         let weightless = self.environment.constants.gravity_m_s2 == [0.0; 3] && !self.environment.shaken;
         let poses_needed =

@@ -20,7 +20,8 @@ pub(super) struct Binding<'a> {
     pub environment: &'a Surrounding,
 }
 
-/// A site: its coordinates (none, one, or one per axis of a tank), its body, and the constants that a law receives.
+/// A site: its coordinates (none, one, or one per axis of a tank), its body, and the constants that
+/// a law receives.
 #[derive(Clone, Debug)]
 struct Place {
     coordinates: Vec<Coordinate>,
@@ -34,7 +35,8 @@ struct Place {
 type Indexed = (usize, EffectTerm);
 
 impl Binding<'_> {
-    /// Terms by the place of their action, and filters; adds hidden states to `layout` and ranges to actuators and sensors.
+    /// Terms by the place of their action, and filters; adds hidden states to `layout` and ranges
+    /// to actuators and sensors.
     pub fn bind(
         &self,
         layout: &mut Layout,
@@ -175,7 +177,8 @@ impl Binding<'_> {
         }
     }
 
-    /// Coordinates of a tank with the direction in which each moves its mass; of a pendulum one unit vector for each angle.
+    /// Coordinates of a tank with the direction in which each moves its mass; of a pendulum one
+    /// unit vector for each angle.
     fn tank_axes(&self, place: &Place) -> Vec<(Coordinate, [f64; 3])> {
         let axes = match &self.plant.tanks[place.index].model {
             crate::description::TankModel::Spring { axes, .. } => axes.clone(),

@@ -17,7 +17,8 @@ use crate::description::{Actuator, ActuatorKind, Base, Drive, JointKind, Plant, 
 use crate::effect::{Surroundings, apply_structures};
 use crate::multibody::Model;
 
-/// Force beyond which a body force is firing, in standard deviations of its noise: noise alone is beyond it once in 16 000 periods.
+/// Force beyond which a body force is firing, in standard deviations of its noise: noise alone is
+/// beyond it once in 16 000 periods.
 const QUIET_SIGMAS: f64 = 4.0;
 
 /// Structure effects, mechanism, coordinates, inputs, sensors, effects: in this order.

@@ -52,7 +52,8 @@ impl EffectTerm {
 }
 
 impl System {
-    /// Adds the forces of laws on coordinates and bodies. Actuators come before, because their efforts are arguments of the laws.
+    /// Adds the forces of laws on coordinates and bodies. Actuators come before, because their
+    /// efforts are arguments of the laws.
     #[inline]
     pub(super) fn apply_effects<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T]) {
         for term in &self.effects.coordinates {

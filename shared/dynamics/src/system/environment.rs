@@ -72,12 +72,13 @@ impl System {
         }
     }
 
-    /// First-order tide about the system's centre of mass: on every link the torque `3 n² r × I r` and the force
-    /// `m n² (3 r (r·ρ) − ρ)`, `r` the unit vector to the planet, `ρ` the link's place relative to that centre.
+    /// First-order tide about the system's centre of mass: on every link the torque `3 n² r × I r`
+    /// and the force `m n² (3 r (r·ρ) − ρ)`, `r` the unit vector to the planet, `ρ` the link's
+    /// place relative to that centre.
     ///
-    /// Forces add up to zero, torques about the centre of mass to `3 n² r × I r` of the whole (Hughes, Spacecraft Attitude
-    /// Dynamics, ch. 8). Modal displacements are neglected. Masses must be given as of a circular orbit, states relative to the
-    /// freely falling centre.
+    /// Forces add up to zero, torques about the centre of mass to `3 n² r × I r` of the whole
+    /// (Hughes, Spacecraft Attitude Dynamics, ch. 8). Modal displacements are neglected. Masses
+    /// must be given as of a circular orbit, states relative to the freely falling centre.
     fn apply_gravity_gradient<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, orbit: Orbit) {
         let (sin, cos) = libm::sincos(orbit.phase_rad + orbit.rate_rad_s * t_s);
         let to_planet = [cos, sin, 0.0];

@@ -9,7 +9,8 @@ pub enum SystemError {
     /// A reference to something the plant lacks.
     #[error("{what} names {kind} '{name}', which does not exist")]
     Unknown { what: String, kind: &'static str, name: String },
-    /// The tree of bodies is not a mechanism; `name`: body, tank, mode or wheel at fault, where there is one.
+    /// The tree of bodies is not a mechanism; `name`: body, tank, mode or wheel at fault, where
+    /// there is one.
     #[error("{name}: {error}")]
     Mechanism { name: String, error: ModelError },
     /// A planar plant with an axis that leaves the plane, or turns about another axis than z.

@@ -12,7 +12,8 @@ use crate::multibody::{
 impl System {
     /// `x' = f(t, x, u)`.
     ///
-    /// Cost: one articulated-body pass and a walk over springs, actuators and effects; no allocation.
+    /// Cost: one articulated-body pass and a walk over springs, actuators and effects; no
+    /// allocation.
     pub fn derivative<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], x_dot: &mut [T]) {
         if let Some(lightness) = &self.lightness_apart {
             return self.derivative_apart(ws, lightness, (t_s, x, u), x_dot);
@@ -22,7 +23,8 @@ impl System {
         self.write_rates(ws, x_dot);
     }
 
-    /// `y = h(t, x, u)`: the reading of every sensor at the instant, without noise, range, quantisation, filter and delay.
+    /// `y = h(t, x, u)`: the reading of every sensor at the instant, without noise, range,
+    /// quantisation, filter and delay.
     ///
     /// Cost: as much of the equations as the sensors take; no allocation.
     pub fn read<T: Pick>(&self, ws: &mut Workspace<T>, t_s: f64, x: &[T], u: &[T], y: &mut [T]) {

@@ -16,11 +16,13 @@ pub struct JointReference {
 }
 
 impl System {
-    /// Generalised forces (one per reference, into `out`) of the nominal plant along the references of its joints.
+    /// Generalised forces (one per reference, into `out`) of the nominal plant along the references
+    /// of its joints.
     ///
-    /// The base floats: only gravity acts from outside, the centre of mass rests, the angular momentum about it is
-    /// `momentum_com_n_m_s` (axes of the base). Tanks, modes and wheels are locked, joints without reference rest at zero;
-    /// viscous friction and springs of the referenced joints are included, effects are not.
+    /// The base floats: only gravity acts from outside, the centre of mass rests, the angular
+    /// momentum about it is `momentum_com_n_m_s` (axes of the base). Tanks, modes and wheels are
+    /// locked, joints without reference rest at zero; viscous friction and springs of the
+    /// referenced joints are included, effects are not.
     ///
     /// Cost: two passes over velocities and a forward dynamics, no allocation.
     pub fn feed_forward(

@@ -56,7 +56,8 @@ pub(super) fn transposed_product<T: Real>(a: &Rotation<T>, b: &Rotation<T>) -> R
     core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j)))
 }
 
-/// Rotation by the vector `phi` applied to `a` (Rodrigues); series below 0.01 rad, where its error is under rounding.
+/// Rotation by the vector `phi` applied to `a` (Rodrigues); series below 0.01 rad, where its error
+/// is under rounding.
 pub(super) fn rotate_by_vector<T: Real>(phi: [T; 3], a: [T; 3]) -> [T; 3] {
     let square = dot(phi, phi);
     let (first, second) = if square.value() < 1e-4 {

@@ -11,8 +11,9 @@ use crate::multibody::{float_at_momentum, momentum};
 impl System {
     /// State at the beginning.
     ///
-    /// `references` gives (position, rate) of prescribed joints and, where `initial.on_reference`, of controlled ones, by name of
-    /// the joint; stated values go first for the controlled ones. Coordinates without a value are zero; hidden states are zero.
+    /// `references` gives (position, rate) of prescribed joints and, where `initial.on_reference`,
+    /// of controlled ones, by name of the joint; stated values go first for the controlled ones.
+    /// Coordinates without a value are zero; hidden states are zero.
     ///
     /// # Errors
     /// A coordinate that does not exist, or a stated momentum of a system that does not float.
@@ -124,7 +125,8 @@ impl System {
         }
     }
 
-    /// Angular momentum about the centre of mass as wanted (inertial axes), the centre at rest in the origin.
+    /// Angular momentum about the centre of mass as wanted (inertial axes), the centre at rest in
+    /// the origin.
     fn rest_centre_of_mass(&self, ws: &mut Workspace<f64>, wanted: [f64; 3]) -> Result<(), SystemError> {
         let q_len = self.layout.q_len;
         crate::multibody::kinematics(&self.model, &mut ws.data, &ws.position[..q_len], &ws.velocity);

@@ -2,8 +2,8 @@
 
 use crate::real::Real;
 
-/// A state's name: `joint:NAME`, `body:NAME.x`, `tank:NAME`, `mode:NAME`, with `.rate` for its rate; `wheel:ACTUATOR`; `KIND@SITE.1`
-/// for a hidden state.
+/// A state's name: `joint:NAME`, `body:NAME.x`, `tank:NAME`, `mode:NAME`, with `.rate` for its
+/// rate; `wheel:ACTUATOR`; `KIND@SITE.1` for a hidden state.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StateName {
     pub name: String,
@@ -15,7 +15,8 @@ pub struct StateName {
 pub enum InputRole {
     /// Command of the actuator.
     Command,
-    /// Of a prescribed coordinate: position, rate and acceleration are three inputs, in this order, and must belong together.
+    /// Of a prescribed coordinate: position, rate and acceleration are three inputs, in this order,
+    /// and must belong together.
     Position,
     Rate,
     Acceleration,
@@ -65,7 +66,8 @@ pub(super) struct Layout {
     pub prescribed: Vec<PrescribedJoint>,
     /// Per velocity coordinate.
     pub prescribed_flags: Vec<bool>,
-    /// Position (model's, then modal coordinates) of each position state, velocity of each velocity state; used where a joint is prescribed.
+    /// Position (model's, then modal coordinates) of each position state, velocity of each velocity
+    /// state; used where a joint is prescribed.
     pub free_positions: Vec<usize>,
     pub free_velocities: Vec<usize>,
     /// First state of each quaternion.

@@ -1,8 +1,9 @@
 //! Readings of sensors that average over an interval.
 //!
-//! A rate gyro returns the turn of its body divided by the interval, an accelerometer the increment of inertial velocity (less
-//! that of free fall) divided by the interval, in body axes at the attitude half way. Both follow from the states at the two
-//! ends alone. Other sensors return the mean of both ends.
+//! A rate gyro returns the turn of its body divided by the interval, an accelerometer the increment
+//! of inertial velocity (less that of free fall) divided by the interval, in body axes at the
+//! attitude half way. Both follow from the states at the two ends alone. Other sensors return the
+//! mean of both ends.
 
 use super::System;
 use super::geometry::{along, rotation_vector, subtract, times, transposed_product};
@@ -12,10 +13,12 @@ use crate::description::Reading;
 use crate::effect::Pick;
 
 impl System {
-    /// Readings of sensors with [`Reading::Mean`] over `[t_s, t_s + dt_s]` from the states at both ends; the other numbers of `y`
-    /// are left alone. `u_end` differs from `u` in prescribed motions only.
+    /// Readings of sensors with [`Reading::Mean`] over `[t_s, t_s + dt_s]` from the states at both
+    /// ends; the other numbers of `y` are left alone. `u_end` differs from `u` in prescribed
+    /// motions only.
     ///
-    /// Laws of effects on such sensors see the mean as reading and the state at the end of the interval.
+    /// Laws of effects on such sensors see the mean as reading and the state at the end of the
+    /// interval.
     #[allow(clippy::too_many_arguments)] // two ends of an interval
     pub fn read_mean<T: Pick>(
         &self,

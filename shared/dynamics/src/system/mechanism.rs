@@ -1,7 +1,8 @@
 //! Bodies, tanks, modes and wheels as links and internal coordinates.
 //!
-//! Link i is body i; the links of tanks follow. A slosh mass on springs is a chain of prismatic links of which only the last has
-//! mass, a pendulum a revolute link with a point mass (in space two, as a universal joint). Modes come before wheels.
+//! Link i is body i; the links of tanks follow. A slosh mass on springs is a chain of prismatic
+//! links of which only the last has mass, a pendulum a revolute link with a point mass (in space
+//! two, as a universal joint). Modes come before wheels.
 
 use super::error::SystemError;
 use super::geometry::{rotation_of, values};
@@ -199,7 +200,8 @@ fn tank_joints(space: Space, tank: &Tank, what: &str) -> Result<(Vec<JointKind>,
     }
 }
 
-/// Two unit vectors across `direction` and each other; the first across the coordinate axis that `direction` is farthest from.
+/// Two unit vectors across `direction` and each other; the first across the coordinate axis that
+/// `direction` is farthest from.
 fn across(direction: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let farthest = (1..3).fold(0, |best, k| if direction[k].abs() < direction[best].abs() { k } else { best });
     let mut axis = Vector3::zeros();

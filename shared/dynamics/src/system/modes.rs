@@ -1,7 +1,8 @@
 //! Natural frequencies and damping of the linearised plant.
 //!
-//! States without influence (a floating base's position, the angle of a free joint) are removed with their exact eigenvalue before
-//! the numerical eigenvalue problem, because a defective zero would otherwise scatter by the square root of rounding.
+//! States without influence (a floating base's position, the angle of a free joint) are removed
+//! with their exact eigenvalue before the numerical eigenvalue problem, because a defective zero
+//! would otherwise scatter by the square root of rounding.
 
 use super::workspace::Workspace;
 use super::{StateSpace, System};
@@ -81,11 +82,13 @@ impl System {
 }
 
 impl StateSpace {
-    /// Readings of every output in the mode of `pole` (real and imaginary part [1/s]), up to one complex factor.
+    /// Readings of every output in the mode of `pole` (real and imaginary part [1/s]), up to one
+    /// complex factor.
     ///
-    /// `C v` (outputs), `A v = λ v`: a component is the reading of the sensor, in its own unit, while only this mode moves. Sensors' own
-    /// lags, delays and scales are not in it. `pole` is one of [`System::modes`] of the same system and place, and is simple: of two
-    /// equal poles any mixture of both is an answer.
+    /// `C v` (outputs), `A v = λ v`: a component is the reading of the sensor, in its own unit,
+    /// while only this mode moves. Sensors' own lags, delays and scales are not in it. `pole` is
+    /// one of [`System::modes`] of the same system and place, and is simple: of two equal poles any
+    /// mixture of both is an answer.
     ///
     /// Cost: one factorisation of A.
     #[must_use]
@@ -95,7 +98,8 @@ impl StateSpace {
     }
 }
 
-/// States kept, and (state, pole) of those removed: a column of A that is zero off the diagonal has its own pole there.
+/// States kept, and (state, pole) of those removed: a column of A that is zero off the diagonal has
+/// its own pole there.
 fn removed_integrators(a: &DMatrix<f64>) -> (Vec<usize>, Vec<(usize, f64)>) {
     let row_size: Vec<f64> = (0..a.nrows()).map(|i| a.row(i).amax()).collect();
     // rounding of the terms that cancel in a rate, which are as large as its largest derivative
@@ -110,7 +114,8 @@ fn removed_integrators(a: &DMatrix<f64>) -> (Vec<usize>, Vec<(usize, f64)>) {
     }
 }
 
-/// `|w_k v_k| / Σ`, left and right eigenvectors by inverse iteration beside the pole (Pérez-Arriaga et al. 1982).
+/// `|w_k v_k| / Σ`, left and right eigenvectors by inverse iteration beside the pole (Pérez-Arriaga
+/// et al. 1982).
 fn participation(a: &DMatrix<f64>, pole: Complex<f64>) -> DVector<f64> {
     let (right, left) = (eigenvector(a, pole, false), eigenvector(a, pole, true));
     let size = |z: Complex<f64>| libm::hypot(z.re, z.im);
@@ -119,7 +124,8 @@ fn participation(a: &DMatrix<f64>, pole: Complex<f64>) -> DVector<f64> {
     if sum > 0.0 { share / sum } else { share }
 }
 
-/// Eigenvector of `a`, or of its transpose, to the simple eigenvalue `pole`, of length 1: inverse iteration.
+/// Eigenvector of `a`, or of its transpose, to the simple eigenvalue `pole`, of length 1: inverse
+/// iteration.
 fn eigenvector(a: &DMatrix<f64>, pole: Complex<f64>, transposed: bool) -> DVector<Complex<f64>> {
     let n = a.nrows();
     let scale = a.amax().max(f64::MIN_POSITIVE);

@@ -96,7 +96,8 @@ impl System {
         }
     }
 
-    /// Acceleration minus gravity of a point, body axes; a point of an appendage moves on it: `a + r'' + 2 ω × r'` at `p + r`.
+    /// Acceleration minus gravity of a point, body axes; a point of an appendage moves on it:
+    /// `a + r'' + 2 ω × r'` at `p + r`.
     fn specific_force<T: Pick>(&self, ws: &Workspace<T>, link: usize, point: &[f64; 3], flexure: &[Flexure]) -> [T; 3] {
         if flexure.is_empty() {
             return ws.data.specific_force(link, point.map(T::constant));

@@ -108,7 +108,8 @@ pub(super) struct SensorTerm {
 }
 
 impl SensorTerm {
-    /// Computations that its instantaneous reading requires; `given`: per velocity, a prescribed joint's effort comes from dynamics.
+    /// Computations that its instantaneous reading requires; `given`: per velocity, a prescribed
+    /// joint's effort comes from dynamics.
     pub fn reach(&self, given: &[bool]) -> Reach {
         if !self.effects.is_empty() {
             return Reach::Accelerations;
@@ -134,7 +135,8 @@ impl SensorTerm {
         }
     }
 
-    /// A mean of a quantity that only the dynamics give, or a reading through a law that may need accelerations.
+    /// A mean of a quantity that only the dynamics give, or a reading through a law that may need
+    /// accelerations.
     pub fn mean_needs_dynamics(&self) -> bool {
         let kinematic = matches!(
             self.measured,

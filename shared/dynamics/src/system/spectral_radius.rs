@@ -2,8 +2,8 @@
 
 use nalgebra::DMatrix;
 
-/// `‖A^64‖^(1/64)` (Gelfand): from above, within `κ^(1/64)` of the radius, κ the condition of the eigenvectors. No iteration that
-/// may not end. Zero for a matrix that is not finite.
+/// `‖A^64‖^(1/64)` (Gelfand): from above, within `κ^(1/64)` of the radius, κ the condition of the
+/// eigenvectors. No iteration that may not end. Zero for a matrix that is not finite.
 pub fn spectral_radius(a: DMatrix<f64>) -> f64 {
     let (mut power, mut log_scale) = (a, 0.0);
     for _ in 0..6 {

@@ -10,7 +10,8 @@ impl System {
         self.states().len() - self.layout.quaternions.len()
     }
 
-    /// `x ⊕ delta`: a quaternion is turned by a rotation vector in body axes, everything else is added.
+    /// `x ⊕ delta`: a quaternion is turned by a rotation vector in body axes, everything else is
+    /// added.
     pub fn retract(&self, x: &[f64], delta: &[f64], out: &mut [f64]) {
         assert!(x.len() == self.states().len() && out.len() == x.len());
         assert!(delta.len() == self.tangent_len());
@@ -39,7 +40,8 @@ impl System {
         });
     }
 
-    /// Makes quaternions of unit length again: after integration steps, and for states from elsewhere.
+    /// Makes quaternions of unit length again: after integration steps, and for states from
+    /// elsewhere.
     pub fn normalise<T: Pick>(&self, x: &mut [T]) {
         for first in &self.layout.quaternions {
             let quaternion = &mut x[*first..*first + 4];
@@ -51,7 +53,8 @@ impl System {
         }
     }
 
-    /// Calls `visit` with (part, first state, first component of the change), in the order of the states.
+    /// Calls `visit` with (part, first state, first component of the change), in the order of the
+    /// states.
     fn walk(&self, mut visit: impl FnMut(Part, usize, usize)) {
         let (mut state, mut tangent) = (0, 0);
         while state < self.states().len() {

@@ -169,8 +169,8 @@ pub(super) fn torque_of(name: &str) -> Actuator {
     actuator(&format!("{name}.torque"), ActuatorKind::JointTorque { joint: name.to_owned() })
 }
 
-/// A spatial hub with everything on it: two joints (one sliding, with spring, friction and rotor), tanks of both kinds, an
-/// appendage with two modes on the hub and one on the arm, two wheels.
+/// A spatial hub with everything on it: two joints (one sliding, with spring, friction and rotor),
+/// tanks of both kinds, an appendage with two modes on the hub and one on the arm, two wheels.
 pub(super) fn everything(damped: bool) -> Plant {
     let d = if damped { 1.0 } else { 0.0 };
     let mut slider = joint("slide", JointKind::Prismatic { axis: [0.0, 0.6, 0.8] }, [0.2, 1.0, 0.1]);

@@ -2,9 +2,11 @@
 
 use core::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// Quantile of the unit normal: Acklam's rational approximation (1.2e-9) and one step of Halley's, to rounding.
+/// Quantile of the unit normal: Acklam's rational approximation (1.2e-9) and one step of Halley's,
+/// to rounding.
 ///
-/// Both tails are equally exact, because the lower one is computed: small probabilities keep their digits, those near one do not.
+/// Both tails are equally exact, because the lower one is computed: small probabilities keep their
+/// digits, those near one do not.
 pub fn normal_quantile(probability: f64) -> f64 {
     assert!(probability > 0.0);
     assert!(probability < 1.0);
@@ -61,7 +63,8 @@ fn horner(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().fold(0.0, |sum, coefficient| sum * x + coefficient)
 }
 
-/// Quantile of χ² with `degrees` of freedom: exact for one, Wilson and Hilferty's approximation for more.
+/// Quantile of χ² with `degrees` of freedom: exact for one, Wilson and Hilferty's approximation for
+/// more.
 ///
 /// Bounds of the relative error, from so many degrees on, at the tails that flight requires:
 ///
@@ -72,7 +75,8 @@ fn horner(coefficients: &[f64], x: f64) -> f64 {
 /// | 100 | 0.06 % | 0.27 % | 0.11 % |
 /// | 1000 | 2.2e-5 | 1.2e-4 | 2.5e-5 |
 ///
-/// There it errs outwards, upper quantiles high and lower ones low: consistent data are rejected no more often than stated.
+/// There it errs outwards, upper quantiles high and lower ones low: consistent data are rejected no
+/// more often than stated.
 pub fn chi_square_quantile(probability: f64, degrees: f64) -> f64 {
     assert!(degrees > 0.0);
     if degrees == 1.0 {
@@ -87,16 +91,16 @@ pub fn chi_square_quantile(probability: f64, degrees: f64) -> f64 {
 /// Least degrees of freedom of a decision: the approximation of the χ² tail fails below three.
 pub const DEGREES_MIN: f64 = 3.0;
 
-/// Two-sided band of a mean square of `degrees` standard normal variables, left with probability `false_alarm`; `None` when
-/// there are too few to say.
+/// Two-sided band of a mean square of `degrees` standard normal variables, left with probability
+/// `false_alarm`; `None` when there are too few to say.
 pub fn mean_square_band(degrees: f64, false_alarm: f64) -> Option<(f64, f64)> {
     let bound = |probability| chi_square_quantile(probability, degrees) / degrees;
     (degrees >= DEGREES_MIN).then(|| (bound(false_alarm / 2.0), bound(1.0 - false_alarm / 2.0)))
 }
 
-/// Upper limit of a z-score `(χ² − n)/√(2n)` of `degrees` = n, passed with probability `false_alarm`; `None` when there
-/// are too few to say. The χ² itself is used, not its normal limit: with 60 degrees, 3.6 normal sigmas are passed by
-/// honest data seven times too often.
+/// Upper limit of a z-score `(χ² − n)/√(2n)` of `degrees` = n, passed with probability
+/// `false_alarm`; `None` when there are too few to say. The χ² itself is used, not its normal
+/// limit: with 60 degrees, 3.6 normal sigmas are passed by honest data seven times too often.
 pub fn z_score_limit(degrees: f64, false_alarm: f64) -> Option<f64> {
     (degrees >= DEGREES_MIN)
         .then(|| (chi_square_quantile(1.0 - false_alarm, degrees) - degrees) / libm::sqrt(2.0 * degrees))

@@ -1,16 +1,19 @@
 //! Score tests: does a column that the model lacks explain its residuals?
 //!
-//! With residuals `r` of unit noise and columns `c`, both with the model's columns projected out, `g = cᵀ r` is the score and `M = cᵀ c` its variance
-//! under the null. [`score_statistic`] relies on that variance; [`long_run_score`] takes it from the products `c_t r_t` themselves, and so
+//! With residuals `r` of unit noise and columns `c`, both with the model's columns projected out,
+//! `g = cᵀ r` is the score and `M = cᵀ c` its variance under the null. [`score_statistic`] relies
+//! on that variance; [`long_run_score`] takes it from the products `c_t r_t` themselves, and so
 //! holds for coloured residuals and unequal noise (Newey and West 1987).
 
-/// Share by which the variance's diagonal is raised: columns that coincide share their amplitude instead of failing.
+/// Share by which the variance's diagonal is raised: columns that coincide share their amplitude
+/// instead of failing.
 const RIDGE: f64 = 1e-9;
 
-/// `T = gᵀ M⁻¹ g`, χ² with k degrees of freedom when no column belongs in the model; `score` becomes the amplitudes `M⁻¹ g`.
+/// `T = gᵀ M⁻¹ g`, χ² with k degrees of freedom when no column belongs in the model; `score`
+/// becomes the amplitudes `M⁻¹ g`.
 ///
-/// `score` is g (k), `variance` is M (k × k, row by row, symmetric); it becomes its Cholesky factor. `None`: M is not positive definite.
-/// Cost: O(k³), no allocation.
+/// `score` is g (k), `variance` is M (k × k, row by row, symmetric); it becomes its Cholesky
+/// factor. `None`: M is not positive definite. Cost: O(k³), no allocation.
 pub fn score_statistic(score: &mut [f64], variance: &mut [f64]) -> Option<f64> {
     let k = score.len();
     assert!(variance.len() == k * k);
@@ -57,9 +60,11 @@ pub fn bartlett_weight(l: usize, lag: usize) -> f64 {
     1.0 - l as f64 / (lag + 1) as f64
 }
 
-/// `z = Σ s / √(Σ s² + 2 Σ w_l Σ s_t s_{t−l})` of the products `s_t = c_t r_t`; not centred, for their mean is zero under the null.
+/// `z = Σ s / √(Σ s² + 2 Σ w_l Σ s_t s_{t−l})` of the products `s_t = c_t r_t`; not centred, for
+/// their mean is zero under the null.
 ///
-/// No amplitude reaches more than `√(n / (lag + 1))`. Cost: O(n) and as many lags as the products go on; no allocation.
+/// No amplitude reaches more than `√(n / (lag + 1))`. Cost: O(n) and as many lags as the products
+/// go on; no allocation.
 pub fn long_run_score(products: &[f64]) -> LongRunScore {
     let lag = window(products);
     let own: f64 = products.iter().map(|s| s * s).sum();
@@ -69,7 +74,8 @@ pub fn long_run_score(products: &[f64]) -> LongRunScore {
     LongRunScore { z, lag }
 }
 
-/// `Σ s² + 2 Σ w_l Σ s_t s_{t−l}` in Bartlett's window: the mean square of all sums of `lag + 1` neighbours, zero beyond the ends.
+/// `Σ s² + 2 Σ w_l Σ s_t s_{t−l}` in Bartlett's window: the mean square of all sums of `lag + 1`
+/// neighbours, zero beyond the ends.
 fn long_run_sum(s: &[f64], lag: usize) -> f64 {
     let width = lag + 1;
     let (mut total, mut sum) = (0.0, 0.0);
@@ -131,7 +137,8 @@ mod tests {
             let mut variance: [f64; 9] = core::array::from_fn(|i| m[(i / 3, i % 3)]);
             let statistic = score_statistic(&mut amplitude, &mut variance).expect("positive definite");
             let solved = m.lu().solve(&g).expect("regular");
-            // the ridge moves the solution by 1e-9 of it times the condition number, at most 100 here
+            // the ridge moves the solution by 1e-9 of it times the condition number, at most 100
+            // here
             assert!((Vector3::from(amplitude) - solved).norm() < 2e-7 * solved.norm());
             assert!((statistic / g.dot(&solved) - 1.0).abs() < 2e-7);
         }
@@ -148,7 +155,8 @@ mod tests {
 
     #[test]
     fn a_long_run_score_is_unit_normal_for_white_and_for_coloured_products() {
-        // (memory, band of the mean square over 400 series: four sigmas are 0.28; Bartlett's window is short by up to a quarter at this memory)
+        // (memory, band of the mean square over 400 series: four sigmas are 0.28; Bartlett's window
+        // is short by up to a quarter at this memory)
         for (memory, low, high) in [(0.0, 0.75, 1.3), (0.7, 0.75, 1.6)] {
             let (mut noise, mut square) = (SeededNoise::new(11), 0.0);
             for _ in 0..400 {

@@ -25,7 +25,8 @@ pub struct ScaleVerdict {
     pub z_score: f64,
 }
 
-/// Multi-scale test that normalised innovations are unit, independent and of zero mean. Fixed memory.
+/// Multi-scale test that normalised innovations are unit, independent and of zero mean. Fixed
+/// memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Whiteness {
     scales: [BlockMeans; WHITENESS_SCALES.len()],
@@ -55,7 +56,8 @@ impl Whiteness {
         self.previous = Some(normalised);
     }
 
-    /// One verdict per scale of [`WHITENESS_SCALES`]; a scale without a complete block has `blocks = 0`.
+    /// One verdict per scale of [`WHITENESS_SCALES`]; a scale without a complete block has
+    /// `blocks = 0`.
     pub fn verdicts(&self) -> [ScaleVerdict; WHITENESS_SCALES.len()] {
         core::array::from_fn(|i| ScaleVerdict {
             block_samples: WHITENESS_SCALES[i],
@@ -70,15 +72,18 @@ impl Whiteness {
         self.verdicts().iter().map(|verdict| verdict.z_score).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Autocorrelation at lag one; `None` before two samples. Its standard deviation is `1/√n` for white input.
+    /// Autocorrelation at lag one; `None` before two samples. Its standard deviation is `1/√n` for
+    /// white input.
     pub fn lag_one_autocorrelation(&self) -> Option<f64> {
         (self.lag_one_count > 0 && self.square_sum > 0.0).then(|| self.lag_one_sum / self.square_sum)
     }
 }
 
-/// The block lengths on which white innovations can be tested, each as (z-score, limit); `false_alarm` is shared by all of them (Bonferroni).
+/// The block lengths on which white innovations can be tested, each as (z-score, limit);
+/// `false_alarm` is shared by all of them (Bonferroni).
 ///
-/// `scales` are (complete blocks, z-score of their mean square). A length of which no three blocks were completed is not tested.
+/// `scales` are (complete blocks, z-score of their mean square). A length of which no three blocks
+/// were completed is not tested.
 pub fn tested_scales(
     scales: impl Iterator<Item = (f64, f64)> + Clone,
     false_alarm: f64,
@@ -88,7 +93,8 @@ pub fn tested_scales(
     scales.filter_map(move |(blocks, z_score)| Some((z_score, z_score_limit(blocks, shared)?)))
 }
 
-/// The tested scale that exceeds its limit by the largest factor, as (z-score, limit); `None` when all are white.
+/// The tested scale that exceeds its limit by the largest factor, as (z-score, limit); `None` when
+/// all are white.
 pub fn coloured_scale(tested: impl Iterator<Item = (f64, f64)>) -> Option<(f64, f64)> {
     // A NaN is no proof of whiteness.
     let coloured = |(z_score, limit): &(f64, f64)| {
@@ -98,10 +104,12 @@ pub fn coloured_scale(tested: impl Iterator<Item = (f64, f64)>) -> Option<(f64, 
     tested.filter(coloured).max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)))
 }
 
-/// Ljung and Box's portmanteau statistic `n (n + 2) Σ_l ρ_l² / (n − l)` over `lags` autocorrelations about zero: χ² with `lags` degrees
-/// of freedom when `x` is white. `None` below three samples a lag or without power.
+/// Ljung and Box's portmanteau statistic `n (n + 2) Σ_l ρ_l² / (n − l)` over `lags`
+/// autocorrelations about zero: χ² with `lags` degrees of freedom when `x` is white. `None` below
+/// three samples a lag or without power.
 ///
-/// Sees colour of any shape but of short memory; small lasting errors are for [`Whiteness`]. Cost: O(n lags).
+/// Sees colour of any shape but of short memory; small lasting errors are for [`Whiteness`]. Cost:
+/// O(n lags).
 pub fn ljung_box(x: &[f64], lags: usize) -> Option<f64> {
     let n = x.len();
     let power: f64 = x.iter().map(|value| value * value).sum();
@@ -122,7 +130,8 @@ mod tests {
 
     #[test]
     fn white_noise_stays_inside_its_band_at_every_scale() {
-        // z of 3 scales × 100 seeds; a unit-variance z beyond 4.5 happens once in 10⁵ (χ² skew included).
+        // z of 3 scales × 100 seeds; a unit-variance z beyond 4.5 happens once in 10⁵ (χ² skew
+        // included).
         for seed in 0..100 {
             let (mut noise, mut white) = (SeededNoise::new(seed), Whiteness::default());
             for _ in 0..20_000 {

@@ -63,7 +63,8 @@ fn regress(columns: &[Vec<f64>], target: &[f64], nothing: f64) -> Correction {
     }
 }
 
-/// `real(t) ≈ simulated(t - lag)`: the peak of the correlation nearest to zero, then Gauss–Newton at fractions of a sample.
+/// `real(t) ≈ simulated(t - lag)`: the peak of the correlation nearest to zero, then Gauss–Newton
+/// at fractions of a sample.
 fn lag(p: &Pair) -> Correction {
     let n = p.real.len();
     let shift_max = n / 4;
@@ -88,7 +89,8 @@ fn lag(p: &Pair) -> Correction {
         }
     }
     let lag = lag.clamp(-(shift_max as f64), shift_max as f64);
-    // Samples that have no partner once shifted, and the two at each end that are interpolated linearly, are left out.
+    // Samples that have no partner once shifted, and the two at each end that are interpolated
+    // linearly, are left out.
     let shifted = read(lag);
     let (from, to) = (2 + libm::ceil(lag.max(0.0)) as usize, n - 2 - libm::ceil((-lag).max(0.0)) as usize);
     let residual: Vec<f64> = (from..to.max(from + 1)).map(|i| p.real[i] - shifted[i]).collect();

@@ -1,7 +1,7 @@
 //! What separates two channels, in one word and one sentence.
 //!
-//! One number that explains half of the difference comes first; then noise alone; then that the two have nothing to do with each other; then the
-//! place to which the difference is confined.
+//! One number that explains half of the difference comes first; then noise alone; then that the two
+//! have nothing to do with each other; then the place to which the difference is confined.
 
 use super::align::Corrections;
 use super::locate::{Band, locate};
@@ -13,7 +13,8 @@ use identification::statistics::{deviation, mean, rms};
 
 /// An explanation must take away this share of the squared difference to be the conclusion.
 const EXPLAINED_SHARE: f64 = 0.5;
-/// Share of the recorded variance below which the simulation, scaled or shifted at will, has nothing to do with it.
+/// Share of the recorded variance below which the simulation, scaled or shifted at will, has
+/// nothing to do with it.
 const RELATED_SHARE: f64 = 0.1;
 
 pub(super) fn conclude(
@@ -26,7 +27,8 @@ pub(super) fn conclude(
     let before = rms(error).powi(2);
     let share = |x: &Correction| 1.0 - rms(&x.residual).powi(2) / before;
     let spread = deviation(&p.real).powi(2);
-    // a gain near zero takes away a simulation that explains nothing: it has to explain what was recorded
+    // a gain near zero takes away a simulation that explains nothing: it has to explain what was
+    // recorded
     let explains = |x: &Correction| !constant(&p.real) && rms(&x.residual).powi(2) <= EXPLAINED_SHARE * spread;
     let named = [
         (Verdict::Offset, &all.offset),

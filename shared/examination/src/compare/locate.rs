@@ -1,6 +1,7 @@
 //! Where a difference sits: time windows, frequency bands, coherence with other channels.
 //!
-//! The yardstick is the white noise under the difference itself ([`white_floor`]); where its spectrum does not end flat, the level at the top of the band serves, which is an upper bound of
+//! The yardstick is the white noise under the difference itself ([`white_floor`]); where its
+//! spectrum does not end flat, the level at the top of the band serves, which is an upper bound of
 //! the noise there and makes the tests on lower bands cautious.
 
 use serde::Serialize;
@@ -82,7 +83,8 @@ pub(super) fn locate(error: &[f64], p: &Pair, recording: &Recording, own: &str) 
     }
 }
 
-/// Half-overlapping windows of 1/2, 1/4 ... 1/64 of the record; each by an F test of its power against the floor.
+/// Half-overlapping windows of 1/2, 1/4 ... 1/64 of the record; each by an F test of its power
+/// against the floor.
 fn windows(error: &[f64], p: &Pair, sigma: f64, freedom: f64) -> Vec<Window> {
     let n = error.len();
     let squares: Vec<f64> = core::iter::once(0.0)
@@ -106,7 +108,8 @@ fn windows(error: &[f64], p: &Pair, sigma: f64, freedom: f64) -> Vec<Window> {
         .collect();
     let adjusted = holm(&raw);
     let mut order: Vec<usize> = (0..tried.len()).filter(|&i| adjusted[i] < FALSE_ALARM).collect();
-    // Most of the excess first: excess power times duration, windows that hold it more tightly before wider ones.
+    // Most of the excess first: excess power times duration, windows that hold it more tightly
+    // before wider ones.
     let weight = |i: usize| (power(&tried[i]) - sigma * sigma) * ((tried[i].1 - tried[i].0) as f64).sqrt();
     order.sort_by(|&i, &j| weight(j).total_cmp(&weight(i)));
     let mut chosen: Vec<usize> = Vec::new();
@@ -185,9 +188,11 @@ fn bands(error: &[f64], dt_s: f64, sigma: f64, freedom: f64) -> Vec<Band> {
     bands
 }
 
-/// Squared coherence of the difference with every other recorded channel and with the simulation of its own.
+/// Squared coherence of the difference with every other recorded channel and with the simulation of
+/// its own.
 ///
-/// Both are differenced first: the coherence does not change, the leakage of slow signals does. The recorded channel itself is left out: its noise is in the difference.
+/// Both are differenced first: the coherence does not change, the leakage of slow signals does. The
+/// recorded channel itself is left out: its noise is in the difference.
 fn coherence(error: &[f64], p: &Pair, recording: &Recording, own: &str) -> Vec<Coherence> {
     let as_channel = |name: &str, role: Role, value: &[f64]| Channel {
         name: name.into(),

@@ -1,7 +1,8 @@
 //! A recorded channel and its simulation at the same times.
 //!
-//! The recorded values are never interpolated: where the stamps are irregular, a cubic through white noise would colour it and the noise under the
-//! difference could no longer be estimated. The simulated channel is read at the recorded stamps.
+//! The recorded values are never interpolated: where the stamps are irregular, a cubic through
+//! white noise would colour it and the noise under the difference could no longer be estimated. The
+//! simulated channel is read at the recorded stamps.
 
 use super::{COMPARED_SAMPLES_MIN, Verdict};
 use channels::{Channel, IRREGULAR_GAP_MEDIANS, interpolate, same_unit};
@@ -56,7 +57,8 @@ impl Simulation {
     }
 }
 
-/// Both at common times, or why they cannot be compared: units of different quantities, no common time, fewer than [`COMPARED_SAMPLES_MIN`] common samples.
+/// Both at common times, or why they cannot be compared: units of different quantities, no common
+/// time, fewer than [`COMPARED_SAMPLES_MIN`] common samples.
 pub(super) fn pair(real: &Channel, simulated: &Channel) -> Result<Pair, (Verdict, String)> {
     let few = || (Verdict::TooShort, format!("cannot be compared: fewer than {COMPARED_SAMPLES_MIN} common samples"));
     // a number without unit may be anything

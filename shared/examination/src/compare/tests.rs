@@ -40,7 +40,8 @@ fn judged(real: impl Fn(f64) -> f64, sigma: f64, seed: u64) -> super::ChannelCom
 fn white_noise_alone_is_called_noise() {
     let wrong: Vec<_> =
         (0..100).map(|seed| judged(signal, 0.05, seed)).filter(|c| c.verdict != Verdict::OnlyNoise).collect();
-    // Three lists and four explanations at 1e-4 on 100 records: 0.07 expected; two have a probability below 0.3 %.
+    // Three lists and four explanations at 1e-4 on 100 records: 0.07 expected; two have a
+    // probability below 0.3 %.
     assert!(wrong.len() <= 1, "{wrong:#?}");
 }
 
@@ -218,7 +219,8 @@ fn a_recorded_channel_that_never_changes_has_no_fit() {
 
 #[test]
 fn channels_that_have_nothing_to_do_with_each_other_are_called_unrelated() {
-    // another tone, ten times as large: a gain near zero takes away nearly all of the difference and explains nothing
+    // another tone, ten times as large: a gain near zero takes away nearly all of the difference
+    // and explains nothing
     let other = judged(|t| 0.1 * libm::sin(2.0 * PI * 4.7 * t + 0.4), 0.002, 8);
     assert_eq!(other.verdict, Verdict::Unrelated, "{other:#?}");
     assert!(other.conclusion.contains("unrelated"), "{}", other.conclusion);

@@ -1,8 +1,10 @@
 //! Axes of a gyro against another triad: permuted, turned or mirrored.
 //!
-//! A vector fixed in inertial space (magnetic field; gravity, while nothing else accelerates the sensor) is seen from the body as `v̇ = -ω × v`; an attitude gives
-//! the rate itself. All 48 signed permutations of the gyro axes (24 proper, 24 mirrored) are held against the other triad through smooth windows, as in `kinship`; the recorded
-//! orientation is doubted only where another explains the motion and it does not.
+//! A vector fixed in inertial space (magnetic field; gravity, while nothing else accelerates the
+//! sensor) is seen from the body as `v̇ = -ω × v`; an attitude gives the rate itself. All 48 signed
+//! permutations of the gyro axes (24 proper, 24 mirrored) are held against the other triad through
+//! smooth windows, as in `kinship`; the recorded orientation is doubted only where another explains
+//! the motion and it does not.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -11,7 +13,8 @@ use super::{Check, FALSE_ALARM, Finding, Severity, probability, quantity, short,
 use channels::{Channel, Recording, common_grid};
 use identification::statistics::{correlation_length, fisher_tail, mean};
 
-/// Share of the motion the best orientation must explain, and by which it must beat the recorded one.
+/// Share of the motion the best orientation must explain, and by which it must beat the recorded
+/// one.
 const ROTATED_AXES_R2_MIN: f64 = 0.5;
 const R2_GAIN_MIN: f64 = 0.2;
 /// Orientations this near to the best are not told apart.
@@ -67,7 +70,8 @@ enum Kind {
     Rate,
 }
 
-/// Gyro triads whose recorded axes do not explain the motion of another triad, each with the orientation that does.
+/// Gyro triads whose recorded axes do not explain the motion of another triad, each with the
+/// orientation that does.
 pub fn examine(recording: &Recording) -> Vec<Finding> {
     let channels = usable(recording, 64);
     let triads = triads(&channels);
@@ -156,7 +160,8 @@ fn compare(gyro: &[&Channel; 3], other: &[&Channel; 3], kind: Kind) -> Option<Fi
     )
 }
 
-/// Share of the other triad's turning that each orientation explains, and the number of independent windows.
+/// Share of the other triad's turning that each orientation explains, and the number of independent
+/// windows.
 fn explained(
     omega: &[Vec<f64>],
     vector: &[Vec<f64>],
@@ -198,7 +203,8 @@ fn explained(
     let total: f64 = target.iter().flatten().map(|v| v * v).sum();
     let share = |o: &Orientation| {
         let mut left = 0.0;
-        // A constant the sensor adds to a fixed vector (hard iron, bias) enters as ω' × b: three unknowns, by normal equations.
+        // A constant the sensor adds to a fixed vector (hard iron, bias) enters as ω' × b: three
+        // unknowns, by normal equations.
         let (mut normal, mut right) = (Matrix3::<f64>::zeros(), Vector3::<f64>::zeros());
         for a in 0..3 {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);

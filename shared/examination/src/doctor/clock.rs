@@ -1,7 +1,9 @@
-//! The time axis: stamps that stand twice or run back, gaps, jitter, uneven sampling, sources of different rate.
+//! The time axis: stamps that stand twice or run back, gaps, jitter, uneven sampling, sources of
+//! different rate.
 //!
-//! These are facts of the stamps, not statistics; what limits them is the resolution the stamps were written with, and a stated
-//! material size: jitter below 0.1 % of a step moves a signal at a tenth of the Nyquist frequency by 3e-4 of its amplitude.
+//! These are facts of the stamps, not statistics; what limits them is the resolution the stamps
+//! were written with, and a stated material size: jitter below 0.1 % of a step moves a signal at a
+//! tenth of the Nyquist frequency by 3e-4 of its amplitude.
 
 use super::{Check, Finding, Severity, short};
 use channels::{Channel, GAP_MEDIANS, IRREGULAR_SHARE, Recording, Role};
@@ -13,7 +15,8 @@ const JITTER_SHARE: f64 = 1e-3;
 /// From here on a method that assumes equal steps needs resampling.
 const JITTER_WARNING_SHARE: f64 = 0.05;
 
-/// A noise level from n samples has a relative standard deviation of `1 / sqrt(2 (n - 1))`: below ten it is not known to a quarter.
+/// A noise level from n samples has a relative standard deviation of `1 / sqrt(2 (n - 1))`: below
+/// ten it is not known to a quarter.
 const CHANNEL_SAMPLES_MIN: usize = 10;
 
 /// Findings about the stamps, one per source (channels with the same stamps).
@@ -163,7 +166,8 @@ fn first_at(time: &[f64], steps: &[f64], is: impl Fn(f64) -> bool) -> String {
     steps.iter().position(|d| is(*d)).map_or_else(String::new, |i| short(time[i]))
 }
 
-/// Rms departure of the intervals from their median as a share of it, when larger than the stamps' own resolution explains.
+/// Rms departure of the intervals from their median as a share of it, when larger than the stamps'
+/// own resolution explains.
 fn jitter(time: &[f64], regular: &[f64], interval: f64) -> Option<(f64, String)> {
     if regular.len() < 16 {
         return None;
@@ -187,7 +191,8 @@ fn jitter(time: &[f64], regular: &[f64], interval: f64) -> Option<(f64, String)>
     ))
 }
 
-/// Rms departure of the stamps from the straight line through them, in intervals; zero where there are gaps.
+/// Rms departure of the stamps from the straight line through them, in intervals; zero where there
+/// are gaps.
 fn wander(time: &[f64], interval: f64) -> f64 {
     if time.windows(2).any(|w| w[1] - w[0] > GAP_MEDIANS * interval || w[1] <= w[0]) {
         return 0.0;
@@ -225,7 +230,8 @@ fn irregular(steps: &[f64], interval: f64) -> Option<String> {
         .then(|| format!("the interval changes lastingly, from {} s to {} s", short(low), short(high)))
 }
 
-/// The recording cut where stamps run back; stamps that stand twice are dropped. One run when nothing is wrong.
+/// The recording cut where stamps run back; stamps that stand twice are dropped. One run when
+/// nothing is wrong.
 pub fn runs(recording: &Recording) -> Vec<Recording> {
     let parts: Vec<Vec<Channel>> = recording.channels.iter().map(pieces).collect();
     let count = parts.iter().map(Vec::len).max().unwrap_or(0);

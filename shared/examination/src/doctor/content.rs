@@ -1,4 +1,5 @@
-//! What a channel's spectrum holds: energy left at the Nyquist frequency, noise whose level changes, no signal at all.
+//! What a channel's spectrum holds: energy left at the Nyquist frequency, noise whose level
+//! changes, no signal at all.
 
 use super::{Check, FALSE_ALARM, Finding, Severity, probability, short, usable};
 use crate::spectrum::{Averaging, cross_spectrum, density};
@@ -32,7 +33,8 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
     findings
 }
 
-/// Said to be an input, or a force, torque, voltage or current of a recording that says nothing about roles.
+/// Said to be an input, or a force, torque, voltage or current of a recording that says nothing
+/// about roles.
 pub fn is_input(channel: &Channel) -> bool {
     match channel.role {
         Role::Input => true,
@@ -41,9 +43,11 @@ pub fn is_input(channel: &Channel) -> bool {
     }
 }
 
-/// The top tenth of the band less than 20 dB below the peak, and the upper half not flat: what is there is no noise floor.
+/// The top tenth of the band less than 20 dB below the peak, and the upper half not flat: what is
+/// there is no noise floor.
 ///
-/// A flat upper half is a floor reached (or folded noise that nothing can tell from it) and stays unreported.
+/// A flat upper half is a floor reached (or folded noise that nothing can tell from it) and stays
+/// unreported.
 fn aliasing(channel: &Channel, alpha: f64) -> Option<Finding> {
     let u = channel.uniform().filter(|u| u.value.len() >= 256 && !u.interpolated || u.value.len() >= 1024)?;
     let s = density(&u.value, u.dt_s, Averaging::for_length(u.value.len()));
@@ -74,7 +78,8 @@ fn aliasing(channel: &Channel, alpha: f64) -> Option<Finding> {
     )
 }
 
-/// White noise whose level differs between parts of the record: Bartlett's test on high differences of blocks.
+/// White noise whose level differs between parts of the record: Bartlett's test on high differences
+/// of blocks.
 fn noise_level(channel: &Channel, alpha: f64) -> Option<Finding> {
     const ORDER: usize = 6;
     let u = channel.uniform().filter(|u| u.value.len() >= 512 && !u.interpolated)?;

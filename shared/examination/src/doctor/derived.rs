@@ -1,8 +1,10 @@
 //! Channels that were computed from other channels.
 //!
-//! An independent measurement b of the same motion does not hold the noise of a. Whatever filter h maps a to b, `b - h * a` then keeps at least
-//! `σ_a² ‖h‖²`; a residual below half of that (and by an F test) shows that a's own noise went into b: b is a filtered copy. The test needs noise in a that
-//! is known not to be motion: rounding, or a white floor at the top of its spectrum. Noise-free data stay undecided and unreported.
+//! An independent measurement b of the same motion does not hold the noise of a. Whatever filter h
+//! maps a to b, `b - h * a` then keeps at least `σ_a² ‖h‖²`; a residual below half of that (and by
+//! an F test) shows that a's own noise went into b: b is a filtered copy. The test needs noise in a
+//! that is known not to be motion: rounding, or a white floor at the top of its spectrum.
+//! Noise-free data stay undecided and unreported.
 
 use super::content::is_input;
 use super::levels::lattice;
@@ -11,18 +13,22 @@ use crate::spectrum::{Averaging, density};
 use channels::{Channel, Recording, Uniform};
 use identification::statistics::{LeastSquares, deviation, fisher_tail, least_squares, white_floor};
 
-/// Half widths [samples] and own past of the filters tried: moving ones, then recursive ones (b's own past is free of a's noise under the null as well).
+/// Half widths [samples] and own past of the filters tried: moving ones, then recursive ones (b's
+/// own past is free of a's noise under the null as well).
 const FILTERS: [(usize, usize); 9] = [(0, 0), (1, 0), (2, 0), (4, 0), (8, 0), (16, 0), (32, 0), (1, 2), (4, 2)];
 /// Rows used at most; a filter of 65 taps is fixed by far fewer.
 const FUNCTION_ROWS_MAX: usize = 8000;
-/// Residual power below this share of what an independent channel would have to keep: where a's noise is its rounding, which is no motion for certain, ...
+/// Residual power below this share of what an independent channel would have to keep: where a's
+/// noise is its rounding, which is no motion for certain, ...
 const ROUNDING_SHARE: f64 = 0.5;
-/// ... and where it is a white floor, which could be broad-band motion that b sees too, with noise of its own.
+/// ... and where it is a white floor, which could be broad-band motion that b sees too, with noise
+/// of its own.
 const FLOOR_SHARE: f64 = 0.05;
 
 /// Channels that follow from others, each from the one that it follows best.
 ///
-/// Copies first: as the simplest function of each other they would pass for filtered ones, too. `progress` receives the share done.
+/// Copies first: as the simplest function of each other they would pass for filtered ones, too.
+/// `progress` receives the share done.
 pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let grids: Vec<Option<Uniform>> =
         recording.channels.iter().map(|c| c.uniform().filter(|u| u.value.len() >= 24)).collect();
@@ -109,16 +115,19 @@ fn copied(a: &Channel, b: &Channel, ua: &Uniform, ub: &Uniform) -> Option<Findin
     })
 }
 
-/// Noise of a channel that is no motion: rounding, else a white floor below a tenth of the deviation.
+/// Noise of a channel that is no motion: rounding, else a white floor below a tenth of the
+/// deviation.
 #[derive(Clone, Copy, Debug)]
 pub struct OwnNoise {
     pub sigma: f64,
     pub freedom: f64,
-    /// Share of the noise below which a residual shows that another channel was computed from this one.
+    /// Share of the noise below which a residual shows that another channel was computed from this
+    /// one.
     pub share_max: f64,
 }
 
-/// Noise of a channel from its own samples; `None` where neither its resolution nor a white floor shows it.
+/// Noise of a channel from its own samples; `None` where neither its resolution nor a white floor
+/// shows it.
 pub fn own_noise(x: &[f64]) -> Option<OwnNoise> {
     own_noise_below(x, 0.1)
 }
@@ -129,7 +138,8 @@ pub fn own_noise_below(x: &[f64], share: f64) -> Option<OwnNoise> {
     if let Some(l) = lattice(x) {
         let equal = x.windows(2).filter(|w| (w[1] - w[0]).abs() < 0.5 * l.step).count();
         let sigma = l.step / 12.0_f64.sqrt();
-        // Fewer equal neighbours than half, or the rounding errors follow the motion and are no noise.
+        // Fewer equal neighbours than half, or the rounding errors follow the motion and are no
+        // noise.
         if 2 * equal < x.len() && sigma < 0.1 * spread && sigma > 1e-7 * spread {
             return Some(OwnNoise { sigma, freedom: x.len() as f64, share_max: ROUNDING_SHARE });
         }
@@ -156,7 +166,8 @@ fn filtered(
 ) -> Option<(f64, Finding)> {
     let OwnNoise { sigma, freedom: noise_freedom, share_max } = noise;
     let mut best: Option<(f64, usize, LeastSquares)> = None;
-    // A slow quantity follows from its own past and anything faster: recursive filters are tried towards the derivative only.
+    // A slow quantity follows from its own past and anything faster: recursive filters are tried
+    // towards the derivative only.
     let order = |c: &Channel| quantity::of_channel(c).map_or(0, |q| q.order);
     for (half, own) in FILTERS.into_iter().filter(|(_, own)| *own == 0 || order(b) > order(a)) {
         if ua.value.len() < 4 * (2 * half + 2) {

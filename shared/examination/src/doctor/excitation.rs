@@ -1,7 +1,9 @@
 //! Whether the inputs move enough, and independently, for parameters to be found.
 //!
-//! Order of persistence: number of eigenvalues of the lagged covariance (24 lags, spaced by a quarter of the input's own memory) above a thousandth of the
-//! largest. One sine has order 2: it fixes one complex gain, two parameters. No plant is known here; which parameters suffer is said by the plant's own regressor.
+//! Order of persistence: number of eigenvalues of the lagged covariance (24 lags, spaced by a
+//! quarter of the input's own memory) above a thousandth of the largest. One sine has order 2: it
+//! fixes one complex gain, two parameters. No plant is known here; which parameters suffer is said
+//! by the plant's own regressor.
 
 use nalgebra::DMatrix;
 

@@ -1,8 +1,10 @@
 //! Inputs that answer to outputs: a controller's law posing as a measured input.
 //!
-//! Two proofs. (1) The law itself: u is a function of y_k, y_(k-1), y_(k-2), their sum and a cube, with a residual below what the noise of y would leave if u had not been
-//! computed from the *measured* y (the argument of `derived`). (2) The direction in time: the part of u that its own past of 48 samples does not predict is predicted by the
-//! past of y. An open-loop command knows nothing of the noise in y; a plant's answer y follows u and helps with neither.
+//! Two proofs. (1) The law itself: u is a function of y_k, y_(k-1), y_(k-2), their sum and a cube,
+//! with a residual below what the noise of y would leave if u had not been computed from the
+//! *measured* y (the argument of `derived`). (2) The direction in time: the part of u that its own
+//! past of 48 samples does not predict is predicted by the past of y. An open-loop command knows
+//! nothing of the noise in y; a plant's answer y follows u and helps with neither.
 
 use super::content::is_input;
 use super::derived::{OwnNoise, own_noise_below};
@@ -46,13 +48,15 @@ fn rows(n: usize, first: usize) -> Vec<usize> {
     (first..n).step_by((n - first).div_ceil(FEEDBACK_ROWS_MAX)).collect()
 }
 
-/// Position or rate: a force reaches it only through time. An accelerometer holds the force of the same instant, which looks like feedback and is not.
+/// Position or rate: a force reaches it only through time. An accelerometer holds the force of the
+/// same instant, which looks like feedback and is not.
 fn moves(output: &Channel) -> bool {
     quantity::of_channel(output)
         .is_some_and(|q| matches!(q.kind, quantity::Kind::Angle | quantity::Kind::Length) && q.order < 2)
 }
 
-/// `u_k = h_0 y_k + h_1 y_(k-1) + h_2 y_(k-2) + k_i Σ y + k_3 y³ + c` on the samples where u is not at its limits.
+/// `u_k = h_0 y_k + h_1 y_(k-1) + h_2 y_(k-2) + k_i Σ y + k_3 y³ + c` on the samples where u is not
+/// at its limits.
 fn law(input: &Channel, output: &Channel, u: &Uniform, y: &Uniform, alpha: f64) -> Option<Finding> {
     let OwnNoise { sigma, freedom: noise_freedom, share_max } =
         own_noise_below(&y.value, 0.5).filter(|_| moves(output))?;
@@ -111,7 +115,8 @@ fn direction(input: &Channel, output: &Channel, u: &Uniform, y: &Uniform, alpha:
     let target = lagged(&u.value, mu, 0);
     let mut columns: Vec<Vec<f64>> = (1..=own).map(|lag| lagged(&u.value, mu, lag)).collect();
     let alone = least_squares(&columns, &target, 0)?;
-    // A command that its own past fixes (a sine, a profile of steps held for long) has no news for which y could be the reason.
+    // A command that its own past fixes (a sine, a profile of steps held for long) has no news for
+    // which y could be the reason.
     if rms(&alone.residual) < 0.03 * deviation(&u.value) {
         return None;
     }

@@ -1,8 +1,10 @@
-//! Channels that must be derivatives of each other (angle and rate, rate and acceleration) or the same: lag, clock skew, units, sign, scale, offset.
+//! Channels that must be derivatives of each other (angle and rate, rate and acceleration) or the
+//! same: lag, clock skew, units, sign, scale, offset.
 //!
-//! Weak form: with a smooth window w, `-∫ w'(s - t) a(s) ds = ∫ w(s - t) ȧ(s) ds` exactly, whatever the motion: both channels are seen
-//! through the same window and nothing is differenced. The lag enters by shifting the window, at any fraction of a sample. The window's width
-//! is the one under which the pair correlates best. Standard deviations allow for correlated residuals (Newey–West).
+//! Weak form: with a smooth window w, `-∫ w'(s - t) a(s) ds = ∫ w(s - t) ȧ(s) ds` exactly, whatever
+//! the motion: both channels are seen through the same window and nothing is differenced. The lag
+//! enters by shifting the window, at any fraction of a sample. The window's width is the one under
+//! which the pair correlates best. Standard deviations allow for correlated residuals (Newey–West).
 
 mod judge;
 
@@ -33,7 +35,8 @@ struct Relation {
     freedom: f64,
     dt_s: f64,
     half_s: f64,
-    /// Residual, what it could not fall below if b were measured, and half width [s], where the first is too small.
+    /// Residual, what it could not fall below if b were measured, and half width [s], where the
+    /// first is too small.
     computed: Option<(f64, f64, f64)>,
     /// Change of the lag per second of record, its sigma and degrees of freedom.
     skew: Option<(f64, f64, f64)>,
@@ -96,7 +99,8 @@ fn relate(a: &Channel, b: &Channel, order: usize, level: f64) -> Option<Relation
         if let Some((r2, sharpness, lag)) = coarse(&ua.value, &ub.value, order, half)
             && r2 > 0.5 * RELATED_R2_MIN
         {
-            // Information on the lag: slope of b squared per noise, times independent windows. Correlated pairs go before weakly correlated ones.
+            // Information on the lag: slope of b squared per noise, times independent windows.
+            // Correlated pairs go before weakly correlated ones.
             let merit = if r2 < RELATED_R2_MIN { r2 - 2.0 } else { sharpness / ((1.0 - r2).max(1e-12) * half as f64) };
             if best.is_none_or(|(m, ..)| merit > m) {
                 best = Some((merit, half, lag));
@@ -137,7 +141,8 @@ fn relate(a: &Channel, b: &Channel, order: usize, level: f64) -> Option<Relation
     })
 }
 
-/// Slope of the lags of parts of the record over time, its sigma from their own scatter, degrees of freedom.
+/// Slope of the lags of parts of the record over time, its sigma from their own scatter, degrees of
+/// freedom.
 ///
 /// Windows narrow enough that each part holds two dozen of them.
 fn skew(a: &[f64], b: &[f64], order: usize, half: usize, lag: f64, dt: f64) -> Option<(f64, f64, f64)> {
@@ -175,7 +180,8 @@ fn skew(a: &[f64], b: &[f64], order: usize, half: usize, lag: f64, dt: f64) -> O
     Some((fit.coefficients[1], (scatter / lever).sqrt(), freedom))
 }
 
-/// The argument of `derived` through windows of all widths: were b measured apart from a, `D a - s b` would keep the noise of a seen through the window.
+/// The argument of `derived` through windows of all widths: were b measured apart from a,
+/// `D a - s b` would keep the noise of a seen through the window.
 fn computed(a: &[f64], b: &[f64], order: usize, lag: f64, dt: f64, level: f64) -> Option<(f64, f64, f64)> {
     let noise = own_noise(a)?;
     let mut best: Option<(f64, f64, f64)> = None;
@@ -185,7 +191,8 @@ fn computed(a: &[f64], b: &[f64], order: usize, lag: f64, dt: f64, level: f64) -
         if let Some((fit, positions)) = windows.fit(lag, dt) {
             let unit: f64 = (0..order).map(|_| 1.0 / dt).product();
             let least = noise.sigma * unit * kernel(half, order, 0.0).iter().map(|w| w * w).sum::<f64>().sqrt();
-            // Windows at a quarter of their half width share data over eight neighbours; three coefficients are fitted.
+            // Windows at a quarter of their half width share data over eight neighbours; three
+            // coefficients are fitted.
             let freedom = positions.len() as f64 / 8.0 - 3.0;
             let residual = rms(&fit.residual) * ((freedom + 3.0) / freedom.max(1.0)).sqrt();
             let share = (residual / least).powi(2);
@@ -200,7 +207,8 @@ fn computed(a: &[f64], b: &[f64], order: usize, lag: f64, dt: f64, level: f64) -
     best
 }
 
-/// Squared correlation at the best whole-stride lag, mean square slope of b over its variance, and that lag in samples: of equally good ones the smallest.
+/// Squared correlation at the best whole-stride lag, mean square slope of b over its variance, and
+/// that lag in samples: of equally good ones the smallest.
 fn coarse(a: &[f64], b: &[f64], order: usize, half: usize) -> Option<(f64, f64, f64)> {
     let stride = (half / 4).max(1);
     let (ka, kb) = (kernel(half, order, 0.0), kernel(half, 0, 0.0));
@@ -239,7 +247,8 @@ impl<'a> Windows<'a> {
         Windows { a, b, order, half, left: Vec::new(), columns: Vec::new() }
     }
 
-    /// Least squares of `D^k a` on b, its rate of change (per sample) and one, b read `lag` samples later.
+    /// Least squares of `D^k a` on b, its rate of change (per sample) and one, b read `lag` samples
+    /// later.
     fn fit(&mut self, lag: f64, dt: f64) -> Option<(identification::statistics::LeastSquares, Vec<usize>)> {
         let whole = libm::round(lag);
         let part = lag - whole;
@@ -274,8 +283,9 @@ pub(super) fn seen(x: &[f64], kernel: &[f64], at: usize) -> f64 {
     kernel.iter().zip(&x[first..]).map(|(w, v)| w * v).sum()
 }
 
-/// Weights of the window `(1 - u²)⁴`, u = (i - shift)/half, or of its derivative of `order` with the sign of partial integration, i from
-/// `-(half + 1)` to `half + 1`; scaled so that 1, t and t²/2 give exactly 1.
+/// Weights of the window `(1 - u²)⁴`, u = (i - shift)/half, or of its derivative of `order` with
+/// the sign of partial integration, i from `-(half + 1)` to `half + 1`; scaled so that 1, t and
+/// t²/2 give exactly 1.
 pub(super) fn kernel(half: usize, order: usize, shift: f64) -> Vec<f64> {
     let h = half as f64;
     let offsets: Vec<f64> = (0..2 * half + 3).map(|i| i as f64 - h - 1.0 - shift).collect();

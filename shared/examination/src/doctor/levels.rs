@@ -7,9 +7,11 @@ use channels::{Channel, Recording, Role};
 use estimation::quantiles::median;
 use identification::statistics::{deviation, difference_sigma, mean, normal_two_sided, rms};
 
-/// Quantisation noise below this share of the rms is not reported: a 16-bit converter at a third of full scale.
+/// Quantisation noise below this share of the rms is not reported: a 16-bit converter at a third of
+/// full scale.
 const QUANTISATION_RMS_SHARE: f64 = 1e-5;
-/// Quantisation is reported when it makes this share of the channel's noise variance, or when this share of neighbours is equal.
+/// Quantisation is reported when it makes this share of the channel's noise variance, or when this
+/// share of neighbours is equal.
 const QUANTISATION_NOISE_SHARE: f64 = 0.1;
 const EQUAL_NEIGHBOURS_SHARE: f64 = 0.2;
 
@@ -57,8 +59,10 @@ pub struct Lattice {
 
 /// The step whose multiples the values are, if there is one.
 ///
-/// Candidates are low quantiles of the differences between neighbouring distinct values, each refined by regressing the values on their counts. Accepted
-/// when the resultant R of the residues exceeds 0.95 and Rayleigh's `exp(-U R²)` over U distinct values stays below 1e-6 over all candidates.
+/// Candidates are low quantiles of the differences between neighbouring distinct values, each
+/// refined by regressing the values on their counts. Accepted when the resultant R of the residues
+/// exceeds 0.95 and Rayleigh's `exp(-U R²)` over U distinct values stays below 1e-6 over all
+/// candidates.
 pub fn lattice(values: &[f64]) -> Option<Lattice> {
     let mut distinct: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     distinct.sort_by(f64::total_cmp);
@@ -150,8 +154,10 @@ fn quantisation(channel: &Channel, lattice: &Lattice) -> Option<Finding> {
 
 /// Runs at the highest or lowest value that the motion before and after would have left.
 ///
-/// A cubic with the entry and exit slopes would overshoot the level by `(s_in + s_out) L dt / 8`; the top of a smooth, quantised peak overshoots by
-/// less than one step. Reported when the mean overshoot exceeds two steps and `z` standard errors of the slopes' noise, and equal neighbours are rare elsewhere.
+/// A cubic with the entry and exit slopes would overshoot the level by `(s_in + s_out) L dt / 8`;
+/// the top of a smooth, quantised peak overshoots by less than one step. Reported when the mean
+/// overshoot exceeds two steps and `z` standard errors of the slopes' noise, and equal neighbours
+/// are rare elsewhere.
 fn saturation(channel: &Channel, lattice: Option<&Lattice>) -> Option<Finding> {
     let value = &channel.value;
     let n = value.len();
@@ -204,8 +210,10 @@ const SPIKE: [f64; 5] = [1.0 / 6.0, -2.0 / 3.0, 1.0, -2.0 / 3.0, 1.0 / 6.0];
 
 /// Isolated samples that the four neighbours exclude.
 ///
-/// The residual against the cubic through the neighbours shows a spike as the pattern [`SPIKE`]; a step, a corner or a burst shows another. Reported
-/// where the residual exceeds the normal quantile at `FALSE_ALARM / (2 n channels)` of a local robust scale, widened by the scale's own scatter, and the pattern holds 95 % of the energy.
+/// The residual against the cubic through the neighbours shows a spike as the pattern [`SPIKE`]; a
+/// step, a corner or a burst shows another. Reported where the residual exceeds the normal quantile
+/// at `FALSE_ALARM / (2 n channels)` of a local robust scale, widened by the scale's own scatter,
+/// and the pattern holds 95 % of the energy.
 fn spikes(channel: &Channel, lattice: Option<&Lattice>, channels: f64) -> Option<Finding> {
     let value = &channel.value;
     let n = value.len();
@@ -214,7 +222,8 @@ fn spikes(channel: &Channel, lattice: Option<&Lattice>, channels: f64) -> Option
     }
     let residual: Vec<f64> = (2..n - 2).map(|i| (0..5).map(|k| SPIKE[k] * value[i + k - 2]).sum::<f64>()).collect();
     let half = 40;
-    // A scale from about 80 correlated residuals scatters by some 12 %: three of its standard errors.
+    // A scale from about 80 correlated residuals scatters by some 12 %: three of its standard
+    // errors.
     let level = normal_two_sided(FALSE_ALARM / (n as f64 * channels)) * 1.35;
     let floor = lattice.map_or(0.0, |l| l.step) + 1e-12 * rms(value);
     let mut found: Vec<(usize, f64, f64)> = Vec::new();
@@ -225,7 +234,8 @@ fn spikes(channel: &Channel, lattice: Option<&Lattice>, channels: f64) -> Option
             .filter(|k| k.abs_diff(i) > 2)
             .map(|k| residual[k].abs())
             .fold(0.0, f64::max);
-        // Isolated: four times all that is near (noise alone reaches 2.5 sigma there), both neighbours drawn the other way (a step draws one).
+        // Isolated: four times all that is near (noise alone reaches 2.5 sigma there), both
+        // neighbours drawn the other way (a step draws one).
         let alone = size > 4.0 * near && [i - 1, i + 1].iter().all(|&k| (0.4..0.95).contains(&beside(k)));
         if size <= 3.0 * floor || !alone {
             continue;

@@ -1,4 +1,5 @@
-//! What a unit and a name say: kind of quantity, order of time derivative, factor to SI, and which body or axis.
+//! What a unit and a name say: kind of quantity, order of time derivative, factor to SI, and which
+//! body or axis.
 
 /// Kinds of quantity that are related by differentiation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,7 +113,8 @@ pub fn place(name: &str) -> Vec<String> {
     words
 }
 
-/// Name without its axis, and the axis 0..3, for `x`/`y`/`z`, `roll`/`pitch`/`yaw` and `1`/`2`/`3` at the end.
+/// Name without its axis, and the axis 0..3, for `x`/`y`/`z`, `roll`/`pitch`/`yaw` and `1`/`2`/`3`
+/// at the end.
 pub fn axis(name: &str) -> Option<(String, usize)> {
     let lower = name.to_lowercase();
     for names in [["x", "y", "z"], ["roll", "pitch", "yaw"], ["phi", "theta", "psi"]] {

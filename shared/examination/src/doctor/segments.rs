@@ -1,8 +1,10 @@
 //! Segments of a recording: where its level or its liveliness changes, over all channels at once.
 //!
-//! Blocks longer than the slow quarter of each channel's changes give two features: the log of the rms of its differences and its mean. A piecewise-linear
-//! model (a free decay is one segment, not a staircase) with its number of pieces decided by a penalised likelihood: a break must gain more than
-//! the χ² quantile at the false-alarm level over all places. Breaks that change neither the liveliness by a factor of two nor the level by five deviations are taken back.
+//! Blocks longer than the slow quarter of each channel's changes give two features: the log of the
+//! rms of its differences and its mean. A piecewise-linear model (a free decay is one segment, not
+//! a staircase) with its number of pieces decided by a penalised likelihood: a break must gain more
+//! than the χ² quantile at the false-alarm level over all places. Breaks that change neither the
+//! liveliness by a factor of two nor the level by five deviations are taken back.
 
 use serde::Serialize;
 
@@ -77,7 +79,8 @@ struct Feature {
     beside: Vec<f64>,
 }
 
-/// Segments in time order, covering the common time of the channels; one when nothing changes or blocks are too few to say.
+/// Segments in time order, covering the common time of the channels; one when nothing changes or
+/// blocks are too few to say.
 #[must_use]
 pub fn propose(recording: &Recording) -> Vec<Segment> {
     let channels = usable(recording, BLOCKS_MIN * BLOCK_SAMPLES_MIN);
@@ -108,8 +111,9 @@ pub fn propose(recording: &Recording) -> Vec<Segment> {
     out
 }
 
-/// One and a half periods of the slow quarter of a channel's changes [s], and whether these are too slow for blocks up to `longest`: then only
-/// its level is looked at. `None` for an oscillation with too few periods: its level is no segment.
+/// One and a half periods of the slow quarter of a channel's changes [s], and whether these are too
+/// slow for blocks up to `longest`: then only its level is looked at. `None` for an oscillation
+/// with too few periods: its level is no segment.
 fn block_duration(channel: &Channel, longest: f64) -> Option<(f64, bool)> {
     let u = channel.uniform()?;
     let change = differences(&u.value, 1);
@@ -132,7 +136,8 @@ fn block_duration(channel: &Channel, longest: f64) -> Option<(f64, bool)> {
     Some((if slow { least } else { duration.max(least) }, slow)).filter(|(d, _)| *d <= longest)
 }
 
-/// Period of an oscillation that holds a third of the power of the channel or of its changes, at least 2.5 of them in the record [s].
+/// Period of an oscillation that holds a third of the power of the channel or of its changes, at
+/// least 2.5 of them in the record [s].
 fn strongest_period(u: &Uniform) -> Option<f64> {
     let period = |x: &[f64]| {
         let s = density(x, u.dt_s, Averaging::Multitaper { tapers: 2 });
@@ -277,7 +282,8 @@ fn size(f: &Feature, begin: usize, at: usize, end: usize) -> f64 {
     jump(&f.value, begin, at, end) / f.material.max(beside)
 }
 
-/// Jump at `at` between straight lines through both sides; where one side is short, between their means near the break.
+/// Jump at `at` between straight lines through both sides; where one side is short, between their
+/// means near the break.
 fn jump(x: &[f64], begin: usize, at: usize, end: usize) -> f64 {
     let left = &x[at.saturating_sub(4).max(begin)..at];
     let right = &x[at..(at + 4).min(end)];

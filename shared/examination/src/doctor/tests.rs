@@ -54,7 +54,8 @@ fn white_noise_raises_no_finding() {
             examine(&recording(channels)).into_iter().filter(|f| f.check != Check::NoSignal).map(|f| (seed, f)),
         );
     }
-    // 26 checks at 1e-4 on 100 recordings: 0.26 alarms expected at most; more than 2 has a probability of 0.2 %.
+    // 26 checks at 1e-4 on 100 recordings: 0.26 alarms expected at most; more than 2 has a
+    // probability of 0.2 %.
     assert!(alarms.len() <= 2, "{alarms:#?}");
 }
 
@@ -289,7 +290,8 @@ fn a_spectrum_that_goes_on_beyond_nyquist_is_called_aliased_and_a_floor_is_not()
     let time = even(8000, 0.01);
     let mut noise = Noise::new(31);
     let mut state = 0.0;
-    // First-order noise with its corner at a fifth of the Nyquist frequency: some 14 dB down at the top.
+    // First-order noise with its corner at a fifth of the Nyquist frequency: some 14 dB down at the
+    // top.
     let coloured = (0..8000)
         .map(|_| {
             state = 0.6 * state + noise.normal();

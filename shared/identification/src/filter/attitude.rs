@@ -4,7 +4,8 @@
 //! r and r (1 − 2π/|r|) are the same rotation
 //! ```
 //!
-//! A tracker that turns on past half a turn jumps from one to the other. The prediction takes the one of the two that is nearer to the reading.
+//! A tracker that turns on past half a turn jumps from one to the other. The prediction takes the
+//! one of the two that is nearer to the reading.
 
 use crate::problem::{Event, Timeline};
 use core::f64::consts::TAU;
@@ -17,7 +18,8 @@ const SQUARE: f64 = 1e-6;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Attitude([usize; 3]);
 
-/// Whole rotation vectors among the sensors of `plant`: three of one body on axes that are square to each other.
+/// Whole rotation vectors among the sensors of `plant`: three of one body on axes that are square
+/// to each other.
 pub(super) fn attitudes(plant: &Plant) -> Vec<Attitude> {
     let mut found = Vec::new();
     if plant.space == Space::Planar {
@@ -46,7 +48,8 @@ pub(super) fn attitudes(plant: &Plant) -> Vec<Attitude> {
 }
 
 impl Attitude {
-    /// Turns what is predicted of the samples of `event`, `out`, to the rotation vector that is nearer to theirs, where it is read whole.
+    /// Turns what is predicted of the samples of `event`, `out`, to the rotation vector that is
+    /// nearer to theirs, where it is read whole.
     pub fn turn(&self, timeline: &Timeline, event: &Event, out: &mut [f64]) {
         let channels = &timeline.channel[event.first..event.first + event.count];
         let slots = self.0.map(|channel| channels.iter().position(|other| *other == channel));

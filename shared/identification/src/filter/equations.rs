@@ -1,6 +1,8 @@
-//! Sums of products of whitened columns, without the whitened columns themselves: what a likelihood under another noise takes.
+//! Sums of products of whitened columns, without the whitened columns themselves: what a likelihood
+//! under another noise takes.
 //!
-//! Gains, whitening and products go over a few events at a time, so that what is read twice is still near the processor.
+//! Gains, whitening and products go over a few events at a time, so that what is read twice is
+//! still near the processor.
 
 use super::gains::gains_in_parts;
 use super::whiten::{Apart, LANES, Lane, PART, beside, samples};
@@ -8,8 +10,8 @@ use super::wide::wide;
 use super::{Linear, NoiseModel};
 use crate::problem::Timeline;
 
-/// Adds `cᵢᵀ cⱼ` of the whitened `columns` of one run to `products` (row by row, j ≥ i); returns `Σ ln |S|`. `None`: a covariance is not
-/// positive.
+/// Adds `cᵢᵀ cⱼ` of the whitened `columns` of one run to `products` (row by row, j ≥ i); returns
+/// `Σ ln |S|`. `None`: a covariance is not positive.
 ///
 /// Cost: one recursion of the covariance, and per sample columns × (size of z + columns) products.
 pub fn products(

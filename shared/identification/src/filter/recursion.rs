@@ -48,7 +48,8 @@ pub(super) struct Tape {
 }
 
 impl<R: Row> Recursion<R> {
-    /// The filter before the first event; `initial_sigma` are the standard deviations of the initial state, in its units.
+    /// The filter before the first event; `initial_sigma` are the standard deviations of the
+    /// initial state, in its units.
     pub fn new(layout: &Layout, initial_sigma: &[f64]) -> Self {
         let size = layout.len();
         let zeros = |count: usize| (0..count).map(|_| R::zeros(size.next_multiple_of(QUAD))).collect::<Vec<R>>();

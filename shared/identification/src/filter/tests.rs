@@ -143,7 +143,8 @@ fn a_delay_or_a_lag_of_the_command_is_felt_by_angle_and_rate_as_the_simulation_h
         let (session, linearised) = linearised(&problem);
         let sigma = |sample: usize| session.noise.sensor_sigma[session.timelines[0].channel[sample]];
         let worst = linearised.nu.iter().enumerate().map(|(i, nu)| nu.abs() / sigma(i)).fold(0.0, f64::max);
-        // the parts of the interval leave 1/60 of what the tilt mends, which is a few standard deviations
+        // the parts of the interval leave 1/60 of what the tilt mends, which is a few standard
+        // deviations
         assert!(worst < 0.1, "{kind}: {worst} standard deviations");
     }
 }
@@ -168,7 +169,8 @@ fn a_lag_of_an_accelerometer_is_felt_as_the_simulation_has_it() {
         let sigma = session.noise.sensor_sigma[1];
         let own = linearised.nu.iter().zip(&session.timelines[0].channel).filter(|(_, channel)| **channel == 1);
         let worst = own.skip(10).map(|(nu, _)| nu.abs() / sigma).fold(0.0, f64::max);
-        // the parabola leaves a third order in period times frequency; a line between readings leaves forty standard deviations
+        // the parabola leaves a third order in period times frequency; a line between readings
+        // leaves forty standard deviations
         assert!(worst < 0.4, "{time_constant_s}: {worst} standard deviations");
     }
 }

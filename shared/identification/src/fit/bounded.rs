@@ -7,12 +7,12 @@ const LOAD: f64 = 1e-11;
 /// Relative overstep that is rounding.
 const OVERSTEP: f64 = 1e-9;
 
-/// Greatest decrease `2 bᵀx − xᵀMx` and its `x` over the entries at `places`; entry `i` stays within `room[i]`, entries behind the list are
-/// free.
+/// Greatest decrease `2 bᵀx − xᵀMx` and its `x` over the entries at `places`; entry `i` stays
+/// within `room[i]`, entries behind the list are free.
 ///
-/// Entries that would leave are held at their edge and the rest solved again, until none leaves (at most once per entry). What is held is
-/// not let go again: the minimum is one of its face, which is the constrained one where the entries hardly interact.
-/// `None`: the matrix is not positive.
+/// Entries that would leave are held at their edge and the rest solved again, until none leaves (at
+/// most once per entry). What is held is not let go again: the minimum is one of its face, which is
+/// the constrained one where the entries hardly interact. `None`: the matrix is not positive.
 ///
 /// Cost: O(k³) per round of holding.
 pub fn bounded(

@@ -43,8 +43,8 @@ pub fn fit_by_continuation(session: &EstimationSession<'_>, rounds: impl Into<Ro
     if best.converged || rounds.more == 0 { Ok(best) } else { from(&best.theta, rounds).or(Ok(best)) }
 }
 
-/// Where fits under disturbances of ever lower variance end, from those on that explain the misfit at the
-/// priors.
+/// Where fits under disturbances of ever lower variance end, from those on that explain the misfit
+/// at the priors.
 fn approached(session: &EstimationSession<'_>) -> Result<Vec<f64>, FitError> {
     let plant = &session.problem.plant;
     let mut theta = session.prior();

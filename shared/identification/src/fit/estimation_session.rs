@@ -23,8 +23,8 @@ pub struct EstimationSession<'p> {
     pub noise: NoiseModel,
     /// Names of the noise inputs.
     pub noise_names: Vec<String>,
-    /// Prior standard deviation of the level of a disturbance that the plant does not specify; infinite where it
-    /// does.
+    /// Prior standard deviation of the level of a disturbance that the plant does not specify;
+    /// infinite where it does.
     pub disturbance_sigma: Vec<f64>,
     /// Per run, names and standard deviations of initial states that the recording hardly shows.
     pub hardly_seen: std::sync::Arc<Vec<Vec<(String, f64)>>>,

@@ -86,7 +86,8 @@ impl Gain {
         self.free_run > FREE_RUN_DIVERGENCE_RATIO
     }
 
-    /// Confirmed where the 95 % interval is above zero, rejected where it is below the least gain, else unconfirmed.
+    /// Confirmed where the 95 % interval is above zero, rejected where it is below the least gain,
+    /// else unconfirmed.
     pub fn status(&self) -> Status {
         match self.interval95() {
             [low, _] if low > 0.0 => Status::Confirmed,
@@ -181,8 +182,8 @@ mod tests {
             hall[found.status() as usize] += 1;
             student[Gain { skewness: 0.0, ..found }.status() as usize] += 1;
         }
-        // confirmed, unconfirmed, rejected; 100 ± 10 on each side, fewer for the neighbours that may count as correlated, and where most blocks
-        // are against the few that hold the sum
+        // confirmed, unconfirmed, rejected; 100 ± 10 on each side, fewer for the neighbours that
+        // may count as correlated, and where most blocks are against the few that hold the sum
         assert!((1..=130).contains(&hall[0]) && (50..=130).contains(&hall[2]), "{hall:?}");
         assert!(student[0] < 30 && student[2] > 200, "{student:?}");
     }
@@ -201,7 +202,8 @@ mod tests {
             };
             (0..100_000).filter(is_confirmed).count()
         });
-        // all blocks alike, and few that hold most of it; 20 ± 4.5 were the mean nothing, fewer for neighbours that count as correlated
+        // all blocks alike, and few that hold most of it; 20 ± 4.5 were the mean nothing, fewer for
+        // neighbours that count as correlated
         assert!((4..=33).contains(&confirmed[0]) && confirmed.iter().all(|count| *count <= 33), "{confirmed:?}");
     }
 }

@@ -70,7 +70,8 @@ fn sigmas_of_a_pushed_mass_are_those_of_the_closed_form() {
     for (i, name) in ["cart.mass", "camera.clock_offset", "place.bias"].iter().enumerate() {
         let got = expected(&found, name);
         let [joint, alone] = [covariance[(i, i)].sqrt(), information[(i, i)].powf(-0.5)];
-        // slope at the two ends is one-sided, 1 % of a hundred samples; the step of 1e-3 sigma adds 1e-7
+        // slope at the two ends is one-sided, 1 % of a hundred samples; the step of 1e-3 sigma adds
+        // 1e-7
         assert!((got.sigma / joint - 1.0).abs() < 5e-3, "{name}: {} {joint}", got.sigma);
         assert!((got.sigma_alone / alone - 1.0).abs() < 5e-3, "{name}: {} {alone}", got.sigma_alone);
         assert_eq!(got.identifiability, Identifiability::Identified);
@@ -83,8 +84,8 @@ fn sigmas_of_a_pushed_mass_are_those_of_the_closed_form() {
     assert!((found.sigma_of(&gradient) / (2.0 * mass) - 1.0).abs() < 1e-12); // rounding
 }
 
-/// A mass pushed by 3 N with noise held over every period, its rate read with noise: a random walk behind white noise, whose covariance can be
-/// written down.
+/// A mass pushed by 3 N with noise held over every period, its rate read with noise: a random walk
+/// behind white noise, whose covariance can be written down.
 const SHAKEN: &str = r#"
 format = 1
 name = "shaken"
@@ -147,11 +148,13 @@ fn estimates_of_a_maximum_likelihood_fit_scatter_by_the_predicted_sigma() {
     }
     let found = predicted(&plant, 5.0).unwrap();
     let predicted = expected(&found, "cart.mass").sigma;
-    // the prior of 1 kg adds 1 to the information, some 1e-3 of it; a deviation of 400 has 3.5 %, three of those
+    // the prior of 1 kg adds 1 to the information, some 1e-3 of it; a deviation of 400 has 3.5 %,
+    // three of those
     assert!((square.sqrt() / predicted - 1.0).abs() < 0.11, "{} {predicted}", square.sqrt());
 }
 
-/// A mean over the period is half old and half new speed: its covariance by the held forces, written down.
+/// A mean over the period is half old and half new speed: its covariance by the held forces,
+/// written down.
 #[test]
 fn means_are_weighed_by_what_they_average() {
     let text = SHAKEN.replace("noise = \"20 mm/s\"", "noise = \"20 mm/s\"\nreading = \"mean\"");
@@ -218,9 +221,10 @@ fn a_prior_on_noise_is_not_a_number_of_the_mean() {
     assert_eq!(plain.unwrap().parameters, with.unwrap().parameters);
 }
 
-/// The arm moved exactly along trajectory B, its base rate read by the gyro: what is left is the conservation of momentum. The
-/// independent study's bounds of that (with the constraint `a4 a7 = a5 a6`, which bodies keep by themselves) count joint rates and
-/// angles as noisy too, which is 4.6 % of the variance.
+/// The arm moved exactly along trajectory B, its base rate read by the gyro: what is left is the
+/// conservation of momentum. The independent study's bounds of that (with the constraint
+/// `a4 a7 = a5 a6`, which bodies keep by themselves) count joint rates and angles as noisy too,
+/// which is 4.6 % of the variance.
 #[test]
 fn bounds_of_the_free_floating_arm_from_momentum_are_those_of_the_study() {
     let mut plant = deployed("free_floating_arm");
@@ -231,7 +235,8 @@ fn bounds_of_the_free_floating_arm_from_momentum_are_those_of_the_study() {
         actuator.command = controller.reference;
     }
     plant.sensors.retain(|sensor| sensor.name == "gyro");
-    // the study has its centres of mass on the links' axes, and knows neither where the shoulder is nor how long the upper arm
+    // the study has its centres of mass on the links' axes, and knows neither where the shoulder is
+    // nor how long the upper arm
     plant.bodies.iter_mut().for_each(|body| body.com_m[1].sigma = None);
     for (body, axis) in [(1, 0), (1, 1), (2, 0)] {
         plant.bodies[body].joint.position_m[axis].sigma = Some(0.1);
@@ -242,7 +247,8 @@ fn bounds_of_the_free_floating_arm_from_momentum_are_those_of_the_study() {
     for (i, (percent, gradient)) in published.iter().zip(&gradients(&found)).enumerate() {
         let got = 100.0 * found.sigma_of(gradient) / truth[i];
         println!("a{} {got:.5} % {percent} %", i + 1);
-        // 0.954^(1/2) = 0.977 where the gyro makes all of the noise; the printed bounds have two to three digits
+        // 0.954^(1/2) = 0.977 where the gyro makes all of the noise; the printed bounds have two to
+        // three digits
         assert!((0.94..1.02).contains(&(got / percent)), "a{}: {got} % against {percent} %", i + 1);
     }
     // masses and inertias apart are as unknown as before

@@ -6,7 +6,8 @@ use nalgebra::DMatrix;
 /// Entries of a weak combination that are named, of its largest.
 const NAMED_SHARE: f64 = 0.1;
 
-/// A combination of numbers that the experiment does not show: it may move along it by a prior sigma and the data hardly change.
+/// A combination of numbers that the experiment does not show: it may move along it by a prior
+/// sigma and the data hardly change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blind {
     /// Weights in prior sigmas, of unit length as a whole, largest first.
@@ -41,7 +42,8 @@ pub(super) fn combinations(
     found.into_iter().map(|(_, blind)| blind).collect()
 }
 
-/// Reduced echelon form with complete pivoting: every row owns a number that no other row moves. Singly unseen numbers come out alone.
+/// Reduced echelon form with complete pivoting: every row owns a number that no other row moves.
+/// Singly unseen numbers come out alone.
 fn echelon(mut rows: DMatrix<f64>) -> DMatrix<f64> {
     let mut open: Vec<usize> = (0..rows.nrows()).collect();
     while !open.is_empty() {

@@ -1,12 +1,15 @@
 //! Sensitivities weighed by what the noise of sensors *and actuators* leaves of them.
 //!
-//! A command is held over a control period, and so is its noise `w`: what the sensors say of one parameter then has the covariance
-//! `Σ = G Q Gᵀ + R` over the whole record, `G` from every held `w` to every reading. `Jᵀ Σ⁻¹ J` is the information of a maximum-likelihood
-//! fit in innovation form; `Σ^(−1/2) J` is what a Kalman filter of the plant, linear about the nominal motion, makes of each column of `J`
-//! read as a record: its innovations over their standard deviation (Kailath, Sayed and Hassibi 2000, ch. 9).
+//! A command is held over a control period, and so is its noise `w`: what the sensors say of one
+//! parameter then has the covariance `Σ = G Q Gᵀ + R` over the whole record, `G` from every held
+//! `w` to every reading. `Jᵀ Σ⁻¹ J` is the information of a maximum-likelihood fit in innovation
+//! form; `Σ^(−1/2) J` is what a Kalman filter of the plant, linear about the nominal motion, makes
+//! of each column of `J` read as a record: its innovations over their standard deviation (Kailath,
+//! Sayed and Hassibi 2000, ch. 9).
 //!
-//! Readings are taken at the instants they tell of (a delayed one earlier), means as the integral over their interval, a low-pass as a
-//! first-order lag. Lags and gates that effects put on channels are left out of `G` (not of `J`).
+//! Readings are taken at the instants they tell of (a delayed one earlier), means as the integral
+//! over their interval, a low-pass as a first-order lag. Lags and gates that effects put on
+//! channels are left out of `G` (not of `J`).
 
 use super::{Channel, Recording, Simulate};
 use dynamics::description::{Plant, Reading};
@@ -52,7 +55,8 @@ struct Sample {
 /// Turns the stacked `columns` (channels with weight one below the other) into whitened ones.
 ///
 /// # Errors
-/// The simulator's. Cost: one linearisation and one exponential a period, three products with the covariance a reading.
+/// The simulator's. Cost: one linearisation and one exponential a period, three products with the
+/// covariance a reading.
 pub(super) fn whiten(
     noisy: &Plant,
     quiet: &Plant,
@@ -100,7 +104,8 @@ fn held_noise(noisy: &Plant, system: &System) -> Vec<(usize, f64)> {
     inputs.map(|(i, input)| (i, variance(input.actuator))).filter(|(_, variance)| *variance > 0.0).collect()
 }
 
-/// Channels with weight in the order of the record, and the number of states they need besides the plant's.
+/// Channels with weight in the order of the record, and the number of states they need besides the
+/// plant's.
 fn channels(quiet: &Plant, nominal: &Recording, weight: &[f64]) -> (Vec<Sensed>, usize) {
     let mut extras = 0;
     let mut sensed = Vec::new();
@@ -238,7 +243,8 @@ impl Filter {
         self.covariance = (&moved + moved.transpose()) * 0.5;
     }
 
-    /// Takes one reading of every column; writes its innovation over its standard deviation in its place.
+    /// Takes one reading of every column; writes its innovation over its standard deviation in its
+    /// place.
     fn update(&mut self, channel: &Sensed, row: usize, columns: &mut [DVector<f64>]) {
         let first = self.states + self.noise.len();
         let n = self.covariance.nrows();

@@ -1,8 +1,9 @@
 //! Angles that were recorded modulo a turn, or counted from another turn than the plant's.
 //!
-//! An encoder of the plant counts over all turns. A recording that jumps by nearly a turn between samples was wrapped: it is
-//! unwrapped. A turn more or less is the same place: the recording is moved by whole turns towards where the plant begins. A zero
-//! that is off by less is the bias of the sensor, which must then have a prior.
+//! An encoder of the plant counts over all turns. A recording that jumps by nearly a turn between
+//! samples was wrapped: it is unwrapped. A turn more or less is the same place: the recording is
+//! moved by whole turns towards where the plant begins. A zero that is off by less is the bias of
+//! the sensor, which must then have a prior.
 
 use core::f64::consts::{PI, TAU};
 use dynamics::description::{Initial, Plant, Sensor, SensorKind, Space};

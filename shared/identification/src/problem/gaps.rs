@@ -1,10 +1,10 @@
 //! Stretches in which nothing was recorded.
 //!
-//! A command is held from one stamp to the next. Where rows are lost the command is
-//! unknown meanwhile: unless the command is the same before and after, the run is cut there and
-//! what follows begins at an unspecified state, as a run of its own. Three rows or fewer are too few
-//! for that. A command that is logged when it changes alone is held, too, for longer than usual:
-//! there the sensors go on.
+//! A command is held from one stamp to the next. Where rows are lost the command is unknown
+//! meanwhile: unless the command is the same before and after, the run is cut there and what
+//! follows begins at an unspecified state, as a run of its own. Three rows or fewer are too few for
+//! that. A command that is logged when it changes alone is held, too, for longer than usual: there
+//! the sensors go on.
 
 use super::{Drive, Run, Samples};
 use channels::{Channel, IRREGULAR_GAP_MEDIANS, Role};

@@ -32,7 +32,8 @@ pub enum Drive {
     Held { time_s: Vec<f64>, value: Vec<f64> },
     /// A command that the plant states as a signal, held over steps of the sampling.
     Signal(SignalSum),
-    /// A motion, its stated derivative as a smooth function of time; position and rate at the beginning of the run.
+    /// A motion, its stated derivative as a smooth function of time; position and rate at the
+    /// beginning of the run.
     Motion { course: Course, what: Prescribed, from: [f64; 2] },
 }
 

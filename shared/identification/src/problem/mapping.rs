@@ -19,7 +19,8 @@ impl From<(String, String)> for Mapping {
     }
 }
 
-/// Renames and scales the channels of `recording`. A scale other than ±1 changes the unit, which is then taken to be the plant's.
+/// Renames and scales the channels of `recording`. A scale other than ±1 changes the unit, which is
+/// then taken to be the plant's.
 ///
 /// # Errors
 /// The names that the recording does not have, and scales that are no numbers or zero.

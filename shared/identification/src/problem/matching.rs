@@ -54,7 +54,8 @@ pub(super) fn runs(
     Ok(found)
 }
 
-/// Every name and unit in which plant and recording do not meet: sensors first, in the order of the plant.
+/// Every name and unit in which plant and recording do not meet: sensors first, in the order of the
+/// plant.
 pub(super) fn unmet(plant: &Plant, recording: &Recording, map: &[(String, String)]) -> Vec<ProblemError> {
     let absent = |s: &Sensor| find(recording, &s.name, map).is_none();
     if plant.sensors.iter().all(absent) {
@@ -163,7 +164,8 @@ fn check_unit(recording: &Recording, channel: &Channel, expected: &str) -> Resul
     })
 }
 
-/// Of the channels that are nothing else of the plant, the one whose name shares most pairs of letters (Dice), if half of them.
+/// Of the channels that are nothing else of the plant, the one whose name shares most pairs of
+/// letters (Dice), if half of them.
 fn nearest(plant: &Plant, name: &str, recording: &Recording, map: &[(String, String)]) -> Option<String> {
     let pairs = |word: &str| -> Vec<(char, char)> {
         let letters: Vec<char> = word.to_lowercase().chars().collect();

@@ -1,7 +1,7 @@
 //! Channels that stand still although noise is stated on them.
 //!
-//! With white noise of σ between quantisation steps of q all of n readings are equal with a probability of at most
-//! `P(|N(0, σ)| < q/2)^(n−1)`.
+//! With white noise of σ between quantisation steps of q all of n readings are equal with a
+//! probability of at most `P(|N(0, σ)| < q/2)^(n−1)`.
 
 use dynamics::description::{Noise, Plant, Sensor};
 
@@ -16,7 +16,8 @@ pub struct Standstill {
     pub p: f64,
 }
 
-/// The constant reading over all `stretches` of one channel, each its times and readings; `None` where a reading changes or no noise is stated.
+/// The constant reading over all `stretches` of one channel, each its times and readings; `None`
+/// where a reading changes or no noise is stated.
 pub fn standstill(plant: &Plant, sensor: &Sensor, stretches: &[(&[f64], &[f64])]) -> Option<Standstill> {
     let period_s = period_s(plant, sensor);
     let sigma = sample_sigma(plant, sensor);
@@ -36,7 +37,8 @@ pub fn standstill(plant: &Plant, sensor: &Sensor, stretches: &[(&[f64], &[f64])]
     Some(Standstill { reading, samples, sigma, p: libm::pow(alike, changes) })
 }
 
-/// Standard deviation of the noise that the plant states on each sample of `sensor` [unit of the channel].
+/// Standard deviation of the noise that the plant states on each sample of `sensor`
+/// [unit of the channel].
 pub fn sample_sigma(plant: &Plant, sensor: &Sensor) -> f64 {
     match sensor.noise {
         Noise::PerSample(q) => q.value,

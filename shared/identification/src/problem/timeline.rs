@@ -1,8 +1,10 @@
-//! The instants of a run at which something happens: samples, switches of commands, beginnings of means; and the inputs between.
+//! The instants of a run at which something happens: samples, switches of commands, beginnings of
+//! means; and the inputs between.
 //!
-//! Samples of one instant are one event. Between events what is held acts unchanged; motions are tabulated at the beginning,
-//! middle and end of every integration step. Stamps of sources whose clock is off by more than half an interval are moved by whole
-//! intervals; the rest is left to the reading.
+//! Samples of one instant are one event. Between events what is held acts unchanged; motions are
+//! tabulated at the beginning, middle and end of every integration step. Stamps of sources whose
+//! clock is off by more than half an interval are moved by whole intervals; the rest is left to the
+//! reading.
 
 use super::inputs::Course;
 use super::{Drive, Problem, Run};
@@ -51,7 +53,8 @@ pub struct Timeline {
 const SAME_S: f64 = 1e-7;
 
 impl Timeline {
-    /// Timeline of `run`; `lags_s` is by how much each channel's stamps are behind the truth, `step_s` the longest integration step.
+    /// Timeline of `run`; `lags_s` is by how much each channel's stamps are behind the truth,
+    /// `step_s` the longest integration step.
     pub fn new(plant: &Plant, system: &System, run: &Run, lags_s: &[f64], step_s: f64) -> Self {
         let period_s = fastest(run);
         let shift = |lag: &f64| libm::round(lag / period_s) * period_s;
@@ -75,8 +78,9 @@ impl Timeline {
         timeline
     }
 
-    /// Rows of inputs where numbers of the plant's own commands are unknowns, for `plant` with other values of them; else `None`. A command
-    /// acts with its mean over each interval, so that a step is felt where it begins, not at the next sample.
+    /// Rows of inputs where numbers of the plant's own commands are unknowns, for `plant` with
+    /// other values of them; else `None`. A command acts with its mean over each interval, so that
+    /// a step is felt where it begins, not at the next sample.
     pub fn rows_of(&self, problem: &Problem, run: &Run, plant: &Plant, system: &System) -> Option<Vec<f64>> {
         let unknown = |name: &str| {
             let prefix = format!("{name}.command.");

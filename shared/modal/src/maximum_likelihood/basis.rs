@@ -1,8 +1,11 @@
-//! Columns of the model that is linear once the poles are known, and their derivatives by the poles.
+//! Columns of the model that is linear once the poles are known, and their derivatives by the
+//! poles.
 //!
-//! Mode k answers input m with `z' = λ z + u`, exactly between samples: `z_{t+1} = e^{λΔ} z_t + g u_t`, `g = (e^{λΔ} − 1)/λ`.
-//! Columns are `Re z`, `Im z` of every pair, `Re e^{λt}`, `Im e^{λt}` of every mode that moves at the start, the inputs
-//! themselves (direct term) and a constant (bias). Derivatives: `w = dz/dλ`, which obeys the same recursion, differentiated.
+//! Mode k answers input m with `z' = λ z + u`, exactly between samples:
+//! `z_{t+1} = e^{λΔ} z_t + g u_t`, `g = (e^{λΔ} − 1)/λ`. Columns are `Re z`, `Im z` of every pair,
+//! `Re e^{λt}`, `Im e^{λt}` of every mode that moves at the start, the inputs themselves (direct
+//! term) and a constant (bias). Derivatives: `w = dz/dλ`, which obeys the same recursion,
+//! differentiated.
 
 use super::Model;
 use crate::record::Record;
@@ -26,7 +29,8 @@ pub(super) fn exp(z: c64) -> c64 {
 }
 
 impl Columns {
-    /// Columns and their derivatives for `poles` over all samples of `record`. Cost: O(samples · modes · inputs).
+    /// Columns and their derivatives for `poles` over all samples of `record`. Cost: O(samples ·
+    /// modes · inputs).
     pub fn new(record: &Record, model: Model, poles: &[c64]) -> Self {
         let rows = record.samples();
         let pairs = record.inputs + usize::from(model.initial_motion);

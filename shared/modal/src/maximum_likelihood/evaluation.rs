@@ -36,7 +36,8 @@ impl Outputs {
 }
 
 impl Evaluation {
-    /// Projects the outputs on the columns of `poles`: coefficients, residuals and squares per channel.
+    /// Projects the outputs on the columns of `poles`: coefficients, residuals and squares per
+    /// channel.
     pub fn new(record: &Record, model: Model, outputs: &Outputs, poles: &[c64]) -> Self {
         let columns = Columns::new(record, model, poles);
         let basis = Basis::new(columns.linear.clone(), columns.rows);
@@ -56,7 +57,8 @@ impl Evaluation {
         0.5 * self.columns.rows as f64 * logarithms.sum::<f64>()
     }
 
-    /// `s`: the derivative of one channel by one real or imaginary part, as coefficients of the derivative columns of that mode.
+    /// `s`: the derivative of one channel by one real or imaginary part, as coefficients of the
+    /// derivative columns of that mode.
     fn direction(&self, channel: usize, parameter: usize) -> Vec<f64> {
         let (mode, imaginary) = (parameter / 2, parameter % 2 == 1);
         let width = 2 * self.columns.pairs;
@@ -66,7 +68,8 @@ impl Evaluation {
         of_mode.chunks_exact(2).flat_map(turn).collect()
     }
 
-    /// Information matrix and score of (Re λ₁, Im λ₁, …) with a weight (inverse variance) per channel.
+    /// Information matrix and score of (Re λ₁, Im λ₁, …) with a weight (inverse variance) per
+    /// channel.
     pub fn information(&self, weights: &[f64]) -> (Mat<f64>, Vec<f64>) {
         let rows = self.columns.rows;
         let width = 2 * self.columns.pairs;

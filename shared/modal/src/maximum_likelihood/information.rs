@@ -1,4 +1,5 @@
-//! The Fisher information of the poles: steps of the iteration, and the covariance in frequency and damping.
+//! The Fisher information of the poles: steps of the iteration, and the covariance in frequency and
+//! damping.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side, c64};

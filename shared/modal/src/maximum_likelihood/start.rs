@@ -1,8 +1,10 @@
-//! Poles to start from: a subspace method on the few combinations of channels that carry the motion.
+//! Poles to start from: a subspace method on the few combinations of channels that carry the
+//! motion.
 //!
-//! Block rows look ahead over so many samples; a mode far below the sample rate hardly moves meanwhile. So the rate is halved as
-//! often as the record lasts, inputs and outputs behind one filter, which leaves their relation as it is, and the poles that
-//! explain most of the record at its full rate are taken; the first that leave it white end the search.
+//! Block rows look ahead over so many samples; a mode far below the sample rate hardly moves
+//! meanwhile. So the rate is halved as often as the record lasts, inputs and outputs behind one
+//! filter, which leaves their relation as it is, and the poles that explain most of the record at
+//! its full rate are taken; the first that leave it white end the search.
 
 use super::evaluation::{Evaluation, Outputs};
 use super::{MlError, Model, correlation};
@@ -24,12 +26,13 @@ const WHITE: f64 = 2.0;
 /// Largest damping ratio of a pole that a fit starts from.
 const START_DAMPING_RATIO_MAX: f64 = 0.5;
 
-/// Continuous poles of `modes` oscillations: of every rate the least damped of the smallest order that shows as many, of the
-/// rates the one whose poles leave the smallest residual.
+/// Continuous poles of `modes` oscillations: of every rate the least damped of the smallest order
+/// that shows as many, of the rates the one whose poles leave the smallest residual.
 ///
 /// # Errors
-/// [`MlError::RecordTooShort`] below 80 samples, or with m inputs below `40 (m + l + 1) − 1`, l at most one more than the modes: state the
-/// poles and [`fit`](super::fit) at once. [`MlError`] when no order of any rate shows so many.
+/// [`MlError::RecordTooShort`] below 80 samples, or with m inputs below `40 (m + l + 1) − 1`, l at
+/// most one more than the modes: state the poles and [`fit`](super::fit) at once. [`MlError`] when
+/// no order of any rate shows so many.
 ///
 /// Cost: twice that of the full rate, and one linear least squares per rate.
 pub fn start(record: &Record, modes: usize) -> Result<Vec<c64>, MlError> {
@@ -88,7 +91,8 @@ fn of_rate(record: &Record, modes: usize) -> Result<Vec<c64>, MlError> {
     Err(MlError::NoStart { found, asked: modes })
 }
 
-/// Every second sample of inputs and outputs behind one filter; segments of a driven record are of no use to its method.
+/// Every second sample of inputs and outputs behind one filter; segments of a driven record are of
+/// no use to its method.
 fn halved(record: &Record) -> Record {
     let (m, l) = (record.inputs, record.channels);
     let whole = std::iter::once(0..record.samples()).collect::<Vec<_>>();

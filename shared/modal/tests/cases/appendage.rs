@@ -1,7 +1,9 @@
-//! Free decay of a hub with one flexible appendage after a one-second torque pulse (BP3A), ten accelerometers along the beam.
+//! Free decay of a hub with one flexible appendage after a one-second torque pulse (BP3A), ten
+//! accelerometers along the beam.
 //!
-//! `M q″ + D q′ + K q = [1 0 0]ᵀ u`, q = [hub angle, beam mode 1, beam mode 2]; the beam is clamped to the hub. Reported modes are the
-//! hub-free modes of the system. Written from the equations, independently of any simulator.
+//! `M q″ + D q′ + K q = [1 0 0]ᵀ u`, q = [hub angle, beam mode 1, beam mode 2]; the beam is clamped
+//! to the hub. Reported modes are the hub-free modes of the system. Written from the equations,
+//! independently of any simulator.
 
 use super::TrueMode;
 use super::noise::Noise;

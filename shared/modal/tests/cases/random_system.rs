@@ -1,4 +1,5 @@
-//! Seeded random structures: 1–6 modes, 1–12 channels, any sample rate; free decays and records driven by white noise.
+//! Seeded random structures: 1–6 modes, 1–12 channels, any sample rate; free decays and records
+//! driven by white noise.
 
 use super::TrueMode;
 use super::noise::Noise;
@@ -17,7 +18,8 @@ pub enum Excitation {
     WhiteNoise,
 }
 
-/// Modes between 0.004 and 0.4 of the sample rate, at least 12 % apart, damping 0.3–4 %, sensor noise 1–5 % of the motion's rms.
+/// Modes between 0.004 and 0.4 of the sample rate, at least 12 % apart, damping 0.3–4 %, sensor
+/// noise 1–5 % of the motion's rms.
 pub fn random_record(seed: u64, excitation: Excitation) -> RandomRecord {
     let mut noise = Noise::new(seed);
     let sample_rate_hz = libm::pow(10.0, noise.between(0.7, 3.3));
@@ -35,7 +37,8 @@ pub fn random_record(seed: u64, excitation: Excitation) -> RandomRecord {
     let damping: Vec<f64> = relative.iter().map(|_| libm::pow(10.0, noise.between(-2.5, -1.4))).collect();
     let slowest = relative.iter().zip(&damping).map(|(f, z)| f * z).fold(f64::INFINITY, f64::min);
     let samples = match excitation {
-        // Two time constants of the slowest mode; 400 decay times of an ambient record are what standards ask for.
+        // Two time constants of the slowest mode; 400 decay times of an ambient record are what
+        // standards ask for.
         Excitation::Decay => (2.0 / (2.0 * std::f64::consts::PI * slowest)) as usize,
         Excitation::WhiteNoise => (400.0 / (2.0 * std::f64::consts::PI * slowest)) as usize,
     }
@@ -55,7 +58,8 @@ pub fn random_record(seed: u64, excitation: Excitation) -> RandomRecord {
     RandomRecord { sample_rate_hz, channels, modes, samples: record }
 }
 
-/// One mode as a second-order recursion with poles `exp(2πf(−ζ ± j√(1−ζ²)))`, unit rms, random real shape.
+/// One mode as a second-order recursion with poles `exp(2πf(−ζ ± j√(1−ζ²)))`, unit rms, random real
+/// shape.
 pub fn add_mode(record: &mut [Vec<f64>], f: f64, zeta: f64, excitation: Excitation, noise: &mut Noise) {
     let omega = 2.0 * std::f64::consts::PI * f;
     let rho = libm::exp(-zeta * omega);

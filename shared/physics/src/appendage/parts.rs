@@ -1,12 +1,14 @@
-//! What the hub-free modes say of the parts: modes with the hub held fast, and the inertia about the hub's axis.
+//! What the hub-free modes say of the parts: modes with the hub held fast, and the inertia about
+//! the hub's axis.
 //!
-//! Four numbers are measured (frequency and damping of two hub-free modes). An appendage whose couplings and ratio of locked frequencies are
-//! those of its geometry has four unknowns (one stiffness for both locked frequencies, two damping ratios, the inertia), so the map
-//! is solved by Newton and the covariance carried through its slope. The size of the excitation is no part of it: torque,
-//! momentum and scale of the sensors may be wrong by any factor.
+//! Four numbers are measured (frequency and damping of two hub-free modes). An appendage whose
+//! couplings and ratio of locked frequencies are those of its geometry has four unknowns (one
+//! stiffness for both locked frequencies, two damping ratios, the inertia), so the map is solved by
+//! Newton and the covariance carried through its slope. The size of the excitation is no part of
+//! it: torque, momentum and scale of the sensors may be wrong by any factor.
 //!
-//! A body that floats is the same with its translation eliminated: inertia and couplings about its centre of mass, and the modes with
-//! the rotation alone held fast.
+//! A body that floats is the same with its translation eliminated: inertia and couplings about its
+//! centre of mass, and the modes with the rotation alone held fast.
 
 use super::{Appendage, Mode};
 use nalgebra::{Matrix4, Vector4};
@@ -15,7 +17,8 @@ const PARTS_ITERATIONS_MAX: usize = 30;
 /// Measured modes farther than this from the nominal ones, relative, are others.
 const SAME_MODE: f64 = 0.3;
 
-/// Frequency of the first locked mode, locked damping ratios, inertia of hub and undeformed appendage.
+/// Frequency of the first locked mode, locked damping ratios, inertia of hub and undeformed
+/// appendage.
 pub type Parts = Vector4<f64>;
 
 impl Appendage {
@@ -49,9 +52,11 @@ impl Appendage {
         Some(slope)
     }
 
-    /// The parts that have the hub-free modes `f1, zeta1, f2, zeta2`, and their covariance: Newton from the nominal ones.
+    /// The parts that have the hub-free modes `f1, zeta1, f2, zeta2`, and their covariance: Newton
+    /// from the nominal ones.
     ///
-    /// `None` where no inertia carries such modes, or Newton does not settle in 30 steps. Cost: 9 closed forms a step.
+    /// `None` where no inertia carries such modes, or Newton does not settle in 30 steps. Cost: 9
+    /// closed forms a step.
     pub fn parts(&self, modes: &Vector4<f64>, covariance: &Matrix4<f64>) -> Option<(Parts, Matrix4<f64>)> {
         let [a, b] = self.locked;
         let mut parts = Vector4::new(a.frequency_hz, a.damping_ratio, b.damping_ratio, self.inertia_kg_m2);
@@ -67,11 +72,13 @@ impl Appendage {
         None
     }
 
-    /// Inertia about the axis and its standard deviation, from any number of measured modes with the covariance of each pair
-    /// `[[ff, fz], [fz, zz]]`: those nearest to the nominal hub-free ones are taken.
+    /// Inertia about the axis and its standard deviation, from any number of measured modes with
+    /// the covariance of each pair `[[ff, fz], [fz, zz]]`: those nearest to the nominal hub-free
+    /// ones are taken.
     ///
-    /// The modes depend on coupling over root inertia alone, so couplings known to a common relative sigma `s` add `2 s J` to it.
-    /// `None` where a mode of the two was not found within 30 %, or the parts have no solution.
+    /// The modes depend on coupling over root inertia alone, so couplings known to a common
+    /// relative sigma `s` add `2 s J` to it. `None` where a mode of the two was not found within 30
+    /// %, or the parts have no solution.
     pub fn inertia(&self, measured: &[(Mode, [[f64; 2]; 2])], coupling_relative_sd: f64) -> Option<(f64, f64)> {
         let nominal = self.hub_free_modes()?;
         let (mut modes, mut covariance) = (Vector4::zeros(), Matrix4::zeros());

@@ -18,7 +18,8 @@ fn random_motion(noise: &mut SeededNoise) -> FlyingMotion {
     }
 }
 
-/// Newton and Euler body by body, no minimal parameter: efforts for a motion, and the sizes of the terms that were added.
+/// Newton and Euler body by body, no minimal parameter: efforts for a motion, and the sizes of the
+/// terms that were added.
 fn newton_euler(arm: &PlanarArm, base_com_m: [f64; 2], motion: &FlyingMotion) -> (Five, Five) {
     let ([w0, d1, d2], [b0, dd1, dd2]) = (motion.rates_rad_s, motion.accelerations_rad_s2);
     let [th1, th2] = motion.joint_angle_rad;

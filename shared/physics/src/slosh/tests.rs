@@ -1,4 +1,5 @@
-//! One axis against two bodies in absolute coordinates, and the transitions against their own differences.
+//! One axis against two bodies in absolute coordinates, and the transitions against their own
+//! differences.
 
 use super::*;
 use std::vec::Vec;
@@ -19,8 +20,8 @@ fn accelerations_are_those_of_two_bodies() {
     }
 }
 
-/// Independent oracle: two bodies in absolute coordinates, RK4 with `substeps` per interval, held force.
-/// Mean acceleration of the base per interval.
+/// Independent oracle: two bodies in absolute coordinates, RK4 with `substeps` per interval, held
+/// force. Mean acceleration of the base per interval.
 pub fn two_body_oracle(
     tank: &SloshParameters,
     start: SloshState,
@@ -98,7 +99,8 @@ fn transitions_continue_to_neighbouring_lengths_with_the_order_of_their_series()
         };
         assert!(error(0.0) < 1e-12, "{}", error(0.0)); // rounding, 12 S1/B³ against 6 S1/B²
         let (far, close) = (error(0.16), error(0.08));
-        // ṡ is continued to the fourth power of δ: halving δ divides the error by 2⁵ nearly, down to rounding.
+        // ṡ is continued to the fourth power of δ: halving δ divides the error by 2⁵ nearly, down
+        // to rounding.
         assert!(far < 1e-12 || far / close > 24.0, "{kappa} {gamma}: {far} {close}");
         let exact = TransitionWithSensitivity::new(kappa, gamma, 1.009, BASE_MASS_KG);
         let continued = sensitivities.at(1.009).expect("near");
@@ -134,7 +136,8 @@ fn analytic_sensitivities_equal_central_differences() {
 
 #[test]
 fn force_with_an_edge_inside_a_block_is_carried_by_its_two_moments() {
-    // 44 N switched off at 30 % of a 2 s block: error of the block's Δṙ falls as (ωB)² relative to the impulse.
+    // 44 N switched off at 30 % of a 2 s block: error of the block's Δṙ falls as (ωB)² relative to
+    // the impulse.
     let (b, edge, force) = (2.0, 0.6, 44.0);
     let mu = TANK.reduced_mass_kg(BASE_MASS_KG);
     let (kappa, gamma) = (TANK.stiffness_n_m / mu, TANK.damping_n_s_m / mu);

@@ -1,4 +1,5 @@
-//! Levenberg–Marquardt over the arc: from the scan, from a hypothesis, and what is reported of the maximum.
+//! Levenberg–Marquardt over the arc: from the scan, from a hypothesis, and what is reported of the
+//! maximum.
 
 use super::*;
 
@@ -11,7 +12,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         if gain <= scan.threshold {
             return Err(self.fragmented().unwrap_or(SloshError::NoSloshFound { gain, threshold: scan.threshold }));
         }
-        // The best grid point nearly always leads to the maximum; the others stand by for broad, damped modes.
+        // The best grid point nearly always leads to the maximum; the others stand by for broad,
+        // damped modes.
         let mut outcome = Err(SloshError::NotConverged { iterations: 0, step_sigmas: f64::INFINITY });
         for candidate in scan.candidates.iter().filter(|candidate| candidate.gain > scan.threshold) {
             let (parameters, bias_m_s2) = (candidate.parameters, candidate.bias_m_s2);
@@ -24,7 +26,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
         self.or_near_the_prior(outcome)
     }
 
-    /// The maximum next to the prior where that is the more likely one: the strongest line may be another mode's.
+    /// The maximum next to the prior where that is the more likely one: the strongest line may be
+    /// another mode's.
     fn or_near_the_prior(&self, outcome: Result<Solved, SloshError>) -> Result<Solved, SloshError> {
         let near = self.prior.map(|prior| self.maximise(&prior.hypothesis(), true));
         let misfit = |solved: &Solved| self.likelihood(&solved.0.hypothesis).chi_square;
@@ -53,7 +56,8 @@ impl<const CAPACITY: usize> SloshEstimator<CAPACITY> {
                     (hypothesis, here) = (trial, better);
                     damping *= 0.1;
                 }
-                // At the bottom rounding of χ² decides: a full step below 1 % of a sigma is as good as taken.
+                // At the bottom rounding of χ² decides: a full step below 1 % of a sigma is as good
+                // as taken.
                 None if step_sigmas < 0.01 && damping < 1e-6 => {
                     return self.report(&hypothesis, &here, iterations, scanned);
                 }

@@ -80,7 +80,8 @@ fn campaign(experiment: &Experiment, settings: SloshSettings, plan: &SloshPlan, 
     let bound = 100.0 * bound.component_div(&truth);
     println!("RMSE % {percent:.3?} bound % {bound:.3?} ratio {ratio:.3?}");
     println!("NEES {nees:.3} coverage {coverage:.3} chi2/dof {per_degree:.4} worst whiteness z {worst_z:.2}");
-    // 200 seeds: NEES(3) spreads by √(6/200) = 0.17, coverage by 0.9 %; residuals of 200 × 3 scales beyond 5: 1 in 10³.
+    // 200 seeds: NEES(3) spreads by √(6/200) = 0.17, coverage by 0.9 %; residuals of 200 × 3 scales
+    // beyond 5: 1 in 10³.
     assert!(nees > 2.6 && nees < 3.4, "{nees}");
     assert!(coverage > 0.92 && coverage < 0.98, "{coverage}");
     assert!((per_degree - 1.0).abs() < 0.01, "{per_degree}"); // √(2/1250/200) = 0.3 %
@@ -288,7 +289,8 @@ fn a_record_with_gaps_is_as_honest_as_the_full_one() {
                 experiment.fly_with_gaps(settings, seed, is_lost).estimate().expect("slosh is there")
             });
             println!("{:?} {name}: NEES {nees:.2}, worst {worst:.2} sigma", settings.unknowns);
-            // 12 seeds: NEES(3) spreads by √(6/12) = 0.7, four of them; 36 errors beyond 4.5 sigma: 2 in 10⁴.
+            // 12 seeds: NEES(3) spreads by √(6/12) = 0.7, four of them; 36 errors beyond 4.5 sigma:
+            // 2 in 10⁴.
             assert!(nees > 0.2 && nees < 5.8 && worst < 4.5, "{name}: {nees} {worst}");
         }
     }
@@ -296,7 +298,8 @@ fn a_record_with_gaps_is_as_honest_as_the_full_one() {
 
 #[test]
 fn a_gap_costs_what_it_hides_and_no_more() {
-    // Half a minute behind which the slosh state is solved again: the full record's estimate, within its own sigma.
+    // Half a minute behind which the slosh state is solved again: the full record's estimate,
+    // within its own sigma.
     let experiment = Experiment::new(&TANK, SloshState::default(), &SEED_SINE, |t| SEED_SINE.force_n(t));
     for seed in 0..10 {
         let full = experiment.fly(EVERYTHING, 0.0, seed).estimate().expect("slosh");
@@ -304,7 +307,8 @@ fn a_gap_costs_what_it_hides_and_no_more() {
             experiment.fly_with_gaps(EVERYTHING, seed, |t| (500.0..530.0).contains(&t)).estimate().expect("slosh");
         assert!(gap.sigmas().component_div(&full.sigmas()).min() > 0.99, "less data, less sigma");
         let moved = vector(&gap.hypothesis.parameters) - vector(&full.hypothesis.parameters);
-        // The difference of an estimate from part of the data and from all spreads by √(σ² − σ_full²) ≤ σ.
+        // The difference of an estimate from part of the data and from all spreads by √(σ² −
+        // σ_full²) ≤ σ.
         assert!(moved.component_div(&gap.sigmas()).amax() < 3.0, "{moved}");
     }
 }
@@ -391,7 +395,8 @@ fn what_blocks_lose_falls_with_the_second_power_of_omega_times_block_at_least() 
 
 #[test]
 fn a_mode_beyond_what_the_blocks_tell_is_refused_and_the_band_is_named() {
-    // A quiet quarter of an hour in which nothing shows, so blocks are merged; then a mode far above them rings.
+    // A quiet quarter of an hour in which nothing shows, so blocks are merged; then a mode far
+    // above them rings.
     let tank = tank_of(60.0, 1.0, 0.005);
     let plan = SloshPlan { interval_s: 0.05, duration_s: 1500.0, ..SEED_SINE };
     let force =

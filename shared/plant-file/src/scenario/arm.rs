@@ -55,7 +55,8 @@ pub struct ArmKnown {
     /// Systematic errors that the data sheets of the sensors allow.
     #[serde(default)]
     pub sheet: SheetSigmas,
-    /// After capture: what is known of the arm itself; with it the parameters of the target are identified.
+    /// After capture: what is known of the arm itself; with it the parameters of the target are
+    /// identified.
     #[serde(default)]
     pub chaser: Option<ChaserSheet>,
     /// What a cooperative target states of itself.

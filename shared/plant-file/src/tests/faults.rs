@@ -264,7 +264,8 @@ fn six_different_faults_are_six_reports_in_the_order_of_the_text() {
     }
 }
 
-/// No text may bring the reader down: every prefix of a plant, and every plant with one line left out.
+/// No text may bring the reader down: every prefix of a plant, and every plant with one line left
+/// out.
 #[test]
 fn no_text_makes_the_reader_panic() {
     for end in (0..PLANT.len()).step_by(7) {

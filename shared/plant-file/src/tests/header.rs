@@ -1,4 +1,5 @@
-//! What the header of the reader says is so: its example reads, and its signs and frames are those of the equations.
+//! What the header of the reader says is so: its example reads, and its signs and frames are those
+//! of the equations.
 
 use super::{parse, plant, shown};
 use crate::{effect_warnings, parse_effect};
@@ -149,7 +150,8 @@ fn a_wheel_turns_its_body_forward_and_its_rotor_back() {
     let mut rates = vec![0.0; x.len()];
     system.derivative(&mut Workspace::new(&system), 0.0, &x, &[6.0], &mut rates);
     let rate = |name: &str| rates[system.states().iter().position(|state| state.name == name).unwrap()];
-    // the body without its rotor has 3 kg m²; the rotor turns against inertial space with −6, against the body with −8
+    // the body without its rotor has 3 kg m²; the rotor turns against inertial space with −6,
+    // against the body with −8
     let names: Vec<String> = system.states().iter().map(|state| state.name.clone()).collect();
     let body = names.iter().find(|name| name.contains("hub") && name.contains("rate")).map_or(f64::NAN, |n| rate(n));
     assert!(

@@ -1,4 +1,5 @@
-//! What only the whole plant shows: whether it has equations. Errors of the compiler, at the place that causes them.
+//! What only the whole plant shows: whether it has equations. Errors of the compiler, at the place
+//! that causes them.
 
 use super::{At, Fault, participation::overload};
 use dynamics::description::{ActuatorKind, Body, JointKind, Plant};
@@ -8,7 +9,8 @@ use dynamics::system::{System, SystemError};
 /// Sections that the mechanism is made of.
 const MECHANISM: [&str; 5] = ["plant", "body", "tank", "appendage", "actuator"];
 
-/// `parts` and what the equations add to it: of the mechanism alone where something else is at fault.
+/// `parts` and what the equations add to it: of the mechanism alone where something else is at
+/// fault.
 pub(crate) fn with_faults_of_equations(plant: &Plant, mut parts: Vec<Fault>) -> Vec<Fault> {
     let errors = || parts.iter().filter(|fault| !fault.warning);
     let compiled = if errors().next().is_none() {
@@ -59,7 +61,8 @@ fn placed(plant: &Plant, error: &SystemError) -> Fault {
     }
 }
 
-/// Some coordinate moves no inertia: the overloaded body, the empty body at or inboard of `name`, or `name` itplant.
+/// Some coordinate moves no inertia: the overloaded body, the empty body at or inboard of `name`,
+/// or `name` itplant.
 fn without_inertia(plant: &Plant, name: &str) -> Fault {
     let overloaded = plant.bodies.iter().enumerate().find_map(|(i, body)| overload(plant, i, body));
     if let Some(warning) = overloaded {

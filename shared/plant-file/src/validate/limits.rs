@@ -1,4 +1,5 @@
-//! Sizes that would not end or not fit in memory, and signals too fast to be followed: mostly mistakes of unit.
+//! Sizes that would not end or not fit in memory, and signals too fast to be followed: mostly
+//! mistakes of unit.
 
 use super::{At, Check, Place};
 use dynamics::description::{Reading, Sensor, Signal, SignalKind, SiteKind};
@@ -156,7 +157,8 @@ fn fastest(kind: &SignalKind) -> Option<(&'static str, f64)> {
     }
 }
 
-/// The lowest value that a sum of terms surely takes, and a term that takes it there; `None` where nothing can be said.
+/// The lowest value that a sum of terms surely takes, and a term that takes it there; `None` where
+/// nothing can be said.
 pub(super) fn lowest(signals: &[Signal]) -> Option<(f64, usize)> {
     let bounds: Vec<Option<f64>> = signals.iter().map(|signal| lowest_of(&signal.kind)).collect();
     let active =

@@ -20,8 +20,8 @@ impl Check<'_> {
     }
 }
 
-/// A warning where the inertia that is left to `body` beside its modes and wheels is not positive: `I − Σ D Dᵀ`, `D` the
-/// participations `[ρ; δ]`, of a wheel `√J [axis; 0]`.
+/// A warning where the inertia that is left to `body` beside its modes and wheels is not positive:
+/// `I − Σ D Dᵀ`, `D` the participations `[ρ; δ]`, of a wheel `√J [axis; 0]`.
 ///
 /// A heavier neighbour may still keep the equations possible; a body of that kind does not exist.
 pub(super) fn overload(plant: &Plant, index: usize, body: &Body) -> Option<Fault> {
@@ -116,7 +116,8 @@ fn shares(plant: &Plant, body: &Body) -> Vec<Share> {
     list
 }
 
-/// Spatial inertia about the body's origin, rotation first; in a plane only about z and along x and y.
+/// Spatial inertia about the body's origin, rotation first; in a plane only about z and along x and
+/// y.
 fn about_origin(space: Space, body: &Body) -> Matrix6 {
     let [xx, yy, zz, xy, xz, yz] = body.inertia_com_kg_m2.map(|q| q.value);
     let (mass, com) = (body.mass_kg.value, Vector3::from(body.com_m.map(|q| q.value)));

@@ -1,4 +1,5 @@
-//! Channels that a file cannot hold are rejected before it is touched; files of channels that are not believed.
+//! Channels that a file cannot hold are rejected before it is touched; files of channels that are
+//! not believed.
 
 use crate::samples::everything;
 use crate::scratch;

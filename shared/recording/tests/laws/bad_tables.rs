@@ -15,7 +15,8 @@ fn refused(name: &str, text: &str) -> String {
     explanation
 }
 
-/// The explanation of the error that replaying `text` gives: it is read, as something that has not one rate.
+/// The explanation of the error that replaying `text` gives: it is read, as something that has not
+/// one rate.
 fn not_replayed(name: &str, text: &str) -> String {
     let path = file(name, text);
     let imported = recording::read(&path).unwrap();

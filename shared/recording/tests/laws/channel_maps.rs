@@ -1,4 +1,5 @@
-//! Maps: dotted, quoted and nested keys, errors with span and suggestion; groups that are incomplete.
+//! Maps: dotted, quoted and nested keys, errors with span and suggestion; groups that are
+//! incomplete.
 
 use crate::file;
 use miette::Diagnostic;

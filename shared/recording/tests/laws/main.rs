@@ -1,4 +1,5 @@
-//! Laws of the recording crate: what comes out is what went in, or an error that names place, value and cure.
+//! Laws of the recording crate: what comes out is what went in, or an error that names place, value
+//! and cure.
 
 mod bad_channels;
 mod bad_tables;

@@ -1,7 +1,8 @@
 //! Every CSV of the recordings folder is read, and replayed or rejected for the right reason.
 //!
-//! The folder is `$OBSID_RECORDINGS`, else `../shared/recordings` beside the workspace; where it is absent the tests
-//! say that they are skipped, and fail when `$OBSID_REQUIRE` contains `recordings`.
+//! The folder is `$OBSID_RECORDINGS`, else `../shared/recordings` beside the workspace; where it is
+//! absent the tests say that they are skipped, and fail when `$OBSID_REQUIRE` contains
+//! `recordings`.
 
 use recording::{ChannelMap, Imported, ReplayFrames, ReplaySample, read};
 use std::path::{Path, PathBuf};

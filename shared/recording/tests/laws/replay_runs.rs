@@ -7,7 +7,8 @@ use telemetry::{ACCELEROMETERS, ACTUATORS, Accelerometers, Actuators, Header, IM
 
 const PERIOD_NS: u64 = 10_000_000;
 
-/// A run of `frames` frames, two IMU samples and a batch each; the second IMU sample of frame 4 is flown in frame 5.
+/// A run of `frames` frames, two IMU samples and a batch each; the second IMU sample of frame 4 is
+/// flown in frame 5.
 fn flown(frames: u64, ticks: bool) -> RecordedRun {
     let mut numbers = Numbers(21);
     let mut run = RecordedRun::new("run");

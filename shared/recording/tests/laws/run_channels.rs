@@ -1,4 +1,5 @@
-//! A recorded run as channels: every valid number its source measured, under its own name and unit, once.
+//! A recorded run as channels: every valid number its source measured, under its own name and unit,
+//! once.
 
 use crate::samples::{everything, random, seal};
 use crate::{Numbers, scratch};

@@ -1,4 +1,5 @@
-//! Channels with sample times of their own: what is written is read, bit for bit, and nothing else is in the file.
+//! Channels with sample times of their own: what is written is read, bit for bit, and nothing else
+//! is in the file.
 
 use crate::{Numbers, file, scratch};
 use channels::{Channel, Recording};
@@ -8,7 +9,8 @@ fn recording(channels: Vec<Channel>) -> Recording {
     Recording { name: "memory".into(), channels }
 }
 
-/// Channels of many rates with random values of all sizes, times as decimals of nanoseconds, and the corners of f64.
+/// Channels of many rates with random values of all sizes, times as decimals of nanoseconds, and
+/// the corners of f64.
 fn random_recording() -> Recording {
     let mut numbers = Numbers(17);
     let units = ["rad/s", "N*m*s/rad", "V", "A", "T", "rad/s^2", "kg", "m", "Hz", "-"];

@@ -114,7 +114,8 @@ fn jitter_is_measured_and_accepted_up_to_a_fifth_of_the_interval() {
         Table::from_columns("memory", time, vec![column])
     };
     let table = table_with_jitter(0.15).unwrap();
-    // Uniform in +-0.15: the 95th percentile is 0.1425, +-0.005 its 3 sigma from 2000 rows; the median's own error adds.
+    // Uniform in +-0.15: the 95th percentile is 0.1425, +-0.005 its 3 sigma from 2000 rows; the
+    // median's own error adds.
     assert!((table.timing.jitter - 0.1425).abs() < 0.02, "{}", table.timing.jitter);
     assert!(table.timing.gaps.is_empty());
     let error = table_with_jitter(0.4).unwrap_err().explain();

@@ -1,4 +1,5 @@
-//! Speed, measured on demand: `cargo test --release -p obsid-recording -- --ignored --nocapture throughput`.
+//! Speed, measured on demand:
+//! `cargo test --release -p obsid-recording -- --ignored --nocapture throughput`.
 
 use crate::samples::{random, seal};
 use crate::{Numbers, scratch};

@@ -1,4 +1,5 @@
-//! Universal files: what other tools write is read with its units, and what is wrong is named with its line.
+//! Universal files: what other tools write is read with its units, and what is wrong is named with
+//! its line.
 
 use crate::{Numbers, scratch};
 use recording::{Imported, Spectrum, Table, read};

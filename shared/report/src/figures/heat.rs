@@ -14,7 +14,8 @@ pub struct Colours {
 }
 
 impl Colours {
-    /// Over the finite elements of `values`, or over `range` where one is given. A scale with both signs is symmetric about zero.
+    /// Over the finite elements of `values`, or over `range` where one is given. A scale with both
+    /// signs is symmetric about zero.
     pub fn new(values: impl Iterator<Item = f64>, range: Option<(f64, f64)>) -> Option<Self> {
         let finite = values.filter(|v| v.is_finite());
         let found = finite.fold(None, |r: Option<(f64, f64)>, v| Some(r.map_or((v, v), |(l, h)| (l.min(v), h.max(v)))));

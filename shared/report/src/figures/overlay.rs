@@ -40,7 +40,8 @@ const MAIN: f64 = 200.0;
 const RESIDUAL: f64 = 90.0;
 
 impl Overlay<'_> {
-    /// Curves over time and, below them, the residual on the same time axis, under the title `claim`.
+    /// Curves over time and, below them, the residual on the same time axis, under the title
+    /// `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();

@@ -42,7 +42,8 @@ const KINDS: [(Stability, &str, &str); 4] = [
 ];
 
 impl Stabilisation<'_> {
-    /// Poles by stability over frequency and model order, with the spectrum behind them, under the title `claim`.
+    /// Poles by stability over frequency and model order, with the spectrum behind them, under the
+    /// title `claim`.
     #[must_use]
     pub fn draw(&self, claim: &str) -> Figure {
         let mut svg = Svg::default();

@@ -15,7 +15,8 @@ pub struct StateMap<'a> {
     pub y_range: (f64, f64),
     /// Meaning of the colour.
     pub force: (&'a str, &'a str),
-    /// Ends of the colour scale; those of the data where none are given. Give it to two maps to compare them.
+    /// Ends of the colour scale; those of the data where none are given. Give it to two maps to
+    /// compare them.
     pub range: Option<(f64, f64)>,
     /// Rows from the lowest `y` up; NaN for cells without data.
     pub rows: Vec<Vec<f64>>,

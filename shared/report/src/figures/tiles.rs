@@ -23,7 +23,8 @@ pub struct TileMap<'a> {
     /// Name and unit of the coloured quantity.
     pub quantity: &'a str,
     pub unit: &'a str,
-    /// Ends of the colour scale; those of the data where none are given. Give it to two figures to compare them.
+    /// Ends of the colour scale; those of the data where none are given. Give it to two figures to
+    /// compare them.
     pub range: Option<(f64, f64)>,
     pub maps: Vec<Tiles<'a>>,
     /// Maps per line: 1, or 2 to set before beside after.

@@ -12,7 +12,8 @@ thread_local! {
 /// The system's allocator with a counter a thread; a binary installs it with `#[global_allocator]`.
 pub struct CountingAllocator;
 
-/// Allocations and reallocations of this thread so far; 0 for ever where [`CountingAllocator`] is not installed.
+/// Allocations and reallocations of this thread so far; 0 for ever where [`CountingAllocator`] is
+/// not installed.
 #[must_use]
 pub fn allocations() -> u64 {
     COUNT.with(Cell::get)
@@ -23,7 +24,8 @@ fn count() {
     let _ = COUNT.try_with(|count| count.set(count.get() + 1));
 }
 
-// SAFETY: every call goes unchanged to `System`, which keeps the contract; the counter touches no memory handed out.
+// SAFETY: every call goes unchanged to `System`, which keeps the contract; the counter touches no
+// memory handed out.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();

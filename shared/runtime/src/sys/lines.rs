@@ -1,4 +1,5 @@
-//! Lines to a reader that may be gone or may have stopped reading: no writer blocks on it or ends with it.
+//! Lines to a reader that may be gone or may have stopped reading: no writer blocks on it or ends
+//! with it.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::collections::VecDeque;
@@ -56,7 +57,8 @@ fn write_if_ready(line: &str) -> bool {
         if !ready && !begun {
             return false;
         }
-        // A line longer than the pipe's guarantee is finished once it was begun: half a line would be read as one.
+        // A line longer than the pipe's guarantee is finished once it was begun: half a line would
+        // be read as one.
         let some: Vec<u8> = rest.drain(..rest.len().min(PIPE_BUF)).collect();
         if lock.write_all(&some).and_then(|()| lock.flush()).is_err() {
             return true;

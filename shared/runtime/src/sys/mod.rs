@@ -1,4 +1,5 @@
-//! System facilities, one file each. Through safe wrappers (`rustix`, `signal-hook`), but for the allocator.
+//! System facilities, one file each. Through safe wrappers (`rustix`, `signal-hook`), but for the
+//! allocator.
 
 mod allocations;
 mod clock;

@@ -2,8 +2,8 @@
 
 use rustix::process::{Signal, getpid, getppid, kill_process, set_parent_process_death_signal};
 
-/// The kernel kills this process when its parent dies; ends at once when `parent` has died already: whoever adopted
-/// this process since is not the warden.
+/// The kernel kills this process when its parent dies; ends at once when `parent` has died already:
+/// whoever adopted this process since is not the warden.
 pub fn die_with_parent(parent: Option<u32>) {
     // Refused only for a signal that does not exist.
     let _ = set_parent_process_death_signal(Some(Signal::KILL));

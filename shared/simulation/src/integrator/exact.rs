@@ -29,7 +29,8 @@ struct Transition {
 }
 
 impl ExactHold {
-    /// About (`x`, `u`), after making sure that the equations are the same about another state, input and time.
+    /// About (`x`, `u`), after making sure that the equations are the same about another state,
+    /// input and time.
     pub fn new(system: &System, t_s: f64, x: &[f64], u: &[f64], lengths_s: &[f64]) -> Result<Self, SimulationError> {
         let n = x.len();
         if system.tangent_len() != n {
@@ -80,7 +81,8 @@ impl ExactHold {
         x.copy_from_slice(self.next.as_slice());
     }
 
-    /// Any interval: `x(h) = x + Σ h^k/k! A^{k−1} (A x + b)`, in pieces over which `‖A‖ h ≤ ½`, where 18 terms leave 2e-23.
+    /// Any interval: `x(h) = x + Σ h^k/k! A^{k−1} (A x + b)`, in pieces over which `‖A‖ h ≤ ½`,
+    /// where 18 terms leave 2e-23.
     fn advance_by_series(&mut self, length_s: f64, x: &mut [f64]) {
         const TERMS: u32 = 18;
         const PIECES_MAX: f64 = 1e6;

@@ -7,9 +7,10 @@
 //! y_i = (r_0 + x_i) θ̈ + Σ φ_k(x_i) d̈_k
 //! ```
 //!
-//! ω_k, ζ_k belong to the hub held still (locked). With the hub free the system's own modes are higher: 1.561 Hz
-//! instead of 1.001 Hz. [`AppendageParameters::modes`] gives those, which torque-excited acceleration shows.
-//! Planar, small angles, exact for a torque held over the sampling interval.
+//! ω_k, ζ_k belong to the hub held still (locked). With the hub free the system's own modes are
+//! higher: 1.561 Hz instead of 1.001 Hz. [`AppendageParameters::modes`] gives those, which
+//! torque-excited acceleration shows. Planar, small angles, exact for a torque held over the
+//! sampling interval.
 
 use crate::oracle::sensor::Channel;
 use dynamics::beam::{Cantilever, CantileverMode, integrate};
@@ -66,7 +67,8 @@ impl AppendageParameters {
         }
     }
 
-    /// The same beam with three more modes of 0.5 % damping: a truth with more in it than two modes.
+    /// The same beam with three more modes of 0.5 % damping: a truth with more in it than two
+    /// modes.
     pub fn design_five_modes() -> Self {
         Self { damping_ratio: vec![0.005, 0.008, 0.005, 0.005, 0.005], ..Self::design() }
     }
@@ -136,8 +138,9 @@ fn sensor_position_m(length_m: f64, index: usize) -> f64 {
     length_m * (index + 1) as f64 / SENSORS as f64
 }
 
-/// State matrix of the deflections alone. The hub's row has neither stiffness nor damping, so `θ̈ = (u − cᵀ d̈)/J` leaves
-/// `(1 − c cᵀ/J) d̈ + D ḋ + K d = −c u/J`: no zero eigenvalues to be told apart from rounding.
+/// State matrix of the deflections alone. The hub's row has neither stiffness nor damping, so
+/// `θ̈ = (u − cᵀ d̈)/J` leaves `(1 − c cᵀ/J) d̈ + D ḋ + K d = −c u/J`: no zero eigenvalues to be
+/// told apart from rounding.
 fn flexible_state_matrix(equations: &Equations) -> DMatrix<f64> {
     let n = equations.mass.nrows() - 1;
     let flexible = |m: &DMatrix<f64>| m.view((1, 1), (n, n)).into_owned();
@@ -177,7 +180,8 @@ fn system_mode(equations: &Equations, pole: Complex<f64>) -> SystemMode {
     }
 }
 
-/// Tangential acceleration at the sensors at `t_k`, just after the torque has switched to the value held from `t_k` on.
+/// Tangential acceleration at the sensors at `t_k`, just after the torque has switched to the value
+/// held from `t_k` on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AppendageMeasurement {
     pub acceleration_m_s2: [f64; SENSORS],
@@ -232,7 +236,8 @@ impl AppendageTruth {
         }
     }
 
-    /// Applies `torque_nm` from now on, measures, and moves on by one interval with the torque held.
+    /// Applies `torque_nm` from now on, measures, and moves on by one interval with the torque
+    /// held.
     pub fn step(&mut self, torque_nm: f64) -> AppendageMeasurement {
         let measure = |i: usize| {
             let truth = self.output.row(i).tr_dot(&self.state) + self.feedthrough[i] * torque_nm;

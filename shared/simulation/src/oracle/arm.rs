@@ -1,10 +1,12 @@
-//! The free-floating arm in closed loop with its sensors: the truth of BP1, before and after capture.
+//! The free-floating arm in closed loop with its sensors: the truth of BP1, before and after
+//! capture.
 //!
 //! Every period: the sensors are read, a PD law on the noisy joint measurements plus 0.9 of the
-//! inverse-dynamics torque of the reference gives a command, the command is held while the chain moves.
+//! inverse-dynamics torque of the reference gives a command, the command is held while the chain
+//! moves.
 //!
-//! Why closed loop: the torque an estimator sees is then correlated with the joint noise, as on a real arm;
-//! estimators that are only right for open-loop data fail here as they would in flight.
+//! Why closed loop: the torque an estimator sees is then correlated with the joint noise, as on a
+//! real arm; estimators that are only right for open-loop data fail here as they would in flight.
 
 use crate::fourier_reference::{FourierReference, JointTarget};
 use crate::oracle::arm_parameters::{ArmChain, ArmParameters};
@@ -35,7 +37,8 @@ pub struct ArmNoise {
 }
 
 impl Default for ArmNoise {
-    /// The benchmark's: gyro 0.09 °/√h, 19-bit encoders with 12 µrad, rates 0.1 mrad/s, torques 0.1 Nm.
+    /// The benchmark's: gyro 0.09 °/√h, 19-bit encoders with 12 µrad, rates 0.1 mrad/s, torques 0.1
+    /// Nm.
     fn default() -> Self {
         Self {
             gyro_arw_rad_sqrt_s: 0.09 / 60.0 * core::f64::consts::PI / 180.0,
@@ -110,8 +113,9 @@ pub struct FreeFloatingArm {
 }
 
 impl FreeFloatingArm {
-    /// Arm on its reference at t = 0 (angles and rates), its system centre of mass at rest in the origin, its system angular
-    /// momentum `h_cm_nms`. Noise streams are named `{stream_prefix}.gyro.z`, `{stream_prefix}.joint1.angle`, ….
+    /// Arm on its reference at t = 0 (angles and rates), its system centre of mass at rest in the
+    /// origin, its system angular momentum `h_cm_nms`. Noise streams are named
+    /// `{stream_prefix}.gyro.z`, `{stream_prefix}.joint1.angle`, ….
     pub fn new(
         parameters: &ArmParameters,
         reference: FourierReference,
@@ -200,7 +204,8 @@ impl FreeFloatingArm {
     }
 }
 
-/// The chain with its joints on target, base attitude zero, CM at rest in the origin, angular momentum `h_nms`.
+/// The chain with its joints on target, base attitude zero, CM at rest in the origin, angular
+/// momentum `h_nms`.
 fn motion_on(chain: &ArmChain, target: &JointTarget, h_nms: f64) -> Motion<5> {
     let ([angle_1, angle_2], [rate_1, rate_2]) = (target.angle_rad, target.rate_rad_s);
     let mut motion = Motion {

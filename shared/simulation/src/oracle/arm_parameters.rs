@@ -1,7 +1,8 @@
 //! The two-link arm of BP1 as numbers, its chain of bodies, and its true minimal parameters.
 //!
-//! Table II of the benchmark in its usual (Papadopoulos) notation: `l_i` from the inboard joint to the CM of link i, `r_i` from there to
-//! the next joint or the grasp point, `r_0` from the base CM to joint 1. The printed inertias are taken about the CM.
+//! Table II of the benchmark in its usual (Papadopoulos) notation: `l_i` from the inboard joint to
+//! the CM of link i, `r_i` from there to the next joint or the grasp point, `r_0` from the base CM
+//! to joint 1. The printed inertias are taken about the CM.
 
 use crate::oracle::chain::{Body, Chain, Motion};
 use nalgebra::{SMatrix, SVector};
@@ -75,14 +76,16 @@ impl ArmParameters {
         Chain::new([base, link(0), last])
     }
 
-    /// True minimal parameters a1..a8 of the momentum and torque regressors; a9 = 0 is presumed (no target, or one on the link's axis).
+    /// True minimal parameters a1..a8 of the momentum and torque regressors; a9 = 0 is presumed (no
+    /// target, or one on the link's axis).
     pub fn inertial_parameters_truth(&self) -> [f64; 8] {
         let mut first = [0.0; 8];
         first.copy_from_slice(&self.mated_inertial_parameters_truth()[..8]);
         first
     }
 
-    /// True minimal parameters a1..a9: read off the chain's mass matrix, not from a formula for them.
+    /// True minimal parameters a1..a9: read off the chain's mass matrix, not from a formula for
+    /// them.
     ///
     /// About the system's CM and in the absolute rates of the three bodies, the inertia is
     /// `D11 = a1, D22 = a2, D33 = a3, D12 = a4 cos θ1 + a5 sin θ1, D13 = a6 cos(θ1+θ2) + a7 sin(θ1+θ2), D23 = a8 cos θ2 + a9 sin θ2`:
@@ -186,8 +189,9 @@ mod tests {
         ]
     }
 
-    /// Published with the three experiments: condition number of the stacked momentum rows 7.5 (B), 11.9 (E1), 44 (mated). A coefficient
-    /// in the wrong place moves them; the last digits of the mated experiment hide inside the rounding of 44.
+    /// Published with the three experiments: condition number of the stacked momentum rows 7.5 (B),
+    /// 11.9 (E1), 44 (mated). A coefficient in the wrong place moves them; the last digits of the
+    /// mated experiment hide inside the rounding of 44.
     #[test]
     fn conditioning_of_the_experiments_is_the_published_one() {
         let plain = ArmParameters::paper_table_ii();
@@ -220,7 +224,8 @@ mod tests {
         );
     }
 
-    /// The nine numbers, found at three postures, must give the momentum of the chain at every posture.
+    /// The nine numbers, found at three postures, must give the momentum of the chain at every
+    /// posture.
     #[test]
     fn nine_parameters_reproduce_the_angular_momentum_of_random_motions() {
         for arm in [ArmParameters::paper_table_ii(), ArmParameters::paper_table_ii().with_target(MATED)] {
@@ -240,7 +245,8 @@ mod tests {
         }
     }
 
-    /// A target held is the same as a chain with a fourth body at the grasp point whose joint does not turn.
+    /// A target held is the same as a chain with a fourth body at the grasp point whose joint does
+    /// not turn.
     #[test]
     fn a_rigid_target_moves_like_a_fourth_body_that_does_not_turn() {
         let arm = ArmParameters::paper_table_ii();

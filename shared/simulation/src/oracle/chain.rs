@@ -1,14 +1,16 @@
 //! Planar serial chain on a free base, from the Jacobians of its bodies.
 //!
-//! Coordinates `q = (x, y, θ, joint angles…)`: position and attitude of the base frame in inertial space, then each
-//! body's angle relative to the one before. For body i with centre of mass (CM) at `p_i`,
+//! Coordinates `q = (x, y, θ, joint angles…)`: position and attitude of the base frame in inertial
+//! space, then each body's angle relative to the one before. For body i with centre of mass (CM) at
+//! `p_i`,
 //!
 //! ```text
 //! v_i = J_i q̇,   M = Σ m_i J_iᵀJ_i + I_i j_iᵀj_i,   b = Σ m_i J_iᵀ J̇_i q̇,   M q̈ + b = Q
 //! ```
 //!
-//! (Kane's form of the equations of motion; Featherstone, Rigid Body Dynamics Algorithms, ch. 3). Momentum is not
-//! used to reduce the state: it is computed, and its constancy is a test of the equations.
+//! (Kane's form of the equations of motion; Featherstone, Rigid Body Dynamics Algorithms, ch. 3).
+//! Momentum is not used to reduce the state: it is computed, and its constancy is a test of the
+//! equations.
 //!
 //! Assumes: rigid bodies in a plane, ideal revolute joints, no gravity. `DOF = BODIES + 2`.
 
@@ -73,7 +75,8 @@ impl<const BODIES: usize, const DOF: usize> Chain<BODIES, DOF> {
     pub fn mass_and_bias(&self, motion: &Motion<DOF>) -> (Matrix<DOF>, SVector<f64, DOF>) {
         let mut mass = Matrix::<DOF>::zeros();
         let mut bias = SVector::<f64, DOF>::zeros();
-        // Joint k turns bodies k.. ; "joint" 0 is the base frame's origin. All relative to that origin.
+        // Joint k turns bodies k.. ; "joint" 0 is the base frame's origin. All relative to that
+        // origin.
         let mut joint = [[0.0; 2]; BODIES];
         let mut joint_velocity = [[0.0; 2]; BODIES];
         let (mut angle, mut rate) = (0.0, 0.0);
@@ -104,7 +107,8 @@ impl<const BODIES: usize, const DOF: usize> Chain<BODIES, DOF> {
         (mass, bias)
     }
 
-    /// `q̈ = M⁻¹ (Q − b)` under the generalised force `Q` (force on the base, torque on the base, joint torques).
+    /// `q̈ = M⁻¹ (Q − b)` under the generalised force `Q` (force on the base, torque on the base,
+    /// joint torques).
     pub fn acceleration(&self, motion: &Motion<DOF>, force: &SVector<f64, DOF>) -> SVector<f64, DOF> {
         let (mass, bias) = self.mass_and_bias(motion);
         mass.cholesky().expect("bodies have positive mass and inertia, so M > 0").solve(&(force - bias))
@@ -127,7 +131,8 @@ impl<const BODIES: usize, const DOF: usize> Chain<BODIES, DOF> {
     pub fn invariants(&self, motion: &Motion<DOF>) -> Invariants {
         let (mass, _) = self.mass_and_bias(motion);
         let momentum = mass * motion.q_dot;
-        // column θ of M holds Σ m perp(r): the first moment of the system about the base frame's origin
+        // column θ of M holds Σ m perp(r): the first moment of the system about the base frame's
+        // origin
         let com = [mass[(1, 2)] / mass[(0, 0)], -mass[(0, 2)] / mass[(0, 0)]];
         Invariants {
             linear_momentum_n_s: [momentum[0], momentum[1]],
@@ -137,9 +142,9 @@ impl<const BODIES: usize, const DOF: usize> Chain<BODIES, DOF> {
         }
     }
 
-    /// Inertia of the system about its own centre of mass in the angles (θ, joints): the Schur complement of
-    /// the translations in `M`. Angular momentum about the CM is its first row times the angle rates when the CM rests.
-    /// Rows and columns 0 and 1 of the result are zero.
+    /// Inertia of the system about its own centre of mass in the angles (θ, joints): the Schur
+    /// complement of the translations in `M`. Angular momentum about the CM is its first row times
+    /// the angle rates when the CM rests. Rows and columns 0 and 1 of the result are zero.
     pub fn inertia_about_com(&self, motion: &Motion<DOF>) -> Matrix<DOF> {
         let (mass, _) = self.mass_and_bias(motion);
         // the translation block is (total mass) · 1
@@ -152,7 +157,8 @@ impl<const BODIES: usize, const DOF: usize> Chain<BODIES, DOF> {
         })
     }
 
-    /// Sets the base velocity so that, with the joint rates of `motion`, linear momentum is zero and angular momentum `h_nms`.
+    /// Sets the base velocity so that, with the joint rates of `motion`, linear momentum is zero
+    /// and angular momentum `h_nms`.
     pub fn set_base_velocity_from_momentum(&self, motion: &mut Motion<DOF>, h_nms: f64) {
         let (mass, _) = self.mass_and_bias(motion);
         let joints = joint_part(&mass, &motion.q_dot);
@@ -160,8 +166,9 @@ impl<const BODIES: usize, const DOF: usize> Chain<BODIES, DOF> {
         motion.q_dot.fixed_rows_mut::<3>(0).copy_from(&base);
     }
 
-    /// Joint torques that give the joint accelerations in `acceleration` while nothing acts on the base; its
-    /// base entries are ignored on entry. Returns the generalised force, base entries zero.
+    /// Joint torques that give the joint accelerations in `acceleration` while nothing acts on the
+    /// base; its base entries are ignored on entry. Returns the generalised force, base entries
+    /// zero.
     pub fn inverse_dynamics(&self, motion: &Motion<DOF>, mut acceleration: SVector<f64, DOF>) -> SVector<f64, DOF> {
         let (mass, bias) = self.mass_and_bias(motion);
         let load = joint_part(&mass, &acceleration) + bias.fixed_rows::<3>(0);

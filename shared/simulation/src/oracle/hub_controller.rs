@@ -25,7 +25,8 @@ impl HubController {
         Self { proportional_nm_rad: 600.0, integral_nm_rad_s: 120.0, derivative_nms_rad: 450.0 }
     }
 
-    /// Torque to be held over the next interval; the integral includes the present error (backward rectangle).
+    /// Torque to be held over the next interval; the integral includes the present error (backward
+    /// rectangle).
     pub fn torque_nm(
         &self,
         state: &mut HubControllerState,

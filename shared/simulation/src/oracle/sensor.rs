@@ -19,7 +19,8 @@ impl Channel {
         Self::quantised(stream, sigma, 0.0)
     }
 
-    /// Channel with white noise of standard deviation `sigma`, rounded to multiples of `lsb` (0 = not rounded).
+    /// Channel with white noise of standard deviation `sigma`, rounded to multiples of `lsb` (0 =
+    /// not rounded).
     pub fn quantised(stream: Stream, sigma: f64, lsb: f64) -> Self {
         assert!(sigma >= 0.0 && sigma.is_finite());
         assert!(lsb >= 0.0 && lsb.is_finite());

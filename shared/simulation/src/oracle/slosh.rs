@@ -1,11 +1,12 @@
 //! Sloshing propellant as a mass on a spring and damper along one axis: the truth of BP2.
 //!
-//! Two point masses in absolute coordinates, `m_0 ẍ_0 = f + F`, `m_s ẍ_s = −F`, `F = k (x_s − x_0) + c (v_s − v_0)`,
-//! advanced by one exact matrix exponential while the thrust is held. Nothing is reduced to the relative coordinate,
-//! so momentum is a test and not an assumption.
+//! Two point masses in absolute coordinates, `m_0 ẍ_0 = f + F`, `m_s ẍ_s = −F`,
+//! `F = k (x_s − x_0) + c (v_s − v_0)`, advanced by one exact matrix exponential while the thrust
+//! is held. Nothing is reduced to the relative coordinate, so momentum is a test and not an
+//! assumption.
 //!
-//! The accelerometer returns velocity increments: the mean acceleration over the interval with white noise of `N/√Δt`.
-//! Frame: one axis, positive along the thrust. No gravity; starts at rest.
+//! The accelerometer returns velocity increments: the mean acceleration over the interval with
+//! white noise of `N/√Δt`. Frame: one axis, positive along the thrust. No gravity; starts at rest.
 
 use crate::oracle::sensor::Channel;
 use crate::sensor::random_walk_sample_sigma;
@@ -60,7 +61,8 @@ pub struct SloshTruth {
 }
 
 impl SloshTruth {
-    /// Craft at rest. `vrw_m_s_sqrt_s` is the accelerometer's velocity random walk; its stream is `{stream_prefix}.accelerometer.x`.
+    /// Craft at rest. `vrw_m_s_sqrt_s` is the accelerometer's velocity random walk; its stream is
+    /// `{stream_prefix}.accelerometer.x`.
     pub fn new(
         parameters: &SloshParameters,
         interval_s: f64,
@@ -108,7 +110,8 @@ impl SloshTruth {
     }
 }
 
-/// The seed's thrust: `amplitude · sin(2π f t)`, to be sampled at the middle of the interval over which it is held.
+/// The seed's thrust: `amplitude · sin(2π f t)`, to be sampled at the middle of the interval over
+/// which it is held.
 pub fn sine_force_n(t_mid_s: f64, amplitude_n: f64, frequency_hz: f64) -> f64 {
     amplitude_n * libm::sin(core::f64::consts::TAU * frequency_hz * t_mid_s)
 }
@@ -174,8 +177,9 @@ mod tests {
                 x = core::array::from_fn(|i| x[i] + h / 6.0 * (k_1[i] + 2.0 * k_2[i] + 2.0 * k_3[i] + k_4[i]));
             }
             let measured = craft.step(force).acceleration_m_s2;
-            // RK4: (ωh)⁵/120 = 2e-18 per step; what is left is the rounding of 10⁵ steps, 1e-13 relative at random signs,
-            // on velocities of a few m/s and positions of up to a few hundred metres
+            // RK4: (ωh)⁵/120 = 2e-18 per step; what is left is the rounding of 10⁵ steps, 1e-13
+            // relative at random signs, on velocities of a few m/s and positions of up to a few
+            // hundred metres
             assert!((measured - (x[2] - v_before)).abs() < 1e-12, "interval {k}: {}", measured - (x[2] - v_before));
             assert!((craft.stroke_m() - (x[1] - x[0])).abs() < 1e-9);
         }

@@ -50,8 +50,8 @@ fn compare_arm(noise: ArmNoise) -> [Spread; 7] {
     spread
 }
 
-/// Two formulations, both RK4 at 5 ms: what differs is rounding, 1e-16 a step, kept from growing by the loop (the base floats: its errors add
-/// up over 12 000 steps).
+/// Two formulations, both RK4 at 5 ms: what differs is rounding, 1e-16 a step, kept from growing by
+/// the loop (the base floats: its errors add up over 12 000 steps).
 #[test]
 fn the_arm_of_bp1a_is_the_special_simulators_sample_by_sample() {
     for noise in [ArmNoise::none(), ArmNoise::default()] {
@@ -71,7 +71,8 @@ fn the_tank_of_bp2_is_the_special_simulators_under_exact_hold() {
         let expected = special.step(sine_force_n(0.1 * (f64::from(k) + 0.5), 44.0, 0.01));
         spread.take(general.step().value(0), expected.acceleration_m_s2);
     }
-    // rounding of velocities of up to 1.4 m/s, differenced over 0.1 s and compared with 0.04 m/s²: 1e-14 a step, adding at random
+    // rounding of velocities of up to 1.4 m/s, differenced over 0.1 s and compared with 0.04 m/s²:
+    // 1e-14 a step, adding at random
     assert!(spread.relative() < 1e-11, "{:.1e}", spread.relative());
 }
 
@@ -79,7 +80,8 @@ fn pulse() -> Vec<Signal> {
     plants::always(SignalKind::Pulse { size: q(1e-3), width_s: q(0.5), period_s: None })
 }
 
-/// The hub turns by microradians, so that what the special simulator neglects (ω² η against η'') is below 1e-12.
+/// The hub turns by microradians, so that what the special simulator neglects (ω² η against η'') is
+/// below 1e-12.
 #[test]
 fn the_beam_of_bp3_is_the_special_simulators_sample_by_sample() {
     for parameters in [AppendageParameters::design(), AppendageParameters::design_five_modes()] {

@@ -66,7 +66,8 @@ fn a_checkpoint_of_another_plant_is_refused() {
     assert!(matches!(arm.restore(&cart.state()), Err(SimulationError::ForeignState { .. })));
 }
 
-/// The tenth sensor is slow, lagged and jittered, so that its reading needs states between those of all others.
+/// The tenth sensor is slow, lagged and jittered, so that its reading needs states between those of
+/// all others.
 #[test]
 fn adding_a_sensor_changes_no_other_channel() {
     let plain = plants::arm(&ArmNoise::default());

@@ -1,4 +1,5 @@
-//! What actuators do between the command and the plant: range, delay, lag, noise; and prescribed motions.
+//! What actuators do between the command and the plant: range, delay, lag, noise; and prescribed
+//! motions.
 
 use super::plants::{self, q};
 use crate::{SimulationError, Simulator};
@@ -10,7 +11,8 @@ use dynamics::description::{
 use dynamics::effect::Law;
 use dynamics::lags::FilterKind;
 
-/// A catalogue entry whose filter is of the wanted kind at the value `amplitude` of its first parameter.
+/// A catalogue entry whose filter is of the wanted kind at the value `amplitude` of its first
+/// parameter.
 fn filter_effect(amplitude: f64, wanted: impl Fn(FilterKind) -> bool) -> Option<EffectUse> {
     let site = Site { kind: SiteKind::Actuator, name: "force".to_owned() };
     for effect in EFFECTS {
@@ -160,7 +162,8 @@ fn exact_hold_is_refused_where_it_would_be_wrong() {
     assert!(matches!(Simulator::new(&shaken, 0, "cart"), Err(SimulationError::NotHeld { .. })));
 }
 
-/// A stiff oscillator with dry friction, by the exact hold as far as the file says: what a user hides must simply work.
+/// A stiff oscillator with dry friction, by the exact hold as far as the file says: what a user
+/// hides must simply work.
 #[test]
 fn an_effect_on_a_plant_of_exact_hold_is_simulated_by_fine_steps_of_runge_kutta() {
     let mut plant = cart();

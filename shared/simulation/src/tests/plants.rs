@@ -75,7 +75,8 @@ pub fn sensor(name: &str, kind: SensorKind) -> Sensor {
     }
 }
 
-/// BP1A: Table II on trajectory B in closed loop, sensors in the order and under the names of the special simulator.
+/// BP1A: Table II on trajectory B in closed loop, sensors in the order and under the names of the
+/// special simulator.
 pub fn arm(noise: &ArmNoise) -> Plant {
     let p = ArmParameters::paper_table_ii();
     let turn = JointKind::Revolute { axis: Z };
@@ -226,7 +227,8 @@ pub fn appendage(parameters: &AppendageParameters, torque: Vec<Signal>) -> Plant
     }
 }
 
-/// A mass of 2 kg on a line, force `command`; sensors: displacement, rate. Solutions are known without integration.
+/// A mass of 2 kg on a line, force `command`; sensors: displacement, rate. Solutions are known
+/// without integration.
 pub fn cart(command: Vec<Signal>) -> Plant {
     let joint = || "cart".to_owned();
     let along = JointKind::Prismatic { axis: [1.0, 0.0, 0.0] };

@@ -13,7 +13,8 @@ fn cost_of_bp1a_for_60_s_at_100_hz_with_rk4_at_10_ms() {
     for (name, noise) in [("without noise", ArmNoise::none()), ("with noise", ArmNoise::default())] {
         let mut plant = plants::arm(&noise);
         plant.simulation.step_s = 0.01;
-        // the least time of each tenth of a second over many records: what else the machine does is left out
+        // the least time of each tenth of a second over many records: what else the machine does is
+        // left out
         let mut parts_ms = vec![f64::INFINITY; 600];
         for _ in 0..100 {
             let mut simulator = Simulator::new(&plant, 0, "arm").unwrap();

@@ -52,7 +52,8 @@ fn refinement(golden: &Value, of: &str, what: &str) -> f64 {
     number(&golden["refinement"][of][what])
 }
 
-/// Frequencies and shapes in closed form (`beam`) against the elements, to what refining the mesh still changes.
+/// Frequencies and shapes in closed form (`beam`) against the elements, to what refining the mesh
+/// still changes.
 #[test]
 fn golden_clamped_modes_of_the_elements_are_those_of_the_closed_form() {
     let golden = golden();
@@ -83,9 +84,10 @@ fn hub_free_hz(golden: &Value, modes: usize) -> Vec<f64> {
     found.modes.iter().map(|mode| mode.frequency_hz).collect()
 }
 
-/// A clamped mode i that is left out adds `p_i² ω²/(ω_i² − ω²)` to the hub's inertia; Rayleigh's quotient of a mode with hub angle θ and
-/// unit modal mass then falls by `θ²` times that. Of the modes behind the fifth only the sum of `p_i²` is known, the beam's
-/// inertia less that of the first five, and that they are faster than it.
+/// A clamped mode i that is left out adds `p_i² ω²/(ω_i² − ω²)` to the hub's inertia; Rayleigh's
+/// quotient of a mode with hub angle θ and unit modal mass then falls by `θ²` times that. Of the
+/// modes behind the fifth only the sum of `p_i²` is known, the beam's inertia less that of the
+/// first five, and that they are faster than it.
 #[test]
 fn golden_hub_free_modes_are_approached_from_above_as_far_as_left_out_modes_allow() {
     let golden = golden();
@@ -108,14 +110,16 @@ fn golden_hub_free_modes_are_approached_from_above_as_far_as_left_out_modes_allo
     }
 }
 
-/// The two documents' frequencies with two modes, whose truth the elements restricted to them do not state: 1.56110 and 6.48443 Hz.
+/// The two documents' frequencies with two modes, whose truth the elements restricted to them do
+/// not state: 1.56110 and 6.48443 Hz.
 #[test]
 fn golden_two_clamped_modes_give_the_hub_free_frequencies_of_the_benchmark() {
     let found = hub_free_hz(&golden(), 2);
     assert!((found[0] - 1.56110).abs() < 5e-6 && (found[1] - 6.48443).abs() < 5e-6, "{found:?}"); // half of the last digit
 }
 
-/// Torque pulse and what follows. The exact hold has rounding alone; what the document knows is what refining its mesh changes.
+/// Torque pulse and what follows. The exact hold has rounding alone; what the document knows is
+/// what refining its mesh changes.
 fn history_agrees(name: &str) {
     let golden = golden();
     let histories = golden["histories"].as_array().unwrap();

@@ -1,7 +1,9 @@
-//! Plants against numbers that independent engines computed: `tests/golden/*.json`, made by `tests/peers/run dynamics --write`.
+//! Plants against numbers that independent engines computed: `tests/golden/*.json`, made by
+//! `tests/peers/run dynamics --write`.
 //!
-//! The plants are written down from the numbers in the documents, so that nothing but the documents states the mechanics.
-//! Trees of rigid bodies against Pinocchio and MuJoCo are in `multibody::tests::golden`.
+//! The plants are written down from the numbers in the documents, so that nothing but the documents
+//! states the mechanics. Trees of rigid bodies against Pinocchio and MuJoCo are in
+//! `multibody::tests::golden`.
 
 mod appendage;
 mod planar_tank;

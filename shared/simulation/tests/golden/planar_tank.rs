@@ -1,4 +1,5 @@
-//! Slosh on two springs and slosh as a pendulum in a free planar hub, against equations written by hand and DOP853.
+//! Slosh on two springs and slosh as a pendulum in a free planar hub, against equations written by
+//! hand and DOP853.
 
 use crate::{agree, initial, number, numbers, plant};
 use dynamics::description::Plant;
@@ -89,7 +90,8 @@ fn turned([x, y]: [f64; 2], angle: f64) -> [f64; 2] {
     [cos * x - sin * y, sin * x + cos * y]
 }
 
-/// Components of the document's state as those of the system: velocities of the hub in its own axes.
+/// Components of the document's state as those of the system: velocities of the hub in its own
+/// axes.
 fn system_state(system: &System, golden: &Value) -> Vec<f64> {
     let mut x = vec![0.0; system.states().len()];
     let angle = number(&golden["angle_rad"]);
@@ -119,7 +121,8 @@ fn document_state(system: &System, x: &[f64]) -> Vec<f64> {
     state
 }
 
-/// Same state, same thrust: what accelerates. Both sides solve a few equations of condition ten: rounding.
+/// Same state, same thrust: what accelerates. Both sides solve a few equations of condition ten:
+/// rounding.
 fn accelerations_agree(name: &str) {
     let case = case(name);
     let system = System::new(&plant_of(&case)).unwrap();
@@ -148,7 +151,8 @@ fn accelerations_agree(name: &str) {
     }
 }
 
-/// 60 s from the same start. DOP853 at rtol 1e-12 leaves some 1e-10 after 60 s, Runge–Kutta at 2 ms `(ω h)⁴/120 · ω t = 4e-11`.
+/// 60 s from the same start. DOP853 at rtol 1e-12 leaves some 1e-10 after 60 s, Runge–Kutta at 2 ms
+/// `(ω h)⁴/120 · ω t = 4e-11`.
 fn motion_agrees(name: &str) {
     let case = case(name);
     let mut simulator = Simulator::new(&plant_of(&case), 1, "golden").unwrap();

@@ -1,4 +1,5 @@
-//! The page and the words of a diagnosis made up for the purpose: every figure, every table, nothing that is no number.
+//! The page and the words of a diagnosis made up for the purpose: every figure, every table,
+//! nothing that is no number.
 
 use super::super::{Case, Diagnosed, object, words};
 use super::page;

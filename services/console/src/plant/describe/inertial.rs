@@ -52,7 +52,8 @@ impl Inertial {
         json!({ "mass_kg": self.mass_kg, "com_m": self.com_m, "inertia_com_kg_m2": self.inertia_com_kg_m2 })
     }
 
-    /// Base parameters: combinations, condition number, and the gap of the singular values that decides the rank (null: infinite).
+    /// Base parameters: combinations, condition number, and the gap of the singular values that
+    /// decides the rank (null: infinite).
     pub fn base_json(&self) -> Value {
         let gap = self.base.gap.is_finite().then_some(self.base.gap);
         json!({
@@ -112,7 +113,8 @@ impl MomentumView {
     }
 }
 
-/// Numbers of the bodies that are not zero, which is taken as structure: a centre of mass on the axis stays there.
+/// Numbers of the bodies that are not zero, which is taken as structure: a centre of mass on the
+/// axis stays there.
 fn varied(rigid: &Plant) -> Vec<(String, f64)> {
     let root = &rigid.bodies[0].joint.name;
     let numbers = rigid.parameters().into_iter().filter(|number| number.value != 0.0);
@@ -166,8 +168,8 @@ fn floats_freely(plant: &Plant) -> bool {
 /// Mass [kg], centre of mass [m], inertia about it [kg m²] where it has one.
 type MassProperties = (f64, [f64; 3], Option<[[f64; 3]; 3]>);
 
-/// Mass, centre of mass and inertia about it in the initial posture, by turning the whole about each axis: the angular momentum
-/// per unit of rate is a column of the inertia.
+/// Mass, centre of mass and inertia about it in the initial posture, by turning the whole about
+/// each axis: the angular momentum per unit of rate is a column of the inertia.
 fn totals(plant: &Plant) -> Result<MassProperties, SimulationError> {
     let mut posture = Simulator::new(plant, 1, &plant.name)?;
     let names: Vec<String> = posture.system().states().iter().map(|state| state.name.clone()).collect();

@@ -8,7 +8,8 @@ use nalgebra::{Complex, DMatrix};
 use serde_json::{Value, json};
 use simulation::{SimulationError, Simulator};
 
-/// A discrete pole this near to one is a free integrator: pairs of them scatter by the square root of rounding.
+/// A discrete pole this near to one is a free integrator: pairs of them scatter by the square root
+/// of rounding.
 const AT_ZERO: f64 = 1e-6;
 
 /// About which state the equations are linearised.
@@ -73,7 +74,8 @@ impl Poles {
         Ok(Poles { about, open: modes.modes, zeros: modes.zeros, closed })
     }
 
-    /// Frequencies [Hz], damping ratios and poles [1/s], each with the state that dominates its mode.
+    /// Frequencies [Hz], damping ratios and poles [1/s], each with the state that dominates its
+    /// mode.
     pub fn as_json(&self) -> Value {
         let open = self.open.iter().map(|mode| {
             json!({
@@ -105,9 +107,11 @@ fn is_equilibrium(system: &System, x: &[f64], u: &[f64]) -> bool {
     rates.into_iter().all(|(_, rate)| rate.abs() < STILL)
 }
 
-/// Poles of plant and controllers, sampled with the control period; references, lags and delays are left out.
+/// Poles of plant and controllers, sampled with the control period; references, lags and delays are
+/// left out.
 ///
-/// `x⁺ = Φ x + Γ u`, `s⁺ = s − T C_p x`, `u = −(K_p + K_i T) C_p x + K_i s − K_d C_d x`, poles `ln(z)/T`.
+/// `x⁺ = Φ x + Γ u`, `s⁺ = s − T C_p x`, `u = −(K_p + K_i T) C_p x + K_i s − K_d C_d x`, poles
+/// `ln(z)/T`.
 fn closed_loop(plant: &Plant, space: &StateSpace) -> Vec<LoopPole> {
     let (n, m, period_s) = (space.a.nrows(), space.b.ncols(), plant.simulation.period_s);
     let mut held = DMatrix::zeros(n + m, n + m);
@@ -190,7 +194,8 @@ mod tests {
         assert!((time_s / (-0.1 / 0.75_f64.ln()) - 1.0).abs() < 1e-12); // rounding
     }
 
-    /// With the hub free the beam's first mode is at 1.56 Hz; the loop damps it, and has slow poles of its own.
+    /// With the hub free the beam's first mode is at 1.56 Hz; the loop damps it, and has slow poles
+    /// of its own.
     #[test]
     fn the_loop_of_the_appendage_has_modes_of_its_own() {
         let poles = of("hub_appendage_closed_loop");

@@ -1,4 +1,5 @@
-//! What a channel of a recording is likely to be: guessed from its unit, its name, and how it moves.
+//! What a channel of a recording is likely to be: guessed from its unit, its name, and how it
+//! moves.
 
 use channels::{Channel, Recording};
 
@@ -104,20 +105,22 @@ fn noise_share(channel: &Channel) -> f64 {
     if variance > 0.0 { noise_sigma(&channel.value) / variance.sqrt() } else { 0.0 }
 }
 
-/// White noise of one sample from what is left of a channel after its third difference: `σ(∇³y)/√20`. The median takes no notice of
-/// the jumps of a command or a contact; motion below a twentieth of the sample rate is gone.
+/// White noise of one sample from what is left of a channel after its third difference:
+/// `σ(∇³y)/√20`. The median takes no notice of the jumps of a command or a contact; motion below a
+/// twentieth of the sample rate is gone.
 pub fn noise_sigma(values: &[f64]) -> f64 {
     let mut third: Vec<f64> = values.windows(4).map(|y| (y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0]).abs()).collect();
     if third.is_empty() {
         return 0.0;
     }
     third.sort_by(f64::total_cmp);
-    // The upper of the two in the middle, as proposals have always had it; against interpolation the
-    // digits change, not the estimate. Median of |x| of a normal distribution: 0.6745 σ.
+    // The upper of the two in the middle, as proposals have always had it; against interpolation
+    // the digits change, not the estimate. Median of |x| of a normal distribution: 0.6745 σ.
     third[third.len() / 2] / 0.6745 / 20.0_f64.sqrt()
 }
 
-/// Smallest step of which all differences are multiples; `None` where there is none above the digits of the file.
+/// Smallest step of which all differences are multiples; `None` where there is none above the
+/// digits of the file.
 pub fn resolution(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -1,4 +1,5 @@
-//! Whether a designed motion keeps its promise: records flown in closed loop with all noises by the simulator, which knows nothing of the design.
+//! Whether a designed motion keeps its promise: records flown in closed loop with all noises by the
+//! simulator, which knows nothing of the design.
 
 use super::{Designed, plant_text};
 use crate::campaign::{Benchmark, Campaign, Parameter, statistics};
@@ -7,7 +8,8 @@ use crate::inertial::{Inertial, truth};
 use crate::report::MethodReport;
 use std::fmt::Write;
 
-/// Instants per sample on which the propellant is looked at: its oscillation is not tied to the samples.
+/// Instants per sample on which the propellant is looked at: its oscillation is not tied to the
+/// samples.
 const INSTANTS_PER_SAMPLE: f64 = 4.0;
 const METHOD: &str = "momentum-wls-bc";
 

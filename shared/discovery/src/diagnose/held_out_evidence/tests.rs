@@ -92,7 +92,8 @@ fn shared_parameters_are_known_as_fitted_except_those_that_the_fitted_recordings
     }
 }
 
-/// A reading's bias is linear: known to one part in `d`, the gain that it foretells is uncertain to two in `d`.
+/// A reading's bias is linear: known to one part in `d`, the gain that it foretells is uncertain to
+/// two in `d`.
 #[test]
 fn the_predicted_gain_is_as_uncertain_as_the_parameters_that_predict_it() {
     let nominal = plant("drive_rig");

@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// A hinged bar with a beam of five clamped modes: the plant of these tests, with a shaft that has a damper where `damper` says so.
+/// A hinged bar with a beam of five clamped modes: the plant of these tests, with a shaft that has
+/// a damper where `damper` says so.
 fn rig(damper: f64) -> Plant {
     let frequency = [2.0, 5.1, 9.7, 15.6, 22.9];
     let rotation = [1.2, 0.7, 0.9, 0.3, 0.6];
@@ -57,7 +58,8 @@ fn a_plant_whose_frequencies_and_damping_are_right_is_left_alone() {
         .filter(|found| found.verdict != Verdict::None)
         .map(|found| found.reason)
         .collect();
-    // two expected at the most at alpha 0.01; Bonferroni over changes that overlap is on the safe side of it
+    // two expected at the most at alpha 0.01; Bonferroni over changes that overlap is on the safe
+    // side of it
     assert!(alarms.len() <= 2, "{alarms:?}");
 }
 
@@ -70,7 +72,8 @@ fn a_factor_on_all_damping_is_named_with_its_size_and_says_nothing_of_frequencie
     assert_eq!((found.effects[0].kind.as_str(), found.effects[0].status), ("damping_scale", Status::Confirmed));
     let factor = &found.effects[0].parameters[0];
     assert!((factor.value - 1.8).abs() < 3.0 * factor.sigma && factor.sigma < 0.1, "{factor:?}");
-    // a factor on damping moves no frequency: to rounding of eigenvalues beside one 6e4 times as large
+    // a factor on damping moves no frequency: to rounding of eigenvalues beside one 6e4 times as
+    // large
     let augmented = plant_file::parse("augmented", found.augmented_plant.as_ref().unwrap()).unwrap().plant;
     let (before, after) = (plant_modes(&plant, &[]).unwrap(), plant_modes(&augmented, &[]).unwrap());
     assert!(before.iter().zip(&after).all(|(a, b)| (a.frequency_hz / b.frequency_hz - 1.0).abs() < 1e-6));
@@ -111,7 +114,8 @@ fn one_mode_whose_damping_is_off_is_that_mode() {
 fn a_dashpot_at_a_joint_damps_each_mode_by_the_square_of_its_shape_there_and_is_named() {
     let (plant, damper) = (rig(0.0), 6.0);
     let (before, after) = (plant_modes(&plant, &[]).unwrap(), plant_modes(&rig(damper), &[]).unwrap());
-    // independent: modes of M, K written by hand; light damping adds c θ² / 2ω, θ the joint's part of the mass-normalised shape
+    // independent: modes of M, K written by hand; light damping adds c θ² / 2ω, θ the joint's part
+    // of the mass-normalised shape
     let beam = &plant.appendages[0].modes;
     let n = beam.len() + 1;
     let mass = nalgebra::DMatrix::from_fn(n, n, |i, j| match (i, j) {
@@ -138,7 +142,8 @@ fn a_dashpot_at_a_joint_damps_each_mode_by_the_square_of_its_shape_there_and_is_
     let found = asked(&plant, &measured(&rig(damper), 1e-3, 0.04, 7));
     let c = &found.effects[0].parameters[0];
     assert!((c.value - damper).abs() < 3.0 * c.sigma && c.sigma < 0.2 * damper, "{} {c:?}", found.reason);
-    // a film that brakes the bar, which only turns about the shaft, is the damper in the shaft by another name
+    // a film that brakes the bar, which only turns about the shaft, is the damper in the shaft by
+    // another name
     assert_eq!(found.verdict, Verdict::NotSeparable, "{}", found.reason);
     let names: Vec<&str> = core::iter::once(found.effects[0].kind.as_str())
         .chain(found.effects[0].rivals.iter().map(|rival| rival.kind.as_str()))
@@ -158,7 +163,8 @@ fn a_damping_that_is_off_by_less_than_damping_is_ever_trusted_to_is_no_finding()
 #[test]
 fn a_peak_as_narrow_as_the_lines_says_nothing_of_damping() {
     let plant = cantilever();
-    // lines of 0.05 Hz: the half-power width 2 ζ f of the plant is 0.015 to 1.7 Hz, that of the lower modes below five lines
+    // lines of 0.05 Hz: the half-power width 2 ζ f of the plant is 0.015 to 1.7 Hz, that of the
+    // lower modes below five lines
     let truth = hz(&with_tip_mass(0.0));
     let spectrum = spectrum(&truth, 0.001, 1);
     let (modes, narrow) = spectrum.modes_with_own_damping();

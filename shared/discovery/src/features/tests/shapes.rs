@@ -9,7 +9,8 @@ const PLACES: [f64; 6] = [0.2, 0.35, 0.5, 0.65, 0.8, 1.0];
 /// √ of the beam's mass, from the file's shape at the tip: 2 over it.
 const ROOT_MASS: f64 = 2.0 / 1.605_68;
 
-/// Shape of a clamped beam with eigenvalue `z` whose end carries no moment, whatever mass it carries.
+/// Shape of a clamped beam with eigenvalue `z` whose end carries no moment, whatever mass it
+/// carries.
 fn clamped(z: f64, x: f64) -> f64 {
     let c = (libm::cosh(z) + libm::cos(z)) / (libm::sinh(z) + libm::sin(z));
     libm::cosh(z * x) - libm::cos(z * x) - c * (libm::sinh(z * x) - libm::sin(z * x))

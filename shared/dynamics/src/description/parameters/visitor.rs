@@ -86,7 +86,8 @@ impl Visitor<'_> {
         self.one(&name, "rest", unit, &mut joint.rest);
     }
 
-    /// Position and slosh mass of a tank; stiffness and damping of its springs, or length and damping of its pendulum.
+    /// Position and slosh mass of a tank; stiffness and damping of its springs, or length and
+    /// damping of its pendulum.
     pub fn tank(&mut self, tank: &mut Tank) {
         let name = &tank.name;
         self.vector(name, "position", "m", &mut tank.position_m);
@@ -125,7 +126,8 @@ impl Visitor<'_> {
         }
     }
 
-    /// Geometry, wheel or motor parameters, command, noise and range of an actuator; `unit` is that of its input.
+    /// Geometry, wheel or motor parameters, command, noise and range of an actuator; `unit` is that
+    /// of its input.
     pub fn actuator(&mut self, actuator: &mut Actuator, unit: &str) {
         let name = &actuator.name;
         match &mut actuator.kind {
@@ -228,7 +230,8 @@ impl Visitor<'_> {
         self.one(name, "feed_forward", "1", &mut controller.feed_forward);
     }
 
-    /// Position, noise, bias, scale, misalignment, range, resolution, filter and times of a sensor; `unit` is that of its channel.
+    /// Position, noise, bias, scale, misalignment, range, resolution, filter and times of a sensor;
+    /// `unit` is that of its channel.
     pub fn sensor(&mut self, sensor: &mut Sensor, unit: &str) {
         let name = &sensor.name;
         match &mut sensor.kind {
@@ -253,7 +256,8 @@ impl Visitor<'_> {
         sensor.period_s.iter_mut().for_each(|period| self.one(name, "period", "s", period));
     }
 
-    /// Initial angular momentum, positions and rates; `units` has position and rate of each coordinate.
+    /// Initial angular momentum, positions and rates; `units` has position and rate of each
+    /// coordinate.
     pub fn initial(&mut self, prefix: &str, initial: &mut Initial, units: &[(&str, &str)]) {
         if let Some(momentum) = &mut initial.momentum_com_n_m_s {
             self.turning(prefix, "momentum", "N*m*s", momentum);

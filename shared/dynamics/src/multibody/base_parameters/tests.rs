@@ -47,8 +47,8 @@ fn base_parameters_reproduce_the_efforts_of_all_standard_parameters() {
     }
 }
 
-/// Counts of the literature: a single planar pendulum has one without gravity (its inertia) and three with it; a planar arm of two
-/// links three and seven … ; a free-flying rigid body all ten.
+/// Counts of the literature: a single planar pendulum has one without gravity (its inertia) and
+/// three with it; a planar arm of two links three and seven … ; a free-flying rigid body all ten.
 #[test]
 fn numbers_of_base_parameters_are_the_known_ones() {
     let z = Vector3::z();

@@ -24,7 +24,8 @@ pub enum ModelError {
         link: usize,
         length: f64,
     },
-    /// `rotation` is not orthogonal with determinant one: the largest entry of `RᵀR − 1` or `|det − 1|`.
+    /// `rotation` is not orthogonal with determinant one: the largest entry of `RᵀR − 1` or
+    /// `|det − 1|`.
     NotARotation {
         link: usize,
         error: f64,
@@ -52,7 +53,8 @@ pub enum ModelError {
         internal: usize,
         mass: f64,
     },
-    /// Kinetic energy is not positive for a motion of this velocity coordinate: the mass that moves with it is too small.
+    /// Kinetic energy is not positive for a motion of this velocity coordinate: the mass that moves
+    /// with it is too small.
     MassMatrixNotPositive {
         v_index: usize,
         pivot: f64,

@@ -1,4 +1,5 @@
-//! Equations among the coefficients of the momentum: null vectors of their monomials over random bodies.
+//! Equations among the coefficients of the momentum: null vectors of their monomials over random
+//! bodies.
 
 use crate::multibody::base_parameters::combination;
 use nalgebra::DMatrix;
@@ -6,19 +7,23 @@ use nalgebra::DMatrix;
 /// An equation between the coefficients.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dependence {
-    /// `"a4·a7 = a5·a6"`, coefficients numbered from one in the order of [`MomentumSpan::functions`](super::MomentumSpan::functions).
+    /// `"a4·a7 = a5·a6"`, coefficients numbered from one in the order of
+    /// [`MomentumSpan::functions`](super::MomentumSpan::functions).
     pub text: String,
-    /// (factors of the monomial counted from zero, its weight) of `Σ weight · Π α_i = 0`, the largest weight one.
+    /// (factors of the monomial counted from zero, its weight) of `Σ weight · Π α_i = 0`, the
+    /// largest weight one.
     pub terms: Vec<(Vec<usize>, f64)>,
 }
 
 /// Monomials among which a dependence is searched; more cannot be told apart by the draws taken.
 pub const MONOMIALS_MAX: usize = 250;
 
-/// Singular values of scaled monomials: rounding leaves 1e-15, products of coefficients that vary by a half stay above 1e-7.
+/// Singular values of scaled monomials: rounding leaves 1e-15, products of coefficients that vary
+/// by a half stay above 1e-7.
 const NULL_TOLERANCE: f64 = 1e-11;
 
-/// Equations that all columns of `alpha` satisfy: as many as there are, of the lowest degree that has any.
+/// Equations that all columns of `alpha` satisfy: as many as there are, of the lowest degree that
+/// has any.
 pub(super) fn dependences(alpha: &DMatrix<f64>) -> Vec<Dependence> {
     [2, 3].into_iter().map(|degree| of_degree(alpha, degree)).find(|found| !found.is_empty()).unwrap_or_default()
 }
@@ -63,7 +68,8 @@ fn of_degree(alpha: &DMatrix<f64>, degree: usize) -> Vec<Dependence> {
     sparse_rows(v_t.select_rows(&null)).into_iter().map(equation).collect()
 }
 
-/// The same row space with as many zeros as elimination with full pivoting gives; largest entry of each row one.
+/// The same row space with as many zeros as elimination with full pivoting gives; largest entry of
+/// each row one.
 fn sparse_rows(mut rows: DMatrix<f64>) -> Vec<Vec<f64>> {
     let mut free: Vec<usize> = (0..rows.nrows()).collect();
     while !free.is_empty() {

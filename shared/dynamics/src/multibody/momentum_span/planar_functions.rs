@@ -3,10 +3,12 @@
 use crate::multibody::Model;
 use crate::multibody::model::Joint;
 
-/// Functions of a planar tree of revolute joints: with `w_i` the absolute rate of body i and `φ_ij` the angle between two bodies,
-/// `w_i`, `(w_i + w_j) cos φ_ij`, `(w_i + w_j) sin φ_ij` (the quadratic form of the inertia in absolute rates).
+/// Functions of a planar tree of revolute joints: with `w_i` the absolute rate of body i and `φ_ij`
+/// the angle between two bodies, `w_i`, `(w_i + w_j) cos φ_ij`, `(w_i + w_j) sin φ_ij` (the
+/// quadratic form of the inertia in absolute rates).
 ///
-/// `None` when link 0 is not a planar base or a joint slides. Bodies fixed to one another count once.
+/// `None` when link 0 is not a planar base or a joint slides. Bodies fixed to one another count
+/// once.
 pub fn planar_tree_functions(model: &Model) -> Option<PlanarFunctions> {
     if model.links[0].joint != Joint::FreePlanar {
         return None;

@@ -2,7 +2,8 @@ use super::super::{JointKind, Link};
 use super::*;
 use nalgebra::{Matrix3, Vector3};
 
-/// A base with two links: masses, inertias, mount (2), CM of links 1 and 2, length of link 1, and how far CM 2 lies off its axis.
+/// A base with two links: masses, inertias, mount (2), CM of links 1 and 2, length of link 1, and
+/// how far CM 2 lies off its axis.
 fn arm(p: &[f64], joint: JointKind, base: JointKind) -> Result<Model, ModelError> {
     let [m0, m1, m2, i0, i1, i2, rx, ry, l1, l2, length, off] = p else { panic!("twelve parameters") };
     let link = |parent, joint, at: [f64; 2], mass: &f64, com: [f64; 2], inertia: &f64| Link {
@@ -68,8 +69,8 @@ fn with_the_outer_centre_of_mass_off_its_axis_there_are_nine() {
     let found = span(ranges, true);
     assert_eq!((found.span_dimension, found.manifold_dimension), (9, 8));
     assert!(found.unused.is_empty());
-    // both pairs of the mount are turned against each other by the direction of CM 2: Im((a6 + i a7) (a4 − i a5) (a8 ± i a9)) = 0,
-    // four products of three
+    // both pairs of the mount are turned against each other by the direction of CM 2: Im((a6 + i
+    // a7) (a4 − i a5) (a8 ± i a9)) = 0, four products of three
     let texts: Vec<&str> = found.dependences.iter().map(|dependence| dependence.text.as_str()).collect();
     assert_eq!(found.dependences.len(), 1, "{texts:?}");
     let mut products: Vec<Vec<usize>> = found.dependences[0].terms.iter().map(|term| term.0.clone()).collect();

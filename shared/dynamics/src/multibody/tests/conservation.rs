@@ -46,7 +46,8 @@ fn invariants(model: &Model, q: &[f64], v: &[f64]) -> [f64; 7] {
     [a, b, c, d, e, f, energy]
 }
 
-/// Change of each invariant, relative to its own size at the start, after one second in `steps` steps.
+/// Change of each invariant, relative to its own size at the start, after one second in `steps`
+/// steps.
 fn drift(model: &Model, state: &State, steps: u32) -> [f64; 7] {
     let (mut q, mut v) = (state.q.clone(), state.v.clone());
     let mut rk4 = Rk4::new(model);
@@ -57,7 +58,8 @@ fn drift(model: &Model, state: &State, steps: u32) -> [f64; 7] {
     core::array::from_fn(|i| (end[i] - start[i]).abs() / (1.0 + norm(&start)))
 }
 
-/// Free-floating trees whose joints carry no rotor (a rotor's momentum is not counted) and rest on one root.
+/// Free-floating trees whose joints carry no rotor (a rotor's momentum is not counted) and rest on
+/// one root.
 fn floating(seed: u64, internals: bool) -> (Model, State) {
     let mut draw = Draw::new(seed);
     let mut links = vec![draw.link(None, JointKind::FreeSpatial)];
@@ -88,7 +90,8 @@ fn momentum_and_energy_of_free_floating_trees_drift_to_fourth_order_and_fall_to_
             assert!(smallest < 2e-13, "seed {seed}: {smallest:e}"); // rounding of 4096 steps
         }
         orders.sort_by(f64::total_cmp);
-        // the invariants of RK4 drift to its order 4, one better where the leading term happens to cancel
+        // the invariants of RK4 drift to its order 4, one better where the leading term happens to
+        // cancel
         assert!(orders.iter().all(|p| (3.8..=5.3).contains(p)), "{orders:?}");
     }
 }

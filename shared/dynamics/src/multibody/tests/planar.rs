@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// A tree in the plane: a free or fixed root, then revolute (either sense), prismatic and fixed joints on random parents.
+/// A tree in the plane: a free or fixed root, then revolute (either sense), prismatic and fixed
+/// joints on random parents.
 fn plane_tree(draw: &mut Draw, gravity: Vector3<f64>) -> Model {
     let flat = |v: Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
     let mut links = Vec::new();

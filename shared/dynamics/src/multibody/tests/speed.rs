@@ -1,4 +1,5 @@
-//! Time per call, printed: `cargo test --release -p obsid-plant --lib multibody::tests::speed -- --ignored --nocapture`.
+//! Time per call, printed:
+//! `cargo test --release -p obsid-plant --lib multibody::tests::speed -- --ignored --nocapture`.
 
 use super::invariance::table_ii_arm;
 use super::*;

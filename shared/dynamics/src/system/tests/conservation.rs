@@ -1,4 +1,5 @@
-//! Momentum and energy, at an instant and exactly: totals of a state that moves along its derivative, in dual numbers.
+//! Momentum and energy, at an instant and exactly: totals of a state that moves along its
+//! derivative, in dual numbers.
 
 use super::*;
 use crate::system::Totals;
@@ -102,7 +103,8 @@ fn weight_is_part_of_the_energy_of_a_pendulum_on_a_cart() {
     assert_eq!(modes.modes[0].label, "tank:bob");
 }
 
-/// A uniform velocity of everything changes nothing that is felt inside, with bending panels as without.
+/// A uniform velocity of everything changes nothing that is felt inside, with bending panels as
+/// without.
 #[test]
 fn joints_tanks_and_modes_do_not_feel_a_uniform_velocity() {
     let system = System::new(&everything(true)).unwrap();
@@ -138,7 +140,8 @@ fn gravity_gradient_turns_the_whole_as_its_inertia_says_and_pushes_nothing() {
     let torque = totals.angular_momentum_com_n_m_s.map(|h| h.derivative);
     let expected = gradient_torque(&system, &x, n, 0.4);
     for k in 0..3 {
-        // rounding beside internal forces of 100 N and arms of metres; the torque itself is 1e-4 N m
+        // rounding beside internal forces of 100 N and arms of metres; the torque itself is 1e-4 N
+        // m
         assert!((torque[k] - expected[k]).abs() < 1e-10, "{torque:?} {expected:?}");
         assert!(totals.linear_momentum_n_s[k].derivative.abs() < 1e-10);
     }

@@ -99,7 +99,8 @@ fn a_prescribed_joint_needs_the_force_that_mass_friction_and_spring_ask_for() {
     let (sin, cos) = (libm::sin(0.3), libm::cos(0.3));
     let swing = -2.0 * 0.5 * 2.0 * cos / (0.1 + 2.0 * 0.25);
     assert!((x_dot[1] - swing).abs() < 1e-14, "{} {swing}", x_dot[1]);
-    // momentum along x: m_table a + m_bob (a + l θ'' cos θ − l θ'² sin θ); the rotor's share does not pass through the guide
+    // momentum along x: m_table a + m_bob (a + l θ'' cos θ − l θ'² sin θ); the rotor's share does
+    // not pass through the guide
     let transmitted = 4.0 * 2.0 + 2.0 * (2.0 + 0.5 * swing * cos - 0.5 * 0.64 * sin);
     let y = readings(&system, &x, &u);
     assert!((y[0] - transmitted).abs() < 1e-13, "{y:?} {transmitted}"); // rounding
@@ -144,7 +145,8 @@ fn a_shaken_base_is_a_joint_that_moves_the_same_way() {
     }
 }
 
-/// A turning and a sliding body side by side, friction and springs on both: the short way is the articulated one.
+/// A turning and a sliding body side by side, friction and springs on both: the short way is the
+/// articulated one.
 #[test]
 fn axes_that_stand_apart_accelerate_as_the_articulated_bodies_do() {
     for space in [Space::Planar, Space::Spatial] {

@@ -1,4 +1,5 @@
-//! Toy laws at every kind of site: they act at their site, receive its state, and vanish at zero amplitude.
+//! Toy laws at every kind of site: they act at their site, receive its state, and vanish at zero
+//! amplitude.
 
 use super::*;
 use crate::description::{EffectUse, Site, SiteKind};

@@ -134,7 +134,8 @@ fn mean_readings_are_increments_over_the_interval() {
         let mut y = [0.0; 3];
         mean.read_mean(&mut Workspace::new(&mean), 0.0, 0.01, &begin, &u, &x, &u, &mut y);
         assert!((y[0] - sum[0]).abs() < 1e-11, "{y:?} {sum:?}"); // Simpson's truncation
-        // body components averaged in turning axes differ by (ω Δt)²/24 of the acceleration and by its rate across
+        // body components averaged in turning axes differ by (ω Δt)²/24 of the acceleration and by
+        // its rate across
         for k in 1..3 {
             assert!((y[k] - sum[k]).abs() < 1e-4 * 3.0, "{y:?} {sum:?}");
         }

@@ -1,11 +1,13 @@
-//! Findings about a related pair: what is computed, turned, scaled, late, drifting or offset, each beyond its own uncertainty.
+//! Findings about a related pair: what is computed, turned, scaled, late, drifting or offset, each
+//! beyond its own uncertainty.
 
 use super::super::{Check, Finding, Severity, quantity, short};
 use super::Relation;
 use channels::Channel;
 use identification::statistics::{deviation, student_two_sided};
 
-/// Lag below this share of a step, scale error and offset below these shares are not reported: they move no estimate by a sigma that matters.
+/// Lag below this share of a step, scale error and offset below these shares are not reported: they
+/// move no estimate by a sigma that matters.
 const LAG_SHARE: f64 = 0.02;
 const SCALE_SHARE: f64 = 0.005;
 const OFFSET_SHARE: f64 = 0.01;
@@ -36,7 +38,8 @@ pub(super) struct Judged<'a> {
 }
 
 impl<'a> Judged<'a> {
-    /// Channel `b` against the derivative of `order` of channel `a`; `level` is the false-alarm probability of one test.
+    /// Channel `b` against the derivative of `order` of channel `a`; `level` is the false-alarm
+    /// probability of one test.
     pub fn new(a: &'a Channel, b: &'a Channel, order: usize, r: &'a Relation, level: f64) -> Self {
         let what = ["", "the rate of change of ", "the second derivative of "][order.min(2)];
         let window = short(2.0 * r.half_s);

@@ -21,8 +21,8 @@ fn moved(noise: &NoiseModel, kind: &str, k: usize, by: f64) -> NoiseModel {
     moved
 }
 
-/// Noise off what is stated: some of higher, some of lower variance, every other channel coloured, all with
-/// jitter.
+/// Noise off what is stated: some of higher, some of lower variance, every other channel coloured,
+/// all with jitter.
 fn noises(session: &EstimationSession<'_>) -> [NoiseModel; 2] {
     let mut white = session.noise.clone();
     white.input_sigma.iter_mut().for_each(|sigma| *sigma *= 3.0);
@@ -45,7 +45,8 @@ fn is_the_slope_of_the_likelihood(problem: &Problem) {
             [("input", &found.input), ("sensor", &found.sensor), ("pole", &found.pole), ("jitter", &found.jitter)];
         for (kind, slopes) in slopes {
             for (k, slope) in slopes.iter().enumerate() {
-                // where an initial state is wide the recursion's rounding is felt over smaller steps
+                // where an initial state is wide the recursion's rounding is felt over smaller
+                // steps
                 let step = 1e-2;
                 let at = |by: f64| value(&session, &linearised, &moved(&noise, kind, k, by));
                 let difference = (at(step) - at(-step)) / (2.0 * step);

@@ -16,7 +16,8 @@ pub(super) struct Channel {
 }
 
 impl Channel {
-    /// Whether a sample is taken at another time than its stamp: clock offset, skew, delay, or `shift_s` [s].
+    /// Whether a sample is taken at another time than its stamp: clock offset, skew, delay, or
+    /// `shift_s` [s].
     pub fn shifted(&self, shift_s: f64) -> bool {
         self.offset_s != 0.0 || self.skew != 0.0 || self.delay_s != 0.0 || shift_s != 0.0
     }

@@ -7,8 +7,8 @@ use crate::fit::FitError;
 /// Mean increase of `ln S` per sample that an unspecified disturbance starts at: not seen in any
 /// recording we can hold.
 const FLOOR_INFLATION: f64 = 1e-4;
-/// An unspecified disturbance is small beside the forces at work: prior standard deviation of its level, as
-/// a share of their rms.
+/// An unspecified disturbance is small beside the forces at work: prior standard deviation of its
+/// level, as a share of their rms.
 const DISTURBANCE_SHARE: f64 = 0.01;
 /// Largest change of a rate over an interval that a floor may make [m/s or rad/s].
 const KICK_MAX: f64 = 1e-2;
@@ -67,8 +67,8 @@ impl EstimationSession<'_> {
         Ok(())
     }
 
-    /// Per noise input of unspecified size, a share of the force that moves what it pushes: `Δv / Γ`
-    /// along the filtered trajectory.
+    /// Per noise input of unspecified size, a share of the force that moves what it pushes:
+    /// `Δv / Γ` along the filtered trajectory.
     pub(super) fn set_disturbance_priors(&mut self, unstated: &[usize]) {
         for factor in [1.0, 10.0, 100.0] {
             let mut open = self.noise.clone();

@@ -24,8 +24,8 @@ const SHORTENING: [f64; 2] = [0.05, 0.5];
 const GAIN_SHARE_MIN: f64 = 1e-2;
 /// Second derivative of a weak prior on the logarithm of a size: a factor e.
 const LOOSE_PRIOR_CURVATURE: f64 = 2.0;
-/// Gain in `−2 ln p` below which a pole is rejected: what chance gives a parameter that is not there
-/// (AIC).
+/// Gain in `−2 ln p` below which a pole is rejected: what chance gives a parameter that is not
+/// there (AIC).
 const POLE_PRICE: f64 = 2.0;
 
 /// Noise that minimises `−2 ln p` over noise, unknowns and `extra` columns from `start`; returns it

@@ -26,7 +26,8 @@ fn a_clean_sine_keeps_value_rate_and_acceleration() {
     for k in 40..360 {
         let t = (k as f64 + 0.3) * 0.005;
         let at = motion.at(t);
-        // cubic splines: 5/384 h⁴ f⁗ = 2e-8, h³ f⁗ / 24 = 8e-6, 3/8 h² f⁗ = 1.5e-2 of 39; the natural ends have decayed
+        // cubic splines: 5/384 h⁴ f⁗ = 2e-8, h³ f⁗ / 24 = 8e-6, 3/8 h² f⁗ = 1.5e-2 of 39; the
+        // natural ends have decayed
         assert!((at.value - libm::sin(TAU * t)).abs() < 1e-6, "{t}");
         assert!((at.rate - TAU * libm::cos(TAU * t)).abs() < 1e-4, "{t}");
         assert!((at.acceleration + TAU * TAU * libm::sin(TAU * t)).abs() < 3e-2, "{t}");
@@ -76,7 +77,8 @@ fn a_noisy_ramp_between_rests_has_two_kinks_and_its_slope() {
         let motion = SmoothMotion::new(&t, &noisy(&t, truth, sigma, seed));
         let kinks = motion.kinks_s();
         assert_eq!(kinks.len(), 2, "seed {seed}: {kinks:?}");
-        // the crossing of two lines through m samples each lies within some σ / (slope √m), m of the order of 500
+        // the crossing of two lines through m samples each lies within some σ / (slope √m), m of
+        // the order of 500
         assert!((kinks[0] - 1.0).abs() < 0.01 && (kinks[1] - 2.0).abs() < 0.01, "seed {seed}: {kinks:?}");
         for k in 0..8 {
             let t = 1.1 + 0.1 * f64::from(k);

@@ -1,4 +1,5 @@
-//! Claims about hub and appendage: the table, momentum, an independent integration, both loops' poles.
+//! Claims about hub and appendage: the table, momentum, an independent integration, both loops'
+//! poles.
 
 use super::*;
 use crate::oracle::hub_controller::{HubController, HubControllerState, staircase_rad};
@@ -99,7 +100,8 @@ fn exact_hold_equals_a_fine_integration_of_the_equations_of_motion() {
     }
 }
 
-/// Signals printed with the design: tip peak 0.224, root sensor peak 0.0275, decay rms 0.015 to 0.107 m/s², hub ends at 2.90°.
+/// Signals printed with the design: tip peak 0.224, root sensor peak 0.0275, decay rms 0.015 to
+/// 0.107 m/s², hub ends at 2.90°.
 #[test]
 fn signals_of_the_pulse_experiment_are_the_published_ones() {
     let mut panel = quiet(&AppendageParameters::design());
@@ -122,7 +124,8 @@ fn signals_of_the_pulse_experiment_are_the_published_ones() {
 fn a_system_started_in_one_mode_shows_the_shape_of_that_mode_at_every_sensor() {
     let design = AppendageParameters::design();
     for mode in design.modes() {
-        // drive to steady state at the mode's frequency: the response is then dominated by that mode
+        // drive to steady state at the mode's frequency: the response is then dominated by that
+        // mode
         let mut panel = AppendageTruth::new(&design, 2000.0, 0.0, 0, "panel");
         let omega = core::f64::consts::TAU * mode.frequency_hz;
         let mut spectrum = [[0.0; 2]; SENSORS];
@@ -209,13 +212,15 @@ fn the_pulse_covers_exactly_the_samples_before_its_end() {
     assert_eq!((pulse(0), pulse(199), pulse(200)), (2.0, 2.0, 0.0));
 }
 
-/// Published: 0.2754 Hz / 0.664, 1.53177 Hz / 0.19988, 6.48349 Hz / 0.013750, and a real pole at −0.2386 1/s.
+/// Published: 0.2754 Hz / 0.664, 1.53177 Hz / 0.19988, 6.48349 Hz / 0.013750, and a real pole at
+/// −0.2386 1/s.
 #[test]
 fn poles_of_the_sampled_loop_are_the_published_closed_loop_modes() {
     let panel = quiet(&AppendageParameters::design());
     let gains = HubController::benchmark();
     let h = 1.0 / 200.0;
-    // state (x, ∫e); r = 0; u = −Kp θ + Ki (I − h θ) − Kd θ': the controller's law, written as a matrix
+    // state (x, ∫e); r = 0; u = −Kp θ + Ki (I − h θ) − Kd θ': the controller's law, written as a
+    // matrix
     let mut feedback = DMatrix::zeros(1, 7);
     feedback[(0, 0)] = -gains.proportional_nm_rad - gains.integral_nm_rad_s * h;
     feedback[(0, 3)] = -gains.derivative_nms_rad;

@@ -45,7 +45,8 @@ fn angular_momentum_drifts_by_less_than_a_nanonewtonmetresecond_in_a_record() {
     }
 }
 
-/// Peaks printed with the designs, of perfect tracking: joint rate 0.354 rad/s, base rate 0.403 rad/s, torque 17.6 Nm (B) and 20.1 Nm (E1).
+/// Peaks printed with the designs, of perfect tracking: joint rate 0.354 rad/s, base rate 0.403
+/// rad/s, torque 17.6 Nm (B) and 20.1 Nm (E1).
 #[test]
 fn peaks_of_the_references_are_the_published_ones() {
     let peaks = |reference: FourierReference| {
@@ -63,13 +64,15 @@ fn peaks_of_the_references_are_the_published_ones() {
         peak
     };
     let (b, e1) = (peaks(FourierReference::trajectory_b()), peaks(FourierReference::trajectory_e1()));
-    // half a unit of the last printed digit, and half a unit of the coefficients' fourth decimal (5e-5 on each of ten)
+    // half a unit of the last printed digit, and half a unit of the coefficients' fourth decimal
+    // (5e-5 on each of ten)
     assert!((b[0] - 0.354).abs() < 1e-3 && (b[1] - 0.403).abs() < 1e-3 && (b[2] - 17.6).abs() < 0.1, "{b:?}");
     assert!((e1[2] - 20.1).abs() < 0.1, "{e1:?}");
 }
 
-/// Published for E1: up to 5.6 mrad. In B the missing tenth of joint 2's 17.6 Nm alone stands for 1.76 Nm / 250 Nm/rad = 7.0 mrad;
-/// the torque held for 10 ms adds 5 ms of the joint rate's error in acceleration.
+/// Published for E1: up to 5.6 mrad. In B the missing tenth of joint 2's 17.6 Nm alone stands for
+/// 1.76 Nm / 250 Nm/rad = 7.0 mrad; the torque held for 10 ms adds 5 ms of the joint rate's error
+/// in acceleration.
 #[test]
 fn the_loop_tracks_its_reference_within_the_published_error() {
     for (reference, expected_rad) in
@@ -148,7 +151,8 @@ fn a_frozen_reference_stops_the_joints_and_keeps_the_momentum() {
     let truth = arm.truth();
     assert_eq!(truth.reference.angle_rad, held);
     for (j, held) in held.into_iter().enumerate() {
-        // the loop's slowest pole is near Kp/Kd = 2 rad/s; what is left after 30 s is the centrifugal load on a 0.9 feed-forward
+        // the loop's slowest pole is near Kp/Kd = 2 rad/s; what is left after 30 s is the
+        // centrifugal load on a 0.9 feed-forward
         assert!(truth.joint_rate_rad_s[j].abs() < 1e-6, "{truth:?}");
         assert!((truth.joint_angle_rad[j] - held).abs() < 5e-3, "{truth:?}");
     }

@@ -1,9 +1,11 @@
-//! Laws of the chain: Lagrange's equations, conservation, energy, order of the integrator, symmetry.
+//! Laws of the chain: Lagrange's equations, conservation, energy, order of the integrator,
+//! symmetry.
 
 use super::*;
 use dynamics::noise::Stream;
 
-/// A three-body chain with no symmetry at all: every CM off its axis, every number from a noise stream.
+/// A three-body chain with no symmetry at all: every CM off its axis, every number from a noise
+/// stream.
 fn random_chain(seed: u64) -> (Chain<3, 5>, Motion<5>) {
     let stream = Stream::new(seed, "chain");
     let mut sample = 0;
@@ -22,7 +24,8 @@ fn random_chain(seed: u64) -> (Chain<3, 5>, Motion<5>) {
     (Chain::new(bodies), motion)
 }
 
-/// Kinetic energy written from positions alone: the velocity of each CM by a central difference along q̇.
+/// Kinetic energy written from positions alone: the velocity of each CM by a central difference
+/// along q̇.
 fn energy_from_positions(chain: &Chain<3, 5>, motion: &Motion<5>) -> f64 {
     let coms = |q: &SVector<f64, 5>| {
         let (mut at, mut angle) = ([q[0], q[1]], 0.0);
@@ -51,7 +54,8 @@ fn mass_matrix_gives_the_kinetic_energy_of_the_moving_points() {
     for seed in 0..32 {
         let (chain, motion) = random_chain(seed);
         let from_matrix = chain.invariants(&motion).kinetic_energy_j;
-        // central difference with h = 1e-5: truncation h² = 1e-10, rounding ε/h = 1e-11, times squared angle rates of order 5
+        // central difference with h = 1e-5: truncation h² = 1e-10, rounding ε/h = 1e-11, times
+        // squared angle rates of order 5
         assert!((from_matrix / energy_from_positions(&chain, &motion) - 1.0).abs() < 1e-8, "seed {seed}");
     }
 }
