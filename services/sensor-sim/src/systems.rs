@@ -20,7 +20,7 @@ pub enum SystemsError {
 /// Whose noise, and how long a frame is.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting<'a> {
-    /// Length of a frame [s].
+    /// Length of a frame \[s\].
     pub frame_s: f64,
     /// Of all noise streams.
     pub seed: u64,

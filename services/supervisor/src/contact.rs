@@ -32,9 +32,9 @@ pub const NOISE_UNKNOWN: ChannelSigma =
 pub struct Contact {
     /// Frame of the sample that passed the limit.
     pub frame: u64,
-    /// Cumulative sum [sigma].
+    /// Cumulative sum \[sigma\].
     pub statistic: f64,
-    /// Limit that the statistic passed [sigma].
+    /// Limit that the statistic passed \[sigma\].
     pub limit: f64,
 }
 

@@ -58,7 +58,7 @@ pub enum Model {
     RankOne,
     /// Motion and torques, momentum unknown.
     Torque,
-    /// The same, the torque sensors' common scale known to [`TORQUE_SCALE_SD`].
+    /// The same, the torque sensors' common scale known to `TORQUE_SCALE_SD`.
     ScaledTorque,
     /// Motion, torques and the momentum.
     Joint,

@@ -19,7 +19,7 @@ use physics::momentum::{CHANNELS, ChannelSigma, MomentumSample, locked_inertia_k
 pub const SLOPE_SAMPLES: usize = 10;
 const EXTENDED_PASSES: usize = 4;
 
-/// Index of the gyro latency [s] in the estimate of [`with_latency_and_drift`].
+/// Index of the gyro latency \[s\] in the estimate of [`with_latency_and_drift`].
 pub const LATENCY: usize = 8;
 /// Index of the external torque [N m] in the same estimate.
 pub const EXTERNAL_TORQUE: usize = 9;

@@ -15,7 +15,7 @@ pub fn tank(plant: &Plant) -> Option<[f64; 3]> {
     }
 }
 
-/// Frequency [Hz] and damping ratio of every mode of hub and appendage together, lowest first.
+/// Frequency \[Hz\] and damping ratio of every mode of hub and appendage together, lowest first.
 #[must_use]
 pub fn modes(plant: &Plant) -> Option<Vec<f64>> {
     let system = System::new(plant).ok()?;

@@ -49,7 +49,7 @@ pub struct Disturbance {
     pub inputs: Vec<Vec<f64>>,
     pub sensors: Vec<Vec<f64>>,
     pub resolution: Vec<f64>,
-    /// Per sample: error of the time stamp [s].
+    /// Per sample: error of the time stamp \[s\].
     pub stamps: Vec<f64>,
 }
 

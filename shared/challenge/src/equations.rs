@@ -61,7 +61,8 @@ impl Numbers {
 /// Hidden structure: parts that the plant file does not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Extra {
-    /// A further slosh mass or bending mode: ratio to the first one, frequency [Hz], damping ratio.
+    /// A further slosh mass or bending mode: ratio to the first one, frequency \[Hz\], damping
+    /// ratio.
     pub second: Option<[f64; 3]>,
     /// A compliant gear: compliance [rad/(N m)], damping ratio.
     pub gear: Option<[f64; 2]>,

@@ -184,7 +184,7 @@ impl<'a> Lab<'a> {
     }
 
     /// The residual of `list`; `curved`: by re-simulation, until a further step gains less than
-    /// [`GAIN`] of the cost.
+    /// `GAIN` of the cost.
     #[must_use]
     pub fn realised(&self, list: &[(Hidden, Seat)], curved: bool) -> Realised {
         let with = self.run(list, &self.numbers, &self.experiment);

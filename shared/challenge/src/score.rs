@@ -100,7 +100,7 @@ fn phi(x: f64) -> f64 {
     Normal::standard().cdf(x)
 }
 
-/// Two-sided threshold [sigma] of an ideal test of that many hypotheses at [`ALPHA`].
+/// Two-sided threshold \[sigma\] of an ideal test of that many hypotheses at [`ALPHA`].
 #[must_use]
 pub fn z_m(chances: f64) -> f64 {
     Normal::standard().inverse_cdf(1.0 - ALPHA / (2.0 * chances.max(1.0)))

@@ -22,7 +22,7 @@ pub struct Loop {
     pub kd: f64,
     pub position_sensor: usize,
     pub rate_sensor: Option<usize>,
-    /// Amplitude, frequency [Hz], phase [rad].
+    /// Amplitude, frequency \[Hz\], phase \[rad\].
     pub sines: Vec<[f64; 3]>,
 }
 

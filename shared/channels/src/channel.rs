@@ -84,7 +84,7 @@ impl Channel {
         (0..n).filter(|&i| self.time_s[i].is_finite() && self.value[i].is_finite()).collect()
     }
 
-    /// Median of the positive intervals [s]; `None` below three samples.
+    /// Median of the positive intervals \[s\]; `None` below three samples.
     #[must_use]
     pub fn interval_s(&self) -> Option<f64> {
         let mut steps: Vec<f64> = self.time_s.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();

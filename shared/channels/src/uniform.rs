@@ -20,13 +20,13 @@ pub struct Uniform {
 }
 
 impl Uniform {
-    /// Time of sample `i` [s].
+    /// Time of sample `i` \[s\].
     #[must_use]
     pub fn time_s(&self, i: usize) -> f64 {
         self.start_s + i as f64 * self.dt_s
     }
 
-    /// Time of the last sample [s].
+    /// Time of the last sample \[s\].
     #[must_use]
     pub fn end_s(&self) -> f64 {
         self.time_s(self.value.len().saturating_sub(1))

@@ -124,7 +124,7 @@ fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> 
 }
 
 /// As [`examine_with`], with the findings against `plant` ([`examine`]) and the check of the
-/// channel metadata ([`mislabelled`]).
+/// channel metadata ([`mislabelled()`]).
 #[must_use]
 pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let work = Arc::new(Work::of(LABELS));
@@ -136,8 +136,8 @@ pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMu
     in_order(findings)
 }
 
-/// As [`examine_for`] with the [`mislabelled`] channels given: a channel whose mistake is known is
-/// not reported a second time for it.
+/// As [`examine_for`] with the [`mislabelled()`] channels given: a channel whose mistake is known
+/// is not reported a second time for it.
 #[must_use]
 pub fn examine_beside(
     recording: &Recording,

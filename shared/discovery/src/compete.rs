@@ -211,7 +211,7 @@ impl ModelHypothesis {
 }
 
 impl Outcome {
-    /// Tests the sets of `list` in order, as many as the work allows and [`FIRST_BATCH`] in any
+    /// Tests the sets of `list` in order, as many as the work allows and `FIRST_BATCH` in any
     /// case. Returns how many.
     pub fn enter(
         &mut self,

@@ -74,8 +74,8 @@ const PART_GROWTH: usize = 4;
 /// The mistake that explains why `plant` misses `recording` by far; `None` where the plant follows
 /// it, and where `work` has no budget left, which is recorded there.
 ///
-/// Cost: a linearisation. Where the plant is far off, for each part up to [`HYPOTHESES`]
-/// linearisations, [`HYPOTHESES_FITTED`] fits and as many again for commands, within `work`; then
+/// Cost: a linearisation. Where the plant is far off, for each part up to `HYPOTHESES`
+/// linearisations, `HYPOTHESES_FITTED` fits and as many again for commands, within `work`; then
 /// the test on the whole recording.
 #[must_use]
 pub fn mislabelled(recording: &Recording, plant: &Plant, work: &Arc<Work>) -> Option<Mislabelled> {

@@ -64,7 +64,7 @@ const OUTLIER_SHARE_MAX: f64 = 0.01;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outliers {
     pub channel: usize,
-    /// How many lie beyond [`OUTLIER_SIGMA`] standard deviations, of how many.
+    /// How many lie beyond `OUTLIER_SIGMA` standard deviations, of how many.
     pub count: usize,
     pub samples: usize,
     /// The largest [standard deviations], where and when.

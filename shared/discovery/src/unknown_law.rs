@@ -70,7 +70,7 @@ const PLACES_MIN: usize = 3;
 
 /// The map of most evidence about `theta`; `None` where nothing varies.
 ///
-/// Cost: [`FUNCTIONS`] columns for each place, whitened once for each hypothesis; those of the
+/// Cost: `FUNCTIONS` columns for each place, whitened once for each hypothesis; those of the
 /// unknowns once for all places.
 pub fn best(
     session: &EstimationSession<'_>,

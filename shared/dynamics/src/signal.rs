@@ -19,7 +19,7 @@ pub struct SignalError {
     pub why: &'static str,
 }
 
-/// An instant meant to lie on an edge must not fall before it by rounding [s].
+/// An instant meant to lie on an edge must not fall before it by rounding \[s\].
 pub const EDGE_S: f64 = 1e-9;
 
 /// Value of a signal and its derivatives, in the SI unit of the driven input, per second, per

@@ -6,9 +6,9 @@
 //! ```
 //!
 //! [`System::new`] turns bodies, tanks, appendages, actuators, sensors and effects into flat lists
-//! once; a call walks them. The functions are generic over [`Pick`]: `f64` simulates,
-//! [`Dual`](crate::dual::Dual) numbers differentiate the same code. Nothing is allocated after
-//! [`Workspace::new`].
+//! once; a call walks them. The functions are generic over [`Pick`](crate::effect::Pick): `f64`
+//! simulates, [`Dual`](crate::dual::Dual) numbers differentiate the same code. Nothing is allocated
+//! after [`Workspace::new`].
 //!
 //! Noise, range, quantisation, lags, delays and sampling belong to the simulator that drives a
 //! system.

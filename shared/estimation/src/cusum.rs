@@ -14,7 +14,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Slack of the cumulative sum [sigma]: half the smallest shift that is to be seen.
+/// Slack of the cumulative sum \[sigma\]: half the smallest shift that is to be seen.
 pub const SLACK: f64 = 0.5;
 /// Mean overshoot of a Gaussian random walk, twice 0.583 (Siegmund 1985).
 const OVERSHOOT: f64 = 1.166;
@@ -64,7 +64,7 @@ impl Cusum {
         Self { limit: cusum_limit(alarm), upper: 0.0, lower: 0.0 }
     }
 
-    /// Limit of the statistic [sigma].
+    /// Limit of the statistic \[sigma\].
     pub fn limit(&self) -> f64 {
         self.limit
     }
@@ -108,7 +108,7 @@ impl JumpDetector {
         Self { cusum: Cusum::new(alarm), samples: 0, mean: 0.0, squares: 0.0 }
     }
 
-    /// Limit of the statistic [sigma].
+    /// Limit of the statistic \[sigma\].
     pub fn limit(&self) -> f64 {
         self.cusum.limit()
     }

@@ -77,7 +77,7 @@ pub struct ChannelComparison {
     pub rms: f64,
     /// `100 (1 - |e| / |y - mean y|)`; `None` where the recorded channel is constant.
     pub fit_percent: Option<f64>,
-    /// Real comes this much after simulated [s].
+    /// Real comes this much after simulated \[s\].
     pub lag_s: f64,
     pub lag_sigma_s: f64,
     pub lag_fit_percent: Option<f64>,

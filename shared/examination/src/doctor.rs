@@ -7,8 +7,8 @@
 //! recording by name. Findings carry their numbers, the evidence and the cure.
 //!
 //! What a plant adds, names and units it needs, noise it states, its step of time, is in
-//! [`against_plant`]. Deliberately absent: which of its parameters cannot be found (that is
-//! answered by its regressor).
+//! `discovery::against_plant`. Deliberately absent: which of its parameters cannot be found (that
+//! is answered by its regressor).
 
 mod axes;
 mod clock;

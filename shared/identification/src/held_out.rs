@@ -31,7 +31,7 @@ mod gain;
 pub use free_run::{ChannelFit, free_residual, free_run};
 pub use gain::{Gain, Status, blocks};
 
-/// Length of a block [s]; at least this many blocks are made, at most so many seconds apart.
+/// Length of a block \[s\]; at least this many blocks are made, at most so many seconds apart.
 pub const BLOCK_S: f64 = 2.0;
 
 /// A plant with all its numbers, as a predictor.
@@ -82,8 +82,8 @@ pub fn loglik(session: &EstimationSession<'_>, predictor: Predictor<'_>) -> Opti
     Some(terms(session, predictor)?.0.iter().map(|(_, term)| term).sum())
 }
 
-/// Length of a block [s]: two seconds, a few samples at least, a thirtieth of the recorded time at
-/// most.
+/// Length of a block \[s\]: two seconds, a few samples at least, a thirtieth of the recorded time
+/// at most.
 pub fn block_s(session: &EstimationSession<'_>) -> f64 {
     BLOCK_S.max(4.0 * session.timelines[0].period_s).min((session.problem.duration_s() / 30.0).max(1e-9))
 }

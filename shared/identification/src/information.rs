@@ -9,7 +9,7 @@
 //! 1e-9 of its prior would otherwise drown them in rounding.
 //!
 //! Commands are known as they are recorded; the noise that actuators put on them is
-//! [whitened](whitening) as a maximum-likelihood fit in innovation form does. What acts besides
+//! whitened as a maximum-likelihood fit in innovation form does. What acts besides
 //! makes every sigma larger.
 
 mod weak;

@@ -214,7 +214,7 @@ impl Problem {
         self.runs.iter().flat_map(|run| &run.samples).map(|samples| samples.value.len()).sum()
     }
 
-    /// Begin and end of the first recording, over all its runs [s].
+    /// Begin and end of the first recording, over all its runs \[s\].
     pub fn span_s(&self) -> [f64; 2] {
         let first = self
             .runs
@@ -223,7 +223,7 @@ impl Problem {
         first.fold([f64::INFINITY, f64::NEG_INFINITY], |[b, e], run| [b.min(run.begin_s), e.max(run.end_s)])
     }
 
-    /// Total recorded time [s].
+    /// Total recorded time \[s\].
     pub fn duration_s(&self) -> f64 {
         self.runs.iter().map(|run| run.end_s - run.begin_s).sum()
     }

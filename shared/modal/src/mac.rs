@@ -35,7 +35,7 @@ pub fn modal_phase_collinearity(shape: &[c64]) -> f64 {
     if total > 0.0 { ((s_xx - s_yy) * (s_xx - s_yy) + 4.0 * s_xy * s_xy) / (total * total) } else { 0.0 }
 }
 
-/// Modal phase deviation: root mean square angle [rad] of the components from their common line,
+/// Modal phase deviation: root mean square angle \[rad\] of the components from their common line,
 /// weighted by their size.
 ///
 /// The line is that of the total least squares fit through the origin of the complex plane.

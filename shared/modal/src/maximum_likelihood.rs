@@ -78,7 +78,7 @@ impl std::error::Error for MlError {}
 pub struct Fit {
     /// Continuous-time poles [1/s], imaginary part positive, in order of frequency.
     pub poles: Vec<c64>,
-    /// Covariance of (f₁ [Hz], ζ₁, f₂, ζ₂, …), row by row, from the Fisher information at the
+    /// Covariance of (f₁ \[Hz\], ζ₁, f₂, ζ₂, …), row by row, from the Fisher information at the
     /// variances found.
     pub covariance: Vec<f64>,
     /// Residues per channel of the input (or initial motion) that moves the mode most, largest
@@ -89,12 +89,12 @@ pub struct Fit {
     /// `y − ŷ`, channel by channel.
     pub residuals: Vec<Vec<f64>>,
     pub iterations: usize,
-    /// The gain fell below [`GAIN_MIN`] before the iterations ended.
+    /// The gain fell below `GAIN_MIN` before the iterations ended.
     pub converged: bool,
 }
 
 impl Fit {
-    /// Natural frequency `|λ| / 2π` [Hz].
+    /// Natural frequency `|λ| / 2π` \[Hz\].
     #[must_use]
     pub fn frequency_hz(&self, mode: usize) -> f64 {
         self.poles[mode].norm_sqr().sqrt() / (2.0 * std::f64::consts::PI)

@@ -4,13 +4,13 @@
 //! A record of accelerations alone often begins with rest before the structure is struck. Hankel
 //! columns that reach over the blow hold an input that is unknown to output-only identification. A
 //! segment is opened where more than half of the next three Hankel columns' rows (3 × 2i) have more
-//! than [`POWER_RATIO`] times the mean power of the segment so far, and more than half of the first
-//! [`BLOW_ROWS`] too (power: squared distance from the segment's mean, over all channels). That is
+//! than `POWER_RATIO` times the mean power of the segment so far, and more than half of the first
+//! `BLOW_ROWS` too (power: squared distance from the segment's mean, over all channels). That is
 //! ten standard deviations of all that was seen before, at once, and for longer than the columns
 //! lost at the border. A wild sample, a footfall that dies out at once, or vibration of changing
 //! strength does not do that.
 //!
-//! Assumes that rest lasts at least [`BASELINE_ROWS`] rows; a shorter one is too short to be known.
+//! Assumes that rest lasts at least `BASELINE_ROWS` rows; a shorter one is too short to be known.
 //! Fails on a decay less than 20 dB above the rest, or shorter than half of those rows: the border
 //! is not worth its columns there.
 

@@ -58,7 +58,7 @@ impl std::fmt::Display for RfpError {
 
 impl std::error::Error for RfpError {}
 
-/// Poles of a record within a band [Hz], from its known inputs where it has any (continuous time,
+/// Poles of a record within a band \[Hz\], from its known inputs where it has any (continuous time,
 /// 1/s; one of each pair).
 ///
 /// # Errors

@@ -8,7 +8,7 @@
 //!   order is the model: poles that appear only above it model noise, and modes are reported from
 //!   it;
 //! - otherwise (ambient excitation) modes are reported from an order at which all resolved modes
-//!   have appeared, the lowest whose predicted variance is within [`DEVIATION_SLACK`] of the
+//!   have appeared, the lowest whose predicted variance is within `DEVIATION_SLACK` of the
 //!   smallest: at lower orders the unmodelled modes bias those in the model.
 
 use faer::c64;

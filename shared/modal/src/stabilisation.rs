@@ -2,7 +2,7 @@
 //!
 //! A physical mode appears at the same frequency, damping and shape in many successive orders; a
 //! pole that models noise wanders. Poles are linked to the track whose last member (at most
-//! [`ORDER_GAP_MAX`] orders back) they agree with; every rejected pole has its reason.
+//! `ORDER_GAP_MAX` orders back) they agree with; every rejected pole has its reason.
 
 use crate::mac::modal_assurance_criterion;
 use crate::ssi_cov::Pole;

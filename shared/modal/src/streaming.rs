@@ -151,7 +151,7 @@ impl StreamingCovariance {
         }
     }
 
-    /// Memory of the sums and samples kept [bytes].
+    /// Memory of the sums and samples kept \[bytes\].
     #[must_use]
     pub fn bytes(&self) -> usize {
         let numbers = |block: &Block| block.lag_sums.len() + block.head.len() + block.tail.len();

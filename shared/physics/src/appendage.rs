@@ -143,7 +143,7 @@ fn linear_columns(modes: &[Mode; MODES], time_s: f64) -> SVector<f64, LINEAR> {
     columns
 }
 
-/// Standard deviations of frequency [Hz] and damping ratio a free decay should reach: Cramér–Rao
+/// Standard deviations of frequency \[Hz\] and damping ratio a free decay should reach: Cramér–Rao
 /// bound with amplitude, phase and bias of every channel unknown.
 ///
 /// The derivative by a pole is `t` times the decay itself, so one Gram matrix of nine functions

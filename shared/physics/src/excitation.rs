@@ -35,7 +35,7 @@ pub struct JointReference {
 }
 
 impl<const H: usize> FourierTrajectory<H> {
-    /// Angle, rate and acceleration of both joints at `time_s` [s].
+    /// Angle, rate and acceleration of both joints at `time_s` \[s\].
     pub fn at(&self, time_s: f64) -> JointReference {
         let mut reference = JointReference::default();
         for (i, joint) in self.joints.iter().enumerate() {

@@ -335,7 +335,7 @@ pub struct SloshPropagator {
 }
 
 impl SloshPropagator {
-    /// A tank on a craft of `base_mass_kg` [kg]; panics unless both masses are positive.
+    /// A tank on a craft of `base_mass_kg` \[kg\]; panics unless both masses are positive.
     pub fn new(parameters: SloshParameters, base_mass_kg: f64, state: SloshState) -> Self {
         assert!(base_mass_kg > 0.0);
         assert!(parameters.slosh_mass_kg > 0.0);

@@ -97,7 +97,7 @@ pub struct SloshInnovation {
 }
 
 impl SloshEstimate {
-    /// Standard deviations of slosh mass [kg], stiffness [N/m] and damping [N s/m].
+    /// Standard deviations of slosh mass \[kg\], stiffness [N/m] and damping [N s/m].
     pub fn sigmas(&self) -> Vector3<f64> {
         self.covariance.diagonal().map(libm::sqrt)
     }

@@ -22,7 +22,7 @@ pub struct SloshPlan {
 }
 
 impl SloshPlan {
-    /// Thrust of the sine at `time_s` [s], in N.
+    /// Thrust of the sine at `time_s` \[s\], in N.
     pub fn force_n(&self, time_s: f64) -> f64 {
         self.amplitude_n * libm::sin(2.0 * core::f64::consts::PI * self.frequency_hz * time_s)
     }

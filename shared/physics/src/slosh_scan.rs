@@ -46,7 +46,7 @@ pub struct SloshCandidate {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SloshScan {
     pub candidates: [SloshCandidate; DAMPING_RATIOS.len()],
-    /// Gain that an arc without slosh exceeds with probability [`FALSE_ALARM`].
+    /// Gain that an arc without slosh exceeds with probability `FALSE_ALARM`.
     pub threshold: f64,
     pub grid_points: usize,
     /// Frequencies that were searched; slosh outside is neither found nor excluded.

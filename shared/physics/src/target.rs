@@ -79,7 +79,7 @@ impl TargetEstimate {
         self.degrees > 0 && self.chi_square > limit(self.degrees)
     }
 
-    /// Mass [kg], centre of mass from the grasp point [m], inertia about it [kg m²].
+    /// Mass \[kg\], centre of mass from the grasp point \[m\], inertia about it [kg m²].
     pub fn values(&self) -> Vector4<f64> {
         let [x, y] = self.target.grasp_to_com_m;
         Vector4::new(self.target.mass_kg, x, y, self.target.inertia_com_kg_m2)

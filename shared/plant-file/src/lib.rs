@@ -1,8 +1,8 @@
 //! Plant files: TOML in, a checked [`Plant`] out, and back. Scenarios: [`scenario`].
 //!
 //! What it is: [`parse`] reads a plant and reports all faults of a file at once, each with line,
-//! column and a cure. Every number has a unit. [`write`] puts a plant back into a file that is read
-//! as the same plant.
+//! column and a cure. Every number has a unit. [`write()`] puts a plant back into a file that is
+//! read as the same plant.
 //!
 //! May import: `dynamics`, `catalogue`, `telemetry` (names and limits of a scenario), TOML.
 //!
@@ -134,7 +134,7 @@
 //! | `thruster` | body, direction, position; commanded between zero and its range | N |
 //! | `body_torque` | body, direction (in a plane z) | N\*m |
 //! | `wheel` | body, axis (in a plane z), inertia, friction, initial_speed | N\*m |
-//! | `motor` | joint, constant [N\*m/A], gear (default 1), drive = "current" (default) or "voltage" with resistance [ohm] and back_emf [V\*s/rad] | A, V |
+//! | `motor` | joint, constant [N\*m/A], gear (default 1), drive = "current" (default) or "voltage" with resistance \[ohm\] and back_emf [V\*s/rad] | A, V |
 //! | `prescribed_joint` | joint, what = "position", "rate" or "acceleration"; exact: no noise, range or controller | rad, m, … |
 //! | `prescribed_base` | direction (inertial axes), what; exact likewise | m, m/s, m/s^2 |
 //!

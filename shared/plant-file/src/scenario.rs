@@ -63,7 +63,7 @@ const fn default_window() -> u64 {
 }
 
 impl Scenario {
-    /// Period of a frame [ns].
+    /// Period of a frame \[ns\].
     #[must_use]
     pub fn period_ns(&self) -> u64 {
         self.frame_period_ms * 1_000_000

@@ -8,7 +8,7 @@ use dynamics::description::{EffectUse, Environment, Initial, Plant, Quantity, Sc
 
 /// The plant file of `plant`; equal plants give equal text.
 ///
-/// A plant without errors ([`Plant::validate`]) reads back equal.
+/// A plant without errors ([`validate`](crate::validate::validate)) reads back equal.
 pub fn write(plant: &Plant) -> String {
     let mut file = Writer { text: String::new(), planar: plant.space == Space::Planar };
     file.line("format", "1");

@@ -9,7 +9,7 @@ use crate::table::Column;
 pub struct Spectrum {
     /// Name of the file, for messages.
     pub file: String,
-    /// Frequencies of the lines [Hz], from 0, strictly increasing.
+    /// Frequencies of the lines \[Hz\], from 0, strictly increasing.
     pub frequency_hz: Vec<f64>,
     pub columns: Vec<Column>,
     /// Repairs and doubts, for the reader of a report.

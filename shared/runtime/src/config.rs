@@ -100,7 +100,7 @@ pub struct RunConfig {
     pub files: BTreeMap<String, String>,
     /// Name of the scenario.
     pub name: String,
-    /// Length of a frame [ns].
+    /// Length of a frame \[ns\].
     pub period_ns: u64,
     /// Of all noise streams.
     pub seed: u64,
@@ -112,7 +112,7 @@ pub struct RunConfig {
     pub record_all: bool,
     /// Bound on simulated over real time; `None`: as fast as the slowest partition.
     pub speed: Option<f64>,
-    /// Pacing window W [frames].
+    /// Pacing window W \[frames\].
     pub window_frames: u64,
     /// A checkpoint every so many frames.
     pub checkpoint_frames: u64,
@@ -132,7 +132,7 @@ pub struct RunConfig {
 pub struct Limits {
     /// Version of the file's format.
     pub format: u32,
-    /// A run that makes no progress this long is ended as failed [s].
+    /// A run that makes no progress this long is ended as failed \[s\].
     pub stall_s: u64,
     /// One row per partition, in any order.
     #[serde(rename = "partition")]
@@ -145,13 +145,13 @@ pub struct Limits {
 pub struct PartitionLimits {
     /// Partition of this row.
     pub name: PartitionId,
-    /// Its execution counter stands still this long: it is killed and restarted [ms].
+    /// Its execution counter stands still this long: it is killed and restarted \[ms\].
     pub hang_ms: u64,
     /// More deaths than this: it is given up ...
     pub restarts_max: u32,
-    /// ... when they fall into this time [s].
+    /// ... when they fall into this time \[s\].
     pub restarts_within_s: u64,
-    /// Waits before the first, second, ... restart [ms]; the last one repeats.
+    /// Waits before the first, second, ... restart \[ms\]; the last one repeats.
     pub back_off_ms: Vec<u64>,
     /// What becomes of the run once it is given up.
     pub given_up: GivenUp,

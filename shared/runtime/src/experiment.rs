@@ -6,7 +6,7 @@ use telemetry::{Experiment, Mode, ModeState, Phase};
 
 /// Time between two estimates at first [frames].
 const ESTIMATES_DENSE_EVERY: u64 = 100;
-/// Longest time between two estimates of an experiment [frames].
+/// Longest time between two estimates of an experiment \[frames\].
 pub const ESTIMATES_SPARSE_EVERY: u64 = 1000;
 /// Time after which estimates are sparse [frames].
 const ESTIMATES_SPARSE_AFTER: u64 = 1000;

@@ -16,7 +16,7 @@ impl Default for LatencyHistogram {
 }
 
 impl LatencyHistogram {
-    /// Counts one latency [ns]; below 8 ns as 8 ns, beyond the last bucket in the last.
+    /// Counts one latency \[ns\]; below 8 ns as 8 ns, beyond the last bucket in the last.
     pub fn record(&mut self, latency_ns: u64) {
         let octave = u64::from(latency_ns.max(8).ilog2());
         let eighth = (latency_ns.max(8) >> (octave - 3)) & 7;
@@ -25,7 +25,7 @@ impl LatencyHistogram {
         self.total += 1;
     }
 
-    /// Latency [µs] that the fraction `p` of samples stays below; 0 without samples.
+    /// Latency \[µs\] that the fraction `p` of samples stays below; 0 without samples.
     #[must_use]
     pub fn percentile_us(&self, p: f64) -> f64 {
         let wanted = (p * self.total as f64).ceil() as u64;

@@ -48,6 +48,6 @@ pub trait Link {
     /// Tells `partition` that something was sent.
     fn wake(&mut self, partition: PartitionId);
 
-    /// Time of send for stamps [ns]; 0 where no clock exists.
+    /// Time of send for stamps \[ns\]; 0 where no clock exists.
     fn now_ns(&self) -> u64;
 }

@@ -36,7 +36,7 @@ pub struct Outbox {
 
 impl Outbox {
     /// Takes up the entries of a checkpoint, in the order in which they were sent; `window` is the
-    /// pacing window [frames].
+    /// pacing window \[frames\].
     #[must_use]
     pub fn from_entries(entries: Vec<Entry>, window: u64) -> Self {
         let (modes, recent): (Vec<_>, Vec<_>) = entries.into_iter().partition(|entry| entry.topic == MODE.id);

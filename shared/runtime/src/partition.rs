@@ -13,9 +13,9 @@ use zerocopy::IntoBytes;
 pub struct Frame<'a> {
     /// Counted from 0.
     pub number: u64,
-    /// Time at which it begins [ns].
+    /// Time at which it begins \[ns\].
     pub t_ns: u64,
-    /// Its length [ns].
+    /// Its length \[ns\].
     pub period_ns: u64,
     /// The source has ended with this frame.
     pub ended: bool,

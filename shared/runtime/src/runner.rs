@@ -185,7 +185,7 @@ impl<L: Link> Runner<L> {
     pub fn latency(&self) -> &LatencyHistogram {
         &self.latency
     }
-    /// Longest execution of a frame since this start [µs].
+    /// Longest execution of a frame since this start \[µs\].
     #[must_use]
     pub fn frame_us_max(&self) -> f64 {
         self.frame_ns_max as f64 * 1e-3

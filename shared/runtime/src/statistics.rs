@@ -21,9 +21,9 @@ pub struct PartitionRow {
     pub restarts: u32,
     /// Of the last restart: 0 none, 1 to 255 signal, 256 + exit code.
     pub restart_cause: u32,
-    /// From send to frame, median [µs].
+    /// From send to frame, median \[µs\].
     pub latency_us_p50: f64,
-    /// From send to frame, 99th percentile [µs].
+    /// From send to frame, 99th percentile \[µs\].
     pub latency_us_p99: f64,
     /// Processor time over wall time since the last start [%].
     pub cpu_percent: f64,
@@ -31,9 +31,9 @@ pub struct PartitionRow {
     pub duplicates: u64,
     /// Samples dropped for CRC, layout or a value that is not finite.
     pub bad: u64,
-    /// Processor time since the last start [s].
+    /// Processor time since the last start \[s\].
     pub cpu_s: f64,
-    /// Longest execution of a frame since the last start [µs].
+    /// Longest execution of a frame since the last start \[µs\].
     pub frame_us_max: f64,
     /// Frames done.
     pub frames: u64,

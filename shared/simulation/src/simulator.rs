@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 /// What one control period brought.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
-    /// Beginning of the period, plant time [s].
+    /// Beginning of the period, plant time \[s\].
     pub time_s: f64,
     /// Ordered by channel, then time. A sensor slower than the period is missing in some rows, a
     /// faster one is here several times; a mean is here once its interval is complete.
@@ -191,7 +191,7 @@ impl Simulator {
         &self.row
     }
 
-    /// Plant time at the beginning of the next period [s].
+    /// Plant time at the beginning of the next period \[s\].
     pub fn time_s(&self) -> f64 {
         self.time_at(self.state.sample)
     }

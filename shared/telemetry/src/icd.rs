@@ -15,8 +15,8 @@ pub struct FieldInfo {
     pub frame: &'static str,
     /// Quantity, of what and relative to what.
     pub what: &'static str,
-    /// From the first byte of the record [bytes].
+    /// From the first byte of the record \[bytes\].
     pub offset: usize,
-    /// Of the whole array where the field is one [bytes].
+    /// Of the whole array where the field is one \[bytes\].
     pub size: usize,
 }

@@ -68,7 +68,7 @@ macro_rules! record {
         #[cfg_attr(feature = "iceoryx2", derive(iceoryx2::prelude::ZeroCopySend))]
         #[repr(C)]
         pub struct $name {
-            $(#[doc = concat!($what, " [", $unit, "], ", $frame)] pub $field: $ty,)*
+            $(#[doc = concat!($what, " \\[", $unit, "\\], ", $frame)] pub $field: $ty,)*
         }
         impl $crate::Layout for $name {
             const HASH: u32 = {

@@ -99,9 +99,9 @@ pub struct TopicInfo {
     pub fields: &'static [FieldInfo],
     /// [`Layout::HASH`] of its samples, equal in all processes that exchange them.
     pub layout: u32,
-    /// Of one sample [bytes], a multiple of 8.
+    /// Of one sample \[bytes\], a multiple of 8.
     pub size: usize,
-    /// Buffer of a consumer and history for late joiners [samples].
+    /// Buffer of a consumer and history for late joiners \[samples\].
     pub depth: usize,
     /// Most samples the producer sends in one frame.
     pub per_frame: usize,

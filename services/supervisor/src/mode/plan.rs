@@ -87,9 +87,9 @@ pub struct DomainSituation {
 /// A statistic that recognised contact, and the limit it passed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactMeasure {
-    /// Cumulative sum [sigma].
+    /// Cumulative sum \[sigma\].
     pub statistic: f64,
-    /// Limit that it passed [sigma].
+    /// Limit that it passed \[sigma\].
     pub limit: f64,
 }
 

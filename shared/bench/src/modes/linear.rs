@@ -17,7 +17,7 @@ pub struct TrueMode {
 }
 
 impl TrueMode {
-    /// Undamped natural frequency: the modulus of the pole over 2π [Hz].
+    /// Undamped natural frequency: the modulus of the pole over 2π \[Hz\].
     pub fn frequency_hz(&self) -> f64 {
         self.pole.norm_sqr().sqrt() / core::f64::consts::TAU
     }

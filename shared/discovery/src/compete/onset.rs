@@ -128,7 +128,7 @@ fn lowest(value: &mut dyn FnMut(f64) -> f64, (at, present): (f64, f64), [finest,
     best
 }
 
-/// Onset and duration [s] of the effect of `candidate` that the search has found, with standard
+/// Onset and duration \[s\] of the effect of `candidate` that the search has found, with standard
 /// errors, and the standard errors of all unknowns with these times free. `None` where it has no
 /// such time.
 ///

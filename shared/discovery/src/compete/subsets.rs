@@ -126,7 +126,7 @@ pub const BIC_TIE: f64 = 0.5;
 /// one, best first.
 ///
 /// Cost: one Gram matrix of all columns for each hypothesis (O(samples × columns²), bounded by
-/// [`GRAM_WORK_MAX`]), then small Cholesky factors for each subset.
+/// `GRAM_WORK_MAX`), then small Cholesky factors for each subset.
 pub fn rank(
     session: &EstimationSession<'_>,
     linearised: &LinearisedProblem,

@@ -19,7 +19,7 @@ type Matrix5 = SMatrix<f64, 5, 5>;
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredMode {
     pub frequency_hz: f64,
-    /// Standard deviation of the frequency [Hz].
+    /// Standard deviation of the frequency \[Hz\].
     pub sigma_hz: f64,
     /// With the width of the window in it; NaN where it was not measured.
     pub damping_ratio: f64,
@@ -82,7 +82,7 @@ impl Spectrum {
         (modes, narrow)
     }
 
-    /// Resonances by rising frequency [Hz], each with the standard errors of its fit; the damping
+    /// Resonances by rising frequency \[Hz\], each with the standard errors of its fit; the damping
     /// ratio includes the width of the window.
     ///
     /// Cost: O(n log n) for the floor, one five-parameter fit for each peak.

@@ -28,7 +28,7 @@ const JUMP_RATIO_MIN: f64 = 1.5;
 /// Median of |z| of a normal variable.
 const MEDIAN: f64 = 0.674_489_750_196_081_7;
 
-/// Instants of every channel and of all together [s], in order of time, and the number of samples
+/// Instants of every channel and of all together \[s\], in order of time, and the number of samples
 /// tested.
 #[derive(Clone, Debug, Default)]
 pub struct Instants {

@@ -13,7 +13,7 @@ const PERIODS_MIN: usize = 3;
 /// An interval may differ from the mean one by this share.
 const UNEVENNESS_MAX: f64 = 0.1;
 
-/// Lines of every channel and of all together [Hz], and the number of frequencies tested.
+/// Lines of every channel and of all together \[Hz\], and the number of frequencies tested.
 #[derive(Clone, Debug, Default)]
 pub struct Lines {
     pub channels: Vec<Vec<f64>>,

@@ -100,7 +100,7 @@ impl Climb {
 /// Columns of promising laws at better shape parameters than the grid's, taken `along` a
 /// trajectory; empty where no step gains.
 ///
-/// Cost: at most [`REFINED_LAWS_MAX`] × parameters × 2 × [`EDGE_ROUNDS_MAX`] columns, fewer laws
+/// Cost: at most `REFINED_LAWS_MAX` × parameters × 2 × `EDGE_ROUNDS_MAX` columns, fewer laws
 /// where the recording is long; a law whose steps are all halved out is finished.
 pub fn refined(
     scorer: &Scorer<'_, '_>,

@@ -8,7 +8,7 @@ use super::Quantity;
 pub struct Mode {
     /// Name of the site, unique in the plant.
     pub name: String,
-    /// Hub locked [Hz].
+    /// Hub locked \[Hz\].
     pub frequency_hz: Quantity,
     pub damping_ratio: Quantity,
     /// Participation of translation δ [√kg], body axes.
@@ -25,7 +25,7 @@ pub struct Mode {
 pub struct Appendage {
     pub name: String,
     pub body: String,
-    /// Points that sensors can sit at: name, undeformed position on the body [m].
+    /// Points that sensors can sit at: name, undeformed position on the body \[m\].
     pub points: Vec<(String, [Quantity; 3])>,
     pub modes: Vec<Mode>,
 }

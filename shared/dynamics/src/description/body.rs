@@ -37,16 +37,16 @@ pub struct Joint {
     /// Name of the site; by default the name of the body.
     pub name: String,
     pub kind: JointKind,
-    /// Where it is on the inboard body [m].
+    /// Where it is on the inboard body \[m\].
     pub position_m: [Quantity; 3],
     pub orientation: Orientation,
     /// Viscous friction [N m s/rad] or [N s/m].
     pub viscous_friction: Quantity,
-    /// Rotor inertia reflected to the joint [kg m²], or moving mass of the drive [kg].
+    /// Rotor inertia reflected to the joint [kg m²], or moving mass of the drive \[kg\].
     pub rotor_inertia: Quantity,
     /// Spring to `rest` [N m/rad] or [N/m]; zero: none.
     pub stiffness: Quantity,
-    /// Rest angle [rad] or displacement [m] of the spring.
+    /// Rest angle \[rad\] or displacement \[m\] of the spring.
     pub rest: Quantity,
 }
 

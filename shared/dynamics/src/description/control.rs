@@ -30,9 +30,9 @@ pub enum Base {
 /// Kind of an input.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ActuatorKind {
-    /// Torque [N m] or force [N] in a joint.
+    /// Torque [N m] or force \[N\] in a joint.
     JointTorque { joint: String },
-    /// Force [N] along `direction` (body axes) at `position_m`.
+    /// Force \[N\] along `direction` (body axes) at `position_m`.
     BodyForce { body: String, position_m: [Quantity; 3], direction: [f64; 3] },
     /// Torque [N m] about `direction` (body axes).
     BodyTorque { body: String, direction: [f64; 3] },

@@ -48,7 +48,7 @@ impl Plant {
     ///
     /// # Errors
     /// No such name, or no finite value. Whether the plant is still possible is for
-    /// [`Plant::validate`].
+    /// `plant_file::validate`.
     pub fn set_parameter(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         if !value.is_finite() {
             return Err(ParameterError::NotFinite { name: name.to_owned(), value });

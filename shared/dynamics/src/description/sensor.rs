@@ -45,19 +45,19 @@ pub enum SensorKind {
         axis: [f64; 3],
         point: Option<(String, String)>,
     },
-    /// Joint angle [rad] or displacement [m].
+    /// Joint angle \[rad\] or displacement \[m\].
     Encoder {
         joint: String,
     },
     JointRate {
         joint: String,
     },
-    /// Torque [N m] or force [N] in the joint's axis that its actuators apply, or that imposes its
-    /// motion; friction and springs are not in it.
+    /// Torque [N m] or force \[N\] in the joint's axis that its actuators apply, or that imposes
+    /// its motion; friction and springs are not in it.
     JointTorque {
         joint: String,
     },
-    /// Force [N] transmitted through a joint along `axis` of the outboard body.
+    /// Force \[N\] transmitted through a joint along `axis` of the outboard body.
     Force {
         joint: String,
         axis: [f64; 3],
@@ -68,7 +68,7 @@ pub enum SensorKind {
         joint: String,
         axis: [f64; 3],
     },
-    /// Inertial position of a point along `axis` of inertial space [m].
+    /// Inertial position of a point along `axis` of inertial space \[m\].
     Position {
         body: String,
         position_m: [Quantity; 3],
@@ -80,8 +80,8 @@ pub enum SensorKind {
         position_m: [Quantity; 3],
         axis: [f64; 3],
     },
-    /// Rotation vector component along `axis` of body relative to inertial space [rad]; planar: the
-    /// angle.
+    /// Rotation vector component along `axis` of body relative to inertial space \[rad\]; planar:
+    /// the angle.
     Attitude {
         body: String,
         axis: [f64; 3],
@@ -118,7 +118,7 @@ pub struct Sensor {
     pub range: Option<Quantity>,
     /// Quantisation step; zero: none.
     pub resolution: Quantity,
-    /// Cut-off of a first-order low-pass [Hz]; `None`: none.
+    /// Cut-off of a first-order low-pass \[Hz\]; `None`: none.
     pub low_pass_hz: Option<Quantity>,
     pub delay_s: Quantity,
     /// Time between samples; `None`: the record's.

@@ -29,7 +29,7 @@ pub struct MagneticField {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
     pub gravity_m_s2: [Quantity; 3],
-    /// Acts on the first free body: force [N], torque [N m], in inertial axes.
+    /// Acts on the first free body: force \[N\], torque [N m], in inertial axes.
     pub constant_force_n: [Quantity; 3],
     pub constant_torque_n_m: [Quantity; 3],
     pub gravity_gradient: Option<GravityGradient>,
@@ -43,7 +43,7 @@ pub struct Environment {
 #[derive(Clone, Debug, PartialEq)]
 pub struct InitialValue {
     pub coordinate: String,
-    /// [m], [rad] or, for a mode, [√kg m].
+    /// \[m\], \[rad\] or, for a mode, [√kg m].
     pub position: Quantity,
     /// Per second; of a free body in inertial axes for x, y, z, in body axes for rx, ry, rz.
     pub rate: Quantity,
@@ -92,7 +92,7 @@ pub struct SimulationSettings {
     /// Longest integration step.
     pub step_s: f64,
     pub integrator: Integrator,
-    /// Standard deviation of sample times about their nominal instants [s]; the stamps state the
+    /// Standard deviation of sample times about their nominal instants \[s\]; the stamps state the
     /// true times.
     pub jitter_s: f64,
 }

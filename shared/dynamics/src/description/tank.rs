@@ -28,7 +28,7 @@ pub enum TankModel {
 pub struct Tank {
     pub name: String,
     pub body: String,
-    /// Rest position of the mass (spring), or the pivot (pendulum) [m].
+    /// Rest position of the mass (spring), or the pivot (pendulum) \[m\].
     pub position_m: [Quantity; 3],
     pub mass_kg: Quantity,
     pub model: TankModel,

@@ -11,7 +11,7 @@ pub const HIDDEN_MAX: usize = 4;
 pub struct BodyState<T> {
     /// Body axes to inertial axes, row-major.
     pub rotation: [[T; 3]; 3],
-    /// Origin of the body's axes, inertial [m].
+    /// Origin of the body's axes, inertial \[m\].
     pub position_m: [T; 3],
     /// Rate relative to inertial space, body axes [rad/s].
     pub omega_rad_s: [T; 3],
@@ -33,18 +33,18 @@ pub struct Surroundings {
     pub density_kg_m3: f64,
     pub wind_m_s: [f64; 3],
     pub field_t: [f64; 3],
-    /// Nominal mass of the site's body [kg], its centre of mass [m], its inertia about it
+    /// Nominal mass of the site's body \[kg\], its centre of mass \[m\], its inertia about it
     /// (row-major, body axes) [kg m²].
     pub body_mass_kg: f64,
     pub body_com_m: [f64; 3],
     pub body_inertia_com_kg_m2: [[f64; 3]; 3],
-    /// Where the site is on its body (thruster, accelerometer) [m], and its axis (thrust direction,
-    /// wheel spin, sensitive axis), unit.
+    /// Where the site is on its body (thruster, accelerometer) \[m\], and its axis (thrust
+    /// direction, wheel spin, sensitive axis), unit.
     pub site_position_m: [f64; 3],
     pub site_axis: [f64; 3],
     /// Of a voltage motor: back-emf per rate of its joint [V s/rad].
     pub back_emf_v_s_rad: f64,
-    /// Longest step of integration [s]: hidden states must be no faster than it can follow.
+    /// Longest step of integration \[s\]: hidden states must be no faster than it can follow.
     pub step_s: f64,
     /// Of an actuator: it pushes one way only.
     pub one_sided: bool,
@@ -61,13 +61,13 @@ pub struct Local<'a, T> {
     pub coordinate: T,
     /// Its rate; at a wheel: speed of the rotor relative to the body about the wheel's axis.
     pub rate: T,
-    /// Of a tank: the displacement of its mass along all its axes, body axes [m], and its rate;
+    /// Of a tank: the displacement of its mass along all its axes, body axes \[m\], and its rate;
     /// `site_axis` is the axis of this coordinate. Of a pendulum: its angles about its two axes
-    /// [rad].
+    /// \[rad\].
     pub displacement: [T; 3],
     pub displacement_rate: [T; 3],
     /// The command of an actuator; at a joint: the sum of its actuators' efforts; at a body: the
-    /// sum of what its thrusters and body forces fire, noise apart [N].
+    /// sum of what its thrusters and body forces fire, noise apart \[N\].
     pub command: T,
     /// The reading of the sensor without this effect.
     pub reading: T,
@@ -83,7 +83,7 @@ pub struct Local<'a, T> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Action<T> {
     pub force: T,
-    /// Torque [N m], force [N]; body axes, at the origin.
+    /// Torque [N m], force \[N\]; body axes, at the origin.
     pub wrench: [T; 6],
     /// Of a wheel: torque on the body along the axis; the rotor takes its reaction.
     pub value: T,

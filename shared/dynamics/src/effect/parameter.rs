@@ -176,7 +176,7 @@ impl EffectParameter {
         Self { role: Role::Direction { repeats }, ..self }
     }
 
-    /// As a frequency [Hz]: screened over the spectrum, estimated within 30 % of the screened
+    /// As a frequency \[Hz\]: screened over the spectrum, estimated within 30 % of the screened
     /// value.
     #[must_use]
     pub const fn frequency(self) -> Self {
@@ -198,13 +198,13 @@ impl EffectParameter {
         Self { role: Role::Order, scan: Scan::Orders, prior, ..self }
     }
 
-    /// As an onset [s]: screened over the recording, not estimated.
+    /// As an onset \[s\]: screened over the recording, not estimated.
     #[must_use]
     pub const fn onset(self) -> Self {
         Self { role: Role::Onset, scan: Scan::Onsets, ..self }
     }
 
-    /// As a duration [s]: screened, not estimated.
+    /// As a duration \[s\]: screened, not estimated.
     #[must_use]
     pub const fn duration(self) -> Self {
         Self { role: Role::Duration, scan: Scan::Durations, ..self }

@@ -9,7 +9,7 @@ use crate::multibody::{JointKind, Model, float_at_momentum, forward_dynamics_pre
 pub struct JointReference {
     /// From [`System::joint`].
     pub joint: usize,
-    /// [rad] or [m], and derivatives.
+    /// \[rad\] or \[m\], and derivatives.
     pub position: f64,
     pub rate: f64,
     pub acceleration: f64,

@@ -10,7 +10,7 @@ use crate::multibody::{kinetic_energy, momentum, potential_energy};
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Totals<T> {
     pub mass_kg: f64,
-    /// Of the frame of the base, inertial axes [m], [m/s].
+    /// Of the frame of the base, inertial axes \[m\], [m/s].
     pub com_m: [T; 3],
     pub com_velocity_m_s: [T; 3],
     /// Inertial axes.
@@ -20,7 +20,7 @@ pub struct Totals<T> {
     pub kinetic_energy_j: T,
     /// Gravity, springs, modes.
     pub potential_energy_j: T,
-    /// Power that viscous friction of joints, tanks, modes and wheels takes [W].
+    /// Power that viscous friction of joints, tanks, modes and wheels takes \[W\].
     pub dissipated_w: T,
 }
 

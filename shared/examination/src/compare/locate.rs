@@ -34,7 +34,7 @@ pub struct Band {
     pub low_hz: f64,
     pub high_hz: f64,
     pub rms: f64,
-    /// Above the noise floor [dB].
+    /// Above the noise floor \[dB\].
     pub above_db: f64,
     pub p: f64,
     /// True when it spans less than half of the bands, counted in octaves.

@@ -52,7 +52,7 @@ impl Linear {
 /// to: its gains, innovations and linear model.
 ///
 /// Cost: `tangent + inputs + clone + 1` readings an event, and as many flows, or a third of their
-/// work ([`Transitions`]).
+/// work (`Transitions`).
 pub fn linearise(
     propagator: &mut Propagator<'_>,
     noise: &NoiseModel,

@@ -14,7 +14,7 @@ pub struct NoiseModel {
     pub sensor_sigma: Vec<f64>,
     /// Pole of each channel's noise per sample; zero: white.
     pub pole: Vec<f64>,
-    /// Of each channel's stamps [s]: adds the reading's slope times it; zero: none.
+    /// Of each channel's stamps \[s\]: adds the reading's slope times it; zero: none.
     pub jitter_s: Vec<f64>,
 }
 

@@ -160,7 +160,7 @@ impl<'p> EstimationSession<'p> {
         self.problem.unknowns.iter().map(|unknown| known(&unknown.name).unwrap_or(unknown.prior)).collect()
     }
 
-    /// Mean interval between the samples of `channel` in the run that has most of them [s].
+    /// Mean interval between the samples of `channel` in the run that has most of them \[s\].
     pub fn interval_s(&self, channel: usize) -> f64 {
         let stamps = |run: &'p Run| &run.samples[channel].time_s;
         let longest = self.problem.runs.iter().map(stamps).max_by_key(|stamps| stamps.len());

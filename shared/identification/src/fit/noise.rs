@@ -8,7 +8,7 @@
 //! Of a large plant or a long recording that is dear: many columns are whitened for every point.
 //! The information on the noise and on the mean of a Gaussian is independent (their Fisher
 //! information has no common block), so there unknowns and columns are held where they explain most
-//! and all coordinates are moved at once along the gradient ([`climb`]).
+//! and all coordinates are moved at once along the gradient (`climb`).
 
 mod climb;
 

@@ -16,7 +16,7 @@ pub enum Course {
 }
 
 impl Course {
-    /// Value and derivatives at `t_s` [s].
+    /// Value and derivatives at `t_s` \[s\].
     pub fn at(&self, t_s: f64) -> SignalValue {
         match self {
             Self::Stated(signal) => signal.at(t_s),

@@ -86,7 +86,7 @@ impl SmoothMotion {
         }
     }
 
-    /// Times at which the rate jumps [s].
+    /// Times at which the rate jumps \[s\].
     pub fn kinks_s(&self) -> Vec<f64> {
         self.kinks.iter().map(|k| self.time_s[*k]).collect()
     }

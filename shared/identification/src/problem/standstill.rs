@@ -46,7 +46,7 @@ pub fn sample_sigma(plant: &Plant, sensor: &Sensor) -> f64 {
     }
 }
 
-/// Step of the plant's record of one sensor [s].
+/// Step of the plant's record of one sensor \[s\].
 pub fn period_s(plant: &Plant, sensor: &Sensor) -> f64 {
     sensor.period_s.map_or(plant.simulation.period_s, |period| period.value)
 }

@@ -38,14 +38,14 @@ pub struct Timeline {
     pub value: Vec<f64>,
     pub stamp_s: Vec<f64>,
     pub interval_s: Vec<f64>,
-    /// Moves of the stamps of each channel [s]: event = stamp − shift (+ interval of a mean).
+    /// Moves of the stamps of each channel \[s\]: event = stamp − shift (+ interval of a mean).
     pub shift_s: Vec<f64>,
     /// Rows of inputs, `inputs` numbers each.
     pub rows: Vec<f64>,
     pub inputs: usize,
     /// Rows come in triples per step (motions), else one per event.
     pub moving: bool,
-    /// Median time between samples of the fastest channel [s].
+    /// Median time between samples of the fastest channel \[s\].
     pub period_s: f64,
 }
 

@@ -48,7 +48,7 @@ impl Scenario {
     /// partition the same numbers, to the last bit.
     ///
     /// # Errors
-    /// As [`parse`], and where the text of a plant is missing.
+    /// As `parse`, and where the text of a plant is missing.
     pub fn read(text: &str, files: &BTreeMap<String, String>, is_replay: bool) -> Result<Self, Refusal> {
         let refused = |errors| Refusal { file: CARRIED.into(), text: text.into(), errors };
         let mut scenario = parse(CARRIED, text).map_err(refused)?;

@@ -13,7 +13,7 @@ pub struct Spectrum<'a> {
     /// Of the density, e.g. `(m/s^2)^2/Hz`.
     pub unit: &'a str,
     pub curves: Vec<Curve<'a>>,
-    /// Bands worth a look [Hz].
+    /// Bands worth a look \[Hz\].
     pub bands: Vec<Mark>,
     pub bands_are: &'a str,
     /// White noise under the curves, where it is known.

@@ -29,7 +29,7 @@ pub struct Stabilisation<'a> {
     pub poles: Vec<Pole>,
     /// Drawn behind, on a logarithmic scale of its own.
     pub spectrum: Option<Curve<'a>>,
-    /// Modes that were taken [Hz].
+    /// Modes that were taken \[Hz\].
     pub chosen_hz: Vec<f64>,
 }
 

@@ -9,9 +9,9 @@ use crate::svg::{Anchor, Figure, Svg, WIDTH};
 #[derive(Clone, Debug)]
 pub struct Tiles<'a> {
     pub name: &'a str,
-    /// Edges of the columns; equal steps [s].
+    /// Edges of the columns; equal steps \[s\].
     pub time_s: (f64, f64),
-    /// Edges of the rows, one octave each, from the lowest [Hz].
+    /// Edges of the rows, one octave each, from the lowest \[Hz\].
     pub frequency_hz: (f64, f64),
     /// Rows from the lowest frequency up; within a row by time.
     pub rows: Vec<Vec<f64>>,
