@@ -8,8 +8,11 @@ use runtime::checkpoint::Store;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// A format, and what its reader does with bytes.
-pub const BODIES: [(&str, fn(&[u8])); 6] = [
+/// What a reader does with bytes.
+pub type Body = fn(&[u8]);
+
+/// Every format with its body.
+pub const BODIES: [(&str, Body); 6] = [
     ("csv", |bytes| recording_file("csv", bytes)),
     ("mcap", |bytes| recording_file("mcap", bytes)),
     ("uff", |bytes| recording_file("uff", bytes)),

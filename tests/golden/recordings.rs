@@ -42,7 +42,8 @@ impl Recordings {
     pub fn answers(&self, folder: &Path) -> Value {
         let slices = Slices { recordings: self, folder };
         let mut answers = Map::new();
-        let tenth = |begin: f64, end: f64| move |row: usize, t: f64, _: f64| row % 10 == 0 && t >= begin && t < end;
+        let tenth =
+            |begin: f64, end: f64| move |row: usize, t: f64, _: f64| row.is_multiple_of(10) && t >= begin && t < end;
         let swing = "multiarm_pendulum/single_free_swing.csv.gz";
         let (a, b) =
             (slices.cut(swing, "swing_a", tenth(0.05, 40.05)), slices.cut(swing, "swing_b", tenth(40.05, 54.9)));

@@ -5,7 +5,6 @@ use crate::{Failure, plants};
 use channels::{Channel, Recording};
 use dynamics::description::Plant;
 use serde_json::json;
-use simulation;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

@@ -349,7 +349,7 @@ impl ModalId {
 fn refuse(sample: &mut ModalEstimate, error: &ModalError) {
     let status = match *error {
         ModalError::RecordTooShort { samples, need } => {
-            (sample.record_samples, sample.record_samples_needed) = (samples as u64, need as u64);
+            (sample.record_samples, sample.record_samples_needed) = (samples, need);
             ModalStatus::RecordTooShort
         }
         ModalError::NoSignal { .. } => ModalStatus::FlatChannels,

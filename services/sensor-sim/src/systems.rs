@@ -145,7 +145,7 @@ fn without_body(plant: &mut Plant, name: &str) -> Result<(), String> {
     if plant.bodies.len() == before {
         return Err(format!("grasps = '{name}': the plant has no such body"));
     }
-    let faults = plant_file::validate::validate(&plant);
+    let faults = plant_file::validate::validate(plant);
     faults
         .into_iter()
         .find(|fault| !fault.warning)

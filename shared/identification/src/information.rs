@@ -84,13 +84,19 @@ pub enum InformationError {
     NoLine { parameter: String, duration_s: f64 },
 }
 
+/// What a simulator gives, or why it cannot.
+pub type Simulated<T> = Result<T, Box<dyn core::error::Error>>;
+
+/// What is called for every control period.
+pub type Visit<'v> = &'v mut dyn FnMut(&Period<'_>);
+
 /// An experiment without noise, as a simulator carries it out.
 #[derive(Clone, Copy)]
 pub struct Simulate<'a> {
     /// What a recording of so many seconds of the plant holds.
-    pub record: &'a dyn Fn(&Plant, f64) -> Result<Recording, Box<dyn core::error::Error>>,
+    pub record: &'a dyn Fn(&Plant, f64) -> Simulated<Recording>,
     /// Calls the last argument for every control period of that motion.
-    pub motion: &'a dyn Fn(&Plant, f64, &mut dyn FnMut(&Period<'_>)) -> Result<(), Box<dyn core::error::Error>>,
+    pub motion: &'a dyn Fn(&Plant, f64, Visit<'_>) -> Simulated<()>,
 }
 
 /// Predicts what `duration_s` of the plant's own experiment tells of every number with a prior.
