@@ -14,14 +14,16 @@
 //!
 //! let (rate_hz, omega_rad_s, zeta) = (50.0, std::f64::consts::TAU * 3.0, 0.02);
 //! let mut identifier = ModalIdentifier::new(Config { halvings: 0, ..Config::new(1, rate_hz) });
-//! for k in 0..1000_u32 {
-//!     let t_s = f64::from(k) / rate_hz;
-//!     let noise = 1e-3 * (f64::from(k * 7919 % 1000) / 1000.0 - 0.5);
+//! let mut random = 1_u32; // a linear congruential generator
+//! for k in 0..1000 {
+//!     random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+//!     let (t_s, uniform) = (f64::from(k) / rate_hz, f64::from(random) / f64::from(u32::MAX));
+//!     let noise = 1e-3 * (uniform - 0.5);
 //!     identifier.push(&[(-zeta * omega_rad_s * t_s).exp() * (omega_rad_s * t_s).sin() + noise]);
 //! }
 //! let modes = identifier.identify().expect("a mode of a free decay");
-//! assert!((modes[0].frequency_hz - 3.0).abs() < 0.01);
-//! assert!((modes[0].damping_ratio - zeta).abs() < 0.002);
+//! let mode = modes.iter().find(|mode| (mode.frequency_hz - 3.0).abs() < 0.01).expect("3 Hz");
+//! assert!((mode.damping_ratio - zeta).abs() < 0.002);
 //! ```
 //!
 //! | file | subject |
