@@ -35,7 +35,7 @@ fn a_plant_that_cannot_be_flown_is_refused_at_its_place() {
     );
     let hide = "hide = [\n  \"slosh_cubic@tank:fuel stiffness=0.02\",\n  \"slosh_cubik@tank:fuel\",\n]";
     refused(&tank(hide), &["wrong.toml:9:3", "slosh_cubik", "slosh_cubic"]);
-    refused(&tank("text = \"format = 1\""), &["wrong.toml:7:8", "unknown field `text`", "file"]);
+    refused(&tank("text = \"format = 1\""), &["wrong.toml:7:1", "unknown field `text`", "file"]);
     let mated = "[mated]\nduration_s = 3.0\ntrajectory = \"mated\"\nplant = { file = \"mated\" }\ngrasps = \"nothing\"\n[mated.known]\nh_cm_nms = 68.0\nprior = [167.0, 291.0, 416.0, 136.0, 136.0, 158.0, 141.0, 314.0, -18.0]\n";
     refused(mated, &["wrong.toml:6:9", "nothing", "no such body"]);
 }

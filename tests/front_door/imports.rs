@@ -172,10 +172,11 @@ fn the_challenge_shares_no_equations_with_what_it_tests() {
             }
             read += 1;
             let text = std::fs::read_to_string(&path).unwrap();
-            for (place, _) in text.match_indices("dynamics::") {
-                let rest = &text[place + "dynamics::".len()..];
-                let described = rest.starts_with("description") || rest.starts_with("effect");
-                assert!(described, "{} names dynamics::{}", path.display(), rest.lines().next().unwrap_or_default());
+            for line in text.lines().filter(|line| !line.trim_start().starts_with("//")) {
+                for rest in line.split("dynamics::").skip(1) {
+                    let is_described = rest.starts_with("description") || rest.starts_with("effect");
+                    assert!(is_described, "{} names dynamics::{rest}", path.display());
+                }
             }
         }
     }
