@@ -256,7 +256,7 @@ fn effects_that_a_one_parameter_law_outside_the_catalogue_explains_as_well_are_w
         let asked = problem(&nominal, recorded);
         let found = diagnose(&asked, &Options { threads: 2, without, ..Options::default() }, &mut |_, _| {});
         let abstains = matches!(found.verdict, Verdict::CannotDecide | Verdict::NotInCatalogue);
-        let reported = format!("of one number, {formula}, ");
+        let reported = format!("with one parameter, {formula}, ");
         assert!(abstains && found.reason.contains(&reported), "{name} {kind}: {:?} {}", found.verdict, found.reason);
         assert!(found.effects.is_empty() && found.augmented_plant.is_none());
         // with its name in the catalogue it has one

@@ -264,7 +264,7 @@ mod tests {
         let decay = track(3, [1.0, 0.75, 0.5, 0.25], 0.0, 0.03, 0.0);
         let found = &drifts(std::slice::from_ref(&decay), 0.01)[0];
         assert_eq!((found.of, found.law), (Of::Frequency, Law::Undecided));
-        assert!(found.in_words(&decay).contains("do not tell which"));
+        assert!(found.in_words(&decay).contains("do not separate them"));
     }
 
     #[test]

@@ -57,8 +57,8 @@ fn every_recording_of_the_folder_is_read_as_what_it_is() {
             }
             Imported::Segments(segments) => {
                 println!("{name}: {} recordings", segments.parts.len());
-                assert!(name.contains("ball_drops"), "{name}: {:?}", segments.restarts);
-                assert_eq!(segments.parts.len(), 2, "two drops each");
+                assert!(segments.parts.len() >= 2, "{name}: {:?}", segments.restarts);
+                assert!(!name.contains("ball_drops") || segments.parts.len() == 2, "two drops each");
                 let error = ReplayFrames::new(&imported, None, 10_000_000).unwrap_err().explain();
                 assert!(error.contains("time runs backwards") && error.contains("split it before line"), "{error}");
             }
