@@ -10,6 +10,7 @@ use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::DirBuilderExt;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use telemetry::PartitionId;
 
@@ -17,6 +18,9 @@ const NAME: &str = "obsid-";
 const SHARED_MEMORY: &str = "/dev/shm";
 /// `sun_path` of `sockaddr_un` without its final zero [bytes].
 const SOCKET_PATH_MAX: usize = 107;
+/// Number of this process's next run. `/dev/shm` is one for all parents, so that a number is given
+/// once in a process and not once in a parent.
+static NEXT_NUMBER: AtomicU32 = AtomicU32::new(0);
 
 /// Paths inside a run's folder.
 #[derive(Clone, Debug)]
@@ -100,8 +104,7 @@ impl OwnedRunDir {
     /// When a file or folder cannot be made, locked or written, or its path is too long for the
     /// sockets in it.
     pub fn create(parent: &Path, run: &RunConfig) -> io::Result<Self> {
-        let pid = std::process::id();
-        let path = (0..1000).map(|n| parent.join(format!("{NAME}{pid}-{n}"))).find(|path| make_private(path).is_ok());
+        let path = make_folder(parent, std::iter::repeat_with(|| NEXT_NUMBER.fetch_add(1, Ordering::Relaxed)));
         let path =
             path.ok_or_else(|| io::Error::other(format!("{}: cannot make a folder for the run", parent.display())))?;
         let dir = RunDir(path);
@@ -157,6 +160,15 @@ impl Drop for OwnedRunDir {
     fn drop(&mut self) {
         remove_all(&self.dir);
     }
+}
+
+/// Makes the first folder of `numbers` under `parent` that is free and whose prefix is free: a dead
+/// process of the same number may have left files in shared memory from under another parent.
+fn make_folder(parent: &Path, numbers: impl Iterator<Item = u32>) -> Option<PathBuf> {
+    let pid = std::process::id();
+    let paths = numbers.take(1000).map(|number| parent.join(format!("{NAME}{pid}-{number}")));
+    let mut free = paths.filter(|path| shared_memory(&RunDir::at(path)).next().is_none());
+    free.find(|path| make_private(path).is_ok())
 }
 
 /// A folder that only its owner can enter.
@@ -304,24 +316,49 @@ mod tests {
             run.seed = seed;
             OwnedRunDir::create(&parent.0, &run).unwrap()
         });
-        assert_ne!(one.dir().prefix(), two.dir().prefix());
+        assert_ne!(one.dir().path(), two.dir().path());
         assert_eq!([one.dir(), two.dir()].map(|dir| dir.load().unwrap().seed), [1, 2]);
     }
 
     #[test]
+    fn the_end_of_a_run_leaves_the_shared_memory_of_a_run_under_another_parent() {
+        let parents = ["here", "there"].map(Parent::new);
+        let [one, two] = [&parents[0], &parents[1]].map(|parent| OwnedRunDir::create(&parent.0, &toy_run()).unwrap());
+        let shared = Path::new(SHARED_MEMORY).join(format!("{}in_use", two.dir().prefix()));
+        fs::write(&shared, "").unwrap();
+        drop(one);
+        assert!(shared.exists());
+    }
+
+    #[test]
+    fn a_run_takes_no_prefix_under_which_a_dead_run_of_another_parent_left_files() {
+        let parent = Parent::new("recycled");
+        let pid = std::process::id();
+        let left = Path::new(SHARED_MEMORY).join(format!("obsid-{pid}-900000_leftover"));
+        fs::write(&left, "").unwrap();
+        let taken = super::make_folder(&parent.0, 900_000..).unwrap();
+        fs::remove_file(left).unwrap();
+        assert_eq!(taken, parent.0.join(format!("obsid-{pid}-900001")));
+        assert_eq!(super::make_folder(&parent.0, 900_001..).unwrap(), parent.0.join(format!("obsid-{pid}-900002")));
+    }
+
+    #[test]
     fn a_place_too_deep_for_sockets_is_refused_before_the_run_and_by_how_much_is_said() {
-        // The test's own folder is deep enough to be filled up to a path of 107 bytes and one more.
-        let parent = Parent::new("deep");
-        let shallow = OwnedRunDir::create(&parent.0, &toy_run()).unwrap();
-        let used = shallow.dir().iceoryx_root().as_os_str().len() + 1 + shallow.dir().prefix().len() + 31 + 6;
-        let place = |excess: usize| {
-            let deep = parent.0.join("d".repeat(super::SOCKET_PATH_MAX + excess - used - 1));
-            fs::create_dir(&deep).unwrap();
-            OwnedRunDir::create(&deep, &toy_run()).map(drop).map_err(|error| error.to_string())
+        let name = "obsid-12345-0";
+        let bytes_after_parent = "/obsid-12345-0/iox/obsid-12345-0_".len() + 31 + ".event".len();
+        let check = |excess: usize| {
+            let parent = format!("/{}", "d".repeat(super::SOCKET_PATH_MAX + excess - bytes_after_parent - 1));
+            RunDir::at(&Path::new(&parent).join(name)).check_length().map_err(|error| error.to_string())
         };
-        assert_eq!(place(0), Ok(()));
-        let refusal = place(1).unwrap_err();
-        assert!(refusal.contains("1 bytes too long") && refusal.contains("deep"), "{refusal}");
+        assert_eq!(check(0), Ok(()));
+        let refusal = check(1).unwrap_err();
+        assert!(refusal.contains("1 bytes too long") && refusal.contains("/ddd"), "{refusal}");
+        // A run that is refused leaves no folder.
+        let parent = Parent::new("deep");
+        let deep = parent.0.join("d".repeat(super::SOCKET_PATH_MAX));
+        fs::create_dir(&deep).unwrap();
+        assert!(OwnedRunDir::create(&deep, &toy_run()).is_err());
+        assert_eq!(fs::read_dir(&deep).unwrap().count(), 0);
     }
 
     #[test]
