@@ -32,6 +32,7 @@ mod conversions;
 pub mod csv;
 mod csv_cells;
 mod csv_lines;
+mod dataset;
 mod digest;
 mod error;
 mod excitation;
@@ -58,6 +59,7 @@ mod whole_file;
 
 pub use canonical::{CHANNELS, ChannelInfo, Channels, Domains};
 pub use conversions::{segments, series};
+pub use dataset::{Axis, RawColumn, RawDataset, Wanted};
 pub use digest::{Digest, DigestBuilder, digest};
 pub use error::{MapPlace, Place, RecordingError};
 pub use map::ChannelMap;
