@@ -1,17 +1,24 @@
-//! CSV and gzipped CSV: header row `name [unit]`, first column `time [s]` (`frequency [Hz]` of a
-//! spectrum).
+//! Text tables, plain or gzipped: CSV and its kin as loggers, spreadsheets and analysers write them.
 //!
-//! Units of the table in [`crate::units`] are converted here and nowhere else. An empty cell means
-//! that this channel has no sample at this time. Nothing is guessed: a cell that is no finite
-//! number, a row of another length and a unit that is not known are errors with their place.
+//! Separator, decimal sign, header, units and the column of times are found from the text
+//! ([`crate::text`], [`crate::intake`]); what the text does not say, an [`Intake`] says. Written is
+//! one form: header `name [unit]`, first column `time [s]` (`frequency [Hz]` of a spectrum). An empty
+//! cell, `NaN` and `inf` mean that this channel has no sample at this time. A cell that is no number
+//! and a row of another length are errors with their place, but for lines behind the last row.
 
-use crate::csv_cells::{parse_headers, parse_row};
-use crate::csv_lines::Lines;
 use crate::error::RecordingError;
+use crate::intake::Intake;
+use crate::intake::plan::{Kind, Plan, Seen, Source, plan};
 use crate::rows::Rows;
 use crate::series::{check, for_each_time};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
+use crate::text::cells::Cells;
+use crate::text::dialect::{self, Layout};
+use crate::text::encoding::{Encoding, Utf16, text_of};
+use crate::text::lines::Lines;
+use crate::text::printable;
+use crate::text::stamps::Form;
 use crate::timing::check_extent;
 use crate::whole_file::replace_stream;
 use crate::{Format, Imported, file_name};
@@ -19,7 +26,7 @@ use channels::Recording;
 use flate2::read::MultiGzDecoder;
 use flate2::write::GzEncoder;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, Read, Seek, SeekFrom, Write};
+use std::io::{BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 const GZIP_MAGIC: [u8; 2] = [0x1f, 0x8b];
@@ -33,13 +40,13 @@ impl Format for Csv {
     }
 
     fn sniff(&self, head: &[u8]) -> bool {
-        head.starts_with(&GZIP_MAGIC) || (!head.is_empty() && !head.contains(&0))
+        head.starts_with(&GZIP_MAGIC) || (!head.is_empty() && Encoding::of(head).is_some())
     }
 
-    fn read(&self, path: &Path) -> Result<Imported, RecordingError> {
-        let (rows, note) = read_rows(path)?;
+    fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {
+        let (rows, notes) = read_rows(path, intake)?;
         let mut imported = rows.finish()?;
-        imported.notes_mut().extend(note);
+        imported.notes_mut().extend(notes);
         Ok(imported)
     }
 
@@ -62,60 +69,212 @@ impl Format for Csv {
 /// table: empty cells, more than one rate, time that starts again, a spectrum. [`crate::read`]
 /// takes those too.
 pub fn read_csv(path: &Path) -> Result<Table, RecordingError> {
-    let (rows, note) = read_rows(path)?;
+    let (rows, notes) = read_rows(path, &Intake::default())?;
     let mut table = rows.finish_table()?;
-    table.notes.extend(note);
+    table.notes.extend(notes);
     Ok(table)
 }
 
-/// The rows of a file, and a doubt about the last one.
-fn read_rows(path: &Path) -> Result<(Rows, Option<String>), RecordingError> {
-    let name = file_name(path);
-    let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
-    let mut file = File::open(path).map_err(io("open"))?;
-    let mut head = Vec::new();
-    (&mut file).take(2).read_to_end(&mut head).map_err(io("read"))?;
-    let gzipped = head == GZIP_MAGIC;
-    let unfinished_line = !gzipped && !head.is_empty() && last_byte(&mut file).map_err(io("read"))? != b'\n';
-    file.seek(SeekFrom::Start(0)).map_err(io("read"))?;
-    let rows = if gzipped {
-        parse(&name, MultiGzDecoder::new(BufReader::new(file)), true)?
+/// Opens a text table: its bytes as UTF-8 (or Latin-1), and whether they are packed.
+fn open(path: &Path) -> Result<(Box<dyn BufRead>, bool), RecordingError> {
+    let io = |reason| RecordingError::Io { file: file_name(path), action: "read", reason };
+    let mut file =
+        File::open(path).map_err(|reason| RecordingError::Io { file: file_name(path), action: "open", reason })?;
+    let mut magic = Vec::new();
+    (&mut file).take(2).read_to_end(&mut magic).map_err(io)?;
+    file.seek(SeekFrom::Start(0)).map_err(io)?;
+    let gzipped = magic == GZIP_MAGIC;
+    let mut source: Box<dyn BufRead> = if gzipped {
+        Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(BufReader::new(file))))
     } else {
-        parse(&name, file, false)?
+        Box::new(BufReader::with_capacity(1 << 16, file))
     };
-    let note = "the last line is not ended by a line feed: its last number may be cut";
-    Ok((rows, unfinished_line.then(|| note.into())))
-}
-
-fn last_byte(file: &mut File) -> std::io::Result<u8> {
-    let mut byte = [0];
-    file.seek(SeekFrom::End(-1))?;
-    file.read_exact(&mut byte)?;
-    Ok(byte[0])
-}
-
-/// Reads CSV text from any source.
-fn parse(file: &str, source: impl Read, gzipped: bool) -> Result<Rows, RecordingError> {
-    let mut lines = Lines::new(BufReader::with_capacity(1 << 16, source), gzipped);
-    if !lines.next(file, 0)? {
-        return Err(RecordingError::Empty { file: file.into() });
+    // What is wrong with an archive is worded where its lines are counted.
+    let encoding = source.fill_buf().ok().and_then(Encoding::of).unwrap_or(Encoding::Bytes);
+    if encoding != Encoding::Bytes {
+        source = Box::new(BufReader::new(Utf16::new(source, encoding == Encoding::Utf16Little)));
     }
-    let (axis, headers) = parse_headers(file, &lines.cells, lines.line)?;
-    let columns = headers[1..].iter().map(|header| Column {
-        name: header.name.clone(),
-        unit: header.unit.si,
-        unit_in_file: header.unit_in_file.clone(),
+    Ok((source, gzipped))
+}
+
+/// The rows of a file, and what there is to note about them.
+fn read_rows(path: &Path, intake: &Intake) -> Result<(Rows, Vec<String>), RecordingError> {
+    let file = file_name(path);
+    let (source, gzipped) = open(path)?;
+    let mut lines = Lines::new(source, gzipped);
+    let (layout, plan) = match planned(&file, &mut lines, intake) {
+        Ok(planned) => planned,
+        Err(error) => return Err(lines.corruption(&file).unwrap_or(error)),
+    };
+    let (rows, mut notes) = taken(&file, &mut lines, &layout, &plan)?;
+    notes.splice(0..0, plan.notes);
+    if !gzipped && !ends_with_line_feed(path)? {
+        notes.push("the last line is not ended by a line feed: its last number may be cut".into());
+    }
+    Ok((rows, notes))
+}
+
+fn ends_with_line_feed(path: &Path) -> Result<bool, RecordingError> {
+    let io = |reason| RecordingError::Io { file: file_name(path), action: "read", reason };
+    let mut file = File::open(path).map_err(io)?;
+    let mut end = [0; 2];
+    let length = file.seek(SeekFrom::End(0)).map_err(io)?;
+    file.seek(SeekFrom::Start(length.saturating_sub(2))).map_err(io)?;
+    let n = file.read(&mut end).map_err(io)?;
+    // UTF-16 ends in a line feed and a zero
+    Ok(end[..n].contains(&b'\n'))
+}
+
+/// How the file is laid out, and what becomes of its columns.
+fn planned(file: &str, lines: &mut Lines<impl BufRead>, intake: &Intake) -> Result<(Layout, Plan), RecordingError> {
+    let ahead: Vec<(u64, String)> = lines.look_ahead(file)?.iter().map(|(line, text)| (*line, text_of(text))).collect();
+    let Some((first_line, first)) = ahead.first() else {
+        return Err(RecordingError::Empty { file: file.into() });
+    };
+    let Some(layout) = dialect::layout(&ahead) else {
+        return Err(without_rows(file, *first_line, first, &ahead, intake));
+    };
+    let columns = seen(&layout);
+    let source = Source { file, line: layout.header_line };
+    let mut plan = plan(&source, &columns, intake)?;
+    if layout.remarks > 0 {
+        plan.notes.push(format!("{} line(s) above the header are left out", layout.remarks));
+    }
+    Ok((layout, plan))
+}
+
+/// The error of a file in which no line has a number: its header's, where it has a fault too.
+fn without_rows(file: &str, line: u64, first: &str, ahead: &[(u64, String)], intake: &Intake) -> RecordingError {
+    let header = first.trim_start_matches('\u{feff}');
+    let cells: Vec<&str> = header.split([',', ';', '\t']).map(str::trim).collect();
+    let columns: Vec<Seen> = cells
+        .iter()
+        .map(|cell| Seen { header: (*cell).into(), unit: None, kind: Kind::Number, sample: Vec::new() })
+        .collect();
+    if let Err(error) = plan(&Source { file, line }, &columns, intake) {
+        return error;
+    }
+    match ahead.get(1) {
+        None => RecordingError::TooFewRows { file: file.into(), line, rows: 0 },
+        Some((line, text)) => RecordingError::UnknownFormat {
+            file: file.into(),
+            found: format!("line {line} has no number: `{}`", printable(text)),
+            cure: "give rows of numbers, one per time, below one header row".into(),
+        },
+    }
+}
+
+/// What was seen of the columns.
+fn seen(layout: &Layout) -> Vec<Seen> {
+    let width = layout.rows.iter().map(Vec::len).max().unwrap_or(0).max(layout.header.len());
+    let comma = layout.dialect.decimal_comma;
+    let column = |at: usize| {
+        let cells: Vec<&str> = layout.rows.iter().filter_map(|row| row.get(at)).map(String::as_str).collect();
+        let given: Vec<&str> = cells.iter().copied().filter(|cell| !dialect::is_missing(cell)).collect();
+        let numbers: Vec<f64> = given.iter().filter_map(|cell| dialect::number(cell, comma)).collect();
+        let kind = if given.is_empty() {
+            // what has a name may have samples later
+            let nameless = layout.header.get(at).is_none_or(String::is_empty);
+            if nameless { Kind::Empty } else { Kind::Number }
+        } else if 2 * numbers.len() >= given.len() {
+            // a text among numbers is an error with its place
+            Kind::Number
+        } else {
+            Form::of(given.iter().copied()).map_or(Kind::Text, Kind::Stamp)
+        };
+        let header = layout.header.get(at).cloned().unwrap_or_default();
+        let unit = layout.units.get(at).cloned();
+        Seen { header, unit, kind, sample: numbers }
+    };
+    (0..width).map(column).collect()
+}
+
+/// Takes every row of the file.
+fn taken(
+    file: &str,
+    lines: &mut Lines<impl BufRead>,
+    layout: &Layout,
+    plan: &Plan,
+) -> Result<(Rows, Vec<String>), RecordingError> {
+    let columns = plan.columns.iter().map(|of| Column {
+        name: of.name.clone(),
+        unit: of.unit.si,
+        unit_in_file: of.unit_in_file.clone(),
         values: Vec::new(),
     });
-    let mut rows = Rows::new(file, axis, columns.collect());
-    let mut row = Vec::with_capacity(headers.len());
+    let positions = core::iter::once(clock_position(plan)).chain(plan.columns.iter().map(|of| of.at)).collect();
+    let rows = Rows::new(file, plan.axis, columns.collect());
+    let mut rows = rows.with_places(printable(&plan.clock_header), positions);
+    let width = width_of(layout);
+    let mut cells = Cells::new(file, layout.dialect, plan, width, &layout.header);
+    let mut row = Vec::with_capacity(width);
+    let mut footer: Option<(u64, RecordingError)> = None;
     while lines.next(file, rows.count())? {
-        let taken = parse_row(file, axis, &headers, &lines.cells, lines.line, &mut row);
-        if let Err(error) = taken.and_then(|()| rows.push(lines.line, &row)) {
+        if lines.line < layout.first_line || is_remark(&lines.text) {
+            continue;
+        }
+        let read = cells.read(&lines.text, lines.line, &mut row);
+        let result = match read {
+            Ok(false) => continue,
+            Err(error) if cells.may_be_footer() => {
+                footer.get_or_insert((lines.line, error));
+                continue;
+            }
+            Err(error) => Err(error),
+            Ok(true) => match footer.take() {
+                Some((_, error)) => Err(error),
+                None => rows.push(lines.line, &row),
+            },
+        };
+        if let Err(error) = result {
             return Err(lines.corruption(file).unwrap_or(error));
         }
     }
-    Ok(rows)
+    let notes = notes_of(&cells, plan, footer, rows.count())?;
+    Ok((rows, notes))
+}
+
+fn clock_position(plan: &Plan) -> usize {
+    match &plan.clock {
+        crate::intake::plan::Clock::Number { at, .. } => *at,
+        crate::intake::plan::Clock::Stamps(parts) => parts[0].0,
+        crate::intake::plan::Clock::Rows { .. } => 0,
+    }
+}
+
+/// Cells that a row must have: those of the header but for names of empty columns at its end.
+fn width_of(layout: &Layout) -> usize {
+    let shortest = layout.rows.iter().map(Vec::len).min().unwrap_or(0);
+    let filled = |row: &Vec<String>| row.iter().rposition(|cell| !cell.is_empty()).map_or(0, |at| at + 1);
+    let named = layout.header.iter().rposition(|cell| !cell.is_empty()).map_or(0, |at| at + 1);
+    let used = layout.rows.iter().map(filled).max().unwrap_or(0).max(named);
+    if layout.header.is_empty() { used } else { used.min(layout.header.len().max(shortest)) }
+}
+
+fn is_remark(line: &[u8]) -> bool {
+    matches!(line.trim_ascii_start().first(), Some(b'#' | b'%'))
+}
+
+fn notes_of(
+    cells: &Cells<'_>,
+    plan: &Plan,
+    footer: Option<(u64, RecordingError)>,
+    rows: usize,
+) -> Result<Vec<String>, RecordingError> {
+    let mut notes = Vec::new();
+    if let Some(day) = cells.first_day() {
+        notes.push(format!("time counts from {day}T00:00:00"));
+    }
+    for (of, count) in plan.columns.iter().zip(&cells.infinite).filter(|(_, count)| **count > 0) {
+        notes.push(format!("{count} cell(s) of `{}` are infinite: no sample", of.name));
+    }
+    if let Some((line, error)) = footer {
+        if rows < 2 {
+            return Err(error);
+        }
+        notes.push(format!("from line {line} on there are no whole rows: left out"));
+    }
+    Ok(notes)
 }
 
 /// Writes a table in SI, gzipped when the name ends in `.gz`; every number reads back to the same

@@ -69,13 +69,31 @@ pub enum RecordingError {
     ))]
     NotWritable { file: String, format: &'static str, what: &'static str },
 
-    #[error("{place}: the first column is not `time [s]`")]
+    #[error("{place}: no column is known to hold the times")]
     #[diagnostic(help("{cure}"))]
     NoTimeColumn { place: Box<Place>, cure: String },
 
-    #[error("{place}: the header names no unit")]
-    #[diagnostic(help("write it as `name [unit]`, `[-]` for a number without unit"))]
-    NoUnit { place: Box<Place> },
+    #[error("{place}: {found}")]
+    #[diagnostic(help("{cure}"))]
+    BadClock { place: Box<Place>, found: String, cure: String },
+
+    #[error("{place}: no channel beside the clock can be used: {left_out}")]
+    #[diagnostic(help(
+        "a recording needs a column of numbers with a name; name one by its number as in --channel 'angle = 2 [rad]'"
+    ))]
+    NoChannels { place: Box<Place>, left_out: String },
+
+    #[error("{said}: {found}")]
+    #[diagnostic(help("{cure}"))]
+    BadOption { said: String, found: String, cure: String },
+
+    #[error("{said}: {file} has no column `{found}`")]
+    #[diagnostic(help("{cure}"))]
+    NoSuchChannel { said: String, file: String, found: String, cure: String },
+
+    #[error("{file}: {found}")]
+    #[diagnostic(help("{cure}"))]
+    WhichDataset { file: String, found: String, cure: String },
 
     #[error("{place}: unit `{found}` is not known; accepted: {accepted}")]
     #[diagnostic(help("{cure}"))]
@@ -84,10 +102,6 @@ pub enum RecordingError {
     #[error("{place}: unit `{found}` does not measure `{channel}`; accepted: {accepted}")]
     #[diagnostic(help("correct the header, or map the channel to another column"))]
     ChannelUnit { place: Box<Place>, found: String, channel: &'static str, accepted: String },
-
-    #[error("{place}: the name stands in column {first} already")]
-    #[diagnostic(help("give every column its own name"))]
-    DuplicateColumn { place: Box<Place>, first: usize },
 
     #[error("{file}: line {line}: {found} columns, the header has {expected}; the row is `{row}`")]
     #[diagnostic(help("complete or delete the row; a cut last row is what a stopped writer leaves"))]

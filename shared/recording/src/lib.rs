@@ -30,12 +30,11 @@
 mod canonical;
 mod conversions;
 pub mod csv;
-mod csv_cells;
-mod csv_lines;
 mod dataset;
 mod digest;
 mod error;
 mod excitation;
+pub mod intake;
 mod map;
 mod mcap_channels;
 mod mcap_format;
@@ -50,6 +49,7 @@ mod schema;
 mod series;
 mod spectrum;
 mod table;
+mod text;
 pub mod timing;
 mod uff;
 mod uff_dataset;
@@ -62,6 +62,7 @@ pub use conversions::{segments, series};
 pub use dataset::{Axis, RawColumn, RawDataset, Wanted};
 pub use digest::{Digest, DigestBuilder, digest};
 pub use error::{MapPlace, Place, RecordingError};
+pub use intake::{Assignment, Intake, ListedChannel, ListedDataset, TimeColumn};
 pub use map::ChannelMap;
 pub use mcap_format::{McapRecorder, Recovered, write_mcap};
 pub use mcap_series::write_series_mcap;
@@ -111,9 +112,18 @@ pub trait Format: Sync {
     fn name(&self) -> &'static str;
     /// Whether a file that begins with `head` is of this format.
     fn sniff(&self, head: &[u8]) -> bool;
+    /// The datasets of a file: one, as it is read, for a format that does not say more.
+    ///
+    /// # Errors
+    /// As [`Format::read`].
+    fn list(&self, path: &Path, intake: &Intake) -> Result<Vec<ListedDataset>, RecordingError> {
+        listed(self.read(path, intake)?)
+    }
+    /// Reads a file, with what is said beside it.
+    ///
     /// # Errors
     /// Whatever makes a number of the file uncertain.
-    fn read(&self, path: &Path) -> Result<Imported, RecordingError>;
+    fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError>;
     /// # Errors
     /// The device's, and [`RecordingError::NotWritable`] for what the format cannot hold.
     fn write(&self, imported: &Imported, path: &Path) -> Result<(), RecordingError>;
@@ -124,12 +134,12 @@ pub static FORMATS: &[&dyn Format] = &[&mcap_format::Mcap, &uff::Uff, &csv::Csv]
 
 /// Formats that are recognised and not read: first bytes, name, cure.
 const FOREIGN: &[(&[u8], &str, &str)] = &[
-    (b"ULog", "a PX4 ULog", "convert it: `ulog2csv FILE`, then name the columns `name [unit]`"),
-    (b"#ROSBAG", "a ROS 1 bag", "export the topics as CSV with a `time [s]` column"),
+    (b"ULog", "a PX4 ULog", "convert it: `ulog2csv FILE`"),
+    (b"#ROSBAG", "a ROS 1 bag", "export the topics as CSV"),
     (b"\x89HDF", "HDF5 (or MATLAB v7.3)", "export it as CSV, e.g. with h5py or `writematrix`"),
     (b"MATLAB", "a MATLAB file", "export it as CSV, e.g. with `writetable`"),
     (b"PAR1", "Parquet", "export it as CSV, e.g. with `pandas.read_parquet(...).to_csv(...)`"),
-    (b"SQLite format 3", "SQLite (a rosbag2 database?)", "export the topics as CSV with a `time [s]` column"),
+    (b"SQLite format 3", "SQLite (a rosbag2 database?)", "export the topics as CSV"),
     (b"PK\x03\x04", "a zip archive (or a spreadsheet)", "unpack it, or save the sheet as CSV"),
 ];
 
@@ -138,27 +148,61 @@ const FOREIGN: &[(&[u8], &str, &str)] = &[
 /// # Errors
 /// The format's, or [`RecordingError::UnknownFormat`].
 pub fn read(path: &Path) -> Result<Imported, RecordingError> {
+    read_with(path, &Intake::default())
+}
+
+/// As [`read`], with what is said beside the file.
+///
+/// # Errors
+/// As [`read`], and those of what is said: a column, a channel, a dataset that is not there.
+pub fn read_with(path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {
+    format_of(path)?.read(path, intake)
+}
+
+/// The datasets of a file with their channels.
+///
+/// # Errors
+/// As [`read`], but for what a choice would cure.
+pub fn list(path: &Path, intake: &Intake) -> Result<Vec<ListedDataset>, RecordingError> {
+    format_of(path)?.list(path, intake)
+}
+
+/// A recording as a listing.
+fn listed(imported: Imported) -> Result<Vec<ListedDataset>, RecordingError> {
+    match imported {
+        Imported::Spectrum(spectrum) => Ok(vec![ListedDataset::of_spectrum("", &spectrum)]),
+        imported => {
+            let parts = segments(imported)?;
+            let name = |k: usize| if parts.len() > 1 { format!("part {}", k + 1) } else { String::new() };
+            Ok(parts.iter().enumerate().map(|(k, set)| ListedDataset::of_series(&name(k), set)).collect())
+        }
+    }
+}
+
+fn format_of(path: &Path) -> Result<&'static dyn Format, RecordingError> {
     let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
+    let regular = std::fs::metadata(path).map_err(io("open"))?;
+    let unknown =
+        |found: String, cure: &str| RecordingError::UnknownFormat { file: file_name(path), found, cure: cure.into() };
+    if !regular.is_file() {
+        let what = if regular.is_dir() { "a folder" } else { "a pipe or a device" };
+        return Err(unknown(format!("this is {what}, not a file"), "give the path of a recording"));
+    }
     let mut head = Vec::new();
     File::open(path).map_err(io("open"))?.take(512).read_to_end(&mut head).map_err(io("read"))?;
     if head.is_empty() {
         return Err(RecordingError::Empty { file: file_name(path) });
     }
-    let unknown =
-        |found: String, cure: &str| RecordingError::UnknownFormat { file: file_name(path), found, cure: cure.into() };
     if let Some((_, name, cure)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
         return Err(unknown(format!("this is {name}, which is not read"), cure));
     }
-    match FORMATS.iter().find(|format| format.sniff(&head)) {
-        Some(format) => format.read(path),
-        None => {
-            let first = &head[..head.len().min(8)];
-            Err(unknown(
-                format!("not a known format, the first bytes are {first:02x?}"),
-                "give CSV (`time [s],name [unit],...`), CSV.gz, a universal file (UFF 58) or an MCAP file of obsid",
-            ))
-        }
-    }
+    FORMATS.iter().find(|format| format.sniff(&head)).copied().ok_or_else(|| {
+        let first = &head[..head.len().min(8)];
+        unknown(
+            format!("not a known format, the first bytes are {first:02x?}"),
+            "give CSV (`time [s],name [unit],...`), CSV.gz, a universal file (UFF 58) or MCAP",
+        )
+    })
 }
 
 /// Writes channels in the format that the name of the file asks for: `.mcap`, `.csv` or `.csv.gz`.

@@ -6,6 +6,8 @@
 //! most one cut record behind.
 
 use crate::error::RecordingError;
+use crate::intake::Intake;
+use crate::intake::join::applied;
 use crate::mcap_read::{Entry, read_entries};
 use crate::mcap_series::{read_imported, write_series_mcap};
 use crate::run::RecordedRun;
@@ -35,8 +37,8 @@ impl Format for Mcap {
             && (head.starts_with(mcap::MAGIC) || (head.len() < mcap::MAGIC.len() && mcap::MAGIC.starts_with(head)))
     }
 
-    fn read(&self, path: &Path) -> Result<Imported, RecordingError> {
-        read_imported(path)
+    fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {
+        applied(read_imported(path)?, intake)
     }
 
     fn write(&self, imported: &Imported, path: &Path) -> Result<(), RecordingError> {

@@ -138,7 +138,7 @@ struct Scalars {
 /// A channel on its way, and what its numbers are in.
 struct Scalar {
     channel: Channel,
-    unit: &'static Unit,
+    unit: Unit,
     unit_in_file: String,
 }
 

@@ -26,6 +26,10 @@ pub(crate) struct Rows {
     file: String,
     axis: Axis,
     source: Vec<Column>,
+    /// Header text of the first column, where it is not the axis' own.
+    first_header: Option<String>,
+    /// Positions of the columns in the file, the first column's first; empty: in their order.
+    positions: Vec<usize>,
     first: Vec<f64>,
     /// Per column; NaN where the cell is empty, which no cell of a file can say.
     values: Vec<Vec<f64>>,
@@ -43,6 +47,8 @@ impl Rows {
             file: file.into(),
             axis,
             source: columns,
+            first_header: None,
+            positions: Vec::new(),
             first: Vec::new(),
             values,
             lines: Vec::new(),
@@ -51,18 +57,25 @@ impl Rows {
         }
     }
 
+    /// Rows of columns that stand elsewhere in the file: header text of the first and positions.
+    pub fn with_places(self, first_header: String, positions: Vec<usize>) -> Self {
+        Rows { first_header: Some(first_header), positions, ..self }
+    }
+
     /// Rows so far.
     pub fn count(&self) -> usize {
         self.first.len()
     }
 
     fn place(&self, line: u64, column: usize) -> Box<Place> {
-        let name = match (column, self.axis) {
-            (0, Axis::Time) => "time [s]".into(),
-            (0, Axis::Frequency) => "frequency [Hz]".into(),
-            (column, _) => self.source[column - 1].header(),
+        let name = match (column, self.axis, &self.first_header) {
+            (0, _, Some(header)) => header.clone(),
+            (0, Axis::Time, None) => "time [s]".into(),
+            (0, Axis::Frequency, None) => "frequency [Hz]".into(),
+            (column, ..) => self.source[column - 1].header(),
         };
-        Box::new(Place { file: self.file.clone(), line, column: column + 1, name })
+        let at = self.positions.get(column).copied().unwrap_or(column);
+        Box::new(Place { file: self.file.clone(), line, column: at + 1, name: crate::text::printable(&name) })
     }
 
     /// One row in SI without empty cells.

@@ -66,7 +66,7 @@ impl SeriesSet {
 
     /// Adds a channel in SI, and the unit in which the file gave it.
     pub fn push(&mut self, channel: Channel, unit_in_file: &str) {
-        if unit_in_file != channel.unit {
+        if unit_in_file != channel.unit && !unit_in_file.is_empty() {
             self.units_in_file.insert(channel.name.clone(), unit_in_file.into());
         }
         self.recording.channels.push(channel);

@@ -23,7 +23,7 @@ impl Column {
     /// Header text as it stands in the file.
     #[must_use]
     pub fn header(&self) -> String {
-        format!("{} [{}]", self.name, self.unit_in_file)
+        if self.unit_in_file.is_empty() { self.name.clone() } else { format!("{} [{}]", self.name, self.unit_in_file) }
     }
 }
 

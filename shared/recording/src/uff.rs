@@ -10,6 +10,8 @@
 //! Source: University of Cincinnati SDRL, Universal File Datasets 58, 58b, 164.
 
 use crate::error::RecordingError;
+use crate::intake::Intake;
+use crate::intake::join::applied;
 use crate::rows::{Axis, Rows};
 use crate::series::{SeriesSet, check};
 use crate::table::Column;
@@ -38,13 +40,13 @@ impl Format for Uff {
         lines.next() == Some(b"-1") && lines.next().is_some_and(dataset)
     }
 
-    fn read(&self, path: &Path) -> Result<Imported, RecordingError> {
+    fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {
         let bytes = std::fs::read(path).map_err(|reason| RecordingError::Io {
             file: file_name(path),
             action: "read",
             reason,
         })?;
-        read_bytes(&file_name(path), &bytes)
+        applied(read_bytes(&file_name(path), &bytes)?, intake)
     }
 
     fn write(&self, imported: &Imported, path: &Path) -> Result<(), RecordingError> {
@@ -177,7 +179,7 @@ fn unit_of(function: &Function, units: Option<(f64, f64)>) -> Option<(&'static s
         let file_unit = match (quantity.label(), units, quantity.si()?) {
             (None, Some((_, force)), "N") => 1.0 / force,
             (None, Some((length, _)), _) => 1.0 / length,
-            _ => factor(unit),
+            _ => factor(&unit),
         };
         Some((unit.si, file_unit))
     };

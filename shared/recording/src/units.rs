@@ -3,6 +3,8 @@
 //! Values are converted once, at this border: `SI = value * multiply / divide + offset`. Powers of
 //! ten divide or multiply by an exact number, so that 5 ms is the f64 nearest to 0.005.
 
+mod composed;
+
 use core::f64::consts::PI;
 
 /// One spelling of a unit.
@@ -30,6 +32,9 @@ const fn u(symbol: &'static str, si: &'static str, multiply: f64, divide: f64) -
     Unit { symbol, si, multiply, divide, offset: 0.0 }
 }
 
+/// Unit of a channel whose file states none: no unit of a plant equals it.
+pub const NOT_STATED: &str = "?";
+
 /// Standard gravity [m/s^2], exact by definition (CGPM 1901).
 const G0_M_S2: f64 = 9.806_65;
 
@@ -43,6 +48,7 @@ pub static UNITS: &[Unit] = &[
     u("ns", "s", 1.0, 1e9),
     u("min", "s", 60.0, 1.0),
     u("h", "s", 3600.0, 1.0),
+    u("d", "s", 86_400.0, 1.0),
     u("Hz", "Hz", 1.0, 1.0),
     u("kHz", "Hz", 1e3, 1.0),
     u("m", "m", 1.0, 1.0),
@@ -137,53 +143,58 @@ pub static UNITS: &[Unit] = &[
     u("J", "J", 1.0, 1.0),
 ];
 
-/// The unit spelled `text`; `°`, `µ`, `Ω`, `²`, a middle dot, `Nm` and blanks are read as what they
-/// mean.
+/// The unit spelled `text`: an entry of [`UNITS`], or a product of powers of units as files write
+/// them (`m s^-2`, `N·m`, `deg/sec`, `dps`, `in/s`), where its dimension is one of the table.
+///
+/// ```
+/// use recording::units::unit_named;
+///
+/// for spelling in ["m/s^2", "m/s2", "m s-2", "m·s⁻²", "meters/sec^2", "(m/s/s)"] {
+///     assert_eq!(unit_named(spelling).unwrap().si, "m/s^2", "{spelling}");
+/// }
+/// assert_eq!(unit_named("dps").unwrap().to_si(180.0), core::f64::consts::PI);
+/// assert_eq!(unit_named("N/n"), None);
+/// ```
 #[must_use]
-pub fn unit_named(text: &str) -> Option<&'static Unit> {
-    let mut plain = String::new();
-    for c in text.trim().chars() {
-        match c {
-            '°' => plain.push_str("deg"),
-            'µ' | 'μ' => plain.push('u'),
-            'Ω' | '\u{2126}' => plain.push_str("ohm"),
-            '²' => plain.push_str("^2"),
-            '³' => plain.push_str("^3"),
-            '·' | '⋅' | ' ' => plain.push('*'),
-            other => plain.push(other),
-        }
+pub fn unit_named(text: &str) -> Option<Unit> {
+    let plain = composed::plain(text);
+    let listed = |symbol: &str| UNITS.iter().find(|unit| unit.symbol == symbol).copied();
+    match plain.as_str() {
+        "" | "1" => listed("-"),
+        symbol => listed(symbol).or_else(|| composed::unit(symbol)),
     }
-    let plain = match plain.as_str() {
-        "" | "1" => "-".into(),
-        "m/s/s" => "m/s^2".into(),
-        _ => plain.split('/').map(with_dots).collect::<Vec<_>>().join("/"),
-    };
-    UNITS.iter().find(|unit| unit.symbol == plain)
+}
+
+/// A spelling that is known in place of `text`, which is not: the one symbol of it that is unknown
+/// replaced by the nearest, everything else left as it stands, so that the dimension stays what the
+/// file means.
+#[must_use]
+pub fn nearest_spelling(text: &str) -> Option<String> {
+    composed::corrected(text)
 }
 
 /// `text` as it stands in the table, where it is an SI unit there.
 pub(crate) fn si_unit(text: &str) -> Option<&'static str> {
-    unit_named(text).filter(|unit| unit.si == text && unit.symbol == text).map(|unit| unit.si)
-}
-
-/// Newton metres as data sheets run them together.
-fn with_dots(part: &str) -> &str {
-    match part {
-        "Nm" => "N*m",
-        "uNm" => "uN*m",
-        "mNm" => "mN*m",
-        "kNm" => "kN*m",
-        "Ns" => "N*s",
-        "Nms" => "N*m*s",
-        "mNms" => "mN*m*s",
-        "Am^2" => "A*m^2",
-        "kgm^2" => "kg*m^2",
-        other => other,
+    if text == NOT_STATED {
+        return Some(NOT_STATED);
     }
+    UNITS.iter().find(|unit| unit.symbol == text && unit.si == text).map(|unit| unit.si)
 }
 
 /// The spellings that are converted to `si`, as a list for a reader.
 #[must_use]
 pub fn accepted_for(si: &str) -> String {
     UNITS.iter().filter(|unit| unit.si == si).map(|unit| unit.symbol).collect::<Vec<_>>().join(", ")
+}
+
+impl Unit {
+    /// A unit that is `multiply / divide` of the SI unit `si`.
+    pub(crate) fn scaled(si: &'static str, multiply: f64, divide: f64) -> Self {
+        Unit { symbol: si, si, multiply, divide, offset: 0.0 }
+    }
+
+    /// Of a number whose unit is not stated.
+    pub(crate) fn not_stated() -> Self {
+        Unit::scaled(NOT_STATED, 1.0, 1.0)
+    }
 }

@@ -23,7 +23,7 @@ struct Entry {
     ours: String,
     theirs: String,
     theirs_at: Range<usize>,
-    unit: Option<&'static Unit>,
+    unit: Option<Unit>,
     scale: f64,
 }
 
@@ -135,7 +135,7 @@ impl ChannelMap {
         Ok(entry)
     }
 
-    fn unit(&self, text: &str, at: Range<usize>) -> Result<&'static Unit, Failure> {
+    fn unit(&self, text: &str, at: Range<usize>) -> Result<Unit, Failure> {
         unit_named(text).ok_or_else(|| {
             let meant = nearest(text, UNITS.iter().map(|unit| unit.symbol));
             let cure = meant.map_or(String::new(), |near| format!("did you mean '{near}'? "));

@@ -6,6 +6,7 @@ mod bad_tables;
 mod channel_maps;
 mod damage;
 mod digests;
+mod intake;
 mod mcap_files;
 mod real_recordings;
 mod replay_runs;

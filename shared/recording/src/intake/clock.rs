@@ -1,0 +1,217 @@
+//! The clock of a recording: which column holds the times, and in what unit.
+
+use crate::error::RecordingError;
+use crate::units::{Unit, unit_named};
+
+/// The column of times as the user names it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimeColumn {
+    /// Name in the file or number of the column from 1; [`TimeColumn::ROWS`] where rows follow each
+    /// other at a constant rate and the file has no clock.
+    pub name: String,
+    /// Unit of its numbers, to s; `None` where the file states it.
+    pub unit: Option<Unit>,
+}
+
+impl TimeColumn {
+    /// Name that stands for the number of the row.
+    pub const ROWS: &'static str = "row";
+
+    /// `NAME`, `NAME:unit`, `NAME:100Hz` (a counter at that rate) or `row:100Hz`.
+    ///
+    /// # Errors
+    /// An empty name, rows without a rate.
+    pub fn parse(text: &str) -> Result<Self, RecordingError> {
+        let bad = |found: &str| RecordingError::BadOption {
+            said: format!("--time-column {text}"),
+            found: found.into(),
+            cure: "write NAME:unit, as in --time-column stamp:us, counter:100Hz, or row:100Hz where there is no clock"
+                .into(),
+        };
+        let (name, unit) = match text.rsplit_once(':') {
+            Some((name, unit)) if unit_of_clock(unit).is_some() => (name, unit_of_clock(unit)),
+            Some((_, unit)) if unit_named(unit).is_some() || unit.is_empty() => {
+                return Err(bad("the unit is not one of time"));
+            }
+            _ => (text, None),
+        };
+        let name = name.trim();
+        if name.is_empty() || (name == Self::ROWS && unit.is_none()) {
+            return Err(bad(if name.is_empty() { "the name is empty" } else { "rows need a rate" }));
+        }
+        Ok(TimeColumn { name: name.into(), unit })
+    }
+}
+
+/// Unit of a clock: of time, or what a count is worth (`100Hz`, `0.01s`).
+pub(crate) fn unit_of_clock(text: &str) -> Option<Unit> {
+    let text = text.trim();
+    let digits =
+        text.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | 'e' | 'E' | '-' | '+'))).unwrap_or(text.len());
+    let unit = unit_named(&text[digits..])?;
+    if digits == 0 {
+        return (unit.si == "s").then_some(unit);
+    }
+    let count = unit.to_si(text[..digits].parse().ok()?);
+    let (multiply, divide) = match unit.si {
+        "s" => (count, 1.0),
+        "Hz" => (1.0, count),
+        _ => return None,
+    };
+    (count.is_finite() && count > 0.0).then(|| Unit::scaled("s", multiply, divide))
+}
+
+/// How much a name speaks for a column of times, least first; `None`: it is none.
+pub(crate) fn rank(name: &str) -> Option<u8> {
+    let plain = words_of(name);
+    let words: Vec<&str> = plain.split(' ').collect();
+    match words.join(" ").as_str() {
+        "time" | "t" | "zeit" | "temps" | "tiempo" => Some(0),
+        "timestamp" | "timestamps" | "time stamp" | "ts" | "stamp" | "datetime" | "date time" | "date and time"
+        | "elapsed" | "elapsed time" | "time elapsed" | "seconds elapsed" | "sec" | "secs" | "seconds" | "second"
+        | "epoch" | "utc" | "unixtime" | "rostime" | "simtime" | "systime" | "clock" | "zeitstempel" | "horodatage" => {
+            Some(1)
+        }
+        "header stamp" | "field header stamp" | "rosbagtimestamp" | "timestamp sample" => Some(2),
+        // `time us`, `sim time`, `log time s`: a time word, and units or qualifiers beside it
+        _ => {
+            let worded =
+                words.iter().any(|word| matches!(*word, "time" | "timestamp" | "stamp" | "zeit" | "t" | "elapsed"));
+            let beside = |word: &&str| {
+                QUALIFIERS.contains(word) || unit_named(word).is_some_and(|unit| unit.si == "s") || *word == "time"
+            };
+            let all = words
+                .iter()
+                .all(|word| beside(word) || matches!(*word, "timestamp" | "stamp" | "zeit" | "t" | "elapsed"));
+            (worded && all && words.len() <= 4).then_some(3)
+        }
+    }
+}
+
+/// The words of a name in small letters, one blank between them: `logTime_us`, `TimeUS`.
+fn words_of(name: &str) -> String {
+    let mut plain = String::new();
+    let mut small = false;
+    for c in name.chars() {
+        if (c.is_uppercase() && small) || !c.is_alphanumeric() {
+            plain.push(' ');
+        }
+        small = c.is_lowercase();
+        if c.is_alphanumeric() {
+            plain.extend(c.to_lowercase());
+        }
+    }
+    plain.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The unit that the name of a clock ends in: `t_s`, `TimeUS`, `stamp_ns`.
+pub(crate) fn ending(name: &str) -> Option<Unit> {
+    let plain = words_of(name);
+    let (_, last) = plain.rsplit_once(' ')?;
+    unit_named(last).filter(|unit| unit.si == "s")
+}
+
+const QUALIFIERS: &[&str] = &[
+    "sim",
+    "simulation",
+    "log",
+    "logging",
+    "sample",
+    "sampling",
+    "system",
+    "sys",
+    "local",
+    "utc",
+    "gps",
+    "unix",
+    "epoch",
+    "boot",
+    "relative",
+    "rel",
+    "abs",
+    "absolute",
+    "mission",
+    "elapsed",
+    "test",
+    "run",
+    "header",
+    "ros",
+    "recv",
+    "receive",
+    "received",
+    "since",
+    "start",
+    "of",
+    "day",
+    "monotonic",
+    "device",
+    "host",
+    "measurement",
+    "meas",
+    "x",
+    "since",
+    "date",
+    "wall",
+    "met",
+    "field",
+    "msg",
+    "secs",
+    "float",
+    "stamp",
+];
+
+/// Stamps of these years tell their unit by their size [s since 1970]: 2000 to 2100.
+const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
+/// Sampling intervals that a stamp since 1970 can have [s]: a number that counts something else is
+/// seldom read as such a stamp with such steps.
+const EPOCH_INTERVAL_S: core::ops::Range<f64> = 1e-6..1000.0;
+
+/// The unit of times whose file states none, and a note that says so.
+///
+/// # Errors
+/// Whole numbers that may be milliseconds as well as counts: what each unit would mean.
+pub(crate) fn guessed(name: &str, samples: &[f64]) -> Result<(Unit, String), (String, String)> {
+    let known = |symbol: &str| unit_named(symbol).expect("a unit of the table");
+    let mut steps: Vec<f64> = samples.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0.0).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let units = ["s", "ms", "us", "ns"].map(known);
+    if let Some(first) = samples.first() {
+        let epoch =
+            |unit: &&Unit| EPOCH_S.contains(&unit.to_si(*first)) && EPOCH_INTERVAL_S.contains(&unit.to_si(step));
+        if let Some(unit) = units.iter().find(epoch) {
+            let note = format!("`{name}` states no unit: its numbers are {} since 1970", unit.symbol);
+            return Ok((*unit, note));
+        }
+    }
+    if samples.iter().any(|value| value.fract() != 0.0) || samples.is_empty() {
+        return Ok((units[0], format!("`{name}` states no unit: seconds are assumed")));
+    }
+    let rates = units.iter().map(|unit| format!("{} Hz as {}", short(1.0 / unit.to_si(step)), unit.symbol));
+    let some: Vec<String> = samples.iter().take(3).map(|value| format!("{value}")).collect();
+    let found = format!(
+        "`{name}` states no unit, and whole numbers ({}, …) do not tell it: the rate is {}",
+        some.join(", "),
+        rates.collect::<Vec<_>>().join(", ")
+    );
+    Err((
+        found,
+        format!("say the unit: --time-column {name}:us (or s, ms, ns; {name}:100Hz for a counter at that rate)"),
+    ))
+}
+
+fn short(value: f64) -> String {
+    if (1e-3..1e6).contains(&value) { format!("{}", (value * 1e3).round() / 1e3) } else { format!("{value:.3e}") }
+}
+
+/// Why times such as 1.4E+018 tell nothing, if they are such.
+pub(crate) fn hopeless(samples: &[f64]) -> Option<String> {
+    let repeated = samples.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    let large = samples.first().is_some_and(|first| first.abs() > 1e9);
+    (large && samples.len() > 3 && 2 * repeated > samples.len()).then(|| {
+        format!(
+            "most rows have the same time as the row before ({:e}, {:e}, …): the digits that tell the rows apart were lost",
+            samples[0], samples[1]
+        )
+    })
+}

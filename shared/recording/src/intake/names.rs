@@ -1,0 +1,200 @@
+//! Headers of columns as programs write them: `name [unit]`, `name (unit)`, `name / unit`,
+//! `name, unit`, `name_unit`.
+
+use crate::units::unit_named;
+
+/// A header divided.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Heading {
+    /// Name without unit.
+    pub name: String,
+    /// Text of the unit, known or not, where one is stated.
+    pub unit: Option<String>,
+}
+
+/// `name [unit]`; what stands in the bracket at the end is the unit unless it is the index of an
+/// array.
+pub(crate) fn bracketed(text: &str) -> (&str, Option<&str>) {
+    let text = text.trim();
+    match text.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
+        Some((_, index)) if index.trim().bytes().all(|b| b.is_ascii_digit() || b == b',') && !index.is_empty() => {
+            (text, None)
+        }
+        Some((name, unit)) => (name.trim(), Some(unit.trim())),
+        None => (text, None),
+    }
+}
+
+/// Name and unit of a header. A bracket states a unit, known or not; a parenthesis, a slash, a
+/// comma and an ending state one where it is known.
+pub(crate) fn heading(text: &str) -> Heading {
+    let text = cleaned(text);
+    let stated = |name: &str, unit: &str| Heading { name: name.trim().into(), unit: Some(unit.trim().into()) };
+    if let (name, Some(unit)) = bracketed(&text) {
+        return match unit {
+            "?" => Heading { name: name.into(), unit: None },
+            unit => stated(name, unit),
+        };
+    }
+    let known = |unit: &str| !unit.trim().is_empty() && unit_named(unit).is_some();
+    if let Some((name, unit)) =
+        text.strip_suffix(')').and_then(parenthesised).filter(|(name, unit)| known(unit) && !name.trim().is_empty())
+    {
+        return stated(name, unit);
+    }
+    for separator in [" / ", ", ", " in "] {
+        if let Some((name, unit)) = text.rsplit_once(separator).filter(|(_, unit)| known(unit)) {
+            return stated(name, unit);
+        }
+    }
+    let unit = ending(&text);
+    Heading { name: text, unit }
+}
+
+/// `name (unit` cut at the bracket that the end closes: `x (m/(s*N)` is `x` and `m/(s*N`.
+fn parenthesised(rest: &str) -> Option<(&str, &str)> {
+    let mut depth = 0;
+    for (at, c) in rest.char_indices().rev() {
+        match c {
+            ')' => depth += 1,
+            '(' if depth == 0 => return Some((&rest[..at], &rest[at + 1..])),
+            '(' => depth -= 1,
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Without byte-order mark, blanks, quotes and marks of comments.
+pub(crate) fn cleaned(text: &str) -> String {
+    let text = text.trim_start_matches('\u{feff}').trim().trim_matches(['"', '\'']).trim();
+    text.trim_start_matches(['#', '%']).trim().to_owned()
+}
+
+/// The unit that a name ends in: `accel_m_s2`, `rate_deg_s`, `time_us`, `torque_Nm`,
+/// `accelerometer_m_s2[0]`. One letter ends no name in a unit (`phase_A`, `x_m` for measured), and
+/// `gyro_rad` does not say what it seems to: the quantity and the unit contradict each other.
+fn ending(text: &str) -> Option<String> {
+    let name = text.split_once('[').map_or(text, |(name, _)| name);
+    let (stem, candidates) = endings(name)?;
+    let candidate = candidates.iter().find(|unit| SUFFIXES.contains(&unit.as_str()) || squared(unit))?;
+    let known = unit_named(&spelled(candidate))?;
+    let stem = stem.to_lowercase();
+    let rate = ["gyro", "rate", "omega", "vel", "speed"].iter().any(|word| stem.contains(word));
+    (!(rate && matches!(known.si, "rad" | "m"))).then(|| spelled(candidate))
+}
+
+/// The last one, two and three words of a name behind its first, longest first.
+fn endings(name: &str) -> Option<(&str, Vec<String>)> {
+    let words: Vec<&str> = name.split(['_', '.', '/']).collect();
+    let of = |n: usize| (words.len() > n).then(|| words[words.len() - n..].join("_"));
+    let all: Vec<String> = (1..=4).rev().filter_map(of).collect();
+    (!all.is_empty()).then_some((name, all))
+}
+
+/// Endings that are units and nothing else.
+const SUFFIXES: &[&str] = &[
+    "us",
+    "ms",
+    "ns",
+    "sec",
+    "secs",
+    "seconds",
+    "usec",
+    "msec",
+    "nsec",
+    "micros",
+    "millis",
+    "minutes",
+    "hours",
+    "m_s",
+    "m_s2",
+    "m_s_2",
+    "mps",
+    "mps2",
+    "m_per_s",
+    "m_per_s2",
+    "rad",
+    "rads",
+    "deg",
+    "degs",
+    "rad_s",
+    "rad_s2",
+    "rads_s",
+    "radps",
+    "deg_s",
+    "deg_s2",
+    "degps",
+    "rad_per_s",
+    "rad_per_sec",
+    "deg_per_s",
+    "deg_per_sec",
+    "rad_sec",
+    "deg_sec",
+    "dps",
+    "rpm",
+    "RPM",
+    "Nm",
+    "mNm",
+    "kNm",
+    "N_m",
+    "kN",
+    "mN",
+    "kg",
+    "mm",
+    "cm",
+    "km",
+    "mm_s",
+    "km_h",
+    "mrad",
+    "mrad_s",
+    "mV",
+    "mA",
+    "Pa",
+    "kPa",
+    "hPa",
+    "MPa",
+    "mbar",
+    "degC",
+    "deg_C",
+    "Hz",
+    "kHz",
+    "ohm",
+    "percent",
+    "pct",
+    "mg",
+    "uT",
+    "mT",
+    "nT",
+    "volts",
+    "amps",
+    "meters",
+    "radians",
+    "degrees",
+    "newton",
+    "newtons",
+];
+
+fn squared(unit: &str) -> bool {
+    matches!(unit, "m_s^2" | "rad_s^2" | "deg_s^2" | "m/s^2" | "kg_m2" | "kgm2")
+}
+
+/// An ending as a unit: words that are divided by `_`.
+fn spelled(ending: &str) -> String {
+    match ending {
+        "m_s_2" | "mps2" | "m_per_s2" => "m/s^2".into(),
+        "radps" => "rad/s".into(),
+        "degps" => "deg/s".into(),
+        "N_m" => "N*m".into(),
+        "kg_m2" | "kgm2" => "kg*m^2".into(),
+        "deg_C" | "degC" => "degC".into(),
+        other => other.replace("_per_", "/").replace('_', "/"),
+    }
+}
+
+/// Names in a row, the first twelve of many.
+pub(crate) fn listed(names: &[String]) -> String {
+    const MOST: usize = 12;
+    let some = names.iter().take(MOST).map(|name| crate::text::printable(name)).collect::<Vec<_>>().join(", ");
+    if names.len() > MOST { format!("{some}, … ({} in all)", names.len()) } else { some }
+}

@@ -1,0 +1,410 @@
+//! What becomes of each column of a dataset: clock, channel, or left out with the reason.
+
+use super::clock::{self, TimeColumn};
+use super::names::{Heading, heading, listed};
+use super::{Assignment, Intake, assignment};
+use crate::canonical::default_channel;
+use crate::error::{Place, RecordingError};
+use crate::rows::Axis;
+use crate::text::printable;
+use crate::text::stamps::Form;
+use crate::units::{UNITS, Unit, accepted_for, unit_named};
+
+/// What the cells of a column are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Number,
+    Stamp(Form),
+    Text,
+    Empty,
+}
+
+/// A column as it was seen.
+#[derive(Clone, Debug)]
+pub(crate) struct Seen {
+    /// Text of the header; empty where there is none.
+    pub header: String,
+    /// Unit that stands apart from the name.
+    pub unit: Option<String>,
+    pub kind: Kind,
+    /// First numbers of it.
+    pub sample: Vec<f64>,
+}
+
+/// How the time of a row is read.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Clock {
+    Number {
+        at: usize,
+        unit: Unit,
+    },
+    /// A stamp, or a date and a time of day.
+    Stamps(Vec<(usize, Form)>),
+    Rows {
+        interval_s: f64,
+    },
+}
+
+/// A channel to be.
+#[derive(Clone, Debug)]
+pub(crate) struct Planned {
+    /// Position of the column.
+    pub at: usize,
+    pub name: String,
+    pub unit: Unit,
+    /// Text of the unit in the file; empty: not stated.
+    pub unit_in_file: String,
+    pub scale: f64,
+    /// Header text, for errors.
+    pub header: String,
+}
+
+/// What becomes of a dataset.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    pub axis: Axis,
+    pub clock: Clock,
+    /// Header text of the clock.
+    pub clock_header: String,
+    pub columns: Vec<Planned>,
+    pub notes: Vec<String>,
+}
+
+/// Where the dataset stands, for errors.
+pub(crate) struct Source<'a> {
+    pub file: &'a str,
+    /// Line of the header; 0 where there are no lines.
+    pub line: u64,
+}
+
+impl Source<'_> {
+    fn place(&self, at: usize, name: &str) -> Box<Place> {
+        Box::new(Place { file: self.file.into(), line: self.line, column: at + 1, name: printable(name) })
+    }
+}
+
+/// A column with its heading divided.
+struct Column<'a> {
+    seen: &'a Seen,
+    heading: Heading,
+}
+
+/// What becomes of `columns`.
+///
+/// # Errors
+/// No column of times, or one whose unit nobody states; a unit that is not known where a channel
+/// was asked for; no channel that can be used.
+pub(crate) fn plan(source: &Source<'_>, columns: &[Seen], intake: &Intake) -> Result<Plan, RecordingError> {
+    let columns: Vec<Column<'_>> = columns.iter().enumerate().map(|(at, seen)| divided(seen, at, columns)).collect();
+    let mut notes = Vec::new();
+    let (axis, clock) = axis_of(source, &columns, intake, &mut notes)?;
+    let taken: Vec<usize> = match &clock {
+        Clock::Number { at, .. } => vec![*at],
+        Clock::Stamps(parts) => parts.iter().map(|(at, _)| *at).collect(),
+        Clock::Rows { .. } => Vec::new(),
+    };
+    let clock_header = taken.first().map_or("row".into(), |at| columns[*at].seen.header.clone());
+    let mut chosen = Channels { source, intake, planned: Vec::new(), left_out: Vec::new(), error: None };
+    for (at, column) in columns.iter().enumerate().filter(|(at, _)| !taken.contains(at)) {
+        chosen.add(at, column)?;
+    }
+    chosen.check_assignments(&columns)?;
+    let Channels { planned, left_out, error, .. } = chosen;
+    if planned.is_empty() {
+        let place = source.place(taken.first().copied().unwrap_or(0), &clock_header);
+        return Err(error.unwrap_or(RecordingError::NoChannels { place, left_out: listed(&left_out) }));
+    }
+    notes.extend(remarks(&planned, &left_out));
+    Ok(Plan { axis, clock, clock_header, columns: planned, notes })
+}
+
+fn remarks(planned: &[Planned], left_out: &[String]) -> Vec<String> {
+    let mut notes = Vec::new();
+    if !left_out.is_empty() {
+        notes.push(format!("left out: {}", listed(left_out)));
+    }
+    let silent: Vec<String> =
+        planned.iter().filter(|of| of.unit_in_file.is_empty()).map(|of| of.name.clone()).collect();
+    if let Some(first) = silent.first() {
+        notes.push(format!("unit not stated: {}; say it as in --channel '{first} = {first} [rad/s]'", listed(&silent)));
+    }
+    notes
+}
+
+/// A header divided; a name that stood before gets the number of its turn.
+fn divided<'a>(seen: &'a Seen, at: usize, all: &[Seen]) -> Column<'a> {
+    let mut own = heading(&seen.header);
+    if let Some(unit) = seen.unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
+        own.unit = Some(super::names::cleaned(unit).trim_matches(['[', ']', '(', ')']).to_owned());
+    }
+    let turn = all[..at].iter().filter(|other| heading(&other.header).name == own.name).count();
+    if turn > 0 && !own.name.is_empty() {
+        own.name = format!("{}_{}", own.name, turn + 1);
+    }
+    Column { seen, heading: own }
+}
+
+fn axis_of(
+    source: &Source<'_>,
+    columns: &[Column<'_>],
+    intake: &Intake,
+    notes: &mut Vec<String>,
+) -> Result<(Axis, Clock), RecordingError> {
+    if let Some(said) = &intake.time_column {
+        return said_clock(source, columns, said, notes).map(|clock| (Axis::Time, clock));
+    }
+    if let Some(clock) = clock_by_name(source, columns, notes)? {
+        return Ok((Axis::Time, clock));
+    }
+    let lead = columns.first().filter(|first| is_frequency(&first.heading));
+    match lead {
+        Some(first) => {
+            let text = first.heading.unit.as_deref().unwrap_or("Hz");
+            let unit = unit_named(text).filter(|unit| unit.si == "Hz");
+            let unit = unit.ok_or_else(|| unknown_unit(source.place(0, &first.seen.header), text, Some("Hz")))?;
+            Ok((Axis::Frequency, Clock::Number { at: 0, unit }))
+        }
+        None => Err(no_time(source, columns)),
+    }
+}
+
+fn is_frequency(heading: &Heading) -> bool {
+    let name = heading.name.to_lowercase();
+    let stated = heading.unit.as_deref().and_then(unit_named).is_some_and(|unit| unit.si == "Hz");
+    let word = name.split(['_', ' ']).next().unwrap_or_default();
+    name == "frequency" || (stated && matches!(word, "frequency" | "freq" | "f" | "frequenz"))
+}
+
+/// The clock that the user names.
+fn said_clock(
+    source: &Source<'_>,
+    columns: &[Column<'_>],
+    said: &TimeColumn,
+    notes: &mut Vec<String>,
+) -> Result<Clock, RecordingError> {
+    if let Some(at) = position(columns, &said.name) {
+        return clock_at(source, columns, at, said.unit, notes);
+    }
+    if let Some(unit) = said.unit.filter(|_| said.name == TimeColumn::ROWS) {
+        return Ok(Clock::Rows { interval_s: unit.to_si(1.0) });
+    }
+    let names: Vec<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
+    let near = crate::error::nearest(&said.name, names.iter().map(String::as_str));
+    let meant = near.map_or(String::new(), |near| format!("did you mean `{near}`? "));
+    Err(RecordingError::NoSuchChannel {
+        said: format!("--time-column {}", said.name),
+        file: source.file.into(),
+        found: said.name.clone(),
+        cure: format!("{meant}columns: {}", listed(&names)),
+    })
+}
+
+/// The column called `name`, by header, name or number.
+fn position(columns: &[Column<'_>], name: &str) -> Option<usize> {
+    let by = |f: &dyn Fn(&Column<'_>) -> bool| columns.iter().position(f);
+    by(&|c| c.heading.name == name)
+        .or_else(|| by(&|c| super::names::cleaned(&c.seen.header) == name))
+        .or_else(|| by(&|c| c.heading.name.eq_ignore_ascii_case(name)))
+        .or_else(|| name.parse::<usize>().ok().and_then(|n| n.checked_sub(1)).filter(|at| *at < columns.len()))
+}
+
+/// The column whose name says that it holds the times: the best name, of equals the first.
+fn clock_by_name(
+    source: &Source<'_>,
+    columns: &[Column<'_>],
+    notes: &mut Vec<String>,
+) -> Result<Option<Clock>, RecordingError> {
+    let usable = |column: &Column<'_>| matches!(column.seen.kind, Kind::Number | Kind::Stamp(_) | Kind::Empty);
+    let rank = |column: &Column<'_>| {
+        clock::rank(&column.heading.name).or_else(|| {
+            // a date beside a time of day
+            matches!(column.seen.kind, Kind::Stamp(_)).then_some(4)
+        })
+    };
+    let ranked = columns.iter().enumerate().filter(|(_, column)| usable(column));
+    let best = ranked.filter_map(|(at, column)| Some((rank(column)?, at))).min();
+    let Some((_, at)) = best else { return Ok(None) };
+    clock_at(source, columns, at, None, notes).map(Some)
+}
+
+fn clock_at(
+    source: &Source<'_>,
+    columns: &[Column<'_>],
+    at: usize,
+    said: Option<Unit>,
+    notes: &mut Vec<String>,
+) -> Result<Clock, RecordingError> {
+    let column = &columns[at];
+    if let Kind::Stamp(form) = column.seen.kind {
+        return Ok(stamps(columns, at, form, notes));
+    }
+    if let Some(found) = clock::hopeless(&column.seen.sample) {
+        let cure = "export the file again with all digits of the time (a spreadsheet has rounded them)";
+        return Err(RecordingError::BadClock {
+            place: source.place(at, &column.seen.header),
+            found,
+            cure: cure.into(),
+        });
+    }
+    let unit = match (said.or_else(|| ended(&column.heading)), &column.heading.unit) {
+        (Some(unit), _) => unit,
+        (None, Some(text)) => unit_named(text)
+            .filter(|unit| unit.si == "s")
+            .ok_or_else(|| unknown_unit(source.place(at, &column.seen.header), text, Some("s")))?,
+        (None, None) => {
+            let (unit, note) = clock::guessed(&column.heading.name, &column.seen.sample).map_err(|(found, cure)| {
+                RecordingError::BadClock { place: source.place(at, &column.seen.header), found, cure }
+            })?;
+            notes.push(note);
+            unit
+        }
+    };
+    Ok(Clock::Number { at, unit })
+}
+
+/// The unit in which the name of a clock ends, where no other is stated.
+fn ended(heading: &Heading) -> Option<Unit> {
+    if heading.unit.is_some() { None } else { clock::ending(&heading.name) }
+}
+
+/// A stamp alone, or a date joined with the time of day in another column.
+fn stamps(columns: &[Column<'_>], at: usize, form: Form, notes: &mut Vec<String>) -> Clock {
+    let other = |wanted: fn(Form) -> bool| {
+        columns.iter().enumerate().find_map(|(other, column)| match column.seen.kind {
+            Kind::Stamp(form) if other != at && wanted(form) => Some((other, form)),
+            _ => None,
+        })
+    };
+    let partner = match form {
+        Form::DateTime(_) => None,
+        Form::Date(_) => other(|form| matches!(form, Form::Time(_))),
+        Form::Time(_) => other(|form| matches!(form, Form::Date(_))),
+    };
+    if form.is_day_first() || partner.is_some_and(|(_, form)| form.is_day_first()) {
+        notes.push("dates are read as day/month/year".into());
+    }
+    Clock::Stamps(core::iter::once((at, form)).chain(partner).collect())
+}
+
+fn no_time(source: &Source<'_>, columns: &[Column<'_>]) -> RecordingError {
+    let names: Vec<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
+    let nameless = names.iter().all(String::is_empty);
+    let first = columns.first().map_or("", |column| column.seen.header.as_str());
+    let cure = if nameless {
+        "the file has no header: name the columns by their numbers, as in --time-column 1:s --channel 'angle = 2 [rad]'"
+            .into()
+    } else {
+        format!(
+            "say which column holds the times, as in --time-column {}:s, or the rate of the rows, --time-column row:100Hz; columns: {}",
+            names.first().map_or("NAME", String::as_str),
+            listed(&names)
+        )
+    };
+    RecordingError::NoTimeColumn { place: source.place(0, first), cure }
+}
+
+pub(crate) fn unknown_unit(place: Box<Place>, found: &str, expected: Option<&str>) -> RecordingError {
+    let accepted = match expected {
+        Some(si) => accepted_for(si),
+        None => UNITS.iter().map(|unit| unit.symbol).collect::<Vec<_>>().join(", "),
+    };
+    let fits = |near: &String| expected.is_none_or(|si| unit_named(near).is_some_and(|unit| unit.si == si));
+    let cure = match crate::units::nearest_spelling(found).filter(fits) {
+        Some(near) => format!("if `{near}` is meant, say it: --channel 'name = name [{near}]'"),
+        None => "say what its numbers are, as in --channel 'name = name [m/s^2]', or convert the column to SI".into(),
+    };
+    RecordingError::UnknownUnit { place, found: printable(found), accepted, cure }
+}
+
+/// Channels as they are collected.
+struct Channels<'a> {
+    source: &'a Source<'a>,
+    intake: &'a Intake,
+    planned: Vec<Planned>,
+    left_out: Vec<String>,
+    /// Why the first column that could not be used could not be used.
+    error: Option<RecordingError>,
+}
+
+impl Channels<'_> {
+    fn add(&mut self, at: usize, column: &Column<'_>) -> Result<(), RecordingError> {
+        let Column { seen, heading } = column;
+        let number = (at + 1).to_string();
+        let header = super::names::cleaned(&seen.header);
+        let assigned = self.intake.assignment_of(&[&heading.name, &header, &number]);
+        let called = if heading.name.is_empty() { format!("column {number}") } else { heading.name.clone() };
+        let reason = match seen.kind {
+            Kind::Number if heading.name.is_empty() && assigned.is_none() => Some("no name"),
+            Kind::Number => None,
+            Kind::Stamp(_) => Some("date or time"),
+            Kind::Text => Some("text"),
+            Kind::Empty if heading.name.is_empty() => return Ok(()),
+            Kind::Empty => Some("empty"),
+        };
+        if let Some(reason) = reason {
+            self.left_out.push(format!("`{called}` ({reason})"));
+            return Ok(());
+        }
+        match self.unit_of(at, column, assigned) {
+            Ok((unit, text)) => {
+                let name = assigned.map_or(heading.name.clone(), |of| of.own.clone());
+                let scale = assigned.map_or(1.0, |of| of.scale);
+                let header = seen.header.clone();
+                self.planned.push(Planned { at, name, unit, unit_in_file: text, scale, header });
+                Ok(())
+            }
+            Err(error) if assigned.is_some() || default_channel(&heading.name).is_some() => Err(error),
+            Err(error) => {
+                let unit = heading.unit.as_deref().unwrap_or_default();
+                self.left_out.push(format!("`{called}` ({})", assignment::unknown(&printable(unit))));
+                self.error.get_or_insert(error);
+                Ok(())
+            }
+        }
+    }
+
+    fn unit_of(
+        &self,
+        at: usize,
+        column: &Column<'_>,
+        assigned: Option<&Assignment>,
+    ) -> Result<(Unit, String), RecordingError> {
+        if let Some((unit, of)) = assigned.and_then(|of| Some((of.unit?, of))) {
+            return Ok((unit, of.unit_text.clone()));
+        }
+        let expected = default_channel(&column.heading.name).map(|channel| channel.unit);
+        match &column.heading.unit {
+            None => Ok((Unit::not_stated(), String::new())),
+            Some(text) => unit_named(text)
+                .map(|unit| (unit, text.clone()))
+                .ok_or_else(|| unknown_unit(self.source.place(at, &column.seen.header), text, expected)),
+        }
+    }
+
+    /// Every assignment has a column, and no two channels have one name: who is assigned keeps it.
+    fn check_assignments(&mut self, columns: &[Column<'_>]) -> Result<(), RecordingError> {
+        for assignment in &self.intake.channels {
+            if position(columns, &assignment.theirs).is_none() {
+                let names: Vec<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
+                return Err(assignment.absent(self.source.file, &names));
+            }
+        }
+        let own: Vec<&str> = self.intake.channels.iter().map(|of| of.own.as_str()).collect();
+        let replaced = |of: &Planned| {
+            own.contains(&of.name.as_str())
+                && self
+                    .intake
+                    .assignment_of(&[&heading(&of.header).name, &of.header, &(of.at + 1).to_string()])
+                    .is_none()
+        };
+        let gone: Vec<String> = self
+            .planned
+            .iter()
+            .filter(|of| replaced(of))
+            .map(|of| format!("`{}` (its name is given to another)", of.header))
+            .collect();
+        self.planned.retain(|of| !replaced(of));
+        self.left_out.extend(gone);
+        Ok(())
+    }
+}

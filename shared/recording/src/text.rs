@@ -1,0 +1,14 @@
+//! Text of recordings as loggers write it: encoding, separator, decimal sign, header, stamps.
+
+pub(crate) mod cells;
+pub(crate) mod dialect;
+pub(crate) mod encoding;
+pub(crate) mod lines;
+pub(crate) mod stamps;
+
+/// The first 60 characters, control characters made visible: a binary file must not fill the
+/// operator's screen, nor move its cursor.
+pub(crate) fn printable(text: &str) -> String {
+    let visible = text.chars().map(|c| if c.is_control() { '\u{fffd}' } else { c });
+    if text.chars().count() <= 60 { visible.collect() } else { visible.take(60).chain("...".chars()).collect() }
+}

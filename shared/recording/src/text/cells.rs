@@ -1,0 +1,196 @@
+//! Cells of a row as numbers in SI.
+
+use super::dialect::{Dialect, is_missing, number};
+use super::encoding::text_of;
+use super::printable;
+use crate::error::{Place, RecordingError};
+use crate::intake::plan::{Clock, Plan};
+use crate::rows::Axis;
+
+/// Reads the cells of lines as a plan says.
+pub(crate) struct Cells<'a> {
+    file: &'a str,
+    dialect: Dialect,
+    plan: &'a Plan,
+    /// Cells of a row.
+    width: usize,
+    header: &'a [String],
+    record: ::csv::ByteRecord,
+    /// Rows read so far, for a clock that counts them.
+    rows: u64,
+    /// First day of a clock of stamps, and days that a time of day has passed midnight.
+    day: Option<i64>,
+    midnights: i64,
+    last_ns: i64,
+    /// Cells of each channel that say `inf`: no sample either.
+    pub infinite: Vec<u64>,
+}
+
+impl<'a> Cells<'a> {
+    pub fn new(file: &'a str, dialect: Dialect, plan: &'a Plan, width: usize, header: &'a [String]) -> Self {
+        let infinite = vec![0; plan.columns.len()];
+        let record = ::csv::ByteRecord::new();
+        Cells {
+            file,
+            dialect,
+            plan,
+            width,
+            header,
+            record,
+            rows: 0,
+            day: None,
+            midnights: 0,
+            last_ns: i64::MIN,
+            infinite,
+        }
+    }
+
+    /// The row on `line`, time first; `false` for a line without a value: separators alone, or the
+    /// header once more.
+    pub fn read(&mut self, text: &[u8], line: u64, row: &mut Vec<f64>) -> Result<bool, RecordingError> {
+        self.split(text);
+        let empty = self.record.iter().all(<[u8]>::is_empty);
+        if empty || self.is_header() {
+            return Ok(false);
+        }
+        let beyond = self.record.iter().skip(self.width).any(|cell| !cell.is_empty());
+        if beyond || self.record.len() < self.width {
+            return Err(self.ragged(line));
+        }
+        row.clear();
+        let time = self.time(line)?;
+        row.push(time);
+        for k in 0..self.plan.columns.len() {
+            row.push(self.value(k, line)?);
+        }
+        self.rows += 1;
+        Ok(true)
+    }
+
+    /// Whether the line that was read last may be a remark of the program behind the rows, or a row
+    /// that a stopped program cut.
+    pub fn may_be_footer(&self) -> bool {
+        let at = match &self.plan.clock {
+            Clock::Number { at, .. } => *at,
+            Clock::Stamps(parts) => parts[0].0,
+            Clock::Rows { .. } => 0,
+        };
+        let lead = self.record.get(at).map(text_of).unwrap_or_default();
+        let is_time = match &self.plan.clock {
+            Clock::Stamps(parts) => parts[0].1.read(&lead).is_some(),
+            _ => number(&lead, self.dialect.decimal_comma).is_some() || is_missing(&lead),
+        };
+        self.record.len() < self.width || !is_time
+    }
+
+    fn split(&mut self, text: &[u8]) {
+        self.record.clear();
+        let text = text.trim_ascii();
+        if text.contains(&b'"') {
+            self.dialect.split_quoted(&text_of(text)).iter().for_each(|cell| self.record.push_field(cell.as_bytes()));
+        } else if self.dialect.separator == b' ' {
+            let cells = text.split(|byte| byte.is_ascii_whitespace()).filter(|cell| !cell.is_empty());
+            cells.for_each(|cell| self.record.push_field(cell));
+        } else {
+            text.split(|byte| *byte == self.dialect.separator)
+                .for_each(|cell| self.record.push_field(cell.trim_ascii()));
+        }
+        // trimmed with the line's blanks: separators of an empty last cell
+        if self.dialect.separator == b'\t' {
+            (self.record.len()..self.width).for_each(|_| self.record.push_field(b""));
+        }
+    }
+
+    fn is_header(&self) -> bool {
+        !self.header.is_empty()
+            && self.record.len() == self.header.len()
+            && self.record.iter().zip(self.header).all(|(cell, header)| cell == header.as_bytes())
+    }
+
+    fn ragged(&self, line: u64) -> RecordingError {
+        let cells: Vec<_> = self.record.iter().map(text_of).collect();
+        let separator = char::from(self.dialect.separator).to_string();
+        RecordingError::Ragged {
+            file: self.file.into(),
+            line,
+            found: self.record.len(),
+            expected: self.width,
+            row: printable(&cells.join(&separator)),
+        }
+    }
+
+    fn place(&self, line: u64, at: usize, header: &str) -> Box<Place> {
+        Box::new(Place { file: self.file.into(), line, column: at + 1, name: printable(header) })
+    }
+
+    fn not_a_number(&self, line: u64, at: usize, header: &str, cell: &[u8]) -> RecordingError {
+        RecordingError::NotANumber { place: self.place(line, at, header), value: printable(&text_of(cell)) }
+    }
+
+    fn time(&mut self, line: u64) -> Result<f64, RecordingError> {
+        match &self.plan.clock {
+            Clock::Rows { interval_s } => Ok(self.rows as f64 * interval_s),
+            Clock::Number { at, unit } => {
+                let cell = &self.record[*at];
+                let value = core::str::from_utf8(cell).ok().and_then(|text| number(text, self.dialect.decimal_comma));
+                let value = value.ok_or_else(|| self.not_a_number(line, *at, &self.plan.clock_header, cell))?;
+                self.finite(unit.to_si(value), line, *at, &self.plan.clock_header)
+            }
+            Clock::Stamps(parts) => {
+                let (mut day, mut within_ns, mut dated) = (0, 0, false);
+                for (at, form) in parts {
+                    let cell = &self.record[*at];
+                    let stamp = form.read(&text_of(cell));
+                    let stamp = stamp.ok_or_else(|| self.not_a_number(line, *at, &self.plan.clock_header, cell))?;
+                    dated |= !matches!(form, super::stamps::Form::Time(_));
+                    (day, within_ns) = (day + stamp.day, within_ns + stamp.within_ns);
+                }
+                Ok(self.since_first_day(day, within_ns, dated))
+            }
+        }
+    }
+
+    fn since_first_day(&mut self, day: i64, within_ns: i64, dated: bool) -> f64 {
+        const HALF_A_DAY_NS: i64 = 43_200_000_000_000;
+        // a clock without a date that goes back by most of a day has passed midnight
+        if !dated && self.last_ns.saturating_sub(within_ns) > HALF_A_DAY_NS && self.last_ns != i64::MIN {
+            self.midnights += 1;
+        }
+        self.last_ns = within_ns;
+        let stamp = super::stamps::Stamp { day: day + self.midnights, within_ns };
+        stamp.since_s(*self.day.get_or_insert(stamp.day))
+    }
+
+    /// The day that the times of a clock of stamps count from.
+    pub fn first_day(&self) -> Option<String> {
+        let dated = matches!(&self.plan.clock, Clock::Stamps(parts) if parts.iter().any(|(_, form)| !matches!(form, super::stamps::Form::Time(_))));
+        self.day.filter(|_| dated).map(|day| super::stamps::Stamp { day, within_ns: 0 }.day_text())
+    }
+
+    /// NaN where the cell of a time record says that no sample was taken.
+    fn value(&mut self, k: usize, line: u64) -> Result<f64, RecordingError> {
+        let column = &self.plan.columns[k];
+        let cell = &self.record[column.at];
+        let time = self.plan.axis == Axis::Time;
+        if cell.is_empty() && time {
+            return Ok(f64::NAN);
+        }
+        let value = core::str::from_utf8(cell).ok().and_then(|text| number(text, self.dialect.decimal_comma));
+        match value {
+            Some(value) => self.finite(column.unit.to_si(value) * column.scale, line, column.at, &column.header),
+            None if time && is_missing(&text_of(cell)) => {
+                self.infinite[k] += u64::from(cell.iter().any(|byte| byte.eq_ignore_ascii_case(&b'f')));
+                Ok(f64::NAN)
+            }
+            None => Err(self.not_a_number(line, column.at, &column.header, cell)),
+        }
+    }
+
+    fn finite(&self, value: f64, line: u64, at: usize, header: &str) -> Result<f64, RecordingError> {
+        if value.is_finite() {
+            return Ok(value);
+        }
+        let cell = self.record.get(at).map(text_of).unwrap_or_default();
+        Err(RecordingError::NotFinite { place: self.place(line, at, header), value: printable(&cell) })
+    }
+}
