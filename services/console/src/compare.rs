@@ -3,9 +3,11 @@
 mod page;
 
 use crate::Failure;
+use crate::intake::{self, IntakeArguments};
 use crate::progress::Share;
 use crate::recordings::{self, Loaded, ReportFile, wrapped};
 use examination::compare::{ChannelComparison, Comparison, Verdict, compare};
+use recording::Intake;
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -30,6 +32,8 @@ pub struct Arguments {
     /// Write compare.html, one page with figures, to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    intake: IntakeArguments,
 }
 
 /// Two recordings and what separates them.
@@ -43,7 +47,15 @@ struct Compared {
 /// [`Failure::Input`] for recordings that cannot be read or have no channel in common,
 /// [`Failure::Run`] when the report cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
-    let (real, simulated) = (recordings::read(&arguments.real, None)?, recordings::read(&arguments.simulated, None)?);
+    if arguments.intake.list {
+        return intake::list(&[&arguments.real, &arguments.simulated], &arguments.intake, arguments.json);
+    }
+    let intake = arguments.intake.intake(None)?;
+    let real = recordings::read(&arguments.real, &intake, None)?;
+    // a simulation with names and a clock of its own needs nothing said
+    let simulated = recordings::read(&arguments.simulated, &Intake::default(), None).or_else(|error| {
+        if intake.is_empty() { Err(error) } else { recordings::read(&arguments.simulated, &intake, None) }
+    })?;
     if real.len() != simulated.len() {
         return Err(Failure::Input(miette::miette!(
             help = "compare files with the same recordings in the same order, or split them where time starts again",
@@ -84,6 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 fn again(arguments: &Arguments) -> String {
     let path = |path: &PathBuf| path.display().to_string();
     let mut words = vec!["obsid".into(), "compare".into(), path(&arguments.real), path(&arguments.simulated)];
+    words.extend(arguments.intake.words());
     words.extend(arguments.out.iter().flat_map(|out| ["--out".into(), path(out)]));
     recordings::command_line(&words)
 }

@@ -4,7 +4,6 @@
 //! diagnosis: as a table for a terminal, as JSON, and with `--out` as a page with figures beside
 //! the files that go on (augmented plant, next experiment). It decides nothing.
 
-mod channel_map;
 mod features;
 mod figures;
 mod files;
@@ -16,10 +15,10 @@ mod responses;
 mod sensor_names;
 mod words;
 
+use crate::intake::{self, IntakeArguments};
 use crate::progress::Share;
 use crate::recordings::{self, Evidence, Loaded};
 use crate::{Failure, plants};
-use channel_map::ChannelMap;
 use discovery::against_plant::examine_beside;
 use discovery::diagnose::{Diagnosis, Options};
 use discovery::mislabelled::{Mislabelled, mislabelled};
@@ -29,7 +28,7 @@ use files::OutFiles;
 use identification::problem::Problem;
 use identification::work::{LABELS, Work};
 use modes_file::ModesFile;
-use recording::{SeriesSet, Spectrum};
+use recording::Spectrum;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -57,7 +56,7 @@ pub struct Arguments {
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// The plant file that is held against them, or the name of one that comes with the program
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", required_unless_present = "list", default_value = "")]
     plant: PathBuf,
     /// Another recording of the plant, predicted at the end with nothing fitted to it; may be
     /// repeated
@@ -66,9 +65,6 @@ pub struct Arguments {
     /// The same experiment once more: what physics does repeats, what noise does not
     #[arg(long, value_name = "RECORDING")]
     repeat: Option<PathBuf>,
-    /// Which channel of the recordings is which of the plant, with unit, scale and sign
-    #[arg(long, value_name = "FILE")]
-    map: Option<PathBuf>,
     /// Write report.html, diagnosis.json, augmented.toml, next_experiment.toml to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -78,6 +74,8 @@ pub struct Arguments {
     /// Threads of work; all cores where none are given; the result is the same
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+    #[command(flatten)]
+    intake: IntakeArguments,
 }
 
 /// What is diagnosed: a plant and the recordings that it should explain.
@@ -122,6 +120,10 @@ struct Diagnosed {
 /// [`Failure::Input`] for a recording, plant or map that cannot be used, [`Failure::Run`] when a
 /// result cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.intake.list {
+        let files: Vec<_> = arguments.recordings.iter().map(PathBuf::as_path).collect();
+        return intake::list(&files, &arguments.intake, arguments.json);
+    }
     let mut case = read(arguments)?;
     let out = arguments.out.as_deref().map(|folder| OutFiles::new(folder, &inputs(arguments))).transpose()?;
     let (mut problem, mut options) = problems(&case, arguments)?;
@@ -187,9 +189,8 @@ const DOCTOR_SHARE: f64 = 0.1;
 
 fn read(arguments: &Arguments) -> Result<Case, Failure> {
     let (plant, plant_digest) = plants::read_with_digest(&arguments.plant)?;
-    let map = arguments.map.as_deref().map(|path| ChannelMap::read(path, &plant)).transpose()?;
-    let rename = |set: &mut SeriesSet| map.as_ref().map_or(Ok(()), |map| map.apply(set));
-    let evidence = |path: &Path| recordings::read_evidence(path, &plant, &rename);
+    let intake = arguments.intake.intake(Some(&plant))?;
+    let evidence = |path: &Path| recordings::read_evidence(path, &intake, &plant);
     let (mut fitted, mut spectra) = (Vec::new(), Vec::new());
     let (lists, others): (Vec<&PathBuf>, Vec<&PathBuf>) =
         arguments.recordings.iter().partition(|path| modes_file::is_one(path));
@@ -267,7 +268,8 @@ fn unused(arguments: &Arguments, modes: bool, spectrum: bool) -> Result<(), Fail
     let given = [
         ("--held-out", !arguments.held_out.is_empty()),
         ("--repeat", arguments.repeat.is_some()),
-        ("--map", modes && arguments.map.is_some()),
+        ("--map", modes && arguments.intake.map.is_some()),
+        ("--channel", modes && !arguments.intake.channel.is_empty()),
     ];
     match given.iter().find(|(_, given)| *given) {
         Some((flag, _)) => Err(Failure::Input(miette::miette!(
@@ -338,7 +340,8 @@ fn examine_all(case: &Case, labels: &[Option<Mislabelled>], bar: &Share) -> Vec<
 
 /// Every file that is read.
 fn inputs(arguments: &Arguments) -> Vec<&Path> {
-    let files = arguments.recordings.iter().chain(&arguments.held_out).chain(&arguments.repeat).chain(&arguments.map);
+    let files =
+        arguments.recordings.iter().chain(&arguments.held_out).chain(&arguments.repeat).chain(&arguments.intake.map);
     files.chain(std::iter::once(&arguments.plant)).map(PathBuf::as_path).collect()
 }
 
@@ -350,7 +353,7 @@ fn again(arguments: &Arguments) -> String {
     words.extend(one("--plant", &arguments.plant));
     arguments.held_out.iter().for_each(|path| words.extend(one("--held-out", path)));
     arguments.repeat.iter().for_each(|path| words.extend(one("--repeat", path)));
-    arguments.map.iter().for_each(|path| words.extend(one("--map", path)));
+    words.extend(arguments.intake.words());
     arguments.out.iter().for_each(|path| words.extend(one("--out", path)));
     recordings::command_line(&words)
 }

@@ -2,6 +2,7 @@
 
 mod page;
 
+use crate::intake::{self, IntakeArguments};
 use crate::progress::Share;
 use crate::recordings::{self, Loaded, ReportFile, wrapped};
 use crate::{Failure, plants};
@@ -22,7 +23,8 @@ use std::path::PathBuf;
 
 Findings are an answer, not a failure: the exit code is 0.")]
 pub struct Arguments {
-    /// CSV, CSV.gz or MCAP; a file in which time starts again is several recordings
+    /// CSV and its kin, MCAP, universal files, …; a file in which time starts again is several
+    /// recordings
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// Its actuators are inputs, its sensors outputs; what it needs and the recording does not hold
@@ -35,6 +37,8 @@ pub struct Arguments {
     /// Write doctor.html, one page with figures, to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    intake: IntakeArguments,
 }
 
 /// A recording and what was found in it.
@@ -48,9 +52,14 @@ struct Examined {
 /// report cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let plant = arguments.plant.as_deref().map(plants::read).transpose()?;
+    if arguments.intake.list {
+        let files: Vec<_> = arguments.recordings.iter().map(PathBuf::as_path).collect();
+        return intake::list(&files, &arguments.intake, arguments.json);
+    }
+    let intake = arguments.intake.intake(plant.as_ref())?;
     let mut loaded = Vec::new();
     for path in &arguments.recordings {
-        loaded.extend(recordings::read(path, plant.as_ref())?);
+        loaded.extend(recordings::read(path, &intake, plant.as_ref())?);
     }
     let out = arguments.out.as_deref().map(|folder| ReportFile::new(folder, "doctor.html")).transpose()?;
     let examined = examine_all(loaded, plant.as_ref());
@@ -91,6 +100,7 @@ fn examine_all(loaded: Vec<Loaded>, plant: Option<&Plant>) -> Vec<Examined> {
 fn again(arguments: &Arguments) -> String {
     let mut words = vec!["obsid".to_owned(), "doctor".to_owned()];
     words.extend(arguments.recordings.iter().map(|path| path.display().to_string()));
+    words.extend(arguments.intake.words());
     for (flag, value) in [("--plant", &arguments.plant), ("--out", &arguments.out)] {
         words.extend(value.iter().flat_map(|value| [flag.to_owned(), value.display().to_string()]));
     }

@@ -32,6 +32,7 @@ mod digest;
 mod doctor;
 mod effects;
 mod icd;
+mod intake;
 mod launch;
 mod limits_file;
 mod located;

@@ -11,6 +11,7 @@ pub(crate) mod responses;
 mod time;
 
 use crate::Failure;
+use crate::intake::{self, IntakeArguments};
 use crate::recordings::{self, ReportFile};
 use modal::c64;
 use modal::drift::{Drift, Track};
@@ -59,6 +60,8 @@ pub struct Arguments {
     /// Write modal.html, one page with figures, to this folder
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    intake: IntakeArguments,
 }
 
 /// Orders of the sweep by default.
@@ -131,6 +134,10 @@ struct Outcome {
 /// [`Failure::Input`] for what cannot be read or asked of the recording, [`Failure::Run`] for a
 /// report that cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.intake.list {
+        let files: Vec<_> = arguments.files.iter().map(PathBuf::as_path).collect();
+        return intake::list(&files, &arguments.intake, arguments.json);
+    }
     let out = arguments.out.as_deref().map(|folder| ReportFile::new(folder, "modal.html")).transpose()?;
     let outcome = outcome(arguments)?;
     if let Some(out) = &out {
@@ -151,9 +158,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let intake = arguments.intake.intake(None)?;
     let mut spectra: Vec<Spectrum> = Vec::new();
     for file in &arguments.files {
-        match recording::read(file).map_err(Failure::input)? {
+        match recording::read_with(file, &intake).map_err(Failure::input)? {
             Imported::Spectrum(spectrum) => spectra.push(spectrum),
             other if arguments.files.len() == 1 => return time::outcome(arguments, other),
             _ => {
@@ -176,6 +184,7 @@ fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
 fn again(arguments: &Arguments) -> String {
     let mut words = vec!["obsid".to_string(), "modal".into()];
     words.extend(arguments.files.iter().map(|file| file.display().to_string()));
+    words.extend(arguments.intake.words());
     words.extend(arguments.input.iter().flat_map(|input| ["--input".into(), input.clone()]));
     if !arguments.channels.is_empty() {
         words.extend(["--channels".into(), arguments.channels.join(",")]);

@@ -4,7 +4,8 @@
 use crate::Failure;
 use channels::{Channel, Recording, Role};
 use dynamics::description::Plant;
-use recording::{Imported, SeriesSet, Spectrum};
+use recording::units::NOT_STATED;
+use recording::{Imported, Intake, SeriesSet, Spectrum};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -33,24 +34,46 @@ pub enum Evidence {
 /// # Errors
 /// [`Failure::Input`] for what cannot be read, and for a plant that shares no name with the
 /// recording.
-pub fn read(path: &Path, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {
-    loaded(path, recording::read(path).map_err(Failure::input)?, plant, &|_| Ok(()))
+pub fn read(path: &Path, intake: &Intake, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {
+    loaded(path, recording::read_with(path, intake).map_err(Failure::input)?, plant)
 }
 
-/// As [`read`], with `rename` applied to each recording before the plant is evaluated; spectra are
-/// taken, too.
+/// As [`read`]; spectra are taken, too.
 ///
 /// # Errors
-/// As [`read`], and those of `rename`.
-pub fn read_evidence(
-    path: &Path,
-    plant: &Plant,
-    rename: &dyn Fn(&mut SeriesSet) -> Result<(), Failure>,
-) -> Result<Evidence, Failure> {
-    match recording::read(path).map_err(Failure::input)? {
+/// As [`read`], and for a channel of the plant whose unit nobody states.
+pub fn read_evidence(path: &Path, intake: &Intake, plant: &Plant) -> Result<Evidence, Failure> {
+    match recording::read_with(path, intake).map_err(Failure::input)? {
         Imported::Spectrum(spectrum) => Ok(Evidence::Spectrum { spectrum, digest: digest_of(path) }),
-        imported => Ok(Evidence::Time(loaded(path, imported, Some(plant), rename)?)),
+        imported => {
+            let loaded = loaded(path, imported, Some(plant))?;
+            loaded.iter().try_for_each(|one| units_are_stated(&one.recording, plant))?;
+            Ok(Evidence::Time(loaded))
+        }
     }
+}
+
+/// Every channel of the plant has a unit: numbers without one are no evidence.
+fn units_are_stated(recording: &Recording, plant: &Plant) -> Result<(), Failure> {
+    let unit_of = |name: &str| match (plant.actuator(name), plant.sensor(name)) {
+        (Some(actuator), _) => Some(plant.actuator_unit(actuator).to_owned()),
+        (_, Some(sensor)) => Some(plant.sensor_unit(sensor).to_owned()),
+        _ => None,
+    };
+    let silent = recording.channels.iter().filter(|channel| channel.unit == NOT_STATED);
+    let silent: Vec<(&str, String)> =
+        silent.filter_map(|channel| Some((channel.name.as_str(), unit_of(&channel.name)?))).collect();
+    if silent.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<&str> = silent.iter().map(|(name, _)| *name).collect();
+    let cure: Vec<String> = silent.iter().map(|(name, unit)| format!("--channel '{name} = {name} [{unit}]'")).collect();
+    Err(Failure::Input(miette::miette!(
+        help = format!("say the unit of the file's numbers, if the plant's: {}", cure.join(" ")),
+        "{}: the unit of {} is not stated",
+        recording.name,
+        names.join(", ")
+    )))
 }
 
 /// BLAKE3 of a file.
@@ -58,20 +81,14 @@ pub fn digest_of(path: &Path) -> String {
     std::fs::read(path).map(|bytes| blake3::hash(&bytes).to_hex().to_string()).unwrap_or_default()
 }
 
-fn loaded(
-    path: &Path,
-    imported: Imported,
-    plant: Option<&Plant>,
-    rename: &dyn Fn(&mut SeriesSet) -> Result<(), Failure>,
-) -> Result<Vec<Loaded>, Failure> {
+fn loaded(path: &Path, imported: Imported, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {
     let sets = recording::segments(imported).map_err(Failure::input)?;
     let file = path.display().to_string();
     let digest = digest_of(path);
     let several = sets.len() > 1;
     let mut loaded = Vec::with_capacity(sets.len());
-    for (k, mut set) in sets.into_iter().enumerate() {
+    for (k, set) in sets.into_iter().enumerate() {
         let name = if several { format!("{file}, part {}", k + 1) } else { file.clone() };
-        rename(&mut set)?;
         let SeriesSet { mut recording, mut notes, .. } = set;
         recording.name = name;
         if let Some(plant) = plant {
@@ -102,8 +119,7 @@ fn names_of_the_plant(recording: &Recording, plant: &Plant) -> Result<Vec<String
     let recorded: Vec<&str> = recording.channels.iter().map(|c| c.name.as_str()).collect();
     if !known.iter().any(|(known, _)| recorded.contains(known)) {
         return Err(Failure::Input(miette::miette!(
-            help = "rename the columns of the recording, or the [[actuator]]s and [[sensor]]s of the plant file, so that they meet; \
-                    `obsid diagnose --map FILE` joins names that differ",
+            help = "say which is which, as in --channel 'NAME IN THE PLANT = NAME IN THE FILE [UNIT]', or in a file with --map",
             "{}: none of its channels ({}) is an actuator or a sensor of plant '{}' ({})",
             recording.name,
             recorded.join(", "),
@@ -166,13 +182,44 @@ impl Loaded {
         )
     }
 
+    /// Different times at which a channel has a sample.
+    pub fn rows(&self) -> usize {
+        let channels = &self.recording.channels;
+        let first = channels.iter().max_by_key(|c| c.value.len());
+        if first.is_none_or(|first| channels.iter().all(|c| c.same_clock(first))) {
+            return first.map_or(0, |c| c.time_s.len());
+        }
+        let mut times: Vec<f64> = channels.iter().flat_map(|c| c.time_s.iter().copied()).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        times.len()
+    }
+
     /// File, digest, time span [s], channels and notes.
     pub fn as_json(&self) -> Value {
         let (start_s, end_s) = self.span_s();
-        let channel = |c: &Channel| json!({ "name": c.name, "unit": c.unit, "role": c.role, "samples": c.value.len() });
+        let rows = self.rows();
+        let channel = |c: &Channel| {
+            json!({ "name": c.name, "unit": c.unit, "unit_stated": c.unit != NOT_STATED, "role": c.role,
+                "samples": c.value.len(), "missing": missing(c, rows), "rate_hz": c.interval_s().map(|dt| 1.0 / dt) })
+        };
+        let most = self.recording.channels.iter().max_by_key(|c| c.value.len());
+        let rate_hz = most.and_then(Channel::interval_s).map(|dt| 1.0 / dt);
         json!({ "file": self.file, "name": self.recording.name, "digest": self.digest, "start_s": start_s, "end_s": end_s,
-            "channels": self.recording.channels.iter().map(channel).collect::<Vec<_>>(), "notes": self.notes })
+            "rate_hz": rate_hz, "rows": rows, "channels": self.recording.channels.iter().map(channel).collect::<Vec<_>>(), "notes": self.notes })
     }
+}
+
+/// Samples that a channel lacks: of the rows it shares with others, else of its own even clock.
+fn missing(channel: &Channel, rows: usize) -> usize {
+    let samples = channel.value.len();
+    // most rows are its own: it is a column of the table
+    if 2 * samples > rows {
+        return rows - samples;
+    }
+    let span_s = channel.time_s.last().zip(channel.time_s.first()).map_or(0.0, |(last, first)| last - first);
+    let due = channel.interval_s().map_or(0.0, |interval_s| span_s / interval_s);
+    (due.round() as usize + 1).saturating_sub(samples)
 }
 
 /// Where a report goes.

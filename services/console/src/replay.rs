@@ -1,5 +1,6 @@
 //! `obsid replay`: a recording through the partitions.
 
+use crate::intake::{self, IntakeArguments};
 use crate::plants::utf8_text;
 use crate::run::{self, Common};
 use crate::{Failure, scenario_file};
@@ -21,11 +22,10 @@ pub struct Arguments {
     /// What is known and what is needed
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// Which column is which channel
-    #[arg(long, value_name = "FILE")]
-    map: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
+    #[command(flatten)]
+    intake: IntakeArguments,
 }
 
 /// Sends a recording through the partitions and shows what they identify.
@@ -34,11 +34,14 @@ pub struct Arguments {
 /// [`Failure::Input`] where scenario, map or recording cannot be used; [`Failure::Run`] where the
 /// run fails.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.intake.list {
+        return intake::list(&[&arguments.recording], &arguments.intake, arguments.common.json);
+    }
     let opened = match &arguments.scenario {
         Some(path) => scenario_file::read(path)?,
         None => scenario_file::no_scenario()?,
     };
-    let replay = inspect(&arguments.recording, arguments.map.as_deref(), &opened.scenario)?;
+    let replay = inspect(&arguments.recording, &arguments.intake, &opened.scenario)?;
     if arguments.common.record.as_deref().is_some_and(|record| is_same_file(record, &arguments.recording)) {
         return Err(Failure::Input(miette::miette!(
             help = "give --record another file",
@@ -54,16 +57,11 @@ fn is_same_file(one: &Path, other: &Path) -> bool {
 }
 
 /// Reads the recording before anything is started: what is wrong with it is said here.
-fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<ReplayConfig, Failure> {
-    let imported = recording::read(path).map_err(Failure::input)?;
-    let channel_map = map.map(utf8_text).transpose().map_err(|(message, cure)| {
-        let cure = cure.unwrap_or_else(|| "give --map the path of a map file, see `obsid replay --help`".into());
-        Failure::Input(miette::miette!(help = cure, "{message}"))
-    })?;
-    let parsed = match (map, &channel_map) {
-        (Some(file), Some(text)) => Some(ChannelMap::parse(&file.display().to_string(), text).map_err(Failure::input)?),
-        _ => None,
-    };
+fn inspect(path: &Path, said: &IntakeArguments, scenario: &Scenario) -> Result<ReplayConfig, Failure> {
+    let (channel_map, name) = map_text(said)?;
+    let parsed = channel_map.as_deref().map(|text| ChannelMap::of_replay(&name, text)).transpose();
+    let (intake, parsed) = parsed.map_err(Failure::input)?.unwrap_or_default();
+    let imported = recording::read_with(path, &intake).map_err(Failure::input)?;
     let frames = ReplayFrames::new(&imported, parsed.as_ref(), scenario.period_ns()).map_err(Failure::input)?;
     for note in frames.notes() {
         crate::tell(&format!("{}: {note}", path.display()));
@@ -86,6 +84,23 @@ fn inspect(path: &Path, map: Option<&Path>, scenario: &Scenario) -> Result<Repla
         return Ok(replay);
     }
     Err(nothing_to_identify(path, &carries, named, &found(&imported, parsed.as_ref())))
+}
+
+/// What is said as the text of a map, and whose text it is: the partitions read it again.
+fn map_text(said: &IntakeArguments) -> Result<(Option<String>, String), Failure> {
+    let alone = said.time_column.is_none() && said.channel.is_empty() && said.dataset.is_none();
+    match &said.map {
+        Some(file) if alone => {
+            let text = utf8_text(file).map_err(|(message, cure)| {
+                let cure =
+                    cure.unwrap_or_else(|| "give --map the path of a map file, see `obsid replay --help`".into());
+                Failure::Input(miette::miette!(help = cure, "{message}"))
+            })?;
+            Ok((Some(text), file.display().to_string()))
+        }
+        None if alone => Ok((None, String::new())),
+        _ => Ok((Some(said.intake(None)?.to_map_text()), "the options".into())),
+    }
 }
 
 /// Channels found in a table, for a message.

@@ -69,9 +69,9 @@ pub fn connect(run: &RunConfig) -> Result<Box<dyn Partition>, ConnectError> {
 fn read_recording(run: &RunConfig) -> Result<ReplayFrames, ConnectError> {
     let fail = |reason: String| ConnectError { partition: PartitionId::SensorSim, reason };
     let config = run.replay.as_ref().ok_or_else(|| fail("no recording".into()))?;
-    let imported = recording::read(&config.path).map_err(|error| fail(error.to_string()))?;
-    let map = config.channel_map.as_deref().map(|text| ChannelMap::parse("map", text)).transpose();
-    let map = map.map_err(|error| fail(error.to_string()))?;
+    let said = config.channel_map.as_deref().map(|text| ChannelMap::of_replay("map", text)).transpose();
+    let (intake, map) = said.map_err(|error| fail(error.to_string()))?.unwrap_or_default();
+    let imported = recording::read_with(&config.path, &intake).map_err(|error| fail(error.to_string()))?;
     ReplayFrames::new(&imported, map.as_ref(), run.period_ns).map_err(|error| fail(error.to_string()))
 }
 

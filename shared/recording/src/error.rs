@@ -212,6 +212,18 @@ pub enum RecordingError {
         span: SourceSpan,
     },
 
+    #[error("{place}: {found}")]
+    #[diagnostic(help("{cure}"))]
+    MapName {
+        found: String,
+        cure: String,
+        place: Box<MapPlace>,
+        #[source_code]
+        source_code: Arc<NamedSource<String>>,
+        #[label("here")]
+        span: SourceSpan,
+    },
+
     #[error("{place}: {table} has no column `{found}`")]
     #[diagnostic(help("{cure}"))]
     NoSuchColumn {

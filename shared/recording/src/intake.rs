@@ -51,6 +51,42 @@ impl Intake {
         map_file::read(self, path)
     }
 
+    /// As [`Intake::read_map`], from text; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// As [`Intake::read_map`].
+    pub fn read_map_text(&mut self, file: &str, text: &str) -> Result<(), RecordingError> {
+        map_file::read_text(self, file, text)
+    }
+
+    /// The text of a map that says the same.
+    #[must_use]
+    pub fn to_map_text(&self) -> String {
+        let quoted = |text: &str| toml::Value::String(text.into()).to_string();
+        let mut text = String::new();
+        if let Some(TimeColumn { name, unit }) = &self.time_column {
+            let unit = unit.map_or(String::new(), |unit| format!(":{:e}s", unit.to_si(1.0)));
+            text.push_str(&format!("time = {}\n", quoted(&format!("{name}{unit}"))));
+        }
+        text.extend(self.dataset.iter().map(|name| format!("dataset = {}\n", quoted(name))));
+        if !self.channels.is_empty() {
+            text.push_str("[channels]\n");
+        }
+        for of in &self.channels {
+            let unit = of.unit.map_or(String::new(), |_| format!(", unit = {}", quoted(&of.unit_text)));
+            let (own, theirs, scale) = (quoted(&of.own), quoted(&of.theirs), of.scale);
+            text.push_str(&format!("{own} = {{ name = {theirs}{unit}, scale = {scale:e} }}\n"));
+        }
+        text
+    }
+
+    /// Says the same, and leaves the channels their names of the file.
+    #[must_use]
+    pub fn with_names_of_the_file(mut self) -> Self {
+        self.channels.iter_mut().for_each(|of| of.own.clone_from(&of.theirs));
+        self
+    }
+
     /// The assignment of the channel that the file calls one of `theirs`.
     pub(crate) fn assignment_of(&self, theirs: &[&str]) -> Option<&Assignment> {
         let exact = self.channels.iter().find(|of| theirs.contains(&of.theirs.as_str()));

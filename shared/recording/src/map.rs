@@ -7,6 +7,7 @@
 use crate::canonical::CHANNELS;
 use crate::error::{MapPlace, RecordingError, nearest};
 use crate::file_name;
+use crate::intake::Intake;
 use crate::table::Table;
 use crate::units::unit_named;
 use miette::NamedSource;
@@ -54,6 +55,10 @@ impl ChannelMap {
         let mut map = ChannelMap { file: file.into(), text: text.into(), entries: Vec::new() };
         let table = DeTable::parse(text).map_err(|error| map.syntax(error.message(), error.span().unwrap_or(0..0)))?;
         for (key, value) in table.get_ref() {
+            // what else a map says is the intake's
+            if matches!(key.get_ref().as_ref(), "time" | "dataset") {
+                continue;
+            }
             if key.get_ref() != "channels" {
                 return Err(map.syntax(&format!("`{}` is not known, a map has [channels]", key.get_ref()), key.span()));
             }
@@ -63,6 +68,18 @@ impl ChannelMap {
             return Err(map.syntax("the map names no channel", 0..0));
         }
         Ok(map)
+    }
+
+    /// What the text of a map says of a recording that is replayed: of the reading, and which
+    /// channels there are, if it names any.
+    ///
+    /// # Errors
+    /// As [`ChannelMap::parse`].
+    pub fn of_replay(file: &str, text: &str) -> Result<(Intake, Option<Self>), RecordingError> {
+        let mut intake = Intake::default();
+        intake.read_map_text(file, text)?;
+        let map = if intake.channels.is_empty() { None } else { Some(Self::parse(file, text)?) };
+        Ok((intake.with_names_of_the_file(), map))
     }
 
     /// Number of channels mapped.
@@ -84,6 +101,12 @@ impl ChannelMap {
         value: &Spanned<DeValue<'_>>,
     ) -> Result<(), RecordingError> {
         match value.get_ref() {
+            DeValue::Table(table) if table.get("name").is_some() && !path.is_empty() => {
+                match table.get("name").map(|name| (name.get_ref(), name.span())) {
+                    Some((DeValue::String(column), at)) => self.add(path, key, column, at),
+                    _ => Err(self.syntax(&format!("`name` of `{path}` must be text"), value.span())),
+                }
+            }
             DeValue::Table(table) => {
                 for (name, inner) in table {
                     let path =
@@ -134,10 +157,7 @@ impl ChannelMap {
     }
 
     fn column(&self, table: &Table, entry: &Entry) -> Result<usize, RecordingError> {
-        let (name, unit) = match entry.column.strip_suffix(']').and_then(|rest| rest.rsplit_once('[')) {
-            Some((name, unit)) => (name.trim(), Some(unit)),
-            None => (entry.column.as_str(), None),
-        };
+        let (name, unit) = crate::intake::names::bracketed(&entry.column);
         let found = table.column_named(name);
         if let Some(index) = found {
             let column = &table.columns[index];

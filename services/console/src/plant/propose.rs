@@ -4,6 +4,7 @@
 mod roles;
 mod text;
 
+use crate::intake::{self, IntakeArguments};
 use crate::{Failure, plants};
 use channels::Recording;
 use std::path::{Path, PathBuf};
@@ -22,10 +23,13 @@ pub struct Arguments {
     from: PathBuf,
     /// The plant file; one that exists is left alone
     #[arg(long, value_name = "FILE")]
+    #[arg(required_unless_present = "list", default_value = "")]
     out: PathBuf,
     /// What was proposed as one JSON object on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    intake: IntakeArguments,
 }
 
 /// # Errors
@@ -33,7 +37,10 @@ pub struct Arguments {
 /// that exists.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let from = &arguments.from;
-    let imported = recording::read(from).map_err(Failure::input)?;
+    if arguments.intake.list {
+        return intake::list(&[from], &arguments.intake, arguments.json);
+    }
+    let imported = recording::read_with(from, &arguments.intake.intake(None)?).map_err(Failure::input)?;
     let parts = recording::segments(imported).map_err(Failure::input)?;
     let parts: Vec<Recording> = parts.into_iter().map(|part| part.recording).collect();
     let name = stem(from);

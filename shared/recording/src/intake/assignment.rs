@@ -78,6 +78,23 @@ impl Assignment {
         })
     }
 
+    /// The error of an own name that nobody knows.
+    #[must_use]
+    pub fn unknown_own(&self, found: String, cure: String) -> RecordingError {
+        match &self.origin {
+            Origin::CommandLine => {
+                RecordingError::BadOption { said: format!("--channel '{} = {}'", self.own, self.theirs), found, cure }
+            }
+            Origin::Map { place, text, span } => RecordingError::MapName {
+                found,
+                cure,
+                place: place.clone(),
+                source_code: text.clone(),
+                span: span.clone().into(),
+            },
+        }
+    }
+
     /// The error of a name that the file `file` has not.
     pub(crate) fn absent(&self, file: &str, columns: &[String]) -> RecordingError {
         let near = crate::error::nearest(&self.theirs, columns.iter().map(String::as_str));

@@ -27,7 +27,11 @@ pub(super) fn read(intake: &mut Intake, path: &Path) -> Result<(), RecordingErro
     let io = |reason| RecordingError::Io { file: file_name(path), action: "read", reason };
     let mut text = String::new();
     std::fs::File::open(path).map_err(io)?.take(LENGTH_MAX).read_to_string(&mut text).map_err(io)?;
-    Map { file: file_name(path), text: text.trim_start_matches('\u{feff}').to_owned() }.read_into(intake)
+    read_text(intake, &file_name(path), &text)
+}
+
+pub(super) fn read_text(intake: &mut Intake, file: &str, text: &str) -> Result<(), RecordingError> {
+    Map { file: file.into(), text: text.trim_start_matches('\u{feff}').to_owned() }.read_into(intake)
 }
 
 struct Map {
