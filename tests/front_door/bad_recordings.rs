@@ -82,10 +82,10 @@ fn a_cell_a_row_or_a_time_that_cannot_be_is_refused_with_its_line_and_column() {
     refused(
         "nan.csv",
         cell("NaN"),
-        &["line 502, column 2 `acceleration_1 [m/s^2]`", "`NaN` is not finite", "delete the row"],
+        &["needs one rate", "line 502, column 2 `acceleration_1 [m/s^2]` is empty", "split the file"],
     );
-    refused("inf.csv", cell("-inf"), &["line 502, column 2", "`-inf` is not finite"]);
-    refused("word.csv", cell("n/a"), &["line 502, column 2", "`n/a` is not a number"]);
+    refused("inf.csv", cell("-inf"), &["line 502, column 2"]);
+    refused("word.csv", cell("abc"), &["line 502, column 2", "`abc` is not a number"]);
     refused("comma.csv", cell("1,5"), &["line 502", "4 columns, the header has 3"]);
     let mut backwards = rows.clone();
     backwards[700][0] = "1.0".into();
@@ -121,9 +121,13 @@ fn a_header_without_time_unit_or_known_unit_is_refused_with_its_column() {
     refused(
         "no_time.csv",
         "acceleration_3 [m/s^2],acceleration_1 [m/s^2],acceleration_2 [m/s^2]",
-        &["column 1", "time [s]"],
+        &["column 1", "to hold the times", "--time-column"],
     );
-    refused("no_unit.csv", "time [s],acceleration_1,acceleration_2 [m/s^2]", &["column 2 `acceleration_1`", "no unit"]);
+    refused(
+        "no_unit.csv",
+        "time [s],acceleration_1,acceleration_2 [m/s^2]",
+        &["column 2 `acceleration_1`", "not stated", "--channel"],
+    );
     refused(
         "furlong.csv",
         "time [s],acceleration_1 [furlong],acceleration_2 [m/s^2]",
@@ -155,7 +159,7 @@ fn a_file_that_is_empty_cut_corrupt_missing_or_no_file_is_refused() {
     refused("log.ulg", &["PX4 ULog", "ulog2csv"]);
     refused("noise.bin", &["not a known format"]);
     refused("nowhere.csv", &["No such file"]);
-    refused(".", &["directory"]);
+    refused(".", &["a folder"]);
     for file in ["nowhere.mcap", ".", "empty.csv"] {
         folder.ask(&["digest", file]).refuses(&[file]);
     }
@@ -199,7 +203,7 @@ fn a_map_names_columns_and_its_faults_are_shown_at_their_place() {
         &[at, "`imu.acel_x`", "did you mean `imu.accel_x`?"],
     );
     let at = "column.toml: line 2, column 11";
-    refused("column.toml", "[channels]\naccel.1 = \"tap [m/s^2]\"\n", &[at, "own.csv", "did you mean `tip [m/s^2]`?"]);
+    refused("column.toml", "[channels]\naccel.1 = \"tap [m/s^2]\"\n", &[at, "own.csv", "did you mean `tip`?"]);
     refused(
         "force.toml",
         "[channels]\nforce.x = \"tip [m/s^2]\"\n",

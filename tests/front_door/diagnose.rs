@@ -249,9 +249,15 @@ fn what_cannot_be_used_is_refused_with_its_place_and_a_cure() {
     refused(&["sound.csv", "--plant", "pendulum", "--held-out", "sound.csv"], &["--held-out sound.csv", "same bytes"]);
     refused(&["sound.csv", "--plant", "tank_1d"], &["sound.csv", "angle", "--map"]);
     folder.file("map.toml", "[channels]\nangel = \"angle\"\n");
-    refused(&["sound.csv", "--plant", "pendulum", "--map", "map.toml"], &["map.toml:2:1", "did you mean 'angle'?"]);
+    refused(
+        &["sound.csv", "--plant", "pendulum", "--map", "map.toml"],
+        &["map.toml: line 2, column 1", "did you mean 'angle'?"],
+    );
     folder.file("far.toml", "[channels]\nangle = \"angel\"\n");
-    refused(&["sound.csv", "--plant", "pendulum", "--map", "far.toml"], &["far.toml:2:9", "did you mean 'angle'?"]);
+    refused(
+        &["sound.csv", "--plant", "pendulum", "--map", "far.toml"],
+        &["far.toml: line 2, column 9", "did you mean `angle`?"],
+    );
     refused(&["sound.csv", "--plant", "pendulum", "--map", "gone.toml"], &["gone.toml", "--map"]);
     folder.file("bytes.toml", [b'a', b'\n', 0xff]);
     refused(&["sound.csv", "--plant", "pendulum", "--map", "bytes.toml"], &["bytes.toml:2", "UTF-8"]);

@@ -1,8 +1,10 @@
 //! What a user says beside a recording: the options that every command which reads one has.
 
 use crate::Failure;
+use crate::plants::utf8_text;
 use crate::recordings::nearest;
 use dynamics::description::Plant;
+use recording::intake::map_example;
 use recording::{Assignment, Intake, ListedDataset, TimeColumn};
 use report::text::short;
 use serde_json::{Value, json};
@@ -42,7 +44,11 @@ impl IntakeArguments {
         let channels = channels.map_err(Failure::input)?;
         let mut intake = Intake { time_column, dataset: self.dataset.clone(), channels };
         if let Some(map) = &self.map {
-            intake.read_map(map).map_err(Failure::input)?;
+            let text = utf8_text(map).map_err(|(message, cure)| {
+                let cure = cure.unwrap_or_else(|| format!("--map takes the path of a TOML file, {}", map_example()));
+                Failure::Input(miette::miette!(help = cure, "{message}"))
+            })?;
+            intake.read_map(&map.display().to_string(), &text).map_err(Failure::input)?;
         }
         if let Some(plant) = plant {
             check_names(&intake, plant)?;

@@ -4,7 +4,7 @@
 use crate::error::{Place, RecordingError};
 use crate::map::ChannelMap;
 use crate::table::Table;
-use crate::units::accepted_for;
+use crate::units::{NOT_STATED, accepted_for};
 use core::ops::Range;
 
 /// A quantity obsid knows what to do with.
@@ -222,9 +222,16 @@ fn check_unit(table: &Table, channel: &'static ChannelInfo, column: usize) -> Re
     if found.unit == channel.unit {
         return Ok(());
     }
+    // Column 1 is the time.
+    let place = Box::new(Place { file: table.file.clone(), line: 1, column: column + 2, name: found.header() });
+    if found.unit == NOT_STATED {
+        let (name, unit) = (&found.name, channel.unit);
+        let cure =
+            format!("say it: --channel '{} = {name} [{unit}]', if {unit} is what the numbers are in", channel.name);
+        return Err(RecordingError::UnitNotStated { place, channel: channel.name, cure });
+    }
     Err(RecordingError::ChannelUnit {
-        // Column 1 is the time.
-        place: Box::new(Place { file: table.file.clone(), line: 1, column: column + 2, name: found.header() }),
+        place,
         found: found.unit_in_file.clone(),
         channel: channel.name,
         accepted: accepted_for(channel.unit),

@@ -99,6 +99,10 @@ pub enum RecordingError {
     #[diagnostic(help("{cure}"))]
     UnknownUnit { place: Box<Place>, found: String, accepted: String, cure: String },
 
+    #[error("{place}: the unit of `{channel}` is not stated")]
+    #[diagnostic(help("{cure}"))]
+    UnitNotStated { place: Box<Place>, channel: &'static str, cure: String },
+
     #[error("{place}: unit `{found}` does not measure `{channel}`; accepted: {accepted}")]
     #[diagnostic(help("correct the header, or map the channel to another column"))]
     ChannelUnit { place: Box<Place>, found: String, channel: &'static str, accepted: String },

@@ -23,7 +23,6 @@ pub use listing::{ListedChannel, ListedDataset};
 pub use map_file::example as map_example;
 
 use crate::error::RecordingError;
-use std::path::Path;
 
 /// What is said about a file beside the file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,19 +42,12 @@ impl Intake {
         *self == Intake::default()
     }
 
-    /// Adds what a map file says; what is said already stands.
+    /// Adds what the text of a map says, `file` being its name in messages; what is said already
+    /// stands.
     ///
     /// # Errors
     /// TOML that does not parse, an unknown key, an unknown unit: with file, line, value and cure.
-    pub fn read_map(&mut self, path: &Path) -> Result<(), RecordingError> {
-        map_file::read(self, path)
-    }
-
-    /// As [`Intake::read_map`], from text; `file` is its name in messages.
-    ///
-    /// # Errors
-    /// As [`Intake::read_map`].
-    pub fn read_map_text(&mut self, file: &str, text: &str) -> Result<(), RecordingError> {
+    pub fn read_map(&mut self, file: &str, text: &str) -> Result<(), RecordingError> {
         map_file::read_text(self, file, text)
     }
 

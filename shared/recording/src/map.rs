@@ -77,7 +77,7 @@ impl ChannelMap {
     /// As [`ChannelMap::parse`].
     pub fn of_replay(file: &str, text: &str) -> Result<(Intake, Option<Self>), RecordingError> {
         let mut intake = Intake::default();
-        intake.read_map_text(file, text)?;
+        intake.read_map(file, text)?;
         let map = if intake.channels.is_empty() { None } else { Some(Self::parse(file, text)?) };
         Ok((intake.with_names_of_the_file(), map))
     }

@@ -17,8 +17,10 @@ pub enum Origin {
         place: Box<MapPlace>,
         /// The whole text of the file.
         text: Arc<NamedSource<String>>,
-        /// Bytes of the text.
+        /// Bytes of the right side.
         span: core::ops::Range<usize>,
+        /// Place and bytes of the own name.
+        own: (Box<MapPlace>, core::ops::Range<usize>),
     },
 }
 
@@ -85,7 +87,7 @@ impl Assignment {
             Origin::CommandLine => {
                 RecordingError::BadOption { said: format!("--channel '{} = {}'", self.own, self.theirs), found, cure }
             }
-            Origin::Map { place, text, span } => RecordingError::MapName {
+            Origin::Map { text, own: (place, span), .. } => RecordingError::MapName {
                 found,
                 cure,
                 place: place.clone(),
@@ -107,7 +109,7 @@ impl Assignment {
                 found: self.theirs.clone(),
                 cure,
             },
-            Origin::Map { place, text, span } => RecordingError::NoSuchColumn {
+            Origin::Map { place, text, span, .. } => RecordingError::NoSuchColumn {
                 table: file.into(),
                 found: self.theirs.clone(),
                 cure,

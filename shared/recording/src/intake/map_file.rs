@@ -4,10 +4,8 @@ use super::assignment::{Assignment, Origin, unknown};
 use super::clock::TimeColumn;
 use super::{Intake, names};
 use crate::error::{MapPlace, RecordingError};
-use crate::file_name;
 use crate::units::unit_named;
 use miette::NamedSource;
-use std::path::Path;
 use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -17,17 +15,6 @@ use toml::de::{DeTable, DeValue};
 pub const fn example() -> &'static str {
     "as in: [channels] rate = \"rate_z [deg/s]\", or rate = { name = \"rate_z\", scale = -1, unit = \"deg/s\" }; \
      left the name in the plant, right the name in the recording; above [channels] time = \"stamp:us\""
-}
-
-/// Longest map that is read [bytes].
-const LENGTH_MAX: u64 = 4 << 20;
-
-pub(super) fn read(intake: &mut Intake, path: &Path) -> Result<(), RecordingError> {
-    use std::io::Read;
-    let io = |reason| RecordingError::Io { file: file_name(path), action: "read", reason };
-    let mut text = String::new();
-    std::fs::File::open(path).map_err(io)?.take(LENGTH_MAX).read_to_string(&mut text).map_err(io)?;
-    read_text(intake, &file_name(path), &text)
 }
 
 pub(super) fn read_text(intake: &mut Intake, file: &str, text: &str) -> Result<(), RecordingError> {
@@ -83,14 +70,20 @@ impl Map {
                 }
                 // the command line has said it
                 _ if intake.channels.iter().any(|of| of.own == own) => {}
-                _ => intake.channels.push(self.assignment(own, value)?),
+                _ => intake.channels.push(self.assignment((own, key.span()), value)?),
             }
         }
         Ok(())
     }
 
-    fn assignment(&self, own: String, value: &Spanned<DeValue<'_>>) -> Result<Assignment, RecordingError> {
-        let origin = Origin::Map { place: self.place(value.span()), text: self.source(), span: value.span() };
+    fn assignment(
+        &self,
+        (own, at): (String, core::ops::Range<usize>),
+        value: &Spanned<DeValue<'_>>,
+    ) -> Result<Assignment, RecordingError> {
+        let own_place = (self.place(at.clone()), at);
+        let origin =
+            Origin::Map { place: self.place(value.span()), text: self.source(), span: value.span(), own: own_place };
         let mut of =
             Assignment { own, theirs: String::new(), unit: None, unit_text: String::new(), scale: 1.0, origin };
         let table = match value.get_ref() {

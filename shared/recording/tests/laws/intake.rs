@@ -548,19 +548,22 @@ fn what_is_said_of_a_column_that_is_not_there_is_an_error_with_the_columns() {
 
 #[test]
 fn a_map_says_the_same_as_the_command_line_and_the_command_line_wins() {
-    let path = file(
-        "said.toml",
-        "time = \"t:ms\"\n[channels]\nrate = { name = \"velocity\", unit = \"deg/s\", scale = -1 }\nimu.torque = \"torque [mN*m]\"\n",
-    );
+    let map = "time = \"t:ms\"\n[channels]\nrate = { name = \"velocity\", unit = \"deg/s\", scale = -1 }\nimu.torque = \"torque [mN*m]\"\n";
     let mut intake = said(None, &["rate = torque [N*m]"]);
-    intake.read_map(&path).unwrap();
+    intake.read_map("said.toml", map).unwrap();
     assert_eq!(intake.channels.iter().map(|of| of.own.as_str()).collect::<Vec<_>>(), ["rate", "imu.torque"]);
     let mut intake = Intake::default();
-    intake.read_map(&path).unwrap();
+    intake.read_map("said.toml", map).unwrap();
     let set = read("map.csv", "t,velocity,torque\n0,0,1\n5,180,2\n10,2,3\n", &intake).unwrap();
     let [rate, torque] = &set.recording.channels[..] else { panic!("two channels") };
     assert_eq!((rate.name.as_str(), rate.value[1]), ("rate", -core::f64::consts::PI));
     assert_eq!((torque.name.as_str(), torque.value[1], torque.time_s[1]), ("imu.torque", 0.002, 0.005));
+    let mut again = Intake::default();
+    again.read_map("again.toml", &intake.to_map_text()).unwrap();
+    assert_eq!(
+        read("map.csv", "t,velocity,torque\n0,0,1\n5,180,2\n10,2,3\n", &again).unwrap().recording,
+        set.recording
+    );
 }
 
 #[test]
