@@ -8,6 +8,7 @@
 use crate::csv_cells::{parse_headers, parse_row};
 use crate::csv_lines::Lines;
 use crate::error::RecordingError;
+use crate::function_kind::FunctionKind;
 use crate::rows::Rows;
 use crate::series::{check, for_each_time};
 use crate::spectrum::Spectrum;
@@ -105,6 +106,7 @@ fn parse(file: &str, source: impl Read, gzipped: bool) -> Result<Rows, Recording
         name: header.name.clone(),
         unit: header.unit.si,
         unit_in_file: header.unit_in_file.clone(),
+        kind: FunctionKind::Unknown,
         values: Vec::new(),
     });
     let mut rows = Rows::new(file, axis, columns.collect());
