@@ -58,7 +58,10 @@ mod uff_dataset;
 mod uff_groups;
 mod uff_kind;
 mod uff_lines;
+mod uff_model;
+mod uff_nodes;
 mod uff_numbers;
+mod uff_shapes;
 pub mod units;
 mod whole_file;
 
@@ -79,6 +82,7 @@ pub use table::{Column, Table};
 pub use timing::{Gap, Timing};
 pub use uff::{groups, read_group};
 pub use uff_groups::UffGroup;
+pub use uff_model::{Node, NodeShape, TraceLine, UffHeader, UffMode, UffModel, read_model};
 
 use channels::Recording;
 use std::fs::File;
