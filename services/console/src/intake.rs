@@ -42,7 +42,7 @@ impl IntakeArguments {
         let time_column = self.time_column.as_deref().map(TimeColumn::parse).transpose().map_err(Failure::input)?;
         let channels = self.channel.iter().map(|text| Assignment::parse(text)).collect::<Result<_, _>>();
         let channels = channels.map_err(Failure::input)?;
-        let mut intake = Intake { time_column, dataset: self.dataset.clone(), channels };
+        let mut intake = Intake { time_column, dataset: self.dataset.clone(), channels, ..Intake::default() };
         if let Some(map) = &self.map {
             let text = utf8_text(map).map_err(|(message, cure)| {
                 let cure = cure.unwrap_or_else(|| format!("--map takes the path of a TOML file, {}", map_example()));

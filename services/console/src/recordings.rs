@@ -35,7 +35,7 @@ pub enum Evidence {
 /// [`Failure::Input`] for what cannot be read, and for a plant that shares no name with the
 /// recording.
 pub fn read(path: &Path, intake: &Intake, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {
-    loaded(path, recording::read_with(path, intake).map_err(Failure::input)?, plant)
+    loaded(path, recording::read_with(path, &as_channels(intake)).map_err(Failure::input)?, plant)
 }
 
 /// As [`read`]; spectra are taken, too.
@@ -43,7 +43,7 @@ pub fn read(path: &Path, intake: &Intake, plant: Option<&Plant>) -> Result<Vec<L
 /// # Errors
 /// As [`read`], and for a channel of the plant whose unit nobody states.
 pub fn read_evidence(path: &Path, intake: &Intake, plant: &Plant) -> Result<Evidence, Failure> {
-    match recording::read_with(path, intake).map_err(Failure::input)? {
+    match recording::read_with(path, &as_channels(intake)).map_err(Failure::input)? {
         Imported::Spectrum(spectrum) => Ok(Evidence::Spectrum { spectrum, digest: digest_of(path) }),
         imported => {
             let loaded = loaded(path, imported, Some(plant))?;
@@ -51,6 +51,11 @@ pub fn read_evidence(path: &Path, intake: &Intake, plant: &Plant) -> Result<Evid
             Ok(Evidence::Time(loaded))
         }
     }
+}
+
+/// Channels with clocks of their own are taken here.
+fn as_channels(intake: &Intake) -> Intake {
+    Intake { clocks_of_their_own: true, ..intake.clone() }
 }
 
 /// Every channel of the plant has a unit: numbers without one are no evidence.

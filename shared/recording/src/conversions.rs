@@ -42,7 +42,7 @@ pub fn segments(imported: Imported) -> Result<Vec<SeriesSet>, RecordingError> {
 fn of_table(table: Table) -> SeriesSet {
     let mut set = SeriesSet::new(&table.file);
     set.notes = table.notes;
-    for Column { name, unit, unit_in_file, values } in table.columns {
+    for Column { name, unit, unit_in_file, values, .. } in table.columns {
         set.push(Channel::new(&name, unit, table.time_s.clone(), values), &unit_in_file);
     }
     set
@@ -79,7 +79,7 @@ impl SeriesSet {
         let column = |channel: &Channel| {
             let unit = check_unit(&self.recording, channel)?;
             let (name, unit_in_file) = (channel.name.clone(), self.unit_in_file(channel).to_owned());
-            Ok(Column { name, unit, unit_in_file, values: channel.value.clone() })
+            Ok(Column { unit_in_file, ..Column::si(&name, unit, channel.value.clone()) })
         };
         let columns = channels.iter().map(column).collect::<Result<_, RecordingError>>()?;
         let mut table = match Table::from_columns(file, time_s, columns) {

@@ -7,6 +7,7 @@
 //! and a row of another length are errors with their place, but for lines behind the last row.
 
 use crate::error::RecordingError;
+use crate::function_kind::FunctionKind;
 use crate::intake::Intake;
 use crate::intake::plan::{Kind, Plan, Seen, Source, plan};
 use crate::rows::Rows;
@@ -200,6 +201,7 @@ fn taken(
         name: of.name.clone(),
         unit: of.unit.si,
         unit_in_file: of.unit_in_file.clone(),
+        kind: FunctionKind::Unknown,
         values: Vec::new(),
     });
     let positions = core::iter::once(clock_position(plan)).chain(plan.columns.iter().map(|of| of.at)).collect();

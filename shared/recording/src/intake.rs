@@ -33,13 +33,17 @@ pub struct Intake {
     pub dataset: Option<String>,
     /// Own names, units and scales of channels.
     pub channels: Vec<Assignment>,
+    /// Channels may have clocks of their own: what the reader of the recording can take, not what
+    /// is said of the file. Time histories of different clocks are then read together.
+    pub clocks_of_their_own: bool,
 }
 
 impl Intake {
     /// Nothing is said: the file speaks for itself.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        *self == Intake::default()
+        let clocks_of_their_own = self.clocks_of_their_own;
+        *self == Intake { clocks_of_their_own, ..Intake::default() }
     }
 
     /// Adds what the text of a map says, `file` being its name in messages; what is said already

@@ -1,5 +1,6 @@
 //! A recording as a table: one time column, one rate, named columns in SI.
 
+use crate::function_kind::FunctionKind;
 use crate::timing::Timing;
 
 /// A column in SI units.
@@ -10,6 +11,8 @@ pub struct Column {
     pub unit: &'static str,
     /// Unit the file gave them in.
     pub unit_in_file: String,
+    /// What it is, where the file says so.
+    pub kind: FunctionKind,
     pub values: Vec<f64>,
 }
 
@@ -17,7 +20,7 @@ impl Column {
     /// A column that is in SI already.
     #[must_use]
     pub fn si(name: &str, unit: &'static str, values: Vec<f64>) -> Self {
-        Column { name: name.into(), unit, unit_in_file: unit.into(), values }
+        Column { name: name.into(), unit, unit_in_file: unit.into(), kind: FunctionKind::Unknown, values }
     }
 
     /// Header text as it stands in the file.

@@ -2,12 +2,15 @@
 //!
 //! Record 6 says what the function is and at which nodes, record 7 how its numbers are laid out,
 //! records 8 to 11 what they are of; then come `n` values (pairs with the abscissa where its
-//! spacing is uneven), in fixed columns or as bytes.
+//! spacing is uneven).
 
 use crate::error::RecordingError;
-use crate::uff_lines::{Text, cut, number, numbers, shortened};
+use crate::function_kind::FunctionKind;
+use crate::uff_kind::{OrdinateUnit, kind_of};
+use crate::uff_lines::{Text, cut, number, shortened};
+use crate::uff_numbers::{Binary, Layout, columns, from_bytes, from_text};
 
-const EXPORT: &str = "export the function again as dataset 58 (double precision keeps the digits)";
+pub(crate) const EXPORT: &str = "export the function again as dataset 58 (double precision keeps the digits)";
 
 /// What the abscissa counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +25,7 @@ pub(crate) struct Quantity {
     /// Specific data type: 8 displacement, 11 velocity, 12 acceleration, 9 and 13 force, 17 time,
     /// 18 frequency, …
     kind: i64,
+    /// Label of the unit.
     unit: String,
 }
 
@@ -50,6 +54,7 @@ pub(crate) struct Function {
     /// Line of the dataset's number.
     pub line: u64,
     pub domain: Domain,
+    pub kind: FunctionKind,
     response: (i64, i64),
     reference: (i64, i64),
     pub ordinate: Quantity,
@@ -109,22 +114,6 @@ fn direction_name(direction: i64) -> String {
     format!("{sign}{axis}")
 }
 
-/// Layout of the numbers, record 7.
-struct Layout {
-    complex: bool,
-    double: bool,
-    values: usize,
-    even: bool,
-    first: f64,
-    step: f64,
-}
-
-/// What the line with the number of a 58b says.
-struct Binary {
-    little_endian: bool,
-    bytes: usize,
-}
-
 pub(crate) fn read_function(text: &mut Text<'_>, number_line: &str) -> Result<Function, RecordingError> {
     let line = text.line;
     let binary = if number_line.trim_start().starts_with("58b") { Some(binary(text, number_line)?) } else { None };
@@ -153,7 +142,15 @@ pub(crate) fn read_function(text: &mut Text<'_>, number_line: &str) -> Result<Fu
     let (x, real, imaginary) = columns(&layout, &values);
     // By what a response is divided, where that is said: a force, or a base that moves.
     let denominator = (denominator.kind > 1 || denominator.label().is_some()).then_some(denominator);
-    Ok(Function { line, domain, response, reference, ordinate, denominator, abscissa: x, real, imaginary })
+    let kind = kind_of(kind, domain, ordinate.label(), denominator.is_some());
+    // Of a spectrum of an output the magnitude is given: in the unit of the quantity itself.
+    let (ordinate, denominator) = if kind.is_of_output() {
+        let quantity = ordinate.label().map(|label| OrdinateUnit::of(label).quantity).unwrap_or_default();
+        (Quantity { unit: quantity, ..ordinate }, None)
+    } else {
+        (ordinate, denominator)
+    };
+    Ok(Function { line, domain, kind, response, reference, ordinate, denominator, abscissa: x, real, imaginary })
 }
 
 fn binary(text: &Text<'_>, line: &str) -> Result<Binary, RecordingError> {
@@ -229,93 +226,4 @@ fn record_7(text: &mut Text<'_>) -> Result<Layout, RecordingError> {
 fn quantity(line: &str) -> Quantity {
     let kind = integer(cut(line, 0, 10)).unwrap_or(0);
     Quantity { kind, unit: cut(line, 47, 67).replace("**", "^") }
-}
-
-/// Numbers of one value.
-fn parts(layout: &Layout) -> usize {
-    usize::from(!layout.even) + 1 + usize::from(layout.complex)
-}
-
-fn from_text(text: &mut Text<'_>, layout: &Layout) -> Result<Vec<f64>, RecordingError> {
-    let widths: &[usize] = match (layout.double, layout.even, layout.complex) {
-        (false, ..) => &[13],
-        (true, true, _) => &[20],
-        (true, false, false) => &[13, 20],
-        (true, false, true) => &[13, 20, 20],
-    };
-    let need = layout.values * parts(layout);
-    let mut values = Vec::new();
-    while values.len() < need {
-        let line = text.needed_line()?;
-        if line.trim() == "-1" {
-            let found = format!("{} numbers of {need} are there", values.len());
-            return Err(text.error(found, "the header announces more than there is: export the file again"));
-        }
-        let Some(found) = numbers(&line, widths) else {
-            return Err(text.error(format!("`{}` is no line of numbers", shortened(line.trim())), EXPORT));
-        };
-        if let Some(bad) = found.iter().find(|value| !value.is_finite()) {
-            return Err(text.error(format!("{bad} is not finite"), "leave the function out, or export it again"));
-        }
-        values.extend(found);
-    }
-    if values.len() > need {
-        return Err(text.error(format!("{} numbers, {need} are announced", values.len()), EXPORT));
-    }
-    Ok(values)
-}
-
-fn from_bytes(text: &mut Text<'_>, layout: &Layout, binary: &Binary) -> Result<Vec<f64>, RecordingError> {
-    let width = if layout.double { 8 } else { 4 };
-    let need = layout.values * parts(layout) * width;
-    // An uneven abscissa of doubles is written in single precision by the letter of the format, in
-    // double by most. What the header announces is not asked: a common writer counts complex values
-    // as real ones.
-    let short = need - if layout.double && !layout.even { 4 * layout.values } else { 0 };
-    let length = [need, short].into_iter().find(|length| text.closes_behind(*length));
-    if length.is_none() && binary.bytes == need {
-        text.block(need)?; // too few, then
-    }
-    let Some(length) = length else {
-        let found = format!("{} bytes of numbers, {need} would hold the {} values", binary.bytes, layout.values);
-        return Err(text.error(found, EXPORT));
-    };
-    let (block, short_abscissa) = (text.block(length)?, length < need);
-    let mut values = Vec::with_capacity(layout.values * parts(layout));
-    let mut at = 0;
-    for k in 0..layout.values * parts(layout) {
-        let width = if short_abscissa && k % parts(layout) == 0 { 4 } else { width };
-        let value = decode(&block[at..at + width], binary.little_endian);
-        if !value.is_finite() {
-            return Err(text.error(
-                format!("number {} of the block is {value}", k + 1),
-                "leave the function out, or export it again",
-            ));
-        }
-        values.push(value);
-        at += width;
-    }
-    Ok(values)
-}
-
-fn decode(bytes: &[u8], little_endian: bool) -> f64 {
-    match (<[u8; 4]>::try_from(bytes), <[u8; 8]>::try_from(bytes)) {
-        (Ok(four), _) => f64::from(if little_endian { f32::from_le_bytes(four) } else { f32::from_be_bytes(four) }),
-        (_, Ok(eight)) if little_endian => f64::from_le_bytes(eight),
-        (_, Ok(eight)) => f64::from_be_bytes(eight),
-        _ => f64::NAN,
-    }
-}
-
-/// Abscissa, real and imaginary parts.
-fn columns(layout: &Layout, values: &[f64]) -> (Vec<f64>, Vec<f64>, Option<Vec<f64>>) {
-    let parts = parts(layout);
-    let column = |k: usize| values.iter().skip(k).step_by(parts).copied().collect::<Vec<f64>>();
-    let first = usize::from(!layout.even);
-    let x = if layout.even {
-        (0..layout.values).map(|k| layout.first + k as f64 * layout.step).collect()
-    } else {
-        column(0)
-    };
-    (x, column(first), layout.complex.then(|| column(first + 1)))
 }

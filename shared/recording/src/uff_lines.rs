@@ -88,16 +88,41 @@ impl<'a> Text<'a> {
         }
     }
 
-    /// The lines of a dataset that is not of interest, its closing `-1` included.
-    pub fn skip_dataset(&mut self) -> Result<Vec<String>, RecordingError> {
-        let mut body = Vec::new();
-        loop {
-            let line = self.needed_line()?;
-            if line.trim() == "-1" {
-                return Ok(body);
-            }
-            body.push(line);
+    /// Number of the dataset that `line` opens, and the line that holds it.
+    ///
+    /// # Errors
+    /// `line` is not `-1`; the file ends.
+    pub fn open_dataset(&mut self, line: &str) -> Result<(String, String), RecordingError> {
+        if line.trim() != "-1" {
+            let found = format!("`{}` stands where `-1` opens a dataset", shortened(line.trim()));
+            return Err(self.error(found, "export the file again"));
         }
+        let number = self.needed_line()?;
+        let id = number.split_whitespace().next().unwrap_or_default();
+        Ok((shortened(id), number))
+    }
+
+    /// The next line of a dataset; `None` is the `-1` that closes it.
+    ///
+    /// # Errors
+    /// The file ends before it.
+    pub fn body_line(&mut self) -> Result<Option<String>, RecordingError> {
+        self.needed_line().map(|line| Some(line).filter(|line| line.trim() != "-1"))
+    }
+
+    /// Reads over a dataset and its closing `-1`; gives its second line.
+    ///
+    /// # Errors
+    /// The file ends before its `-1`.
+    pub fn skip_dataset(&mut self) -> Result<String, RecordingError> {
+        let (mut second, mut count) = (String::new(), 0_usize);
+        while let Some(line) = self.body_line()? {
+            count = count.saturating_add(1);
+            if count == 2 {
+                second = line;
+            }
+        }
+        Ok(second)
     }
 }
 

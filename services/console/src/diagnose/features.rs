@@ -36,7 +36,7 @@ pub fn diagnose(plant: &Plant, spectrum: &Spectrum) -> Diagnosis {
 
 /// Name and magnitude of the first response.
 fn response(spectrum: &Spectrum) -> Option<(String, Vec<f64>)> {
-    spectrum.columns.iter().find_map(|column| {
+    spectrum.columns.iter().filter(|column| column.kind.has_resonances()).find_map(|column| {
         let name = column.name.to_lowercase();
         for (real, imaginary) in PARTS {
             let Some(stem) = name.strip_suffix(real) else { continue };

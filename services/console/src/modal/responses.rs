@@ -11,11 +11,12 @@ use std::ops::RangeInclusive;
 
 const DAMPING_MAX: f64 = 0.25;
 
-/// Columns that belong together: (name, real, imaginary).
+/// Columns that belong together: (name, real, imaginary); a coherence that a program wrote with an
+/// imaginary part is none.
 fn pairs(spectrum: &Spectrum) -> Vec<(String, usize, usize)> {
     let columns = spectrum.columns.iter().enumerate();
     let pair = |(real, column): (usize, &recording::Column)| {
-        let name = column.name.strip_suffix("_real")?;
+        let name = column.name.strip_suffix("_real").filter(|_| column.kind.is_response())?;
         let imaginary = spectrum.column_named(&format!("{name}_imag"))?;
         Some((name.to_string(), real, imaginary))
     };

@@ -7,6 +7,7 @@ use crate::Imported;
 use crate::conversions::series;
 use crate::dataset::{Axis, RawDataset};
 use crate::error::RecordingError;
+use crate::function_kind::FunctionKind;
 use crate::rows::Rows;
 use crate::series::{SeriesSet, check};
 use crate::table::Column;
@@ -83,7 +84,8 @@ fn with_own_assignments(dataset: &RawDataset, intake: &Intake) -> Intake {
         has(own).then(|| Assignment { theirs: own.to_owned(), ..assignment.clone() })
     };
     let clock = intake.time_column.as_ref().filter(|clock| has(&clock.name)).cloned();
-    Intake { time_column: clock, dataset: None, channels: intake.channels.iter().filter_map(of).collect() }
+    let channels = intake.channels.iter().filter_map(of).collect();
+    Intake { time_column: clock, channels, ..Intake::default() }
 }
 
 /// Adds a dataset's channels under `dataset.channel`; a channel with a name of the user keeps it.
@@ -143,6 +145,7 @@ fn rows(file: &str, dataset: &RawDataset, plan: &Plan) -> Result<Imported, Recor
         name: of.name.clone(),
         unit: of.unit.si,
         unit_in_file: of.unit_in_file.clone(),
+        kind: FunctionKind::Unknown,
         values: Vec::new(),
     });
     let mut rows = Rows::new(file, plan.axis, columns.collect());

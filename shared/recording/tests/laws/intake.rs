@@ -16,8 +16,8 @@ fn rows(separator: &str, decimal: char) -> String {
 fn said(time: Option<&str>, channels: &[&str]) -> Intake {
     Intake {
         time_column: time.map(|text| TimeColumn::parse(text).unwrap()),
-        dataset: None,
         channels: channels.iter().map(|text| Assignment::parse(text).unwrap()).collect(),
+        ..Intake::default()
     }
 }
 

@@ -17,6 +17,8 @@ mod series;
 mod spectra_and_segments;
 mod tables;
 mod throughput;
+mod uff_models;
+mod uff_types;
 mod universal_files;
 
 use std::path::PathBuf;

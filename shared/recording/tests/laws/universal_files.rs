@@ -2,24 +2,24 @@
 //! its line.
 
 use crate::{Numbers, scratch};
-use recording::{Imported, Spectrum, Table, read};
+use recording::{Imported, Spectrum, Table, read, read_group};
 use std::fmt::Write;
 
 /// A dataset as the fields of its header say it.
-struct Dataset {
-    kind: u32,
-    nodes: [(i32, i32); 2],
-    /// 2, 4, 5 or 6.
-    layout: u32,
-    values: usize,
+pub(crate) struct Dataset {
+    pub kind: u32,
+    pub nodes: [(i32, i32); 2],
+    /// 2, 4, 5 or 6: real and complex, single and double.
+    pub layout: u32,
+    pub values: usize,
     /// First abscissa and step, where the spacing is even.
-    even: Option<(f64, f64)>,
-    abscissa: u32,
-    ordinate: (u32, &'static str),
-    denominator: (u32, &'static str),
+    pub even: Option<(f64, f64)>,
+    pub abscissa: u32,
+    pub ordinate: (u32, &'static str),
+    pub denominator: (u32, &'static str),
 }
 
-const TIME: Dataset = Dataset {
+pub(crate) const TIME: Dataset = Dataset {
     kind: 1,
     nodes: [(12, 3), (0, 0)],
     layout: 4,
@@ -29,7 +29,7 @@ const TIME: Dataset = Dataset {
     ordinate: (12, "m/s**2"),
     denominator: (0, "NONE"),
 };
-const RESPONSE: Dataset = Dataset {
+pub(crate) const RESPONSE: Dataset = Dataset {
     kind: 4,
     nodes: [(1, 3), (2, -1)],
     layout: 6,
@@ -57,7 +57,7 @@ impl Dataset {
     }
 
     /// Numbers in fixed columns.
-    fn ascii(&self, values: &[f64]) -> String {
+    pub fn ascii(&self, values: &[f64]) -> String {
         let parts = values.len() / self.values;
         let mut text = format!("    -1\n    58\n{}", self.header());
         let per_line = match (self.layout, self.even.is_some()) {
@@ -75,7 +75,7 @@ impl Dataset {
         text + "    -1\n"
     }
 
-    fn binary(&self, little_endian: bool, bytes: &[u8]) -> Vec<u8> {
+    pub fn binary(&self, little_endian: bool, bytes: &[u8]) -> Vec<u8> {
         let order = if little_endian { 1 } else { 2 };
         let head =
             format!("    -1\n    58b{order:6}{:6}{:12}{:12}{:6}{:6}{:12}{:12}\n", 2, 11, bytes.len(), 0, 0, 0, 0);
@@ -99,32 +99,32 @@ fn fortran(value: f64, digits: usize, width: usize) -> String {
     format!("{:>width$}", format!("{mantissa}E{exponent:+03}"))
 }
 
-fn random(count: usize) -> Vec<f64> {
+pub(crate) fn random(count: usize) -> Vec<f64> {
     let mut numbers = Numbers(7);
     (0..count).map(|_| numbers.unit() * 10f64.powi(numbers.below(9) as i32 - 4)).collect()
 }
 
-fn table(name: &str, bytes: &[u8]) -> Table {
+pub(crate) fn table(name: &str, bytes: &[u8]) -> Table {
     match imported(name, bytes) {
         Imported::Table(table) => table,
         other => panic!("{name}: {other:?}"),
     }
 }
 
-fn spectrum(name: &str, bytes: &[u8]) -> Spectrum {
+pub(crate) fn spectrum(name: &str, bytes: &[u8]) -> Spectrum {
     match imported(name, bytes) {
         Imported::Spectrum(spectrum) => spectrum,
         other => panic!("{name}: {other:?}"),
     }
 }
 
-fn imported(name: &str, bytes: &[u8]) -> Imported {
+pub(crate) fn imported(name: &str, bytes: &[u8]) -> Imported {
     let path = scratch(name);
     std::fs::write(&path, bytes).unwrap();
     read(&path).unwrap()
 }
 
-fn refusal(name: &str, bytes: &[u8]) -> String {
+pub(crate) fn refusal(name: &str, bytes: &[u8]) -> String {
     let path = scratch(name);
     std::fs::write(&path, bytes).unwrap();
     read(&path).unwrap_err().explain()
@@ -259,7 +259,7 @@ fn what_is_wrong_is_named_with_its_line_and_a_cure() {
             good.replace("        17    0", "        19    0"),
             "line 13: the abscissa is neither time (17) nor frequency (18)",
         ),
-        (good.clone() + &RESPONSE.ascii(&random(10)), "line 18: functions of time (line 2) and of frequency (line 18)"),
+        (good.clone() + &RESPONSE.ascii(&random(10)), "line 18: the file holds several datasets: 'time', 'responses'"),
         ("    -1\n    15\n    -1\n".into(), "line 1: no dataset 58"),
         (good.clone() + "    58\n", "line 17: `58` stands where `-1` opens a dataset"),
     ];
@@ -269,7 +269,7 @@ fn what_is_wrong_is_named_with_its_line_and_a_cure() {
     }
     let others = Dataset { even: Some((0.0, 2.0)), ..RESPONSE };
     let text = RESPONSE.ascii(&random(10)) + &others.ascii(&random(10));
-    assert!(refusal("lines.uff", text.as_bytes()).contains("has other frequency lines than"));
+    assert!(refusal("lines.uff", text.as_bytes()).contains("'responses 1', 'responses 2'"));
     let short = RESPONSE.binary(true, &[0; 79]);
     assert!(refusal("short.uff", &short).contains("79 bytes of numbers, 80 would hold the 5 values"));
     let whole = RESPONSE.binary(true, &[0; 80]);
@@ -284,10 +284,11 @@ fn what_is_wrong_is_named_with_its_line_and_a_cure() {
 }
 
 #[test]
-fn functions_with_times_of_their_own_are_channels() {
+fn functions_with_times_of_their_own_are_channels_where_all_are_chosen() {
     let slow = Dataset { nodes: [(1, 1), (0, 0)], even: Some((0.0, 0.1)), ..TIME };
     let text = TIME.ascii(&random(5)) + &slow.ascii(&random(5));
-    let Imported::Series(set) = imported("two.uff", text.as_bytes()) else { panic!("channels") };
+    assert!(refusal("two.uff", text.as_bytes()).contains("'time 1', 'time 2', 'time'"));
+    let Imported::Series(set) = read_group(&scratch("two.uff"), "time").unwrap() else { panic!("channels") };
     assert_eq!(
         set.recording.channels.iter().map(|c| c.name.as_str()).collect::<Vec<_>>(),
         ["acceleration_12z", "acceleration_1x"]
