@@ -6,6 +6,8 @@ mod bad_tables;
 mod channel_maps;
 mod damage;
 mod digests;
+mod foreign_bounds;
+mod foreign_messages;
 mod mcap_files;
 mod real_recordings;
 mod replay_runs;
