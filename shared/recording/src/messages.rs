@@ -23,7 +23,7 @@ pub(crate) struct Schema<'a> {
 
 /// Reads the messages of one channel.
 pub(crate) enum Decoder {
-    Json,
+    Json(json::Units),
     Ros1(Layouts),
     Cdr(Layouts),
     Protobuf(Messages),
@@ -35,7 +35,7 @@ impl Decoder {
     /// The decoder of messages of `encoding` that `schema` describes.
     pub fn new(encoding: &str, schema: &Schema<'_>) -> Self {
         let made = match (encoding, schema.encoding) {
-            ("json", _) => Ok(Decoder::Json),
+            ("json", _) => Ok(Decoder::Json(json::units(schema.text))),
             ("ros1", "ros1msg") => layouts(schema, Dialect::Ros1).map(Decoder::Ros1),
             ("cdr", "ros2msg" | "") => layouts(schema, Dialect::Ros2).map(Decoder::Cdr),
             ("protobuf", "protobuf") => Messages::new(schema.name, schema.text).map(Decoder::Protobuf),
@@ -53,7 +53,7 @@ impl Decoder {
     /// Why the message is not read.
     pub fn decode(&self, message: &[u8], rows: &mut Rows) -> Result<(), String> {
         match self {
-            Decoder::Json => json::decode(message, rows),
+            Decoder::Json(units) => json::decode(units, message, rows),
             Decoder::Ros1(layouts) => ros::decode_ros1(layouts, message, rows),
             Decoder::Cdr(layouts) => ros::decode_cdr(layouts, message, rows),
             Decoder::Protobuf(messages) => messages.decode(message, rows),

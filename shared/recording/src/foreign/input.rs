@@ -41,17 +41,6 @@ impl<'p> Input<'p> {
         Ok(Some(bytes))
     }
 
-    /// Passes over `length` bytes; `false` when the file has fewer.
-    ///
-    /// # Errors
-    /// The device's.
-    pub fn skip(&mut self, length: u64) -> Result<bool, RecordingError> {
-        let Some(step) = i64::try_from(length).ok().filter(|_| length <= self.left()) else { return Ok(false) };
-        self.reader.seek_relative(step).map_err(|source| self.io(source))?;
-        self.offset += length;
-        Ok(true)
-    }
-
     fn io(&self, source: std::io::Error) -> RecordingError {
         RecordingError::Io { file: file_name(self.path), action: "read", reason: source }
     }

@@ -78,7 +78,7 @@ impl<'w> Topics<'w> {
             datasets.push(dataset);
         }
         let nothing = datasets.iter().all(|dataset| dataset.columns.len() < 2);
-        let fault = fault.or_else(|| notes.first().map(|note| ("the file".to_string(), note.clone())));
+        let fault = fault.or_else(|| (!notes.is_empty()).then(|| ("the file".to_string(), notes.join("; "))));
         match fault {
             Some((place, found)) if nothing && is_wanted => Err(RecordingError::BadContainer {
                 file: file.into(),

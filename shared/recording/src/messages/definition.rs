@@ -187,7 +187,7 @@ impl Parser {
             None if kind == "wstring" => return Err(format!("`{message}` holds a wstring, which is not read")),
             None => Kind::Message(self.message(&self.full_name(message, kind), depth + 1)?),
         };
-        let unit = unit_of(message, name).or_else(|| unit_said(comment));
+        let unit = unit_of(message, name).or_else(|| unit_in_brackets(comment));
         Ok(Some(Field { name: name.into(), kind, count, unit }))
     }
 
@@ -248,7 +248,7 @@ fn counted(kind: &str) -> Option<(&str, Count)> {
 }
 
 /// The unit in the brackets of a comment, as in `# body rate [rad/s]`.
-fn unit_said(comment: &str) -> Option<&'static str> {
+pub(crate) fn unit_in_brackets(comment: &str) -> Option<&'static str> {
     let inside = comment.split('[').skip(1).filter_map(|rest| rest.split_once(']').map(|(inside, _)| inside));
     inside.filter(|text| !text.trim().is_empty()).find_map(unit_named).map(|unit| unit.symbol)
 }

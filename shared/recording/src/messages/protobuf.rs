@@ -14,7 +14,7 @@ use wire::{Payload, Wire};
 /// Messages inside messages.
 const DEPTH_MAX: usize = 32;
 /// Fields of a message: some, and some for every byte.
-const STEPS: (usize, usize) = (4096, 16);
+const PROTOBUF_STEPS: (usize, usize) = (4096, 16);
 
 /// The message types of a schema.
 pub(crate) struct Messages {
@@ -35,7 +35,7 @@ impl Messages {
     /// # Errors
     /// Where the bytes do not fit the descriptors.
     pub fn decode(&self, message: &[u8], rows: &mut Rows) -> Result<(), String> {
-        let steps = STEPS.0 + message.len().saturating_mul(STEPS.1);
+        let steps = PROTOBUF_STEPS.0 + message.len().saturating_mul(PROTOBUF_STEPS.1);
         Walk { types: &self.types, rows, steps }.message(0, message, 0)
     }
 }

@@ -11,9 +11,9 @@ use super::rows::{ELEMENTS_MAX, Rows, STAMPS_NS};
 /// Arrays of text that name the elements of the arrays beside them.
 const NAMES: [&str; 5] = ["name", "names", "joint_name", "joint_names", "interface_names"];
 /// Bytes of a name of an element.
-const NAME_MAX: usize = 96;
+const ELEMENT_NAME_MAX: usize = 96;
 /// Fields of a message: some, and some for every byte.
-const STEPS: (usize, usize) = (1024, 16);
+const ROS_STEPS: (usize, usize) = (1024, 16);
 
 /// Puts the numbers of a ROS 1 message into the open row.
 ///
@@ -41,7 +41,7 @@ pub(crate) fn decode_cdr(layouts: &Layouts, message: &[u8], rows: &mut Rows) -> 
 }
 
 fn decode(layouts: &Layouts, input: Input<'_>, rows: &mut Rows) -> Result<(), String> {
-    let steps = STEPS.0 + input.bytes.len().saturating_mul(STEPS.1);
+    let steps = ROS_STEPS.0 + input.bytes.len().saturating_mul(ROS_STEPS.1);
     let mut walk = Walk { layouts, input, rows, steps };
     let root = layouts.list.get(layouts.root).ok_or("the definition is empty")?;
     walk.message(root, &Around { is_shown: true, is_root: true, unit: None, names: &[] })
@@ -196,7 +196,7 @@ impl<'a> Walk<'a, '_> {
         for index in 0..length {
             self.step()?;
             let text = self.input.text()?;
-            if index < ELEMENTS_MAX && text.len() <= NAME_MAX {
+            if index < ELEMENTS_MAX && text.len() <= ELEMENT_NAME_MAX {
                 names.push(String::from_utf8_lossy(text).into_owned());
             }
         }

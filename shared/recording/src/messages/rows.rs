@@ -12,13 +12,13 @@ pub(crate) const STAMPS_NS: u64 = 1_000_000_000;
 /// Elements of an array that become columns.
 pub(crate) const ELEMENTS_MAX: usize = 64;
 const COLUMNS_MAX: usize = 1024;
-const NAME_MAX: usize = 512;
+const PATH_MAX: usize = 512;
 /// Cells of a dataset for every value that the messages hold.
 const CELLS_PER_VALUE: usize = 8;
 
 struct Column {
     name: String,
-    unit: Option<String>,
+    unit: Option<&'static str>,
     values: Vec<f64>,
     /// First row and first value of every run of rows without a gap.
     runs: Vec<(usize, usize)>,
@@ -113,24 +113,31 @@ impl Rows {
     }
 
     /// The number at the current place.
-    pub fn number(&mut self, value: f64, unit: Option<&str>) {
+    pub fn number(&mut self, value: f64, unit: Option<&'static str>) {
+        self.number_in(value, |_| unit);
+    }
+
+    /// The number at the current place, in the unit that `unit` gives for its name.
+    pub fn number_in(&mut self, value: f64, unit: impl Fn(&str) -> Option<&'static str>) {
         let expected = self.columns.get(self.cursor).is_some_and(|column| column.name == self.path);
         let index = match (expected, self.by_name.get(&self.path)) {
             (true, _) => self.cursor,
             (false, Some(index)) => *index,
-            (false, None) if self.columns.len() < COLUMNS_MAX && self.path.len() <= NAME_MAX => self.add_column(unit),
+            (false, None) if self.columns.len() < COLUMNS_MAX && self.path.len() <= PATH_MAX => {
+                self.add_column(unit(&self.path))
+            }
             (false, None) => return self.left_out.add(Reason::Excess, &self.path),
         };
         self.cursor = index + 1;
         self.row.push((index, value));
     }
 
-    fn add_column(&mut self, unit: Option<&str>) -> usize {
+    fn add_column(&mut self, unit: Option<&'static str>) -> usize {
         let index = self.columns.len();
         self.by_name.insert(self.path.clone(), index);
         self.columns.push(Column {
             name: self.path.clone(),
-            unit: unit.map(String::from),
+            unit,
             values: Vec::new(),
             runs: Vec::new(),
             next_row: 0,
@@ -143,7 +150,7 @@ impl Rows {
     pub fn open_array(&mut self) -> bool {
         let known = match self.array_by_path.get(&self.path) {
             Some(index) => *index,
-            None if self.arrays.len() < COLUMNS_MAX && self.path.len() <= NAME_MAX => {
+            None if self.arrays.len() < COLUMNS_MAX && self.path.len() <= PATH_MAX => {
                 self.array_by_path.insert(self.path.clone(), self.arrays.len());
                 self.arrays.push(Array { path: self.path.clone(), length: None, varies: false });
                 self.arrays.len() - 1
@@ -232,7 +239,7 @@ impl Rows {
                 Some(order) => order.iter().map(|row| dense[*row]).collect(),
                 None => dense,
             };
-            columns.push(RawColumn { name: column.name.clone(), unit: column.unit.clone(), values });
+            columns.push(RawColumn { name: column.name.clone(), unit: column.unit.map(String::from), values });
         }
         notes.extend(self.left_out.note());
         if self.unread > 0 {

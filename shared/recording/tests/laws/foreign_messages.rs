@@ -94,7 +94,7 @@ fn assert_ros(file: &str) {
 
     let text = named(&found, "/text");
     assert_eq!((names(text), text.rows()), (vec!["log_time"], 2), "{file}");
-    assert_eq!(text.notes, ["left out: 1 text (`data`)"]);
+    assert_eq!(text.notes, ["left out: 1 text field(s) (`data`)"]);
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn json_messages_give_numbers_of_nested_objects_whatever_the_container_does() {
         assert_eq!(values(rig, "inner.y"), samples(|k| -k / 4.0));
         assert_eq!(values(rig, "inner.on"), samples(|k| f64::from(k % 2.0 == 0.0)));
         assert_eq!(values(rig, "pair[1]"), samples(|k| 2.0 * k));
-        assert_eq!(rig.notes, ["left out: 1 text (`inner.name`); 1 arrays of varying length (`ragged`)"]);
+        assert_eq!(rig.notes, ["left out: 1 text field(s) (`inner.name`); 1 array(s) of varying length (`ragged`)"]);
     }
 }
 
@@ -146,7 +146,7 @@ fn protobuf_messages_give_zeros_for_numbers_they_leave_out() {
     assert_eq!(values(state, "on"), samples(|k| f64::from(k % 2.0 == 0.0)));
     assert_eq!(values(state, "pair[1]"), samples(|k| -k));
     assert_eq!(values(state, "big"), samples(|k| k));
-    assert_eq!(state.notes, ["left out: 1 text (`name`); 1 bytes (`picture`)"]);
+    assert_eq!(state.notes, ["left out: 1 text field(s) (`name`); 1 field(s) of bytes (`picture`)"]);
 }
 
 #[test]

@@ -39,6 +39,8 @@ pub(super) fn walk(path: &Path, visit: Visitor<'_>) -> Result<Vec<String>, Recor
     }
     let mut walk = Walk { budget: Budget::new(input.size), visit, damaged: 0, first_damage: String::new() };
     let mut notes = Vec::new();
+    let mut crc = crc32fast::Hasher::new();
+    crc.update(mcap::MAGIC);
     loop {
         let start = input.offset;
         let cut = |notes: &mut Vec<String>, size| {
@@ -52,17 +54,18 @@ pub(super) fn walk(path: &Path, visit: Visitor<'_>) -> Result<Vec<String>, Recor
         if opcode == op::FOOTER {
             break;
         }
-        if !is_read(opcode) && opcode != op::CHUNK {
-            if !input.skip(length)? {
-                cut(&mut notes, input.size);
-                break;
-            }
-            continue;
-        }
         let Some(body) = input.take(length)? else {
             cut(&mut notes, input.size);
             break;
         };
+        if opcode == op::DATA_END {
+            let stored = body.first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
+            if stored != 0 && stored != crc.clone().finalize() {
+                notes.push("the data do not have the CRC that the file states: numbers may be damaged".into());
+            }
+        }
+        crc.update(&head);
+        crc.update(&body);
         if walk.top(opcode, &body, start).is_break() {
             break;
         }

@@ -35,8 +35,7 @@ pub(super) fn collect(path: &Path, topics: &mut Topics<'_>) -> Result<Vec<String
         action: "open",
         reason: source,
     })?;
-    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
-    let database = Connection::open_with_flags(path, flags).map_err(|error| bad("the file", error.to_string()))?;
+    let database = open(path).map_err(|error| bad("the file", error.to_string()))?;
     for table in ["topics", "messages"] {
         is_table(&database, table)
             .map_err(|error| bad("the schema", error.to_string()))?
@@ -47,6 +46,24 @@ pub(super) fn collect(path: &Path, topics: &mut Topics<'_>) -> Result<Vec<String
     let channels =
         channels(&database, topics, &definitions).map_err(|error| bad("table `topics`", error.to_string()))?;
     Ok(messages(&database, topics, &channels))
+}
+
+/// Without a journal beside it the file is read as it lies, also on a device that is not writable:
+/// SQLite then makes no files of its own.
+fn open(path: &Path) -> rusqlite::Result<Connection> {
+    let flags = OpenFlags::SQLITE_OPEN_READ_ONLY | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+    let has_journal = ["-wal", "-journal"].iter().any(|ending| {
+        let mut journal = path.as_os_str().to_owned();
+        journal.push(ending);
+        Path::new(&journal).exists()
+    });
+    match path.to_str() {
+        Some(name) if !has_journal && !name.starts_with("//") => {
+            let name = name.replace('%', "%25").replace('?', "%3f").replace('#', "%23");
+            Connection::open_with_flags(format!("file:{name}?immutable=1"), flags | OpenFlags::SQLITE_OPEN_URI)
+        }
+        _ => Connection::open_with_flags(path, flags),
+    }
 }
 
 /// Whether `name` is a table of stored cells.
