@@ -89,6 +89,8 @@ pub(crate) struct Layouts {
 
 /// Messages inside messages.
 const DEPTH_MAX: usize = 32;
+/// Fields of all messages of a definition.
+const FIELDS_MAX: usize = 1 << 16;
 const SEPARATOR: &str = "=====";
 
 impl Layouts {
@@ -98,7 +100,8 @@ impl Layouts {
     /// What of the definition is not understood.
     pub fn new(name: &str, text: &str, dialect: Dialect) -> Result<Self, String> {
         let root = without_msg(name);
-        let mut parser = Parser { texts: texts(&root, text)?, dialect, made: HashMap::new(), list: Vec::new() };
+        let mut parser =
+            Parser { texts: texts(&root, text)?, dialect, made: HashMap::new(), list: Vec::new(), fields: 0 };
         let root = parser.message(&root, 0)?;
         Ok(Layouts { list: parser.list, root })
     }
@@ -133,6 +136,8 @@ struct Parser {
     /// `None` while it is being made.
     made: HashMap<String, Option<usize>>,
     list: Vec<Layout>,
+    /// Fields of all of `list`.
+    fields: usize,
 }
 
 impl Parser {
@@ -161,6 +166,10 @@ impl Parser {
         let height = fields.iter().map(inside).max().unwrap_or(0);
         if height > DEPTH_MAX {
             return Err(format!("more than {DEPTH_MAX} messages inside each other"));
+        }
+        self.fields += fields.len();
+        if self.fields > FIELDS_MAX {
+            return Err(format!("more than {FIELDS_MAX} fields"));
         }
         self.list.push(Layout { fields, is_header: name == "std_msgs/Header", depth: height });
         self.made.insert(name.into(), Some(self.list.len() - 1));

@@ -39,7 +39,7 @@ pub(crate) struct LeftOut {
 }
 
 /// Fields of one reason that are remembered.
-const FIELDS_MAX: usize = 128;
+const REMEMBERED_MAX: usize = 128;
 /// Fields of one reason that are named.
 const SHOWN_MAX: usize = 6;
 /// Bytes of a name that are remembered.
@@ -53,7 +53,7 @@ impl LeftOut {
         if fields.contains(field) {
             return;
         }
-        if fields.len() == FIELDS_MAX {
+        if fields.len() == REMEMBERED_MAX {
             self.more = true;
             return;
         }

@@ -3,6 +3,7 @@
 //! A number that a proto3 message does not state is 0; a message or an optional field that is not
 //! there has no value. Repeated fields are arrays.
 
+mod descriptors;
 mod types;
 mod wire;
 
@@ -76,7 +77,7 @@ impl<'m> Walk<'m, '_> {
             } else if let Some(payload) = found.last {
                 self.value(field, payload, depth)?;
             } else if field.is_zero_when_absent && field.kind.is_number() {
-                self.rows.number(0.0, field.unit);
+                self.rows.number(0.0, None);
             }
             self.rows.leave(mark);
         }
@@ -92,7 +93,7 @@ impl<'m> Walk<'m, '_> {
             (Kind::Time | Kind::Duration, Payload::Bytes(bytes)) => self.time(field, bytes, depth)?,
             (kind, payload) => {
                 let number = kind.number(payload).ok_or_else(|| format!("`{}` is not of its type", field.name))?;
-                self.rows.number(number, field.unit);
+                self.rows.number(number, None);
             }
         }
         Ok(())

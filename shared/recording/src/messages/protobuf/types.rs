@@ -1,7 +1,7 @@
 //! Message types of a protobuf schema, each with its fields by number.
 
+use super::descriptors::{DescribedField, descriptors};
 use super::wire::Payload;
-use prost_reflect::{Cardinality, DescriptorPool, FieldDescriptor, Kind as Described, MessageDescriptor};
 use std::collections::HashMap;
 
 /// What a field holds.
@@ -71,7 +71,6 @@ pub(crate) struct Field {
     pub is_repeated: bool,
     /// Whether the message leaves it out when it is 0.
     pub is_zero_when_absent: bool,
-    pub unit: Option<&'static str>,
 }
 
 /// The fields of a message, by number.
@@ -80,60 +79,80 @@ pub(crate) struct Type {
     pub fields: Vec<Field>,
 }
 
+/// Fields of all types of a schema.
+const FIELDS_MAX: usize = 1 << 16;
+
 /// The type of the message `name`, and behind it all types inside it.
 ///
 /// # Errors
 /// What of the descriptors is not understood.
-pub(crate) fn types(name: &str, descriptors: &[u8]) -> Result<Vec<Type>, String> {
-    let pool = DescriptorPool::decode(descriptors).map_err(|error| format!("the descriptors are damaged: {error}"))?;
-    let root = pool.get_message_by_name(name).ok_or("the descriptors do not hold the message")?;
-    let mut known = HashMap::from([(root.full_name().to_string(), 0)]);
-    let mut waiting = vec![root];
-    let mut types = Vec::new();
-    while let Some(message) = waiting.get(types.len()).cloned() {
-        let mut fields: Vec<Field> =
-            message.fields().map(|field| described(&field, &mut known, &mut waiting)).collect();
+pub(crate) fn types(name: &str, schema: &[u8]) -> Result<Vec<Type>, String> {
+    let described = descriptors(schema)?;
+    let mut known = HashMap::from([(name.to_string(), 0)]);
+    let mut waiting = vec![name.to_string()];
+    let mut types: Vec<Type> = Vec::new();
+    let mut count = 0;
+    while let Some(name) = waiting.get(types.len()) {
+        let message = described.get(name).ok_or_else(|| format!("the descriptors do not hold the message `{name}`"))?;
+        let mut fields = Vec::new();
+        for field in message.fields()? {
+            let kind = match field.kind {
+                FIELD_MESSAGE => inside(&field, &mut known, &mut waiting, |name| {
+                    described.get(name).is_some_and(|message| message.is_map_entry)
+                }),
+                number => plain(number)?,
+            };
+            let is_zero_when_absent = field.is_zero_when_absent;
+            let (number, name, is_repeated) = (field.number, field.name, field.is_repeated);
+            fields.push(Field { number, name, kind, is_repeated, is_zero_when_absent });
+        }
+        count += fields.len();
+        if count > FIELDS_MAX {
+            return Err(format!("more than {FIELDS_MAX} fields"));
+        }
         fields.sort_by_key(|field| field.number);
         types.push(Type { fields });
     }
     Ok(types)
 }
 
-fn described(
-    field: &FieldDescriptor,
+/// The number of messages among the types of `FieldDescriptorProto`.
+const FIELD_MESSAGE: u64 = 11;
+
+/// The other types of `FieldDescriptorProto`.
+fn plain(number: u64) -> Result<Kind, String> {
+    Ok(match number {
+        1 => Kind::Double,
+        2 => Kind::Float,
+        3 => Kind::Signed,
+        4 | 13 => Kind::Unsigned,
+        5 | 14 => Kind::Signed32,
+        6 => Kind::Fixed64,
+        7 => Kind::Fixed32,
+        8 => Kind::Bool,
+        9 => Kind::Text,
+        12 => Kind::Bytes,
+        15 => Kind::SignedFixed32,
+        16 => Kind::SignedFixed64,
+        17 | 18 => Kind::ZigZag,
+        10 => return Err("groups are not read".into()),
+        other => return Err(format!("a field of type {other}, which does not exist")),
+    })
+}
+
+fn inside(
+    field: &DescribedField,
     known: &mut HashMap<String, usize>,
-    waiting: &mut Vec<MessageDescriptor>,
-) -> Field {
-    let kind = match field.kind() {
-        _ if field.is_map() => Kind::Map,
-        Described::Double => Kind::Double,
-        Described::Float => Kind::Float,
-        Described::Int64 => Kind::Signed,
-        Described::Int32 | Described::Enum(_) => Kind::Signed32,
-        Described::Uint32 | Described::Uint64 => Kind::Unsigned,
-        Described::Sint32 | Described::Sint64 => Kind::ZigZag,
-        Described::Fixed32 => Kind::Fixed32,
-        Described::Fixed64 => Kind::Fixed64,
-        Described::Sfixed32 => Kind::SignedFixed32,
-        Described::Sfixed64 => Kind::SignedFixed64,
-        Described::Bool => Kind::Bool,
-        Described::String => Kind::Text,
-        Described::Bytes => Kind::Bytes,
-        Described::Message(message) => match message.full_name() {
-            "google.protobuf.Timestamp" => Kind::Time,
-            "google.protobuf.Duration" => Kind::Duration,
-            name => Kind::Message(*known.entry(name.to_string()).or_insert_with(|| {
-                waiting.push(message.clone());
-                waiting.len() - 1
-            })),
-        },
-    };
-    Field {
-        number: field.number(),
-        name: field.name().to_string(),
-        kind,
-        is_repeated: field.cardinality() == Cardinality::Repeated,
-        is_zero_when_absent: !field.supports_presence(),
-        unit: None,
+    waiting: &mut Vec<String>,
+    is_map_entry: impl Fn(&str) -> bool,
+) -> Kind {
+    match field.type_name.as_str() {
+        "google.protobuf.Timestamp" => Kind::Time,
+        "google.protobuf.Duration" => Kind::Duration,
+        name if is_map_entry(name) => Kind::Map,
+        name => Kind::Message(*known.entry(name.to_string()).or_insert_with(|| {
+            waiting.push(name.to_string());
+            waiting.len() - 1
+        })),
     }
 }
