@@ -190,6 +190,7 @@ impl<'a> Walk<'a, '_> {
         Ok(())
     }
 
+    /// Names of elements; empty when they do not name each element as one of its own.
     fn names(&mut self) -> Result<Vec<String>, String> {
         let length = self.input.length()?;
         let mut names = Vec::new();
@@ -200,7 +201,8 @@ impl<'a> Walk<'a, '_> {
                 names.push(String::from_utf8_lossy(text).into_owned());
             }
         }
-        if names.len() < length {
+        let is_ambiguous = (1..names.len()).any(|index| names[..index].contains(&names[index]));
+        if names.len() < length || is_ambiguous || names.iter().any(String::is_empty) {
             names.clear();
         }
         Ok(names)

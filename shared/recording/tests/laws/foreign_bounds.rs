@@ -5,6 +5,7 @@ use crate::foreign_messages::{BAGS, DATABASES, MCAP_FILES, data, datasets, named
 use crate::{Numbers, scratch};
 use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
 use recording::RawDataset;
+use std::path::Path;
 
 /// A cut, flipped bits, overwritten bytes, or a length gone wild.
 fn damaged(bytes: &[u8], numbers: &mut Numbers) -> Vec<u8> {
@@ -49,13 +50,15 @@ fn no_damage_makes_a_panic() {
 
 #[test]
 fn no_damage_of_unpacked_messages_makes_a_panic() {
-    // Nothing in these files has a CRC: damage reaches definitions, descriptors and messages.
+    // No chunk with a CRC stops the damage: it reaches definitions, descriptors and messages.
     let mut numbers = Numbers(78);
     for file in ["cdr_little.mcap", "ros1.mcap", "protobuf.mcap", "json_zstd.mcap"] {
         let whole = unpacked(&std::fs::read(data(file)).unwrap());
         let path = scratch(&format!("unpacked-{file}"));
         std::fs::write(&path, &whole).unwrap();
-        assert_eq!(datasets(&path).unwrap(), datasets(&data(file)).unwrap(), "{file}");
+        // As text: what has no value is not equal to itself.
+        let text = |path: &Path| format!("{:?}", datasets(path).unwrap());
+        assert!(text(&path) == text(&data(file)), "{file}");
         for _ in 0..300 {
             let bytes = damaged(&whole, &mut numbers);
             std::fs::write(&path, &bytes).unwrap();

@@ -150,6 +150,27 @@ fn protobuf_messages_give_zeros_for_numbers_they_leave_out() {
 }
 
 #[test]
+fn protobuf_numbers_of_every_encoding_are_read_and_what_is_absent_has_no_value() {
+    let found = datasets(&data("protobuf.mcap")).unwrap();
+    let extra = named(&found, "/extra");
+    assert_times(extra, "log_time", 0.0);
+    for (name, of) in [("fixed", -1.0), ("zigzag", -1.0), ("signed", -1.0), ("large", 1.0), ("again.fixed", 1.0)] {
+        assert_eq!(values(extra, name), samples(|k| of * k), "{name}");
+    }
+    assert_eq!(values(extra, "steps[0]"), samples(|k| -k));
+    assert_eq!(values(extra, "points[0].x"), samples(|k| k / 8.0));
+    assert_eq!(values(extra, "points[1].y"), samples(|k| -k / 4.0));
+    assert_eq!(values(extra, "mode"), samples(|k| k % 2.0));
+    assert_eq!(values(extra, "took"), samples(|_| -1.5));
+    assert_eq!(unit(extra, "took"), Some("s"));
+    for (k, value) in values(extra, "maybe").iter().enumerate() {
+        assert!(if k % 2 == 0 { *value == k as f64 / 8.0 } else { value.is_nan() }, "{k}: {value}");
+    }
+    assert!(!names(extra).iter().any(|name| name.starts_with("absent")), "{:?}", names(extra));
+    assert_eq!(extra.notes, ["left out: 1 map(s) (`table`)"]);
+}
+
+#[test]
 fn recordings_of_ten_seconds_give_every_sample_at_its_time() {
     for (file, topic, names) in [
         ("ros2_imu.mcap", "/imu/data", ["linear_acceleration.x", "angular_velocity.z"]),
