@@ -147,7 +147,7 @@ mod tests {
             let found = find(&[record(1000, value)]);
             assert!(!found.operational && found.on.iter().all(|on| !on));
         }
-        assert_eq!(find(&[vec![]]).on, []);
+        assert!(find(&[vec![]]).on.is_empty());
     }
 
     #[test]

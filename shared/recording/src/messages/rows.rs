@@ -1,0 +1,315 @@
+//! Rows of one topic, message by message: numbers by name, arrays by element, times in nanoseconds.
+//!
+//! A column keeps its values and where they stand; gaps cost nothing until the dataset is made.
+//! A message that is not read to its end leaves nothing behind.
+
+use super::left_out::{LeftOut, Reason};
+use crate::dataset::{Axis, RawColumn, RawDataset};
+use std::collections::HashMap;
+
+/// Nanoseconds in a second, for stamps.
+pub(crate) const STAMPS_NS: u64 = 1_000_000_000;
+/// Elements of an array that become columns.
+pub(crate) const ELEMENTS_MAX: usize = 64;
+const COLUMNS_MAX: usize = 1024;
+const PATH_MAX: usize = 512;
+/// Cells of a dataset for every value that the messages hold.
+const CELLS_PER_VALUE: usize = 8;
+
+struct Column {
+    name: String,
+    unit: Option<&'static str>,
+    values: Vec<f64>,
+    /// First row and first value of every run of rows without a gap.
+    runs: Vec<(usize, usize)>,
+    next_row: usize,
+    /// The arrays this column is an element of.
+    arrays: Vec<usize>,
+}
+
+impl Column {
+    fn push(&mut self, row: usize, value: f64) {
+        // A second value of one field in one message.
+        if row < self.next_row {
+            return;
+        }
+        if row > self.next_row || self.runs.is_empty() {
+            self.runs.push((row, self.values.len()));
+        }
+        self.values.push(value);
+        self.next_row = row + 1;
+    }
+
+    fn dense(&self, rows: usize) -> Vec<f64> {
+        let mut dense = vec![f64::NAN; rows];
+        for (i, (row, from)) in self.runs.iter().enumerate() {
+            let to = self.runs.get(i + 1).map_or(self.values.len(), |next| next.1);
+            let run = &self.values[*from..to];
+            dense[*row..row + run.len()].copy_from_slice(run);
+        }
+        dense
+    }
+}
+
+struct Array {
+    path: String,
+    length: Option<usize>,
+    varies: bool,
+}
+
+impl Array {
+    fn reason(&self) -> Option<Reason> {
+        match self.length {
+            _ if self.varies => Some(Reason::VaryingArray),
+            Some(length) if length > ELEMENTS_MAX => Some(Reason::LongArray),
+            _ => None,
+        }
+    }
+}
+
+/// The rows of a topic.
+#[derive(Default)]
+pub(crate) struct Rows {
+    columns: Vec<Column>,
+    by_name: HashMap<String, usize>,
+    arrays: Vec<Array>,
+    array_by_path: HashMap<String, usize>,
+    left_out: LeftOut,
+    logged_ns: Vec<u64>,
+    stamps_ns: Vec<Option<u64>>,
+    stamp_name: String,
+    unread: u64,
+    first_unread: String,
+    path: String,
+    open_arrays: Vec<usize>,
+    /// Where the next number is expected, as in the message before.
+    cursor: usize,
+    row: Vec<(usize, f64)>,
+    row_arrays: Vec<(usize, usize)>,
+    row_stamp: Option<u64>,
+}
+
+impl Rows {
+    /// Goes into the field `name`; gives what [`Rows::leave`] needs.
+    pub fn enter(&mut self, name: &str) -> usize {
+        let mark = self.path.len();
+        if mark > 0 {
+            self.path.push('.');
+        }
+        self.path.push_str(name);
+        mark
+    }
+
+    /// Goes into an element of an array.
+    pub fn enter_element(&mut self, index: usize) -> usize {
+        let mark = self.path.len();
+        self.path.push_str(&format!("[{index}]"));
+        mark
+    }
+
+    /// Goes back to where `mark` was given.
+    pub fn leave(&mut self, mark: usize) {
+        self.path.truncate(mark);
+    }
+
+    /// The number at the current place.
+    pub fn number(&mut self, value: f64, unit: Option<&'static str>) {
+        self.number_in(value, |_| unit);
+    }
+
+    /// The number at the current place, in the unit that `unit` gives for its name.
+    pub fn number_in(&mut self, value: f64, unit: impl Fn(&str) -> Option<&'static str>) {
+        let expected = self.columns.get(self.cursor).is_some_and(|column| column.name == self.path);
+        let index = match (expected, self.by_name.get(&self.path)) {
+            (true, _) => self.cursor,
+            (false, Some(index)) => *index,
+            (false, None) if self.columns.len() < COLUMNS_MAX && self.path.len() <= PATH_MAX => {
+                self.add_column(unit(&self.path))
+            }
+            (false, None) => return self.left_out.add(Reason::Excess, &self.path),
+        };
+        self.cursor = index + 1;
+        self.row.push((index, value));
+    }
+
+    fn add_column(&mut self, unit: Option<&'static str>) -> usize {
+        let index = self.columns.len();
+        self.by_name.insert(self.path.clone(), index);
+        self.columns.push(Column {
+            name: self.path.clone(),
+            unit,
+            values: Vec::new(),
+            runs: Vec::new(),
+            next_row: 0,
+            arrays: self.open_arrays.clone(),
+        });
+        index
+    }
+
+    /// Opens the array at the current place; `false` when its elements give no columns.
+    pub fn open_array(&mut self) -> bool {
+        let known = match self.array_by_path.get(&self.path) {
+            Some(index) => *index,
+            None if self.arrays.len() < COLUMNS_MAX && self.path.len() <= PATH_MAX => {
+                self.array_by_path.insert(self.path.clone(), self.arrays.len());
+                self.arrays.push(Array { path: self.path.clone(), length: None, varies: false });
+                self.arrays.len() - 1
+            }
+            None => {
+                self.left_out.add(Reason::Excess, &self.path);
+                return false;
+            }
+        };
+        if self.arrays[known].reason().is_some() {
+            return false;
+        }
+        self.open_arrays.push(known);
+        true
+    }
+
+    /// Closes the array that was opened, of `length` elements.
+    pub fn close_array(&mut self, length: usize) {
+        if let Some(array) = self.open_arrays.pop() {
+            self.row_arrays.push((array, length));
+        }
+    }
+
+    /// Names the field at the current place as left out.
+    pub fn leave_out(&mut self, reason: Reason) {
+        self.left_out.add(reason, &self.path);
+    }
+
+    /// The time that the message itself states.
+    pub fn stamp(&mut self, name: &str, stamp_ns: u64) {
+        if self.stamp_name != name {
+            self.stamp_name = name.into();
+        }
+        self.row_stamp = Some(stamp_ns);
+    }
+
+    /// Ends a message that was read, logged at `logged_ns`.
+    pub fn commit(&mut self, logged_ns: u64) {
+        let row = self.logged_ns.len();
+        for (column, value) in self.row.drain(..) {
+            self.columns[column].push(row, value);
+        }
+        for (array, length) in self.row_arrays.drain(..) {
+            let array = &mut self.arrays[array];
+            array.varies |= *array.length.get_or_insert(length) != length;
+        }
+        self.logged_ns.push(logged_ns);
+        self.stamps_ns.push(self.row_stamp);
+        self.begin();
+    }
+
+    /// Ends a message that was not read.
+    pub fn reject(&mut self, reason: String) {
+        if self.unread == 0 {
+            self.first_unread = reason;
+        }
+        self.unread += 1;
+        self.begin();
+    }
+
+    fn begin(&mut self) {
+        self.path.clear();
+        self.open_arrays.clear();
+        self.row.clear();
+        self.row_arrays.clear();
+        self.row_stamp = None;
+        self.cursor = 0;
+    }
+
+    /// Whether no message was seen at all.
+    pub fn is_empty(&self) -> bool {
+        self.logged_ns.is_empty() && self.unread == 0
+    }
+
+    /// Rows in the order of time, named columns, and notes on what is missing.
+    pub fn into_dataset(mut self, name: String) -> RawDataset {
+        let count = self.logged_ns.len();
+        let order = self.order();
+        let mut notes = Vec::new();
+        let time = self.time(order.as_deref(), &mut notes);
+        let kept = self.kept_columns(count);
+        let mut columns = vec![time];
+        for column in kept.into_iter().map(|index| &self.columns[index]) {
+            let dense = column.dense(count);
+            let values = match &order {
+                Some(order) => order.iter().map(|row| dense[*row]).collect(),
+                None => dense,
+            };
+            columns.push(RawColumn { name: column.name.clone(), unit: column.unit.map(String::from), values });
+        }
+        notes.extend(self.left_out.note());
+        if self.unread > 0 {
+            notes.push(format!("{} messages are not read; the first: {}", self.unread, self.first_unread));
+        }
+        RawDataset { name, columns, axis: Axis::Time(0), notes }
+    }
+
+    /// The rows by time of logging, where they do not lie so.
+    fn order(&self) -> Option<Vec<usize>> {
+        if self.logged_ns.is_sorted() {
+            return None;
+        }
+        let mut order: Vec<usize> = (0..self.logged_ns.len()).collect();
+        order.sort_by_key(|row| self.logged_ns[*row]);
+        Some(order)
+    }
+
+    fn time(&self, order: Option<&[usize]>, notes: &mut Vec<String>) -> RawColumn {
+        let at = |row: usize| order.map_or(row, |order| order[row]);
+        let rows = self.logged_ns.len();
+        let mut name = self.stamp_name.clone();
+        let mut times: Vec<u64> = (0..rows).map_while(|row| self.stamps_ns[at(row)].filter(|ns| *ns > 0)).collect();
+        let reason = if times.len() < rows {
+            Some("missing or 0")
+        } else {
+            (!times.is_sorted_by(|a, b| a < b)).then_some("not increasing")
+        };
+        if let Some(reason) = reason {
+            if !name.is_empty() {
+                notes.push(format!("time is the time of logging: `{name}` is {reason} in some messages"));
+            }
+            name = "log_time".into();
+            times = (0..rows).map(|row| self.logged_ns[at(row)]).collect();
+        } else if name.is_empty() {
+            name = "log_time".into();
+        }
+        while self.by_name.contains_key(&name) {
+            name.push('_');
+        }
+        RawColumn { name, unit: Some("s".into()), values: times.into_iter().map(seconds).collect() }
+    }
+
+    /// Columns that become columns of the dataset; the others are named as left out.
+    fn kept_columns(&mut self, rows: usize) -> Vec<usize> {
+        for array in &self.arrays {
+            if let Some(reason) = array.reason() {
+                self.left_out.add(reason, &array.path);
+            }
+        }
+        let in_array = |column: &Column| column.arrays.iter().any(|array| self.arrays[*array].reason().is_some());
+        let mut kept: Vec<usize> = (0..self.columns.len())
+            .filter(|index| !self.columns[*index].values.is_empty() && !in_array(&self.columns[*index]))
+            .collect();
+        let mut values: usize = kept.iter().map(|index| self.columns[*index].values.len()).sum();
+        let mut by_values = kept.clone();
+        by_values.sort_by_key(|index| self.columns[*index].values.len());
+        for index in by_values {
+            if kept.len().saturating_mul(rows) <= values.saturating_mul(CELLS_PER_VALUE) {
+                break;
+            }
+            values -= self.columns[index].values.len();
+            kept.retain(|other| *other != index);
+            self.left_out.add(Reason::Sparse, &self.columns[index].name);
+        }
+        kept
+    }
+}
+
+/// Whole seconds and the rest are exact; their sum is rounded once.
+pub(crate) fn seconds(ns: u64) -> f64 {
+    (ns / STAMPS_NS) as f64 + (ns % STAMPS_NS) as f64 / STAMPS_NS as f64
+}
