@@ -63,6 +63,10 @@ pub enum RecordingError {
     #[diagnostic(help("{cure}"))]
     BadUff { file: String, line: u64, found: String, cure: String },
 
+    #[error("{file}: {place}: {found}")]
+    #[diagnostic(help("{cure}"))]
+    BadContainer { file: String, place: String, found: String, cure: String },
+
     #[error("{file}: the format `{format}` cannot hold {what}")]
     #[diagnostic(help(
         "tables and spectra are written as .csv or .csv.gz, runs as .mcap, channels as either; several recordings one by one"

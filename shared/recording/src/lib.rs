@@ -27,20 +27,34 @@
 //! recorder copies memory and every viewer that reads ROS 1 decodes it.
 #![forbid(unsafe_code)]
 
+mod array_parts;
+mod arrays;
+mod bytes;
 mod canonical;
 mod conversions;
 pub mod csv;
 mod csv_cells;
 mod csv_lines;
+#[cfg(test)]
+mod damage;
 mod dataset;
 mod digest;
 mod error;
 mod excitation;
+pub mod hdf5;
+mod hdf5_types;
 mod map;
+pub mod matlab;
+mod matlab_elements;
+mod matlab_values;
 mod mcap_channels;
 mod mcap_format;
 mod mcap_read;
 mod mcap_series;
+mod npy;
+pub mod npz;
+mod numbers;
+mod python_literal;
 mod replay;
 mod replay_run;
 mod rows;
@@ -54,8 +68,13 @@ pub mod timing;
 mod uff;
 mod uff_dataset;
 mod uff_lines;
+pub mod ulog;
+mod ulog_formats;
+mod ulog_messages;
+mod ulog_units;
 pub mod units;
 mod whole_file;
+mod zip;
 
 pub use canonical::{CHANNELS, ChannelInfo, Channels, Domains};
 pub use conversions::{segments, series};
