@@ -29,6 +29,7 @@
 
 mod array_parts;
 mod arrays;
+mod arrow_units;
 mod bytes;
 mod canonical;
 mod conversions;
@@ -54,6 +55,11 @@ mod mcap_series;
 mod npy;
 pub mod npz;
 mod numbers;
+pub mod parquet;
+mod parquet_encodings;
+mod parquet_pages;
+mod parquet_schema;
+mod parquet_thrift;
 mod python_literal;
 mod replay;
 mod replay_run;
