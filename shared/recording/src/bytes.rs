@@ -33,6 +33,8 @@ pub(crate) struct Bytes<'a> {
     /// What the bytes belong to, where they are not the file itself; ends in a blank.
     part: &'a str,
     data: &'a [u8],
+    /// Place of the front in what the bytes belong to.
+    base: usize,
     at: usize,
     /// Numbers are stored with the most significant byte first.
     pub big_endian: bool,
@@ -41,10 +43,10 @@ pub(crate) struct Bytes<'a> {
 impl<'a> Bytes<'a> {
     /// From the front of `data`; `part` says in errors what they are when they are not the file.
     pub fn new(file: &'a str, part: &'a str, data: &'a [u8]) -> Self {
-        Self { file, part, data, at: 0, big_endian: false }
+        Self { file, part, data, base: 0, at: 0, big_endian: false }
     }
 
-    /// Bytes before this place.
+    /// Bytes from the front to this place.
     pub fn at(&self) -> usize {
         self.at
     }
@@ -61,7 +63,7 @@ impl<'a> Bytes<'a> {
 
     /// [`RecordingError::BadContainer`] at this place.
     pub fn error(&self, found: impl Into<String>, cure: &str) -> RecordingError {
-        bad(self.file, format!("{}byte {}", self.part, self.at), found, cure)
+        bad(self.file, format!("{}byte {}", self.part, self.base + self.at), found, cure)
     }
 
     /// The next bytes, where they are all there.
@@ -85,8 +87,9 @@ impl<'a> Bytes<'a> {
     /// # Errors
     /// The bytes end before.
     pub fn split(&mut self, length: usize, what: &str) -> Result<Bytes<'a>, RecordingError> {
+        let base = self.base + self.at;
         let data = self.take(length, what)?;
-        Ok(Self { data, at: 0, ..self.clone() })
+        Ok(Self { data, base, at: 0, ..self.clone() })
     }
 
     fn unsigned<const WIDTH: usize>(&mut self, what: &str) -> Result<u64, RecordingError> {

@@ -5,7 +5,7 @@
 //! array is its unit.
 
 use crate::arrays::{self, Array, Arrays, joined};
-use crate::bytes::{self, COPY, EXPANSION_MAX, bad};
+use crate::bytes::{self, EXPANSION_MAX, bad};
 use crate::dataset::{RawDataset, Wanted};
 use crate::error::RecordingError;
 use crate::file_name;
@@ -15,6 +15,8 @@ use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Hdf5File, OpenOptions};
 use std::path::Path;
 
+const CURE: &str =
+    "copy the file again; one that other programs open: `h5repack FILE NEW`, or `save(..., '-v7')` in MATLAB";
 const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// Groups inside groups, and groups in all: a damaged file may hold itself.
 const DEPTH_MAX: usize = 12;
@@ -47,7 +49,7 @@ pub(crate) fn datasets_of(
         .with_max_chunk_bytes(budget)
         .with_max_read_bytes(budget)
         .with_max_object_header_bytes(content.len());
-    let damaged = |reason: Error| bad(file, "the structure of the file", reason.to_string(), COPY);
+    let damaged = |reason: Error| bad(file, "the structure of the file", reason.to_string(), CURE);
     let opened = Hdf5File::from_vec_with_options(content, options).map_err(damaged)?;
     let mut walk = Walk { file, budget, groups: 0, arrays: Arrays::default() };
     walk.group(&opened.root_group().map_err(damaged)?, "", DEPTH_MAX)?;
@@ -68,9 +70,9 @@ impl Walk<'_> {
         self.groups += 1;
         if depth == 0 || self.groups > GROUPS_MAX {
             let found = format!("more than {DEPTH_MAX} groups in groups, or more than {GROUPS_MAX}");
-            return Err(bad(self.file, format!("group `{name}`"), found, COPY));
+            return Err(bad(self.file, format!("group `{name}`"), found, CURE));
         }
-        let damaged = |reason: Error| bad(self.file, format!("group `{name}`"), reason.to_string(), COPY);
+        let damaged = |reason: Error| bad(self.file, format!("group `{name}`"), reason.to_string(), CURE);
         let (mut groups, mut datasets) = group.members().map_err(damaged)?;
         let attributes = group.attributes().map_err(damaged)?;
         let states_rate = |attribute: &&Attribute| {
@@ -132,11 +134,11 @@ impl Walk<'_> {
 
     /// The numbers as they are stored.
     fn bytes(&mut self, dataset: &Dataset, name: &str) -> Result<Vec<u8>, RecordingError> {
-        let damaged = |reason: Error| bad(self.file, format!("array `{name}`"), reason.to_string(), COPY);
+        let damaged = |reason: Error| bad(self.file, format!("array `{name}`"), reason.to_string(), CURE);
         let size = dataset.raw_byte_len().map_err(damaged)?;
         if size > self.budget {
             let found = format!("it states {size} bytes, absurd for this file");
-            return Err(bad(self.file, format!("array `{name}`"), found, COPY));
+            return Err(bad(self.file, format!("array `{name}`"), found, CURE));
         }
         let data = dataset.read_raw_bytes().map_err(damaged)?;
         self.budget -= size;

@@ -32,6 +32,10 @@ pub fn datasets(path: &Path, wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, Rec
 
 fn datasets_of(file: &str, content: &[u8], wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, RecordingError> {
     let mut bytes = Bytes::new(file, "", content);
+    // The text of later versions begins with four characters, a version 4 with a small number.
+    if content.iter().take(4).any(|byte| *byte == 0) {
+        return Err(bytes.error("this is a MATLAB file of version 4, or none", CURE));
+    }
     bytes.take(HEADER_BYTES - 4, "the header")?;
     let version = bytes.take(2, "the header")?;
     let order = bytes.take(2, "the header")?;

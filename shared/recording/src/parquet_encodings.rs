@@ -32,7 +32,7 @@ pub(crate) fn runs(bytes: &mut Bytes<'_>, width: u32, count: usize) -> Result<Ve
         let left = count - values.len();
         if head & 1 == 1 {
             let groups = usize::try_from(head >> 1).unwrap_or(usize::MAX);
-            let size = groups.checked_mul(width as usize).unwrap_or(usize::MAX);
+            let size = groups.saturating_mul(width as usize);
             // The last group may be cut.
             let packed = bytes.take(size.min(bytes.left()), "packed numbers")?;
             let number = groups.saturating_mul(8).min(left);

@@ -9,6 +9,9 @@ use std::borrow::Cow;
 
 const CURE: &str = "write the file again, with the compression `snappy` and without encryption";
 
+/// Levels of a kind that writers left years ago.
+const BIT_PACKED: i64 = 4;
+
 /// One column in one row group.
 pub(crate) struct Chunk<'a> {
     file: &'a str,
@@ -106,6 +109,9 @@ impl<'a> Chunk<'a> {
         let head = head.get(5).ok_or_else(|| self.error("a page without a header"))?;
         let count = self.count(head, left)?;
         let there = if leaf.level > 0 {
+            if head.whole(3) == Some(BIT_PACKED) {
+                return Err(bytes.error("levels of an old kind are not read", CURE));
+            }
             let length = bytes.u32("the levels")? as usize;
             Some(there(bytes.split(length, "the levels")?, leaf.level, count)?)
         } else {
