@@ -29,7 +29,7 @@ pub(crate) struct Part {
     pub columns: Vec<RawColumn>,
     /// The column that the file says to be times.
     pub times: Option<usize>,
-    /// Whose times it has, where they are none of its own.
+    /// Whose times it has, where it has none itself.
     pub lender: Option<String>,
 }
 

@@ -76,7 +76,7 @@ pub(crate) fn joined(group: &str, name: &str) -> String {
     if group.is_empty() { name.into() } else { format!("{group}.{name}") }
 }
 
-/// The arrays of a file and what was left out.
+/// The arrays of a file, and the names of what is not read.
 #[derive(Debug, Default)]
 pub(crate) struct Arrays {
     pub arrays: Vec<Array>,

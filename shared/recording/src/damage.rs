@@ -26,7 +26,7 @@ impl Numbers {
     }
 }
 
-/// Reads a file of `tests/data` with every prefix in steps and with 300 random damages; a panic ends
+/// Reads a file of `tests/data` cut in some 100 places and with 300 random damages; a panic ends
 /// the test. Every error names the file and a cure; whatever is read is read twice in the same way.
 pub(crate) fn every_damage_is_read_or_refused(
     name: &str,

@@ -65,6 +65,18 @@ struct Walk<'a> {
     arrays: Arrays,
 }
 
+/// An array as it is stored.
+struct Stored<'a> {
+    dataset: &'a Dataset,
+    group: &'a str,
+    data: Vec<u8>,
+    /// Bytes of one element.
+    stride: usize,
+    unit: Option<String>,
+    /// MATLAB wrote it.
+    is_matlab: bool,
+}
+
 impl Walk<'_> {
     fn group(&mut self, group: &Group, name: &str, depth: usize) -> Result<(), RecordingError> {
         self.groups += 1;
@@ -126,8 +138,9 @@ impl Walk<'_> {
         let unit = attributes.iter().find(|attribute| matches!(attribute.name.as_str(), "unit" | "units"));
         let unit = unit.and_then(|attribute| attribute.read_string().ok());
         let stride = dataset.raw_element_size().unwrap_or(1).max(1);
+        let stored = Stored { dataset, group, data, stride, unit, is_matlab: class.is_some() };
         for field in fields {
-            self.field(field, dataset, group, &data, stride, unit.as_ref(), class.is_some());
+            self.field(field, &stored);
         }
         Ok(())
     }
@@ -145,17 +158,9 @@ impl Walk<'_> {
         Ok(data)
     }
 
-    #[expect(clippy::too_many_arguments, reason = "what one array is, not a thing of its own")]
-    fn field(
-        &mut self,
-        field: Field,
-        dataset: &Dataset,
-        group: &str,
-        data: &[u8],
-        stride: usize,
-        unit: Option<&String>,
-        is_matlab: bool,
-    ) {
+    /// Adds one field of the elements of an array.
+    fn field(&mut self, field: Field, stored: &Stored<'_>) {
+        let Stored { dataset, group, data, stride, unit, is_matlab } = stored;
         let own = dataset.name().to_string();
         let (group, name) =
             if field.name.is_empty() { (group.to_string(), own) } else { (joined(group, &own), field.name.clone()) };
@@ -170,17 +175,17 @@ impl Walk<'_> {
             number.value(bytes, field.big_endian)
         };
         let values = data
-            .chunks_exact(stride)
+            .chunks_exact(*stride)
             .flat_map(|element| (0..each).map(move |place| (element, place)))
             .map(|(element, place)| value(element, place))
             .collect();
         let mut shape: Vec<usize> = dataset.shape().iter().map(|length| *length as usize).collect();
-        if is_matlab {
+        if *is_matlab {
             // MATLAB's first index is the last one here, and changes fastest.
             shape.reverse();
         }
         shape.extend(&field.shape);
-        let (unit, column_major) = (unit.cloned(), is_matlab);
+        let (unit, column_major) = (unit.clone(), *is_matlab);
         self.arrays.arrays.push(Array { group, name, unit, shape, column_major, values, is_time: false });
     }
 }

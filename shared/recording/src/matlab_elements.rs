@@ -41,7 +41,7 @@ impl Element<'_> {
     /// All numbers.
     ///
     /// # Errors
-    /// The type is none of numbers.
+    /// The type has no numbers.
     pub fn numbers(mut self) -> Result<Vec<f64>, RecordingError> {
         let number = self.number();
         let number = number.ok_or_else(|| self.data.error(format!("type {} has no numbers", self.kind), COPY))?;

@@ -19,7 +19,7 @@ const FIRST_NUMERIC: u32 = 6;
 const LAST_NUMERIC: u32 = 15;
 const OPAQUE: u32 = 17;
 
-/// What stands before the values of a variable.
+/// What precedes the values of a variable.
 struct Head {
     class: u32,
     is_complex: bool,

@@ -36,11 +36,11 @@ struct Field {
     shape: Vec<usize>,
 }
 
-/// Adds the array with this name in `group` to `arrays`; the fields of a structured array are arrays
-/// in a group with its name.
+/// Adds the array with this name to `arrays`; the fields of a structured array are arrays in a
+/// group with its name.
 ///
 /// # Errors
-/// A header that cannot be read, fewer numbers than it announces.
+/// A header that cannot be read, an array shorter than it announces.
 pub(crate) fn read(mut bytes: Bytes<'_>, name: &str, arrays: &mut Arrays) -> Result<(), RecordingError> {
     if bytes.take(MAGIC.len(), "the first bytes of an array")? != MAGIC {
         bytes.go_to(0);

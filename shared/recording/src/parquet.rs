@@ -52,11 +52,11 @@ fn datasets_of(file: &str, content: &[u8], wanted: &Wanted<'_>) -> Result<Vec<Ra
         let mut values = Vec::new();
         for group in metadata.list(4) {
             let chunk = chunk(file, content, group, place, leaf, budget)?;
-            let bytes = chunk.values().saturating_mul(size_of::<f64>());
+            let bytes = chunk.count().saturating_mul(size_of::<f64>());
             budget = budget.checked_sub(bytes).ok_or_else(|| {
                 bad(file, format!("column `{}`", leaf.name), "it states a length that is absurd for this file", COPY)
             })?;
-            values.extend(chunk.read(leaf, &meaning)?);
+            values.extend(chunk.read()?);
         }
         if meaning.is_date {
             dates.push(dataset.columns.len());
@@ -113,10 +113,10 @@ fn chunk<'a>(
     let wrong = |found: String| bad(file, format!("column `{}`", leaf.name), found, COPY);
     let column = group.list(1).get(place).and_then(|column| column.get(3));
     let column = column.ok_or_else(|| wrong("a row group does not have it".into()))?;
-    let chunk = Chunk::open(file, content, column, &leaf.name, limit)?;
+    let chunk = Chunk::open(file, content, column, leaf, limit)?;
     let rows = group.size(3);
-    if rows != Some(chunk.values()) {
-        return Err(wrong(format!("it has {} values in a group of {rows:?} rows", chunk.values())));
+    if rows != Some(chunk.count()) {
+        return Err(wrong(format!("it has {} values in a group of {rows:?} rows", chunk.count())));
     }
     Ok(chunk)
 }

@@ -19,162 +19,143 @@ pub(crate) struct Chunk<'a> {
     /// From the first page on.
     bytes: Bytes<'a>,
     codec: i64,
-    values: usize,
+    /// Values of the column, those that are missing included.
+    count: usize,
     /// Bytes that the pages may still expand to.
     limit: usize,
+    /// Level of a value that is there.
+    level: u32,
+    meaning: Meaning,
+    /// The numbers that indices stand for.
+    dictionary: Option<Vec<u64>>,
+    values: Vec<f64>,
 }
-
-/// The numbers that indices stand for.
-type Dictionary = Option<Vec<u64>>;
 
 impl<'a> Chunk<'a> {
     /// The column that `metadata` describes; `limit` is what its pages may expand to.
     ///
     /// # Errors
-    /// Its place is not in the file.
+    /// Its place is not in the file, or it has no numbers.
     pub fn open(
         file: &'a str,
         content: &'a [u8],
         metadata: &Value,
-        name: &str,
+        leaf: &Leaf,
         limit: usize,
     ) -> Result<Self, RecordingError> {
+        let name = &leaf.name;
         let mut bytes = Bytes::new(file, "", content);
         let first = [metadata.size(11).filter(|at| *at > 0), metadata.size(9)].into_iter().flatten().min();
-        let (Some(first), Some(size), Some(values), Some(codec)) =
-            (first, metadata.size(7), metadata.size(5), metadata.whole(4))
+        let (Some(first), Some(size), Some(count), Some(codec), Ok(meaning)) =
+            (first, metadata.size(7), metadata.size(5), metadata.whole(4), leaf.meaning.clone())
         else {
             return Err(bytes.error(format!("the place of the column `{name}` is not stated"), COPY));
         };
         bytes.go_to(first);
         let bytes = bytes.split(size, "a column")?;
         let part = format!("column `{name}` at byte {first}, ");
-        Ok(Self { file, part, bytes, codec, values, limit })
+        let level = leaf.level;
+        Ok(Self { file, part, bytes, codec, count, limit, level, meaning, dictionary: None, values: Vec::new() })
     }
 
     /// Values of the column, those that are missing included.
-    pub fn values(&self) -> usize {
-        self.values
+    pub fn count(&self) -> usize {
+        self.count
     }
 
     /// All values, NaN for what is missing.
     ///
     /// # Errors
     /// A damaged page, a compression or an encoding that is not read.
-    pub fn read(mut self, leaf: &Leaf, meaning: &Meaning) -> Result<Vec<f64>, RecordingError> {
-        let mut values = Vec::new();
-        let mut dictionary = None;
-        while values.len() < self.values {
+    pub fn read(mut self) -> Result<Vec<f64>, RecordingError> {
+        while self.values.len() < self.count {
             let head = thrift::structure(&mut self.bytes)?;
             let size = head.size(3).ok_or_else(|| self.error("a page without a size"))?;
             let data = self.bytes.take(size, "a page")?;
-            let left = self.values - values.len();
             match head.whole(1) {
-                Some(0) => {
-                    let page = self.unpacked(data, head.size(2))?;
-                    self.page(&head, &page, left, leaf, meaning, &dictionary, &mut values)?;
-                }
-                Some(2) => dictionary = Some(self.dictionary(&head, data, meaning.physical)?),
-                Some(3) => self.page_2(&head, data, left, leaf, meaning, &dictionary, &mut values)?,
+                Some(0) => self.page(&head, data)?,
+                Some(2) => self.dictionary = Some(self.dictionary(&head, data)?),
+                Some(3) => self.page_2(&head, data)?,
                 _ => {}
             }
         }
-        Ok(values)
+        Ok(self.values)
     }
 
     fn error(&self, found: impl Into<String>) -> RecordingError {
         Bytes::new(self.file, &self.part, &[]).error(found, COPY)
     }
 
-    fn dictionary(&mut self, head: &Value, data: &[u8], physical: Physical) -> Result<Vec<u64>, RecordingError> {
+    fn dictionary(&mut self, head: &Value, data: &[u8]) -> Result<Vec<u64>, RecordingError> {
         let page = self.unpacked(data, head.size(2))?;
         let count = head.get(7).and_then(|head| head.size(1));
         let count = count.ok_or_else(|| self.error("a dictionary without a count"))?;
-        encodings::plain(&mut Bytes::new(self.file, &self.part, &page), physical, count)
+        encodings::plain(&mut Bytes::new(self.file, &self.part, &page), self.meaning.physical, count)
     }
 
     /// A page of the first kind: levels and values, compressed together.
-    #[expect(clippy::too_many_arguments, reason = "one page and what is known of its column")]
-    fn page(
-        &self,
-        head: &Value,
-        page: &[u8],
-        left: usize,
-        leaf: &Leaf,
-        meaning: &Meaning,
-        dictionary: &Dictionary,
-        values: &mut Vec<f64>,
-    ) -> Result<(), RecordingError> {
-        let mut bytes = Bytes::new(self.file, &self.part, page);
+    fn page(&mut self, head: &Value, data: &[u8]) -> Result<(), RecordingError> {
+        let page = self.unpacked(data, head.size(2))?;
+        let part = self.part.clone();
+        let mut bytes = Bytes::new(self.file, &part, &page);
         let head = head.get(5).ok_or_else(|| self.error("a page without a header"))?;
-        let count = self.count(head, left)?;
-        let there = if leaf.level > 0 {
+        let count = self.count_of(head)?;
+        let there = if self.level > 0 {
             if head.whole(3) == Some(BIT_PACKED) {
                 return Err(bytes.error("levels of an old kind are not read", CURE));
             }
             let length = bytes.u32("the levels")? as usize;
-            Some(there(bytes.split(length, "the levels")?, leaf.level, count)?)
+            Some(there(bytes.split(length, "the levels")?, self.level, count)?)
         } else {
             None
         };
-        self.values_of(bytes, head.whole(2), count, there, meaning, dictionary, values)
+        self.add(bytes, head.whole(2), count, there)
     }
 
     /// A page of the second kind: the levels are not compressed.
-    #[expect(clippy::too_many_arguments, reason = "one page and what is known of its column")]
-    fn page_2(
-        &mut self,
-        head: &Value,
-        data: &[u8],
-        left: usize,
-        leaf: &Leaf,
-        meaning: &Meaning,
-        dictionary: &Dictionary,
-        values: &mut Vec<f64>,
-    ) -> Result<(), RecordingError> {
+    fn page_2(&mut self, head: &Value, data: &[u8]) -> Result<(), RecordingError> {
         let size = head.size(2);
         let head = head.get(8).ok_or_else(|| self.error("a page without a header"))?;
-        let count = self.count(head, left)?;
-        let (file, part) = (self.file, self.part.clone());
-        let mut bytes = Bytes::new(file, &part, data);
+        let count = self.count_of(head)?;
+        let part = self.part.clone();
+        let mut bytes = Bytes::new(self.file, &part, data);
         let (definition, repetition) = (head.size(5).unwrap_or(0), head.size(6).unwrap_or(0));
         bytes.take(repetition, "the levels")?;
         let levels = bytes.split(definition, "the levels")?;
-        let there = if leaf.level > 0 { Some(there(levels, leaf.level, count)?) } else { None };
+        let there = if self.level > 0 { Some(there(levels, self.level, count)?) } else { None };
         let packed = bytes.take(bytes.left(), "the values")?;
         let page = if head.truth(7) == Some(false) {
             Cow::Borrowed(packed)
         } else {
             self.unpacked(packed, size.and_then(|size| size.checked_sub(definition + repetition)))?
         };
-        self.values_of(Bytes::new(file, &part, &page), head.whole(4), count, there, meaning, dictionary, values)
+        self.add(Bytes::new(self.file, &part, &page), head.whole(4), count, there)
     }
 
-    fn count(&self, head: &Value, left: usize) -> Result<usize, RecordingError> {
+    /// Values of a page, those that are missing included.
+    fn count_of(&self, head: &Value) -> Result<usize, RecordingError> {
+        let left = self.count - self.values.len();
         let count = head.size(1).filter(|count| (1..=left).contains(count));
         count.ok_or_else(|| self.error(format!("a page has {:?} values, {left} are due", head.whole(1))))
     }
 
-    #[expect(clippy::too_many_arguments, reason = "one page and what is known of its column")]
-    fn values_of(
-        &self,
+    /// Adds the values of a page, which are stored where they are `there`.
+    fn add(
+        &mut self,
         mut bytes: Bytes<'_>,
         encoding: Option<i64>,
         count: usize,
         there: Option<Vec<bool>>,
-        meaning: &Meaning,
-        dictionary: &Dictionary,
-        values: &mut Vec<f64>,
     ) -> Result<(), RecordingError> {
         let number = there.as_ref().map_or(count, |there| there.iter().filter(|there| **there).count());
-        let stored = decoded(&mut bytes, encoding, number, meaning.physical, dictionary)?;
+        let meaning = self.meaning;
+        let stored = decoded(&mut bytes, encoding, number, meaning.physical, self.dictionary.as_deref())?;
         let mut stored = stored.into_iter().map(|bits| meaning.value(bits));
         match there {
-            None => values.extend(stored),
+            None => self.values.extend(stored),
             Some(there) => {
-                values.extend(
-                    there.iter().map(|there| if *there { stored.next().unwrap_or(f64::NAN) } else { f64::NAN }),
-                );
+                let value = |there: &bool| if *there { stored.next().unwrap_or(f64::NAN) } else { f64::NAN };
+                self.values.extend(there.iter().map(value));
             }
         }
         Ok(())
@@ -199,8 +180,7 @@ impl<'a> Chunk<'a> {
                 .map_err(|reason| reason.to_string()),
             7 => lz4(packed, size).ok_or_else(|| "the bytes are no block of LZ4".to_string()),
             other => {
-                let name = ["LZO", "Brotli", "LZ4 of Hadoop"].get((other - 3) as usize).unwrap_or(&"an unknown one");
-                let found = format!("the compression {name} (number {other}) is not read");
+                let found = format!("the compression {} (number {other}) is not read", compression(other));
                 return Err(Bytes::new(self.file, &self.part, &[]).error(found, CURE));
             }
         };
@@ -210,6 +190,15 @@ impl<'a> Chunk<'a> {
         } else {
             Err(self.error("a page has another size than it states"))
         }
+    }
+}
+
+fn compression(number: i64) -> &'static str {
+    match number {
+        3 => "LZO",
+        4 => "Brotli",
+        5 => "LZ4 of Hadoop",
+        _ => "of an unknown kind",
     }
 }
 
@@ -225,7 +214,7 @@ fn decoded(
     encoding: Option<i64>,
     count: usize,
     physical: Physical,
-    dictionary: &Dictionary,
+    dictionary: Option<&[u64]>,
 ) -> Result<Vec<u64>, RecordingError> {
     match encoding {
         _ if count == 0 => Ok(Vec::new()),
@@ -233,7 +222,7 @@ fn decoded(
         Some(2 | 8) => {
             let width = u32::from(bytes.u8("the width of indices")?);
             let indices = encodings::runs(bytes, width, count)?;
-            let entry = |index: u64| dictionary.as_ref()?.get(usize::try_from(index).ok()?).copied();
+            let entry = |index: u64| dictionary?.get(usize::try_from(index).ok()?).copied();
             let values: Option<Vec<u64>> = indices.into_iter().map(entry).collect();
             values.ok_or_else(|| bytes.error("an index is not in the dictionary", COPY))
         }

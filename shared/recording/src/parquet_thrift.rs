@@ -82,7 +82,7 @@ pub(crate) fn zigzag(bytes: &mut Bytes<'_>) -> Result<i64, RecordingError> {
 /// The structure that begins here.
 ///
 /// # Errors
-/// The bytes are none.
+/// The bytes are no structure.
 pub(crate) fn structure(bytes: &mut Bytes<'_>) -> Result<Value, RecordingError> {
     structure_within(bytes, DEPTH_MAX)
 }

@@ -30,6 +30,12 @@ fn an_attribute_states_the_rate_and_what_is_not_read_is_named() {
 }
 
 #[test]
+fn a_length_that_is_absurd_is_not_read() {
+    let error = datasets(&data("absurd.h5"), &|_| true).unwrap_err().explain();
+    assert!(error.contains("array `x`: it states 8796093022208 bytes, absurd"), "{error}");
+}
+
+#[test]
 fn damaged_files_never_panic() {
     for name in ["groups.h5", "v73.mat"] {
         every_damage_is_read_or_refused(name, |bytes| datasets_of("file", bytes.to_vec(), &|_| true));
