@@ -27,22 +27,43 @@
 //! recorder copies memory and every viewer that reads ROS 1 decodes it.
 #![forbid(unsafe_code)]
 
+mod array_parts;
+mod arrays;
+mod arrow_units;
+mod bytes;
 mod canonical;
+mod containers;
 mod conversions;
 pub mod csv;
+#[cfg(test)]
+mod damage;
 mod dataset;
 mod digest;
 mod error;
 mod excitation;
-pub mod intake;
+mod foreign;
 mod function_kind;
-pub mod foreign;
+mod hdf5;
+mod hdf5_types;
+pub mod intake;
 mod map;
+mod matlab;
+mod matlab_elements;
+mod matlab_values;
 mod mcap_channels;
 mod mcap_format;
 mod mcap_read;
 mod mcap_series;
 mod messages;
+mod npy;
+mod npz;
+mod numbers;
+mod parquet;
+mod parquet_encodings;
+mod parquet_pages;
+mod parquet_schema;
+mod parquet_thrift;
+mod python_literal;
 mod replay;
 mod replay_run;
 mod rows;
@@ -64,16 +85,21 @@ mod uff_model;
 mod uff_nodes;
 mod uff_numbers;
 mod uff_shapes;
+mod ulog;
+mod ulog_formats;
+mod ulog_messages;
+mod ulog_units;
 pub mod units;
 mod whole_file;
+mod zip;
 
 pub use canonical::{CHANNELS, ChannelInfo, Channels, Domains};
 pub use conversions::{segments, series};
 pub use dataset::{Axis, RawColumn, RawDataset, Wanted};
 pub use digest::{Digest, DigestBuilder, digest};
 pub use error::{MapPlace, Place, RecordingError};
-pub use intake::{Assignment, Intake, ListedChannel, ListedDataset, TimeColumn};
 pub use function_kind::FunctionKind;
+pub use intake::{Assignment, Intake, ListedChannel, ListedDataset, TimeColumn};
 pub use map::ChannelMap;
 pub use mcap_format::{McapRecorder, Recovered, write_mcap};
 pub use mcap_series::write_series_mcap;
@@ -144,17 +170,18 @@ pub trait Format: Sync {
 }
 
 /// All formats, the more certain sniffers first.
-pub static FORMATS: &[&dyn Format] = &[&mcap_format::Mcap, &uff::Uff, &csv::Csv];
-
-/// Formats that are recognised and not read: first bytes, name, cure.
-const FOREIGN: &[(&[u8], &str, &str)] = &[
-    (b"ULog", "a PX4 ULog", "convert it: `ulog2csv FILE`"),
-    (b"#ROSBAG", "a ROS 1 bag", "export the topics as CSV"),
-    (b"\x89HDF", "HDF5 (or MATLAB v7.3)", "export it as CSV, e.g. with h5py or `writematrix`"),
-    (b"MATLAB", "a MATLAB file", "export it as CSV, e.g. with `writetable`"),
-    (b"PAR1", "Parquet", "export it as CSV, e.g. with `pandas.read_parquet(...).to_csv(...)`"),
-    (b"SQLite format 3", "SQLite (a rosbag2 database?)", "export the topics as CSV"),
-    (b"PK\x03\x04", "a zip archive (or a spreadsheet)", "unpack it, or save the sheet as CSV"),
+pub static FORMATS: &[&dyn Format] = &[
+    &mcap_format::Mcap,
+    &containers::ULOG,
+    &containers::ROS_BAG,
+    &containers::ROSBAG_2,
+    &containers::MATLAB,
+    &containers::HDF5,
+    &containers::NPZ,
+    &containers::NPY,
+    &containers::PARQUET,
+    &uff::Uff,
+    &csv::Csv,
 ];
 
 /// Reads a recording of any format in [`FORMATS`]; the content decides, not the extension.
@@ -181,8 +208,14 @@ pub fn list(path: &Path, intake: &Intake) -> Result<Vec<ListedDataset>, Recordin
     format_of(path)?.list(path, intake)
 }
 
+/// A folder with a part of a rosbag2.
+fn holds_a_bag(folder: &Path) -> bool {
+    let is_part = |entry: std::fs::DirEntry| entry.path().extension().is_some_and(|end| end == "db3" || end == "mcap");
+    std::fs::read_dir(folder).into_iter().flatten().flatten().any(is_part)
+}
+
 /// A recording as a listing.
-fn listed(imported: Imported) -> Result<Vec<ListedDataset>, RecordingError> {
+pub(crate) fn listed(imported: Imported) -> Result<Vec<ListedDataset>, RecordingError> {
     match imported {
         Imported::Spectrum(spectrum) => Ok(vec![ListedDataset::of_spectrum("", &spectrum)]),
         imported => {
@@ -198,6 +231,9 @@ fn format_of(path: &Path) -> Result<&'static dyn Format, RecordingError> {
     let regular = std::fs::metadata(path).map_err(io("open"))?;
     let unknown =
         |found: String, cure: &str| RecordingError::UnknownFormat { file: file_name(path), found, cure: cure.into() };
+    if regular.is_dir() && holds_a_bag(path) {
+        return Ok(&containers::ROSBAG_2);
+    }
     if !regular.is_file() {
         let what = if regular.is_dir() { "a folder" } else { "a pipe or a device" };
         return Err(unknown(format!("this is {what}, not a file"), "give the path of a recording"));
@@ -207,14 +243,11 @@ fn format_of(path: &Path) -> Result<&'static dyn Format, RecordingError> {
     if head.is_empty() {
         return Err(RecordingError::Empty { file: file_name(path) });
     }
-    if let Some((_, name, cure)) = FOREIGN.iter().find(|(magic, ..)| head.starts_with(magic)) {
-        return Err(unknown(format!("this is {name}, which is not read"), cure));
-    }
     FORMATS.iter().find(|format| format.sniff(&head)).copied().ok_or_else(|| {
         let first = &head[..head.len().min(8)];
         unknown(
             format!("not a known format, the first bytes are {first:02x?}"),
-            "give CSV (`time [s],name [unit],...`), CSV.gz, a universal file (UFF 58) or MCAP",
+            "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ or Parquet",
         )
     })
 }

@@ -5,15 +5,18 @@
 //! and written whole (`disable_seeking`), so that a killed writer leaves complete chunks and at
 //! most one cut record behind.
 
+use crate::containers;
 use crate::error::RecordingError;
+use crate::foreign;
 use crate::intake::Intake;
 use crate::intake::join::applied;
+use crate::intake::listing::ListedDataset;
 use crate::mcap_read::{Entry, read_entries};
 use crate::mcap_series::{read_imported, write_series_mcap};
 use crate::run::RecordedRun;
 use crate::schema::{schema_name, schema_text};
 use crate::whole_file::replace;
-use crate::{Format, Imported, file_name};
+use crate::{Format, Imported, file_name, listed};
 use mcap::records::{MessageHeader, Metadata};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -38,7 +41,18 @@ impl Format for Mcap {
     }
 
     fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {
-        applied(read_imported(path)?, intake)
+        // what is damaged beyond recognition is worded as obsid's own
+        if foreign::is_own_mcap(path).unwrap_or(true) {
+            return applied(read_imported(path)?, intake);
+        }
+        containers::read(foreign::mcap_datasets, path, intake)
+    }
+
+    fn list(&self, path: &Path, intake: &Intake) -> Result<Vec<ListedDataset>, RecordingError> {
+        if foreign::is_own_mcap(path).unwrap_or(true) {
+            return listed(read_imported(path)?);
+        }
+        containers::list(foreign::mcap_datasets, path, intake)
     }
 
     fn write(&self, imported: &Imported, path: &Path) -> Result<(), RecordingError> {

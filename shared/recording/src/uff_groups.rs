@@ -116,11 +116,7 @@ pub(crate) fn named(file: &str, contents: &Contents, name: &str) -> Result<Impor
 ///
 /// # Errors
 /// Several groups that could be meant, none at all, and what makes a number uncertain.
-pub(crate) fn unasked(
-    file: &str,
-    contents: &Contents,
-    clocks_of_their_own: bool,
-) -> Result<Imported, RecordingError> {
+pub(crate) fn unasked(file: &str, contents: &Contents, clocks_of_their_own: bool) -> Result<Imported, RecordingError> {
     let groups = grouped(contents);
     if groups.is_empty() {
         return Err(no_function(file));

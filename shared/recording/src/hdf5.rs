@@ -1,0 +1,198 @@
+//! HDF5 files, and MATLAB files of version 7.3, which are HDF5.
+//!
+//! Arrays of one group and one length are a dataset with the name of the group, its parts joined by
+//! points; a table (compound type) is a dataset of its own. The attribute `unit` or `units` of an
+//! array is its unit.
+
+use crate::arrays::{self, Array, Arrays, joined};
+use crate::bytes::{self, EXPANSION_MAX, bad};
+use crate::dataset::{RawDataset, Wanted};
+use crate::error::RecordingError;
+use crate::file_name;
+use crate::hdf5_types::{self as types, Field};
+use hdf5_reader::error::Error;
+use hdf5_reader::group::Group;
+use hdf5_reader::{Attribute, Dataset, Hdf5File, OpenOptions};
+use std::path::Path;
+
+const CURE: &str =
+    "copy the file again; one that other programs open: `h5repack FILE NEW`, or `save(..., '-v7')` in MATLAB";
+const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
+/// Groups inside groups, and groups in all: a damaged file may hold itself.
+const DEPTH_MAX: usize = 12;
+const GROUPS_MAX: usize = 4096;
+/// MATLAB writes a page of text in front of the format's own first bytes.
+const USER_BLOCK_BYTES: usize = 512;
+
+/// Whether a file is HDF5, behind a page of MATLAB or not.
+pub(crate) fn is_hdf5(content: &[u8]) -> bool {
+    content.starts_with(MAGIC) || content.get(USER_BLOCK_BYTES..).is_some_and(|rest| rest.starts_with(MAGIC))
+}
+
+/// The wanted datasets of an HDF5 file.
+///
+/// # Errors
+/// The device's; a file that is damaged, or holds no array of two numbers or more.
+pub fn datasets(path: &Path, wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, RecordingError> {
+    datasets_of(&file_name(path), bytes::whole(path)?, wanted)
+}
+
+/// The wanted datasets of the content of a file.
+pub(crate) fn datasets_of(
+    file: &str,
+    content: Vec<u8>,
+    wanted: &Wanted<'_>,
+) -> Result<Vec<RawDataset>, RecordingError> {
+    let budget = content.len().saturating_mul(EXPANSION_MAX);
+    let options = OpenOptions::default()
+        .with_chunk_cache_bytes(0)
+        .with_max_chunk_bytes(budget)
+        .with_max_read_bytes(budget)
+        .with_max_object_header_bytes(content.len());
+    let damaged = |reason: Error| bad(file, "the structure of the file", reason.to_string(), CURE);
+    let opened = Hdf5File::from_vec_with_options(content, options).map_err(damaged)?;
+    let mut walk = Walk { file, budget, groups: 0, arrays: Arrays::default() };
+    walk.group(&opened.root_group().map_err(damaged)?, "", DEPTH_MAX)?;
+    walk.arrays.into_datasets(file, wanted)
+}
+
+/// What was read so far.
+struct Walk<'a> {
+    file: &'a str,
+    /// Bytes that may still be read.
+    budget: usize,
+    groups: usize,
+    arrays: Arrays,
+}
+
+/// An array as it is stored.
+struct Stored<'a> {
+    dataset: &'a Dataset,
+    group: &'a str,
+    data: Vec<u8>,
+    /// Bytes of one element.
+    stride: usize,
+    unit: Option<String>,
+    /// MATLAB wrote it.
+    is_matlab: bool,
+}
+
+impl Walk<'_> {
+    fn group(&mut self, group: &Group, name: &str, depth: usize) -> Result<(), RecordingError> {
+        self.groups += 1;
+        if depth == 0 || self.groups > GROUPS_MAX {
+            let found = format!("more than {DEPTH_MAX} groups in groups, or more than {GROUPS_MAX}");
+            return Err(bad(self.file, format!("group `{name}`"), found, CURE));
+        }
+        let damaged = |reason: Error| bad(self.file, format!("group `{name}`"), reason.to_string(), CURE);
+        let (mut groups, mut datasets) = group.members().map_err(damaged)?;
+        let attributes = group.attributes().map_err(damaged)?;
+        let states_rate = |attribute: &&Attribute| {
+            attribute.shape.iter().all(|length| *length == 1) && arrays::is_rate_or_interval(&attribute.name)
+        };
+        for scalar in attributes.iter().filter(states_rate) {
+            if let Ok(value) = scalar.read_as_f64() {
+                let (group, name) = (name.into(), scalar.name.clone());
+                self.arrays.arrays.push(Array { group, name, values: vec![value], ..Array::default() });
+            }
+        }
+        datasets.sort_by_key(|dataset| dataset.address());
+        for dataset in &datasets {
+            self.dataset(dataset, name)?;
+        }
+        groups.sort_by_key(Group::address);
+        for group in &groups {
+            let own = joined(name, group.name());
+            // Where MATLAB keeps cells and objects.
+            if matches!(group.name(), "#refs#" | "#subsystem#") {
+                continue;
+            }
+            match matlab_class(&group.attributes().unwrap_or_default()).as_deref() {
+                None | Some("struct") => self.group(group, &own, depth - 1)?,
+                Some(class) => self.arrays.leave_out(own, types::matlab_reason(class)),
+            }
+        }
+        Ok(())
+    }
+
+    fn dataset(&mut self, dataset: &Dataset, group: &str) -> Result<(), RecordingError> {
+        let name = joined(group, dataset.name());
+        let attributes = dataset.attributes();
+        let class = matlab_class(&attributes);
+        if attributes.iter().any(|attribute| attribute.name == "MATLAB_empty") {
+            self.arrays.leave_out(name, "empty");
+            return Ok(());
+        }
+        if let Some(class) = class.as_deref().filter(|class| !types::is_numeric(class)) {
+            self.arrays.leave_out(name, types::matlab_reason(class));
+            return Ok(());
+        }
+        let fields = match types::fields(dataset.dtype()) {
+            Ok(fields) => fields,
+            Err(reason) => {
+                self.arrays.leave_out(name, reason);
+                return Ok(());
+            }
+        };
+        let data = self.bytes(dataset, &name)?;
+        let unit = attributes.iter().find(|attribute| matches!(attribute.name.as_str(), "unit" | "units"));
+        let unit = unit.and_then(|attribute| attribute.read_string().ok());
+        let stride = dataset.raw_element_size().unwrap_or(1).max(1);
+        let stored = Stored { dataset, group, data, stride, unit, is_matlab: class.is_some() };
+        for field in fields {
+            self.field(field, &stored);
+        }
+        Ok(())
+    }
+
+    /// The numbers as they are stored.
+    fn bytes(&mut self, dataset: &Dataset, name: &str) -> Result<Vec<u8>, RecordingError> {
+        let damaged = |reason: Error| bad(self.file, format!("array `{name}`"), reason.to_string(), CURE);
+        let size = dataset.raw_byte_len().map_err(damaged)?;
+        if size > self.budget {
+            let found = format!("it states {size} bytes, absurd for this file");
+            return Err(bad(self.file, format!("array `{name}`"), found, CURE));
+        }
+        let data = dataset.read_raw_bytes().map_err(damaged)?;
+        self.budget -= size;
+        Ok(data)
+    }
+
+    /// Adds one field of the elements of an array.
+    fn field(&mut self, field: Field, stored: &Stored<'_>) {
+        let Stored { dataset, group, data, stride, unit, is_matlab } = stored;
+        let own = dataset.name().to_string();
+        let (group, name) =
+            if field.name.is_empty() { (group.to_string(), own) } else { (joined(group, &own), field.name.clone()) };
+        let Some(number) = field.number else {
+            self.arrays.leave_out(joined(&group, &name), "no number");
+            return;
+        };
+        let each = field.shape.iter().product::<usize>();
+        let (offset, width) = (field.offset, number.width());
+        let value = |element: &[u8], place: usize| {
+            let bytes = element.get(offset + place * width..).unwrap_or_default();
+            number.value(bytes, field.big_endian)
+        };
+        let values = data
+            .chunks_exact(*stride)
+            .flat_map(|element| (0..each).map(move |place| (element, place)))
+            .map(|(element, place)| value(element, place))
+            .collect();
+        let mut shape: Vec<usize> = dataset.shape().iter().map(|length| *length as usize).collect();
+        if *is_matlab {
+            // MATLAB's first index is the last one here, and changes fastest.
+            shape.reverse();
+        }
+        shape.extend(&field.shape);
+        let (unit, column_major) = (unit.clone(), *is_matlab);
+        self.arrays.arrays.push(Array { group, name, unit, shape, column_major, values, is_time: false });
+    }
+}
+
+fn matlab_class(attributes: &[Attribute]) -> Option<String> {
+    attributes.iter().find(|attribute| attribute.name == "MATLAB_class")?.read_string().ok()
+}
+
+#[cfg(test)]
+mod tests;
