@@ -41,7 +41,7 @@ mod dataset;
 mod digest;
 mod error;
 mod excitation;
-mod foreign;
+pub mod foreign;
 mod function_kind;
 mod hdf5;
 mod hdf5_types;
