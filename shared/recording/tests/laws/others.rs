@@ -16,9 +16,9 @@ fn read(name: &str, dataset: Option<&str>) -> SeriesSet {
 
 /// File, dataset, first channel with its unit, samples and rate [Hz].
 const FILES: &[(&str, &str, &str, &str, usize, f64)] = &[
-    ("others/json_zstd.mcap", "/imu", "accel_x", "?", 24, 100.0),
-    ("others/json_lz4.mcap", "/imu", "accel_x", "?", 24, 100.0),
-    ("others/json_unindexed.mcap", "/imu", "accel_x", "?", 24, 100.0),
+    ("others/json_zstd.mcap", "/rig", "x", "?", 24, 100.0),
+    ("others/json_lz4.mcap", "/rig", "x", "?", 24, 100.0),
+    ("others/json_unindexed.mcap", "/rig", "x", "?", 24, 100.0),
     ("others/real_json_zstd.mcap", "/imu", "accel_x", "?", 2000, 200.0),
     ("others/ros2_imu.mcap", "/imu/data", "linear_acceleration.x", "m/s^2", 2000, 200.0),
     ("others/ros1.mcap", "/imu/data", "angular_velocity.z", "rad/s", 24, 100.0),
