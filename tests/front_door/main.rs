@@ -15,6 +15,7 @@ mod imports;
 mod modal;
 mod own_recordings;
 mod plants;
+mod readme;
 mod real_recordings;
 mod recordings_verbs;
 mod runs;

@@ -26,6 +26,7 @@
 mod bench;
 mod challenge;
 mod compare;
+mod completions;
 mod design;
 mod diagnose;
 mod digest;
@@ -36,6 +37,7 @@ mod intake;
 mod launch;
 mod limits_file;
 mod located;
+mod man;
 mod modal;
 mod outcome;
 mod paper;
@@ -93,7 +95,8 @@ const EXAMPLES: &str = "Examples:
   obsid diagnose swing.csv --plant pendulum.toml   physics that the plant file does not model, with proof
   obsid modal slab.csv.gz --out report             modes of a recording: frequencies, damping, shapes
   obsid digest flight.mcap                         identity of the recorded results
-  obsid icd --md                                   the interface control document";
+  obsid icd --md                                   the interface control document
+  obsid completions bash                           completion of subcommands and options in a shell";
 
 const BENCH_EXAMPLES: &str = "Examples:
   obsid bench bp1a                               100 records of the arm, beside the Cramer-Rao bound
@@ -124,6 +127,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     Digest(digest::Arguments),
     Icd(icd::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
     Partition(partition::Arguments),
 }
 
@@ -152,6 +157,8 @@ pub fn main() -> ExitCode {
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Digest(arguments) => digest::run(&arguments),
         Command::Icd(arguments) => icd::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => man::run(&arguments),
         Command::Partition(arguments) => return partition::run(&arguments),
     };
     match result {

@@ -92,7 +92,7 @@ pub fn parse(name: &str, text: &str) -> Result<Parsed, Failure> {
 
 /// Every error of `text` in one report.
 pub fn refusal(name: &str, text: &str, errors: Vec<FileError>) -> Failure {
-    let example = "deploy/plants has examples, the head of shared/plant-file/src/lib.rs describes the format";
+    let example = "deploy/plants has examples, `obsid plant format` prints the format";
     let cure = |cure: String| if cure.is_empty() { example.to_string() } else { cure };
     let located = errors.into_iter().map(|e| Located::new(name, text, e.span, e.message, cure(e.cure))).collect();
     Located::first_of(located).map_or_else(|| Failure::Run(format!("{name}: refused without a reason")), Failure::input)

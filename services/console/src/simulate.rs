@@ -139,7 +139,10 @@ fn refused(flag: &str, text: &str, reason: &str) -> Failure {
 }
 
 /// Spells the unit of a channel as files do.
-fn with_unit_of_files(channel: &mut Channel) -> Result<(), Failure> {
+///
+/// # Errors
+/// [`Failure::Run`]: recordings have no such unit.
+pub fn with_unit_of_files(channel: &mut Channel) -> Result<(), Failure> {
     let unit = recording::units::unit_named(&channel.unit).ok_or_else(|| {
         Failure::Run(format!("channel '{}': recordings have no unit '{}'", channel.name, channel.unit))
     })?;

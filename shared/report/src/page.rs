@@ -13,6 +13,8 @@ pub enum Block {
     List(Vec<String>),
     /// A line to type.
     Command(String),
+    /// Lines of a file, as they are.
+    Code(String),
     Table(Table),
     Figure(Figure),
     /// Closed until the reader opens it; open on paper.
@@ -101,6 +103,9 @@ fn blocks(html: &mut String, blocks_of: &[Block]) {
             }
             Block::Command(line) => {
                 let _ = writeln!(html, "<p><code>{}</code></p>", escape(line));
+            }
+            Block::Code(text) => {
+                let _ = writeln!(html, "<pre><code>{}</code></pre>", escape(text));
             }
             Block::Table(table) => html.push_str(&table.html()),
             Block::Figure(figure) => html.push_str(&with_caption(figure)),

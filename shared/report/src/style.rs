@@ -40,6 +40,7 @@ main{max-width:840px;margin:0 auto;padding:32px 24px 64px}h1,h2{overflow-wrap:an
 p{margin:8px 0;overflow-wrap:anywhere}.verdict{font-size:1.15rem;border-left:4px solid var(--one);padding:4px 0 4px 14px;margin:0 0 20px}
 figure{margin:24px 0}figure h3{font-size:1rem;margin:0 0 6px;overflow-wrap:anywhere}figure svg{display:block;width:100%;height:auto}figcaption,footer,.faint{color:var(--faint);font-size:.85rem}figcaption{margin-top:4px}
 code{font:.85em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;background:var(--code);padding:1px 4px;border-radius:3px;overflow-wrap:anywhere}
+pre{overflow-x:auto;background:var(--code);padding:10px 12px;border-radius:3px;line-height:1.35}pre code{padding:0;overflow-wrap:normal}
 .wide{overflow-x:auto;margin:12px 0}table{border-collapse:collapse;font-size:.875rem;min-width:60%}caption{caption-side:top;text-align:left;font-weight:600;padding:0 0 4px}
 th,td{text-align:left;vertical-align:top;padding:5px 14px 5px 0;border-bottom:1px solid var(--rule)}th{color:var(--faint);font-weight:600}td:last-child,th:last-child{padding-right:0}
 td.n,th.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}.i,.f{display:inline-block;white-space:nowrap}.i{text-align:right}.f{text-align:left}td.prose{min-width:15em;overflow-wrap:anywhere}td.name{overflow-wrap:break-word}
