@@ -37,6 +37,7 @@ mod launch;
 mod limits_file;
 mod located;
 mod modal;
+mod notes;
 mod outcome;
 mod paper;
 mod partition;
