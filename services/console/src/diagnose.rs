@@ -4,15 +4,18 @@
 //! diagnosis: as a table for a terminal, as JSON, and with `--out` as a page with figures beside
 //! the files that go on (augmented plant, next experiment). It decides nothing.
 
+mod answer;
 mod features;
 mod figures;
 mod files;
 mod modes_file;
+mod names;
 mod object;
 mod page;
 mod paragraph;
 mod responses;
 mod sensor_names;
+mod summary;
 mod words;
 
 use crate::intake::{self, IntakeArguments};
@@ -114,6 +117,20 @@ struct Diagnosed {
     case: Case,
     findings: Vec<(usize, Finding)>,
     diagnosis: Diagnosis,
+    labels: Vec<Mislabelled>,
+    offered: Offered,
+}
+
+/// Files that this diagnosis has, written or not.
+struct Offered {
+    augmented: bool,
+    next: bool,
+}
+
+impl Offered {
+    fn of(diagnosis: &Diagnosis) -> Self {
+        Offered { augmented: diagnosis.augmented_plant.is_some(), next: diagnosis.next_experiment.is_some() }
+    }
 }
 
 /// # Errors
@@ -148,8 +165,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     };
     bar.end();
     diagnosis.notes.extend(left_out);
-    let diagnosis = diagnosis.of_mislabelled(&labels.into_iter().flatten().collect::<Vec<_>>());
-    let mut diagnosed = Diagnosed { case, findings, diagnosis };
+    let labels: Vec<Mislabelled> = labels.into_iter().flatten().collect();
+    let diagnosis = diagnosis.of_mislabelled(&labels);
+    let offered = Offered::of(&diagnosis);
+    let mut diagnosed = Diagnosed { case, findings, diagnosis, labels, offered };
     match &out {
         Some(out) => out.write(&mut diagnosed)?,
         None => files::only_told(&mut diagnosed.diagnosis),

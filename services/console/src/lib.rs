@@ -39,6 +39,7 @@ mod limits_file;
 mod located;
 mod man;
 mod modal;
+mod notes;
 mod outcome;
 mod paper;
 mod partition;

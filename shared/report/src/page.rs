@@ -6,6 +6,9 @@ use crate::table::Table;
 use crate::text::escape;
 use std::fmt::Write;
 
+/// Readout under the pointer, zoom by dragging, reset by a double click; paper unfolds what is folded.
+const SCRIPT: &str = include_str!("page.js");
+
 /// Part of a section.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
@@ -13,8 +16,8 @@ pub enum Block {
     List(Vec<String>),
     /// A line to type.
     Command(String),
-    /// Lines of a file, as they are.
-    Code(String),
+    /// A text file as it is, line by line.
+    Listing(String),
     Table(Table),
     Figure(Figure),
     /// Closed until the reader opens it; open on paper.
@@ -70,7 +73,7 @@ impl Page {
             html.push_str("</section>\n");
         }
         self.footer(&mut html);
-        html.push_str("</main></body></html>\n");
+        let _ = writeln!(html, "</main><script>\n{SCRIPT}</script></body></html>");
         html.into_bytes()
     }
 
@@ -104,8 +107,8 @@ fn blocks(html: &mut String, blocks_of: &[Block]) {
             Block::Command(line) => {
                 let _ = writeln!(html, "<p><code>{}</code></p>", escape(line));
             }
-            Block::Code(text) => {
-                let _ = writeln!(html, "<pre><code>{}</code></pre>", escape(text));
+            Block::Listing(text) => {
+                let _ = writeln!(html, "<pre>{}</pre>", escape(text));
             }
             Block::Table(table) => html.push_str(&table.html()),
             Block::Figure(figure) => html.push_str(&with_caption(figure)),
@@ -124,6 +127,7 @@ fn with_caption(figure: &Figure) -> String {
     if !figure.command.is_empty() {
         let _ = write!(html, " <code>{}</code>", escape(&figure.command));
     }
+    html.push_str(&figure.data_link());
     html.push_str("</figcaption></figure>\n");
     html
 }

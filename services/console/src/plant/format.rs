@@ -51,7 +51,7 @@ fn page(markdown: &str) -> Page {
             [b'`', b'`', b'`', ..] => {
                 let code = rest("", &|next| next != "```")[1..].join("\n");
                 lines.next();
-                Block::Code(code)
+                Block::Listing(code)
             }
             [b'|', ..] => Block::Table(table(&rest(line, &|next| next.starts_with('|')))),
             [b'-', b' ', ..] => Block::List(vec![plain(&rest(&line[2..], &is_plain).join(" "))]),
