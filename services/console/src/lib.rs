@@ -55,6 +55,7 @@ mod scratch;
 mod simulate;
 mod table;
 mod truth;
+mod visible;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -193,7 +194,7 @@ static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
 fn print(text: &str) {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
+    if let Err(error) = out.write_all(visible::visible(text).as_bytes()).and_then(|()| out.flush())
         && error.kind() != std::io::ErrorKind::BrokenPipe
     {
         OUTPUT_LOST.store(true, Ordering::Relaxed);
@@ -203,5 +204,5 @@ fn print(text: &str) {
 
 /// Says a line on standard error; a closed standard error is no failure.
 fn tell(text: &str) {
-    runtime::sys::tell(&format!("{text}\n"));
+    runtime::sys::tell(&format!("{}\n", visible::visible_but_colours(text)));
 }
