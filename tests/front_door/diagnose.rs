@@ -142,7 +142,13 @@ fn where_nothing_is_missing_nothing_is_named_and_nothing_is_written() {
         assert!(!result["detection_limits"].as_array().unwrap().is_empty(), "{result}");
     }
     let told = folder.ask(&["diagnose", "sound.csv", "--plant", "pendulum"]).ends_with(0);
-    for text in ["sound.csv: 1 channel, 800 samples", "lacks nothing", "verdict: nothing is missing", "--- details ---", "not found; it would have been"] {
+    for text in [
+        "sound.csv: 1 channel, 800 samples",
+        "lacks nothing",
+        "verdict: nothing is missing",
+        "--- details ---",
+        "not found; it would have been",
+    ] {
         assert!(told.stdout.contains(text), "`{text}` is not in {told}");
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);

@@ -6,7 +6,8 @@ use crate::table::Table;
 use crate::text::escape;
 use std::fmt::Write;
 
-/// Readout under the pointer, zoom by dragging, reset by a double click; paper unfolds what is folded.
+/// Readout under the pointer, zoom by dragging, reset by a double click; paper unfolds what is
+/// folded.
 const SCRIPT: &str = include_str!("page.js");
 
 /// Part of a section.
