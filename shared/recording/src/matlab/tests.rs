@@ -82,7 +82,7 @@ fn a_variable_that_states_an_absurd_size_is_not_expanded() {
     zlib.write_all(&[14, 0, 0, 0, 0, 0, 0, 0x7f]).unwrap();
     zlib.write_all(&[0; 1 << 16]).unwrap();
     let packed = zlib.finish().unwrap();
-    let mut file = std::fs::read(data("level5.mat")).unwrap()[..HEADER_BYTES].to_vec();
+    let mut file = std::fs::read(data("level5.mat")).unwrap()[..MATLAB_HEADER_BYTES].to_vec();
     file.extend(elements::COMPRESSED.to_le_bytes());
     file.extend((packed.len() as u32).to_le_bytes());
     file.extend(packed);
