@@ -1,7 +1,7 @@
 //! The command line `obsid`: one file per subcommand, each with its arguments and what it does.
 //!
 //! What it is: [`main`] parses the arguments, calls the subcommand and returns its exit code: 0
-//! done, 1 the run failed, 2 usage, 3 bad input. `launch` starts a run (its process supervisor is
+//! done, 1 the run failed, 2 usage, 3 bad input, 130 interrupted. `launch` starts a run (its process supervisor is
 //! `partition warden`), shows its progress and stops it; a console that dies ends no run badly.
 //! Every other file reads, calls one library and prints.
 //!
@@ -31,8 +31,11 @@ mod diagnose;
 mod digest;
 mod doctor;
 mod effects;
+mod effort;
+mod forecast;
 mod icd;
 mod intake;
+mod interrupt;
 mod launch;
 mod limits_file;
 mod located;
@@ -40,6 +43,7 @@ mod modal;
 mod outcome;
 mod paper;
 mod partition;
+mod phases;
 mod plant;
 mod plants;
 mod progress;
@@ -66,6 +70,9 @@ pub enum Failure {
     /// What the user gave cannot be used; the report says where and what to do.
     #[error("bad input")]
     Input(miette::Report),
+    /// The user ended it; what was known was printed.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 impl Failure {
@@ -93,7 +100,9 @@ const EXAMPLES: &str = "Examples:
   obsid diagnose swing.csv --plant pendulum.toml   physics that the plant file does not model, with proof
   obsid modal slab.csv.gz --out report             modes of a recording: frequencies, damping, shapes
   obsid digest flight.mcap                         identity of the recorded results
-  obsid icd --md                                   the interface control document";
+  obsid icd --md                                   the interface control document
+
+Exit codes: 0 done, 1 the run failed, 2 usage, 3 bad input, 130 interrupted.";
 
 const BENCH_EXAMPLES: &str = "Examples:
   obsid bench bp1a                               100 records of the arm, beside the Cramer-Rao bound
@@ -165,6 +174,7 @@ pub fn main() -> ExitCode {
             tell(&format!("{report:?}"));
             ExitCode::from(3)
         }
+        Err(Failure::Interrupted) => ExitCode::from(interrupt::EXIT_CODE),
     }
 }
 

@@ -126,12 +126,7 @@ fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> 
 /// As [`examine_with`], with the findings against `plant` ([`examine`]) and the check of the
 /// channel metadata ([`mislabelled()`]), which `watch` sees and stops.
 #[must_use]
-pub fn examine_for(
-    recording: &Recording,
-    plant: &Plant,
-    watch: &Watch,
-    progress: &mut dyn FnMut(f64),
-) -> Vec<Finding> {
+pub fn examine_for(recording: &Recording, plant: &Plant, watch: &Watch, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let work = Arc::new(Work::watched(LABEL_CHECK_SHARE * NORMAL_WORK, watch.clone()));
     let label = mislabelled(recording, plant, &work);
     let mut findings = examine_beside(recording, plant, label.as_ref(), progress);

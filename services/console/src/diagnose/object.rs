@@ -35,6 +35,8 @@ pub fn object(diagnosed: &Diagnosed) -> Value {
     object.insert("held_out_recordings".into(), all(&case.held_out).into());
     object.insert("repeat_recordings".into(), all(&case.repeat).into());
     object.insert("command".into(), case.command.as_str().into());
+    object.insert("effort".into(), case.effort.name().into());
+    object.insert("interrupted".into(), diagnosed.interrupted.into());
     Value::Object(object)
 }
 

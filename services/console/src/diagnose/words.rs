@@ -17,7 +17,7 @@ const PARAMETERS_PRINTED: usize = 12;
 /// The diagnosis as text for a terminal; `written`: files were written with `--out`, so that the
 /// next steps can name them.
 pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
-    let Diagnosed { case, findings, diagnosis } = diagnosed;
+    let Diagnosed { case, findings, diagnosis, .. } = diagnosed;
     let mut text = String::new();
     for (what, loaded) in [("", &case.fitted), ("held out  ", &case.held_out), ("repeat    ", &case.repeat)] {
         loaded.iter().for_each(|one| text.push_str(&recording(what, one)));

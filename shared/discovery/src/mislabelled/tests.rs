@@ -1,8 +1,8 @@
 //! Laws of labels: what is mistaken is found with its factor, what is not is left alone.
 
 use super::*;
-use identification::work::{LABEL_CHECK_SHARE, NORMAL_WORK};
 use crate::synthetic::{plant, recording};
+use identification::work::{LABEL_CHECK_SHARE, NORMAL_WORK};
 
 fn times(recording: &Recording, channel: &str, factor: f64) -> Recording {
     let mut changed = recording.clone();

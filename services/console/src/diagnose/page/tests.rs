@@ -3,6 +3,7 @@
 
 use super::super::{Case, Diagnosed, object, words};
 use super::page;
+use crate::effort::Effort;
 use crate::plants;
 use crate::recordings::Loaded;
 use channels::{Channel, Recording, Role};
@@ -156,8 +157,9 @@ fn diagnosed(diagnosis: Diagnosis) -> Diagnosed {
         spectra: Vec::new(),
         modes: None,
         command: "obsid diagnose swing.csv --plant pendulum.toml".into(),
+        effort: Effort::default(),
     };
-    Diagnosed { case, findings: Vec::new(), diagnosis }
+    Diagnosed { case, findings: Vec::new(), diagnosis, interrupted: false }
 }
 
 fn html(diagnosis: Diagnosis) -> String {
