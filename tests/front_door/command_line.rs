@@ -150,3 +150,63 @@ fn ends_quietly(mut child: std::process::Child) {
     let status = child.wait().unwrap();
     assert!(status.success() && stderr.is_empty(), "{status}: {stderr}");
 }
+
+#[test]
+fn completions_of_every_shell_name_every_subcommand() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let script = ask(&["completions", shell]).ends_with(0);
+        assert!(script.stderr.is_empty(), "{}", script.stderr);
+        for verb in verbs() {
+            assert!(script.stdout.contains(&verb), "{verb} is not in the script of {shell}");
+        }
+        assert!(script.stdout.contains("held-out"), "{shell}");
+    }
+    ask(&["completions", "tcl"]).ends_with(2).says(&["bash", "zsh", "fish"]);
+}
+
+#[test]
+fn every_subcommand_has_a_manual_page_with_its_examples() {
+    let page = ask(&["man"]).ends_with(0).stdout;
+    assert!(page.contains(".TH obsid 1") && page.contains("obsid\\-diagnose(1)"), "{page}");
+    let folder = Folder::new("man");
+    folder.ask(&["man", "--out", "man1"]).ends_with(0);
+    let read = |name: String| std::fs::read_to_string(folder.path().join("man1").join(&name)).expect(&name);
+    for verb in verbs() {
+        let page = read(format!("obsid-{verb}.1"));
+        assert!(page.contains(".TH") && page.contains("Examples:"), "{verb}: {page}");
+    }
+    assert!(read("obsid-plant-check.1".into()).contains("plant check") && !read("obsid.1".into()).contains("sabotage"));
+    folder.file("taken", "");
+    folder.ask(&["man", "--out", "taken/man1"]).ends_with(1).says(&["taken/man1", "cannot be written"]);
+}
+
+#[test]
+fn the_format_of_plant_files_is_printed_and_written_as_a_page() {
+    let folder = Folder::new("format");
+    let text = folder.ask(&["plant", "format"]).ends_with(0).stdout;
+    assert!(
+        text.starts_with("# Format 1\n") && text.contains("[[sensor]]") && text.contains("| `thruster` |"),
+        "{text}"
+    );
+    folder.ask(&["plant", "format", "--html", "format.html"]).ends_with(0);
+    let page = String::from_utf8(folder.bytes("format.html")).unwrap();
+    assert!(page.contains("<h2>Sensors</h2>") && page.contains("<pre><code>[[body]]"), "{page}");
+    folder.ask(&["plant", "format", "--html", "nowhere/format.html"]).ends_with(1).says(&["nowhere", "written"]);
+}
+
+#[test]
+fn one_case_of_a_challenge_is_written_with_its_truth() {
+    let folder = Folder::new("one-case");
+    let of = |out: &str| folder.ask(&["challenge", "--seed", "1", "--case", "1", "--out", out, "--json"]).result();
+    let told = of("a");
+    assert_eq!(of("b"), told);
+    for file in told["files"].as_array().unwrap() {
+        let file = file.as_str().unwrap();
+        assert_eq!(folder.bytes(&format!("a/{file}")), folder.bytes(&format!("b/{file}")), "{file}");
+    }
+    let truth: serde_json::Value = serde_json::from_slice(&folder.bytes("a/truth.json")).unwrap();
+    assert_eq!(truth["truth"]["plant"], told["plant"]);
+    folder.ask(&["plant", "check", "a/plant.toml"]).ends_with(0);
+    folder.ask(&["challenge", "--case", "1"]).ends_with(2).says(&["--out"]);
+    folder.ask(&["challenge", "--case", "1", "--out", "a", "--cases", "3"]).ends_with(2);
+}

@@ -10,14 +10,14 @@ fn the_committed_interface_control_document_is_the_one_of_this_build() {
 }
 
 #[test]
-fn the_readme_shows_the_topic_table_of_this_build() {
+fn the_guide_shows_the_topic_table_of_this_build() {
     let generated = ask(&["icd"]).ends_with(0).stdout;
-    let readme = std::fs::read_to_string(workspace().join("README.md")).unwrap();
-    let behind = readme.split_once("<!-- topics -->").expect("README.md has no <!-- topics -->").1;
-    let table = behind.split_once("<!-- /topics -->").expect("README.md has no <!-- /topics -->").0;
+    let page = std::fs::read_to_string(workspace().join("deploy/guide/architecture.md")).unwrap();
+    let behind = page.split_once("<!-- topics -->").expect("the page has no <!-- topics -->").1;
+    let table = behind.split_once("<!-- /topics -->").expect("the page has no <!-- /topics -->").0;
     assert!(
         table.trim() == generated.trim(),
-        "put the output of `obsid icd` between the markers of README.md:\n{generated}"
+        "put the output of `obsid icd` between the markers of deploy/guide/architecture.md:\n{generated}"
     );
 }
 

@@ -16,6 +16,7 @@ mod interruptions;
 mod modal;
 mod own_recordings;
 mod plants;
+mod readme;
 mod real_recordings;
 mod recordings_verbs;
 mod runs;

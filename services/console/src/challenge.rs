@@ -1,5 +1,7 @@
 //! `obsid challenge`: what the diagnosis is worth on truth that it cannot know.
 
+mod example;
+
 use crate::Failure;
 use crate::progress::Share;
 use ::challenge::campaign::{Watch, campaign};
@@ -17,6 +19,7 @@ use std::time::Instant;
   obsid challenge                                   20 cases, figures beside the bars
   obsid challenge --cases 200 --seed 7 --json       the figures as one JSON object
   obsid challenge --cases 50 --list cases.json      every case: truth, digest, verdict, names, d, seconds
+  obsid challenge --seed 7 --case 4 --out case_4    plant, recordings and truth of one case, nothing diagnosed
 
 Truths are hashed (BLAKE3) before the first diagnosis and opened after the last; the same seed gives the same bytes on any number of
 threads (but for the seconds in the list).")]
@@ -35,11 +38,20 @@ pub struct Arguments {
     /// Write every case to this file: sealed digests first, everything at the end
     #[arg(long, value_name = "FILE.json")]
     list: Option<PathBuf>,
+    /// Diagnose nothing; write the plant file, the recordings and the truth of this case to --out
+    #[arg(long, value_name = "INDEX", requires = "out", conflicts_with_all = ["cases", "threads", "list"])]
+    case: Option<u64>,
+    /// Folder for the files of --case
+    #[arg(long, value_name = "DIR", requires = "case")]
+    out: Option<PathBuf>,
 }
 
 /// # Errors
-/// [`Failure::Run`] when a truth is not what was sealed, or the list cannot be written.
+/// [`Failure::Run`] when a truth is not what was sealed, or a file cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let (Some(case), Some(folder)) = (arguments.case, &arguments.out) {
+        return example::write(arguments.seed, case, folder, arguments.json);
+    }
     let start = Instant::now();
     let bar = Share::new("of the cases sealed and diagnosed");
     let progress = |what: &str, done: usize, all: usize| {

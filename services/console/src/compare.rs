@@ -145,7 +145,8 @@ fn in_words(compared: &[Compared], report: Option<&str>) -> String {
     for Compared { real, simulated, result } in compared {
         let _ = writeln!(text, "real       {}: {}", real.recording.name, real.in_words());
         let _ = writeln!(text, "simulated  {}: {}", simulated.recording.name, simulated.in_words());
-        for note in real.notes.iter().chain(&simulated.notes) {
+        let notes: Vec<String> = real.notes.iter().chain(&simulated.notes).cloned().collect();
+        for note in crate::notes::counted(&notes) {
             text.push_str(&wrapped(&format!("note: {note}"), "  "));
         }
         let _ =
@@ -213,7 +214,7 @@ fn details(c: &ChannelComparison) -> String {
             short(w.end_s),
             short(w.rms),
             c.unit,
-            recordings::probability(w.p)
+            examination::doctor::probability(w.p)
         );
     }
     for b in &c.bands {
@@ -225,7 +226,7 @@ fn details(c: &ChannelComparison) -> String {
             short(b.rms),
             c.unit,
             short(b.above_db),
-            recordings::probability(b.p)
+            examination::doctor::probability(b.p)
         );
     }
     for k in &c.coherence {

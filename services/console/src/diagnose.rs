@@ -4,22 +4,25 @@
 //! diagnosis: as a table for a terminal, as JSON, and with `--out` as a page with figures beside
 //! the files that go on (augmented plant, next experiment). It decides nothing.
 
+mod answer;
 mod features;
 mod figures;
 mod files;
 mod labels;
 mod modes_file;
+mod names;
 mod object;
 mod page;
 mod paragraph;
 mod responses;
 mod sensor_names;
+mod summary;
 mod words;
 
 use crate::effort::Effort;
-use crate::forecast::Stage;
+
 use crate::intake::{self, IntakeArguments};
-use crate::phases::Phases;
+use crate::phases::{Phases, Stage};
 use crate::recordings::{self, Evidence, Loaded};
 use crate::{Failure, interrupt, plants};
 use discovery::against_plant::examine_beside;
@@ -127,6 +130,20 @@ struct Diagnosed {
     diagnosis: Diagnosis,
     /// The user ended it before its end.
     interrupted: bool,
+    labels: Vec<Mislabelled>,
+    offered: Offered,
+}
+
+/// Files that this diagnosis has, written or not.
+struct Offered {
+    augmented: bool,
+    next: bool,
+}
+
+impl Offered {
+    fn of(diagnosis: &Diagnosis) -> Self {
+        Offered { augmented: diagnosis.augmented_plant.is_some(), next: diagnosis.next_experiment.is_some() }
+    }
 }
 
 /// # Errors
@@ -184,8 +201,10 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
     phases.end();
     diagnosis.notes.extend(left_out);
     arguments.effort.cure(&mut diagnosis.notes);
-    let diagnosis = diagnosis.of_mislabelled(&labels.into_iter().flatten().collect::<Vec<_>>());
-    Ok(Diagnosed { case, findings, diagnosis, interrupted })
+    let labels: Vec<Mislabelled> = labels.into_iter().flatten().collect();
+    let diagnosis = diagnosis.of_mislabelled(&labels);
+    let offered = Offered::of(&diagnosis);
+    Ok(Diagnosed { case, findings, diagnosis, interrupted, labels, offered })
 }
 
 fn read(arguments: &Arguments) -> Result<Case, Failure> {

@@ -169,7 +169,7 @@ fn in_words(examined: &[Examined], report: Option<&str>) -> String {
     let mut text = String::new();
     for Examined { loaded, findings } in examined {
         let _ = writeln!(text, "{}: {}", loaded.recording.name, loaded.in_words());
-        for note in &loaded.notes {
+        for note in crate::notes::counted(&loaded.notes) {
             text.push_str(&wrapped(&format!("note: {note}"), "  "));
         }
         if findings.is_empty() {

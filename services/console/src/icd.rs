@@ -124,7 +124,7 @@ fn type_text(field: &FieldInfo) -> String {
     if field.length == 0 { field.ros.to_string() } else { format!("{}[{}]", field.ros, field.length) }
 }
 
-/// The README's topic table.
+/// The guide's topic table.
 #[must_use]
 pub fn topic_table() -> String {
     let mut text = String::from(

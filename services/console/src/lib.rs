@@ -26,20 +26,23 @@
 mod bench;
 mod challenge;
 mod compare;
+mod completions;
 mod design;
 mod diagnose;
 mod digest;
 mod doctor;
 mod effects;
 mod effort;
-mod forecast;
+
 mod icd;
 mod intake;
 mod interrupt;
 mod launch;
 mod limits_file;
 mod located;
+mod man;
 mod modal;
+mod notes;
 mod outcome;
 mod paper;
 mod partition;
@@ -56,6 +59,7 @@ mod scratch;
 mod simulate;
 mod table;
 mod truth;
+mod visible;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -101,6 +105,7 @@ const EXAMPLES: &str = "Examples:
   obsid modal slab.csv.gz --out report             modes of a recording: frequencies, damping, shapes
   obsid digest flight.mcap                         identity of the recorded results
   obsid icd --md                                   the interface control document
+  obsid completions bash                           completion of subcommands and options in a shell
 
 Exit codes: 0 done, 1 the run failed, 2 usage, 3 bad input, 130 interrupted.";
 
@@ -133,6 +138,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     Digest(digest::Arguments),
     Icd(icd::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
     Partition(partition::Arguments),
 }
 
@@ -161,6 +168,8 @@ pub fn main() -> ExitCode {
         Command::Diagnose(arguments) => diagnose::run(&arguments),
         Command::Digest(arguments) => digest::run(&arguments),
         Command::Icd(arguments) => icd::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+        Command::Man(arguments) => man::run(&arguments),
         Command::Partition(arguments) => return partition::run(&arguments),
     };
     match result {
@@ -195,7 +204,7 @@ static OUTPUT_LOST: AtomicBool = AtomicBool::new(false);
 fn print(text: &str) {
     use std::io::Write;
     let mut out = std::io::stdout().lock();
-    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush())
+    if let Err(error) = out.write_all(visible::visible(text).as_bytes()).and_then(|()| out.flush())
         && error.kind() != std::io::ErrorKind::BrokenPipe
     {
         OUTPUT_LOST.store(true, Ordering::Relaxed);
@@ -205,5 +214,5 @@ fn print(text: &str) {
 
 /// Says a line on standard error; a closed standard error is no failure.
 fn tell(text: &str) {
-    runtime::sys::tell(&format!("{text}\n"));
+    runtime::sys::tell(&format!("{}\n", visible::visible_but_colours(text)));
 }

@@ -239,7 +239,7 @@ fn in_words(outcome: &Outcome, written: Option<&str>) -> String {
         let _ = writeln!(text, "{:>4} {frequency:>22} {damping:>22} {collinear:>7}", k + 1);
     }
     let _ = writeln!(text, "\n± one standard deviation: {}", outcome.deviations);
-    for line in outcome.advice.iter().chain(&outcome.notes) {
+    for line in outcome.advice.iter().chain(&crate::notes::counted(&outcome.notes)) {
         text.push_str(&recordings::wrapped(line, "  "));
     }
     if let Some(written) = written {

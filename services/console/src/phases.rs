@@ -1,7 +1,10 @@
-//! Progress of a diagnosis: its phase, the share done and the time left.
+//! Progress of a diagnosis: its phase, and how much of its limit of work is spent.
+//!
+//! How many rounds a search needs is known at its end, so that no time of the end is promised: told
+//! is the time in which the limit is met at the pace so far, which is the most that is left.
 
-use crate::forecast::{Forecast, Stage};
 use crate::progress;
+use discovery::diagnose::Phase;
 use identification::work::Watch;
 use indicatif::ProgressBar;
 use std::io::IsTerminal;
@@ -12,13 +15,34 @@ use std::time::{Duration, Instant};
 
 /// Time between two looks at the count.
 const LOOK: Duration = Duration::from_millis(100);
-/// The share from which on a time is told: before it, little is known of what follows.
-const SHARE_OF_TIMES: f64 = 0.1;
+/// The time from which on a pace is known.
+const PACE_KNOWN: Duration = Duration::from_secs(2);
+
+/// What is being done, in the order of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The channel metadata are checked.
+    Labels,
+    /// The recordings are examined.
+    Examine,
+    /// The search itself.
+    Search(Phase),
+}
+
+impl Stage {
+    /// `look at the labels`.
+    pub fn words(self) -> &'static str {
+        match self {
+            Stage::Labels => "look at the labels",
+            Stage::Examine => "examine the recordings",
+            Stage::Search(phase) => phase.words(),
+        }
+    }
+}
 
 /// Phases on standard error: a bar on a terminal, else a line for each where they are asked for.
 pub struct Phases {
-    watch: Watch,
-    forecast: Arc<Mutex<Forecast>>,
+    stage: Arc<Mutex<&'static str>>,
     lines: bool,
     /// Its end stops the bar.
     bar: Option<(Sender<()>, JoinHandle<()>)>,
@@ -27,20 +51,19 @@ pub struct Phases {
 impl Phases {
     /// The work that `watch` sees is at most about `most`.
     pub fn new(watch: Watch, most: f64, lines: bool) -> Self {
-        let forecast = Arc::new(Mutex::new(Forecast::new(most)));
+        let stage = Arc::new(Mutex::new("begin"));
         let is_terminal = std::io::stderr().is_terminal();
         let bar = is_terminal.then(|| {
             let (end, ended) = channel();
-            let (watch, forecast) = (watch.clone(), forecast.clone());
-            (end, std::thread::spawn(move || show(&watch, &forecast, &ended)))
+            let stage = stage.clone();
+            (end, std::thread::spawn(move || show(&watch, most, &stage, &ended)))
         });
-        Phases { watch, forecast, lines: lines && !is_terminal, bar }
+        Phases { stage, lines: lines && !is_terminal, bar }
     }
 
     /// `stage` begins.
     pub fn begin(&self, stage: Stage) {
-        let work = self.watch.counted();
-        self.forecast.lock().unwrap_or_else(PoisonError::into_inner).begin(stage, work);
+        *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = stage.words();
         if self.lines {
             crate::tell(stage.words());
         }
@@ -56,28 +79,29 @@ impl Phases {
     }
 }
 
-/// Moves the bar until `ended`; a share never falls.
-fn show(watch: &Watch, forecast: &Mutex<Forecast>, ended: &Receiver<()>) {
-    let bar: ProgressBar = progress::of_shares("{elapsed_precise} [{bar:30}] {percent} % {msg}");
-    let (begun, mut share) = (Instant::now(), 0.0_f64);
+/// Moves the bar until `ended`.
+fn show(watch: &Watch, most: f64, stage: &Mutex<&'static str>, ended: &Receiver<()>) {
+    let bar: ProgressBar = progress::of_shares("{elapsed_precise} [{bar:30}] {percent} % of the limit, {msg}");
+    let begun = Instant::now();
     while ended.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
-        let forecast = forecast.lock().unwrap_or_else(PoisonError::into_inner);
-        share = share.max(forecast.share(watch.counted()));
+        let share = (watch.counted() / most).clamp(0.0, 1.0);
         bar.set_position((share * progress::PARTS) as u64);
-        let phase = if watch.is_stopped() { "end with what is known" } else { forecast.words() };
-        let left = (share >= SHARE_OF_TIMES).then(|| begun.elapsed().as_secs_f64() * (1.0 - share) / share);
+        let phase = *stage.lock().unwrap_or_else(PoisonError::into_inner);
+        let phase = if watch.is_stopped() { "end with what is known" } else { phase };
+        let elapsed = begun.elapsed();
+        let left = (elapsed > PACE_KNOWN && share > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - share) / share);
         bar.set_message(left.map_or(phase.to_owned(), |left| format!("{phase}, {}", time_left(left))));
     }
     bar.finish_and_clear();
 }
 
-/// `about 40 s left`, with one or two figures: it is right within a factor of two.
+/// `at most about 40 s left`, with one or two figures.
 fn time_left(seconds: f64) -> String {
     match seconds {
-        s if s < 10.0 => format!("about {} s left", s.ceil().max(1.0)),
-        s if s < 100.0 => format!("about {} s left", 10.0 * (s / 10.0).round()),
-        s if s < 5400.0 => format!("about {} min left", (s / 60.0).round()),
-        s => format!("about {} h left", (s / 3600.0).round()),
+        s if s < 10.0 => format!("at most about {} s left", s.ceil().max(1.0)),
+        s if s < 100.0 => format!("at most about {} s left", 10.0 * (s / 10.0).round()),
+        s if s < 5400.0 => format!("at most about {} min left", (s / 60.0).round()),
+        s => format!("at most about {} h left", (s / 3600.0).round()),
     }
 }
 
@@ -88,6 +112,7 @@ mod tests {
     #[test]
     fn a_time_is_told_in_the_unit_it_is_thought_of_in() {
         let told = [0.2, 7.3, 42.0, 130.0, 7300.0].map(time_left);
-        assert_eq!(told, ["about 1 s left", "about 8 s left", "about 40 s left", "about 2 min left", "about 2 h left"]);
+        let expected = ["1 s", "8 s", "40 s", "2 min", "2 h"].map(|time| format!("at most about {time} left"));
+        assert_eq!(told, expected);
     }
 }

@@ -7,6 +7,11 @@ use dynamics::description::Plant;
 use plant_file::{self, FileError, Parsed};
 use std::path::Path;
 
+/// Bytes of a text file that are read at most.
+const TEXT_MAX: u64 = 16 << 20;
+/// Errors of a file that are told; the others are counted.
+pub const ERRORS_MAX: usize = 20;
+
 /// Text of a plant file, else of the built-in plant of that name; `folder` is where relative paths
 /// begin.
 ///
@@ -48,7 +53,7 @@ fn where_plants_are(name: &str) -> String {
 /// What is wrong, and the cure where the bytes themselves say it.
 pub fn utf8_text(path: &Path) -> Result<String, (String, Option<String>)> {
     let file = path.display();
-    let bytes = std::fs::read(path).map_err(|error| (format!("{file}: cannot be read: {error}"), None))?;
+    let bytes = bounded(path)?;
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();
         let byte = error.as_bytes().get(at).copied().unwrap_or(0);
@@ -56,6 +61,26 @@ pub fn utf8_text(path: &Path) -> Result<String, (String, Option<String>)> {
         let cure = "save it as UTF-8; where it is a recording or a binary file, another file was meant";
         (format!("{file}:{line}: not UTF-8 text: byte {at} is {byte:#04x}"), Some(cure.into()))
     })
+}
+
+/// Bytes of a regular file of at most [`TEXT_MAX`]: what never ends is not opened, what is long is
+/// not read.
+fn bounded(path: &Path) -> Result<Vec<u8>, (String, Option<String>)> {
+    use std::io::Read;
+    let file = path.display();
+    let failed = |error: std::io::Error| (format!("{file}: cannot be read: {error}"), None);
+    let said = std::fs::metadata(path).map_err(failed)?;
+    if !said.is_file() {
+        let what = if said.is_dir() { "this is a folder" } else { "this is no regular file (a pipe or a device)" };
+        return Err((format!("{file}: cannot be read: {what}"), None));
+    }
+    let mut bytes = Vec::new();
+    std::fs::File::open(path).and_then(|opened| opened.take(TEXT_MAX + 1).read_to_end(&mut bytes)).map_err(failed)?;
+    if bytes.len() as u64 > TEXT_MAX {
+        let cure = "no text file of the program is so long; where it is a recording, another file was meant";
+        return Err((format!("{file}: longer than {} MiB", TEXT_MAX >> 20), Some(cure.into())));
+    }
+    Ok(bytes)
 }
 
 /// Reads a plant file; warnings go to standard error.
@@ -92,8 +117,13 @@ pub fn parse(name: &str, text: &str) -> Result<Parsed, Failure> {
 
 /// Every error of `text` in one report.
 pub fn refusal(name: &str, text: &str, errors: Vec<FileError>) -> Failure {
-    let example = "deploy/plants has examples, the head of shared/plant-file/src/lib.rs describes the format";
+    let example = "deploy/plants has examples, `obsid plant format` prints the format";
     let cure = |cure: String| if cure.is_empty() { example.to_string() } else { cure };
-    let located = errors.into_iter().map(|e| Located::new(name, text, e.span, e.message, cure(e.cure))).collect();
+    let more = errors.len().saturating_sub(ERRORS_MAX);
+    if more > 0 {
+        crate::tell(&format!("{name}: the first {ERRORS_MAX} errors, and {more} more"));
+    }
+    let errors = errors.into_iter().take(ERRORS_MAX);
+    let located = errors.map(|e| Located::new(name, text, e.span, e.message, cure(e.cure))).collect();
     Located::first_of(located).map_or_else(|| Failure::Run(format!("{name}: refused without a reason")), Failure::input)
 }

@@ -265,11 +265,6 @@ pub fn command_line(words: &[String]) -> String {
     quoted.collect::<Vec<_>>().join(" ")
 }
 
-/// A probability; below what a number holds it says so.
-pub fn probability(p: f64) -> String {
-    if p > 1e-300 { format!("p {p:.1e}") } else { "p < 1e-300".into() }
-}
-
 /// Name and version of the program, for the foot of a page.
 pub fn tool() -> String {
     format!("obsid {}", env!("CARGO_PKG_VERSION"))

@@ -1,5 +1,8 @@
 //! `obsid simulate`: the recording that a plant's sensors would make.
 
+mod inputs;
+
+use crate::intake::{self, IntakeArguments};
 use crate::progress::Share;
 use crate::{Failure, plants};
 use channels::{Channel, Recording};
@@ -16,6 +19,7 @@ const PERIODS_MAX: f64 = 1e8;
 #[command(after_help = "Examples:
   obsid simulate deploy/plants/drive_rig.toml --out rig.csv
   obsid simulate deploy/plants/drive_rig.toml --hide 'joint_coulomb@joint:drive force=0.3' --out hidden.mcap
+  obsid simulate augmented.toml --inputs rig.csv --out predicted.csv      the commands of a recording through a plant, without noise
   obsid simulate deploy/plants/pendulum.toml --set 'bar.mass = 1.2 kg' --seed 7 --duration 30 --out run.csv.gz
 
 What is hidden leaves no trace in the file; `obsid effects` lists what can be hidden. A file that exists is replaced, once the new one
@@ -31,27 +35,40 @@ pub struct Arguments {
     #[arg(long, value_name = "NUMBER")]
     set: Vec<String>,
     /// The same seed gives the same recording
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, conflicts_with = "inputs")]
     seed: u64,
     /// Length [s]; the plant file's where none is given
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", conflicts_with = "inputs")]
     duration: Option<f64>,
-    /// Where to write: .csv, .csv.gz or .mcap
+    /// A recording: its commands drive the plant, as long as it lasts; the prediction has no noise
     #[arg(long, value_name = "FILE")]
+    inputs: Option<PathBuf>,
+    /// Where to write: .csv, .csv.gz or .mcap
+    #[arg(long, value_name = "FILE", required_unless_present = "list", default_value = "")]
     out: PathBuf,
     /// What was written as one JSON object on standard output
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    intake: IntakeArguments,
 }
 
 /// # Errors
 /// [`Failure::Input`] for a plant or an effect that cannot be, [`Failure::Run`] when the file
 /// cannot be written.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if let (true, Some(file)) = (arguments.intake.list, &arguments.inputs) {
+        return intake::list(&[file], &arguments.intake, arguments.json);
+    }
+    inputs::are_given(arguments.inputs.as_deref(), &arguments.intake)?;
     let mut plant = plants::read(&arguments.plant)?;
     change(&mut plant, &arguments.set, &arguments.hide)?;
-    let duration_s = duration(arguments.duration, &plant)?;
     may_be_written(&arguments.plant, &arguments.out)?;
+    let mut duration_s = duration(arguments.duration, &plant)?;
+    if let Some(file) = &arguments.inputs {
+        may_be_written(file, &arguments.out)?;
+        (plant, duration_s) = inputs::driven(&plant, file, &arguments.intake)?;
+    }
     let bar = Share::new("simulated");
     let recording = simulation::record(&plant, arguments.seed, duration_s, &mut |share| bar.show(share));
     bar.end();
@@ -106,7 +123,7 @@ fn may_be_written(plant: &Path, out: &Path) -> Result<(), Failure> {
         return refuse("give the path of a file", "this is a folder");
     }
     if matches!((plant.canonicalize(), out.canonicalize()), (Ok(one), Ok(other)) if one == other) {
-        return refuse("give --out another file", "it would write over the plant file");
+        return refuse("give --out another file", "it would write over a file that is read");
     }
     Ok(())
 }
@@ -139,7 +156,10 @@ fn refused(flag: &str, text: &str, reason: &str) -> Failure {
 }
 
 /// Spells the unit of a channel as files do.
-fn with_unit_of_files(channel: &mut Channel) -> Result<(), Failure> {
+///
+/// # Errors
+/// [`Failure::Run`]: recordings have no such unit.
+pub fn with_unit_of_files(channel: &mut Channel) -> Result<(), Failure> {
     let unit = recording::units::unit_named(&channel.unit).ok_or_else(|| {
         Failure::Run(format!("channel '{}': recordings have no unit '{}'", channel.name, channel.unit))
     })?;

@@ -213,9 +213,23 @@ fn examine_run(run: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     findings
 }
 
-/// `p = 1.2e-8`; below what a number holds it says so.
+/// Below this a p value says no more than that chance is ruled out: model errors are larger.
+const P_PRINTED_MIN: f64 = 1e-12;
+
+/// `1.2e-8`, `0.40`, `< 1e-12`: a p value with two digits, for a cell of a table.
+pub fn p_value(p: f64) -> String {
+    match p {
+        p if !p.is_finite() => "–".into(),
+        p if p < P_PRINTED_MIN => "< 1e-12".into(),
+        p if p < 1e-3 => format!("{p:.1e}"),
+        p => format!("{p:.*}", (1.0 - libm::floor(libm::log10(p))).clamp(0.0, 5.0) as usize),
+    }
+}
+
+/// `p = 1.2e-8`, `p < 1e-12`: a p value with two digits, for a sentence.
 pub fn probability(p: f64) -> String {
-    if p > 1e-300 { format!("p = {p:.1e}") } else { "p < 1e-300".into() }
+    let value = p_value(p);
+    if value.starts_with('<') { format!("p {value}") } else { format!("p = {value}") }
 }
 
 fn start_s(run: &Recording) -> f64 {

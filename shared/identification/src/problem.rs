@@ -11,6 +11,7 @@
 //! recorded, or nothing.
 
 mod angles;
+mod driven;
 mod gaps;
 mod inputs;
 mod mapping;
@@ -20,6 +21,7 @@ mod standstill;
 mod timeline;
 mod unknown;
 
+pub use driven::{Driven, driven};
 pub use inputs::{Course, Drive};
 pub use mapping::{Mapping, apply_map};
 pub use smooth::SmoothMotion;

@@ -13,7 +13,7 @@ use crate::error::RecordingError;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A matrix with more columns is no set of channels.
-const COLUMNS_MAX: usize = 64;
+const MATRIX_COLUMNS_MAX: usize = 64;
 /// Names of a scalar that is a rate \[Hz\], and of one that is an interval \[s\].
 const RATES: [&str; 3] = ["Fs", "fs", "sample_rate"];
 const INTERVALS: [&str; 2] = ["dt", "Ts"];
@@ -142,7 +142,7 @@ impl Arrays {
             let reason = match array.rows_and_columns() {
                 _ if array.values.is_empty() => "empty".to_string(),
                 None => format!("{} dimensions", array.shape.len()),
-                Some((rows, columns)) if columns > COLUMNS_MAX => format!("a matrix of {rows} x {columns}"),
+                Some((rows, columns)) if columns > MATRIX_COLUMNS_MAX => format!("a matrix of {rows} x {columns}"),
                 Some((rows, columns)) if rows.checked_mul(columns) != Some(array.values.len()) => {
                     format!("{} numbers for {rows} x {columns}", array.values.len())
                 }
@@ -196,11 +196,11 @@ impl Arrays {
 }
 
 fn note(left_out: &[&(String, String)]) -> Option<String> {
-    const NAMED_MAX: usize = 40;
-    let named = left_out.iter().take(NAMED_MAX).map(|(name, reason)| format!("`{name}` ({reason})"));
+    const ARRAYS_NAMED_MAX: usize = 40;
+    let named = left_out.iter().take(ARRAYS_NAMED_MAX).map(|(name, reason)| format!("`{name}` ({reason})"));
     let mut text = named.collect::<Vec<_>>().join(", ");
-    if left_out.len() > NAMED_MAX {
-        text = format!("{text} and {} more", left_out.len() - NAMED_MAX);
+    if left_out.len() > ARRAYS_NAMED_MAX {
+        text = format!("{text} and {} more", left_out.len() - ARRAYS_NAMED_MAX);
     }
     (!text.is_empty()).then(|| format!("left out: {text}"))
 }

@@ -1,7 +1,8 @@
-//! Files of other programs that hold datasets: logs of flight controllers and robots, arrays, tables.
+//! Files of other programs that hold datasets: logs of flight controllers and robots, arrays,
+//! tables.
 //!
-//! Each format gives its datasets as they were written; what they mean is decided for all of them in
-//! [`crate::intake`].
+//! Each format gives its datasets as they were written; what they mean is decided for all of them
+//! in [`crate::intake`].
 
 use crate::dataset::{RawDataset, Wanted};
 use crate::error::RecordingError;

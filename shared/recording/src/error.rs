@@ -6,7 +6,7 @@ use miette::{Diagnostic, NamedSource, SourceSpan};
 use std::sync::Arc;
 use thiserror::Error;
 
-/// A cell of a text recording, lines and columns counted from 1.
+/// A cell of a text recording, lines and columns counted from 1; line 0 where a file has no lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     pub file: String,
@@ -18,14 +18,16 @@ pub struct Place {
 
 impl core::fmt::Display for Place {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{}: line {}, column {} `{}`", self.file, self.line, self.column, self.name)
+        write!(f, "{}: {}", self.file, self.within_file())
     }
 }
 
 impl Place {
     /// The place without the name of the file.
     pub(crate) fn within_file(&self) -> String {
-        format!("line {}, column {} `{}`", self.line, self.column, self.name)
+        // datasets of binary files have no lines
+        let line = if self.line > 0 { format!("line {}, ", self.line) } else { String::new() };
+        format!("{line}column {} `{}`", self.column, self.name)
     }
 }
 

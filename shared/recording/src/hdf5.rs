@@ -17,16 +17,16 @@ use std::path::Path;
 
 const CURE: &str =
     "copy the file again; one that other programs open: `h5repack FILE NEW`, or `save(..., '-v7')` in MATLAB";
-const MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
+const HDF5_MAGIC: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// Groups inside groups, and groups in all: a damaged file may hold itself.
-const DEPTH_MAX: usize = 12;
+const GROUP_DEPTH_MAX: usize = 12;
 const GROUPS_MAX: usize = 4096;
 /// MATLAB writes a page of text in front of the format's own first bytes.
 const USER_BLOCK_BYTES: usize = 512;
 
 /// Whether a file is HDF5, behind a page of MATLAB or not.
 pub(crate) fn is_hdf5(content: &[u8]) -> bool {
-    content.starts_with(MAGIC) || content.get(USER_BLOCK_BYTES..).is_some_and(|rest| rest.starts_with(MAGIC))
+    content.starts_with(HDF5_MAGIC) || content.get(USER_BLOCK_BYTES..).is_some_and(|rest| rest.starts_with(HDF5_MAGIC))
 }
 
 /// The wanted datasets of an HDF5 file.
@@ -52,7 +52,7 @@ pub(crate) fn datasets_of(
     let damaged = |reason: Error| bad(file, "the structure of the file", reason.to_string(), CURE);
     let opened = Hdf5File::from_vec_with_options(content, options).map_err(damaged)?;
     let mut walk = Walk { file, budget, groups: 0, arrays: Arrays::default() };
-    walk.group(&opened.root_group().map_err(damaged)?, "", DEPTH_MAX)?;
+    walk.group(&opened.root_group().map_err(damaged)?, "", GROUP_DEPTH_MAX)?;
     walk.arrays.into_datasets(file, wanted)
 }
 
@@ -81,7 +81,7 @@ impl Walk<'_> {
     fn group(&mut self, group: &Group, name: &str, depth: usize) -> Result<(), RecordingError> {
         self.groups += 1;
         if depth == 0 || self.groups > GROUPS_MAX {
-            let found = format!("more than {DEPTH_MAX} groups in groups, or more than {GROUPS_MAX}");
+            let found = format!("more than {GROUP_DEPTH_MAX} groups in groups, or more than {GROUPS_MAX}");
             return Err(bad(self.file, format!("group `{name}`"), found, CURE));
         }
         let damaged = |reason: Error| bad(self.file, format!("group `{name}`"), reason.to_string(), CURE);

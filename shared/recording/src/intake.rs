@@ -6,8 +6,8 @@
 //! What cannot be used is left out and named.
 //!
 //! A map is TOML: `[channels]` with lines `rate = "rate_z [deg/s]"` or
-//! `rate = { name = "rate_z", scale = -1, unit = "deg/s" }`, left the user's own name, right the name
-//! in the file; above them `time = "stamp:us"` and `dataset = "imu"` where they are needed.
+//! `rate = { name = "rate_z", scale = -1, unit = "deg/s" }`, left the user's own name, right the
+//! name in the file; above them `time = "stamp:us"` and `dataset = "imu"` where they are needed.
 
 mod assignment;
 pub(crate) mod clock;

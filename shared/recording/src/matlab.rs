@@ -14,7 +14,7 @@ use crate::{file_name, hdf5};
 use std::path::Path;
 
 /// Bytes of text, of an offset, of the version and of the mark of the order of bytes.
-const HEADER_BYTES: usize = 128;
+const MATLAB_HEADER_BYTES: usize = 128;
 const CURE: &str = "save it again in MATLAB: `save('NAME.mat', ..., '-v7')`";
 
 /// The wanted datasets of a MATLAB file.
@@ -36,7 +36,7 @@ fn datasets_of(file: &str, content: &[u8], wanted: &Wanted<'_>) -> Result<Vec<Ra
     if content.iter().take(4).any(|byte| *byte == 0) {
         return Err(bytes.error("this is a MATLAB file of version 4, or none", CURE));
     }
-    bytes.take(HEADER_BYTES - 4, "the header")?;
+    bytes.take(MATLAB_HEADER_BYTES - 4, "the header")?;
     let version = bytes.take(2, "the header")?;
     let order = bytes.take(2, "the header")?;
     bytes.big_endian = match order {

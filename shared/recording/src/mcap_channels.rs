@@ -24,7 +24,7 @@ struct Foreign {
 }
 
 /// Names of channels said in an error.
-const NAMED_MAX: usize = 12;
+const CHANNELS_NAMED_MAX: usize = 12;
 
 /// Channels and schemas by their numbers in the file.
 #[derive(Default)]
@@ -101,7 +101,11 @@ impl FileChannels {
             Carried::Foreign => None,
         });
         let all: Vec<String> = foreign.chain(known).collect();
-        let named = all[..all.len().min(NAMED_MAX)].join(", ");
-        if all.len() > NAMED_MAX { format!("{named} and {} more", all.len() - NAMED_MAX) } else { named }
+        let named = all[..all.len().min(CHANNELS_NAMED_MAX)].join(", ");
+        if all.len() > CHANNELS_NAMED_MAX {
+            format!("{named} and {} more", all.len() - CHANNELS_NAMED_MAX)
+        } else {
+            named
+        }
     }
 }

@@ -45,7 +45,7 @@ impl Format for Mcap {
         if foreign::is_own_mcap(path).unwrap_or(true) {
             return applied(read_imported(path)?, intake);
         }
-        containers::read(foreign::mcap_datasets, path, intake)
+        containers::read(foreign::mcap_datasets, path, intake).map_err(|error| of_damage(path, error))
     }
 
     fn list(&self, path: &Path, intake: &Intake) -> Result<Vec<ListedDataset>, RecordingError> {
@@ -65,6 +65,17 @@ impl Format for Mcap {
             Imported::Segments(_) => Err(not_writable("several recordings")),
             Imported::Spectrum(_) => Err(not_writable("a spectrum")),
         }
+    }
+}
+
+/// The damage of a file that is cut before it says whose it is, rather than that nothing is in it.
+fn of_damage(path: &Path, error: RecordingError) -> RecordingError {
+    match (error, read_imported(path)) {
+        (
+            RecordingError::BadContainer { .. },
+            Err(damage @ (RecordingError::McapTruncated { .. } | RecordingError::McapCorrupt { .. })),
+        ) => damage,
+        (error, _) => error,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::numbers::Number;
 use crate::python_literal::{self, Literal};
 
 /// First bytes of a NumPy array.
-pub(crate) const MAGIC: &[u8] = b"\x93NUMPY";
+pub(crate) const NPY_MAGIC: &[u8] = b"\x93NUMPY";
 const CURE: &str = "write the file again with numpy.save or numpy.savez";
 
 /// What one element, or one field of it, is.
@@ -42,7 +42,7 @@ struct Field {
 /// # Errors
 /// A header that cannot be read, an array shorter than it announces.
 pub(crate) fn read(mut bytes: Bytes<'_>, name: &str, arrays: &mut Arrays) -> Result<(), RecordingError> {
-    if bytes.take(MAGIC.len(), "the first bytes of an array")? != MAGIC {
+    if bytes.take(NPY_MAGIC.len(), "the first bytes of an array")? != NPY_MAGIC {
         bytes.go_to(0);
         return Err(bytes.error("this is no NumPy array", CURE));
     }

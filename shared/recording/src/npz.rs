@@ -21,7 +21,7 @@ pub fn datasets(path: &Path, wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, Rec
 
 fn datasets_of(file: &str, content: &[u8], wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, RecordingError> {
     let mut arrays = Arrays::default();
-    if content.starts_with(npy::MAGIC) {
+    if content.starts_with(npy::NPY_MAGIC) {
         npy::read(Bytes::new(file, "", content), "", &mut arrays)?;
         // An array alone has no name, and a column needs one.
         for array in arrays.arrays.iter_mut().filter(|array| array.name.is_empty()) {

@@ -15,9 +15,9 @@ use crate::parquet_thrift::{self as thrift, Value};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-const MAGIC: &[u8] = b"PAR1";
+const PARQUET_MAGIC: &[u8] = b"PAR1";
 /// Length of the metadata, and the last bytes of the file.
-const END_BYTES: usize = 8;
+const FOOTER_END_BYTES: usize = 8;
 /// What a file of any size may expand to: a column of one value has a few bytes.
 const EXPANDED_MIN: usize = 64 << 20;
 
@@ -80,11 +80,11 @@ fn datasets_of(file: &str, content: &[u8], wanted: &Wanted<'_>) -> Result<Vec<Ra
 /// The structure at the end of the file.
 fn metadata(file: &str, content: &[u8]) -> Result<Value, RecordingError> {
     let mut bytes = Bytes::new(file, "", content);
-    bytes.go_to(content.len().saturating_sub(END_BYTES));
+    bytes.go_to(content.len().saturating_sub(FOOTER_END_BYTES));
     let at = bytes.at();
     let length = bytes.u32("the end")? as usize;
-    match bytes.take(MAGIC.len(), "the end")? {
-        MAGIC => {}
+    match bytes.take(PARQUET_MAGIC.len(), "the end")? {
+        PARQUET_MAGIC => {}
         b"PARE" => return Err(bytes.error("the file is encrypted", "write the file again without encryption")),
         _ => return Err(bytes.error("the file does not end as Parquet does, it is cut", COPY)),
     }

@@ -6,7 +6,7 @@ use crate::numbers::signed;
 use crate::parquet_thrift::Value;
 
 /// Columns inside columns.
-const DEPTH_MAX: usize = 16;
+const SCHEMA_DEPTH_MAX: usize = 16;
 
 /// How a number is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,7 +81,7 @@ pub(crate) fn leaves(file: &str, elements: &[Value]) -> Result<Vec<Leaf>, Record
     let mut rest = elements.iter();
     let children = rest.next().and_then(|root| root.size(5)).unwrap_or(0);
     for _ in 0..children {
-        add_leaves(&mut rest, "", (0, false), DEPTH_MAX, &mut leaves)
+        add_leaves(&mut rest, "", (0, false), SCHEMA_DEPTH_MAX, &mut leaves)
             .ok_or_else(|| bad(file, "the schema", "the columns are no tree", COPY))?;
     }
     Ok(leaves)

@@ -5,7 +5,7 @@ use crate::error::RecordingError;
 use std::collections::BTreeMap;
 
 /// Structures and lists inside each other.
-const DEPTH_MAX: usize = 24;
+const THRIFT_DEPTH_MAX: usize = 24;
 
 /// A value of any type.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,12 +84,12 @@ pub(crate) fn zigzag(bytes: &mut Bytes<'_>) -> Result<i64, RecordingError> {
 /// # Errors
 /// The bytes are no structure.
 pub(crate) fn structure(bytes: &mut Bytes<'_>) -> Result<Value, RecordingError> {
-    structure_within(bytes, DEPTH_MAX)
+    structure_within(bytes, THRIFT_DEPTH_MAX)
 }
 
 fn structure_within(bytes: &mut Bytes<'_>, depth: usize) -> Result<Value, RecordingError> {
     if depth == 0 {
-        return Err(bytes.error(format!("more than {DEPTH_MAX} structures are in each other"), COPY));
+        return Err(bytes.error(format!("more than {THRIFT_DEPTH_MAX} structures are in each other"), COPY));
     }
     let mut fields = BTreeMap::new();
     let mut number = 0i16;
@@ -141,7 +141,7 @@ fn length(bytes: &mut Bytes<'_>) -> Result<usize, RecordingError> {
 
 fn list(bytes: &mut Bytes<'_>, depth: usize) -> Result<Value, RecordingError> {
     if depth == 0 {
-        return Err(bytes.error(format!("more than {DEPTH_MAX} lists are in each other"), COPY));
+        return Err(bytes.error(format!("more than {THRIFT_DEPTH_MAX} lists are in each other"), COPY));
     }
     let head = bytes.u8("a list")?;
     let count = if head >> 4 == 15 { length(bytes)? } else { usize::from(head >> 4) };
@@ -150,7 +150,7 @@ fn list(bytes: &mut Bytes<'_>, depth: usize) -> Result<Value, RecordingError> {
 
 fn map(bytes: &mut Bytes<'_>, depth: usize) -> Result<Value, RecordingError> {
     if depth == 0 {
-        return Err(bytes.error(format!("more than {DEPTH_MAX} maps are in each other"), COPY));
+        return Err(bytes.error(format!("more than {THRIFT_DEPTH_MAX} maps are in each other"), COPY));
     }
     let count = length(bytes)?;
     if count > 0 {

@@ -24,7 +24,7 @@ pub fn datasets(path: &Path, wanted: &Wanted<'_>) -> Result<Vec<RawDataset>, Rec
 }
 
 /// Fields of all topics that are read.
-const FIELDS_MAX: usize = 200_000;
+const COLUMNS_OF_LOG_MAX: usize = 200_000;
 
 /// A topic and its instance.
 type Key = (String, u8);
@@ -64,13 +64,15 @@ fn datasets_of(file: &str, log: &[u8], wanted: &Wanted<'_>) -> Result<Vec<RawDat
             continue;
         }
         match contents.formats.layout(&key.0) {
-            Ok(layout) if fields + layout.fields.len() <= FIELDS_MAX => {
+            Ok(layout) if fields + layout.fields.len() <= COLUMNS_OF_LOG_MAX => {
                 fields += layout.fields.len();
                 let columns = vec![Vec::new(); layout.fields.len()];
                 topics.insert(key.clone(), Topic { layout, columns, too_short: 0 });
                 named.push((name, key.clone()));
             }
-            Ok(_) => left_out.push(format!("`{name}` (more than {FIELDS_MAX} fields are in the topics before)")),
+            Ok(_) => {
+                left_out.push(format!("`{name}` (more than {COLUMNS_OF_LOG_MAX} fields are in the topics before)"))
+            }
             Err(reason) => left_out.push(format!("`{name}` ({reason})")),
         }
     }
@@ -121,11 +123,11 @@ impl Contents {
 }
 
 fn notes(contents: &Contents, messages: &Messages<'_>, left_out: &[String]) -> Vec<String> {
-    const NAMED_MAX: usize = 20;
+    const TOPICS_NAMED_MAX: usize = 20;
     let mut notes = Vec::new();
     if !left_out.is_empty() {
-        let named = left_out.iter().take(NAMED_MAX).cloned().collect::<Vec<_>>().join(", ");
-        let more = match left_out.len().saturating_sub(NAMED_MAX) {
+        let named = left_out.iter().take(TOPICS_NAMED_MAX).cloned().collect::<Vec<_>>().join(", ");
+        let more = match left_out.len().saturating_sub(TOPICS_NAMED_MAX) {
             0 => String::new(),
             count => format!(" and {count} more"),
         };

@@ -4,9 +4,9 @@ use crate::numbers::Number;
 use std::collections::BTreeMap;
 
 /// Messages inside messages.
-const DEPTH_MAX: usize = 8;
+const FORMAT_DEPTH_MAX: usize = 8;
 /// Fields of a message, those of the messages in it included.
-const FIELDS_MAX: usize = 2048;
+const FORMAT_FIELDS_MAX: usize = 2048;
 /// Parts of a message that are looked at, those without bytes included.
 const STEPS_MAX: usize = 20_000;
 
@@ -50,14 +50,14 @@ impl Formats {
     /// What cannot be laid out, in words.
     pub fn layout(&self, message: &str) -> Result<Layout, String> {
         let mut layout = Layout::default();
-        self.lay_out(message, "", DEPTH_MAX, &mut layout)?;
+        self.lay_out(message, "", FORMAT_DEPTH_MAX, &mut layout)?;
         Ok(layout)
     }
 
     fn lay_out(&self, message: &str, prefix: &str, depth: usize, layout: &mut Layout) -> Result<(), String> {
         let fields = self.0.get(message).ok_or_else(|| format!("the message `{message}` is not defined"))?;
         if depth == 0 {
-            return Err(format!("`{message}` has more than {DEPTH_MAX} messages in messages"));
+            return Err(format!("`{message}` has more than {FORMAT_DEPTH_MAX} messages in messages"));
         }
         for field in fields.split(';').filter(|field| !field.is_empty()) {
             let (kind, name) = field.split_once(' ').ok_or_else(|| format!("`{field}` is no field"))?;
@@ -101,8 +101,11 @@ impl Layout {
         if self.steps > STEPS_MAX {
             return Err(format!("more than {STEPS_MAX} parts are defined"));
         }
-        if self.fields.len() > FIELDS_MAX || self.texts.len() > FIELDS_MAX || self.bytes > usize::from(u16::MAX) {
-            return Err(format!("more than {FIELDS_MAX} fields or 65535 bytes are defined"));
+        if self.fields.len() > FORMAT_FIELDS_MAX
+            || self.texts.len() > FORMAT_FIELDS_MAX
+            || self.bytes > usize::from(u16::MAX)
+        {
+            return Err(format!("more than {FORMAT_FIELDS_MAX} fields or 65535 bytes are defined"));
         }
         Ok(())
     }

@@ -4,9 +4,9 @@ use crate::bytes::{Bytes, COPY};
 use crate::error::RecordingError;
 
 /// First bytes of a log; the version follows.
-pub(crate) const MAGIC: &[u8] = b"ULog\x01\x12\x35";
+pub(crate) const ULOG_MAGIC: &[u8] = b"ULog\x01\x12\x35";
 /// Magic, version, time of the start.
-const HEADER_BYTES: usize = 16;
+const ULOG_HEADER_BYTES: usize = 16;
 /// Size and type.
 const HEAD_BYTES: usize = 3;
 /// A whole message that is written now and then, to be found again after damage.
@@ -41,11 +41,11 @@ impl<'a> Messages<'a> {
     /// No log, or one with flags that change what follows and are not known.
     pub fn open(file: &str, log: &'a [u8]) -> Result<Self, RecordingError> {
         let mut bytes = Bytes::new(file, "", log);
-        if bytes.take(HEADER_BYTES, "the header")?.get(..MAGIC.len()) != Some(MAGIC) {
+        if bytes.take(ULOG_HEADER_BYTES, "the header")?.get(..ULOG_MAGIC.len()) != Some(ULOG_MAGIC) {
             bytes.go_to(0);
             return Err(bytes.error("this is no PX4 log", COPY));
         }
-        let mut messages = Self { log, at: HEADER_BYTES, appended: Vec::new(), passed_over: Vec::new() };
+        let mut messages = Self { log, at: ULOG_HEADER_BYTES, appended: Vec::new(), passed_over: Vec::new() };
         let flags = messages.clone().next().filter(|message| message.kind == b'B');
         if let Some(flags) = flags.map(|message| message.data).filter(|flags| flags.len() >= 40) {
             let incompatible = &flags[8..16];
@@ -71,7 +71,7 @@ impl<'a> Messages<'a> {
 fn appended(flags: &[u8], length: usize) -> Vec<usize> {
     let offset = |bytes: &[u8]| bytes.iter().rev().fold(0u64, |value, byte| value << 8 | u64::from(*byte));
     let places = flags[16..40].chunks_exact(8).filter_map(|bytes| usize::try_from(offset(bytes)).ok());
-    let mut places: Vec<usize> = places.filter(|place| (HEADER_BYTES..length).contains(place)).collect();
+    let mut places: Vec<usize> = places.filter(|place| (ULOG_HEADER_BYTES..length).contains(place)).collect();
     places.sort_unstable();
     places
 }

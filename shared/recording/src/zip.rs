@@ -5,9 +5,9 @@ use crate::error::RecordingError;
 use flate2::read::DeflateDecoder;
 use std::borrow::Cow;
 
-const END: &[u8] = b"PK\x05\x06";
+const DIRECTORY_END: &[u8] = b"PK\x05\x06";
 /// Bytes of the end record, and the longest comment behind it.
-const END_BYTES: usize = 22;
+const DIRECTORY_END_BYTES: usize = 22;
 const COMMENT_MAX: usize = 0xffff;
 /// Where a number of 32 bits says that the number of 64 bits stands elsewhere.
 const ELSEWHERE: u64 = 0xffff_ffff;
@@ -31,9 +31,9 @@ pub(crate) struct Entry {
 /// # Errors
 /// No directory, or one that is damaged.
 pub(crate) fn entries(file: &str, content: &[u8]) -> Result<Vec<Entry>, RecordingError> {
-    let from = content.len().saturating_sub(END_BYTES + COMMENT_MAX);
+    let from = content.len().saturating_sub(DIRECTORY_END_BYTES + COMMENT_MAX);
     let tail = &content[from..];
-    let end = tail.windows(END.len()).rposition(|window| window == END);
+    let end = tail.windows(DIRECTORY_END.len()).rposition(|window| window == DIRECTORY_END);
     let end =
         end.ok_or_else(|| bad(file, "the end of the file", "the directory of the zip archive is not there", COPY))?;
     let mut bytes = Bytes::new(file, "", content);

@@ -12,6 +12,8 @@ mod stabilisation;
 mod state_map;
 mod tiles;
 
+use crate::panel::Panel;
+
 pub use bars::{Bar, Bars};
 pub use clusters::{Clusters, Mode};
 pub use cumulative::Cumulative;
@@ -49,7 +51,7 @@ impl Role {
         }
     }
 
-    /// Order of drawing: measured below, truth on top.
+    /// Order of drawing among the lines: measured ones are wide and lie below, truth lies on top.
     fn layer(self) -> u8 {
         match self {
             Role::Measured => 0,
@@ -70,7 +72,27 @@ pub struct Curve<'a> {
     pub y: &'a [f64],
 }
 
-/// The curves in the order in which they are drawn.
+/// Draws the curves: models as lines, and the dots of measured samples on top of them.
+fn draw_curves(panel: &mut Panel, curves: &[Curve<'_>]) {
+    for curve in layered(curves) {
+        panel.labelled(curve.label, |panel| match curve.role {
+            Role::Measured => panel.samples_below(curve.x, curve.y),
+            role => panel.line(role.class(), curve.x, curve.y),
+        });
+    }
+    for curve in curves.iter().filter(|curve| curve.role == Role::Measured) {
+        panel.labelled(curve.label, |panel| panel.samples(curve.x, curve.y));
+    }
+}
+
+/// Draws every curve as a line, measured ones below.
+fn draw_lines(panel: &mut Panel, curves: &[Curve<'_>]) {
+    for curve in layered(curves) {
+        panel.labelled(curve.label, |panel| panel.line(curve.role.class(), curve.x, curve.y));
+    }
+}
+
+/// The curves in the order in which lines are drawn.
 fn layered<'a, 'b>(curves: &'b [Curve<'a>]) -> Vec<&'b Curve<'a>> {
     let mut sorted: Vec<&Curve<'_>> = curves.iter().collect();
     sorted.sort_by_key(|curve| curve.role.layer());

@@ -1,8 +1,9 @@
 //! One self-contained HTML page with figures and tables.
 //!
 //! What it is: a [`Page`] of a verdict, sections of text, [`Table`]s and [`Figure`]s, written to
-//! the bytes of one file: styles and figures inline, no script, no external resource, light and
-//! dark by the reader's setting, light on paper. The same input gives the same bytes.
+//! the bytes of one file: styles, figures and a small script inline, no external resource, light
+//! and dark by the reader's setting, light on paper. The same input gives the same bytes. Without
+//! the script the page loses the readout under the pointer and the zoom, and no content.
 //!
 //! May import: libm.
 //!
@@ -26,15 +27,16 @@
 //! assert_eq!(page.html(), html.into_bytes()); // same input, same bytes
 //! ```
 //!
-//! Figures have one grammar: measured data are black dots, the model before is grey, the model
-//! after has the one colour, truth is dashed; the claim is the title, the command is the caption. A
-//! line is drawn from the extremes of every pixel column, so that no spike of a long record is
-//! lost.
+//! Figures have one grammar: measured data are black dots on top, the model before is grey, the
+//! model after has the one colour, truth is dashed; the claim is the title, the command is the
+//! caption. A line is drawn from the extremes of every pixel column, so that no spike of a long
+//! record is lost.
 //!
 //! Why not plotters? Its SVG backend writes fixed colours (no dark page), every sample as an
 //! element, and text that overlaps if it does not fit.
 #![forbid(unsafe_code)]
 
+mod data;
 pub mod decimate;
 pub mod figures;
 mod page;

@@ -6,6 +6,10 @@ use crate::table::Table;
 use crate::text::escape;
 use std::fmt::Write;
 
+/// Readout under the pointer, zoom by dragging, reset by a double click; paper unfolds what is
+/// folded.
+const SCRIPT: &str = include_str!("page.js");
+
 /// Part of a section.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
@@ -13,6 +17,8 @@ pub enum Block {
     List(Vec<String>),
     /// A line to type.
     Command(String),
+    /// A text file as it is, line by line.
+    Listing(String),
     Table(Table),
     Figure(Figure),
     /// Closed until the reader opens it; open on paper.
@@ -68,7 +74,7 @@ impl Page {
             html.push_str("</section>\n");
         }
         self.footer(&mut html);
-        html.push_str("</main></body></html>\n");
+        let _ = writeln!(html, "</main><script>\n{SCRIPT}</script></body></html>");
         html.into_bytes()
     }
 
@@ -102,6 +108,9 @@ fn blocks(html: &mut String, blocks_of: &[Block]) {
             Block::Command(line) => {
                 let _ = writeln!(html, "<p><code>{}</code></p>", escape(line));
             }
+            Block::Listing(text) => {
+                let _ = writeln!(html, "<pre>{}</pre>", escape(text));
+            }
             Block::Table(table) => html.push_str(&table.html()),
             Block::Figure(figure) => html.push_str(&with_caption(figure)),
             Block::Details { summary, blocks: inner } => {
@@ -119,6 +128,7 @@ fn with_caption(figure: &Figure) -> String {
     if !figure.command.is_empty() {
         let _ = write!(html, " <code>{}</code>", escape(&figure.command));
     }
+    html.push_str(&figure.data_link());
     html.push_str("</figcaption></figure>\n");
     html
 }

@@ -4,6 +4,7 @@ use crate::decimate;
 use crate::scale::Axis;
 use crate::svg::{Anchor, FONT, Svg, WIDTH};
 use crate::text::{escape, width_em};
+use std::fmt::Write;
 
 /// Room left of a panel for tick labels and the turned label.
 pub const LEFT: f64 = 74.0;
@@ -11,6 +12,9 @@ pub const LEFT: f64 = 74.0;
 pub const PLOT_WIDTH: f64 = WIDTH - LEFT - 14.0;
 /// Room below a panel whose horizontal axis is labelled.
 pub const BELOW: f64 = 40.0;
+
+/// Distance of measured dots on top of a model [px].
+const SAMPLE_SPACING: f64 = 6.0;
 
 /// Where a panel lies.
 #[derive(Clone, Copy)]
@@ -70,11 +74,36 @@ impl Panel {
         self.inner.dots(class, &points);
     }
 
-    /// Measured samples: dots while they can be told apart, else the line through the extremes,
-    /// open where the record has a gap.
+    /// What `draw` draws belongs to the curve `label`, which the readout names.
+    pub fn labelled(&mut self, label: &str, draw: impl FnOnce(&mut Self)) {
+        if label.is_empty() {
+            return draw(self);
+        }
+        self.inner.raw(&format!("<g data-label=\"{}\">", escape(label)));
+        draw(self);
+        self.inner.raw("</g>");
+    }
+
+    /// Samples in the horizontal range.
+    fn shown(&self, x: &[f64]) -> f64 {
+        x.iter().filter(|x| (0.0..=1.0).contains(&self.x.place(**x))).count() as f64
+    }
+
+    /// Measured samples on top of the models: dots with room between them, so that a line below
+    /// stays visible.
     pub fn samples(&mut self, x: &[f64], y: &[f64]) {
-        let shown = x.iter().filter(|x| (0.0..=1.0).contains(&self.x.place(**x))).count();
-        if shown as f64 <= 0.6 * self.area.width {
+        let points = decimate::dots(self.points(x, y), SAMPLE_SPACING);
+        self.inner.dots("dot measured small", &points);
+    }
+
+    /// Measured samples that [`Panel::samples`] leaves out, below the models: dots while they can
+    /// be told apart, else the line through the extremes, open where the record has a gap.
+    pub fn samples_below(&mut self, x: &[f64], y: &[f64]) {
+        let shown = self.shown(x);
+        if shown <= self.area.width / SAMPLE_SPACING {
+            return;
+        }
+        if shown <= 0.6 * self.area.width {
             return self.dots("dot measured", x, y);
         }
         let mut steps: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > 0.0).collect();
@@ -130,7 +159,7 @@ impl Panel {
         } else {
             self.horizontal(svg);
             self.vertical(svg);
-            svg.clipped(left, top, width, height, &self.inner);
+            svg.clipped(&self.axes(), (left, top, width, height), &self.inner);
         }
         svg.rect("frame", left, top, width, height);
         let count = y_ticks(height);
@@ -142,9 +171,24 @@ impl Panel {
         }
     }
 
+    /// Both axes as attributes, in the numbers of their labels, for the readout and the zoom.
+    fn axes(&self) -> String {
+        let mut text = String::from(" class=\"panel\"");
+        let counts = [x_ticks(self.area.width), y_ticks(self.area.height)];
+        for ((name, axis), count) in [("x", &self.x), ("y", &self.y)].into_iter().zip(counts) {
+            if let Some((low, high, logarithmic)) = axis.ends(count) {
+                let label = escape(&axis.label(count));
+                let _ = write!(text, " data-{name}=\"{low:?} {high:?}\" data-{name}name=\"{label}\"");
+                text.push_str(&if logarithmic { format!(" data-{name}log=\"1\"") } else { String::new() });
+            }
+        }
+        text
+    }
+
     fn horizontal(&self, svg: &mut Svg) {
         let Area { left, top, width, height } = self.area;
         let mut free = left - 20.0;
+        svg.raw(if self.x_labelled { "<g class=\"xticks\" data-labelled=\"1\">" } else { "<g class=\"xticks\">" });
         for tick in self.x.ticks(x_ticks(width)) {
             let x = left + tick.place * width;
             svg.line("grid", (x, top), (x, top + height));
@@ -156,6 +200,7 @@ impl Panel {
                 free = x + half + 4.0;
             }
         }
+        svg.raw("</g>");
     }
 
     fn vertical(&self, svg: &mut Svg) {

@@ -115,6 +115,18 @@ impl Axis {
         ticks
     }
 
+    /// Both ends in the numbers of the labels, and whether the axis is logarithmic; `None` without
+    /// a range.
+    pub fn ends(&self, count: usize) -> Option<(f64, f64, bool)> {
+        let (low, high) = self.range?;
+        if self.logarithmic {
+            return Some((low, high, true));
+        }
+        let Notation { power, offset, .. } = Notation::new(low, high, Steps::new(low, high, count).step);
+        let unit = libm::pow(10.0, f64::from(power));
+        Some(((low - offset) / unit, (high - offset) / unit, false))
+    }
+
     /// Quantity and unit, with the power of ten and the offset that its labels leave out.
     pub fn label(&self, count: usize) -> String {
         let mut quantity = self.quantity.clone();

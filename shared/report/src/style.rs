@@ -31,7 +31,8 @@ const FIGURE: &str = "
 .measured{stroke:var(--ink)}.line.measured{stroke-width:2.2}.before{stroke:var(--grey)}.after{stroke:var(--one)}.truth{stroke:var(--ink);stroke-dasharray:6 4;stroke-width:1.3}
 .line.before,.line.after{stroke-width:1.6}.rival{stroke:var(--grey);stroke-dasharray:2 3}.small{stroke-width:2}
 .area.band{fill:var(--band)}.area.mark{fill:var(--mark)}.after-fill{fill:var(--one)}.before-fill{fill:var(--grey)}.measured-fill{fill:var(--ink)}
-.ring{fill:none;stroke-width:1.4}.halo{stroke:var(--plot)}
+.ring{fill:none;stroke-width:1.4}.halo{stroke:var(--plot)}.panel path,.panel line{vector-effect:non-scaling-stroke}
+.catch{fill:transparent}.chosen{fill:var(--band)}.panel{touch-action:pan-y}
 ";
 
 const PAGE: &str = "
@@ -40,12 +41,16 @@ main{max-width:840px;margin:0 auto;padding:32px 24px 64px}h1,h2{overflow-wrap:an
 p{margin:8px 0;overflow-wrap:anywhere}.verdict{font-size:1.15rem;border-left:4px solid var(--one);padding:4px 0 4px 14px;margin:0 0 20px}
 figure{margin:24px 0}figure h3{font-size:1rem;margin:0 0 6px;overflow-wrap:anywhere}figure svg{display:block;width:100%;height:auto}figcaption,footer,.faint{color:var(--faint);font-size:.85rem}figcaption{margin-top:4px}
 code{font:.85em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;background:var(--code);padding:1px 4px;border-radius:3px;overflow-wrap:anywhere}
+pre{overflow-x:auto;background:var(--code);padding:10px 12px;border-radius:3px;line-height:1.35}pre code{padding:0;overflow-wrap:normal}
 .wide{overflow-x:auto;margin:12px 0}table{border-collapse:collapse;font-size:.875rem;min-width:60%}caption{caption-side:top;text-align:left;font-weight:600;padding:0 0 4px}
 th,td{text-align:left;vertical-align:top;padding:5px 14px 5px 0;border-bottom:1px solid var(--rule)}th{color:var(--faint);font-weight:600}td:last-child,th:last-child{padding-right:0}
 td.n,th.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}.i,.f{display:inline-block;white-space:nowrap}.i{text-align:right}.f{text-align:left}td.prose{min-width:15em;overflow-wrap:anywhere}td.name{overflow-wrap:break-word}
 .s-note{color:var(--note)}.s-warning{color:var(--warning);font-weight:600}.s-fault{color:var(--fault);font-weight:600}
 details{margin:14px 0}summary{cursor:pointer;font-weight:600}footer{margin-top:48px;border-top:1px solid var(--rule);padding-top:12px}ul{margin:8px 0;padding-left:22px}
-@media print{main{max-width:none;padding:0}figure,tr{break-inside:avoid}h2,h3,summary{break-after:avoid}details::details-content{content-visibility:visible;display:block}.wide{overflow:visible}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
+pre{font:.8em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;background:var(--code);padding:8px 10px;border-radius:3px;overflow-x:auto;white-space:pre-wrap;overflow-wrap:anywhere}
+.readout{position:fixed;z-index:1;pointer-events:none;background:var(--paper);color:var(--ink);border:1px solid var(--rule);border-radius:3px;padding:3px 8px;font-size:.8rem;font-variant-numeric:tabular-nums;max-width:60vw}.readout[hidden]{display:none}
+@media (max-width:560px){main{padding:20px 14px 48px}table{font-size:.8rem;min-width:100%}th,td{padding-right:10px}td.prose{min-width:11em}td.name{max-width:11em;overflow-wrap:anywhere}th{min-width:3.5em}}
+@media print{main{max-width:none;padding:0}figure,tr{break-inside:avoid}thead{display:table-header-group}h2,h3,summary{break-after:avoid}details::details-content{content-visibility:visible;display:block}.wide{overflow:visible}table{width:100%;min-width:0;font-size:.75rem}th,td{overflow-wrap:anywhere;padding-right:8px}td.prose{min-width:0}.data,.readout{display:none}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 ";
 
 /// Styles of a page with figures.

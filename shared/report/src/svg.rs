@@ -1,5 +1,6 @@
 //! A drawing of fixed width in user units, which a page scales; and the figure that it becomes.
 
+use crate::data::Data;
 use crate::style;
 use crate::text::{coordinate, escape, fit, width_em};
 use std::fmt::Write;
@@ -112,9 +113,10 @@ impl Svg {
         let _ = write!(self.body, "{}</text>", escape(&shown));
     }
 
-    /// Everything of `inner` that lies in the rectangle, in coordinates from its corner.
-    pub fn clipped(&mut self, x: f64, y: f64, width: f64, height: f64, inner: &Svg) {
-        self.body.push_str("<svg");
+    /// Everything of `inner` that lies in the rectangle, in coordinates from its corner;
+    /// `attributes` of the element begin with a space where there are any.
+    pub fn clipped(&mut self, attributes: &str, (x, y, width, height): (f64, f64, f64, f64), inner: &Svg) {
+        let _ = write!(self.body, "<svg{attributes}");
         for (name, value) in [("x", x), ("y", y), ("width", width), ("height", height)] {
             let _ = write!(self.body, " {name}=\"");
             coordinate(&mut self.body, value);
@@ -126,7 +128,8 @@ impl Svg {
     /// The drawing as a figure of that height.
     #[must_use]
     pub fn figure(self, title: &str, height: f64) -> Figure {
-        Figure { title: title.into(), body: self.body, height, caption: String::new(), command: String::new() }
+        let (title, empty) = (title.into(), String::new());
+        Figure { title, body: self.body, height, caption: empty.clone(), command: empty, data: None }
     }
 }
 
@@ -138,6 +141,7 @@ pub struct Figure {
     height: f64,
     pub caption: String,
     pub command: String,
+    data: Option<Data>,
 }
 
 impl Figure {
@@ -151,6 +155,16 @@ impl Figure {
     #[must_use]
     pub fn command(self, command: impl Into<String>) -> Self {
         Figure { command: command.into(), ..self }
+    }
+
+    /// The numbers behind the drawing, for a reader to download.
+    pub(crate) fn data(self, data: Data) -> Self {
+        Figure { data: Some(data), ..self }
+    }
+
+    /// The link to the numbers; empty without any.
+    pub(crate) fn data_link(&self) -> String {
+        self.data.as_ref().map_or(String::new(), |data| data.link(&self.title))
     }
 
     /// The drawing as an element of a page.
@@ -175,7 +189,7 @@ impl Figure {
         let height = self.height + top;
         let mut body = Svg::default();
         body.raw(&self.body);
-        head.clipped(0.0, top, WIDTH, self.height, &body);
+        head.clipped("", (0.0, top, WIDTH, self.height), &body);
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"figure\" viewBox=\"0 0 {WIDTH} {height:.0}\" width=\"{WIDTH}\" height=\"{height:.0}\"><style>{}</style><rect class=\"paper\" width=\"100%\" height=\"100%\"/>{}</svg>\n",
             style::of_figure(),

@@ -2,9 +2,10 @@
 //! what is left.
 
 use super::{Compared, alternatives, percent, verdict_words};
-use crate::recordings::{probability, tool};
+use crate::recordings::tool;
 use channels::{Channel, common_grid};
 use examination::compare::{ChannelComparison, Verdict};
+use examination::doctor::p_value;
 use examination::spectrum::{Averaging, density};
 use report::text::short;
 use report::{Block, Cell, Curve, Figure, Mark, Overlay, Page, Role, Section, Spectrum, Table};
@@ -56,7 +57,7 @@ fn section(one: &Compared, command: &str, left: &mut usize) -> Section {
         vec![Block::Text(format!("Real: {}. Simulated: {}.", one.real.in_words(), one.simulated.in_words()))];
     let notes: Vec<String> = one.real.notes.iter().chain(&one.simulated.notes).cloned().collect();
     if !notes.is_empty() {
-        blocks.push(Block::List(notes));
+        blocks.push(Block::List(crate::notes::counted(&notes)));
     }
     blocks.push(Block::Table(overview(one)));
     if !one.result.unmatched.is_empty() {
@@ -170,7 +171,7 @@ fn places(c: &ChannelComparison) -> Vec<Block> {
             "Places",
             &["where", "rms", "unit", "share of the squared difference [%]", "above the noise [dB]", "p"],
         );
-        let p = |p: f64| Cell::Text(probability(p).trim_start_matches("p ").to_owned());
+        let p = |p: f64| Cell::Text(p_value(p));
         for w in &c.windows {
             let place = format!("{} to {} s", short(w.start_s), short(w.end_s));
             table.row(vec![

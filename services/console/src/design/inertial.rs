@@ -61,7 +61,7 @@ fn limits(file: Option<&Path>) -> Result<HardwareLimits, Failure> {
             file.display()
         ))
     };
-    let text = std::fs::read_to_string(file).map_err(|error| bad(error.to_string()))?;
+    let text = crate::plants::utf8_text(file).map_err(|(error, _)| bad(error))?;
     let said: HardwareLimits = toml::from_str(&text).map_err(|error| bad(error.to_string()))?;
     let mut positive =
         vec![said.joint_angle_max_rad, said.joint_rate_max_rad_s, said.base_rate_max_rad_s, said.torque_max_n_m];

@@ -96,7 +96,7 @@ impl<'a> Grid<'a> {
 pub fn evidence(diagnosis: &Diagnosis) -> Option<Figure> {
     let curves: Vec<&EvidenceCurve> = diagnosis.figures.evidence.iter().take(EACH_MAX).collect();
     let adopted = |c: &EvidenceCurve| diagnosis.effects.iter().any(|e| e.kind == c.kind && e.site == c.site);
-    let labels: Vec<String> = curves.iter().map(|c| format!("{}@{}", c.kind, c.site)).collect();
+    let labels: Vec<String> = curves.iter().map(|c| super::names::named(&c.kind, &c.site)).collect();
     let first = curves.first()?;
     let drawn: Vec<Curve<'_>> = curves
         .iter()
@@ -270,8 +270,8 @@ fn overlay(diagnosis: &Diagnosis, shown: &Shown) -> Figure {
     let fits = diagnosis.held_out.channels.iter().find(|c| c.name == shown.channel);
     let fit = fits.map(|c| (percent(c.fit_percent_before), percent(c.fit_percent_after)));
     let label = |what: &str, fit: Option<&String>| fit.map_or(what.to_owned(), |fit| format!("{what}, fit {fit} %"));
-    let before = label("plant as stated", fit.as_ref().map(|f| &f.0));
-    let after = label("with what was found", fit.as_ref().map(|f| &f.1));
+    let before = label("plant, refitted", fit.as_ref().map(|f| &f.0));
+    let after = label("with what was found, refitted", fit.as_ref().map(|f| &f.1));
     let (nb, na) = (shown.before.len().min(n), shown.after.len().min(n));
     let t = &shown.time_s;
     let figure = Overlay {
@@ -292,7 +292,7 @@ fn overlay(diagnosis: &Diagnosis, shown: &Shown) -> Figure {
         Some((before, after)) => format!("{}: fit {before} % before, {after} % after, in free run", shown.channel),
         None => format!("{}: measured, and both models in free run", shown.channel),
     };
-    figure.draw(&claim).caption("Parameters frozen; the initial state comes from the first stretch.")
+    figure.draw(&claim).caption("Both models are refitted to the fitted recordings, then frozen; the initial state comes from the first stretch.")
 }
 
 /// Names in the order in which they first occur.

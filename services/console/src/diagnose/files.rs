@@ -51,7 +51,8 @@ impl OutFiles {
         diagnosed.diagnosis.augmented_plant = self.text(AUGMENTED, augmented.as_deref())?;
         diagnosed.diagnosis.next_experiment = self.text(NEXT, next.as_deref())?;
         diagnosed.diagnosis.report = Some(self.report.path());
-        let page = page::page(diagnosed, next.as_deref());
+        let texts = page::Texts { augmented: augmented.as_deref(), next: next.as_deref() };
+        let page = page::page(diagnosed, &texts);
         self.text(OBJECT, Some(&format!("{}\n", object::object(diagnosed))))?;
         self.report.write(&page)
     }

@@ -1,11 +1,12 @@
 //! The diagnosis as one JSON object.
 
 use super::Diagnosed;
+use super::answer::answer;
 use crate::recordings::Loaded;
 use serde_json::{Map, Value, json};
 
-/// Every key of the diagnosis, and what the command line adds: the examination of the recordings
-/// and the files read.
+/// Every key of the diagnosis, and what the command line adds: the examination of the recordings,
+/// the files read, and the answer as three sentences.
 pub fn object(diagnosed: &Diagnosed) -> Value {
     let engine = serde_json::to_value(&diagnosed.diagnosis).expect("a diagnosis is plain data with text for keys");
     let Value::Object(engine) = engine else { return engine };
@@ -34,6 +35,7 @@ pub fn object(diagnosed: &Diagnosed) -> Value {
     object.insert("recordings".into(), all(&case.fitted).into_iter().chain(spectra).chain(modes).collect());
     object.insert("held_out_recordings".into(), all(&case.held_out).into());
     object.insert("repeat_recordings".into(), all(&case.repeat).into());
+    object.insert("answer".into(), json!(answer(diagnosed)));
     object.insert("command".into(), case.command.as_str().into());
     object.insert("effort".into(), case.effort.name().into());
     object.insert("interrupted".into(), diagnosed.interrupted.into());

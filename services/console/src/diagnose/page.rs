@@ -1,23 +1,34 @@
 //! The page of a diagnosis: the verdict for who reads one paragraph, then the figures, then every
 //! number.
 
-use super::paragraph::{first_paragraph, gain_words, held_out_words, percent, unit, verdict_words};
-use super::words::{not_found, status_words};
-use super::{Diagnosed, figures};
+use super::answer::answer;
+use super::names::{in_titles, named, site_in_words, unit};
+use super::paragraph::{details_paragraph, gain_words, held_out_words, not_found, percent, verdict_words};
+use super::words::status_words;
+use super::{Diagnosed, figures, summary};
 use crate::doctor::{channels_of, value_of, words_of};
-use crate::recordings::{Loaded, probability, tool};
+use crate::notes::counted;
+use crate::recordings::{Loaded, tool};
 use discovery::diagnose::Diagnosis;
+use examination::doctor::{p_value, probability};
 use identification::held_out::Status;
 use report::{Block, Cell, Figure, Page, Section, Table};
 
-/// The report of `obsid diagnose`: verdict, effects, figures, parameters, detection limits and
+/// Files that a diagnosis has, as text.
+#[derive(Default)]
+pub struct Texts<'a> {
+    pub augmented: Option<&'a str>,
+    pub next: Option<&'a str>,
+}
+
+/// The report of `obsid diagnose`: answer, effects, figures, parameters, detection limits and
 /// digests of what was read.
-pub fn page(diagnosed: &Diagnosed, next_experiment: Option<&str>) -> Page {
+pub fn page(diagnosed: &Diagnosed, texts: &Texts<'_>) -> Page {
     let Diagnosed { case, diagnosis, .. } = diagnosed;
-    let mut sections = vec![missing(diagnosis), shown(diagnosis), places(diagnosis)];
+    let mut sections = vec![found(diagnosed), missing(diagnosis), shown(diagnosis), places(diagnosis)];
     sections.push(Section::new("Numbers of the plant", nominal(diagnosis)));
     sections.push(Section::new("What could not be seen", limits(diagnosis)));
-    sections.push(Section::new("Next", next(diagnosis, next_experiment)));
+    sections.push(Section::new("Next", next(diagnosis, texts)));
     sections.push(Section::new("Recordings", recordings(diagnosed)));
     sections.retain(|section| !section.blocks.is_empty());
     for section in &mut sections {
@@ -39,7 +50,7 @@ pub fn page(diagnosed: &Diagnosed, next_experiment: Option<&str>) -> Page {
     let what = if files.len() > 3 { format!("{} recordings", files.len()) } else { files.join(", ") };
     Page {
         title: format!("{what} against {}: {}", case.plant_file, verdict_words(diagnosis.verdict)),
-        verdict: first_paragraph(diagnosis),
+        verdict: answer(diagnosed).join(" "),
         sections,
         command: case.command.clone(),
         digests,
@@ -51,12 +62,31 @@ fn all(figures: Vec<Figure>) -> impl Iterator<Item = Block> {
     figures.into_iter().map(Block::Figure)
 }
 
+/// The one table of the answer, and the sentences behind it, folded.
+fn found(diagnosed: &Diagnosed) -> Section {
+    let mut table = Table::new("", &summary::COLUMNS);
+    for row in summary::rows(diagnosed) {
+        table.row(
+            row.into_iter().map(|cell| if cell.is_empty() { Cell::Text(cell) } else { Cell::Prose(cell) }).collect(),
+        );
+    }
+    let mut blocks = Vec::new();
+    if !table.rows.is_empty() {
+        blocks.push(Block::Table(table));
+    }
+    let details = details_paragraph(&diagnosed.diagnosis);
+    if !details.is_empty() {
+        blocks.push(Block::Details { summary: "Behind the answer".into(), blocks: vec![Block::Text(details)] });
+    }
+    Section::new("Effects", blocks)
+}
+
 /// Effects, rivals, what they do: evidence, force, angles.
 fn missing(diagnosis: &Diagnosis) -> Section {
     let mut blocks = Vec::new();
     if !diagnosis.effects.is_empty() {
-        blocks.push(Block::Table(effects(diagnosis)));
-        blocks.extend(rivals(diagnosis).map(Block::Table));
+        let tables = [Some(effects(diagnosis)), rivals(diagnosis)].into_iter().flatten().map(Block::Table).collect();
+        blocks.push(Block::Details { summary: "Effects and rivals in full".into(), blocks: tables });
     }
     blocks.extend(figures::evidence(diagnosis).map(Block::Figure));
     blocks.extend(all(figures::laws(diagnosis)));
@@ -79,7 +109,11 @@ fn effects(diagnosis: &Diagnosis) -> Table {
         ];
         let last = [Cell::Number(effect.d), Cell::Number(100.0 * effect.kappa)];
         let numbers = effect.parameters.iter().map(|p| {
-            let name = if unit(&p.unit).is_empty() { p.name.clone() } else { format!("{} [{}]", p.name, p.unit) };
+            let name = if unit(&p.unit).is_empty() {
+                p.name.clone()
+            } else {
+                format!("{} [{}]", p.name, unit(&p.unit).trim())
+            };
             [Cell::Text(name), Cell::Estimate(p.value, p.sigma)]
         });
         let mut numbers: Vec<[Cell; 2]> = numbers.collect();
@@ -99,14 +133,12 @@ fn effects(diagnosis: &Diagnosis) -> Table {
 }
 
 fn rivals(diagnosis: &Diagnosis) -> Option<Table> {
-    let mut table =
-        Table::new("Rivals, and what rules them out", &["instead of", "rival", "site", "probability", "why"]);
+    let mut table = Table::new("Rivals, and what rules them out", &["instead of", "rival", "probability", "why"]);
     for effect in &diagnosis.effects {
         for rival in &effect.rivals {
             table.row(vec![
-                effect.kind.as_str().into(),
-                rival.kind.as_str().into(),
-                rival.site.as_str().into(),
+                Cell::Text(named(&effect.kind, &effect.site)),
+                Cell::Text(named(&rival.kind, &rival.site)),
                 Cell::Written(format!("{:.2}", rival.probability)),
                 Cell::Prose(rival.reason.clone()),
             ]);
@@ -141,7 +173,7 @@ fn shown(diagnosis: &Diagnosis) -> Section {
     }
     if !diagnosis.compare.channels.is_empty() {
         let mut table =
-            Table::new("The plant as stated, in free run on what was fitted", &["channel", "rms", "fit [%]"]);
+            Table::new("The plant, refitted, in free run on what was fitted", &["channel", "rms", "fit [%]"]);
         for c in &diagnosis.compare.channels {
             table.row(vec![c.name.as_str().into(), Cell::Number(c.rms), Cell::Written(percent(c.fit_percent))]);
         }
@@ -159,13 +191,13 @@ fn places(diagnosis: &Diagnosis) -> Section {
         for place in &diagnosis.located {
             table.row(vec![
                 place.channel.as_str().into(),
-                place.site.as_str().into(),
+                Cell::Text(site_in_words(&place.site)),
                 Cell::Number(place.time[0]),
                 Cell::Number(place.time[1]),
                 Cell::Number(place.band_hz[0]),
                 Cell::Number(place.band_hz[1]),
                 Cell::Text(place.states.join(", ")),
-                Cell::Text(probability(place.p).trim_start_matches("p ").to_owned()),
+                Cell::Text(p_value(place.p)),
             ]);
         }
         blocks.push(Block::Table(table));
@@ -199,13 +231,12 @@ fn limits(diagnosis: &Diagnosis) -> Vec<Block> {
     if limits.is_empty() {
         return Vec::new();
     }
-    let mut table = Table::new("", &["effect", "site", "found from", "unit"]);
+    let mut table = Table::new("", &["effect", "found from", "unit"]);
     for limit in &limits {
         table.row(vec![
-            limit.kind.as_str().into(),
-            limit.site.as_str().into(),
+            Cell::Text(named(&limit.kind, &limit.site)),
             Cell::Number(limit.amplitude),
-            limit.unit.as_str().into(),
+            Cell::Text(unit(&limit.unit).trim().to_owned()),
         ]);
     }
     let count = limits.len();
@@ -215,14 +246,14 @@ fn limits(diagnosis: &Diagnosis) -> Vec<Block> {
     ]
 }
 
-fn next(diagnosis: &Diagnosis, experiment: Option<&str>) -> Vec<Block> {
+fn next(diagnosis: &Diagnosis, texts: &Texts<'_>) -> Vec<Block> {
     let mut blocks = Vec::new();
-    if let (Some(path), Some(text)) = (&diagnosis.next_experiment, experiment) {
-        blocks.push(Block::Text(format!("The experiment that would decide stands in {path}:")));
-        blocks.extend(text.lines().filter(|line| !line.trim().is_empty()).map(|line| Block::Command(line.to_owned())));
+    if let (Some(path), Some(text)) = (&diagnosis.next_experiment, texts.next) {
+        blocks.push(Block::Text(format!("The experiment that would decide is {path}.")));
+        blocks.push(Block::Details { summary: "Its TOML".into(), blocks: vec![Block::Listing(text.to_owned())] });
     }
     if let Some(path) = &diagnosis.augmented_plant {
-        blocks.push(Block::Text(format!("The plant with what was confirmed stands in {path}; it simulates:")));
+        blocks.push(Block::Text(format!("The plant with what was confirmed is {path}; this simulates it:")));
         blocks.push(Block::Command(crate::recordings::command_line(&[
             "obsid".into(),
             "simulate".into(),
@@ -230,6 +261,8 @@ fn next(diagnosis: &Diagnosis, experiment: Option<&str>) -> Vec<Block> {
             "--out".into(),
             "again.csv".into(),
         ])));
+        let toml = texts.augmented.map(|text| Block::Listing(text.to_owned()));
+        blocks.extend(toml.map(|text| Block::Details { summary: "Its TOML".into(), blocks: vec![text] }));
     }
     blocks
 }
@@ -241,7 +274,7 @@ fn recordings(diagnosed: &Diagnosed) -> Vec<Block> {
     for (what, loaded) in [("", &case.fitted), ("held out: ", &case.held_out), ("repeat: ", &case.repeat)] {
         for one in loaded {
             lines.push(line(what, one));
-            lines.extend(one.notes.iter().map(|note| format!("{}: {note}", one.recording.name)));
+            lines.extend(counted(&one.notes).iter().map(|note| format!("{}: {note}", one.recording.name)));
         }
     }
     lines
@@ -249,7 +282,7 @@ fn recordings(diagnosed: &Diagnosed) -> Vec<Block> {
     lines.extend(
         case.modes.iter().map(|m| format!("{}: {} modes, {} through its parts", m.file, m.modes.len(), m.tracks.len())),
     );
-    lines.extend(diagnosed.diagnosis.notes.iter().cloned());
+    lines.extend(counted(&diagnosed.diagnosis.notes).iter().map(|note| in_titles(note)));
     let mut blocks = vec![Block::List(lines)];
     if !diagnosed.findings.is_empty() {
         let mut table = Table::new("Examined before any model", &["severity", "check", "recording", "finding"]);

@@ -1,21 +1,21 @@
-//! The first paragraph: for an engineer who reads nothing else.
+//! The sentences behind the answer: where, confirmed or not, what it biased, the reason.
 
-use crate::recordings::probability;
-use discovery::diagnose::{Diagnosis, EffectReport, HeldOutChannel, HeldOutKind, ParameterReport, Verdict};
+use super::names::{in_titles, named, site_in_words};
+use discovery::diagnose::{DetectionLimit, Diagnosis, EffectReport, HeldOutKind, Verdict};
+use examination::doctor::probability;
 use identification::held_out::Status;
 use report::text::{short, with_sigma};
 
-/// What is missing, where, how large, confirmed or not, what it changes.
-pub fn first_paragraph(diagnosis: &Diagnosis) -> String {
-    let mut sentences = vec![headline(diagnosis)];
+/// Place, status, bias and reason: what stands behind the answer.
+pub fn details_paragraph(diagnosis: &Diagnosis) -> String {
+    let mut sentences = Vec::new();
     if says_more_than_headline(diagnosis.verdict) {
         sentences.extend(place(diagnosis));
-        sentences.extend(shown(diagnosis));
         sentences.extend(standing(diagnosis));
         sentences.extend(bias(diagnosis));
     }
-    if !diagnosis.reason.is_empty() && says_more_than_headline(diagnosis.verdict) {
-        sentences.push(format!("Reason: {}", sentence_within(&diagnosis.reason)));
+    if !diagnosis.reason.is_empty() {
+        sentences.push(format!("Reason: {}", sentence_within(&in_titles(&diagnosis.reason))));
     }
     sentences.join(" ")
 }
@@ -38,81 +38,16 @@ pub fn verdict_words(verdict: Verdict) -> &'static str {
     }
 }
 
-fn headline(diagnosis: &Diagnosis) -> String {
-    let all = held_up(diagnosis).map(in_words).collect::<Vec<_>>().join("; and ");
-    match diagnosis.verdict {
-        Verdict::None if diagnosis.reason.is_empty() => "Nothing is missing that these recordings could show.".into(),
-        Verdict::None => sentence(&diagnosis.reason),
-        Verdict::Named if all.is_empty() => "Something is missing.".into(),
-        Verdict::Named => format!("What is missing: {all}."),
-        Verdict::Sensor if all.is_empty() => "No physics is missing; a channel is labelled wrongly.".into(),
-        Verdict::Sensor => format!("No physics is missing; a sensor is at fault: {all}."),
-        Verdict::NotSeparable => {
-            format!("Something is missing, and these recordings cannot tell which it is: {}.", set(diagnosis))
-        }
-        Verdict::NotInCatalogue => "Something is missing that the catalogue does not hold.".into(),
-        Verdict::NoiseModel => "No physics is missing; the noise is not what the plant file states.".into(),
-        Verdict::Unobservable => "What may be missing cannot be observed in these recordings.".into(),
-        Verdict::CannotDecide => format!("Nothing can be decided, because {}", sentence_within(&diagnosis.reason)),
-    }
-}
-
-/// `Coulomb friction at joint:pivot (joint_coulomb), force 0.300 ± 0.004 N*m`.
-pub fn in_words(effect: &EffectReport) -> String {
-    let numbers: Vec<String> = effect.parameters.iter().map(parameter).collect();
-    let numbers = if numbers.is_empty() { String::new() } else { format!(", {}", numbers.join(", ")) };
-    format!("{} at {} ({}){numbers}", effect.title, effect.site, effect.kind)
-}
-
-fn parameter(parameter: &ParameterReport) -> String {
-    let (value, sigma) = with_sigma(parameter.value, parameter.sigma);
-    format!("{} {value} ± {sigma}{}", parameter.name, unit(&parameter.unit))
-}
-
-/// A unit behind a number.
-pub fn unit(unit: &str) -> String {
-    if matches!(unit, "" | "-" | "1") { String::new() } else { format!(" {unit}") }
-}
-
-/// The effects and their rivals with probabilities.
-fn set(diagnosis: &Diagnosis) -> String {
-    let named = |kind: &str, site: &str, p: f64| format!("{kind} at {site} ({p:.2})");
-    let each = |e: &EffectReport| {
-        let mut all = vec![named(&e.kind, &e.site, e.probability)];
-        all.extend(e.rivals.iter().filter(|r| r.probability >= 0.005).map(|r| named(&r.kind, &r.site, r.probability)));
-        all.join(", or ")
-    };
-    held_up(diagnosis).map(each).collect::<Vec<_>>().join("; and ")
-}
-
-/// The effects that support the verdict.
-fn held_up(diagnosis: &Diagnosis) -> impl Iterator<Item = &EffectReport> {
-    diagnosis.effects.iter().filter(|e| !matches!(e.status, Status::NotConverged | Status::Rejected))
-}
-
 fn place(diagnosis: &Diagnosis) -> Option<String> {
     let first = diagnosis.located.first()?;
     let [from, to] = first.time.map(short);
     // a force is of no channel
-    let at = if first.channel.is_empty() { format!("at {}", first.site) } else { format!("in {}", first.channel) };
-    Some(format!("It shows most {at} between {from} and {to} s ({}).", probability(first.p)))
-}
-
-/// Held-out fit of the channel that gains most.
-fn shown(diagnosis: &Diagnosis) -> Option<String> {
-    let held = &diagnosis.held_out;
-    let gain = |c: &HeldOutChannel| c.fit_percent_after - c.fit_percent_before;
-    let best = held.channels.iter().filter(|c| gain(c).is_finite()).max_by(|a, b| gain(a).total_cmp(&gain(b)))?;
-    let on = held_out_words(held.kind)?;
-    let others = match held.channels.len() - 1 {
-        0 => String::new(),
-        n => format!(" ({n} more channel{} in the table)", if n == 1 { "" } else { "s" }),
+    let at = if first.channel.is_empty() {
+        format!("at {}", site_in_words(&first.site))
+    } else {
+        format!("in {}", first.channel)
     };
-    let (before, after) = (percent(best.fit_percent_before), percent(best.fit_percent_after));
-    // neither is wrong: they judge different things
-    let but =
-        if gain(best) < 0.0 { ": it carries the error of its start along, and the gain below does not" } else { "" };
-    Some(format!("With it the fit of {} in free run goes from {before} to {after} % on {on}{others}{but}.", best.name))
+    Some(format!("It shows most {at} between {from} and {to} s ({}).", probability(first.p)))
 }
 
 /// A fit as it is printed: without decimals where it is far below zero.
@@ -135,7 +70,7 @@ pub fn held_out_words(kind: HeldOutKind) -> Option<&'static str> {
 
 fn standing(diagnosis: &Diagnosis) -> Option<String> {
     let fitted: Vec<&EffectReport> = diagnosis.effects.iter().filter(|e| e.status != Status::NotConverged).collect();
-    let name = |e: &EffectReport| if fitted.len() == 1 { "it".to_owned() } else { format!("{} at {}", e.kind, e.site) };
+    let name = |e: &EffectReport| if fitted.len() == 1 { "it".to_owned() } else { named(&e.kind, &e.site) };
     let of = |status| fitted.iter().filter(|e| e.status == status).map(|e| name(e)).collect::<Vec<_>>();
     let [confirmed, open, rejected] = [Status::Confirmed, Status::Unconfirmed, Status::Rejected].map(of);
     let numbers = gain_words(diagnosis).map_or(String::new(), |gain| format!(" ({gain})"));
@@ -147,7 +82,7 @@ fn standing(diagnosis: &Diagnosis) -> Option<String> {
     if !confirmed.is_empty() {
         sentences.push(format!("Held-out data confirm {}{numbers}.", confirmed.join(" and ")));
     }
-    for (kinds, does) in [(&open, "do not decide yet on"), (&rejected, "refuse")] {
+    for (kinds, does) in [(&open, "do not decide yet on"), (&rejected, "reject")] {
         // the gain is that of the model
         let numbers = if sentences.is_empty() { &*numbers } else { "" };
         if !kinds.is_empty() {
@@ -187,13 +122,12 @@ fn bias(diagnosis: &Diagnosis) -> Option<String> {
     ))
 }
 
-/// With a capital letter and a full stop.
-fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
-    sentence_within(&format!("{first}{}", letters.as_str()))
-}
-
 fn sentence_within(text: &str) -> String {
     if text.ends_with('.') { text.to_owned() } else { format!("{text}.") }
+}
+
+/// Detection limits of what was not found.
+pub fn not_found(diagnosis: &Diagnosis) -> Vec<&DetectionLimit> {
+    let found = |l: &DetectionLimit| diagnosis.effects.iter().any(|e| e.kind == l.kind && e.site == l.site);
+    diagnosis.detection_limits.iter().filter(|l| l.amplitude.is_finite() && !found(l)).collect()
 }

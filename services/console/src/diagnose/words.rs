@@ -1,10 +1,13 @@
 //! The diagnosis for a terminal.
 
-use super::Diagnosed;
-use super::paragraph::{first_paragraph, gain_words, held_out_words, percent, unit, verdict_words};
-use crate::recordings::{Loaded, probability, wrapped};
-use discovery::diagnose::{DetectionLimit, Diagnosis, EffectReport};
-use examination::doctor::Severity;
+use super::answer::answer;
+use super::names::{in_titles, named, site_in_words, unit};
+use super::paragraph::{details_paragraph, gain_words, held_out_words, not_found, percent, verdict_words};
+use super::{Diagnosed, summary};
+use crate::notes::counted;
+use crate::recordings::{Loaded, wrapped};
+use discovery::diagnose::{Diagnosis, EffectReport};
+use examination::doctor::{Severity, probability};
 use identification::held_out::Status;
 use report::text::{short, with_sigma};
 use std::fmt::Write;
@@ -18,7 +21,9 @@ const PARAMETERS_PRINTED: usize = 12;
 /// next steps can name them.
 pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
     let Diagnosed { case, findings, diagnosis, .. } = diagnosed;
-    let mut text = String::new();
+    let mut text: String = answer(diagnosed).iter().map(|sentence| wrapped(sentence, "")).collect();
+    text.push_str(&summary::in_words(diagnosed));
+    text.push_str("\n--- details ---\n");
     for (what, loaded) in [("", &case.fitted), ("held out  ", &case.held_out), ("repeat    ", &case.repeat)] {
         loaded.iter().for_each(|one| text.push_str(&recording(what, one)));
     }
@@ -27,11 +32,11 @@ pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
     if faults + warnings > 0 {
         let _ = writeln!(
             text,
-            "  doctor: {faults} fault(s), {warnings} warning(s); `obsid doctor` tells them with their cures"
+            "  doctor: {faults} fault(s), {warnings} warning(s); `obsid doctor` lists them with their cures"
         );
     }
     let _ = writeln!(text, "\nverdict: {}", verdict_words(diagnosis.verdict));
-    text.push_str(&wrapped(&first_paragraph(diagnosis), "  "));
+    text.push_str(&wrapped(&details_paragraph(diagnosis), "  "));
     diagnosis.effects.iter().for_each(|e| text.push_str(&effect(e)));
     text.push_str(&places(diagnosis));
     text.push_str(&nominal(diagnosis));
@@ -44,7 +49,7 @@ pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
 
 fn recording(what: &str, loaded: &Loaded) -> String {
     let mut text = format!("{what}{}: {}\n", loaded.recording.name, loaded.in_words());
-    loaded.notes.iter().for_each(|note| text.push_str(&wrapped(&format!("note: {note}"), "  ")));
+    counted(&loaded.notes).iter().for_each(|note| text.push_str(&wrapped(&format!("note: {note}"), "  ")));
     text
 }
 
@@ -59,7 +64,13 @@ pub fn status_words(status: Status) -> &'static str {
 }
 
 fn effect(effect: &EffectReport) -> String {
-    let mut text = format!("\n{}@{}: {}", effect.kind, effect.site, status_words(effect.status));
+    let mut text = format!(
+        "\n{} ({}@{}): {}",
+        named(&effect.kind, &effect.site),
+        effect.kind,
+        effect.site,
+        status_words(effect.status)
+    );
     if effect.status != Status::NotConverged {
         let _ = write!(text, ", probability {:.2}", effect.probability);
     }
@@ -69,15 +80,12 @@ fn effect(effect: &EffectReport) -> String {
         short(effect.d),
         short(100.0 * effect.kappa)
     );
-    if effect.title != effect.kind {
-        let _ = writeln!(text, "  {}", effect.title);
-    }
     for p in &effect.parameters {
         let (value, sigma) = with_sigma(p.value, p.sigma);
         let _ = writeln!(text, "  {:<24} {value:>14} ± {sigma}{}", p.name, unit(&p.unit));
     }
     for rival in &effect.rivals {
-        let line = format!("rival {}@{} ({:.2}): {}", rival.kind, rival.site, rival.probability, rival.reason);
+        let line = format!("rival {} ({:.2}): {}", named(&rival.kind, &rival.site), rival.probability, rival.reason);
         text.push_str(&wrapped(&line, "  "));
     }
     text
@@ -91,7 +99,10 @@ fn places(diagnosis: &Diagnosis) -> String {
         let states =
             if place.states.is_empty() { String::new() } else { format!(", over {}", place.states.join(", ")) };
         let channel = if place.channel.is_empty() { String::new() } else { format!("{} ", place.channel) };
-        let line = format!("where: {channel}at {}, {from} to {to} s, {low} to {high} Hz{states}, {p}", place.site);
+        let line = format!(
+            "where: {channel}at {}, {from} to {to} s, {low} to {high} Hz{states}, {p}",
+            site_in_words(&place.site)
+        );
         let _ = writeln!(text, "\n{line}");
     }
     text
@@ -161,12 +172,6 @@ fn compare(diagnosis: &Diagnosis) -> String {
     text
 }
 
-/// Detection limits of what was not found.
-pub fn not_found(diagnosis: &Diagnosis) -> Vec<&DetectionLimit> {
-    let found = |l: &DetectionLimit| diagnosis.effects.iter().any(|e| e.kind == l.kind && e.site == l.site);
-    diagnosis.detection_limits.iter().filter(|l| l.amplitude.is_finite() && !found(l)).collect()
-}
-
 fn limits(diagnosis: &Diagnosis) -> String {
     let all = not_found(diagnosis);
     if all.is_empty() {
@@ -174,7 +179,7 @@ fn limits(diagnosis: &Diagnosis) -> String {
     }
     let mut text = String::from("\nnot found; it would have been from this size on\n");
     for limit in all.iter().take(LIMITS_PRINTED) {
-        let name = format!("{}@{}", limit.kind, limit.site);
+        let name = named(&limit.kind, &limit.site);
         let _ = writeln!(text, "  {name:<48} {:>12}{}", short(limit.amplitude), unit(&limit.unit));
     }
     if all.len() > LIMITS_PRINTED {
@@ -189,8 +194,8 @@ fn rest(diagnosis: &Diagnosis, written: bool) -> String {
         text.push('\n');
         text.push_str(&wrapped(&format!("these data say nothing of: {}", diagnosis.not_found.join(", ")), ""));
     }
-    for note in &diagnosis.notes {
-        text.push_str(&wrapped(&format!("note: {note}"), ""));
+    for note in counted(&diagnosis.notes) {
+        text.push_str(&wrapped(&format!("note: {}", in_titles(&note)), ""));
     }
     text.push('\n');
     for (what, path) in [

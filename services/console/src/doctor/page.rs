@@ -43,7 +43,7 @@ fn section(one: &Examined, command: &str, left: &mut usize) -> Section {
     let Examined { loaded, findings } = one;
     let mut blocks = vec![Block::Text(format!("{}.", loaded.in_words()))];
     if !loaded.notes.is_empty() {
-        blocks.push(Block::List(loaded.notes.clone()));
+        blocks.push(Block::List(crate::notes::counted(&loaded.notes)));
     }
     if findings.is_empty() {
         blocks.push(Block::Text("Nothing found.".into()));

@@ -138,6 +138,7 @@ mod tests {
             json: false,
             csv: None,
             out: None,
+            intake: crate::intake::IntakeArguments::default(),
         };
         outcome(&arguments, core::slice::from_ref(spectrum)).map_err(|failure| format!("{failure:?}"))
     }

@@ -80,7 +80,7 @@ fn modes(outcome: &Outcome) -> Section {
         outcome.record, outcome.method, outcome.kind, outcome.deviations
     );
     let mut blocks = vec![Block::Text(said), Block::Table(table)];
-    let lines: Vec<String> = outcome.advice.iter().chain(&outcome.notes).cloned().collect();
+    let lines: Vec<String> = outcome.advice.iter().cloned().chain(crate::notes::counted(&outcome.notes)).collect();
     if !lines.is_empty() {
         blocks.push(Block::List(lines));
     }

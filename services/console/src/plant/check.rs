@@ -70,11 +70,11 @@ fn check(path: &Path) -> Checked {
     let parsed = match plant_file::parse(&name, &text) {
         Ok(parsed) => parsed,
         Err(errors) => {
-            let objects = errors.iter().map(located).collect();
+            let objects = errors.iter().take(plants::ERRORS_MAX).map(located).collect();
             return refused(plants::refusal(&name, &text, errors), objects);
         }
     };
-    for warning in &parsed.warnings {
+    for warning in parsed.warnings.iter().take(plants::ERRORS_MAX) {
         let FileError { span, message, cure, .. } = warning.clone();
         let doubt = Located::new(&name, &text, span, message, cure).into_warning();
         crate::tell(&format!("{:?}", miette::Report::new(doubt)));

@@ -9,6 +9,7 @@
 use super::held_out_selection::{HeldOutSelection, select_on_held_out};
 use super::search::{SearchResult, searched};
 use super::{ALPHA_SHARE_CONFIRMED, ALPHA_SHARE_IDENTIFIED, AcceptedModel, Options};
+use examination::doctor::probability;
 use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
 use identification::problem::Problem;
@@ -42,6 +43,6 @@ pub(super) fn confirmed(
     let gain = selection.evidence.gain.filter(|gain| gain.status() == Status::Confirmed)?;
     let p = found.adopted.first().filter(|_| gain.interval(2.0 * level)[0] > 0.0)?.p;
     notes.append(&mut own);
-    notes.push(format!("suspected on this recording alone (p = {p:.1e}); held-out data confirm it"));
+    notes.push(format!("suspected on this recording alone ({}); held-out data confirm it", probability(p)));
     Some((found, selection))
 }

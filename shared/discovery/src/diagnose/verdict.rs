@@ -13,7 +13,7 @@ use crate::omnibus::{Outliers, StrongestBin};
 use crate::score::{Candidate, Score};
 use crate::unknown_law::{Acts, UnknownLaw};
 use dynamics::description::SiteKind;
-use examination::doctor::short;
+use examination::doctor::{probability as chance, short};
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, NOT_FOUND_RATIO};
 use identification::held_out::{Gain, Status};
@@ -495,11 +495,6 @@ fn observable(findings: &Findings<'_>) -> bool {
     let columns = &findings.screening.columns;
     let usual = |score: &Score| columns[score.column].candidate.effect.parameters[0].default.abs();
     findings.screening.scores.iter().any(|score| usual(score) > score.limit)
-}
-
-/// A p value in words; below the smallest number it is not zero.
-fn chance(p: f64) -> String {
-    if p > 1e-300 { format!("p = {p:.1e}") } else { "p < 1e-300".to_owned() }
 }
 
 /// Gain in `−2 ln p` from which a change of the noise is reported by itself: odds of exp(5) = 150 :

@@ -8,6 +8,7 @@
 //! and a second excitation separates them.
 
 use crate::diagnose::{Diagnosis, Verdict, Where};
+use examination::doctor::probability;
 use identification::statistics::chi_squared_tail;
 
 /// A mode in one part of a record.
@@ -157,8 +158,9 @@ impl Drift {
             ),
         };
         format!(
-            "the {what} of the mode at {:.4} Hz is not constant over the record (p = {:.1e}); {law}",
-            track.frequency_hz, self.p
+            "the {what} of the mode at {:.4} Hz is not constant over the record ({}); {law}",
+            track.frequency_hz,
+            probability(self.p)
         )
     }
 }

@@ -473,3 +473,11 @@ fn progress_never_falls_and_ends_at_one() {
     assert_eq!(with, examine(&recording(channels)));
     assert!(told.windows(2).all(|w| w[1] >= w[0]) && told.last() == Some(&1.0), "{told:?}");
 }
+
+#[test]
+fn a_p_value_has_two_digits_and_below_a_millionth_of_a_millionth_none() {
+    let written = [0.0, 9.9e-13, 1.0e-12, 1.24e-8, 0.0124, 0.404, 1.0, f64::NAN].map(super::p_value);
+    assert_eq!(written, ["< 1e-12", "< 1e-12", "1.0e-12", "1.2e-8", "0.012", "0.40", "1.0", "–"]);
+    assert_eq!(super::probability(1e-40), "p < 1e-12");
+    assert_eq!(super::probability(0.25), "p = 0.25");
+}

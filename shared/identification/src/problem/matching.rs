@@ -112,7 +112,7 @@ fn find<'r>(recording: &'r Recording, name: &str, map: &[(String, String)]) -> O
 }
 
 /// Begin, end, segment and initial state of every run.
-fn spans(
+pub(super) fn spans(
     plant: &Plant,
     recording: &Recording,
     sensors: &[Option<&Channel>],
@@ -152,7 +152,7 @@ fn cut(channel: &Channel, begin_s: f64, end_s: f64) -> Samples {
     samples
 }
 
-fn check_unit(recording: &Recording, channel: &Channel, expected: &str) -> Result<(), ProblemError> {
+pub(super) fn check_unit(recording: &Recording, channel: &Channel, expected: &str) -> Result<(), ProblemError> {
     if channel.unit.is_empty() || channel.unit == "1" || same_unit(&channel.unit, expected) {
         return Ok(());
     }

@@ -91,6 +91,16 @@ impl SmoothMotion {
         self.kinks.iter().map(|k| self.time_s[*k]).collect()
     }
 
+    /// Times and values of the knots; natural cubic splines join them from kink to kink.
+    pub(super) fn knots(&self) -> (&[f64], &[f64]) {
+        (&self.time_s, &self.value)
+    }
+
+    /// Places of the kinks among the knots.
+    pub(super) fn kinks(&self) -> &[usize] {
+        &self.kinks
+    }
+
     /// Standard deviation of the noise that was taken off [unit of the motion].
     pub fn sigma(&self) -> f64 {
         self.sigma

@@ -1,19 +1,16 @@
-//! What the header of the reader says is so: its example reads, and its signs and frames are those
-//! of the equations.
+//! What the definition of the format says is so: its example reads, and its signs and frames are
+//! those of the equations.
 
 use super::{parse, plant, shown};
-use crate::{effect_warnings, parse_effect};
+use crate::{FORMAT, effect_warnings, parse_effect};
 use dynamics::description::{Plant, Space};
 use dynamics::system::{System, Workspace};
 
-const HEADER: &str = include_str!("../lib.rs");
-
-/// The blocks of the header that begin with "````kind`", put together.
+/// The blocks of the definition that begin with "````kind`", put together.
 fn blocks(kind: &str) -> String {
     let mut text = String::new();
     let mut inside = false;
-    for line in HEADER.lines().take_while(|line| line.starts_with("//!")) {
-        let line = line.strip_prefix("//! ").unwrap_or("");
+    for line in FORMAT.lines() {
         if line.starts_with("```") {
             inside = !inside && line.trim_end() == format!("```{kind}");
         } else if inside {
@@ -25,7 +22,7 @@ fn blocks(kind: &str) -> String {
 }
 
 #[test]
-fn the_blocks_of_the_header_are_complete_plants_without_a_warning() {
+fn the_blocks_of_the_definition_are_complete_plants_without_a_warning() {
     for (kind, space) in [("toml", Space::Planar), ("toml spatial", Space::Spatial)] {
         let text = blocks(kind);
         let parsed = parse("header", &text).unwrap_or_else(|errors| panic!("{}\n{text}", shown(&errors)));
@@ -33,18 +30,23 @@ fn the_blocks_of_the_header_are_complete_plants_without_a_warning() {
         assert_eq!(parsed.plant.space, space);
         assert!(System::new(&parsed.plant).is_ok());
     }
-    assert!(HEADER.lines().filter(|line| line.starts_with("//! ```toml")).count() >= 7, "blocks are not recognised");
+    assert!(FORMAT.lines().filter(|line| line.starts_with("```toml")).count() >= 7, "blocks are not recognised");
 }
 
 #[test]
 fn every_effect_in_the_documentation_of_the_reader_is_one() {
     let plant = plant(&blocks("toml"));
     let mut found = 0;
-    for source in
-        [HEADER, include_str!("../effect_text.rs"), include_str!("../../../dynamics/src/description/parameters.rs")]
-    {
-        let docs: Vec<&str> = source.lines().filter(|line| line.trim_start().starts_with("//")).collect();
-        for example in docs.join("\n").split('`').filter(|text| text.contains("@joint:")) {
+    let documented = |source: &str| -> String {
+        source.lines().filter(|line| line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+    };
+    let sources = [
+        FORMAT.to_owned(),
+        documented(include_str!("../effect_text.rs")),
+        documented(include_str!("../../../dynamics/src/description/parameters.rs")),
+    ];
+    for source in sources {
+        for example in source.split('`').filter(|text| text.contains("@joint:")) {
             found += 1;
             match example.strip_prefix("effect.") {
                 Some(name) => {

@@ -9,7 +9,7 @@ use bits::Bits;
 use codes::{Code, GROUP};
 
 const BLOCK: u64 = 0x3141_5926_5359;
-const END: u64 = 0x1772_4538_5090;
+const STREAM_END: u64 = 0x1772_4538_5090;
 const CODES_MAX: usize = 6;
 /// Symbols of the alphabet: runs of zeros take two, the end of a block one.
 const RUN_A: u16 = 0;
@@ -30,7 +30,7 @@ pub(super) fn unpack(packed: &[u8], limit: usize) -> Result<Vec<u8>, String> {
         loop {
             match u64::from(bits.take(24)?) << 24 | u64::from(bits.take(24)?) {
                 BLOCK => block(&mut bits, level * 100_000, limit, &mut out)?,
-                END => break,
+                STREAM_END => break,
                 other => return Err(format!("{other:#014x} begins no bzip2 block")),
             }
         }

@@ -93,11 +93,13 @@ fn add(all: &mut SeriesSet, dataset: &RawDataset, set: SeriesSet, intake: &Intak
     let SeriesSet { recording, notes, .. } = &set;
     for channel in &recording.channels {
         let assigned = intake.channels.iter().any(|of| of.own == channel.name);
-        let name = if assigned { channel.name.clone() } else { format!("{}.{}", dataset.name, channel.name) };
+        let bare = assigned || dataset.name.is_empty();
+        let name = if bare { channel.name.clone() } else { format!("{}.{}", dataset.name, channel.name) };
         let unit = set.unit_in_file(channel).to_owned();
         all.push(Channel { name, ..channel.clone() }, &unit);
     }
-    all.notes.extend(notes.iter().map(|note| format!("{}: {note}", dataset.name)));
+    let of = if dataset.name.is_empty() { String::new() } else { format!("{}: ", dataset.name) };
+    all.notes.extend(notes.iter().map(|note| format!("{of}{note}")));
 }
 
 /// One dataset as a recording.

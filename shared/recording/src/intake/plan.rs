@@ -114,8 +114,17 @@ pub(crate) fn plan(source: &Source<'_>, columns: &[Seen], intake: &Intake) -> Re
         let place = source.place(taken.first().copied().unwrap_or(0), &clock_header);
         return Err(error.unwrap_or(RecordingError::NoChannels { place, left_out: listed(&left_out) }));
     }
+    notes.extend(repeated(&columns, &planned));
     notes.extend(remarks(&planned, &left_out));
     Ok(Plan { axis, clock, clock_header, columns: planned, notes })
+}
+
+/// Names that stand more than once, and what the later columns are called.
+fn repeated(columns: &[Column<'_>], planned: &[Planned]) -> Option<String> {
+    let stated = |of: &Planned| heading(&columns[of.at].seen.header).name;
+    let renamed = planned.iter().filter(|of| of.name == columns[of.at].heading.name && of.name != stated(of));
+    let all: Vec<String> = renamed.map(|of| format!("column {} is `{}`", of.at + 1, of.name)).collect();
+    (!all.is_empty()).then(|| format!("names stand more than once: {}", listed(&all)))
 }
 
 fn remarks(planned: &[Planned], left_out: &[String]) -> Vec<String> {

@@ -88,9 +88,9 @@ pub(crate) struct Layouts {
 }
 
 /// Messages inside messages.
-const DEPTH_MAX: usize = 32;
+const DEFINITION_DEPTH_MAX: usize = 32;
 /// Fields of all messages of a definition.
-const FIELDS_MAX: usize = 1 << 16;
+const DEFINITION_FIELDS_MAX: usize = 1 << 16;
 const SEPARATOR: &str = "=====";
 
 impl Layouts {
@@ -145,7 +145,9 @@ impl Parser {
         match self.made.get(name) {
             Some(Some(index)) => return Ok(*index),
             Some(None) => return Err(format!("`{name}` contains itself")),
-            None if depth > DEPTH_MAX => return Err(format!("more than {DEPTH_MAX} messages inside each other")),
+            None if depth > DEFINITION_DEPTH_MAX => {
+                return Err(format!("more than {DEFINITION_DEPTH_MAX} messages inside each other"));
+            }
             None => {}
         }
         let text = match self.texts.get(name) {
@@ -164,12 +166,12 @@ impl Parser {
             _ => 0,
         };
         let height = fields.iter().map(inside).max().unwrap_or(0);
-        if height > DEPTH_MAX {
-            return Err(format!("more than {DEPTH_MAX} messages inside each other"));
+        if height > DEFINITION_DEPTH_MAX {
+            return Err(format!("more than {DEFINITION_DEPTH_MAX} messages inside each other"));
         }
         self.fields += fields.len();
-        if self.fields > FIELDS_MAX {
-            return Err(format!("more than {FIELDS_MAX} fields"));
+        if self.fields > DEFINITION_FIELDS_MAX {
+            return Err(format!("more than {DEFINITION_FIELDS_MAX} fields"));
         }
         self.list.push(Layout { fields, is_header: name == "std_msgs/Header", depth: height });
         self.made.insert(name.into(), Some(self.list.len() - 1));

@@ -1,8 +1,8 @@
 //! Messages of ROS 1, and of ROS 2 in CDR: bytes in the order of the definition.
 //!
 //! ROS 1 packs little-endian bytes. CDR (XCDR 1) begins with four bytes that say the byte order and
-//! aligns every number to its size. Lengths are compared with the bytes that are left, and a message
-//! may hold no more fields than its bytes allow.
+//! aligns every number to its size. Lengths are compared with the bytes that are left, and a
+//! message may hold no more fields than its bytes allow.
 
 use super::definition::{Count, Field, Kind, Layout, Layouts, Scalar};
 use super::left_out::Reason;

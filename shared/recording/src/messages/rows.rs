@@ -11,7 +11,7 @@ use std::collections::HashMap;
 pub(crate) const STAMPS_NS: u64 = 1_000_000_000;
 /// Elements of an array that become columns.
 pub(crate) const ELEMENTS_MAX: usize = 64;
-const COLUMNS_MAX: usize = 1024;
+const MESSAGE_COLUMNS_MAX: usize = 1024;
 const PATH_MAX: usize = 512;
 /// Cells of a dataset for every value that the messages hold.
 const CELLS_PER_VALUE: usize = 8;
@@ -123,7 +123,7 @@ impl Rows {
         let index = match (expected, self.by_name.get(&self.path)) {
             (true, _) => self.cursor,
             (false, Some(index)) => *index,
-            (false, None) if self.columns.len() < COLUMNS_MAX && self.path.len() <= PATH_MAX => {
+            (false, None) if self.columns.len() < MESSAGE_COLUMNS_MAX && self.path.len() <= PATH_MAX => {
                 self.add_column(unit(&self.path))
             }
             (false, None) => return self.left_out.add(Reason::Excess, &self.path),
@@ -150,7 +150,7 @@ impl Rows {
     pub fn open_array(&mut self) -> bool {
         let known = match self.array_by_path.get(&self.path) {
             Some(index) => *index,
-            None if self.arrays.len() < COLUMNS_MAX && self.path.len() <= PATH_MAX => {
+            None if self.arrays.len() < MESSAGE_COLUMNS_MAX && self.path.len() <= PATH_MAX => {
                 self.array_by_path.insert(self.path.clone(), self.arrays.len());
                 self.arrays.push(Array { path: self.path.clone(), length: None, varies: false });
                 self.arrays.len() - 1

@@ -62,7 +62,8 @@ const DEFINITIONS: &[(&str, &str)] = &[
          float64[9] position_covariance\nuint8 position_covariance_type",
     ),
     ("sensor_msgs/NavSatStatus", "int8 status\nuint16 service"),
-    // Without `variance`, which only newer ROS 2 messages end with: bytes behind a message are left.
+    // Without `variance`, which only newer ROS 2 messages end with: bytes behind a message are
+    // left.
     (
         "sensor_msgs/Range",
         "std_msgs/Header header\nuint8 radiation_type\nfloat32 field_of_view\nfloat32 min_range\n\

@@ -1,5 +1,5 @@
-//! Bytes of a text file as UTF-8: UTF-16 with its mark (or told by its zeros) is decoded on the way;
-//! what is no UTF-8 is read as Latin-1, line by line.
+//! Bytes of a text file as UTF-8: UTF-16 with its mark (or told by its zeros) is decoded on the
+//! way; what is no UTF-8 is read as Latin-1, line by line.
 
 use std::io::{self, BufRead, Read};
 

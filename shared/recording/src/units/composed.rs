@@ -259,7 +259,7 @@ fn named(product: &Product) -> Option<&'static str> {
 }
 
 /// Deepest nesting of brackets, and highest power: a file must not exhaust the stack or the time.
-const DEPTH_MAX: u32 = 4;
+const UNIT_DEPTH_MAX: u32 = 4;
 const POWER_MAX: i32 = 6;
 
 fn parse(text: &str) -> Option<Product> {
@@ -286,7 +286,7 @@ fn product(rest: &mut &str, depth: u32) -> Option<Product> {
 fn primary(rest: &mut &str, depth: u32) -> Option<Product> {
     if let Some(inner) = rest.strip_prefix('(') {
         *rest = inner;
-        let inside = if depth < DEPTH_MAX { product(rest, depth + 1)? } else { return None };
+        let inside = if depth < UNIT_DEPTH_MAX { product(rest, depth + 1)? } else { return None };
         *rest = rest.strip_prefix(')')?;
         return Some(inside);
     }

@@ -489,6 +489,7 @@ fn a_name_that_stands_twice_is_told_by_its_turn() {
     let set = read("twice.csv", "time [s],x [m],x [mm]\n0,1,2\n1,1,2\n", &Intake::default()).unwrap();
     let named: Vec<(&str, f64)> = set.recording.channels.iter().map(|c| (c.name.as_str(), c.value[0])).collect();
     assert_eq!(named, [("x", 1.0), ("x_2", 0.002)]);
+    assert!(set.notes.iter().any(|note| note.contains("column 3 is `x_2`")), "{:?}", set.notes);
 }
 
 #[test]

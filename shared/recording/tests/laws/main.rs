@@ -12,6 +12,7 @@ mod foreign_messages;
 mod foreign_rows;
 mod intake;
 mod mcap_files;
+mod others;
 mod real_recordings;
 mod replay_runs;
 mod replay_tables;

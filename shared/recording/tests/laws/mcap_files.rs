@@ -165,7 +165,7 @@ fn a_foreign_mcap_is_refused_with_what_is_supported() {
     let schema = writer.add_schema("sensor_msgs/JointState", "ros1msg", b"float64 x").unwrap();
     writer.add_channel(schema, "/joint_states", "ros1", &BTreeMap::new()).unwrap();
     writer.finish().unwrap();
-    let error = recording::read(&path).unwrap_err().explain();
+    let error = recording::read_mcap(&path).unwrap_err().explain();
     for part in [
         "channels: `/imu/data` (sensor_msgs/Imu), `/joint_states` (sensor_msgs/JointState)",
         "`ros1/ros1msg`",

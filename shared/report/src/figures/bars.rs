@@ -1,6 +1,7 @@
 //! Numbers with their intervals, one per line.
 
 use super::Role;
+use crate::data::{Data, named, number, quoted};
 use crate::panel::BELOW;
 use crate::scale::Axis;
 use crate::svg::{Anchor, FONT, Figure, Svg, WIDTH};
@@ -63,7 +64,15 @@ impl Bars<'_> {
             svg.text("tick", (left + width + 8.0, y + 4.0), Anchor::Start, right - 10.0, &bar.note);
             self.draw_bar(&mut svg, bar, y, &x);
         }
-        svg.figure(claim, TOP + height + BELOW)
+        svg.figure(claim, TOP + height + BELOW).data(self.data())
+    }
+
+    fn data(&self) -> Data {
+        let value = named((self.quantity, self.unit));
+        Data::new(&["name", &value, "95 % from", "95 % to"], self.bars.len(), |k| {
+            let bar = &self.bars[k];
+            vec![quoted(&bar.label), number(bar.value), number(bar.interval.0), number(bar.interval.1)]
+        })
     }
 
     fn draw_bar(&self, svg: &mut Svg, bar: &Bar, y: f64, x: &dyn Fn(f64) -> f64) {

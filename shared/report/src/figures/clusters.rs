@@ -1,5 +1,6 @@
 //! Frequency and damping of poles, gathered into modes.
 
+use crate::data::{Data, number};
 use crate::panel::{Area, BELOW, Entry, Panel, legend};
 use crate::scale::Axis;
 use crate::svg::{Anchor, Figure, Svg};
@@ -48,7 +49,15 @@ impl Clusters<'_> {
             draw_mode(&mut panel, mode);
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + CLUSTERS_HEIGHT + BELOW)
+        svg.figure(claim, top + CLUSTERS_HEIGHT + BELOW).data(self.data())
+    }
+
+    /// One row per pole.
+    fn data(&self) -> Data {
+        let count = self.pole_frequency_hz.len().min(self.pole_damping_ratio.len());
+        Data::new(&["frequency [Hz]", "damping ratio"], count, |k| {
+            vec![number(self.pole_frequency_hz[k]), number(self.pole_damping_ratio[k])]
+        })
     }
 }
 

@@ -1,7 +1,8 @@
 //! Sums over time: the evidence for a model, a sum of squares.
 
 use super::overlay::{Mark, entry};
-use super::{Curve, layered};
+use super::{Curve, draw_lines};
+use crate::data::Data;
 use crate::panel::{Area, BELOW, Entry, Panel, legend};
 use crate::scale::Axis;
 use crate::svg::{Figure, Svg};
@@ -41,13 +42,12 @@ impl Cumulative<'_> {
             panel.stretch("area mark", mark.from, mark.to, &mark.what);
         }
         panel.level("zero", 0.0);
-        for curve in layered(&self.curves) {
-            panel.line(curve.role.class(), curve.x, curve.y);
-        }
+        draw_lines(&mut panel, &self.curves);
         if let Some(threshold) = self.threshold {
             panel.level("line truth", threshold);
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + CUMULATIVE_HEIGHT + BELOW)
+        let data = Data::of_curves(("time", "s"), (self.quantity, self.unit), &self.curves);
+        svg.figure(claim, top + CUMULATIVE_HEIGHT + BELOW).data(data)
     }
 }

@@ -1,6 +1,7 @@
 //! Every pair of a list as a number: angles between rivals, correlations, shapes against shapes.
 
 use super::heat::Colours;
+use crate::data::{Data, named, number, quoted};
 use crate::svg::{Anchor, FONT, Figure, Svg, WIDTH};
 use crate::text::{short, width_em};
 
@@ -57,7 +58,19 @@ impl Matrix<'_> {
                 bottom += 16.0;
             }
         }
-        svg.figure(claim, bottom + 8.0)
+        svg.figure(claim, bottom + 8.0).data(self.data())
+    }
+
+    /// One row per pair.
+    fn data(&self) -> Data {
+        let names = if self.columns.is_empty() { &self.rows } else { &self.columns };
+        let name = |names: &[String], k: usize| quoted(names.get(k).map_or("", String::as_str));
+        let value = named((self.quantity, self.unit));
+        Data::new(&["row", "column", &value], self.values.len() * names.len(), |pair| {
+            let (i, j) = (pair / names.len(), pair % names.len());
+            let value = self.values[i].get(j).copied().unwrap_or(f64::NAN);
+            vec![name(&self.rows, i), name(names, j), number(value)]
+        })
     }
 }
 

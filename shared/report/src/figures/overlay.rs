@@ -1,6 +1,7 @@
 //! Measured and modelled over time, with the residual under them.
 
-use super::{Curve, Role, layered};
+use super::{Curve, Role, draw_curves, draw_lines};
+use crate::data::Data;
 use crate::panel::{Area, BELOW, Entry, Panel, legend};
 use crate::scale::Axis;
 use crate::svg::{Figure, Svg};
@@ -58,23 +59,20 @@ impl Overlay<'_> {
         if let Some(band) = self.band {
             main.band("area band", band.x, band.low, band.high);
         }
-        for curve in layered(&self.curves) {
-            draw_curve(&mut main, curve);
-        }
+        draw_curves(&mut main, &self.curves);
         main.draw(&mut svg);
+        let data = Data::of_curves(("time", "s"), (self.quantity, self.unit), &self.curves);
         if self.residual.is_empty() {
-            return svg.figure(claim, top + MAIN + BELOW);
+            return svg.figure(claim, top + MAIN + BELOW).data(data);
         }
         let below = Area::full(top + MAIN + 10.0, RESIDUAL);
         let ys = self.residual.iter().flat_map(|c| c.y.iter().copied());
         let mut residual = Panel::new(below, x(), Axis::linear("residual", self.unit, ys));
         self.shade(&mut residual);
         residual.level("zero", 0.0);
-        for curve in layered(&self.residual) {
-            residual.line(curve.role.class(), curve.x, curve.y);
-        }
+        draw_lines(&mut residual, &self.residual);
         residual.draw(&mut svg);
-        svg.figure(claim, top + MAIN + 10.0 + RESIDUAL + BELOW)
+        svg.figure(claim, top + MAIN + 10.0 + RESIDUAL + BELOW).data(data)
     }
 
     fn shade(&self, panel: &mut Panel) {
@@ -98,12 +96,4 @@ impl Overlay<'_> {
 pub(super) fn entry<'a>(curve: &Curve<'a>) -> Entry<'a> {
     let class = if curve.role == Role::Measured { "dot measured" } else { curve.role.class() };
     Entry { class: class.into(), label: curve.label }
-}
-
-fn draw_curve(panel: &mut Panel, curve: &Curve<'_>) {
-    if curve.role == Role::Measured {
-        panel.samples(curve.x, curve.y);
-    } else {
-        panel.line(curve.role.class(), curve.x, curve.y);
-    }
 }

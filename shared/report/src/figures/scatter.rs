@@ -1,7 +1,8 @@
 //! One quantity over another, with the law fitted to it: a force over a speed, a displacement.
 
 use super::overlay::{Band, entry};
-use super::{Curve, Role, layered};
+use super::{Curve, Role, draw_lines};
+use crate::data::Data;
 use crate::panel::{Area, BELOW, Entry, Panel, legend};
 use crate::scale::Axis;
 use crate::svg::{Figure, Svg};
@@ -37,14 +38,13 @@ impl Scatter<'_> {
         if let Some(band) = self.band {
             panel.band("area band", band.x, band.low, band.high);
         }
-        for curve in layered(&self.curves) {
-            if curve.role == Role::Measured {
-                panel.dots(if curve.x.len() > 400 { "dot measured small" } else { "dot measured" }, curve.x, curve.y);
-            } else {
-                panel.line(curve.role.class(), curve.x, curve.y);
-            }
+        let (samples, laws): (Vec<Curve<'_>>, Vec<_>) = self.curves.iter().partition(|c| c.role == Role::Measured);
+        draw_lines(&mut panel, &laws);
+        for curve in &samples {
+            let class = if curve.x.len() > 400 { "dot measured small" } else { "dot measured" };
+            panel.labelled(curve.label, |panel| panel.dots(class, curve.x, curve.y));
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + SCATTER_HEIGHT + BELOW)
+        svg.figure(claim, top + SCATTER_HEIGHT + BELOW).data(Data::of_curves(self.x, self.y, &self.curves))
     }
 }

@@ -1,7 +1,8 @@
 //! Power over frequency, both logarithmic.
 
 use super::overlay::{Mark, entry};
-use super::{Curve, Role, layered};
+use super::{Curve, Role, draw_lines};
+use crate::data::Data;
 use crate::panel::{Area, BELOW, Entry, Panel, legend};
 use crate::scale::Axis;
 use crate::svg::{Figure, Svg};
@@ -57,13 +58,12 @@ impl Spectrum<'_> {
         for band in &self.bands {
             panel.stretch("area mark", band.from, band.to, &band.what);
         }
-        for curve in layered(&self.curves) {
-            panel.line(curve.role.class(), curve.x, curve.y);
-        }
+        draw_lines(&mut panel, &self.curves);
         if let Some(noise) = self.noise {
             panel.level("line truth", noise);
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + SPECTRUM_HEIGHT + BELOW)
+        let data = Data::of_curves(("frequency", "Hz"), (self.quantity, self.unit), &self.curves);
+        svg.figure(claim, top + SPECTRUM_HEIGHT + BELOW).data(data)
     }
 }

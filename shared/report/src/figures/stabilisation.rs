@@ -1,6 +1,7 @@
 //! Stabilisation diagram: poles over model order. Physical poles persist as the order grows.
 
 use super::Curve;
+use crate::data::{Data, number, quoted};
 use crate::panel::{Area, BELOW, Entry, Panel, legend};
 use crate::scale::Axis;
 use crate::svg::{Figure, Svg};
@@ -78,7 +79,16 @@ impl Stabilisation<'_> {
             }
         }
         panel.draw(&mut svg);
-        svg.figure(claim, top + STABILISATION_HEIGHT + BELOW)
+        svg.figure(claim, top + STABILISATION_HEIGHT + BELOW).data(self.data())
+    }
+
+    /// One row per pole.
+    fn data(&self) -> Data {
+        Data::new(&["model order", "frequency [Hz]", "stability"], self.poles.len(), |k| {
+            let pole = &self.poles[k];
+            let label = KINDS.iter().find(|(kind, ..)| *kind == pole.stability).map_or("", |(.., label)| label);
+            vec![number(pole.order), number(pole.frequency_hz), quoted(label)]
+        })
     }
 
     fn behind(&self, panel: &mut Panel, spectrum: &Curve<'_>) {

@@ -1,6 +1,7 @@
 //! A force over two coordinates: where in state space the missing physics acts.
 
 use super::heat::Colours;
+use crate::data::{Data, named, number};
 use crate::panel::{Area, BELOW, Panel};
 use crate::scale::Axis;
 use crate::svg::{Anchor, Figure, Svg};
@@ -50,7 +51,20 @@ impl StateMap<'_> {
             panel.dots("dot measured small", self.visited.0, self.visited.1);
         }
         panel.draw(&mut svg);
-        svg.figure(claim, 44.0 + STATE_MAP_HEIGHT + BELOW)
+        svg.figure(claim, 44.0 + STATE_MAP_HEIGHT + BELOW).data(self.data())
+    }
+
+    /// One row per cell: its middle and its value.
+    fn data(&self) -> Data {
+        let columns = self.rows.first().map_or(0, Vec::len);
+        let middle = |(low, high): (f64, f64), k: usize, of: usize| low + (high - low) * (k as f64 + 0.5) / of as f64;
+        let header = [named(self.x), named(self.y), named(self.force)];
+        Data::new(&header.each_ref().map(String::as_str), columns * self.rows.len(), |cell| {
+            let (row, column) = (cell / columns, cell % columns);
+            let value = self.rows[row].get(column).copied().unwrap_or(f64::NAN);
+            let at = [middle(self.x_range, column, columns), middle(self.y_range, row, self.rows.len()), value];
+            at.map(number).to_vec()
+        })
     }
 }
 

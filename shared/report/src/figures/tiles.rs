@@ -1,6 +1,7 @@
 //! Time × frequency per channel: where and when a residual is not noise.
 
 use super::heat::Colours;
+use crate::data::{Data, named, number, quoted};
 use crate::panel::{Area, BELOW, Panel};
 use crate::scale::Axis;
 use crate::svg::{Anchor, Figure, Svg, WIDTH};
@@ -67,7 +68,25 @@ impl TileMap<'_> {
             }
             top += 18.0 + height + BELOW + 8.0;
         }
-        svg.figure(claim, top)
+        svg.figure(claim, top).data(self.data())
+    }
+
+    /// One row per bin: map, lower ends of its time and frequency, value.
+    fn data(&self) -> Data {
+        let columns = |map: &Tiles<'_>| map.rows.first().map_or(0, Vec::len);
+        let each = self.maps.iter().enumerate();
+        let bins: Vec<(usize, usize, usize)> = each
+            .flat_map(|(m, map)| (0..map.rows.len()).flat_map(move |row| (0..columns(map)).map(move |k| (m, row, k))))
+            .collect();
+        let value = named((self.quantity, self.unit));
+        Data::new(&["map", "time [s]", "frequency [Hz]", &value], bins.len(), |bin| {
+            let (m, row, column) = bins[bin];
+            let (map, (low, high)) = (&self.maps[m], self.maps[m].frequency_hz);
+            let time = map.time_s.0 + (map.time_s.1 - map.time_s.0) * column as f64 / columns(map) as f64;
+            let frequency = low * libm::pow(high / low, row as f64 / map.rows.len() as f64);
+            let bin = map.rows[row].get(column).copied().unwrap_or(f64::NAN);
+            vec![quoted(map.name), number(time), number(frequency), number(bin)]
+        })
     }
 }
 

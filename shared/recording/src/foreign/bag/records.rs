@@ -15,7 +15,7 @@ pub(super) enum Item<'a> {
 
 type Visitor<'v> = &'v mut dyn FnMut(Item<'_>);
 
-const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
+const BAG_MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 /// Field `op` of records that are read.
 const OP_MESSAGE: u8 = 2;
 const OP_CHUNK: u8 = 5;
@@ -27,7 +27,7 @@ const OP_CONNECTION: u8 = 7;
 /// A file that is no bag; the device's.
 pub(super) fn walk(path: &Path, visit: Visitor<'_>) -> Result<Vec<String>, RecordingError> {
     let mut input = Input::open(path)?;
-    if input.take(MAGIC.len() as u64)?.as_deref() != Some(MAGIC) {
+    if input.take(BAG_MAGIC.len() as u64)?.as_deref() != Some(BAG_MAGIC) {
         return Err(RecordingError::BadContainer {
             file: file_name(path),
             place: "byte 0".into(),

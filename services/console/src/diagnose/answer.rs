@@ -1,0 +1,130 @@
+//! The answer in three sentences: the physics that the plant lacks, the proof, and the next step.
+
+mod proof;
+mod step;
+
+use super::Diagnosed;
+use super::names::{in_titles, named, site_in_words, title, titled, unit};
+use discovery::diagnose::{Diagnosis, EffectReport, ParameterReport, Verdict};
+use identification::held_out::Status;
+use report::text::with_sigma;
+
+/// Parameters of an effect that the sentence holds; the table holds all.
+const PARAMETERS_MAX: usize = 3;
+/// Rivals from this probability on are part of the sentence.
+const RIVAL_PROBABILITY_MIN: f64 = 0.005;
+
+/// What, proof, next: one sentence each, for every verdict.
+pub fn answer(diagnosed: &Diagnosed) -> [String; 3] {
+    [what(diagnosed), proof::proof(diagnosed), step::step(diagnosed)].map(|text| sentence(&text))
+}
+
+/// With a capital letter and one full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.trim_end_matches('.').chars();
+    let first = letters.next().map(|c| c.to_uppercase().to_string()).unwrap_or_default();
+    format!("{first}{}.", letters.as_str())
+}
+
+fn what(diagnosed: &Diagnosed) -> String {
+    let labels: Vec<String> =
+        diagnosed.labels.iter().map(|label| format!("in {} {}", label.recording, label.in_words())).collect();
+    let found = physics(&diagnosed.diagnosis, !labels.is_empty());
+    match (labels.is_empty(), found) {
+        (true, found) => found.unwrap_or_else(|| "the plant lacks no physics".into()),
+        (false, None) => format!("the plant lacks no physics, a channel is mislabelled: {}", labels.join(", and ")),
+        (false, Some(found)) => format!("{found}; besides, a channel is mislabelled: {}", labels.join(", and ")),
+    }
+}
+
+/// The verdict on the physics; `None` where a mislabelled channel is all there is.
+fn physics(diagnosis: &Diagnosis, mislabelled: bool) -> Option<String> {
+    let supported = supported(diagnosis);
+    let list = supported.iter().map(|effect| with_parameters(effect)).collect::<Vec<_>>().join("; ");
+    let lacks = match supported.len() {
+        1 => "the plant lacks one effect".to_owned(),
+        n => format!("the plant lacks {n} effects"),
+    };
+    Some(match diagnosis.verdict {
+        Verdict::Named if supported.is_empty() => "the plant lacks an effect".into(),
+        Verdict::Named => format!("{lacks}: {list}"),
+        Verdict::Sensor if supported.is_empty() && mislabelled => return None,
+        Verdict::Sensor => format!("a sensor is at fault and the plant lacks no physics: {list}"),
+        Verdict::NotSeparable => {
+            format!("the plant lacks an effect that these data cannot separate from its rivals: {}", rivals(&supported))
+        }
+        Verdict::NotInCatalogue => unknown(diagnosis),
+        Verdict::NoiseModel => first_clause(&diagnosis.reason),
+        Verdict::Unobservable => "these recordings cannot show an effect of its usual size".into(),
+        Verdict::CannotDecide => format!("these recordings decide nothing: {}", first_clause(&diagnosis.reason)),
+        Verdict::None => "the plant lacks nothing that these recordings could show".into(),
+    })
+}
+
+/// The effects that support the verdict.
+fn supported(diagnosis: &Diagnosis) -> Vec<&EffectReport> {
+    let rejected = |e: &&EffectReport| matches!(e.status, Status::NotConverged | Status::Rejected);
+    diagnosis.effects.iter().filter(|e| !rejected(e)).collect()
+}
+
+/// `Coulomb friction in joint pivot, 0.3000 ± 0.0040 N m`.
+pub fn with_parameters(effect: &EffectReport) -> String {
+    let shown: Vec<String> = match &effect.parameters[..] {
+        [one] => vec![estimate(one)],
+        all => all.iter().take(PARAMETERS_MAX).map(|p| format!("{} {}", p.name, estimate(p))).collect(),
+    };
+    let mut words = vec![titled(&effect.title, &effect.site)];
+    words.extend(shown);
+    words.join(", ")
+}
+
+/// Value, standard deviation and unit, rounded to what the deviation supports.
+pub fn estimate(parameter: &ParameterReport) -> String {
+    let (value, sigma) = with_sigma(parameter.value, parameter.sigma);
+    format!("{value} ± {sigma}{}", unit(&parameter.unit))
+}
+
+/// Each effect or its rivals, with probabilities.
+fn rivals(effects: &[&EffectReport]) -> String {
+    let each = |e: &&EffectReport| {
+        let mut all = vec![format!("{} ({:.2})", titled(&e.title, &e.site), e.probability)];
+        let others = e.rivals.iter().filter(|r| r.probability >= RIVAL_PROBABILITY_MIN);
+        all.extend(others.map(|r| format!("{} ({:.2})", named(&r.kind, &r.site), r.probability)));
+        all.join(", or ")
+    };
+    effects.iter().map(each).collect::<Vec<_>>().join("; and ")
+}
+
+/// Place and coordinates of a law outside the catalogue; a drift of modes in its own words.
+fn unknown(diagnosis: &Diagnosis) -> String {
+    let lacks = "the plant lacks a law that the catalogue does not contain";
+    match diagnosis.located.last().filter(|place| !place.states.is_empty()) {
+        Some(place) => {
+            let what = if place.channel.is_empty() { "a force" } else { "an error of the reading" };
+            format!("{lacks}: {what} at {} over {}", site_in_words(&place.site), place.states.join(" and "))
+        }
+        None => format!("{lacks}: {}", first_clause(&diagnosis.reason)),
+    }
+}
+
+/// The reason up to its first semicolon, with titles for identifiers.
+fn first_clause(reason: &str) -> String {
+    let clause = in_titles(reason.split("; ").next().unwrap_or_default());
+    if clause.is_empty() { "no reason is given".into() } else { clause }
+}
+
+/// The data that confirm an effect of this status, or its status.
+pub fn confirmed_by(diagnosed: &Diagnosed, status: Status) -> String {
+    match (status, proof::held_out_name(diagnosed)) {
+        (Status::Confirmed, Some(name)) => name.split(',').next().unwrap_or_default().to_owned(),
+        (Status::Confirmed, None) => "held-out data".into(),
+        (Status::Unconfirmed, _) => "not yet".into(),
+        (Status::Rejected, _) => "rejected".into(),
+        (Status::NotConverged, _) => "model not converged".into(),
+    }
+}
+
+/// Title of a kind that a detection limit names.
+fn limited(kind: &str, site: &str) -> String {
+    super::names::within(&titled(&title(kind), site))
+}

@@ -1,0 +1,105 @@
+//! The third sentence: a command, a file, or the data that would decide.
+
+use super::{Diagnosed, limited, supported, unit};
+use crate::diagnose::paragraph::not_found;
+use crate::recordings::command_line;
+use discovery::diagnose::Verdict;
+use discovery::mislabelled::{Mislabelled, Mistake};
+use identification::held_out::Status;
+use report::text::short;
+
+/// What to do next.
+pub fn step(diagnosed: &Diagnosed) -> String {
+    let diagnosis = &diagnosed.diagnosis;
+    if let Some(label) = diagnosed.labels.first() {
+        return relabel(label);
+    }
+    match diagnosis.verdict {
+        Verdict::Named | Verdict::Sensor => with_augmented(diagnosed),
+        Verdict::NotSeparable => experiment(diagnosed).unwrap_or_else(|| {
+            "record another excitation and add it: no entry of the menu separates the rivals".into()
+        }),
+        Verdict::NotInCatalogue if diagnosed.case.fitted.is_empty() => {
+            "record the modes at two amplitudes in random order, which separates time from amplitude".into()
+        }
+        Verdict::NotInCatalogue => {
+            "read the law off its map on the page, and repeat the run with `--repeat` to see it recur".into()
+        }
+        Verdict::NoiseModel => {
+            format!("state that noise in {} and diagnose again; the physics needs no change", diagnosed.case.plant_file)
+        }
+        Verdict::Unobservable => "excite the plant more, or measure more of it, and diagnose again".into(),
+        Verdict::CannotDecide => undecided(diagnosed),
+        Verdict::None => as_it_is(diagnosed),
+    }
+}
+
+/// The line of a map that puts a label right.
+fn relabel(label: &Mislabelled) -> String {
+    let line = |name: &String| match label.mistake {
+        Mistake::Factor(factor, _) => format!("`{name} = {{ name = \"{name}\", scale = {:.7} }}`", 1.0 / factor),
+        Mistake::Swapped => {
+            let other = label.channels.iter().find(|other| *other != name).unwrap_or(name);
+            format!("`{name} = \"{other}\"`")
+        }
+    };
+    let lines: Vec<String> = label.channels.iter().map(line).collect();
+    format!(
+        "correct the header of {}, or give `--map` a file with {} below `[channels]`",
+        label.recording,
+        lines.join(" and ")
+    )
+}
+
+/// The plant with the confirmed effects, else what would confirm them.
+fn with_augmented(diagnosed: &Diagnosed) -> String {
+    let confirmed = supported(&diagnosed.diagnosis).iter().any(|effect| effect.status == Status::Confirmed);
+    if let Some(path) = &diagnosed.diagnosis.augmented_plant {
+        let simulate = ["obsid", "simulate", path, "--out", "again.csv"].map(str::to_owned);
+        return format!("`{}` simulates the plant with what was confirmed", command_line(&simulate));
+    }
+    if confirmed && diagnosed.offered.augmented {
+        return "add `--out report` to the command: report/augmented.toml is the plant with what was confirmed".into();
+    }
+    experiment(diagnosed)
+        .unwrap_or_else(|| "record the plant once more and give it with `--held-out`, which confirms or rejects".into())
+}
+
+/// The experiment that separates rivals.
+fn experiment(diagnosed: &Diagnosed) -> Option<String> {
+    if let Some(path) = &diagnosed.diagnosis.next_experiment {
+        return Some(format!("fly the experiment of {path} and diagnose both recordings together"));
+    }
+    let offered = diagnosed.offered.next;
+    offered.then(|| "add `--out report` to the command: report/next_experiment.toml separates the rivals".into())
+}
+
+fn undecided(diagnosed: &Diagnosed) -> String {
+    if let Some(next) = experiment(diagnosed) {
+        return next;
+    }
+    if diagnosed.case.fitted.is_empty() {
+        return "measure more modes, or their shapes and damping, and diagnose again".into();
+    }
+    match (diagnosed.case.repeat.is_empty(), diagnosed.case.held_out.is_empty()) {
+        (true, _) => {
+            "repeat the experiment and give it with `--repeat`: what recurs at the same states is physics".into()
+        }
+        (false, true) => "record another motion and give it with `--held-out`".into(),
+        (false, false) => "record a longer run with more excitation, and diagnose again".into(),
+    }
+}
+
+/// The plant as it is, and the effect that could hide.
+fn as_it_is(diagnosed: &Diagnosed) -> String {
+    let plant = &diagnosed.case.plant_file;
+    match not_found(&diagnosed.diagnosis).first() {
+        Some(limit) => format!(
+            "use {plant} as it is, or excite it more: {} below {}{} stays hidden here",
+            limited(&limit.kind, &limit.site),
+            short(limit.amplitude),
+            unit(&limit.unit)
+        ),
+        None => format!("use {plant} as it is"),
+    }
+}
