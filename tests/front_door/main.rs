@@ -12,6 +12,7 @@ mod diagnose;
 mod documents;
 mod ends;
 mod imports;
+mod interruptions;
 mod modal;
 mod own_recordings;
 mod plants;

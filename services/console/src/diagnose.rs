@@ -8,6 +8,7 @@ mod answer;
 mod features;
 mod figures;
 mod files;
+mod labels;
 mod modes_file;
 mod names;
 mod object;
@@ -18,22 +19,24 @@ mod sensor_names;
 mod summary;
 mod words;
 
+use crate::effort::Effort;
+
 use crate::intake::{self, IntakeArguments};
-use crate::progress::Share;
+use crate::phases::{Phases, Stage};
 use crate::recordings::{self, Evidence, Loaded};
-use crate::{Failure, plants};
+use crate::{Failure, interrupt, plants};
 use discovery::against_plant::examine_beside;
 use discovery::diagnose::{Diagnosis, Options};
-use discovery::mislabelled::{Mislabelled, mislabelled};
+use discovery::mislabelled::Mislabelled;
 use dynamics::description::Plant;
 use examination::doctor::Finding;
 use files::OutFiles;
 use identification::problem::Problem;
-use identification::work::{LABELS, Work};
+use identification::work::{LABEL_CHECK_SHARE, Watch};
+use labels::{Labels, look_at_labels};
 use modes_file::ModesFile;
 use recording::Spectrum;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Find the physics that a plant file does not model: locate, name, model, confirm on held-out data
 #[derive(clap::Args)]
@@ -50,7 +53,8 @@ A map is TOML, left the name in the plant, right the name in the recording:
   angle = { name = \"encoder\", scale = -1, unit = \"deg\" }
 
 Without --held-out, blocks of the recordings are predicted from the others. Only what held-out data confirm enters augmented.toml.
-Any diagnosis is an answer, also that nothing can be decided: the exit code is 0.")]
+Any diagnosis is an answer, also that nothing can be decided: the exit code is 0.
+An interruption (Ctrl-C, kill -INT) prints what is known so far, with exit code 130; a second one ends the program at once.")]
 pub struct Arguments {
     /// CSV, CSV.gz or MCAP; several are fitted jointly, a file in which time starts again is
     /// several. Or one magnitude spectrum, frequency responses of one structure (UFF, or CSV with
@@ -74,6 +78,12 @@ pub struct Arguments {
     /// One JSON object on standard output
     #[arg(long)]
     json: bool,
+    /// How much may be computed before the search ends with what it has; counted, not timed
+    #[arg(long, value_enum, default_value_t)]
+    effort: Effort,
+    /// One line on standard error for each phase, also where it is no terminal
+    #[arg(long)]
+    progress: bool,
     /// Threads of work; all cores where none are given; the result is the same
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
@@ -94,6 +104,7 @@ struct Case {
     /// Evidence that modes are: a list of them, or what the responses in `spectra` show.
     modes: Option<ModesFile>,
     command: String,
+    effort: Effort,
 }
 
 impl Case {
@@ -117,6 +128,8 @@ struct Diagnosed {
     case: Case,
     findings: Vec<(usize, Finding)>,
     diagnosis: Diagnosis,
+    /// The user ended it before its end.
+    interrupted: bool,
     labels: Vec<Mislabelled>,
     offered: Offered,
 }
@@ -135,27 +148,48 @@ impl Offered {
 
 /// # Errors
 /// [`Failure::Input`] for a recording, plant or map that cannot be used, [`Failure::Run`] when a
-/// result cannot be written.
+/// result cannot be written, [`Failure::Interrupted`] once what is known so far was printed.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.intake.list {
         let files: Vec<_> = arguments.recordings.iter().map(PathBuf::as_path).collect();
         return intake::list(&files, &arguments.intake, arguments.json);
     }
-    let mut case = read(arguments)?;
+    let case = read(arguments)?;
     let out = arguments.out.as_deref().map(|folder| OutFiles::new(folder, &inputs(arguments))).transpose()?;
+    let mut diagnosed = diagnosed(case, arguments)?;
+    match &out {
+        Some(out) => out.write(&mut diagnosed)?,
+        None => files::only_told(&mut diagnosed.diagnosis),
+    }
+    let interrupted = diagnosed.interrupted;
+    crate::print(&if arguments.json {
+        format!("{}\n", object::object(&diagnosed))
+    } else {
+        let first = if interrupted { "interrupted: what is known so far\n" } else { "" };
+        format!("{first}{}", words::in_words(&diagnosed, out.is_some()))
+    });
+    if interrupted { Err(Failure::Interrupted) } else { Ok(()) }
+}
+
+fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure> {
     let (mut problem, mut options) = problems(&case, arguments)?;
-    let bar = Share::new("diagnosed");
-    bar.phase("look at the labels", 0.0);
-    let Labels { labels, spent, left_out } = look_at_labels(&case);
-    let findings = examine_all(&case, &labels, &bar);
+    let watch = Watch::stopped_by(interrupt::flag()?);
+    let most = arguments.effort.work();
+    let phases = Phases::new(watch.clone(), most, arguments.progress);
+    phases.begin(Stage::Labels);
+    let most_for_labels = LABEL_CHECK_SHARE * most;
+    let Labels { labels, spent, left_out } = look_at_labels(&case, most_for_labels, &watch);
+    phases.begin(Stage::Examine);
+    let findings = examine_all(&case, &labels, &watch);
     if labels.iter().any(Option::is_some) {
         case.put_right(&labels);
         (problem, options) = problems(&case, arguments)?;
     }
-    options.work_max -= spent.min(LABELS);
+    options.work_max = most - spent.min(most_for_labels);
+    options.watch = watch.clone();
     let mut diagnosis = match &problem {
-        Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |what, share| {
-            bar.phase(what, DOCTOR_SHARE + (1.0 - DOCTOR_SHARE) * share);
+        Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |phase, _| {
+            phases.begin(Stage::Search(phase));
         }),
         None => match (&case.modes, case.spectra.first()) {
             (Some(modes), _) => modes_file::diagnose(&case.plant, modes),
@@ -163,48 +197,15 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             (None, None) => Diagnosis::cannot_decide("there is no evidence".into()),
         },
     };
-    bar.end();
+    let interrupted = problem.is_some() && watch.is_stopped();
+    phases.end();
     diagnosis.notes.extend(left_out);
+    arguments.effort.cure(&mut diagnosis.notes);
     let labels: Vec<Mislabelled> = labels.into_iter().flatten().collect();
     let diagnosis = diagnosis.of_mislabelled(&labels);
     let offered = Offered::of(&diagnosis);
-    let mut diagnosed = Diagnosed { case, findings, diagnosis, labels, offered };
-    match &out {
-        Some(out) => out.write(&mut diagnosed)?,
-        None => files::only_told(&mut diagnosed.diagnosis),
-    }
-    crate::print(&if arguments.json {
-        format!("{}\n", object::object(&diagnosed))
-    } else {
-        words::in_words(&diagnosed, out.is_some())
-    });
-    Ok(())
+    Ok(Diagnosed { case, findings, diagnosis, interrupted, labels, offered })
 }
-
-/// Check of the channel metadata: mislabelled channels per recording, the cost of the check, and
-/// the hypotheses that were not tested.
-struct Labels {
-    labels: Vec<Option<Mislabelled>>,
-    spent: f64,
-    left_out: Vec<String>,
-}
-
-/// Every record has its share of what is left.
-fn look_at_labels(case: &Case) -> Labels {
-    let records: Vec<&Loaded> = case.time_records().collect();
-    let mut all = Labels { labels: Vec::new(), spent: 0.0, left_out: Vec::new() };
-    for (k, one) in records.iter().enumerate() {
-        let share = (LABELS - all.spent).max(0.0) / (records.len() - k) as f64;
-        let work = Arc::new(Work::of(share));
-        all.labels.push(mislabelled(&one.recording, &case.plant, &work));
-        all.spent += work.spent();
-        all.left_out.extend(work.note().map(|note| format!("{}: {note}", one.recording.name)));
-    }
-    all
-}
-
-/// Share of the work that the examination of the recordings is.
-const DOCTOR_SHARE: f64 = 0.1;
 
 fn read(arguments: &Arguments) -> Result<Case, Failure> {
     let (plant, plant_digest) = plants::read_with_digest(&arguments.plant)?;
@@ -241,7 +242,18 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
     used_twice(&fitted, &held_out, "--held-out", "data that were fitted confirm nothing: give another recording")?;
     used_twice(&fitted, &repeat, "--repeat", "give the same experiment flown once more, not the same file")?;
     let plant_file = arguments.plant.display().to_string();
-    Ok(Case { plant, plant_file, plant_digest, fitted, held_out, repeat, spectra, modes, command: again(arguments) })
+    Ok(Case {
+        plant,
+        plant_file,
+        plant_digest,
+        fitted,
+        held_out,
+        repeat,
+        spectra,
+        modes,
+        command: again(arguments),
+        effort: arguments.effort,
+    })
 }
 
 /// The list of modes, if there is one: then it is all there is.
@@ -346,12 +358,11 @@ fn problem(case: &Case, loaded: &[Loaded], flag: &str) -> Result<Problem, Failur
         .map_err(|error| Failure::Input(miette::miette!(help = error.cure(&case.plant_file), "{flag}{error}")))
 }
 
-fn examine_all(case: &Case, labels: &[Option<Mislabelled>], bar: &Share) -> Vec<(usize, Finding)> {
+/// An interruption leaves the rest of the recordings out.
+fn examine_all(case: &Case, labels: &[Option<Mislabelled>], watch: &Watch) -> Vec<(usize, Finding)> {
     let mut all = Vec::new();
-    for (k, (one, label)) in case.fitted.iter().zip(labels).enumerate() {
-        let share = |part: f64| DOCTOR_SHARE * (k as f64 + part) / case.fitted.len() as f64;
-        let progress = &mut |part| bar.phase("examine the recordings", share(part));
-        let found = examine_beside(&one.recording, &case.plant, label.as_ref(), progress);
+    for (k, (one, label)) in case.fitted.iter().zip(labels).enumerate().take_while(|_| !watch.is_stopped()) {
+        let found = examine_beside(&one.recording, &case.plant, label.as_ref(), &mut |_| {});
         all.extend(found.into_iter().map(|finding| (k, finding)));
     }
     all
@@ -374,5 +385,8 @@ fn again(arguments: &Arguments) -> String {
     arguments.repeat.iter().for_each(|path| words.extend(one("--repeat", path)));
     words.extend(arguments.intake.words());
     arguments.out.iter().for_each(|path| words.extend(one("--out", path)));
+    if arguments.effort != Effort::default() {
+        words.extend(["--effort".to_owned(), arguments.effort.name().to_owned()]);
+    }
     recordings::command_line(&words)
 }

@@ -5,10 +5,11 @@ mod page;
 use crate::intake::{self, IntakeArguments};
 use crate::progress::Share;
 use crate::recordings::{self, Loaded, ReportFile, wrapped};
-use crate::{Failure, plants};
+use crate::{Failure, interrupt, plants};
 use discovery::against_plant::examine_for;
 use dynamics::description::Plant;
 use examination::doctor::{Finding, Severity, examine_with};
+use identification::work::Watch;
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -21,7 +22,8 @@ use std::path::PathBuf;
   obsid doctor rig.csv --plant rig.toml --out report  what does not fit the plant, too; figures in report/doctor.html
   obsid doctor day1.csv.gz day2.mcap --json           doctor[]{check, channel, value, unit, evidence, cure} as one object
 
-Findings are an answer, not a failure: the exit code is 0.")]
+Findings are an answer, not a failure: the exit code is 0. An interruption prints those of the recordings examined so far, with exit
+code 130.")]
 pub struct Arguments {
     /// CSV and its kin, MCAP, universal files, …; a file in which time starts again is several
     /// recordings
@@ -49,7 +51,7 @@ struct Examined {
 
 /// # Errors
 /// [`Failure::Input`] for a recording or a plant that cannot be read, [`Failure::Run`] when the
-/// report cannot be written.
+/// report cannot be written, [`Failure::Interrupted`] once what is known so far was printed.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let plant = arguments.plant.as_deref().map(plants::read).transpose()?;
     if arguments.intake.list {
@@ -62,30 +64,35 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         loaded.extend(recordings::read(path, &intake, plant.as_ref())?);
     }
     let out = arguments.out.as_deref().map(|folder| ReportFile::new(folder, "doctor.html")).transpose()?;
-    let examined = examine_all(loaded, plant.as_ref());
+    let watch = Watch::stopped_by(interrupt::flag()?);
+    let examined = examine_all(loaded, plant.as_ref(), &watch);
+    let interrupted = watch.is_stopped();
     if let Some(out) = &out {
         out.write(&page::page(&examined, &again(arguments)))?;
     }
     let written = out.map(|out| out.path());
     crate::print(&if arguments.json {
-        format!("{}\n", as_json(&examined, written.as_deref()))
+        format!("{}\n", as_json(&examined, written.as_deref(), interrupted))
     } else {
-        in_words(&examined, written.as_deref())
+        let first = if interrupted { "interrupted: what is known so far\n" } else { "" };
+        format!("{first}{}", in_words(&examined, written.as_deref()))
     });
-    Ok(())
+    if interrupted { Err(Failure::Interrupted) } else { Ok(()) }
 }
 
-fn examine_all(loaded: Vec<Loaded>, plant: Option<&Plant>) -> Vec<Examined> {
+/// An interruption leaves the rest of the recordings out.
+fn examine_all(loaded: Vec<Loaded>, plant: Option<&Plant>, watch: &Watch) -> Vec<Examined> {
     let size = |l: &Loaded| l.recording.channels.iter().map(|c| c.value.len()).sum::<usize>() as f64;
     let (all, mut done) = (loaded.iter().map(size).sum::<f64>().max(1.0), 0.0);
     let bar = Share::new("examined");
     let examined = loaded
         .into_iter()
+        .take_while(|_| !watch.is_stopped())
         .map(|loaded| {
             let own = size(&loaded);
             let progress = &mut |part: f64| bar.show((done + part * own) / all);
             let findings = match plant {
-                Some(plant) => examine_for(&loaded.recording, plant, progress),
+                Some(plant) => examine_for(&loaded.recording, plant, watch, progress),
                 None => examine_with(&loaded.recording, progress),
             };
             done += own;
@@ -107,14 +114,14 @@ fn again(arguments: &Arguments) -> String {
     recordings::command_line(&words)
 }
 
-fn as_json(examined: &[Examined], report: Option<&str>) -> Value {
+fn as_json(examined: &[Examined], report: Option<&str>, interrupted: bool) -> Value {
     let finding = |of: &Examined, f: &Finding| {
         json!({ "recording": of.loaded.recording.name, "check": f.check, "severity": f.severity, "channel": f.channel,
             "others": f.others, "value": f.value, "sigma": f.sigma, "unit": f.unit, "evidence": f.evidence, "cure": f.cure })
     };
     let findings: Vec<Value> = examined.iter().flat_map(|e| e.findings.iter().map(|f| finding(e, f))).collect();
     let recordings: Vec<Value> = examined.iter().map(|e| e.loaded.as_json()).collect();
-    json!({ "recordings": recordings, "doctor": findings, "report": report })
+    json!({ "recordings": recordings, "doctor": findings, "report": report, "interrupted": interrupted })
 }
 
 /// The findings of a recording, worst first; those of one check with one cure together.

@@ -1,7 +1,7 @@
 //! The command line `obsid`: one file per subcommand, each with its arguments and what it does.
 //!
 //! What it is: [`main`] parses the arguments, calls the subcommand and returns its exit code: 0
-//! done, 1 the run failed, 2 usage, 3 bad input. `launch` starts a run (its process supervisor is
+//! done, 1 the run failed, 2 usage, 3 bad input, 130 interrupted. `launch` starts a run (its process supervisor is
 //! `partition warden`), shows its progress and stops it; a console that dies ends no run badly.
 //! Every other file reads, calls one library and prints.
 //!
@@ -32,8 +32,11 @@ mod diagnose;
 mod digest;
 mod doctor;
 mod effects;
+mod effort;
+
 mod icd;
 mod intake;
+mod interrupt;
 mod launch;
 mod limits_file;
 mod located;
@@ -43,6 +46,7 @@ mod notes;
 mod outcome;
 mod paper;
 mod partition;
+mod phases;
 mod plant;
 mod plants;
 mod progress;
@@ -70,6 +74,9 @@ pub enum Failure {
     /// What the user gave cannot be used; the report says where and what to do.
     #[error("bad input")]
     Input(miette::Report),
+    /// The user ended it; what was known was printed.
+    #[error("interrupted")]
+    Interrupted,
 }
 
 impl Failure {
@@ -98,7 +105,9 @@ const EXAMPLES: &str = "Examples:
   obsid modal slab.csv.gz --out report             modes of a recording: frequencies, damping, shapes
   obsid digest flight.mcap                         identity of the recorded results
   obsid icd --md                                   the interface control document
-  obsid completions bash                           completion of subcommands and options in a shell";
+  obsid completions bash                           completion of subcommands and options in a shell
+
+Exit codes: 0 done, 1 the run failed, 2 usage, 3 bad input, 130 interrupted.";
 
 const BENCH_EXAMPLES: &str = "Examples:
   obsid bench bp1a                               100 records of the arm, beside the Cramer-Rao bound
@@ -174,6 +183,7 @@ pub fn main() -> ExitCode {
             tell(&format!("{report:?}"));
             ExitCode::from(3)
         }
+        Err(Failure::Interrupted) => ExitCode::from(interrupt::EXIT_CODE),
     }
 }
 

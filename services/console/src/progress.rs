@@ -34,30 +34,32 @@ impl Progress {
     }
 }
 
+/// The parts that a bar of shares has.
+pub const PARTS: f64 = 1000.0;
+
+/// A bar of `PARTS` on standard error; hidden where that is no terminal.
+pub fn of_shares(template: &str) -> ProgressBar {
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
+    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
 /// Share done of work that has no countable steps.
 pub struct Share(ProgressBar);
 
 impl Share {
     /// `what` is a participle: "simulated".
     pub fn new(what: &str) -> Self {
-        let target =
-            if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-        let bar = ProgressBar::with_draw_target(Some(1000), target);
-        let style = ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {percent} % {msg}, {eta} left");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+        let bar = of_shares("{elapsed_precise} [{bar:30}] {percent} % {msg}, {eta} left");
         bar.set_message(what.to_string());
         Share(bar)
     }
 
-    /// What is being done now, and the share that is done; a share never falls.
-    pub fn phase(&self, what: &str, share: f64) {
-        self.0.set_message(what.to_string());
-        self.show(share.max(self.0.position() as f64 / 1000.0));
-    }
-
     /// `share` of 1 is all.
     pub fn show(&self, share: f64) {
-        self.0.set_position((share.clamp(0.0, 1.0) * 1000.0) as u64);
+        self.0.set_position((share.clamp(0.0, 1.0) * PARTS) as u64);
     }
 
     /// Removes the bar from the terminal.

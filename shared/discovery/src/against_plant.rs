@@ -11,7 +11,7 @@ use crate::mislabelled::{self, Mislabelled, mislabelled};
 use channels::{Channel, Recording};
 use examination::doctor::{Check, FALSE_ALARM, Finding, Severity, examine_with, in_order, probability, short};
 use identification::problem::{Problem, ProblemError, period_s, standstill};
-use identification::work::{LABELS, Work};
+use identification::work::{LABEL_CHECK_SHARE, NORMAL_WORK, Watch, Work};
 use std::sync::Arc;
 
 /// Units of time that are taken for one another: ms, µs and ns for s, and s for them.
@@ -124,10 +124,10 @@ fn time_unit(plant: &Plant, sensors: &[(&Sensor, &Channel)]) -> Option<Finding> 
 }
 
 /// As [`examine_with`], with the findings against `plant` ([`examine`]) and the check of the
-/// channel metadata ([`mislabelled()`]).
+/// channel metadata ([`mislabelled()`]), which `watch` sees and stops.
 #[must_use]
-pub fn examine_for(recording: &Recording, plant: &Plant, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
-    let work = Arc::new(Work::of(LABELS));
+pub fn examine_for(recording: &Recording, plant: &Plant, watch: &Watch, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
+    let work = Arc::new(Work::watched(LABEL_CHECK_SHARE * NORMAL_WORK, watch.clone()));
     let label = mislabelled(recording, plant, &work);
     let mut findings = examine_beside(recording, plant, label.as_ref(), progress);
     findings.extend(

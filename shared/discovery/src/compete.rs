@@ -226,6 +226,9 @@ impl Outcome {
         let mut null = self.null;
         let mut rest = list;
         while !rest.is_empty() {
+            if !session.work.goes_on("sets of lower score") {
+                break;
+            }
             let is_first = self.work_each == 0.0;
             let many =
                 if is_first { FIRST_BATCH } else { session.work.pays_for(self.work_each, "sets of lower score") };

@@ -25,6 +25,7 @@ mod held_out_selection;
 mod insufficient_data;
 mod next;
 mod parsimony;
+mod phase;
 mod repeat;
 mod report;
 mod screening;
@@ -33,6 +34,7 @@ mod stamps;
 mod suspicion;
 mod verdict;
 
+pub use phase::Phase;
 pub use report::{
     Angles, Compare, DetectionLimit, Diagnosis, EffectReport, EvidenceCurve, Figures, HeldOut, HeldOutChannel,
     HeldOutKind, LawCell, LawMap, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
@@ -52,7 +54,7 @@ use identification::fit::noise::{Search, maximise};
 use identification::fit::{EstimationSession, Fit, fit, fit_by_continuation};
 use identification::held_out::{Gain, Status};
 use identification::problem::Problem;
-use identification::work::Work;
+use identification::work::{NORMAL_WORK, Watch, Work};
 use std::rc::Rc;
 
 /// Levels and bounds of a diagnosis.
@@ -71,6 +73,8 @@ pub struct Options {
     /// Bound of the work ([`identification::work`]), in about nanoseconds of one core; the report
     /// says what was omitted for it.
     pub work_max: f64,
+    /// Sees the work and stops the search, which then ends with what it has found.
+    pub watch: Watch,
 }
 
 impl Default for Options {
@@ -82,7 +86,8 @@ impl Default for Options {
             without: Vec::new(),
             held_out: None,
             repeat: None,
-            work_max: identification::work::MOST,
+            work_max: NORMAL_WORK,
+            watch: Watch::default(),
         }
     }
 }
@@ -97,6 +102,8 @@ const ALPHA_SHARE_CONFIRMED: f64 = 0.01;
 const ALPHA_SHARE_UNIDENTIFIED: f64 = (1.0 - ALPHA_SHARE_IDENTIFIED - ALPHA_SHARE_CONFIRMED) / 3.0;
 /// ΔBIC within which a rival is reported: posterior weight exp(−12/2) = 0.25 % at its edge.
 pub const RIVAL_SPAN: f64 = 12.0;
+/// Why a diagnosis without a nominal plant decides nothing.
+const INTERRUPTED_EARLY: &str = "the search was interrupted before the nominal plant was fitted";
 /// Relinearisations of the nominal fit; it ends earlier where it has converged.
 const NOMINAL_ROUNDS: usize = 6;
 
@@ -151,7 +158,7 @@ struct Unfitted {
 /// same problem and options give the same answer on every machine and with any number of threads.
 ///
 /// Cost: two or three fits of the nominal plant, and a search of at most [`Options::work_max`].
-pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Diagnosis {
+pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Diagnosis {
     let found = match stamps::evened(problem, options.threads) {
         None => run(problem, options, progress),
         Some(mut even) => {
@@ -166,15 +173,21 @@ pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&
     found.unwrap_or_else(Diagnosis::cannot_decide)
 }
 
-fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)) -> Result<Diagnosis, String> {
-    progress("fit the nominal plant", 0.0);
-    let work = std::sync::Arc::new(Work::of(options.work_max));
+fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Result<Diagnosis, String> {
+    progress(Phase::Fit, 0.0);
+    let work = std::sync::Arc::new(Work::watched(options.work_max, options.watch.clone()));
     let session = EstimationSession::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
     if let Some(reason) = insufficient_data::insufficient_data(&session) {
         return Err(reason);
     }
+    if session.work.is_stopped() {
+        return Err(INTERRUPTED_EARLY.to_owned());
+    }
     let stated = fit_by_continuation(&session, NOMINAL_ROUNDS).map_err(|error| error.to_string())?;
-    progress("noise of the nominal plant", 0.1);
+    if session.work.is_stopped() {
+        return Err(INTERRUPTED_EARLY.to_owned());
+    }
+    progress(Phase::Noise, 0.1);
     let mut notes = problem.notes.clone();
     let nominal = standing(&session, &stated)?;
     let bare = nominal.clone();
@@ -182,11 +195,11 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
     let begun = session.work.spent();
     let mut found = searched(&session, (nominal, Rc::default()), options, progress)?;
     let search = session.work.spent() - begun;
-    progress("held out", 0.85);
+    progress(Phase::HeldOut, 0.85);
     let mut selection = select_on_held_out(problem, (&session, &stated), &mut found, options, &mut notes);
     let is_open = found.adopted.is_empty() && found.unfitted.is_empty() && options.held_out.is_some();
     if is_open && session.work.allows(search, "effects of low significance") {
-        progress("effects of low significance", 0.9);
+        progress(Phase::LowSignificance, 0.9);
         let confirmed = suspicion::confirmed(problem, (&session, &stated), (&bare, &found), options, &mut notes);
         if let Some(confirmed) = confirmed {
             (found, selection) = confirmed;
@@ -198,21 +211,22 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         }
         _ => None,
     };
-    progress("a one-parameter law outside the catalogue", 0.93);
+    progress(Phase::OneParameterLaw, 0.93);
     let one_parameter_law =
         parsimony::more_parsimonious_law(&session, &bare, (&found.best, &found.adopted), &found.screening);
-    progress("a law that is not in the catalogue", 0.95);
+    progress(Phase::UnknownLaw, 0.95);
     // an effect that another recording rejects explained something here all the same
     let whole = selection.rejected.first().map_or(&found.best, |(_, with)| with);
-    let mut map = residual_law(&session, whole)?;
+    let looks = session.work.goes_on(Phase::UnknownLaw.words());
+    let mut map = if looks { residual_law(&session, whole)? } else { None };
     if let Some(map) = &mut map {
         map.evidence -= found.unknown_noise;
     }
     let left = left_over(&session, whole)?;
     let explained = (bare.objective - whole.objective).max(0.0);
     notes.extend(session.work.note());
-    progress("report", 1.0);
-    Ok(verdict::conclude(&verdict::Findings {
+    progress(Phase::Report, 0.97);
+    let mut diagnosis = verdict::conclude(&verdict::Findings {
         session: &session,
         stated: &stated,
         best: &found.best,
@@ -228,7 +242,12 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str, f64)
         repeat,
         notes,
         alpha: options.alpha,
-    }))
+    });
+    if session.work.is_stopped() && diagnosis.effects.is_empty() {
+        diagnosis.reason = format!("the search was interrupted; so far: {}", diagnosis.reason);
+        diagnosis.verdict = Verdict::CannotDecide;
+    }
+    Ok(diagnosis)
 }
 
 /// The law that the accepted plant still lacks.

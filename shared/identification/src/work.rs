@@ -5,17 +5,24 @@
 //! recording; the unit is about a nanosecond of one core. What the search would do next is left
 //! out, and said to be, where there is no room for as much as it cost last. Only code that runs
 //! alone may ask: what threads have counted is the same in the end and not on the way.
+//!
+//! A [`Watch`] lets another thread see the count and stop the search: from then on there is no room
+//! for anything, as if the limit were met.
 
 use dynamics::system::System;
 use std::collections::BTreeSet;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
-/// What a diagnosis may cost before it ends with what it has: about two minutes of one core with
-/// what it then finishes.
-pub const MOST: f64 = 1e11;
-/// Of that, the most that the check of the channel metadata may cost.
-pub const LABELS: f64 = 0.2 * MOST;
+/// What a diagnosis of normal effort may cost before it ends with what it has: about two minutes of
+/// one core with what it then finishes.
+pub const NORMAL_WORK: f64 = 1e11;
+/// Of all work, the most that the check of the channel metadata may cost.
+pub const LABEL_CHECK_SHARE: f64 = 0.2;
+/// The beginning of a note on what the limit did not allow, and of one on what an interruption did
+/// not.
+pub const LIMIT_NOTE: &str = "to bound the work these were left out: ";
+const STOPPED_NOTE: &str = "for the interruption these were left out: ";
 /// Evaluation of the equations of motion, for each state; of articulated bodies and of coordinates
 /// apart.
 const COST_ARTICULATED: f64 = 130.0;
@@ -24,29 +31,79 @@ const COST_DECOUPLED: f64 = 60.0;
 const COST_EVENT: f64 = 200.0;
 const COST_PRODUCT: f64 = 0.5;
 
+/// How another thread sees several counts go on, and stops them. Clones are the same watch.
+#[derive(Clone, Debug, Default)]
+pub struct Watch {
+    counted: Arc<AtomicU64>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Watch {
+    /// A watch that stops its counts once `stop` is set.
+    pub fn stopped_by(stop: Arc<AtomicBool>) -> Self {
+        Self { counted: Arc::default(), stop }
+    }
+
+    /// What all its counts have spent, together.
+    pub fn counted(&self) -> f64 {
+        self.counted.load(Ordering::Relaxed) as f64
+    }
+
+    /// Its counts have no room any more.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
 /// Count of one diagnosis.
 #[derive(Debug)]
 pub struct Work {
     most: f64,
     spent: AtomicU64,
+    watch: Watch,
     left_out: Mutex<BTreeSet<&'static str>>,
 }
 
 impl Default for Work {
     fn default() -> Self {
-        Self::of(MOST)
+        Self::of(NORMAL_WORK)
     }
 }
 
 impl Work {
     /// A budget of `most` units of work (about nanoseconds of one core), none of them spent.
     pub fn of(most: f64) -> Self {
-        Self { most, spent: AtomicU64::new(0), left_out: Mutex::default() }
+        Self::watched(most, Watch::default())
+    }
+
+    /// As [`Work::of`], seen and stopped by `watch`.
+    pub fn watched(most: f64, watch: Watch) -> Self {
+        Self { most, spent: AtomicU64::new(0), watch, left_out: Mutex::default() }
     }
 
     /// Counts work as spent; threads may count at once, the sum does not depend on their order.
     pub fn add(&self, work: f64) {
         self.spent.fetch_add(work as u64, Ordering::Relaxed);
+        self.watch.counted.fetch_add(work as u64, Ordering::Relaxed);
+    }
+
+    /// The budget; none once the watch has stopped it.
+    fn most(&self) -> f64 {
+        if self.is_stopped() { 0.0 } else { self.most }
+    }
+
+    /// The watch has stopped it: nothing more is to be begun.
+    pub fn is_stopped(&self) -> bool {
+        self.watch.is_stopped()
+    }
+
+    /// It is not stopped; else `what` is left out.
+    pub fn goes_on(&self, what: &'static str) -> bool {
+        let goes_on = !self.is_stopped();
+        if !goes_on {
+            self.leave_out(what);
+        }
+        goes_on
     }
 
     /// Work spent so far.
@@ -56,7 +113,7 @@ impl Work {
 
     /// There is room for so much more; else `what` is left out.
     pub fn allows(&self, more: f64, what: &'static str) -> bool {
-        let allows = self.spent() + more <= self.most;
+        let allows = self.spent() + more <= self.most();
         if !allows {
             self.leave_out(what);
         }
@@ -66,12 +123,12 @@ impl Work {
     /// What is spent once a share of what is left is.
     pub fn until(&self, share: f64) -> f64 {
         let spent = self.spent();
-        spent + share * (self.most - spent).max(0.0)
+        spent + share * (self.most() - spent).max(0.0)
     }
 
     /// How many of one `cost` there is room for; where for none, `what` is left out.
     pub fn pays_for(&self, cost: f64, what: &'static str) -> usize {
-        let many = ((self.most - self.spent()) / cost.max(1.0)).max(0.0) as usize;
+        let many = ((self.most() - self.spent()) / cost.max(1.0)).max(0.0) as usize;
         if many == 0 {
             self.leave_out(what);
         }
@@ -87,14 +144,15 @@ impl Work {
 
     /// How many of one `cost` a share of all pays for.
     pub fn affords(&self, share: f64, cost: f64) -> f64 {
-        share * self.most / cost.max(1.0)
+        share * self.most() / cost.max(1.0)
     }
 
     /// The work that was left out, if any was.
     pub fn note(&self) -> Option<String> {
         let list = self.left_out.lock().ok()?;
         let all: Vec<&str> = list.iter().copied().collect();
-        (!all.is_empty()).then(|| format!("to bound the work these were left out: {}", all.join("; ")))
+        let why = if self.is_stopped() { STOPPED_NOTE } else { LIMIT_NOTE };
+        (!all.is_empty()).then(|| format!("{why}{}", all.join("; ")))
     }
 }
 
@@ -133,5 +191,20 @@ mod tests {
         assert!(work.pays_for(20.0, "d") == 2 && work.pays_for(30.0, "d") == 1 && work.pays_for(41.0, "b") == 0);
         assert!((work.spent() - 60.0).abs() < 1e-9);
         assert_eq!(work.note().unwrap(), "to bound the work these were left out: a; b");
+    }
+    #[test]
+    fn a_stopped_count_has_no_room_and_its_watch_sees_what_all_counts_spend() {
+        let stop = Arc::new(AtomicBool::new(false));
+        let watch = Watch::stopped_by(stop.clone());
+        let (one, other) = (Work::watched(100.0, watch.clone()), Work::watched(10.0, watch.clone()));
+        one.add(40.0);
+        other.add(5.0);
+        assert!((one.spent() - 40.0).abs() < 1e-9 && (watch.counted() - 45.0).abs() < 1e-9);
+        assert!(one.allows(60.0, "a") && one.goes_on("a") && !watch.is_stopped());
+        stop.store(true, Ordering::Relaxed);
+        assert!(!one.allows(0.0, "a") && !one.goes_on("b") && one.pays_for(1.0, "c") == 0);
+        assert!((one.until(1.0) - 40.0).abs() < 1e-9 && one.affords(1.0, 1.0) == 0.0);
+        assert_eq!(one.note().unwrap(), "for the interruption these were left out: a; b; c");
+        assert!(other.is_stopped() && other.note().is_none());
     }
 }

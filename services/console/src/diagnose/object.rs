@@ -37,6 +37,8 @@ pub fn object(diagnosed: &Diagnosed) -> Value {
     object.insert("repeat_recordings".into(), all(&case.repeat).into());
     object.insert("answer".into(), json!(answer(diagnosed)));
     object.insert("command".into(), case.command.as_str().into());
+    object.insert("effort".into(), case.effort.name().into());
+    object.insert("interrupted".into(), diagnosed.interrupted.into());
     Value::Object(object)
 }
 

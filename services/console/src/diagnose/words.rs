@@ -21,7 +21,7 @@ const PARAMETERS_PRINTED: usize = 12;
 /// next steps can name them.
 pub fn in_words(diagnosed: &Diagnosed, written: bool) -> String {
     let Diagnosed { case, findings, diagnosis, .. } = diagnosed;
-    let mut text = answer(diagnosed).iter().map(|sentence| wrapped(sentence, "")).collect::<String>();
+    let mut text: String = answer(diagnosed).iter().map(|sentence| wrapped(sentence, "")).collect();
     text.push_str(&summary::in_words(diagnosed));
     text.push_str("\n--- details ---\n");
     for (what, loaded) in [("", &case.fitted), ("held out  ", &case.held_out), ("repeat    ", &case.repeat)] {

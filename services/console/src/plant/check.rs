@@ -38,7 +38,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             (Some(failure), None) => first = Some(failure),
             (Some(Failure::Input(report)), Some(_)) => crate::tell(&format!("{report:?}")),
             (Some(Failure::Run(reason)), Some(_)) => crate::tell(&reason),
-            (None, _) => {}
+            (None, _) | (Some(Failure::Interrupted), Some(_)) => {}
         }
     }
     if arguments.json {

@@ -8,6 +8,7 @@ use channels::Recording;
 use dynamics::description::{Plant, Quantity};
 use examination::doctor::{Check, Finding, Severity};
 use identification::problem::Problem;
+use identification::work::Watch;
 
 fn of(findings: &[Finding], check: Check) -> Option<&Finding> {
     findings.iter().find(|f| f.check == check)
@@ -71,7 +72,7 @@ fn every_channel_in_another_unit_is_reported_not_the_first_alone() {
 fn a_channel_with_stated_noise_that_never_changes_is_a_fault_and_reported_once() {
     let nominal = plant("oscillator");
     let still = |c: &mut channels::Channel| c.value.iter_mut().for_each(|v| *v = 0.01);
-    let reported = examine_for(&changed(&nominal, 2.0, still), &nominal, &mut |_| ());
+    let reported = examine_for(&changed(&nominal, 2.0, still), &nominal, &Watch::default(), &mut |_| ());
     let constant: Vec<&Finding> =
         reported.iter().filter(|f| f.check == Check::Constant && f.channel == "displacement").collect();
     assert!(matches!(constant[..], [Finding { severity: Severity::Fault, .. }]), "{reported:#?}");

@@ -5,7 +5,7 @@
 
 use super::adoption::{SearchRound, step};
 use super::screening::{Screening, screen};
-use super::{AcceptedModel, Adopted, Options, RIVAL_SPAN, RivalEffect, Unfitted};
+use super::{AcceptedModel, Adopted, Options, Phase, RIVAL_SPAN, RivalEffect, Unfitted};
 use crate::compete::{BIC_PREFERENCE, FittedModel, free_parameters, multistart, refine_onsets, weights};
 use crate::score::{Column, cosine};
 use identification::fit::EstimationSession;
@@ -35,13 +35,16 @@ pub(super) fn searched(
     session: &EstimationSession<'_>,
     (nominal, screened): (AcceptedModel, Rc<Screening>),
     options: &Options,
-    progress: &mut dyn FnMut(&str, f64),
+    progress: &mut dyn FnMut(Phase, f64),
 ) -> Result<SearchResult, String> {
     let mut found = SearchResult::nominal(nominal, screened);
     let mut last: Option<(FittedModel, usize)> = None;
     let mut begun = session.work.spent();
     for round in 0..options.terms_max {
         if found.adopted.len() >= options.terms_max || !found.unfitted.is_empty() {
+            break;
+        }
+        if !session.work.goes_on("a further effect") {
             break;
         }
         if round > 0 && !session.work.allows(session.work.spent() - begun, "a further effect") {
@@ -55,7 +58,7 @@ pub(super) fn searched(
     }
     if let Some((refit, earlier)) = last {
         let refit = if earlier > 0 {
-            progress("search again for earlier effects", 0.8);
+            progress(Phase::SearchAgain, 0.8);
             found.look_again(session, refit, (earlier, begun), options)
         } else {
             refit
@@ -78,13 +81,13 @@ impl SearchResult {
         &mut self,
         session: &EstimationSession<'_>,
         options: &Options,
-        progress: &mut dyn FnMut(&str, f64),
+        progress: &mut dyn FnMut(Phase, f64),
     ) -> Result<Option<(FittedModel, usize)>, String> {
-        progress("score the catalogue", 0.2);
+        progress(Phase::Score, 0.2);
         let own = EstimationSession::like(session, &self.best.problem).map_err(|error| error.to_string())?;
         let is_known = self.adopted.is_empty() && !self.screening.columns.is_empty();
         let screened = if is_known { self.screening.clone() } else { Rc::new(screen(&own, &self.best, options)) };
-        progress("compare sets of effects", 0.25);
+        progress(Phase::Compare, 0.25);
         let mut step = step(&own, &self.best, &screened, options.terms_max - self.adopted.len(), options);
         self.unfitted = core::mem::take(&mut step.unfitted);
         if self.adopted.is_empty() {

@@ -288,7 +288,7 @@ fn little_work_still_identifies_clear_effects_says_what_it_omitted_and_does_so_o
         diagnose(&recorded, &Options { threads, work_max, ..Options::default() }, &mut |_, _| {})
     };
     let left_out = |found: &Diagnosis| found.notes.iter().any(|note| note.starts_with("to bound the work"));
-    let (little, again, enough) = (by(2e7, 1), by(2e7, 3), by(identification::work::MOST, 2));
+    let (little, again, enough) = (by(2e7, 1), by(2e7, 3), by(identification::work::NORMAL_WORK, 2));
     assert!(left_out(&little) && little.notes.iter().any(|note| note.contains("points of grids")));
     assert!(!left_out(&enough), "{:?}", enough.notes);
     for found in [&little, &enough] {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::synthetic::{plant, recording};
+use identification::work::{LABEL_CHECK_SHARE, NORMAL_WORK};
 
 fn times(recording: &Recording, channel: &str, factor: f64) -> Recording {
     let mut changed = recording.clone();
@@ -11,7 +12,7 @@ fn times(recording: &Recording, channel: &str, factor: f64) -> Recording {
 }
 
 fn labels() -> Arc<Work> {
-    Arc::new(Work::of(identification::work::LABELS))
+    Arc::new(Work::of(LABEL_CHECK_SHARE * NORMAL_WORK))
 }
 
 /// Whether the plant follows a recording with its own numbers, as it is labelled.
@@ -161,7 +162,7 @@ fn without_budget_no_metadata_is_reported_and_that_is_said_and_testing_costs_no_
     };
     let (reported, little) = by(1e6);
     assert!(!reported && little.note().expect("it is said").contains(OMITTED_PARTS));
-    let (reported, enough) = by(identification::work::LABELS);
+    let (reported, enough) = by(LABEL_CHECK_SHARE * NORMAL_WORK);
     assert!(reported && enough.note().is_none());
     // what is begun is ended, and the whole is asked of what explains a part
     let all = enough.spent();

@@ -3,6 +3,7 @@
 
 use super::super::{Case, Diagnosed, Offered, answer, object, words};
 use super::{Texts, page};
+use crate::effort::Effort;
 use crate::plants;
 use crate::recordings::Loaded;
 use channels::{Channel, Recording, Role};
@@ -156,9 +157,10 @@ fn diagnosed(diagnosis: Diagnosis) -> Diagnosed {
         spectra: Vec::new(),
         modes: None,
         command: "obsid diagnose swing.csv --plant pendulum.toml".into(),
+        effort: Effort::default(),
     };
     let offered = Offered::of(&diagnosis);
-    Diagnosed { case, findings: Vec::new(), diagnosis, labels: Vec::new(), offered }
+    Diagnosed { case, findings: Vec::new(), diagnosis, interrupted: false, labels: Vec::new(), offered }
 }
 
 fn html(diagnosis: Diagnosis) -> String {

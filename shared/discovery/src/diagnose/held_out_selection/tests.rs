@@ -68,7 +68,7 @@ fn a_weak_effect_is_reported_where_another_recording_confirms_it() {
         let held_out = held_out.map(|plant| problem(&nominal, recording(plant, 62, 2.0)));
         diagnose(&fitted, &Options { threads: 2, held_out, work_max, ..Options::default() }, &mut |_, _| {})
     };
-    let asked = |held_out: Option<&Plant>| within(identification::work::MOST, held_out);
+    let asked = |held_out: Option<&Plant>| within(identification::work::NORMAL_WORK, held_out);
     let found = asked(None);
     assert!(found.effects.is_empty(), "{}", found.reason);
     let found = asked(Some(&rubs(FAINT)));
