@@ -104,10 +104,28 @@ struct Case {
     /// Evidence that modes are: a list of them, or what the responses in `spectra` show.
     modes: Option<ModesFile>,
     command: String,
+    /// Options that say what the files do not.
+    said: Vec<String>,
     effort: Effort,
 }
 
 impl Case {
+    /// The commands that show how `plant` follows a recording, one after another: that of the
+    /// recording which nothing was fitted to, where there is one.
+    fn commands_of_the_fit(&self, plant: &str) -> Vec<String> {
+        let Some(record) = self.held_out.iter().chain(&self.fitted).next() else {
+            let words = ["obsid", "simulate", plant, "--out", "predicted.csv"].map(str::to_owned);
+            return vec![recordings::command_line(&words)];
+        };
+        let simulate = ["obsid", "simulate", plant, "--inputs", &record.file, "--out", "predicted.csv"];
+        let compare = ["obsid", "compare", &record.file, "predicted.csv"];
+        let line = |words: &[&str]| {
+            let words = words.iter().map(|word| (*word).to_owned()).chain(self.said.iter().cloned());
+            recordings::command_line(&words.collect::<Vec<_>>())
+        };
+        vec![line(&simulate), line(&compare)]
+    }
+
     /// Those that are fitted first.
     fn time_records(&self) -> impl Iterator<Item = &Loaded> {
         self.fitted.iter().chain(&self.held_out).chain(&self.repeat)
@@ -252,6 +270,7 @@ fn read(arguments: &Arguments) -> Result<Case, Failure> {
         spectra,
         modes,
         command: again(arguments),
+        said: arguments.intake.words(),
         effort: arguments.effort,
     })
 }

@@ -28,7 +28,7 @@ pub fn page(diagnosed: &Diagnosed, texts: &Texts<'_>) -> Page {
     let mut sections = vec![found(diagnosed), missing(diagnosis), shown(diagnosis), places(diagnosis)];
     sections.push(Section::new("Numbers of the plant", nominal(diagnosis)));
     sections.push(Section::new("What could not be seen", limits(diagnosis)));
-    sections.push(Section::new("Next", next(diagnosis, texts)));
+    sections.push(Section::new("Next", next(diagnosed, texts)));
     sections.push(Section::new("Recordings", recordings(diagnosed)));
     sections.retain(|section| !section.blocks.is_empty());
     for section in &mut sections {
@@ -246,21 +246,15 @@ fn limits(diagnosis: &Diagnosis) -> Vec<Block> {
     ]
 }
 
-fn next(diagnosis: &Diagnosis, texts: &Texts<'_>) -> Vec<Block> {
+fn next(Diagnosed { case, diagnosis, .. }: &Diagnosed, texts: &Texts<'_>) -> Vec<Block> {
     let mut blocks = Vec::new();
     if let (Some(path), Some(text)) = (&diagnosis.next_experiment, texts.next) {
         blocks.push(Block::Text(format!("The experiment that would decide is {path}.")));
         blocks.push(Block::Details { summary: "Its TOML".into(), blocks: vec![Block::Listing(text.to_owned())] });
     }
     if let Some(path) = &diagnosis.augmented_plant {
-        blocks.push(Block::Text(format!("The plant with what was confirmed is {path}; this simulates it:")));
-        blocks.push(Block::Command(crate::recordings::command_line(&[
-            "obsid".into(),
-            "simulate".into(),
-            path.clone(),
-            "--out".into(),
-            "again.csv".into(),
-        ])));
+        blocks.push(Block::Text(format!("The plant with what was confirmed is {path}; these show its fit:")));
+        blocks.extend(case.commands_of_the_fit(path).into_iter().map(Block::Command));
         let toml = texts.augmented.map(|text| Block::Listing(text.to_owned()));
         blocks.extend(toml.map(|text| Block::Details { summary: "Its TOML".into(), blocks: vec![text] }));
     }

@@ -21,14 +21,16 @@ use channels::Channel;
 pub(crate) fn recording_of(file: &str, datasets: Vec<RawDataset>, intake: &Intake) -> Result<Imported, RecordingError> {
     let mut datasets = chosen(file, datasets, intake)?;
     if datasets.len() == 1 {
-        return one(file, &datasets.remove(0), intake);
+        let dataset = datasets.remove(0);
+        let own = in_dataset(&dataset, intake, false);
+        return one(file, &dataset, &own);
     }
     let mut all = SeriesSet::new(file);
     let (mut first_error, mut left_out) = (None, Vec::new());
     for dataset in &datasets {
-        let own = with_own_assignments(dataset, intake);
+        let own = in_dataset(dataset, intake, true);
         match one(file, dataset, &own).and_then(series) {
-            Ok(set) => add(&mut all, dataset, set, intake),
+            Ok(set) => add(&mut all, dataset, &set),
             Err(error) => {
                 left_out.push(format!("`{}` ({})", dataset.name, error.without_file(file)));
                 first_error.get_or_insert(error);
@@ -76,35 +78,39 @@ pub(crate) fn no_such_dataset(file: &str, wanted: &str, names: &[String]) -> Rec
     }
 }
 
-/// Assignments whose right side names a channel of this dataset, without the dataset's name.
-fn with_own_assignments(dataset: &RawDataset, intake: &Intake) -> Intake {
-    let has = |theirs: &str| dataset.columns.iter().any(|column| column.name.eq_ignore_ascii_case(theirs));
+/// What is said of a dataset, names without the dataset's; among others what names a column of
+/// another dataset is left out.
+fn in_dataset(dataset: &RawDataset, intake: &Intake, among_others: bool) -> Intake {
+    let prefix = format!("{}.", dataset.name);
+    let bare = |name: &str| name.strip_prefix(&prefix).filter(|_| !dataset.name.is_empty()).unwrap_or(name).to_owned();
+    let has = |name: &str| !among_others || dataset.columns.iter().any(|column| column.name.eq_ignore_ascii_case(name));
     let of = |assignment: &Assignment| {
-        let own = assignment.theirs.strip_prefix(&format!("{}.", dataset.name)).unwrap_or(&assignment.theirs);
-        has(own).then(|| Assignment { theirs: own.to_owned(), ..assignment.clone() })
+        let theirs = bare(&assignment.theirs);
+        has(&theirs).then(|| Assignment { theirs, ..assignment.clone() })
     };
-    let clock = intake.time_column.as_ref().filter(|clock| has(&clock.name)).cloned();
-    let channels = intake.channels.iter().filter_map(of).collect();
-    Intake { time_column: clock, channels, ..Intake::default() }
+    let clock = intake.time_column.as_ref().map(|clock| super::TimeColumn { name: bare(&clock.name), ..clock.clone() });
+    let rows = |clock: &super::TimeColumn| clock.name == super::TimeColumn::ROWS;
+    let time_column = clock.filter(|clock| has(&clock.name) || rows(clock));
+    Intake { time_column, channels: intake.channels.iter().filter_map(of).collect(), ..Intake::default() }
 }
 
-/// Adds a dataset's channels under `dataset.channel`; a channel with a name of the user keeps it.
-fn add(all: &mut SeriesSet, dataset: &RawDataset, set: SeriesSet, intake: &Intake) {
-    let SeriesSet { recording, notes, .. } = &set;
-    for channel in &recording.channels {
-        let assigned = intake.channels.iter().any(|of| of.own == channel.name);
-        let bare = assigned || dataset.name.is_empty();
-        let name = if bare { channel.name.clone() } else { format!("{}.{}", dataset.name, channel.name) };
-        let unit = set.unit_in_file(channel).to_owned();
-        all.push(Channel { name, ..channel.clone() }, &unit);
+/// Adds a dataset's channels.
+fn add(all: &mut SeriesSet, dataset: &RawDataset, set: &SeriesSet) {
+    for channel in &set.recording.channels {
+        all.push(channel.clone(), set.unit_in_file(channel));
     }
     let of = if dataset.name.is_empty() { String::new() } else { format!("{}: ", dataset.name) };
-    all.notes.extend(notes.iter().map(|note| format!("{of}{note}")));
+    all.notes.extend(set.notes.iter().map(|note| format!("{of}{note}")));
 }
 
-/// One dataset as a recording.
+/// One dataset as a recording; its channels are called `dataset.channel`, those that the user named
+/// as the user named them.
 fn one(file: &str, dataset: &RawDataset, intake: &Intake) -> Result<Imported, RecordingError> {
-    let plan = planned(file, dataset, intake)?;
+    let mut plan = planned(file, dataset, intake)?;
+    let assigned = |name: &str| intake.channels.iter().any(|of| of.own == name);
+    for of in plan.columns.iter_mut().filter(|of| !dataset.name.is_empty() && !assigned(&of.name)) {
+        of.name = format!("{}.{}", dataset.name, of.name);
+    }
     let mut imported = rows(file, dataset, &plan)?;
     let notes = imported.notes_mut();
     notes.extend(plan.notes);

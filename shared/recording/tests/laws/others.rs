@@ -50,7 +50,8 @@ fn every_format_is_listed_and_read_with_the_names_units_and_clock_it_states() {
     let mut wrong = Vec::new();
     for (file, dataset, channel, unit, samples, rate_hz) in FILES {
         let set = read(file, Some(dataset).filter(|name| !name.is_empty()).copied());
-        let Some(found) = set.recording.channel_named(channel) else {
+        let full = if dataset.is_empty() { (*channel).to_owned() } else { format!("{dataset}.{channel}") };
+        let Some(found) = set.recording.channel_named(&full) else {
             let names: Vec<&str> = set.recording.channels.iter().map(|of| of.name.as_str()).collect();
             wrong.push(format!("{file}: {names:?}"));
             continue;
@@ -64,6 +65,19 @@ fn every_format_is_listed_and_read_with_the_names_units_and_clock_it_states() {
         assert!(of_dataset.channels.iter().any(|of| of.name == *channel), "{file}: {of_dataset:?}");
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+#[test]
+fn a_channel_is_called_by_dataset_and_name_however_many_datasets_there_are_and_both_names_are_known() {
+    for theirs in ["angular_velocity.z", "/imu/data.angular_velocity.z"] {
+        for file in ["others/ros2_imu.mcap", "others/ros1.mcap"] {
+            let channels = vec![recording::Assignment::parse(&format!("rate = {theirs}")).unwrap()];
+            let intake = Intake { channels, clocks_of_their_own: true, ..Intake::default() };
+            let set = recording::read_with(&data(file), &intake).and_then(recording::series).unwrap();
+            let names: Vec<&str> = set.recording.channels.iter().map(|of| of.name.as_str()).collect();
+            assert!(names.contains(&"rate") && names.contains(&"/imu/data.angular_velocity.x"), "{file}: {names:?}");
+        }
+    }
 }
 
 #[test]
@@ -86,5 +100,5 @@ fn a_dataset_that_is_not_there_is_answered_with_those_that_are() {
 #[test]
 fn a_dataset_is_chosen_by_its_name_whatever_its_case() {
     let set = read("others/ros2_imu.mcap", Some("IMU/data"));
-    assert!(set.recording.channel_named("linear_acceleration.x").is_some());
+    assert!(set.recording.channel_named("/imu/data.linear_acceleration.x").is_some());
 }

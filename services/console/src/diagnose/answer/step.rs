@@ -2,7 +2,6 @@
 
 use super::{Diagnosed, limited, supported, unit};
 use crate::diagnose::paragraph::not_found;
-use crate::recordings::command_line;
 use discovery::diagnose::Verdict;
 use discovery::mislabelled::{Mislabelled, Mistake};
 use identification::held_out::Status;
@@ -55,8 +54,14 @@ fn relabel(label: &Mislabelled) -> String {
 fn with_augmented(diagnosed: &Diagnosed) -> String {
     let confirmed = supported(&diagnosed.diagnosis).iter().any(|effect| effect.status == Status::Confirmed);
     if let Some(path) = &diagnosed.diagnosis.augmented_plant {
-        let simulate = ["obsid", "simulate", path, "--out", "again.csv"].map(str::to_owned);
-        return format!("`{}` simulates the plant with what was confirmed", command_line(&simulate));
+        let commands = diagnosed.case.commands_of_the_fit(path);
+        let shown = if commands.len() > 1 {
+            "show how the plant with what was confirmed follows it"
+        } else {
+            "simulates the plant with what was confirmed"
+        };
+        let all: Vec<String> = commands.iter().map(|command| format!("`{command}`")).collect();
+        return format!("{} {shown}", all.join(" and "));
     }
     if confirmed && diagnosed.offered.augmented {
         return "add `--out report` to the command: report/augmented.toml is the plant with what was confirmed".into();

@@ -157,6 +157,7 @@ fn diagnosed(diagnosis: Diagnosis) -> Diagnosed {
         spectra: Vec::new(),
         modes: None,
         command: "obsid diagnose swing.csv --plant pendulum.toml".into(),
+        said: Vec::new(),
         effort: Effort::default(),
     };
     let offered = Offered::of(&diagnosis);
@@ -195,7 +196,9 @@ fn a_plant_that_is_written_is_the_next_step_and_one_that_is_not_says_how() {
     found.augmented_plant = Some("out/augmented.toml".into());
     let mut found = diagnosed(found);
     let step = |found: &Diagnosed| answer::answer(found)[2].clone();
-    assert!(step(&found).starts_with("`obsid simulate out/augmented.toml --out again.csv`"), "{}", step(&found));
+    let command =
+        "`obsid simulate out/augmented.toml --inputs swing.csv --out predicted.csv` and `obsid compare swing.csv";
+    assert!(step(&found).to_lowercase().starts_with(command), "{}", step(&found));
     found.diagnosis.augmented_plant = None;
     assert!(step(&found).contains("`--out report`"), "{}", step(&found));
 }
