@@ -84,7 +84,7 @@ fn a_scenario_that_plans_nothing_or_states_no_plant_is_not_flown() {
 fn a_scenario_that_cannot_be_read_is_refused() {
     let folder = Folder::new("scenario-files");
     folder.ask(&["run", "nowhere.toml"]).refuses(&["nowhere.toml", "No such file", "deploy/scenarios"]);
-    folder.ask(&["run", "."]).refuses(&["directory"]);
+    folder.ask(&["run", "."]).refuses(&["a folder"]);
     folder.file("bytes.toml", [0xff, 0xfe, 0x00]);
     folder.ask(&["run", "bytes.toml"]).refuses(&["bytes.toml:1", "UTF-8", "save it as UTF-8"]);
     folder.file("old.toml", "format = 2\nname = \"x\"\n");

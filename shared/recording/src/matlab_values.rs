@@ -6,7 +6,7 @@ use crate::error::RecordingError;
 use crate::matlab_elements::{self as elements, Element};
 
 /// Structures inside structures.
-const DEPTH_MAX: usize = 12;
+const VALUE_DEPTH_MAX: usize = 12;
 /// Structures of an array of structures that become datasets.
 const STRUCTURES_MAX: usize = 64;
 const COMPLEX: u32 = 0x800;
@@ -32,7 +32,7 @@ struct Head {
 /// # Errors
 /// A damaged variable.
 pub(crate) fn read(matrix: Bytes<'_>, arrays: &mut Arrays) -> Result<(), RecordingError> {
-    variable(matrix, "", None, DEPTH_MAX, arrays)
+    variable(matrix, "", None, VALUE_DEPTH_MAX, arrays)
 }
 
 /// A variable, or the field `name` of the structure `group`.

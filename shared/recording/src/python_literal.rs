@@ -4,7 +4,7 @@ use crate::bytes::Bytes;
 use crate::error::RecordingError;
 
 /// Brackets inside brackets.
-const DEPTH_MAX: usize = 16;
+const LITERAL_DEPTH_MAX: usize = 16;
 const CURE: &str = "write the file again with numpy.save or numpy.savez";
 
 /// A value of Python.
@@ -51,7 +51,7 @@ impl Literal {
 /// # Errors
 /// Anything else than text, whole numbers, truths, tuples, lists and dictionaries of those.
 pub(crate) fn read(bytes: &mut Bytes<'_>) -> Result<Literal, RecordingError> {
-    value(bytes, DEPTH_MAX)
+    value(bytes, LITERAL_DEPTH_MAX)
 }
 
 /// The next byte that is no blank, not taken.
@@ -67,7 +67,7 @@ fn next(bytes: &mut Bytes<'_>) -> Result<u8, RecordingError> {
 
 fn value(bytes: &mut Bytes<'_>, depth: usize) -> Result<Literal, RecordingError> {
     if depth == 0 {
-        return Err(bytes.error(format!("the header has more than {DEPTH_MAX} brackets in brackets"), CURE));
+        return Err(bytes.error(format!("the header has more than {LITERAL_DEPTH_MAX} brackets in brackets"), CURE));
     }
     match next(bytes)? {
         quote @ (b'\'' | b'"') => text(bytes, quote),

@@ -1,6 +1,6 @@
 //! The data behind a figure as CSV in a link: bounded in size, without a file or a network.
 
-use crate::figures::Curve;
+use crate::curve::Curve;
 use std::fmt::Write;
 
 /// Rows of one figure; longer data keep every k-th row, and the link says so.

@@ -14,6 +14,8 @@ mod tiles;
 
 use crate::panel::Panel;
 
+pub use crate::curve::{Curve, Role};
+
 pub use bars::{Bar, Bars};
 pub use clusters::{Clusters, Mode};
 pub use cumulative::Cumulative;
@@ -24,53 +26,6 @@ pub use spectrum::Spectrum;
 pub use stabilisation::{Pole, Stabilisation, Stability};
 pub use state_map::StateMap;
 pub use tiles::{TileMap, Tiles};
-
-/// Role of a line, which decides its style.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
-    /// Black dots.
-    Measured,
-    /// The model before: grey.
-    Before,
-    /// The model after: the one colour.
-    After,
-    /// Dashed.
-    Truth,
-    /// One of the others: dotted grey.
-    Rival,
-}
-
-impl Role {
-    fn class(self) -> &'static str {
-        match self {
-            Role::Measured => "line measured",
-            Role::Before => "line before",
-            Role::After => "line after",
-            Role::Truth => "line truth",
-            Role::Rival => "line rival",
-        }
-    }
-
-    /// Order of drawing among the lines: measured ones are wide and lie below, truth lies on top.
-    fn layer(self) -> u8 {
-        match self {
-            Role::Measured => 0,
-            Role::Rival => 1,
-            Role::Before => 2,
-            Role::After => 3,
-            Role::Truth => 4,
-        }
-    }
-}
-
-/// A line or a cloud of samples.
-#[derive(Clone, Copy, Debug)]
-pub struct Curve<'a> {
-    pub label: &'a str,
-    pub role: Role,
-    pub x: &'a [f64],
-    pub y: &'a [f64],
-}
 
 /// Draws the curves: models as lines, and the dots of measured samples on top of them.
 fn draw_curves(panel: &mut Panel, curves: &[Curve<'_>]) {

@@ -36,6 +36,7 @@
 //! element, and text that overlaps if it does not fit.
 #![forbid(unsafe_code)]
 
+mod curve;
 mod data;
 pub mod decimate;
 pub mod figures;

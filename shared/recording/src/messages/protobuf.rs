@@ -13,7 +13,7 @@ use types::{Field, Kind, Type, types};
 use wire::{Payload, Wire};
 
 /// Messages inside messages.
-const DEPTH_MAX: usize = 32;
+const MESSAGE_DEPTH_MAX: usize = 32;
 /// Fields of a message: some, and some for every byte.
 const PROTOBUF_STEPS: (usize, usize) = (4096, 16);
 
@@ -63,8 +63,8 @@ impl<'m> Walk<'m, '_> {
     }
 
     fn message(&mut self, index: usize, bytes: &[u8], depth: usize) -> Result<(), String> {
-        if depth > DEPTH_MAX {
-            return Err(format!("more than {DEPTH_MAX} messages inside each other"));
+        if depth > MESSAGE_DEPTH_MAX {
+            return Err(format!("more than {MESSAGE_DEPTH_MAX} messages inside each other"));
         }
         let types: &'m [Type] = self.types;
         let fields = &types.get(index).ok_or("the descriptors are not complete")?.fields;

@@ -197,7 +197,7 @@ fn a_plant_that_is_written_is_the_next_step_and_one_that_is_not_says_how() {
     let mut found = diagnosed(found);
     let step = |found: &Diagnosed| answer::answer(found)[2].clone();
     let command =
-        "`obsid simulate out/augmented.toml --inputs swing.csv --out predicted.csv` and `obsid compare swing.csv";
+        "`obsid simulate out/augmented.toml --inputs other.csv --out predicted.csv` and `obsid compare other.csv";
     assert!(step(&found).to_lowercase().starts_with(command), "{}", step(&found));
     found.diagnosis.augmented_plant = None;
     assert!(step(&found).contains("`--out report`"), "{}", step(&found));
