@@ -2,7 +2,7 @@
 //! them.
 //!
 //! Separator, decimal sign, header, units and the column of times are found from the text
-//! ([`crate::text`], [`crate::intake`]); what the text does not say, an [`Intake`] says. Written is
+//! (`text`, [`crate::intake`]); what the text does not say, an [`Intake`] says. Written is
 //! one form: header `name [unit]`, first column `time [s]` (`frequency [Hz]` of a spectrum). An
 //! empty cell, `NaN` and `inf` mean that this channel has no sample at this time. A cell that is no
 //! number and a row of another length are errors with their place, but for lines behind the last
