@@ -230,10 +230,8 @@ impl Above {
         let unmarked = lines.iter().filter(|(_, text)| !is_remark(text)).count();
         let last = candidates.pop();
         let above = candidates.pop();
-        let units_below = last
-            .as_ref()
-            .zip(above.as_ref())
-            .is_some_and(|((_, units), (_, names))| are_units(units) && !are_units(names));
+        let units_below =
+            last.as_ref().zip(above.as_ref()).is_some_and(|((_, below), (_, names))| are_units(below, names));
         let (header, units) =
             if units_below { (above, last.map(|(_, cells)| cells).unwrap_or_default()) } else { (last, Vec::new()) };
         let used = usize::from(header.is_some()) + usize::from(!units.is_empty());
@@ -241,8 +239,12 @@ impl Above {
     }
 }
 
-/// Every cell of a line is a unit or nothing, and one is a unit.
-fn are_units(cells: &[String]) -> bool {
-    let unit = |cell: &String| unit_named(cell).is_some();
-    cells.iter().all(|cell| cell.trim().is_empty() || unit(cell)) && cells.iter().any(|cell| !cell.trim().is_empty())
+/// A line is one of units: half of its cells are units that are known, and more than of the line
+/// above it. A unit that is not known costs its own column alone.
+fn are_units(below: &[String], above: &[String]) -> bool {
+    let stated = |cells: &[String]| cells.iter().filter(|cell| !cell.trim().is_empty()).count();
+    let known =
+        |cells: &[String]| cells.iter().filter(|cell| !cell.trim().is_empty() && unit_named(cell).is_some()).count();
+    let units = known(below);
+    units > 0 && 2 * units >= stated(below) && units > known(above)
 }

@@ -65,7 +65,7 @@ static SYMBOLS: &[Symbol] = &[
     symbol(&["g", "gee", "gees", "g0", "gn", "gravity"], (G0_M_S2, 1.0), [0, 1, -2, 0, 0, 0], "num"),
     symbol(&["Gal"], (1.0, 100.0), [0, 1, -2, 0, 0, 0], "m"),
     symbol(&["rad", "rads", "radian", "radians"], ONE, ANGLE, "num"),
-    symbol(&["deg", "degs", "degree", "degrees", "Deg"], (PI, 180.0), ANGLE, "m"),
+    symbol(&["deg", "degs", "degree", "degrees", "Deg", "Grad"], (PI, 180.0), ANGLE, "m"),
     symbol(&["arcmin"], (PI, 10_800.0), ANGLE, ""),
     symbol(&["arcsec", "asec"], (PI, 648_000.0), ANGLE, "m"),
     symbol(&["rev", "revs", "revolution", "revolutions", "turn", "turns", "U"], (2.0 * PI, 1.0), ANGLE, ""),

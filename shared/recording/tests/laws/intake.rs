@@ -328,6 +328,10 @@ fn shapes() -> Vec<(&'static str, String, Intake, [&'static str; 2])> {
         shape("header in a remark", format!("# logger v2\n#time,a,b\n{comma}")),
         shape("header in a remark of %", format!("%time,a,b\n{comma}")),
         shape("units in a second line", format!("time,a,b\ns,m,m\n{comma}")),
+        shape(
+            "units of which one is not known",
+            format!("Zeit;a;b;c\ns;Grad;m;Furlong\n{}", rows(";", ',').replace('\n', ";1\n")),
+        ),
         shape("units in brackets in a second line", format!("time,a,b\n[s],[m/s^2],[m]\n{comma}")),
         shape("units in parentheses", format!("\"Time (s)\",\"a (m)\",\"b (m)\"\n{comma}")),
         shape("units behind slashes", format!("Zeit / s;a / m;b / m/s\n{}", rows(";", ','))),
