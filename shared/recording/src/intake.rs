@@ -82,11 +82,4 @@ impl Intake {
         self.channels.iter_mut().for_each(|of| of.own.clone_from(&of.theirs));
         self
     }
-
-    /// The assignment of the channel that the file calls one of `theirs`.
-    pub(crate) fn assignment_of(&self, theirs: &[&str]) -> Option<&Assignment> {
-        let exact = self.channels.iter().find(|of| theirs.contains(&of.theirs.as_str()));
-        let alike = |of: &&Assignment| theirs.iter().any(|name| name.eq_ignore_ascii_case(&of.theirs));
-        exact.or_else(|| self.channels.iter().find(alike))
-    }
 }

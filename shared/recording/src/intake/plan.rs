@@ -104,11 +104,12 @@ pub(crate) fn plan(source: &Source<'_>, columns: &[Seen], intake: &Intake) -> Re
         Clock::Rows { .. } => Vec::new(),
     };
     let clock_header = taken.first().map_or("row".into(), |at| columns[*at].seen.header.clone());
-    let mut chosen = Channels { source, intake, planned: Vec::new(), left_out: Vec::new(), error: None };
+    let of_column = assigned(source, &columns, intake)?;
+    let mut chosen = Channels { source, intake, of_column, planned: Vec::new(), left_out: Vec::new(), error: None };
     for (at, column) in columns.iter().enumerate().filter(|(at, _)| !taken.contains(at)) {
         chosen.add(at, column)?;
     }
-    chosen.check_assignments(&columns)?;
+    chosen.give_up_names();
     let Channels { planned, left_out, error, .. } = chosen;
     if planned.is_empty() {
         let place = source.place(taken.first().copied().unwrap_or(0), &clock_header);
@@ -329,6 +330,8 @@ pub(crate) fn unknown_unit(place: Box<Place>, found: &str, expected: Option<&str
 struct Channels<'a> {
     source: &'a Source<'a>,
     intake: &'a Intake,
+    /// What is said of each column.
+    of_column: Vec<Option<&'a Assignment>>,
     planned: Vec<Planned>,
     left_out: Vec<String>,
     /// Why the first column that could not be used could not be used.
@@ -339,8 +342,7 @@ impl Channels<'_> {
     fn add(&mut self, at: usize, column: &Column<'_>) -> Result<(), RecordingError> {
         let Column { seen, heading } = column;
         let number = (at + 1).to_string();
-        let header = super::names::cleaned(&seen.header);
-        let assigned = self.intake.assignment_of(&[&heading.name, &header, &number]);
+        let assigned = self.of_column[at];
         let called = if heading.name.is_empty() { format!("column {number}") } else { heading.name.clone() };
         let reason = match seen.kind {
             Kind::Number if heading.name.is_empty() && assigned.is_none() => Some("no name"),
@@ -390,30 +392,30 @@ impl Channels<'_> {
         }
     }
 
-    /// Every assignment has a column, and no two channels have one name: who is assigned keeps it.
-    fn check_assignments(&mut self, columns: &[Column<'_>]) -> Result<(), RecordingError> {
-        for assignment in &self.intake.channels {
-            if position(columns, &assignment.theirs).is_none() {
-                let names: Vec<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
-                return Err(assignment.absent(self.source.file, &names));
-            }
-        }
+    /// A column whose own name was given to another is left out.
+    fn give_up_names(&mut self) {
         let own: Vec<&str> = self.intake.channels.iter().map(|of| of.own.as_str()).collect();
-        let replaced = |of: &Planned| {
-            own.contains(&of.name.as_str())
-                && self
-                    .intake
-                    .assignment_of(&[&heading(&of.header).name, &of.header, &(of.at + 1).to_string()])
-                    .is_none()
-        };
-        let gone: Vec<String> = self
-            .planned
-            .iter()
-            .filter(|of| replaced(of))
-            .map(|of| format!("`{}` (its name is given to another)", of.header))
-            .collect();
+        let replaced = |of: &Planned| own.contains(&of.name.as_str()) && self.of_column[of.at].is_none();
+        let gone = self.planned.iter().filter(|of| replaced(of));
+        let gone: Vec<String> = gone.map(|of| format!("`{}` (its name is given to another)", of.header)).collect();
         self.planned.retain(|of| !replaced(of));
         self.left_out.extend(gone);
-        Ok(())
     }
+}
+
+/// What is said of each column: an assignment is of one column.
+fn assigned<'a>(
+    source: &Source<'_>,
+    columns: &[Column<'_>],
+    intake: &'a Intake,
+) -> Result<Vec<Option<&'a Assignment>>, RecordingError> {
+    let mut of_column = vec![None; columns.len()];
+    for assignment in &intake.channels {
+        let Some(at) = position(columns, &assignment.theirs) else {
+            let names: Vec<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
+            return Err(assignment.absent(source.file, &names));
+        };
+        of_column[at] = Some(assignment);
+    }
+    Ok(of_column)
 }

@@ -85,7 +85,7 @@ impl<'a> Cells<'a> {
 
     fn split(&mut self, text: &[u8]) {
         self.record.clear();
-        let text = text.trim_ascii();
+        // a tab at the beginning is the end of an empty cell, not a blank
         if text.contains(&b'"') {
             self.dialect.split_quoted(&text_of(text)).iter().for_each(|cell| self.record.push_field(cell.as_bytes()));
         } else if self.dialect.separator == b' ' {
@@ -94,10 +94,6 @@ impl<'a> Cells<'a> {
         } else {
             text.split(|byte| *byte == self.dialect.separator)
                 .for_each(|cell| self.record.push_field(cell.trim_ascii()));
-        }
-        // trimmed with the line's blanks: separators of an empty last cell
-        if self.dialect.separator == b'\t' {
-            (self.record.len()..self.width).for_each(|_| self.record.push_field(b""));
         }
     }
 

@@ -480,6 +480,37 @@ fn what_says_that_there_is_no_sample_costs_one_sample_of_one_channel() {
 }
 
 #[test]
+fn an_empty_cell_shifts_no_value_into_another_column_whatever_the_separator() {
+    for separator in [",", ";", "\t", "|"] {
+        let rows: String = (0..9)
+            .map(|k| {
+                let cells = [
+                    if k == 4 { String::new() } else { "1".into() },
+                    format!("{k}.5"),
+                    if k == 6 { String::new() } else { "2".into() },
+                ];
+                cells.join(separator) + "\n"
+            })
+            .collect();
+        let header = ["a [m]", "time [s]", "b [m]"].join(separator);
+        let set = read("empty_cells.csv", &format!("{header}\n{rows}"), &Intake::default()).unwrap();
+        let [a, b] = &set.recording.channels[..] else { panic!("two channels") };
+        assert!(a.value == [1.0; 8] && !a.time_s.contains(&4.5), "{separator:?}: {a:?}");
+        assert!(b.value == [2.0; 8] && !b.time_s.contains(&6.5), "{separator:?}: {b:?}");
+    }
+}
+
+#[test]
+fn an_assignment_is_of_one_column_although_two_names_differ_by_case_alone() {
+    let text = "time [s],A [m],a [m],2 [m]\n0,1,2,3\n1,1,2,3\n";
+    for (said_of, value) in [("x = a", 2.0), ("x = A", 1.0), ("x = 2", 3.0)] {
+        let set = read("cases.csv", text, &said(None, &[said_of])).unwrap();
+        let named: Vec<f64> = set.recording.channels.iter().filter(|c| c.name == "x").map(|c| c.value[0]).collect();
+        assert_eq!(named, [value], "{said_of}");
+    }
+}
+
+#[test]
 fn a_row_that_a_stopped_writer_cut_is_left_out_and_a_short_row_within_is_an_error() {
     let text = "time [s],a [m],b [m]\n0,1,2\n1,1,2\n2,1,2\n3,1";
     let set = read("cut.csv", text, &Intake::default()).unwrap();
