@@ -24,6 +24,8 @@
 
 pub mod compare;
 pub mod doctor;
+pub mod held;
+mod lattice;
 #[cfg(test)]
 #[path = "../../identification/src/noise.rs"]
 mod noise;

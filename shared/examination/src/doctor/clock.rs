@@ -5,6 +5,8 @@
 //! were written with, and a stated material size: jitter below 0.1 % of a step moves a signal at a
 //! tenth of the Nyquist frequency by 3e-4 of its amplitude.
 
+use std::borrow::Cow;
+
 use super::{Check, Finding, Severity, short};
 use channels::{Channel, GAP_MEDIANS, IRREGULAR_SHARE, Recording, Role};
 use estimation::quantiles::{median, quantile};
@@ -232,13 +234,21 @@ fn irregular(steps: &[f64], interval: f64) -> Option<String> {
 
 /// The recording cut where stamps run back; stamps that stand twice are dropped. One run when
 /// nothing is wrong.
-pub fn runs(recording: &Recording) -> Vec<Recording> {
+pub fn runs(recording: &Recording) -> Vec<Cow<'_, Recording>> {
+    let in_order = |c: &Channel| {
+        c.time_s.len() == c.value.len()
+            && c.time_s.iter().chain(&c.value).all(|x| x.is_finite())
+            && c.time_s.windows(2).all(|w| w[1] > w[0])
+    };
+    if recording.channels.iter().all(in_order) {
+        return vec![Cow::Borrowed(recording)];
+    }
     let parts: Vec<Vec<Channel>> = recording.channels.iter().map(pieces).collect();
     let count = parts.iter().map(Vec::len).max().unwrap_or(0);
     (0..count)
-        .map(|k| Recording {
-            name: recording.name.clone(),
-            channels: parts.iter().filter_map(|p| p.get(k).cloned()).collect(),
+        .map(|k| {
+            let channels = parts.iter().filter_map(|p| p.get(k).cloned()).collect();
+            Cow::Owned(Recording { name: recording.name.clone(), channels })
         })
         .collect()
 }
