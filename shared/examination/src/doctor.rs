@@ -19,6 +19,7 @@ mod feedback;
 mod kinship;
 mod levels;
 pub mod quantity;
+mod sampling;
 pub mod segments;
 mod stretch;
 #[cfg(test)]
@@ -48,6 +49,8 @@ pub enum Check {
     IrregularTime,
     /// Sources of different rate.
     Rate,
+    /// A channel that is logged faster than it is updated.
+    Held,
     /// Steps that are the plant's in another unit of time.
     TimeUnit,
     Constant,
@@ -61,6 +64,8 @@ pub enum Check {
     Aliasing,
     NoiseLevel,
     Lag,
+    /// A channel that is later than others of its quantity.
+    Delay,
     ClockSkew,
     Units,
     Sign,
@@ -206,6 +211,8 @@ fn examine_run(run: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     progress(0.6);
     findings.extend(kinship::examine(&seen, &pairs, &mut |share| progress(0.6 + 0.1 * share)));
     findings.extend(axes::examine(&seen));
+    let held: Vec<String> = findings.iter().filter(|f| f.check == Check::Held).map(|f| f.channel.clone()).collect();
+    findings.extend(sampling::late(&seen, &held));
     progress(0.75);
     findings.extend(feedback::examine(&seen));
     progress(0.8);

@@ -4,6 +4,7 @@ use core::f64::consts::PI;
 use std::borrow::Cow;
 
 use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short};
+use crate::clipping::clipped;
 use crate::lattice::{Lattice, lattice};
 use channels::{Channel, Recording, Role};
 use estimation::quantiles::median;
@@ -32,8 +33,12 @@ pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Find
             continue;
         }
         let lattice = lattice(&channel.value);
-        findings.extend(saturation(channel, lattice.as_ref()));
-        findings.extend(lattice.as_ref().and_then(|l| quantisation(channel, l)));
+        findings.extend(saturation(channel, lattice.as_ref()).or_else(|| limited(channel)));
+        // what is held repeats without being coarse
+        match super::sampling::held_values(channel) {
+            Some(held) => findings.push(held),
+            None => findings.extend(lattice.as_ref().and_then(|l| quantisation(channel, l))),
+        }
         findings.extend(spikes(channel, lattice.as_ref(), channels));
     }
     findings
@@ -128,9 +133,27 @@ fn saturation(channel: &Channel, lattice: Option<&Lattice>) -> Option<Finding> {
                 runs.len(), short(100.0 * samples as f64 / n as f64), short(low), short(high), channel.unit, longest.2,
                 short(channel.time_s[longest.1]), short(overshoot), channel.unit
             ))
-            .cure("leave these samples out (they are bounds, not measurements), or repeat with more range")
+            .cure(OUT_OF_RANGE)
     })
 }
+
+/// Values at a limit by their distribution: noise and motions too fast for [`saturation`].
+fn limited(channel: &Channel) -> Option<Finding> {
+    let found = clipped(&channel.value).filter(|_| !super::content::is_input(channel))?;
+    Some(
+        Finding::new(Check::Saturation, Severity::Fault, &channel.name, found.level, &channel.unit)
+            .because(format!(
+                "{} samples ({} %) stand at {} {}, more than any motion has at its extreme",
+                found.samples,
+                short(100.0 * found.share),
+                short(found.level),
+                channel.unit
+            ))
+            .cure(OUT_OF_RANGE),
+    )
+}
+
+const OUT_OF_RANGE: &str = "leave these samples out (they are bounds, not measurements), or repeat with more range";
 
 /// Cubic through the four neighbours against the sample: the answer to one spike.
 const SPIKE: [f64; 5] = [1.0 / 6.0, -2.0 / 3.0, 1.0, -2.0 / 3.0, 1.0 / 6.0];
