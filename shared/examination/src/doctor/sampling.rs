@@ -88,3 +88,78 @@ fn late_by(channel: &Channel, others: &[&str], delay: Delay, dt_s: f64) -> Findi
         ))
         .cure("shift its stamps by that much; frequencies and damping stand, shapes and what relates channels do not")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Check, Finding, examine};
+    use crate::noise::Noise;
+    use channels::{Channel, Recording};
+
+    /// Accelerations of three places in 120 s at 50 Hz, broad in frequency, each with noise of its own.
+    fn motion(seed: u64) -> Vec<Vec<f64>> {
+        let mut noise = Noise::new(seed);
+        let (mut x, mut v) = ([0.0; 2], [0.0; 2]);
+        let mut places = vec![Vec::new(); 3];
+        for _ in 0..6000 {
+            for (k, stiffness) in [0.04, 0.3].into_iter().enumerate() {
+                v[k] += noise.normal() - stiffness * x[k] - 0.05 * v[k];
+                x[k] += v[k];
+            }
+            places[0].push(x[0] + x[1]);
+            places[1].push(0.7 * x[0] - x[1]);
+            places[2].push(x[0] + 0.2 * x[1]);
+        }
+        places.iter_mut().flatten().for_each(|value| *value += 0.1 * noise.normal());
+        places
+    }
+
+    fn recording(places: &[Vec<f64>]) -> Recording {
+        let channel = |(k, value): (usize, &Vec<f64>)| {
+            let time_s = (0..value.len()).map(|i| 0.02 * i as f64).collect();
+            Channel::new(["a", "b", "c"][k], "m/s^2", time_s, value.clone())
+        };
+        Recording { name: "rig".into(), channels: places.iter().enumerate().map(channel).collect() }
+    }
+
+    fn of(findings: &[Finding], check: Check) -> Vec<&Finding> {
+        findings.iter().filter(|f| f.check == check).collect()
+    }
+
+    #[test]
+    fn a_channel_that_is_held_is_told_with_its_rate_and_is_not_called_late_or_coarse() {
+        let mut places = motion(11);
+        let fresh = places[1].clone();
+        (0..fresh.len()).for_each(|k| places[1][k] = fresh[k - k % 4]);
+        let findings = examine(&recording(&places));
+        let [held] = of(&findings, Check::Held)[..] else { panic!("{findings:#?}") };
+        assert_eq!(held.channel, "b");
+        assert!((held.value - 12.5).abs() < 1e-9, "{held:?}");
+        assert!(of(&findings, Check::Delay).is_empty() && of(&findings, Check::Quantisation).is_empty());
+    }
+
+    #[test]
+    fn a_channel_that_is_late_is_told_by_how_much_and_sound_ones_are_not() {
+        let mut places = motion(12);
+        let sound = examine(&recording(&places));
+        assert!(of(&sound, Check::Delay).is_empty() && of(&sound, Check::Held).is_empty(), "{sound:#?}");
+        places[2].rotate_right(6);
+        let findings = examine(&recording(&places));
+        let [late] = of(&findings, Check::Delay)[..] else { panic!("{findings:#?}") };
+        assert_eq!((late.channel.as_str(), late.others.len()), ("c", 2));
+        assert!((late.value - 0.12).abs() < 4.0 * late.sigma.unwrap() + 1e-3, "{late:?}");
+    }
+
+    #[test]
+    fn gaps_of_several_channels_are_one_finding_and_lost_rows_leave_the_clock_even() {
+        let mut recording = recording(&motion(13));
+        for (k, channel) in recording.channels.iter_mut().enumerate() {
+            let kept: Vec<usize> = (0..channel.value.len()).filter(|i| (i + k) % 10 != 9).collect();
+            channel.time_s = kept.iter().map(|i| channel.time_s[*i]).collect();
+            channel.value = kept.iter().map(|i| channel.value[*i]).collect();
+        }
+        let findings = examine(&recording);
+        let [gaps] = of(&findings, Check::Gaps)[..] else { panic!("{findings:#?}") };
+        assert!(gaps.evidence.starts_with("1797 gap(s) in 3 channels, 1797 samples missing"), "{gaps:?}");
+        assert!(of(&findings, Check::IrregularTime).is_empty(), "{findings:#?}");
+    }
+}
