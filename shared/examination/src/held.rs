@@ -86,8 +86,9 @@ pub fn held(values: &[f64]) -> Option<Held> {
 /// Whether most changes exceed some levels.
 fn large(values: &[f64], changes: &[usize], levels: f64) -> bool {
     let Some(lattice) = lattice(values) else {
-        // too few values for a lattice are a switch, any number off a lattice are none
-        return changes.iter().map(|&k| values[k].to_bits()).collect::<std::collections::BTreeSet<_>>().len() > 6;
+        // few values are those of a switch or a coarse converter; off any lattice hardly two are equal
+        let different = changes.iter().map(|&k| values[k].to_bits()).collect::<std::collections::BTreeSet<_>>().len();
+        return different as f64 >= LARGE_SHARE_MIN * changes.len() as f64;
     };
     let large = changes.iter().filter(|&&k| (values[k] - values[k - 1]).abs() > levels * lattice.step).count();
     large as f64 >= LARGE_SHARE_MIN * changes.len() as f64

@@ -159,7 +159,7 @@ mod tests {
         }
         let findings = examine(&recording);
         let [gaps] = of(&findings, Check::Gaps)[..] else { panic!("{findings:#?}") };
-        assert!(gaps.evidence.starts_with("1797 gap(s) in 3 channels, 1797 samples missing"), "{gaps:?}");
+        assert!(gaps.evidence.starts_with("1799 gap(s) in 3 channels, 1799 samples missing"), "{gaps:?}");
         assert!(of(&findings, Check::IrregularTime).is_empty(), "{findings:#?}");
     }
 }
