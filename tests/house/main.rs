@@ -16,6 +16,7 @@
 //! | `circles` | files and crates that name each other |
 //! | `sizes` | lines, functions, assertions |
 //! | `constants` | names with two values |
+//! | `one_of_each` | named methods that are written twice |
 //! | `catalogue`, `matches_on_kinds` | knowledge of effects outside their catalogue |
 //! | `public_names` | documented and unused public items |
 //! | `prose`, `wide_comments`, `wording`, `front_pages` | documentation as it is read |
@@ -32,6 +33,7 @@ mod house;
 mod manifest;
 mod matches_on_kinds;
 mod modules;
+mod one_of_each;
 mod prose;
 mod public_names;
 mod references;

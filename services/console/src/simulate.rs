@@ -93,8 +93,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 ///
 /// # Errors
 /// [`Failure::Input`]: less than a control period, or no number of seconds.
-pub fn duration(asked_s: Option<f64>, plant: &Plant) -> Result<f64, Failure> {
-    let (duration_s, period_s) = (asked_s.unwrap_or(plant.simulation.duration_s), plant.simulation.period_s);
+pub fn duration(requested_s: Option<f64>, plant: &Plant) -> Result<f64, Failure> {
+    let (duration_s, period_s) = (requested_s.unwrap_or(plant.simulation.duration_s), plant.simulation.period_s);
     // what no memory holds is found out now, not after an hour
     if !(duration_s >= period_s && duration_s / period_s <= PERIODS_MAX) {
         return Err(Failure::Input(miette::miette!(

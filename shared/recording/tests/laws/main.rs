@@ -22,7 +22,6 @@ mod samples;
 mod series;
 mod spectra_and_segments;
 mod tables;
-mod throughput;
 mod uff_models;
 mod uff_types;
 mod universal_files;
