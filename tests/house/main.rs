@@ -17,6 +17,7 @@
 //! | `sizes` | lines, functions, assertions |
 //! | `constants` | names with two values |
 //! | `catalogue`, `matches_on_kinds` | knowledge of effects outside their catalogue |
+//! | `partitions` | what a partition that flies links |
 //! | `public_names` | documented and unused public items |
 //! | `prose`, `wide_comments`, `wording`, `front_pages` | documentation as it is read |
 //! | `findings`, `table` | everything measured once; the table |
@@ -32,6 +33,7 @@ mod house;
 mod manifest;
 mod matches_on_kinds;
 mod modules;
+mod partitions;
 mod prose;
 mod public_names;
 mod references;

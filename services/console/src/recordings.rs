@@ -81,9 +81,13 @@ fn units_are_stated(recording: &Recording, plant: &Plant) -> Result<(), Failure>
     )))
 }
 
-/// BLAKE3 of a file.
+/// BLAKE3 of a file, which is not held in memory; empty for what is no regular file.
 pub fn digest_of(path: &Path) -> String {
-    std::fs::read(path).map(|bytes| blake3::hash(&bytes).to_hex().to_string()).unwrap_or_default()
+    let hashed = || {
+        let mut hasher = blake3::Hasher::new();
+        std::io::copy(&mut std::fs::File::open(path)?, &mut hasher).map(|_| hasher.finalize().to_hex().to_string())
+    };
+    if path.is_file() { hashed().unwrap_or_default() } else { String::new() }
 }
 
 fn loaded(path: &Path, imported: Imported, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {

@@ -37,6 +37,8 @@ pub(crate) struct Rows {
     /// Row at which each recording of the file begins.
     starts: Vec<usize>,
     duplicates: u64,
+    /// What times count from [s since 1970]; 0: from where the file says.
+    pub origin_s: i64,
 }
 
 impl Rows {
@@ -54,6 +56,7 @@ impl Rows {
             lines: Vec::new(),
             starts: vec![0],
             duplicates: 0,
+            origin_s: 0,
         }
     }
 
@@ -209,7 +212,8 @@ impl Rows {
     fn into_table(self, timing: Timing) -> Table {
         let columns = self.source.into_iter().zip(self.values).map(|(column, values)| Column { values, ..column });
         let notes = timing.repairs();
-        Table { file: self.file, time_s: self.first, columns: columns.collect(), timing, notes }
+        let (time_s, columns) = (self.first, columns.collect());
+        Table { file: self.file, time_s, origin_s: self.origin_s, columns, timing, notes }
     }
 
     fn into_spectrum(self) -> Result<Spectrum, RecordingError> {
@@ -243,6 +247,7 @@ impl Rows {
     /// The cells of some rows that are not empty, by column.
     fn set(&self, name: &str, rows: Range<usize>) -> SeriesSet {
         let mut set = SeriesSet::new(name);
+        set.origin_s = self.origin_s;
         for (column, values) in self.source.iter().zip(&self.values) {
             let (times, values) = (&self.first[rows.clone()], &values[rows.clone()]);
             let given = times.iter().zip(values).filter(|(_, value)| !value.is_nan());

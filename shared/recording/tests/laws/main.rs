@@ -20,6 +20,7 @@ mod run_channels;
 mod samples;
 mod series;
 mod spectra_and_segments;
+mod stamps;
 mod tables;
 mod throughput;
 mod uff_models;
