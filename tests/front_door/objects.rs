@@ -80,7 +80,11 @@ fn no_command_with_json_is_left_out_of_the_test() {
     let mut with_json = BTreeSet::new();
     for name in listed(&[]) {
         let inner = listed(&[&name]);
-        let lines = if inner.is_empty() { vec![vec![name]] } else { inner.into_iter().map(|of| vec![name.clone(), of]).collect() };
+        let lines = if inner.is_empty() {
+            vec![vec![name]]
+        } else {
+            inner.into_iter().map(|of| vec![name.clone(), of]).collect()
+        };
         for words in lines {
             let words: Vec<&str> = words.iter().map(String::as_str).collect();
             if ask(&[&words[..], &["--help"]].concat()).stdout.contains("--json") {

@@ -328,7 +328,8 @@ fn what_only_the_user_knows_is_a_blank_that_a_diagnosis_refuses_with_its_line() 
 fn a_proposal_believes_the_user_and_asks_for_what_no_name_and_no_unit_tells() {
     let folder = Folder::new("plants-told");
     folder.file("log.csv", drive_log());
-    let new = |more: &[&str]| folder.ask(&[&["plant", "new", "log.csv", "--out", "rig.toml", "--json"][..], more].concat());
+    let new =
+        |more: &[&str]| folder.ask(&[&["plant", "new", "log.csv", "--out", "rig.toml", "--json"][..], more].concat());
     // nothing tells of motion but a channel without a unit
     new(&["--measured", "tau_cmd", "--command", "tau_fb"]).refuses(&["says anything of motion"]);
     new(&["--measured", "angle"]).refuses(&["'angle'", "does not state its unit", "--channel 'angle = angle [UNIT]'"]);

@@ -52,7 +52,7 @@ impl Phases {
     /// The work that `watch` sees is at most about `most`.
     pub fn new(watch: Watch, most: f64, lines: bool) -> Self {
         let stage = Arc::new(Mutex::new("begin"));
-        let is_terminal = std::io::stderr().is_terminal() || std::env::var_os("TMP_PHASES").is_some();
+        let is_terminal = std::io::stderr().is_terminal();
         let bar = is_terminal.then(|| {
             let (end, ended) = channel();
             let stage = stage.clone();
@@ -87,11 +87,6 @@ fn show(watch: &Watch, most: f64, stage: &Mutex<&'static str>, ended: &Receiver<
         let share = (watch.counted() / most).clamp(0.0, 1.0);
         bar.set_position((share * progress::PARTS) as u64);
         let phase = *stage.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(path) = std::env::var_os("TMP_PHASES") {
-            use std::io::Write;
-            let mut file = std::fs::OpenOptions::new().append(true).create(true).open(path).unwrap();
-            writeln!(file, "{:.2} {:.5} {phase}", begun.elapsed().as_secs_f64(), watch.counted() / most).unwrap();
-        }
         let phase = if watch.is_stopped() { "end with what is known" } else { phase };
         let elapsed = begun.elapsed();
         let left = (elapsed > PACE_KNOWN && share > 0.0).then(|| elapsed.as_secs_f64() * (1.0 - share) / share);

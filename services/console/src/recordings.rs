@@ -16,6 +16,8 @@ pub struct Loaded {
     pub recording: Recording,
     /// Repairs of the import, and what a plant has to say about the names.
     pub notes: Vec<String>,
+    /// What its times count from \[s since 1970\]; 0: from where the file says.
+    pub origin_s: i64,
     /// BLAKE3 of the file.
     pub digest: String,
 }
@@ -98,13 +100,13 @@ fn loaded(path: &Path, imported: Imported, plant: Option<&Plant>) -> Result<Vec<
     let mut loaded = Vec::with_capacity(sets.len());
     for (k, set) in sets.into_iter().enumerate() {
         let name = if several { format!("{file}, part {}", k + 1) } else { file.clone() };
-        let SeriesSet { mut recording, mut notes, .. } = set;
+        let SeriesSet { mut recording, mut notes, origin_s, .. } = set;
         recording.name = name;
         if let Some(plant) = plant {
             notes.extend(names_of_the_plant(&recording, plant)?);
             recording.channels.iter_mut().for_each(|channel| channel.role = role(&channel.name, plant));
         }
-        loaded.push(Loaded { file: file.clone(), recording, notes, digest: digest.clone() });
+        loaded.push(Loaded { file: file.clone(), recording, notes, origin_s, digest: digest.clone() });
     }
     Ok(loaded)
 }
@@ -214,7 +216,7 @@ impl Loaded {
         };
         let most = self.recording.channels.iter().max_by_key(|c| c.value.len());
         let rate_hz = most.and_then(Channel::interval_s).map(|dt| 1.0 / dt);
-        json!({ "file": self.file, "name": self.recording.name, "digest": self.digest, "start_s": start_s, "end_s": end_s,
+        json!({ "file": self.file, "name": self.recording.name, "digest": self.digest, "origin_s": self.origin_s, "start_s": start_s, "end_s": end_s,
             "rate_hz": rate_hz, "rows": rows, "channels": self.recording.channels.iter().map(channel).collect::<Vec<_>>(), "notes": self.notes })
     }
 }

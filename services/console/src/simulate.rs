@@ -115,7 +115,9 @@ pub fn duration(asked_s: Option<f64>, plant: &Plant) -> Result<f64, Failure> {
             "give at most {} s, or a longer period in [simulation] of the plant file",
             short((RECORD_MAX / bytes_a_second).floor())
         );
-        let what = format!("{duration_s} s of {channels} channels every {period_s} s take {need} GiB of memory, at most {most} GiB");
+        let what = format!(
+            "{duration_s} s of {channels} channels every {period_s} s take {need} GiB of memory, at most {most} GiB"
+        );
         return refuse(cure, what);
     }
     Ok(duration_s)

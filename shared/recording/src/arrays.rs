@@ -6,11 +6,11 @@
 //! columns, else the longest. A matrix has a column `name[k]` for each step of its shorter
 //! dimension.
 
-use crate::intake::origin::if_any;
 use crate::array_parts::{Parts, ancestors};
 use crate::bytes;
 use crate::dataset::{Axis, RawColumn, RawDataset, Wanted};
 use crate::error::RecordingError;
+use crate::intake::origin::if_any;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A matrix with more columns is no set of channels.

@@ -4,13 +4,13 @@
 //! points; a table (compound type) is a dataset of its own. The attribute `unit` or `units` of an
 //! array is its unit.
 
-use crate::intake::origin::if_any;
 use crate::arrays::{self, Array, Arrays, joined};
 use crate::bytes::{self, EXPANSION_MAX, bad};
 use crate::dataset::{RawDataset, Wanted};
 use crate::error::RecordingError;
 use crate::file_name;
 use crate::hdf5_types::{self as types, Field};
+use crate::intake::origin::if_any;
 use hdf5_reader::error::Error;
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Hdf5File, OpenOptions};

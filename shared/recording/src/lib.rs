@@ -274,7 +274,8 @@ pub(crate) fn listed(imported: Imported) -> Result<Vec<ListedDataset>, Recording
 
 /// What to give.
 #[cfg(feature = "foreign")]
-const READ: &str = "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ or Parquet";
+const READ: &str =
+    "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ or Parquet";
 /// What to give to a program that was built without the readers of other programs' files.
 #[cfg(not(feature = "foreign"))]
 const READ: &str = "this partition reads CSV, UFF and obsid's own MCAP; `obsid replay` without --images reads more";
@@ -299,10 +300,7 @@ fn format_of(path: &Path) -> Result<&'static dyn Format, RecordingError> {
     }
     FORMATS.iter().find(|format| format.sniff(&head)).copied().ok_or_else(|| {
         let first = &head[..head.len().min(8)];
-        unknown(
-            format!("not a known format, the first bytes are {first:02x?}"),
-            READ,
-        )
+        unknown(format!("not a known format, the first bytes are {first:02x?}"), READ)
     })
 }
 

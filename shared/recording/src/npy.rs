@@ -1,9 +1,9 @@
 //! One NumPy array (`.npy`): a header that says the type and the shape, then the numbers.
 
-use crate::intake::origin::{if_any, rest_of_seconds};
 use crate::arrays::{Array, Arrays, joined};
 use crate::bytes::Bytes;
 use crate::error::RecordingError;
+use crate::intake::origin::{if_any, rest_of_seconds};
 use crate::numbers::Number;
 use crate::python_literal::{self, Literal};
 

@@ -57,7 +57,19 @@ impl<'a> Chunk<'a> {
         let bytes = bytes.split(size, "a column")?;
         let part = format!("column `{name}` at byte {first}, ");
         let level = leaf.level;
-        Ok(Self { file, part, bytes, codec, count, limit, level, meaning, dictionary: None, values: Vec::new(), rest: Vec::new() })
+        Ok(Self {
+            file,
+            part,
+            bytes,
+            codec,
+            count,
+            limit,
+            level,
+            meaning,
+            dictionary: None,
+            values: Vec::new(),
+            rest: Vec::new(),
+        })
     }
 
     /// Values of the column, those that are missing included.

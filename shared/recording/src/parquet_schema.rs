@@ -1,8 +1,8 @@
 //! What the end of a Parquet file says of its columns.
 
-use crate::intake::origin::rest_of_seconds;
 use crate::bytes::{COPY, bad};
 use crate::error::RecordingError;
+use crate::intake::origin::rest_of_seconds;
 use crate::numbers::signed;
 use crate::parquet_thrift::Value;
 

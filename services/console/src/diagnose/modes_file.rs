@@ -76,9 +76,7 @@ const WRITTEN_BY: &str = "write it with `obsid modal RECORDING --json > modes.js
 /// deviation.
 pub fn read(path: &Path) -> Result<ModesFile, Failure> {
     let file = path.display().to_string();
-    let refuse = |why: String| {
-        Failure::Input(miette::miette!(help = WRITTEN_BY, "{file}: {why}"))
-    };
+    let refuse = |why: String| Failure::Input(miette::miette!(help = WRITTEN_BY, "{file}: {why}"));
     let text = plants::utf8_text(path).map_err(|(message, cure)| {
         let cure = cure.unwrap_or_else(|| WRITTEN_BY.into());
         Failure::Input(miette::miette!(help = cure, "{message}"))

@@ -14,9 +14,9 @@ use crate::recordings::{self, nearest};
 use crate::{Failure, plants};
 use channels::Recording;
 use recording::units::NOT_STATED;
-use std::path::{Path, PathBuf};
 use roles::Told;
 use samples::rates;
+use std::path::{Path, PathBuf};
 use text::Proposal;
 
 /// Propose a plant file for a rig, from the channels and units of a recording
@@ -65,9 +65,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         recordings::read(from, &arguments.intake.intake(None)?, None)?.into_iter().map(|part| part.recording).collect();
     let told = told(arguments, &parts[0])?;
     let name = stem(from);
-    let proposal = Proposal::new(&name, from, &parts, &told).map_err(|(reason, cure)| {
-        Failure::Input(miette::miette!(help = cure, "{}: {reason}", from.display()))
-    })?;
+    let proposal = Proposal::new(&name, from, &parts, &told)
+        .map_err(|(reason, cure)| Failure::Input(miette::miette!(help = cure, "{}: {reason}", from.display())))?;
     // a proposal that this very program rejects would be worse than none
     plants::parse(&name, &proposal.filled())
         .map_err(|_| Failure::Run(format!("{}: the proposal for these channels is no plant file", from.display())))?;
@@ -99,7 +98,9 @@ fn told(arguments: &Arguments, recording: &Recording) -> Result<Told, Failure> {
             };
             if channel.unit == NOT_STATED {
                 return refuse(
-                    format!("say it: --channel '{name} = {name} [UNIT]', as in [N], [N*m], [A], [rad], [rad/s], [m/s^2]"),
+                    format!(
+                        "say it: --channel '{name} = {name} [UNIT]', as in [N], [N*m], [A], [rad], [rad/s], [m/s^2]"
+                    ),
                     format!("{flag} '{name}': {} does not state its unit", recording.name),
                 );
             }
@@ -118,7 +119,7 @@ const NAMES_SHOWN: usize = 30;
 fn stem(path: &Path) -> String {
     let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let name = name.split(".csv").next().unwrap_or_default().trim_end_matches(".mcap").to_owned();
-    text::plain(&name)
+    names::plain(&name)
 }
 
 fn write_new(path: &Path, text: &str) -> Result<(), Failure> {

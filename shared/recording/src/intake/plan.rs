@@ -147,7 +147,10 @@ fn remarks(planned: &[Planned], left_out: &[String]) -> Vec<String> {
     let silent: Vec<String> =
         planned.iter().filter(|of| of.unit_in_file.is_empty()).map(|of| of.name.clone()).collect();
     if let Some(first) = silent.first() {
-        notes.push(format!("unit not stated: {}; say it: --channel '{first} = {first} [UNIT]', as in [rad], [deg/s], [m/s^2], [N]", listed(&silent)));
+        notes.push(format!(
+            "unit not stated: {}; say it: --channel '{first} = {first} [UNIT]', as in [rad], [deg/s], [m/s^2], [N]",
+            listed(&silent)
+        ));
     }
     notes
 }
@@ -332,7 +335,7 @@ fn no_time(source: &Source<'_>, columns: &[Column<'_>]) -> RecordingError {
     } else {
         format!(
             "say which column holds the times, as in --time-column {}:s, or the rate of the rows, --time-column row:100Hz; columns: {}",
-            names.first().map_or("NAME", String::as_str),
+            names.first().map_or("NAME".into(), |name| printable(name)),
             listed(&names)
         )
     };

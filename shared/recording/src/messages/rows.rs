@@ -4,8 +4,8 @@
 //! A message that is not read to its end leaves nothing behind.
 
 use super::left_out::{LeftOut, Reason};
-use crate::intake::origin::{if_any, rest_of_seconds};
 use crate::dataset::{Axis, RawColumn, RawDataset};
+use crate::intake::origin::{if_any, rest_of_seconds};
 use std::collections::HashMap;
 
 /// Nanoseconds in a second, for stamps.

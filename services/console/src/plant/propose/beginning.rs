@@ -1,10 +1,10 @@
 //! Beginnings, segments and the record of a proposed plant file.
 
 use super::mechanism::{Axis, Mechanism, axis_of};
+use super::names::plain;
 use super::parts::Reading;
 use super::roles::{Guess, Role};
 use super::samples::rates;
-use super::text::plain;
 use crate::plant::words::digits;
 use channels::{Channel, Recording};
 use std::fmt::Write;
@@ -105,7 +105,8 @@ fn first(channel: &Channel, scope: &str) -> Option<String> {
 /// Root mean square of a channel's slope: what its rate may have been at any time.
 fn speed(channel: &Channel) -> f64 {
     let steps = channel.value.windows(2).zip(channel.time_s.windows(2));
-    let slopes = steps.map(|(value, time)| (value[1] - value[0]) / (time[1] - time[0])).filter(|slope| slope.is_finite());
+    let slopes =
+        steps.map(|(value, time)| (value[1] - value[0]) / (time[1] - time[0])).filter(|slope| slope.is_finite());
     let (count, squares) = slopes.fold((0.0, 0.0), |(count, squares), slope| (count + 1.0, squares + slope * slope));
     if squares > 0.0 { (squares / count).sqrt() } else { 1.0 }
 }

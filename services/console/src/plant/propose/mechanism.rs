@@ -1,8 +1,7 @@
 //! What moves: the joints that the channels of a recording ask for.
 
-use super::names::words;
+use super::names::{plain, words};
 use super::roles::{Guess, Role};
-use super::text::plain;
 use channels::Channel;
 
 /// A joint that channels ask for.
@@ -98,7 +97,6 @@ impl Mechanism {
         self.axes.iter().any(|axis| axis.linear && axis.along == "y")
     }
 }
-
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,5 @@
-//! What the name of a channel says of its side: commanded, measured, or computed from others.
+//! What the name of a channel says of its side: commanded, measured, or computed from others; names
+//! that a plant file can hold.
 
 use Side::{Commanded, Computed, Measured};
 
@@ -128,6 +129,15 @@ pub fn words(name: &str) -> Vec<String> {
     words
 }
 
+/// A name that a plant file can hold: letters, digits, underscores.
+pub fn plain(name: &str) -> String {
+    let mut plain: String = name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
+    if !plain.starts_with(char::is_alphabetic) {
+        plain.insert_str(0, "rig_");
+    }
+    plain
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -152,7 +162,8 @@ mod tests {
 
     #[test]
     fn a_word_within_a_word_and_a_contradiction_say_nothing() {
-        for name in ["torque", "offset_torque", "reset", "contact_force", "factor", "asset", "prefix", "cmd_meas", "x"] {
+        for name in ["torque", "offset_torque", "reset", "contact_force", "factor", "asset", "prefix", "cmd_meas", "x"]
+        {
             assert_eq!(side(name), None, "{name}");
         }
     }

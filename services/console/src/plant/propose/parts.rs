@@ -1,9 +1,9 @@
 //! Actuators and sensors of a proposed plant file.
 
 use super::mechanism::{Axis, Mechanism, axis_of};
+use super::names::plain;
 use super::roles::{Guess, Role, noise_sigma, resolution};
 use super::samples::{longest, median_step, rates};
-use super::text::plain;
 use crate::plant::words::digits;
 use channels::{Channel, Recording};
 use std::fmt::Write;
@@ -102,7 +102,9 @@ pub fn sensor(channel: &Channel, guess: &Guess, mechanism: &Mechanism, parts: &[
         Some(step) if sigma <= step / 12.0_f64.sqrt() => {
             format!("noise = \"{} {unit}\" # not above the resolution\n", digits(step / 12.0_f64.sqrt(), 2))
         }
-        _ => format!("noise = \"{} {unit}\" # of one sample, from the recording's third differences\n", digits(sigma, 2)),
+        _ => {
+            format!("noise = \"{} {unit}\" # of one sample, from the recording's third differences\n", digits(sigma, 2))
+        }
     };
     let step = step.map_or(String::new(), |step| {
         format!("resolution = \"{} {unit}\" # smallest step in the recording\n", digits(step, 3))

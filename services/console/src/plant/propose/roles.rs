@@ -1,4 +1,4 @@
-//! What a channel of a recording is likely to be: told by the user, said by its name, or guessed
+//! What a channel of a recording is likely to be: stated by the user, by its name, or guessed
 //! from its unit and how it moves.
 
 use super::names::{Side, side};
@@ -21,7 +21,7 @@ pub enum Role {
     Torque,
     /// Says nothing of motion, or is another channel once more.
     Unused,
-    /// Its numbers have no unit that says what it is: the user is asked.
+    /// Its numbers have no unit that says what it is: the user has to say it.
     Unknown,
 }
 
@@ -283,7 +283,9 @@ mod tests {
         let noisy = channel("force", "N", (0..400).map(|k| stream.normal(k)).collect());
         let place = channel("place", "m", (0..400).map(|k| (k as f64 * 0.05).sin()).collect());
         let set = |channels: Vec<Channel>| vec![Recording { name: "x".into(), channels }];
-        let roles = |channels| guesses(&set(channels), &Told::default()).into_iter().map(|guess| guess.role).collect::<Vec<_>>();
+        let roles = |channels| {
+            guesses(&set(channels), &Told::default()).into_iter().map(|guess| guess.role).collect::<Vec<_>>()
+        };
         assert_eq!(roles(vec![held, place.clone()]), [Role::Command, Role::Displacement]);
         assert_eq!(roles(vec![place, noisy]), [Role::Imposed, Role::Force]);
     }
@@ -308,7 +310,10 @@ mod tests {
         assert_eq!(of([("current", "A"), ("bus_voltage", "V"), ("pos", "rad")]), [Command, Unused, Angle]);
         assert_eq!(of([("tauCmd", "N*m"), ("tauFb", "N*m"), ("q", "rad")]), [Command, Torque, Angle]);
         // a drive that logs its current alone: that is what turns it
-        assert_eq!(of([("current_act", "A"), ("speed_ref", "rad/s"), ("speed", "rad/s")]), [Command, Unused, AngleRate]);
+        assert_eq!(
+            of([("current_act", "A"), ("speed_ref", "rad/s"), ("speed", "rad/s")]),
+            [Command, Unused, AngleRate]
+        );
     }
 
     #[test]

@@ -27,4 +27,3 @@ pub fn median_step(time_s: &[f64]) -> f64 {
     steps.sort_by(f64::total_cmp);
     steps.get(steps.len() / 2).copied().unwrap_or(0.0)
 }
-

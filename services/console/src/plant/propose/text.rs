@@ -27,7 +27,8 @@ impl Proposal {
         let guesses = guesses(parts, told);
         let asked: Vec<String> = channels.iter().zip(&guesses).filter_map(question).collect();
         if !guesses.iter().any(|guess| guess.role.is_motion()) {
-            let motion = "give a recording with at least one angle, rate, displacement, velocity or acceleration over time";
+            let motion =
+                "give a recording with at least one angle, rate, displacement, velocity or acceleration over time";
             let cure = if asked.is_empty() { motion.to_owned() } else { asked.join("; ") };
             return Err(("no channel says anything of motion".into(), cure));
         }
@@ -82,7 +83,9 @@ fn question((channel, guess): (&Channel, &Guess)) -> Option<String> {
     } else {
         String::new()
     };
-    Some(format!("say the unit of '{name}': --channel '{name} = {name} [UNIT]', as in [rad], [deg/s], [m/s^2], [N], [A]{full}"))
+    Some(format!(
+        "say the unit of '{name}': --channel '{name} = {name} [UNIT]', as in [rad], [deg/s], [m/s^2], [N], [A]{full}"
+    ))
 }
 
 const fn word(role: Role) -> &'static str {
@@ -99,15 +102,6 @@ const fn word(role: Role) -> &'static str {
         Role::Unused => "not used",
         Role::Unknown => "asked about",
     }
-}
-
-/// A name that a plant file can hold: letters, digits, underscores.
-pub fn plain(name: &str) -> String {
-    let mut plain: String = name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
-    if !plain.starts_with(char::is_alphabetic) {
-        plain.insert_str(0, "rig_");
-    }
-    plain
 }
 
 fn head(name: &str, from: &Path, mechanism: &Mechanism, parts: &[Recording], guesses: &[Guess]) -> String {
@@ -141,7 +135,8 @@ fn gravity(mechanism: &Mechanism, parts: &[Recording], guesses: &[Guess]) -> Str
         return acts("leave it out where the motion is horizontal");
     }
     let read = parts[0].channels.iter().zip(guesses).filter(|(_, guess)| guess.role == Role::Acceleration);
-    let means: Vec<f64> = read.map(|(channel, _)| channel.value.iter().sum::<f64>() / channel.value.len() as f64).collect();
+    let means: Vec<f64> =
+        read.map(|(channel, _)| channel.value.iter().sum::<f64>() / channel.value.len() as f64).collect();
     let force = means.iter().map(|mean| mean * mean).sum::<f64>().sqrt();
     if means.is_empty() {
         "# no gravity: it does not show in rates\n".into()
@@ -174,7 +169,13 @@ fn bodies(mechanism: &Mechanism, text: &mut String) {
         } else {
             "rates and accelerations alone were recorded: nothing holds it"
         };
-        body("body", None, format!("joint = {{ kind = \"free\" }} # {why}\n"), "# its origin is its centre of mass\n", true);
+        body(
+            "body",
+            None,
+            format!("joint = {{ kind = \"free\" }} # {why}\n"),
+            "# its origin is its centre of mass\n",
+            true,
+        );
     }
     let turns_behind = |i: usize| mechanism.axes[i..].iter().any(|axis| !axis.linear);
     let turning = |i: usize| mechanism.axes[..=i].iter().any(|axis| !axis.linear);
