@@ -273,23 +273,78 @@ fn effects_as_json_are_what_the_catalogue_promises() {
     assert_eq!(coulomb["parameters"][0]["unit"], "N*m");
 }
 
+/// A proposal with every place filled in, as a user would who knows nothing but ones.
+fn filled(folder: &Folder, name: &str) {
+    let text = String::from_utf8(folder.bytes(name)).unwrap();
+    folder.file(name, text.replace("\"? ", "\"1 ").replace("\"?\"", "\"x\""));
+}
+
 #[test]
 fn a_recording_becomes_a_plant_file_that_can_be_checked_and_simulated() {
     let folder = Folder::new("plants-new");
     for name in plants() {
         simulated(&folder, &[&name, "--duration", "2", "--out", "rig.csv"]);
         let out = format!("{name}.toml");
-        let answer = folder.ask(&["plant", "new", "--from", "rig.csv", "--out", &out]).ends_with(0);
+        let answer = folder.ask(&["plant", "new", "rig.csv", "--out", &out]).ends_with(0);
         assert!(answer.stdout.contains("FILL IN"), "{answer}");
+        filled(&folder, &out);
         folder.ask(&["plant", "check", &out]).ends_with(0);
         simulated(&folder, &[&out, "--duration", "1", "--out", "back.csv"]);
     }
-    folder.ask(&["plant", "new", "--from", "rig.csv", "--out", "pendulum.toml"]).refuses(&["pendulum.toml", "exists"]);
-    folder.ask(&["plant", "new", "--from", "nothing.csv", "--out", "x.toml"]).refuses(&["nothing.csv"]);
+    folder.ask(&["plant", "new", "rig.csv", "--out", "pendulum.toml"]).refuses(&["pendulum.toml", "exists"]);
+    folder.ask(&["plant", "new", "nothing.csv", "--out", "x.toml"]).refuses(&["nothing.csv"]);
     folder.file("dull.csv", "time [s],pressure [Pa]\n0,1\n1,2\n2,3\n");
-    folder
-        .ask(&["plant", "new", "--from", "dull.csv", "--out", "x.toml"])
-        .refuses(&["dull.csv", "says anything of motion"]);
+    folder.ask(&["plant", "new", "dull.csv", "--out", "x.toml"]).refuses(&["dull.csv", "says anything of motion"]);
+}
+
+/// A log of a drive: angle without a unit, torque commanded and measured.
+fn drive_log() -> String {
+    let row = |k: i32| {
+        let t = f64::from(k) * 0.01;
+        format!("{t:.2},{},{:.3},{:.4}\n", f64::from(k / 50 % 2), (7.0 * t).sin(), (2.0 * t).sin())
+    };
+    "time [s],tau_cmd [N*m],tau_fb [N*m],angle\n".to_owned() + &(0..400).map(row).collect::<String>()
+}
+
+#[test]
+fn what_only_the_user_knows_is_a_blank_that_a_diagnosis_refuses_with_its_line() {
+    let folder = Folder::new("plants-blanks");
+    folder.file("log.csv", drive_log());
+    let angle = ["--channel", "angle = angle [rad]"];
+    let new = [&["plant", "new", "log.csv", "--out", "rig.toml", "--json"][..], &angle].concat();
+    let object = folder.ask(&new).result();
+    assert!(object["to_fill_in"].as_u64().unwrap() >= 3, "{object}");
+    let text = String::from_utf8(folder.bytes("rig.toml")).unwrap();
+    assert!(!text.contains('%') && text.contains("mass = { value = \"? kg\""), "{text}");
+    let line = text.lines().position(|line| line.contains("\"? kg\"")).unwrap() + 1;
+    folder.ask(&[&["diagnose", "log.csv", "--plant", "rig.toml"][..], &angle].concat()).refuses(&[
+        &format!("rig.toml:{line}:"),
+        "mass of body 'part_1' is not filled in",
+        "inertia of body 'part_1' is not filled in",
+    ]);
+}
+
+#[test]
+fn a_proposal_believes_the_user_and_asks_for_what_no_name_and_no_unit_tells() {
+    let folder = Folder::new("plants-told");
+    folder.file("log.csv", drive_log());
+    let new =
+        |more: &[&str]| folder.ask(&[&["plant", "new", "log.csv", "--out", "rig.toml", "--json"][..], more].concat());
+    // nothing tells of motion but a channel without a unit
+    new(&["--measured", "tau_cmd", "--command", "tau_fb"]).refuses(&["says anything of motion"]);
+    new(&["--measured", "angle"]).refuses(&["'angle'", "does not state its unit", "--channel 'angle = angle [UNIT]'"]);
+    new(&["--command", "tau_comd"]).refuses(&["tau_comd", "did you mean 'tau_cmd'?"]);
+    let roles = |more: &[&str]| {
+        let object = new(&[&["--channel", "angle = angle [deg]"], more].concat()).result();
+        std::fs::remove_file(folder.path().join("rig.toml")).unwrap();
+        let role = |name: &str| {
+            let channels = object["channels"].as_array().unwrap();
+            channels.iter().find(|channel| channel["name"] == name).unwrap()["taken_for"].as_str().unwrap().to_owned()
+        };
+        ["tau_cmd", "tau_fb", "angle"].map(role)
+    };
+    assert_eq!(roles(&[]), ["command", "torque", "angle"]);
+    assert_eq!(roles(&["--command", "tau_fb", "--measured", "tau_cmd"]), ["torque", "command", "angle"]);
 }
 
 #[test]

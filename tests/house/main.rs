@@ -18,6 +18,7 @@
 //! | `constants` | names with two values |
 //! | `one_of_each` | named methods that are written twice |
 //! | `catalogue`, `matches_on_kinds` | knowledge of effects outside their catalogue |
+//! | `partitions` | what a partition that flies links |
 //! | `public_names` | documented and unused public items |
 //! | `prose`, `wide_comments`, `wording`, `front_pages` | documentation as it is read |
 //! | `findings`, `table` | everything measured once; the table |
@@ -34,6 +35,7 @@ mod manifest;
 mod matches_on_kinds;
 mod modules;
 mod one_of_each;
+mod partitions;
 mod prose;
 mod public_names;
 mod references;

@@ -94,36 +94,67 @@ enum Problem {
 /// # Errors
 /// [`Failure::Run`] when the truth has no Cramér–Rao bound.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    let mut answers = Answers { as_json: arguments.json, objects: Vec::new() };
+    answer(arguments, &mut answers)?;
+    answers.end();
+    Ok(())
+}
+
+/// Answers of the benchmarks of a problem: tables as they come, objects together in one.
+struct Answers {
+    as_json: bool,
+    objects: Vec<String>,
+}
+
+impl Answers {
+    fn add(&mut self, table: impl FnOnce() -> String, object: impl FnOnce() -> String) {
+        if self.as_json { self.objects.push(object()) } else { print(&table()) }
+    }
+
+    /// The only object as it is, several as `benchmarks` of one.
+    fn end(&self) {
+        match &self.objects[..] {
+            [] => {}
+            [one] => print(one),
+            several => {
+                let objects: Vec<&str> = several.iter().map(|object| object.trim_end()).collect();
+                print(&format!("{{\"benchmarks\":[{}]}}\n", objects.join(",")));
+            }
+        }
+    }
+}
+
+fn answer(arguments: &Arguments, to: &mut Answers) -> Result<(), Failure> {
     match arguments.problem {
-        Problem::Inertial => measure(arguments, &chosen(inertial::Inertial::bp1a(), arguments)?),
-        Problem::Late => measure(arguments, &inertial::late::Late::bp1a()),
-        Problem::Sheet => measure(arguments, &inertial::sheet::Sheet::bp1a()),
-        Problem::Operational => measure(arguments, &inertial::operational::Operational::bp1a()),
-        Problem::MatedWheel => measure(arguments, &inertial::wheel::Wheel::mated()),
-        Problem::Flying => measure(arguments, &inertial::flying::Flying::bp1b()),
-        Problem::Mated => measure(arguments, &chosen(inertial::Inertial::mated(), arguments)?),
-        Problem::Target => measure(arguments, &inertial::target::Chain::bp1()),
-        Problem::Slosh => measure(arguments, &slosh::Slosh::bp2()),
-        Problem::SloshBurst => measure(arguments, &slosh::Slosh::burst()),
+        Problem::Inertial => measure(arguments, to, &chosen(inertial::Inertial::bp1a(), arguments)?),
+        Problem::Late => measure(arguments, to, &inertial::late::Late::bp1a()),
+        Problem::Sheet => measure(arguments, to, &inertial::sheet::Sheet::bp1a()),
+        Problem::Operational => measure(arguments, to, &inertial::operational::Operational::bp1a()),
+        Problem::MatedWheel => measure(arguments, to, &inertial::wheel::Wheel::mated()),
+        Problem::Flying => measure(arguments, to, &inertial::flying::Flying::bp1b()),
+        Problem::Mated => measure(arguments, to, &chosen(inertial::Inertial::mated(), arguments)?),
+        Problem::Target => measure(arguments, to, &inertial::target::Chain::bp1()),
+        Problem::Slosh => measure(arguments, to, &slosh::Slosh::bp2()),
+        Problem::SloshBurst => measure(arguments, to, &slosh::Slosh::burst()),
         Problem::SloshStroke => {
-            measure(arguments, &slosh::Slosh::stroke(1.0))?;
-            measure(arguments, &slosh::Slosh::stroke(0.0013 / 0.008))
+            measure(arguments, to, &slosh::Slosh::stroke(1.0))?;
+            measure(arguments, to, &slosh::Slosh::stroke(0.0013 / 0.008))
         }
-        Problem::SloshGlobal => measure(arguments, &slosh::global::RandomTanks::new()),
+        Problem::SloshGlobal => measure(arguments, to, &slosh::global::RandomTanks::new()),
         Problem::SloshSuspension => {
-            judge(arguments, &slosh::tank_model::TankModelChoice::pendulum())?;
-            judge(arguments, &slosh::tank_model::TankModelChoice::spring())
+            judge(arguments, to, &slosh::tank_model::TankModelChoice::pendulum())?;
+            judge(arguments, to, &slosh::tank_model::TankModelChoice::spring())
         }
-        Problem::SloshPlanar => measure(arguments, &slosh::planar::Planar::bp2()),
+        Problem::SloshPlanar => measure(arguments, to, &slosh::planar::Planar::bp2()),
         Problem::SloshTankModel => {
-            measure(arguments, &slosh::tank_model::TankModelChoice::pendulum())?;
-            measure(arguments, &slosh::tank_model::TankModelChoice::spring())
+            measure(arguments, to, &slosh::tank_model::TankModelChoice::pendulum())?;
+            measure(arguments, to, &slosh::tank_model::TankModelChoice::spring())
         }
-        Problem::Modes => measure_modes(arguments, &[modes::Modes::bp3a()]),
-        Problem::ModesInLoop => measure_modes(arguments, &[modes::Modes::bp3b(), modes::Modes::bp3b_outputs()]),
+        Problem::Modes => measure_modes(arguments, to, &[modes::Modes::bp3a()]),
+        Problem::ModesInLoop => measure_modes(arguments, to, &[modes::Modes::bp3b(), modes::Modes::bp3b_outputs()]),
         Problem::Dynamics => {
             let cases = evaluation::cases(&runtime::sys::allocations);
-            print(&if arguments.json { evaluation::json(&cases) } else { evaluation::table(&cases) });
+            to.add(|| evaluation::table(&cases), || evaluation::json(&cases));
             Ok(())
         }
     }
@@ -157,19 +188,19 @@ fn chosen<const P: usize, const A: usize>(
 }
 
 /// Those of `benchmarks` that know one of the methods asked for.
-fn measure_modes(arguments: &Arguments, benchmarks: &[modes::Modes]) -> Result<(), Failure> {
+fn measure_modes(arguments: &Arguments, to: &mut Answers, benchmarks: &[modes::Modes]) -> Result<(), Failure> {
     let known: Vec<&str> = benchmarks.iter().flat_map(|b| b.methods()).map(|method| method.name).collect();
     ask(&arguments.methods, &known)?;
     for benchmark in benchmarks {
         let chosen = benchmark.clone().only(&arguments.methods);
         if !chosen.methods().is_empty() {
-            measure(arguments, &chosen)?;
+            measure(arguments, to, &chosen)?;
         }
     }
     Ok(())
 }
 
-fn measure(arguments: &Arguments, benchmark: &impl Benchmark) -> Result<(), Failure> {
+fn measure(arguments: &Arguments, to: &mut Answers, benchmark: &impl Benchmark) -> Result<(), Failure> {
     let parameters = benchmark.parameters().ok_or_else(|| {
         Failure::Run(format!(
             "{}: the experiment leaves a parameter without trace, so there is no bound",
@@ -181,17 +212,17 @@ fn measure(arguments: &Arguments, benchmark: &impl Benchmark) -> Result<(), Fail
     let answers = campaign.run(benchmark, &|| bar.inc(1));
     bar.finish_and_clear();
     let report = campaign.report(benchmark, &parameters, &answers);
-    print(&if arguments.json { report.json() } else { report.table() });
+    to.add(|| report.table(), || report.json());
     Ok(())
 }
 
-fn judge(arguments: &Arguments, choice: &slosh::tank_model::TankModelChoice) -> Result<(), Failure> {
+fn judge(arguments: &Arguments, to: &mut Answers, choice: &slosh::tank_model::TankModelChoice) -> Result<(), Failure> {
     let campaign = Campaign::new(arguments.trials as usize, arguments.seed);
     let bar = progress_bar(u64::from(arguments.trials));
     let verdicts = slosh::suspension::verdicts(choice, &campaign, &|| bar.inc(1));
     bar.finish_and_clear();
     let verdicts = verdicts.ok_or_else(|| Failure::Run("bp2-suspension: no record could be judged".into()))?;
-    print(&if arguments.json { verdicts.json() } else { verdicts.table() });
+    to.add(|| verdicts.table(), || verdicts.json());
     Ok(())
 }
 

@@ -1,7 +1,6 @@
 //! `obsid digest FILE.mcap`: identity of the recorded estimates, modes and verdicts.
 
 use crate::{Failure, print};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// Identity (BLAKE3) of the estimates, modes and verdicts in a recording
@@ -40,17 +39,16 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 
 /// A table holds no results: said before its bytes are called a corrupt MCAP.
 fn check_is_mcap(path: &Path) -> Result<(), Failure> {
-    let mut head = Vec::new();
-    let read = std::fs::File::open(path).and_then(|file| file.take(512).read_to_end(&mut head));
-    let format = recording::FORMATS.iter().find(|format| format.sniff(&head)).map(|format| format.name());
-    if read.is_err() || head.is_empty() || format == Some("mcap") {
-        return Ok(());
-    }
+    let format = match recording::format_name(path) {
+        Ok("mcap") => return Ok(()),
+        Ok(format) => format,
+        Err(recording::RecordingError::UnknownFormat { .. }) if path.is_file() => "unknown format",
+        Err(error) => return Err(Failure::input(error)),
+    };
     Err(Failure::Input(miette::miette!(
         help =
             "only a run has a digest: `obsid run --record FILE.mcap`, or `obsid replay RECORDING --record FILE.mcap`",
-        "{}: not an MCAP file ({})",
-        path.display(),
-        format.unwrap_or("unknown format")
+        "{}: not an MCAP file ({format})",
+        path.display()
     )))
 }

@@ -180,7 +180,7 @@ pub fn main() -> ExitCode {
             ExitCode::from(1)
         }
         Err(Failure::Input(report)) => {
-            tell(&format!("{report:?}"));
+            tell(visible::cut_snippets(&format!("{report:?}")).trim_end());
             ExitCode::from(3)
         }
         Err(Failure::Interrupted) => ExitCode::from(interrupt::EXIT_CODE),

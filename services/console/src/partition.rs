@@ -90,7 +90,7 @@ fn warden(arguments: &Arguments) -> ExitCode {
 /// The run's configuration, and the hold on the console's folder that it was left in.
 fn load(path: &Path) -> std::io::Result<(RunConfig, Option<Held>)> {
     let wrong = |error: &dyn std::fmt::Display| std::io::Error::other(format!("{}: {error}", path.display()));
-    let text = std::fs::read_to_string(path).map_err(|error| wrong(&error))?;
+    let text = crate::plants::utf8_text(path).map_err(|(message, _)| std::io::Error::other(message))?;
     let run = serde_json::from_str(&text).map_err(|error| wrong(&error))?;
     Ok((run, Held::of_config(path)))
 }

@@ -17,7 +17,7 @@ use std::path::Path;
   obsid plant check deploy/plants/*.toml                     every error with its place and cure
   obsid plant describe deploy/plants/study_case.toml         masses, modes, base parameters on one page
   obsid plant parameters free_floating_arm --duration 30     what 30 s of its experiment would tell, with sigmas
-  obsid plant new --from rig.csv --out rig.toml              a plant file to fill in, from a recording's channels
+  obsid plant new rig.csv --out rig.toml                     a plant file to fill in, from a recording's channels
   obsid plant format                                         every key of a plant file, with unit and default")]
 pub struct Arguments {
     #[command(subcommand)]

@@ -16,6 +16,8 @@ pub struct Loaded {
     pub recording: Recording,
     /// Repairs of the import, and what a plant has to say about the names.
     pub notes: Vec<String>,
+    /// What its times count from \[s since 1970\]; 0: from where the file says.
+    pub origin_s: i64,
     /// BLAKE3 of the file.
     pub digest: String,
 }
@@ -81,10 +83,13 @@ fn units_are_stated(recording: &Recording, plant: &Plant) -> Result<(), Failure>
     )))
 }
 
-/// BLAKE3 of a file.
+/// BLAKE3 of a file, which is not held in memory; empty for what is no regular file.
 pub fn digest_of(path: &Path) -> String {
-    let digest = |file| blake3::Hasher::new().update_reader(file).map(|hasher| hasher.finalize().to_hex().to_string());
-    std::fs::File::open(path).and_then(digest).unwrap_or_default()
+    let hashed = || {
+        let mut hasher = blake3::Hasher::new();
+        std::io::copy(&mut std::fs::File::open(path)?, &mut hasher).map(|_| hasher.finalize().to_hex().to_string())
+    };
+    if path.is_file() { hashed().unwrap_or_default() } else { String::new() }
 }
 
 fn loaded(path: &Path, imported: Imported, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {
@@ -95,13 +100,13 @@ fn loaded(path: &Path, imported: Imported, plant: Option<&Plant>) -> Result<Vec<
     let mut loaded = Vec::with_capacity(sets.len());
     for (k, set) in sets.into_iter().enumerate() {
         let name = if several { format!("{file}, part {}", k + 1) } else { file.clone() };
-        let SeriesSet { mut recording, mut notes, .. } = set;
+        let SeriesSet { mut recording, mut notes, origin_s, .. } = set;
         recording.name = name;
         if let Some(plant) = plant {
             notes.extend(names_of_the_plant(&recording, plant)?);
             recording.channels.iter_mut().for_each(|channel| channel.role = role(&channel.name, plant));
         }
-        loaded.push(Loaded { file: file.clone(), recording, notes, digest: digest.clone() });
+        loaded.push(Loaded { file: file.clone(), recording, notes, origin_s, digest: digest.clone() });
     }
     Ok(loaded)
 }
@@ -211,7 +216,7 @@ impl Loaded {
         };
         let most = self.recording.channels.iter().max_by_key(|c| c.value.len());
         let rate_hz = most.and_then(Channel::interval_s).map(|dt| 1.0 / dt);
-        json!({ "file": self.file, "name": self.recording.name, "digest": self.digest, "start_s": start_s, "end_s": end_s,
+        json!({ "file": self.file, "name": self.recording.name, "digest": self.digest, "origin_s": self.origin_s, "start_s": start_s, "end_s": end_s,
             "rate_hz": rate_hz, "rows": rows, "channels": self.recording.channels.iter().map(channel).collect::<Vec<_>>(), "notes": self.notes })
     }
 }

@@ -7,12 +7,16 @@ use crate::progress::Share;
 use crate::{Failure, plants};
 use channels::{Channel, Recording};
 use dynamics::description::Plant;
+use report::text::short;
 use serde_json::json;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Control periods of a record.
-const PERIODS_MAX: f64 = 1e8;
+/// Most memory that a simulated record takes \[bytes\]: a quarter of a small machine's 8 GiB, since
+/// what is written is held once more.
+const RECORD_MAX: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
+/// Time and value of a sample \[bytes\].
+const SAMPLE: f64 = 16.0;
 
 /// Simulate a plant file and write what its sensors and commands say
 #[derive(clap::Args)]
@@ -92,15 +96,29 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 /// The length asked for, else the plant file's.
 ///
 /// # Errors
-/// [`Failure::Input`]: less than a control period, or no number of seconds.
+/// [`Failure::Input`]: less than a control period, no number of seconds, or more than memory holds.
 pub fn duration(requested_s: Option<f64>, plant: &Plant) -> Result<f64, Failure> {
     let (duration_s, period_s) = (requested_s.unwrap_or(plant.simulation.duration_s), plant.simulation.period_s);
+    let whose = if requested_s.is_some() { "--duration" } else { "[simulation] duration" };
+    let refuse = |cure: String, what: String| Err(Failure::Input(miette::miette!(help = cure, "{whose} {what}")));
+    if !(duration_s >= period_s && duration_s.is_finite()) {
+        let cure = format!("give seconds, at least one control period ({period_s} s)");
+        return refuse(cure, format!("{duration_s}: the plant's control period is {period_s} s"));
+    }
     // what no memory holds is found out now, not after an hour
-    if !(duration_s >= period_s && duration_s / period_s <= PERIODS_MAX) {
-        return Err(Failure::Input(miette::miette!(
-            help = format!("give at least one control period and at most {PERIODS_MAX:e} of them"),
-            "--duration {duration_s}: the plant's control period is {period_s} s"
-        )));
+    let channels = (plant.sensors.len() + plant.actuators.len()).max(1);
+    let bytes_a_second = SAMPLE * channels as f64 / period_s;
+    if duration_s * bytes_a_second > RECORD_MAX {
+        let gib = |bytes: f64| short(bytes / f64::from(1 << 30));
+        let (need, most) = (gib(duration_s * bytes_a_second), gib(RECORD_MAX));
+        let cure = format!(
+            "give at most {} s, or a longer period in [simulation] of the plant file",
+            short((RECORD_MAX / bytes_a_second).floor())
+        );
+        let what = format!(
+            "{duration_s} s of {channels} channels every {period_s} s take {need} GiB of memory, at most {most} GiB"
+        );
+        return refuse(cure, what);
     }
     Ok(duration_s)
 }

@@ -4,6 +4,20 @@ use std::borrow::Cow;
 
 const SHOWN: char = '\u{fffd}';
 
+/// Characters of a line of a file that a report shows.
+const SNIPPET_MAX: usize = 200;
+
+/// A report whose lines from a file (behind `│`, and the marks below them) are cut where they are
+/// long: a file of one line does not fill the terminal.
+pub fn cut_snippets(report: &str) -> String {
+    let is_snippet = |line: &str| line.chars().take(20).any(|c| matches!(c, '│' | '·'));
+    let cut = |line: &str| match line.char_indices().nth(SNIPPET_MAX) {
+        Some((at, _)) if is_snippet(line) => format!("{}…\n", &line[..at]),
+        _ => format!("{line}\n"),
+    };
+    report.lines().map(cut).collect()
+}
+
 /// Moves a cursor, changes colours or turns the direction of reading.
 fn commands(c: char) -> bool {
     let turns = matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');

@@ -29,11 +29,34 @@ fn finding(span: Range<usize>, message: String, cure: impl Into<String>) -> Find
     Finding { span, message, cure: cure.into() }
 }
 
+/// A place that is to be filled in: `"?"` or `"? kg"`, in the number itself or in what it consists
+/// of, once however many there are.
+fn not_filled_in(node: &Node<'_>, expected: &Expected<'_>) -> Option<Finding> {
+    let at = blank(node)?;
+    let unit = expected.unit;
+    let cure = format!(
+        "give value and standard deviation, as in {{ value = \"1 {unit}\", sigma = \"0.1 {unit}\" }}; a number alone is exact"
+    );
+    Some(finding(at, format!("{} is not filled in", expected.what), cure))
+}
+
+fn blank(node: &Node<'_>) -> Option<Range<usize>> {
+    match node.get_ref() {
+        DeValue::String(text) if text.trim_start().starts_with('?') => Some(node.span()),
+        DeValue::Array(nodes) => nodes.iter().find_map(blank),
+        DeValue::Table(table) => table.values().filter_map(blank).min_by_key(|span| span.start),
+        _ => None,
+    }
+}
+
 /// A number: `"3 kg"`, a bare one where there is no dimension, or `{ value, sigma, scope }`.
 ///
 /// # Errors
 /// Everything that is wrong with it.
 pub(super) fn quantity(node: &Node<'_>, expected: &Expected<'_>) -> Result<Quantity, Vec<Finding>> {
+    if let Some(finding) = not_filled_in(node, expected) {
+        return Err(vec![finding]);
+    }
     let DeValue::Table(table) = node.get_ref() else {
         return scalar(node, expected).map(Quantity::known).map_err(|finding| vec![finding]);
     };
@@ -58,6 +81,9 @@ pub(super) fn quantity(node: &Node<'_>, expected: &Expected<'_>) -> Result<Quant
 /// # Errors
 /// Everything that is wrong with it.
 pub(super) fn list(node: &Node<'_>, expected: &Expected<'_>) -> Result<Vec<Quantity>, Vec<Finding>> {
+    if let Some(finding) = not_filled_in(node, expected) {
+        return Err(vec![finding]);
+    }
     match node.get_ref() {
         DeValue::Array(nodes) => {
             let read: Vec<_> = nodes.iter().map(|node| quantity(node, expected)).collect();
@@ -309,6 +335,7 @@ fn or_plain(unit: &str) -> &str {
 pub(super) fn direction(node: &Node<'_>, planar: bool) -> Result<[f64; 3], (String, String)> {
     let example = "as in \"x\", \"-y\" or [0.6, 0.8, 0]";
     let numbers = match node.get_ref() {
+        DeValue::String(text) if text.starts_with('?') => return Err(("is not filled in".into(), example.into())),
         DeValue::String(text) => {
             return named_direction(text).ok_or_else(|| (format!("is '{text}', no direction"), example.into()));
         }

@@ -10,6 +10,7 @@ use crate::array_parts::{Parts, ancestors};
 use crate::bytes;
 use crate::dataset::{Axis, RawColumn, RawDataset, Wanted};
 use crate::error::RecordingError;
+use crate::intake::origin::if_any;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A matrix with more columns is no set of channels.
@@ -30,6 +31,8 @@ pub(crate) struct Array {
     /// The file says that these are times \[s\].
     pub is_time: bool,
     pub values: Vec<f64>,
+    /// What an `f64` does not hold of each value; empty: nothing.
+    pub rest: Vec<f64>,
 }
 
 impl Array {
@@ -53,19 +56,21 @@ impl Array {
     /// The columns of an array with so many rows and columns.
     pub fn into_columns(self, rows: usize, columns: usize) -> Vec<RawColumn> {
         if columns == 1 {
-            return vec![RawColumn { name: self.name, unit: self.unit, values: self.values }];
+            return vec![RawColumn { name: self.name, unit: self.unit, values: self.values, rest: self.rest }];
         }
         let first = self.shape.iter().copied().find(|length| *length != 1).unwrap_or(1);
         // One column after another where rows change fastest.
         let rows_are_first = first == rows;
         let contiguous = rows_are_first == self.column_major;
-        let value = |row: usize, column: usize| {
-            if contiguous { self.values[column * rows + row] } else { self.values[row * columns + column] }
+        let at = |row: usize, column: usize| if contiguous { column * rows + row } else { row * columns + column };
+        let of = |values: &[f64], column: usize| -> Vec<f64> {
+            if values.is_empty() { Vec::new() } else { (0..rows).map(|row| values[at(row, column)]).collect() }
         };
         let column = |column: usize| RawColumn {
             name: format!("{}[{column}]", self.name),
             unit: self.unit.clone(),
-            values: (0..rows).map(|row| value(row, column)).collect(),
+            values: of(&self.values, column),
+            rest: if_any(of(&self.rest, column)),
         };
         (0..columns).map(column).collect()
     }

@@ -41,7 +41,7 @@ pub fn segments(imported: Imported) -> Result<Vec<SeriesSet>, RecordingError> {
 
 fn of_table(table: Table) -> SeriesSet {
     let mut set = SeriesSet::new(&table.file);
-    set.notes = table.notes;
+    (set.notes, set.origin_s) = (table.notes, table.origin_s);
     for Column { name, unit, unit_in_file, values, .. } in table.columns {
         set.push(Channel::new(&name, unit, table.time_s.clone(), values), &unit_in_file);
     }
@@ -86,6 +86,7 @@ impl SeriesSet {
             Err(error) if error.is_uneven_sampling() => return Err(refuse(error.without_file(file))),
             table => table?,
         };
+        table.origin_s = self.origin_s;
         table.notes.splice(0..0, self.notes.iter().cloned());
         Ok(table)
     }

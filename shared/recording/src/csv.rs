@@ -9,13 +9,14 @@
 //! row.
 
 use crate::error::RecordingError;
-use crate::function_kind::FunctionKind;
 use crate::intake::Intake;
-use crate::intake::plan::{Kind, Plan, Seen, Source, plan};
+use crate::intake::origin::origin_note;
+use crate::intake::plan::{Kind, Plan, Planned, Seen, Source, plan};
 use crate::rows::Rows;
 use crate::series::{check, for_each_time};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
+use crate::text::at_most::{AtMost, unpacked_max};
 use crate::text::cells::Cells;
 use crate::text::dialect::{self, Layout};
 use crate::text::encoding::{Encoding, Utf16, text_of};
@@ -88,7 +89,8 @@ fn open(path: &Path) -> Result<(Box<dyn BufRead>, bool), RecordingError> {
     file.seek(SeekFrom::Start(0)).map_err(io)?;
     let gzipped = magic == GZIP_MAGIC;
     let mut source: Box<dyn BufRead> = if gzipped {
-        Box::new(BufReader::with_capacity(1 << 16, MultiGzDecoder::new(BufReader::new(file))))
+        let most = unpacked_max(file.metadata().map_err(io)?.len());
+        Box::new(BufReader::with_capacity(1 << 16, AtMost::new(MultiGzDecoder::new(BufReader::new(file)), most)))
     } else {
         Box::new(BufReader::with_capacity(1 << 16, file))
     };
@@ -199,13 +201,7 @@ fn taken(
     layout: &Layout,
     plan: &Plan,
 ) -> Result<(Rows, Vec<String>), RecordingError> {
-    let columns = plan.columns.iter().map(|of| Column {
-        name: of.name.clone(),
-        unit: of.unit.si,
-        unit_in_file: of.unit_in_file.clone(),
-        kind: FunctionKind::Unknown,
-        values: Vec::new(),
-    });
+    let columns = plan.columns.iter().map(Planned::column);
     let positions = core::iter::once(clock_position(plan)).chain(plan.columns.iter().map(|of| of.at)).collect();
     let rows = Rows::new(file, plan.axis, columns.collect());
     let mut rows = rows.with_places(printable(&plan.clock_header), positions);
@@ -234,6 +230,7 @@ fn taken(
             return Err(lines.corruption(file).unwrap_or(error));
         }
     }
+    rows.origin_s = cells.origin_s();
     let notes = notes_of(&cells, plan, footer, rows.count())?;
     Ok((rows, notes))
 }
@@ -269,6 +266,7 @@ fn notes_of(
     if let Some(day) = cells.first_day() {
         notes.push(format!("time counts from {day}T00:00:00"));
     }
+    notes.extend(origin_note(cells.origin_s()));
     for (of, count) in plan.columns.iter().zip(&cells.infinite).filter(|(_, count)| **count > 0) {
         notes.push(format!("{count} cell(s) of `{}` are infinite: no sample", of.name));
     }

@@ -9,6 +9,9 @@ pub struct RawColumn {
     pub unit: Option<String>,
     /// One value a row, in the unit of the file; NaN where there is no sample.
     pub values: Vec<f64>,
+    /// What an `f64` does not hold of each value, in the same unit: of whole numbers beyond 2^53.
+    /// Empty: nothing.
+    pub rest: Vec<f64>,
 }
 
 /// What leads the rows of a dataset.

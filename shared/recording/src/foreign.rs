@@ -6,6 +6,7 @@
 
 mod bag;
 mod bzip2;
+mod damaged;
 mod input;
 mod mcap;
 mod rosbag2;

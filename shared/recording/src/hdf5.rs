@@ -10,6 +10,7 @@ use crate::dataset::{RawDataset, Wanted};
 use crate::error::RecordingError;
 use crate::file_name;
 use crate::hdf5_types::{self as types, Field};
+use crate::intake::origin::if_any;
 use hdf5_reader::error::Error;
 use hdf5_reader::group::Group;
 use hdf5_reader::{Attribute, Dataset, Hdf5File, OpenOptions};
@@ -172,13 +173,11 @@ impl Walk<'_> {
         let (offset, width) = (field.offset, number.width());
         let value = |element: &[u8], place: usize| {
             let bytes = element.get(offset + place * width..).unwrap_or_default();
-            number.value(bytes, field.big_endian)
+            (number.value(bytes, field.big_endian), number.rest(bytes, field.big_endian))
         };
-        let values = data
-            .chunks_exact(*stride)
-            .flat_map(|element| (0..each).map(move |place| (element, place)))
-            .map(|(element, place)| value(element, place))
-            .collect();
+        let elements = data.chunks_exact(*stride).flat_map(|element| (0..each).map(move |place| (element, place)));
+        let (values, rest): (Vec<f64>, Vec<f64>) = elements.map(|(element, place)| value(element, place)).unzip();
+        let rest = if_any(rest);
         let mut shape: Vec<usize> = dataset.shape().iter().map(|length| *length as usize).collect();
         if *is_matlab {
             // MATLAB's first index is the last one here, and changes fastest.
@@ -186,7 +185,7 @@ impl Walk<'_> {
         }
         shape.extend(&field.shape);
         let (unit, column_major) = (unit.clone(), *is_matlab);
-        self.arrays.arrays.push(Array { group, name, unit, shape, column_major, values, is_time: false });
+        self.arrays.arrays.push(Array { group, name, unit, shape, column_major, values, rest, is_time: false });
     }
 }
 

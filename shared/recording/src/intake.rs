@@ -15,12 +15,14 @@ pub(crate) mod join;
 pub(crate) mod listing;
 mod map_file;
 pub(crate) mod names;
+pub(crate) mod origin;
 pub(crate) mod plan;
 
 pub use assignment::{Assignment, Origin};
 pub use clock::TimeColumn;
 pub use listing::{ListedChannel, ListedDataset};
 pub use map_file::example as map_example;
+pub(crate) use map_file::names_no_channel;
 
 use crate::error::RecordingError;
 

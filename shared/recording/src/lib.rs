@@ -25,13 +25,22 @@
 //!
 //! Why not JSON schemas in the MCAP? A sample is its own ROS 1 serialisation byte for byte, so the
 //! recorder copies memory and every viewer that reads ROS 1 decodes it.
+//!
+//! Feature `foreign` (default): readers of files that other programs write. Partitions that fly are
+//! built without, and link neither SQLite nor HDF5.
 #![forbid(unsafe_code)]
+// what only readers of the feature call is then not called
+#![cfg_attr(not(feature = "foreign"), allow(dead_code))]
 
+#[cfg(feature = "foreign")]
 mod array_parts;
+#[cfg(feature = "foreign")]
 mod arrays;
+#[cfg(feature = "foreign")]
 mod arrow_units;
 mod bytes;
 mod canonical;
+#[cfg(feature = "foreign")]
 mod containers;
 mod conversions;
 pub mod csv;
@@ -41,28 +50,43 @@ mod dataset;
 mod digest;
 mod error;
 mod excitation;
+#[cfg(feature = "foreign")]
 pub mod foreign;
 mod function_kind;
+#[cfg(feature = "foreign")]
 mod hdf5;
+#[cfg(feature = "foreign")]
 mod hdf5_types;
 pub mod intake;
 mod map;
+#[cfg(feature = "foreign")]
 mod matlab;
+#[cfg(feature = "foreign")]
 mod matlab_elements;
+#[cfg(feature = "foreign")]
 mod matlab_values;
 mod mcap_channels;
 mod mcap_format;
 mod mcap_read;
 mod mcap_series;
+#[cfg(feature = "foreign")]
 mod messages;
+#[cfg(feature = "foreign")]
 mod npy;
+#[cfg(feature = "foreign")]
 mod npz;
 mod numbers;
+#[cfg(feature = "foreign")]
 mod parquet;
+#[cfg(feature = "foreign")]
 mod parquet_encodings;
+#[cfg(feature = "foreign")]
 mod parquet_pages;
+#[cfg(feature = "foreign")]
 mod parquet_schema;
+#[cfg(feature = "foreign")]
 mod parquet_thrift;
+#[cfg(feature = "foreign")]
 mod python_literal;
 mod replay;
 mod replay_run;
@@ -85,12 +109,17 @@ mod uff_model;
 mod uff_nodes;
 mod uff_numbers;
 mod uff_shapes;
+#[cfg(feature = "foreign")]
 mod ulog;
+#[cfg(feature = "foreign")]
 mod ulog_formats;
+#[cfg(feature = "foreign")]
 mod ulog_messages;
+#[cfg(feature = "foreign")]
 mod ulog_units;
 pub mod units;
 mod whole_file;
+#[cfg(feature = "foreign")]
 mod zip;
 
 pub use canonical::{CHANNELS, ChannelInfo, Channels, Domains};
@@ -172,13 +201,21 @@ pub trait Format: Sync {
 /// All formats, the more certain sniffers first.
 pub static FORMATS: &[&dyn Format] = &[
     &mcap_format::Mcap,
+    #[cfg(feature = "foreign")]
     &containers::ULOG,
+    #[cfg(feature = "foreign")]
     &containers::ROS_BAG,
+    #[cfg(feature = "foreign")]
     &containers::ROSBAG_2,
+    #[cfg(feature = "foreign")]
     &containers::MATLAB,
+    #[cfg(feature = "foreign")]
     &containers::HDF5,
+    #[cfg(feature = "foreign")]
     &containers::NPZ,
+    #[cfg(feature = "foreign")]
     &containers::NPY,
+    #[cfg(feature = "foreign")]
     &containers::PARQUET,
     &uff::Uff,
     &csv::Csv,
@@ -200,6 +237,14 @@ pub fn read_with(path: &Path, intake: &Intake) -> Result<Imported, RecordingErro
     format_of(path)?.read(path, intake)
 }
 
+/// Name of the format of a file.
+///
+/// # Errors
+/// What is no file, an empty one, and [`RecordingError::UnknownFormat`].
+pub fn format_name(path: &Path) -> Result<&'static str, RecordingError> {
+    format_of(path).map(|format| format.name())
+}
+
 /// The datasets of a file with their channels.
 ///
 /// # Errors
@@ -209,6 +254,7 @@ pub fn list(path: &Path, intake: &Intake) -> Result<Vec<ListedDataset>, Recordin
 }
 
 /// A folder with a part of a rosbag2.
+#[cfg(feature = "foreign")]
 fn holds_a_bag(folder: &Path) -> bool {
     let is_part = |entry: std::fs::DirEntry| entry.path().extension().is_some_and(|end| end == "db3" || end == "mcap");
     std::fs::read_dir(folder).into_iter().flatten().flatten().any(is_part)
@@ -226,11 +272,20 @@ pub(crate) fn listed(imported: Imported) -> Result<Vec<ListedDataset>, Recording
     }
 }
 
+/// What to give.
+#[cfg(feature = "foreign")]
+const READ: &str =
+    "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ or Parquet";
+/// What to give to a program that was built without the readers of other programs' files.
+#[cfg(not(feature = "foreign"))]
+const READ: &str = "this partition reads CSV, UFF and obsid's own MCAP; `obsid replay` without --images reads more";
+
 fn format_of(path: &Path) -> Result<&'static dyn Format, RecordingError> {
     let io = |action| move |source| RecordingError::Io { file: file_name(path), action, reason: source };
     let regular = std::fs::metadata(path).map_err(io("open"))?;
     let unknown =
         |found: String, cure: &str| RecordingError::UnknownFormat { file: file_name(path), found, cure: cure.into() };
+    #[cfg(feature = "foreign")]
     if regular.is_dir() && holds_a_bag(path) {
         return Ok(&containers::ROSBAG_2);
     }
@@ -245,10 +300,7 @@ fn format_of(path: &Path) -> Result<&'static dyn Format, RecordingError> {
     }
     FORMATS.iter().find(|format| format.sniff(&head)).copied().ok_or_else(|| {
         let first = &head[..head.len().min(8)];
-        unknown(
-            format!("not a known format, the first bytes are {first:02x?}"),
-            "give CSV or its kin, a universal file (UFF 58), MCAP, a ROS bag, ULog, MATLAB, HDF5, NPZ or Parquet",
-        )
+        unknown(format!("not a known format, the first bytes are {first:02x?}"), READ)
     })
 }
 

@@ -5,8 +5,10 @@
 //! and written whole (`disable_seeking`), so that a killed writer leaves complete chunks and at
 //! most one cut record behind.
 
+#[cfg(feature = "foreign")]
 use crate::containers;
 use crate::error::RecordingError;
+#[cfg(feature = "foreign")]
 use crate::foreign;
 use crate::intake::Intake;
 use crate::intake::join::applied;
@@ -42,17 +44,21 @@ impl Format for Mcap {
 
     fn read(&self, path: &Path, intake: &Intake) -> Result<Imported, RecordingError> {
         // what is damaged beyond recognition is worded as obsid's own
-        if foreign::is_own_mcap(path).unwrap_or(true) {
-            return applied(read_imported(path)?, intake);
+        #[cfg(feature = "foreign")]
+        if !foreign::is_own_mcap(path).unwrap_or(true) {
+            return containers::read(foreign::mcap_datasets, path, intake).map_err(|error| of_damage(path, error));
         }
-        containers::read(foreign::mcap_datasets, path, intake).map_err(|error| of_damage(path, error))
+        applied(read_imported(path)?, intake)
     }
 
     fn list(&self, path: &Path, intake: &Intake) -> Result<Vec<ListedDataset>, RecordingError> {
-        if foreign::is_own_mcap(path).unwrap_or(true) {
-            return listed(read_imported(path)?);
+        #[cfg(feature = "foreign")]
+        if !foreign::is_own_mcap(path).unwrap_or(true) {
+            return containers::list(foreign::mcap_datasets, path, intake);
         }
-        containers::list(foreign::mcap_datasets, path, intake)
+        #[cfg(not(feature = "foreign"))]
+        let _ = intake;
+        listed(read_imported(path)?)
     }
 
     fn write(&self, imported: &Imported, path: &Path) -> Result<(), RecordingError> {
@@ -69,6 +75,7 @@ impl Format for Mcap {
 }
 
 /// The damage of a file that is cut before it says whose it is, rather than that nothing is in it.
+#[cfg(feature = "foreign")]
 fn of_damage(path: &Path, error: RecordingError) -> RecordingError {
     match (error, read_imported(path)) {
         (

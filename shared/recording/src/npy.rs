@@ -3,6 +3,7 @@
 use crate::arrays::{Array, Arrays, joined};
 use crate::bytes::Bytes;
 use crate::error::RecordingError;
+use crate::intake::origin::{if_any, rest_of_seconds};
 use crate::numbers::Number;
 use crate::python_literal::{self, Literal};
 
@@ -101,20 +102,22 @@ impl Field {
             self.kind.value(bytes, width, self.big_endian)
         };
         let values = data.chunks_exact(stride.max(1)).flat_map(|element| (0..each).map(move |place| (element, place)));
-        let values = values.map(|(element, place)| at(element, place)).collect();
+        let (values, rest): (Vec<f64>, Vec<f64>) = values.map(|(element, place)| at(element, place)).unzip();
+        let rest = if_any(rest);
         let shape = [shape, &self.shape].concat();
         let (is_time, unit) = match self.kind {
             Kind::Time { is_date, .. } => (is_date, Some("s".to_string())),
             _ => (false, None),
         };
-        arrays.arrays.push(Array { group, name, unit, shape, column_major, is_time, values });
+        arrays.arrays.push(Array { group, name, unit, shape, column_major, is_time, values, rest });
     }
 }
 
 impl Kind {
-    fn value(&self, bytes: &[u8], width: usize, big_endian: bool) -> f64 {
+    /// A value, and what its `f64` does not hold.
+    fn value(&self, bytes: &[u8], width: usize, big_endian: bool) -> (f64, f64) {
         match self {
-            Kind::Number(number) => number.value(bytes, big_endian),
+            Kind::Number(number) => (number.value(bytes, big_endian), number.rest(bytes, big_endian)),
             Kind::Time { seconds, .. } => {
                 let fold = |value: u64, byte: &u8| value << 8 | u64::from(*byte);
                 let bytes = bytes.get(..width).unwrap_or_default();
@@ -122,12 +125,16 @@ impl Kind {
                 // The lowest count is "not a time". A division by a whole number is the nearest.
                 let count = count as i64;
                 match count {
-                    i64::MIN => f64::NAN,
-                    _ if *seconds < 1.0 => count as f64 / (1.0 / seconds).round(),
-                    _ => count as f64 * seconds,
+                    i64::MIN => (f64::NAN, 0.0),
+                    _ if *seconds < 1.0 => {
+                        let per_s = (1.0 / seconds).round();
+                        let value = count as f64 / per_s;
+                        (value, rest_of_seconds(value, count.into(), per_s as i128))
+                    }
+                    _ => (count as f64 * seconds, 0.0),
                 }
             }
-            Kind::Other(_) => f64::NAN,
+            Kind::Other(_) => (f64::NAN, 0.0),
         }
     }
 }

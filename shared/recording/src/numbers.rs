@@ -1,5 +1,7 @@
 //! Numbers as binary files store them.
 
+use crate::intake::origin::split;
+
 /// One number in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Number {
@@ -43,6 +45,19 @@ impl Number {
             Number::Float(_) => f64::from_bits(bits),
             Number::Signed(_) => signed(bits, width) as f64,
             Number::Unsigned(_) => bits as f64,
+        }
+    }
+
+    /// What `value` does not hold of the number in the first bytes of `bytes`.
+    pub fn rest(self, bytes: &[u8], big_endian: bool) -> f64 {
+        let width = self.width();
+        let Some(bytes) = bytes.get(..width).filter(|_| width == 8) else { return 0.0 };
+        let fold = |value: u64, byte: &u8| value << 8 | u64::from(*byte);
+        let bits = if big_endian { bytes.iter().fold(0, fold) } else { bytes.iter().rev().fold(0, fold) };
+        match self {
+            Number::Float(_) => 0.0,
+            Number::Signed(_) => split((bits as i64).into()).1,
+            Number::Unsigned(_) => split(bits.into()).1,
         }
     }
 

@@ -49,20 +49,25 @@ fn datasets_of(file: &str, content: &[u8], wanted: &Wanted<'_>) -> Result<Vec<Ra
                 continue;
             }
         };
-        let mut values = Vec::new();
+        let (mut values, mut rest) = (Vec::new(), Vec::new());
         for group in metadata.list(4) {
             let chunk = chunk(file, content, group, place, leaf, budget)?;
             let bytes = chunk.count().saturating_mul(size_of::<f64>());
             budget = budget.checked_sub(bytes).ok_or_else(|| {
                 bad(file, format!("column `{}`", leaf.name), "it states a length that is absurd for this file", COPY)
             })?;
-            values.extend(chunk.read()?);
+            let (more, rest_of_more) = chunk.read()?;
+            if !rest_of_more.is_empty() {
+                rest.resize(values.len(), 0.0);
+                rest.extend(rest_of_more);
+            }
+            values.extend(more);
         }
         if meaning.is_date {
             dates.push(dataset.columns.len());
         }
         let unit = if meaning.is_time { Some("s".to_string()) } else { units.remove(&leaf.name) };
-        dataset.columns.push(RawColumn { name: leaf.name.clone(), unit, values });
+        dataset.columns.push(RawColumn { name: leaf.name.clone(), unit, values, rest });
     }
     if dataset.columns.is_empty() {
         let found = format!("no column of numbers is in the file; left out: {}", left_out.join(", "));

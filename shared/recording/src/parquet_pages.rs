@@ -29,6 +29,8 @@ pub(crate) struct Chunk<'a> {
     /// The numbers that indices stand for.
     dictionary: Option<Vec<u64>>,
     values: Vec<f64>,
+    /// What they do not hold of whole numbers; empty: nothing.
+    rest: Vec<f64>,
 }
 
 impl<'a> Chunk<'a> {
@@ -55,7 +57,19 @@ impl<'a> Chunk<'a> {
         let bytes = bytes.split(size, "a column")?;
         let part = format!("column `{name}` at byte {first}, ");
         let level = leaf.level;
-        Ok(Self { file, part, bytes, codec, count, limit, level, meaning, dictionary: None, values: Vec::new() })
+        Ok(Self {
+            file,
+            part,
+            bytes,
+            codec,
+            count,
+            limit,
+            level,
+            meaning,
+            dictionary: None,
+            values: Vec::new(),
+            rest: Vec::new(),
+        })
     }
 
     /// Values of the column, those that are missing included.
@@ -63,11 +77,11 @@ impl<'a> Chunk<'a> {
         self.count
     }
 
-    /// All values, NaN for what is missing.
+    /// All values, NaN for what is missing, and what they do not hold of whole numbers.
     ///
     /// # Errors
     /// A damaged page, a compression or an encoding that is not read.
-    pub fn read(mut self) -> Result<Vec<f64>, RecordingError> {
+    pub fn read(mut self) -> Result<(Vec<f64>, Vec<f64>), RecordingError> {
         while self.values.len() < self.count {
             let head = thrift::structure(&mut self.bytes)?;
             let size = head.size(3).ok_or_else(|| self.error("a page without a size"))?;
@@ -79,7 +93,10 @@ impl<'a> Chunk<'a> {
                 _ => {}
             }
         }
-        Ok(self.values)
+        if !self.rest.is_empty() {
+            self.rest.resize(self.values.len(), 0.0);
+        }
+        Ok((self.values, self.rest))
     }
 
     fn error(&self, found: impl Into<String>) -> RecordingError {
@@ -150,12 +167,16 @@ impl<'a> Chunk<'a> {
         let number = there.as_ref().map_or(count, |there| there.iter().filter(|there| **there).count());
         let meaning = self.meaning;
         let stored = decoded(&mut bytes, encoding, number, meaning.physical, self.dictionary.as_deref())?;
-        let mut stored = stored.into_iter().map(|bits| meaning.value(bits));
-        match there {
-            None => self.values.extend(stored),
-            Some(there) => {
-                let value = |there: &bool| if *there { stored.next().unwrap_or(f64::NAN) } else { f64::NAN };
-                self.values.extend(there.iter().map(value));
+        let mut stored = stored.into_iter().map(|bits| (meaning.value(bits), meaning.rest(bits)));
+        let absent = (f64::NAN, 0.0);
+        for k in 0..count {
+            let is_there = there.as_ref().is_none_or(|there| there[k]);
+            let (value, rest) = if is_there { stored.next().unwrap_or(absent) } else { absent };
+            self.values.push(value);
+            // most columns leave none
+            if rest != 0.0 {
+                self.rest.resize(self.values.len(), 0.0);
+                self.rest[self.values.len() - 1] = rest;
             }
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 use crate::bytes::{COPY, bad};
 use crate::error::RecordingError;
+use crate::intake::origin::rest_of_seconds;
 use crate::numbers::signed;
 use crate::parquet_thrift::Value;
 
@@ -47,6 +48,16 @@ pub(crate) struct Meaning {
 }
 
 impl Meaning {
+    /// What [`Meaning::value`] does not hold of the number that the bits stand for.
+    pub fn rest(&self, bits: u64) -> f64 {
+        let count = match self.physical {
+            Physical::Whole64 if self.is_unsigned => i128::from(bits),
+            Physical::Whole64 | Physical::Date96 => i128::from(bits as i64),
+            _ => return 0.0,
+        };
+        if self.multiply == 1.0 { rest_of_seconds(self.value(bits), count, self.divide as i128) } else { 0.0 }
+    }
+
     /// The number that the bits stand for.
     pub fn value(&self, bits: u64) -> f64 {
         let number = match self.physical {

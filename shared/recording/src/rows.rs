@@ -42,6 +42,8 @@ pub(crate) struct Rows {
     repeated: Vec<usize>,
     /// The first of them that contradicts the row before.
     conflict: Option<RecordingError>,
+    /// What times count from [s since 1970]; 0: from where the file says.
+    pub origin_s: i64,
 }
 
 impl Rows {
@@ -61,6 +63,7 @@ impl Rows {
             duplicates: 0,
             repeated: Vec::new(),
             conflict: None,
+            origin_s: 0,
         }
     }
 
@@ -267,7 +270,8 @@ impl Rows {
     fn into_table(self, timing: Timing, clock: Option<String>) -> Table {
         let columns = self.source.into_iter().zip(self.values).map(|(column, values)| Column { values, ..column });
         let notes = clock.into_iter().chain(timing.repairs()).collect();
-        Table { file: self.file, time_s: self.first, columns: columns.collect(), timing, notes }
+        let (time_s, columns) = (self.first, columns.collect());
+        Table { file: self.file, time_s, origin_s: self.origin_s, columns, timing, notes }
     }
 
     fn into_spectrum(self) -> Result<Spectrum, RecordingError> {
@@ -301,6 +305,7 @@ impl Rows {
     /// The cells of some rows that are not empty, by column.
     fn set(&self, name: &str, rows: Range<usize>) -> SeriesSet {
         let mut set = SeriesSet::new(name);
+        set.origin_s = self.origin_s;
         for (column, values) in self.source.iter().zip(&self.values) {
             let (times, values) = (&self.first[rows.clone()], &values[rows.clone()]);
             let given = times.iter().zip(values).filter(|(_, value)| !value.is_nan());

@@ -18,6 +18,8 @@ pub struct SeriesSet {
     pub recording: Recording,
     /// Units that the file gave, by channel, where they are not the channel's own.
     units_in_file: BTreeMap<String, String>,
+    /// What the times count from \[s since 1970\]; 0: from where the file says.
+    pub origin_s: i64,
     /// Repairs and doubts, for the reader of a report.
     pub notes: Vec<String>,
 }
@@ -61,7 +63,7 @@ impl SeriesSet {
     #[must_use]
     pub fn new(file: &str) -> Self {
         let recording = Recording { name: file.into(), channels: Vec::new() };
-        SeriesSet { recording, units_in_file: BTreeMap::new(), notes: Vec::new() }
+        SeriesSet { recording, units_in_file: BTreeMap::new(), origin_s: 0, notes: Vec::new() }
     }
 
     /// Adds a channel in SI, and the unit in which the file gave it.

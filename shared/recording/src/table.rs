@@ -37,6 +37,8 @@ pub struct Table {
     pub file: String,
     /// Strictly increasing.
     pub time_s: Vec<f64>,
+    /// What the times count from \[s since 1970\]; 0: from where the file says.
+    pub origin_s: i64,
     pub columns: Vec<Column>,
     pub timing: Timing,
     /// Repairs and doubts, for the reader of a report.

@@ -1,5 +1,6 @@
 //! Text of recordings as loggers write it: encoding, separator, decimal sign, header, stamps.
 
+pub(crate) mod at_most;
 pub(crate) mod cells;
 pub(crate) mod dialect;
 pub(crate) mod encoding;

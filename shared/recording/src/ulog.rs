@@ -194,6 +194,7 @@ impl Topic {
             unit: unit(topic, &field.name).map(String::from),
             name: field.name,
             values,
+            rest: Vec::new(),
         };
         let columns = fields.into_iter().zip(self.columns).map(column).collect();
         RawDataset { name, columns, axis: times.map_or(Axis::Unknown, Axis::Time), notes }

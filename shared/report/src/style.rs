@@ -44,12 +44,12 @@ code{font:.85em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;background:
 pre{overflow-x:auto;background:var(--code);padding:10px 12px;border-radius:3px;line-height:1.35}pre code{padding:0;overflow-wrap:normal}
 .wide{overflow-x:auto;margin:12px 0}table{border-collapse:collapse;font-size:.875rem;min-width:60%}caption{caption-side:top;text-align:left;font-weight:600;padding:0 0 4px}
 th,td{text-align:left;vertical-align:top;padding:5px 14px 5px 0;border-bottom:1px solid var(--rule)}th{color:var(--faint);font-weight:600}td:last-child,th:last-child{padding-right:0}
-td.n,th.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}.i,.f{display:inline-block;white-space:nowrap}.i{text-align:right}.f{text-align:left}td.prose{min-width:15em;overflow-wrap:anywhere}td.name{overflow-wrap:break-word}
+td.n,th.n{text-align:right;white-space:nowrap;font-variant-numeric:tabular-nums}.i,.f{display:inline-block;white-space:nowrap}.i{text-align:right}.f{text-align:left}td.prose{min-width:7em;overflow-wrap:anywhere}td.prose:last-child{min-width:13em}td.name{overflow-wrap:break-word}
 .s-note{color:var(--note)}.s-warning{color:var(--warning);font-weight:600}.s-fault{color:var(--fault);font-weight:600}
 details{margin:14px 0}summary{cursor:pointer;font-weight:600}footer{margin-top:48px;border-top:1px solid var(--rule);padding-top:12px}ul{margin:8px 0;padding-left:22px}
 pre{font:.8em ui-monospace,SFMono-Regular,Menlo,Consolas,monospace;background:var(--code);padding:8px 10px;border-radius:3px;overflow-x:auto;white-space:pre-wrap;overflow-wrap:anywhere}
 .readout{position:fixed;z-index:1;pointer-events:none;background:var(--paper);color:var(--ink);border:1px solid var(--rule);border-radius:3px;padding:3px 8px;font-size:.8rem;font-variant-numeric:tabular-nums;max-width:60vw}.readout[hidden]{display:none}
-@media (max-width:560px){main{padding:20px 14px 48px}table{font-size:.8rem;min-width:100%}th,td{padding-right:10px}td.prose{min-width:11em}td.name{max-width:11em;overflow-wrap:anywhere}th{min-width:3.5em}}
+@media (max-width:560px){main{padding:20px 14px 48px}table{font-size:.8rem;min-width:100%}th,td{padding-right:6px}th.n{white-space:normal}td.prose,td.prose:last-child{min-width:6.5em}td.name{max-width:11em}}
 @media print{main{max-width:none;padding:0}figure,tr{break-inside:avoid}thead{display:table-header-group}h2,h3,summary{break-after:avoid}details::details-content{content-visibility:visible;display:block}.wide{overflow:visible}table{width:100%;min-width:0;font-size:.75rem}th,td{overflow-wrap:anywhere;padding-right:8px}td.prose{min-width:0}.data,.readout{display:none}*{print-color-adjust:exact;-webkit-print-color-adjust:exact}}
 ";
 

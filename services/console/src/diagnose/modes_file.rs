@@ -2,7 +2,7 @@
 //! record's parts where it has them.
 
 use super::sensor_names::named_as_sensors;
-use crate::{Failure, recordings};
+use crate::{Failure, plants};
 use discovery::diagnose::Diagnosis;
 use discovery::features::{self, FeatureOptions, MeasuredMode, ModeInPart, ModeTrack, ShapeComponent};
 use dynamics::description::Plant;
@@ -69,20 +69,21 @@ pub fn is_one(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
 }
 
+const WRITTEN_BY: &str = "write it with `obsid modal RECORDING --json > modes.json`";
+
 /// # Errors
 /// [`Failure::Input`] for a file that is no such object, or in which no mode has a standard
 /// deviation.
 pub fn read(path: &Path) -> Result<ModesFile, Failure> {
     let file = path.display().to_string();
-    let refuse = |why: String| {
-        Failure::Input(miette::miette!(
-            help = "write it with `obsid modal RECORDING --json > modes.json`",
-            "{file}: {why}"
-        ))
-    };
-    let text = std::fs::read_to_string(path).map_err(|error| refuse(format!("cannot be read: {error}")))?;
+    let refuse = |why: String| Failure::Input(miette::miette!(help = WRITTEN_BY, "{file}: {why}"));
+    let text = plants::utf8_text(path).map_err(|(message, cure)| {
+        let cure = cure.unwrap_or_else(|| WRITTEN_BY.into());
+        Failure::Input(miette::miette!(help = cure, "{message}"))
+    })?;
     let (modes, tracks, notes) = parse(&text).map_err(refuse)?;
-    Ok(ModesFile { digest: recordings::digest_of(path), file, modes, tracks, notes })
+    let digest = blake3::hash(text.as_bytes()).to_hex().to_string();
+    Ok(ModesFile { digest, file, modes, tracks, notes })
 }
 
 type Parsed = (Vec<MeasuredMode>, Vec<ModeTrack>, Vec<String>);

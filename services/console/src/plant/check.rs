@@ -36,7 +36,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         match (failure, &first) {
             (Some(failure), None) => first = Some(failure),
-            (Some(Failure::Input(report)), Some(_)) => crate::tell(&format!("{report:?}")),
+            (Some(Failure::Input(report)), Some(_)) => {
+                crate::tell(&crate::visible::cut_snippets(&format!("{report:?}")))
+            }
             (Some(Failure::Run(reason)), Some(_)) => crate::tell(&reason),
             (None, _) | (Some(Failure::Interrupted), Some(_)) => {}
         }

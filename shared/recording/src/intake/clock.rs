@@ -161,7 +161,7 @@ const QUALIFIERS: &[&str] = &[
 ];
 
 /// Stamps of these years tell their unit by their size [s since 1970]: 2000 to 2100.
-const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
+pub(crate) const EPOCH_S: core::ops::Range<f64> = 946_684_800.0..4_102_444_800.0;
 /// Sampling intervals that a stamp since 1970 can have [s]: a number that counts something else is
 /// seldom read as such a stamp with such steps.
 const EPOCH_INTERVAL_S: core::ops::Range<f64> = 1e-6..1000.0;

@@ -1,13 +1,13 @@
 //! Datasets of a file as a recording: the one that is meant, or all that have a clock side by side.
 
 use super::names::listed;
-use super::plan::{Clock, Kind, Plan, Seen, Source, plan};
+use super::origin::{Origin, origin_note};
+use super::plan::{Clock, Kind, Plan, Planned, Seen, Source, plan};
 use super::{Assignment, Intake};
 use crate::Imported;
 use crate::conversions::series;
 use crate::dataset::{Axis, RawDataset};
 use crate::error::RecordingError;
-use crate::function_kind::FunctionKind;
 use crate::rows::Rows;
 use crate::series::{SeriesSet, check};
 use crate::table::Column;
@@ -94,10 +94,18 @@ fn in_dataset(dataset: &RawDataset, intake: &Intake, among_others: bool) -> Inta
     Intake { time_column, channels: intake.channels.iter().filter_map(of).collect(), ..Intake::default() }
 }
 
-/// Adds a dataset's channels.
+/// Adds a dataset's channels; the first dataset's origin is that of all.
 fn add(all: &mut SeriesSet, dataset: &RawDataset, set: &SeriesSet) {
-    for channel in &set.recording.channels {
-        all.push(channel.clone(), set.unit_in_file(channel));
+    if all.recording.channels.is_empty() {
+        all.origin_s = set.origin_s;
+    }
+    let later_s = (set.origin_s - all.origin_s) as f64;
+    for of_set in &set.recording.channels {
+        let mut channel = of_set.clone();
+        if later_s != 0.0 {
+            channel.time_s.iter_mut().for_each(|time| *time += later_s);
+        }
+        all.push(channel, set.unit_in_file(of_set));
     }
     let of = if dataset.name.is_empty() { String::new() } else { format!("{}: ", dataset.name) };
     all.notes.extend(set.notes.iter().map(|note| format!("{of}{note}")));
@@ -111,9 +119,10 @@ fn one(file: &str, dataset: &RawDataset, intake: &Intake) -> Result<Imported, Re
     for of in plan.columns.iter_mut().filter(|of| !dataset.name.is_empty() && !assigned(&of.name)) {
         of.name = format!("{}.{}", dataset.name, of.name);
     }
-    let mut imported = rows(file, dataset, &plan)?;
+    let (mut imported, origin_s) = rows(file, dataset, &plan)?;
     let notes = imported.notes_mut();
     notes.extend(plan.notes);
+    notes.extend(origin_note(origin_s));
     notes.extend(dataset.notes.iter().cloned());
     Ok(imported)
 }
@@ -148,21 +157,27 @@ pub(crate) fn planned(file: &str, dataset: &RawDataset, intake: &Intake) -> Resu
     plan(&Source { file, line: 0 }, &columns, &own)
 }
 
-fn rows(file: &str, dataset: &RawDataset, plan: &Plan) -> Result<Imported, RecordingError> {
-    let columns = plan.columns.iter().map(|of| Column {
-        name: of.name.clone(),
-        unit: of.unit.si,
-        unit_in_file: of.unit_in_file.clone(),
-        kind: FunctionKind::Unknown,
-        values: Vec::new(),
-    });
+/// The rows of a dataset, and what their times count from.
+fn rows(file: &str, dataset: &RawDataset, plan: &Plan) -> Result<(Imported, i64), RecordingError> {
+    let columns = plan.columns.iter().map(Planned::column);
     let mut rows = Rows::new(file, plan.axis, columns.collect());
+    let origin = match &plan.clock {
+        Clock::Number { at, unit } => {
+            let first = dataset.columns[*at].values.iter().copied().find(|value| value.is_finite());
+            Origin::of(*unit, first.unwrap_or(0.0))
+        }
+        _ => Origin::of(Unit::not_stated(), 0.0),
+    };
+    rows.origin_s = origin.second;
     let start_s = if let Axis::Uniform { start_s, .. } = dataset.axis { start_s } else { 0.0 };
     let mut row = Vec::with_capacity(plan.columns.len() + 1);
     for i in 0..dataset.rows() {
         let at = |column: usize| dataset.columns[column].values.get(i).copied().unwrap_or(f64::NAN);
         let time = match &plan.clock {
-            Clock::Number { at: column, unit } => unit.to_si(at(*column)),
+            Clock::Number { at: column, .. } => {
+                let rest = dataset.columns[*column].rest.get(i).copied().unwrap_or(0.0);
+                origin.time_s(at(*column), rest)
+            }
             Clock::Rows { interval_s } => start_s + i as f64 * interval_s,
             Clock::Stamps(_) => f64::NAN,
         };
@@ -174,7 +189,7 @@ fn rows(file: &str, dataset: &RawDataset, plan: &Plan) -> Result<Imported, Recor
         row.extend(plan.columns.iter().map(|of| of.unit.to_si(at(of.at)) * of.scale).map(finite));
         rows.push(i as u64 + 1, &row)?;
     }
-    rows.finish()
+    rows.finish().map(|imported| (imported, origin.second))
 }
 
 /// What is infinite is no sample.
@@ -231,6 +246,7 @@ pub(crate) fn renamed(set: SeriesSet, intake: &Intake) -> Result<SeriesSet, Reco
     }
     let mut renamed = SeriesSet::new(&set.recording.name);
     renamed.notes.clone_from(&set.notes);
+    renamed.origin_s = set.origin_s;
     for assignment in &intake.channels {
         let names = || set.recording.channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
         let source = set.recording.channel_named(&assignment.theirs);

@@ -45,8 +45,8 @@ impl ListedDataset {
                 unit: unit_named(unit).map(|_| unit.to_owned()).filter(|unit| !unit.is_empty()),
                 samples: channel.value.len(),
                 rate_hz: channel.interval_s().map(|interval_s| 1.0 / interval_s),
-                start_s: channel.time_s.first().copied(),
-                end_s: channel.time_s.last().copied(),
+                start_s: channel.time_s.first().map(|time| time + set.origin_s as f64),
+                end_s: channel.time_s.last().map(|time| time + set.origin_s as f64),
             }
         };
         let channels = set.recording.channels.iter().map(channel).collect();

@@ -21,6 +21,11 @@ pub(super) fn read_text(intake: &mut Intake, file: &str, text: &str) -> Result<(
     Map { file: file.into(), text: text.trim_start_matches('\u{feff}').to_owned() }.read_into(intake)
 }
 
+/// The error of a map that is to name channels and names none.
+pub(crate) fn names_no_channel(file: &str, text: &str) -> RecordingError {
+    Map { file: file.into(), text: text.into() }.refuse(0..0, "the map names no channel".into())
+}
+
 struct Map {
     file: String,
     text: String,
@@ -52,7 +57,7 @@ impl Map {
             }
         }
         if intake.channels.len() == before && intake.time_column.is_none() && intake.dataset.is_none() {
-            return Err(self.refuse(0..0, "the map names no channel".into()));
+            return Err(names_no_channel(&self.file, &self.text));
         }
         Ok(())
     }
@@ -97,7 +102,7 @@ impl Map {
             }
             DeValue::Table(table) => table,
             _ => {
-                let what = format!("`{}` must be the name of a channel, in quotes", of.own);
+                let what = format!("`{}` must be the name of a column, in quotes", of.own);
                 return Err(self.refuse(value.span(), what));
             }
         };

@@ -5,10 +5,12 @@ use super::names::{Heading, heading, listed};
 use super::{Assignment, Intake, assignment};
 use crate::canonical::default_channel;
 use crate::error::{Place, RecordingError};
+use crate::function_kind::FunctionKind;
 use crate::rows::Axis;
 use crate::text::printable;
 use crate::text::stamps::Form;
 use crate::units::{UNITS, Unit, accepted_for, unit_named};
+use std::collections::{HashMap, HashSet};
 
 /// What the cells of a column are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,6 +61,15 @@ pub(crate) struct Planned {
     pub header: String,
 }
 
+impl Planned {
+    /// The column without values yet.
+    pub fn column(&self) -> crate::table::Column {
+        let (name, unit_in_file) = (self.name.clone(), self.unit_in_file.clone());
+        let kind = FunctionKind::Unknown;
+        crate::table::Column { name, unit: self.unit.si, unit_in_file, kind, values: Vec::new() }
+    }
+}
+
 /// What becomes of a dataset.
 #[derive(Clone, Debug)]
 pub(crate) struct Plan {
@@ -95,7 +106,7 @@ struct Column<'a> {
 /// No column of times, or one whose unit nobody states; a unit that is not known where a channel
 /// was asked for; no channel that can be used.
 pub(crate) fn plan(source: &Source<'_>, columns: &[Seen], intake: &Intake) -> Result<Plan, RecordingError> {
-    let columns: Vec<Column<'_>> = columns.iter().enumerate().map(|(at, seen)| divided(seen, at, columns)).collect();
+    let columns = divided(columns);
     let mut notes = Vec::new();
     let (axis, clock) = axis_of(source, &columns, intake, &mut notes)?;
     let taken: Vec<usize> = match &clock {
@@ -136,22 +147,40 @@ fn remarks(planned: &[Planned], left_out: &[String]) -> Vec<String> {
     let silent: Vec<String> =
         planned.iter().filter(|of| of.unit_in_file.is_empty()).map(|of| of.name.clone()).collect();
     if let Some(first) = silent.first() {
-        notes.push(format!("unit not stated: {}; say it as in --channel '{first} = {first} [rad/s]'", listed(&silent)));
+        notes.push(format!(
+            "unit not stated: {}; say it: --channel '{first} = {first} [UNIT]', as in [rad], [deg/s], [m/s^2], [N]",
+            listed(&silent)
+        ));
     }
     notes
 }
 
-/// A header divided; a name that stood before gets the number of its turn.
-fn divided<'a>(seen: &'a Seen, at: usize, all: &[Seen]) -> Column<'a> {
+/// Headers divided; a name that stood before gets the next number that makes no name of the file.
+fn divided(all: &[Seen]) -> Vec<Column<'_>> {
+    let mut columns: Vec<Column<'_>> = all.iter().map(|seen| Column { seen, heading: stated(seen) }).collect();
+    let mut taken: HashSet<String> = columns.iter().map(|column| column.heading.name.clone()).collect();
+    let mut turns: HashMap<String, usize> = HashMap::new();
+    for column in columns.iter_mut().filter(|column| !column.heading.name.is_empty()) {
+        let name = column.heading.name.clone();
+        let turn = turns.entry(name.clone()).or_insert(0);
+        *turn += 1;
+        while *turn > 1 && !taken.insert(format!("{name}_{turn}")) {
+            *turn += 1;
+        }
+        if *turn > 1 {
+            column.heading.name = format!("{name}_{turn}");
+        }
+    }
+    columns
+}
+
+/// Name and unit as the file states them.
+fn stated(seen: &Seen) -> Heading {
     let mut own = heading(&seen.header);
     if let Some(unit) = seen.unit.as_deref().filter(|unit| !unit.trim().is_empty()) {
         own.unit = Some(super::names::cleaned(unit).trim_matches(['[', ']', '(', ')']).to_owned());
     }
-    let turn = all[..at].iter().filter(|other| heading(&other.header).name == own.name).count();
-    if turn > 0 && !own.name.is_empty() {
-        own.name = format!("{}_{}", own.name, turn + 1);
-    }
-    Column { seen, heading: own }
+    own
 }
 
 fn axis_of(
@@ -306,7 +335,7 @@ fn no_time(source: &Source<'_>, columns: &[Column<'_>]) -> RecordingError {
     } else {
         format!(
             "say which column holds the times, as in --time-column {}:s, or the rate of the rows, --time-column row:100Hz; columns: {}",
-            names.first().map_or("NAME", String::as_str),
+            names.first().map_or("NAME".into(), |name| printable(name)),
             listed(&names)
         )
     };

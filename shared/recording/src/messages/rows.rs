@@ -5,6 +5,7 @@
 
 use super::left_out::{LeftOut, Reason};
 use crate::dataset::{Axis, RawColumn, RawDataset};
+use crate::intake::origin::{if_any, rest_of_seconds};
 use std::collections::HashMap;
 
 /// Nanoseconds in a second, for stamps.
@@ -239,7 +240,8 @@ impl Rows {
                 Some(order) => order.iter().map(|row| dense[*row]).collect(),
                 None => dense,
             };
-            columns.push(RawColumn { name: column.name.clone(), unit: column.unit.map(String::from), values });
+            let (name, unit) = (column.name.clone(), column.unit.map(String::from));
+            columns.push(RawColumn { name, unit, values, rest: Vec::new() });
         }
         notes.extend(self.left_out.note());
         if self.unread > 0 {
@@ -280,7 +282,10 @@ impl Rows {
         while self.by_name.contains_key(&name) {
             name.push('_');
         }
-        RawColumn { name, unit: Some("s".into()), values: times.into_iter().map(seconds).collect() }
+        let values: Vec<f64> = times.iter().map(|ns| seconds(*ns)).collect();
+        let rest = |(seconds, ns): (&f64, &u64)| rest_of_seconds(*seconds, i128::from(*ns), i128::from(STAMPS_NS));
+        let rest = if_any(values.iter().zip(&times).map(rest).collect());
+        RawColumn { name, unit: Some("s".into()), values, rest }
     }
 
     /// Columns that become columns of the dataset; the others are named as left out.

@@ -4,6 +4,7 @@ use super::dialect::{Dialect, is_missing, number};
 use super::encoding::text_of;
 use super::printable;
 use crate::error::{Place, RecordingError};
+use crate::intake::origin::{Origin, split_text};
 use crate::intake::plan::{Clock, Plan};
 use crate::rows::Axis;
 
@@ -18,6 +19,8 @@ pub(crate) struct Cells<'a> {
     record: ::csv::ByteRecord,
     /// Rows read so far, for a clock that counts them.
     rows: u64,
+    /// Of a clock of numbers, from the first row on.
+    origin: Option<Origin>,
     /// First day of a clock of stamps, and days that a time of day has passed midnight.
     day: Option<i64>,
     midnights: i64,
@@ -38,6 +41,7 @@ impl<'a> Cells<'a> {
             header,
             record,
             rows: 0,
+            origin: None,
             day: None,
             midnights: 0,
             last_ns: i64::MIN,
@@ -128,9 +132,14 @@ impl<'a> Cells<'a> {
             Clock::Rows { interval_s } => Ok(self.rows as f64 * interval_s),
             Clock::Number { at, unit } => {
                 let cell = &self.record[*at];
-                let value = core::str::from_utf8(cell).ok().and_then(|text| number(text, self.dialect.decimal_comma));
+                let text = core::str::from_utf8(cell).ok();
+                let value = text.and_then(|text| number(text, self.dialect.decimal_comma));
                 let value = value.ok_or_else(|| self.not_a_number(line, *at, &self.plan.clock_header, cell))?;
-                self.finite(unit.to_si(value), line, *at, &self.plan.clock_header)
+                let origin = *self.origin.get_or_insert_with(|| Origin::of(*unit, value));
+                // a decimal comma is a point by then, or there is none
+                let exact = text.filter(|_| origin.second != 0).and_then(|text| split_text(&text.replace(',', ".")));
+                let (stamp, rest) = exact.unwrap_or((value, 0.0));
+                self.finite(origin.time_s(stamp, rest), line, *at, &self.plan.clock_header)
             }
             Clock::Stamps(parts) => {
                 let (mut day, mut within_ns, mut dated) = (0, 0, false);
@@ -155,6 +164,11 @@ impl<'a> Cells<'a> {
         self.last_ns = within_ns;
         let stamp = super::stamps::Stamp { day: day + self.midnights, within_ns };
         stamp.since_s(*self.day.get_or_insert(stamp.day))
+    }
+
+    /// What the times of a clock of numbers count from [s since 1970]; 0: from where the file says.
+    pub fn origin_s(&self) -> i64 {
+        self.origin.map_or(0, |origin| origin.second)
     }
 
     /// The day that the times of a clock of stamps count from.

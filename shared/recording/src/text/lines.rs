@@ -82,13 +82,21 @@ impl<R: BufRead> Lines<R> {
     pub fn corruption(&mut self, file: &str) -> Option<RecordingError> {
         let line = self.line.saturating_sub(1);
         let end = if self.gzipped { std::io::copy(&mut self.source, &mut std::io::sink()) } else { Ok(0) };
-        let reason = end.err()?.to_string();
+        let error = end.err()?;
+        if error.kind() == ErrorKind::FileTooLarge {
+            return Some(self.read_error(file, 0, error));
+        }
+        let reason = error.to_string();
         Some(RecordingError::CorruptGzip { file: file.into(), line, reason })
     }
 
     fn read_error(&self, file: &str, rows: usize, error: std::io::Error) -> RecordingError {
-        let (file, line) = (file.into(), self.read);
+        let (file, line) = (file.to_owned(), self.read);
         match error.kind() {
+            ErrorKind::FileTooLarge => {
+                let cure = "unpack it first (gunzip -k), if it is right: what is not packed is read at any length";
+                crate::bytes::bad(&file, format!("line {line}"), error.to_string(), cure)
+            }
             _ if !self.gzipped => RecordingError::Io { file, action: "read", reason: error },
             ErrorKind::UnexpectedEof => RecordingError::TruncatedGzip { file, line, rows },
             _ => RecordingError::CorruptGzip { file, line, reason: error.to_string() },

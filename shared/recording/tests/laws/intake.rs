@@ -531,7 +531,7 @@ fn a_name_that_stands_twice_is_told_by_its_turn() {
 fn a_unit_that_is_not_stated_is_no_unit_and_the_cure_is_noted() {
     let set = read("silent.csv", "t,velocity,torque\n0.0,0,1\n0.5,1,2\n1.0,2,3\n", &Intake::default()).unwrap();
     assert!(set.recording.channels.iter().all(|channel| channel.unit == "?" && set.unit_in_file(channel) == "?"));
-    assert!(set.notes.iter().any(|note| note.contains("--channel 'velocity = velocity [rad/s]'")), "{:?}", set.notes);
+    assert!(set.notes.iter().any(|note| note.contains("--channel 'velocity = velocity [UNIT]'")), "{:?}", set.notes);
     assert!(set.notes.iter().any(|note| note.contains("seconds are assumed")), "{:?}", set.notes);
     let intake = said(Some("t:ms"), &["rate = velocity [deg/s]", "torque [mN*m]"]);
     let set = read("said.csv", "t,velocity,torque\n0.0,0,1\n0.5,180,2\n1.0,2,3\n", &intake).unwrap();

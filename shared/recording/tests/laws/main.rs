@@ -21,6 +21,7 @@ mod run_channels;
 mod samples;
 mod series;
 mod spectra_and_segments;
+mod stamps;
 mod tables;
 mod uff_models;
 mod uff_types;

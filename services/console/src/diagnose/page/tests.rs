@@ -15,7 +15,13 @@ fn loaded(name: &str) -> Loaded {
     let value = time_s.iter().map(|t| (2.0 * t).cos()).collect();
     let channel = Channel { name: "angle".into(), unit: "rad".into(), time_s, value, role: Role::Output };
     let recording = Recording { name: name.into(), channels: vec![channel] };
-    Loaded { file: name.into(), recording, notes: vec!["a note <of> the import".into()], digest: "af13".into() }
+    Loaded {
+        file: name.into(),
+        recording,
+        notes: vec!["a note <of> the import".into()],
+        origin_s: 0,
+        digest: "af13".into(),
+    }
 }
 
 /// Tiles of two lengths over four octaves; a burst stands out before.

@@ -1,14 +1,16 @@
-//! What a channel of a recording is likely to be: guessed from its unit, its name, and how it
-//! moves.
+//! What a channel of a recording is likely to be: stated by the user, by its name, or guessed
+//! from its unit and how it moves.
 
+use super::names::{Side, side};
 use channels::{Channel, Recording};
+use recording::units::NOT_STATED;
 
 /// What a channel is taken for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// A force, torque, current or voltage that is set.
     Command,
-    /// A displacement or angle that is imposed.
+    /// A motion that is imposed.
     Imposed,
     Angle,
     AngleRate,
@@ -19,6 +21,16 @@ pub enum Role {
     Torque,
     /// Says nothing of motion, or is another channel once more.
     Unused,
+    /// Its numbers have no unit that says what it is: the user has to say it.
+    Unknown,
+}
+
+impl Role {
+    /// Asks for a body that moves.
+    pub fn is_motion(self) -> bool {
+        use Role::{Acceleration, Angle, AngleRate, Displacement, Imposed, Velocity};
+        matches!(self, Imposed | Angle | AngleRate | Displacement | Velocity | Acceleration)
+    }
 }
 
 /// A channel, and why it is taken for what it is.
@@ -28,55 +40,160 @@ pub struct Guess {
     pub why: String,
 }
 
+/// What the user says of channels: their names in the recording.
+#[derive(Clone, Debug, Default)]
+pub struct Told {
+    pub commands: Vec<String>,
+    pub measured: Vec<String>,
+}
+
 /// Steps of a held signal: an input keeps its value over most samples, or takes few values.
 const HELD_SHARE: f64 = 0.8;
+/// Noise below this share of a signal is the rounding of its digits, not a sensor's.
+const NOISELESS_SHARE: f64 = 1e-6;
 
 /// Every channel's role.
-pub fn guesses(parts: &[Recording]) -> Vec<Guess> {
+pub fn guesses(parts: &[Recording], told: &Told) -> Vec<Guess> {
     let channels = &parts[0].channels;
-    let mut guesses: Vec<Guess> = channels.iter().map(|channel| guess(channel, channels)).collect();
+    let rig = Rig::of(channels, told);
+    let mut guesses: Vec<Guess> = channels.iter().map(|channel| rig.guess(channel)).collect();
     impose(&mut guesses);
     guesses
 }
 
-fn guess(channel: &Channel, all: &[Channel]) -> Guess {
-    let name = channel.name.to_lowercase();
-    let said = |role, why: &str| Guess { role, why: why.to_owned() };
-    if ["derived", "denoised", "filtered", "smoothed"].iter().any(|word| name.contains(word)) {
-        return said(Role::Unused, "its name says that it was computed from another channel, so it is no measurement");
-    }
-    let efforts = all.iter().filter(|other| matches!(other.unit.as_str(), "N" | "N*m" | "A" | "V")).count();
-    let moves = all.iter().any(|other| matches!(other.unit.as_str(), "m" | "m/s" | "m/s^2" | "rad" | "rad/s"));
-    let measured = ["measured", "sensor", "load", "cell", "reaction"].iter().any(|word| name.contains(word));
-    match channel.unit.as_str() {
-        "A" | "V" => said(Role::Command, "its unit is that of a drive's input"),
-        "N" | "N*m" => {
-            let measured_role = if channel.unit == "N" { Role::Force } else { Role::Torque };
-            if measured {
-                said(measured_role, "its name says that it was measured")
-            } else if is_held(channel) {
-                said(Role::Command, "it is constant over stretches, as a command is")
-            } else if efforts > 1 || name.contains("command") || noise_share(channel) < 1e-6 {
-                said(Role::Command, "it has no noise of its own, as a command has none")
-            } else if moves {
-                said(measured_role, "it is noisy and never held, as a measurement is")
-            } else {
-                said(Role::Command, "nothing else drives the rig")
+/// A force, torque, current or voltage.
+fn is_effort(unit: &str) -> bool {
+    matches!(unit, "N" | "N*m" | "A" | "V")
+}
+
+/// What all channels together say of one.
+struct Rig<'r> {
+    told: &'r Told,
+    /// Units of efforts that are commands, by the user or by name.
+    commanded: Vec<&'r str>,
+    /// Units of efforts of which nobody says that they were measured.
+    unsaid: Vec<&'r str>,
+    moves: bool,
+}
+
+impl<'r> Rig<'r> {
+    fn of(channels: &'r [Channel], told: &'r Told) -> Self {
+        let mut rig = Rig { told, commanded: Vec::new(), unsaid: Vec::new(), moves: false };
+        for channel in channels {
+            let unit = channel.unit.as_str();
+            rig.moves |= matches!(unit, "m" | "m/s" | "m/s^2" | "rad" | "rad/s");
+            match rig.side(channel).map(|(side, _)| side) {
+                Some(Side::Commanded) if is_effort(unit) => rig.commanded.push(unit),
+                None if is_effort(unit) => rig.unsaid.push(unit),
+                _ => {}
             }
         }
-        "rad" => said(Role::Angle, "its unit is that of an angle"),
-        "rad/s" => said(Role::AngleRate, "its unit is that of a rate"),
-        "m" => said(Role::Displacement, "its unit is that of a displacement"),
-        "m/s" => said(Role::Velocity, "its unit is that of a velocity"),
-        "m/s^2" => said(Role::Acceleration, "its unit is that of an acceleration"),
-        unit => said(Role::Unused, &format!("'{unit}' says nothing of motion")),
+        rig
     }
+
+    /// Side of a channel and who says so: the user before the name.
+    fn side(&self, channel: &Channel) -> Option<(Side, String)> {
+        if self.told.commands.contains(&channel.name) {
+            return Some((Side::Commanded, "you say that it is a command".into()));
+        }
+        if self.told.measured.contains(&channel.name) {
+            return Some((Side::Measured, "you say that it was measured".into()));
+        }
+        side(&channel.name).map(|(side, word)| {
+            let what = match side {
+                Side::Commanded => "is a command",
+                Side::Measured => "was measured",
+                Side::Computed => "was computed from other channels, so it is no measurement",
+            };
+            (side, format!("`{word}` in its name says that it {what}"))
+        })
+    }
+
+    fn guess(&self, channel: &Channel) -> Guess {
+        let (unit, side) = (channel.unit.as_str(), self.side(channel));
+        let said = |role, why: &str| Guess { role, why: why.to_owned() };
+        if unit == NOT_STATED {
+            return said(Role::Unknown, "its unit is not stated");
+        }
+        match (unit, side) {
+            (_, Some((Side::Computed, why))) => said(Role::Unused, &why),
+            ("-", Some((Side::Commanded, why))) => said(Role::Unknown, &format!("{why}, and its unit is of no force")),
+            ("A" | "V", side) => self.electric(channel, side),
+            ("N" | "N*m", side) => self.effort(channel, side),
+            (unit, side) => {
+                let Some((role, what)) = motion(unit) else {
+                    return said(Role::Unused, &format!("'{unit}' says nothing of motion"));
+                };
+                match side {
+                    Some((Side::Commanded, why)) if self.told.commands.contains(&channel.name) => {
+                        said(Role::Imposed, &why)
+                    }
+                    Some((Side::Commanded, why)) => {
+                        said(Role::Unused, &format!("{why}: of a loop, whose output is what drives the rig"))
+                    }
+                    _ => said(role, &format!("its unit is that of {what}")),
+                }
+            }
+        }
+    }
+
+    /// Current and voltage: one of them drives.
+    fn electric(&self, channel: &Channel, side: Option<(Side, String)>) -> Guess {
+        let unit = channel.unit.as_str();
+        let said = |role, why: String| Guess { role, why };
+        match side {
+            Some((Side::Commanded, why)) => said(Role::Command, why),
+            Some((_, why)) if !self.commanded.is_empty() || !self.unsaid.is_empty() => {
+                said(Role::Unused, format!("{why}, and another channel drives"))
+            }
+            Some((_, why)) => said(Role::Command, format!("{why}, and nothing else drives the rig")),
+            None if !self.commanded.is_empty() => said(Role::Unused, "another channel is the command".into()),
+            None if unit == "V" && self.unsaid.contains(&"A") => {
+                said(Role::Unused, "the current that was recorded beside it sets the torque".into())
+            }
+            None => said(Role::Command, "its unit is that of a drive's input".into()),
+        }
+    }
+
+    /// Force and torque: set or read.
+    fn effort(&self, channel: &Channel, side: Option<(Side, String)>) -> Guess {
+        let measured = if channel.unit == "N" { Role::Force } else { Role::Torque };
+        let said = |role, why: &str| Guess { role, why: why.to_owned() };
+        match side {
+            Some((Side::Commanded, why)) => said(Role::Command, &why),
+            Some((_, why)) => said(measured, &why),
+            None if is_held(channel) => said(Role::Command, "it is constant over stretches, as a command is"),
+            None if noise_share(channel) < NOISELESS_SHARE => {
+                said(Role::Command, "it has no noise of its own, as a command has none")
+            }
+            None if !self.commanded.is_empty() => {
+                said(measured, "another channel is the command, and this one is noisy")
+            }
+            None if self.unsaid.len() > 1 => {
+                said(Role::Command, "several forces or torques without a name that says they were measured")
+            }
+            None if self.moves => said(measured, "it is noisy and never held, as a measurement is"),
+            None => said(Role::Command, "nothing else drives the rig"),
+        }
+    }
+}
+
+/// What a unit says of motion.
+fn motion(unit: &str) -> Option<(Role, &'static str)> {
+    Some(match unit {
+        "rad" => (Role::Angle, "an angle"),
+        "rad/s" => (Role::AngleRate, "a rate"),
+        "m" => (Role::Displacement, "a displacement"),
+        "m/s" => (Role::Velocity, "a velocity"),
+        "m/s^2" => (Role::Acceleration, "an acceleration"),
+        _ => return None,
+    })
 }
 
 /// A rig with a measured force and no command is moved as commanded: its displacement is the input.
 fn impose(guesses: &mut [Guess]) {
     let has = |guesses: &[Guess], role| guesses.iter().any(|guess| guess.role == role);
-    if has(guesses, Role::Command) {
+    if has(guesses, Role::Command) || has(guesses, Role::Imposed) {
         return;
     }
     for (effort, motion) in [(Role::Force, Role::Displacement), (Role::Torque, Role::Angle)] {
@@ -166,8 +283,51 @@ mod tests {
         let noisy = channel("force", "N", (0..400).map(|k| stream.normal(k)).collect());
         let place = channel("place", "m", (0..400).map(|k| (k as f64 * 0.05).sin()).collect());
         let set = |channels: Vec<Channel>| vec![Recording { name: "x".into(), channels }];
-        let roles = |channels| guesses(&set(channels)).into_iter().map(|guess| guess.role).collect::<Vec<_>>();
+        let roles = |channels| {
+            guesses(&set(channels), &Told::default()).into_iter().map(|guess| guess.role).collect::<Vec<_>>()
+        };
         assert_eq!(roles(vec![held, place.clone()]), [Role::Command, Role::Displacement]);
         assert_eq!(roles(vec![place, noisy]), [Role::Imposed, Role::Force]);
+    }
+
+    fn roles(channels: Vec<Channel>, told: &Told) -> Vec<Role> {
+        let set = [Recording { name: "x".into(), channels }];
+        guesses(&set, told).into_iter().map(|guess| guess.role).collect()
+    }
+
+    fn noisy(name: &str, unit: &'static str) -> Channel {
+        let stream = Stream::new(3, name);
+        channel(name, unit, (0..400).map(|k| (k as f64 * 0.05).sin() + 0.1 * stream.normal(k)).collect())
+    }
+
+    #[test]
+    fn of_a_commanded_and_a_measured_effort_one_drives_the_rig() {
+        let of = |names: [(&str, &'static str); 3]| {
+            roles(names.into_iter().map(|(name, unit)| noisy(name, unit)).collect(), &Told::default())
+        };
+        use Role::{Angle, AngleRate, Command, Torque, Unused};
+        assert_eq!(of([("iq_ref", "A"), ("iq_meas", "A"), ("speed", "rad/s")]), [Command, Unused, AngleRate]);
+        assert_eq!(of([("current", "A"), ("bus_voltage", "V"), ("pos", "rad")]), [Command, Unused, Angle]);
+        assert_eq!(of([("tauCmd", "N*m"), ("tauFb", "N*m"), ("q", "rad")]), [Command, Torque, Angle]);
+        // a drive that logs its current alone: that is what turns it
+        assert_eq!(
+            of([("current_act", "A"), ("speed_ref", "rad/s"), ("speed", "rad/s")]),
+            [Command, Unused, AngleRate]
+        );
+    }
+
+    #[test]
+    fn the_user_is_believed_before_the_name() {
+        let channels = || vec![noisy("tau_cmd", "N*m"), noisy("tau_meas", "N*m"), noisy("q", "rad")];
+        let told = Told { commands: vec!["tau_meas".into()], measured: vec!["tau_cmd".into()] };
+        assert_eq!(roles(channels(), &told), [Role::Torque, Role::Command, Role::Angle]);
+        let imposed = Told { commands: vec!["q".into()], ..Told::default() };
+        assert_eq!(roles(channels(), &imposed)[2], Role::Imposed);
+    }
+
+    #[test]
+    fn a_channel_without_a_unit_is_asked_about() {
+        let channels = vec![noisy("thruster_cmd", "-"), noisy("w", NOT_STATED), noisy("q", "rad")];
+        assert_eq!(roles(channels, &Told::default()), [Role::Unknown, Role::Unknown, Role::Angle]);
     }
 }

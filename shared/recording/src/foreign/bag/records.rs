@@ -1,7 +1,7 @@
 //! The records of a ROS 1 bag: a header of `name=value` fields, then data. Chunks hold records.
 
+use super::super::damaged::Damaged;
 use super::super::input::Input;
-use super::super::unpack::Budget;
 use crate::error::RecordingError;
 use crate::file_name;
 use crate::messages::STAMPS_NS;
@@ -35,7 +35,7 @@ pub(super) fn walk(path: &Path, visit: Visitor<'_>) -> Result<Vec<String>, Recor
             cure: "older bags are brought to this version by `rosbag fix`".into(),
         });
     }
-    let mut walk = Walk { budget: Budget::new(input.size), visit, damaged: 0, first_damage: String::new() };
+    let mut walk = Walk { damaged: Damaged::new(input.size), visit };
     let mut notes = Vec::new();
     while input.left() > 0 {
         let start = input.offset;
@@ -49,9 +49,7 @@ pub(super) fn walk(path: &Path, visit: Visitor<'_>) -> Result<Vec<String>, Recor
             walk.record(&head, &data, start);
         }
     }
-    if walk.damaged > 0 {
-        notes.push(format!("{} records are damaged and left out; the first: {}", walk.damaged, walk.first_damage));
-    }
+    notes.extend(walk.damaged.note());
     Ok(notes)
 }
 
@@ -100,27 +98,18 @@ fn text<'a>(head: &'a [u8], name: &str) -> Option<&'a str> {
 }
 
 struct Walk<'v> {
-    budget: Budget,
+    damaged: Damaged,
     visit: Visitor<'v>,
-    damaged: u64,
-    first_damage: String,
 }
 
 impl Walk<'_> {
-    fn damage(&mut self, offset: u64, reason: &str) {
-        if self.damaged == 0 {
-            self.first_damage = format!("byte {offset}: {reason}");
-        }
-        self.damaged += 1;
-    }
-
     fn chunk(&mut self, head: &[u8], data: &[u8], offset: u64) {
         let (Some(compression), Some(size)) = (text(head, "compression"), field(head, "size").and_then(word)) else {
-            return self.damage(offset, "a chunk without compression and size");
+            return self.damaged.add(offset, "a chunk without compression and size");
         };
-        match self.budget.unpack(compression, data, u64::from(size)) {
+        match self.damaged.budget.unpack(compression, data, u64::from(size)) {
             Ok(content) => self.content(&content, offset),
-            Err(reason) => self.damage(offset, &reason),
+            Err(reason) => self.damaged.add(offset, &reason),
         }
     }
 
@@ -129,7 +118,7 @@ impl Walk<'_> {
             let Some((head, data, behind)) =
                 split(rest).and_then(|(head, rest)| split(rest).map(|(data, behind)| (head, data, behind)))
             else {
-                return self.damage(offset, "the chunk ends inside a record");
+                return self.damaged.add(offset, "the chunk ends inside a record");
             };
             self.record(head, data, offset);
             rest = behind;
@@ -140,14 +129,14 @@ impl Walk<'_> {
         match op(head) {
             Some(OP_MESSAGE) => match message(head, data) {
                 Some(item) => (self.visit)(item),
-                None => self.damage(offset, "a message without connection and time"),
+                None => self.damaged.add(offset, "a message without connection and time"),
             },
             Some(OP_CONNECTION) => match connection(head, data) {
                 Some(item) => (self.visit)(item),
-                None => self.damage(offset, "a connection without number, topic, type and definition"),
+                None => self.damaged.add(offset, "a connection without number, topic, type and definition"),
             },
             Some(_) => {}
-            None => self.damage(offset, "a record without `op`"),
+            None => self.damaged.add(offset, "a record without `op`"),
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The records of an MCAP file, one by one. A chunk that is damaged is left out; behind a record
 //! that is cut nothing is read.
 
+use super::super::damaged::Damaged;
 use super::super::input::Input;
-use super::super::unpack::Budget;
 use crate::error::RecordingError;
 use crate::file_name;
 use core::ops::ControlFlow;
@@ -37,7 +37,7 @@ pub(super) fn walk(path: &Path, visit: Visitor<'_>) -> Result<Vec<String>, Recor
             cure: "check the path, or copy the file again".into(),
         });
     }
-    let mut walk = Walk { budget: Budget::new(input.size), visit, damaged: 0, first_damage: String::new() };
+    let mut walk = Walk { damaged: Damaged::new(input.size), visit };
     let mut notes = Vec::new();
     let mut crc = crc32fast::Hasher::new();
     crc.update(mcap::MAGIC);
@@ -70,9 +70,7 @@ pub(super) fn walk(path: &Path, visit: Visitor<'_>) -> Result<Vec<String>, Recor
             break;
         }
     }
-    if walk.damaged > 0 {
-        notes.push(format!("{} records are damaged and left out; the first: {}", walk.damaged, walk.first_damage));
-    }
+    notes.extend(walk.damaged.note());
     Ok(notes)
 }
 
@@ -88,20 +86,11 @@ fn is_read(opcode: u8) -> bool {
 }
 
 struct Walk<'v> {
-    budget: Budget,
+    damaged: Damaged,
     visit: Visitor<'v>,
-    damaged: u64,
-    first_damage: String,
 }
 
 impl Walk<'_> {
-    fn damage(&mut self, offset: u64, reason: &str) {
-        if self.damaged == 0 {
-            self.first_damage = format!("byte {offset}: {reason}");
-        }
-        self.damaged += 1;
-    }
-
     fn top(&mut self, opcode: u8, body: &[u8], offset: u64) -> ControlFlow<()> {
         if opcode == op::CHUNK { self.chunk(body, offset) } else { self.record(opcode, body, offset) }
     }
@@ -111,19 +100,19 @@ impl Walk<'_> {
             Ok(Record::Chunk { header, data }) => (header, data),
             Ok(_) => return ControlFlow::Continue(()),
             Err(error) => {
-                self.damage(offset, &error.to_string());
+                self.damaged.add(offset, &error.to_string());
                 return ControlFlow::Continue(());
             }
         };
-        let content = match self.budget.unpack(&header.compression, &data, header.uncompressed_size) {
+        let content = match self.damaged.budget.unpack(&header.compression, &data, header.uncompressed_size) {
             Ok(content) => content,
             Err(reason) => {
-                self.damage(offset, &reason);
+                self.damaged.add(offset, &reason);
                 return ControlFlow::Continue(());
             }
         };
         if header.uncompressed_crc != 0 && header.uncompressed_crc != crc32(&content) {
-            self.damage(offset, "the chunk does not have the CRC it states");
+            self.damaged.add(offset, "the chunk does not have the CRC it states");
             return ControlFlow::Continue(());
         }
         self.content(&content, offset)
@@ -138,7 +127,7 @@ impl Walk<'_> {
             rest = behind;
         }
         if !rest.is_empty() {
-            self.damage(offset, "the chunk ends inside a record");
+            self.damaged.add(offset, "the chunk ends inside a record");
         }
         ControlFlow::Continue(())
     }
@@ -163,7 +152,7 @@ impl Walk<'_> {
             }
             Ok(_) => ControlFlow::Continue(()),
             Err(error) => {
-                self.damage(offset, &error.to_string());
+                self.damaged.add(offset, &error.to_string());
                 ControlFlow::Continue(())
             }
         }
