@@ -30,6 +30,7 @@
 //! |---|---|
 //! | `identifier` | the identifier in flight: samples in, modes out |
 //! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
+//! | `pairs` | covariances of a stationary record with samples missing |
 //! | `decimation` | half the sample rate behind an anti-alias filter |
 //! | `onset` | a jump in the motion ends a segment |
 //! | `ssi_cov`, `weighting` | covariance-driven subspace identification, all orders at once |
@@ -59,6 +60,7 @@ pub mod maximum_likelihood;
 pub mod methods;
 pub mod model_order;
 pub mod onset;
+pub mod pairs;
 mod participation;
 pub mod po_moesp;
 mod projection;
