@@ -6,8 +6,8 @@
 //! stationary record tones are found and taken out ([`crate::tones`]), and the modes identified from
 //! the rest.
 
-use crate::mac::{modal_phase_collinearity, normalised};
 use crate::identifier::{Config, ModalError, ModalIdentifier, identify_by_pairs};
+use crate::mac::{modal_phase_collinearity, normalised};
 use crate::onset::OnsetGate;
 use crate::record::Record;
 use crate::selection::{Mode, Selection};
@@ -64,26 +64,23 @@ pub fn identify(record: &Record, delays_s: &[f64], config: &Config) -> Result<Op
         with_complex_shapes(selection, values, evidence, config, &left_s)
     };
     let mut selection = identified(values)?;
-    let mut found = Operational {
-        modes: Vec::new(),
-        tones: Vec::new(),
-        rejected: Vec::new(),
-        evidence,
-        transient,
-        rest: None,
-    };
+    let mut found =
+        Operational { modes: Vec::new(), tones: Vec::new(), rejected: Vec::new(), evidence, transient, rest: None };
     if !transient {
         let mut search = ToneSearch::new(values, record.channels, record.sample_rate_hz);
         for _ in 0..ROUNDS {
             let mut taken = search.steady();
             if taken == 0 {
                 taken = selection.modes.iter().filter(|mode| search.wandering(mode)).count();
+                let modes_hz: Vec<f64> = selection.modes.iter().map(|mode| mode.frequency_hz).collect();
+                taken += search.wandering_peaks(&modes_hz);
             }
             if taken == 0 {
                 break;
             }
             selection = identified(search.rest())?;
         }
+        search.join_side_bands();
         let hidden = |mode: &Mode| search.tones.iter().any(|tone| hides(tone, mode));
         for mode in selection.modes.extract_if(.., |mode| hidden(mode)) {
             selection.rejected.push(rejected(&mode, Rejection::HiddenByTone));
@@ -92,7 +89,6 @@ pub fn identify(record: &Record, delays_s: &[f64], config: &Config) -> Result<Op
             found.rest = Some(search.rest().to_vec());
         }
         found.tones = search.tones;
-        found.tones.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     }
     (found.modes, found.rejected) = (selection.modes, selection.rejected);
     Ok(found)
@@ -137,8 +133,10 @@ fn selection(values: &[f64], evidence: Evidence, config: &Config) -> Result<Sele
 
 /// Pairs where windows would lose more than [`LOST_SHARE_MAX`] of the record.
 fn evidence(values: &[f64], config: &Config) -> Evidence {
-    let broken: Vec<bool> = values.chunks_exact(config.channels).map(|row| row.iter().any(|y| !y.is_finite())).collect();
-    let gaps = broken.windows(2).filter(|pair| pair[1] && !pair[0]).count() + usize::from(broken.first() == Some(&true));
+    let broken: Vec<bool> =
+        values.chunks_exact(config.channels).map(|row| row.iter().any(|y| !y.is_finite())).collect();
+    let gaps =
+        broken.windows(2).filter(|pair| pair[1] && !pair[0]).count() + usize::from(broken.first() == Some(&true));
     // Of the slowest rate, a window and a filter that fills again.
     let lost = gaps * (2 * config.block_rows << config.halvings);
     if lost as f64 > LOST_SHARE_MAX * broken.len() as f64 { Evidence::Pairs } else { Evidence::Windows }

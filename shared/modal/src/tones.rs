@@ -20,15 +20,28 @@ use faer::c64;
 use fourier::{transform, turn};
 use narrow_band::{HALF_CELLS, HALF_CELLS_MIN, NarrowBand};
 
+use crate::mac::modal_assurance_criterion;
 use crate::selection::Mode;
 
-/// Height of a line above its neighbourhood from which it is a candidate: of noise
-/// `(1 + 2 · 15 / 20)^(−10)`, 1e-4 of the cells.
-const CANDIDATE_RATIO: f64 = 15.0;
+/// Height of a line above its neighbourhood from which it is a candidate. A line of the power of a
+/// mode stands πζfT above the mode's peak; noise passes `(1 + 2 · 7 / 20)^(−10)`, 0.5 % of cells.
+const CANDIDATE_RATIO: f64 = 7.0;
 /// Cells of the neighbourhood, on either side.
 const NEIGHBOURS: std::ops::RangeInclusive<usize> = 3..=10;
 /// Candidates examined at most, the highest first.
-const CANDIDATES_MAX: usize = 24;
+const CANDIDATES_MAX: usize = 40;
+/// Distance of lines that the record does not resolve: the width of the Hann window's peak.
+const REMAINDER_CELLS: f64 = 2.0;
+/// Lines of one shape this near to each other, relative to their frequency, and as many of them are
+/// the side bands of one tone whose frequency wanders.
+const SIDE_BANDS: (f64, usize) = (0.03, 3);
+/// Least assurance criterion of side bands of one tone.
+const SIDE_BAND_MAC: f64 = 0.9;
+/// Half band of a peak of the smoothed spectrum, relative to its frequency: a wheel that wanders by
+/// two percent.
+const WANDER_SHARE: f64 = 0.025;
+/// Height of such a peak above the median around it.
+const WANDER_RATIO: f64 = 8.0;
 /// Tones taken out at most.
 const TONES_MAX: usize = 32;
 /// Half band of the envelope of a mode, in its half widths: holds 96 % of its power.
@@ -177,6 +190,11 @@ impl ToneSearch {
         let amplitudes = self.subtract(&phases);
         let cell_hz = 1.0 / self.samples.duration_s();
         for (frequency_hz, amplitude) in lines_hz.iter().zip(amplitudes) {
+            // What an error of its frequency left of a line before is no other line.
+            let known = |tone: &Tone| (tone.frequency_hz - frequency_hz).abs() < REMAINDER_CELLS * cell_hz;
+            if self.tones.iter().any(known) {
+                continue;
+            }
             let sigma_frequency_hz = self.line_deviation(*frequency_hz, &amplitude);
             self.tones.push(Tone {
                 frequency_hz: *frequency_hz,
@@ -255,23 +273,93 @@ impl ToneSearch {
 
     /// Whether what was taken for this mode is a tone that wanders; then it is taken out.
     pub fn wandering(&mut self, mode: &Mode) -> bool {
-        let duration_s = self.samples.duration_s();
-        let cells = mode.damping_ratio * mode.frequency_hz * duration_s;
+        let cells = mode.damping_ratio * mode.frequency_hz * self.samples.duration_s();
         let sigma = mode.sigma_damping / mode.damping_ratio * cells;
-        let room = (0.5 * mode.frequency_hz).min(0.25 * (0.5 * self.samples.rate_hz - mode.frequency_hz)) * duration_s;
-        let half_cells = (ENVELOPE_WIDTHS * cells).min(room) as usize;
-        if !(HALF_CELLS_MIN..=ENVELOPE_CELLS_MAX).contains(&half_cells) {
-            return false;
-        }
+        let Some(half_cells) = self.wide_band(mode.frequency_hz, ENVELOPE_WIDTHS * cells) else { return false };
         let variances = self.samples.variances();
         let of = |(psi, variance): (&c64, &f64)| if *variance > 0.0 { psi.conj() / *variance } else { *psi * 0.0 };
         let weights: Vec<c64> = mode.mode_shape.iter().zip(&variances).map(of).collect();
         let envelope = self.samples.envelope(&weights, mode.frequency_hz, half_cells);
-        if !constant_envelope::is_constant(&envelope, cells, sigma) {
-            return false;
+        let found = constant_envelope::is_constant(&envelope, cells, sigma);
+        if found {
+            self.take_out_along(mode.frequency_hz, &envelope);
         }
-        self.take_out_along(mode.frequency_hz, &envelope);
-        true
+        found
+    }
+
+    /// Tones that wander and were taken for no mode: peaks of the smoothed spectrum away from
+    /// `modes_hz` with an envelope more constant than that of a mode as wide. How many were taken
+    /// out.
+    pub fn wandering_peaks(&mut self, modes_hz: &[f64]) -> usize {
+        let (power, per_cell) = self.periodogram();
+        let per_hz = per_cell * self.samples.duration_s();
+        let mut sums = vec![0.0];
+        power.iter().for_each(|p| sums.push(sums[sums.len() - 1] + p));
+        let mean = |from: f64, to: f64| {
+            let (a, b) = ((from * per_hz) as usize, ((to * per_hz) as usize).min(power.len()));
+            if b > a { (sums[b] - sums[a]) / (b - a) as f64 } else { 0.0 }
+        };
+        let near = |f: f64| mean(f * (1.0 - WANDER_SHARE), f * (1.0 + WANDER_SHARE));
+        let grid = |lowest: f64, highest: f64| {
+            let steps = (libm::log(highest / lowest) / (0.5 * WANDER_SHARE)) as usize;
+            (0..=steps).map(move |k| lowest * libm::exp(0.5 * WANDER_SHARE * k as f64)).collect::<Vec<f64>>()
+        };
+        let all = grid(2.0 * HALF_CELLS as f64 / self.samples.duration_s(), 0.45 * self.samples.rate_hz);
+        let levels: Vec<f64> = all.iter().map(|f| near(*f)).collect();
+        let mut taken = 0;
+        for k in 8..all.len().saturating_sub(8) {
+            let (f, level) = (all[k], levels[k]);
+            let mut around: Vec<f64> = [&levels[k - 8..k - 3], &levels[k + 4..k + 9]].concat();
+            around.sort_by(f64::total_cmp);
+            let stands_out = level > WANDER_RATIO * around[around.len() / 2];
+            let is_peak = level >= levels[k - 1] && level >= levels[k + 1];
+            let of_a_mode = modes_hz.iter().any(|mode| (f / mode - 1.0).abs() < 2.0 * WANDER_SHARE);
+            if stands_out && is_peak && !of_a_mode && self.wandering_peak(f) {
+                taken += 1;
+            }
+        }
+        taken
+    }
+
+    fn wandering_peak(&mut self, frequency_hz: f64) -> bool {
+        let duration_s = self.samples.duration_s();
+        let Some(half_cells) = self.wide_band(frequency_hz, 2.0 * WANDER_SHARE * frequency_hz * duration_s) else {
+            return false;
+        };
+        let envelope = self.samples.envelope(&self.samples.weights(frequency_hz), frequency_hz, half_cells);
+        let cells = constant_envelope::half_width(&envelope);
+        let found = constant_envelope::is_constant(&envelope, cells, 0.3 * cells);
+        if found {
+            self.take_out_along(frequency_hz, &envelope);
+        }
+        found
+    }
+
+    /// Half a band of so many cells, if it stays clear of zero and the Nyquist frequency.
+    fn wide_band(&self, frequency_hz: f64, cells: f64) -> Option<usize> {
+        let room = (0.5 * frequency_hz).min(0.25 * (0.5 * self.samples.rate_hz - frequency_hz));
+        let half_cells = cells.min(room * self.samples.duration_s()) as usize;
+        (HALF_CELLS_MIN..=ENVELOPE_CELLS_MAX).contains(&half_cells).then_some(half_cells)
+    }
+
+    /// Side bands of one tone become that tone.
+    pub fn join_side_bands(&mut self) {
+        self.tones.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        let mut groups: Vec<Vec<Tone>> = Vec::new();
+        for tone in self.tones.drain(..) {
+            let belongs = |other: &Tone| {
+                tone.frequency_hz - other.frequency_hz < SIDE_BANDS.0 * tone.frequency_hz
+                    && modal_assurance_criterion(&tone.amplitude, &other.amplitude) > SIDE_BAND_MAC
+            };
+            match groups.iter_mut().find(|group| group.iter().any(belongs)) {
+                Some(group) => group.push(tone),
+                None => groups.push(vec![tone]),
+            }
+        }
+        for group in groups {
+            if group.len() < SIDE_BANDS.1 { self.tones.extend(group) } else { self.tones.push(joined(&group)) }
+        }
+        self.tones.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     }
 
     /// Takes out a line whose phase is that of the envelope.
@@ -305,6 +393,25 @@ impl ToneSearch {
             amplitude,
             hides_hz: wander_hz + 2.0 / duration_s,
         });
+    }
+}
+
+/// One tone of several side bands: mean frequency and wander by their power.
+fn joined(group: &[Tone]) -> Tone {
+    let power = |tone: &Tone| tone.amplitude.iter().map(c64::norm_sqr).sum::<f64>();
+    let total: f64 = group.iter().map(power).sum();
+    let mean = group.iter().map(|tone| power(tone) * tone.frequency_hz).sum::<f64>() / total;
+    let spread = |tone: &Tone| power(tone) * (tone.frequency_hz - mean) * (tone.frequency_hz - mean);
+    let wander_hz = (2.0 * group.iter().map(spread).sum::<f64>() / total).sqrt();
+    let strongest = group.iter().max_by(|a, b| power(a).total_cmp(&power(b))).expect("a group has members");
+    let scale = (total / power(strongest)).sqrt();
+    let ends = group.iter().map(|tone| (tone.frequency_hz - mean).abs()).fold(0.0, f64::max);
+    Tone {
+        frequency_hz: mean,
+        sigma_frequency_hz: wander_hz / (group.len() as f64).sqrt(),
+        wander_hz,
+        amplitude: strongest.amplitude.iter().map(|a| *a * scale).collect(),
+        hides_hz: ends + strongest.hides_hz,
     }
 }
 

@@ -104,7 +104,8 @@ impl Samples {
             .collect();
         let value = |j: usize| {
             let centre = (j as f64 + 0.5) * apart;
-            let (from, to) = ((centre - 2.0 * apart).max(0.0) as usize, ((centre + 2.0 * apart) as usize).min(rows - 1));
+            let (from, to) =
+                ((centre - 2.0 * apart).max(0.0) as usize, ((centre + 2.0 * apart) as usize).min(rows - 1));
             let (mut sum, mut total) = (c64::new(0.0, 0.0), 0.0);
             for (t, (y, present)) in demodulated.iter().enumerate().take(to + 1).skip(from) {
                 let w = 0.5 * (1.0 + libm::cos(0.5 * PI * ((t as f64 + 0.5 - centre) / apart).clamp(-2.0, 2.0)));

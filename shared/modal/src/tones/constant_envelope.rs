@@ -27,6 +27,22 @@ pub(super) fn is_constant(envelope: &[c64], cells: f64, sigma_cells: f64) -> boo
     })
 }
 
+/// Half width in cells of the mode whose spectrum is as wide: of a Lorentzian seen in a periodogram
+/// `(Σ I)² / Σ I² = π g`, half of `2π g` because a line of it has twice its mean square.
+pub(super) fn half_width(envelope: &[c64]) -> f64 {
+    let n = envelope.len();
+    let power = |k: usize| {
+        let phase = |j: usize| super::fourier::turn(-TAU * (j * k % n) as f64 / n as f64);
+        envelope.iter().enumerate().fold(c64::new(0.0, 0.0), |sum, (j, y)| sum + *y * phase(j)).norm_sqr()
+    };
+    let (mut first, mut second) = (0.0, 0.0);
+    for p in (0..n).map(power) {
+        first += p;
+        second += p * p;
+    }
+    if second > 0.0 { first * first / second / core::f64::consts::PI } else { 1.0 }
+}
+
 /// `E|a|⁴ / (E|a|²)²`.
 fn kurtosis(envelope: &[c64]) -> f64 {
     let (mut second, mut fourth) = (0.0, 0.0);

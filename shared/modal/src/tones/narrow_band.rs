@@ -23,9 +23,13 @@ pub(super) const HALF_CELLS: usize = 24;
 pub(super) const HALF_CELLS_MIN: usize = 6;
 /// ζωT of the most persistent motion that is called a mode: its envelope changes three times.
 const LEAST_FORGETTING: f64 = 3.0;
-/// Simulated records of a mode, none of which may gain as much by lines: each of the two numbers
-/// of lines is accepted by chance in fewer than 1 of 1500, p < 1.4e-3 together.
-const SIMULATIONS: u64 = 1500;
+/// Probability that a mode is taken for one line, and for two.
+const CHANCE: f64 = 1.0 / 1500.0;
+/// Simulated modes whose gains show their tail: twenty above the start of it, its scale to a
+/// quarter.
+const FIRST_SIMULATIONS: usize = 200;
+/// A tail this far below the chance asked for is below it with a scale wrong by a third, too.
+const CLEAR_SHARE: f64 = 0.1;
 /// Largest change of a tone's amplitude over the record, as a logarithm. A decay that is not told
 /// from a mode by its skirt, ζωT < 3, falls by more unless it hardly falls at all.
 const GROWTH_MAX: f64 = 0.2;
@@ -77,7 +81,8 @@ impl NarrowBand {
         while widths[widths.len() - 1] < half_cells as f64 {
             widths.push(widths[widths.len() - 1] * WIDTH_RATIO);
         }
-        let shape = |width: &f64| (0..=3 * FINE * half_cells).map(|x| tapered(*width, x as f64 / FINE as f64)).collect();
+        let shape =
+            |width: &f64| (0..=3 * FINE * half_cells).map(|x| tapered(*width, x as f64 / FINE as f64)).collect();
         Self {
             half_cells,
             taper: (0..count).map(|j| hann(j, count)).collect(),
@@ -90,33 +95,43 @@ impl NarrowBand {
     /// The lines that stand in the band, if a mode does not explain it.
     pub fn lines(&self, envelope: &[c64]) -> Option<Vec<Line>> {
         let before = self.fit(&self.periodogram(envelope));
-        let gains = self.gains(envelope, before);
-        let mut random = Seeded::new(0x70E5);
-        let mut beaten = [false; LINES_MAX];
-        for _ in 0..SIMULATIONS {
-            let simulated = self.simulate(before, &mut random);
-            let by_chance = self.gains(&simulated, self.fit(&self.periodogram(&simulated)));
-            for (beaten, (chance, gain)) in beaten.iter_mut().zip(by_chance.iter().zip(&gains)) {
-                *beaten |= chance >= gain;
-            }
-            if beaten.iter().all(|beaten| *beaten) {
-                return None;
-            }
-        }
-        let fewest = beaten.iter().position(|beaten| !beaten)? + 1;
-        let lines = self.best_lines(envelope, fewest);
+        let count = (1..=LINES_MAX).find(|count| self.is_unlikely(envelope, before, *count))?;
+        let lines = self.best_lines(envelope, count);
         let steady = lines.iter().all(|line| line.growth.abs() < GROWTH_MAX);
         steady.then_some(lines)
     }
 
-    /// What one, two … lines gain in log-likelihood.
-    fn gains(&self, envelope: &[c64], before: Fit) -> [f64; LINES_MAX] {
-        let mut gains = [0.0; LINES_MAX];
-        for (count, gain) in gains.iter_mut().enumerate() {
-            let rest = without(envelope, &self.best_lines(envelope, count + 1));
-            *gain = self.fit(&self.periodogram(&rest)).log_likelihood - before.log_likelihood;
+    /// Whether a mode as fitted gains as much by so many lines with a probability below
+    /// [`CHANCE`]: by the exponential tail of the gains of simulated modes where that is clear, by
+    /// their number otherwise.
+    fn is_unlikely(&self, envelope: &[c64], before: Fit, count: usize) -> bool {
+        let gain = self.gain(envelope, before, count);
+        let mut random = Seeded::new(0x70E5);
+        let mut gains: Vec<f64> = Vec::new();
+        while (gains.len() as f64) < 1.0 / CHANCE {
+            let simulated = self.simulate(before, &mut random);
+            let chance = self.gain(&simulated, self.fit(&self.periodogram(&simulated)), count);
+            if chance >= gain {
+                return false;
+            }
+            gains.push(chance);
+            if gains.len() == FIRST_SIMULATIONS {
+                gains.sort_by(f64::total_cmp);
+                let start = gains[9 * FIRST_SIMULATIONS / 10];
+                let excess = gains[9 * FIRST_SIMULATIONS / 10..].iter().map(|g| g - start).sum::<f64>();
+                let mean = excess / (FIRST_SIMULATIONS / 10) as f64;
+                if 0.1 * libm::exp(-(gain - start) / mean) < CLEAR_SHARE * CHANCE {
+                    return true;
+                }
+            }
         }
-        gains
+        true
+    }
+
+    /// What so many lines gain in log-likelihood.
+    fn gain(&self, envelope: &[c64], before: Fit, count: usize) -> f64 {
+        let rest = without(envelope, &self.best_lines(envelope, count));
+        self.fit(&self.periodogram(&rest)).log_likelihood - before.log_likelihood
     }
 
     /// Power per cell, the gain of the envelope taken out.
