@@ -83,7 +83,8 @@ fn units_are_stated(recording: &Recording, plant: &Plant) -> Result<(), Failure>
 
 /// BLAKE3 of a file.
 pub fn digest_of(path: &Path) -> String {
-    std::fs::read(path).map(|bytes| blake3::hash(&bytes).to_hex().to_string()).unwrap_or_default()
+    let digest = |file| blake3::Hasher::new().update_reader(file).map(|hasher| hasher.finalize().to_hex().to_string());
+    std::fs::File::open(path).and_then(digest).unwrap_or_default()
 }
 
 fn loaded(path: &Path, imported: Imported, plant: Option<&Plant>) -> Result<Vec<Loaded>, Failure> {

@@ -24,7 +24,9 @@
 #![forbid(unsafe_code)]
 
 mod channel;
+mod even_clock;
 mod uniform;
 
 pub use channel::{Channel, GAP_MEDIANS, IRREGULAR_GAP_MEDIANS, IRREGULAR_SHARE, Recording, Role, same_unit};
+pub use even_clock::{EvenClock, Stamps};
 pub use uniform::{Uniform, common_grid, interpolate};

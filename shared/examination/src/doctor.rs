@@ -19,7 +19,9 @@ mod feedback;
 mod kinship;
 mod levels;
 pub mod quantity;
+mod sampling;
 pub mod segments;
+mod stretch;
 #[cfg(test)]
 mod tests;
 
@@ -47,6 +49,8 @@ pub enum Check {
     IrregularTime,
     /// Sources of different rate.
     Rate,
+    /// A channel that is logged faster than it is updated.
+    Held,
     /// Steps that are the plant's in another unit of time.
     TimeUnit,
     Constant,
@@ -60,6 +64,8 @@ pub enum Check {
     Aliasing,
     NoiseLevel,
     Lag,
+    /// A channel that is later than others of its quantity.
+    Delay,
     ClockSkew,
     Units,
     Sign,
@@ -158,8 +164,8 @@ pub fn examine_with(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec
     let mut findings = clock::examine(recording);
     let mut runs = clock::runs(recording);
     let size = |r: &Recording| r.channels.iter().map(|c| c.value.len()).sum::<usize>();
-    runs.sort_by_key(|r| core::cmp::Reverse(size(r)));
-    let (count, all) = (runs.len(), runs.iter().map(size).sum::<usize>().max(1) as f64);
+    runs.sort_by_key(|run| core::cmp::Reverse(size(run)));
+    let (count, all) = (runs.len(), runs.iter().map(|run| size(run)).sum::<usize>().max(1) as f64);
     let mut done = 0.0;
     for run in &runs {
         let own = size(run) as f64;
@@ -187,27 +193,31 @@ pub fn in_order(mut findings: Vec<Finding>) -> Vec<Finding> {
 }
 
 fn examine_run(run: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
-    let mut findings = levels::examine(run);
+    let mut findings = levels::examine(run, &mut |share| progress(0.25 * share));
     let (unwrapped, wraps) = levels::unwrap_angles(run);
     findings.extend(wraps);
     let dead: Vec<String> = findings.iter().filter(|f| f.check == Check::Constant).map(|f| f.channel.clone()).collect();
-    let live = Recording {
-        name: unwrapped.name.clone(),
-        channels: unwrapped.channels.into_iter().filter(|c| !dead.contains(&c.name)).collect(),
-    };
-    progress(0.02);
-    let derived = derived::examine(&live, &mut |share| progress(0.02 + 0.38 * share));
+    let mut live = unwrapped;
+    if !dead.is_empty() {
+        live.to_mut().channels.retain(|c| !dead.contains(&c.name));
+    }
+    let seen = stretch::liveliest(&live);
+    progress(0.3);
+    let derived = derived::examine(&seen, &mut |share| progress(0.3 + 0.25 * share));
     let pairs: Vec<(String, String)> =
         derived.iter().flat_map(|f| f.others.iter().map(|o| (f.channel.clone(), o.clone()))).collect();
-    findings.extend(content::examine(&live));
+    findings.extend(content::examine(&seen));
     findings.extend(derived);
-    progress(0.45);
-    findings.extend(kinship::examine(&live, &pairs, &mut |share| progress(0.45 + 0.25 * share)));
-    findings.extend(axes::examine(&live));
+    progress(0.6);
+    findings.extend(kinship::examine(&seen, &pairs, &mut |share| progress(0.6 + 0.1 * share)));
+    findings.extend(axes::examine(&seen));
+    let held: Vec<String> = findings.iter().filter(|f| f.check == Check::Held).map(|f| f.channel.clone()).collect();
+    findings.extend(sampling::late(&seen, &held));
     progress(0.75);
-    findings.extend(feedback::examine(&live));
-    progress(0.9);
-    findings.extend(excitation::examine(&live));
+    findings.extend(feedback::examine(&seen));
+    progress(0.8);
+    findings.extend(excitation::examine(&seen));
+    progress(0.85);
     findings.extend(segments::examine(&live));
     progress(1.0);
     findings

@@ -22,8 +22,13 @@
 
 #![forbid(unsafe_code)]
 
+pub mod clipping;
 pub mod compare;
+pub mod delay;
 pub mod doctor;
+pub mod held;
+mod lattice;
+pub mod missing;
 #[cfg(test)]
 #[path = "../../identification/src/noise.rs"]
 mod noise;

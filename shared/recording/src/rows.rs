@@ -2,16 +2,17 @@
 //!
 //! Every cell there and one rate: a [`Table`]. A cell left empty, or an uneven sampling: channels
 //! with sample times of their own ([`SeriesSet`]). Time that starts again: [`Segments`]. A
-//! frequency axis: a [`Spectrum`]. Time that runs back into the record and two values of one
-//! channel at one time are rejected.
+//! frequency axis: a [`Spectrum`]. Stamps that are coarser than an even clock, or those of packets,
+//! give way to that clock. Time that runs back into the record and two values of one channel at one
+//! time are rejected.
 
 use crate::Imported;
-use crate::error::{Place, RecordingError};
+use crate::error::{Place, RecordingError, rounded};
 use crate::series::{NOT_ONE_RATE, Restart, Segments, SeriesSet, restarted};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
-use crate::timing::{Timing, check_extent, examine};
-use channels::Channel;
+use crate::timing::{Timing, check_extent, examine, is_unsteady};
+use channels::{Channel, EvenClock, Stamps};
 use core::ops::Range;
 
 /// What the first column counts.
@@ -37,6 +38,10 @@ pub(crate) struct Rows {
     /// Row at which each recording of the file begins.
     starts: Vec<usize>,
     duplicates: u64,
+    /// Rows with the time of the row before that add nothing to it.
+    repeated: Vec<usize>,
+    /// The first of them that contradicts the row before.
+    conflict: Option<RecordingError>,
 }
 
 impl Rows {
@@ -54,6 +59,8 @@ impl Rows {
             lines: Vec::new(),
             starts: vec![0],
             duplicates: 0,
+            repeated: Vec::new(),
+            conflict: None,
         }
     }
 
@@ -97,16 +104,23 @@ impl Rows {
         }
         match (self.axis, self.first.last().copied()) {
             (Axis::Frequency, before) => self.check_frequency(line, before, row[0])?,
-            (Axis::Time, Some(before)) if row[0] == before => return self.same_time(line, row),
+            (Axis::Time, Some(before)) if row[0] == before => {
+                self.same_time(line, row);
+                return Ok(());
+            }
             (Axis::Time, Some(before)) if row[0] < before => self.time_back(line, before, row[0])?,
             (Axis::Time, _) => {}
         }
+        self.add(line, row);
+        Ok(())
+    }
+
+    fn add(&mut self, line: u64, row: &[f64]) {
         self.first.push(row[0]);
         self.lines.push(line);
         for (values, value) in self.values.iter_mut().zip(&row[1..]) {
             values.push(*value);
         }
-        Ok(())
     }
 
     fn check_frequency(&self, line: u64, before: Option<f64>, value: f64) -> Result<(), RecordingError> {
@@ -134,32 +148,74 @@ impl Rows {
         Ok(())
     }
 
-    /// A row at the time of the one before fills its empty cells; the same row again is dropped and
-    /// counted; another value at the same time is a contradiction.
-    fn same_time(&mut self, line: u64, row: &[f64]) -> Result<(), RecordingError> {
+    /// A row at the time of the one before fills its empty cells. The same row again, and another
+    /// value at the same time, wait for the clock to tell what they are.
+    fn same_time(&mut self, line: u64, row: &[f64]) {
         let last = self.count() - 1;
-        let mut added = false;
-        for (i, value) in row[1..].iter().enumerate() {
-            let first = self.values[i][last];
-            if first.is_nan() {
-                added |= !value.is_nan();
-                self.values[i][last] = *value;
-            } else if !value.is_nan() && first != *value {
-                return Err(RecordingError::TimeConflict {
-                    place: self.place(line, i + 1),
-                    value: row[0],
-                    differs: self.source[i].header(),
-                    first,
-                    second: *value,
-                });
+        let before: Vec<f64> = self.values.iter().map(|values| values[last]).collect();
+        let other = |i: &usize| !before[*i].is_nan() && !row[i + 1].is_nan() && before[*i] != row[i + 1];
+        let conflict = (0..before.len()).find(other);
+        if conflict.is_none() && (0..before.len()).any(|i| before[i].is_nan() && !row[i + 1].is_nan()) {
+            for (values, value) in self.values.iter_mut().zip(&row[1..]).filter(|(_, value)| !value.is_nan()) {
+                values[last] = *value;
             }
+            return;
         }
-        self.duplicates += u64::from(!added);
-        Ok(())
+        if let (Some(i), None) = (conflict, &self.conflict) {
+            self.conflict = Some(RecordingError::TimeConflict {
+                place: self.place(line, i + 1),
+                value: row[0],
+                differs: self.source[i].header(),
+                first: before[i],
+                second: row[i + 1],
+            });
+        }
+        self.repeated.push(self.count());
+        self.add(line, row);
+    }
+
+    /// Puts the rows on the even clock behind their stamps, where these are coarser than it or wait
+    /// for a packet; else drops rows that stand twice. Gives a note on what was done.
+    ///
+    /// # Errors
+    /// Two values at one time that no even clock tells apart.
+    fn settle_clock(&mut self) -> Result<Option<String>, RecordingError> {
+        if self.axis == Axis::Frequency {
+            return Ok(None);
+        }
+        let one = self.starts.len() == 1;
+        if self.conflict.is_none() {
+            self.drop_repeated();
+        }
+        let wrong = one && (self.conflict.is_some() || is_unsteady(&self.first));
+        match wrong.then(|| EvenClock::of(&self.first)).flatten().filter(|clock| clock.stamps != Stamps::Right) {
+            Some(clock) => {
+                let as_timed = self.first.iter_mut().enumerate();
+                as_timed.for_each(|(i, time)| *time = clock.time_s(i));
+                Ok(Some(in_words(&clock)))
+            }
+            None => self.conflict.take().map_or(Ok(None), Err),
+        }
+    }
+
+    fn drop_repeated(&mut self) {
+        let repeated = core::mem::take(&mut self.repeated);
+        if repeated.is_empty() {
+            return;
+        }
+        self.duplicates += repeated.len() as u64;
+        for start in &mut self.starts {
+            *start -= repeated.partition_point(|row| row < start);
+        }
+        let kept = |row: usize| repeated.binary_search(&row).is_err();
+        retain(&mut self.first, &kept);
+        retain(&mut self.lines, &kept);
+        self.values.iter_mut().for_each(|values| retain(values, &kept));
     }
 
     /// The rows as whatever they are.
-    pub fn finish(self) -> Result<Imported, RecordingError> {
+    pub fn finish(mut self) -> Result<Imported, RecordingError> {
+        let clock = self.settle_clock()?;
         if self.axis == Axis::Frequency {
             return self.into_spectrum().map(Imported::Spectrum);
         }
@@ -173,10 +229,11 @@ impl Rows {
             }
             None => match examine(&self.file, &self.first, &self.lines, self.duplicates) {
                 Err(error) if error.is_uneven_sampling() => error.without_file(&self.file),
-                timing => return timing.map(|timing| Imported::Table(self.into_table(timing))),
+                timing => return timing.map(|timing| Imported::Table(self.into_table(timing, clock))),
             },
         };
         let mut notes = vec![format!("{NOT_ONE_RATE}{reason}")];
+        notes.extend(clock);
         if self.duplicates > 0 {
             notes.push(format!("{} row(s) stood twice and were dropped once", self.duplicates));
         }
@@ -186,7 +243,8 @@ impl Rows {
     }
 
     /// The rows as a table, or the reason why they do not make one.
-    pub fn finish_table(self) -> Result<Table, RecordingError> {
+    pub fn finish_table(mut self) -> Result<Table, RecordingError> {
+        let clock = self.settle_clock()?;
         if self.axis == Axis::Frequency {
             return Err(Spectrum::refusal(&self.file));
         }
@@ -197,7 +255,7 @@ impl Rows {
             return Err(RecordingError::NotANumber { place, value: String::new() });
         }
         let timing = examine(&self.file, &self.first, &self.lines, self.duplicates)?;
-        Ok(self.into_table(timing))
+        Ok(self.into_table(timing, clock))
     }
 
     fn first_empty(&self) -> Option<Box<Place>> {
@@ -206,9 +264,9 @@ impl Rows {
         Some(self.place(self.lines[row], column + 1))
     }
 
-    fn into_table(self, timing: Timing) -> Table {
+    fn into_table(self, timing: Timing, clock: Option<String>) -> Table {
         let columns = self.source.into_iter().zip(self.values).map(|(column, values)| Column { values, ..column });
-        let notes = timing.repairs();
+        let notes = clock.into_iter().chain(timing.repairs()).collect();
         Table { file: self.file, time_s: self.first, columns: columns.collect(), timing, notes }
     }
 
@@ -251,6 +309,29 @@ impl Rows {
         }
         set
     }
+}
+
+/// Keeps the entries of some rows.
+fn retain<T>(of_rows: &mut Vec<T>, kept: &dyn Fn(usize) -> bool) {
+    let mut row = 0;
+    of_rows.retain(|_| {
+        row += 1;
+        kept(row - 1)
+    });
+}
+
+/// What a clock made of the stamps.
+fn in_words(clock: &EvenClock) -> String {
+    let stamps = match clock.stamps {
+        Stamps::Right => "are right".into(),
+        Stamps::Rounded(quantum_s) => format!("are rounded to {} s", rounded(quantum_s)),
+        Stamps::Packed(wait_s) => format!("are those of packets, up to {} s apart", rounded(wait_s)),
+    };
+    format!(
+        "the stamps {stamps}: all rows lie within {} s of an even clock of {} Hz, which is used instead of them",
+        rounded(clock.off_s),
+        rounded(1.0 / clock.interval_s)
+    )
 }
 
 impl Table {

@@ -5,8 +5,11 @@
 //! were written with, and a stated material size: jitter below 0.1 % of a step moves a signal at a
 //! tenth of the Nyquist frequency by 3e-4 of its amplitude.
 
+use std::borrow::Cow;
+
 use super::{Check, Finding, Severity, short};
-use channels::{Channel, GAP_MEDIANS, IRREGULAR_SHARE, Recording, Role};
+use crate::missing::{Missing, missing};
+use channels::{Channel, EvenClock, GAP_MEDIANS, IRREGULAR_SHARE, Recording, Role};
 use estimation::quantiles::{median, quantile};
 use identification::statistics::{deviation, rms};
 
@@ -28,6 +31,7 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
         findings.extend(few_samples(source));
         findings.extend(source_findings(source));
     }
+    findings.extend(gaps(&sources));
     let rates: Vec<(f64, &str)> =
         sources.iter().filter_map(|s| Some((1.0 / s[0].interval_s()?, s[0].name.as_str()))).collect();
     let (low, high) = rates.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), (r, _)| (l.min(*r), h.max(*r)));
@@ -42,6 +46,35 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
         );
     }
     findings
+}
+
+/// One finding for all gaps of the recording.
+fn gaps(sources: &[Vec<&Channel>]) -> Option<Finding> {
+    let of = |source: &Vec<&Channel>| {
+        let time: Vec<f64> = source[0].time_s.iter().copied().filter(|t| t.is_finite()).collect();
+        let steps: Vec<f64> = time.windows(2).map(|w| w[1] - w[0]).collect();
+        let even = source[0].interval_s().is_some_and(|interval| irregular(&time, &steps, interval).is_none());
+        missing(&time).filter(|_| even).map(|missing| (missing, time.len()))
+    };
+    let found: Vec<(&Vec<&Channel>, Missing, usize)> =
+        sources.iter().filter_map(|source| of(source).map(|(missing, samples)| (source, missing, samples))).collect();
+    let (_, longest, _) = found.iter().max_by(|a, b| a.1.longest_s.total_cmp(&b.1.longest_s))?;
+    let names: Vec<&str> = found.iter().flat_map(|(source, ..)| source.iter().map(|c| c.name.as_str())).collect();
+    let count: usize = found.iter().map(|(_, missing, _)| missing.gaps).sum();
+    let absent: usize = found.iter().map(|(_, missing, _)| missing.samples).sum();
+    let due = absent + found.iter().map(|(.., samples)| samples).sum::<usize>();
+    let channels = if names.len() == 1 { "1 channel".into() } else { format!("{} channels", names.len()) };
+    Some(
+        Finding::new(Check::Gaps, Severity::Warning, names[0], absent as f64, "samples")
+            .with(&names[1..])
+            .because(format!(
+                "{count} gap(s) in {channels}, {absent} samples missing of {due} ({} %); the longest {} s from {} s",
+                short(100.0 * absent as f64 / due as f64),
+                short(longest.longest_s),
+                short(longest.longest_from_s)
+            ))
+            .cure("split there, or let the estimator predict across; never fill in"),
+    )
 }
 
 fn sources(recording: &Recording) -> Vec<Vec<&Channel>> {
@@ -127,28 +160,13 @@ fn source_findings(source: &[&Channel]) -> Vec<Finding> {
                 .cure("several runs in one file: give each its own recording (they were examined one by one)"),
         );
     }
-    let gaps: Vec<usize> = (0..steps.len()).filter(|&i| steps[i] > GAP_MEDIANS * interval).collect();
     let regular: Vec<f64> = steps.iter().copied().filter(|d| *d > 0.0 && *d <= GAP_MEDIANS * interval).collect();
-    let irregular = irregular(&steps, interval);
+    let irregular = irregular(&time, &steps, interval);
     if let Some(evidence) = &irregular {
         findings.push(
             finding(Check::IrregularTime, Severity::Warning, quantile_departure(&steps, interval), "-")
                 .because(evidence.clone())
                 .cure("resample, or use methods that take each stamp as it is"),
-        );
-    } else if !gaps.is_empty() {
-        let missing: f64 = gaps.iter().map(|&i| libm::round(steps[i] / interval) - 1.0).sum();
-        let &longest = gaps.iter().max_by(|a, b| steps[**a].total_cmp(&steps[**b])).expect("not empty");
-        findings.push(
-            finding(Check::Gaps, Severity::Warning, missing, "samples")
-                .because(format!(
-                    "{} gap(s), {missing} samples missing of {}; the longest {} s from {} s",
-                    gaps.len(),
-                    time.len() as f64 + missing,
-                    short(steps[longest]),
-                    short(time[longest])
-                ))
-                .cure("split there, or let the estimator predict across; never fill in"),
         );
     }
     if irregular.is_none() {
@@ -211,7 +229,12 @@ fn quantile_departure(steps: &[f64], interval: f64) -> f64 {
     quantile(&mut departures, 0.95)
 }
 
-fn irregular(steps: &[f64], interval: f64) -> Option<String> {
+/// Why the stamps are no even clock's, not even one with rows missing.
+fn irregular(time: &[f64], steps: &[f64], interval: f64) -> Option<String> {
+    uneven(steps, interval).filter(|_| EvenClock::of(time).is_none())
+}
+
+fn uneven(steps: &[f64], interval: f64) -> Option<String> {
     if steps.len() < 16 {
         return None;
     }
@@ -232,13 +255,21 @@ fn irregular(steps: &[f64], interval: f64) -> Option<String> {
 
 /// The recording cut where stamps run back; stamps that stand twice are dropped. One run when
 /// nothing is wrong.
-pub fn runs(recording: &Recording) -> Vec<Recording> {
+pub fn runs(recording: &Recording) -> Vec<Cow<'_, Recording>> {
+    let in_order = |c: &Channel| {
+        c.time_s.len() == c.value.len()
+            && c.time_s.iter().chain(&c.value).all(|x| x.is_finite())
+            && c.time_s.windows(2).all(|w| w[1] > w[0])
+    };
+    if recording.channels.iter().all(in_order) {
+        return vec![Cow::Borrowed(recording)];
+    }
     let parts: Vec<Vec<Channel>> = recording.channels.iter().map(pieces).collect();
     let count = parts.iter().map(Vec::len).max().unwrap_or(0);
     (0..count)
-        .map(|k| Recording {
-            name: recording.name.clone(),
-            channels: parts.iter().filter_map(|p| p.get(k).cloned()).collect(),
+        .map(|k| {
+            let channels = parts.iter().filter_map(|p| p.get(k).cloned()).collect();
+            Cow::Owned(Recording { name: recording.name.clone(), channels })
         })
         .collect()
 }

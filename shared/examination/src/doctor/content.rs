@@ -83,7 +83,7 @@ fn aliasing(channel: &Channel, alpha: f64) -> Option<Finding> {
 fn noise_level(channel: &Channel, alpha: f64) -> Option<Finding> {
     const ORDER: usize = 6;
     let u = channel.uniform().filter(|u| u.value.len() >= 512 && !u.interpolated)?;
-    let step = super::levels::lattice(&u.value).map_or(0.0, |l| l.step);
+    let step = crate::lattice::lattice(&u.value).map_or(0.0, |l| l.step);
     let floor = white_floor(&u.value)?;
     // Rounding noise follows the motion; its level is no property of the sensor.
     if !floor.flat || floor.sigma < step {

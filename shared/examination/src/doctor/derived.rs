@@ -7,8 +7,8 @@
 //! Noise-free data stay undecided and unreported.
 
 use super::content::is_input;
-use super::levels::lattice;
 use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short};
+use crate::lattice::lattice;
 use crate::spectrum::{Averaging, density};
 use channels::{Channel, Recording, Uniform};
 use identification::statistics::{LeastSquares, deviation, fisher_tail, least_squares, white_floor};

@@ -1,8 +1,11 @@
 //! Values of one channel: constant, saturated, quantised, with spikes, wrapped.
 
 use core::f64::consts::PI;
+use std::borrow::Cow;
 
 use super::{Check, FALSE_ALARM, Finding, Severity, quantity, short};
+use crate::clipping::clipped;
+use crate::lattice::{Lattice, lattice};
 use channels::{Channel, Recording, Role};
 use estimation::quantiles::median;
 use identification::statistics::{deviation, difference_sigma, mean, normal_two_sided, rms};
@@ -16,10 +19,12 @@ const QUANTISATION_NOISE_SHARE: f64 = 0.1;
 const EQUAL_NEIGHBOURS_SHARE: f64 = 0.2;
 
 /// Findings on the values of each channel: constant, saturated, quantised, with spikes, wrapped.
-pub fn examine(recording: &Recording) -> Vec<Finding> {
+/// `progress` receives the share done.
+pub fn examine(recording: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     let mut findings = Vec::new();
     let channels = recording.channels.len() as f64;
-    for channel in &recording.channels {
+    for (k, channel) in recording.channels.iter().enumerate() {
+        progress(k as f64 / channels);
         if channel.value.len() < 8 {
             continue;
         }
@@ -28,8 +33,12 @@ pub fn examine(recording: &Recording) -> Vec<Finding> {
             continue;
         }
         let lattice = lattice(&channel.value);
-        findings.extend(saturation(channel, lattice.as_ref()));
-        findings.extend(lattice.as_ref().and_then(|l| quantisation(channel, l)));
+        findings.extend(saturation(channel, lattice.as_ref()).or_else(|| limited(channel)));
+        // what is held repeats without being coarse
+        match super::sampling::held_values(channel) {
+            Some(held) => findings.push(held),
+            None => findings.extend(lattice.as_ref().and_then(|l| quantisation(channel, l))),
+        }
         findings.extend(spikes(channel, lattice.as_ref(), channels));
     }
     findings
@@ -47,83 +56,6 @@ fn constant(channel: &Channel) -> Option<Finding> {
             .because(format!("all {} samples are {}", channel.value.len(), short(first)))
             .cure(cure)
     })
-}
-
-/// Values that lie on multiples of a step.
-#[derive(Clone, Copy, Debug)]
-pub struct Lattice {
-    pub step: f64,
-    /// Number of different values.
-    pub levels: usize,
-}
-
-/// The step whose multiples the values are, if there is one.
-///
-/// Candidates are low quantiles of the differences between neighbouring distinct values, each
-/// refined by regressing the values on their counts. Accepted when the resultant R of the residues
-/// exceeds 0.95 and Rayleigh's `exp(-U R²)` over U distinct values stays below 1e-6 over all
-/// candidates.
-pub fn lattice(values: &[f64]) -> Option<Lattice> {
-    let mut distinct: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
-    distinct.sort_by(f64::total_cmp);
-    let largest = distinct.first()?.abs().max(distinct.last()?.abs());
-    // Files carry at least seven digits; nearer values are one level.
-    let apart = 3e-7 * largest;
-    distinct.dedup_by(|b, a| *b - *a <= apart);
-    let levels = distinct.len();
-    let mut gaps: Vec<f64> = distinct.windows(2).map(|w| w[1] - w[0]).collect();
-    if levels < 6 {
-        return None;
-    }
-    gaps.sort_by(f64::total_cmp);
-    let at = |q: f64| gaps[(q * (gaps.len() - 1) as f64) as usize];
-    let mut best: Option<(f64, f64)> = None;
-    for start in [at(0.0), at(0.05), at(0.2), at(0.5)] {
-        for part in [1.0, 2.0, 3.0] {
-            let Some((step, resultant)) = refine(&distinct, start / part) else { continue };
-            // The largest step that fits: every divisor of a step fits too.
-            if resultant > 0.95
-                && levels as f64 * resultant * resultant > 17.0
-                && best.is_none_or(|(s, _)| step > 1.2 * s)
-            {
-                best = Some((step, resultant));
-            }
-        }
-    }
-    best.map(|(step, _)| Lattice { step, levels })
-}
-
-/// Least-squares step near `start` and the resultant of the residues.
-fn refine(distinct: &[f64], start: f64) -> Option<(f64, f64)> {
-    let (mut step, mut offset) = (start, distinct[0]);
-    for _ in 0..6 {
-        let (mut count, mut previous) = (0.0, distinct[0]);
-        let counts: Vec<f64> = distinct
-            .iter()
-            .map(|v| {
-                count += libm::round((v - previous) / step);
-                previous = *v;
-                count
-            })
-            .collect();
-        let (mean_k, mean_v) = (mean(&counts), mean(distinct));
-        let squares: f64 = counts.iter().map(|k| (k - mean_k) * (k - mean_k)).sum();
-        if squares == 0.0 {
-            return None;
-        }
-        step = counts.iter().zip(distinct).map(|(k, v)| (k - mean_k) * (v - mean_v)).sum::<f64>() / squares;
-        offset = mean_v - step * mean_k;
-        if step.is_nan() || step <= 0.0 {
-            return None;
-        }
-    }
-    let (mut c, mut s) = (0.0, 0.0);
-    for v in distinct {
-        let phase = 2.0 * PI * (v - offset) / step;
-        c += libm::cos(phase);
-        s += libm::sin(phase);
-    }
-    Some((step, (c * c + s * s).sqrt() / distinct.len() as f64))
 }
 
 fn quantisation(channel: &Channel, lattice: &Lattice) -> Option<Finding> {
@@ -201,9 +133,27 @@ fn saturation(channel: &Channel, lattice: Option<&Lattice>) -> Option<Finding> {
                 runs.len(), short(100.0 * samples as f64 / n as f64), short(low), short(high), channel.unit, longest.2,
                 short(channel.time_s[longest.1]), short(overshoot), channel.unit
             ))
-            .cure("leave these samples out (they are bounds, not measurements), or repeat with more range")
+            .cure(OUT_OF_RANGE)
     })
 }
+
+/// Values at a limit by their distribution: noise and motions too fast for [`saturation`].
+fn limited(channel: &Channel) -> Option<Finding> {
+    let found = clipped(&channel.value).filter(|_| !super::content::is_input(channel))?;
+    Some(
+        Finding::new(Check::Saturation, Severity::Fault, &channel.name, found.level, &channel.unit)
+            .because(format!(
+                "{} samples ({} %) stand at {} {}, more than any motion has at its extreme",
+                found.samples,
+                short(100.0 * found.share),
+                short(found.level),
+                channel.unit
+            ))
+            .cure(OUT_OF_RANGE),
+    )
+}
+
+const OUT_OF_RANGE: &str = "leave these samples out (they are bounds, not measurements), or repeat with more range";
 
 /// Cubic through the four neighbours against the sample: the answer to one spike.
 const SPIKE: [f64; 5] = [1.0 / 6.0, -2.0 / 3.0, 1.0, -2.0 / 3.0, 1.0 / 6.0];
@@ -263,35 +213,38 @@ fn spikes(channel: &Channel, lattice: Option<&Lattice>, channels: f64) -> Option
     )
 }
 
-/// Angles with jumps of one turn taken out, and what was found.
-pub fn unwrap_angles(recording: &Recording) -> (Recording, Vec<Finding>) {
-    let (mut out, mut findings) = (recording.clone(), Vec::new());
-    for channel in &mut out.channels {
+/// Angles with jumps of one turn taken out, and what was found; the recording itself where none is.
+pub fn unwrap_angles(recording: &Recording) -> (Cow<'_, Recording>, Vec<Finding>) {
+    let (mut out, mut findings) = (Cow::Borrowed(recording), Vec::new());
+    for (k, channel) in recording.channels.iter().enumerate() {
         let Some(turn) = quantity::of(&channel.unit).filter(quantity::Quantity::is_angle).map(|q| 2.0 * PI / q.factor)
         else {
             continue;
         };
         let mut ordinary: Vec<f64> = channel.value.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
-        if ordinary.is_empty() || median(&mut ordinary) > 0.1 * turn {
+        let wraps = ordinary.iter().filter(|step| (**step - turn).abs() < 0.25 * turn).count();
+        if wraps == 0 || median(&mut ordinary) > 0.1 * turn {
             continue;
         }
-        let (mut shift, mut wraps, mut previous) = (0.0, 0, channel.value[0]);
-        for value in &mut channel.value {
-            let step = *value - previous;
-            previous = *value;
-            if (step.abs() - turn).abs() < 0.25 * turn {
-                shift -= turn * step.signum();
-                wraps += 1;
-            }
-            *value += shift;
-        }
-        if wraps > 0 {
-            findings.push(
-                Finding::new(Check::WrappedAngle, Severity::Note, &channel.name, f64::from(wraps), "jumps")
-                    .because(format!("{wraps} jump(s) of one turn ({} {})", short(turn), channel.unit))
-                    .cure("unwrap before fitting (done here for the other checks)"),
-            );
-        }
+        unwrap(&mut out.to_mut().channels[k].value, turn);
+        findings.push(
+            Finding::new(Check::WrappedAngle, Severity::Note, &channel.name, wraps as f64, "jumps")
+                .because(format!("{wraps} jump(s) of one turn ({} {})", short(turn), channel.unit))
+                .cure("unwrap before fitting (done here for the other checks)"),
+        );
     }
     (out, findings)
+}
+
+/// Takes the jumps of about one turn out.
+fn unwrap(values: &mut [f64], turn: f64) {
+    let (mut shift, mut previous) = (0.0, values[0]);
+    for value in values {
+        let step = *value - previous;
+        previous = *value;
+        if (step.abs() - turn).abs() < 0.25 * turn {
+            shift -= turn * step.signum();
+        }
+        *value += shift;
+    }
 }

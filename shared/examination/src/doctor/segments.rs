@@ -152,7 +152,7 @@ fn strongest_period(u: &Uniform) -> Option<f64> {
 fn features(channel: &Channel, start: f64, duration: f64, count: usize, slow: bool) -> Option<Vec<Feature>> {
     let (mut lively, mut level, mut within) = (Vec::new(), Vec::new(), Vec::new());
     let floor =
-        super::levels::lattice(&channel.value).map_or(1e-9 * deviation(&channel.value), |l| l.step / 12.0_f64.sqrt());
+        crate::lattice::lattice(&channel.value).map_or(1e-9 * deviation(&channel.value), |l| l.step / 12.0_f64.sqrt());
     for b in 0..count {
         let from = channel.time_s.partition_point(|t| *t < start + b as f64 * duration);
         let to = channel.time_s.partition_point(|t| *t < start + (b + 1) as f64 * duration);

@@ -1,0 +1,325 @@
+//! The even clock behind stamps that are coarser than it, delivered in packets, or absent for some
+//! rows.
+//!
+//! A source that samples every T takes sample k at `t_0 + m_k T`, m a counter that skips what was
+//! lost. Its stamps are off that line by no more than what made them wrong: less than the quantum q
+//! where they were rounded or cut to multiples of q, less than the longest silence where rows wait
+//! for their packet. A clock that is uneven leaves any such bound: its stamps are a random walk
+//! about the line, and one whose steps scatter by σ stays within a width w for n rows with a
+//! probability near `exp(−n (π σ / w)² / 2)`. For a walk of half a quantum a row and 64 rows that is
+//! below 10⁻³⁰ within w = q, and 10⁻⁷ within w = 2 q.
+
+/// Rows that show an even clock; see the module's law.
+const ROWS_MIN: usize = 64;
+/// Stamps off the line by less than this share of a step need no repair.
+const EXACT_SHARE: f64 = 1e-3;
+/// Share of the rows that come less than a quarter of a step behind the one before, where rows come
+/// in packets: half of them in packets of two; of rows at random, `1 − e^(−1/4)`, 0.22.
+const PACKED_SHARE_MIN: f64 = 0.4;
+/// Steps of the seldom length, at least, among rounded stamps: as many at random places lie so
+/// evenly with a probability of `16! / 16¹⁶`, 10⁻⁶. A row that stands twice is no rounding.
+const CYCLES_MIN: f64 = 16.0;
+/// Share to which the bounds of the stamps off a line are found.
+const LINE_PRECISION: f64 = 1e-3;
+/// Units in the last place that a stamp is off its decimal number, and a difference of two.
+const ROUNDING_ULPS: f64 = 4.0;
+
+/// What made the stamps of an even clock wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stamps {
+    /// They are right.
+    Right,
+    /// They are multiples of a quantum \[s\].
+    Rounded(f64),
+    /// Rows wait for a packet, at most for this time \[s\].
+    Packed(f64),
+}
+
+/// An even clock and the row of it at which each stamp belongs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EvenClock {
+    /// Time of row 0 \[s\].
+    pub start_s: f64,
+    /// Time from row to row \[s\].
+    pub interval_s: f64,
+    /// Row of each stamp, ascending from 0; a row that no stamp has is missing.
+    pub rows: Vec<usize>,
+    /// What is wrong with the stamps.
+    pub stamps: Stamps,
+    /// Largest distance of a stamp from its row's time \[s\].
+    pub off_s: f64,
+}
+
+impl EvenClock {
+    /// The even clock behind `stamps_s`, ascending \[s\]; stamps may be equal. `None` for fewer than
+    /// 64, and where no even clock explains them.
+    ///
+    /// Which rows are missing is seen where the stamps are finer than half a step; coarser ones are
+    /// explained by a clock without missing rows or not at all. Stamps that are whole steps of a
+    /// clock are taken for right with rows missing, not for those of a slower clock rounded to them.
+    ///
+    /// ```
+    /// use channels::{EvenClock, Stamps};
+    ///
+    /// // 300 Hz, written to the millisecond
+    /// let stamps: Vec<f64> = (0..900).map(|k| (1e3 * f64::from(k) / 300.0).round() / 1e3).collect();
+    /// let clock = EvenClock::of(&stamps).unwrap();
+    /// assert!((1.0 / clock.interval_s - 300.0).abs() < 0.01);
+    /// assert!(matches!(clock.stamps, Stamps::Rounded(q) if (q - 1e-3).abs() < 1e-9));
+    /// ```
+    #[must_use]
+    pub fn of(stamps_s: &[f64]) -> Option<Self> {
+        let n = stamps_s.len();
+        let (first, last) = (*stamps_s.first()?, *stamps_s.last()?);
+        let ascending = stamps_s.windows(2).all(|pair| pair[1] >= pair[0]);
+        if n < ROWS_MIN || !ascending || !(last - first).is_finite() || last <= first {
+            return None;
+        }
+        let ulps = ROUNDING_ULPS * f64::EPSILON * first.abs().max(last.abs());
+        let time: Vec<f64> = stamps_s.iter().map(|stamp| stamp - first).collect();
+        let steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        let quantum = quantum(&steps, ulps);
+        let longest = steps.iter().copied().fold(0.0, f64::max);
+        let explained = |rows: Vec<usize>| {
+            let line = Line::of(&rows, &time);
+            let range = line.high - line.low;
+            let rounded = |quantum: &f64| {
+                range <= (1.0 + LINE_PRECISION) * quantum + ulps && cycles(line.slope, *quantum, &rows) >= CYCLES_MIN
+            };
+            let stamps = if range <= EXACT_SHARE * line.slope {
+                Stamps::Right
+            } else if let Some(quantum) = quantum.filter(rounded) {
+                Stamps::Rounded(quantum)
+            } else if packed(&steps, line.slope) && range <= longest - 0.5 * line.slope {
+                Stamps::Packed(longest)
+            } else {
+                return None;
+            };
+            let start_s = first + 0.5 * (line.low + line.high);
+            Some(EvenClock { start_s, interval_s: line.slope, rows, stamps, off_s: 0.5 * range })
+        };
+        // stamps that are right go before any that are wrong
+        let counted = counted(&time, &steps, quantum).and_then(explained);
+        counted
+            .filter(|clock| clock.stamps == Stamps::Right || quantum.is_none_or(|q| q < 0.5 * clock.interval_s))
+            .or_else(|| explained((0..n).collect()))
+    }
+
+    /// Rows that have no stamp.
+    #[must_use]
+    pub fn missing(&self) -> usize {
+        self.rows.last().map_or(0, |last| last + 1) - self.rows.len()
+    }
+
+    /// Time of the row of stamp `i` \[s\].
+    #[must_use]
+    pub fn time_s(&self, i: usize) -> f64 {
+        self.start_s + self.rows[i] as f64 * self.interval_s
+    }
+}
+
+/// The quantum of which all steps are multiples, if it shows: steps differ, and the difference of
+/// the nearest two that differ divides all.
+fn quantum(steps: &[f64], ulps: f64) -> Option<f64> {
+    let mut different: Vec<f64> = steps.to_vec();
+    different.sort_unstable_by(f64::total_cmp);
+    different.dedup_by(|b, a| *b - *a <= ulps);
+    let apart = different.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
+    let least = different.iter().copied().find(|step| *step > ulps)?;
+    let rough = apart.min(least);
+    if rough <= 8.0 * ulps {
+        return None;
+    }
+    // its error grows with the multiple: take it from the largest step
+    let largest = *different.last()?;
+    let quantum = largest / libm::round(largest / rough);
+    let tolerance = (2.0 * ulps).max(1e-6 * quantum);
+    let multiple = |step: &f64| (step - quantum * libm::round(step / quantum)).abs() <= tolerance;
+    different.iter().all(multiple).then_some(quantum)
+}
+
+/// Rows counted by the steps, each the nearest number of intervals; `None` where stamps are too
+/// coarse to count by.
+fn counted(time: &[f64], steps: &[f64], quantum: Option<f64>) -> Option<Vec<usize>> {
+    let mut sorted: Vec<f64> = steps.to_vec();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let median = sorted[(sorted.len() - 1) / 2];
+    let single: Vec<f64> = sorted.into_iter().filter(|step| *step > 0.0 && *step <= 1.5 * median).collect();
+    if single.is_empty() {
+        return None;
+    }
+    let mut interval = single.iter().sum::<f64>() / single.len() as f64;
+    let mut rows = Vec::new();
+    for _ in 0..3 {
+        // a step is off by a quantum at most, and half an interval decides
+        if quantum.is_some_and(|quantum| quantum > 0.5 * interval && quantum < 0.99 * interval) || interval <= 0.0 {
+            return None;
+        }
+        let mut row = 0;
+        rows = vec![0];
+        for step in steps {
+            row += libm::round(step / interval) as usize;
+            rows.push(row);
+        }
+        if row == 0 || rows.windows(2).any(|pair| pair[0] == pair[1]) {
+            return None;
+        }
+        interval = Line::of(&rows, time).slope;
+    }
+    Some(rows)
+}
+
+/// How often the clock passes by a quantum: steps of the seldom one of two lengths.
+fn cycles(interval: f64, quantum: f64, rows: &[usize]) -> f64 {
+    let part = interval / quantum - libm::round(interval / quantum);
+    part.abs() * rows[rows.len() - 1] as f64
+}
+
+/// Whether rows come in packets.
+fn packed(steps: &[f64], interval: f64) -> bool {
+    let close = steps.iter().filter(|step| **step < 0.25 * interval).count();
+    close as f64 >= PACKED_SHARE_MIN * steps.len() as f64
+}
+
+/// `time ≈ slope row`, and between which bounds what is left lies.
+struct Line {
+    slope: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Line {
+    /// The line whose bounds are narrowest. Their distance is a convex function of the slope, so it
+    /// is halved to from both sides of the least-squares slope.
+    fn of(rows: &[usize], time: &[f64]) -> Line {
+        let n = rows.len() as f64;
+        let middle = rows.iter().map(|row| *row as f64).sum::<f64>() / n;
+        let (mut above, mut below) = (0.0, 0.0);
+        for (row, time) in rows.iter().zip(time) {
+            above += (*row as f64 - middle) * time;
+            below += (*row as f64 - middle) * (*row as f64 - middle);
+        }
+        let least_squares = above / below;
+        let at = |slope: f64| {
+            let mut line = Line { slope, low: f64::INFINITY, high: f64::NEG_INFINITY };
+            for (row, time) in rows.iter().zip(time) {
+                let off = time - slope * *row as f64;
+                (line.low, line.high) = (line.low.min(off), line.high.max(off));
+            }
+            line
+        };
+        let width = |line: &Line| line.high - line.low;
+        let mut best = at(least_squares);
+        let span = rows[rows.len() - 1] as f64;
+        let mut reach = 2.0 * width(&best) / span;
+        // to 2⁻¹² of the bounds' first distance
+        for _ in 0..14 {
+            for slope in [best.slope - reach, best.slope + reach] {
+                let line = at(slope);
+                if width(&line) < width(&best) {
+                    best = line;
+                }
+            }
+            reach *= 0.5;
+        }
+        best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{EvenClock, Stamps};
+
+    /// SplitMix64, uniform in (0, 1).
+    fn uniform(state: &mut u64) -> f64 {
+        *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = *state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn rounded(time: f64, quantum: f64) -> f64 {
+        (time / quantum).round() * quantum
+    }
+
+    #[test]
+    fn stamps_rounded_to_any_quantum_show_their_even_clock() {
+        for (rate, quantum, start) in [
+            (300.0, 1e-3, 0.0),
+            (300.0, 1e-3, 1.7e9),
+            (100.0, 1.0 / 64.0, 3.3),
+            (130.0, 0.01, 17.0),
+            (200.0, 1.0 / 60.0, 0.0),
+            (10.3, 1.0, 1.6e9),
+        ] {
+            let stamps: Vec<f64> = (0..4000).map(|k| rounded(start + f64::from(k) / rate, quantum)).collect();
+            let clock = EvenClock::of(&stamps).unwrap_or_else(|| panic!("{rate} {quantum}"));
+            assert!(matches!(clock.stamps, Stamps::Rounded(q) if (q / quantum - 1.0).abs() < 1e-3), "{clock:?}");
+            // the line through 4000 rows is known to a quantum over its length
+            assert!((clock.interval_s * rate - 1.0).abs() < quantum * rate / 4000.0, "{rate} {}", clock.interval_s);
+            assert_eq!((clock.missing(), clock.rows.len()), (0, 4000));
+        }
+    }
+
+    #[test]
+    fn rows_lost_at_random_or_every_tenth_leave_the_clock_even_with_rounded_stamps_too() {
+        for (seed, (lost, quantum)) in [(0.03, 0.0), (0.4, 0.0), (0.05, 1e-3)].into_iter().enumerate() {
+            let mut state = 77 + seed as u64;
+            let kept: Vec<usize> = (0..3000).filter(|k| *k == 0 || uniform(&mut state) > lost).collect();
+            let stamp = |k: &usize| {
+                let time = *k as f64 / 300.0;
+                if quantum > 0.0 { rounded(time, quantum) } else { time }
+            };
+            let clock = EvenClock::of(&kept.iter().map(stamp).collect::<Vec<_>>()).unwrap();
+            assert_eq!(clock.rows, kept);
+            assert!((clock.interval_s * 300.0 - 1.0).abs() < 1e-4);
+        }
+        let tenth: Vec<f64> = (0..1000).filter(|k| k % 10 != 9).map(|k| 0.02 * f64::from(k)).collect();
+        let clock = EvenClock::of(&tenth).unwrap();
+        assert_eq!((clock.stamps, clock.missing()), (Stamps::Right, 99));
+    }
+
+    #[test]
+    fn packets_show_the_even_clock_of_their_rows() {
+        for (seed, (size, spread, late)) in [(5, 0.0, 0.0), (8, 1e-4, 2e-3), (2, 0.0, 1e-3)].into_iter().enumerate() {
+            let mut state = 177 + seed as u64;
+            let mut stamps = Vec::new();
+            for packet in 0..400 {
+                let at = f64::from(size * (packet + 1)) / 100.0 + late * uniform(&mut state);
+                stamps.extend((0..size).map(|row| at + spread * f64::from(row)));
+            }
+            let clock = EvenClock::of(&stamps).unwrap_or_else(|| panic!("{size}"));
+            assert!((clock.interval_s * 100.0 - 1.0).abs() < 1e-3, "{}", clock.interval_s);
+            assert_eq!(clock.missing(), 0);
+        }
+    }
+
+    #[test]
+    fn an_uneven_clock_is_none() {
+        for seed in 0..200 {
+            let mut state = 1000 + seed;
+            let mut walk = |step: &mut dyn FnMut(f64) -> f64| {
+                let mut time = 0.0;
+                let stamps = (0..200).map(|_| {
+                    time += step(uniform(&mut state));
+                    time
+                });
+                EvenClock::of(&stamps.collect::<Vec<_>>())
+            };
+            assert_eq!(walk(&mut |u| 0.01 * (0.5 + u)), None, "even chance of half a step more or less");
+            assert_eq!(walk(&mut |u| -0.01 * (1.0 - u).ln()), None, "at random");
+            assert_eq!(walk(&mut |u| if u < 0.5 { 0.01 } else { 0.015 }), None, "two intervals");
+            assert_eq!(walk(&mut |u| if u < 0.5 { 0.0 } else { 0.01 }), None, "two values a stamp at random");
+            let sweep: Vec<f64> = (0..200).map(|k| 0.01 * f64::from(k) + 1e-4 * f64::from(k * k)).collect();
+            assert_eq!(EvenClock::of(&sweep), None, "a rate that falls");
+        }
+    }
+
+    #[test]
+    fn a_row_that_stands_twice_is_not_rounding() {
+        let mut stamps: Vec<f64> = (0..500).map(|k| 0.01 * f64::from(k)).collect();
+        stamps.insert(250, stamps[250]);
+        assert_eq!(EvenClock::of(&stamps), None);
+    }
+}
