@@ -119,7 +119,11 @@ fn in_step(record: &Record, delays_s: &[f64]) -> (Option<Vec<f64>>, Vec<f64>) {
     (Some(values), left_s)
 }
 
-fn selection(values: &[f64], evidence: Evidence, config: &Config) -> Result<Selection, ModalError> {
+/// Modes of samples (NaN where none exists) by the evidence that they allow.
+///
+/// # Errors
+/// [`ModalError`] when the record is too short or flat.
+pub fn selection(values: &[f64], evidence: Evidence, config: &Config) -> Result<Selection, ModalError> {
     match evidence {
         Evidence::Pairs => identify_by_pairs(values, config),
         Evidence::Windows => {

@@ -62,6 +62,7 @@ pub(super) fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Out
         modelled: modelled(record, &fit).swap_remove(loudest),
     };
     Ok(Outcome {
+        as_it_is: Default::default(),
         method: "maximum likelihood by variable projection, input known",
         kind: INPUT_KNOWN,
         deviations: "Fisher information at the variances found",
