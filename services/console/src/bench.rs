@@ -3,6 +3,8 @@
 //!
 //! A command line gives the same bytes on any number of cores, the measured times excepted.
 
+mod modal_records;
+
 use crate::{Failure, print};
 use bench::campaign::{Benchmark, Campaign};
 use bench::{evaluation, inertial, modes, slosh};
@@ -86,6 +88,10 @@ enum Problem {
     /// closed-loop modes from outputs alone
     #[value(name = "bp3b")]
     ModesInLoop,
+    /// Modes of random structures from records as they are: samples missing, values held, channels
+    /// late, tones
+    #[value(name = "modal-records")]
+    ModalRecords,
     /// Nanoseconds and allocations of the equations of motion; --trials and --seed have no part in
     /// it
     Dynamics,
@@ -121,6 +127,10 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         }
         Problem::Modes => measure_modes(arguments, &[modes::Modes::bp3a()]),
         Problem::ModesInLoop => measure_modes(arguments, &[modes::Modes::bp3b(), modes::Modes::bp3b_outputs()]),
+        Problem::ModalRecords => {
+            modal_records::measure(arguments);
+            Ok(())
+        }
         Problem::Dynamics => {
             let cases = evaluation::cases(&runtime::sys::allocations);
             print(&if arguments.json { evaluation::json(&cases) } else { evaluation::table(&cases) });

@@ -236,17 +236,29 @@ fn in_words(outcome: &Outcome, written: Option<&str>) -> String {
     if outcome.modes.is_empty() {
         text.push_str("no modes found\n");
     } else {
-        let _ = writeln!(text, "{:>4} {:>22} {:>22} {:>7}  {}", "", "frequency [Hz]", "damping [%]", "MPC", "nature");
+        let _ =
+            writeln!(text, "{:>4} {:>22} {:>22} {:>7}  {}", "mode", "frequency [Hz]", "damping [%]", "MPC", "nature");
     }
     for (k, mode) in outcome.modes.iter().enumerate() {
         let collinear = mode.phase_collinearity.map_or("-".into(), |mpc| format!("{mpc:.3}"));
         let frequency = estimate(Some(mode.frequency_hz), mode.frequency_sd);
         let damping = estimate(mode.damping.map(|z| 100.0 * z), mode.damping_sd.map(|z| 100.0 * z));
-        let _ = writeln!(text, "{:>4} {frequency:>22} {damping:>22} {collinear:>7}  {}", k + 1, outcome.as_it_is.in_table(k));
+        let _ = writeln!(
+            text,
+            "{:>4} {frequency:>22} {damping:>22} {collinear:>7}  {}",
+            k + 1,
+            outcome.as_it_is.in_table(k)
+        );
     }
     let _ = writeln!(text, "\n± one standard deviation: {}", outcome.deviations);
     let frequencies_hz: Vec<f64> = outcome.modes.iter().map(|mode| mode.frequency_hz).collect();
-    for line in outcome.as_it_is.lines(&frequencies_hz).iter().chain(&outcome.advice).chain(&crate::notes::counted(&outcome.notes)) {
+    for line in outcome
+        .as_it_is
+        .lines(&frequencies_hz)
+        .iter()
+        .chain(&outcome.advice)
+        .chain(&crate::notes::counted(&outcome.notes))
+    {
         text.push_str(&recordings::wrapped(line, "  "));
     }
     if let Some(written) = written {

@@ -77,9 +77,10 @@ impl EvenRecord {
     }
 
     fn note_missing(&mut self, columns: &[Vec<f64>]) {
-        let (cells, absent) = columns.iter().flatten().fold((0, 0), |(n, m), y| (n + 1, m + usize::from(!y.is_finite())));
+        let cells: usize = columns.iter().map(Vec::len).sum();
+        let absent = columns.iter().flatten().filter(|y| !y.is_finite()).count();
         if absent > 0 {
-            let percent = 100.0 * f64::from(absent) / f64::from(cells);
+            let percent = 100.0 * absent as f64 / cells as f64;
             self.treat("missing", "", percent, "%", format!("{percent:.3} % of the samples are missing"));
         }
     }
@@ -153,9 +154,10 @@ impl EvenRecord {
         let whole = |k: &usize| self.logged_rate_hz.is_some() || steps[*k].is_none();
         let mut left: Vec<usize> = (0..channels.len()).filter(whole).collect();
         while let Some(first) = left.first().copied() {
-            let (of_unit, others) = left.iter().partition(|k| channels[**k].unit == channels[first].unit);
+            let (of_unit, others): (Vec<usize>, Vec<usize>) =
+                left.iter().partition(|k| channels[**k].unit == channels[first].unit);
             left = others;
-            let filled: Vec<Vec<f64>> = Vec::iter(&of_unit).map(|k: &usize| without_holes(&columns[*k])).collect();
+            let filled: Vec<Vec<f64>> = of_unit.iter().map(|k| without_holes(&columns[*k])).collect();
             let views: Vec<&[f64]> = filled.iter().map(Vec::as_slice).collect();
             for (k, found) in of_unit.iter().zip(delays(&views, 1.0 / self.rate_hz)) {
                 if let Some(found) = found {

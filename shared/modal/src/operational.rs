@@ -23,9 +23,9 @@ const PARTS: usize = 12;
 const FALLING_PARTS: usize = 8;
 /// Times that tones are sought again in what is left.
 const ROUNDS: usize = 3;
-/// Damping of a mode of complex shape in its deviations: shapes of noise are complex, and five
-/// deviations in a hundred tracks are 6e-5.
-const COMPLEX_SIGNIFICANCE: f64 = 5.0;
+/// Damping of a mode of complex shape in its deviations: shapes of noise are complex, and four
+/// deviations by chance in a hundred tracks are 3e-3.
+const COMPLEX_SIGNIFICANCE: f64 = 4.0;
 
 /// How the covariances were taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

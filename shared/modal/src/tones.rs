@@ -24,8 +24,9 @@ use crate::mac::modal_assurance_criterion;
 use crate::selection::Mode;
 
 /// Height of a line above its neighbourhood from which it is a candidate. A line of the power of a
-/// mode stands πζfT above the mode's peak; noise passes `(1 + 2 · 7 / 20)^(−10)`, 0.5 % of cells.
-const CANDIDATE_RATIO: f64 = 7.0;
+/// mode stands πζfT above the mode's peak; noise passes `(1 + 2 · 10 / 20)^(−10)`, 1e-3 of cells,
+/// and is no less likely than what the test of a line accepts.
+const CANDIDATE_RATIO: f64 = 10.0;
 /// Cells of the neighbourhood, on either side.
 const NEIGHBOURS: std::ops::RangeInclusive<usize> = 3..=10;
 /// Candidates examined at most, the highest first.
@@ -236,21 +237,17 @@ impl ToneSearch {
     fn subtract(&mut self, phases: &[Vec<f64>]) -> Vec<Vec<c64>> {
         let (l, rows, columns) = (self.samples.channels, self.samples.rows(), 2 * phases.len());
         let mut amplitudes = vec![vec![c64::new(0.0, 0.0); l]; phases.len()];
-        let basis: Vec<Vec<f64>> = (0..rows)
-            .map(|t| {
-                phases
-                    .iter()
-                    .flat_map(|phase| {
-                        let e = turn(phase[t]);
-                        [e.re, -e.im]
-                    })
-                    .collect()
-            })
-            .collect();
+        let mut basis = Vec::with_capacity(rows * columns);
+        for t in 0..rows {
+            for phase in phases {
+                let e = turn(phase[t]);
+                basis.extend([e.re, -e.im]);
+            }
+        }
         for c in 0..l {
             let mut normal = vec![0.0; columns * columns];
             let mut right = vec![0.0; columns];
-            for (t, row) in basis.iter().enumerate() {
+            for (t, row) in basis.chunks_exact(columns).enumerate() {
                 let y = self.samples.values[t * l + c];
                 if y.is_finite() {
                     for a in 0..columns {
@@ -260,7 +257,7 @@ impl ToneSearch {
                 }
             }
             let solution = solve(normal, right);
-            for (t, row) in basis.iter().enumerate() {
+            for (t, row) in basis.chunks_exact(columns).enumerate() {
                 let part: f64 = row.iter().zip(&solution).map(|(x, a)| x * a).sum();
                 self.samples.values[t * l + c] -= part;
             }

@@ -64,8 +64,9 @@ impl Samples {
     pub fn at(&self, frequency_hz: f64) -> Vec<c64> {
         let (rows, step) = (self.rows(), TAU * frequency_hz / self.rate_hz);
         let mut sums = vec![c64::new(0.0, 0.0); self.channels];
-        for (t, row) in self.values.chunks_exact(self.channels).enumerate() {
-            let e = turn(-step * t as f64) * hann(t, rows);
+        let (mut carrier, mut window) = (Phasor::new(-step), Phasor::new(TAU / rows as f64));
+        for row in self.values.chunks_exact(self.channels) {
+            let e = carrier.next() * (0.5 * (1.0 - window.next().re));
             for (sum, y) in sums.iter_mut().zip(row).filter(|(_, y)| y.is_finite()) {
                 *sum += e * *y;
             }
@@ -91,15 +92,16 @@ impl Samples {
         let apart = rows as f64 / count as f64;
         // Per row: the weighted sum, demodulated, and how much of the weight exists.
         let whole: f64 = weights.iter().map(c64::norm_sqr).sum();
-        let rows_of = self.values.chunks_exact(self.channels).enumerate();
+        let rows_of = self.values.chunks_exact(self.channels);
+        let mut carrier = Phasor::new(-step);
         let demodulated: Vec<(c64, f64)> = rows_of
-            .map(|(t, row)| {
+            .map(|row| {
                 let (mut sum, mut present) = (c64::new(0.0, 0.0), 0.0);
                 for (y, weight) in row.iter().zip(weights).filter(|(y, _)| y.is_finite()) {
                     sum += *weight * *y;
                     present += weight.norm_sqr();
                 }
-                (sum * turn(-step * t as f64), present / whole)
+                (sum * carrier.next(), present / whole)
             })
             .collect();
         let value = |j: usize| {
@@ -115,6 +117,30 @@ impl Samples {
             if total > 0.0 { sum / total } else { c64::new(0.0, 0.0) }
         };
         (0..count).map(value).collect()
+    }
+}
+
+/// `e^{iφt}`, t = 0, 1, …: by recurrence, set right every thousand steps.
+struct Phasor {
+    step: f64,
+    turn: c64,
+    value: c64,
+    t: u32,
+}
+
+impl Phasor {
+    fn new(step: f64) -> Self {
+        Self { step, turn: turn(step), value: c64::new(1.0, 0.0), t: 0 }
+    }
+
+    fn next(&mut self) -> c64 {
+        if self.t.is_multiple_of(1024) {
+            self.value = turn(self.step * f64::from(self.t));
+        }
+        let value = self.value;
+        self.value = value * self.turn;
+        self.t += 1;
+        value
     }
 }
 

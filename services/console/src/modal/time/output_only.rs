@@ -175,13 +175,23 @@ fn treatments(examined: &mut Examined, found: &Operational) -> Vec<Treatment> {
     }
     if let Some(note) = examined.notes.iter().find(|note| note.starts_with("the stamps are ")) {
         let did = note.clone();
-        all.push(Treatment { check: "irregular_time", channel: String::new(), value: examined.even.rate_hz, unit: "Hz", did });
+        all.push(Treatment {
+            check: "irregular_time",
+            channel: String::new(),
+            value: examined.even.rate_hz,
+            unit: "Hz",
+            did,
+        });
         examined.notes.retain(|note| !note.starts_with("the stamps are "));
     }
     for tone in &found.tones {
         let did = format!(
             "{}: taken out before the modes were identified; a mode within ±{:.3} Hz of it would be hidden",
-            if tone.wander_hz > 0.0 { format!("a tone that wanders by ±{:.3} Hz", tone.wander_hz) } else { "a steady tone".into() },
+            if tone.wander_hz > 0.0 {
+                format!("a tone that wanders by ±{:.3} Hz", tone.wander_hz)
+            } else {
+                "a steady tone".into()
+            },
             tone.hides_hz
         );
         all.push(Treatment { check: "tone", channel: String::new(), value: tone.frequency_hz, unit: "Hz", did });
@@ -198,9 +208,10 @@ fn left_out(rejected: &[(String, usize)]) -> String {
 fn in_order(found: &Operational, examined: &Examined, treatments: Vec<Treatment>) -> (Vec<FoundMode>, AsItIs) {
     let of_mode = |mode: &Mode| {
         let complex = mode.phase_collinearity < Config::new(1, 1.0).selection.phase_collinearity_min;
-        let folded = examined.even.logged_rate_hz.map_or(Vec::new(), |logged| {
-            unfolded(mode.frequency_hz, examined.even.rate_hz, 0.5 * logged)
-        });
+        let folded = examined
+            .even
+            .logged_rate_hz
+            .map_or(Vec::new(), |logged| unfolded(mode.frequency_hz, examined.even.rate_hz, 0.5 * logged));
         (found_mode(&Estimate::from(mode)), Nature::Mode { complex, folded })
     };
     let mut all: Vec<(FoundMode, Nature)> = found.modes.iter().map(of_mode).collect();
@@ -211,9 +222,8 @@ fn in_order(found: &Operational, examined: &Examined, treatments: Vec<Treatment>
 }
 
 fn tone_as_found(tone: &Tone) -> FoundMode {
-    let largest = tone.amplitude.iter().copied().fold(c64::new(0.0, 0.0), |a, b| {
-        if b.norm_sqr() > a.norm_sqr() { b } else { a }
-    });
+    let largest =
+        tone.amplitude.iter().copied().fold(c64::new(0.0, 0.0), |a, b| if b.norm_sqr() > a.norm_sqr() { b } else { a });
     FoundMode {
         frequency_hz: tone.frequency_hz,
         frequency_sd: Some(tone.sigma_frequency_hz),
