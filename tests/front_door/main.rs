@@ -16,6 +16,7 @@ mod inputs;
 mod interruptions;
 mod modal;
 mod objects;
+mod modal_records;
 mod own_recordings;
 mod plants;
 mod readme;

@@ -3,6 +3,8 @@
 //!
 //! A command line gives the same bytes on any number of cores, the measured times excepted.
 
+mod modal_records;
+
 use crate::{Failure, print};
 use bench::campaign::{Benchmark, Campaign};
 use bench::{evaluation, inertial, modes, slosh};
@@ -86,6 +88,10 @@ enum Problem {
     /// closed-loop modes from outputs alone
     #[value(name = "bp3b")]
     ModesInLoop,
+    /// Modes of random structures from records as they are: samples missing, values held, channels
+    /// late, tones
+    #[value(name = "modal-records")]
+    ModalRecords,
     /// Nanoseconds and allocations of the equations of motion; --trials and --seed have no part in
     /// it
     Dynamics,
@@ -152,6 +158,10 @@ fn answer(arguments: &Arguments, to: &mut Answers) -> Result<(), Failure> {
         }
         Problem::Modes => measure_modes(arguments, to, &[modes::Modes::bp3a()]),
         Problem::ModesInLoop => measure_modes(arguments, to, &[modes::Modes::bp3b(), modes::Modes::bp3b_outputs()]),
+        Problem::ModalRecords => {
+            modal_records::measure(arguments, to);
+            Ok(())
+        }
         Problem::Dynamics => {
             let cases = evaluation::cases(&runtime::sys::allocations);
             to.add(|| evaluation::table(&cases), || evaluation::json(&cases));

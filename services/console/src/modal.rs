@@ -4,6 +4,7 @@
 //! maximum likelihood. Complex frequency responses go through rational fractions, magnitudes alone
 //! through their peaks. Every answer says whose modes it gives.
 
+mod as_it_is;
 mod csv_table;
 mod magnitude;
 mod page;
@@ -108,6 +109,7 @@ struct Synthesis {
 
 /// Everything the answer consists of.
 struct Outcome {
+    as_it_is: as_it_is::AsItIs,
     method: &'static str,
     /// Whose modes these are.
     kind: &'static str,
@@ -202,9 +204,12 @@ fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<&str>) -> V
         let of = |(name, psi): (&String, &c64)| json!({ "channel": name, "re": psi.re, "im": psi.im });
         outcome.channels.iter().zip(&mode.shape).map(of).collect()
     };
-    let mode = |mode: &FoundMode| {
-        json!({ "frequency_hz": mode.frequency_hz, "frequency_sd": mode.frequency_sd, "damping": mode.damping,
-            "damping_sd": mode.damping_sd, "shape": shape(mode), "mpc": mode.phase_collinearity, "kind": outcome.kind })
+    let mode = |(k, mode): (usize, &FoundMode)| {
+        let mut object = json!({ "frequency_hz": mode.frequency_hz, "frequency_sd": mode.frequency_sd, "damping": mode.damping,
+            "damping_sd": mode.damping_sd, "shape": shape(mode), "mpc": mode.phase_collinearity, "kind": outcome.kind,
+            "sd_basis": outcome.deviations });
+        outcome.as_it_is.describe(k, &mut object);
+        object
     };
     let rejected: Vec<Value> =
         outcome.rejected.iter().map(|(reason, poles)| json!({ "reason": reason, "poles": poles })).collect();
@@ -221,7 +226,8 @@ fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<&str>) -> V
     };
     json!({ "files": arguments.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         "method": outcome.method, "kind": outcome.kind, "standard_deviations": outcome.deviations,
-        "channels": outcome.channels, "modes": outcome.modes.iter().map(mode).collect::<Vec<_>>(),
+        "channels": outcome.channels, "modes": outcome.modes.iter().enumerate().map(mode).collect::<Vec<_>>(),
+        "examination": outcome.as_it_is.examination(),
         "rejected": rejected, "drift": outcome.drift.iter().map(drift).collect::<Vec<_>>(), "tracks": outcome.tracks.iter().map(track).collect::<Vec<_>>(), "advice": outcome.advice, "notes": outcome.notes, "report": written })
 }
 
@@ -230,16 +236,29 @@ fn in_words(outcome: &Outcome, written: Option<&str>) -> String {
     if outcome.modes.is_empty() {
         text.push_str("no modes found\n");
     } else {
-        let _ = writeln!(text, "{:>4} {:>22} {:>22} {:>7}", "mode", "frequency [Hz]", "damping [%]", "MPC");
+        let _ =
+            writeln!(text, "{:>4} {:>22} {:>22} {:>7}  {}", "mode", "frequency [Hz]", "damping [%]", "MPC", "nature");
     }
     for (k, mode) in outcome.modes.iter().enumerate() {
         let collinear = mode.phase_collinearity.map_or("-".into(), |mpc| format!("{mpc:.3}"));
         let frequency = estimate(Some(mode.frequency_hz), mode.frequency_sd);
         let damping = estimate(mode.damping.map(|z| 100.0 * z), mode.damping_sd.map(|z| 100.0 * z));
-        let _ = writeln!(text, "{:>4} {frequency:>22} {damping:>22} {collinear:>7}", k + 1);
+        let _ = writeln!(
+            text,
+            "{:>4} {frequency:>22} {damping:>22} {collinear:>7}  {}",
+            k + 1,
+            outcome.as_it_is.in_table(k)
+        );
     }
     let _ = writeln!(text, "\n± one standard deviation: {}", outcome.deviations);
-    for line in outcome.advice.iter().chain(&crate::notes::counted(&outcome.notes)) {
+    let frequencies_hz: Vec<f64> = outcome.modes.iter().map(|mode| mode.frequency_hz).collect();
+    for line in outcome
+        .as_it_is
+        .lines(&frequencies_hz)
+        .iter()
+        .chain(&outcome.advice)
+        .chain(&crate::notes::counted(&outcome.notes))
+    {
         text.push_str(&recordings::wrapped(line, "  "));
     }
     if let Some(written) = written {

@@ -26,6 +26,7 @@ pub mod clipping;
 pub mod compare;
 pub mod delay;
 pub mod doctor;
+pub mod even_record;
 pub mod held;
 mod lattice;
 pub mod missing;

@@ -26,7 +26,13 @@ fn profile() {
         let residual = modal::uncertainty::residual(&gram, &realisation, 4);
         let t_4 = Instant::now();
         let few: Vec<_> = poles.iter().filter(|pole| pole.order == 4).collect();
-        let deviations = modal::uncertainty::pole_deviations(&gram, &[], &realisation, &few, SAMPLE_RATE_HZ);
+        let deviations = modal::uncertainty::pole_deviations(
+            &gram,
+            modal::uncertainty::Blocks::Windows(&[]),
+            &realisation,
+            &few,
+            SAMPLE_RATE_HZ,
+        );
         println!(
             "gram {:?} factorise {:?} poles {:?} residual {:?} ({:.2}) deviations of {} {:?}",
             t_1 - t_0,

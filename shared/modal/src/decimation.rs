@@ -69,6 +69,16 @@ impl HalfBand {
     }
 }
 
+/// `g_n = Σ_m h_m h_{m+n}` of the filter, n from −46 to 46: what it does to covariances.
+pub(crate) fn autocorrelation() -> Vec<f64> {
+    let taps = half_band_taps();
+    let shifted = |n: i32| {
+        let product = |m: i32| taps[m as usize] * taps.get((m + n) as usize).copied().unwrap_or(0.0);
+        (0.max(-n)..TAPS as i32).map(product).sum()
+    };
+    (1 - TAPS as i32..TAPS as i32).map(shifted).collect()
+}
+
 fn half_band_taps() -> Vec<f64> {
     let centre = (TAPS / 2) as i32;
     let mut taps: Vec<f64> = (0..TAPS as i32)

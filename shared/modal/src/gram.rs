@@ -29,6 +29,8 @@ pub struct Gram {
     pub block_rows: usize,
     /// Of every segment: its number of samples and its last 3i samples, newest first.
     pub(crate) tails: Vec<(u64, Vec<f64>)>,
+    /// Channels whose past takes part; all when empty.
+    pub(crate) references: Vec<bool>,
 }
 
 /// Sums over a stretch of samples without a break.
@@ -104,13 +106,31 @@ fn lag_sums(samples: &[f64], l: usize, rows: usize) -> Vec<f64> {
 impl Gram {
     pub(crate) fn zeros(channels: usize, block_rows: usize) -> Self {
         let size = 2 * block_rows * channels;
-        Self { matrix: Mat::zeros(size, size), columns: 0, channels, block_rows, tails: Vec::new() }
+        Self {
+            matrix: Mat::zeros(size, size),
+            columns: 0,
+            channels,
+            block_rows,
+            tails: Vec::new(),
+            references: Vec::new(),
+        }
     }
 
     /// Rows of the past (or of the future): `i l`.
     #[must_use]
     pub fn half(&self) -> usize {
         self.block_rows * self.channels
+    }
+
+    /// Future–past product with zeros for the past of channels that are no references; `None` when
+    /// all are.
+    pub(crate) fn of_references(&self) -> Option<Mat<f64>> {
+        let (l, half) = (self.channels, self.half());
+        let all = self.references.iter().all(|is| *is);
+        let element = |row: usize, column: usize| {
+            if self.references[column % l] { self.matrix[(half + row, column)] } else { 0.0 }
+        };
+        (!all).then(|| Mat::from_fn(half, half, element))
     }
 
     /// Adds the Gram matrix of one stretch: first block row from the lag sums, the rest by

@@ -8,12 +8,14 @@
 use serde::{Deserialize, Serialize};
 
 use crate::decimation::{HalfBand, PASS_BAND};
+use crate::gram::Gram;
 use crate::mac::modal_assurance_criterion;
+use crate::pairs::covariances;
 use crate::selection::{Mode, Selection, SelectionSettings, select_modes};
 use crate::ssi_cov::SsiError;
 use crate::stabilisation::{RejectedPole, Rejection};
 use crate::streaming::StreamingCovariance;
-use crate::uncertainty::relative_variance;
+use crate::uncertainty::{Blocks, relative_variance};
 
 /// Part of the undecimated rate up to which poles are taken: the last 2 % before the Nyquist
 /// frequency fold easily.
@@ -162,43 +164,65 @@ impl ModalIdentifier {
     /// # Errors
     /// [`ModalError`] when no rate can be solved at all.
     pub fn identify_with_reasons(&mut self) -> Result<Selection, ModalError> {
-        let mut all = Selection::default();
-        let mut first_error = None;
-        for halving in 0..self.covariances.len() {
-            match self.select_at(halving) {
-                Ok(selection) => {
-                    all.modes.extend(selection.modes);
-                    all.rejected.extend(selection.rejected);
-                }
-                Err(error) if halving == 0 => first_error = Some(error),
-                Err(_) => {} // a decimated record may be too short while the full rate is not
-            }
-        }
-        match first_error {
-            Some(SsiError::RecordTooShort { need, .. }) => {
-                let need = need + 2 * self.config.block_rows as u64 - 1;
-                Err(ModalError::RecordTooShort { samples: self.samples(), need })
-            }
-            Some(SsiError::NoSignal { .. }) => Err(ModalError::NoSignal { samples: self.samples() }),
-            Some(SsiError::DecompositionFailed { rows }) => Err(ModalError::DecompositionFailed { rows }),
-            None => Ok(keep_best_rate(all)),
-        }
+        let selections = (0..self.covariances.len()).map(|halving| self.select_at(halving));
+        of_all_rates(&self.config, self.samples(), selections)
     }
 
     fn select_at(&self, halving: usize) -> Result<Selection, SsiError> {
-        let decimation = 1usize << halving;
-        let rate_hz = self.config.sample_rate_hz / decimation as f64;
-        let usable_hz = rate_hz * if halving == 0 { USABLE_BAND } else { PASS_BAND };
-        let (low, high) = self.config.band_hz.unwrap_or((0.0, usable_hz));
         let covariance = &self.covariances[halving];
-        select_modes(
-            &covariance.gram(),
-            &covariance.block_grams(),
-            rate_hz,
-            (low, high.min(usable_hz)),
-            decimation,
-            &self.config.selection,
-        )
+        select_at(&self.config, halving, &covariance.gram(), Blocks::Windows(&covariance.block_grams()))
+    }
+}
+
+/// Modes of a stationary record with samples missing (NaN): from the pairs that exist, at the same
+/// rates as in flight.
+///
+/// # Errors
+/// [`ModalError`] when the pairs are too few, or no channel can be a reference.
+pub fn identify_by_pairs(samples: &[f64], config: &Config) -> Result<Selection, ModalError> {
+    let rates = covariances(samples, config.channels, config.block_rows, config.halvings);
+    let rows = (samples.len() / config.channels) as u64;
+    let selections =
+        rates.iter().enumerate().map(|(halving, of)| select_at(config, halving, &of.gram(), Blocks::Pairs(of)));
+    of_all_rates(config, rows, selections)
+}
+
+fn select_at(config: &Config, halving: usize, gram: &Gram, blocks: Blocks<'_>) -> Result<Selection, SsiError> {
+    let decimation = 1usize << halving;
+    let rate_hz = config.sample_rate_hz / decimation as f64;
+    let usable_hz = rate_hz * if halving == 0 { USABLE_BAND } else { PASS_BAND };
+    let (low, high) = config.band_hz.unwrap_or((0.0, usable_hz));
+    select_modes(gram, blocks, rate_hz, (low, high.min(usable_hz)), decimation, &config.selection)
+}
+
+/// Full rate first.
+fn of_all_rates(
+    config: &Config,
+    samples: u64,
+    selections: impl Iterator<Item = Result<Selection, SsiError>>,
+) -> Result<Selection, ModalError> {
+    let mut all = Selection::default();
+    for (halving, selection) in selections.enumerate() {
+        match selection {
+            Ok(selection) => {
+                all.modes.extend(selection.modes);
+                all.rejected.extend(selection.rejected);
+            }
+            Err(error) if halving == 0 => return Err(modal_error(error, config, samples)),
+            Err(_) => {} // a decimated record may be too short while the full rate is not
+        }
+    }
+    Ok(keep_best_rate(all))
+}
+
+fn modal_error(error: SsiError, config: &Config, samples: u64) -> ModalError {
+    match error {
+        SsiError::RecordTooShort { need, .. } => {
+            let need = need + 2 * config.block_rows as u64 - 1;
+            ModalError::RecordTooShort { samples, need }
+        }
+        SsiError::NoSignal { .. } => ModalError::NoSignal { samples },
+        SsiError::DecompositionFailed { rows } => ModalError::DecompositionFailed { rows },
     }
 }
 

@@ -30,6 +30,9 @@
 //! |---|---|
 //! | `identifier` | the identifier in flight: samples in, modes out |
 //! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
+//! | `operational` | a whole record without inputs, as it is: gaps, tones, late channels |
+//! | `tones` | tones of machines: found, told from modes, taken out |
+//! | `pairs` | covariances of a stationary record with samples missing |
 //! | `decimation` | half the sample rate behind an anti-alias filter |
 //! | `onset` | a jump in the motion ends a segment |
 //! | `ssi_cov`, `weighting` | covariance-driven subspace identification, all orders at once |
@@ -59,11 +62,14 @@ pub mod maximum_likelihood;
 pub mod methods;
 pub mod model_order;
 pub mod onset;
+pub mod operational;
+pub mod pairs;
 mod participation;
 pub mod po_moesp;
 mod projection;
 pub mod rational_fraction;
 pub mod record;
+mod seeded;
 pub mod selection;
 pub mod ssi_cov;
 pub mod stabilisation;
@@ -71,6 +77,7 @@ pub mod streaming;
 #[cfg(test)]
 #[path = "../tests/cases/noise.rs"]
 mod test_noise;
+pub mod tones;
 pub mod tracking;
 pub mod uncertainty;
 pub mod weighting;

@@ -10,7 +10,7 @@ use crate::rational_fraction::{self, Orders, RfpError};
 use crate::record::Record;
 use crate::selection::Mode;
 use crate::ssi_cov::{Pole, Projection, Realisation, SsiError, realise_by};
-use crate::uncertainty::pole_deviations;
+use crate::uncertainty::{Blocks, pole_deviations};
 use faer::c64;
 use std::borrow::Cow;
 
@@ -242,7 +242,7 @@ fn by_subspace(record: &Record, settings: &Settings, projection: Projection) -> 
     let realisation = realise_by(&gram, order, projection)?;
     let poles = oscillations(&realisation, order, record.sample_rate_hz);
     let borrowed: Vec<&Pole> = poles.iter().collect();
-    let deviations = pole_deviations(&gram, &[], &realisation, &borrowed, record.sample_rate_hz);
+    let deviations = pole_deviations(&gram, Blocks::Windows(&[]), &realisation, &borrowed, record.sample_rate_hz);
     let estimate = |(pole, found): (&Pole, crate::uncertainty::PoleDeviation)| Estimate {
         frequency_hz: pole.frequency_hz,
         damping_ratio: pole.damping_ratio,

@@ -16,7 +16,7 @@ use faer::c64;
 use crate::gram::Gram;
 use crate::ssi_cov::{Pole, Realisation, SsiError, realise};
 use crate::stabilisation::{RejectedPole, Rejection, StabilityCriteria, Track, tracks};
-use crate::uncertainty::{PoleDeviation, pole_deviations, residual};
+use crate::uncertainty::{Blocks, PoleDeviation, pole_deviations, residual};
 use crate::weighting::homogeneous;
 
 /// Variances this close to the smallest count as equal; the lowest order wins.
@@ -82,22 +82,29 @@ pub struct Selection {
 /// [`SsiError`] of the factorisation; an absence of modes is not an error.
 pub fn select_modes(
     gram: &Gram,
-    block_grams: &[Gram],
+    blocks: Blocks<'_>,
     sample_rate_hz: f64,
     band_hz: (f64, f64),
     decimation: usize,
     settings: &SelectionSettings,
 ) -> Result<Selection, SsiError> {
     let mut realisation = realise(gram, settings.order_max)?;
-    let homogeneous = homogeneous(block_grams, &realisation);
-    let (gram, block_grams) = match &homogeneous {
+    let homogeneous = match blocks {
+        Blocks::Windows(grams) => homogeneous(grams, &realisation),
+        Blocks::Pairs(_) => None,
+    };
+    let (gram, blocks) = match &homogeneous {
         Some((gram, blocks)) => {
             realisation = realise(gram, settings.order_max)?;
-            (gram, &blocks[..])
+            (gram, Blocks::Windows(blocks))
         }
-        None => (gram, block_grams),
+        None => (gram, blocks),
     };
-    let complete_order = complete_order(gram, &realisation);
+    // Pairs are taken of ambient records alone, whose residual is never white.
+    let complete_order = match blocks {
+        Blocks::Windows(_) => complete_order(gram, &realisation),
+        Blocks::Pairs(_) => None,
+    };
     let mut selection = Selection::default();
     let mut poles = Vec::new();
     for order in 1..=realisation.order_max() {
@@ -121,7 +128,7 @@ pub fn select_modes(
         };
         selection.rejected.extend(track.poles.iter().map(|pole| rejected(pole, decimation, reason)));
     }
-    let appraisal = Appraisal { gram, block_grams, realisation: &realisation, sample_rate_hz };
+    let appraisal = Appraisal { gram, blocks, realisation: &realisation, sample_rate_hz };
     let mut resolved = Vec::new();
     let first = |track: &Track| positions(track, complete_order.unwrap_or(0), CANDIDATES_FIRST);
     for (track, best) in stable.iter().zip(appraisal.best(&stable, first)) {
@@ -193,7 +200,7 @@ fn refusal(pole: &Pole, deviation: PoleDeviation, settings: &SelectionSettings) 
 /// Input of the standard deviations.
 struct Appraisal<'a> {
     gram: &'a Gram,
-    block_grams: &'a [Gram],
+    blocks: Blocks<'a>,
     realisation: &'a Realisation,
     sample_rate_hz: f64,
 }
@@ -209,7 +216,7 @@ impl Appraisal<'_> {
         let counts: Vec<Vec<usize>> = tracks.iter().map(candidates).collect();
         let poles: Vec<&Pole> =
             tracks.iter().zip(&counts).flat_map(|(track, at)| at.iter().map(|&at| &track.poles[at])).collect();
-        let deviations = pole_deviations(self.gram, self.block_grams, self.realisation, &poles, self.sample_rate_hz);
+        let deviations = pole_deviations(self.gram, self.blocks, self.realisation, &poles, self.sample_rate_hz);
         let mut appraised: Vec<(&Pole, PoleDeviation)> = poles.into_iter().zip(deviations).collect();
         let mut best = Vec::new();
         for at in counts {

@@ -115,7 +115,11 @@ pub fn realise_by(gram: &Gram, order_max: usize, projection: Projection) -> Resu
     if gram.columns < need {
         return Err(SsiError::RecordTooShort { columns: gram.columns, need });
     }
-    let future_past = gram.matrix.submatrix(half, 0, half, half);
+    let of_references = gram.of_references();
+    let future_past = match &of_references {
+        Some(matrix) => matrix.as_ref(),
+        None => gram.matrix.submatrix(half, 0, half, half),
+    };
     match projection {
         Projection::Covariance => Realisation::from_column_space(future_past, l, order_max),
         Projection::Data => {

@@ -78,6 +78,8 @@ pub enum Rejection {
         phase_collinearity: f64,
         needed: f64,
     },
+    /// In the band in which a tone wandered.
+    HiddenByTone,
     /// The same mode is better known at another sample rate.
     BetterElsewhere {
         decimation: usize,

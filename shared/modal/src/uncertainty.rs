@@ -29,6 +29,7 @@
 use faer::{Accum, Mat, Par, c64};
 
 use crate::gram::Gram;
+use crate::pairs::PairCovariances;
 use crate::ssi_cov::{Pole, Realisation};
 
 /// A residual is called white when the mean square of its lagged correlations is below this many
@@ -63,6 +64,15 @@ pub(crate) fn relative_variance(sigma_frequency: f64, sigma_damping: f64, dampin
     (sigma_frequency * sigma_frequency + sigma_damping * sigma_damping) / damping_ratio
 }
 
+/// Parts of a record, whose spread along it gives deviations.
+#[derive(Clone, Copy)]
+pub enum Blocks<'a> {
+    /// Of whole windows; none when there are few.
+    Windows(&'a [Gram]),
+    /// Of pairs of samples, at one rate.
+    Pairs(&'a PairCovariances),
+}
+
 /// Second moments of a complex first-order deviation: `E|δz|²` and `E δz²`.
 #[derive(Clone, Copy)]
 struct Moments {
@@ -83,12 +93,19 @@ struct Sensitivity {
 #[must_use]
 pub fn pole_deviations(
     gram: &Gram,
-    block_grams: &[Gram],
+    blocks: Blocks<'_>,
     realisation: &Realisation,
     poles: &[&Pole],
     sample_rate_hz: f64,
 ) -> Vec<PoleDeviation> {
     let sensitivities: Vec<Sensitivity> = poles.iter().map(|pole| sensitivity(realisation, pole)).collect();
+    let block_grams = match blocks {
+        Blocks::Windows(grams) => grams,
+        Blocks::Pairs(lags) => {
+            let moments = pair_moments(lags, gram.columns, &sensitivities);
+            return poles.iter().zip(moments).map(|(pole, moments)| deviation(pole, moments, sample_rate_hz)).collect();
+        }
+    };
     let mut orders: Vec<usize> = poles.iter().map(|pole| pole.order).collect();
     orders.sort_unstable();
     orders.dedup();
@@ -335,18 +352,31 @@ fn block_moments(blocks: &[Gram], columns: u64, sensitivities: &[Sensitivity]) -
     let count = blocks.len() as f64;
     let in_blocks: u64 = blocks.iter().map(|block| block.columns).sum();
     let scale = count / (count - 1.0) * columns as f64 / in_blocks as f64;
-    let all = sensitivities.iter().map(|s| {
-        let moves: Vec<c64> = blocks.iter().map(|block| bilinear(block, s)).collect();
-        let mean = moves.iter().fold(c64::new(0.0, 0.0), |sum, x| sum + x) / count;
-        let mut moments = Moments { absolute: 0.0, plain: c64::new(0.0, 0.0) };
-        for x in &moves {
-            let d = x - mean;
-            moments.absolute += scale * d.norm_sqr();
-            moments.plain += d * d * scale;
-        }
-        moments
-    });
-    Some(all.collect())
+    let moves = |s: &Sensitivity| blocks.iter().map(|block| bilinear(block, s)).collect::<Vec<_>>();
+    Some(sensitivities.iter().map(|s| scatter(&moves(s), scale)).collect())
+}
+
+/// The spread over blocks of pairs, which sees what the choice of pairs does. It is the only
+/// evidence there, so that its own uncertainty counts: the error in units of the deviation is a
+/// Student variable of B − 1 degrees of freedom, of variance (B − 1) / (B − 3).
+fn pair_moments(pairs: &PairCovariances, columns: u64, sensitivities: &[Sensitivity]) -> Vec<Moments> {
+    let count = pairs.blocks.len() as f64;
+    let in_blocks: f64 = pairs.blocks.iter().map(|block| block.samples).sum();
+    let scale = count / (count - 1.0) * columns as f64 / in_blocks * (count - 1.0) / (count - 3.0);
+    let moves = |s: &Sensitivity| pairs.blocks.iter().map(|block| block.bilinear(&s.q, &s.r)).collect::<Vec<_>>();
+    sensitivities.iter().map(|s| scatter(&moves(s), scale)).collect()
+}
+
+/// Second moments of `moves` about their mean, summed and scaled.
+fn scatter(moves: &[c64], scale: f64) -> Moments {
+    let mean = moves.iter().fold(c64::new(0.0, 0.0), |sum, x| sum + x) / moves.len() as f64;
+    let mut moments = Moments { absolute: 0.0, plain: c64::new(0.0, 0.0) };
+    for x in moves {
+        let d = x - mean;
+        moments.absolute += scale * d.norm_sqr();
+        moments.plain += d * d * scale;
+    }
+    moments
 }
 
 fn bilinear(block: &Gram, s: &Sensitivity) -> c64 {

@@ -48,6 +48,7 @@ mod tests {
             phase_collinearity: Some(1.0),
         };
         let outcome = Outcome {
+            as_it_is: Default::default(),
             method: "",
             kind: "closed loop, all",
             deviations: "",

@@ -36,6 +36,7 @@ pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Out
     };
     let visible = magnitudes.frequency_hz.iter().zip(&magnitudes.magnitude).filter(|(f, x)| **f > 0.0 && **x > 0.0);
     Ok(Outcome {
+        as_it_is: Default::default(),
         method: "peaks of the magnitude, each fitted as one resonance",
         kind: "resonances of all that moves together",
         deviations: "residual of each fit",

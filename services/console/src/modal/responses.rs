@@ -101,6 +101,7 @@ fn described(identified: Identified, spectra: &[Spectrum]) -> Outcome {
         shape: mode.mode_shape.clone(),
     };
     Outcome {
+        as_it_is: Default::default(),
         method: "rational fraction polynomials on orthogonal polynomials, order by what they split",
         kind: "modes of the structure between the input of the responses and the sensors",
         deviations: "scatter over the accepted orders (no noise model of the responses is known)",

@@ -1,30 +1,21 @@
 //! Modes of a time record.
 
-use super::{Arguments, FoundMode, Outcome, SweepPole, Synthesis};
+mod known_input;
+mod output_only;
+
+use super::{Arguments, FoundMode, Outcome, SweepPole};
 use crate::{Failure, recordings};
-use modal::advice::{Advice, advice, pulse_nulling};
-use modal::c64;
-use modal::drift::{self, Drift, PartOfRecord};
-use modal::gram::output_gram;
-use modal::maximum_likelihood::{MlError, Model, explained, modelled};
-use modal::methods::{Estimate, estimates};
-use modal::model_order::fit_of_any_order;
-use modal::po_moesp::po_moesp;
+use modal::advice::Advice;
+use modal::drift::Drift;
+use modal::methods::Estimate;
 use modal::record::Record;
-use modal::ssi_cov::{Pole, Realisation, realise};
-use modal::{Config, ModalError, ModalIdentifier, OnsetGate, RejectedPole, Rejection, Selection, StabilityCriteria};
+use modal::ssi_cov::{Pole, Realisation};
+use modal::{RejectedPole, Rejection, StabilityCriteria};
 use recording::{Imported, Table};
 use report::Stability;
-use std::ops::Range;
 
-/// Modes that are tried at most where the number is found by likelihood: half the orders, and this.
-const MODES_MAX: usize = 12;
 /// Block rows of the sweep shown.
 const BLOCK_ROWS: usize = 40;
-const OUTPUT_ONLY: &str =
-    "modes of all that moves together: under a controller those of the closed loop, not of the structure alone";
-const INPUT_KNOWN: &str =
-    "modes of the structure between input and sensors; a controller that commands the input is no part of them";
 
 /// Response channels, input and times of one record.
 struct Chosen {
@@ -38,12 +29,16 @@ struct Chosen {
 
 pub(super) fn outcome(arguments: &Arguments, imported: Imported) -> Result<Outcome, Failure> {
     let set = recording::series(imported).map_err(Failure::input)?;
-    let chosen = choose(arguments, &set)?;
-    if arguments.input.is_some() { by_likelihood(arguments, chosen) } else { by_flight(arguments, chosen) }
+    check_names(arguments, &set)?;
+    if arguments.input.is_some() {
+        known_input::by_likelihood(arguments, choose(arguments, &set)?)
+    } else {
+        output_only::outcome(arguments, &set)
+    }
 }
 
-/// The columns asked for, as one table of one rate.
-fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, Failure> {
+/// Every channel asked for is there.
+fn check_names(arguments: &Arguments, set: &recording::SeriesSet) -> Result<(), Failure> {
     let known: Vec<&str> = set.recording.channels.iter().map(|channel| channel.name.as_str()).collect();
     for name in arguments.channels.iter().chain(&arguments.input) {
         if !known.contains(&name.as_str()) {
@@ -55,6 +50,11 @@ fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, F
             )));
         }
     }
+    Ok(())
+}
+
+/// The columns asked for, as one table of one rate.
+fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, Failure> {
     let wanted = |name: &String| {
         let listed = arguments.channels.is_empty() || arguments.channels.contains(name);
         (listed && arguments.input.as_ref() != Some(name)) || arguments.input.as_ref() == Some(name)
@@ -113,180 +113,6 @@ fn record_in_words(chosen: &Chosen) -> String {
         record.samples(),
         record.sample_rate_hz
     )
-}
-
-/// The identifier that flies on some rows, segments at gaps and where the record jumps.
-fn fly(arguments: &Arguments, chosen: &Chosen, rows: Range<usize>) -> Result<Selection, ModalError> {
-    let record = &chosen.record;
-    let mut config = Config::new(record.channels, record.sample_rate_hz);
-    config.selection.order_max = *arguments.orders.end();
-    let (mut identifier, mut gate) = (ModalIdentifier::new(config), OnsetGate::default());
-    for k in rows {
-        if chosen.gaps.contains(&k) {
-            gate.end_segment(&mut identifier);
-            identifier.open_segment();
-        }
-        gate.push(&record.outputs[k * record.channels..(k + 1) * record.channels], &mut identifier);
-    }
-    gate.end_segment(&mut identifier);
-    identifier.identify_with_reasons()
-}
-
-/// Output only: the identifier that flies.
-fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> {
-    let record = &chosen.record;
-    let Selection { modes, rejected } = fly(arguments, &chosen, 0..record.samples()).map_err(|error| {
-        Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}"))
-    })?;
-    let middle = record.samples() / 2;
-    let of_part = |rows: Range<usize>| -> Vec<Estimate> {
-        fly(arguments, &chosen, rows).map(|found| found.modes.iter().map(Estimate::from).collect()).unwrap_or_default()
-    };
-    let drift = drift::between(&of_part(0..middle), &of_part(middle..record.samples()));
-    let found: Vec<Estimate> = modes.iter().map(Estimate::from).collect();
-    let slowest_hz = found.first().map_or(0.0, |mode| mode.frequency_hz);
-    let parts: Vec<PartOfRecord> = drift::parts_of(record, slowest_hz)
-        .into_iter()
-        .map(|over| drift::part(record, &over, of_part(over.clone())))
-        .collect();
-    let tracks = drift::tracks(&found, &parts);
-    let record_s = record.samples() as f64 / record.sample_rate_hz;
-    let sweep = realise(&output_gram(record, BLOCK_ROWS), *arguments.orders.end())
-        .map(|realisation| sweep(&realisation, arguments, record.sample_rate_hz))
-        .unwrap_or_default();
-    Ok(Outcome {
-        method: "covariance-driven stochastic subspace at four rates, orders selected automatically",
-        kind: OUTPUT_ONLY,
-        deviations: "first-order propagation of the sampled covariances, validated by coverage",
-        record: record_in_words(&chosen),
-        modes: found.iter().map(found_mode).collect(),
-        rejected: reasons(&rejected),
-        sweep,
-        spectrum: Some(super::page::density_of(record)),
-        synthesis: correlation(&chosen, &found),
-        advice: in_words(&advice(&found, record_s, None), &drift),
-        drift,
-        tracks,
-        channels: chosen.names,
-        notes: chosen.notes,
-    })
-}
-
-/// The correlation function of the channel of highest variance, and the decays at the poles found
-/// that come nearest to it: under white excitation it is a free decay, and so is that of a free
-/// decay.
-fn correlation(chosen: &Chosen, found: &[Estimate]) -> Option<Synthesis> {
-    const LAGS_MAX: usize = 2000;
-    let record = &chosen.record;
-    let slowest_hz = found.first()?.frequency_hz;
-    // Ten periods of the slowest mode, a tenth of the record, as far as they can be drawn.
-    let lags = ((10.0 * record.sample_rate_hz / slowest_hz) as usize).min(record.samples() / 10).min(LAGS_MAX);
-    let loudest = loudest(record);
-    let y: Vec<f64> = record.outputs.iter().skip(loudest).step_by(record.channels).copied().collect();
-    let mean = y.iter().sum::<f64>() / y.len() as f64;
-    // No product reaches over a gap.
-    let ends: Vec<usize> = chosen.gaps.iter().copied().chain([y.len()]).collect();
-    let starts = std::iter::once(0).chain(chosen.gaps.iter().copied());
-    let stretches: Vec<&[f64]> = starts.zip(&ends).map(|(start, end)| &y[start..*end]).collect();
-    let products = |stretch: &[f64], lag: usize| -> f64 {
-        stretch.iter().skip(lag).zip(stretch).map(|(a, b)| (a - mean) * (b - mean)).sum()
-    };
-    let at = |lag: usize| stretches.iter().map(|stretch| products(stretch, lag)).sum::<f64>() / y.len() as f64;
-    // Lag 0 holds the noise of the sensor.
-    let measured: Vec<f64> = (1..lags).map(at).collect();
-    if measured.len() < 4 * found.len() + 2 {
-        return None;
-    }
-    let poles: Vec<c64> = found
-        .iter()
-        .map(|mode| {
-            let omega = core::f64::consts::TAU * mode.frequency_hz;
-            let damped = (1.0 - mode.damping_ratio * mode.damping_ratio).max(0.0).sqrt();
-            c64::new(-mode.damping_ratio, damped) * omega
-        })
-        .collect();
-    let decays = Record::of_outputs(record.sample_rate_hz, 1, measured.clone());
-    Some(Synthesis {
-        channel: format!("correlation of {}", chosen.names[loudest]),
-        unit: if chosen.unit == "-" { "-".into() } else { format!("({})^2", chosen.unit) },
-        x: (1..lags).map(|lag| lag as f64 / record.sample_rate_hz).collect(),
-        over_frequency: false,
-        modelled: explained(&decays, Model::FREE, &poles).swap_remove(0),
-        measured,
-    })
-}
-
-/// Known input: maximum likelihood, the number of modes by likelihood.
-fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> {
-    let record = &chosen.record;
-    if let Some(row) = chosen.gaps.first() {
-        return Err(Failure::Input(miette::miette!(
-            help = "cut the record with --from and --to where it has no gap: the input during a gap is not known",
-            "samples are missing behind {:.6} s",
-            chosen.start_s + (*row as f64 - 1.0) / record.sample_rate_hz
-        )));
-    }
-    let modes_max = (arguments.orders.end() / 2).clamp(1, MODES_MAX);
-    let model = Model { initial_motion: true, bias: true };
-    let fit = fit_of_any_order(record, model, modes_max).map_err(|error| {
-        let help = match error {
-            MlError::RecordTooShort { need, .. } => {
-                format!("give a longer record: below {need} samples there is nothing to start from")
-            }
-            _ => "is the input the one that drives these channels?".into(),
-        };
-        Failure::Input(miette::miette!(help = help, "{error}"))
-    })?;
-    let found = estimates(&fit);
-    let record_s = record.samples() as f64 / record.sample_rate_hz;
-    let mut said = advice(&found, record_s, Some(fit.residual_correlation()));
-    if let Some(pulse_s) = pulse_s(record) {
-        said.extend(found.iter().filter_map(|estimate: &Estimate| pulse_nulling(estimate.frequency_hz, pulse_s)));
-    }
-    let drift = drift::of_halves(record, model, &fit.poles);
-    let tracks = drift::tracks(&found, &drift::parts_by_likelihood(record, model, &fit.poles));
-    let sweep = po_moesp(
-        record,
-        BLOCK_ROWS.min(record.samples() / (4 * (record.channels + 1))).max(4),
-        *arguments.orders.end(),
-    )
-    .map(|realisation| sweep(&realisation, arguments, record.sample_rate_hz))
-    .unwrap_or_default();
-    let loudest = loudest(record);
-    let synthesis = Synthesis {
-        channel: chosen.names[loudest].clone(),
-        unit: chosen.unit.clone(),
-        x: (0..record.samples()).map(|t| chosen.start_s + t as f64 / record.sample_rate_hz).collect(),
-        over_frequency: false,
-        measured: record.outputs.iter().skip(loudest).step_by(record.channels).copied().collect(),
-        modelled: modelled(record, &fit).swap_remove(loudest),
-    };
-    Ok(Outcome {
-        method: "maximum likelihood by variable projection, input known",
-        kind: INPUT_KNOWN,
-        deviations: "Fisher information at the variances found",
-        record: record_in_words(&chosen),
-        modes: found.iter().map(found_mode).collect(),
-        rejected: Vec::new(),
-        sweep,
-        spectrum: Some(super::page::density_of(record)),
-        synthesis: Some(synthesis),
-        advice: in_words(&said, &drift),
-        drift,
-        tracks,
-        channels: chosen.names,
-        notes: chosen.notes,
-    })
-}
-
-/// Length of the only stretch in which the input is not at rest, when it is one value there.
-fn pulse_s(record: &Record) -> Option<f64> {
-    let largest = record.input.iter().fold(0.0, |a: f64, u| a.max(u.abs()));
-    let on: Vec<bool> = record.input.iter().map(|u| u.abs() > 0.5 * largest).collect();
-    let (first, last) = (on.iter().position(|on| *on)?, on.iter().rposition(|on| *on)?);
-    let whole = on[first..=last].iter().all(|on| *on);
-    let ends = first < record.samples() / 2 && last + 1 < record.samples();
-    (whole && ends && largest > 0.0).then(|| (last + 1 - first) as f64 / record.sample_rate_hz)
 }
 
 fn loudest(record: &Record) -> usize {
@@ -349,6 +175,7 @@ fn reason(rejection: &Rejection) -> &'static str {
         Rejection::ModelsNoise { .. } => "appears only above an order that leaves white noise",
         Rejection::NotResolved { .. } => "not resolved from its own uncertainty",
         Rejection::PhaseNotCollinear { .. } => "shape scattered over the complex plane",
+        Rejection::HiddenByTone => "within the band of a tone",
         Rejection::BetterElsewhere { .. } => "the same mode is better known at another rate",
     }
 }

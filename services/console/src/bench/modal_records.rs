@@ -1,0 +1,38 @@
+//! `obsid bench modal-records`: a line per kind of defect.
+
+use super::{Answers, Arguments};
+use bench::modal_records::defects::Defect;
+use bench::modal_records::{Figures, figures};
+use serde_json::json;
+use std::fmt::Write;
+
+pub(super) fn measure(arguments: &Arguments, to: &mut Answers) {
+    let all: Vec<Figures> =
+        Defect::ALL.into_iter().map(|defect| figures(defect, arguments.trials, arguments.seed)).collect();
+    let object = || format!("{}\n", json!({ "problem": "modal-records", "seed": arguments.seed, "kinds": all }));
+    to.add(|| table(&all), object);
+}
+
+fn table(all: &[Figures]) -> String {
+    let mut text = format!(
+        "{:18} {:>6} {:>8} {:>10} {:>13} {:>13} {:>9} {:>9}\n",
+        "defect", "modes", "missed %", "invented %", "rms z f, damp.", "95 % f, damp.", "tones %", "beside %"
+    );
+    for f in all {
+        let _ = writeln!(
+            text,
+            "{:18} {:>6} {:>8.1} {:>10.1} {:>6.2} {:>6.2} {:>6.1} {:>6.1} {:>9.1} {:>9.1}",
+            f.defect,
+            f.modes,
+            f.missed_percent,
+            f.invented_percent,
+            f.frequency_rms_z,
+            f.damping_rms_z,
+            f.frequency_coverage_percent,
+            f.damping_coverage_percent,
+            f.tones_named_percent,
+            f.beside_right_percent
+        );
+    }
+    text
+}

@@ -1,0 +1,221 @@
+//! Modes of a whole record without inputs, as it is: with samples missing, tones of machines, and
+//! channels that are late.
+//!
+//! A complete record goes through the identifier that flies, behind the gate that finds jumps. A
+//! stationary one with many gaps goes through covariances of pairs ([`crate::pairs`]). In a
+//! stationary record tones are found and taken out ([`crate::tones`]), and the modes identified from
+//! the rest.
+
+use crate::identifier::{Config, ModalError, ModalIdentifier, identify_by_pairs};
+use crate::mac::{modal_phase_collinearity, normalised};
+use crate::onset::OnsetGate;
+use crate::record::Record;
+use crate::selection::{Mode, Selection};
+use crate::stabilisation::{RejectedPole, Rejection};
+use crate::tones::{Tone, ToneSearch};
+use faer::c64;
+
+/// Share of the record that windows may lose at its gaps before pairs are the better evidence.
+const LOST_SHARE_MAX: f64 = 0.05;
+/// Parts whose power tells a decay from a stationary record.
+const PARTS: usize = 12;
+/// Falling parts that a stationary record does not show: eight in order by chance, 1/8!, 2e-5.
+const FALLING_PARTS: usize = 8;
+/// Times that tones are sought again in what is left.
+const ROUNDS: usize = 3;
+/// Damping of a mode of complex shape in its deviations: shapes of noise are complex, and four
+/// deviations by chance in a hundred tracks are 3e-3.
+const COMPLEX_SIGNIFICANCE: f64 = 4.0;
+
+/// How the covariances were taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Evidence {
+    /// Windows without a break.
+    Windows,
+    /// Pairs of samples that exist.
+    Pairs,
+}
+
+/// Modes and tones of a record.
+#[derive(Clone, Debug)]
+pub struct Operational {
+    pub modes: Vec<Mode>,
+    pub tones: Vec<Tone>,
+    pub rejected: Vec<RejectedPole>,
+    pub evidence: Evidence,
+    /// The record moves freely or is struck: neither pairs nor tones are sought.
+    pub transient: bool,
+    /// Samples without the tones, where there are any.
+    pub rest: Option<Vec<f64>>,
+}
+
+/// Modes of `record` (its outputs, NaN where no sample exists; `delays_s` per channel, none when
+/// empty), the settings those of the identifier.
+///
+/// # Errors
+/// [`ModalError`] when the record is too short or flat.
+pub fn identify(record: &Record, delays_s: &[f64], config: &Config) -> Result<Operational, ModalError> {
+    let (shifted, left_s) = in_step(record, delays_s);
+    let values = shifted.as_ref().unwrap_or(&record.outputs);
+    let transient = is_transient(values, record.channels);
+    let evidence = if transient { Evidence::Windows } else { evidence(values, config) };
+    let identified = |values: &[f64]| {
+        let selection = selection(values, evidence, config)?;
+        with_complex_shapes(selection, values, evidence, config, &left_s)
+    };
+    let mut selection = identified(values)?;
+    let mut found =
+        Operational { modes: Vec::new(), tones: Vec::new(), rejected: Vec::new(), evidence, transient, rest: None };
+    if !transient {
+        let mut search = ToneSearch::new(values, record.channels, record.sample_rate_hz);
+        for _ in 0..ROUNDS {
+            let mut taken = search.steady();
+            if taken == 0 {
+                taken = selection.modes.iter().filter(|mode| search.wandering(mode)).count();
+                let modes_hz: Vec<f64> = selection.modes.iter().map(|mode| mode.frequency_hz).collect();
+                taken += search.wandering_peaks(&modes_hz);
+            }
+            if taken == 0 {
+                break;
+            }
+            selection = identified(search.rest())?;
+        }
+        search.join_side_bands();
+        let hidden = |mode: &Mode| search.tones.iter().any(|tone| hides(tone, mode));
+        for mode in selection.modes.extract_if(.., |mode| hidden(mode)) {
+            selection.rejected.push(rejected(&mode, Rejection::HiddenByTone));
+        }
+        if !search.tones.is_empty() {
+            found.rest = Some(search.rest().to_vec());
+        }
+        found.tones = search.tones;
+    }
+    (found.modes, found.rejected) = (selection.modes, selection.rejected);
+    Ok(found)
+}
+
+/// A wandering tone leaves a remainder where it was.
+fn hides(tone: &Tone, mode: &Mode) -> bool {
+    tone.wander_hz > 0.0 && (mode.frequency_hz - tone.frequency_hz).abs() < tone.hides_hz
+}
+
+fn rejected(mode: &Mode, reason: Rejection) -> RejectedPole {
+    let Mode { decimation, order, frequency_hz, damping_ratio, .. } = *mode;
+    RejectedPole { decimation, order, frequency_hz, damping_ratio, reason }
+}
+
+/// Late channels moved ahead by whole samples, and what is left of each delay; `None`: no delay.
+fn in_step(record: &Record, delays_s: &[f64]) -> (Option<Vec<f64>>, Vec<f64>) {
+    let l = record.channels;
+    let steps: Vec<isize> = delays_s.iter().map(|d| libm::round(d * record.sample_rate_hz) as isize).collect();
+    let left_s = delays_s.iter().zip(&steps).map(|(d, n)| d - *n as f64 / record.sample_rate_hz).collect();
+    if steps.iter().all(|n| *n == 0) {
+        return (None, left_s);
+    }
+    let (ahead, behind) = (steps.iter().max().map_or(0, |n| *n.max(&0)), steps.iter().min().map_or(0, |n| *n.min(&0)));
+    let rows = 0.max(record.samples() as isize - ahead + behind);
+    let sample = |t: isize, c: usize| record.outputs[(t + steps[c]) as usize * l + c];
+    let values = (0..rows).flat_map(|t| (0..l).map(move |c| (t - behind, c))).map(|(t, c)| sample(t, c)).collect();
+    (Some(values), left_s)
+}
+
+/// Modes of samples (NaN where none exists) by the evidence that they allow.
+///
+/// # Errors
+/// [`ModalError`] when the record is too short or flat.
+pub fn selection(values: &[f64], evidence: Evidence, config: &Config) -> Result<Selection, ModalError> {
+    match evidence {
+        Evidence::Pairs => identify_by_pairs(values, config),
+        Evidence::Windows => {
+            let (mut identifier, mut gate) = (ModalIdentifier::new(config.clone()), OnsetGate::default());
+            values.chunks_exact(config.channels).for_each(|row| gate.push(row, &mut identifier));
+            gate.end_segment(&mut identifier);
+            identifier.identify_with_reasons()
+        }
+    }
+}
+
+/// Pairs where windows would lose more than [`LOST_SHARE_MAX`] of the record.
+fn evidence(values: &[f64], config: &Config) -> Evidence {
+    let broken: Vec<bool> =
+        values.chunks_exact(config.channels).map(|row| row.iter().any(|y| !y.is_finite())).collect();
+    let gaps =
+        broken.windows(2).filter(|pair| pair[1] && !pair[0]).count() + usize::from(broken.first() == Some(&true));
+    // Of the slowest rate, a window and a filter that fills again.
+    let lost = gaps * (2 * config.block_rows << config.halvings);
+    if lost as f64 > LOST_SHARE_MAX * broken.len() as f64 { Evidence::Pairs } else { Evidence::Windows }
+}
+
+/// The power falls from part to part: [`FALLING_PARTS`] in order behind the strongest, which no part
+/// before comes near, until a floor.
+fn is_transient(values: &[f64], channels: usize) -> bool {
+    let rows = values.len() / channels;
+    if rows < 4 * PARTS {
+        return true;
+    }
+    let means: Vec<f64> = (0..channels)
+        .map(|c| {
+            let existing = values.iter().skip(c).step_by(channels).filter(|y| y.is_finite());
+            let (n, sum) = existing.fold((0.0, 0.0), |(n, sum), y| (n + 1.0, sum + y));
+            if n > 0.0 { sum / n } else { 0.0 }
+        })
+        .collect();
+    let power = |part: usize| {
+        let (from, to) = (part * rows / PARTS, (part + 1) * rows / PARTS);
+        let mut squares = vec![0.0; channels];
+        let mut counts = vec![0.0; channels];
+        for row in values[from * channels..to * channels].chunks_exact(channels) {
+            for (c, y) in row.iter().enumerate().filter(|(_, y)| y.is_finite()) {
+                squares[c] += (y - means[c]) * (y - means[c]);
+                counts[c] += 1.0;
+            }
+        }
+        squares.iter().zip(&counts).map(|(s, n)| if *n > 0.0 { s / n } else { 0.0 }).sum::<f64>()
+    };
+    let powers: Vec<f64> = (0..PARTS).map(power).collect();
+    let largest = (0..PARTS).max_by(|a, b| powers[*a].total_cmp(&powers[*b])).unwrap_or(0);
+    let floor = powers.iter().copied().fold(f64::INFINITY, f64::min);
+    let quiet_before = powers[..largest].iter().all(|p| *p < 0.1 * powers[largest]);
+    let falls = powers[largest..].windows(2).take_while(|pair| pair[1] < pair[0] || pair[1] < 1.5 * floor).count();
+    let to_the_end = largest + falls + 1 == PARTS;
+    // Nine tenths of the energy behind a blow in its first parts: nothing stationary does that.
+    let falls_far = floor < 0.01 * powers[largest];
+    quiet_before && to_the_end && (falls + 1 >= FALLING_PARTS || (falls_far && falls >= 3))
+}
+
+/// Shapes in step, and modes whose shape is complex for no delay, when they are otherwise resolved.
+fn with_complex_shapes(
+    mut selection: Selection,
+    values: &[f64],
+    evidence: Evidence,
+    config: &Config,
+    left_s: &[f64],
+) -> Result<Selection, ModalError> {
+    let scattered = |pole: &RejectedPole| matches!(pole.reason, Rejection::PhaseNotCollinear { .. });
+    let mut loose = config.clone();
+    loose.selection.phase_collinearity_min = 0.0;
+    if selection.rejected.iter().any(scattered) {
+        let all = self::selection(values, evidence, &loose)?;
+        let known = selection.modes.clone();
+        let near = |mode: &Mode, other: &Mode| {
+            (mode.frequency_hz - other.frequency_hz).abs() < 2.0 * other.damping_ratio * other.frequency_hz
+        };
+        selection.modes.extend(all.modes.into_iter().filter(|mode| {
+            mode.sigma_damping * COMPLEX_SIGNIFICANCE < mode.damping_ratio
+                && mode.orders_found >= 2 * config.selection.orders_needed
+                && mode.phase_collinearity < config.selection.phase_collinearity_min
+                && !known.iter().any(|other| near(mode, other))
+        }));
+        selection.modes.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+    }
+    for mode in selection.modes.iter_mut().filter(|_| !left_s.is_empty()) {
+        let omega = core::f64::consts::TAU * mode.frequency_hz;
+        let turned = mode.mode_shape.iter().zip(left_s).map(|(psi, delay_s)| {
+            let (sine, cosine) = libm::sincos(omega * delay_s);
+            *psi * c64::new(cosine, sine)
+        });
+        mode.mode_shape = normalised(turned);
+        mode.phase_collinearity = modal_phase_collinearity(&mode.mode_shape);
+    }
+    Ok(selection)
+}

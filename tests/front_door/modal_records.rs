@@ -1,0 +1,86 @@
+//! `obsid modal` on records as they are: each file has one defect, and the structure's two modes in
+//! it.
+
+use crate::desk::{Folder, number, workspace};
+use serde_json::Value;
+
+/// The answer about a file of `records`.
+fn answer(file: &str) -> Value {
+    let folder = Folder::new(&format!("modal-{file}"));
+    let path = workspace().join("tests/front_door/records").join(file);
+    folder.ask(&["modal", path.to_str().unwrap(), "--json"]).ends_with(0).object()
+}
+
+fn of_nature<'a>(answer: &'a Value, nature: &str) -> Vec<&'a Value> {
+    answer["modes"].as_array().unwrap().iter().filter(|mode| mode["nature"] == nature).collect()
+}
+
+fn did(answer: &Value, check: &str) -> usize {
+    answer["examination"].as_array().unwrap().iter().filter(|finding| finding["check"] == check).count()
+}
+
+/// The answer has these modes (frequency, damping) within four of its standard deviations, which
+/// are not wide, and no other.
+fn has_modes(answer: &Value, truth: &[(f64, f64)]) {
+    let modes = of_nature(answer, "mode");
+    assert_eq!(modes.len(), truth.len(), "{answer:#}");
+    for (mode, (frequency_hz, damping)) in modes.iter().zip(truth) {
+        let (f_sd, damping_sd) = (number(mode, "frequency_sd"), number(mode, "damping_sd"));
+        assert!((number(mode, "frequency_hz") - frequency_hz).abs() < 4.0 * f_sd, "{mode:#}");
+        assert!((number(mode, "damping") - damping).abs() < 4.0 * damping_sd, "{mode:#}");
+        assert!(f_sd < 0.01 * frequency_hz && damping_sd < 0.4 * damping, "{mode:#}");
+    }
+}
+
+#[test]
+fn samples_that_are_lost_leave_the_modes() {
+    for file in ["every_tenth.csv.gz", "three_percent.csv.gz"] {
+        let answer = answer(file);
+        has_modes(&answer, &[(1.5, 0.01), (4.5, 0.015)]);
+        assert_eq!(did(&answer, "missing"), 1, "one note for all gaps: {answer:#}");
+    }
+}
+
+#[test]
+fn held_values_are_read_at_their_rate_and_a_folded_mode_may_be_one() {
+    let answer = answer("seven_in_a_row.csv.gz");
+    // 50/7 Hz: 4.5 Hz shows at 50/7 − 4.5.
+    let modes = of_nature(&answer, "mode");
+    assert_eq!(modes.len(), 2, "{answer:#}");
+    assert!((number(modes[0], "frequency_hz") - 1.5).abs() < 0.03);
+    assert!((number(modes[1], "frequency_hz") - (50.0 / 7.0 - 4.5)).abs() < 0.05);
+    let folded = modes[1]["may_be_folded_from_hz"].as_array().unwrap();
+    assert!(folded.iter().any(|f| (f.as_f64().unwrap() - 4.5).abs() < 0.05), "{answer:#}");
+    assert_eq!(did(&answer, "held"), 3);
+}
+
+#[test]
+fn a_slower_channel_is_a_channel_with_samples_missing() {
+    let answer = answer("one_channel_slower.csv.gz");
+    has_modes(&answer, &[(1.5, 0.01), (4.5, 0.015)]);
+    assert_eq!(did(&answer, "held"), 1);
+}
+
+#[test]
+fn stamps_coarser_than_the_clock_change_nothing() {
+    let answer = answer("ms_of_300_hz.csv.gz");
+    has_modes(&answer, &[(9.0, 0.01), (27.0, 0.015)]);
+    assert_eq!(did(&answer, "irregular_time"), 1);
+}
+
+#[test]
+fn a_late_channel_leaves_the_modes_and_shapes_in_phase() {
+    let answer = answer("second_channel_140_ms_late.csv.gz");
+    has_modes(&answer, &[(1.5, 0.01), (4.5, 0.015)]);
+    assert!(of_nature(&answer, "mode").iter().all(|mode| number(mode, "mpc") > 0.9), "{answer:#}");
+    assert_eq!(did(&answer, "delay"), 1);
+}
+
+#[test]
+fn tones_are_named_and_the_modes_beside_them_stay() {
+    for (file, tones) in [("two_tones.csv.gz", 2), ("speed_wanders.csv.gz", 1)] {
+        let answer = answer(file);
+        has_modes(&answer, &[(2.0, 0.01), (7.0, 0.015)]);
+        assert_eq!(of_nature(&answer, "tone").len(), tones, "{answer:#}");
+    }
+}
