@@ -1,15 +1,15 @@
 //! Modes of a time record.
 
+mod known_input;
+
 use super::{Arguments, FoundMode, Outcome, SweepPole, Synthesis};
 use crate::{Failure, recordings};
-use modal::advice::{Advice, advice, pulse_nulling};
+use modal::advice::{Advice, advice};
 use modal::c64;
 use modal::drift::{self, Drift, PartOfRecord};
 use modal::gram::output_gram;
-use modal::maximum_likelihood::{MlError, Model, explained, modelled};
+use modal::maximum_likelihood::{Model, explained};
 use modal::methods::{Estimate, estimates};
-use modal::model_order::fit_of_any_order;
-use modal::po_moesp::po_moesp;
 use modal::record::Record;
 use modal::ssi_cov::{Pole, Realisation, realise};
 use modal::{Config, ModalError, ModalIdentifier, OnsetGate, RejectedPole, Rejection, Selection, StabilityCriteria};
@@ -17,14 +17,10 @@ use recording::{Imported, Table};
 use report::Stability;
 use std::ops::Range;
 
-/// Modes that are tried at most where the number is found by likelihood: half the orders, and this.
-const MODES_MAX: usize = 12;
 /// Block rows of the sweep shown.
 const BLOCK_ROWS: usize = 40;
 const OUTPUT_ONLY: &str =
     "modes of all that moves together: under a controller those of the closed loop, not of the structure alone";
-const INPUT_KNOWN: &str =
-    "modes of the structure between input and sensors; a controller that commands the input is no part of them";
 
 /// Response channels, input and times of one record.
 struct Chosen {
@@ -39,7 +35,7 @@ struct Chosen {
 pub(super) fn outcome(arguments: &Arguments, imported: Imported) -> Result<Outcome, Failure> {
     let set = recording::series(imported).map_err(Failure::input)?;
     let chosen = choose(arguments, &set)?;
-    if arguments.input.is_some() { by_likelihood(arguments, chosen) } else { by_flight(arguments, chosen) }
+    if arguments.input.is_some() { known_input::by_likelihood(arguments, chosen) } else { by_flight(arguments, chosen) }
 }
 
 /// The columns asked for, as one table of one rate.
@@ -214,79 +210,6 @@ fn correlation(chosen: &Chosen, found: &[Estimate]) -> Option<Synthesis> {
         modelled: explained(&decays, Model::FREE, &poles).swap_remove(0),
         measured,
     })
-}
-
-/// Known input: maximum likelihood, the number of modes by likelihood.
-fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> {
-    let record = &chosen.record;
-    if let Some(row) = chosen.gaps.first() {
-        return Err(Failure::Input(miette::miette!(
-            help = "cut the record with --from and --to where it has no gap: the input during a gap is not known",
-            "samples are missing behind {:.6} s",
-            chosen.start_s + (*row as f64 - 1.0) / record.sample_rate_hz
-        )));
-    }
-    let modes_max = (arguments.orders.end() / 2).clamp(1, MODES_MAX);
-    let model = Model { initial_motion: true, bias: true };
-    let fit = fit_of_any_order(record, model, modes_max).map_err(|error| {
-        let help = match error {
-            MlError::RecordTooShort { need, .. } => {
-                format!("give a longer record: below {need} samples there is nothing to start from")
-            }
-            _ => "is the input the one that drives these channels?".into(),
-        };
-        Failure::Input(miette::miette!(help = help, "{error}"))
-    })?;
-    let found = estimates(&fit);
-    let record_s = record.samples() as f64 / record.sample_rate_hz;
-    let mut said = advice(&found, record_s, Some(fit.residual_correlation()));
-    if let Some(pulse_s) = pulse_s(record) {
-        said.extend(found.iter().filter_map(|estimate: &Estimate| pulse_nulling(estimate.frequency_hz, pulse_s)));
-    }
-    let drift = drift::of_halves(record, model, &fit.poles);
-    let tracks = drift::tracks(&found, &drift::parts_by_likelihood(record, model, &fit.poles));
-    let sweep = po_moesp(
-        record,
-        BLOCK_ROWS.min(record.samples() / (4 * (record.channels + 1))).max(4),
-        *arguments.orders.end(),
-    )
-    .map(|realisation| sweep(&realisation, arguments, record.sample_rate_hz))
-    .unwrap_or_default();
-    let loudest = loudest(record);
-    let synthesis = Synthesis {
-        channel: chosen.names[loudest].clone(),
-        unit: chosen.unit.clone(),
-        x: (0..record.samples()).map(|t| chosen.start_s + t as f64 / record.sample_rate_hz).collect(),
-        over_frequency: false,
-        measured: record.outputs.iter().skip(loudest).step_by(record.channels).copied().collect(),
-        modelled: modelled(record, &fit).swap_remove(loudest),
-    };
-    Ok(Outcome {
-        method: "maximum likelihood by variable projection, input known",
-        kind: INPUT_KNOWN,
-        deviations: "Fisher information at the variances found",
-        record: record_in_words(&chosen),
-        modes: found.iter().map(found_mode).collect(),
-        rejected: Vec::new(),
-        sweep,
-        spectrum: Some(super::page::density_of(record)),
-        synthesis: Some(synthesis),
-        advice: in_words(&said, &drift),
-        drift,
-        tracks,
-        channels: chosen.names,
-        notes: chosen.notes,
-    })
-}
-
-/// Length of the only stretch in which the input is not at rest, when it is one value there.
-fn pulse_s(record: &Record) -> Option<f64> {
-    let largest = record.input.iter().fold(0.0, |a: f64, u| a.max(u.abs()));
-    let on: Vec<bool> = record.input.iter().map(|u| u.abs() > 0.5 * largest).collect();
-    let (first, last) = (on.iter().position(|on| *on)?, on.iter().rposition(|on| *on)?);
-    let whole = on[first..=last].iter().all(|on| *on);
-    let ends = first < record.samples() / 2 && last + 1 < record.samples();
-    (whole && ends && largest > 0.0).then(|| (last + 1 - first) as f64 / record.sample_rate_hz)
 }
 
 fn loudest(record: &Record) -> usize {
