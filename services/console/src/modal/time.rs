@@ -9,7 +9,7 @@ use modal::c64;
 use modal::drift::{self, Drift, PartOfRecord};
 use modal::gram::output_gram;
 use modal::maximum_likelihood::{Model, explained};
-use modal::methods::{Estimate, estimates};
+use modal::methods::Estimate;
 use modal::record::Record;
 use modal::ssi_cov::{Pole, Realisation, realise};
 use modal::{Config, ModalError, ModalIdentifier, OnsetGate, RejectedPole, Rejection, Selection, StabilityCriteria};
