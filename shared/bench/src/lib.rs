@@ -65,6 +65,7 @@ pub mod experiment_design;
 pub mod flying_bound;
 pub mod flying_filter;
 pub mod inertial;
+pub mod modal_records;
 pub mod modes;
 pub mod momentum_extended;
 pub mod momentum_methods;

@@ -44,6 +44,7 @@
 //! | `advice`, `drift` | whether a record can determine its modes; changes of modes within a record |
 #![forbid(unsafe_code)]
 
+pub mod adequacy;
 pub mod advice;
 pub mod decimation;
 pub mod drift;
@@ -52,6 +53,8 @@ pub mod frequency_responses;
 pub mod gram;
 mod history;
 pub mod identifier;
+mod innovations;
+pub mod known_input;
 mod leading;
 pub mod lsce;
 pub mod mac;
