@@ -10,7 +10,7 @@
 
 use crate::maximum_likelihood::scan::explained_by;
 use crate::maximum_likelihood::{Evaluation, Model, Outputs, driven};
-use crate::projection::dot;
+use crate::projection::{Basis, dot};
 use crate::record::Record;
 use faer::c64;
 
@@ -92,7 +92,11 @@ fn through_modes(
             columns.extend(outputs.present.iter().map(|t| half[*t]));
         }
     }
-    (2.0 * explained_by(columns, at), (2 * poles.len() * spread.len()) as f64)
+    // Beside the linear columns those of the poles: in a loop a wrong pole does much of what a
+    // disturbance does.
+    let fitted = [at.columns.linear.as_slice(), &at.columns.derivative].concat();
+    let basis = Basis::new(fitted, at.columns.rows);
+    (2.0 * explained_by(columns, &basis, at), (2 * poles.len() * spread.len()) as f64)
 }
 
 /// Probability that χ² with some degrees of freedom exceeds a value, by the cube root's normality

@@ -262,7 +262,8 @@ fn finish(
     order: &[usize],
     (iterations, converged): (usize, bool),
 ) -> Option<Fit> {
-    let freedom = (now.columns.rows - now.basis.rank()) as f64 - 2.0 * poles.len() as f64 / outputs.channels.len() as f64;
+    let freedom =
+        (now.columns.rows - now.basis.rank()) as f64 - 2.0 * poles.len() as f64 / outputs.channels.len() as f64;
     let weights: Vec<f64> = now.squares.iter().map(|s| weight(*s, freedom)).collect();
     let unsorted = covariance(&now.information(&weights).0, poles)?;
     let n = 2 * poles.len();

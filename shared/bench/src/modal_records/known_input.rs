@@ -53,6 +53,9 @@ pub struct Row {
     pub trials: usize,
     /// Records of which no model was right; their modes count as neither found nor missed.
     pub not_adequate: usize,
+    /// Records of which the answer holds only if no disturbance acts, which it says; where one does
+    /// they count as the former.
+    pub conditional: usize,
     /// Records answered in the innovations form.
     pub innovations: usize,
     /// Modes that were there to be found.
@@ -85,6 +88,8 @@ pub struct Trial {
     pub record: Record,
     /// (Hz, damping ratio).
     pub truth: Vec<(f64, f64)>,
+    /// Something else moves the structure as well.
+    pub disturbed: bool,
 }
 
 impl Structure {
@@ -110,7 +115,12 @@ impl Structure {
     }
 
     /// Angles and inputs; the input at a row comes from the measured angles up to that row.
-    fn run(&self, mut input: impl FnMut(usize, f64) -> f64, mut noise: impl FnMut() -> f64, mut force: impl FnMut() -> f64) -> (Vec<f64>, Vec<f64>) {
+    fn run(
+        &self,
+        mut input: impl FnMut(usize, f64) -> f64,
+        mut noise: impl FnMut() -> f64,
+        mut force: impl FnMut() -> f64,
+    ) -> (Vec<f64>, Vec<f64>) {
         let period = 1.0 / self.rate_hz;
         let steps: Vec<[f64; 6]> = (0..self.frequencies_hz.len()).map(|k| self.held(k, period)).collect();
         let mut states = vec![[0.0; 2]; steps.len()];
@@ -137,13 +147,20 @@ impl Structure {
         let (sine, cosine) = libm::sincos(damped * period);
         let decay = libm::exp(-zeta * omega * period);
         let ratio = zeta * omega / damped;
-        let a = [decay * (cosine + ratio * sine), decay * sine / damped, -decay * omega * omega * sine / damped, decay * (cosine - ratio * sine)];
+        let a = [
+            decay * (cosine + ratio * sine),
+            decay * sine / damped,
+            -decay * omega * omega * sine / damped,
+            decay * (cosine - ratio * sine),
+        ];
         [a[0], a[1], a[2], a[3], (1.0 - a[0]) / (omega * omega), -a[2] / (omega * omega)]
     }
 
     /// Static angle of channel 0 for a unit torque of one mode, the softest.
     fn compliance(&self) -> f64 {
-        let of = |k: usize| (self.input[k] / (TAU * self.frequencies_hz[k])) * (self.input[k] / (TAU * self.frequencies_hz[k]));
+        let of = |k: usize| {
+            (self.input[k] / (TAU * self.frequencies_hz[k])) * (self.input[k] / (TAU * self.frequencies_hz[k]))
+        };
         (0..self.input.len()).map(of).fold(0.0, f64::max)
     }
 }
@@ -168,7 +185,9 @@ impl Controller {
 
 /// A controller that damps the softest mode to 5–30 % and leaves the sampled loop stable.
 fn controller(structure: &Structure, random: &mut Generator, integral: bool) -> Controller {
-    let soft = (0..structure.input.len()).min_by(|a, b| structure.frequencies_hz[*a].total_cmp(&structure.frequencies_hz[*b])).unwrap_or(0);
+    let soft = (0..structure.input.len())
+        .min_by(|a, b| structure.frequencies_hz[*a].total_cmp(&structure.frequencies_hz[*b]))
+        .unwrap_or(0);
     let omega = TAU * structure.frequencies_hz[soft];
     let (stiffer, damped) = (random.between(0.05, 0.5), random.between(0.05, 0.3));
     let mut scale = 1.0 / (structure.input[soft] * structure.input[soft]);
@@ -225,7 +244,9 @@ impl Kind {
         let (y, u) = match self {
             Kind::Random => structure.run(|t, _| held(t, hold), noise, || 0.0),
             Kind::Steps => structure.run(|t, _| 5.0 * held(t, samples / 7), noise, || 0.0),
-            Kind::Pulse => structure.run(|t, _| f64::from(u8::from((begin..begin + pulse).contains(&t))), noise, || 0.0),
+            Kind::Pulse => {
+                structure.run(|t, _| f64::from(u8::from((begin..begin + pulse).contains(&t))), noise, || 0.0)
+            }
             Kind::Pd(_) | Kind::Pid(_) | Kind::Disturbed(_) => {
                 let mut pid = controller(&structure, &mut random, matches!(self, Kind::Pid(_)));
                 // The torque of the noise in the loop, rms: of the derivative above all.
@@ -240,7 +261,7 @@ impl Kind {
         };
         let record = Record::of_outputs(structure.rate_hz, structure.shapes[0].len(), y).with_input(1, u);
         let truth = structure.frequencies_hz.into_iter().zip(structure.damping_ratios).collect();
-        Trial { record, truth }
+        Trial { record, truth, disturbed: disturbance > 0.0 }
     }
 }
 
@@ -252,15 +273,22 @@ struct Gathered {
     invented: usize,
     modes: usize,
     not_adequate: usize,
+    conditional: usize,
     innovations: usize,
 }
 
 impl Gathered {
     fn take(&mut self, trial: &Trial, answer: Option<&Identified>) {
-        let Some(answer) = answer.filter(|answer| answer.adequate()) else {
+        let Some(answer) = answer.filter(|answer| answer.adequate) else {
             self.not_adequate += 1;
             return;
         };
+        if answer.assumes_no_disturbance() {
+            self.conditional += 1;
+            if trial.disturbed {
+                return;
+            }
+        }
         self.innovations += usize::from(answer.noise == Noise::Innovations);
         let found = &answer.fit;
         let mut unmatched: Vec<usize> = (0..found.poles.len()).collect();
@@ -291,6 +319,7 @@ impl Gathered {
             kind: kind.into(),
             trials,
             not_adequate: self.not_adequate,
+            conditional: self.conditional,
             innovations: self.innovations,
             modes: self.modes,
             missed: self.missed,

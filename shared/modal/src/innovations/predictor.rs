@@ -44,8 +44,9 @@ fn sampled(pole: c64, period: f64) -> Sampled {
 }
 
 impl Predictor {
-    /// Gain zero: output error, its initial motion through the shapes of the forced one.
-    pub fn of_output_error(at: &Evaluation, poles: &[c64]) -> Self {
+    /// From residues of the input and of innovations of some `channels` as further inputs: gains and
+    /// initial motion as far as the shapes of the forced motion carry them.
+    pub fn of_residues(at: &Evaluation, poles: &[c64], channels: &[usize], period: f64) -> Self {
         let (pairs, l) = (at.columns.pairs, at.coefficients.len());
         let residue = |k: usize, pair: usize, i: usize| {
             let column = 2 * (k * pairs + pair);
@@ -53,19 +54,32 @@ impl Predictor {
         };
         let fixed = 2 * pairs * poles.len();
         let shapes: Vec<Vec<c64>> = (0..poles.len()).map(|k| (0..l).map(|i| residue(k, 0, i)).collect()).collect();
-        let initial = shapes.iter().enumerate().map(|(k, shape): (usize, &Vec<c64>)| {
-            let power: f64 = shape.iter().map(c64::norm_sqr).sum();
-            let along = (0..l).filter(|_| pairs > 1).map(|i| shape[i].conj() * residue(k, 1, i));
-            along.fold(c64::new(0.0, 0.0), |sum, x| sum + x) / power.max(f64::MIN_POSITIVE)
-        });
+        let none = c64::new(0.0, 0.0);
+        let along = |k: usize, pair: usize| {
+            let power: f64 = shapes[k].iter().map(c64::norm_sqr).sum();
+            (0..l).map(|i| shapes[k][i].conj() * residue(k, pair, i)).fold(none, |sum, x| sum + x)
+                / power.max(f64::MIN_POSITIVE)
+        };
+        let mut gains = vec![vec![none; l]; poles.len()];
+        for (k, pole) in poles.iter().enumerate() {
+            for (source, j) in channels.iter().enumerate() {
+                gains[k][*j] = along(k, 1 + source) * sampled(*pole, period).g;
+            }
+        }
+        let moves = pairs > 1 + channels.len();
         Self {
             poles: poles.to_vec(),
-            initial: initial.collect(),
-            gains: vec![vec![c64::new(0.0, 0.0); l]; poles.len()],
+            initial: (0..poles.len()).map(|k| if moves { along(k, pairs - 1) } else { none }).collect(),
+            gains,
             direct: at.coefficients.iter().map(|c| c[fixed]).collect(),
-            bias: at.coefficients.iter().map(|c| c.get(fixed + 1).copied().unwrap_or(0.0)).collect(),
+            bias: at.coefficients.iter().map(|c| c.get(fixed + 1 + channels.len()).copied().unwrap_or(0.0)).collect(),
             shapes,
         }
+    }
+
+    /// The predictor that hears no innovation: stable as its poles are.
+    pub fn without_gains(&mut self) {
+        self.gains.iter_mut().flatten().for_each(|gain| *gain = c64::new(0.0, 0.0));
     }
 
     /// Place of the first unknown of a mode: λ, z(0), shapes, gains; behind all modes direct terms
@@ -119,7 +133,15 @@ impl Predictor {
     }
 
     /// Error of the prediction of one row; zero of an absent one.
-    fn error(&self, record: &Record, model: Model, outputs: &Outputs, z: &[c64], at: (usize, Option<usize>), e: &mut [f64]) {
+    fn error(
+        &self,
+        record: &Record,
+        model: Model,
+        outputs: &Outputs,
+        z: &[c64],
+        at: (usize, Option<usize>),
+        e: &mut [f64],
+    ) {
         let Some(row) = at.1 else { return e.fill(0.0) };
         for (i, e) in e.iter_mut().enumerate() {
             let modes: f64 = z.iter().zip(&self.shapes).map(|(z, c)| c[i].re * z.re - c[i].im * z.im).sum();
@@ -192,7 +214,15 @@ impl Predictor {
     }
 
     /// `∂z_k/∂p` from one sample to the next.
-    fn advance(&self, k: usize, step: &Sampled, (z, u): (c64, f64), e: &[f64], rows: &[Vec<f64>], slope: &mut [Vec<f64>; 2]) {
+    fn advance(
+        &self,
+        k: usize,
+        step: &Sampled,
+        (z, u): (c64, f64),
+        e: &[f64],
+        rows: &[Vec<f64>],
+        slope: &mut [Vec<f64>; 2],
+    ) {
         let [re, im] = slope;
         for (re, im) in re.iter_mut().zip(im.iter_mut()) {
             (*re, *im) = (step.e.re * *re - step.e.im * *im, step.e.re * *im + step.e.im * *re);

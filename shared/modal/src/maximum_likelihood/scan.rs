@@ -61,21 +61,23 @@ fn gain(record: &Record, outputs: &Outputs, base: &Evaluation, pole: c64) -> f64
             columns.extend(outputs.present.iter().map(|t| half[*t]));
         }
     }
-    explained_by(columns, base)
+    explained_by(columns, &base.basis, base)
 }
 
-/// Gain in log-likelihood, `Σ_i N/2 ln(RSS_i/RSS_i')`, by further columns over the rows present.
-pub(crate) fn explained_by(mut columns: Vec<f64>, base: &Evaluation) -> f64 {
+/// Gain in log-likelihood, `Σ_i N/2 ln(RSS_i/RSS_i')`, by further columns over the rows present,
+/// what `basis` explains of them taken out.
+pub(crate) fn explained_by(mut columns: Vec<f64>, basis: &Basis, base: &Evaluation) -> f64 {
     let rows = base.columns.rows;
     columns.chunks_exact_mut(rows).for_each(|column| {
-        base.basis.project_out(column);
+        basis.project_out(column);
     });
     let beside = Basis::new(columns, rows);
-    let gains = base.residuals.iter().zip(&base.squares).filter(|(_, before)| **before > 0.0).map(|(residual, before)| {
-        let explained = beside.along(residual);
-        let left = (before - dot(&explained, &explained)).max(f64::MIN_POSITIVE);
-        0.5 * rows as f64 * libm::log(before / left)
-    });
+    let gains =
+        base.residuals.iter().zip(&base.squares).filter(|(_, before)| **before > 0.0).map(|(residual, before)| {
+            let explained = beside.along(residual);
+            let left = (before - dot(&explained, &explained)).max(f64::MIN_POSITIVE);
+            0.5 * rows as f64 * libm::log(before / left)
+        });
     gains.sum()
 }
 
