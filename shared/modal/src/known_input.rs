@@ -7,6 +7,8 @@
 //! may act on the structure: the innovations form then has its say. If that is not right either,
 //! the answer is a candidate, and says so.
 
+mod lags;
+
 use crate::adequacy::{self, Residual, chi_square_tail};
 use crate::innovations;
 use crate::maximum_likelihood::scan::{other, scan};
@@ -63,6 +65,8 @@ pub struct Identified {
     /// acted on the structure, mode by mode; sensor noise alone is an assumption that such a record
     /// tests only as well as these are small.
     pub if_disturbed: Option<Vec<(f64, f64)>>,
+    /// Samples by which each channel is late against the input; empty if all are in step.
+    pub lags: Vec<isize>,
 }
 
 impl Identified {
@@ -96,6 +100,16 @@ struct Search<'a> {
 /// Cost: of a record whose first model is right and that shows no feedback, one more fit from its
 /// poles.
 pub fn identify(record: &Record, model: Model, accelerations: bool, modes_max: usize) -> Result<Identified, MlError> {
+    let found = in_step(record, model, accelerations, modes_max)?;
+    let late = lags::lags(record, found.model, &Outputs::new(record), &found.fit.poles).filter(|_| !found.adequate);
+    let Some(lags) = late else { return Ok(found) };
+    let moved = lags::in_step(record, &lags);
+    let again = in_step(&moved, model, accelerations, modes_max);
+    Ok(again.ok().filter(|again| again.adequate).map_or(found, |again| Identified { lags, ..again }))
+}
+
+/// As [`identify`], all channels in step.
+fn in_step(record: &Record, model: Model, accelerations: bool, modes_max: usize) -> Result<Identified, MlError> {
     let search = Search { record, outputs: Outputs::new(record), modes_max };
     let same = Model { feedthrough: Feedthrough::SameSample, ..model };
     let next = other(same);
@@ -180,7 +194,7 @@ impl Search<'_> {
     fn examined(&self, fit: Fit, model: Model) -> Identified {
         let residual = adequacy::examine(self.record, model, &self.outputs, &fit.poles);
         let (noise, adequate) = (Noise::OfSensors, residual.white);
-        Identified { fit, model, noise, residual, feedback: false, adequate, if_disturbed: None }
+        Identified { fit, model, noise, residual, feedback: false, adequate, if_disturbed: None, lags: Vec::new() }
     }
 
     /// Of those that suit and whose modes are resolved the one of the smallest criterion.
@@ -238,6 +252,15 @@ impl Search<'_> {
         let residual = adequacy::judged(&fit.residuals, [adequacy::ljung_box(&fit.residuals, &self.outputs)]);
         let noise = Noise::Innovations;
         let adequate = residual.p > DISTURBED_LEVEL && resolved(&fit);
-        adequate.then_some(Identified { fit, model, noise, residual, feedback: false, adequate, if_disturbed: None })
+        adequate.then_some(Identified {
+            fit,
+            model,
+            noise,
+            residual,
+            feedback: false,
+            adequate,
+            if_disturbed: None,
+            lags: Vec::new(),
+        })
     }
 }

@@ -50,6 +50,7 @@ mod tests {
         let outcome = Outcome {
             method: "",
             kind: "closed loop, all",
+            verdict: None,
             deviations: "",
             channels: vec!["a,b".into(), "c".into()],
             record: String::new(),

@@ -364,3 +364,34 @@ pub fn run(trials: usize, seed: u64) -> Vec<Row> {
     };
     KINDS.iter().enumerate().map(of).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn noise_that_a_controller_feeds_back_biases_no_mode() {
+        let (name, kind) = KINDS[3];
+        let mut gathered = Gathered::default();
+        for seed in 0..4 {
+            let trial = kind.draw(7_000 + seed);
+            gathered.take(&trial, identify(&trial.record, Model::FREE, false, MODES_MAX).ok().as_ref());
+        }
+        let row = gathered.row(name, 4);
+        assert!(row.not_adequate == 0 && row.missed == 0 && row.invented == 0, "{row:?}");
+        // Some eight errors of unit variance: their rms exceeds 1.7 once in a thousand slices.
+        assert!(row.rms_z_frequency < 1.7 && row.rms_z_damping < 1.7, "{row:?}");
+    }
+
+    #[test]
+    fn a_disturbance_in_the_loop_is_seen_or_in_the_model() {
+        let (name, kind) = KINDS[7];
+        let mut gathered = Gathered::default();
+        for seed in 0..4 {
+            let trial = kind.draw(7_100 + seed);
+            gathered.take(&trial, identify(&trial.record, Model::FREE, false, MODES_MAX).ok().as_ref());
+        }
+        let row = gathered.row(name, 4);
+        assert!(row.invented == 0 && row.rms_z_frequency < 2.5 && row.rms_z_damping < 2.5, "{row:?}");
+    }
+}
