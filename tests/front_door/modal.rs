@@ -65,3 +65,58 @@ fn a_universal_file_that_is_cut_is_refused_with_its_line() {
     let file = folder.file("cut.uff", &text[..text.len() - 200]);
     folder.ask(&["modal", file]).refuses(&["cut.uff: line ", "the file ends after line"]);
 }
+
+/// One mode, 2 Hz and 1 %, recorded with the input: open loop, and under a controller of the
+/// measured angle whose input is mostly the sensor's own noise.
+#[test]
+fn an_input_of_the_sensors_own_noise_gives_the_mode_that_open_loop_gives() {
+    let folder = Folder::new("modal-known-input");
+    for name in ["open_loop", "sensor_noise_fed_back", "louder_sensor"] {
+        let file = format!("{}/tests/data/known_input/{name}.csv.gz", env!("CARGO_MANIFEST_DIR"));
+        let object = folder.ask(&["modal", &file, "--input", "u", "--json"]).ends_with(0).object();
+        let modes = object["modes"].as_array().unwrap();
+        assert_eq!(modes.len(), 1, "{name}: {object}");
+        let sigmas = |value: &str, sd: &str, truth: f64| (number(&modes[0], value) - truth) / number(&modes[0], sd);
+        // Six deviates of unit variance: one beyond 4 in 2600 sets of records.
+        assert!(sigmas("frequency_hz", "frequency_sd", 2.0).abs() < 4.0, "{name}: {object}");
+        assert!(sigmas("damping", "damping_sd", 0.01).abs() < 4.0, "{name}: {object}");
+        assert!(number(&modes[0], "damping_sd") < 0.003 && modes[0]["sd_basis"].is_string(), "{name}: {object}");
+        assert!(object["model_adequate"] == true && object["residual"]["white"] == true, "{name}: {object}");
+    }
+}
+
+/// The same record without some rows: where the input is the same on both sides it is held, and
+/// otherwise not known.
+#[test]
+fn rows_may_be_absent_where_the_input_is_held_and_nowhere_else() {
+    let folder = Folder::new("modal-known-input-gaps");
+    let record = |held: usize, lost: &dyn Fn(usize) -> bool| {
+        let (mut random, mut q, mut rate, mut u, mut text) =
+            (1_u32, 0.0, 0.0, 0.0, String::from("time [s],u [N],y [m]\n"));
+        let mut uniform = || {
+            random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(random >> 8) / f64::from(1_u32 << 24) - 0.5
+        };
+        for row in 0..3000_usize {
+            if row.is_multiple_of(held) {
+                u = uniform();
+            }
+            if !lost(row) {
+                let _ = writeln!(text, "{:.2},{u},{}", 0.02 * row as f64, q + 1e-3 * uniform());
+            }
+            // 2 Hz, 1 %; small steps of the exact flow's second order.
+            for _ in 0..200 {
+                rate += 1e-4 * (u - 157.91367 * q - 0.25132741 * rate);
+                q += 1e-4 * rate;
+            }
+        }
+        text
+    };
+    let lost = |row: usize| row % 50 >= 20 && row % 50 < 24;
+    let file = folder.file("held.csv", record(50, &lost));
+    let object = folder.ask(&["modal", file, "--input", "u", "--json"]).ends_with(0).object();
+    assert!((number(&object["modes"][0], "frequency_hz") - 2.0).abs() < 0.01, "{object}");
+    assert!(object["advice"].to_string().contains("240 samples are absent"), "{object}");
+    let file = folder.file("changed.csv", record(1, &lost));
+    folder.ask(&["modal", file, "--input", "u"]).refuses(&["samples are missing behind 0.38", "equal on both sides"]);
+}

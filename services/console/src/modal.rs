@@ -130,6 +130,15 @@ struct Outcome {
     /// The modes through the parts of the record.
     tracks: Vec<Track>,
     notes: Vec<String>,
+    /// Whether a model with known input is right, and the test of its residuals.
+    verdict: Option<Verdict>,
+}
+
+/// The verdict on a model with known input.
+#[derive(Clone, Copy)]
+struct Verdict {
+    adequate: bool,
+    residual: modal::adequacy::Residual,
 }
 
 /// # Errors
@@ -207,7 +216,7 @@ fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<&str>) -> V
     let mode = |(k, mode): (usize, &FoundMode)| {
         let mut object = json!({ "frequency_hz": mode.frequency_hz, "frequency_sd": mode.frequency_sd, "damping": mode.damping,
             "damping_sd": mode.damping_sd, "shape": shape(mode), "mpc": mode.phase_collinearity, "kind": outcome.kind,
-            "sd_basis": outcome.deviations });
+            "sd_basis": mode.frequency_sd.map(|_| outcome.deviations) });
         outcome.as_it_is.describe(k, &mut object);
         object
     };
@@ -224,10 +233,15 @@ fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<&str>) -> V
         });
         json!({ "frequency_hz": track.frequency_hz, "damping": track.damping_ratio, "parts": parts.collect::<Vec<_>>() })
     };
+    let residual = |verdict: Verdict| {
+        let modal::adequacy::Residual { white, lag1, statistic, degrees, p } = verdict.residual;
+        json!({ "white": white, "lag1": lag1, "statistic": statistic, "degrees": degrees, "p": p })
+    };
     json!({ "files": arguments.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         "method": outcome.method, "kind": outcome.kind, "standard_deviations": outcome.deviations,
         "channels": outcome.channels, "modes": outcome.modes.iter().enumerate().map(mode).collect::<Vec<_>>(),
         "examination": outcome.as_it_is.examination(),
+        "model_adequate": outcome.verdict.map(|verdict| verdict.adequate), "residual": outcome.verdict.map(residual),
         "rejected": rejected, "drift": outcome.drift.iter().map(drift).collect::<Vec<_>>(), "tracks": outcome.tracks.iter().map(track).collect::<Vec<_>>(), "advice": outcome.advice, "notes": outcome.notes, "report": written })
 }
 

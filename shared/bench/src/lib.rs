@@ -25,7 +25,7 @@
 //! | `inertial` | BP1: the arm before and after capture, the target, each with what can go wrong |
 //! | `slosh` | BP2: a tank on one axis and in the plane |
 //! | `modes` | BP3: modes of a flexible appendage, free and in a control loop |
-//! | `modal_records` | modes of random structures from records as they are |
+//! | `modal_records` | records of random structures with what real records have; loops with known input |
 //! | `evaluation` | time and allocations of one evaluation of the equations of motion |
 //! | `design` | joint motion and thrust with the least bound within limits |
 //! | `experiment_design` | what a trajectory promises and what it requires of joints and base |

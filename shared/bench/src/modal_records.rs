@@ -13,6 +13,7 @@
 mod campaign;
 pub mod defects;
 pub mod generator;
+pub mod known_input;
 pub mod structure;
 
 pub use campaign::{Figures, figures};

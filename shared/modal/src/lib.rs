@@ -42,11 +42,14 @@
 //! | `tracking` | the identity of modes over successive answers |
 //! | `methods`, `record` | every method by name, over whole records |
 //! | `maximum_likelihood`, `model_order` | variable projection, known inputs; number of modes by BIC |
+//! | `known_input` | search, direct term and verdict of a record with known input, in a loop or not |
+//! | `adequacy`, `innovations` | tests of the residuals; known input with a disturbance |
 //! | `era`, `lsce`, `po_moesp`, `rational_fraction` | methods of the literature |
 //! | `frequency_responses` | frequency responses with coherence from records |
 //! | `advice`, `drift` | whether a record can determine its modes; changes of modes within a record |
 #![forbid(unsafe_code)]
 
+pub mod adequacy;
 pub mod advice;
 pub mod decimation;
 pub mod drift;
@@ -55,6 +58,8 @@ pub mod frequency_responses;
 pub mod gram;
 mod history;
 pub mod identifier;
+mod innovations;
+pub mod known_input;
 mod leading;
 pub mod lsce;
 pub mod mac;

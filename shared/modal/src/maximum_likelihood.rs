@@ -2,7 +2,8 @@
 //! projection.
 //!
 //! `y_i(t) = Σ_k Re(c_ik z_k(t)) + d_i u(t) + b_i + e_i(t)`, `z_k' = λ_k z_k + u`, e white with a
-//! variance per channel. Only the poles are sought by iteration; residues, direct terms and biases
+//! variance per channel. A row of which an output is not a number is absent from the likelihood;
+//! the states run through it. Only the poles are sought by iteration; residues, direct terms and biases
 //! follow from them by least squares (Golub & Pereyra 1973), and the Jacobian is that of Kaufman
 //! 1975, `P⊥ (∂Φ/∂λ) c`, whose Gram matrix is the Fisher information of the poles with all linear
 //! unknowns marginalised. Nothing is fed back from the output into the regressors, so a controller
@@ -13,16 +14,19 @@
 mod basis;
 mod evaluation;
 mod information;
+pub(crate) mod scan;
 mod start;
 
 use crate::mac::modal_phase_collinearity;
 use crate::projection::{add, dot};
 use crate::record::Record;
-use evaluation::{Evaluation, Outputs, mode_shape};
+use evaluation::mode_shape;
 use faer::c64;
-use information::{covariance, solve};
+use information::covariance;
 
-pub(crate) use basis::free_columns;
+pub(crate) use basis::{driven, exp, free_columns};
+pub(crate) use evaluation::{Evaluation, Outputs};
+pub(crate) use information::{frequency_and_damping, solve};
 pub use start::start;
 
 const ITERATIONS_MAX: usize = 60;
@@ -38,13 +42,35 @@ pub struct Model {
     pub initial_motion: bool,
     /// A constant per channel.
     pub bias: bool,
+    /// The sample at which the direct term of an input arrives.
+    pub feedthrough: Feedthrough,
+}
+
+/// The sample of the outputs that the direct term of an input reaches first.
+///
+/// Held inputs of which `u_t` is computed from `y_t` contain the noise of that very sample: with a
+/// direct term at the same sample the inverse of the controller explains the record, noise and all.
+/// A model of a loop is identifiable only if plant or controller has a delay (Söderström & Stoica
+/// 1989, section 10.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Feedthrough {
+    /// `d u_t`: acceleration just after the input has switched.
+    SameSample,
+    /// `d u_{t−1}`: all that moves faster than the samples has arrived by the next one.
+    NextSample,
 }
 
 impl Model {
     /// At rest until the input acts, sensors with bias.
-    pub const FORCED: Model = Model { initial_motion: false, bias: true };
+    pub const FORCED: Model = Model { initial_motion: false, bias: true, feedthrough: Feedthrough::SameSample };
     /// Moving from the first sample on, sensors with bias.
-    pub const FREE: Model = Model { initial_motion: true, bias: true };
+    pub const FREE: Model = Model { initial_motion: true, ..Model::FORCED };
+
+    /// Columns per channel for a number of modes, dependent ones included.
+    #[must_use]
+    pub fn columns(self, modes: usize, inputs: usize) -> usize {
+        2 * modes * (inputs + usize::from(self.initial_motion)) + inputs + usize::from(self.bias)
+    }
 }
 
 /// Why there is no estimate.
@@ -86,7 +112,7 @@ pub struct Fit {
     pub mode_shapes: Vec<Vec<c64>>,
     /// Standard deviation of the residuals, per channel.
     pub channel_sigma: Vec<f64>,
-    /// `y − ŷ`, channel by channel.
+    /// `y − ŷ`, channel by channel; zero where the sample is absent.
     pub residuals: Vec<Vec<f64>>,
     pub iterations: usize,
     /// The gain fell below `GAIN_MIN` before the iterations ended.
@@ -148,10 +174,10 @@ fn correlation(residuals: &[Vec<f64>]) -> f64 {
 pub fn fit(record: &Record, model: Model, start: &[c64]) -> Result<Fit, MlError> {
     let unknowns = 2 * start.len() * (record.inputs + usize::from(model.initial_motion)) + record.inputs + 1;
     let need = unknowns + 2 * start.len() + 1;
-    if record.samples() < need {
-        return Err(MlError::RecordTooShort { samples: record.samples(), need });
-    }
     let outputs = Outputs::new(record);
+    if outputs.present.len() < need {
+        return Err(MlError::RecordTooShort { samples: outputs.present.len(), need });
+    }
     if outputs.floor.iter().all(|floor| *floor == 0.0) {
         return Err(MlError::NoSignal);
     }
@@ -186,7 +212,7 @@ pub fn fit(record: &Record, model: Model, start: &[c64]) -> Result<Fit, MlError>
     }
     let mut order: Vec<usize> = (0..poles.len()).collect();
     order.sort_by(|a, b| poles[*a].norm_sqr().total_cmp(&poles[*b].norm_sqr()));
-    finish(record, now, &poles, &order, (iterations, converged)).ok_or_else(blind)
+    finish(&outputs, now, &poles, &order, (iterations, converged)).ok_or_else(blind)
 }
 
 /// As [`fit`]; of a record that moves before its input acts, the fit with that motion, and the
@@ -230,13 +256,14 @@ fn weight(squares: f64, freedom: f64) -> f64 {
 }
 
 fn finish(
-    record: &Record,
+    outputs: &Outputs,
     now: Evaluation,
     poles: &[c64],
     order: &[usize],
     (iterations, converged): (usize, bool),
 ) -> Option<Fit> {
-    let freedom = (now.columns.rows - now.basis.rank()) as f64 - 2.0 * poles.len() as f64 / record.channels as f64;
+    let freedom =
+        (now.columns.rows - now.basis.rank()) as f64 - 2.0 * poles.len() as f64 / outputs.channels.len() as f64;
     let weights: Vec<f64> = now.squares.iter().map(|s| weight(*s, freedom)).collect();
     let unsorted = covariance(&now.information(&weights).0, poles)?;
     let n = 2 * poles.len();
@@ -247,11 +274,14 @@ fn finish(
         covariance: sorted,
         mode_shapes: order.iter().map(|k| mode_shape(&now, *k)).collect(),
         channel_sigma: now.squares.iter().map(|s| (s / freedom).sqrt()).collect(),
-        residuals: now.residuals,
+        residuals: now.residuals.iter().map(|residual| outputs.spread(residual)).collect(),
         iterations,
         converged,
     })
 }
+
+/// Shape of a mode at an evaluation.
+pub(crate) use evaluation::mode_shape as shape_of;
 
 /// Shapes of the modes at `poles` in a record: one linear least squares.
 pub(crate) fn linear_shapes(record: &Record, model: Model, poles: &[c64]) -> Vec<Vec<c64>> {
@@ -259,33 +289,18 @@ pub(crate) fn linear_shapes(record: &Record, model: Model, poles: &[c64]) -> Vec
     (0..poles.len()).map(|k| mode_shape(&evaluation, k)).collect()
 }
 
-/// The modelled outputs of a fit, channel by channel.
-#[must_use]
-pub fn modelled(record: &Record, fit: &Fit) -> Vec<Vec<f64>> {
-    fit.residuals
-        .iter()
-        .enumerate()
-        .map(|(c, residual)| {
-            let mut y = record.channel(c, 0..record.samples());
-            add(&mut y, -1.0, residual);
-            y
-        })
-        .collect()
-}
-
 /// The part of a record that modes at given `poles` explain, channel by channel: one linear least
-/// squares.
+/// squares, also where samples are absent.
 #[must_use]
 pub fn explained(record: &Record, model: Model, poles: &[c64]) -> Vec<Vec<f64>> {
-    let outputs = Outputs::new(record);
-    let left = Evaluation::new(record, model, &outputs, poles).residuals;
-    outputs
-        .channels
-        .into_iter()
-        .zip(&left)
-        .map(|(mut y, left)| {
-            add(&mut y, -1.0, left);
-            y
-        })
-        .collect()
+    let at = Evaluation::new(record, model, &Outputs::new(record), poles);
+    let columns = basis::Columns::new(record, model, poles);
+    let of = |coefficients: &Vec<f64>| {
+        let mut y = vec![0.0; columns.rows];
+        for (c, column) in coefficients.iter().zip(columns.linear.chunks_exact(columns.rows)) {
+            add(&mut y, *c, column);
+        }
+        y
+    };
+    at.coefficients.iter().map(of).collect()
 }

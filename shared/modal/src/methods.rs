@@ -188,7 +188,7 @@ pub fn longest_segment(record: &Record) -> Record {
 fn driven_or_decaying<'a>(record: &'a Record, settings: &Settings) -> (Cow<'a, Record>, Model) {
     let initial_motion = record.inputs == 0;
     let record = if initial_motion { Cow::Owned(longest_segment(record)) } else { Cow::Borrowed(record) };
-    (record, Model { initial_motion, bias: settings.bias })
+    (record, Model { initial_motion, bias: settings.bias, ..Model::FORCED })
 }
 
 fn by_likelihood(record: &Record, settings: &Settings) -> Result<Vec<Estimate>, MethodError> {
@@ -215,7 +215,7 @@ fn by_lsce(record: &Record, settings: &Settings) -> Result<Vec<Estimate>, Method
     let longest = record.segments.iter().map(std::ops::Range::len).max().unwrap_or(0);
     let poles = lsce(record, (5 * settings.block_rows).min(longest / 2), settings.modes + SHAPE_COMPANIONS)?;
     // What else moves would bend the shapes; damping bends nothing there.
-    let model = Model { initial_motion: true, bias: settings.bias };
+    let model = Model { bias: settings.bias, ..Model::FREE };
     let mut estimates = with_shapes(&longest_segment(record), model, &poles);
     let mut oscillates = poles.iter().map(|pole| pole.im > 0.0);
     estimates.retain(|_| oscillates.next().expect("one pole per estimate"));

@@ -79,6 +79,11 @@ impl Basis {
         parts
     }
 
+    /// `Qᵀ column`.
+    pub fn along(&self, column: &[f64]) -> Vec<f64> {
+        self.q.chunks_exact(self.rows).map(|q| dot(q, column)).collect()
+    }
+
     /// Coefficients `R⁻¹ parts` of the columns.
     pub fn coefficients(&self, mut parts: Vec<f64>) -> Vec<f64> {
         for k in (0..self.count).rev() {

@@ -51,6 +51,7 @@ mod tests {
             as_it_is: Default::default(),
             method: "",
             kind: "closed loop, all",
+            verdict: None,
             deviations: "",
             channels: vec!["a,b".into(), "c".into()],
             record: String::new(),

@@ -39,6 +39,7 @@ pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Out
         as_it_is: Default::default(),
         method: "peaks of the magnitude, each fitted as one resonance",
         kind: "resonances of all that moves together",
+        verdict: None,
         deviations: "residual of each fit",
         channels: columns.iter().map(|column| column.name.clone()).collect(),
         record: record(&columns, magnitudes.frequency_hz.len()),

@@ -104,6 +104,7 @@ fn described(identified: Identified, spectra: &[Spectrum]) -> Outcome {
         as_it_is: Default::default(),
         method: "rational fraction polynomials on orthogonal polynomials, order by what they split",
         kind: "modes of the structure between the input of the responses and the sensors",
+        verdict: None,
         deviations: "scatter over the accepted orders (no noise model of the responses is known)",
         record: format!("{} responses, {} lines, order {}", channels.len(), frequency_hz.len(), fit.order),
         modes: fit.modes.iter().map(mode).collect(),

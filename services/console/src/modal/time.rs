@@ -24,6 +24,8 @@ struct Chosen {
     record: Record,
     start_s: f64,
     gaps: Vec<usize>,
+    /// Of every row.
+    time_s: Vec<f64>,
     notes: Vec<String>,
 }
 
@@ -90,6 +92,7 @@ fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, F
         record,
         start_s: table.time_s[first],
         gaps,
+        time_s: rows.iter().map(|row| table.time_s[*row]).collect(),
         notes: notes(&table),
     })
 }

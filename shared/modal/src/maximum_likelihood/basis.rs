@@ -7,12 +7,12 @@
 //! term) and a constant (bias). Derivatives: `w = dz/dλ`, which obeys the same recursion,
 //! differentiated.
 
-use super::Model;
+use super::{Feedthrough, Model};
 use crate::record::Record;
 use faer::c64;
 
 /// Sampled columns, each of `rows` values.
-pub(super) struct Columns {
+pub(crate) struct Columns {
     pub rows: usize,
     /// All linear columns: those of the modes first.
     pub linear: Vec<f64>,
@@ -23,7 +23,7 @@ pub(super) struct Columns {
 }
 
 /// `e^{λΔ}`.
-pub(super) fn exp(z: c64) -> c64 {
+pub(crate) fn exp(z: c64) -> c64 {
     let (sine, cosine) = libm::sincos(z.im);
     c64::new(cosine, sine) * libm::exp(z.re)
 }
@@ -52,10 +52,25 @@ impl Columns {
         let at = 2 * pairs * poles.len() * rows;
         for (m, column) in columns.linear[at..].chunks_exact_mut(rows).enumerate() {
             for (t, x) in column.iter_mut().enumerate() {
-                *x = if m < record.inputs { record.input[t * record.inputs + m] } else { 1.0 };
+                let felt = match model.feedthrough {
+                    Feedthrough::SameSample => t,
+                    Feedthrough::NextSample => t.saturating_sub(1),
+                };
+                *x = if m < record.inputs { record.input[felt * record.inputs + m] } else { 1.0 };
             }
         }
         columns
+    }
+
+    /// The columns at some of the samples.
+    pub fn at(mut self, present: &[usize]) -> Self {
+        let rows = self.rows;
+        let kept = |columns: &[f64]| -> Vec<f64> {
+            columns.chunks_exact(rows).flat_map(|column| present.iter().map(|t| column[*t])).collect()
+        };
+        (self.linear, self.derivative) = (kept(&self.linear), kept(&self.derivative));
+        self.rows = present.len();
+        self
     }
 
     fn pair(&mut self, at: usize) -> [(&mut [f64], &mut [f64]); 2] {
@@ -92,6 +107,19 @@ impl Columns {
             z = e * z;
         }
     }
+}
+
+/// `Re z` and `Im z`, one after the other, of `z_{t+1} = e^{λΔ} z_t + u_t` from rest.
+pub(crate) fn driven(sample_rate_hz: f64, pole: c64, source: impl ExactSizeIterator<Item = f64>) -> Vec<f64> {
+    let e = exp(pole / sample_rate_hz);
+    let mut columns = vec![0.0; 2 * source.len()];
+    let (re, im) = columns.split_at_mut(source.len());
+    let mut z = c64::new(0.0, 0.0);
+    for ((re, im), u) in re.iter_mut().zip(im).zip(source) {
+        (*re, *im) = (z.re, z.im);
+        z = e * z + u;
+    }
+    columns
 }
 
 /// `Re e^{λt}` and `Im e^{λt}`, one after the other.

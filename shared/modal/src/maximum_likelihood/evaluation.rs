@@ -10,7 +10,7 @@ use faer::{Mat, c64};
 const ROUNDING: f64 = 1e-26;
 
 /// The model at one set of poles.
-pub(super) struct Evaluation {
+pub(crate) struct Evaluation {
     pub columns: Columns,
     pub basis: Basis,
     /// Coefficients of the linear columns, per channel.
@@ -21,17 +21,31 @@ pub(super) struct Evaluation {
 }
 
 /// Outputs channel by channel, and the power below which a channel's residual is rounding.
-pub(super) struct Outputs {
+pub(crate) struct Outputs {
     pub channels: Vec<Vec<f64>>,
     pub floor: Vec<f64>,
+    /// Rows of the record that are there: every output is a number.
+    pub present: Vec<usize>,
+    /// Rows of the record.
+    pub samples: usize,
 }
 
 impl Outputs {
     /// Outputs of a record by channel, with the rounding floor of their squares.
     pub fn new(record: &Record) -> Self {
-        let channels: Vec<Vec<f64>> = (0..record.channels).map(|c| record.channel(c, 0..record.samples())).collect();
+        let rows = record.outputs.chunks_exact(record.channels).enumerate();
+        let present: Vec<usize> = rows.filter(|(_, row)| row.iter().all(|y| y.is_finite())).map(|(t, _)| t).collect();
+        let of = |c: usize| present.iter().map(|t| record.outputs[t * record.channels + c]).collect();
+        let channels: Vec<Vec<f64>> = (0..record.channels).map(of).collect();
         let floor = channels.iter().map(|y| ROUNDING * dot(y, y)).collect();
-        Self { channels, floor }
+        Self { channels, floor, present, samples: record.samples() }
+    }
+
+    /// A column over the rows present as one over all, zero where a row is absent.
+    pub fn spread(&self, column: &[f64]) -> Vec<f64> {
+        let mut all = vec![0.0; self.samples];
+        self.present.iter().zip(column).for_each(|(t, x)| all[*t] = *x);
+        all
     }
 }
 
@@ -39,7 +53,10 @@ impl Evaluation {
     /// Projects the outputs on the columns of `poles`: coefficients, residuals and squares per
     /// channel.
     pub fn new(record: &Record, model: Model, outputs: &Outputs, poles: &[c64]) -> Self {
-        let columns = Columns::new(record, model, poles);
+        let mut columns = Columns::new(record, model, poles);
+        if outputs.present.len() < columns.rows {
+            columns = columns.at(&outputs.present);
+        }
         let basis = Basis::new(columns.linear.clone(), columns.rows);
         let (mut coefficients, mut residuals, mut squares) = (Vec::new(), Vec::new(), Vec::new());
         for (y, floor) in outputs.channels.iter().zip(&outputs.floor) {
@@ -112,7 +129,7 @@ impl Evaluation {
 }
 
 /// Residues of the pair of columns that carries most of the mode's power.
-pub(super) fn mode_shape(at: &Evaluation, mode: usize) -> Vec<c64> {
+pub(crate) fn mode_shape(at: &Evaluation, mode: usize) -> Vec<c64> {
     let (pairs, rows) = (at.columns.pairs, at.columns.rows);
     let residues = |pair: usize| -> Vec<c64> {
         let column = 2 * (mode * pairs + pair);

@@ -5,7 +5,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, Side, c64};
 
 /// `(F + damping · diag F)⁻¹ s`.
-pub(super) fn solve(information: &Mat<f64>, score: &[f64], damping: f64) -> Option<Vec<f64>> {
+pub(crate) fn solve(information: &Mat<f64>, score: &[f64], damping: f64) -> Option<Vec<f64>> {
     let n = score.len();
     let scale: Vec<f64> = (0..n).map(|p| 1.0 / information[(p, p)].sqrt()).collect();
     if scale.iter().any(|s| !s.is_finite()) {
@@ -29,6 +29,12 @@ pub(super) fn covariance(information: &Mat<f64>, poles: &[c64]) -> Option<Vec<f6
             inverse[(row, column)] = x;
         }
     }
+    Some(frequency_and_damping(&inverse, poles))
+}
+
+/// Covariance of (f \[Hz\], ζ) of every pole, row by row, from that of (Re λ, Im λ).
+pub(crate) fn frequency_and_damping(inverse: &Mat<f64>, poles: &[c64]) -> Vec<f64> {
+    let n = 2 * poles.len();
     // f = |λ|/2π, ζ = −Re λ/|λ|
     let mut slope = Mat::<f64>::zeros(n, n);
     for (k, pole) in poles.iter().enumerate() {
@@ -39,6 +45,6 @@ pub(super) fn covariance(information: &Mat<f64>, poles: &[c64]) -> Option<Vec<f6
         slope[(2 * k + 1, 2 * k)] = -pole.im * pole.im / cube;
         slope[(2 * k + 1, 2 * k + 1)] = pole.re * pole.im / cube;
     }
-    let all = &slope * &inverse * slope.transpose();
-    Some((0..n * n).map(|k| all[(k / n, k % n)]).collect())
+    let all = &slope * inverse * slope.transpose();
+    (0..n * n).map(|k| all[(k / n, k % n)]).collect()
 }

@@ -46,7 +46,7 @@ pub fn start(record: &Record, modes: usize) -> Result<Vec<c64>, MlError> {
     }
     let reduced = reduced(record, modes + 1)?;
     // What moves already is part of the model here, whatever is fitted later.
-    let model = Model { initial_motion: true, bias: true };
+    let model = Model::FREE;
     let outputs = Outputs::new(&reduced);
     let mut best: Option<(f64, Vec<c64>)> = None;
     let mut found = 0;

@@ -75,6 +75,7 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
     let (modes, as_it_is) = in_order(&found, &examined, treatments);
     Ok(Outcome {
         as_it_is,
+        verdict: None,
         method: "covariance-driven stochastic subspace at four rates, orders selected automatically",
         kind: OUTPUT_ONLY,
         deviations: match found.evidence {
