@@ -51,7 +51,7 @@ fn verdict(outcome: &Outcome) -> String {
         .modes
         .iter()
         .take(6)
-        .map(|mode| format!("{} Hz", super::estimate(Some(mode.frequency_hz), mode.frequency_sd)));
+        .map(|mode| format!("{} Hz", super::words::estimate(Some(mode.frequency_hz), mode.frequency_sd)));
     let listed = first.collect::<Vec<_>>().join(", ");
     match outcome.modes.len() {
         0 => "No modes were found.".into(),

@@ -1,0 +1,42 @@
+//! The answer in words.
+
+use super::Outcome;
+use crate::recordings;
+use report::text::{short, with_sigma};
+use std::fmt::Write;
+use std::path::Path;
+
+pub(super) fn in_words(outcome: &Outcome, written: Option<&str>) -> String {
+    let mut text = format!("{}\nmethod: {}; {}\n\n", outcome.record, outcome.method, outcome.kind);
+    if outcome.modes.is_empty() {
+        text.push_str("no modes found\n");
+    } else {
+        let _ = writeln!(text, "{:>4} {:>22} {:>22} {:>7}", "mode", "frequency [Hz]", "damping [%]", "MPC");
+    }
+    for (k, mode) in outcome.modes.iter().enumerate() {
+        let collinear = mode.phase_collinearity.map_or("-".into(), |mpc| format!("{mpc:.3}"));
+        let frequency = estimate(Some(mode.frequency_hz), mode.frequency_sd);
+        let damping = estimate(mode.damping.map(|z| 100.0 * z), mode.damping_sd.map(|z| 100.0 * z));
+        let _ = writeln!(text, "{:>4} {frequency:>22} {damping:>22} {collinear:>7}", k + 1);
+    }
+    let _ = writeln!(text, "\n± one standard deviation: {}", outcome.deviations);
+    for line in outcome.advice.iter().chain(&crate::notes::counted(&outcome.notes)) {
+        text.push_str(&recordings::wrapped(line, "  "));
+    }
+    if let Some(written) = written {
+        let _ = writeln!(text, "report: {written}");
+    }
+    text
+}
+
+/// Value and standard deviation as far as they are known.
+pub(super) fn estimate(value: Option<f64>, sigma: Option<f64>) -> String {
+    match (value, sigma) {
+        (None, _) => "-".into(),
+        (Some(value), Some(sigma)) if sigma > 0.0 => {
+            let (value, sigma) = with_sigma(value, sigma);
+            format!("{value} ± {sigma}")
+        }
+        (Some(value), _) => short(value),
+    }
+}
