@@ -85,6 +85,7 @@ mod uff_model;
 mod uff_nodes;
 mod uff_numbers;
 mod uff_shapes;
+mod uff_write;
 mod ulog;
 mod ulog_formats;
 mod ulog_messages;
@@ -112,6 +113,7 @@ pub use timing::{Gap, Timing};
 pub use uff::{groups, read_group};
 pub use uff_groups::UffGroup;
 pub use uff_model::{Node, NodeShape, TraceLine, UffHeader, UffMode, UffModel, read_model};
+pub use uff_write::write_model;
 
 use channels::Recording;
 use std::fs::File;
