@@ -14,6 +14,7 @@ mod ends;
 mod imports;
 mod interruptions;
 mod modal;
+mod modal_structure;
 mod own_recordings;
 mod plants;
 mod readme;

@@ -6,11 +6,22 @@
 
 mod arguments;
 mod csv_table;
+mod degree_of_freedom;
+mod geometry;
+mod hand;
 mod json;
 mod magnitude;
 mod page;
+mod preparation;
+mod reference;
 pub(crate) mod responses;
+mod setups;
+mod singular;
+mod structural_arguments;
+mod structure;
+mod structure_page;
 mod time;
+mod uff_export;
 mod words;
 
 use crate::Failure;
@@ -20,10 +31,12 @@ use modal::c64;
 use modal::drift::{Drift, Track};
 use recording::{Imported, Spectrum};
 use std::path::PathBuf;
+use structure::Structure;
 
 pub use arguments::Arguments;
 
 /// A mode that was found.
+#[derive(Default)]
 struct FoundMode {
     frequency_hz: f64,
     frequency_sd: Option<f64>,
@@ -31,6 +44,8 @@ struct FoundMode {
     damping_sd: Option<f64>,
     /// Per channel, largest component 1; empty where there is no phase.
     shape: Vec<c64>,
+    /// Of real and imaginary parts; empty where not known.
+    shape_sd: Vec<c64>,
     phase_collinearity: Option<f64>,
 }
 
@@ -55,6 +70,7 @@ struct Synthesis {
 }
 
 /// Everything the answer consists of.
+#[derive(Default)]
 struct Outcome {
     method: &'static str,
     /// Whose modes these are.
@@ -75,6 +91,7 @@ struct Outcome {
     drift: Vec<Drift>,
     /// The modes through the parts of the record.
     tracks: Vec<Track>,
+    structure: Structure,
     notes: Vec<String>,
 }
 
@@ -87,7 +104,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return intake::list(&files, &arguments.intake, arguments.json);
     }
     let out = arguments.out.as_deref().map(|folder| ReportFile::new(folder, "modal.html")).transpose()?;
-    let outcome = outcome(arguments)?;
+    let mut outcome = outcome(arguments)?;
+    structure::complete(arguments, &mut outcome)?;
     if let Some(out) = &out {
         out.write(&page::page(&outcome, arguments, &arguments::again(arguments)))?;
     }
@@ -106,6 +124,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
+    if !arguments.structural.setup.is_empty() {
+        return setups::outcome(arguments);
+    }
     let intake = arguments.intake.intake(None)?;
     let mut spectra: Vec<Spectrum> = Vec::new();
     for file in &arguments.files {
@@ -120,6 +141,13 @@ fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
                 )));
             }
         }
+    }
+    if let Some(option) = arguments.structural.of_time_only() {
+        return Err(Failure::Input(miette::miette!(
+            help = "leave it out, or give the time record",
+            "{option} is for time records; {} holds spectra",
+            arguments.files[0].display()
+        )));
     }
     if responses::are_complex(&spectra) {
         responses::outcome(arguments, &spectra)

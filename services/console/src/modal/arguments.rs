@@ -1,5 +1,6 @@
 //! Arguments of `obsid modal`.
 
+use super::structural_arguments::StructuralArguments;
 use crate::intake::IntakeArguments;
 use crate::recordings;
 use std::ops::RangeInclusive;
@@ -14,7 +15,11 @@ use std::path::PathBuf;
   obsid modal point_1.csv point_2.csv point_3.csv --json        frequency responses of one structure, as one object
   obsid modal beam.uff --csv modes.csv                          a universal file (dataset 58); the modes as a table
   obsid modal panel.csv --input torque --json > modes.json      what `obsid diagnose modes.json --plant FILE` asks for drift
-  obsid modal run.mcap --orders 2..60                           order sweep up to 60")]
+  obsid modal run.mcap --orders 2..60                           order sweep up to 60
+  obsid modal today.csv --reference modes.json --out report     MAC matrix and changes of frequency against earlier modes
+  obsid modal panel.csv --geometry panel.toml --out report      shapes that move on the structure
+  obsid modal a.csv --setup b.csv,c.csv --references r1,r2      three setups with two sensors that stayed
+  obsid modal slab.csv --select 14:5.2,20:17.7                  poles picked from the stabilisation diagram")]
 pub struct Arguments {
     /// CSV, CSV.gz, UFF or MCAP; several files of frequency responses are channels of one structure
     #[arg(required = true, value_name = "FILE")]
@@ -44,7 +49,19 @@ pub struct Arguments {
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
     #[command(flatten)]
+    pub(super) structural: StructuralArguments,
+    #[command(flatten)]
     pub(super) intake: IntakeArguments,
+}
+
+#[cfg(test)]
+impl Arguments {
+    /// As a command line gives them.
+    pub(super) fn of(words: &[&str]) -> Self {
+        let command = <Self as clap::Args>::augment_args(clap::Command::new("modal").no_binary_name(true));
+        let matches = command.try_get_matches_from(words).expect("arguments");
+        <Self as clap::FromArgMatches>::from_arg_matches(&matches).expect("arguments")
+    }
 }
 
 /// Orders of the sweep by default.
@@ -70,6 +87,7 @@ pub(super) fn again(arguments: &Arguments) -> String {
     words.extend(["--orders".into(), format!("{}..{}", arguments.orders.start(), arguments.orders.end())]);
     words.extend(arguments.from.iter().flat_map(|t| ["--from".into(), t.to_string()]));
     words.extend(arguments.to.iter().flat_map(|t| ["--to".into(), t.to_string()]));
+    words.extend(arguments.structural.words());
     words.extend(arguments.csv.iter().flat_map(|file| ["--csv".into(), file.display().to_string()]));
     words.extend(arguments.out.iter().flat_map(|out| ["--out".into(), out.display().to_string()]));
     recordings::command_line(&words)

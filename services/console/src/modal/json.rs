@@ -4,16 +4,19 @@ use super::{Arguments, FoundMode, Outcome};
 use modal::c64;
 use modal::drift::{Drift, Track};
 use serde_json::{Value, json};
-use std::path::Path;
 
 pub(super) fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<&str>) -> Value {
     let shape = |mode: &FoundMode| -> Vec<Value> {
         let of = |(name, psi): (&String, &c64)| json!({ "channel": name, "re": psi.re, "im": psi.im });
         outcome.channels.iter().zip(&mode.shape).map(of).collect()
     };
+    let shape_sd = |mode: &FoundMode| -> Option<Vec<Value>> {
+        let of = |(name, sd): (&String, &c64)| json!({ "channel": name, "re": sd.re, "im": sd.im });
+        (!mode.shape_sd.is_empty()).then(|| outcome.channels.iter().zip(&mode.shape_sd).map(of).collect())
+    };
     let mode = |mode: &FoundMode| {
         json!({ "frequency_hz": mode.frequency_hz, "frequency_sd": mode.frequency_sd, "damping": mode.damping,
-            "damping_sd": mode.damping_sd, "shape": shape(mode), "mpc": mode.phase_collinearity, "kind": outcome.kind })
+            "damping_sd": mode.damping_sd, "shape": shape(mode), "shape_sd": shape_sd(mode), "mpc": mode.phase_collinearity, "kind": outcome.kind })
     };
     let rejected: Vec<Value> =
         outcome.rejected.iter().map(|(reason, poles)| json!({ "reason": reason, "poles": poles })).collect();
@@ -31,5 +34,8 @@ pub(super) fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<
     json!({ "files": arguments.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         "method": outcome.method, "kind": outcome.kind, "standard_deviations": outcome.deviations,
         "channels": outcome.channels, "modes": outcome.modes.iter().map(mode).collect::<Vec<_>>(),
-        "rejected": rejected, "drift": outcome.drift.iter().map(drift).collect::<Vec<_>>(), "tracks": outcome.tracks.iter().map(track).collect::<Vec<_>>(), "advice": outcome.advice, "notes": outcome.notes, "report": written })
+        "rejected": rejected, "drift": outcome.drift.iter().map(drift).collect::<Vec<_>>(), "tracks": outcome.tracks.iter().map(track).collect::<Vec<_>>(), "advice": outcome.advice, "notes": outcome.notes,
+        "mac": outcome.structure.compared.as_ref().map(|compared| compared.as_json(outcome)),
+        "setups": outcome.structure.merge.as_ref().map(super::setups::Merge::setups),
+        "merge": outcome.structure.merge.as_ref().map(super::setups::Merge::as_json), "report": written })
 }

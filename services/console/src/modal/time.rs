@@ -1,6 +1,7 @@
 //! Modes of a time record.
 
-use super::{Arguments, FoundMode, Outcome, SweepPole, Synthesis};
+use super::preparation::{Prepared, prepared};
+use super::{Arguments, FoundMode, Outcome, Structure, SweepPole, Synthesis};
 use crate::{Failure, recordings};
 use modal::advice::{Advice, advice, pulse_nulling};
 use modal::c64;
@@ -12,7 +13,9 @@ use modal::model_order::fit_of_any_order;
 use modal::po_moesp::po_moesp;
 use modal::record::Record;
 use modal::ssi_cov::{Pole, Realisation, realise};
-use modal::{Config, ModalError, ModalIdentifier, OnsetGate, RejectedPole, Rejection, Selection, StabilityCriteria};
+use modal::{
+    Config, ModalError, ModalIdentifier, OnsetGate, RejectedPole, Rejection, Selection, ShapeScale, StabilityCriteria,
+};
 use recording::{Imported, Table};
 use report::Stability;
 use std::ops::Range;
@@ -20,20 +23,20 @@ use std::ops::Range;
 /// Modes that are tried at most where the number is found by likelihood: half the orders, and this.
 const MODES_MAX: usize = 12;
 /// Block rows of the sweep shown.
-const BLOCK_ROWS: usize = 40;
-const OUTPUT_ONLY: &str =
+pub(super) const BLOCK_ROWS: usize = 40;
+pub(super) const OUTPUT_ONLY: &str =
     "modes of all that moves together: under a controller those of the closed loop, not of the structure alone";
 const INPUT_KNOWN: &str =
     "modes of the structure between input and sensors; a controller that commands the input is no part of them";
 
 /// Response channels, input and times of one record.
-struct Chosen {
-    names: Vec<String>,
-    unit: String,
-    record: Record,
-    start_s: f64,
-    gaps: Vec<usize>,
-    notes: Vec<String>,
+pub(super) struct Chosen {
+    pub names: Vec<String>,
+    pub unit: String,
+    pub record: Record,
+    pub start_s: f64,
+    pub gaps: Vec<usize>,
+    pub notes: Vec<String>,
 }
 
 pub(super) fn outcome(arguments: &Arguments, imported: Imported) -> Result<Outcome, Failure> {
@@ -43,7 +46,7 @@ pub(super) fn outcome(arguments: &Arguments, imported: Imported) -> Result<Outco
 }
 
 /// The columns asked for, as one table of one rate.
-fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, Failure> {
+pub(super) fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, Failure> {
     let known: Vec<&str> = set.recording.channels.iter().map(|channel| channel.name.as_str()).collect();
     for name in arguments.channels.iter().chain(&arguments.input) {
         if !known.contains(&name.as_str()) {
@@ -84,13 +87,14 @@ fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, F
     let gaps: Vec<usize> = gaps.into_iter().filter(|row| *row > 0 && *row < rows.len()).collect();
     let record = Record::of_outputs(rate_hz, responses.len(), values(&responses));
     let record = if input.is_empty() { record } else { record.with_input(1, values(&input)) };
+    let Prepared { record, gaps, notes: prepared } = prepared(arguments, record, gaps)?;
     Ok(Chosen {
         names: responses.iter().map(|k| table.columns[*k].name.clone()).collect(),
         unit: table.columns[responses[0]].unit.into(),
         record,
         start_s: table.time_s[first],
         gaps,
-        notes: notes(&table),
+        notes: notes(&table).into_iter().chain(prepared).collect(),
     })
 }
 
@@ -104,7 +108,7 @@ fn in_words(advice: &[Advice], drift: &[Drift]) -> Vec<String> {
     advice.iter().map(ToString::to_string).chain(drifts).collect()
 }
 
-fn record_in_words(chosen: &Chosen) -> String {
+pub(super) fn record_in_words(chosen: &Chosen) -> String {
     let Chosen { names, record, .. } = chosen;
     format!(
         "{} channel{}, {} samples at {:.4} Hz",
@@ -116,10 +120,16 @@ fn record_in_words(chosen: &Chosen) -> String {
 }
 
 /// The identifier that flies on some rows, segments at gaps and where the record jumps.
-fn fly(arguments: &Arguments, chosen: &Chosen, rows: Range<usize>) -> Result<Selection, ModalError> {
+pub(super) fn fly(
+    arguments: &Arguments,
+    chosen: &Chosen,
+    rows: Range<usize>,
+    shapes: Option<ShapeScale>,
+) -> Result<Selection, ModalError> {
     let record = &chosen.record;
     let mut config = Config::new(record.channels, record.sample_rate_hz);
     config.selection.order_max = *arguments.orders.end();
+    config.selection.shape_deviations = shapes;
     let (mut identifier, mut gate) = (ModalIdentifier::new(config), OnsetGate::default());
     for k in rows {
         if chosen.gaps.contains(&k) {
@@ -135,12 +145,12 @@ fn fly(arguments: &Arguments, chosen: &Chosen, rows: Range<usize>) -> Result<Sel
 /// Output only: the identifier that flies.
 fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> {
     let record = &chosen.record;
-    let Selection { modes, rejected } = fly(arguments, &chosen, 0..record.samples()).map_err(|error| {
-        Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}"))
-    })?;
+    let Selection { modes, rejected } = found(arguments, &chosen)?;
     let middle = record.samples() / 2;
     let of_part = |rows: Range<usize>| -> Vec<Estimate> {
-        fly(arguments, &chosen, rows).map(|found| found.modes.iter().map(Estimate::from).collect()).unwrap_or_default()
+        fly(arguments, &chosen, rows, None)
+            .map(|found| found.modes.iter().map(Estimate::from).collect())
+            .unwrap_or_default()
     };
     let drift = drift::between(&of_part(0..middle), &of_part(middle..record.samples()));
     let found: Vec<Estimate> = modes.iter().map(Estimate::from).collect();
@@ -155,7 +165,11 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
         .map(|realisation| sweep(&realisation, arguments, record.sample_rate_hz))
         .unwrap_or_default();
     Ok(Outcome {
-        method: "covariance-driven stochastic subspace at four rates, orders selected automatically",
+        method: if arguments.structural.select.is_empty() {
+            "covariance-driven stochastic subspace at four rates, orders selected automatically"
+        } else {
+            "covariance-driven stochastic subspace, poles selected by hand (--select)"
+        },
         kind: OUTPUT_ONLY,
         deviations: "first-order propagation of the sampled covariances, validated by coverage",
         record: record_in_words(&chosen),
@@ -167,9 +181,20 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
         advice: in_words(&advice(&found, record_s, None), &drift),
         drift,
         tracks,
+        structure: Structure::of_record(arguments, record, &chosen.gaps),
         channels: chosen.names,
         notes: chosen.notes,
     })
+}
+
+/// The modes of the whole record, or the poles that were picked.
+fn found(arguments: &Arguments, chosen: &Chosen) -> Result<Selection, Failure> {
+    let picks = &arguments.structural.select;
+    if !picks.is_empty() {
+        return super::hand::selected(picks, &chosen.record, &chosen.gaps);
+    }
+    fly(arguments, chosen, 0..chosen.record.samples(), Some(ShapeScale::Largest))
+        .map_err(|error| Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}")))
 }
 
 /// The correlation function of the channel of highest variance, and the decays at the poles found
@@ -274,6 +299,7 @@ fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failu
         advice: in_words(&said, &drift),
         drift,
         tracks,
+        structure: Structure::of_record(arguments, record, &chosen.gaps),
         channels: chosen.names,
         notes: chosen.notes,
     })
@@ -301,6 +327,7 @@ fn found_mode(estimate: &Estimate) -> FoundMode {
         damping: Some(estimate.damping_ratio),
         damping_sd: estimate.deviation.map(|d| d.damping_ratio),
         shape: estimate.mode_shape.clone(),
+        shape_sd: estimate.shape_deviation.clone(),
         phase_collinearity: Some(estimate.phase_collinearity),
     }
 }

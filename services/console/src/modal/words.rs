@@ -4,7 +4,6 @@ use super::Outcome;
 use crate::recordings;
 use report::text::{short, with_sigma};
 use std::fmt::Write;
-use std::path::Path;
 
 pub(super) fn in_words(outcome: &Outcome, written: Option<&str>) -> String {
     let mut text = format!("{}\nmethod: {}; {}\n\n", outcome.record, outcome.method, outcome.kind);
@@ -22,6 +21,9 @@ pub(super) fn in_words(outcome: &Outcome, written: Option<&str>) -> String {
     let _ = writeln!(text, "\n± one standard deviation: {}", outcome.deviations);
     for line in outcome.advice.iter().chain(&crate::notes::counted(&outcome.notes)) {
         text.push_str(&recordings::wrapped(line, "  "));
+    }
+    if let Some(compared) = &outcome.structure.compared {
+        text.push_str(&compared.in_words(outcome));
     }
     if let Some(written) = written {
         let _ = writeln!(text, "report: {written}");
