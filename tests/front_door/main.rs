@@ -17,6 +17,7 @@ mod interruptions;
 mod modal;
 mod objects;
 mod modal_records;
+mod modal_structure;
 mod own_recordings;
 mod plants;
 mod readme;

@@ -13,7 +13,7 @@ use crate::history::SlidingHistory;
 
 const TAPS: usize = 47;
 /// Kaiser shape for 70 dB: 0.1102 (70 − 8.7).
-const KAISER_BETA: f64 = 6.755;
+pub(crate) const KAISER_BETA: f64 = 6.755;
 /// Upper edge of the pass band, relative to the output sample rate.
 pub const PASS_BAND: f64 = 0.40;
 
@@ -102,7 +102,7 @@ fn half_band_taps() -> Vec<f64> {
 
 /// Modified Bessel function of order zero by its power series; 40 terms reach rounding for
 /// arguments below 10.
-fn bessel_i0(x: f64) -> f64 {
+pub(crate) fn bessel_i0(x: f64) -> f64 {
     let (mut term, mut sum) = (1.0, 1.0);
     for k in 1..40 {
         let half = 0.5 * x / f64::from(k);

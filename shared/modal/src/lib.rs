@@ -37,8 +37,8 @@
 //! | `onset` | a jump in the motion ends a segment |
 //! | `ssi_cov`, `weighting` | covariance-driven subspace identification, all orders at once |
 //! | `stabilisation`, `selection` | poles that persist over orders; poles that are modes |
-//! | `uncertainty` | standard deviations of frequency and damping |
-//! | `mac` | assurance criteria and collinearity of shapes |
+//! | `uncertainty`, `shape_uncertainty` | standard deviations of frequency, damping and shape |
+//! | `mac`, `mode_sets` | assurance criteria and collinearity of shapes; two sets of modes compared |
 //! | `tracking` | the identity of modes over successive answers |
 //! | `methods`, `record` | every method by name, over whole records |
 //! | `maximum_likelihood`, `model_order` | variable projection, known inputs; number of modes by BIC |
@@ -46,6 +46,10 @@
 //! | `adequacy`, `innovations` | tests of the residuals; known input with a disturbance |
 //! | `era`, `lsce`, `po_moesp`, `rational_fraction` | methods of the literature |
 //! | `frequency_responses` | frequency responses with coherence from records |
+//! | `hand_selection` | poles of the sweep that a person points at |
+//! | `setups` | several setups with common reference sensors: merged after or before identification |
+//! | `low_rate` | a record at a lower rate behind an anti-alias filter; trends taken out |
+//! | `singular_values` | singular values of spectral densities and of response matrices |
 //! | `advice`, `drift` | whether a record can determine its modes; changes of modes within a record |
 #![forbid(unsafe_code)]
 
@@ -56,15 +60,18 @@ pub mod drift;
 pub mod era;
 pub mod frequency_responses;
 pub mod gram;
+pub mod hand_selection;
 mod history;
 pub mod identifier;
 mod innovations;
 pub mod known_input;
 mod leading;
+pub mod low_rate;
 pub mod lsce;
 pub mod mac;
 pub mod maximum_likelihood;
 pub mod methods;
+pub mod mode_sets;
 pub mod model_order;
 pub mod onset;
 pub mod operational;
@@ -76,6 +83,9 @@ pub mod rational_fraction;
 pub mod record;
 mod seeded;
 pub mod selection;
+pub mod setups;
+pub mod shape_uncertainty;
+pub mod singular_values;
 pub mod ssi_cov;
 pub mod stabilisation;
 pub mod streaming;
@@ -91,4 +101,5 @@ pub use faer::c64;
 pub use identifier::{Config, ModalError, ModalIdentifier};
 pub use onset::OnsetGate;
 pub use selection::{Mode, Selection, SelectionSettings};
+pub use shape_uncertainty::ShapeScale;
 pub use stabilisation::{RejectedPole, Rejection, StabilityCriteria};

@@ -48,6 +48,8 @@ pub struct Estimate {
     pub deviation: Option<Deviation>,
     /// Complex shape per channel, largest component 1.
     pub mode_shape: Vec<c64>,
+    /// Standard deviations of real and imaginary parts; empty where the method states none.
+    pub shape_deviation: Vec<c64>,
     pub phase_collinearity: f64,
 }
 
@@ -156,6 +158,7 @@ impl Estimate {
             deviation: None,
             phase_collinearity: modal_phase_collinearity(&mode_shape),
             mode_shape,
+            shape_deviation: Vec::new(),
         }
     }
 }
@@ -171,6 +174,7 @@ impl From<&Mode> for Estimate {
                 correlation: mode.correlation,
             }),
             mode_shape: mode.mode_shape.clone(),
+            shape_deviation: mode.shape_deviation.clone(),
             phase_collinearity: mode.phase_collinearity,
         }
     }
@@ -252,6 +256,7 @@ fn by_subspace(record: &Record, settings: &Settings, projection: Projection) -> 
             correlation: found.correlation,
         }),
         mode_shape: pole.mode_shape.clone(),
+        shape_deviation: Vec::new(),
         phase_collinearity: pole.phase_collinearity,
     };
     Ok(poles.iter().zip(deviations).map(estimate).collect())

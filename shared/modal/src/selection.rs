@@ -14,6 +14,7 @@
 use faer::c64;
 
 use crate::gram::Gram;
+use crate::shape_uncertainty::{ShapeScale, shape_deviations};
 use crate::ssi_cov::{Pole, Realisation, SsiError, realise};
 use crate::stabilisation::{RejectedPole, Rejection, StabilityCriteria, Track, tracks};
 use crate::uncertainty::{Blocks, PoleDeviation, pole_deviations, residual};
@@ -43,6 +44,8 @@ pub struct Mode {
     pub correlation: f64,
     /// Complex shape per channel, largest component 1.
     pub mode_shape: Vec<c64>,
+    /// Standard deviations of real and imaginary parts; empty where none were asked for.
+    pub shape_deviation: Vec<c64>,
     pub phase_collinearity: f64,
     pub channel_share: Vec<f64>,
     pub dominant_channel: usize,
@@ -61,11 +64,19 @@ pub struct SelectionSettings {
     /// Orders in which a mode has to repeat; all of them when the record has a lower rank.
     pub orders_needed: usize,
     pub phase_collinearity_min: f64,
+    /// The scale at which the modes get the deviations of their shapes, too; none when not stated.
+    pub shape_deviations: Option<ShapeScale>,
 }
 
 impl Default for SelectionSettings {
     fn default() -> Self {
-        Self { stability: StabilityCriteria::default(), order_max: 30, orders_needed: 6, phase_collinearity_min: 0.5 }
+        Self {
+            stability: StabilityCriteria::default(),
+            order_max: 30,
+            orders_needed: 6,
+            phase_collinearity_min: 0.5,
+            shape_deviations: None,
+        }
     }
 }
 
@@ -147,7 +158,10 @@ pub fn select_modes(
     let best = appraisal.best(&resolved, |track| positions(track, order_min, count));
     for (track, (pole, deviation)) in resolved.iter().zip(best.into_iter().flatten()) {
         match refusal(pole, deviation, settings) {
-            None => selection.modes.push(mode(pole, deviation, track.poles.len(), decimation)),
+            None => selection.modes.push(Mode {
+                shape_deviation: settings.shape_deviations.map_or(Vec::new(), |scale| appraisal.of_shape(pole, scale)),
+                ..mode(pole, deviation, track.poles.len(), decimation)
+            }),
             Some(reason) => selection.rejected.push(rejected(pole, decimation, reason)),
         }
     }
@@ -206,6 +220,12 @@ struct Appraisal<'a> {
 }
 
 impl Appraisal<'_> {
+    /// Deviations of the components of a shape.
+    fn of_shape(&self, pole: &Pole, scale: ShapeScale) -> Vec<c64> {
+        let residual = residual(self.gram, self.realisation, pole.order);
+        shape_deviations(self.gram, self.block_grams, self.realisation, &residual, pole, scale)
+    }
+
     /// Of each track the pole of lowest order among `candidates` (positions) whose variance is
     /// close to the smallest.
     fn best<'t>(
@@ -238,7 +258,7 @@ fn positions(track: &Track, order_min: usize, count: usize) -> Vec<usize> {
     (first..length).step_by(step).collect()
 }
 
-fn mode(pole: &Pole, deviation: PoleDeviation, orders_found: usize, decimation: usize) -> Mode {
+pub(crate) fn mode(pole: &Pole, deviation: PoleDeviation, orders_found: usize, decimation: usize) -> Mode {
     let mut dominant_channel = 0;
     for (channel, share) in pole.channel_share.iter().enumerate() {
         if *share > pole.channel_share[dominant_channel] {
@@ -252,6 +272,7 @@ fn mode(pole: &Pole, deviation: PoleDeviation, orders_found: usize, decimation: 
         sigma_damping: deviation.sigma_damping,
         correlation: deviation.correlation,
         mode_shape: pole.mode_shape.clone(),
+        shape_deviation: Vec::new(),
         phase_collinearity: pole.phase_collinearity,
         channel_share: pole.channel_share.clone(),
         dominant_channel,

@@ -237,9 +237,7 @@ impl Realisation {
     pub fn poles(&self, order: usize, sample_rate_hz: f64) -> Vec<Pole> {
         assert!(order >= 1);
         assert!(order <= self.order_max());
-        let mut a = self.shift.get(..order, ..order).to_owned();
-        let r = self.r.get(..order, ..order);
-        faer::linalg::triangular_solve::solve_upper_triangular_in_place(r, a.as_mut(), faer::Par::Seq);
+        let a = self.state_matrix(order);
         if !all_finite(a.as_ref()) {
             return Vec::new();
         }
@@ -263,6 +261,14 @@ impl Realisation {
             .collect();
         poles.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
         poles
+    }
+
+    /// `A_n = R_n⁻¹ (Qᵀ U↓)_n`.
+    pub(crate) fn state_matrix(&self, order: usize) -> Mat<f64> {
+        let mut a = self.shift.get(..order, ..order).to_owned();
+        let r = self.r.get(..order, ..order);
+        faer::linalg::triangular_solve::solve_upper_triangular_in_place(r, a.as_mut(), faer::Par::Seq);
+        a
     }
 
     fn pole(&self, order: usize, z: c64, right: Vec<c64>, left: Vec<c64>, sample_rate_hz: f64) -> Option<Pole> {

@@ -133,6 +133,7 @@ mod tests {
             sigma_damping: 1e-3,
             correlation: 0.0,
             mode_shape: shape.map(|x| c64::new(x, 0.0)).to_vec(),
+            shape_deviation: Vec::new(),
             phase_collinearity: 1.0,
             channel_share: vec![1.0; 2],
             dominant_channel: 0,

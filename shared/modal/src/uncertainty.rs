@@ -284,6 +284,25 @@ fn bartlett_moments(gram: &Gram, residuals: &[&Residual], sensitivities: &[Sensi
         .collect()
 }
 
+/// `(S_cc̄(k), S_cc(k))` of `c_t = r y_p(t)` for the lags k < i, over the columns of the record.
+pub(crate) fn past_moments(gram: &Gram, r: &[c64]) -> Vec<(c64, c64)> {
+    let (l, half) = (gram.channels, gram.half());
+    let filters = Mat::from_fn(half, 2, |row, part| if part == 0 { r[row].re } else { r[row].im });
+    let overhangs = last_columns(gram, r);
+    (0..gram.block_rows)
+        .map(|k| {
+            let lagged = gram.matrix.submatrix(0, k * l, half, half) * &filters;
+            let (mut absolute, mut plain) = lag_sums(&filters, &lagged, 0);
+            for overhang in &overhangs {
+                let (abs, both) = beyond_the_last_column(overhang, gram.block_rows, k);
+                absolute -= abs;
+                plain -= both;
+            }
+            (absolute, plain)
+        })
+        .collect()
+}
+
 /// `c_t` of the columns that reach into the tails, newest first: per segment
 /// `t = N − i, N − i − 1, …`.
 fn last_columns(gram: &Gram, r: &[c64]) -> Vec<Vec<c64>> {

@@ -109,6 +109,7 @@ mod uff_model;
 mod uff_nodes;
 mod uff_numbers;
 mod uff_shapes;
+mod uff_write;
 #[cfg(feature = "foreign")]
 mod ulog;
 #[cfg(feature = "foreign")]
@@ -141,6 +142,7 @@ pub use timing::{Gap, Timing};
 pub use uff::{groups, read_group};
 pub use uff_groups::UffGroup;
 pub use uff_model::{Node, NodeShape, TraceLine, UffHeader, UffMode, UffModel, read_model};
+pub use uff_write::write_model;
 
 use channels::Recording;
 use std::fs::File;

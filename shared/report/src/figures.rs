@@ -10,6 +10,7 @@ mod scatter;
 mod spectrum;
 mod stabilisation;
 mod state_map;
+mod structure;
 mod tiles;
 
 use crate::panel::Panel;
@@ -25,6 +26,7 @@ pub use scatter::Scatter;
 pub use spectrum::Spectrum;
 pub use stabilisation::{Pole, Stabilisation, Stability};
 pub use state_map::StateMap;
+pub use structure::{Structure, StructureMode};
 pub use tiles::{TileMap, Tiles};
 
 /// Draws the curves: models as lines, and the dots of measured samples on top of them.

@@ -50,7 +50,7 @@ pub mod text;
 
 pub use figures::{
     Band, Bar, Bars, Clusters, Cumulative, Curve, Mark, Matrix, Mode, Overlay, Pole, Role, Scatter, Spectrum,
-    Stabilisation, Stability, StateMap, TileMap, Tiles,
+    Stabilisation, Stability, StateMap, Structure, StructureMode, TileMap, Tiles,
 };
 pub use page::{Block, Page, Section};
 pub use svg::Figure;

@@ -9,6 +9,8 @@ use std::fmt::Write;
 /// Readout under the pointer, zoom by dragging, reset by a double click; paper unfolds what is
 /// folded.
 const SCRIPT: &str = include_str!("page.js");
+/// Motion of [`crate::Structure`], where a page has one.
+const STRUCTURE: &str = include_str!("structure.js");
 
 /// Part of a section.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,7 +76,8 @@ impl Page {
             html.push_str("</section>\n");
         }
         self.footer(&mut html);
-        let _ = writeln!(html, "</main><script>\n{SCRIPT}</script></body></html>");
+        let motion = if html.contains(" data-structure=") { STRUCTURE } else { "" };
+        let _ = writeln!(html, "</main><script>\n{SCRIPT}{motion}</script></body></html>");
         html.into_bytes()
     }
 

@@ -13,6 +13,10 @@ pub(super) fn table(outcome: &Outcome) -> String {
     for channel in outcome.channels.iter().filter(|_| shaped) {
         header.extend(["re", "im"].map(|part| cell(&format!("shape_{channel}_{part} [-]"))));
     }
+    let known = outcome.modes.iter().any(|mode| !mode.shape_sd.is_empty());
+    for channel in outcome.channels.iter().filter(|_| known) {
+        header.extend(["re", "im"].map(|part| cell(&format!("shape_{channel}_{part}_sd [-]"))));
+    }
     let rows = outcome.modes.iter().enumerate().map(|(k, mode)| row(k + 1, mode, outcome.kind));
     std::iter::once(header.join(",")).chain(rows).map(|line| line + "\n").collect()
 }
@@ -23,7 +27,7 @@ fn row(number: usize, mode: &FoundMode, kind: &str) -> String {
     let mut cells = vec![number.to_string()];
     cells.extend(numbers.map(known));
     cells.push(cell(kind));
-    cells.extend(mode.shape.iter().flat_map(|psi| [psi.re.to_string(), psi.im.to_string()]));
+    cells.extend(mode.shape.iter().chain(&mode.shape_sd).flat_map(|psi| [psi.re.to_string(), psi.im.to_string()]));
     cells.join(",")
 }
 
@@ -41,29 +45,16 @@ mod tests {
     fn every_row_has_the_cells_of_the_header_and_what_is_not_known_is_empty() {
         let mode = |shape: &[f64]| FoundMode {
             frequency_hz: 1.5,
-            frequency_sd: None,
             damping: Some(0.25),
-            damping_sd: None,
             shape: shape.iter().map(|x| c64::new(*x, 0.0)).collect(),
             phase_collinearity: Some(1.0),
+            ..FoundMode::default()
         };
         let outcome = Outcome {
-            as_it_is: Default::default(),
-            method: "",
             kind: "closed loop, all",
-            verdict: None,
-            deviations: "",
             channels: vec!["a,b".into(), "c".into()],
-            record: String::new(),
             modes: vec![mode(&[1.0, -0.5])],
-            rejected: Vec::new(),
-            sweep: Vec::new(),
-            spectrum: None,
-            synthesis: None,
-            advice: Vec::new(),
-            drift: Vec::new(),
-            tracks: Vec::new(),
-            notes: Vec::new(),
+            ..Outcome::default()
         };
         let text = table(&outcome);
         let (header, row) = text.trim_end().split_once('\n').unwrap();

@@ -32,6 +32,7 @@ pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Out
         damping: Some(mode.damping_ratio).filter(|zeta| zeta.is_finite()),
         damping_sd: Some(mode.damping_sigma).filter(|sigma| sigma.is_finite()),
         shape: Vec::new(),
+        shape_sd: Vec::new(),
         phase_collinearity: None,
     };
     let visible = magnitudes.frequency_hz.iter().zip(&magnitudes.magnitude).filter(|(f, x)| **f > 0.0 && **x > 0.0);
@@ -51,6 +52,7 @@ pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Out
         advice: core::iter::once(NO_PHASE.into()).chain(doubtful(&columns, &magnitudes, &modes)).collect(),
         drift: Vec::new(),
         tracks: Vec::new(),
+        structure: super::Structure::default(),
         notes: spectrum.notes.clone(),
     })
 }
@@ -130,18 +132,8 @@ mod tests {
     }
 
     fn asked(spectrum: &Spectrum, channels: &[&str]) -> Result<Outcome, String> {
-        let arguments = Arguments {
-            files: Vec::new(),
-            input: None,
-            channels: channels.iter().map(|name| (*name).to_string()).collect(),
-            orders: 2..=30,
-            from: None,
-            to: None,
-            json: false,
-            csv: None,
-            out: None,
-            intake: crate::intake::IntakeArguments::default(),
-        };
+        let channels = channels.iter().map(|name| (*name).to_string()).collect();
+        let arguments = Arguments { channels, ..Arguments::of(&["test.uff"]) };
         outcome(&arguments, core::slice::from_ref(spectrum)).map_err(|failure| format!("{failure:?}"))
     }
 

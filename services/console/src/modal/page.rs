@@ -1,7 +1,7 @@
 //! The page of `obsid modal`: the modes first, then how they stand out of the orders, their shapes,
 //! and what they explain.
 
-use super::{Arguments, FoundMode, Outcome, Synthesis};
+use super::{Arguments, FoundMode, Outcome, Synthesis, structure_page};
 use crate::recordings::{digest_of, tool};
 use examination::spectrum::{Averaging, density};
 use modal::record::Record;
@@ -22,14 +22,25 @@ pub(super) fn page(outcome: &Outcome, arguments: &Arguments, command: &str) -> P
     if !outcome.sweep.is_empty() {
         order.push(Block::Figure(clusters(outcome).command(command)));
     }
+    order.extend(structure_page::singular(outcome).map(|figure| Block::Figure(figure.command(command))));
     if !outcome.rejected.is_empty() {
         order.push(Block::Table(rejected(outcome)));
     }
     if !order.is_empty() {
         sections.push(Section::new("Which poles are modes", order));
     }
+    let mut figures: Vec<Block> =
+        structure_page::motion(outcome).map(|figure| Block::Figure(figure.command(command))).into_iter().collect();
     if outcome.modes.iter().any(|mode| mode.shape.len() > 1) {
-        sections.push(Section::new("Mode shapes", shapes(outcome, command)));
+        figures.extend(shapes(outcome, command));
+    }
+    if !figures.is_empty() {
+        sections.push(Section::new("Mode shapes", figures));
+    }
+    if let Some(matrix) = structure_page::assurance(outcome) {
+        let title =
+            if outcome.structure.compared.is_some() { "Against the reference" } else { "Shapes against shapes" };
+        sections.push(Section::new(title, vec![matrix]));
     }
     if let Some(synthesis) = &outcome.synthesis {
         let figure = synthesised(synthesis).command(command);
@@ -51,7 +62,7 @@ fn verdict(outcome: &Outcome) -> String {
         .modes
         .iter()
         .take(6)
-        .map(|mode| format!("{} Hz", super::estimate(Some(mode.frequency_hz), mode.frequency_sd)));
+        .map(|mode| format!("{} Hz", super::words::estimate(Some(mode.frequency_hz), mode.frequency_sd)));
     let listed = first.collect::<Vec<_>>().join(", ");
     match outcome.modes.len() {
         0 => "No modes were found.".into(),
@@ -137,17 +148,22 @@ fn rejected(outcome: &Outcome) -> Table {
 
 fn shapes(outcome: &Outcome, command: &str) -> Vec<Block> {
     let figure = |(k, mode): (usize, &FoundMode)| {
-        let bars = outcome.channels.iter().zip(&mode.shape).map(|(channel, psi)| Bar {
+        let sd = (0..mode.shape.len()).map(|k| mode.shape_sd.get(k).copied().unwrap_or(modal::c64::new(0.0, 0.0)));
+        let bars = outcome.channels.iter().zip(&mode.shape).zip(sd).map(|((channel, psi), sd)| Bar {
             label: channel.clone(),
             value: psi.re,
-            interval: (psi.re, psi.re),
+            interval: (psi.re - sd.re, psi.re + sd.re),
             role: Role::After,
             note: if psi.im.abs() > 0.05 { format!("imaginary {:.2}", psi.im) } else { String::new() },
         });
         let bars = Bars { quantity: "component", unit: "-", bars: bars.collect(), reference: None, from_zero: true };
         let collinear = mode.phase_collinearity.map_or(String::new(), |mpc| format!(", phase collinearity {mpc:.3}"));
         let claim = format!("Mode {} at {:.4} Hz{collinear}", k + 1, mode.frequency_hz);
-        Block::Figure(bars.draw(&claim).caption("Largest component 1.").command(command))
+        Block::Figure(
+            bars.draw(&claim)
+                .caption("Largest component 1; lines over one standard deviation, where it is known.")
+                .command(command),
+        )
     };
     let shaped = outcome.modes.iter().enumerate().filter(|(_, mode)| !mode.shape.is_empty());
     shaped.take(SHAPES_MAX).map(figure).collect()

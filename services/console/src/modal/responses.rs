@@ -1,6 +1,7 @@
 //! Modes of complex frequency responses, columns in pairs `…_real`, `…_imag`.
 
-use super::{Arguments, FoundMode, Outcome, SweepPole, Synthesis};
+use super::structure::wants_singular_values;
+use super::{Arguments, FoundMode, Outcome, Structure, SweepPole, Synthesis};
 use crate::Failure;
 use modal::c64;
 use modal::frequency_responses::{ResponseFit, identify};
@@ -39,7 +40,12 @@ pub(crate) struct Identified {
 }
 
 pub(super) fn outcome(arguments: &Arguments, spectra: &[Spectrum]) -> Result<Outcome, Failure> {
-    Ok(described(identified(spectra, arguments.orders.clone())?, spectra))
+    let found = identified(spectra, arguments.orders.clone())?;
+    let singular_values = wants_singular_values(arguments)
+        .then(|| super::singular::of_channels(&found.names, &found.frequency_hz, &found.responses))
+        .flatten();
+    let structure = Structure { singular_values, ..Structure::default() };
+    Ok(Outcome { structure, ..described(found, spectra) })
 }
 
 /// Modes of complex responses, all files together.
@@ -99,6 +105,7 @@ fn described(identified: Identified, spectra: &[Spectrum]) -> Outcome {
         damping_sd: mode.scatter.map(|s| s.1),
         phase_collinearity: Some(modal_phase_collinearity(&mode.mode_shape)),
         shape: mode.mode_shape.clone(),
+        shape_sd: Vec::new(),
     };
     Outcome {
         as_it_is: Default::default(),
@@ -123,6 +130,7 @@ fn described(identified: Identified, spectra: &[Spectrum]) -> Outcome {
         advice: Vec::new(),
         drift: Vec::new(),
         tracks: Vec::new(),
+        structure: Structure::default(),
         notes: spectra.iter().flat_map(|spectrum| spectrum.notes.clone()).collect(),
     }
 }

@@ -3,7 +3,8 @@
 mod known_input;
 mod output_only;
 
-use super::{Arguments, FoundMode, Outcome, SweepPole};
+use super::preparation::{Prepared, prepared};
+use super::{Arguments, FoundMode, Outcome, Structure, SweepPole};
 use crate::{Failure, recordings};
 use modal::advice::Advice;
 use modal::drift::Drift;
@@ -15,18 +16,20 @@ use recording::{Imported, Table};
 use report::Stability;
 
 /// Block rows of the sweep shown.
-const BLOCK_ROWS: usize = 40;
+pub(super) const BLOCK_ROWS: usize = 40;
+pub(super) const OUTPUT_ONLY: &str =
+    "modes of all that moves together: under a controller those of the closed loop, not of the structure alone";
 
 /// Response channels, input and times of one record.
-struct Chosen {
-    names: Vec<String>,
-    unit: String,
-    record: Record,
-    start_s: f64,
-    gaps: Vec<usize>,
+pub(super) struct Chosen {
+    pub names: Vec<String>,
+    pub unit: String,
+    pub record: Record,
+    pub start_s: f64,
+    pub gaps: Vec<usize>,
     /// Of every row.
-    time_s: Vec<f64>,
-    notes: Vec<String>,
+    pub time_s: Vec<f64>,
+    pub notes: Vec<String>,
 }
 
 pub(super) fn outcome(arguments: &Arguments, imported: Imported) -> Result<Outcome, Failure> {
@@ -56,7 +59,7 @@ fn check_names(arguments: &Arguments, set: &recording::SeriesSet) -> Result<(), 
 }
 
 /// The columns asked for, as one table of one rate.
-fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, Failure> {
+pub(super) fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, Failure> {
     let wanted = |name: &String| {
         let listed = arguments.channels.is_empty() || arguments.channels.contains(name);
         (listed && arguments.input.as_ref() != Some(name)) || arguments.input.as_ref() == Some(name)
@@ -86,14 +89,26 @@ fn choose(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Chosen, F
     let gaps: Vec<usize> = gaps.into_iter().filter(|row| *row > 0 && *row < rows.len()).collect();
     let record = Record::of_outputs(rate_hz, responses.len(), values(&responses));
     let record = if input.is_empty() { record } else { record.with_input(1, values(&input)) };
+    let Prepared { record, gaps, notes: prepared } = prepared(arguments, record, gaps)?;
+    let at_lower_rate = record.samples() != rows.len();
+    if at_lower_rate && !gaps.is_empty() && !input.is_empty() {
+        return Err(Failure::Input(miette::miette!(
+            help = "leave out --decimate, or cut the record with --from and --to where it has no gap",
+            "--decimate with --input: the rows behind a gap have no place on the lower rate's clock"
+        )));
+    }
+    let time_s = match at_lower_rate {
+        true => (0..record.samples()).map(|k| table.time_s[first] + k as f64 / record.sample_rate_hz).collect(),
+        false => rows.iter().map(|row| table.time_s[*row]).collect(),
+    };
     Ok(Chosen {
         names: responses.iter().map(|k| table.columns[*k].name.clone()).collect(),
         unit: table.columns[responses[0]].unit.into(),
         record,
         start_s: table.time_s[first],
         gaps,
-        time_s: rows.iter().map(|row| table.time_s[*row]).collect(),
-        notes: notes(&table),
+        time_s,
+        notes: notes(&table).into_iter().chain(prepared).collect(),
     })
 }
 
@@ -107,7 +122,7 @@ fn in_words(advice: &[Advice], drift: &[Drift]) -> Vec<String> {
     advice.iter().map(ToString::to_string).chain(drifts).collect()
 }
 
-fn record_in_words(chosen: &Chosen) -> String {
+pub(super) fn record_in_words(chosen: &Chosen) -> String {
     let Chosen { names, record, .. } = chosen;
     format!(
         "{} channel{}, {} samples at {:.4} Hz",
@@ -130,6 +145,7 @@ fn found_mode(estimate: &Estimate) -> FoundMode {
         damping: Some(estimate.damping_ratio),
         damping_sd: estimate.deviation.map(|d| d.damping_ratio),
         shape: estimate.mode_shape.clone(),
+        shape_sd: estimate.shape_deviation.clone(),
         phase_collinearity: Some(estimate.phase_collinearity),
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{BLOCK_ROWS, Chosen, found_mode, in_words, loudest, record_in_words, sweep};
 use crate::Failure;
-use crate::modal::{Arguments, FoundMode, Outcome, Synthesis, Verdict, page};
+use crate::modal::{Arguments, FoundMode, Outcome, Structure, Synthesis, Verdict, page};
 use modal::advice::{advice, pulse_nulling};
 use modal::drift;
 use modal::known_input::{Identified, Noise, identify};
@@ -79,6 +79,7 @@ pub(super) fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Out
         advice: verdict_in_words(&chosen, &answer, absent).into_iter().chain(in_words(&said, &drift)).collect(),
         drift,
         tracks,
+        structure: Structure::of_record(arguments, &chosen.record, &chosen.gaps),
         channels: chosen.names,
         notes: chosen.notes,
         as_it_is: Default::default(),

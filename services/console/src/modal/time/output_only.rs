@@ -1,10 +1,11 @@
 //! Modes of a time record from its outputs alone, as the record is: examined first, then the
 //! identifier that flies, with missing samples and tones dealt with.
 
-use super::{BLOCK_ROWS, choose, found_mode, in_words, loudest, reasons, sweep};
+use super::{BLOCK_ROWS, OUTPUT_ONLY, choose, found_mode, in_words, loudest, reasons, sweep};
 use crate::Failure;
 use crate::modal::as_it_is::{AsItIs, Nature};
-use crate::modal::{Arguments, FoundMode, Outcome, Synthesis, page};
+use crate::modal::structural_arguments::Detrend;
+use crate::modal::{Arguments, FoundMode, Outcome, Structure, Synthesis, hand, page};
 use channels::Channel;
 use examination::even_record::{EvenRecord, Treatment, without_holes};
 use modal::advice::advice;
@@ -18,11 +19,8 @@ use modal::pairs::covariances;
 use modal::record::Record;
 use modal::ssi_cov::realise;
 use modal::tones::Tone;
-use modal::{Config, Mode};
+use modal::{Config, Mode, Selection, ShapeScale};
 use std::ops::Range;
-
-const OUTPUT_ONLY: &str =
-    "modes of all that moves together: under a controller those of the closed loop, not of the structure alone";
 
 /// The channels asked for on one clock.
 struct Examined {
@@ -37,12 +35,19 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
     let mut examined = examined(arguments, set)?;
     let mut config = Config::new(examined.record.channels, examined.record.sample_rate_hz);
     config.selection.order_max = *arguments.orders.end();
-    let found = identify(&examined.record, &examined.even.delays_s, &config).map_err(|error| {
+    config.selection.shape_deviations = Some(ShapeScale::Largest);
+    let mut found = identify(&examined.record, &examined.even.delays_s, &config).map_err(|error| {
         Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}"))
     })?;
     // What is left when the tones are taken out; later channels stay where they are there.
     let rest = found.rest.clone().unwrap_or_else(|| examined.record.outputs.clone());
     let rest = Record::of_outputs(examined.record.sample_rate_hz, examined.record.channels, rest);
+    let picks = &arguments.structural.select;
+    if !picks.is_empty() {
+        let (complete, gaps) = complete_rows(&rest);
+        Selection { modes: found.modes, rejected: found.rejected } = hand::selected(picks, &complete, &gaps)?;
+    }
+    config.selection.shape_deviations = None;
     let estimates: Vec<Estimate> = found.modes.iter().map(Estimate::from).collect();
     let of_part = |rows: Range<usize>| -> Vec<Estimate> {
         let part = &rest.outputs[rows.start * rest.channels..rows.end * rest.channels];
@@ -76,7 +81,11 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
     Ok(Outcome {
         as_it_is,
         verdict: None,
-        method: "covariance-driven stochastic subspace at four rates, orders selected automatically",
+        method: if picks.is_empty() {
+            "covariance-driven stochastic subspace at four rates, orders selected automatically"
+        } else {
+            "covariance-driven stochastic subspace, poles selected by hand (--select)"
+        },
         kind: OUTPUT_ONLY,
         deviations: match found.evidence {
             Evidence::Windows => "first-order propagation of the sampled covariances, validated by coverage",
@@ -91,6 +100,7 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
         advice: said,
         drift,
         tracks,
+        structure: Structure::of_record(arguments, &complete_rows(&rest).0, &complete_rows(&rest).1),
         channels: examined.names,
         notes: examined.notes,
     })
@@ -105,6 +115,9 @@ fn examined(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Examine
         let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect();
         Channel { time_s: of(&channel.time_s), value: of(&channel.value), ..channel.clone() }
     };
+    if arguments.structural.detrend != Detrend::None || arguments.structural.decimate.is_some() {
+        return as_a_table(arguments, set);
+    }
     let channels: Vec<Channel> = set.recording.channels.iter().filter(|c| wanted(&c.name)).map(cut).collect();
     let present = channels.iter().all(|channel| !channel.value.is_empty());
     let borrowed: Vec<&Channel> = channels.iter().collect();
@@ -231,7 +244,7 @@ fn tone_as_found(tone: &Tone) -> FoundMode {
         damping: None,
         damping_sd: None,
         shape: if largest.norm_sqr() > 0.0 { tone.amplitude.iter().map(|a| a / largest).collect() } else { Vec::new() },
-        phase_collinearity: None,
+        ..FoundMode::default()
     }
 }
 
@@ -256,6 +269,23 @@ fn in_segments(record: &Record) -> Record {
         }
     }
     record.clone().with_segments(segments)
+}
+
+/// The rows with every value, and where rows are missing between them (the first row behind).
+fn complete_rows(record: &Record) -> (Record, Vec<usize>) {
+    let (mut rows, mut gaps, mut broken) = (Vec::new(), Vec::new(), false);
+    for row in record.outputs.chunks_exact(record.channels) {
+        if row.iter().any(|y| !y.is_finite()) {
+            broken = true;
+            continue;
+        }
+        if broken && !rows.is_empty() {
+            gaps.push(rows.len() / record.channels);
+        }
+        broken = false;
+        rows.extend_from_slice(row);
+    }
+    (Record::of_outputs(record.sample_rate_hz, record.channels, rows), gaps)
 }
 
 /// Straight lines over what is missing, for figures.
