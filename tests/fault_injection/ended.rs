@@ -9,6 +9,8 @@ pub const KILLED: &str = "signal 9";
 pub const FOUND_NOTHING: &str = "exit code 5";
 /// Ended by the warden, because the services had to be made anew.
 pub const TAKEN_DOWN: &str = "taken down, services have vanished";
+/// Exit code of a run that got to its end without all that it was to deliver.
+pub const DEGRADED: i32 = 4;
 const CAUSES: [&str; 3] = [KILLED, FOUND_NOTHING, TAKEN_DOWN];
 
 /// A run that is over.

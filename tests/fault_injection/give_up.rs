@@ -1,9 +1,10 @@
 //! A partition that dies in every life is given up: its domain is abandoned, or, without it, the
 //! run.
 
-use crate::ended::{Ended, KILLED};
+use crate::ended::{DEGRADED, Ended, KILLED};
 use crate::limits;
 use crate::world::{World, undisturbed};
+use serde_json::json;
 use telemetry::ACTUATORS;
 
 /// Five restarts are allowed, in the built-in table (`deploy/partitions.toml`) and in that of
@@ -11,6 +12,9 @@ use telemetry::ACTUATORS;
 const DEATHS: usize = 6;
 
 fn was_given_up(ended: &Ended, name: &str) {
+    assert_eq!(ended.json["completed"], false, "{ended}");
+    let loss = json!([{ "partition": name, "kind": "given_up", "count": DEATHS - 1 }]);
+    assert!(ended.code != Some(DEGRADED) || (&ended.json["degraded"], &ended.json["loss"]) == (&json!(true), &loss));
     assert_eq!(ended.given_up(), [name], "{ended}");
     let died = ended.deaths().into_iter().filter(|death| death.name == name && death.cause == KILLED).count();
     assert_eq!(died, DEATHS, "{ended}");
@@ -37,7 +41,7 @@ fn an_estimator_given_up_in_its_experiment_ends_the_excitation_and_costs_only_it
     let world = World::new();
     let file = world.file("flight.mcap");
     let ended = world.run(&["--kill-always", "slosh-id@700", "--record", file.to_str().unwrap()]);
-    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.code, Some(DEGRADED), "{ended}");
     was_given_up(&ended, "slosh-id");
     let modes = ended.modes();
     let abort = modes.iter().find(|(_, to, cause)| (*to, *cause) == ("STANDBY", "partition lost"));
@@ -64,7 +68,7 @@ fn the_other_estimators_given_up_cost_only_their_own_domain() {
     let world = World::new();
     let table = limits::table(&world, &[]);
     let ended = world.run(&["--partitions", &table, "--kill-always", "modal-id@200"]);
-    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.code, Some(DEGRADED), "{ended}");
     was_given_up(&ended, "modal-id");
     is_abandoned(&ended, "modal");
     assert!(ended.modes().iter().any(|(_, _, cause)| *cause == "partition lost"), "{ended}");
@@ -74,7 +78,7 @@ fn the_other_estimators_given_up_cost_only_their_own_domain() {
     }
 
     let ended = world.run(&["--partitions", &table, "--kill-always", "inertial-id@1700"]);
-    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.code, Some(DEGRADED), "{ended}");
     was_given_up(&ended, "inertial-id");
     is_abandoned(&ended, "inertial");
     is_untouched(&ended, "modal");
@@ -91,7 +95,7 @@ fn who_was_given_up_stays_so_over_restarts_of_the_source_and_the_supervisor() {
     let table = limits::table(&world, &[]);
     let kills = ["--kill-always", "slosh-id@700", "--kill", "supervisor@790", "--kill", "sensor-sim@790"];
     let ended = world.run(&[&["--partitions", table.as_str()][..], &kills].concat());
-    assert_eq!(ended.code, Some(0), "{ended}");
+    assert_eq!(ended.code, Some(DEGRADED), "{ended}");
     was_given_up(&ended, "slosh-id");
     is_abandoned(&ended, "slosh");
     assert_eq!(["supervisor", "sensor-sim"].map(|name| ended.count(name, "restarts")), [1, 1], "{ended}");

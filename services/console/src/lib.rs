@@ -1,7 +1,7 @@
 //! The command line `obsid`: one file per subcommand, each with its arguments and what it does.
 //!
 //! What it is: [`main`] parses the arguments, calls the subcommand and returns its exit code: 0
-//! done, 1 the run failed, 2 usage, 3 bad input, 130 interrupted. `launch` starts a run (its process supervisor is
+//! done, 1 the run failed, 2 usage, 3 bad input, 4 the run ended degraded, 130 interrupted. `launch` starts a run (its process supervisor is
 //! `partition warden`), shows its progress and stops it; a console that dies ends no run badly.
 //! Every other file reads, calls one library and prints.
 //!
@@ -74,6 +74,10 @@ pub enum Failure {
     /// What the user gave cannot be used; the report says where and what to do.
     #[error("bad input")]
     Input(miette::Report),
+    /// The run got to its end, but lost samples or a partition on the way: its results are not
+    /// whole.
+    #[error("degraded: {0}")]
+    Degraded(String),
     /// The user ended it; what was known was printed.
     #[error("interrupted")]
     Interrupted,
@@ -107,7 +111,7 @@ const EXAMPLES: &str = "Examples:
   obsid icd --md                                   the interface control document
   obsid completions bash                           completion of subcommands and options in a shell
 
-Exit codes: 0 done, 1 the run failed, 2 usage, 3 bad input, 130 interrupted.";
+Exit codes: 0 done, 1 the run failed, 2 usage, 3 bad input, 4 the run ended degraded, 130 interrupted.";
 
 const BENCH_EXAMPLES: &str = "Examples:
   obsid bench bp1a                               100 records of the arm, beside the Cramer-Rao bound
@@ -178,6 +182,10 @@ pub fn main() -> ExitCode {
         Err(Failure::Run(reason)) => {
             tell(&format!("obsid: {reason}"));
             ExitCode::from(1)
+        }
+        Err(degraded @ Failure::Degraded(_)) => {
+            tell(&format!("obsid: {degraded}"));
+            ExitCode::from(4)
         }
         Err(Failure::Input(report)) => {
             tell(visible::cut_snippets(&format!("{report:?}")).trim_end());

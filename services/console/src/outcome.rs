@@ -1,11 +1,13 @@
 //! What a run came to, read from its recording: modes, estimates with verdicts, partitions, digest.
 
 mod arm;
+mod losses;
 mod remarks;
 
 use crate::scenario_run::{Finished, LinkKind, ScenarioRun};
 use crate::{paper, truth};
 pub use arm::ArmResults;
+pub use losses::Loss;
 use physics::mated::OFF_AXIS_SIGMAS;
 use plant_file::scenario::ArmKnown;
 use recording::{McapRecorder, RecordedRun, RecordingError};
@@ -152,14 +154,23 @@ impl Outcome {
         Outcome { modes, parameters, arm, comparisons, partitions: rows, digest, wall_s, link, failure }
     }
 
+    /// What was to be delivered and was not; empty where the results are whole.
+    #[must_use]
+    pub fn losses(&self) -> Vec<Loss> {
+        Loss::all(&self.partitions)
+    }
+
     /// The object that `--json` prints.
     #[must_use]
     pub fn json(&self) -> Value {
         let of = |domain: Domain| {
             self.parameters.iter().filter(|row| row.domain == domain).map(parameter_json).collect::<Vec<_>>()
         };
+        let losses = self.losses();
         let mut object = json!({
-            "completed": self.failure.is_none(),
+            "completed": self.failure.is_none() && losses.is_empty(),
+            "degraded": !losses.is_empty(),
+            "loss": losses.iter().map(Loss::json).collect::<Vec<_>>(),
             "modes": self.modes.iter().map(|row| json!({
                 "frame": row.frame, "t_s": row.t_s, "from": row.from, "to": row.to, "cause": row.cause,
             })).collect::<Vec<_>>(),

@@ -119,7 +119,7 @@ fn can_be_simulated(scenario: &Scenario, file: Option<&Path>) -> Result<(), Fail
 ///
 /// # Errors
 /// [`Failure::Input`] when there is no place for the run or its recording, [`Failure::Run`] when it
-/// failed.
+/// failed, [`Failure::Degraded`] when it ended without all that it was to deliver.
 pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
     run.config.check_depths().map_err(Failure::Run)?;
     // Before there is anything that a signal could leave behind.
@@ -131,7 +131,12 @@ pub fn carry_out(mut run: ScenarioRun, common: &Common) -> Result<(), Failure> {
     let outcome = Outcome::read(&run, finished, results.is_written());
     let text = if common.json { format!("{}\n", outcome.json()) } else { table::outcome(&outcome) };
     crate::print(&text);
-    outcome.failure.map_or(Ok(()), |reason| Err(Failure::Run(reason)))
+    let losses = outcome.losses();
+    match outcome.failure {
+        Some(reason) => Err(Failure::Run(reason)),
+        None if losses.is_empty() => Ok(()),
+        None => Err(Failure::Degraded(losses.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))),
+    }
 }
 
 /// The run that the arguments describe; where its results go is found out last, by [`carry_out`].

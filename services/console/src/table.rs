@@ -8,17 +8,25 @@ use telemetry::{Domain, PartitionId};
 /// The table a run ends with.
 #[must_use]
 pub fn outcome(outcome: &Outcome) -> String {
-    let mut text = String::new();
+    let mut text = completion(outcome);
     modes(outcome, &mut text);
     parameters(outcome, &mut text);
     partitions(outcome, &mut text);
     lost_domains(outcome, &mut text);
     let digest = outcome.digest.as_deref().unwrap_or("none: nothing was recorded");
     let _ = writeln!(text, "\ndigest {digest}\nwall time {:.1} s", outcome.wall_s);
-    if let Some(failure) = &outcome.failure {
-        let _ = writeln!(text, "NOT COMPLETED: {failure}");
-    }
     text
+}
+
+/// Whether the run got to its end with all that it was to deliver, in a line.
+fn completion(outcome: &Outcome) -> String {
+    let losses: Vec<String> = outcome.losses().iter().map(ToString::to_string).collect();
+    match (&outcome.failure, losses.is_empty()) {
+        (Some(failure), true) => format!("NOT COMPLETED: {failure}\n\n"),
+        (Some(failure), false) => format!("NOT COMPLETED: {failure}; {}\n\n", losses.join("; ")),
+        (None, true) => "completed, nothing lost\n\n".into(),
+        (None, false) => format!("DEGRADED: {}\n\n", losses.join("; ")),
+    }
 }
 
 fn modes(outcome: &Outcome, text: &mut String) {

@@ -6,7 +6,9 @@
 
 use crate::config::Sabotage;
 use std::collections::VecDeque;
-use telemetry::{Delivery, Header, PartitionId, Sample, Stamps, TICK, TOPICS, TOPICS_MAX, Tick, Topic, TopicId};
+use telemetry::{
+    Delivery, Header, PROGRESS, PartitionId, Progress, Sample, Stamps, TICK, TOPICS, TOPICS_MAX, Tick, Topic, TopicId,
+};
 use zerocopy::{FromBytes, IntoBytes};
 
 /// Counters of an inbox; they survive restarts in the checkpoint.
@@ -18,7 +20,8 @@ pub struct Counters {
     pub lost: u64,
     /// Samples dropped because their sequence number had been seen.
     pub duplicates: u64,
-    /// Samples dropped for a wrong CRC, a wrong layout or a value that is not finite.
+    /// Samples dropped for a wrong CRC, a wrong layout, a value that is not finite, or a report in
+    /// another partition's name.
     pub bad: u64,
 }
 
@@ -158,13 +161,18 @@ impl Inbox {
             queue.unreadable += 1;
             return false;
         }
+        if topic == PROGRESS.id && !is_of_its_sender(&header, queue.slots[slot * queue.stride..].as_bytes()) {
+            counters.bad += 1;
+            return false;
+        }
         if !queue.is_new(&header, stamps.epoch) && sabotage != Sabotage::NoDedupe {
             counters.duplicates += 1;
             return false;
         }
         let delivery = TOPICS[topic].delivery;
         if delivery != Delivery::Status {
-            counters.lost += header.seq.saturating_sub(queue.seen + 1);
+            let missed = header.seq.saturating_sub(queue.seen.saturating_add(1));
+            counters.lost = counters.lost.saturating_add(missed);
             queue.seen = queue.seen.max(header.seq);
             // What could not be read stood before this one; it must not stand for a number that is
             // still to come.
@@ -211,7 +219,7 @@ impl Inbox {
     /// Highest sequence number seen on a topic.
     #[must_use]
     pub fn seen(&self, topic: TopicId) -> u64 {
-        self.queues[topic].as_ref().map_or(u64::MAX, |queue| queue.seen + queue.unreadable)
+        self.queues[topic].as_ref().map_or(u64::MAX, |queue| queue.seen.saturating_add(queue.unreadable))
     }
 
     /// Whether everything that `last_seq` covers has arrived (history may still be on its way after
@@ -264,6 +272,12 @@ impl Inbox {
         let data = |queue: &&Queue| TOPICS[queue.topic].delivery == Delivery::Source;
         self.queues.iter().flatten().filter(data).flat_map(|queue| queue.due_stamps.iter().map(|stamps| stamps.sent_ns))
     }
+}
+
+/// Whether a progress report speaks of the partition that sent it. What opens frames and what ends a
+/// run is believed of nobody else.
+fn is_of_its_sender(header: &Header, payload: &[u8]) -> bool {
+    Progress::read_from_prefix(payload).is_ok_and(|(progress, _)| progress.partition == u32::from(header.source))
 }
 
 /// Whether every floating-point field of a sample is a number: NaN and infinity are never
@@ -454,7 +468,7 @@ mod tests {
 
     fn progress(inbox: &mut Inbox, source: PartitionId, epoch: u32, seq: u64) -> bool {
         let mut sample = Progress::zeroed_at(0);
-        sample.header.source = source.code();
+        (sample.header.source, sample.partition) = (source.code(), source.code().into());
         let (stamps, payload) = wire(PROGRESS, epoch, seq, sample);
         inbox.arrive(PROGRESS.id, &stamps, &payload)
     }
@@ -469,6 +483,27 @@ mod tests {
         }
         assert!(progress(&mut inbox, PartitionId::ModalId, 0, 1), "each producer counts for itself");
         assert_eq!(inbox.counters().lost, 0, "a gap in a status topic is no loss of data");
+    }
+
+    #[test]
+    fn a_progress_report_in_the_name_of_another_partition_is_dropped_and_counted() {
+        let mut inbox = inbox(Sabotage::None);
+        let mut sample = Progress::zeroed_at(0);
+        (sample.header.source, sample.partition) = (PartitionId::SloshId.code(), PartitionId::ModalId.code().into());
+        let (stamps, payload) = wire(PROGRESS, 0, 1, sample);
+        assert!(!inbox.arrive(PROGRESS.id, &stamps, &payload));
+        assert_eq!(inbox.counters().bad, 1);
+        assert!(inbox.newest(PROGRESS).is_none());
+        assert!(progress(&mut inbox, PartitionId::SloshId, 0, 1), "its own report is taken");
+    }
+
+    #[test]
+    fn the_largest_sequence_number_overflows_no_counter() {
+        let mut inbox = inbox(Sabotage::None);
+        assert!(imu(&mut inbox, 0, u64::MAX));
+        assert!(!imu(&mut inbox, 0, u64::MAX));
+        assert_eq!(inbox.seen(IMU.id), u64::MAX);
+        assert_eq!(inbox.counters().lost, u64::MAX - 1);
     }
 
     #[test]

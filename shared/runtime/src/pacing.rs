@@ -77,7 +77,7 @@ impl Pacing {
     #[must_use]
     pub fn permit(&self, number: u64) -> Option<[u64; TOPICS_MAX]> {
         let ready = |(required, checkpointed): (&bool, &Option<u64>)| {
-            !required || checkpointed.is_some_and(|frames| frames + self.window > number)
+            !required || checkpointed.is_some_and(|frames| frames.saturating_add(self.window) > number)
         };
         self.required.iter().zip(&self.checkpointed).all(ready).then_some(self.out_seq)
     }
@@ -148,6 +148,14 @@ mod tests {
         // What it said before its death may still arrive, and history repeats it.
         pacing.hear(&last);
         assert_eq!(pacing.permit(0).map(|seq| seq[ESTIMATE_SLOSH.id]), Some(0), "late progress of who was given up");
+    }
+
+    #[test]
+    fn a_report_of_the_last_frame_that_there_is_permits_every_frame() {
+        let mut pacing = pacing();
+        pacing.hear(&progress(InertialId, u64::MAX));
+        pacing.hear(&progress(SloshId, u64::MAX));
+        assert!(pacing.permit(u64::MAX - 1).is_some());
     }
 
     #[test]

@@ -350,7 +350,7 @@ impl<L: Link> Runner<L> {
         let ended = if self.pacing.is_some() { self.outputs.ended } else { tick.flags & 1 == 1 };
         self.send_outputs(tick, ended)?;
         self.strike(KillPoint::Publish, tick.frame);
-        self.frames_done = tick.frame + 1;
+        self.frames_done = tick.frame.saturating_add(1);
         self.outbox.forget_before(self.frames_done);
         self.finished = ended;
         if ended || self.frames_done.is_multiple_of(self.checkpoint_frames) {
