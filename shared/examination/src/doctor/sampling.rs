@@ -48,7 +48,7 @@ pub fn late(recording: &Recording, held: &[String]) -> Vec<Finding> {
     let channels = usable(recording, ROWS_MIN);
     let compared: Vec<(&Channel, Uniform)> = channels
         .into_iter()
-        .filter(|c| !is_input(c) && !held.contains(&c.name) && !["", "-", "not stated", "?"].contains(&c.unit.as_str()))
+        .filter(|c| !is_input(c) && !held.contains(&c.name) && !["", "-", "?"].contains(&c.unit.as_str()))
         .filter_map(|c| c.uniform().filter(|u| !u.interpolated).map(|u| (c, u)))
         .collect();
     let mut findings = Vec::new();
