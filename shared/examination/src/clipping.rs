@@ -1,12 +1,12 @@
 //! Clipped values: a channel that stands at its extreme more often than its motion has it there.
 //!
-//! Of the distributions of a motion that turns back by itself the sine's is the steepest at its end:
-//! of its samples `arccos(1 - h)/π` lie within h of the amplitude, so that the outermost level of a
-//! converter holds at most `1/(√2 - 1)`, 2.41 times as many as the level beside it. A limit collects
-//! all that lies beyond it in one level. A channel that rests at its extreme comes there slowly: a
-//! limit is met at the speed of the motion. So a channel is clipped if its extreme level holds more
-//! than 2.41 times the samples of the level beside it beyond chance, in many visits, which begin
-//! with steps of the size of the others.
+//! Of the distributions of a motion that turns back by itself the sine's is the steepest at its
+//! end: of its samples `arccos(1 - h)/π` lie within h of the amplitude, so that the outermost level
+//! of a converter holds at most `1/(√2 - 1)`, 2.41 times as many as the level beside it. A limit
+//! collects all that lies beyond it in one level. A channel that rests at its extreme comes there
+//! slowly: a limit is met at the speed of the motion. So a channel is clipped if its extreme level
+//! holds more than 2.41 times the samples of the level beside it beyond chance, in many visits,
+//! which begin with steps of the size of the others.
 
 use crate::lattice::lattice;
 use estimation::quantiles::median;
@@ -115,7 +115,8 @@ fn at_limit(values: &[f64], level: f64, inward: f64, step: f64, usual: f64) -> O
     if levels.len() < LEVELS_MIN {
         return None;
     }
-    // of as many independent samples as there are visits, `SINE_RATIO : 1` at most fall at the extreme
+    // of as many independent samples as there are visits, `SINE_RATIO : 1` at most fall at the
+    // extreme
     let all = samples as f64 + beside;
     let expected = SINE_RATIO / (1.0 + SINE_RATIO);
     let independent = all * visits.len() as f64 / samples as f64;

@@ -1,18 +1,18 @@
 //! Delays between channels of like quantity, from the slope of phase over frequency.
 //!
-//! A channel that is τ late has the cross spectrum `|S| e^{i(φ - 2π f τ)}` with one that is not. On a
-//! lightly damped structure φ is 0 or π at every mode, so the doubled phase, `2φ = 0 mod 2π`, leaves
-//! `-4π f τ`. Lines whose coherence C is beyond chance are used; the phase of K averages scatters by
-//! `σ² = (1 - C)/(2 K C)` (Bendat and Piersol), and, in common to the lines of a band, by what modes
-//! are complex and their neighbours add, [`MODAL_PHASE`]. τ maximises
+//! A channel that is τ late has the cross spectrum `|S| e^{i(φ - 2π f τ)}` with one that is not. On
+//! a lightly damped structure φ is 0 or π at every mode, so the doubled phase, `2φ = 0 mod 2π`,
+//! leaves `-4π f τ`. Lines whose coherence C is beyond chance are used; the phase of K averages
+//! scatters by `σ² = (1 - C)/(2 K C)` (Bendat and Piersol), and, in common to the lines of a band,
+//! by what modes are complex and their neighbours add, [`MODAL_PHASE`]. τ maximises
 //! `Σ cos 2(θ - 2π f τ) / v`, `v = σ² + MODAL_PHASE²`; its variance comes from least squares about
 //! the maximum with an unknown phase of each band beside τ, and grows with what the lines scatter
 //! beyond v.
 //!
 //! A constant phase (rate against angle, a wave's quadrature) or one that bends (a filter, a loop)
 //! is no delay: the lines must agree with the slope, reach over a factor in frequency, and prefer
-//! the slope to any other by a likelihood; and both halves of the record must show the same. A filter
-//! of first order below its corner is one.
+//! the slope to any other by a likelihood; and both halves of the record must show the same. A
+//! filter of first order below its corner is one.
 
 use crate::spectrum::{Averaging, cross_spectrum};
 use core::f64::consts::PI;
@@ -20,8 +20,8 @@ use identification::statistics::normal_two_sided;
 
 /// Probability that a delay is told between any two channels that have none.
 const FALSE_ALARM: f64 = 1e-3;
-/// Phase of a mode of a real structure [rad]: a tenth, what modes of 1 % damping that lie 10 % apart
-/// add to each other.
+/// Phase of a mode of a real structure [rad]: a tenth, what modes of 1 % damping that lie 10 %
+/// apart add to each other.
 const MODAL_PHASE: f64 = 0.1;
 /// Delays below this share of a sample are not told: at half the Nyquist frequency, 22°.
 const SAMPLE_SHARE_MIN: f64 = 0.5;
@@ -161,7 +161,8 @@ fn refined(lines: &[Line], start: f64) -> Option<Delay> {
         let (mut normal, mut right) = (0.0, 0.0);
         let (mut misfit, mut count) = (0.0, 0.0);
         for band in lines.chunk_by(|a, b| a.band == b.band) {
-            // weights 1/v; the phase of the band is eliminated: Schur complement of its normal equation
+            // weights 1/v; the phase of the band is eliminated: Schur complement of its normal
+            // equation
             let (mut w, mut wf, mut wff, mut wr, mut wfr) = (1.0 / (MODAL_PHASE * MODAL_PHASE), 0.0, 0.0, 0.0, 0.0);
             for line in band {
                 let turn = 2.0 * PI * line.frequency_hz;
@@ -189,8 +190,9 @@ fn refined(lines: &[Line], start: f64) -> Option<Delay> {
 }
 
 /// The delay of each channel against the majority of them, `None` where none is told: below half a
-/// sample, below chance, not the same in both halves, or not to be told from the phases. All at the same rows of an even clock of
-/// step `dt_s`, of one quantity in one unit; the first 16 are compared.
+/// sample, below chance, not the same in both halves, or not to be told from the phases. All at the
+/// same rows of an even clock of step `dt_s`, of one quantity in one unit; the first 16 are
+/// compared.
 ///
 /// The majority is the largest set of channels without a delay to one of them; of two channels the
 /// later one is delayed. Over all pairs a delay is told of none with probability 10⁻³ at most.
@@ -237,8 +239,8 @@ mod tests {
     use super::{between, delays};
     use crate::noise::Noise;
 
-    /// Displacements of two places of a structure under white noise at both, `late` of them read that
-    /// many samples later; noise of 2 %.
+    /// Displacements of two places of a structure under white noise at both, `late` of them read
+    /// that many samples later; noise of 2 %.
     fn structure(seed: u64, modes: &[(f64, f64)], rate: f64, n: usize, late: [f64; 3]) -> Vec<Vec<f64>> {
         const FINE: usize = 4;
         let mut noise = Noise::new(seed);

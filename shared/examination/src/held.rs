@@ -2,15 +2,15 @@
 //!
 //! Fresh values of an even update clock arrive at the rows `⌈φ + ρ j⌉`, ρ rows a value: the changes
 //! of the channel stay on a straight line over their number, however many there are. Changes that
-//! come by chance (the levels of a quantised signal, a signal at rest) do not: lengths of their runs
-//! add up to a random walk. Of h neighbouring runs the length varies by `V_h ≤ 2/12` on the line,
-//! by `h ρ (ρ - 1)` where each row has its own chance of a change (geometric lengths). The channel
-//! is held if `V_h` is so small with a probability below [`CHANCE`] under the second law.
+//! come by chance (the levels of a quantised signal, a signal at rest) do not: lengths of their
+//! runs add up to a random walk. Of h neighbouring runs the length varies by `V_h ≤ 2/12` on the
+//! line, by `h ρ (ρ - 1)` where each row has its own chance of a change (geometric lengths). The
+//! channel is held if `V_h` is so small with a probability below [`CHANCE`] under the second law.
 //!
 //! A ramp through the levels of a converter also changes at even rows, by one level each time, and
 //! a piecewise constant command changes at few rows of its clock. So most changes must exceed one
-//! level, many levels where a value stands for fewer than two rows, and most fresh values must differ
-//! from the ones before.
+//! level, many levels where a value stands for fewer than two rows, and most fresh values must
+//! differ from the ones before.
 
 use crate::lattice::lattice;
 use estimation::quantiles::quantile;
@@ -86,7 +86,8 @@ pub fn held(values: &[f64]) -> Option<Held> {
 /// Whether most changes exceed some levels.
 fn large(values: &[f64], changes: &[usize], levels: f64) -> bool {
     let Some(lattice) = lattice(values) else {
-        // few values are those of a switch or a coarse converter; off any lattice hardly two are equal
+        // few values are those of a switch or a coarse converter; off any lattice hardly two are
+        // equal
         let different = changes.iter().map(|&k| values[k].to_bits()).collect::<std::collections::BTreeSet<_>>().len();
         return different as f64 >= LARGE_SHARE_MIN * changes.len() as f64;
     };
