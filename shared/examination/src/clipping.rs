@@ -13,7 +13,7 @@ use estimation::quantiles::median;
 use identification::statistics::normal_two_sided;
 
 /// Probability that the steepest motion of all is called clipped; others are far from it.
-const CHANCE: f64 = 1e-4;
+const LIMIT_CHANCE: f64 = 1e-4;
 /// Samples in the outermost level of a quantised sine over those in the level beside it.
 const SINE_RATIO: f64 = 2.414_213_562_373_095;
 /// Visits to the extreme: fewer are peaks, or a start and an end at rest.
@@ -121,7 +121,7 @@ fn at_limit(values: &[f64], level: f64, inward: f64, step: f64, usual: f64) -> O
     let expected = SINE_RATIO / (1.0 + SINE_RATIO);
     let independent = all * visits.len() as f64 / samples as f64;
     let deviation = (expected * (1.0 - expected) / independent).sqrt();
-    (samples as f64 / all - expected > normal_two_sided(2.0 * CHANCE) * deviation
+    (samples as f64 / all - expected > normal_two_sided(2.0 * LIMIT_CHANCE) * deviation
         || beside <= 1.0 && samples > 3 * VISITS_MIN)
         .then_some(samples)
 }

@@ -19,7 +19,7 @@ use core::f64::consts::PI;
 use identification::statistics::normal_two_sided;
 
 /// Probability that a delay is told between any two channels that have none.
-const FALSE_ALARM: f64 = 1e-3;
+const DELAY_FALSE_ALARM: f64 = 1e-3;
 /// Phase of a mode of a real structure [rad]: a tenth, what modes of 1 % damping that lie 10 %
 /// apart add to each other.
 const MODAL_PHASE: f64 = 0.1;
@@ -206,7 +206,7 @@ pub fn delays(channels: &[&[f64]], dt_s: f64) -> Vec<Option<Delay>> {
     if count < 2 {
         return told;
     }
-    let level = normal_two_sided(FALSE_ALARM / (count * (count - 1) / 2) as f64);
+    let level = normal_two_sided(DELAY_FALSE_ALARM / (count * (count - 1) / 2) as f64);
     let mut pairs: Vec<Vec<Option<Delay>>> = vec![vec![None; count]; count];
     for i in 0..count {
         for j in i + 1..count {
@@ -217,7 +217,6 @@ pub fn delays(channels: &[&[f64]], dt_s: f64) -> Vec<Option<Delay>> {
     let material = |d: &Delay| d.significant(level) && d.delay_s.abs() >= SAMPLE_SHARE_MIN * dt_s;
     let with = |i: usize| (0..count).filter(|&j| pairs[i][j].is_some_and(|d| !material(&d))).count();
     let late = |i: usize| pairs[i].iter().flatten().filter(|d| material(d) && d.delay_s < 0.0).count();
-    // of sets of one size the earliest
     // a delay of the chain is the same in every part of the record, a chance of its motion is not
     let lasts = |i: usize, j: usize, whole: &Delay| {
         let (half, n) = (channels[i].len() / 2, channels[i].len());
@@ -226,6 +225,7 @@ pub fn delays(channels: &[&[f64]], dt_s: f64) -> Vec<Option<Delay>> {
             own.is_some_and(|d| (d.delay_s - whole.delay_s).abs() <= level * d.sigma_s.hypot(whole.sigma_s))
         })
     };
+    // of sets of one size the one with the earliest
     let reference = (0..count).max_by_key(|&i| (with(i), core::cmp::Reverse(late(i)), core::cmp::Reverse(i)));
     for (j, told) in told.iter_mut().enumerate().take(count) {
         let against = reference.and_then(|reference| pairs[reference][j].map(|delay| (reference, delay)));
