@@ -6,8 +6,8 @@
 //! where they were rounded or cut to multiples of q, less than the longest silence where rows wait
 //! for their packet. A clock that is uneven leaves any such bound: its stamps are a random walk
 //! about the line, and one whose steps scatter by σ stays within a width w for n rows with a
-//! probability near `exp(−n (π σ / w)² / 2)`. For a walk of half a quantum a row and 64 rows that is
-//! below 10⁻³⁰ within w = q, and 10⁻⁷ within w = 2 q.
+//! probability near `exp(−n (π σ / w)² / 2)`. For a walk of half a quantum a row and 64 rows that
+//! is below 10⁻³⁰ within w = q, and 10⁻⁷ within w = 2 q.
 
 /// Rows that show an even clock; see the module's law.
 const ROWS_MIN: usize = 64;
@@ -51,12 +51,13 @@ pub struct EvenClock {
 }
 
 impl EvenClock {
-    /// The even clock behind `stamps_s`, ascending \[s\]; stamps may be equal. `None` for fewer than
-    /// 64, and where no even clock explains them.
+    /// The even clock behind `stamps_s`, ascending \[s\]; stamps may be equal. `None` for fewer
+    /// than 64, and where no even clock explains them.
     ///
     /// Which rows are missing is seen where the stamps are finer than half a step; coarser ones are
     /// explained by a clock without missing rows or not at all. Stamps that are whole steps of a
-    /// clock are taken for right with rows missing, not for those of a slower clock rounded to them.
+    /// clock are taken for right with rows missing, not for those of a slower clock rounded to
+    /// them.
     ///
     /// ```
     /// use channels::{EvenClock, Stamps};

@@ -1,19 +1,19 @@
 //! Clipped values: a channel that stands at its extreme more often than its motion has it there.
 //!
-//! Of the distributions of a motion that turns back by itself the sine's is the steepest at its end:
-//! of its samples `arccos(1 - h)/π` lie within h of the amplitude, so that the outermost level of a
-//! converter holds at most `1/(√2 - 1)`, 2.41 times as many as the level beside it. A limit collects
-//! all that lies beyond it in one level. A channel that rests at its extreme comes there slowly: a
-//! limit is met at the speed of the motion. So a channel is clipped if its extreme level holds more
-//! than 2.41 times the samples of the level beside it beyond chance, in many visits, which begin
-//! with steps of the size of the others.
+//! Of the distributions of a motion that turns back by itself the sine's is the steepest at its
+//! end: of its samples `arccos(1 - h)/π` lie within h of the amplitude, so that the outermost level
+//! of a converter holds at most `1/(√2 - 1)`, 2.41 times as many as the level beside it. A limit
+//! collects all that lies beyond it in one level. A channel that rests at its extreme comes there
+//! slowly: a limit is met at the speed of the motion. So a channel is clipped if its extreme level
+//! holds more than 2.41 times the samples of the level beside it beyond chance, in many visits,
+//! which begin with steps of the size of the others.
 
 use crate::lattice::lattice;
 use estimation::quantiles::median;
 use identification::statistics::normal_two_sided;
 
 /// Probability that the steepest motion of all is called clipped; others are far from it.
-const CHANCE: f64 = 1e-4;
+const LIMIT_CHANCE: f64 = 1e-4;
 /// Samples in the outermost level of a quantised sine over those in the level beside it.
 const SINE_RATIO: f64 = 2.414_213_562_373_095;
 /// Visits to the extreme: fewer are peaks, or a start and an end at rest.
@@ -115,12 +115,13 @@ fn at_limit(values: &[f64], level: f64, inward: f64, step: f64, usual: f64) -> O
     if levels.len() < LEVELS_MIN {
         return None;
     }
-    // of as many independent samples as there are visits, `SINE_RATIO : 1` at most fall at the extreme
+    // of as many independent samples as there are visits, `SINE_RATIO : 1` at most fall at the
+    // extreme
     let all = samples as f64 + beside;
     let expected = SINE_RATIO / (1.0 + SINE_RATIO);
     let independent = all * visits.len() as f64 / samples as f64;
     let deviation = (expected * (1.0 - expected) / independent).sqrt();
-    (samples as f64 / all - expected > normal_two_sided(2.0 * CHANCE) * deviation
+    (samples as f64 / all - expected > normal_two_sided(2.0 * LIMIT_CHANCE) * deviation
         || beside <= 1.0 && samples > 3 * VISITS_MIN)
         .then_some(samples)
 }

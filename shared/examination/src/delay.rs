@@ -1,26 +1,27 @@
 //! Delays between channels of like quantity, from the slope of phase over frequency.
 //!
-//! A channel that is τ late has the cross spectrum `|S| e^{i(φ - 2π f τ)}` with one that is not. On a
-//! lightly damped structure φ is 0 or π at every mode, so the doubled phase, `2φ = 0 mod 2π`, leaves
-//! `-4π f τ`. Lines whose coherence C is beyond chance are used; the phase of K averages scatters by
-//! `σ² = (1 - C)/(2 K C)` (Bendat and Piersol), and, in common to the lines of a band, by what modes
-//! are complex and their neighbours add, [`MODAL_PHASE`]. τ maximises
+//! A channel that is τ late has the cross spectrum `|S| e^{i(φ - 2π f τ)}` with one that is not. On
+//! a lightly damped structure φ is 0 or π at every mode, so the doubled phase, `2φ = 0 mod 2π`,
+//! leaves `-4π f τ`. Lines whose coherence C is beyond chance are used; the phase of K averages
+//! scatters by `σ² = (1 - C)/(2 K C)` (Bendat and Piersol), and, in common to the lines of a band,
+//! by what modes are complex and their neighbours add, [`MODAL_PHASE`]. τ maximises
 //! `Σ cos 2(θ - 2π f τ) / v`, `v = σ² + MODAL_PHASE²`; its variance comes from least squares about
 //! the maximum with an unknown phase of each band beside τ, and grows with what the lines scatter
 //! beyond v.
 //!
 //! A constant phase (rate against angle, a wave's quadrature) or one that bends (a filter, a loop)
 //! is no delay: the lines must agree with the slope, reach over a factor in frequency, and prefer
-//! the slope to any other by a likelihood. A filter of first order below its corner is one.
+//! the slope to any other by a likelihood; and both halves of the record must show the same. A
+//! filter of first order below its corner is one.
 
 use crate::spectrum::{Averaging, cross_spectrum};
 use core::f64::consts::PI;
 use identification::statistics::normal_two_sided;
 
 /// Probability that a delay is told between any two channels that have none.
-const FALSE_ALARM: f64 = 1e-3;
-/// Phase of a mode of a real structure [rad]: a tenth, what modes of 1 % damping that lie 10 % apart
-/// add to each other.
+const DELAY_FALSE_ALARM: f64 = 1e-3;
+/// Phase of a mode of a real structure [rad]: a tenth, what modes of 1 % damping that lie 10 %
+/// apart add to each other.
 const MODAL_PHASE: f64 = 0.1;
 /// Delays below this share of a sample are not told: at half the Nyquist frequency, 22°.
 const SAMPLE_SHARE_MIN: f64 = 0.5;
@@ -160,7 +161,8 @@ fn refined(lines: &[Line], start: f64) -> Option<Delay> {
         let (mut normal, mut right) = (0.0, 0.0);
         let (mut misfit, mut count) = (0.0, 0.0);
         for band in lines.chunk_by(|a, b| a.band == b.band) {
-            // weights 1/v; the phase of the band is eliminated: Schur complement of its normal equation
+            // weights 1/v; the phase of the band is eliminated: Schur complement of its normal
+            // equation
             let (mut w, mut wf, mut wff, mut wr, mut wfr) = (1.0 / (MODAL_PHASE * MODAL_PHASE), 0.0, 0.0, 0.0, 0.0);
             for line in band {
                 let turn = 2.0 * PI * line.frequency_hz;
@@ -188,8 +190,9 @@ fn refined(lines: &[Line], start: f64) -> Option<Delay> {
 }
 
 /// The delay of each channel against the majority of them, `None` where none is told: below half a
-/// sample, below chance, or not to be told from the phases. All at the same rows of an even clock of
-/// step `dt_s`, of one quantity in one unit; the first 16 are compared.
+/// sample, below chance, not the same in both halves, or not to be told from the phases. All at the
+/// same rows of an even clock of step `dt_s`, of one quantity in one unit; the first 16 are
+/// compared.
 ///
 /// The majority is the largest set of channels without a delay to one of them; of two channels the
 /// later one is delayed. Over all pairs a delay is told of none with probability 10⁻³ at most.
@@ -203,7 +206,7 @@ pub fn delays(channels: &[&[f64]], dt_s: f64) -> Vec<Option<Delay>> {
     if count < 2 {
         return told;
     }
-    let level = normal_two_sided(FALSE_ALARM / (count * (count - 1) / 2) as f64);
+    let level = normal_two_sided(DELAY_FALSE_ALARM / (count * (count - 1) / 2) as f64);
     let mut pairs: Vec<Vec<Option<Delay>>> = vec![vec![None; count]; count];
     for i in 0..count {
         for j in i + 1..count {
@@ -214,10 +217,19 @@ pub fn delays(channels: &[&[f64]], dt_s: f64) -> Vec<Option<Delay>> {
     let material = |d: &Delay| d.significant(level) && d.delay_s.abs() >= SAMPLE_SHARE_MIN * dt_s;
     let with = |i: usize| (0..count).filter(|&j| pairs[i][j].is_some_and(|d| !material(&d))).count();
     let late = |i: usize| pairs[i].iter().flatten().filter(|d| material(d) && d.delay_s < 0.0).count();
-    // of sets of one size the earliest
+    // a delay of the chain is the same in every part of the record, a chance of its motion is not
+    let lasts = |i: usize, j: usize, whole: &Delay| {
+        let (half, n) = (channels[i].len() / 2, channels[i].len());
+        [0..half, half..n].into_iter().all(|part| {
+            let own = between(&channels[i][part.clone()], &channels[j][part], dt_s);
+            own.is_some_and(|d| (d.delay_s - whole.delay_s).abs() <= level * d.sigma_s.hypot(whole.sigma_s))
+        })
+    };
+    // of sets of one size the one with the earliest
     let reference = (0..count).max_by_key(|&i| (with(i), core::cmp::Reverse(late(i)), core::cmp::Reverse(i)));
     for (j, told) in told.iter_mut().enumerate().take(count) {
-        *told = reference.and_then(|reference| pairs[reference][j]).filter(material);
+        let against = reference.and_then(|reference| pairs[reference][j].map(|delay| (reference, delay)));
+        *told = against.filter(|(i, d)| material(d) && lasts(*i, j, d)).map(|(_, delay)| delay);
     }
     told
 }
@@ -227,8 +239,8 @@ mod tests {
     use super::{between, delays};
     use crate::noise::Noise;
 
-    /// Displacements of two places of a structure under white noise at both, `late` of them read that
-    /// many samples later; noise of 2 %.
+    /// Displacements of two places of a structure under white noise at both, `late` of them read
+    /// that many samples later; noise of 2 %.
     fn structure(seed: u64, modes: &[(f64, f64)], rate: f64, n: usize, late: [f64; 3]) -> Vec<Vec<f64>> {
         const FINE: usize = 4;
         let mut noise = Noise::new(seed);

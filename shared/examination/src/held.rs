@@ -2,22 +2,22 @@
 //!
 //! Fresh values of an even update clock arrive at the rows `⌈φ + ρ j⌉`, ρ rows a value: the changes
 //! of the channel stay on a straight line over their number, however many there are. Changes that
-//! come by chance (the levels of a quantised signal, a signal at rest) do not: lengths of their runs
-//! add up to a random walk. Of h neighbouring runs the length varies by `V_h ≤ 2/12` on the line,
-//! by `h ρ (ρ - 1)` where each row has its own chance of a change (geometric lengths). The channel
-//! is held if `V_h` is so small with a probability below [`CHANCE`] under the second law.
+//! come by chance (the levels of a quantised signal, a signal at rest) do not: lengths of their
+//! runs add up to a random walk. Of h neighbouring runs the length varies by `V_h ≤ 2/12` on the
+//! line, by `h ρ (ρ - 1)` where each row has its own chance of a change (geometric lengths). The
+//! channel is held if `V_h` is so small with a probability below [`UPDATE_CHANCE`] under the second law.
 //!
 //! A ramp through the levels of a converter also changes at even rows, by one level each time, and
 //! a piecewise constant command changes at few rows of its clock. So most changes must exceed one
-//! level, many levels where a value stands for fewer than two rows, and most fresh values must differ
-//! from the ones before.
+//! level, many levels where a value stands for fewer than two rows, and most fresh values must
+//! differ from the ones before.
 
 use crate::lattice::lattice;
 use estimation::quantiles::quantile;
 use identification::statistics::chi_squared_tail;
 
 /// Probability that changes which come by chance are taken for an update clock.
-const CHANCE: f64 = 1e-6;
+const UPDATE_CHANCE: f64 = 1e-6;
 /// Runs added up, h: long enough for a walk of two rows a value to leave the line, √(8·2) rows.
 const RUNS: usize = 8;
 /// Changes looked at: six independent sums of [`RUNS`].
@@ -86,7 +86,8 @@ pub fn held(values: &[f64]) -> Option<Held> {
 /// Whether most changes exceed some levels.
 fn large(values: &[f64], changes: &[usize], levels: f64) -> bool {
     let Some(lattice) = lattice(values) else {
-        // few values are those of a switch or a coarse converter; off any lattice hardly two are equal
+        // few values are those of a switch or a coarse converter; off any lattice hardly two are
+        // equal
         let different = changes.iter().map(|&k| values[k].to_bits()).collect::<std::collections::BTreeSet<_>>().len();
         return different as f64 >= LARGE_SHARE_MIN * changes.len() as f64;
     };
@@ -125,7 +126,7 @@ fn even(changes: &[usize], updates: &[f64], rows_per_value: f64) -> bool {
     let independent = updates.len() as f64 / RUNS as f64;
     let by_chance = RUNS as f64 * rows_per_value * (rows_per_value - 1.0);
     let below = 1.0 - chi_squared_tail(independent * variance / by_chance, independent);
-    variance <= SUM_VARIANCE_MAX && below < CHANCE
+    variance <= SUM_VARIANCE_MAX && below < UPDATE_CHANCE
 }
 
 /// The changes, and between them the updates that brought the same value, evenly.

@@ -7,11 +7,11 @@
 //! time are rejected.
 
 use crate::Imported;
-use crate::error::{Place, RecordingError, rounded};
+use crate::error::{Place, RecordingError};
 use crate::series::{NOT_ONE_RATE, Restart, Segments, SeriesSet, restarted};
 use crate::spectrum::Spectrum;
 use crate::table::{Column, Table};
-use crate::timing::{Timing, check_extent, examine, is_unsteady};
+use crate::timing::{Timing, check_extent, examine, in_words, is_unsteady};
 use channels::{Channel, EvenClock, Stamps};
 use core::ops::Range;
 
@@ -323,20 +323,6 @@ fn retain<T>(of_rows: &mut Vec<T>, kept: &dyn Fn(usize) -> bool) {
         row += 1;
         kept(row - 1)
     });
-}
-
-/// What a clock made of the stamps.
-fn in_words(clock: &EvenClock) -> String {
-    let stamps = match clock.stamps {
-        Stamps::Right => "are right".into(),
-        Stamps::Rounded(quantum_s) => format!("are rounded to {} s", rounded(quantum_s)),
-        Stamps::Packed(wait_s) => format!("are those of packets, up to {} s apart", rounded(wait_s)),
-    };
-    format!(
-        "the stamps {stamps}: all rows lie within {} s of an even clock of {} Hz, which is used instead of them",
-        rounded(clock.off_s),
-        rounded(1.0 / clock.interval_s)
-    )
 }
 
 impl Table {

@@ -5,7 +5,7 @@
 //! interval and an uneven sampling are errors: every method behind this crate assumes one rate.
 
 use crate::error::{Place, RecordingError, rounded};
-use channels::GAP_MEDIANS;
+use channels::{EvenClock, GAP_MEDIANS, Stamps};
 
 /// Lasting change of the interval, and jitter (95 % of the intervals), up to which a recording has
 /// one rate.
@@ -146,6 +146,20 @@ pub(crate) fn is_unsteady(time_s: &[f64]) -> bool {
     let median = median(&intervals);
     let off = intervals.iter().filter(|interval| (*interval - median).abs() > STEADY_SHARE * median).count();
     off as f64 > STEADY_SHARE * intervals.len() as f64
+}
+
+/// What a clock made of the stamps.
+pub(crate) fn in_words(clock: &EvenClock) -> String {
+    let stamps = match clock.stamps {
+        Stamps::Right => "are right".into(),
+        Stamps::Rounded(quantum_s) => format!("are rounded to {} s", rounded(quantum_s)),
+        Stamps::Packed(wait_s) => format!("are those of packets, up to {} s apart", rounded(wait_s)),
+    };
+    format!(
+        "the stamps {stamps}: all rows lie within {} s of an even clock of {} Hz, which is used instead of them",
+        rounded(clock.off_s),
+        rounded(1.0 / clock.interval_s)
+    )
 }
 
 /// Compares the median interval of every part of the recording with that of the first.

@@ -4,7 +4,8 @@ use super::content::is_input;
 use super::{Check, Finding, Severity, short, usable};
 use crate::delay::{Delay, delays};
 use crate::held::held;
-use channels::{Channel, Recording, Uniform};
+use crate::missing::missing;
+use channels::{Channel, EvenClock, Recording, Uniform};
 
 /// Fewest rows of channels that are compared.
 const ROWS_MIN: usize = 1024;
@@ -12,7 +13,7 @@ const ROWS_MIN: usize = 1024;
 /// A measured channel whose values stand for several rows.
 pub fn held_values(channel: &Channel) -> Option<Finding> {
     let interval_s = channel.interval_s().filter(|_| !is_input(channel))?;
-    let found = held(&on_rows(channel, interval_s)?)?;
+    let found = held(&on_rows(channel)?)?;
     let (rate, logged) = (1.0 / (interval_s * found.rows_per_value), 1.0 / interval_s);
     Some(
         Finding::new(Check::Held, Severity::Warning, &channel.name, rate, "Hz")
@@ -27,20 +28,16 @@ pub fn held_values(channel: &Channel) -> Option<Finding> {
     )
 }
 
-/// The values at the rows of their even clock, NaN where there is none; `None` where most rows would
-/// be empty.
-fn on_rows(channel: &Channel, interval_s: f64) -> Option<Vec<f64>> {
-    let (first, last) = (*channel.time_s.first()?, *channel.time_s.last()?);
-    let row = |time: f64| libm::round((time - first) / interval_s) as usize;
-    let rows = row(last) + 1;
-    if rows > 2 * channel.value.len() {
-        return None;
+/// The values at the rows of their even clock, NaN where there is none; `None` for an uneven clock,
+/// on whose rows there would be holes at distances that look like a clock of their own.
+fn on_rows(channel: &Channel) -> Option<Vec<f64>> {
+    if !channel.irregular() && missing(&channel.time_s).is_none() {
+        return Some(channel.value.clone());
     }
-    let mut values = vec![f64::NAN; rows];
-    for (time, value) in channel.time_s.iter().zip(&channel.value) {
-        if let Some(slot) = values.get_mut(row(*time)) {
-            *slot = *value;
-        }
+    let clock = EvenClock::of(&channel.time_s)?;
+    let mut values = vec![f64::NAN; clock.rows.last()? + 1];
+    for (row, value) in clock.rows.iter().zip(&channel.value) {
+        values[*row] = *value;
     }
     Some(values)
 }
@@ -51,7 +48,7 @@ pub fn late(recording: &Recording, held: &[String]) -> Vec<Finding> {
     let channels = usable(recording, ROWS_MIN);
     let compared: Vec<(&Channel, Uniform)> = channels
         .into_iter()
-        .filter(|c| !is_input(c) && !held.contains(&c.name) && !["", "-", "not stated", "?"].contains(&c.unit.as_str()))
+        .filter(|c| !is_input(c) && !held.contains(&c.name) && !["", "-", "?"].contains(&c.unit.as_str()))
         .filter_map(|c| c.uniform().filter(|u| !u.interpolated).map(|u| (c, u)))
         .collect();
     let mut findings = Vec::new();
