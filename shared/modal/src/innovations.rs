@@ -13,7 +13,7 @@
 mod predictor;
 
 use crate::mac::normalised;
-use crate::maximum_likelihood::{Evaluation, Fit, Model, Outputs, frequency_and_damping, solve};
+use crate::maximum_likelihood::{Evaluation, Feedthrough, Fit, Model, Outputs, frequency_and_damping, solve};
 use crate::projection::{Basis, dot};
 use crate::record::Record;
 use faer::{Mat, c64};
@@ -42,10 +42,11 @@ pub(crate) struct Driven {
 }
 
 /// The record with innovations as further inputs: residuals of an autoregression of the outputs on
-/// the past of outputs and input, of at most three channels, those that the past predicts best.
+/// the past of outputs and input (and the input of the sample itself if `model` has it), of at most
+/// three channels, those that the past predicts best.
 ///
 /// `None` with several inputs or a record too short.
-pub(crate) fn with_innovations(record: &Record, outputs: &Outputs) -> Option<Driven> {
+pub(crate) fn with_innovations(record: &Record, model: Model, outputs: &Outputs) -> Option<Driven> {
     let (l, n) = (record.channels, outputs.samples);
     let lags = LAGS_MAX.min(REGRESSORS_MAX / (1 + l)).min(n / (10 * (1 + l)));
     if record.inputs != 1 || lags < 4 {
@@ -55,7 +56,9 @@ pub(crate) fn with_innovations(record: &Record, outputs: &Outputs) -> Option<Dri
     let rows = n - lags;
     let series = std::iter::once(&record.input).chain(&channels);
     let past = series.flat_map(|x| (1..=lags).flat_map(move |lag| x[lags - lag..n - lag].iter().copied()));
-    let basis = Basis::new(std::iter::repeat_n(1.0, rows).chain(past).collect(), rows);
+    let same = (model.feedthrough == Feedthrough::SameSample).then(|| record.input[lags..].iter().copied());
+    let basis =
+        Basis::new(std::iter::repeat_n(1.0, rows).chain(same.into_iter().flatten()).chain(past).collect(), rows);
     let mut found: Vec<(f64, usize, Vec<f64>)> = Vec::new();
     for (i, y) in channels.iter().enumerate() {
         let mut e = y[lags..].to_vec();
@@ -77,7 +80,8 @@ pub(crate) fn with_innovations(record: &Record, outputs: &Outputs) -> Option<Dri
 /// Maximum likelihood of the innovations form from the poles of a fit with innovations as inputs,
 /// and `−2 ln L + unknowns · ln(samples · channels)`.
 ///
-/// `None` with several inputs, with too much work, or if the record does not determine the unknowns.
+/// `None` with several inputs, with too much work, or if the record does not determine the
+/// unknowns.
 pub(crate) fn fit(
     (record, driven): (&Record, &Driven),
     model: Model,
@@ -117,8 +121,8 @@ pub(crate) fn fit(
     Some((criterion, at.finish(now, outputs, (iterations, converged))?))
 }
 
-/// Standard deviations of f \[Hz\] and ζ of an output-error fit at `poles`, mode by mode, if the gains
-/// were free: one linearisation at gain zero.
+/// Standard deviations of f \[Hz\] and ζ of an output-error fit at `poles`, mode by mode, if the
+/// gains were free: one linearisation at gain zero.
 ///
 /// `None` as for [`fit`].
 pub(crate) fn deviations(record: &Record, model: Model, outputs: &Outputs, poles: &[c64]) -> Option<Vec<(f64, f64)>> {

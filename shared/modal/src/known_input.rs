@@ -21,8 +21,8 @@ use crate::record::Record;
 const PEAKS: usize = 2;
 /// Modes added in vain before the search ends: two close modes may only pay together.
 const IN_VAIN: usize = 1;
-/// Probability below which the innovations form is rejected: one right answer in twenty is withheld,
-/// for here the disturbance already contradicts the plain model.
+/// Probability below which the innovations form is rejected: one right answer in twenty is
+/// withheld, for here the disturbance already contradicts the plain model.
 const DISTURBED_LEVEL: f64 = 0.05;
 /// Modes of the innovations form at most: its unknowns grow with modes times channels.
 const MODES_OF_INNOVATIONS: usize = 6;
@@ -30,9 +30,10 @@ const MODES_OF_INNOVATIONS: usize = 6;
 /// derivative and filter has two or three.
 const PAST: usize = 4;
 /// Ratio of standard deviations with and without a disturbance from which on the assumption counts.
-/// The test of the residuals sees a disturbance that moves an estimate by four of the larger sigmas;
-/// what it does not see moves it by up to `4 · CONDITIONAL` of the smaller, so the ratio is as small
-/// as it can be without a word on records whose references tell plant and controller apart.
+/// The test of the residuals sees a disturbance that moves an estimate by four of the larger
+/// sigmas; what it does not see moves it by up to `4 · CONDITIONAL` of the smaller, so the ratio is
+/// as small as it can be without a word on records whose references tell plant and controller
+/// apart.
 const CONDITIONAL: f64 = 3.0;
 /// Part of an input's power that counts as rounding of its digits in a text file.
 const ROUNDING: f64 = 1e-12;
@@ -61,9 +62,9 @@ pub struct Identified {
     /// The record does not contradict the model; otherwise the modes are candidates without
     /// standard deviations.
     pub adequate: bool,
-    /// Under feedback, what the standard deviations of f \[Hz\] and ζ would be if a disturbance also
-    /// acted on the structure, mode by mode; sensor noise alone is an assumption that such a record
-    /// tests only as well as these are small.
+    /// Under feedback, what the standard deviations of f \[Hz\] and ζ would be if a disturbance
+    /// also acted on the structure, mode by mode; sensor noise alone is an assumption that such a
+    /// record tests only as well as these are small.
     pub if_disturbed: Option<Vec<(f64, f64)>>,
     /// Samples by which each channel is late against the input; empty if all are in step.
     pub lags: Vec<isize>,
@@ -71,7 +72,8 @@ pub struct Identified {
 
 impl Identified {
     /// Whether the result stands and falls with the assumption that nothing but the input moves the
-    /// structure: without it a standard deviation would be more than [`CONDITIONAL`] times as large.
+    /// structure: without it a standard deviation would be more than [`CONDITIONAL`] times as
+    /// large.
     #[must_use]
     pub fn assumes_no_disturbance(&self) -> bool {
         let far = |(k, sd): (usize, &(f64, f64))| {
@@ -100,16 +102,23 @@ struct Search<'a> {
 /// Cost: of a record whose first model is right and that shows no feedback, one more fit from its
 /// poles.
 pub fn identify(record: &Record, model: Model, accelerations: bool, modes_max: usize) -> Result<Identified, MlError> {
-    let found = in_step(record, model, accelerations, modes_max)?;
-    let late = lags::lags(record, found.model, &Outputs::new(record), &found.fit.poles).filter(|_| !found.adequate);
-    let Some(lags) = late else { return Ok(found) };
-    let moved = lags::in_step(record, &lags);
-    let again = in_step(&moved, model, accelerations, modes_max);
-    Ok(again.ok().filter(|again| again.adequate).map_or(found, |again| Identified { lags, ..again }))
+    let found = output_error(record, model, accelerations, modes_max)?;
+    if found.adequate {
+        return Ok(found);
+    }
+    let outputs = Outputs::new(record);
+    if let Some(lags) = lags::lags(record, found.model, &outputs, &found.fit.poles) {
+        let again = output_error(&lags::in_step(record, &lags), model, accelerations, modes_max);
+        if let Some(again) = again.ok().filter(|again| again.adequate) {
+            return Ok(Identified { lags, ..again });
+        }
+    }
+    let disturbed = Search { record, outputs, modes_max }.innovations(found.model);
+    Ok(disturbed.map_or(found.clone(), |disturbed| Identified { feedback: found.feedback, ..disturbed }))
 }
 
-/// As [`identify`], all channels in step.
-fn in_step(record: &Record, model: Model, accelerations: bool, modes_max: usize) -> Result<Identified, MlError> {
+/// The best model of known input and white sensor noise, right or not.
+fn output_error(record: &Record, model: Model, accelerations: bool, modes_max: usize) -> Result<Identified, MlError> {
     let search = Search { record, outputs: Outputs::new(record), modes_max };
     let same = Model { feedthrough: Feedthrough::SameSample, ..model };
     let next = other(same);
@@ -125,10 +134,11 @@ fn in_step(record: &Record, model: Model, accelerations: bool, modes_max: usize)
     }
     tried.extend(search.forward(next).into_iter().map(|fit| search.examined(fit, next)));
     feedback |= tried.last().is_some_and(|found| search.feeds_back(&found.fit));
+    let deviations =
+        |found: &Identified| innovations::deviations(record, found.model, &search.outputs, &found.fit.poles);
     let marked = |found: Identified| Identified {
         feedback,
-        if_disturbed: innovations::deviations(record, found.model, &search.outputs, &found.fit.poles)
-            .filter(|_| feedback && found.noise == Noise::OfSensors),
+        if_disturbed: feedback.then(|| deviations(&found)).flatten(),
         ..found
     };
     if let Some(best) = search.best(&tried, |found| found.adequate && found.model == next) {
@@ -140,9 +150,6 @@ fn in_step(record: &Record, model: Model, accelerations: bool, modes_max: usize)
     }
     if let Some(best) = search.best(&tried, |found| found.adequate && either) {
         return Ok(marked(best));
-    }
-    if let Some(found) = search.innovations(next) {
-        return Ok(marked(found));
     }
     let shown = search.best(&tried, |found| found.model == next || either).or_else(|| search.best(&tried, |_| true));
     let shown = shown.map(|found| Identified { feedback, adequate: false, ..found });
@@ -197,15 +204,20 @@ impl Search<'_> {
         Identified { fit, model, noise, residual, feedback: false, adequate, if_disturbed: None, lags: Vec::new() }
     }
 
-    /// Of those that suit and whose modes are resolved the one of the smallest criterion.
+    /// Of those that suit the one of the smallest criterion; the dampings of all its modes are
+    /// significant, or, where no fit has such, positive: the criterion has seen the modes all the
+    /// same.
     fn best(&self, of: &[Identified], suits: impl Fn(&Identified) -> bool) -> Option<Identified> {
-        let suit = of.iter().filter(|found| resolved(&found.fit) && suits(found));
         let score = |found: &Identified| self.criterion(&found.fit, found.model);
-        suit.min_by(|a, b| score(a).total_cmp(&score(b))).cloned()
+        let smallest = |of: Vec<&Identified>| of.into_iter().min_by(|a, b| score(a).total_cmp(&score(b))).cloned();
+        let suit: Vec<&Identified> = of.iter().filter(|found| suits(found)).collect();
+        let decays = |found: &Identified| (0..found.fit.poles.len()).all(|k| found.fit.damping_ratio(k) > 0.0);
+        smallest(suit.iter().copied().filter(|found| resolved(&found.fit)).collect())
+            .or_else(|| smallest(suit.into_iter().filter(|found| decays(found)).collect()))
     }
 
-    /// Whether past residuals help to predict an input beyond its own past (Granger 1969): residuals
-    /// of a right model in open loop are independent of every input.
+    /// Whether past residuals help to predict an input beyond its own past (Granger 1969):
+    /// residuals of a right model in open loop are independent of every input.
     fn feeds_back(&self, fit: &Fit) -> bool {
         let (record, samples) = (self.record, self.outputs.samples);
         if samples < 10 * PAST * (record.inputs + record.channels + 1) {
@@ -236,9 +248,10 @@ impl Search<'_> {
     }
 
     /// The innovations form, from modes that input and the innovations of a long autoregression
-    /// drive together (Hannan & Rissanen 1982): the smallest criterion if its innovations are white.
+    /// drive together (Hannan & Rissanen 1982): the smallest criterion if its innovations are
+    /// white.
     fn innovations(&self, model: Model) -> Option<Identified> {
-        let driven = innovations::with_innovations(self.record, &self.outputs)?;
+        let driven = innovations::with_innovations(self.record, model, &self.outputs)?;
         let search = Search {
             record: &driven.record,
             outputs: Outputs::new(&driven.record),

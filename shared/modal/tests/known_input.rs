@@ -106,17 +106,3 @@ fn absent_samples_leave_the_likelihood_and_nothing_else() {
     let ratio = (some.fit.variances(0).1 / all.fit.variances(0).1).sqrt();
     assert!((1.0..1.3).contains(&ratio), "{ratio}");
 }
-
-#[test]
-fn a_channel_that_is_late_is_moved_to_its_place() {
-    let mut drive = Noise::new(80);
-    let one = simulated(7, move |_, _| drive.normal(), 0.0);
-    let mut other = Noise::new(81);
-    // The same motion seen 7 samples later by a second sensor.
-    let late = |t: usize| if t < 7 { 0.0 } else { 0.5 * one.outputs[t - 7] };
-    let outputs = (0..SAMPLES).flat_map(|t| [one.outputs[t], late(t) + SENSOR * other.normal()]).collect();
-    let record = Record::of_outputs(RATE_HZ, 2, outputs).with_input(1, one.input.clone());
-    let found = found(&record);
-    assert_eq!(found.lags, [0, 7]);
-    assert!(found.adequate && z(&found).iter().all(|z| z.abs() < 4.0), "{:?}", z(&found));
-}

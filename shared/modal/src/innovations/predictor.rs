@@ -44,8 +44,8 @@ fn sampled(pole: c64, period: f64) -> Sampled {
 }
 
 impl Predictor {
-    /// From residues of the input and of innovations of some `channels` as further inputs: gains and
-    /// initial motion as far as the shapes of the forced motion carry them.
+    /// From residues of the input and of innovations of some `channels` as further inputs: gains
+    /// and initial motion as far as the shapes of the forced motion carry them.
     pub fn of_residues(at: &Evaluation, poles: &[c64], channels: &[usize], period: f64) -> Self {
         let (pairs, l) = (at.columns.pairs, at.coefficients.len());
         let residue = |k: usize, pair: usize, i: usize| {

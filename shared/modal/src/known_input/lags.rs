@@ -16,8 +16,8 @@ const LAG_MAX: usize = 200;
 /// (χ² with one degree of freedom beyond 20).
 const GAIN_MIN: f64 = 10.0;
 
-/// Samples that each channel is late (negative: early), at `poles`; `None` if none is, or if rows are
-/// absent.
+/// Samples that each channel is late (negative: early), at `poles`; `None` if none is, or if rows
+/// are absent.
 ///
 /// Cost: one projection per channel and sample moved.
 pub(super) fn lags(record: &Record, model: Model, outputs: &Outputs, poles: &[c64]) -> Option<Vec<isize>> {

@@ -16,7 +16,8 @@ const MODES_MAX: usize = 12;
 const INPUT_KNOWN: &str =
     "modes of the structure between input and sensors; a controller that commands the input is no part of them";
 const CANDIDATES: &str = "candidates, not modes: no model of this input and white sensor noise is right";
-/// Deviation of a time from the even clock, in periods, up to which the rows in between are counted.
+/// Deviation of a time from the even clock, in periods, up to which the rows in between are
+/// counted.
 const OFF_CLOCK_MAX: f64 = 0.3;
 
 /// Known input: maximum likelihood, the number of modes by likelihood.
@@ -87,7 +88,8 @@ pub(super) fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Out
     })
 }
 
-/// Whether a channel in this unit may answer a force at the same sample: positions and rates cannot.
+/// Whether a channel in this unit may answer a force at the same sample: positions and rates
+/// cannot.
 fn may_accelerate(unit: &str) -> bool {
     const NEVER: [&str; 12] =
         ["rad", "deg", "m", "mm", "um", "rad/s", "deg/s", "m/s", "mm/s", "arcsec", "urad", "mrad"];
