@@ -8,7 +8,7 @@ use crate::recordings::{self, Loaded, ReportFile, wrapped};
 use crate::{Failure, interrupt, plants};
 use discovery::against_plant::examine_for;
 use dynamics::description::Plant;
-use examination::doctor::{Finding, Severity, examine_with};
+use examination::doctor::{Check, Finding, Severity, examine_with};
 use identification::work::Watch;
 use report::text::{short, with_sigma};
 use serde_json::{Value, json};
@@ -120,8 +120,29 @@ fn as_json(examined: &[Examined], report: Option<&str>, interrupted: bool) -> Va
             "others": f.others, "value": f.value, "sigma": f.sigma, "unit": f.unit, "evidence": f.evidence, "cure": f.cure })
     };
     let findings: Vec<Value> = examined.iter().flat_map(|e| e.findings.iter().map(|f| finding(e, f))).collect();
-    let recordings: Vec<Value> = examined.iter().map(|e| e.loaded.as_json()).collect();
+    let recordings: Vec<Value> = examined.iter().map(recording_as_json).collect();
     json!({ "recordings": recordings, "doctor": findings, "report": report, "interrupted": interrupted })
+}
+
+/// The recording, each channel with what was found of its samples, null where nothing was.
+fn recording_as_json(examined: &Examined) -> Value {
+    let Examined { loaded, findings } = examined;
+    let mut value = loaded.as_json();
+    let channels = value["channels"].as_array_mut().into_iter().flatten();
+    for (of, channel) in channels.zip(&loaded.recording.channels) {
+        let found = |check: Check| findings.iter().find(|f| f.check == check && f.channel == channel.name);
+        let share = |level: f64| share_at(&channel.value, level);
+        of["held_rate_hz"] = json!(found(Check::Held).map(|f| f.value));
+        of["delay_s"] = json!(found(Check::Delay).map(|f| f.value));
+        of["delay_sigma_s"] = json!(found(Check::Delay).and_then(|f| f.sigma));
+        of["clipped"] = json!(found(Check::Saturation).map(|f| json!({ "level": f.value, "share": share(f.value) })));
+    }
+    value
+}
+
+/// Share of the values that stand at a level.
+fn share_at(values: &[f64], level: f64) -> f64 {
+    values.iter().filter(|value| **value == level).count() as f64 / values.len().max(1) as f64
 }
 
 /// The findings of a recording, worst first; those of one check with one cure together.

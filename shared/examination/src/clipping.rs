@@ -12,19 +12,25 @@ use crate::lattice::lattice;
 use estimation::quantiles::median;
 use identification::statistics::normal_two_sided;
 
-/// Probability that a channel which is not clipped is called so.
-const CHANCE: f64 = 1e-6;
+/// Probability that the steepest motion of all is called clipped; others are far from it.
+const CHANCE: f64 = 1e-4;
 /// Samples in the outermost level of a quantised sine over those in the level beside it.
 const SINE_RATIO: f64 = 2.414_213_562_373_095;
 /// Visits to the extreme: fewer are peaks, or a start and an end at rest.
 const VISITS_MIN: usize = 8;
 /// Share of the samples at the extreme that one visit may hold.
 const LONGEST_VISIT_SHARE: f64 = 0.5;
+/// Share of all samples at one extreme beyond which the channel is taken to rest there, between
+/// moves that are too fast to show how they end.
+const REST_SHARE: f64 = 0.25;
 /// Different values of a measurement; a switch has fewer.
 const LEVELS_MIN: usize = 16;
 /// First step of a visit over the median of the steps that move; of a sine clipped at 97 % of its
 /// amplitude it is a quarter of its largest, a third of the median.
 const ENTRY_SHARE_MIN: f64 = 0.3;
+
+/// First step of a visit in steps of the converter: of one step it says nothing about the speed.
+const ENTRY_STEPS_MIN: f64 = 2.0;
 
 /// Where and how much a channel is clipped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,12 +95,13 @@ fn at_limit(values: &[f64], level: f64, inward: f64, step: f64, usual: f64) -> O
     let visits = visits(values, level, 0.25 * step);
     let samples: usize = visits.iter().map(|(from, to)| to - from).sum();
     let longest = visits.iter().map(|(from, to)| to - from).max()?;
-    if visits.len() < VISITS_MIN || longest as f64 > LONGEST_VISIT_SHARE * samples as f64 {
+    let rests = samples as f64 > REST_SHARE * values.len() as f64;
+    if rests || visits.len() < VISITS_MIN || longest as f64 > LONGEST_VISIT_SHARE * samples as f64 {
         return None;
     }
     let mut entry: Vec<f64> =
         visits.iter().filter(|(from, _)| *from > 0).map(|(from, _)| (values[from - 1] - level).abs()).collect();
-    if median(&mut entry) < ENTRY_SHARE_MIN * usual {
+    if median(&mut entry) < (ENTRY_SHARE_MIN * usual).max(ENTRY_STEPS_MIN * step) {
         return None;
     }
     // the level beside: one step inward, or the next value where there is no lattice
@@ -128,7 +135,7 @@ mod tests {
         for seed in 0..20 {
             let mut noise = Noise::new(300 + seed);
             let white = noise.series(4000, 1.0);
-            let turn = 0.05 + 0.3 * noise.uniform();
+            let turn = 0.25 + 0.3 * noise.uniform();
             let beat = |k: i32| 1.0 + 0.2 * (0.13 * turn * f64::from(k)).sin();
             let sine: Vec<f64> = (0..4000).map(|k| (turn * f64::from(k)).sin() * beat(k)).collect();
             for (values, limit) in [(&white, 1.5), (&sine, 0.9)] {

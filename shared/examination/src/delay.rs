@@ -11,7 +11,8 @@
 //!
 //! A constant phase (rate against angle, a wave's quadrature) or one that bends (a filter, a loop)
 //! is no delay: the lines must agree with the slope, reach over a factor in frequency, and prefer
-//! the slope to any other by a likelihood. A filter of first order below its corner is one.
+//! the slope to any other by a likelihood; and both halves of the record must show the same. A filter
+//! of first order below its corner is one.
 
 use crate::spectrum::{Averaging, cross_spectrum};
 use core::f64::consts::PI;
@@ -188,7 +189,7 @@ fn refined(lines: &[Line], start: f64) -> Option<Delay> {
 }
 
 /// The delay of each channel against the majority of them, `None` where none is told: below half a
-/// sample, below chance, or not to be told from the phases. All at the same rows of an even clock of
+/// sample, below chance, not the same in both halves, or not to be told from the phases. All at the same rows of an even clock of
 /// step `dt_s`, of one quantity in one unit; the first 16 are compared.
 ///
 /// The majority is the largest set of channels without a delay to one of them; of two channels the
@@ -215,9 +216,18 @@ pub fn delays(channels: &[&[f64]], dt_s: f64) -> Vec<Option<Delay>> {
     let with = |i: usize| (0..count).filter(|&j| pairs[i][j].is_some_and(|d| !material(&d))).count();
     let late = |i: usize| pairs[i].iter().flatten().filter(|d| material(d) && d.delay_s < 0.0).count();
     // of sets of one size the earliest
+    // a delay of the chain is the same in every part of the record, a chance of its motion is not
+    let lasts = |i: usize, j: usize, whole: &Delay| {
+        let (half, n) = (channels[i].len() / 2, channels[i].len());
+        [0..half, half..n].into_iter().all(|part| {
+            let own = between(&channels[i][part.clone()], &channels[j][part], dt_s);
+            own.is_some_and(|d| (d.delay_s - whole.delay_s).abs() <= level * d.sigma_s.hypot(whole.sigma_s))
+        })
+    };
     let reference = (0..count).max_by_key(|&i| (with(i), core::cmp::Reverse(late(i)), core::cmp::Reverse(i)));
     for (j, told) in told.iter_mut().enumerate().take(count) {
-        *told = reference.and_then(|reference| pairs[reference][j]).filter(material);
+        let against = reference.and_then(|reference| pairs[reference][j].map(|delay| (reference, delay)));
+        *told = against.filter(|(i, d)| material(d) && lasts(*i, j, d)).map(|(_, delay)| delay);
     }
     told
 }

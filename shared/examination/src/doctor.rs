@@ -218,6 +218,7 @@ fn examine_run(run: &Recording, progress: &mut dyn FnMut(f64)) -> Vec<Finding> {
     progress(0.8);
     findings.extend(excitation::examine(&seen));
     progress(0.85);
+    drop(seen);
     findings.extend(segments::examine(&live));
     progress(1.0);
     findings

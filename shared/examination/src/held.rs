@@ -9,7 +9,8 @@
 //!
 //! A ramp through the levels of a converter also changes at even rows, by one level each time, and
 //! a piecewise constant command changes at few rows of its clock. So most changes must exceed one
-//! level, and most fresh values must differ from the ones before.
+//! level, many levels where a value stands for fewer than two rows, and most fresh values must differ
+//! from the ones before.
 
 use crate::lattice::lattice;
 use estimation::quantiles::quantile;
@@ -28,8 +29,15 @@ const SUM_VARIANCE_MAX: f64 = 2.0 / 12.0 + 4.0 / 3.0;
 const ROWS_PER_VALUE_MIN: f64 = 1.1;
 /// Share of the updates that bring another value; a command that is switched changes more seldom.
 const FRESH_SHARE_MIN: f64 = 0.7;
-/// Share of the changes that exceed one level of the converter.
+/// Share of the changes that exceed the levels of the converter by as much as they must.
 const LARGE_SHARE_MIN: f64 = 0.5;
+/// Levels that a change must exceed where every row but few repeats: more than the one of a ramp.
+const LEVELS_OF_REPEATS: f64 = 1.5;
+/// As [`LEVELS_OF_REPEATS`], where a row seldom repeats: a change of eight levels is lost to
+/// rounding once in eight times at most, and an oscillation loses it at even distances.
+const LEVELS_OF_SELDOM: f64 = 8.0;
+/// Share of single rows up to which every value repeats: a jitter of one row makes some.
+const SINGLE_SHARE_MAX: f64 = 0.05;
 
 /// The update clock of a channel whose values stand for several rows.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +67,12 @@ pub fn held(values: &[f64]) -> Option<Held> {
     let pair = |k: &usize| values[*k - 1].is_finite() && values[*k].is_finite();
     let pairs = (1..values.len()).filter(pair).count() as f64;
     let changes: Vec<usize> = (1..values.len()).filter(pair).filter(|&k| values[k] != values[k - 1]).collect();
-    if changes.len() < CHANGES_MIN || pairs < ROWS_PER_VALUE_MIN * changes.len() as f64 || !large(values, &changes) {
+    if changes.len() < CHANGES_MIN || pairs < ROWS_PER_VALUE_MIN * changes.len() as f64 {
+        return None;
+    }
+    let single = changes.windows(2).filter(|pair| pair[1] - pair[0] == 1).count() as f64;
+    let all_repeat = single <= SINGLE_SHARE_MAX * changes.len() as f64;
+    if !large(values, &changes, if all_repeat { LEVELS_OF_REPEATS } else { LEVELS_OF_SELDOM }) {
         return None;
     }
     let (rows_per_value, updates) = updates(&changes);
@@ -70,13 +83,14 @@ pub fn held(values: &[f64]) -> Option<Held> {
     Some(Held { rows_per_value, fresh_rows: fresh_rows(&changes, &updates) })
 }
 
-/// Whether most changes exceed one level.
-fn large(values: &[f64], changes: &[usize]) -> bool {
+/// Whether most changes exceed some levels.
+fn large(values: &[f64], changes: &[usize], levels: f64) -> bool {
     let Some(lattice) = lattice(values) else {
-        // too few values for a lattice are a switch, any number off a lattice are none
-        return changes.iter().map(|&k| values[k].to_bits()).collect::<std::collections::BTreeSet<_>>().len() > 6;
+        // few values are those of a switch or a coarse converter; off any lattice hardly two are equal
+        let different = changes.iter().map(|&k| values[k].to_bits()).collect::<std::collections::BTreeSet<_>>().len();
+        return different as f64 >= LARGE_SHARE_MIN * changes.len() as f64;
     };
-    let large = changes.iter().filter(|&&k| (values[k] - values[k - 1]).abs() > 1.5 * lattice.step).count();
+    let large = changes.iter().filter(|&&k| (values[k] - values[k - 1]).abs() > levels * lattice.step).count();
     large as f64 >= LARGE_SHARE_MIN * changes.len() as f64
 }
 

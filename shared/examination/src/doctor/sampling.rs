@@ -4,7 +4,8 @@ use super::content::is_input;
 use super::{Check, Finding, Severity, short, usable};
 use crate::delay::{Delay, delays};
 use crate::held::held;
-use channels::{Channel, Recording, Uniform};
+use crate::missing::missing;
+use channels::{Channel, EvenClock, Recording, Uniform};
 
 /// Fewest rows of channels that are compared.
 const ROWS_MIN: usize = 1024;
@@ -12,7 +13,7 @@ const ROWS_MIN: usize = 1024;
 /// A measured channel whose values stand for several rows.
 pub fn held_values(channel: &Channel) -> Option<Finding> {
     let interval_s = channel.interval_s().filter(|_| !is_input(channel))?;
-    let found = held(&on_rows(channel, interval_s)?)?;
+    let found = held(&on_rows(channel)?)?;
     let (rate, logged) = (1.0 / (interval_s * found.rows_per_value), 1.0 / interval_s);
     Some(
         Finding::new(Check::Held, Severity::Warning, &channel.name, rate, "Hz")
@@ -27,20 +28,16 @@ pub fn held_values(channel: &Channel) -> Option<Finding> {
     )
 }
 
-/// The values at the rows of their even clock, NaN where there is none; `None` where most rows would
-/// be empty.
-fn on_rows(channel: &Channel, interval_s: f64) -> Option<Vec<f64>> {
-    let (first, last) = (*channel.time_s.first()?, *channel.time_s.last()?);
-    let row = |time: f64| libm::round((time - first) / interval_s) as usize;
-    let rows = row(last) + 1;
-    if rows > 2 * channel.value.len() {
-        return None;
+/// The values at the rows of their even clock, NaN where there is none; `None` for an uneven clock,
+/// on whose rows there would be holes at distances that look like a clock of their own.
+fn on_rows(channel: &Channel) -> Option<Vec<f64>> {
+    if !channel.irregular() && missing(&channel.time_s).is_none() {
+        return Some(channel.value.clone());
     }
-    let mut values = vec![f64::NAN; rows];
-    for (time, value) in channel.time_s.iter().zip(&channel.value) {
-        if let Some(slot) = values.get_mut(row(*time)) {
-            *slot = *value;
-        }
+    let clock = EvenClock::of(&channel.time_s)?;
+    let mut values = vec![f64::NAN; clock.rows.last()? + 1];
+    for (row, value) in clock.rows.iter().zip(&channel.value) {
+        values[*row] = *value;
     }
     Some(values)
 }
@@ -87,4 +84,79 @@ fn late_by(channel: &Channel, others: &[&str], delay: Delay, dt_s: f64) -> Findi
             short(delay.delay_s.abs() / dt_s)
         ))
         .cure("shift its stamps by that much; frequencies and damping stand, shapes and what relates channels do not")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Check, Finding, examine};
+    use crate::noise::Noise;
+    use channels::{Channel, Recording};
+
+    /// Accelerations of three places in 120 s at 50 Hz, broad in frequency, each with noise of its own.
+    fn motion(seed: u64) -> Vec<Vec<f64>> {
+        let mut noise = Noise::new(seed);
+        let (mut x, mut v) = ([0.0; 2], [0.0; 2]);
+        let mut places = vec![Vec::new(); 3];
+        for _ in 0..6000 {
+            for (k, stiffness) in [0.04, 0.3].into_iter().enumerate() {
+                v[k] += noise.normal() - stiffness * x[k] - 0.05 * v[k];
+                x[k] += v[k];
+            }
+            places[0].push(x[0] + x[1]);
+            places[1].push(0.7 * x[0] - x[1]);
+            places[2].push(x[0] + 0.2 * x[1]);
+        }
+        places.iter_mut().flatten().for_each(|value| *value += 0.1 * noise.normal());
+        places
+    }
+
+    fn recording(places: &[Vec<f64>]) -> Recording {
+        let channel = |(k, value): (usize, &Vec<f64>)| {
+            let time_s = (0..value.len()).map(|i| 0.02 * i as f64).collect();
+            Channel::new(["a", "b", "c"][k], "m/s^2", time_s, value.clone())
+        };
+        Recording { name: "rig".into(), channels: places.iter().enumerate().map(channel).collect() }
+    }
+
+    fn of(findings: &[Finding], check: Check) -> Vec<&Finding> {
+        findings.iter().filter(|f| f.check == check).collect()
+    }
+
+    #[test]
+    fn a_channel_that_is_held_is_told_with_its_rate_and_is_not_called_late_or_coarse() {
+        let mut places = motion(11);
+        let fresh = places[1].clone();
+        (0..fresh.len()).for_each(|k| places[1][k] = fresh[k - k % 4]);
+        let findings = examine(&recording(&places));
+        let [held] = of(&findings, Check::Held)[..] else { panic!("{findings:#?}") };
+        assert_eq!(held.channel, "b");
+        assert!((held.value - 12.5).abs() < 1e-9, "{held:?}");
+        assert!(of(&findings, Check::Delay).is_empty() && of(&findings, Check::Quantisation).is_empty());
+    }
+
+    #[test]
+    fn a_channel_that_is_late_is_told_by_how_much_and_sound_ones_are_not() {
+        let mut places = motion(12);
+        let sound = examine(&recording(&places));
+        assert!(of(&sound, Check::Delay).is_empty() && of(&sound, Check::Held).is_empty(), "{sound:#?}");
+        places[2].rotate_right(6);
+        let findings = examine(&recording(&places));
+        let [late] = of(&findings, Check::Delay)[..] else { panic!("{findings:#?}") };
+        assert_eq!((late.channel.as_str(), late.others.len()), ("c", 2));
+        assert!((late.value - 0.12).abs() < 4.0 * late.sigma.unwrap() + 1e-3, "{late:?}");
+    }
+
+    #[test]
+    fn gaps_of_several_channels_are_one_finding_and_lost_rows_leave_the_clock_even() {
+        let mut recording = recording(&motion(13));
+        for (k, channel) in recording.channels.iter_mut().enumerate() {
+            let kept: Vec<usize> = (0..channel.value.len()).filter(|i| (i + k) % 10 != 9).collect();
+            channel.time_s = kept.iter().map(|i| channel.time_s[*i]).collect();
+            channel.value = kept.iter().map(|i| channel.value[*i]).collect();
+        }
+        let findings = examine(&recording);
+        let [gaps] = of(&findings, Check::Gaps)[..] else { panic!("{findings:#?}") };
+        assert!(gaps.evidence.starts_with("1799 gap(s) in 3 channels, 1799 samples missing"), "{gaps:?}");
+        assert!(of(&findings, Check::IrregularTime).is_empty(), "{findings:#?}");
+    }
 }

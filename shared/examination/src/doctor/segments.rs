@@ -136,16 +136,34 @@ fn block_duration(channel: &Channel, longest: f64) -> Option<(f64, bool)> {
     Some((if slow { least } else { duration.max(least) }, slow)).filter(|(d, _)| *d <= longest)
 }
 
+/// Samples whose spectrum is taken in one piece.
+const SPECTRUM_SAMPLES_MAX: usize = 1 << 17;
+
 /// Period of an oscillation that holds a third of the power of the channel or of its changes, at
 /// least 2.5 of them in the record [s].
+///
+/// Of a long record fast ones show in the samples of its middle, slow ones in means of neighbours.
 fn strongest_period(u: &Uniform) -> Option<f64> {
+    let n = u.value.len();
+    if n <= SPECTRUM_SAMPLES_MAX {
+        return period_of(&u.value, u.dt_s);
+    }
+    let middle = (n - SPECTRUM_SAMPLES_MAX) / 2;
+    let fast = period_of(&u.value[middle..middle + SPECTRUM_SAMPLES_MAX], u.dt_s);
+    let size = n.div_ceil(SPECTRUM_SAMPLES_MAX);
+    let means: Vec<f64> = u.value.chunks_exact(size).map(mean).collect();
+    let slow = period_of(&means, u.dt_s * size as f64);
+    [fast, slow].into_iter().flatten().reduce(f64::max)
+}
+
+fn period_of(value: &[f64], dt_s: f64) -> Option<f64> {
     let period = |x: &[f64]| {
-        let s = density(x, u.dt_s, Averaging::Multitaper { tapers: 2 });
+        let s = density(x, dt_s, Averaging::Multitaper { tapers: 2 });
         let peak = (1..s.density.len()).max_by(|&i, &j| s.density[i].total_cmp(&s.density[j]))?;
         let near: f64 = s.density[peak.saturating_sub(3)..(peak + 4).min(s.density.len())].iter().sum();
         (peak >= 3 && near > s.density.iter().sum::<f64>() / 3.0).then(|| 1.0 / s.frequency_hz[peak])
     };
-    [period(&u.value), period(&differences(&u.value, 1))].into_iter().flatten().reduce(f64::max)
+    [period(value), period(&differences(value, 1))].into_iter().flatten().reduce(f64::max)
 }
 
 /// Liveliness and level of a channel by blocks.

@@ -6,6 +6,7 @@ mod bad_tables;
 mod channel_maps;
 mod damage;
 mod digests;
+mod field;
 mod foreign_bounds;
 mod foreign_claims;
 mod foreign_messages;
