@@ -49,6 +49,24 @@ pub struct Operational {
     pub rest: Option<Vec<f64>>,
 }
 
+/// Windows of 2i rows that a record read below the rate of its file holds at least. Its modes lie
+/// high in the band and forget within a few rows: longer windows see noise of their covariances.
+const WINDOWS_MIN: usize = 60;
+/// Fewest block rows: two channels then still carry ten modes.
+const BLOCK_ROWS_MIN: usize = 10;
+
+/// Settings of the identifier in flight; fewer block rows for a record that is read below the rate
+/// at which it was logged.
+#[must_use]
+pub fn settings(record: &Record, below_its_rate: bool) -> Config {
+    let mut config = Config::new(record.channels, record.sample_rate_hz);
+    if below_its_rate {
+        let fitting = record.samples() / (2 * WINDOWS_MIN);
+        config.block_rows = fitting.clamp(BLOCK_ROWS_MIN, config.block_rows.max(BLOCK_ROWS_MIN));
+    }
+    config
+}
+
 /// Modes of `record` (its outputs, NaN where no sample exists; `delays_s` per channel, none when
 /// empty), the settings those of the identifier.
 ///

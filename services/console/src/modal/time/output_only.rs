@@ -14,7 +14,7 @@ use modal::drift::{self, PartOfRecord};
 use modal::gram::output_gram;
 use modal::maximum_likelihood::{Model, explained};
 use modal::methods::Estimate;
-use modal::operational::{Evidence, Operational, identify, selection};
+use modal::operational::{Evidence, Operational, identify, selection, settings};
 use modal::pairs::covariances;
 use modal::record::Record;
 use modal::ssi_cov::realise;
@@ -33,7 +33,7 @@ struct Examined {
 
 pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Outcome, Failure> {
     let mut examined = examined(arguments, set)?;
-    let mut config = Config::new(examined.record.channels, examined.record.sample_rate_hz);
+    let mut config = settings(&examined.record, examined.even.logged_rate_hz.is_some());
     config.selection.order_max = *arguments.orders.end();
     config.selection.shape_deviations = Some(ShapeScale::Largest);
     let mut found = identify(&examined.record, &examined.even.delays_s, &config).map_err(|error| {
