@@ -99,6 +99,17 @@ struct Outcome {
     verdict: Option<Verdict>,
 }
 
+impl Outcome {
+    /// Leaves out the other modes, and what is said of each of them.
+    fn keep_modes(&mut self, keep: impl Fn(&FoundMode) -> bool) {
+        let kept: Vec<bool> = self.modes.iter().map(keep).collect();
+        let mut of_mode = kept.iter();
+        self.modes.retain(|_| *of_mode.next().unwrap_or(&true));
+        let mut of_nature = kept.iter();
+        self.as_it_is.natures.retain(|_| *of_nature.next().unwrap_or(&true));
+    }
+}
+
 /// The verdict on a model with known input.
 #[derive(Clone, Copy)]
 struct Verdict {
@@ -135,6 +146,14 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 fn outcome(arguments: &Arguments) -> Result<Outcome, Failure> {
+    let mut outcome = of_files(arguments)?;
+    if let Some((low, high)) = arguments.band {
+        outcome.keep_modes(|mode| (low..=high).contains(&mode.frequency_hz));
+    }
+    Ok(outcome)
+}
+
+fn of_files(arguments: &Arguments) -> Result<Outcome, Failure> {
     if !arguments.structural.setup.is_empty() {
         return setups::outcome(arguments);
     }

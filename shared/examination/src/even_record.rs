@@ -190,9 +190,9 @@ pub fn without_holes(column: &[f64]) -> Vec<f64> {
     filled[*last..].fill(column[*last]);
     for pair in present.windows(2).filter(|pair| pair[1] > pair[0] + 1) {
         let (a, b) = (column[pair[0]], column[pair[1]]);
-        for t in pair[0] + 1..pair[1] {
-            filled[t] = a + (b - a) * (t - pair[0]) as f64 / (pair[1] - pair[0]) as f64;
-        }
+        let share = |place: usize| (place + 1) as f64 / (pair[1] - pair[0]) as f64;
+        let hole = filled[pair[0] + 1..pair[1]].iter_mut().enumerate();
+        hole.for_each(|(place, y)| *y = a + (b - a) * share(place));
     }
     filled
 }

@@ -5,7 +5,7 @@ use crate::record::Record;
 use crate::selection::{Mode, mode};
 use crate::shape_uncertainty::{ShapeScale, shape_deviations};
 use crate::ssi_cov::{Pole, SsiError, realise};
-use crate::uncertainty::{pole_deviations, residual};
+use crate::uncertainty::{Blocks, pole_deviations, residual};
 
 /// The oscillation nearest to each (order, frequency \[Hz\]) in the sweep at the record's own rate,
 /// with its deviations; `None` where the order carries no signal or no oscillation.
@@ -26,7 +26,7 @@ pub fn by_hand(record: &Record, block_rows: usize, picks: &[(usize, f64)]) -> Re
     };
     let of = |pick: &(usize, f64)| {
         let pole = nearest(pick)?;
-        let deviation = pole_deviations(&gram, &[], &realisation, &[&pole], rate_hz).swap_remove(0);
+        let deviation = pole_deviations(&gram, Blocks::Windows(&[]), &realisation, &[&pole], rate_hz).swap_remove(0);
         let residual = residual(&gram, &realisation, pole.order);
         let shape = shape_deviations(&gram, &[], &realisation, &residual, &pole, ShapeScale::Largest);
         Some(Mode { shape_deviation: shape, ..mode(&pole, deviation, 1, 1) })

@@ -160,7 +160,7 @@ fn evidence(values: &[f64], config: &Config) -> Evidence {
     let gaps =
         broken.windows(2).filter(|pair| pair[1] && !pair[0]).count() + usize::from(broken.first() == Some(&true));
     // Of the slowest rate, a window and a filter that fills again.
-    let lost = gaps * (2 * config.block_rows << config.halvings);
+    let lost = gaps * ((2 * config.block_rows) << config.halvings);
     if lost as f64 > LOST_SHARE_MAX * broken.len() as f64 { Evidence::Pairs } else { Evidence::Windows }
 }
 

@@ -220,10 +220,12 @@ struct Appraisal<'a> {
 }
 
 impl Appraisal<'_> {
-    /// Deviations of the components of a shape.
+    /// Deviations of the components of a shape; none from pairs of samples, whose covariances have
+    /// no windows to propagate.
     fn of_shape(&self, pole: &Pole, scale: ShapeScale) -> Vec<c64> {
+        let Blocks::Windows(grams) = self.blocks else { return Vec::new() };
         let residual = residual(self.gram, self.realisation, pole.order);
-        shape_deviations(self.gram, self.block_grams, self.realisation, &residual, pole, scale)
+        shape_deviations(self.gram, grams, self.realisation, &residual, pole, scale)
     }
 
     /// Of each track the pole of lowest order among `candidates` (positions) whose variance is

@@ -16,6 +16,7 @@ use std::path::PathBuf;
   obsid modal beam.uff --csv modes.csv                          a universal file (dataset 58); the modes as a table
   obsid modal panel.csv --input torque --json > modes.json      what `obsid diagnose modes.json --plant FILE` asks for drift
   obsid modal run.mcap --orders 2..60                           order sweep up to 60
+  obsid modal beam.uff --band 20..200                           the modes between 20 and 200 Hz alone
   obsid modal today.csv --reference modes.json --out report     MAC matrix and changes of frequency against earlier modes
   obsid modal panel.csv --geometry panel.toml --out report      shapes that move on the structure
   obsid modal a.csv --setup b.csv,c.csv --references r1,r2      three setups with two sensors that stayed
@@ -39,6 +40,9 @@ pub struct Arguments {
     /// Leave out what lies behind [s]
     #[arg(long, value_name = "SECONDS")]
     pub(super) to: Option<f64>,
+    /// Report the modes of this band alone [Hz]
+    #[arg(long, value_parser = band, value_name = "LOW..HIGH")]
+    pub(super) band: Option<(f64, f64)>,
     /// One JSON object on standard output
     #[arg(long)]
     pub(super) json: bool,
@@ -75,6 +79,15 @@ fn orders(text: &str) -> Result<RangeInclusive<usize>, String> {
     if low >= 1 && low <= high && high <= 200 { Ok(low..=high) } else { Err(wrong()) }
 }
 
+/// `20..200`: two frequencies [Hz], the second above the first.
+fn band(text: &str) -> Result<(f64, f64), String> {
+    let wrong = || format!("'{text}' is no band of frequencies in hertz; write 20..200");
+    let (low, high) = text.split_once("..").ok_or_else(wrong)?;
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|f| f.is_finite() && *f >= 0.0).ok_or_else(wrong);
+    let (low, high) = (number(low)?, number(high)?);
+    if low < high { Ok((low, high)) } else { Err(wrong()) }
+}
+
 /// The command that gives the same again.
 pub(super) fn again(arguments: &Arguments) -> String {
     let mut words = vec!["obsid".to_string(), "modal".into()];
@@ -87,6 +100,7 @@ pub(super) fn again(arguments: &Arguments) -> String {
     words.extend(["--orders".into(), format!("{}..{}", arguments.orders.start(), arguments.orders.end())]);
     words.extend(arguments.from.iter().flat_map(|t| ["--from".into(), t.to_string()]));
     words.extend(arguments.to.iter().flat_map(|t| ["--to".into(), t.to_string()]));
+    words.extend(arguments.band.iter().flat_map(|(low, high)| ["--band".into(), format!("{low}..{high}")]));
     words.extend(arguments.structural.words());
     words.extend(arguments.csv.iter().flat_map(|file| ["--csv".into(), file.display().to_string()]));
     words.extend(arguments.out.iter().flat_map(|out| ["--out".into(), out.display().to_string()]));

@@ -181,7 +181,6 @@ fn of_merged(mode: &MergedMode) -> FoundMode {
         phase_collinearity: Some(modal::mac::modal_phase_collinearity(&mode.shape)),
         shape: mode.shape.clone(),
         shape_sd: mode.shape_deviation.clone(),
-        ..FoundMode::default()
     }
 }
 

@@ -4,7 +4,7 @@ mod known_input;
 mod output_only;
 
 use super::preparation::{Prepared, prepared};
-use super::{Arguments, FoundMode, Outcome, Structure, SweepPole};
+use super::{Arguments, FoundMode, Outcome, SweepPole};
 use crate::{Failure, recordings};
 use modal::advice::Advice;
 use modal::drift::Drift;
