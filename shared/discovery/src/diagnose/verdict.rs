@@ -570,6 +570,7 @@ fn effect(session: &EstimationSession<'_>, best: &AcceptedModel, adopted: &Adopt
         parameters: parameters(session, best, candidate),
         kappa: adopted.score.kappa,
         d: adopted.d,
+        evidence: None,
     }
 }
 
@@ -621,6 +622,7 @@ fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
         parameters: vec![amplitude],
         kappa: lost.score.kappa,
         d: lost.ratio.max(0.0).sqrt(),
+        evidence: None,
     }
 }
 

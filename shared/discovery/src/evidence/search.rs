@@ -1,0 +1,321 @@
+//! Search over sets of hypotheses: a pool of fitted models, of which the best ones grow and shrink.
+//!
+//! Each turn takes the best model of the pool that has not been expanded and that lies within the
+//! beam of the best one: hypotheses are proposed about it, alone and in pairs, and each of its
+//! members is taken out. One path is not the posterior: a single law that leads may keep the right
+//! pair from ever being met, and several sets live side by side. A leader stands where its evidence
+//! stays as its steps of integration are halved; else the whole pool moves to finer steps.
+
+use super::decide::{HELD_OUT_SIGMA, PRIOR_ODDS, SAME};
+use super::hypothesis::Hypothesis;
+use super::model::{Ground, Model, fitted, key, settled};
+use super::predict::{HeldOut, predicted};
+use super::propose::{Proposal, proposals};
+use super::screen::{Looked, screen};
+use super::temper::tempered;
+use crate::diagnose::Options;
+use identification::fit::EstimationSession;
+use std::collections::BTreeSet;
+
+/// Nats behind the best within which a model is kept and expanded (odds of 1.6e5), models kept, and
+/// expansions. Budgets.
+const BEAM: f64 = 12.0;
+const MODELS_MAX: usize = 8;
+const EXPANSIONS_MAX: usize = 8;
+/// Parts of a step of integration at most, and change of an evidence from which steps are halved:
+/// one nat, as [`SAME`].
+const PARTS_MAX: usize = 8;
+/// Turns in which the leader of a comparison by pairs may change.
+const LEADERS_MAX: usize = 8;
+
+/// A model of the pool.
+pub(super) struct Entry {
+    pub model: Model,
+    pub held_out: Option<HeldOut>,
+    expanded: bool,
+    /// Held-out data reject it.
+    pub rejected: bool,
+}
+
+/// A hypothesis without a weight, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Open {
+    pub what: String,
+    pub why: &'static str,
+}
+
+/// All that was fitted; the first model is the plant without hypotheses.
+pub(super) struct Pool {
+    pub entries: Vec<Entry>,
+    pub open: Vec<Open>,
+    /// Laws of the first screening.
+    pub looked: Vec<Looked>,
+    /// Logarithm of the number of hypotheses over the prior odds: the price of a member.
+    pub log_m: f64,
+    /// Parts that each step of integration was taken in.
+    pub parts: usize,
+    seen: BTreeSet<String>,
+}
+
+/// Searches from `bare`, the plant without hypotheses.
+///
+/// Cost: a screening and some ten fits for each expansion; bounded by the session's work.
+pub(super) fn searched(session: &EstimationSession<'_>, bare: Model, options: &Options) -> Pool {
+    let mut pool = Pool {
+        entries: Vec::new(),
+        open: Vec::new(),
+        looked: Vec::new(),
+        log_m: 0.0,
+        parts: 1,
+        seen: BTreeSet::from([bare.key()]),
+    };
+    let mut own = session.clone();
+    pool.enter(Ground { session: &own }, bare, options);
+    let mut leader = 0;
+    let mut dearest = 0.0f64;
+    for _ in 0..EXPANSIONS_MAX {
+        let Some(next) = pool.next() else { break };
+        let begun = session.work.spent();
+        if !session.work.allows(dearest, "sets of hypotheses") {
+            break;
+        }
+        pool.expand(Ground { session: &own }, next, options);
+        let best = pool.best();
+        if best != leader && best != 0 {
+            while pool.moves(session, &mut own, best) {
+                pool.refit(Ground { session: &own }, options);
+            }
+        }
+        leader = pool.prune();
+        dearest = dearest.max(session.work.spent() - begun);
+    }
+    if pool.next().is_some() {
+        pool.open.push(Open { what: "further sets".to_owned(), why: "search not finished" });
+    }
+    pool.without_limits(Ground { session: &own });
+    pool
+}
+
+impl Pool {
+    fn enter(&mut self, ground: Ground<'_>, model: Model, options: &Options) {
+        let bare = self.entries.first().map_or(&model, |entry| &entry.model);
+        let other = options.held_out.as_ref();
+        let held_out = other.and_then(|other| predicted(ground, other, &model, bare));
+        let mut entry = Entry { model, held_out, expanded: false, rejected: false };
+        let before = self.entries.first().and_then(|entry| entry.held_out.as_ref());
+        if let (Some(own), Some(before)) = (&entry.held_out, before) {
+            let gain = own.gain(before);
+            entry.rejected = gain.loglik_gain + HELD_OUT_SIGMA * gain.gain_se < 0.0 && gain.free_run >= 1.0;
+        }
+        entry.rejected |= before.is_some() && entry.held_out.is_none();
+        self.entries.push(entry);
+    }
+
+    /// Evidence and held-out nats of an entry with the prior of its set, before tempering.
+    fn score(&self, entry: &Entry) -> f64 {
+        let held_out = entry.held_out.as_ref().map_or(0.0, |own| own.terms.iter().sum::<f64>() + own.log_width);
+        entry.model.log_marginal + held_out - self.log_m * entry.model.set.len() as f64
+    }
+
+    /// Nats of `a` ahead of `b`, gains in likelihood tempered.
+    fn ahead(&self, a: usize, b: usize) -> f64 {
+        let [ours, theirs] = [a, b].map(|place| &self.entries[place]);
+        let mut ahead = self.score(ours) - self.score(theirs);
+        let [whole, counts] = tempered(&ours.model.terms, &theirs.model.terms);
+        ahead += counts - whole;
+        match (&ours.held_out, &theirs.held_out) {
+            (Some(own), Some(other)) => {
+                let [whole, counts] = tempered(&own.terms, &other.terms);
+                ahead += counts - whole;
+            }
+            // a plant that does not survive what another one predicts
+            (Some(own), None) => ahead -= own.terms.iter().sum::<f64>() + own.log_width,
+            (None, Some(other)) => ahead += other.terms.iter().sum::<f64>() + other.log_width,
+            (None, None) => {}
+        }
+        ahead
+    }
+
+    /// The model that no other one is ahead of.
+    pub(super) fn best(&self) -> usize {
+        let alive = || (0..self.entries.len()).filter(|place| !self.entries[*place].rejected);
+        let scores: Vec<f64> = self.entries.iter().map(|entry| self.score(entry)).collect();
+        let mut best = alive().max_by(|a, b| scores[*a].total_cmp(&scores[*b])).unwrap_or(0);
+        for _ in 0..LEADERS_MAX {
+            let Some(other) = alive().filter(|place| *place != best).max_by(|a, b| {
+                self.ahead(*a, best).total_cmp(&self.ahead(*b, best))
+            }) else {
+                break;
+            };
+            if self.ahead(other, best) <= 0.0 {
+                break;
+            }
+            best = other;
+        }
+        best
+    }
+
+    /// Posterior weight of every entry.
+    pub(super) fn weights(&self) -> Vec<f64> {
+        let best = self.best();
+        let of = |place: usize| if self.entries[place].rejected { 0.0 } else { libm::exp(self.ahead(place, best)) };
+        let raw: Vec<f64> = (0..self.entries.len()).map(of).collect();
+        let whole: f64 = raw.iter().sum();
+        raw.into_iter().map(|weight| weight / whole.max(f64::MIN_POSITIVE)).collect()
+    }
+
+    /// Nats of an entry ahead of the plant without hypotheses, everything counted.
+    pub(super) fn log_odds(&self, place: usize) -> f64 {
+        self.ahead(place, 0)
+    }
+
+    /// The best model within the beam that has not been expanded.
+    fn next(&self) -> Option<usize> {
+        let best = self.best();
+        let open = |place: &usize| {
+            let entry = &self.entries[*place];
+            !entry.expanded && !entry.rejected && self.ahead(*place, best) > -BEAM
+        };
+        let all = (0..self.entries.len()).filter(open);
+        all.max_by(|a, b| self.ahead(*a, best).total_cmp(&self.ahead(*b, best)))
+    }
+
+    /// Fits what is proposed about an entry, and the entry without each of its members.
+    fn expand(&mut self, ground: Ground<'_>, place: usize, options: &Options) {
+        self.entries[place].expanded = true;
+        let model = self.entries[place].model.clone();
+        let Some(screened) = screen(ground, &model, &options.without) else { return };
+        if self.looked.is_empty() {
+            self.looked.clone_from(&screened.looked);
+            let numbers = model.problem.unknowns.len() + model.problem.plant.sensors.len();
+            self.log_m = libm::log(((screened.rated.len() + numbers).max(1)) as f64 / PRIOR_ODDS);
+        }
+        for Proposal { set, noise, .. } in proposals(ground, &model, &screened, self.log_m) {
+            let joined = [&model.set[..], &set].concat();
+            self.fit(ground, &joined, (&model, &noise), model.objective, options);
+        }
+        for gone in 0..model.set.len() {
+            let mut set = model.set.clone();
+            set.remove(gone);
+            self.fit(ground, &set, (&model, &model.noise), f64::INFINITY, options);
+        }
+    }
+
+    fn fit(
+        &mut self,
+        ground: Ground<'_>,
+        set: &[Hypothesis],
+        (from, noise): (&Model, &identification::filter::NoiseModel),
+        contained: f64,
+        options: &Options,
+    ) {
+        let name = key(set, ground.session.problem);
+        if !ground.session.work.goes_on("sets of hypotheses") || !self.seen.insert(name.clone()) {
+            return;
+        }
+        let begin = super::model::Begin { noise, ..from.begin() };
+        let found = fitted(ground, set, begin, contained).or_else(|| fitted(ground, set, from.begin(), contained));
+        match found {
+            Some(model) => self.enter(ground, model, options),
+            None => self.open.push(Open { what: name, why: "not fitted" }),
+        }
+    }
+
+    /// The evidence of the leader over the bare plant changes by more than a nat as steps are
+    /// halved: `own` then takes the halved ones.
+    fn moves(&mut self, session: &EstimationSession<'_>, own: &mut EstimationSession<'_>, place: usize) -> bool {
+        if 2 * self.parts > PARTS_MAX {
+            return false;
+        }
+        let Ok(finer) = session.in_parts(2 * self.parts) else { return false };
+        let again = |place: usize| Some(refitted(Ground { session: &finer }, &self.entries[place].model)?.log_marginal);
+        let change = |place: usize| Some(again(place)? - self.entries[place].model.log_marginal);
+        let Some((ours, theirs)) = change(place).zip(change(0)) else { return false };
+        if (ours - theirs).abs() < 0.5 * SAME {
+            return false;
+        }
+        self.parts *= 2;
+        own.timelines = finer.timelines;
+        true
+    }
+
+    /// All models within the beam on finer steps; others leave.
+    fn refit(&mut self, ground: Ground<'_>, options: &Options) {
+        self.prune();
+        for entry in core::mem::take(&mut self.entries) {
+            let expanded = entry.expanded;
+            if let Some(model) = refitted(ground, &entry.model) {
+                self.enter(ground, model, options);
+                if let Some(own) = self.entries.last_mut() {
+                    own.expanded = expanded;
+                }
+            }
+        }
+    }
+
+    /// Only the bare plant and the best models within the beam stay; where the best one is then.
+    fn prune(&mut self) -> usize {
+        let best = self.best();
+        let mut order: Vec<(f64, usize)> = (1..self.entries.len()).map(|place| (self.ahead(place, best), place)).collect();
+        order.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let kept = order.into_iter().filter(|(ahead, place)| *ahead > -BEAM || *place == best).take(MODELS_MAX);
+        let mut kept: Vec<usize> = kept.map(|(_, place)| place).chain([0]).collect();
+        kept.sort_unstable();
+        let mut place = 0;
+        self.entries.retain(|_| {
+            place += 1;
+            kept.contains(&(place - 1))
+        });
+        kept.iter().position(|own| *own == best).unwrap_or(0)
+    }
+
+    /// A model whose law stands at the limit that another model of the pool is: the same within
+    /// [`SAME`] of whitened innovations. The simpler one keeps the weight of both.
+    fn without_limits(&mut self, ground: Ground<'_>) {
+        for child in 0..self.entries.len() {
+            let parents = (0..self.entries.len()).filter(|place| *place != child);
+            let is_limit = |parent: &usize| {
+                let [ours, theirs] = [&self.entries[child].model, &self.entries[*parent].model];
+                contains(&ours.set, &theirs.set) && apart(ground, ours, theirs).is_some_and(|apart| apart < SAME)
+            };
+            if parents.into_iter().any(|parent| is_limit(&parent)) {
+                self.entries[child].rejected = true;
+                let what = self.entries[child].model.key();
+                self.open.push(Open { what, why: "in the limit of a simpler law" });
+            }
+        }
+    }
+}
+
+/// The sets differ in one law, of which the one in `theirs` is a limit of the one in `ours`.
+fn contains(ours: &[Hypothesis], theirs: &[Hypothesis]) -> bool {
+    let laws = |set: &[Hypothesis]| -> Vec<(&'static dynamics::effect::Effect, String)> {
+        let parts = set.iter().flat_map(Hypothesis::parts).map(|part| &part.column.candidate);
+        parts.map(|candidate| (candidate.effect, candidate.site.to_string())).collect()
+    };
+    let (a, b) = (laws(ours), laws(theirs));
+    let only = |own: &[(&'static dynamics::effect::Effect, String)], other: &[(&'static dynamics::effect::Effect, String)]| {
+        own.iter().filter(|law| !other.contains(law)).cloned().collect::<Vec<_>>()
+    };
+    match (&only(&a, &b)[..], &only(&b, &a)[..]) {
+        ([(child, at)], [(parent, site)]) => {
+            at == site && child.limits.iter().any(|limit| limit.kind == parent.kind)
+        }
+        _ => false,
+    }
+}
+
+/// `Σ (e_a − e_b)²/S` of whitened innovations at both modes, under the noise of `theirs`.
+fn apart(ground: Ground<'_>, ours: &Model, theirs: &Model) -> Option<f64> {
+    let white = |model: &Model| {
+        let session = model.session(ground)?;
+        Some(identification::held_out::instants(&session, &model.fit.linearised.linears, &theirs.noise)?.1)
+    };
+    let (a, b) = (white(ours)?, white(theirs)?);
+    Some(a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum())
+}
+
+/// The same set from its own numbers, on other steps of integration.
+fn refitted(ground: Ground<'_>, model: &Model) -> Option<Model> {
+    settled(ground, &model.set, model.problem.clone(), (model.start.clone(), &model.fit.theta), &model.noise)
+}
