@@ -329,3 +329,6 @@ impl Linearly<'_> {
         Some(best.0)
     }
 }
+
+#[cfg(test)]
+mod tests;
