@@ -38,8 +38,8 @@ pub(crate) use insufficient_data::insufficient_data;
 pub use phase::Phase;
 pub use report::{
     Angles, Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, EvidenceCurve, Figures, HeldOut,
-    HeldOutChannel, HeldOutKind, LawCell, LawMap, Nominal, OpenHypothesis, Overlay, ParameterReport, Rival, Tile, Tried,
-    Verdict, Where,
+    HeldOutChannel, HeldOutKind, LawCell, LawMap, Nominal, OpenHypothesis, Overlay, ParameterReport, Rival, Tile,
+    Tried, Verdict, Where,
 };
 
 use held_out_selection::select_on_held_out;

@@ -15,7 +15,7 @@
 //! | `hypothesis`, `scale`, `model` | priors of laws; how large they may be; a fitted set |
 //! | `screen`, `propose` | the catalogue about a model; what is worth a fit |
 //! | `temper`, `predict` | what a gain is worth where innovations remember; held-out data in nats |
-//! | `search` | a pool of sets that grow and shrink |
+//! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
 //! | `law` | what no entry describes |
 //! | `decide`, `answer` | every constant, the verdict; the diagnosis |
 //!
@@ -29,6 +29,7 @@ mod law;
 mod marginal;
 mod model;
 mod noise;
+mod pool;
 mod predict;
 mod propose;
 mod scale;

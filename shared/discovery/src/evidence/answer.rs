@@ -1,15 +1,15 @@
 //! A pool of models as a diagnosis.
 
-use super::decide::{Class, Decision, LEVEL, Weighted, decide};
+mod numbers;
+
+use super::decide::{Class, Decision, Weighted, decide};
 use super::hypothesis::{Hypothesis, Part, name_of, unknown_of};
-use super::law::Law;
+use super::law::{Kind, Law};
 use super::model::Model;
-use super::search::{Entry, Pool};
+use super::pool::{Entry, Pool};
 use crate::diagnose::{
-    Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, HeldOut, HeldOutChannel, HeldOutKind, Nominal,
-    OpenHypothesis, ParameterReport, Rival, Tried, Verdict,
+    Compare, Diagnosis, EffectEvidence, EffectReport, OpenHypothesis, ParameterReport, Rival, Tried, Verdict,
 };
-use dynamics::description::EffectUse;
 use dynamics::effect::Role;
 use identification::fit::{EstimationSession, NOT_FOUND_RATIO};
 use identification::held_out::{Predictor, Status, free_run};
@@ -47,16 +47,30 @@ impl Names {
 }
 
 /// The whole answer; `law`: what no entry of the catalogue describes, beside the leading model.
-pub(super) fn answered(session: &EstimationSession<'_>, pool: &Pool, law: Option<&Law>, notes: Vec<String>) -> Diagnosis {
+pub(super) fn answered(
+    session: &EstimationSession<'_>,
+    pool: &Pool,
+    law: Option<&Law>,
+    notes: Vec<String>,
+) -> Diagnosis {
     let weights = pool.weights();
     let mut names = Names { list: Vec::new() };
     let models: Vec<Weighted> = (pool.entries.iter().zip(&weights))
-        .map(|(entry, weight)| Weighted { members: names.members(&entry.model), weight: *weight })
+        .map(|(entry, weight)| {
+            let rank = rank(&entry.model);
+            Weighted { members: names.members(&entry.model), weight: *weight, rank }
+        })
         .collect();
     let best = &pool.entries[pool.best()].model;
     let decision = decide(&models, names.list.len(), best.prior(session).is_off(&best.noise));
     let told = Told { session, pool, models: &models, names: &names.list, decision: &decision, law };
     told.diagnosis(notes)
+}
+
+/// Sum of the places of a model's laws in the catalogue.
+fn rank(model: &Model) -> usize {
+    let laws = model.set.iter().flat_map(Hypothesis::parts).map(|part| part.column.candidate.effect.kind);
+    laws.map(|kind| model.problem.plant.catalogue.place(kind)).sum()
 }
 
 struct Told<'a> {
@@ -78,7 +92,14 @@ impl Told<'_> {
     }
 
     fn verdict(&self) -> Verdict {
-        if self.law.is_some_and(|law| law.is_instead) { Verdict::NotInCatalogue } else { self.decision.verdict }
+        let is_quiet =
+            matches!(self.decision.verdict, Verdict::None | Verdict::NoiseModel | Verdict::ParameterConflict);
+        match self.law {
+            Some(Law { kind: Kind::Instead, .. }) => Verdict::NotInCatalogue,
+            Some(Law { kind: Kind::Coloured, .. }) if is_quiet => Verdict::CannotDecide,
+            Some(Law { kind: Kind::Outliers, .. }) if is_quiet => Verdict::NoiseModel,
+            _ => self.decision.verdict,
+        }
     }
 
     fn has_effects(&self) -> bool {
@@ -116,15 +137,25 @@ impl Told<'_> {
         let ratios = bare.problem.unknowns.iter().zip(&bare.fit.ratio);
         let unseen = ratios.filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO);
         diagnosis.not_found = unseen.map(|(unknown, _)| unknown.name.clone()).collect();
-        diagnosis.open = self.pool.open.iter().map(|open| {
-            let (kind, site) = open.what.split_once('@').unwrap_or((&open.what, ""));
-            OpenHypothesis { kind: kind.to_owned(), site: site.to_owned(), why: open.why.to_owned() }
-        }).collect();
-        diagnosis.tried = self.pool.looked.iter().map(|own| Tried {
-            kind: own.candidate.effect.kind.to_owned(),
-            site: own.candidate.site.to_string(),
-            chances: own.chances,
-        }).collect();
+        diagnosis.open = self
+            .pool
+            .open
+            .iter()
+            .map(|open| {
+                let (kind, site) = open.what.split_once('@').unwrap_or((&open.what, ""));
+                OpenHypothesis { kind: kind.to_owned(), site: site.to_owned(), why: open.why.to_owned() }
+            })
+            .collect();
+        diagnosis.tried = self
+            .pool
+            .looked
+            .iter()
+            .map(|own| Tried {
+                kind: own.candidate.effect.kind.to_owned(),
+                site: own.candidate.site.to_string(),
+                chances: own.chances,
+            })
+            .collect();
         diagnosis
     }
 
@@ -134,7 +165,9 @@ impl Told<'_> {
         let odds = self.pool.log_odds(self.decision.leader);
         let beside = self.law.map_or(String::new(), |law| format!("; {}", law.words));
         let reason = match self.verdict() {
-            Verdict::NotInCatalogue => return self.law.map_or(String::new(), |law| law.words.clone()),
+            Verdict::NotInCatalogue | Verdict::CannotDecide => {
+                return self.law.map_or(String::new(), |law| law.words.clone());
+            }
             Verdict::Named | Verdict::Sensor => {
                 format!("{key}: {odds:.1} nats ahead of the plant alone, prior and multiplicity counted")
             }
@@ -143,7 +176,9 @@ impl Told<'_> {
                 self.decision.found
             ),
             Verdict::ParameterConflict => format!("{key}: {odds:.1} nats ahead of the number as the file states it"),
-            Verdict::NoiseModel => format!("the noise is not as stated; no physics is missing beside it: {}", self.noise()),
+            Verdict::NoiseModel => {
+                format!("the noise is not as stated; no physics is missing beside it: {}", self.noise())
+            }
             _ => "nothing is missing that this recording could show; see the detection limits".to_owned(),
         };
         format!("{reason}{beside}")
@@ -158,8 +193,8 @@ impl Told<'_> {
         });
         let inputs = self.session.noise_names.iter().enumerate();
         let stated_inputs = inputs.filter(|(i, _)| self.session.disturbance_sigma[*i].is_infinite());
-        let inputs = stated_inputs
-            .map(|(i, name)| format!("{name} x{:.2}", noise.input_sigma[i] / stated.input_sigma[i]));
+        let inputs =
+            stated_inputs.map(|(i, name)| format!("{name} x{:.2}", noise.input_sigma[i] / stated.input_sigma[i]));
         sensors.chain(inputs).collect::<Vec<_>>().join(", ")
     }
 
@@ -181,7 +216,11 @@ impl Told<'_> {
                 log_evidence: self.pool.log_odds(self.decision.leader),
                 free_run_share_percent: self.shares().into_iter().map(|share| 100.0 * share).collect(),
                 family: candidate.effect.family.name().to_owned(),
-                group: if is_group { own.parts().iter().map(|p| p.column.candidate.site.to_string()).collect() } else { Vec::new() },
+                group: if is_group {
+                    own.parts().iter().map(|p| p.column.candidate.site.to_string()).collect()
+                } else {
+                    Vec::new()
+                },
             }),
         }
     }
@@ -189,9 +228,10 @@ impl Told<'_> {
     /// Greatest log-likelihood of the models that lack a name and hold no more than the leader.
     fn without(&self, name: usize) -> f64 {
         let most = self.leader().model.set.len();
-        let lacks = self.pool.entries.iter().zip(self.models).filter(|(entry, model)| {
-            entry.model.set.len() < most && model.members.iter().all(|(_, own)| *own != name)
-        });
+        let lacks =
+            self.pool.entries.iter().zip(self.models).filter(|(entry, model)| {
+                entry.model.set.len() < most && model.members.iter().all(|(_, own)| *own != name)
+            });
         lacks.map(|(entry, _)| entry.model.log_likelihood()).fold(self.bare().model.log_likelihood(), f64::max)
     }
 
@@ -237,81 +277,5 @@ impl Told<'_> {
             unit: "s".to_owned(),
         });
         fitted.chain(times).collect()
-    }
-
-    fn nominal(&self) -> Vec<Nominal> {
-        let before = &self.bare().model;
-        let after = if self.has_effects() { &self.leader().model } else { before };
-        let all = before.problem.unknowns.iter().enumerate();
-        all.map(|(i, unknown)| {
-            let at = after.problem.unknowns.iter().position(|other| other.name == unknown.name);
-            let (value, sigma) =
-                at.map_or((before.fit.theta[i], before.fit.sigma[i]), |at| (after.fit.theta[at], after.fit.sigma[at]));
-            let shift_sigma = if sigma > 0.0 { (value - before.fit.theta[i]) / sigma } else { 0.0 };
-            Nominal { name: unknown.name.clone(), before: before.fit.theta[i], after: value, sigma, shift_sigma }
-        })
-        .collect()
-    }
-
-    /// Share of the free run's misfit on held-out data that the leading model takes away, by
-    /// channel: `1 − rms²/rms₀²`.
-    fn shares(&self) -> Vec<f64> {
-        let both = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref());
-        let shares = |(own, bare): (&super::predict::HeldOut, &super::predict::HeldOut)| {
-            let channels = own.free.iter().zip(&bare.free).filter(|(_, bare)| bare.rms > 0.0);
-            channels.map(|(own, bare)| 1.0 - (own.rms / bare.rms).powi(2)).filter(|share| share.is_finite()).collect()
-        };
-        both.map(shares).unwrap_or_default()
-    }
-
-    fn held_out(&self) -> HeldOut {
-        let Some((own, bare)) = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref()) else {
-            return HeldOut::none();
-        };
-        let gain = own.gain(bare);
-        let channel = |(before, after): (&identification::held_out::ChannelFit, &identification::held_out::ChannelFit)| {
-            HeldOutChannel {
-                name: before.name.clone(),
-                fit_percent_before: before.fit_percent,
-                fit_percent_after: after.fit_percent,
-                rms_before: before.rms,
-                rms_after: after.rms,
-            }
-        };
-        HeldOut {
-            kind: HeldOutKind::Recording,
-            channels: bare.free.iter().zip(&own.free).map(channel).collect(),
-            loglik_gain: Some(gain.loglik_gain),
-            gain_se: Some(gain.gain_se),
-            gain_ci95: Some(gain.interval95()),
-            ..HeldOut::none()
-        }
-    }
-
-    /// Amplitudes at which expected log odds reach the level: `d²/2 = ln 9 + ln m`, Occam's factor
-    /// left out.
-    fn limits(&self) -> Vec<DetectionLimit> {
-        let d = (2.0 * (libm::log(LEVEL / (1.0 - LEVEL)) + self.pool.log_m)).sqrt();
-        let limit = |own: &super::screen::Looked| {
-            let (kind, site) = (own.candidate.effect.kind.to_owned(), own.candidate.site.clone());
-            let used = EffectUse { kind: kind.clone(), site: site.clone(), values: Vec::new() };
-            let unit = self.session.problem.plant.effect_unit(&used, own.candidate.effect.parameters[0].unit);
-            DetectionLimit { kind, site: site.to_string(), amplitude: d * own.sigma, unit }
-        };
-        self.pool.looked.iter().map(limit).collect()
-    }
-
-    /// The leading plant with its numbers and their standard deviations.
-    fn posterior(&self) -> dynamics::description::Plant {
-        let model = &self.leader().model;
-        let mut plant = model.problem.plant.clone();
-        plant.visit_quantities(&mut |name, _, quantity| {
-            let shared = model.problem.unknowns.iter().position(|u| u.parameter == name && u.recording.is_none());
-            if let Some(at) = shared {
-                quantity.value = model.fit.theta[at];
-                quantity.sigma = Some(model.fit.sigma[at].max(f64::MIN_POSITIVE));
-            }
-        });
-        plant
     }
 }

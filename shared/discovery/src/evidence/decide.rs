@@ -36,6 +36,10 @@ pub(super) const POLE_PRIOR: [f64; 2] = [0.5, 0.4];
 /// Standard deviations of its prior beyond which noise is not as stated: 0.27 % of normal numbers.
 pub(super) const NOISE_SIGMA: f64 = 3.0;
 
+/// Share of the largest weight from which a weight is equal to it: a tenth of a nat, what two fits
+/// of one law under two names may differ by. It orders names and decides no verdict.
+const EQUAL: f64 = 0.9;
+
 /// What a member of a model is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Class {
@@ -50,6 +54,8 @@ pub(super) enum Class {
 pub(super) struct Weighted {
     pub members: Vec<(Class, usize)>,
     pub weight: f64,
+    /// Place in the catalogue: of models of equal weight the first leads.
+    pub rank: usize,
 }
 
 /// The decision.
@@ -77,8 +83,10 @@ pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> D
     let found = weight(&[Class::Physics, Class::Sensor]);
     let is_found = found >= LEVEL;
     let allowed = |model: &&(usize, &Weighted)| holds(model.1, &[Class::Physics, Class::Sensor]) == is_found;
-    let ahead = |a: &(usize, &Weighted), b: &(usize, &Weighted)| a.1.weight.total_cmp(&b.1.weight).then(b.0.cmp(&a.0));
-    let leader = models.iter().enumerate().filter(|entry| allowed(&entry)).max_by(ahead).map_or(0, |(place, _)| place);
+    let candidates: Vec<(usize, &Weighted)> = models.iter().enumerate().filter(|entry| allowed(&entry)).collect();
+    let most = candidates.iter().map(|(_, model)| model.weight).fold(0.0, f64::max);
+    let equal = candidates.iter().filter(|(_, model)| model.weight >= EQUAL * most);
+    let leader = equal.min_by_key(|(place, model)| (model.rank, *place)).map_or(0, |(place, _)| *place);
     let members = models.get(leader).map_or(&[][..], |model| &model.members);
     let own = |class: &[Class]| members.iter().filter(|(own, _)| class.contains(own)).collect::<Vec<_>>();
     let named = own(&[Class::Physics, Class::Sensor]);
@@ -104,7 +112,7 @@ mod tests {
     use super::*;
 
     fn model(members: &[(Class, usize)], weight: f64) -> Weighted {
-        Weighted { members: members.to_vec(), weight }
+        Weighted { members: members.to_vec(), weight, rank: 0 }
     }
 
     #[test]

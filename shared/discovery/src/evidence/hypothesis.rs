@@ -28,9 +28,10 @@ pub(super) struct Part {
     pub column: Column,
     /// Along each direction, to start from.
     pub amplitude: Vec<f64>,
-    /// Standard deviation of the amplitude's prior.
+    /// Standard deviation of the amplitude's prior in a fit.
     pub scale: f64,
-    /// Logarithm of the number of points that the kept inner numbers were picked from.
+    /// Logarithm of the number of points that the kept inner numbers were picked from, and of the
+    /// amplitude's prior width over `scale`.
     pub log_points: f64,
     /// `(low, high)` over which a searched number is log-uniform, or the middle of a width.
     pub inner: Vec<(&'static str, InnerPrior)>,
@@ -143,8 +144,9 @@ pub(super) fn part(
             (Role::Onset, _) => log_points += libm::log(duration_s / period_s),
             (Role::Duration, _) if *value < duration_s => log_points += libm::log(duration_s / period_s),
             (Role::Duration, _) => {}
-            (role, true) => inner.extend(prior_of(role, parameter, (duration_s, period_s), moves, &picked())
-                .map(|prior| (*name, prior))),
+            (role, true) => inner.extend(
+                prior_of(role, parameter, (duration_s, period_s), moves, &picked()).map(|prior| (*name, prior)),
+            ),
             (_, false) => log_points += libm::log(picked().len().max(1) as f64),
         }
     }
@@ -152,6 +154,10 @@ pub(super) fn part(
         let angle = candidate.effect.parameters.iter().find(|p| matches!(p.role, Role::Direction { .. }));
         inner.extend(angle.map(|p| (p.name, InnerPrior::Uniform(core::f64::consts::TAU))));
     }
+    // a fit's steps are shares of its prior: no wider than the plausible range, the rest a factor
+    let width = scale.min(candidate.high.abs());
+    log_points += candidate.directions.len().max(1) as f64 * libm::log(scale / width);
+    let scale = width;
     let column = Column { raw: Vec::new(), ..column.clone() };
     Part { column, amplitude, scale, log_points, inner, kappa: 0.0 }
 }

@@ -29,8 +29,8 @@ pub(super) struct Bound {
     pub place: usize,
     /// Room down and up from the present point [prior standard deviations].
     pub room: [f64; 2],
-    /// Present point, relative to the mean of the prior [prior standard deviations].
-    pub off: f64,
+    /// Ends of the prior, relative to its mean [prior standard deviations].
+    pub prior: [f64; 2],
 }
 
 /// `ln (Φ(b) − Φ(a))`, a < b, without loss in the tails.
@@ -105,8 +105,8 @@ impl Solved {
         let log_determinant = 2.0 * self.factor.l_dirty().diagonal().iter().map(|l| libm::log(*l)).sum::<f64>();
         let mut sum = -0.5 * (normal.objective - self.decrease) - 0.5 * log_determinant;
         for bound in bounds {
-            let [down, up] = bound.room;
-            sum -= log_mass(bound.off + down, bound.off + up);
+            let [low, high] = bound.prior;
+            sum -= log_mass(low, high);
             sum += match held.iter().find(|own| own.place == bound.place) {
                 Some(own) => self.at_the_edge(normal, own),
                 None => self.inside(bound),

@@ -1,7 +1,7 @@
 //! A set of hypotheses fitted to its end, with its evidence.
 
 use super::decide::CONFLICT_FACTOR;
-use super::hypothesis::{Hypothesis, log_swap, unknown_of};
+use super::hypothesis::{Hypothesis, InnerPrior, log_swap, unknown_of};
 use super::marginal::{Bound, log_marginal};
 use super::noise::{Linearly, NoisePrior};
 use crate::compete::augmented;
@@ -108,6 +108,14 @@ fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Ve
             own.for_each(|unknown| (unknown.prior, unknown.sigma) = (0.0, part.scale));
         }
     }
+    for part in set.iter().flat_map(Hypothesis::parts) {
+        for (name, prior) in &part.inner {
+            let InnerPrior::LogUniform([low, high]) = prior else { continue };
+            let name = unknown_of(&part.column.candidate, name);
+            let own = problem.unknowns.iter_mut().filter(|unknown| unknown.parameter == name);
+            own.for_each(|unknown| (unknown.low, unknown.high) = (unknown.low.max(*low), unknown.high.min(*high)));
+        }
+    }
     for own in set {
         let Hypothesis::Conflict(name) = own else { continue };
         let unknown = problem.unknowns.iter_mut().find(|unknown| unknown.name == *name)?;
@@ -172,7 +180,8 @@ pub(super) fn settled(
     let points: f64 = set.iter().map(Hypothesis::log_points).sum();
     let log_marginal = log_marginal(&normal, &bounds(&problem, &fit, &normal))? + width + swap - points;
     let terms = instants(&session, &fit.linearised.linears, &noise)?.0.into_iter().map(|(_, term)| term).collect();
-    let model = Model { set: set.to_vec(), start, fit, noise, objective, log_marginal, terms, problem: problem.clone() };
+    let model =
+        Model { set: set.to_vec(), start, fit, noise, objective, log_marginal, terms, problem: problem.clone() };
     log_marginal.is_finite().then_some(model)
 }
 
@@ -182,9 +191,17 @@ fn bounds(problem: &Problem, fit: &Fit, normal: &Normal) -> Vec<Bound> {
     let felt = all.filter(|(_, (_, room))| room.iter().any(|room| room.is_finite()));
     felt.map(|(place, ((unknown, theta), _))| {
         let room = [unknown.low, unknown.high].map(|end| (end - theta) / unknown.sigma);
-        Bound { place, room, off: (theta - unknown.prior) / unknown.sigma }
+        let prior = [unknown.low, unknown.high].map(|end| (end - unknown.prior) / unknown.sigma);
+        let is_amplitude = unknown.prior == 0.0 && unknown.parameter.starts_with("effect.");
+        Bound { place, room, prior: if is_amplitude { cut_at_nothing(prior[0]) } else { prior } }
     })
     .collect()
+}
+
+/// Ends of an amplitude's prior: zero where it has one sign. Its plausible range is no prior, else
+/// two names of one law would differ by their ranges.
+pub(super) fn cut_at_nothing(low: f64) -> [f64; 2] {
+    [if low == 0.0 { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY]
 }
 
 /// The same with signs smoothed over smaller rates, as long as the evidence rises.

@@ -8,7 +8,7 @@
 use super::decide::{CONFLICT_FACTOR, LEVEL, POLE_PRIOR};
 use super::hypothesis::{Hypothesis, Part};
 use super::marginal::{Bound, log_marginal};
-use super::model::{Ground, Model};
+use super::model::{Ground, Model, cut_at_nothing};
 use super::noise::Linearly;
 use super::screen::{Rated, Screened};
 use identification::filter::NoiseModel;
@@ -16,12 +16,13 @@ use identification::fit::{EstimationSession, Normal};
 
 /// Laws that are evaluated on the linear problem, and fits of singles, pairs, groups and others.
 /// Budgets.
-const LAWS_MAX: usize = 8;
-const SINGLES_MAX: usize = 4;
+const LAWS_MAX: usize = 12;
+const SINGLES_MAX: usize = 6;
 const PAIRS_MAX: usize = 2;
 const PAIRED_MAX: usize = 6;
 const GROUPS_MAX: usize = 2;
 const OTHERS_MAX: usize = 2;
+const KIN_MAX: usize = 4;
 /// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
 /// over the linear problem with free noise.
 const WORTH: f64 = 2.5;
@@ -49,12 +50,13 @@ pub(super) fn proposals(ground: Ground<'_>, model: &Model, screened: &Screened, 
     let mut singles: Vec<Linear> = few.filter_map(|(place, rated)| look.single(place, rated, bare)).collect();
     singles.sort_by(|a, b| b.proposal.log_bayes.total_cmp(&a.proposal.log_bayes));
     let best = singles.first().map_or(0.0, |own| own.proposal.log_bayes);
-    let parents = look.parents(&singles, bare);
+    let mut relatives = look.parents(&singles, bare);
+    relatives.extend(look.kin(&singles, bare));
     let mut list = look.groups(&singles, bare, best);
     list.extend(look.pairs(&singles, best + log_m + libm::log(LEVEL / (1.0 - LEVEL))));
     let worth = WORTH.max(WORTH_SHARE * best);
     list.extend(singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth).take(SINGLES_MAX));
-    list.extend(parents);
+    list.extend(relatives);
     let mut others = look.coloured();
     others.extend(look.conflicts());
     others.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
@@ -141,6 +143,20 @@ impl Look<'_> {
         list
     }
 
+    /// Laws of the leader's family at its site that the screening underrates: those that it is confused
+    /// with most, so that its weight is one among them.
+    fn kin(&self, singles: &[Linear], bare: f64) -> Vec<Proposal> {
+        let Some(leader) = singles.first().filter(|own| own.proposal.log_bayes > WORTH) else { return Vec::new() };
+        let own = &self.screened.rated[leader.place].column.candidate;
+        let is_kin = |(place, rated): &(usize, &Rated)| {
+            let other = &rated.column.candidate;
+            let known = singles.iter().take(SINGLES_MAX).any(|single| single.place == *place);
+            !known && other.effect.family == own.effect.family && other.site == own.site
+        };
+        let all = self.screened.rated.iter().enumerate().filter(is_kin).take(KIN_MAX);
+        all.filter_map(|(_, rated)| self.set(&[rated], bare, false)).collect()
+    }
+
     /// One law at every like site, of those that are promising at one of them.
     fn groups(&self, singles: &[Linear], bare: f64, best: f64) -> Vec<Proposal> {
         let mut kinds: Vec<&str> = Vec::new();
@@ -161,8 +177,7 @@ impl Look<'_> {
 
     /// Pairs from the normal equations of all columns, under either noise.
     fn pairs(&self, singles: &[Linear], least: f64) -> Vec<Proposal> {
-        let few: Vec<&Rated> =
-            singles.iter().take(PAIRED_MAX).map(|own| &self.screened.rated[own.place]).collect();
+        let few: Vec<&Rated> = singles.iter().take(PAIRED_MAX).map(|own| &self.screened.rated[own.place]).collect();
         let mut found: Vec<(f64, [usize; 2])> = Vec::new();
         for noise in &self.screened.noises {
             for (log_bayes, pair) in self.ranked(&few, noise).unwrap_or_default() {
@@ -267,7 +282,7 @@ fn columns_of(parts: &[&Rated]) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
 fn bounds_of(normal: &Normal) -> Vec<Bound> {
     let felt = normal.room.iter().enumerate().skip(normal.unknowns);
     let felt = felt.filter(|(_, room)| room.iter().any(|end| end.abs() < 1e3));
-    felt.map(|(place, room)| Bound { place, room: *room, off: 0.0 }).collect()
+    felt.map(|(place, room)| Bound { place, room: *room, prior: cut_at_nothing(room[0]) }).collect()
 }
 
 /// The normal equations of the unknowns and the columns at `kept`.

@@ -5,13 +5,13 @@
 //! is compared with the effect's column, both in stated standard deviations of the sensors. For an
 //! error of a reading it is the channel's own variation that is added.
 
+use super::decide::AMPLITUDE_SCALE;
 use crate::score::Column;
 use crate::score::forcing::{Sources, respond};
 use dynamics::description::{Plant, SiteKind};
 use identification::filter::Linear;
 use identification::fit::{EstimationSession, LinearisedProblem};
 use identification::problem::Timeline;
-use super::decide::AMPLITUDE_SCALE;
 
 /// Sizes of what drives a record [stated standard deviations, over all samples].
 pub(super) struct Drive {
@@ -50,7 +50,7 @@ impl Drive {
         };
         let felt = column.raw.iter().map(size).fold(0.0, f64::max);
         let scale = AMPLITUDE_SCALE * own / felt;
-        (scale.is_finite() && scale > 0.0).then(|| scale.min(column.candidate.high.abs()))
+        (scale.is_finite() && scale > 0.0).then_some(scale)
     }
 }
 

@@ -22,9 +22,8 @@ fn long_run_variance(series: &[f64]) -> f64 {
     let n = series.len();
     let mean = series.iter().sum::<f64>() / n.max(1) as f64;
     let lags = libm::cbrt(n as f64) as usize;
-    let product = |lag: usize| -> f64 {
-        series.iter().zip(series.iter().skip(lag)).map(|(a, b)| (a - mean) * (b - mean)).sum()
-    };
+    let product =
+        |lag: usize| -> f64 { series.iter().zip(series.iter().skip(lag)).map(|(a, b)| (a - mean) * (b - mean)).sum() };
     let weight = |lag: usize| 1.0 - lag as f64 / (lags + 1) as f64;
     let beside: f64 = (1..=lags).map(|lag| 2.0 * weight(lag) * product(lag)).sum();
     (product(0) + beside).max(0.0)

@@ -55,13 +55,7 @@ const SAME_S: f64 = 1e-7;
 impl Timeline {
     /// Timeline of `run`; `lags_s` is by how much each channel's stamps are behind the truth,
     /// `step_s` the longest integration step, of which each is taken in `parts`.
-    pub fn new(
-        plant: &Plant,
-        system: &System,
-        run: &Run,
-        lags_s: &[f64],
-        (step_s, parts): (f64, usize),
-    ) -> Self {
+    pub fn new(plant: &Plant, system: &System, run: &Run, lags_s: &[f64], (step_s, parts): (f64, usize)) -> Self {
         let period_s = fastest(run);
         let shift = |lag: &f64| libm::round(lag / period_s) * period_s;
         let shift_s: Vec<f64> = lags_s.iter().map(shift).collect();

@@ -28,7 +28,10 @@ pub fn step(diagnosed: &Diagnosed) -> String {
             format!("state that noise in {} and diagnose again; the physics needs no change", diagnosed.case.plant_file)
         }
         Verdict::ParameterConflict => {
-            format!("measure that number, or widen its standard deviation in {}, and diagnose again", diagnosed.case.plant_file)
+            format!(
+                "measure that number, or widen its standard deviation in {}, and diagnose again",
+                diagnosed.case.plant_file
+            )
         }
         Verdict::Unobservable => "excite the plant more, or measure more of it, and diagnose again".into(),
         Verdict::CannotDecide => undecided(diagnosed),

@@ -34,11 +34,15 @@ fn by_sum(normal: &Normal, bounds: [[f64; 2]; 2]) -> f64 {
 fn an_evidence_is_the_integral_inside_at_and_beyond_a_bound() {
     let matrix = || DMatrix::from_row_slice(2, 2, &[3.0, 1.2, 1.2, 5.0]);
     let free = [f64::NEG_INFINITY, f64::INFINITY];
-    for (right, first) in [([2.0, 1.0], free), ([2.0, 1.0], [0.0, f64::INFINITY]), ([0.0, 0.0], [0.0, f64::INFINITY]),
-        ([-4.0, 1.0], [0.0, f64::INFINITY]), ([9.0, -3.0], [-0.5, 1.0])]
-    {
+    for (right, first) in [
+        ([2.0, 1.0], free),
+        ([2.0, 1.0], [0.0, f64::INFINITY]),
+        ([0.0, 0.0], [0.0, f64::INFINITY]),
+        ([-4.0, 1.0], [0.0, f64::INFINITY]),
+        ([9.0, -3.0], [-0.5, 1.0]),
+    ] {
         let own = normal(matrix(), &right);
-        let bounds = [Bound { place: 0, room: first, off: 0.0 }];
+        let bounds = [Bound { place: 0, room: first, prior: first }];
         let found = log_marginal(&own, &bounds).unwrap();
         let summed = by_sum(&own, [first, free]);
         // midpoint rule on 1500 points, and one bound is exact but where both ends are near
@@ -50,7 +54,7 @@ fn an_evidence_is_the_integral_inside_at_and_beyond_a_bound() {
 fn two_bounds_are_near_the_integral() {
     let own = normal(DMatrix::from_row_slice(2, 2, &[3.0, 1.2, 1.2, 5.0]), &[-1.0, -2.0]);
     let half = [0.0, f64::INFINITY];
-    let bounds = [0, 1].map(|place| Bound { place, room: half, off: 0.0 });
+    let bounds = [0, 1].map(|place| Bound { place, room: half, prior: half });
     let (found, summed) = (log_marginal(&own, &bounds).unwrap(), by_sum(&own, [half, half]));
     // taken as independent: a tenth of a nat
     assert!((found - summed).abs() < 0.1, "{found} {summed}");

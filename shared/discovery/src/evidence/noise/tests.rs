@@ -55,6 +55,10 @@ fn the_evidence_of_a_plant_with_its_noise_is_the_integral_over_both() {
         let [summed, error] = sampled(&session, &model);
         assert!(error < 0.15, "{name}: draws miss the mode, {error}");
         // Laplace's own error: an unstated disturbance's 0.15 nats each, and skewness
-        assert!((model.log_marginal - summed).abs() < 0.4 + 3.0 * error, "{name}: {} {summed} ± {error}", model.log_marginal);
+        assert!(
+            (model.log_marginal - summed).abs() < 0.4 + 3.0 * error,
+            "{name}: {} {summed} ± {error}",
+            model.log_marginal
+        );
     }
 }
