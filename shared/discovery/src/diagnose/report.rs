@@ -84,9 +84,9 @@ pub struct EffectReport {
     pub evidence: Option<EffectEvidence>,
 }
 
-/// Of an effect that was decided by evidence: nats of its set ahead of the plant alone, share of the
-/// free run's misfit on held-out data that the set takes away by channel [%], family, and the sites
-/// of a law at all like ones.
+/// Of an effect that was decided by evidence: nats of its set ahead of the plant alone, share of
+/// the free run's misfit on held-out data that the set takes away by channel [%], family, and the
+/// sites of a law at all like ones.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EffectEvidence {
     pub log_evidence: f64,

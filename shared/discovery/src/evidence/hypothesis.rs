@@ -2,10 +2,13 @@
 //!
 //! | hypothesis | numbers and priors |
 //! |---|---|
-//! | effect at a site | amplitude: normal about zero, cut to its range, `AMPLITUDE_SCALE` × the amplitude whose push has the rms of all that drives the record; inner numbers below |
+//! | effect at a site | amplitude: normal about zero, of one sign where it has one; inner numbers |
 //! | the same law at all like sites | one amplitude a site, one prior probability for all |
 //! | coloured noise of a channel | its pole |
-//! | a number in conflict with its file | the same number, `CONFLICT_FACTOR` × its standard deviation |
+//! | a number in conflict with its file | the same number, ten times its standard deviation |
+//!
+//! An amplitude's standard deviation is that whose push has the rms of all that drives the record
+//! (`scale`).
 //!
 //! Inner numbers that a fit moves: frequencies and orders are log-uniform over what the record
 //! resolves, widths log-normal about the middle of their screening, angles uniform. The fit itself

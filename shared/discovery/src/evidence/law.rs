@@ -1,5 +1,5 @@
-//! The last hypotheses: a law that no entry of the catalogue describes, and innovations that are not
-//! white.
+//! The last hypotheses: a law that no entry of the catalogue describes, and innovations that are
+//! not white.
 
 use super::decide::LEVEL;
 use super::model::{Ground, Model};

@@ -24,10 +24,13 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 const STEPS_MAX: usize = 12;
 const SHORTENINGS_MAX: usize = 5;
 const HOLDS_MAX: usize = 3;
-/// Decrease of `−2 ln p` that is not worth a step: a tenth of the nat that two models may differ by.
-const WORTH: f64 = 0.05;
+/// Decrease of `−2 ln p` that is not worth a step: a tenth of the nat that two models may differ
+/// by.
+const STEP_GAIN_MIN: f64 = 0.05;
 /// Difference of a coordinate over which a slope's change gives its curvature.
 const DIFFERENCE: f64 = 0.05;
+/// Coordinates up to which curvature is taken by differences: each costs two gradients.
+const DIFFERENCED_MAX: usize = 8;
 /// Range of poles that the filter takes.
 const POLE_RANGE: [f64; 2] = [-0.5, 0.98];
 /// Decades above the floor at which an unstated disturbance is looked for.
@@ -192,7 +195,7 @@ impl Held<'_, '_> {
                 step /= most;
             }
             let promised = -0.5 * here.first.dot(&step);
-            if promised < WORTH {
+            if promised < STEP_GAIN_MIN {
                 break;
             }
             let mut share = 1.0;
@@ -224,6 +227,9 @@ impl Held<'_, '_> {
     fn log_curvature(&self, noise: &NoiseModel, here: &Here) -> f64 {
         let n = self.coordinates.len();
         let expected = || here.second.iter().map(|second| libm::log((0.5 * second).max(1e-12))).sum::<f64>();
+        if n > DIFFERENCED_MAX {
+            return expected();
+        }
         let mut matrix = DMatrix::zeros(n, n);
         for (i, coordinate) in self.coordinates.iter().enumerate() {
             let side = |by: f64| self.here(&moved(noise, *coordinate, by));
@@ -290,7 +296,7 @@ impl Linearly<'_> {
             let (noise, here) = held.climbed(&best.noise)?;
             let gained = best.objective - here.value;
             best = Settled { noise, objective: here.value };
-            if gained < WORTH {
+            if gained < STEP_GAIN_MIN {
                 break;
             }
         }

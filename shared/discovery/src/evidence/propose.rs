@@ -8,8 +8,9 @@
 use super::decide::{CONFLICT_FACTOR, LEVEL, POLE_PRIOR};
 use super::hypothesis::{Hypothesis, Part};
 use super::marginal::{Bound, log_marginal};
-use super::model::{Ground, Model, cut_at_nothing};
+use super::model::{Ground, Model, cut_at_nothing, key};
 use super::noise::Linearly;
+use super::pool::BEAM;
 use super::screen::{Rated, Screened};
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Normal};
@@ -18,14 +19,14 @@ use identification::fit::{EstimationSession, Normal};
 /// Budgets.
 const LAWS_MAX: usize = 12;
 const SINGLES_MAX: usize = 6;
-const PAIRS_MAX: usize = 2;
+const PAIRS_FITTED_MAX: usize = 2;
 const PAIRED_MAX: usize = 6;
 const GROUPS_MAX: usize = 2;
 const OTHERS_MAX: usize = 2;
 const KIN_MAX: usize = 4;
 /// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
 /// over the linear problem with free noise.
-const WORTH: f64 = 2.5;
+const WORTH: f64 = 1.0;
 const WORTH_SHARE: f64 = 0.2;
 
 /// Hypotheses that join a model, with the noise to begin from.
@@ -41,11 +42,17 @@ struct Linear {
     proposal: Proposal,
 }
 
-/// The proposals about `model`, best first within each kind; `ln m` is the price of a member.
-pub(super) fn proposals(ground: Ground<'_>, model: &Model, screened: &Screened, log_m: f64) -> Vec<Proposal> {
-    let Some(session) = model.session(ground) else { return Vec::new() };
+/// The proposals about `model`, best first within each kind, and the names of laws that the budget
+/// of fits leaves out; `ln m` is the price of a member.
+pub(super) fn proposals(
+    ground: Ground<'_>,
+    model: &Model,
+    screened: &Screened,
+    log_m: f64,
+) -> (Vec<Proposal>, Vec<String>) {
+    let Some(session) = model.session(ground) else { return Default::default() };
     let look = Look { ground, session: &session, model, screened };
-    let Some(bare) = look.bare() else { return Vec::new() };
+    let Some(bare) = look.bare() else { return Default::default() };
     let few = screened.rated.iter().enumerate().filter(|(_, rated)| rated.log_bayes > 0.0).take(LAWS_MAX);
     let mut singles: Vec<Linear> = few.filter_map(|(place, rated)| look.single(place, rated, bare)).collect();
     singles.sort_by(|a, b| b.proposal.log_bayes.total_cmp(&a.proposal.log_bayes));
@@ -55,13 +62,16 @@ pub(super) fn proposals(ground: Ground<'_>, model: &Model, screened: &Screened, 
     let mut list = look.groups(&singles, bare, best);
     list.extend(look.pairs(&singles, best + log_m + libm::log(LEVEL / (1.0 - LEVEL))));
     let worth = WORTH.max(WORTH_SHARE * best);
-    list.extend(singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth).take(SINGLES_MAX));
+    let mut worthy = singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth);
+    list.extend(worthy.by_ref().take(SINGLES_MAX));
+    let near = worthy.filter(|own| own.log_bayes > best - BEAM);
+    let left = near.map(|own| key(&own.set, &model.problem)).collect();
     list.extend(relatives);
     let mut others = look.coloured();
     others.extend(look.conflicts());
     others.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
     list.extend(others.into_iter().filter(|own| own.log_bayes > WORTH).take(OTHERS_MAX));
-    list
+    (list, left)
 }
 
 struct Look<'a> {
@@ -143,8 +153,8 @@ impl Look<'_> {
         list
     }
 
-    /// Laws of the leader's family at its site that the screening underrates: those that it is confused
-    /// with most, so that its weight is one among them.
+    /// Laws of the leader's family at its site that the screening underrates: those that it is
+    /// confused with most, so that its weight is one among them.
     fn kin(&self, singles: &[Linear], bare: f64) -> Vec<Proposal> {
         let Some(leader) = singles.first().filter(|own| own.proposal.log_bayes > WORTH) else { return Vec::new() };
         let own = &self.screened.rated[leader.place].column.candidate;
@@ -189,7 +199,7 @@ impl Look<'_> {
         }
         found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         let Some(bare) = self.bare() else { return Vec::new() };
-        let sets = found.into_iter().filter(|(log_bayes, _)| *log_bayes > least).take(PAIRS_MAX);
+        let sets = found.into_iter().filter(|(log_bayes, _)| *log_bayes > least).take(PAIRS_FITTED_MAX);
         sets.filter_map(|(_, [a, b])| self.set(&[few[a], few[b]], bare, false)).collect()
     }
 
@@ -236,8 +246,8 @@ impl Look<'_> {
         white.map(of).collect()
     }
 
-    /// Numbers of the plant that a wider prior would move: with the likelihood of one number z normal
-    /// about z₀ with variance s, `B = N(z₀; 0, c² + s) / N(z₀; 0, 1 + s)`.
+    /// Numbers of the plant that a wider prior would move: with the likelihood of one number z
+    /// normal about z₀ with variance s, `B = N(z₀; 0, c² + s) / N(z₀; 0, 1 + s)`.
     fn conflicts(&self) -> Vec<Proposal> {
         let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
         let (extra, room) = (&[][..], &[][..]);

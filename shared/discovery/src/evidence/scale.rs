@@ -1,9 +1,9 @@
 //! How large an effect may be: the amplitude whose push has the rms of all that drives the record.
 //!
-//! Along the filtered trajectory every interval changes the rates by Δv, whatever does it: commands,
-//! gravity, springs. The innovations' change when these pushes are added through the frozen filter
-//! is compared with the effect's column, both in stated standard deviations of the sensors. For an
-//! error of a reading it is the channel's own variation that is added.
+//! Along the filtered trajectory every interval changes the rates by Δv, whatever does it:
+//! commands, gravity, springs. The innovations' change when these pushes are added through the
+//! frozen filter is compared with the effect's column, both in stated standard deviations of the
+//! sensors. For an error of a reading it is the channel's own variation that is added.
 
 use super::decide::AMPLITUDE_SCALE;
 use crate::score::Column;

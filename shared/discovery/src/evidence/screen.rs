@@ -4,7 +4,8 @@
 //! is rated under both, the stated one scaled to the innovations, and keeps the better rating:
 //!
 //! ```text
-//! ln B ≈ ½ T m A²/(1 + m A²) − ½ Σ ln(1 + m_i A²) − ln points     T, m: score and information of the projected column
+//! ln B ≈ ½ T m A²/(1 + m A²) − ½ Σ ln(1 + m_i A²) − ln points
+//! T, m: score and information of the projected column
 //! ```
 
 use super::hypothesis::{Part, part};

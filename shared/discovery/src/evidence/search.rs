@@ -2,14 +2,15 @@
 //!
 //! Each turn takes the best model of the pool that has not been expanded and that lies within the
 //! beam of the best one: hypotheses are proposed about it, alone and in pairs, and each of its
-//! members is taken out. One path is not the posterior: a single law that leads may keep the right
+//! members is taken out. Coloured noise that was adopted early hides physics: the leader without it
+//! is expanded however far behind it is. One path is not the posterior: a single law that leads may keep the right
 //! pair from ever being met, and several sets live side by side. A leader stands where its evidence
 //! stays as its steps of integration are halved; else the whole pool moves to finer steps.
 
 use super::decide::{Class, HELD_OUT_SIGMA, PRIOR_ODDS, SAME};
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model, fitted, key, settled};
-use super::pool::{Entry, Open, Pool};
+use super::pool::{Entry, Open, Pool, without_colour};
 use super::predict::predicted;
 use super::propose::{Proposal, proposals};
 use super::screen::screen;
@@ -34,6 +35,8 @@ pub(super) fn searched(session: &EstimationSession<'_>, bare: Model, options: &O
         log_m: 0.0,
         parts: 1,
         seen: BTreeSet::from([bare.key()]),
+        refused: BTreeSet::new(),
+        dearest: 0.0,
     };
     let mut own = session.clone();
     pool.enter(Ground { session: &own }, bare, options);
@@ -46,11 +49,11 @@ pub(super) fn searched(session: &EstimationSession<'_>, bare: Model, options: &O
             break;
         }
         pool.expand(Ground { session: &own }, next, options);
-        let best = pool.best();
-        if best != leader && best != 0 {
-            while pool.moves(session, &mut own, best) {
-                pool.refit(Ground { session: &own }, options);
-            }
+        let mut best = pool.best();
+        let is_new = best != leader;
+        while is_new && best != 0 && pool.moves(session, &mut own, best) {
+            pool.refit(Ground { session: &own }, options);
+            best = pool.best();
         }
         leader = pool.prune();
         dearest = dearest.max(session.work.spent() - begun);
@@ -90,9 +93,27 @@ impl Pool {
             let numbers = model.problem.unknowns.len() + model.problem.plant.sensors.len();
             self.log_m = libm::log(((screened.rated.len() + numbers).max(1)) as f64 / PRIOR_ODDS);
         }
-        for Proposal { set, noise, .. } in proposals(ground, &model, &screened, self.log_m) {
+        let (list, left) = proposals(ground, &model, &screened, self.log_m);
+        for Proposal { set, noise, .. } in list {
+            let keys: Vec<String> = set.iter().map(|own| own.key(&model.problem.plant)).collect();
+            if keys.iter().any(|own| self.refused.contains(own)) {
+                continue;
+            }
+            let before = self.entries.len();
             let joined = [&model.set[..], &set].concat();
             self.fit(ground, &joined, (&model, &noise), model.objective, options);
+            let is_refused = self.entries.get(before).is_some_and(|entry| entry.rejected);
+            if let ([own], true) = (&keys[..], is_refused) {
+                self.refused.insert(own.clone());
+                self.open.push(Open { what: own.clone(), why: "held-out data reject it" });
+            }
+        }
+        let left = left.into_iter().filter(|own| !self.open.iter().any(|known| known.what == *own));
+        let left: Vec<Open> = left.map(|what| Open { what, why: "beyond the budget of fits" }).collect();
+        self.open.extend(left);
+        let white = without_colour(&model.set);
+        if white.len() < model.set.len() {
+            self.fit(ground, &white, (&model, &model.noise), f64::INFINITY, options);
         }
         for gone in 0..model.set.len() {
             let mut set = model.set.clone();
@@ -109,16 +130,19 @@ impl Pool {
         contained: f64,
         options: &Options,
     ) {
-        let name = key(set, ground.session.problem);
-        if !ground.session.work.goes_on("sets of hypotheses") || !self.seen.insert(name.clone()) {
+        let (name, work) = (key(set, ground.session.problem), &ground.session.work);
+        if self.seen.contains(&name) || !work.allows(self.dearest, "sets of hypotheses") {
             return;
         }
+        self.seen.insert(name.clone());
+        let begun = work.spent();
         let begin = super::model::Begin { noise, ..from.begin() };
         let found = fitted(ground, set, begin, contained).or_else(|| fitted(ground, set, from.begin(), contained));
         match found {
             Some(model) => self.enter(ground, model, options),
             None => self.open.push(Open { what: name, why: "not fitted" }),
         }
+        self.dearest = self.dearest.max(work.spent() - begun);
     }
 
     /// The evidence of the leader over the bare plant changes by more than a nat as steps are

@@ -7,18 +7,18 @@ use crate::synthetic::{plant, recording};
 use identification::fit::fit;
 use identification::problem::Problem;
 
-const DRAWS: usize = 600;
+const DRAWS: usize = 2500;
 
 /// `ln ∫ p(D|θ, η) p(θ) p(η)` over unknowns and noise by draws from a normal density about the mode
-/// with twice its variance, and the standard error of that logarithm.
+/// with one and a half times its variance, and the standard error of that logarithm.
 fn sampled(session: &EstimationSession<'_>, model: &Model) -> [f64; 2] {
     let prior = NoisePrior::new(session, Vec::new());
     let (linearised, theta) = (&model.fit.linearised, &model.fit.theta[..]);
     let linear = Linearly { session, linearised, theta, extra: &[], room: &[] };
     let normal = linear.normal(&model.noise).unwrap();
-    let root = normal.factor().unwrap().inverse().cholesky().unwrap().unpack() * 2f64.sqrt();
+    let root = normal.factor().unwrap().inverse().cholesky().unwrap().unpack() * 1.5f64.sqrt();
     let held = linear.held(&model.noise, &prior).unwrap();
-    let wide: Vec<f64> = held.here(&model.noise).unwrap().second.iter().map(|second| (4.0 / second).sqrt()).collect();
+    let wide: Vec<f64> = held.here(&model.noise).unwrap().second.iter().map(|second| (3.0 / second).sqrt()).collect();
     let mut noise = Noise::new(5);
     let logs: Vec<f64> = (0..DRAWS)
         .filter_map(|_| {
@@ -53,7 +53,7 @@ fn the_evidence_of_a_plant_with_its_noise_is_the_integral_over_both() {
         let start = (session.prior(), &stated.theta[..]);
         let model = settled(Ground { session: &session }, &[], problem.clone(), start, &session.noise).unwrap();
         let [summed, error] = sampled(&session, &model);
-        assert!(error < 0.15, "{name}: draws miss the mode, {error}");
+        assert!(error < 0.2, "{name}: draws miss the mode, {error}");
         // Laplace's own error: an unstated disturbance's 0.15 nats each, and skewness
         assert!(
             (model.log_marginal - summed).abs() < 0.4 + 3.0 * error,
