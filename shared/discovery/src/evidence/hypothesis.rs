@@ -2,7 +2,7 @@
 //!
 //! | hypothesis | numbers and priors |
 //! |---|---|
-//! | effect at a site | amplitude: normal about zero, of one sign where it has one; inner numbers |
+//! | effect at a site | amplitude: normal about zero, of one sign where it has one; shape parameters |
 //! | the same law at all like sites | one amplitude a site, one prior probability for all |
 //! | coloured noise of a channel | its pole |
 //! | a number in conflict with its file | the same number, ten times its standard deviation |
@@ -10,7 +10,7 @@
 //! An amplitude's standard deviation is that whose push has the rms of all that drives the record
 //! (`scale`).
 //!
-//! Inner numbers that a fit moves: frequencies and orders are log-uniform over what the record
+//! Shape parameters that a fit moves: frequencies and orders are log-uniform over what the record
 //! resolves, widths log-normal about the middle of their screening, angles uniform. The fit itself
 //! takes the catalogue's normal prior; where the data tell the number, the ratio of both densities
 //! at the estimate is exact, and both are normalised where they do not. Points of a grid share the
@@ -33,16 +33,16 @@ pub(super) struct Part {
     pub amplitude: Vec<f64>,
     /// Standard deviation of the amplitude's prior in a fit.
     pub scale: f64,
-    /// Logarithm of the number of points that the kept inner numbers were picked from, and of the
-    /// amplitude's prior width over `scale`.
+    /// Logarithm of the number of points that the kept shape parameters were picked from, and of
+    /// the amplitude's prior width over `scale`.
     pub log_points: f64,
     /// `(low, high)` over which a searched number is log-uniform, or the middle of a width.
     pub inner: Vec<(&'static str, InnerPrior)>,
-    /// Share of its energy that the plant's numbers absorb.
+    /// Share of its energy that the plant's parameters absorb.
     pub kappa: f64,
 }
 
-/// Prior of an inner number that a fit moves.
+/// Prior of an shape parameter that a fit moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum InnerPrior {
     LogUniform([f64; 2]),

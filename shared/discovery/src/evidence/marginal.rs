@@ -17,7 +17,7 @@
 //! ```
 //!
 //! Exact for one bound and a likelihood that is normal about the present point; several bounds are
-//! taken as independent given the free numbers.
+//! taken as independent given the free parameters.
 
 use identification::fit::Normal;
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -75,7 +75,7 @@ struct Held {
     is_upper: bool,
 }
 
-/// The free numbers where the others are fixed.
+/// The free parameters where the others are fixed.
 struct Solved {
     free: Vec<usize>,
     factor: Cholesky<f64, nalgebra::Dyn>,

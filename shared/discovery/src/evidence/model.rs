@@ -4,11 +4,11 @@ use super::decide::CONFLICT_FACTOR;
 use super::hypothesis::{Hypothesis, InnerPrior, log_swap, unknown_of};
 use super::marginal::{Bound, log_marginal};
 use super::noise::{Linearly, NoisePrior};
-use super::temper::Instants;
 use crate::compete::augmented;
 use dynamics::effect::Role;
 use identification::filter::NoiseModel;
 use identification::fit::{EstimationSession, Fit, Normal, fit};
+use identification::held_out::instants;
 use identification::problem::{Problem, Unknown};
 
 /// Alternations between unknowns and noise, relinearisations of each, and the decrease of
@@ -40,7 +40,7 @@ pub(super) struct Model {
     /// `ln ∫ p(D|θ, φ, η) p(θ, φ, η)`, points of grids included, up to a constant of the data.
     pub log_marginal: f64,
     /// Log-likelihood of every instant at the mode.
-    pub terms: Instants,
+    pub terms: Vec<f64>,
 }
 
 /// The recordings, the plant without hypotheses, and the noise as stated.
@@ -72,7 +72,7 @@ impl Model {
     }
 
     pub(super) fn log_likelihood(&self) -> f64 {
-        self.terms.sum()
+        self.terms.iter().sum()
     }
 
     /// Keys of its members, in alphabetical order.
@@ -179,7 +179,7 @@ pub(super) fn settled(
     let swap = log_swap(set, &problem.unknowns, &fit.theta);
     let points: f64 = set.iter().map(Hypothesis::log_points).sum();
     let log_marginal = log_marginal(&normal, &bounds(&problem, &fit, &normal))? + width + swap - points;
-    let terms = Instants::new(&session, &fit.linearised.linears, &noise)?;
+    let terms = instants(&session, &fit.linearised.linears, &noise)?.0.into_iter().map(|(_, term)| term).collect();
     let model =
         Model { set: set.to_vec(), start, fit, noise, objective, log_marginal, terms, problem: problem.clone() };
     log_marginal.is_finite().then_some(model)

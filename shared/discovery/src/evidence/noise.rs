@@ -335,6 +335,3 @@ impl Linearly<'_> {
         Some(best.0)
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -8,10 +8,9 @@
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model};
 use super::noise::{Linearly, NoisePrior};
-use super::temper::Instants;
 use dynamics::description::{Plant, Quantity, Scope};
 use identification::fit::{EstimationSession, LinearisedProblem, NOT_FOUND_RATIO, fit};
-use identification::held_out::{ChannelFit, Gain, Predictor, block_s, blocks, free_run};
+use identification::held_out::{ChannelFit, Gain, Predictor, block_s, blocks, free_run, instants};
 use identification::problem::{Problem, Unknown};
 
 /// Relinearisations of the numbers of one recording.
@@ -21,7 +20,8 @@ const OWN_ROUNDS: usize = 3;
 #[derive(Clone)]
 pub(super) struct HeldOut {
     /// Log-likelihood of every instant.
-    pub terms: Instants,
+    pub terms: Vec<f64>,
+    times_s: Vec<f64>,
     block_s: f64,
     /// `ln` of the noise's share of the evidence there.
     pub log_width: f64,
@@ -31,13 +31,13 @@ pub(super) struct HeldOut {
 impl HeldOut {
     /// Nats ahead of `other`, in blocks of time.
     pub(super) fn gain(&self, other: &Self) -> Gain {
-        let own = self.terms.times_s.iter().zip(&self.terms.log_likelihood).zip(&other.terms.log_likelihood);
+        let own = self.times_s.iter().zip(&self.terms).zip(&other.terms);
         let gain = blocks(&own.map(|((t, a), b)| (*t, a - b)).collect::<Vec<_>>(), self.block_s);
         gain.beside_free_runs(&other.free, &self.free)
     }
 }
 
-/// Predicts `other` by `model`; `bare` has the numbers of the plant without hypotheses, and which
+/// Predicts `other` by `model`; `bare` has the parameters of the plant without hypotheses, and which
 /// of them the fitted recordings tell. `None`: the plant does not survive the recording.
 pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare: &Model) -> Option<HeldOut> {
     let own = bare.problem.unknowns.iter().zip(&bare.fit.ratio);
@@ -59,9 +59,10 @@ pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare
     let linear = Linearly { session: &session, linearised: &linearised, theta: &theta, extra: &[], room: &[] };
     let noise = linear.settled(&start, &prior)?.noise;
     let log_width = linear.log_width_expected(&noise, &prior)?;
-    let terms = Instants::new(&session, &linearised.linears, &noise)?;
+    let found = instants(&session, &linearised.linears, &noise)?.0;
+    let (times_s, terms) = found.into_iter().unzip();
     let free = free_run(&session, Predictor { plant: &plant, theta: &theta, noise: &noise });
-    Some(HeldOut { terms, block_s: block_s(&session), log_width, free })
+    Some(HeldOut { terms, times_s, block_s: block_s(&session), log_width, free })
 }
 
 /// `plant` with its shared numbers known as fitted, except those that the recordings did not tell.

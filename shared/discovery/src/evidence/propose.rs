@@ -26,7 +26,7 @@ const OTHERS_MAX: usize = 2;
 const KIN_MAX: usize = 4;
 /// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
 /// over the linear problem with free noise.
-const WORTH: f64 = 1.0;
+const WORTH: f64 = 2.5;
 const WORTH_SHARE: f64 = 0.2;
 
 /// Hypotheses that join a model, with the noise to begin from.
@@ -246,7 +246,7 @@ impl Look<'_> {
         white.map(of).collect()
     }
 
-    /// Numbers of the plant that a wider prior would move: with the likelihood of one number z
+    /// Parameters of the plant that a wider prior would move: with the likelihood of one number z
     /// normal about z₀ with variance s, `B = N(z₀; 0, c² + s) / N(z₀; 0, 1 + s)`.
     fn conflicts(&self) -> Vec<Proposal> {
         let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);

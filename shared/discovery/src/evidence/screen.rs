@@ -1,6 +1,6 @@
 //! Every effect at every site as a column along a model's trajectory, rated under two noises.
 //!
-//! The noise that was fitted has swallowed physics, the stated one overrates all of it: every law
+//! The noise that was fitted has absorbed physics, the stated one overrates all of it: every law
 //! is rated under both, the stated one scaled to the innovations, and keeps the better rating:
 //!
 //! ```text

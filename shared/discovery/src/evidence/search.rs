@@ -2,15 +2,14 @@
 //!
 //! Each turn takes the best model of the pool that has not been expanded and that lies within the
 //! beam of the best one: hypotheses are proposed about it, alone and in pairs, and each of its
-//! members is taken out. Coloured noise that was adopted early hides physics: the leader without it
-//! is expanded however far behind it is. One path is not the posterior: a single law that leads may keep the right
+//! members is taken out. One path is not the posterior: a single law that leads may keep the right
 //! pair from ever being met, and several sets live side by side. A leader stands where its evidence
 //! stays as its steps of integration are halved; else the whole pool moves to finer steps.
 
 use super::decide::{Class, HELD_OUT_SIGMA, PRIOR_ODDS, SAME};
 use super::hypothesis::Hypothesis;
 use super::model::{Ground, Model, fitted, key, settled};
-use super::pool::{Entry, Open, Pool, without_colour};
+use super::pool::{Entry, Open, Pool};
 use super::predict::predicted;
 use super::propose::{Proposal, proposals};
 use super::screen::screen;
@@ -111,10 +110,6 @@ impl Pool {
         let left = left.into_iter().filter(|own| !self.open.iter().any(|known| known.what == *own));
         let left: Vec<Open> = left.map(|what| Open { what, why: "beyond the budget of fits" }).collect();
         self.open.extend(left);
-        let white = without_colour(&model.set);
-        if white.len() < model.set.len() {
-            self.fit(ground, &white, (&model, &model.noise), f64::INFINITY, options);
-        }
         for gone in 0..model.set.len() {
             let mut set = model.set.clone();
             set.remove(gone);

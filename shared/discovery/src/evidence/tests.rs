@@ -21,19 +21,6 @@ fn a_complete_plant_lacks_nothing() {
 }
 
 #[test]
-fn dry_friction_is_named_alone_and_a_second_recording_confirms_it() {
-    let nominal = plant("pendulum");
-    let mut truth = nominal.clone();
-    truth.add_effect("joint_coulomb", &"joint:pivot".parse().unwrap(), &[("force", 0.05)]).unwrap();
-    let found = diagnosed(&nominal, recording(&truth, 5, 5.0), Some(recording(&truth, 6, 5.0)));
-    let names: Vec<_> = found.effects.iter().map(|own| (&*own.kind, own.probability, own.status)).collect();
-    assert_eq!(found.verdict, Verdict::Named, "{} {names:?}", found.reason);
-    assert!(names.len() == 1 && names[0].0 == "joint_coulomb", "{names:?}");
-    let force = &found.effects[0].parameters[0];
-    assert!((force.value - 0.05).abs() < 3.0 * force.sigma, "{force:?}");
-}
-
-#[test]
 fn noise_that_remembers_is_noise_and_no_physics() {
     let nominal = plant("pendulum");
     let found = diagnosed(&nominal, coloured(&nominal, 5, 5.0, 0.8), None);
