@@ -3,6 +3,7 @@
 mod example;
 
 use crate::Failure;
+use crate::engine::EngineWord;
 use crate::progress::Share;
 use ::challenge::campaign::{Watch, campaign};
 use ::challenge::case::{Class, Sealed, digest};
@@ -35,6 +36,10 @@ pub struct Arguments {
     /// Cases at a time
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: u16,
+    /// How the cases are decided: by tests one after another, or by one comparison in nats
+    /// (experimental)
+    #[arg(long, value_enum, default_value_t)]
+    engine: EngineWord,
     /// Write every case to this file: sealed digests first, everything at the end
     #[arg(long, value_name = "FILE.json")]
     list: Option<PathBuf>,
@@ -63,7 +68,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let opened = campaign(
         arguments.cases,
         arguments.seed,
-        usize::from(arguments.threads),
+        (usize::from(arguments.threads), arguments.engine.into()),
         &mut Watch {
             progress: &progress,
             seconds: &|| start.elapsed().as_secs_f64(),

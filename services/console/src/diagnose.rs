@@ -20,6 +20,7 @@ mod summary;
 mod words;
 
 use crate::effort::Effort;
+use crate::engine::EngineWord;
 
 use crate::intake::{self, IntakeArguments};
 use crate::phases::{Phases, Stage};
@@ -27,6 +28,7 @@ use crate::recordings::{self, Evidence, Loaded};
 use crate::{Failure, interrupt, plants};
 use discovery::against_plant::examine_beside;
 use discovery::diagnose::{Diagnosis, Options};
+use discovery::engine::Engine;
 use discovery::mislabelled::Mislabelled;
 use dynamics::description::Plant;
 use examination::doctor::Finding;
@@ -81,6 +83,9 @@ pub struct Arguments {
     /// How much may be computed before the search ends with what it has; counted, not timed
     #[arg(long, value_enum, default_value_t)]
     effort: Effort,
+    /// How it is decided: by tests one after another, or by one comparison in nats (experimental)
+    #[arg(long, value_enum, default_value_t)]
+    engine: EngineWord,
     /// One line on standard error for each phase, also where it is no terminal
     #[arg(long)]
     progress: bool,
@@ -206,7 +211,7 @@ fn diagnosed(mut case: Case, arguments: &Arguments) -> Result<Diagnosed, Failure
     options.work_max = most - spent.min(most_for_labels);
     options.watch = watch.clone();
     let mut diagnosis = match &problem {
-        Some(problem) => discovery::diagnose::diagnose(problem, &options, &mut |phase, _| {
+        Some(problem) => Engine::from(arguments.engine).diagnose(problem, &options, &mut |phase, _| {
             phases.begin(Stage::Search(phase));
         }),
         None => match (&case.modes, case.spectra.first()) {
@@ -406,6 +411,9 @@ fn again(arguments: &Arguments) -> String {
     arguments.out.iter().for_each(|path| words.extend(one("--out", path)));
     if arguments.effort != Effort::default() {
         words.extend(["--effort".to_owned(), arguments.effort.name().to_owned()]);
+    }
+    if arguments.engine != EngineWord::default() {
+        words.extend(["--engine".to_owned(), arguments.engine.name().to_owned()]);
     }
     recordings::command_line(&words)
 }

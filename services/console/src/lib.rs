@@ -33,6 +33,7 @@ mod digest;
 mod doctor;
 mod effects;
 mod effort;
+mod engine;
 
 mod icd;
 mod intake;

@@ -4,6 +4,7 @@
 use crate::answer::{Answer, ask};
 use crate::case::{Sealed, Truth, case, digest};
 use crate::score::Opened;
+use discovery::engine::Engine;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -15,11 +16,16 @@ pub struct Watch<'a> {
     pub sealed: &'a mut dyn FnMut(&[Sealed]),
 }
 
-/// Carries out `cases` cases of `seed` on `threads` threads.
+/// Carries out `cases` cases of `seed` on `threads` threads, decided by `engine`.
 ///
 /// # Errors
 /// The digest of a truth differs from its digest before the diagnosis.
-pub fn campaign(cases: u64, seed: u64, threads: usize, watch: &mut Watch<'_>) -> Result<Vec<Opened>, String> {
+pub fn campaign(
+    cases: u64,
+    seed: u64,
+    (threads, engine): (usize, Engine),
+    watch: &mut Watch<'_>,
+) -> Result<Vec<Opened>, String> {
     let n = cases as usize;
     let (progress, seconds) = (watch.progress, watch.seconds);
     let timed = |start: f64| seconds() - start;
@@ -39,7 +45,7 @@ pub fn campaign(cases: u64, seed: u64, threads: usize, watch: &mut Watch<'_>) ->
         threads,
         &|i| {
             let start = seconds();
-            (ask(&sealed[i].exam), timed(start))
+            (ask(&sealed[i].exam, engine), timed(start))
         },
         &|done| progress("diagnosed", done, n),
     );

@@ -21,6 +21,7 @@ pub mod subsets;
 pub use multiplicity::Multiplicity;
 pub use multistart::multistart;
 pub use onset::{onset_estimates, refine_onsets};
+pub(crate) use refit::augmented;
 pub use refit::{FittedModel, free_parameters, refit_all, settled};
 pub use subsets::{Ranking, Subset, rank};
 

@@ -34,10 +34,12 @@ mod stamps;
 mod suspicion;
 mod verdict;
 
+pub(crate) use insufficient_data::insufficient_data;
 pub use phase::Phase;
 pub use report::{
-    Angles, Compare, DetectionLimit, Diagnosis, EffectReport, EvidenceCurve, Figures, HeldOut, HeldOutChannel,
-    HeldOutKind, LawCell, LawMap, Nominal, Overlay, ParameterReport, Rival, Tile, Verdict, Where,
+    Angles, Compare, DetectionLimit, Diagnosis, EffectEvidence, EffectReport, EvidenceCurve, Figures, HeldOut,
+    HeldOutChannel, HeldOutKind, LawCell, LawMap, Nominal, OpenHypothesis, Overlay, ParameterReport, Rival, Tile,
+    Tried, Verdict, Where,
 };
 
 use held_out_selection::select_on_held_out;
@@ -166,7 +168,7 @@ fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64
     progress(Phase::Fit, 0.0);
     let work = std::sync::Arc::new(Work::watched(options.work_max, options.watch.clone()));
     let session = EstimationSession::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
-    if let Some(reason) = insufficient_data::insufficient_data(&session) {
+    if let Some(reason) = insufficient_data(&session) {
         return Err(reason);
     }
     if session.work.is_stopped() {

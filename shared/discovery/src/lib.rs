@@ -3,13 +3,14 @@
 //!
 //! What it is: every effect of the catalogue scored at every site (`score`), sets of effects
 //! compared by likelihood (`compete`), the whole sequence from a nominal fit to a verdict
-//! (`diagnose`), the same from modes instead of time series (`features`), laws outside the
+//! (`diagnose`), that decision as one comparison in nats (`evidence`, experimental; `engine`
+//! chooses), the same from modes instead of time series (`features`), laws outside the
 //! catalogue (`unknown_law`), an omnibus test of the residuals (`omnibus`), wrong channel metadata
 //! (`mislabelled`, `against_plant`), the experiment that separates two effects (`next_experiment`).
 //!
 //! May import: `channels`, `identification`, `examination`, `simulation`, `catalogue`, `dynamics`,
 //! `plant_file`, `estimation`. Inside, `score` ← `compete` ← `unknown_law` ← `diagnose` ←
-//! `features`, never the other way; `omnibus` and `mislabelled` import none of these.
+//! `features`, and `compete` ← `evidence`, which takes options and report of `diagnose`, never the other way; `omnibus` and `mislabelled` import none of these.
 //!
 //! Must never know: files, processes, clocks, the command line. Channels come in as numbers with
 //! names and SI units; findings go out as data.
@@ -36,6 +37,8 @@
 pub mod against_plant;
 pub mod compete;
 pub mod diagnose;
+pub mod engine;
+pub mod evidence;
 pub mod features;
 pub mod mislabelled;
 pub mod next_experiment;

@@ -21,7 +21,7 @@
 //! interval takes the place of Student's only where the blocks agree with their sum:
 //! `Σ ±√|d| / √Σ|d|` (of variance one under random signs) of its sign and beyond the quantile.
 
-use crate::filter::{NoiseModel, gains, whiten};
+use crate::filter::{Linear, NoiseModel, gains, whiten};
 use crate::fit::EstimationSession;
 use dynamics::description::Plant;
 
@@ -89,15 +89,21 @@ pub fn block_s(session: &EstimationSession<'_>) -> f64 {
 }
 
 /// Time over all runs and log-likelihood of every instant.
-type Terms = Vec<(f64, f64)>;
+pub type Terms = Vec<(f64, f64)>;
 
 /// Log-likelihood of every instant, and the whitened innovations.
 fn terms(session: &EstimationSession<'_>, predictor: Predictor<'_>) -> Option<(Terms, Vec<f64>)> {
+    let linears = session.linearise(predictor.plant, predictor.theta, predictor.noise).ok()?;
+    instants(session, &linears, predictor.noise)
+}
+
+/// Time over all runs \[s\] and log-likelihood of every instant of linear models under `noise`, and
+/// the whitened innovations; `None` where a covariance is not positive.
+pub fn instants(session: &EstimationSession<'_>, linears: &[Linear], noise: &NoiseModel) -> Option<(Terms, Vec<f64>)> {
     let (mut list, mut white) = (Vec::new(), Vec::new());
     let mut origin = 0.0;
-    let linears = session.linearise(predictor.plant, predictor.theta, predictor.noise).ok()?;
     for (linear, timeline) in linears.iter().zip(session.timelines.iter()) {
-        let found = gains(linear, timeline, predictor.noise)?;
+        let found = gains(linear, timeline, noise)?;
         let mut r = linear.nu.clone();
         whiten(linear, timeline, &found, &mut [&mut r]);
         let first = timeline.events.first().map_or(0.0, |event| event.t_s);

@@ -32,6 +32,7 @@ pub fn verdict_words(verdict: Verdict) -> &'static str {
         Verdict::NotSeparable => "several effects cannot be told apart",
         Verdict::NotInCatalogue => "not in the catalogue",
         Verdict::NoiseModel => "the noise is not as stated",
+        Verdict::ParameterConflict => "a number is not as stated",
         Verdict::Sensor => "a sensor",
         Verdict::Unobservable => "unobservable",
         Verdict::CannotDecide => "cannot decide",

@@ -226,7 +226,7 @@ pub fn settled(session: &EstimationSession<'_>, refit: FittedModel) -> FittedMod
 
 /// The plant with the effect at `share` of its estimated amplitude; its parameters have wide
 /// priors.
-fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) -> Option<(Plant, usize)> {
+pub(crate) fn augmented(nominal: &Plant, column: &Column, amplitude: &[f64], share: f64) -> Option<(Plant, usize)> {
     let candidate = &column.candidate;
     let parameters = candidate.effect.parameters;
     let components = candidate.effect.amplitudes();

@@ -9,7 +9,7 @@ use identification::problem::standstill;
 const SPARE_SAMPLES_MIN: usize = 5;
 
 /// Why the data are insufficient, and what would help; `None` where they suffice.
-pub(super) fn insufficient_data(session: &EstimationSession<'_>) -> Option<String> {
+pub(crate) fn insufficient_data(session: &EstimationSession<'_>) -> Option<String> {
     too_few(session).or_else(|| (0..session.problem.plant.sensors.len()).find_map(|channel| stuck(session, channel)))
 }
 

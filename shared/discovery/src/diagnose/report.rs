@@ -18,6 +18,8 @@ pub enum Verdict {
     NotInCatalogue,
     /// The noise is not as stated; no physics is missing.
     NoiseModel,
+    /// A number of the plant lies beyond what its file allows (evidence alone decides so).
+    ParameterConflict,
     /// Only errors of sensors are missing, or the channel metadata is wrong.
     Sensor,
     /// No effect of the catalogue would show at its usual size.
@@ -77,6 +79,29 @@ pub struct EffectReport {
     pub parameters: Vec<ParameterReport>,
     pub kappa: f64,
     pub d: f64,
+    /// What a decision by evidence adds.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<EffectEvidence>,
+}
+
+/// Of an effect that was decided by evidence: nats of its set ahead of the plant alone, share of
+/// the free run's misfit on held-out data that the set takes away by channel [%], family, and the
+/// sites of a law at all like ones.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct EffectEvidence {
+    pub log_evidence: f64,
+    pub free_run_share_percent: Vec<f64>,
+    pub family: String,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub group: Vec<String>,
+}
+
+/// A hypothesis that has no probability, and why.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OpenHypothesis {
+    pub kind: String,
+    pub site: String,
+    pub why: String,
 }
 
 /// A parameter of the plant before and after the diagnosis, in its own unit; the shift in standard
@@ -238,6 +263,13 @@ pub struct Diagnosis {
     /// here).
     pub augmented_plant: Option<String>,
     pub report: Option<String>,
+    /// Largest share of the free run's misfit on held-out data that the effects take away [%];
+    /// of a decision by evidence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relevance_percent: Option<f64>,
+    /// Hypotheses without a probability; of a decision by evidence.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub open: Vec<OpenHypothesis>,
     #[serde(skip)]
     pub figures: Figures,
     #[serde(skip)]
@@ -304,6 +336,8 @@ impl Diagnosis {
             next_experiment: None,
             augmented_plant: None,
             report: None,
+            relevance_percent: None,
+            open: Vec::new(),
             figures: Figures::default(),
             tried: Vec::new(),
         }

@@ -565,6 +565,7 @@ fn effect(session: &EstimationSession<'_>, best: &FittedModel, adopted: &Adopted
         parameters: parameters(session, best, candidate),
         kappa: adopted.score.kappa,
         d: adopted.d,
+        evidence: None,
     }
 }
 
@@ -616,6 +617,7 @@ fn unfitted(findings: &Findings<'_>, lost: &Unfitted) -> EffectReport {
         parameters: vec![amplitude],
         kappa: lost.score.kappa,
         d: lost.ratio.max(0.0).sqrt(),
+        evidence: None,
     }
 }
 

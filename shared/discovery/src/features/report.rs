@@ -145,6 +145,7 @@ impl Comparison<'_> {
             parameters: vec![ParameterReport { name, value, sigma: slope.abs() * sigma, unit }],
             kappa: self.absorbed(own),
             d: 0.0,
+            evidence: None,
         }
     }
 

@@ -63,7 +63,7 @@ impl<'p> EstimationSession<'p> {
     pub fn counted(problem: &'p Problem, threads: usize, work: std::sync::Arc<Work>) -> Result<Self, FitError> {
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
-        let timelines = timelines(problem, &equipped, &system)?;
+        let timelines = timelines(problem, &equipped, &system, 1)?;
         let mut offsets = Vec::new();
         let mut samples = 0;
         for timeline in &timelines {
@@ -96,7 +96,7 @@ impl<'p> EstimationSession<'p> {
             samples,
             work,
         };
-        session.added = std::sync::Arc::new(start::added(&session, &system));
+        session.added = std::sync::Arc::new(start::added(&session, &system, &session.prior()));
         let runs = parallel(problem.runs.len(), threads, |run| start::hardly_seen(&session, run));
         session.hardly_seen = std::sync::Arc::new(runs);
         let unstated: Vec<usize> =
@@ -111,6 +111,19 @@ impl<'p> EstimationSession<'p> {
     /// # Errors
     /// The plant's noise inputs are others.
     pub fn like<'q>(other: &EstimationSession<'_>, problem: &'q Problem) -> Result<EstimationSession<'q>, FitError> {
+        Self::like_at(other, problem, None)
+    }
+
+    /// The same where the start of added modes and tanks is what commands do to the plant at
+    /// `theta`, not at its priors.
+    ///
+    /// # Errors
+    /// Those of [`EstimationSession::like`].
+    pub fn like_at<'q>(
+        other: &EstimationSession<'_>,
+        problem: &'q Problem,
+        theta: Option<&[f64]>,
+    ) -> Result<EstimationSession<'q>, FitError> {
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
         let command = |i: &usize| system.inputs()[*i].role == dynamics::system::InputRole::Command;
@@ -131,8 +144,20 @@ impl<'p> EstimationSession<'p> {
             samples: other.samples,
             work: other.work.clone(),
         };
-        session.added = std::sync::Arc::new(start::added(&session, &system));
+        let theta = theta.map_or_else(|| session.prior(), <[f64]>::to_vec);
+        session.added = std::sync::Arc::new(start::added(&session, &system, &theta));
         Ok(session)
+    }
+
+    /// The same session with each integration step taken in `parts`.
+    ///
+    /// # Errors
+    /// The plant cannot be compiled.
+    pub fn in_parts(&self, parts: usize) -> Result<Self, FitError> {
+        let equipped = equip(&self.problem.plant);
+        let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
+        let own = timelines(self.problem, &equipped, &system, parts)?;
+        Ok(Self { timelines: std::sync::Arc::new(own), ..self.clone() })
     }
 
     /// Session of the same plant with other commands and readings at the same instants.
@@ -146,7 +171,7 @@ impl<'p> EstimationSession<'p> {
         let mut session = EstimationSession::like(other, problem)?;
         let equipped = equip(&problem.plant);
         let system = System::new(&equipped).map_err(|error| FitError::Filter(error.to_string()))?;
-        let own = timelines(problem, &equipped, &system)?;
+        let own = timelines(problem, &equipped, &system, 1)?;
         if !own.iter().zip(other.timelines.iter()).all(|(a, b)| a.channel == b.channel && a.stamp_s == b.stamp_s) {
             return Err(FitError::Filter("the samples are others".to_owned()));
         }
@@ -283,12 +308,12 @@ impl<'p> EstimationSession<'p> {
 }
 
 /// Events of every run.
-fn timelines(problem: &Problem, equipped: &Plant, system: &System) -> Result<Vec<Timeline>, FitError> {
+fn timelines(problem: &Problem, equipped: &Plant, system: &System, parts: usize) -> Result<Vec<Timeline>, FitError> {
     let lags: Vec<f64> = problem.plant.sensors.iter().map(|sensor| lag_s(&problem.plant, sensor)).collect();
     let initial = |run: &Run| system.initial_state(&strip(&problem.plant, run), &|_| None);
     let timeline = |run: &Run| {
         let x0 = initial(run).map_err(|error| FitError::Filter(error.to_string()))?;
-        Ok(Timeline::new(equipped, system, run, &lags, step_s(system, &x0)))
+        Ok(Timeline::new(equipped, system, run, &lags, (step_s(system, &x0), parts)))
     };
     problem.runs.iter().map(timeline).collect()
 }

@@ -150,7 +150,7 @@ fn unknown_numbers_of_the_plants_own_command_reach_the_rows_and_a_step_between_s
     recorded.channels.retain(|channel| channel.name != name);
     let problem = Problem::new(&nominal, &[recorded], &[]).unwrap();
     let system = dynamics::system::System::new(&nominal).unwrap();
-    let timeline = Timeline::new(&nominal, &system, &problem.runs[0], &[0.0; 2], 1.0);
+    let timeline = Timeline::new(&nominal, &system, &problem.runs[0], &[0.0; 2], (1.0, 1));
     let acts = |begin_s: f64, size: f64| -> f64 {
         let mut moved = nominal.clone();
         moved.set_parameter(&format!("{name}.command.1.begin"), begin_s).unwrap();

@@ -54,8 +54,8 @@ const SAME_S: f64 = 1e-7;
 
 impl Timeline {
     /// Timeline of `run`; `lags_s` is by how much each channel's stamps are behind the truth,
-    /// `step_s` the longest integration step.
-    pub fn new(plant: &Plant, system: &System, run: &Run, lags_s: &[f64], step_s: f64) -> Self {
+    /// `step_s` the longest integration step, of which each is taken in `parts`.
+    pub fn new(plant: &Plant, system: &System, run: &Run, lags_s: &[f64], (step_s, parts): (f64, usize)) -> Self {
         let period_s = fastest(run);
         let shift = |lag: &f64| libm::round(lag / period_s) * period_s;
         let shift_s: Vec<f64> = lags_s.iter().map(shift).collect();
@@ -74,7 +74,7 @@ impl Timeline {
             period_s,
         };
         timeline.gather(&marks, system, run);
-        timeline.tabulate(system, run, step_s);
+        timeline.tabulate(system, run, (step_s, parts));
         timeline
     }
 
@@ -143,7 +143,7 @@ impl Timeline {
         }
     }
 
-    fn tabulate(&mut self, system: &System, run: &Run, step_s: f64) {
+    fn tabulate(&mut self, system: &System, run: &Run, (step_s, parts): (f64, usize)) {
         let mut motions = vec![[0.0; 2]; run.drives.len()];
         for (motion, drive) in motions.iter_mut().zip(&run.drives) {
             if let Drive::Motion { from, .. } = drive {
@@ -153,7 +153,7 @@ impl Timeline {
         for k in 0..self.events.len() {
             let begin = self.events[k].t_s;
             let end = self.events.get(k + 1).map_or(begin + self.period_s, |next| next.t_s);
-            let steps = libm::ceil((end - begin) / step_s - 1e-9).max(1.0) as usize;
+            let steps = parts * libm::ceil((end - begin) / step_s - 1e-9).max(1.0) as usize;
             let h = (end - begin) / steps as f64;
             self.events[k].step_s = h;
             self.events[k].steps = steps;

@@ -27,6 +27,12 @@ pub fn step(diagnosed: &Diagnosed) -> String {
         Verdict::NoiseModel => {
             format!("state that noise in {} and diagnose again; the physics needs no change", diagnosed.case.plant_file)
         }
+        Verdict::ParameterConflict => {
+            format!(
+                "measure that number, or widen its standard deviation in {}, and diagnose again",
+                diagnosed.case.plant_file
+            )
+        }
         Verdict::Unobservable => "excite the plant more, or measure more of it, and diagnose again".into(),
         Verdict::CannotDecide => undecided(diagnosed),
         Verdict::None => as_it_is(diagnosed),

@@ -121,6 +121,7 @@ fn full() -> Diagnosis {
         parameters: vec![ParameterReport { name: "force".into(), value: 0.3, sigma: 0.004, unit: "N*m".into() }],
         kappa: 0.34,
         d: 12.0,
+        evidence: None,
     }];
     d.nominal =
         vec![Nominal { name: "pivot.friction".into(), before: 0.022, after: 0.0014, sigma: 4e-5, shift_sigma: -51.0 }];

@@ -34,7 +34,8 @@ pub(super) fn hardly_seen(session: &EstimationSession<'_>, run: usize) -> Vec<(S
 /// the plant add, `system` being the whole: as for what is hardly seen, but for the least share of
 /// a width that says nothing of them. None where the commands move nothing, and of runs that begin
 /// behind a gap.
-pub(super) fn added(session: &EstimationSession<'_>, system: &System) -> Vec<Vec<(String, f64)>> {
+/// The plant is that at `theta`.
+pub(super) fn added(session: &EstimationSession<'_>, system: &System, theta: &[f64]) -> Vec<Vec<(String, f64)>> {
     let runs = session.problem.runs.len();
     let none = vec![Vec::new(); runs];
     if session.problem.plant.effects.is_empty() {
@@ -47,7 +48,7 @@ pub(super) fn added(session: &EstimationSession<'_>, system: &System) -> Vec<Vec
     if !system.states().iter().any(|state| is_added(&state.name)) {
         return none;
     }
-    (0..runs).map(|run| driven(session, run, &is_added).unwrap_or_default()).collect()
+    (0..runs).map(|run| driven(session, (run, theta), &is_added).unwrap_or_default()).collect()
 }
 
 /// A state is one of a mode or of a tank.
@@ -55,8 +56,12 @@ pub fn is_mass(state: &str) -> bool {
     state.starts_with("mode:") || state.starts_with("tank:")
 }
 
-fn driven(session: &EstimationSession<'_>, run: usize, is_added: &dyn Fn(&str) -> bool) -> Option<Vec<(String, f64)>> {
-    let (mut propagator, wide) = begun(session, run)?;
+fn driven(
+    session: &EstimationSession<'_>,
+    (run, theta): (usize, &[f64]),
+    is_added: &dyn Fn(&str) -> bool,
+) -> Option<Vec<(String, f64)>> {
+    let (mut propagator, wide) = begun(session, run, theta)?;
     let reach = propagator.reach();
     session.work.add(propagator.work());
     let states = tangent_names(&propagator.system).into_iter().zip(reach.into_iter().zip(wide));
@@ -64,13 +69,13 @@ fn driven(session: &EstimationSession<'_>, run: usize, is_added: &dyn Fn(&str) -
     Some(driven.map(|((name, _), (reach, wide))| (name, (REACH_FACTOR * reach).min(wide))).collect())
 }
 
-/// The filter of run `run` at the priors with the wide standard deviations of its start; none of a
+/// The filter of run `run` at `theta` with the wide standard deviations of its start; none of a
 /// run that begins behind a gap.
-fn begun<'e>(session: &'e EstimationSession<'_>, run: usize) -> Option<(Propagator<'e>, Vec<f64>)> {
+fn begun<'e>(session: &'e EstimationSession<'_>, run: usize, theta: &[f64]) -> Option<(Propagator<'e>, Vec<f64>)> {
     if session.problem.runs[run].is_rest {
         return None;
     }
-    let instance = session.problem.instance(&session.problem.plant, &session.prior(), run);
+    let instance = session.problem.instance(&session.problem.plant, theta, run);
     let initial = &session.problem.runs[run].initial;
     let propagator = Propagator::new(session.problem, run, &instance, &session.timelines[run]).ok()?;
     let wide = initial_sigmas(&instance, &propagator.system, initial, &[]);
@@ -78,7 +83,7 @@ fn begun<'e>(session: &'e EstimationSession<'_>, run: usize) -> Option<(Propagat
 }
 
 fn found(session: &EstimationSession<'_>, run: usize) -> Option<Vec<(String, f64)>> {
-    let (mut propagator, wide) = begun(session, run)?;
+    let (mut propagator, wide) = begun(session, run, &session.prior())?;
     let frozen = Frozen::of_free_run(propagator.timeline.events.len());
     let samples = propagator.timeline.value.len();
     let start = propagator.x0.clone();

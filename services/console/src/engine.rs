@@ -1,0 +1,32 @@
+//! The words of `--engine`.
+
+use discovery::engine::Engine;
+
+/// How a diagnosis is decided.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub enum EngineWord {
+    /// Tests one after another
+    #[default]
+    Cascade,
+    /// One comparison of hypotheses in nats; experimental
+    Evidence,
+}
+
+impl EngineWord {
+    /// `cascade`, `evidence`.
+    pub fn name(self) -> &'static str {
+        match self {
+            EngineWord::Cascade => "cascade",
+            EngineWord::Evidence => "evidence",
+        }
+    }
+}
+
+impl From<EngineWord> for Engine {
+    fn from(word: EngineWord) -> Self {
+        match word {
+            EngineWord::Cascade => Engine::Cascade,
+            EngineWord::Evidence => Engine::Evidence,
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! The decision as one comparison of hypotheses, in nats; experimental, beside the cascade of
+//! [`crate::diagnose`].
+//!
+//! A hypothesis is a way in which the nominal plant is wrong: an effect at a site, the same law at
+//! all like sites, coloured noise, a number in conflict with its file. A set of them is a model:
+//!
+//! ```text
+//! log Z = log ∫ p(D | θ, φ, η) p(θ) p(φ) p(η)          plant, effects and noise, each with a prior
+//! odds(set : plant alone) = Z_set / Z_0 · (ρ/m)^|set|     m hypotheses at all sites
+//! ```
+//!
+//! | file | subject |
+//! |---|---|
+//! | `marginal`, `noise` | Laplace's method with bounds; the noise with its priors |
+//! | `hypothesis`, `scale`, `model` | priors of laws; how large they may be; a fitted set |
+//! | `screen`, `propose` | the catalogue about a model; what is worth a fit |
+//! | `temper`, `predict` | what a gain is worth where innovations remember; held-out data in nats |
+//! | `pool`, `search` | sets compared by pairs; sets that grow and shrink |
+//! | `law` | what no entry describes |
+//! | `decide`, `answer` | every constant, the verdict; the diagnosis |
+//!
+//! Not built: labels, timing of inputs, latent inputs, the share of coloured noise beside white one,
+//! relevance by a free run over a horizon (shares are reported and decide nothing).
+
+mod answer;
+mod decide;
+mod hypothesis;
+mod law;
+mod marginal;
+mod model;
+mod noise;
+mod pool;
+mod predict;
+mod propose;
+mod scale;
+mod screen;
+mod search;
+mod temper;
+
+use crate::diagnose::{Diagnosis, Options, Phase, insufficient_data};
+use identification::fit::{EstimationSession, Fit, fit_by_continuation};
+use identification::problem::Problem;
+use identification::work::Work;
+use model::{Ground, Model, settled};
+use noise::{Linearly, NoisePrior};
+
+/// Relinearisations of the nominal fit.
+const NOMINAL_ROUNDS: usize = 6;
+
+/// Diagnoses `problem` by the evidence of sets of hypotheses; options and answer as those of
+/// [`crate::diagnose::diagnose`], a repeat counts as nothing.
+///
+/// Cost: a fit of the nominal plant, and a search of at most [`Options::work_max`].
+pub fn diagnose(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Diagnosis {
+    run(problem, options, progress).unwrap_or_else(Diagnosis::cannot_decide)
+}
+
+fn run(problem: &Problem, options: &Options, progress: &mut dyn FnMut(Phase, f64)) -> Result<Diagnosis, String> {
+    progress(Phase::Fit, 0.0);
+    let work = std::sync::Arc::new(Work::watched(options.work_max, options.watch.clone()));
+    let session = EstimationSession::counted(problem, options.threads, work).map_err(|error| error.to_string())?;
+    if let Some(reason) = insufficient_data(&session) {
+        return Err(reason);
+    }
+    let stated = fit_by_continuation(&session, NOMINAL_ROUNDS).map_err(|error| error.to_string())?;
+    progress(Phase::Noise, 0.1);
+    let bare = bare(&session, &stated).ok_or("the evidence of the plant alone cannot be found")?;
+    progress(Phase::Compare, 0.2);
+    let pool = search::searched(&session, bare, options);
+    progress(Phase::UnknownLaw, 0.9);
+    let own = session.in_parts(pool.parts).map_err(|error| error.to_string())?;
+    let goes_on = session.work.goes_on(Phase::UnknownLaw.words());
+    let law = if goes_on { law::missing(Ground { session: &own }, &pool) } else { None };
+    let mut notes = problem.notes.clone();
+    notes.push("decided by evidence, which is experimental".to_owned());
+    if pool.parts > 1 {
+        notes.push(format!("steps of integration were taken in {} parts until evidence stood", pool.parts));
+    }
+    if options.repeat.is_some() {
+        notes.push("the repeat was not used".to_owned());
+    }
+    notes.extend(session.work.note());
+    progress(Phase::Report, 0.97);
+    Ok(answer::answered(&own, &pool, law.as_ref(), notes))
+}
+
+/// The plant without hypotheses: from the fit under stated noise on.
+fn bare(session: &EstimationSession<'_>, stated: &Fit) -> Option<Model> {
+    let prior = NoisePrior::new(session, Vec::new());
+    let (linearised, theta) = (&stated.linearised, &stated.theta[..]);
+    let linear = Linearly { session, linearised, theta, extra: &[], room: &[] };
+    let noise = linear.scanned(&session.noise, &prior)?;
+    settled(Ground { session }, &[], session.problem.clone(), (session.prior(), theta), &noise)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,85 @@
+//! Numbers of an answer: the plant before and after, held-out data, detection limits.
+
+use super::Told;
+use crate::diagnose::{DetectionLimit, HeldOut, HeldOutChannel, HeldOutKind, Nominal};
+use crate::evidence::decide::LEVEL;
+use crate::evidence::predict;
+use crate::evidence::screen::Looked;
+use dynamics::description::{EffectUse, Plant};
+use identification::held_out::ChannelFit;
+
+impl Told<'_> {
+    pub(super) fn nominal(&self) -> Vec<Nominal> {
+        let before = &self.bare().model;
+        let after = if self.has_effects() { &self.leader().model } else { before };
+        let all = before.problem.unknowns.iter().enumerate();
+        all.map(|(i, unknown)| {
+            let at = after.problem.unknowns.iter().position(|other| other.name == unknown.name);
+            let (value, sigma) =
+                at.map_or((before.fit.theta[i], before.fit.sigma[i]), |at| (after.fit.theta[at], after.fit.sigma[at]));
+            let shift_sigma = if sigma > 0.0 { (value - before.fit.theta[i]) / sigma } else { 0.0 };
+            Nominal { name: unknown.name.clone(), before: before.fit.theta[i], after: value, sigma, shift_sigma }
+        })
+        .collect()
+    }
+
+    /// Share of the free run's misfit on held-out data that the leading model takes away, by
+    /// channel: `1 − rms²/rms₀²`.
+    pub(super) fn shares(&self) -> Vec<f64> {
+        let both = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref());
+        let shares = |(own, bare): (&predict::HeldOut, &predict::HeldOut)| {
+            let channels = own.free.iter().zip(&bare.free).filter(|(_, bare)| bare.rms > 0.0);
+            channels.map(|(own, bare)| 1.0 - (own.rms / bare.rms).powi(2)).filter(|share| share.is_finite()).collect()
+        };
+        both.map(shares).unwrap_or_default()
+    }
+
+    pub(super) fn held_out(&self) -> HeldOut {
+        let Some((own, bare)) = self.leader().held_out.as_ref().zip(self.bare().held_out.as_ref()) else {
+            return HeldOut::none();
+        };
+        let gain = own.gain(bare);
+        let channel = |(before, after): (&ChannelFit, &ChannelFit)| HeldOutChannel {
+            name: before.name.clone(),
+            fit_percent_before: before.fit_percent,
+            fit_percent_after: after.fit_percent,
+            rms_before: before.rms,
+            rms_after: after.rms,
+        };
+        HeldOut {
+            kind: HeldOutKind::Recording,
+            channels: bare.free.iter().zip(&own.free).map(channel).collect(),
+            loglik_gain: Some(gain.loglik_gain),
+            gain_se: Some(gain.gain_se),
+            gain_ci95: Some(gain.interval95()),
+            ..HeldOut::none()
+        }
+    }
+
+    /// Amplitudes at which expected log odds reach the level: `d²/2 = ln 9 + ln m`, Occam's factor
+    /// left out.
+    pub(super) fn limits(&self) -> Vec<DetectionLimit> {
+        let d = (2.0 * (libm::log(LEVEL / (1.0 - LEVEL)) + self.pool.log_m)).sqrt();
+        let limit = |own: &Looked| {
+            let (kind, site) = (own.candidate.effect.kind.to_owned(), own.candidate.site.clone());
+            let used = EffectUse { kind: kind.clone(), site: site.clone(), values: Vec::new() };
+            let unit = self.session.problem.plant.effect_unit(&used, own.candidate.effect.parameters[0].unit);
+            DetectionLimit { kind, site: site.to_string(), amplitude: d * own.sigma, unit }
+        };
+        self.pool.looked.iter().map(limit).collect()
+    }
+
+    /// The leading plant with its numbers and their standard deviations.
+    pub(super) fn posterior(&self) -> Plant {
+        let model = &self.leader().model;
+        let mut plant = model.problem.plant.clone();
+        plant.visit_quantities(&mut |name, _, quantity| {
+            let shared = model.problem.unknowns.iter().position(|u| u.parameter == name && u.recording.is_none());
+            if let Some(at) = shared {
+                quantity.value = model.fit.theta[at];
+                quantity.sigma = Some(model.fit.sigma[at].max(f64::MIN_POSITIVE));
+            }
+        });
+        plant
+    }
+}

@@ -1,0 +1,145 @@
+//! The constants of a decision, each beside its derivation, and the verdict as a region of the
+//! posterior.
+//!
+//! A model is a set of hypotheses; its weight is that of its evidence among all models that were
+//! fitted. A hypothesis has the weight of all models that hold it.
+
+use super::super::diagnose::Verdict;
+
+/// Probability of a name and of any finding: a wrong name costs nine times a missed one.
+pub(super) const LEVEL: f64 = 0.9;
+/// Prior odds that something (more) is missing: a mismatch is suspected, neither is it known.
+/// Every hypothesis has the m-th part of it, m the number of all hypotheses at all sites: the whole
+/// correction for multiplicity.
+pub(super) const PRIOR_ODDS: f64 = 1.0;
+/// Standard deviation of the logarithm of a sensor's noise over its stated size: data sheets give
+/// typical or largest values, ±35 %.
+pub(super) const SENSOR_SPREAD: f64 = 0.3;
+/// The same of a stated disturbance: a factor of two, since nobody measures it.
+pub(super) const DISTURBANCE_SPREAD: f64 = 0.7;
+/// Standard deviation of an amplitude, in amplitudes whose rms equals that of all that drives the
+/// record. It enters by its logarithm: wrong by three, 1.1 nats.
+pub(super) const AMPLITUDE_SCALE: f64 = 1.0;
+/// Factor on the standard deviation of a number that conflicts with its file: one decade, which
+/// costs it ln 10 = 2.3 nats.
+pub(super) const CONFLICT_FACTOR: f64 = 10.0;
+/// Squared distance of whitened innovations below which two laws are the same on a record: one nat
+/// of likelihood, odds below e.
+pub(super) const SAME: f64 = 2.0;
+/// Standard errors of a loss on held-out data from which a set is rejected: one-sided 5 %.
+pub(super) const HELD_OUT_SIGMA: f64 = 1.64;
+/// Standard deviation of the logarithm of a rate or distance over which a law unfolds about the
+/// middle of its screening: a decade and a half of width, what a record resolves.
+pub(super) const WIDTH_SPREAD: f64 = 1.5;
+/// Mean and standard deviation of the pole of coloured noise: any memory from none to ten samples.
+pub(super) const POLE_PRIOR: [f64; 2] = [0.5, 0.4];
+/// Standard deviations of its prior beyond which noise is not as stated: 0.27 % of normal numbers.
+pub(super) const NOISE_SIGMA: f64 = 3.0;
+
+/// Share of the largest weight from which a weight is equal to it: a tenth of a nat, what two fits
+/// of one law under two names may differ by. It orders names and decides no verdict.
+const EQUAL: f64 = 0.9;
+
+/// What a member of a model is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Class {
+    Physics,
+    Sensor,
+    Noise,
+    Conflict,
+}
+
+/// A model as the decision sees it: its members (class and place in the list of all names), and
+/// its posterior weight.
+pub(super) struct Weighted {
+    pub members: Vec<(Class, usize)>,
+    pub weight: f64,
+    /// Place in the catalogue: of models of equal weight the first leads.
+    pub rank: usize,
+}
+
+/// The decision.
+pub(super) struct Decision {
+    pub verdict: Verdict,
+    /// Place of the model that leads.
+    pub leader: usize,
+    /// Of every name: weight of all models that hold it.
+    pub inclusion: Vec<f64>,
+    /// Weight of all models with physics or an error of a sensor.
+    pub found: f64,
+}
+
+/// The verdict on models whose weights add to one; `names` is how many names there are,
+/// `noise_is_off` that fitted noise lies beyond [`NOISE_SIGMA`] of its prior.
+pub(super) fn decide(models: &[Weighted], names: usize, noise_is_off: bool) -> Decision {
+    let holds = |model: &Weighted, classes: &[Class]| model.members.iter().any(|(class, _)| classes.contains(class));
+    let weight = |classes: &[Class]| -> f64 {
+        models.iter().filter(|model| holds(model, classes)).map(|model| model.weight).sum()
+    };
+    let of = |name: usize| {
+        models.iter().filter(|model| model.members.iter().any(|(_, own)| *own == name)).map(|model| model.weight).sum()
+    };
+    let inclusion: Vec<f64> = (0..names).map(of).collect();
+    let found = weight(&[Class::Physics, Class::Sensor]);
+    let is_found = found >= LEVEL;
+    let allowed = |model: &&(usize, &Weighted)| holds(model.1, &[Class::Physics, Class::Sensor]) == is_found;
+    let candidates: Vec<(usize, &Weighted)> = models.iter().enumerate().filter(|entry| allowed(&entry)).collect();
+    let most = candidates.iter().map(|(_, model)| model.weight).fold(0.0, f64::max);
+    let equal = candidates.iter().filter(|(_, model)| model.weight >= EQUAL * most);
+    let leader = equal.min_by_key(|(place, model)| (model.rank, *place)).map_or(0, |(place, _)| *place);
+    let members = models.get(leader).map_or(&[][..], |model| &model.members);
+    let own = |class: &[Class]| members.iter().filter(|(own, _)| class.contains(own)).collect::<Vec<_>>();
+    let named = own(&[Class::Physics, Class::Sensor]);
+    let verdict = if is_found {
+        let is_sure = named.iter().all(|(_, name)| inclusion[*name] >= LEVEL);
+        match is_sure {
+            false => Verdict::NotSeparable,
+            true if own(&[Class::Physics]).is_empty() => Verdict::Sensor,
+            true => Verdict::Named,
+        }
+    } else if weight(&[Class::Conflict]) >= LEVEL {
+        Verdict::ParameterConflict
+    } else if weight(&[Class::Noise, Class::Conflict]) >= LEVEL || noise_is_off {
+        Verdict::NoiseModel
+    } else {
+        Verdict::None
+    };
+    Decision { verdict, leader, inclusion, found }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(members: &[(Class, usize)], weight: f64) -> Weighted {
+        Weighted { members: members.to_vec(), weight, rank: 0 }
+    }
+
+    #[test]
+    fn nothing_is_named_below_nine_to_one_and_one_name_of_nine_to_one_is() {
+        let (none, one) = (model(&[], 0.11), model(&[(Class::Physics, 0)], 0.89));
+        assert_eq!(decide(&[none, one], 1, false).verdict, Verdict::None);
+        let (none, one) = (model(&[], 0.09), model(&[(Class::Physics, 0)], 0.91));
+        let found = decide(&[none, one], 1, false);
+        assert!(found.verdict == Verdict::Named && found.leader == 1 && (found.inclusion[0] - 0.91).abs() < 1e-12);
+    }
+
+    #[test]
+    fn two_rivals_are_found_and_not_separated_and_a_name_in_both_of_two_sets_is_sure() {
+        let rivals = [model(&[(Class::Physics, 0)], 0.6), model(&[(Class::Sensor, 1)], 0.4)];
+        assert_eq!(decide(&rivals, 2, false).verdict, Verdict::NotSeparable);
+        let sets = [model(&[(Class::Physics, 0)], 0.6), model(&[(Class::Physics, 0), (Class::Noise, 1)], 0.4)];
+        assert_eq!(decide(&sets, 2, false).verdict, Verdict::Named);
+    }
+
+    #[test]
+    fn noise_and_conflicts_have_words_of_their_own() {
+        let noise = [model(&[], 0.05), model(&[(Class::Noise, 0)], 0.95)];
+        assert_eq!(decide(&noise, 1, false).verdict, Verdict::NoiseModel);
+        assert_eq!(decide(&[model(&[], 1.0)], 0, true).verdict, Verdict::NoiseModel);
+        let conflict = [model(&[], 0.05), model(&[(Class::Conflict, 0)], 0.95)];
+        assert_eq!(decide(&conflict, 1, false).verdict, Verdict::ParameterConflict);
+        let sensor = [model(&[(Class::Sensor, 0)], 1.0)];
+        assert_eq!(decide(&sensor, 1, false).verdict, Verdict::Sensor);
+    }
+}

@@ -1,0 +1,92 @@
+//! The last hypotheses: a law that no entry of the catalogue describes, and innovations that are
+//! not white.
+
+use super::decide::LEVEL;
+use super::model::{Ground, Model};
+use super::pool::Pool;
+use crate::omnibus::{Outliers, StrongestBin, strongest_bin, without_outliers};
+use crate::unknown_law;
+use identification::held_out::{Status, instants};
+
+/// What a remainder is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A law alone is ahead of the leading model.
+    Instead,
+    /// A law is left beside the names.
+    Beside,
+    /// Energy in a bin of time and frequency, of no known law.
+    Coloured,
+    /// Single readings alone.
+    Outliers,
+}
+
+/// What the leading model lacks.
+pub(super) struct Law {
+    pub kind: Kind,
+    pub words: String,
+}
+
+/// The law that the leading model lacks, where its odds reach the level and parts of the recording
+/// that it was not fitted to bear it out; else innovations that are not white; `None` where nothing
+/// is left.
+///
+/// Cost: the maps of every place, twice where names lead.
+pub(super) fn missing(ground: Ground<'_>, pool: &Pool) -> Option<Law> {
+    let level = libm::log(LEVEL / (1.0 - LEVEL));
+    let best = pool.best();
+    let of = |place: usize| {
+        let model = &pool.entries[place].model;
+        let session = model.session(ground)?;
+        let plant = &model.problem.plant;
+        let found = unknown_law::best(&session, plant, &model.fit.linearised, &model.fit.theta, &model.noise)?;
+        let nats = 0.5 * found.evidence - libm::log(found.tried.max(1) as f64) - pool.log_m;
+        let confirmed = found.held_out.status() == Status::Confirmed;
+        Some((nats, found)).filter(|(nats, _)| *nats > level && confirmed)
+    };
+    let beside = of(best);
+    // a law alone that is ahead of the names
+    let alone = if best == 0 { None } else { of(0).filter(|(nats, _)| *nats > pool.log_odds(best) + level) };
+    let has_names = pool.entries[best].model.set.iter().any(|own| !own.parts().is_empty());
+    let (instead, beside) = if has_names { (alone, beside) } else { (beside, None) };
+    if let Some((nats, found)) = instead {
+        // over time alone anything is smooth: a disturbance, or a law
+        let kind = if found.place.is_of_time() { Kind::Coloured } else { Kind::Instead };
+        return Some(Law { kind, words: words(nats, &found) });
+    }
+    match beside {
+        Some((nats, found)) => Some(Law { kind: Kind::Beside, words: format!("beside that, {}", words(nats, &found)) }),
+        None => not_white(ground, &pool.entries[best].model, pool.log_m + level),
+    }
+}
+
+/// The bin of most energy of a model's innovations, where its odds reach the level: at most
+/// `−1/(e p ln p)` to one of a p value (Sellke, Bayarri & Berger, Am. Stat. 55, 2001).
+fn not_white(ground: Ground<'_>, model: &Model, least: f64) -> Option<Law> {
+    let session = model.session(ground)?;
+    let r = instants(&session, &model.fit.linearised.linears, &model.noise)?.1;
+    let nats = |bin: &StrongestBin| {
+        let p = bin.p().max(f64::MIN_POSITIVE);
+        if p < core::f64::consts::E.recip() { -1.0 - libm::log(p) - libm::log(-libm::log(p)) } else { 0.0 }
+    };
+    let bin = strongest_bin(&session, &r).filter(|bin| nats(bin) > least)?;
+    let (outliers, beside) = without_outliers(&session, &r);
+    let is_alone = outliers.iter().all(Outliers::is_rare) && beside.is_none_or(|bin| nats(&bin) < least);
+    let kind = if is_alone { Kind::Outliers } else { Kind::Coloured };
+    let channel = &model.problem.plant.sensors[bin.channel].name;
+    let ([begin, end], [low, high]) = (bin.time_s, bin.band_hz);
+    let words = format!(
+        "the innovations are not white: most energy is left in {channel} from {begin:.3} to {end:.3} s between {low:.3} and {high:.3} Hz, \
+         {:.1} nats, of no law or noise that was compared",
+        nats(&bin)
+    );
+    Some(Law { kind, words })
+}
+
+fn words(nats: f64, found: &unknown_law::UnknownLaw) -> String {
+    let over = found.names.join(" and ");
+    format!(
+        "something acts at {} that no effect of the catalogue describes: a law smooth over {over} is {nats:.1} nats ahead",
+        found.place.site
+    )
+}

@@ -1,0 +1,242 @@
+//! A set of hypotheses fitted to its end, with its evidence.
+
+use super::decide::CONFLICT_FACTOR;
+use super::hypothesis::{Hypothesis, InnerPrior, log_swap, unknown_of};
+use super::marginal::{Bound, log_marginal};
+use super::noise::{Linearly, NoisePrior};
+use crate::compete::augmented;
+use dynamics::effect::Role;
+use identification::filter::NoiseModel;
+use identification::fit::{EstimationSession, Fit, Normal, fit};
+use identification::held_out::instants;
+use identification::problem::{Problem, Unknown};
+
+/// Alternations between unknowns and noise, relinearisations of each, and the decrease of
+/// `−2 ln p` that ends them.
+const TURNS_MAX: usize = 5;
+const ROUNDS: usize = 4;
+const SETTLED: f64 = 0.1;
+/// `−2 ln p` by which a fit may end above that of the model it contains: rounding of two fits.
+/// Above, it has failed.
+const FAILED: f64 = 1.0;
+/// Shares of the screened amplitude at which a fit starts.
+const STARTS: [f64; 2] = [1.0, 1e-3];
+/// Divisor of a rate over which a sign is smoothed, and how often: numerics, not physics.
+const SHARPER: f64 = 5.0;
+const SHARPENINGS_MAX: usize = 2;
+
+/// A fitted set.
+#[derive(Clone)]
+pub(super) struct Model {
+    pub set: Vec<Hypothesis>,
+    /// Plant with the effects, unknowns with the priors of the set.
+    pub problem: Problem,
+    /// Where the states of added modes and tanks were given their widths.
+    pub start: Vec<f64>,
+    pub fit: Fit,
+    pub noise: NoiseModel,
+    /// `−2 ln` of likelihood and priors at the mode.
+    pub objective: f64,
+    /// `ln ∫ p(D|θ, φ, η) p(θ, φ, η)`, points of grids included, up to a constant of the data.
+    pub log_marginal: f64,
+    /// Log-likelihood of every instant at the mode.
+    pub terms: Vec<f64>,
+}
+
+/// The recordings, the plant without hypotheses, and the noise as stated.
+#[derive(Clone, Copy)]
+pub(super) struct Ground<'a> {
+    pub session: &'a EstimationSession<'a>,
+}
+
+/// Where a fit begins: unknowns with values, and noise.
+#[derive(Clone, Copy)]
+pub(super) struct Begin<'a> {
+    pub unknowns: &'a [Unknown],
+    pub theta: &'a [f64],
+    pub noise: &'a NoiseModel,
+}
+
+impl Model {
+    pub(super) fn begin(&self) -> Begin<'_> {
+        Begin { unknowns: &self.problem.unknowns, theta: &self.fit.theta, noise: &self.noise }
+    }
+
+    pub(super) fn prior(&self, session: &EstimationSession<'_>) -> NoisePrior {
+        NoisePrior::new(session, coloured(&self.set))
+    }
+
+    /// A session of the recordings with this model's plant.
+    pub(super) fn session<'m>(&'m self, ground: Ground<'_>) -> Option<EstimationSession<'m>> {
+        EstimationSession::like_at(ground.session, &self.problem, Some(&self.start)).ok()
+    }
+
+    pub(super) fn log_likelihood(&self) -> f64 {
+        self.terms.iter().sum()
+    }
+
+    /// Keys of its members, in alphabetical order.
+    pub(super) fn key(&self) -> String {
+        key(&self.set, &self.problem)
+    }
+}
+
+/// Keys of the members of a set, in alphabetical order.
+pub(super) fn key(set: &[Hypothesis], problem: &Problem) -> String {
+    let mut keys: Vec<String> = set.iter().map(|own| own.key(&problem.plant)).collect();
+    keys.sort();
+    keys.join(", ")
+}
+
+fn coloured(set: &[Hypothesis]) -> Vec<usize> {
+    set.iter().filter_map(|own| if let Hypothesis::Coloured(channel) = own { Some(*channel) } else { None }).collect()
+}
+
+/// `bare` with the effects of `set` at `share` of their amplitudes, and where its unknowns start.
+fn set_up(bare: &Problem, set: &[Hypothesis], share: f64) -> Option<(Problem, Vec<f64>)> {
+    let mut plant = bare.plant.clone();
+    for part in set.iter().flat_map(Hypothesis::parts) {
+        plant = augmented(&plant, &part.column, &part.amplitude, share)?.0;
+    }
+    let mut problem = bare.with_plant(&plant);
+    let start = problem.unknowns.iter().map(|unknown| unknown.prior).collect();
+    for part in set.iter().flat_map(Hypothesis::parts) {
+        let candidate = &part.column.candidate;
+        for parameter in candidate.effect.parameters.iter().filter(|p| p.role == Role::Amplitude) {
+            let name = unknown_of(candidate, parameter.name);
+            let own = problem.unknowns.iter_mut().filter(|unknown| unknown.parameter == name);
+            own.for_each(|unknown| (unknown.prior, unknown.sigma) = (0.0, part.scale));
+        }
+    }
+    for part in set.iter().flat_map(Hypothesis::parts) {
+        for (name, prior) in &part.inner {
+            let InnerPrior::LogUniform([low, high]) = prior else { continue };
+            let name = unknown_of(&part.column.candidate, name);
+            let own = problem.unknowns.iter_mut().filter(|unknown| unknown.parameter == name);
+            own.for_each(|unknown| (unknown.low, unknown.high) = (unknown.low.max(*low), unknown.high.min(*high)));
+        }
+    }
+    for own in set {
+        let Hypothesis::Conflict(name) = own else { continue };
+        let unknown = problem.unknowns.iter_mut().find(|unknown| unknown.name == *name)?;
+        unknown.sigma *= CONFLICT_FACTOR;
+    }
+    Some((problem, start))
+}
+
+/// Fits `set` from `begin`; a fit that ends above `−2 ln p` of the model it contains has failed and
+/// starts once more near that model. `None`: it failed again.
+///
+/// Cost: a few relinearisations, as many for each sharper sign.
+pub(super) fn fitted(ground: Ground<'_>, set: &[Hypothesis], begin: Begin<'_>, contained: f64) -> Option<Model> {
+    let tried = STARTS.iter().filter_map(|share| from(ground, set, begin, *share));
+    let model = tried.into_iter().find(|model| model.objective < contained + FAILED)?;
+    Some(sharpened(ground, model))
+}
+
+fn from(ground: Ground<'_>, set: &[Hypothesis], begin: Begin<'_>, share: f64) -> Option<Model> {
+    let (problem, own) = set_up(ground.session.problem, set, share)?;
+    let known = |name: &str| begin.unknowns.iter().position(|unknown| unknown.name == name);
+    let start: Vec<f64> = (problem.unknowns.iter().zip(own))
+        .map(|(unknown, own)| known(&unknown.name).map_or(own, |at| begin.theta[at]).clamp(unknown.low, unknown.high))
+        .collect();
+    settled(ground, set, problem, (start.clone(), &start), begin.noise)
+}
+
+/// Unknowns and noise in turn until neither gains.
+pub(super) fn settled(
+    ground: Ground<'_>,
+    set: &[Hypothesis],
+    problem: Problem,
+    (start, theta): (Vec<f64>, &[f64]),
+    noise: &NoiseModel,
+) -> Option<Model> {
+    let session = EstimationSession::like_at(ground.session, &problem, Some(&start)).ok()?;
+    let prior = NoisePrior::new(ground.session, coloured(set));
+    let mut noise = prior.begun(noise);
+    let (mut theta, mut objective) = (theta.to_vec(), f64::INFINITY);
+    let mut best: Option<(Fit, NoiseModel, f64)> = None;
+    for _ in 0..TURNS_MAX {
+        let found = fit(&session, &problem.plant, &theta, &noise, ROUNDS).ok()?;
+        let (extra, room) = (&[][..], &[][..]);
+        let linear = Linearly { session: &session, linearised: &found.linearised, theta: &found.theta, extra, room };
+        let own = linear.settled(&noise, &prior)?;
+        let gained = objective - own.objective;
+        theta.clone_from(&found.theta);
+        noise.clone_from(&own.noise);
+        if best.as_ref().is_none_or(|(.., least)| own.objective < *least) {
+            best = Some((found, own.noise, own.objective));
+        }
+        objective = objective.min(own.objective);
+        if gained < SETTLED {
+            break;
+        }
+    }
+    let (fit, noise, objective) = best?;
+    let linear = Linearly { session: &session, linearised: &fit.linearised, theta: &fit.theta, extra: &[], room: &[] };
+    let normal = linear.normal(&noise)?;
+    let width = linear.log_width(&noise, &prior)?;
+    let swap = log_swap(set, &problem.unknowns, &fit.theta);
+    let points: f64 = set.iter().map(Hypothesis::log_points).sum();
+    let log_marginal = log_marginal(&normal, &bounds(&problem, &fit, &normal))? + width + swap - points;
+    let terms = instants(&session, &fit.linearised.linears, &noise)?.0.into_iter().map(|(_, term)| term).collect();
+    let model =
+        Model { set: set.to_vec(), start, fit, noise, objective, log_marginal, terms, problem: problem.clone() };
+    log_marginal.is_finite().then_some(model)
+}
+
+/// Of every unknown whose range may be felt.
+fn bounds(problem: &Problem, fit: &Fit, normal: &Normal) -> Vec<Bound> {
+    let all = problem.unknowns.iter().zip(&fit.theta).zip(&normal.room).enumerate();
+    let felt = all.filter(|(_, (_, room))| room.iter().any(|room| room.is_finite()));
+    felt.map(|(place, ((unknown, theta), _))| {
+        let room = [unknown.low, unknown.high].map(|end| (end - theta) / unknown.sigma);
+        let prior = [unknown.low, unknown.high].map(|end| (end - unknown.prior) / unknown.sigma);
+        let is_amplitude = unknown.prior == 0.0 && unknown.parameter.starts_with("effect.");
+        Bound { place, room, prior: if is_amplitude { cut_at_nothing(prior[0]) } else { prior } }
+    })
+    .collect()
+}
+
+/// Ends of an amplitude's prior: zero where it has one sign. Its plausible range is no prior, else
+/// two names of one law would differ by their ranges.
+pub(super) fn cut_at_nothing(low: f64) -> [f64; 2] {
+    [if low == 0.0 { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY]
+}
+
+/// The same with signs smoothed over smaller rates, as long as the evidence rises.
+fn sharpened(ground: Ground<'_>, model: Model) -> Model {
+    let mut best = model;
+    for _ in 0..SHARPENINGS_MAX {
+        let Some(set) = sharper(&best.set) else { break };
+        let begin = best.begin();
+        let Some(found) = from(ground, &set, begin, 1.0) else { break };
+        if found.log_marginal <= best.log_marginal {
+            break;
+        }
+        best = found;
+    }
+    best
+}
+
+/// `None`: no sign can be sharper.
+fn sharper(set: &[Hypothesis]) -> Option<Vec<Hypothesis>> {
+    let mut set = set.to_vec();
+    let mut any = false;
+    for own in &mut set {
+        let Hypothesis::Effect(parts) = own else { continue };
+        for candidate in parts.iter_mut().map(|part| &mut part.column.candidate) {
+            let (Some(place), Some(smoothing)) =
+                (candidate.inner_with(Role::Smoothing), candidate.effect.with_role(Role::Smoothing))
+            else {
+                continue;
+            };
+            let sharp = candidate.inner[place].1 / SHARPER;
+            if sharp >= smoothing.low {
+                candidate.inner[place].1 = sharp;
+                any = true;
+            }
+        }
+    }
+    any.then_some(set)
+}

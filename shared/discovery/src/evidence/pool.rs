@@ -1,0 +1,136 @@
+//! Fitted models side by side, compared by pairs.
+
+use super::model::Model;
+use super::predict::HeldOut;
+use super::screen::Looked;
+use super::temper::tempered;
+use std::collections::BTreeSet;
+
+/// Nats behind the best within which a model is kept and expanded (odds of 1.6e5), and models kept.
+/// Budgets.
+pub(super) const BEAM: f64 = 12.0;
+const MODELS_MAX: usize = 8;
+/// Turns in which the leader of a comparison by pairs may change.
+const LEADERS_MAX: usize = 8;
+
+/// A model of the pool.
+pub(super) struct Entry {
+    pub model: Model,
+    pub held_out: Option<HeldOut>,
+    pub expanded: bool,
+    /// Held-out data reject it.
+    pub rejected: bool,
+}
+
+/// A hypothesis without a weight, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Open {
+    pub what: String,
+    pub why: &'static str,
+}
+
+/// All that was fitted; the first model is the plant without hypotheses.
+pub(super) struct Pool {
+    pub entries: Vec<Entry>,
+    pub open: Vec<Open>,
+    /// Laws of the first screening.
+    pub looked: Vec<Looked>,
+    /// Logarithm of the number of hypotheses over the prior odds: the price of a member.
+    pub log_m: f64,
+    /// Parts that each step of integration was taken in.
+    pub parts: usize,
+    /// Keys of all sets that were tried, and of hypotheses that held-out data reject.
+    pub seen: BTreeSet<String>,
+    pub refused: BTreeSet<String>,
+    /// Work of the dearest fit.
+    pub dearest: f64,
+}
+
+impl Pool {
+    /// Evidence and held-out nats of an entry with the prior of its set, before tempering.
+    fn score(&self, entry: &Entry) -> f64 {
+        let held_out = entry.held_out.as_ref().map_or(0.0, |own| own.terms.iter().sum::<f64>() + own.log_width);
+        entry.model.log_marginal + held_out - self.log_m * entry.model.set.len() as f64
+    }
+
+    /// Nats of `a` ahead of `b`, gains in likelihood tempered.
+    fn ahead(&self, a: usize, b: usize) -> f64 {
+        let [ours, theirs] = [a, b].map(|place| &self.entries[place]);
+        let mut ahead = self.score(ours) - self.score(theirs);
+        let [whole, counts] = tempered(&ours.model.terms, &theirs.model.terms);
+        ahead += counts - whole;
+        match (&ours.held_out, &theirs.held_out) {
+            (Some(own), Some(other)) => {
+                let [whole, counts] = tempered(&own.terms, &other.terms);
+                ahead += counts - whole;
+            }
+            // a plant that does not survive what another one predicts
+            (Some(own), None) => ahead -= own.terms.iter().sum::<f64>() + own.log_width,
+            (None, Some(other)) => ahead += other.terms.iter().sum::<f64>() + other.log_width,
+            (None, None) => {}
+        }
+        ahead
+    }
+
+    /// The model that no other one is ahead of.
+    pub(super) fn best(&self) -> usize {
+        let alive = || (0..self.entries.len()).filter(|place| !self.entries[*place].rejected);
+        let scores: Vec<f64> = self.entries.iter().map(|entry| self.score(entry)).collect();
+        let mut best = alive().max_by(|a, b| scores[*a].total_cmp(&scores[*b])).unwrap_or(0);
+        for _ in 0..LEADERS_MAX {
+            let Some(other) = alive()
+                .filter(|place| *place != best)
+                .max_by(|a, b| self.ahead(*a, best).total_cmp(&self.ahead(*b, best)))
+            else {
+                break;
+            };
+            if self.ahead(other, best) <= 0.0 {
+                break;
+            }
+            best = other;
+        }
+        best
+    }
+
+    /// Posterior weight of every entry.
+    pub(super) fn weights(&self) -> Vec<f64> {
+        let best = self.best();
+        let of = |place: usize| if self.entries[place].rejected { 0.0 } else { libm::exp(self.ahead(place, best)) };
+        let raw: Vec<f64> = (0..self.entries.len()).map(of).collect();
+        let whole: f64 = raw.iter().sum();
+        raw.into_iter().map(|weight| weight / whole.max(f64::MIN_POSITIVE)).collect()
+    }
+
+    /// Nats of an entry ahead of the plant without hypotheses, everything counted.
+    pub(super) fn log_odds(&self, place: usize) -> f64 {
+        self.ahead(place, 0)
+    }
+
+    /// The best model within the beam that has not been expanded.
+    pub(super) fn next(&self) -> Option<usize> {
+        let best = self.best();
+        let open = |place: &usize| {
+            let entry = &self.entries[*place];
+            !entry.expanded && !entry.rejected && self.ahead(*place, best) > -BEAM
+        };
+        let all = (0..self.entries.len()).filter(open);
+        all.max_by(|a, b| self.ahead(*a, best).total_cmp(&self.ahead(*b, best)))
+    }
+
+    /// Only the bare plant and the best models within the beam stay; where the best one is then.
+    pub(super) fn prune(&mut self) -> usize {
+        let best = self.best();
+        let mut order: Vec<(f64, usize)> =
+            (1..self.entries.len()).map(|place| (self.ahead(place, best), place)).collect();
+        order.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let kept = order.into_iter().filter(|(ahead, place)| *ahead > -BEAM || *place == best).take(MODELS_MAX);
+        let mut kept: Vec<usize> = kept.map(|(_, place)| place).chain([0]).collect();
+        kept.sort_unstable();
+        let mut place = 0;
+        self.entries.retain(|_| {
+            place += 1;
+            kept.contains(&(place - 1))
+        });
+        kept.iter().position(|own| *own == best).unwrap_or(0)
+    }
+}

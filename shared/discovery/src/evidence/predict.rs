@@ -1,0 +1,78 @@
+//! Held-out data in the same nats: a model with its numbers frozen, noise of greatest posterior for
+//! each record of its own.
+//!
+//! The poorer model's disturbance on the fitted record is large and would follow anything; carried
+//! over it would make every law look worse than none. Numbers of one recording are fitted on it, as
+//! are numbers that the fitted recordings did not tell.
+
+use super::hypothesis::Hypothesis;
+use super::model::{Ground, Model};
+use super::noise::{Linearly, NoisePrior};
+use dynamics::description::{Plant, Quantity, Scope};
+use identification::fit::{EstimationSession, LinearisedProblem, NOT_FOUND_RATIO, fit};
+use identification::held_out::{ChannelFit, Gain, Predictor, block_s, blocks, free_run, instants};
+use identification::problem::{Problem, Unknown};
+
+/// Relinearisations of the numbers of one recording.
+const OWN_ROUNDS: usize = 3;
+
+/// What a model says of recordings that it was not fitted to.
+#[derive(Clone)]
+pub(super) struct HeldOut {
+    /// Log-likelihood of every instant.
+    pub terms: Vec<f64>,
+    times_s: Vec<f64>,
+    block_s: f64,
+    /// `ln` of the noise's share of the evidence there.
+    pub log_width: f64,
+    pub free: Vec<ChannelFit>,
+}
+
+impl HeldOut {
+    /// Nats ahead of `other`, in blocks of time.
+    pub(super) fn gain(&self, other: &Self) -> Gain {
+        let own = self.times_s.iter().zip(&self.terms).zip(&other.terms);
+        let gain = blocks(&own.map(|((t, a), b)| (*t, a - b)).collect::<Vec<_>>(), self.block_s);
+        gain.beside_free_runs(&other.free, &self.free)
+    }
+}
+
+/// Predicts `other` by `model`; `bare` has the parameters of the plant without hypotheses, and which
+/// of them the fitted recordings tell. `None`: the plant does not survive the recording.
+pub(super) fn predicted(ground: Ground<'_>, other: &Problem, model: &Model, bare: &Model) -> Option<HeldOut> {
+    let own = bare.problem.unknowns.iter().zip(&bare.fit.ratio);
+    let unseen: Vec<&str> = own.filter(|(_, ratio)| **ratio > NOT_FOUND_RATIO).map(|(u, _)| &*u.name).collect();
+    let plant = frozen(&model.problem.plant, (&model.problem.unknowns, &model.fit.theta), &unseen);
+    let problem = other.with_plant(&plant);
+    let blank = EstimationSession::counted(other, ground.session.threads, ground.session.work.clone()).ok()?;
+    let session = EstimationSession::like(&blank, &problem).ok()?;
+    let coloured = model.set.iter().filter_map(|h| if let Hypothesis::Coloured(c) = h { Some(*c) } else { None });
+    let prior = NoisePrior::new(&blank, coloured.collect());
+    let start = prior.begun(&model.noise);
+    let prior_theta = session.prior();
+    let theta = match prior_theta.is_empty() {
+        true => prior_theta,
+        false => fit(&session, &plant, &prior_theta, &start, OWN_ROUNDS).map_or(prior_theta, |fit| fit.theta),
+    };
+    let mut linearised = LinearisedProblem::new(&session, &plant, &theta, &start).ok()?;
+    linearised.take_jacobian(&session, &plant, &theta);
+    let linear = Linearly { session: &session, linearised: &linearised, theta: &theta, extra: &[], room: &[] };
+    let noise = linear.settled(&start, &prior)?.noise;
+    let log_width = linear.log_width_expected(&noise, &prior)?;
+    let found = instants(&session, &linearised.linears, &noise)?.0;
+    let (times_s, terms) = found.into_iter().unzip();
+    let free = free_run(&session, Predictor { plant: &plant, theta: &theta, noise: &noise });
+    Some(HeldOut { terms, times_s, block_s: block_s(&session), log_width, free })
+}
+
+/// `plant` with its shared numbers known as fitted, except those that the recordings did not tell.
+fn frozen(plant: &Plant, (unknowns, theta): (&[Unknown], &[f64]), unseen: &[&str]) -> Plant {
+    let mut plant = plant.clone();
+    plant.visit_quantities(&mut |name, _, quantity| {
+        let at = unknowns.iter().position(|unknown| unknown.name == name && !unseen.contains(&name));
+        if let Some(at) = at.filter(|_| quantity.scope == Scope::Shared) {
+            *quantity = Quantity::known(theta[at]);
+        }
+    });
+    plant
+}

@@ -1,0 +1,309 @@
+//! Which hypotheses about a model are worth a fit.
+//!
+//! The best laws of the screening are evaluated on the linear problem with the noise free again:
+//! what is left of a column once noise may take its part. Pairs come from the normal equations of
+//! all these columns; groups are one law at all like sites; a number in conflict with its file has
+//! a closed form, as the pole of a channel has from the slope along it.
+
+use super::decide::{CONFLICT_FACTOR, LEVEL, POLE_PRIOR};
+use super::hypothesis::{Hypothesis, Part};
+use super::marginal::{Bound, log_marginal};
+use super::model::{Ground, Model, cut_at_nothing, key};
+use super::noise::Linearly;
+use super::pool::BEAM;
+use super::screen::{Rated, Screened};
+use identification::filter::NoiseModel;
+use identification::fit::{EstimationSession, Normal};
+
+/// Laws that are evaluated on the linear problem, and fits of singles, pairs, groups and others.
+/// Budgets.
+const LAWS_MAX: usize = 12;
+const SINGLES_MAX: usize = 6;
+const PAIRS_FITTED_MAX: usize = 2;
+const PAIRED_MAX: usize = 6;
+const GROUPS_MAX: usize = 2;
+const OTHERS_MAX: usize = 2;
+const KIN_MAX: usize = 4;
+/// Nats from which a hypothesis is fitted, and share of the leader's. Budgets: a fit gains little
+/// over the linear problem with free noise.
+const WORTH: f64 = 2.5;
+const WORTH_SHARE: f64 = 0.2;
+
+/// Hypotheses that join a model, with the noise to begin from.
+pub(super) struct Proposal {
+    pub set: Vec<Hypothesis>,
+    pub log_bayes: f64,
+    pub noise: NoiseModel,
+}
+
+/// A law on the linear problem.
+struct Linear {
+    place: usize,
+    proposal: Proposal,
+}
+
+/// The proposals about `model`, best first within each kind, and the names of laws that the budget
+/// of fits leaves out; `ln m` is the price of a member.
+pub(super) fn proposals(
+    ground: Ground<'_>,
+    model: &Model,
+    screened: &Screened,
+    log_m: f64,
+) -> (Vec<Proposal>, Vec<String>) {
+    let Some(session) = model.session(ground) else { return Default::default() };
+    let look = Look { ground, session: &session, model, screened };
+    let Some(bare) = look.bare() else { return Default::default() };
+    let few = screened.rated.iter().enumerate().filter(|(_, rated)| rated.log_bayes > 0.0).take(LAWS_MAX);
+    let mut singles: Vec<Linear> = few.filter_map(|(place, rated)| look.single(place, rated, bare)).collect();
+    singles.sort_by(|a, b| b.proposal.log_bayes.total_cmp(&a.proposal.log_bayes));
+    let best = singles.first().map_or(0.0, |own| own.proposal.log_bayes);
+    let mut relatives = look.parents(&singles, bare);
+    relatives.extend(look.kin(&singles, bare));
+    let mut list = look.groups(&singles, bare, best);
+    list.extend(look.pairs(&singles, best + log_m + libm::log(LEVEL / (1.0 - LEVEL))));
+    let worth = WORTH.max(WORTH_SHARE * best);
+    let mut worthy = singles.into_iter().map(|own| own.proposal).filter(|own| own.log_bayes > worth);
+    list.extend(worthy.by_ref().take(SINGLES_MAX));
+    let near = worthy.filter(|own| own.log_bayes > best - BEAM);
+    let left = near.map(|own| key(&own.set, &model.problem)).collect();
+    list.extend(relatives);
+    let mut others = look.coloured();
+    others.extend(look.conflicts());
+    others.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+    list.extend(others.into_iter().filter(|own| own.log_bayes > WORTH).take(OTHERS_MAX));
+    (list, left)
+}
+
+struct Look<'a> {
+    ground: Ground<'a>,
+    session: &'a EstimationSession<'a>,
+    model: &'a Model,
+    screened: &'a Screened,
+}
+
+impl Look<'_> {
+    /// Evidence of the model itself on its linear problem.
+    fn bare(&self) -> Option<f64> {
+        Some(self.linearly(&[], &self.model.noise)?.0)
+    }
+
+    /// Evidence with the parts' columns, the noise it has, and the amplitudes.
+    fn linearly(&self, parts: &[&Rated], start: &NoiseModel) -> Option<(f64, NoiseModel, Vec<Vec<f64>>)> {
+        let (extra, room) = columns_of(parts);
+        let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
+        let (extra, room) = (&extra[..], &room[..]);
+        let linear = Linearly { session: self.session, linearised, theta, extra, room };
+        let prior = self.model.prior(self.ground.session);
+        let found = linear.settled(start, &prior)?;
+        let normal = linear.normal(&found.noise)?;
+        let (_, x) = normal.least()?;
+        let bounds = bounds_of(&normal);
+        let width = linear.log_width_expected(&found.noise, &prior)?;
+        let points: f64 = parts.iter().map(|own| own.part.log_points).sum();
+        let value = log_marginal(&normal, &bounds)? + width - points;
+        let mut at = normal.unknowns;
+        let mut amplitudes = Vec::new();
+        for own in parts {
+            let count = own.column.raw.len();
+            amplitudes.push(x[at..at + count].iter().map(|x| x * own.part.scale).collect());
+            at += count;
+        }
+        Some((value, found.noise, amplitudes))
+    }
+
+    /// The set of these laws on the linear problem.
+    fn set(&self, parts: &[&Rated], bare: f64, is_group: bool) -> Option<Proposal> {
+        let stated = parts.iter().any(|own| own.is_stated);
+        let start = &self.screened.noises[usize::from(stated)];
+        let (value, noise, amplitudes) = self.linearly(parts, start)?;
+        let possible = parts.iter().zip(&amplitudes).all(|(own, a)| own.column.candidate.is_possible(a));
+        let part = |(own, amplitude): (&&Rated, Vec<f64>)| Part { amplitude, ..own.part.clone() };
+        let parts: Vec<Part> = parts.iter().zip(amplitudes).map(part).collect();
+        let set = if is_group {
+            vec![Hypothesis::Effect(parts)]
+        } else {
+            parts.into_iter().map(|part| Hypothesis::Effect(vec![part])).collect()
+        };
+        possible.then_some(Proposal { set, log_bayes: value - bare, noise })
+    }
+
+    fn single(&self, place: usize, rated: &Rated, bare: f64) -> Option<Linear> {
+        Some(Linear { place, proposal: self.set(&[rated], bare, false)? })
+    }
+
+    /// The simpler laws that those worth a fit contain, at the same sites, where they are not among
+    /// these.
+    fn parents(&self, singles: &[Linear], bare: f64) -> Vec<Proposal> {
+        let mut list: Vec<Proposal> = Vec::new();
+        let mut known: Vec<usize> = singles.iter().take(SINGLES_MAX).map(|own| own.place).collect();
+        for own in singles.iter().take(SINGLES_MAX).filter(|own| own.proposal.log_bayes > WORTH) {
+            let child = &self.screened.rated[own.place].column.candidate;
+            for limit in child.effect.limits {
+                let is_it = |rated: &Rated| {
+                    let parent = &rated.column.candidate;
+                    parent.effect.kind == limit.kind && parent.site == child.site
+                };
+                let Some(place) = self.screened.rated.iter().position(is_it) else { continue };
+                if !known.contains(&place) {
+                    known.push(place);
+                    list.extend(self.set(&[&self.screened.rated[place]], bare, false));
+                }
+            }
+        }
+        list
+    }
+
+    /// Laws of the leader's family at its site that the screening underrates: those that it is
+    /// confused with most, so that its weight is one among them.
+    fn kin(&self, singles: &[Linear], bare: f64) -> Vec<Proposal> {
+        let Some(leader) = singles.first().filter(|own| own.proposal.log_bayes > WORTH) else { return Vec::new() };
+        let own = &self.screened.rated[leader.place].column.candidate;
+        let is_kin = |(place, rated): &(usize, &Rated)| {
+            let other = &rated.column.candidate;
+            let known = singles.iter().take(SINGLES_MAX).any(|single| single.place == *place);
+            !known && other.effect.family == own.effect.family && other.site == own.site
+        };
+        let all = self.screened.rated.iter().enumerate().filter(is_kin).take(KIN_MAX);
+        all.filter_map(|(_, rated)| self.set(&[rated], bare, false)).collect()
+    }
+
+    /// One law at every like site, of those that are promising at one of them.
+    fn groups(&self, singles: &[Linear], bare: f64, best: f64) -> Vec<Proposal> {
+        let mut kinds: Vec<&str> = Vec::new();
+        for own in singles {
+            let kind = self.screened.rated[own.place].column.candidate.effect.kind;
+            if !kinds.contains(&kind) {
+                kinds.push(kind);
+            }
+        }
+        let group = |kind: &&str| {
+            let like = |rated: &&Rated| rated.column.candidate.effect.kind == *kind;
+            let parts: Vec<&Rated> = self.screened.rated.iter().filter(like).collect();
+            let is_felt = parts.iter().filter(|own| own.log_bayes > 0.0).count() > 1;
+            (parts.len() > 1 && is_felt).then(|| self.set(&parts, bare, true)).flatten()
+        };
+        kinds.iter().filter_map(group).filter(|own| own.log_bayes > best.max(WORTH)).take(GROUPS_MAX).collect()
+    }
+
+    /// Pairs from the normal equations of all columns, under either noise.
+    fn pairs(&self, singles: &[Linear], least: f64) -> Vec<Proposal> {
+        let few: Vec<&Rated> = singles.iter().take(PAIRED_MAX).map(|own| &self.screened.rated[own.place]).collect();
+        let mut found: Vec<(f64, [usize; 2])> = Vec::new();
+        for noise in &self.screened.noises {
+            for (log_bayes, pair) in self.ranked(&few, noise).unwrap_or_default() {
+                match found.iter_mut().find(|(_, own)| *own == pair) {
+                    Some(own) => own.0 = own.0.max(log_bayes),
+                    None => found.push((log_bayes, pair)),
+                }
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let Some(bare) = self.bare() else { return Vec::new() };
+        let sets = found.into_iter().filter(|(log_bayes, _)| *log_bayes > least).take(PAIRS_FITTED_MAX);
+        sets.filter_map(|(_, [a, b])| self.set(&[few[a], few[b]], bare, false)).collect()
+    }
+
+    /// `ln B` of every pair of `few` under one noise.
+    fn ranked(&self, few: &[&Rated], noise: &NoiseModel) -> Option<Vec<(f64, [usize; 2])>> {
+        let (extra, room) = columns_of(few);
+        let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
+        let linear = Linearly { session: self.session, linearised, theta, extra: &extra, room: &room };
+        let whole = linear.normal(noise)?;
+        let mut first = whole.unknowns;
+        let places: Vec<Vec<usize>> = few
+            .iter()
+            .map(|own| {
+                let own = first..first + own.column.raw.len();
+                first = own.end;
+                own.collect()
+            })
+            .collect();
+        let of = |members: &[usize]| {
+            let kept: Vec<usize> = members.iter().flat_map(|member| places[*member].iter().copied()).collect();
+            let part = part_of(&whole, &kept);
+            let points: f64 = members.iter().map(|member| few[*member].part.log_points).sum();
+            log_marginal(&part, &bounds_of(&part)).map(|value| value - points)
+        };
+        let bare = of(&[])?;
+        let all = (0..few.len()).flat_map(|a| (a + 1..few.len()).map(move |b| [a, b]));
+        Some(all.filter_map(|pair| Some((of(&pair)? - bare, pair))).collect())
+    }
+
+    /// Channels whose innovations remember, by the slope along their poles.
+    fn coloured(&self) -> Vec<Proposal> {
+        let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
+        let noise = &self.model.noise;
+        let Some((found, _)) = linearised.gradient(self.session, (&linearised.nu, theta), noise) else {
+            return Vec::new();
+        };
+        let white = found.pole.iter().enumerate().filter(|(channel, _)| noise.pole[*channel] == 0.0);
+        let of = |(channel, slope): (usize, &identification::filter::Slope)| {
+            let gain = slope.first * slope.first / (4.0 * slope.second.max(f64::MIN_POSITIVE));
+            let occam = 0.5 * libm::log(1.0 + 0.5 * slope.second * POLE_PRIOR[1] * POLE_PRIOR[1]);
+            let set = vec![Hypothesis::Coloured(channel)];
+            Proposal { set, log_bayes: gain - occam, noise: noise.clone() }
+        };
+        white.map(of).collect()
+    }
+
+    /// Parameters of the plant that a wider prior would move: with the likelihood of one number z
+    /// normal about z₀ with variance s, `B = N(z₀; 0, c² + s) / N(z₀; 0, 1 + s)`.
+    fn conflicts(&self) -> Vec<Proposal> {
+        let (linearised, theta) = (&self.model.fit.linearised, &self.model.fit.theta[..]);
+        let (extra, room) = (&[][..], &[][..]);
+        let linear = Linearly { session: self.session, linearised, theta, extra, room };
+        let found = linear.normal(&self.model.noise);
+        let Some((normal, factor)) = found.and_then(|normal| normal.factor().map(|factor| (normal, factor))) else {
+            return Vec::new();
+        };
+        let (inverse, step) = (factor.inverse(), factor.solve(&normal.right));
+        let unknowns = self.model.problem.unknowns.iter().enumerate();
+        let own = unknowns.filter(|(_, unknown)| !unknown.parameter.starts_with("effect."));
+        let of = |(i, unknown): (usize, &identification::problem::Unknown)| {
+            let at = (theta[i] - unknown.prior) / unknown.sigma + step[i];
+            let precision = 1.0 / inverse[(i, i)] - 1.0;
+            let known = self.model.set.iter().any(|own| matches!(own, Hypothesis::Conflict(n) if *n == unknown.name));
+            if known || precision < 1e-6 {
+                return None;
+            }
+            let (centre, s) = (at / (inverse[(i, i)] * precision), 1.0 / precision);
+            let log_normal = |variance: f64| -0.5 * centre * centre / variance - 0.5 * libm::log(variance);
+            let log_bayes = log_normal(CONFLICT_FACTOR * CONFLICT_FACTOR + s) - log_normal(1.0 + s);
+            let set = vec![Hypothesis::Conflict(unknown.name.clone())];
+            Some(Proposal { set, log_bayes, noise: self.model.noise.clone() })
+        };
+        own.filter_map(of).collect()
+    }
+}
+
+/// Columns per standard deviation of their priors, and their room.
+fn columns_of(parts: &[&Rated]) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
+    let (mut extra, mut room) = (Vec::new(), Vec::new());
+    for own in parts {
+        for (direction, raw) in own.column.raw.iter().enumerate() {
+            extra.push(raw.iter().map(|c| c * own.part.scale).collect());
+            room.push(own.column.candidate.linear_range(direction).map(|end| end / own.part.scale));
+        }
+    }
+    (extra, room)
+}
+
+/// Of unknowns and columns whose range is felt; columns stand at nothing.
+fn bounds_of(normal: &Normal) -> Vec<Bound> {
+    let felt = normal.room.iter().enumerate().skip(normal.unknowns);
+    let felt = felt.filter(|(_, room)| room.iter().any(|end| end.abs() < 1e3));
+    felt.map(|(place, room)| Bound { place, room: *room, prior: cut_at_nothing(room[0]) }).collect()
+}
+
+/// The normal equations of the unknowns and the columns at `kept`.
+fn part_of(whole: &Normal, kept: &[usize]) -> Normal {
+    let all: Vec<usize> = (0..whole.unknowns).chain(kept.iter().copied()).collect();
+    Normal {
+        unknowns: whole.unknowns,
+        matrix: nalgebra::DMatrix::from_fn(all.len(), all.len(), |i, j| whole.matrix[(all[i], all[j])]),
+        right: nalgebra::DVector::from_fn(all.len(), |i, _| whole.right[all[i]]),
+        chi2: whole.chi2,
+        objective: whole.objective,
+        room: all.iter().map(|i| whole.room[*i]).collect(),
+    }
+}

@@ -1,0 +1,89 @@
+//! How large an effect may be: the amplitude whose push has the rms of all that drives the record.
+//!
+//! Along the filtered trajectory every interval changes the rates by Δv, whatever does it:
+//! commands, gravity, springs. The innovations' change when these pushes are added through the
+//! frozen filter is compared with the effect's column, both in stated standard deviations of the
+//! sensors. For an error of a reading it is the channel's own variation that is added.
+
+use super::decide::AMPLITUDE_SCALE;
+use crate::score::Column;
+use crate::score::forcing::{Sources, respond};
+use dynamics::description::{Plant, SiteKind};
+use identification::filter::Linear;
+use identification::fit::{EstimationSession, LinearisedProblem};
+use identification::problem::Timeline;
+
+/// Sizes of what drives a record [stated standard deviations, over all samples].
+pub(super) struct Drive {
+    motion: f64,
+    readings: Vec<f64>,
+}
+
+impl Drive {
+    pub(super) fn new(session: &EstimationSession<'_>, linearised: &LinearisedProblem, plant: &Plant) -> Self {
+        let size = |sources: &dyn Fn(&Linear, &Timeline) -> Sources| {
+            let runs = linearised.linears.iter().zip(session.timelines.iter());
+            let squares = runs.map(|(linear, timeline)| {
+                let change = respond(linear, timeline, &sources(linear, timeline));
+                let own = change.iter().zip(&timeline.channel);
+                own.map(|(change, channel)| (change / session.noise.sensor_sigma[*channel]).powi(2)).sum::<f64>()
+            });
+            squares.sum::<f64>().sqrt()
+        };
+        let readings = (0..plant.sensors.len()).map(|channel| size(&|linear, own| reading(linear, own, channel)));
+        Self { motion: size(&pushes), readings: readings.collect() }
+    }
+
+    /// Prior standard deviation of the amplitude of `column`; `None` where nothing drives or
+    /// nothing is felt.
+    pub(super) fn scale(&self, session: &EstimationSession<'_>, plant: &Plant, column: &Column) -> Option<f64> {
+        let site = &column.candidate.site;
+        let channel = plant.sensors.iter().position(|sensor| sensor.name == site.name);
+        let own = match channel.filter(|_| site.kind == SiteKind::Sensor) {
+            Some(channel) => self.readings[channel],
+            None => self.motion,
+        };
+        let channels = || session.timelines.iter().flat_map(|timeline| &timeline.channel);
+        let size = |raw: &Vec<f64>| {
+            let all = raw.iter().zip(channels());
+            all.map(|(c, channel)| (c / session.noise.sensor_sigma[*channel]).powi(2)).sum::<f64>().sqrt()
+        };
+        let felt = column.raw.iter().map(size).fold(0.0, f64::max);
+        let scale = AMPLITUDE_SCALE * own / felt;
+        (scale.is_finite() && scale > 0.0).then_some(scale)
+    }
+}
+
+/// Every interval's change of the rates that noise inputs move.
+fn pushes(linear: &Linear, timeline: &Timeline) -> Sources {
+    let (n, m, x) = (linear.layout.tangent, linear.layout.noise_inputs.len(), linear.state_names.len());
+    let mut sources = Sources { state: vec![0.0; timeline.events.len() * n], reading: vec![0.0; timeline.value.len()] };
+    let intervals = (linear.states.len() / x.max(1)).saturating_sub(1);
+    let felt = |row: usize, input: usize| {
+        (0..intervals).map(|k| linear.transition[k * n * (n + m) + row * (n + m) + n + input].abs()).sum::<f64>()
+    };
+    let mut rows: Vec<usize> = Vec::new();
+    for input in 0..m {
+        let rates = (0..n).filter(|row| linear.names[*row].ends_with(".rate") || x == n);
+        rows.extend(rates.max_by(|a, b| felt(*a, input).total_cmp(&felt(*b, input))));
+    }
+    rows.sort_unstable();
+    rows.dedup();
+    for row in rows {
+        let Some(state) = linear.state_names.iter().position(|name| *name == linear.names[row]) else { continue };
+        for k in 0..intervals {
+            sources.state[k * n + row] = linear.states[(k + 1) * x + state] - linear.updated[k * x + state];
+        }
+    }
+    sources
+}
+
+/// The variation of one channel.
+fn reading(linear: &Linear, timeline: &Timeline, channel: usize) -> Sources {
+    let own: Vec<usize> = (0..timeline.value.len()).filter(|sample| timeline.channel[*sample] == channel).collect();
+    let mean = own.iter().map(|sample| timeline.value[*sample]).sum::<f64>() / own.len().max(1) as f64;
+    let state = vec![0.0; timeline.events.len() * linear.layout.tangent];
+    let mut sources = Sources { state, reading: vec![0.0; timeline.value.len()] };
+    own.iter().for_each(|sample| sources.reading[*sample] = timeline.value[*sample] - mean);
+    sources
+}

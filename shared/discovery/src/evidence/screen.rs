@@ -1,0 +1,145 @@
+//! Every effect at every site as a column along a model's trajectory, rated under two noises.
+//!
+//! The noise that was fitted has absorbed physics, the stated one overrates all of it: every law
+//! is rated under both, the stated one scaled to the innovations, and keeps the better rating:
+//!
+//! ```text
+//! ln B ≈ ½ T m A²/(1 + m A²) − ½ Σ ln(1 + m_i A²) − ln points
+//! T, m: score and information of the projected column
+//! ```
+
+use super::hypothesis::{Part, part};
+use super::model::{Ground, Model};
+use super::scale::Drive;
+use crate::compete::Multiplicity;
+use crate::score::refine::refined;
+use crate::score::{
+    Candidate, Column, LIMIT_D, Lines, Orders, Score, Scorer, candidates, columns, instants, lines, noise_free, orders,
+};
+use identification::dot::dot;
+use identification::filter::NoiseModel;
+use identification::fit::{EstimationSession, LinearisedProblem};
+
+/// A law with its best column.
+#[derive(Clone)]
+pub(super) struct Rated {
+    pub column: Column,
+    /// Prior, grid and start.
+    pub part: Part,
+    pub log_bayes: f64,
+    /// Rated under the stated noise.
+    pub is_stated: bool,
+}
+
+/// A law that was screened: kind, site, its hypotheses for a table of power, and the amplitude that
+/// one standard error is [unit of the amplitude].
+#[derive(Clone)]
+pub(super) struct Looked {
+    pub candidate: Candidate,
+    pub chances: f64,
+    pub sigma: f64,
+}
+
+/// All laws about one model, best first.
+pub(super) struct Screened {
+    pub rated: Vec<Rated>,
+    pub looked: Vec<Looked>,
+    /// The model's noise, and the stated one scaled to its innovations.
+    pub noises: [NoiseModel; 2],
+}
+
+/// Screens the catalogue about `model`; `without` names entries that are left out.
+pub(super) fn screen(ground: Ground<'_>, model: &Model, without: &[String]) -> Option<Screened> {
+    let session = model.session(ground)?;
+    let plant = &model.problem.plant;
+    let (linearised, theta) = (&model.fit.linearised, &model.fit.theta);
+    let loops = noise_free(&model.problem, plant, theta, &model.noise.sensor_sigma);
+    let loops = loops.as_ref().and_then(|problem| {
+        let own = EstimationSession::at_other_values(&session, problem).ok()?;
+        let linearised = LinearisedProblem::new(&own, plant, theta, &model.fit.noise).ok()?;
+        Some((own, linearised))
+    });
+    let along = loops.as_ref().map_or((&session, linearised), |(session, linearised)| (session, linearised));
+    let noises = [model.noise.clone(), scaled_stated(&session, model)?];
+    let period_s = session.timelines[0].period_s;
+    let (found_lines, found_orders) = longest(&session, model);
+    let jumps = instants((&session, linearised), along, plant, theta, &noises[1]);
+    let found = (&found_lines, &found_orders[..], &jumps);
+    let list = candidates(&model.problem, plant, &linearised.linears, period_s, found, without);
+    let mut all = columns(along, plant, theta, &list);
+    let scorers: Vec<Scorer<'_, '_>> =
+        noises.iter().filter_map(|noise| Scorer::new(&session, linearised, theta, noise)).collect();
+    let mut finer = Vec::new();
+    for scorer in &scorers {
+        let found: Vec<Score> = scorer.scores(&all).into_iter().flatten().collect();
+        finer.extend(refined(scorer, along, plant, theta, (&all, &found)));
+    }
+    all.extend(finer);
+    let drive = Drive::new(along.0, along.1, plant);
+    let multiplicity = Multiplicity::new(&all, &|_, _| None);
+    let mut laws = Laws { rated: Vec::new(), looked: Vec::new() };
+    for (which, scorer) in scorers.iter().enumerate() {
+        let scores = scorer.scores(&all);
+        for score in scores.iter().flatten() {
+            let column = &all[score.column];
+            let Some(scale) = drive.scale(&session, plant, column) else { continue };
+            let points: Vec<&Candidate> =
+                all.iter().map(|other| &other.candidate).filter(|other| other.same_law(&column.candidate)).collect();
+            let setting = (&model.problem, plant, &linearised.linears[..]);
+            let part = part(setting, period_s, column, &points, (score.amplitude.clone(), scale));
+            let part = Part { kappa: score.kappa, ..part };
+            laws.look(column, score, multiplicity.of(score.column));
+            laws.rate(Rated { column: column.clone(), log_bayes: rating(score, &part), part, is_stated: which == 1 });
+        }
+    }
+    laws.rated.sort_by(|a, b| b.log_bayes.total_cmp(&a.log_bayes));
+    Some(Screened { rated: laws.rated, looked: laws.looked, noises })
+}
+
+struct Laws {
+    rated: Vec<Rated>,
+    looked: Vec<Looked>,
+}
+
+impl Laws {
+    fn rate(&mut self, new: Rated) {
+        let same = |own: &&mut Rated| own.column.candidate.same_law(&new.column.candidate);
+        match self.rated.iter_mut().find(same) {
+            Some(own) if own.log_bayes >= new.log_bayes => {}
+            Some(own) => *own = new,
+            None => self.rated.push(new),
+        }
+    }
+
+    fn look(&mut self, column: &Column, score: &Score, chances: f64) {
+        let sigma = score.limit / LIMIT_D;
+        match self.looked.iter_mut().find(|own| own.candidate.same_law(&column.candidate)) {
+            Some(own) => own.sigma = own.sigma.min(sigma),
+            None => self.looked.push(Looked { candidate: column.candidate.clone(), chances, sigma }),
+        }
+    }
+}
+
+/// `ln B` of a column about its best amplitude.
+fn rating(score: &Score, part: &Part) -> f64 {
+    let square = part.scale * part.scale;
+    let information = score.projected.iter().map(|c| dot(c, c) * square);
+    let largest = information.clone().fold(0.0, f64::max);
+    let occam: f64 = information.map(|m| 0.5 * libm::log(1.0 + m)).sum();
+    0.5 * score.statistic * largest / (1.0 + largest) - occam - part.log_points
+}
+
+/// The stated noise, unstated disturbances at their floors, scaled to the innovations.
+fn scaled_stated(session: &EstimationSession<'_>, model: &Model) -> Option<NoiseModel> {
+    let (linearised, theta) = (&model.fit.linearised, &model.fit.theta);
+    let normal = linearised.normal(session, theta, &session.noise, &[])?;
+    Some(session.noise.scaled((normal.chi2 / session.samples.max(1) as f64).sqrt()))
+}
+
+/// Lines of the innovations of the longest run, and orders at which they repeat over a joint.
+fn longest(session: &EstimationSession<'_>, model: &Model) -> (Lines, Vec<Orders>) {
+    let runs = model.fit.linearised.linears.iter().zip(session.timelines.iter());
+    let Some((linear, timeline)) = runs.max_by_key(|(linear, _)| linear.nu.len()) else { return Default::default() };
+    let sigma = &session.noise.sensor_sigma;
+    (lines(linear, timeline, sigma.len()), orders(linear, timeline, &model.problem.plant, sigma))
+}

@@ -1,0 +1,223 @@
+//! Search over sets of hypotheses: a pool of fitted models, of which the best ones grow and shrink.
+//!
+//! Each turn takes the best model of the pool that has not been expanded and that lies within the
+//! beam of the best one: hypotheses are proposed about it, alone and in pairs, and each of its
+//! members is taken out. One path is not the posterior: a single law that leads may keep the right
+//! pair from ever being met, and several sets live side by side. A leader stands where its evidence
+//! stays as its steps of integration are halved; else the whole pool moves to finer steps.
+
+use super::decide::{Class, HELD_OUT_SIGMA, PRIOR_ODDS, SAME};
+use super::hypothesis::Hypothesis;
+use super::model::{Ground, Model, fitted, key, settled};
+use super::pool::{Entry, Open, Pool};
+use super::predict::predicted;
+use super::propose::{Proposal, proposals};
+use super::screen::screen;
+use crate::diagnose::Options;
+use identification::fit::EstimationSession;
+use std::collections::BTreeSet;
+
+/// Models that are expanded at most. A budget.
+const EXPANSIONS_MAX: usize = 8;
+/// Parts of a step of integration at most, and change of an evidence from which steps are halved:
+/// one nat, as [`SAME`].
+const PARTS_MAX: usize = 8;
+
+/// Searches from `bare`, the plant without hypotheses.
+///
+/// Cost: a screening and some ten fits for each expansion; bounded by the session's work.
+pub(super) fn searched(session: &EstimationSession<'_>, bare: Model, options: &Options) -> Pool {
+    let mut pool = Pool {
+        entries: Vec::new(),
+        open: Vec::new(),
+        looked: Vec::new(),
+        log_m: 0.0,
+        parts: 1,
+        seen: BTreeSet::from([bare.key()]),
+        refused: BTreeSet::new(),
+        dearest: 0.0,
+    };
+    let mut own = session.clone();
+    pool.enter(Ground { session: &own }, bare, options);
+    let mut leader = 0;
+    let mut dearest = 0.0f64;
+    for _ in 0..EXPANSIONS_MAX {
+        let Some(next) = pool.next() else { break };
+        let begun = session.work.spent();
+        if !session.work.allows(dearest, "sets of hypotheses") {
+            break;
+        }
+        pool.expand(Ground { session: &own }, next, options);
+        let mut best = pool.best();
+        let is_new = best != leader;
+        while is_new && best != 0 && pool.moves(session, &mut own, best) {
+            pool.refit(Ground { session: &own }, options);
+            best = pool.best();
+        }
+        leader = pool.prune();
+        dearest = dearest.max(session.work.spent() - begun);
+    }
+    if pool.next().is_some() {
+        pool.open.push(Open { what: "further sets".to_owned(), why: "search not finished" });
+    }
+    pool.without_limits(Ground { session: &own });
+    pool
+}
+
+impl Pool {
+    fn enter(&mut self, ground: Ground<'_>, model: Model, options: &Options) {
+        let bare = self.entries.first().map_or(&model, |entry| &entry.model);
+        let other = options.held_out.as_ref();
+        let held_out = other.and_then(|other| predicted(ground, other, &model, bare));
+        let mut entry = Entry { model, held_out, expanded: false, rejected: false };
+        let before = self.entries.first().and_then(|entry| entry.held_out.as_ref());
+        if let (Some(own), Some(before)) = (&entry.held_out, before) {
+            let gain = own.gain(before);
+            // an error of a reading is not judged by free runs: it moves nothing
+            let moves = entry.model.set.iter().any(|own| own.class() == Class::Physics);
+            let runs_better = moves && gain.free_run < 1.0;
+            entry.rejected = gain.loglik_gain + HELD_OUT_SIGMA * gain.gain_se < 0.0 && !runs_better;
+        }
+        entry.rejected |= before.is_some() && entry.held_out.is_none();
+        self.entries.push(entry);
+    }
+
+    /// Fits what is proposed about an entry, and the entry without each of its members.
+    fn expand(&mut self, ground: Ground<'_>, place: usize, options: &Options) {
+        self.entries[place].expanded = true;
+        let model = self.entries[place].model.clone();
+        let Some(screened) = screen(ground, &model, &options.without) else { return };
+        if self.looked.is_empty() {
+            self.looked.clone_from(&screened.looked);
+            let numbers = model.problem.unknowns.len() + model.problem.plant.sensors.len();
+            self.log_m = libm::log(((screened.rated.len() + numbers).max(1)) as f64 / PRIOR_ODDS);
+        }
+        let (list, left) = proposals(ground, &model, &screened, self.log_m);
+        for Proposal { set, noise, .. } in list {
+            let keys: Vec<String> = set.iter().map(|own| own.key(&model.problem.plant)).collect();
+            if keys.iter().any(|own| self.refused.contains(own)) {
+                continue;
+            }
+            let before = self.entries.len();
+            let joined = [&model.set[..], &set].concat();
+            self.fit(ground, &joined, (&model, &noise), model.objective, options);
+            let is_refused = self.entries.get(before).is_some_and(|entry| entry.rejected);
+            if let ([own], true) = (&keys[..], is_refused) {
+                self.refused.insert(own.clone());
+                self.open.push(Open { what: own.clone(), why: "held-out data reject it" });
+            }
+        }
+        let left = left.into_iter().filter(|own| !self.open.iter().any(|known| known.what == *own));
+        let left: Vec<Open> = left.map(|what| Open { what, why: "beyond the budget of fits" }).collect();
+        self.open.extend(left);
+        for gone in 0..model.set.len() {
+            let mut set = model.set.clone();
+            set.remove(gone);
+            self.fit(ground, &set, (&model, &model.noise), f64::INFINITY, options);
+        }
+    }
+
+    fn fit(
+        &mut self,
+        ground: Ground<'_>,
+        set: &[Hypothesis],
+        (from, noise): (&Model, &identification::filter::NoiseModel),
+        contained: f64,
+        options: &Options,
+    ) {
+        let (name, work) = (key(set, ground.session.problem), &ground.session.work);
+        if self.seen.contains(&name) || !work.allows(self.dearest, "sets of hypotheses") {
+            return;
+        }
+        self.seen.insert(name.clone());
+        let begun = work.spent();
+        let begin = super::model::Begin { noise, ..from.begin() };
+        let found = fitted(ground, set, begin, contained).or_else(|| fitted(ground, set, from.begin(), contained));
+        match found {
+            Some(model) => self.enter(ground, model, options),
+            None => self.open.push(Open { what: name, why: "not fitted" }),
+        }
+        self.dearest = self.dearest.max(work.spent() - begun);
+    }
+
+    /// The evidence of the leader over the bare plant changes by more than a nat as steps are
+    /// halved: `own` then takes the halved ones.
+    fn moves(&mut self, session: &EstimationSession<'_>, own: &mut EstimationSession<'_>, place: usize) -> bool {
+        if 2 * self.parts > PARTS_MAX {
+            return false;
+        }
+        let Ok(finer) = session.in_parts(2 * self.parts) else { return false };
+        let again = |place: usize| Some(refitted(Ground { session: &finer }, &self.entries[place].model)?.log_marginal);
+        let change = |place: usize| Some(again(place)? - self.entries[place].model.log_marginal);
+        let Some((ours, theirs)) = change(place).zip(change(0)) else { return false };
+        if (ours - theirs).abs() < 0.5 * SAME {
+            return false;
+        }
+        self.parts *= 2;
+        own.timelines = finer.timelines;
+        true
+    }
+
+    /// All models within the beam on finer steps; others leave.
+    fn refit(&mut self, ground: Ground<'_>, options: &Options) {
+        self.prune();
+        for entry in core::mem::take(&mut self.entries) {
+            let expanded = entry.expanded;
+            if let Some(model) = refitted(ground, &entry.model) {
+                self.enter(ground, model, options);
+                if let Some(own) = self.entries.last_mut() {
+                    own.expanded = expanded;
+                }
+            }
+        }
+    }
+
+    /// A model whose law stands at the limit that another model of the pool is: the same within
+    /// [`SAME`] of whitened innovations. The simpler one keeps the weight of both.
+    fn without_limits(&mut self, ground: Ground<'_>) {
+        for child in 0..self.entries.len() {
+            let parents = (0..self.entries.len()).filter(|place| *place != child);
+            let is_limit = |parent: &usize| {
+                let [ours, theirs] = [&self.entries[child].model, &self.entries[*parent].model];
+                contains(&ours.set, &theirs.set) && apart(ground, ours, theirs).is_some_and(|apart| apart < SAME)
+            };
+            if parents.into_iter().any(|parent| is_limit(&parent)) {
+                self.entries[child].rejected = true;
+                let what = self.entries[child].model.key();
+                self.open.push(Open { what, why: "in the limit of a simpler law" });
+            }
+        }
+    }
+}
+
+/// The sets differ in one law, of which the one in `theirs` is a limit of the one in `ours`.
+fn contains(ours: &[Hypothesis], theirs: &[Hypothesis]) -> bool {
+    let laws = |set: &[Hypothesis]| -> Vec<(&'static dynamics::effect::Effect, String)> {
+        let parts = set.iter().flat_map(Hypothesis::parts).map(|part| &part.column.candidate);
+        parts.map(|candidate| (candidate.effect, candidate.site.to_string())).collect()
+    };
+    let (a, b) = (laws(ours), laws(theirs));
+    let only = |own: &[(&'static dynamics::effect::Effect, String)],
+                other: &[(&'static dynamics::effect::Effect, String)]| {
+        own.iter().filter(|law| !other.contains(law)).cloned().collect::<Vec<_>>()
+    };
+    match (&only(&a, &b)[..], &only(&b, &a)[..]) {
+        ([(child, at)], [(parent, site)]) => at == site && child.limits.iter().any(|limit| limit.kind == parent.kind),
+        _ => false,
+    }
+}
+
+/// `Σ (e_a − e_b)²/S` of whitened innovations at both modes, under the noise of `theirs`.
+fn apart(ground: Ground<'_>, ours: &Model, theirs: &Model) -> Option<f64> {
+    let white = |model: &Model| {
+        let session = model.session(ground)?;
+        Some(identification::held_out::instants(&session, &model.fit.linearised.linears, &theirs.noise)?.1)
+    };
+    let (a, b) = (white(ours)?, white(theirs)?);
+    Some(a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum())
+}
+
+/// The same set from its own numbers, on other steps of integration.
+fn refitted(ground: Ground<'_>, model: &Model) -> Option<Model> {
+    settled(ground, &model.set, model.problem.clone(), (model.start.clone(), &model.fit.theta), &model.noise)
+}
