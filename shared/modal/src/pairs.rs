@@ -335,7 +335,7 @@ mod tests {
     fn a_channel_updated_every_fourth_row_is_no_reference_and_the_others_are() {
         let mut noise = Noise::new(2);
         let rows = 2000;
-        let sample = |t: usize, c: usize, y: f64| if c == 1 && t % 4 != 0 { f64::NAN } else { y };
+        let sample = |t: usize, c: usize, y: f64| if c == 1 && !t.is_multiple_of(4) { f64::NAN } else { y };
         let samples: Vec<f64> = (0..rows * 3).map(|k| sample(k / 3, k % 3, noise.normal())).collect();
         let found = covariances(&samples, 3, 10, 0);
         assert_eq!(found[0].references, [true, false, true]);

@@ -16,7 +16,7 @@ fn main() {
     plant.simulation.step_s = plant.simulation.period_s;
     let mut simulator = Simulator::new(&plant, 0, "arm").expect("a plant of the build");
     let derivative = parts(&simulator);
-    let mut time = |name: &str, call: &mut dyn FnMut()| {
+    let time = |name: &str, call: &mut dyn FnMut()| {
         let ns = least_time_ns(call);
         println!("{name:24} {ns:7.0} ns {:6.2} derivatives", ns / derivative);
     };

@@ -120,7 +120,7 @@ impl Predictor {
         for t in 0..outputs.samples {
             let row = present.next_if(|(_, at)| **at == t).map(|(row, _)| row);
             self.error(record, model, outputs, &z, (t, row), &mut e);
-            (0..l).for_each(|i| all[i][t] = e[i]);
+            all.iter_mut().zip(&e).for_each(|(channel, e)| channel[t] = *e);
             for (k, step) in steps.iter().enumerate() {
                 let heard = self.gains[k].iter().zip(&e).fold(c64::new(0.0, 0.0), |sum, (gain, e)| sum + gain * *e);
                 z[k] = step.e * z[k] + step.g * record.input[t] + heard;

@@ -13,7 +13,8 @@ fn read(name: &str, intake: &Intake) -> SeriesSet {
 }
 
 /// File, time column to be said, names and units of both channels (`?`: not in the file), decimals.
-const HEADERS: &[(&str, &str, [(&str, &str); 2], f64)] = &[
+type Header = (&'static str, &'static str, [(&'static str, &'static str); 2], f64);
+const HEADERS: &[Header] = &[
     ("comment_and_hash.csv", "", [("accel_x", "?"), ("accel_y", "?")], 5.0),
     ("iso_time.csv", "", [("a", "?"), ("b", "?")], 5.0),
     ("nan_cell.csv", "", [("a", "m/s^2"), ("b", "m/s^2")], 5.0),

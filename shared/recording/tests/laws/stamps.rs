@@ -32,7 +32,8 @@ fn assert_exact(set: &SeriesSet, tolerance_s: f64, what: &str) {
 
 #[test]
 fn stamps_since_1970_keep_their_steps_in_text() {
-    let units: [(&str, f64, &dyn Fn(u64) -> String); 4] = [
+    type Unit<'a> = (&'a str, f64, &'a dyn Fn(u64) -> String);
+    let units: [Unit<'_>; 4] = [
         ("ns", 0.0, &|ns| ns.to_string()),
         ("us", 1e-6, &|ns| (ns / 1000).to_string()),
         ("ms", 1e-15, &|ns| format!("{}.{:06}", ns / 1_000_000, ns % 1_000_000)),
