@@ -87,7 +87,8 @@ fn every_command_refuses_every_bad_file_with_a_cure_and_within_its_memory() {
     folder.file("good.csv", format!("time [s],angle [rad]\n{rows}"));
     let mut wrong = Vec::new();
     for file in bad_files(&folder) {
-        for line in COMMANDS {
+        // limits that state nothing are limits: those of the trajectory
+        for line in COMMANDS.iter().filter(|line| !(file == "empty" && line.starts_with("design"))) {
             let arguments: Vec<&str> = line.split(' ').map(|word| if word == "FILE" { &file } else { word }).collect();
             let output = bounded(folder.path(), &arguments);
             let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));

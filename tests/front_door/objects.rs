@@ -32,7 +32,6 @@ const COMMANDS: &[&str] = &[
     "challenge --cases 1",
     "bench bp2-stroke --trials 1",
     "bench bp2-suspension --trials 1",
-    "bench bp2-tank-model --trials 1",
     "bench bp3b --trials 1",
     "bench dynamics",
 ];

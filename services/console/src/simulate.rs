@@ -48,8 +48,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     inputs: Option<PathBuf>,
     /// Where to write: .csv, .csv.gz or .mcap
-    #[arg(long, value_name = "FILE", required_unless_present = "list", default_value = "")]
-    out: PathBuf,
+    #[arg(long, value_name = "FILE", required_unless_present = "list")]
+    out: Option<PathBuf>,
     /// What was written as one JSON object on standard output
     #[arg(long)]
     json: bool,
@@ -65,12 +65,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         return intake::list(&[file], &arguments.intake, arguments.json);
     }
     inputs::are_given(arguments.inputs.as_deref(), &arguments.intake)?;
+    let out = arguments.out.as_deref().ok_or_else(|| Failure::Run("--out FILE is missing".into()))?;
     let mut plant = plants::read(&arguments.plant)?;
     change(&mut plant, &arguments.set, &arguments.hide)?;
-    may_be_written(&arguments.plant, &arguments.out)?;
+    may_be_written(&arguments.plant, out)?;
     let mut duration_s = duration(arguments.duration, &plant)?;
     if let Some(file) = &arguments.inputs {
-        may_be_written(file, &arguments.out)?;
+        may_be_written(file, out)?;
         (plant, duration_s) = inputs::driven(&plant, file, &arguments.intake)?;
     }
     let bar = Share::new("simulated");
@@ -81,9 +82,9 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             "`obsid plant check FILE` says what the plant itself lacks; --set and --hide may ask for what cannot be";
         Failure::Input(miette::miette!(help = help, "{}: {error}", arguments.plant.display()))
     })?;
-    let mut recording = Recording { name: arguments.out.display().to_string(), ..recording };
+    let mut recording = Recording { name: out.display().to_string(), ..recording };
     recording.channels.iter_mut().try_for_each(with_unit_of_files)?;
-    let notes = recording::write_series(&recording, &arguments.out).map_err(Failure::input)?;
+    let notes = recording::write_series(&recording, out).map_err(Failure::input)?;
     notes.iter().for_each(|note| crate::tell(&format!("note: {note}")));
     crate::print(&if arguments.json {
         summary_json(arguments, duration_s, &recording)

@@ -37,8 +37,8 @@ pub struct Arguments {
     from: Option<PathBuf>,
     /// The plant file; one that exists is left alone
     #[arg(long, value_name = "FILE")]
-    #[arg(required_unless_present = "list", default_value = "")]
-    out: PathBuf,
+    #[arg(required_unless_present = "list")]
+    out: Option<PathBuf>,
     /// A channel that was set, not measured, whatever its name and unit say; may be repeated
     #[arg(long, value_name = "NAME")]
     command: Vec<String>,
@@ -61,6 +61,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if arguments.intake.list {
         return intake::list(&[from], &arguments.intake, arguments.json);
     }
+    let out = arguments.out.as_deref().ok_or_else(|| Failure::Run("--out FILE is missing".into()))?;
     let parts: Vec<Recording> =
         recordings::read(from, &arguments.intake.intake(None)?, None)?.into_iter().map(|part| part.recording).collect();
     let told = told(arguments, &parts[0])?;
@@ -70,15 +71,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     // a proposal that this very program rejects would be worse than none
     plants::parse(&name, &proposal.filled())
         .map_err(|_| Failure::Run(format!("{}: the proposal for these channels is no plant file", from.display())))?;
-    write_new(&arguments.out, &proposal.text)?;
+    write_new(out, &proposal.text)?;
     for question in &proposal.asked {
         crate::tell(&format!("note: {question}"));
     }
-    crate::print(&if arguments.json {
-        proposal.json(&arguments.out)
-    } else {
-        summary(&proposal, &arguments.out, &parts)
-    });
+    crate::print(&if arguments.json { proposal.json(out) } else { summary(&proposal, out, &parts) });
     Ok(())
 }
 
