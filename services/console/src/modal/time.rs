@@ -191,7 +191,7 @@ fn by_flight(arguments: &Arguments, chosen: Chosen) -> Result<Outcome, Failure> 
 fn found(arguments: &Arguments, chosen: &Chosen) -> Result<Selection, Failure> {
     let picks = &arguments.structural.select;
     if !picks.is_empty() {
-        return super::hand::selected(picks, &chosen.record, &chosen.gaps);
+        return super::hand::selected(picks, &chosen.record, &chosen.gaps, BLOCK_ROWS);
     }
     fly(arguments, chosen, 0..chosen.record.samples(), Some(ShapeScale::Largest))
         .map_err(|error| Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}")))
