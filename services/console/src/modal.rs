@@ -12,6 +12,7 @@ mod geometry;
 mod hand;
 mod json;
 mod magnitude;
+mod merge;
 mod page;
 mod preparation;
 mod reference;

@@ -1,19 +1,23 @@
 //! Poles of the sweep that were picked by hand (`--select`).
 
 use super::preparation::between_gaps;
-use super::time::BLOCK_ROWS;
 use crate::Failure;
 use modal::hand_selection::by_hand;
 use modal::record::Record;
 use modal::{Mode, Selection};
 
-/// The poles nearest to the picks, in order of frequency; none is rejected.
+/// The poles nearest to the picks over so many block rows, in order of frequency; none is rejected.
 ///
 /// # Errors
 /// [`Failure::Input`] where the record is too short or flat, and for an order without oscillations.
-pub(super) fn selected(picks: &[(usize, f64)], record: &Record, gaps: &[usize]) -> Result<Selection, Failure> {
+pub(super) fn selected(
+    picks: &[(usize, f64)],
+    record: &Record,
+    gaps: &[usize],
+    block_rows: usize,
+) -> Result<Selection, Failure> {
     let wrong = |what: String, cure: &str| Failure::Input(miette::miette!(help = cure.to_string(), "{what}"));
-    let found = by_hand(&between_gaps(record.clone(), gaps), BLOCK_ROWS, picks)
+    let found = by_hand(&between_gaps(record.clone(), gaps), block_rows, picks)
         .map_err(|error| wrong(format!("--select: {error}"), "give a longer record, or lower orders"))?;
     if let Some(at) = found.iter().position(Option::is_none) {
         let (order, hz) = picks[at];

@@ -45,6 +45,6 @@ pub(super) fn as_json(arguments: &Arguments, outcome: &Outcome, written: Option<
         "model_adequate": outcome.verdict.map(|verdict| verdict.adequate), "residual": outcome.verdict.map(residual),
         "rejected": rejected, "drift": outcome.drift.iter().map(drift).collect::<Vec<_>>(), "tracks": outcome.tracks.iter().map(track).collect::<Vec<_>>(), "advice": outcome.advice, "notes": outcome.notes,
         "mac": outcome.structure.compared.as_ref().map(|compared| compared.as_json(outcome)),
-        "setups": outcome.structure.merge.as_ref().map(super::setups::Merge::setups),
-        "merge": outcome.structure.merge.as_ref().map(super::setups::Merge::as_json), "report": written })
+        "setups": outcome.structure.merge.as_ref().map(super::merge::Merge::setups),
+        "merge": outcome.structure.merge.as_ref().map(super::merge::Merge::as_json), "report": written })
 }

@@ -1,5 +1,6 @@
 //! Several setups of one structure with common reference sensors (`--setup`).
 
+use super::merge::Merge;
 use super::structural_arguments::MergeBy;
 use super::time::{self, BLOCK_ROWS, Chosen, OUTPUT_ONLY};
 use super::{Arguments, FoundMode, Outcome, Structure};
@@ -9,21 +10,10 @@ use modal::record::Record;
 use modal::setups::{Merged, MergedMode, Setup, SetupMode, merge, pre_scaled};
 use modal::ssi_cov::Pole;
 use modal::{Config, ModalError, ModalIdentifier, Mode, OnsetGate, Selection, ShapeScale, StabilityCriteria};
-use serde_json::{Value, json};
 use std::path::PathBuf;
 
 /// Rates of two setups are equal up to the rounding of stamps.
 const SAME_RATE: f64 = 1e-4;
-
-/// The setups, and how they were merged.
-pub(super) struct Merge {
-    pub by: MergeBy,
-    pub references: Vec<String>,
-    files: Vec<String>,
-    records: Vec<String>,
-    setups: Vec<Setup>,
-    merged: Merged,
-}
 
 /// # Errors
 /// [`Failure::Input`] for setups that cannot be read or merged.
@@ -247,28 +237,4 @@ fn missing(merged: &Merged, files: &[String]) -> Vec<String> {
         format!("{:.4} Hz is no mode of {}: left out", mode.frequency_hz, lacks.collect::<Vec<_>>().join(", "))
     };
     lacking.map(of).collect()
-}
-
-impl Merge {
-    /// `setups[]`.
-    pub(super) fn setups(&self) -> Value {
-        let all = self.setups.iter().enumerate().map(|(j, setup)| {
-            let modes: Vec<Value> = setup.modes.iter().map(|mode| json!({ "frequency_hz": mode.frequency_hz,
-                "frequency_sd": mode.sigma_frequency_hz, "damping": mode.damping_ratio, "damping_sd": mode.sigma_damping })).collect();
-            json!({ "file": self.files[j], "record": self.records[j], "channels": setup.channels, "modes": modes })
-        });
-        all.collect()
-    }
-
-    /// `merge`: how, and how well the setups agree.
-    pub(super) fn as_json(&self) -> Value {
-        let modes = self.merged.modes.iter().map(|mode| {
-            json!({ "frequency_hz": mode.frequency_hz, "frequency_spread": mode.frequency_spread,
-                "damping_spread": mode.damping_spread, "reference_difference_sd": mode.reference_difference,
-                "reference_limit_sd": mode.reference_limit,
-                "found_in": mode.found_in.iter().map(|found| found.map(|k| k + 1)).collect::<Vec<_>>() })
-        });
-        let by = if self.by == MergeBy::Poser { "poser" } else { "preger" };
-        json!({ "by": by, "references": self.references, "modes": modes.collect::<Vec<_>>() })
-    }
 }

@@ -1,8 +1,8 @@
 //! What an answer says of the structure beyond its list of modes.
 
 use super::geometry::{self, Geometry};
+use super::merge::Merge;
 use super::reference::{self, Compared};
-use super::setups::Merge;
 use super::{Arguments, Outcome, singular, uff_export};
 use crate::Failure;
 use modal::record::Record;
