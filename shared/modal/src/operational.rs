@@ -3,8 +3,8 @@
 //!
 //! A complete record goes through the identifier that flies, behind the gate that finds jumps. A
 //! stationary one with many gaps goes through covariances of pairs ([`crate::pairs`]). In a
-//! stationary record tones are found and taken out ([`crate::tones`]), and the modes identified from
-//! the rest.
+//! stationary record tones are found and taken out ([`crate::tones`]), and the modes identified
+//! from the rest.
 
 use crate::identifier::{Config, ModalError, ModalIdentifier, identify_by_pairs};
 use crate::mac::{modal_phase_collinearity, normalised};
@@ -134,8 +134,8 @@ pub fn identify(record: &Record, known: Known<'_>, config: &Config) -> Result<Op
     Ok(found)
 }
 
-/// Clipping is odd: of modes at f₁, f₂, f₃ it makes motion at `|f₁ ± f₂ ± f₃|`, of three times their
-/// bandwidth, and weaker than any of them ([`COMBINATION_POWER`]).
+/// Clipping is odd: of modes at f₁, f₂, f₃ it makes motion at `|f₁ ± f₂ ± f₃|`, of three times
+/// their bandwidth, and weaker than any of them ([`COMBINATION_POWER`]).
 fn is_combination(k: usize, modes: &[Mode], powers: &[f64]) -> bool {
     let stronger: Vec<&Mode> = (0..modes.len())
         .filter(|other| powers[k] < COMBINATION_POWER * powers[*other])
@@ -154,7 +154,6 @@ fn is_combination(k: usize, modes: &[Mode], powers: &[f64]) -> bool {
         })
     })
 }
-
 
 /// A wandering tone leaves a remainder where it was.
 fn hides(tone: &Tone, mode: &Mode) -> bool {
@@ -208,8 +207,8 @@ fn evidence(values: &[f64], config: &Config) -> Evidence {
     if lost as f64 > LOST_SHARE_MAX * broken.len() as f64 { Evidence::Pairs } else { Evidence::Windows }
 }
 
-/// The power falls from part to part: [`FALLING_PARTS`] in order behind the strongest, which no part
-/// before comes near, until a floor.
+/// The power falls from part to part: [`FALLING_PARTS`] in order behind the strongest, which no
+/// part before comes near, until a floor.
 fn is_transient(values: &[f64], channels: usize) -> bool {
     let rows = values.len() / channels;
     if rows < 4 * PARTS {

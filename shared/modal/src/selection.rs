@@ -32,8 +32,8 @@ const ORDER_MARGIN: usize = 2;
 /// of noise passes 3.
 const DAMPING_SIGNIFICANCE: f64 = 3.0;
 
-/// `ln(M/α)` of the coherence of chance: α = 1 % over M = 10⁴ products (frequencies and dampings that
-/// a record of some thousand samples tells apart).
+/// `ln(M/α)` of the coherence of chance: α = 1 % over M = 10⁴ products (frequencies and dampings
+/// that a record of some thousand samples tells apart).
 const CHANCE_EXPONENT: f64 = 13.8;
 
 /// Coherence that chance reaches with a probability below α: a pole has k = 4 l real numbers of
