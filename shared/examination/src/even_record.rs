@@ -76,6 +76,12 @@ impl EvenRecord {
         self.values.len() / self.channels
     }
 
+    /// Whether samples of a channel stand at a limit.
+    #[must_use]
+    pub fn is_clipped(&self) -> bool {
+        self.treatments.iter().any(|treatment| treatment.check == "saturation")
+    }
+
     fn note_missing(&mut self, columns: &[Vec<f64>]) {
         let cells: usize = columns.iter().map(Vec::len).sum();
         let absent = columns.iter().flatten().filter(|y| !y.is_finite()).count();

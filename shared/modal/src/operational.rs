@@ -3,8 +3,8 @@
 //!
 //! A complete record goes through the identifier that flies, behind the gate that finds jumps. A
 //! stationary one with many gaps goes through covariances of pairs ([`crate::pairs`]). In a
-//! stationary record tones are found and taken out ([`crate::tones`]), and the modes identified from
-//! the rest.
+//! stationary record tones are found and taken out ([`crate::tones`]), and the modes identified
+//! from the rest.
 
 use crate::identifier::{Config, ModalError, ModalIdentifier, identify_by_pairs};
 use crate::mac::{modal_phase_collinearity, normalised};
@@ -12,7 +12,7 @@ use crate::onset::OnsetGate;
 use crate::record::Record;
 use crate::selection::{Mode, Selection};
 use crate::stabilisation::{RejectedPole, Rejection};
-use crate::tones::{Tone, ToneSearch};
+use crate::tones::{Tone, ToneSearch, powers};
 use faer::c64;
 
 /// Share of the record that windows may lose at its gaps before pairs are the better evidence.
@@ -26,6 +26,10 @@ const ROUNDS: usize = 3;
 /// Damping of a mode of complex shape in its deviations: shapes of noise are complex, and four
 /// deviations by chance in a hundred tracks are 3e-3.
 const COMPLEX_SIGNIFICANCE: f64 = 4.0;
+
+/// Power of a combination of modes over that of the weakest of them: the third harmonic of a sine
+/// whose largest 10 % of samples are clipped has 1e-3.
+const COMBINATION_POWER: f64 = 0.02;
 
 /// How the covariances were taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,13 +71,22 @@ pub fn settings(record: &Record, below_its_rate: bool) -> Config {
     config
 }
 
-/// Modes of `record` (its outputs, NaN where no sample exists; `delays_s` per channel, none when
-/// empty), the settings those of the identifier.
+/// What the examination knows of a record.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Known<'a> {
+    /// Per channel, how late it is; none when empty.
+    pub delays_s: &'a [f64],
+    /// Samples stand at a limit.
+    pub clipped: bool,
+}
+
+/// Modes of `record` (its outputs, NaN where no sample exists), the settings those of the
+/// identifier.
 ///
 /// # Errors
 /// [`ModalError`] when the record is too short or flat.
-pub fn identify(record: &Record, delays_s: &[f64], config: &Config) -> Result<Operational, ModalError> {
-    let (shifted, left_s) = in_step(record, delays_s);
+pub fn identify(record: &Record, known: Known<'_>, config: &Config) -> Result<Operational, ModalError> {
+    let (shifted, left_s) = in_step(record, known.delays_s);
     let values = shifted.as_ref().unwrap_or(&record.outputs);
     let transient = is_transient(values, record.channels);
     let evidence = if transient { Evidence::Windows } else { evidence(values, config) };
@@ -108,8 +121,38 @@ pub fn identify(record: &Record, delays_s: &[f64], config: &Config) -> Result<Op
         }
         found.tones = search.tones;
     }
+    if known.clipped {
+        let rest = found.rest.as_deref().unwrap_or(values);
+        let powers = powers(rest, record.sample_rate_hz, &selection.modes);
+        let combined: Vec<bool> = (0..powers.len()).map(|k| is_combination(k, &selection.modes, &powers)).collect();
+        let mut is = combined.iter();
+        for mode in selection.modes.extract_if(.., |_| is.next() == Some(&true)) {
+            selection.rejected.push(rejected(&mode, Rejection::Combination));
+        }
+    }
     (found.modes, found.rejected) = (selection.modes, selection.rejected);
     Ok(found)
+}
+
+/// Clipping is odd: of modes at f₁, f₂, f₃ it makes motion at `|f₁ ± f₂ ± f₃|`, of three times
+/// their bandwidth, and weaker than any of them ([`COMBINATION_POWER`]).
+fn is_combination(k: usize, modes: &[Mode], powers: &[f64]) -> bool {
+    let stronger: Vec<&Mode> = (0..modes.len())
+        .filter(|other| powers[k] < COMBINATION_POWER * powers[*other])
+        .map(|other| &modes[other])
+        .collect();
+    let half_width = |mode: &Mode| mode.damping_ratio * mode.frequency_hz;
+    let mode = &modes[k];
+    let near = |f: f64, widths: f64| (mode.frequency_hz - f.abs()).abs() < widths + 3.0 * mode.sigma_frequency_hz;
+    stronger.iter().enumerate().any(|(i, a)| {
+        stronger.iter().enumerate().skip(i).any(|(_, b)| {
+            stronger.iter().any(|c| {
+                let widths = half_width(a) + half_width(b) + half_width(c);
+                let (f_a, f_b, f_c) = (a.frequency_hz, b.frequency_hz, c.frequency_hz);
+                [f_a + f_b + f_c, f_a + f_b - f_c, f_a - f_b + f_c].iter().any(|f| near(*f, widths))
+            })
+        })
+    })
 }
 
 /// A wandering tone leaves a remainder where it was.
@@ -164,8 +207,8 @@ fn evidence(values: &[f64], config: &Config) -> Evidence {
     if lost as f64 > LOST_SHARE_MAX * broken.len() as f64 { Evidence::Pairs } else { Evidence::Windows }
 }
 
-/// The power falls from part to part: [`FALLING_PARTS`] in order behind the strongest, which no part
-/// before comes near, until a floor.
+/// The power falls from part to part: [`FALLING_PARTS`] in order behind the strongest, which no
+/// part before comes near, until a floor.
 fn is_transient(values: &[f64], channels: usize) -> bool {
     let rows = values.len() / channels;
     if rows < 4 * PARTS {

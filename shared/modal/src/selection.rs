@@ -33,6 +33,17 @@ const ORDER_MARGIN: usize = 2;
 /// of noise passes 3.
 const DAMPING_SIGNIFICANCE: f64 = 3.0;
 
+/// `ln(M/α)` of the coherence of chance: α = 1 % over M = 10⁴ products (frequencies and dampings
+/// that a record of some thousand samples tells apart).
+const CHANCE_EXPONENT: f64 = 13.8;
+
+/// Coherence that chance reaches with a probability below α: a pole has k = 4 l real numbers of
+/// shape to fit to it, and `P(χ²_k > k + 2√(k x) + 2x) ≤ e^(−x)` (Laurent & Massart 2000).
+fn coherence_of_chance(channels: usize) -> f64 {
+    let k = 4.0 * channels as f64;
+    (k + 2.0 * (k * CHANCE_EXPONENT).sqrt() + 2.0 * CHANCE_EXPONENT).sqrt()
+}
+
 /// An identified mode.
 #[derive(Clone, Debug)]
 pub struct Mode {
@@ -196,7 +207,8 @@ fn rejected(pole: &Pole, decimation: usize, reason: Rejection) -> RejectedPole {
 fn refusal(pole: &Pole, deviation: PoleDeviation, settings: &SelectionSettings) -> Option<Rejection> {
     let bandwidth_hz = 2.0 * pole.damping_ratio * pole.frequency_hz;
     // Written so that a deviation that is not a number counts as unresolved.
-    let resolved = deviation.sigma_damping * DAMPING_SIGNIFICANCE < pole.damping_ratio
+    let resolved = deviation.coherence > coherence_of_chance(pole.mode_shape.len())
+        && deviation.sigma_damping * DAMPING_SIGNIFICANCE < pole.damping_ratio
         && deviation.sigma_frequency_hz < 0.5 * bandwidth_hz;
     if !resolved {
         return Some(Rejection::NotResolved {

@@ -80,6 +80,8 @@ pub enum Rejection {
     },
     /// In the band in which a tone wandered.
     HiddenByTone,
+    /// At a combination of stronger modes of a record that is clipped.
+    Combination,
     /// The same mode is better known at another sample rate.
     BetterElsewhere {
         decimation: usize,

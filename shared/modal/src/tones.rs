@@ -393,6 +393,22 @@ impl ToneSearch {
     }
 }
 
+/// Mean square of the motion of each mode over all channels, from the band about it.
+pub(crate) fn powers(values: &[f64], rate_hz: f64, modes: &[Mode]) -> Vec<f64> {
+    if modes.is_empty() {
+        return Vec::new();
+    }
+    let samples = Samples::new(values, modes[0].mode_shape.len(), rate_hz);
+    let of = |mode: &Mode| {
+        let size: f64 = mode.mode_shape.iter().map(c64::norm_sqr).sum();
+        let weights: Vec<c64> = mode.mode_shape.iter().map(|psi| psi.conj() / size).collect();
+        let cells = 2.0 * mode.damping_ratio * mode.frequency_hz * samples.duration_s();
+        let envelope = samples.envelope(&weights, mode.frequency_hz, (cells as usize).max(1));
+        size * envelope.iter().map(c64::norm_sqr).sum::<f64>() / envelope.len() as f64
+    };
+    modes.iter().map(of).collect()
+}
+
 /// One tone of several side bands: mean frequency and wander by their power.
 fn joined(group: &[Tone]) -> Tone {
     let power = |tone: &Tone| tone.amplitude.iter().map(c64::norm_sqr).sum::<f64>();

@@ -45,6 +45,9 @@ pub struct PoleDeviation {
     pub sigma_damping: f64,
     /// Of the errors of frequency and damping; 0 if the moments do not determine it.
     pub correlation: f64,
+    /// Least phase coherence of the pole over blocks of pairs, in deviations of chance; infinite
+    /// where pairs were not chosen.
+    pub coherence: f64,
 }
 
 impl PoleDeviation {
@@ -103,7 +106,13 @@ pub fn pole_deviations(
         Blocks::Windows(grams) => grams,
         Blocks::Pairs(lags) => {
             let moments = pair_moments(lags, gram.columns, &sensitivities);
-            return poles.iter().zip(moments).map(|(pole, moments)| deviation(pole, moments, sample_rate_hz)).collect();
+            let both = poles.iter().zip(moments).zip(&sensitivities);
+            return both
+                .map(|((pole, moments), s)| PoleDeviation {
+                    coherence: coherence(lags, &modal_filter(realisation, pole), &s.r),
+                    ..deviation(pole, moments, sample_rate_hz)
+                })
+                .collect();
         }
     };
     let mut orders: Vec<usize> = poles.iter().map(|pole| pole.order).collect();
@@ -148,6 +157,7 @@ fn deviation(pole: &Pole, moments: Moments, sample_rate_hz: f64) -> PoleDeviatio
     let both = to_omega * to_zeta.conj() * moments.absolute + to_omega * to_zeta * moments.plain;
     let correlation = 0.5 * both.re / (sigma_omega * sigma_damping);
     PoleDeviation {
+        coherence: f64::INFINITY,
         complete: false,
         sigma_frequency_hz: sigma_omega / (2.0 * std::f64::consts::PI),
         sigma_damping,
@@ -384,6 +394,22 @@ fn pair_moments(pairs: &PairCovariances, columns: u64, sensitivities: &[Sensitiv
     let scale = count / (count - 1.0) * columns as f64 / in_blocks * (count - 1.0) / (count - 3.0);
     let moves = |s: &Sensitivity| pairs.blocks.iter().map(|block| block.bilinear(&s.q, &s.r)).collect::<Vec<_>>();
     sensitivities.iter().map(|s| scatter(&moves(s), scale)).collect()
+}
+
+/// `χ Uᵀ`, which takes the coordinate of the pole out of the future.
+fn modal_filter(realisation: &Realisation, pole: &Pole) -> Vec<c64> {
+    (0..realisation.u.nrows()).map(|row| combine(&realisation.u, row, &pole.left)).collect()
+}
+
+/// How surely the pole is no chance product of the pairs chosen: `x_b = χ Uᵀ H_b V S⁻¹ φ` of the
+/// blocks has the mean 1. That of a mode is its power in the block, real and positive; that of
+/// chance scatters over the complex plane, so that the imaginary parts alone show its deviation,
+/// `B / (Σ (Im x_b)²)^(1/2)`.
+fn coherence(pairs: &PairCovariances, filter: &[c64], r: &[c64]) -> f64 {
+    let products: Vec<c64> = pairs.blocks.iter().map(|block| block.bilinear(filter, r)).collect();
+    let total: f64 = products.iter().map(|x| x.re).sum();
+    let across = products.iter().map(|x| x.im * x.im).sum::<f64>().sqrt();
+    if across > 0.0 { total / across } else { f64::INFINITY }
 }
 
 /// Second moments of `moves` about their mean, summed and scaled.

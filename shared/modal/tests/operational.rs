@@ -3,7 +3,7 @@
 mod cases;
 
 use cases::noise::Noise;
-use modal::operational::{Evidence, Operational, identify};
+use modal::operational::{Evidence, Known, Operational, identify};
 use modal::record::Record;
 use modal::{Config, Mode};
 use std::f64::consts::TAU;
@@ -35,7 +35,8 @@ fn motion(seed: u64, rows: usize) -> Vec<f64> {
 }
 
 fn found(values: Vec<f64>, delays_s: &[f64]) -> Operational {
-    identify(&Record::of_outputs(RATE_HZ, 3, values), delays_s, &Config::new(3, RATE_HZ)).unwrap()
+    identify(&Record::of_outputs(RATE_HZ, 3, values), Known { delays_s, clipped: false }, &Config::new(3, RATE_HZ))
+        .unwrap()
 }
 
 /// Both modes within four deviations, and nothing else.

@@ -194,6 +194,7 @@ fn reason(rejection: &Rejection) -> &'static str {
         Rejection::ModelsNoise { .. } => "appears only above an order that leaves white noise",
         Rejection::NotResolved { .. } => "not resolved from its own uncertainty",
         Rejection::PhaseNotCollinear { .. } => "shape scattered over the complex plane",
+        Rejection::Combination => "a combination of stronger modes by clipping",
         Rejection::HiddenByTone => "within the band of a tone",
         Rejection::BetterElsewhere { .. } => "the same mode is better known at another rate",
     }

@@ -7,7 +7,7 @@ use channels::Channel;
 use core::f64::consts::TAU;
 use examination::even_record::EvenRecord;
 use modal::Mode;
-use modal::operational::{Operational, identify, settings};
+use modal::operational::{Known, Operational, identify, settings};
 use modal::record::Record;
 use recording::{Column, Imported, SeriesSet, Table};
 use serde::Serialize;
@@ -94,7 +94,8 @@ fn read(recorded: &DefectiveRecord) -> Option<Operational> {
     let channels: Vec<&Channel> = set.recording.channels.iter().collect();
     let even = EvenRecord::of(&channels)?;
     let record = Record::of_outputs(even.rate_hz, even.channels, even.values.clone());
-    identify(&record, &even.delays_s, &settings(&record, even.logged_rate_hz.is_some())).ok()
+    let known = Known { delays_s: &even.delays_s, clipped: even.is_clipped() };
+    identify(&record, known, &settings(&record, even.logged_rate_hz.is_some())).ok()
 }
 
 fn series(recorded: &DefectiveRecord) -> Option<SeriesSet> {

@@ -221,10 +221,10 @@ fn damage(structure: &Structure, defect: Defect, random: &mut Generator, record:
             record.update_rate_hz = rate_hz;
         }
         Defect::BunchedStamps => {
-            let (batch, tick_s) = (random.whole(2, 8), 1e-6);
+            let batch = random.whole(2, 8);
             let rate_hz = structure.sample_rate_hz;
             for (row, t) in record.time_s.iter_mut().enumerate() {
-                *t = ((row / batch + 1) * batch) as f64 / rate_hz + (row % batch) as f64 * tick_s;
+                *t = ((row / batch + 1) * batch) as f64 / rate_hz;
             }
         }
         Defect::Clipped => record.columns.iter_mut().for_each(|column| clip(column, 0.02)),

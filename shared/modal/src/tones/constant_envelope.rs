@@ -1,11 +1,11 @@
 //! Does the envelope of a band change as that of a driven mode does, or is it constant?
 //!
 //! `K = E|a|⁴ / (E|a|²)²` of the complex envelope is 2 for a Gaussian process (kurtosis 3 of the
-//! samples) and 1 for a line (kurtosis 1.5), however its frequency wanders; a line of share ρ of the
-//! power in a mode has 2 − ρ². A record holds about ζωT independent envelopes, and K of few is low
-//! by chance; so its distribution is simulated for a mode of the damping that was found, drawn with
-//! its deviation. Noise in the band makes more of them and K of a mode the nearer to 2: leaving it
-//! out is on the safe side.
+//! samples) and 1 for a line (kurtosis 1.5), however its frequency wanders; a line of share ρ of
+//! the power in a mode has 2 − ρ². A record holds about ζωT independent envelopes, and K of few is
+//! low by chance; so its distribution is simulated for a mode of the damping that was found, drawn
+//! with its deviation. Noise in the band makes more of them and K of a mode the nearer to 2:
+//! leaving it out is on the safe side.
 
 use crate::seeded::Seeded;
 use core::f64::consts::TAU;

@@ -9,7 +9,8 @@
 //! (parametric bootstrap, fixed seed), so that record length, damping and floor are accounted for.
 //! Whittle 1953; Rife & Boorstyn 1974.
 //!
-//! A mode that forgets nothing within the record is a line to it: g ≥ `LEAST_FORGETTING` / 2π cells.
+//! A mode that forgets nothing within the record is a line to it: g ≥ `LEAST_FORGETTING` / 2π
+//! cells.
 
 use super::baseband::{gain, hann};
 use super::fourier::turn;
@@ -250,8 +251,8 @@ impl NarrowBand {
         let keep = libm::exp(-TAU * width / count as f64);
         let drive = (1.0 - keep * keep).sqrt();
         let centre = fit.centre as f64 / FINE as f64 + random.uniform() - 0.5;
-        // Per cell the Lorentzian has 1/(πg) of the power of the mode at its peak, the floor φ times
-        // that.
+        // Per cell the Lorentzian has 1/(πg) of the power of the mode at its peak, the floor φ
+        // times that.
         let floor = (FLOORS[fit.floor] * count as f64 / (PI * width)).sqrt();
         let mut state = random.complex_normal();
         (0..count)

@@ -14,7 +14,7 @@ use modal::drift::{self, PartOfRecord};
 use modal::gram::output_gram;
 use modal::maximum_likelihood::{Model, explained};
 use modal::methods::Estimate;
-use modal::operational::{Evidence, Operational, identify, selection, settings};
+use modal::operational::{Evidence, Known, Operational, identify, selection, settings};
 use modal::pairs::covariances;
 use modal::record::Record;
 use modal::ssi_cov::realise;
@@ -36,7 +36,8 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
     let mut config = settings(&examined.record, examined.even.logged_rate_hz.is_some());
     config.selection.order_max = *arguments.orders.end();
     config.selection.shape_deviations = Some(ShapeScale::Largest);
-    let mut found = identify(&examined.record, &examined.even.delays_s, &config).map_err(|error| {
+    let known = Known { delays_s: &examined.even.delays_s, clipped: examined.even.is_clipped() };
+    let mut found = identify(&examined.record, known, &config).map_err(|error| {
         Failure::Input(miette::miette!(help = "give a longer record, or other channels", "{error}"))
     })?;
     // What is left when the tones are taken out; later channels stay where they are there.
