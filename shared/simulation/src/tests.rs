@@ -5,3 +5,4 @@ mod continuation;
 mod filters;
 pub(crate) mod plants;
 mod sampling;
+mod speed;

@@ -8,8 +8,7 @@
 
 use super::held_out_selection::{HeldOutSelection, select_on_held_out};
 use super::search::{SearchResult, searched};
-use super::{ALPHA_SHARE_CONFIRMED, ALPHA_SHARE_IDENTIFIED, Options};
-use crate::compete::FittedModel;
+use super::{ALPHA_SHARE_CONFIRMED, ALPHA_SHARE_IDENTIFIED, AcceptedModel, Options};
 use examination::doctor::probability;
 use identification::fit::{EstimationSession, Fit};
 use identification::held_out::Status;
@@ -26,7 +25,7 @@ const SUSPICION_LEVEL: f64 = 0.1;
 pub(super) fn confirmed(
     problem: &Problem,
     (session, stated): (&EstimationSession<'_>, &Fit),
-    (nominal, alone): (&FittedModel, &SearchResult),
+    (nominal, alone): (&AcceptedModel, &SearchResult),
     options: &Options,
     notes: &mut Vec<String>,
 ) -> Option<(SearchResult, HeldOutSelection)> {

@@ -8,6 +8,7 @@ mod identities;
 mod internal;
 mod invariance;
 mod planar;
+mod speed;
 
 use super::*;
 use crate::dual::Dual;

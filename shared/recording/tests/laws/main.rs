@@ -23,6 +23,7 @@ mod series;
 mod spectra_and_segments;
 mod stamps;
 mod tables;
+mod throughput;
 mod uff_models;
 mod uff_types;
 mod universal_files;
