@@ -46,7 +46,8 @@ pub(super) fn outcome(arguments: &Arguments, set: &recording::SeriesSet) -> Resu
     let picks = &arguments.structural.select;
     if !picks.is_empty() {
         let (complete, gaps) = complete_rows(&rest);
-        Selection { modes: found.modes, rejected: found.rejected } = hand::selected(picks, &complete, &gaps, BLOCK_ROWS)?;
+        Selection { modes: found.modes, rejected: found.rejected } =
+            hand::selected(picks, &complete, &gaps, BLOCK_ROWS)?;
     }
     config.selection.shape_deviations = None;
     let estimates: Vec<Estimate> = found.modes.iter().map(Estimate::from).collect();
