@@ -211,10 +211,11 @@ fn a_partition_that_is_given_up_is_named_in_the_table_with_what_was_lost() {
     let (root, folder) = (Root::new("given-up"), Folder::new("given-up"));
     let short = scenario("short.toml");
     let arguments = ["run", &short, "--kill-always", "slosh-id@500"];
-    let table = root.ask(&folder, &arguments).ends_with(0);
-    assert!(table.stdout.contains("slosh-id was given up after "), "{table}");
+    let table = root.ask(&folder, &arguments).ends_with(4).says(&["obsid: degraded: slosh-id was given up after "]);
+    assert!(table.stdout.starts_with("DEGRADED: slosh-id was given up after "), "{table}");
     assert!(table.stdout.contains("no slosh results from then on"), "{table}");
-    let result = root.ask(&folder, &[&arguments[..], &["--json"]].concat()).result();
+    let result = root.ask(&folder, &[&arguments[..], &["--json"]].concat()).ends_with(4).object();
+    assert_eq!((&result["completed"], &result["degraded"]), (&false.into(), &true.into()), "{result}");
     for row in result["partitions"].as_array().unwrap() {
         assert_eq!(row["given_up"], row["name"] == "slosh-id", "{row}");
     }

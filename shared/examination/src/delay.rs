@@ -18,12 +18,12 @@ use crate::spectrum::{Averaging, cross_spectrum};
 use core::f64::consts::PI;
 use identification::statistics::normal_two_sided;
 
-/// Probability that a delay is told between any two channels that have none.
+/// Probability that a delay is reported between any two channels that have none.
 const DELAY_FALSE_ALARM: f64 = 1e-3;
 /// Phase of a mode of a real structure [rad]: a tenth, what modes of 1 % damping that lie 10 %
 /// apart add to each other.
 const MODAL_PHASE: f64 = 0.1;
-/// Delays below this share of a sample are not told: at half the Nyquist frequency, 22°.
+/// Delays below this share of a sample are not reported: at half the Nyquist frequency, 22°.
 const SAMPLE_SHARE_MIN: f64 = 0.5;
 /// Mean resultant of the doubled phases about the slope; a scatter of 0.3 rad gives 0.83.
 const RESULTANT_MIN: f64 = 0.8;
@@ -189,13 +189,14 @@ fn refined(lines: &[Line], start: f64) -> Option<Delay> {
     Some(Delay { delay_s, sigma_s: variance.sqrt() })
 }
 
-/// The delay of each channel against the majority of them, `None` where none is told: below half a
-/// sample, below chance, not the same in both halves, or not to be told from the phases. All at the
-/// same rows of an even clock of step `dt_s`, of one quantity in one unit; the first 16 are
+/// The delay of each channel against the majority of them, `None` where none is reported: below
+/// half a sample, below chance, not the same in both halves, or not determined by the phases. All
+/// at the same rows of an even clock of step `dt_s`, of one quantity in one unit; the first 16 are
 /// compared.
 ///
 /// The majority is the largest set of channels without a delay to one of them; of two channels the
-/// later one is delayed. Over all pairs a delay is told of none with probability 10⁻³ at most.
+/// later one is delayed. Over all pairs a delay is reported where none exists with probability 10⁻³
+/// at most.
 ///
 /// # Panics
 /// When lengths differ.

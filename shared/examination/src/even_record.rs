@@ -1,11 +1,11 @@
-//! Channels as one record on an even clock, with what stands in the way found and dealt with: rows
+//! Channels as one record on an even clock, with every defect found and dealt with: rows
 //! that are missing, values that are held, channels that are late, samples that are clipped.
 //!
 //! - Stamps: the clock of all stamps together ([`EvenClock`]); a row at which a channel has no
 //!   sample is NaN for it.
 //! - Held values: where all channels are held, the record is read at the rate of the fastest; a
 //!   channel that is slower than the record has samples at its fresh rows only.
-//! - Late channels: their delays are told, for the reader of phases.
+//! - Late channels: their delays are reported, for the reader of phases.
 
 use crate::clipping::clipped;
 use crate::delay::delays;
@@ -27,7 +27,7 @@ pub struct EvenRecord {
     /// Row by row, NaN where a channel has no sample.
     pub values: Vec<f64>,
     pub channels: usize,
-    /// Per channel, against the majority of those of its unit; zero where none is told.
+    /// Per channel, against the majority of those of its unit; zero where none is reported.
     pub delays_s: Vec<f64>,
     /// Rate of the file where the record is read at a lower one: what lies above half of
     /// [`Self::rate_hz`] is folded.

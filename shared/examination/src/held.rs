@@ -98,7 +98,7 @@ fn large(values: &[f64], changes: &[usize], levels: f64) -> bool {
 /// Rows a value, and how many updates lie from each change to the next.
 ///
 /// Runs up to one and a half times the usual one are one update. Below two rows a value two rows
-/// are one update, too: a repeated value cannot be told there.
+/// are one update, too: a repeated value cannot be detected there.
 fn updates(changes: &[usize]) -> (f64, Vec<f64>) {
     let runs: Vec<f64> = changes.windows(2).map(|pair| (pair[1] - pair[0]) as f64).collect();
     let usual = quantile(&mut runs.clone(), 0.5);

@@ -100,7 +100,7 @@ fn through_modes(
 }
 
 /// Probability that χ² with some degrees of freedom exceeds a value, by the cube root's normality
-/// (Wilson & Hilferty 1931): within 3 % at one in a thousand from 4 degrees on.
+/// (Wilson & Hilferty 1931): within 12 % at one in a thousand from 4 degrees on.
 pub(crate) fn chi_square_tail(statistic: f64, degrees: f64) -> f64 {
     let spread = 2.0 / (9.0 * degrees);
     let z = (libm::cbrt(statistic / degrees) - (1.0 - spread)) / spread.sqrt();
@@ -116,7 +116,7 @@ mod tests {
         // Abramowitz & Stegun 1964, table 26.8.
         for (degrees, quantile) in [(4.0, 18.467), (20.0, 45.315), (100.0, 149.449)] {
             let p = chi_square_tail(quantile, degrees);
-            assert!((p / 1e-3 - 1.0).abs() < 0.04, "{degrees}: {p}");
+            assert!((p / 1e-3 - 1.0).abs() < 0.12, "{degrees}: {p}");
         }
     }
 }

@@ -21,7 +21,9 @@ pub fn by_hand(record: &Record, block_rows: usize, picks: &[(usize, f64)]) -> Re
     let rate_hz = record.sample_rate_hz;
     let nearest = |(order, hz): &(usize, f64)| -> Option<Pole> {
         let poles = (*order <= realisation.order_max()).then(|| realisation.poles(*order, rate_hz))?;
-        let oscillations = poles.into_iter().filter(|pole| pole.eigenvalue.im > 0.0);
+        // What grows is no mode of a record that does not.
+        let is_decay = |pole: &Pole| pole.eigenvalue.im > 0.0 && pole.damping_ratio > 0.0;
+        let oscillations = poles.into_iter().filter(is_decay);
         oscillations.min_by(|a, b| (a.frequency_hz - hz).abs().total_cmp(&(b.frequency_hz - hz).abs()))
     };
     let of = |pick: &(usize, f64)| {

@@ -19,9 +19,9 @@ use crate::record::Record;
 use faer::{Mat, c64};
 use predictor::{Predictor, Step};
 
-const ITERATIONS_MAX: usize = 30;
+const INNOVATIONS_ITERATIONS_MAX: usize = 30;
 /// Predicted gain in log-likelihood below which the iteration ends: 1e-2 of a standard deviation.
-const GAIN_MIN: f64 = 1e-4;
+const INNOVATIONS_GAIN_MIN: f64 = 1e-4;
 /// First damping of a step that made matters worse, relative to the diagonal.
 const FIRST_DAMPING: f64 = 1e-3;
 /// Damping beyond which no step helps.
@@ -98,11 +98,11 @@ pub(crate) fn fit(
     }
     let mut now = at.linearised(record, model, outputs)?;
     let (mut damping, mut iterations, mut converged) = (0.0, 0, false);
-    while iterations < ITERATIONS_MAX && damping < DAMPING_MAX {
+    while iterations < INNOVATIONS_ITERATIONS_MAX && damping < DAMPING_MAX {
         iterations += 1;
         let full = solve(&now.information, &now.score, 1e-12)?;
         let gain: f64 = full.iter().zip(&now.score).map(|(step, score)| 0.5 * step * score).sum();
-        converged = gain < GAIN_MIN;
+        converged = gain < INNOVATIONS_GAIN_MIN;
         if converged || !gain.is_finite() {
             break;
         }

@@ -20,7 +20,7 @@ use crate::record::Record;
 /// Poles of the scan that are tried for one more mode.
 const PEAKS: usize = 2;
 /// Modes added in vain before the search ends: two close modes may only pay together.
-const IN_VAIN: usize = 1;
+const ADDITIONS_IN_VAIN: usize = 1;
 /// Probability below which the innovations form is rejected: one right answer in twenty is
 /// withheld, for here the disturbance already contradicts the plain model.
 const DISTURBED_LEVEL: f64 = 0.05;
@@ -36,7 +36,7 @@ const PAST: usize = 4;
 /// apart.
 const CONDITIONAL: f64 = 3.0;
 /// Part of an input's power that counts as rounding of its digits in a text file.
-const ROUNDING: f64 = 1e-12;
+const INPUT_ROUNDING: f64 = 1e-12;
 /// Probability that feedback is seen where there is none. It only makes the search longer.
 const FEEDBACK_LEVEL: f64 = 1e-3;
 
@@ -169,7 +169,7 @@ impl Search<'_> {
     /// One fit for each number of modes, each from the last and the best of the scan beside it.
     fn forward(&self, model: Model) -> Vec<Fit> {
         let (mut path, mut smallest, mut in_vain): (Vec<Fit>, f64, usize) = (Vec::new(), f64::INFINITY, 0);
-        while path.len() < self.modes_max && in_vain <= IN_VAIN {
+        while path.len() < self.modes_max && in_vain <= ADDITIONS_IN_VAIN {
             let poles = path.last().map_or(Vec::new(), |fit: &Fit| fit.poles.clone());
             let peaks = scan(self.record, model, &self.outputs, &poles, PEAKS);
             let fits = peaks.into_iter().filter_map(|peak| {
@@ -237,7 +237,7 @@ impl Search<'_> {
         let heard = Basis::new(heard, rows);
         inputs.iter().any(|u| {
             let mut now = u[PAST..].to_vec();
-            let floor = ROUNDING * dot(&now, &now);
+            let floor = INPUT_ROUNDING * dot(&now, &now);
             own.project_out(&mut now);
             let before = dot(&now, &now);
             let along = heard.along(&now);

@@ -31,7 +31,7 @@
 //! | `identifier` | the identifier in flight: samples in, modes out |
 //! | `streaming`, `gram` | exact block-Hankel Gram matrix of a stream or of a record |
 //! | `operational` | a whole record without inputs, as it is: gaps, tones, late channels |
-//! | `tones` | tones of machines: found, told from modes, taken out |
+//! | `tones` | tones of machines: found, distinguished from modes, taken out |
 //! | `pairs` | covariances of a stationary record with samples missing |
 //! | `decimation` | half the sample rate behind an anti-alias filter |
 //! | `onset` | a jump in the motion ends a segment |

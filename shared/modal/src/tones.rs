@@ -1,4 +1,4 @@
-//! Tones of machines in a stationary record: found, told from modes, and taken out.
+//! Tones of machines in a stationary record: found, distinguished from modes, and taken out.
 //!
 //! Candidates are the lines of the periodogram that stand above their neighbourhood, and the modes
 //! that were identified. [`narrow_band`] decides on steady lines, one or two together;

@@ -134,8 +134,8 @@ pub(crate) fn examine(file: &str, time_s: &[f64], lines: &[u64], duplicates: u64
     })
 }
 
-/// Whether more than one interval in twenty is off the median by more than a twentieth: then it is
-/// asked whether the stamps are at fault. Less is a jitter that methods of one rate stand: it moves
+/// Whether more than one interval in twenty is off the median by more than a twentieth: then
+/// the stamps may be at fault. Less is a jitter that methods of one rate stand: it moves
 /// a signal at a tenth of the Nyquist frequency by `0.05 · 0.1 π`, 1.6 % of its amplitude.
 pub(crate) fn is_unsteady(time_s: &[f64]) -> bool {
     const STEADY_SHARE: f64 = 0.05;

@@ -6,7 +6,7 @@ use examination::doctor::probability;
 use identification::held_out::Status;
 use report::text::{short, with_sigma};
 
-/// Place, status, bias and reason: what stands behind the answer.
+/// Place, status, bias and reason: the evidence behind the answer.
 pub fn details_paragraph(diagnosis: &Diagnosis) -> String {
     let mut sentences = Vec::new();
     if says_more_than_headline(diagnosis.verdict) {

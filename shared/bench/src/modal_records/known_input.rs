@@ -11,7 +11,7 @@ use serde::Serialize;
 /// Modes tried at most.
 const MODES_MAX: usize = 12;
 /// Least distance of two modes relative to the frequency.
-const APART: f64 = 0.2;
+const LOOP_MODES_APART: f64 = 0.2;
 /// A found mode is a true one within so many of its sigmas plus half the half-power bandwidth.
 const SAME_MODE_SIGMA: f64 = 5.0;
 /// A mode is there to be found if the truth's own fit knows its damping to a fifth.
@@ -100,7 +100,7 @@ impl Structure {
         let mut frequencies_hz: Vec<f64> = Vec::new();
         while frequencies_hz.len() < count {
             let f = rate_hz * 0.012 * libm::pow(0.3 / 0.012, random.uniform());
-            if frequencies_hz.iter().all(|other| libm::log(f / other).abs() > APART) {
+            if frequencies_hz.iter().all(|other| libm::log(f / other).abs() > LOOP_MODES_APART) {
                 frequencies_hz.push(f);
             }
         }
@@ -343,7 +343,7 @@ impl Trial {
         let known = |k: usize| {
             found.as_ref().is_ok_and(|found| {
                 found.damping_ratio(k) > DETECTABLE_SIGMA * found.variances(k).1.sqrt()
-                    && (found.frequency_hz(k) / self.truth[k].0 - 1.0).abs() < APART / 4.0
+                    && (found.frequency_hz(k) / self.truth[k].0 - 1.0).abs() < LOOP_MODES_APART / 4.0
             })
         };
         (0..self.truth.len()).map(known).collect()

@@ -217,7 +217,7 @@ fn apart(ground: Ground<'_>, ours: &Model, theirs: &Model) -> Option<f64> {
     Some(a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum())
 }
 
-/// The same set from its own numbers, on other steps of integration.
+/// The same set from its own parameters, on other steps of integration.
 fn refitted(ground: Ground<'_>, model: &Model) -> Option<Model> {
     settled(ground, &model.set, model.problem.clone(), (model.start.clone(), &model.fit.theta), &model.noise)
 }

@@ -2,7 +2,7 @@
 //!
 //! Their cost grows with the samples, what they resolve with the square root. A correlation of n
 //! samples scatters by `1/√n`, a phase or a lag likewise: at 10⁵ samples a channel that is 0.3 %,
-//! below every material size of these checks. What stands in single samples (spikes, saturation,
+//! below every material size of these checks. What shows in single samples (spikes, saturation,
 //! gaps, jumps) and what changes over the record (segments) is looked for in all of them.
 
 use std::borrow::Cow;

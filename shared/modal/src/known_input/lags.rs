@@ -14,7 +14,7 @@ use faer::c64;
 const LAG_MAX: usize = 200;
 /// Gain in log-likelihood that makes a move significant: as much by chance once in 10⁵ channels
 /// (χ² with one degree of freedom beyond 20).
-const GAIN_MIN: f64 = 10.0;
+const LAG_GAIN_MIN: f64 = 10.0;
 
 /// Samples that each channel is late (negative: early), at `poles`; `None` if none is, or if rows
 /// are absent.
@@ -44,7 +44,7 @@ pub(super) fn lags(record: &Record, model: Model, outputs: &Outputs, poles: &[c6
         };
         let (lag, least) = [climb(1), climb(-1)].into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
         let gain = 0.5 * outputs.samples as f64 * libm::log(at.squares[c] / least.max(f64::MIN_POSITIVE));
-        (gain > GAIN_MIN).then_some(lag)
+        (gain > LAG_GAIN_MIN).then_some(lag)
     };
     let all: Vec<isize> = (0..record.channels).map(|c| of(c).unwrap_or(0)).collect();
     all.iter().any(|lag| *lag != 0).then_some(all)

@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 /// its response's power: from 0.3 to 15 % at least 0.7.
 const DAMPING_RATIOS: [f64; 2] = [0.01, 0.05];
 /// Periods of the lowest frequency that the record holds.
-const PERIODS_MIN: f64 = 2.0;
+const SCAN_PERIODS_MIN: f64 = 2.0;
 /// Highest frequency relative to half the sample rate.
 const BAND: f64 = 0.95;
 
@@ -43,7 +43,7 @@ pub(crate) fn scan(record: &Record, model: Model, outputs: &Outputs, poles: &[c6
 /// line apart.
 fn frequencies(record: &Record, damping_ratio: f64) -> Vec<f64> {
     let record_s = record.samples() as f64 / record.sample_rate_hz;
-    let (mut f, mut all) = (PERIODS_MIN / record_s, Vec::new());
+    let (mut f, mut all) = (SCAN_PERIODS_MIN / record_s, Vec::new());
     while f < 0.5 * BAND * record.sample_rate_hz {
         all.push(f);
         f += (damping_ratio * f).max(0.5 / record_s);

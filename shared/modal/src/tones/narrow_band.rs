@@ -1,4 +1,4 @@
-//! Is what stands in a narrow band a driven mode, or one or two lines?
+//! Is the content of a narrow band a driven mode, or one or two lines?
 //!
 //! Under white noise a mode's envelope is a Gaussian process that forgets at the rate ζω: its
 //! spectrum about its peak is a Lorentzian of half width ζf, and what a line takes out of it leaves
@@ -31,7 +31,7 @@ const CHANCE: f64 = 1.0 / 1500.0;
 const FIRST_SIMULATIONS: usize = 200;
 /// A tail this far below the chance asked for is below it with a scale wrong by a third, too.
 const CLEAR_SHARE: f64 = 0.1;
-/// Largest change of a tone's amplitude over the record, as a logarithm. A decay that is not told
+/// Largest change of a tone's amplitude over the record, as a logarithm. A decay that does not differ
 /// from a mode by its skirt, ζωT < 3, falls by more unless it hardly falls at all.
 const GROWTH_MAX: f64 = 0.2;
 /// Lines sought together.

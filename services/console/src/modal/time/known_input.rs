@@ -38,7 +38,7 @@ pub(super) fn by_likelihood(arguments: &Arguments, chosen: Chosen) -> Result<Out
     let absent = absent_rows(&record);
     // What changes along the record is evidence of a structure that is not linear; under a
     // disturbance in a loop the parts are as wrong as the whole.
-    let plain = answer.noise == Noise::OfSensors && (answer.adequate || !answer.feedback);
+    let plain = !answer.feedback || (answer.noise == Noise::OfSensors && answer.adequate);
     let mut said = if answer.adequate { advice(&found, record_s, None) } else { Vec::new() };
     if let Some(pulse_s) = pulse_s(&record).filter(|_| answer.adequate) {
         said.extend(found.iter().filter_map(|estimate: &Estimate| pulse_nulling(estimate.frequency_hz, pulse_s)));

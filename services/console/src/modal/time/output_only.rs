@@ -135,7 +135,7 @@ fn examined(arguments: &Arguments, set: &recording::SeriesSet) -> Result<Examine
     })
 }
 
-/// Gaps are told once, by the examination.
+/// Gaps are reported once, by the examination.
 fn is_about_gaps(note: &str) -> bool {
     note.contains("reported, not filled") || note.starts_with("not one rate: ")
 }
