@@ -4,7 +4,7 @@
 //! a lightly damped structure φ is 0 or π at every mode, so the doubled phase, `2φ = 0 mod 2π`,
 //! leaves `-4π f τ`. Lines whose coherence C is beyond chance are used; the phase of K averages
 //! scatters by `σ² = (1 - C)/(2 K C)` (Bendat and Piersol), and, in common to the lines of a band,
-//! by what modes are complex and their neighbours add, [`MODAL_PHASE`]. τ maximises
+//! by what modes are complex and their neighbours add, `MODAL_PHASE`. τ maximises
 //! `Σ cos 2(θ - 2π f τ) / v`, `v = σ² + MODAL_PHASE²`; its variance comes from least squares about
 //! the maximum with an unknown phase of each band beside τ, and grows with what the lines scatter
 //! beyond v.

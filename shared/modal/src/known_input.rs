@@ -72,7 +72,7 @@ pub struct Identified {
 
 impl Identified {
     /// Whether the result stands and falls with the assumption that nothing but the input moves the
-    /// structure: without it a standard deviation would be more than [`CONDITIONAL`] times as
+    /// structure: without it a standard deviation would be more than `CONDITIONAL` times as
     /// large.
     #[must_use]
     pub fn assumes_no_disturbance(&self) -> bool {

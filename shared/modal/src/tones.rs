@@ -1,8 +1,8 @@
 //! Tones of machines in a stationary record: found, distinguished from modes, and taken out.
 //!
 //! Candidates are the lines of the periodogram that stand above their neighbourhood, and the modes
-//! that were identified. [`narrow_band`] decides on steady lines, one or two together;
-//! [`constant_envelope`] on lines that wander. A tone is taken out by least squares on the samples
+//! that were identified. `narrow_band` decides on steady lines, one or two together;
+//! `constant_envelope` on lines that wander. A tone is taken out by least squares on the samples
 //! that exist: a steady one as a sinusoid, a wandering one along the phase of its envelope.
 //!
 //! Assumes a stationary record: the envelope of a free decay is deterministic, too. Fails on a mode

@@ -87,9 +87,9 @@ pub struct DefectiveRecord {
     pub time_s: Vec<f64>,
     /// Per channel; NaN where the cell is empty.
     pub columns: Vec<Vec<f64>>,
-    /// Frequencies of the lines in it [Hz].
+    /// Frequencies of the lines in it \[Hz\].
     pub tones_hz: Vec<f64>,
-    /// Rate at which it holds information [Hz].
+    /// Rate at which it holds information \[Hz\].
     pub update_rate_hz: f64,
     /// Mode next to a line.
     pub beside_mode: Option<usize>,
