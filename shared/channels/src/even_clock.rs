@@ -102,6 +102,7 @@ impl EvenClock {
         // stamps that are right go before any that are wrong
         let counted = counted(&time, &steps, quantum).and_then(explained);
         counted
+            .filter(|clock| clock.missing() <= n || clock.rows_per_run() >= ROWS_MIN as f64)
             .filter(|clock| clock.stamps == Stamps::Right || quantum.is_none_or(|q| q < 0.5 * clock.interval_s))
             .or_else(|| explained((0..n).collect()))
     }
@@ -110,6 +111,13 @@ impl EvenClock {
     #[must_use]
     pub fn missing(&self) -> usize {
         self.rows.last().map_or(0, |last| last + 1) - self.rows.len()
+    }
+
+    /// Mean number of rows between gaps. A clock that has more rows missing than present shows only
+    /// where a run of rows could show it alone; shorter runs are packets.
+    fn rows_per_run(&self) -> f64 {
+        let gaps = self.rows.windows(2).filter(|pair| pair[1] > pair[0] + 1).count();
+        self.rows.len() as f64 / (gaps + 1) as f64
     }
 
     /// Time of the row of stamp `i` \[s\].
@@ -242,6 +250,19 @@ mod tests {
 
     fn rounded(time: f64, quantum: f64) -> f64 {
         (time / quantum).round() * quantum
+    }
+
+    #[test]
+    fn rows_that_tick_within_their_packet_are_no_fast_clock_with_rows_missing() {
+        // packets of five rows a microsecond apart, every 50 ms
+        let stamp = |k: usize| (k / 5 + 1) as f64 * 0.05 + (k % 5) as f64 * 1e-6;
+        let clock = EvenClock::of(&(0..4000).map(stamp).collect::<Vec<_>>()).unwrap();
+        assert!((clock.interval_s - 0.01).abs() < 1e-6 && clock.missing() == 0, "{}", clock.interval_s);
+        assert!(matches!(clock.stamps, Stamps::Packed(_)));
+        // two runs with an hour between them are one clock
+        let stamp = |k: usize| k as f64 * 0.01 + if k < 2000 { 0.0 } else { 3600.0 };
+        let clock = EvenClock::of(&(0..4000).map(stamp).collect::<Vec<_>>()).unwrap();
+        assert!((clock.interval_s - 0.01).abs() < 1e-9 && clock.missing() == 360_000);
     }
 
     #[test]
