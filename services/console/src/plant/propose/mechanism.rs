@@ -37,7 +37,8 @@ pub fn axis_of(name: &str) -> Option<&'static str> {
     if let Some((_, axis)) = words.iter().find_map(turn) {
         return Some(axis);
     }
-    let last = words.last()?;
+    // a number behind the letter counts like things, it names no axis
+    let last = words.last().filter(|_| name.ends_with(char::is_alphabetic))?;
     let ends = |axis: &&str| last.strip_suffix(*axis).is_some_and(|stem| BEFORE_AXES.contains(&stem));
     ["x", "y", "z"].into_iter().find(ends)
 }
@@ -108,7 +109,7 @@ mod tests {
         for (name, axis) in names.into_iter().chain([("yaw_rate", "z"), ("pitchRate", "y"), ("omega z", "z")]) {
             assert_eq!(axis_of(name), Some(axis), "{name}");
         }
-        for name in ["mix", "speed", "box", "display"] {
+        for name in ["mix", "speed", "phase_y1", "box", "display"] {
             assert_eq!(axis_of(name), None, "{name}");
         }
     }
